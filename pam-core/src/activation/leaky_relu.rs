@@ -1,0 +1,24 @@
+use super::ActivationFunction;
+use crate::scalar::Scalar;
+
+/// `max(z, 0) + slope · min(z, 0)` (Maas, Hannun and Ng 2013).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeakyRelu {
+    /// Slope for negative arguments.
+    pub slope: f64,
+}
+
+impl Default for LeakyRelu {
+    fn default() -> Self {
+        Self { slope: 0.01 }
+    }
+}
+
+impl ActivationFunction for LeakyRelu {
+    const PIECEWISE_LINEAR: bool = true;
+
+    #[inline]
+    fn value<S: Scalar>(&self, z: S) -> S {
+        if z.real() > 0.0 { z } else { z.scaled(self.slope) }
+    }
+}

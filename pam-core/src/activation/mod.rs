@@ -1,0 +1,182 @@
+//! Activation functions of the learned force, one file each.
+//!
+//! Smooth activations give a stiffness that varies continuously; piecewise-linear ones (LeakyReLU,
+//! ReLU) give a force that is piecewise affine, with a stiffness that is constant inside one
+//! activation pattern and jumps between patterns.
+//!
+//! To add one: write its file with a type that implements [`ActivationFunction`], and add one line
+//! to the list at the end of this module. It can then be named in files and on the command line.
+//! A type that only a script needs is given to [`Mlp`](crate::Mlp) directly, without the list.
+
+mod elu;
+mod gelu;
+mod leaky_relu;
+mod relu;
+mod silu;
+mod sine;
+mod softplus;
+mod tanh;
+
+use crate::error::ModelError;
+use crate::scalar::Scalar;
+use std::fmt;
+
+/// An elementwise nonlinearity `σ(z)`.
+pub trait ActivationFunction: Copy + Send + Sync + 'static {
+    /// Whether `σ` is piecewise linear, so that a network of it is piecewise affine.
+    const PIECEWISE_LINEAR: bool = false;
+
+    /// `σ(z)` for any scalar; at a kink the derivative is that of the left side.
+    fn value<S: Scalar>(&self, z: S) -> S;
+}
+
+macro_rules! activations {
+    ($($(#[$doc:meta])* $name:literal => $variant:ident($module:ident::$type:ident)),+ $(,)?) => {
+        /// The activations that have a name in files and on the command line.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub enum Activation {
+            $($(#[$doc])* $variant($module::$type)),+
+        }
+
+        $(pub use $module::$type;)+
+
+        impl Activation {
+            /// Every name, in the order of the list.
+            pub const NAMES: &'static [&'static str] = &[$($name),+];
+
+            /// The activation of this name with its default parameters.
+            ///
+            /// # Errors
+            /// [`ModelError::UnknownName`] with the names that exist.
+            pub fn from_name(name: &str) -> Result<Self, ModelError> {
+                match name {
+                    $($name => Ok(Self::$variant($module::$type::default())),)+
+                    _ => Err(ModelError::UnknownName {
+                        kind: "activation",
+                        name: name.to_owned(),
+                        known: Self::NAMES.join(", "),
+                    }),
+                }
+            }
+
+            /// The name that [`from_name`](Activation::from_name) understands.
+            #[must_use]
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$variant(_) => $name),+ }
+            }
+
+            /// Whether a network of this activation is piecewise affine.
+            #[must_use]
+            pub fn is_piecewise_linear(&self) -> bool {
+                match self { $(Self::$variant(_) => $module::$type::PIECEWISE_LINEAR),+ }
+            }
+        }
+
+        impl ActivationFunction for Activation {
+            #[inline]
+            fn value<S: Scalar>(&self, z: S) -> S {
+                match self { $(Self::$variant(a) => a.value(z)),+ }
+            }
+        }
+
+        impl Activation {
+            /// Applies the activation in place; the choice of function is made once.
+            #[inline]
+            pub fn apply<S: Scalar>(&self, values: &mut [S]) {
+                match self { $(Self::$variant(a) => apply(a, values)),+ }
+            }
+        }
+    };
+}
+
+/// Applies any activation function in place.
+#[inline]
+pub fn apply<S: Scalar, A: ActivationFunction>(activation: &A, values: &mut [S]) {
+    for v in values {
+        *v = activation.value(*v);
+    }
+}
+
+impl fmt::Display for Activation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+activations! {
+    /// `max(z, 0) + 0.01 min(z, 0)`; the published weights use it.
+    "leaky_relu" => LeakyRelu(leaky_relu::LeakyRelu),
+    /// `max(z, 0)`.
+    "relu" => Relu(relu::Relu),
+    /// Hyperbolic tangent.
+    "tanh" => Tanh(tanh::Tanh),
+    /// `ln(1 + eᶻ)`.
+    "softplus" => Softplus(softplus::Softplus),
+    /// `z / (1 + e⁻ᶻ)`.
+    "silu" => Silu(silu::Silu),
+    /// `z Φ(z)` in its tanh form.
+    "gelu" => Gelu(gelu::Gelu),
+    /// `z` for positive `z`, `eᶻ − 1` otherwise.
+    "elu" => Elu(elu::Elu),
+    /// `sin z`.
+    "sine" => Sine(sine::Sine),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use num_dual::Dual64;
+
+    /// Values from the definitions, computed with an independent program to 12 digits.
+    #[test]
+    fn values_match_the_definitions() {
+        let expected = [
+            ("leaky_relu", -0.013, 0.7),
+            ("relu", 0.0, 0.7),
+            ("tanh", -0.861_723_159_313, 0.604_367_777_117),
+            ("softplus", 0.241_008_453_833, 1.103_186_048_885),
+            ("silu", -0.278_414_522_045, 0.467_731_440_518),
+            ("gelu", -0.126_070_987_683, 0.530_570_134_705),
+            ("elu", -0.727_468_206_966, 0.7),
+            ("sine", -0.963_558_185_417, 0.644_217_687_238),
+        ];
+        assert_eq!(expected.map(|e| e.0).to_vec(), Activation::NAMES.to_vec());
+        for (name, at_negative, at_positive) in expected {
+            let a = Activation::from_name(name).unwrap();
+            assert_eq!(a.name(), name);
+            assert_relative_eq!(a.value(-1.3_f64), at_negative, max_relative = 2e-11);
+            assert_relative_eq!(a.value(0.7_f64), at_positive, max_relative = 2e-11);
+        }
+    }
+
+    #[test]
+    fn derivatives_match_central_differences() {
+        for name in Activation::NAMES {
+            let a = Activation::from_name(name).unwrap();
+            for z in [-3.1, -0.4, 0.3, 2.2] {
+                let h = 1e-6;
+                let fd = (a.value(z + h) - a.value(z - h)) / (2.0 * h);
+                let exact = a.value(Dual64::new(z, 1.0)).eps;
+                assert_relative_eq!(exact, fd, epsilon = 1e-9, max_relative = 1e-8);
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_overflows_far_out() {
+        for name in Activation::NAMES {
+            let a = Activation::from_name(name).unwrap();
+            for z in [-1e4, 1e4] {
+                let d = a.value(Dual64::new(z, 1.0));
+                assert!(d.re.is_finite() && d.eps.is_finite(), "{name} at {z}: {d}");
+            }
+        }
+    }
+
+    #[test]
+    fn unknown_names_list_the_known_ones() {
+        let message = Activation::from_name("swoosh").unwrap_err().to_string();
+        assert!(message.contains("swoosh") && message.contains("leaky_relu"));
+    }
+}

@@ -1,0 +1,13 @@
+use super::ActivationFunction;
+use crate::scalar::Scalar;
+
+/// `z / (1 + e⁻ᶻ)`, also called swish (Elfwing, Uchibe and Doya 2018).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Silu;
+
+impl ActivationFunction for Silu {
+    #[inline]
+    fn value<S: Scalar>(&self, z: S) -> S {
+        z * z.sigmoid()
+    }
+}

@@ -1,0 +1,13 @@
+use super::ActivationFunction;
+use crate::scalar::Scalar;
+
+/// `sin z`, for periodic features (Sitzmann et al. 2020).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sine;
+
+impl ActivationFunction for Sine {
+    #[inline]
+    fn value<S: Scalar>(&self, z: S) -> S {
+        z.sin()
+    }
+}

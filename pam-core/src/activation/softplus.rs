@@ -1,0 +1,13 @@
+use super::ActivationFunction;
+use crate::scalar::Scalar;
+
+/// `ln(1 + eᶻ)`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Softplus;
+
+impl ActivationFunction for Softplus {
+    #[inline]
+    fn value<S: Scalar>(&self, z: S) -> S {
+        z.softplus()
+    }
+}

@@ -1,0 +1,51 @@
+//! Force models: what the joint's muscles do, as a restoring force `f(x, ẋ, m_f, m_e)`.
+//!
+//! A force model is anything that implements [`ForceModel`]. To add one that files and commands
+//! know by name, write its file and add one line to [`AnyForce`].
+
+mod any;
+mod input;
+pub mod mlp;
+mod network;
+mod spring_damper;
+
+pub use any::AnyForce;
+pub use input::ForceInput;
+pub use mlp::{Dense, Mlp};
+pub use network::NetworkForce;
+pub use spring_damper::SpringDamper;
+
+use crate::scalar::Scalar;
+
+/// A scalar restoring force of the joint, in mN.
+///
+/// **Sign.** The value is positive where the muscles pull back towards negative `x`. It enters the
+/// dynamics with a minus, `m ẍ = F_e − f − B ẋ`; a stable joint has `∂f/∂x > 0`.
+pub trait ForceModel<S: Scalar> {
+    /// The restoring force in mN at one operating point. `work` holds at least
+    /// [`work_len`](ForceModel::work_len) scalars of any content; nothing is allocated.
+    fn restoring_force_mn(&self, input: &ForceInput<S>, work: &mut [S]) -> S;
+
+    /// Number of scratch scalars that one evaluation needs.
+    fn work_len(&self) -> usize {
+        0
+    }
+}
+
+impl<S: Scalar, F: ForceModel<S> + ?Sized> ForceModel<S> for &F {
+    fn restoring_force_mn(&self, input: &ForceInput<S>, work: &mut [S]) -> S {
+        (**self).restoring_force_mn(input, work)
+    }
+    fn work_len(&self) -> usize {
+        (**self).work_len()
+    }
+}
+
+impl<S: Scalar, F: ForceModel<S> + ?Sized> ForceModel<S> for Box<F> {
+    fn restoring_force_mn(&self, input: &ForceInput<S>, work: &mut [S]) -> S {
+        (**self).restoring_force_mn(input, work)
+    }
+    fn work_len(&self) -> usize {
+        (**self).work_len()
+    }
+}

@@ -1,0 +1,110 @@
+use crate::error::ModelError;
+use crate::scalar::Scalar;
+use crate::units::{NOMINAL_LENGTH_MM, NOMINAL_RADIUS_MM};
+
+/// Nominal size of the two equal muscles. Each is a cylinder whose radius follows its length
+/// through the braid:
+///
+/// ```text
+/// r_f = r0 + ν (r0/L0) x      V_f = π r_f² (L0 − x)
+/// r_e = r0 − ν (r0/L0) x      V_e = π r_e² (L0 + x)
+/// ```
+///
+/// Source: Wang and Realmuto 2026, section II-C. `x` in mm, volumes in mm³.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MuscleGeometry {
+    /// Radius at x = 0, mm.
+    pub radius_mm: f64,
+    /// Length at x = 0, mm.
+    pub length_mm: f64,
+}
+
+impl Default for MuscleGeometry {
+    fn default() -> Self {
+        Self { radius_mm: NOMINAL_RADIUS_MM, length_mm: NOMINAL_LENGTH_MM }
+    }
+}
+
+/// The chamber volumes and their slopes at one displacement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MuscleVolumes<S> {
+    /// Flexor volume V_f, mm³.
+    pub flexor_mm3: S,
+    /// Extensor volume V_e, mm³.
+    pub extensor_mm3: S,
+    /// dV_f/dx, mm².
+    pub flexor_slope_mm2: S,
+    /// dV_e/dx, mm².
+    pub extensor_slope_mm2: S,
+}
+
+impl MuscleGeometry {
+    /// Checks radius and length.
+    ///
+    /// # Errors
+    /// [`ModelError::NotPositive`] if either is not positive and finite.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        ModelError::require_positive("muscle radius (mm)", self.radius_mm)?;
+        ModelError::require_positive("muscle length (mm)", self.length_mm)
+    }
+
+    /// Volumes and slopes at displacement `x` for deformation coefficient `nu`.
+    ///
+    /// With ρ = r0/L0 and dr_f/dx = νρ = −dr_e/dx the slopes are
+    /// `dV_f/dx = π [2 r_f (L0 − x) νρ − r_f²]` and `dV_e/dx = −π [2 r_e (L0 + x) νρ − r_e²]`.
+    #[inline]
+    pub fn volumes<S: Scalar>(&self, x: S, nu: S) -> MuscleVolumes<S> {
+        let (r0, l0) = (self.radius_mm, self.length_mm);
+        let pi = std::f64::consts::PI;
+        let radius_slope = nu.scaled(r0 / l0);
+        let spread = radius_slope * x;
+        let (rf, re) = (spread + S::constant(r0), -spread + S::constant(r0));
+        let (lf, le) = (-x + S::constant(l0), x + S::constant(l0));
+        let (rf2, re2) = (rf * rf, re * re);
+        MuscleVolumes {
+            flexor_mm3: (rf2 * lf).scaled(pi),
+            extensor_mm3: (re2 * le).scaled(pi),
+            flexor_slope_mm2: ((rf * lf * radius_slope).scaled(2.0) - rf2).scaled(pi),
+            extensor_slope_mm2: (re2 - (re * le * radius_slope).scaled(2.0)).scaled(pi),
+        }
+    }
+
+    /// The displacements between which both chambers keep a positive volume, mm: the open interval
+    /// where |x| < L0 and both radii are positive.
+    #[must_use]
+    pub fn displacement_limit_mm(&self, nu: f64) -> f64 {
+        self.length_mm.min(self.length_mm / nu.abs())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use num_dual::Dual64;
+
+    #[test]
+    fn slopes_are_the_derivatives_of_the_volumes() {
+        let g = MuscleGeometry::default();
+        for x in [-5.0, -1.2, 0.0, 0.4, 3.0] {
+            let plain = g.volumes(x, 3.69);
+            let dual = g.volumes(Dual64::new(x, 1.0), Dual64::constant(3.69));
+            assert_relative_eq!(plain.flexor_slope_mm2, dual.flexor_mm3.eps, max_relative = 1e-13);
+            assert_relative_eq!(
+                plain.extensor_slope_mm2,
+                dual.extensor_mm3.eps,
+                max_relative = 1e-13
+            );
+        }
+    }
+
+    #[test]
+    fn the_muscles_mirror_each_other() {
+        let g = MuscleGeometry::default();
+        let (a, b) = (g.volumes(1.3, 3.69), g.volumes(-1.3, 3.69));
+        assert_relative_eq!(a.flexor_mm3, b.extensor_mm3, max_relative = 1e-14);
+        assert_relative_eq!(a.flexor_slope_mm2, -b.extensor_slope_mm2, max_relative = 1e-14);
+        let nominal = g.volumes(0.0, 3.69).flexor_mm3;
+        assert_relative_eq!(nominal, std::f64::consts::PI * 25.0 * 200.0, max_relative = 1e-14);
+    }
+}

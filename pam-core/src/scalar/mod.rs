@@ -1,0 +1,172 @@
+//! The generic scalar: one bound under which all physics is written.
+//!
+//! [`Scalar`] adds to `num_dual::DualNum` what models need and dual numbers lack (comparisons by
+//! real part, softplus, scaling by a plain number) and one hook, [`Scalar::affine_into`], through
+//! which the plain floats reach vector instructions. Every number type of `num-dual` that is `Copy`
+//! is a `Scalar`, as are `f32` and `f64`; a reverse-mode variable implements the same trait.
+
+mod affine;
+
+use num_dual::{Dual, Dual2, Dual3, DualNum, HyperDual, HyperHyperDual};
+use num_traits::{FromPrimitive, ToPrimitive};
+
+/// A number that a model can run with.
+///
+/// Comparisons look at the real part only, so a dual run takes the same branches as a plain one.
+pub trait Scalar: DualNum + Copy {
+    /// The constant `value`, with no derivative.
+    #[inline]
+    fn constant(value: f64) -> Self {
+        Self::from(Self::Primitive::from_f64(value).expect("every f64 rounds to a float"))
+    }
+
+    /// The real part as `f64`.
+    #[inline]
+    fn real(self) -> f64 {
+        self.re().to_f64().expect("every float widens to f64")
+    }
+
+    /// `self · factor` for a plain number, without a derivative of the factor.
+    #[inline]
+    fn scaled(self, factor: f64) -> Self {
+        self * Self::Primitive::from_f64(factor).expect("every f64 rounds to a float")
+    }
+
+    /// The larger of two numbers by real part; the first one on a tie.
+    #[inline]
+    fn maximum(self, other: Self) -> Self {
+        if other.real() > self.real() { other } else { self }
+    }
+
+    /// The smaller of two numbers by real part; the first one on a tie.
+    #[inline]
+    fn minimum(self, other: Self) -> Self {
+        if other.real() < self.real() { other } else { self }
+    }
+
+    /// `self` limited to `[low, high]`; outside, the derivative is that of the bound.
+    #[inline]
+    fn clamped(self, low: Self, high: Self) -> Self {
+        self.maximum(low).minimum(high)
+    }
+
+    /// `ln(1 + eˣ)`, evaluated without overflow on either side.
+    #[inline]
+    fn softplus(self) -> Self {
+        if self.real() > 0.0 { self + (-self).exp().ln_1p() } else { self.exp().ln_1p() }
+    }
+
+    /// Inverse of [`softplus`](Scalar::softplus), `ln(eˣ − 1)`, for `x > 0`.
+    #[inline]
+    fn softplus_inverse(self) -> Self {
+        self + (-(-self).exp_m1()).ln()
+    }
+
+    /// The logistic function `1 / (1 + e⁻ˣ)`, evaluated without overflow on either side.
+    #[inline]
+    fn sigmoid(self) -> Self {
+        let one = Self::constant(1.0);
+        if self.real() > 0.0 {
+            one / (one + (-self).exp())
+        } else {
+            let e = self.exp();
+            e / (one + e)
+        }
+    }
+
+    /// One dense layer without activation: `out[j] = bias[j] + Σ_i input[i] · columns[i·n + j]`,
+    /// where `n = out.len()` and `columns` holds the weight matrix column by column.
+    ///
+    /// # Panics
+    /// If the lengths do not fit.
+    fn affine_into(columns: &[Self], bias: &[Self], input: &[Self], out: &mut [Self]) {
+        assert_eq!(columns.len(), input.len() * out.len(), "weights do not fit the layer");
+        out.copy_from_slice(bias);
+        for (column, &x) in columns.chunks_exact(out.len()).zip(input) {
+            for (o, &w) in out.iter_mut().zip(column) {
+                *o += w * x;
+            }
+        }
+    }
+}
+
+impl Scalar for f64 {
+    #[inline]
+    fn constant(value: f64) -> Self {
+        value
+    }
+    #[inline]
+    fn real(self) -> f64 {
+        self
+    }
+    #[inline]
+    fn scaled(self, factor: f64) -> Self {
+        self * factor
+    }
+    #[inline]
+    fn affine_into(columns: &[Self], bias: &[Self], input: &[Self], out: &mut [Self]) {
+        affine::affine_f64(columns, bias, input, out);
+    }
+}
+
+impl Scalar for f32 {
+    #[inline]
+    fn affine_into(columns: &[Self], bias: &[Self], input: &[Self], out: &mut [Self]) {
+        affine::affine_f32(columns, bias, input, out);
+    }
+}
+
+impl<T: Scalar> Scalar for Dual<T> where Self: DualNum {}
+impl<T: Scalar> Scalar for Dual2<T> where Self: DualNum {}
+impl<T: Scalar> Scalar for Dual3<T> where Self: DualNum {}
+impl<T: Scalar> Scalar for HyperDual<T> where Self: DualNum {}
+impl<T: Scalar> Scalar for HyperHyperDual<T> where Self: DualNum {}
+
+/// A slice of zeros to be used as scratch memory.
+#[must_use]
+pub fn zeros<S: Scalar>(len: usize) -> Vec<S> {
+    vec![S::zero(); len]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use num_dual::{Dual64, HyperDual64};
+
+    fn softplus_of<S: Scalar>(x: S) -> S {
+        x.softplus()
+    }
+
+    #[test]
+    fn softplus_and_its_inverse_cover_all_magnitudes() {
+        for x in [-800.0_f64, -30.0, -1.0, 0.0, 1.0, 30.0, 304.6, 8.47e7] {
+            let y = softplus_of(x);
+            assert!(y.is_finite() && y >= 0.0);
+            if y > 1e-12 {
+                assert_relative_eq!(y.softplus_inverse(), x, epsilon = 1e-9, max_relative = 1e-12);
+            }
+        }
+        assert_relative_eq!(softplus_of(3.6657095_f64), 3.690974, max_relative = 1e-6);
+    }
+
+    #[test]
+    fn softplus_differentiates_to_the_sigmoid() {
+        for x in [-40.0, -0.5, 0.0, 0.5, 40.0] {
+            let d = softplus_of(Dual64::new(x, 1.0));
+            assert_relative_eq!(d.eps, x.sigmoid(), max_relative = 1e-14);
+            let h = softplus_of(HyperDual64::new(x, 1.0, 1.0, 0.0));
+            let s = x.sigmoid();
+            assert_relative_eq!(h.eps1eps2, s * (-x).sigmoid(), max_relative = 1e-12);
+        }
+    }
+
+    #[test]
+    fn comparisons_look_at_real_parts() {
+        let a = Dual64::new(1.0, 5.0);
+        let b = Dual64::new(2.0, 7.0);
+        assert_eq!(a.maximum(b).eps, 7.0);
+        assert_eq!(a.minimum(b).eps, 5.0);
+        assert_eq!(b.clamped(Dual64::constant(0.0), Dual64::constant(1.5)).eps, 0.0);
+    }
+}

@@ -1,0 +1,38 @@
+//! How step sizes are chosen.
+
+mod constant;
+mod pid;
+mod tolerances;
+
+pub use constant::ConstantStep;
+pub use pid::PidController;
+pub use tolerances::Tolerances;
+
+/// What a controller says of a step with a known error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Decision {
+    /// Whether the step counts.
+    pub accept: bool,
+    /// The next step is this times the present one.
+    pub factor: f64,
+}
+
+/// Chooses step sizes. The controller sees real parts only, so plain and dual runs take the same
+/// steps.
+pub trait StepController {
+    /// The first step to try (s), or `None` to have it estimated from the field.
+    fn initial_step_s(&self) -> Option<f64>;
+
+    /// The largest step allowed, s.
+    fn largest_step_s(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// The tolerances against which the error is measured, or `None` for steps without control.
+    fn tolerances(&self) -> Option<&Tolerances>;
+
+    /// Judges a step by its error in units of the tolerance. `history` holds the errors of the last
+    /// two accepted steps, the latest first, 1 where there is none; `order` is the exponent of the
+    /// step in the error estimate.
+    fn decide(&self, error: f64, history: [f64; 2], order: usize) -> Decision;
+}

@@ -1,0 +1,65 @@
+//! Why a solve stopped, and what it had reached.
+
+use crate::solution::Solution;
+use std::fmt;
+
+/// Why a solve stopped early.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FailureKind {
+    /// The request itself is inconsistent; nothing was computed.
+    Request(String),
+    /// A state became infinite or NaN in a step of this size (s).
+    NonFinite {
+        /// Step size, s.
+        step_s: f64,
+    },
+    /// The error control asked for a step (s) that is too small to move the time.
+    StepTooSmall {
+        /// Step size, s.
+        step_s: f64,
+    },
+    /// The allowed number of steps is used up.
+    TooManySteps {
+        /// The limit.
+        limit: usize,
+    },
+}
+
+/// A solve that stopped early, with the trajectory up to there.
+#[derive(Debug, Clone)]
+pub struct SolveError<S> {
+    /// Why it stopped.
+    pub kind: FailureKind,
+    /// The time it had reached, s.
+    pub time_s: f64,
+    /// The last finite state.
+    pub state: Vec<S>,
+    /// Everything saved until then.
+    pub partial: Solution<S>,
+}
+
+impl<S> fmt::Display for SolveError<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let t = self.time_s;
+        match &self.kind {
+            FailureKind::Request(why) => write!(f, "the solve cannot start: {why}"),
+            FailureKind::NonFinite { step_s } => write!(
+                f,
+                "a state became infinite or NaN in the step of {step_s:.3e} s that starts at \
+                 t = {t:.6} s; take smaller steps or check model and input there"
+            ),
+            FailureKind::StepTooSmall { step_s } => write!(
+                f,
+                "the error control asked for a step of {step_s:.3e} s at t = {t:.6} s; the problem \
+                 is too stiff there, or the tolerance is below rounding"
+            ),
+            FailureKind::TooManySteps { limit } => write!(
+                f,
+                "the limit of {limit} steps was reached at t = {t:.6} s; raise it or loosen the \
+                 tolerance"
+            ),
+        }
+    }
+}
+
+impl<S: fmt::Debug> std::error::Error for SolveError<S> {}

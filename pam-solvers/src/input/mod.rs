@@ -1,0 +1,46 @@
+//! Inputs: what drives a vector field from outside.
+
+mod sampled;
+mod simple;
+
+pub use sampled::{InputError, Interpolation, SampledInput};
+pub use simple::{Constant, InputFn, NoInput};
+
+use pam_core::Scalar;
+
+/// From which side a time is approached; it matters only where an input jumps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// The value just before: what the last stage of a step needs.
+    Left,
+    /// The value just after: what the first stage of a step needs.
+    Right,
+}
+
+/// An input `u(t)`.
+pub trait Input<S: Scalar> {
+    /// Number of input variables.
+    fn input_len(&self) -> usize;
+
+    /// Writes `u(t)`, approached from `side`, to `out`.
+    fn value_into(&self, t: f64, side: Side, out: &mut [S]);
+
+    /// The first time after `t` at which the input jumps, if any. Steps end there, and the first
+    /// stage after it is evaluated afresh.
+    fn next_jump(&self, t: f64) -> Option<f64> {
+        let _ = t;
+        None
+    }
+}
+
+impl<S: Scalar, I: Input<S> + ?Sized> Input<S> for &I {
+    fn input_len(&self) -> usize {
+        (**self).input_len()
+    }
+    fn value_into(&self, t: f64, side: Side, out: &mut [S]) {
+        (**self).value_into(t, side, out);
+    }
+    fn next_jump(&self, t: f64) -> Option<f64> {
+        (**self).next_jump(t)
+    }
+}

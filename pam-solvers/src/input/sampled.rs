@@ -1,0 +1,273 @@
+use super::{Input, Side};
+use pam_core::Scalar;
+use thiserror::Error;
+
+/// How a sampled signal is read between its samples. There is no default: the choice changes the
+/// model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Zero-order hold: each sample's value until the next sample. Jumps at every sample, where the
+    /// solver ends its steps; exact.
+    Hold,
+    /// Straight lines between samples.
+    Linear,
+    /// Cubic Hermite pieces with the slopes of the parabola through each sample and its neighbours;
+    /// continuously differentiable.
+    Cubic,
+}
+
+impl Interpolation {
+    /// Names in files and on the command line.
+    pub const NAMES: &'static [&'static str] = &["zoh", "linear", "cubic"];
+
+    /// The name of this interpolation.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Hold => "zoh",
+            Self::Linear => "linear",
+            Self::Cubic => "cubic",
+        }
+    }
+}
+
+/// A sampled signal that cannot be an input.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum InputError {
+    /// There are no samples, or the numbers of times and values do not fit.
+    #[error("{times} sample times and {values} values do not make {variables} input variable(s)")]
+    Lengths {
+        /// Number of times.
+        times: usize,
+        /// Number of values.
+        values: usize,
+        /// Number of variables.
+        variables: usize,
+    },
+    /// Sample times do not increase.
+    #[error("sample times must increase: t[{index}] = {time_s} s does not exceed its predecessor")]
+    NotIncreasing {
+        /// Index of the offending time.
+        index: usize,
+        /// The offending time, s.
+        time_s: f64,
+    },
+}
+
+/// A signal known at sample times, such as a measured force. Before the first and after the last
+/// sample it keeps the end values.
+#[derive(Debug, Clone, Copy)]
+pub struct SampledInput<'a, S> {
+    times_s: &'a [f64],
+    /// Sample by sample, `variables` values each.
+    values: &'a [S],
+    variables: usize,
+    interpolation: Interpolation,
+    /// Samples per second if the grid is uniform, for constant-time lookup.
+    uniform_rate: Option<f64>,
+}
+
+impl<'a, S: Scalar> SampledInput<'a, S> {
+    /// One variable with a value at each of `times_s` (s, increasing).
+    ///
+    /// # Errors
+    /// [`InputError`] if there is no sample, the lengths differ, or times do not increase.
+    pub fn new(
+        times_s: &'a [f64],
+        values: &'a [S],
+        interpolation: Interpolation,
+    ) -> Result<Self, InputError> {
+        Self::with_variables(times_s, values, 1, interpolation)
+    }
+
+    /// Several variables; `values` holds `variables` numbers for each sample time.
+    ///
+    /// # Errors
+    /// [`InputError`] if there is no sample, the lengths differ, or times do not increase.
+    pub fn with_variables(
+        times_s: &'a [f64],
+        values: &'a [S],
+        variables: usize,
+        interpolation: Interpolation,
+    ) -> Result<Self, InputError> {
+        if times_s.is_empty() || values.len() != times_s.len() * variables {
+            return Err(InputError::Lengths {
+                times: times_s.len(),
+                values: values.len(),
+                variables,
+            });
+        }
+        if !times_s[0].is_finite() {
+            return Err(InputError::NotIncreasing { index: 0, time_s: times_s[0] });
+        }
+        // `partial_cmp` so that a NaN counts as not increasing.
+        let increasing =
+            |w: &[f64]| w[0].partial_cmp(&w[1]) == Some(std::cmp::Ordering::Less) && w[1].is_finite();
+        if let Some(i) = times_s.windows(2).position(|w| !increasing(w)) {
+            return Err(InputError::NotIncreasing { index: i + 1, time_s: times_s[i + 1] });
+        }
+        let (first, last) = (times_s[0], times_s[times_s.len() - 1]);
+        let step = (last - first) / (times_s.len() - 1).max(1) as f64;
+        let uniform = times_s.len() > 1
+            && times_s
+                .iter()
+                .enumerate()
+                .all(|(k, t)| (t - (first + step * k as f64)).abs() < 0.01 * step);
+        Ok(Self {
+            times_s,
+            values,
+            variables,
+            interpolation,
+            uniform_rate: uniform.then(|| 1.0 / step),
+        })
+    }
+
+    /// Index of the last sample at or before `t`; 0 before the first sample.
+    #[inline]
+    fn index_at(&self, t: f64) -> usize {
+        let last = self.times_s.len() - 1;
+        match self.uniform_rate {
+            Some(rate) => {
+                let guess = ((t - self.times_s[0]) * rate).max(0.0) as usize;
+                let mut k = guess.min(last);
+                while k < last && self.times_s[k + 1] <= t {
+                    k += 1;
+                }
+                while k > 0 && self.times_s[k] > t {
+                    k -= 1;
+                }
+                k
+            }
+            None => self.times_s.partition_point(|&s| s <= t).saturating_sub(1),
+        }
+    }
+
+    #[inline]
+    fn sample(&self, k: usize) -> &[S] {
+        &self.values[k * self.variables..(k + 1) * self.variables]
+    }
+
+    /// Slope at sample `k` of the parabola through it and its neighbours, of the line at the ends.
+    fn slope(&self, k: usize, variable: usize) -> S {
+        let (t, last) = (self.times_s, self.times_s.len() - 1);
+        let secant = |i: usize| {
+            (self.sample(i + 1)[variable] - self.sample(i)[variable]).scaled(1.0 / (t[i + 1] - t[i]))
+        };
+        if k == 0 {
+            secant(0)
+        } else if k == last {
+            secant(last - 1)
+        } else {
+            let (before, after) = (t[k] - t[k - 1], t[k + 1] - t[k]);
+            let total = before + after;
+            secant(k - 1).scaled(after / total) + secant(k).scaled(before / total)
+        }
+    }
+}
+
+impl<S: Scalar> Input<S> for SampledInput<'_, S> {
+    fn input_len(&self) -> usize {
+        self.variables
+    }
+
+    #[inline]
+    fn value_into(&self, t: f64, side: Side, out: &mut [S]) {
+        let k = self.index_at(t);
+        let last = self.times_s.len() - 1;
+        if self.interpolation == Interpolation::Hold {
+            let before_jump = side == Side::Left && k > 0 && self.times_s[k] == t;
+            out.copy_from_slice(self.sample(if before_jump { k - 1 } else { k }));
+            return;
+        }
+        if k == last || t <= self.times_s[0] {
+            out.copy_from_slice(self.sample(k));
+            return;
+        }
+        let h = self.times_s[k + 1] - self.times_s[k];
+        let theta = (t - self.times_s[k]) / h;
+        for (i, o) in out.iter_mut().enumerate() {
+            let (a, b) = (self.sample(k)[i], self.sample(k + 1)[i]);
+            *o = match self.interpolation {
+                Interpolation::Cubic => {
+                    let s2 = theta * theta * (3.0 - 2.0 * theta);
+                    let rise = h * theta * (1.0 - theta);
+                    a + (b - a).scaled(s2)
+                        + self.slope(k, i).scaled(rise * (1.0 - theta))
+                        - self.slope(k + 1, i).scaled(rise * theta)
+                }
+                _ => a + (b - a).scaled(theta),
+            };
+        }
+    }
+
+    fn next_jump(&self, t: f64) -> Option<f64> {
+        if self.interpolation != Interpolation::Hold {
+            return None;
+        }
+        let k = self.index_at(t);
+        // Before the first sample the end value holds already, so that sample is no jump.
+        let next = if t < self.times_s[0] { 1 } else { k + 1 };
+        self.times_s.get(next).copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(input: &SampledInput<'_, f64>, t: f64, side: Side) -> f64 {
+        let mut u = [0.0];
+        input.value_into(t, side, &mut u);
+        u[0]
+    }
+
+    #[test]
+    fn a_hold_keeps_the_left_value_up_to_the_sample() {
+        let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.001).collect();
+        let values: Vec<f64> = (0..100).map(f64::from).collect();
+        let input = SampledInput::new(&times, &values, Interpolation::Hold).unwrap();
+        for k in 1..100 {
+            assert_eq!(at(&input, times[k], Side::Left), values[k - 1]);
+            assert_eq!(at(&input, times[k], Side::Right), values[k]);
+            assert_eq!(at(&input, times[k] - 4e-4, Side::Right), values[k - 1]);
+            assert_eq!(input.next_jump(times[k - 1]), Some(times[k]));
+        }
+        assert_eq!(input.next_jump(times[99]), None);
+        assert_eq!(input.next_jump(-1.0), Some(times[1]));
+        assert_eq!(at(&input, 5.0, Side::Left), 99.0);
+        assert_eq!(at(&input, -5.0, Side::Right), 0.0);
+    }
+
+    #[test]
+    fn uneven_grids_are_read_alike() {
+        let times = [0.0, 0.1, 0.15, 0.4, 1.0];
+        let values = [1.0, 2.0, 0.0, 5.0, -1.0];
+        let hold = SampledInput::new(&times, &values, Interpolation::Hold).unwrap();
+        assert_eq!(at(&hold, 0.39, Side::Right), 0.0);
+        let linear = SampledInput::new(&times, &values, Interpolation::Linear).unwrap();
+        assert!((at(&linear, 0.275, Side::Right) - 2.5).abs() < 1e-14);
+        assert_eq!(linear.next_jump(0.0), None);
+    }
+
+    /// The cubic reproduces a parabola away from the ends and is third-order accurate.
+    #[test]
+    fn the_cubic_is_exact_for_parabolas() {
+        let times: Vec<f64> = [0.0, 0.13, 0.2, 0.45, 0.5, 0.9, 1.0].to_vec();
+        let parabola = |t: f64| 2.0 * t * t - t + 0.3;
+        let values: Vec<f64> = times.iter().map(|&t| parabola(t)).collect();
+        let input = SampledInput::new(&times, &values, Interpolation::Cubic).unwrap();
+        for t in [0.14, 0.33, 0.47, 0.77] {
+            assert!((at(&input, t, Side::Right) - parabola(t)).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn bad_samples_are_named() {
+        let error = SampledInput::new(&[0.0, 1.0, 1.0], &[0.0; 3], Interpolation::Hold);
+        assert!(matches!(error, Err(InputError::NotIncreasing { index: 2, .. })));
+        let error = SampledInput::<f64>::new(&[], &[], Interpolation::Linear);
+        assert!(matches!(error, Err(InputError::Lengths { .. })));
+        let error = SampledInput::new(&[0.0, f64::NAN], &[0.0; 2], Interpolation::Hold);
+        assert!(matches!(error, Err(InputError::NotIncreasing { index: 1, .. })));
+    }
+}

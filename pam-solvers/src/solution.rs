@@ -1,0 +1,139 @@
+//! What a solve returns.
+
+use crate::tableau::Tableau;
+use pam_core::Scalar;
+
+/// Counts of a solve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Statistics {
+    /// Accepted steps.
+    pub accepted: usize,
+    /// Rejected steps.
+    pub rejected: usize,
+    /// Evaluations of the vector field.
+    pub evaluations: usize,
+}
+
+/// Saved times and states of a solve.
+#[derive(Debug, Clone)]
+pub struct Solution<S> {
+    state_len: usize,
+    times_s: Vec<f64>,
+    states: Vec<S>,
+    /// Steps and evaluations.
+    pub statistics: Statistics,
+    /// The continuous solution, if it was asked for.
+    pub dense: Option<DenseSolution<S>>,
+}
+
+impl<S: Scalar> Solution<S> {
+    pub(crate) fn with_capacity(state_len: usize, points: usize) -> Self {
+        Self {
+            state_len,
+            times_s: Vec::with_capacity(points),
+            states: Vec::with_capacity(points * state_len),
+            statistics: Statistics::default(),
+            dense: None,
+        }
+    }
+
+    pub(crate) fn push(&mut self, t: f64, y: &[S]) {
+        self.times_s.push(t);
+        self.states.extend_from_slice(y);
+    }
+
+    /// Number of saved points.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.times_s.len()
+    }
+
+    /// Whether nothing was saved.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.times_s.is_empty()
+    }
+
+    /// The saved times, s.
+    #[must_use]
+    pub fn times_s(&self) -> &[f64] {
+        &self.times_s
+    }
+
+    /// The state at the saved point `index`.
+    #[must_use]
+    pub fn state(&self, index: usize) -> &[S] {
+        &self.states[index * self.state_len..(index + 1) * self.state_len]
+    }
+
+    /// The last saved state, if any.
+    #[must_use]
+    pub fn last(&self) -> Option<&[S]> {
+        (!self.is_empty()).then(|| self.state(self.len() - 1))
+    }
+
+    /// One state variable over all saved points.
+    pub fn component(&self, index: usize) -> impl Iterator<Item = S> + '_ {
+        self.states.iter().skip(index).step_by(self.state_len).copied()
+    }
+}
+
+/// A solution that can be evaluated at any time of its interval,
+/// `y(t_n + θ h) = y_n + h Σ b_i(θ) k_i`.
+#[derive(Debug, Clone)]
+pub struct DenseSolution<S> {
+    tableau: Tableau,
+    state_len: usize,
+    /// Step ends, one more than steps.
+    times_s: Vec<f64>,
+    /// State at the start of each step.
+    starts: Vec<S>,
+    /// Stage derivatives of each step, the closing one included.
+    stages: Vec<S>,
+}
+
+impl<S: Scalar> DenseSolution<S> {
+    pub(crate) fn new(tableau: &Tableau, state_len: usize, t0: f64) -> Self {
+        Self {
+            tableau: tableau.clone(),
+            state_len,
+            times_s: vec![t0],
+            starts: Vec::new(),
+            stages: Vec::new(),
+        }
+    }
+
+    pub(crate) fn push(&mut self, t1: f64, y0: &[S], stages: &[S]) {
+        self.times_s.push(t1);
+        self.starts.extend_from_slice(y0);
+        self.stages.extend_from_slice(stages);
+    }
+
+    /// The times at which steps begin and end, s.
+    #[must_use]
+    pub fn grid_s(&self) -> &[f64] {
+        &self.times_s
+    }
+
+    /// The state at time `t` (s), or `None` outside the interval of the solve.
+    #[must_use]
+    pub fn at(&self, t: f64) -> Option<Vec<S>> {
+        let (first, last) = (*self.times_s.first()?, *self.times_s.last()?);
+        if !(first..=last).contains(&t) || self.times_s.len() < 2 {
+            return None;
+        }
+        let step = self.times_s.partition_point(|&s| s <= t).clamp(1, self.times_s.len() - 1) - 1;
+        let (t0, t1) = (self.times_s[step], self.times_s[step + 1]);
+        let n = self.state_len;
+        let width = n * self.tableau.derivatives();
+        let mut y = vec![S::zero(); n];
+        self.tableau.interpolate_into(
+            (t - t0) / (t1 - t0),
+            t1 - t0,
+            &self.starts[step * n..(step + 1) * n],
+            &self.stages[step * width..(step + 1) * width],
+            &mut y,
+        );
+        Some(y)
+    }
+}

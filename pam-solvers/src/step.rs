@@ -1,0 +1,134 @@
+//! One Runge–Kutta step in memory that is allocated once.
+
+use crate::input::{Input, Side};
+use crate::tableau::Tableau;
+use crate::term::Term;
+use pam_core::{Scalar, VectorField, scalar};
+
+/// Scratch memory of a solve: derivatives, states, input and the field's own work.
+pub(crate) struct Workspace<S> {
+    /// Derivatives of the step, one after the other; the closing one is last.
+    pub(crate) k: Vec<S>,
+    /// State at the start of the step.
+    pub(crate) y: Vec<S>,
+    /// State at the end of the step.
+    pub(crate) y_new: Vec<S>,
+    /// Scratch state: stage states, error estimates, interpolated points.
+    pub(crate) scratch: Vec<S>,
+    u: Vec<S>,
+    field_work: Vec<S>,
+    /// Field evaluations so far.
+    pub(crate) evaluations: usize,
+}
+
+impl<S: Scalar> Workspace<S> {
+    pub(crate) fn new<F: VectorField<S>, I: Input<S>>(
+        tableau: &Tableau,
+        term: &Term<F, I>,
+        y0: &[S],
+    ) -> Self {
+        let n = y0.len();
+        Self {
+            k: scalar::zeros(n * tableau.derivatives()),
+            y: y0.to_vec(),
+            y_new: y0.to_vec(),
+            scratch: scalar::zeros(n),
+            u: scalar::zeros(term.input.input_len()),
+            field_work: scalar::zeros(term.field.work_len()),
+            evaluations: 0,
+        }
+    }
+
+    /// Evaluates the field at the start of the step into the first derivative.
+    pub(crate) fn first_stage<F, I>(&mut self, term: &Term<F, I>, t: f64)
+    where
+        F: VectorField<S>,
+        I: Input<S>,
+    {
+        let n = self.y.len();
+        let at = (t, Side::Right);
+        term.eval_into(at, &self.y, &mut self.k[..n], &mut self.u, &mut self.field_work);
+        self.evaluations += 1;
+    }
+
+    /// Evaluates the field at `(t, y + h k_1)` into `scratch`, for the estimate of a first step. The
+    /// input is read at the start of the step.
+    pub(crate) fn euler_probe<F, I>(&mut self, term: &Term<F, I>, t: f64, h: f64)
+    where
+        F: VectorField<S>,
+        I: Input<S>,
+    {
+        let n = self.y.len();
+        for i in 0..n {
+            self.y_new[i] = self.y[i] + self.k[i].scaled(h);
+        }
+        let at = (t, Side::Right);
+        term.eval_into(at, &self.y_new, &mut self.scratch, &mut self.u, &mut self.field_work);
+        self.evaluations += 1;
+    }
+
+    /// Stages two to `s` and the new state, for a step from `t` to `t_new`; the first derivative is
+    /// known.
+    pub(crate) fn advance<F, I>(&mut self, tableau: &Tableau, term: &Term<F, I>, t: f64, t_new: f64)
+    where
+        F: VectorField<S>,
+        I: Input<S>,
+    {
+        let (n, h) = (self.y.len(), t_new - t);
+        for i in 1..tableau.stages() {
+            self.combine(&tableau.a[i], h);
+            let c = tableau.c[i];
+            // Only a node at exactly 1 touches a jump at the end of the step.
+            let at = if c == 1.0 { (t_new, Side::Left) } else { (t + c * h, Side::Right) };
+            let (_, rest) = self.k.split_at_mut(i * n);
+            term.eval_into(at, &self.y_new, &mut rest[..n], &mut self.u, &mut self.field_work);
+        }
+        self.evaluations += tableau.stages() - 1;
+        self.combine(&tableau.b, h);
+    }
+
+    /// The closing derivative at the end of the step.
+    pub(crate) fn close<F, I>(&mut self, tableau: &Tableau, term: &Term<F, I>, t_new: f64)
+    where
+        F: VectorField<S>,
+        I: Input<S>,
+    {
+        let n = self.y.len();
+        let closing = &mut self.k[tableau.stages() * n..];
+        let at = (t_new, Side::Left);
+        term.eval_into(at, &self.y_new, closing, &mut self.u, &mut self.field_work);
+        self.evaluations += 1;
+    }
+
+    /// The closing derivative becomes the first of the next step.
+    pub(crate) fn reuse_closing(&mut self, tableau: &Tableau) {
+        let n = self.y.len();
+        let closing = tableau.stages() * n;
+        self.k.copy_within(closing..closing + n, 0);
+    }
+
+    /// Writes the error estimate `h Σ (b_i − b̂_i) k_i` to `scratch`.
+    pub(crate) fn estimate_error(&mut self, weights: &[f64], h: f64) {
+        let n = self.y.len();
+        self.scratch.fill(S::zero());
+        for (ki, &w) in self.k.chunks_exact(n).zip(weights) {
+            for (e, &d) in self.scratch.iter_mut().zip(ki) {
+                *e += d.scaled(h * w);
+            }
+        }
+    }
+
+    /// `y_new = y + h Σ_j weights_j k_j`.
+    #[inline]
+    fn combine(&mut self, weights: &[f64], h: f64) {
+        let n = self.y.len();
+        self.y_new.copy_from_slice(&self.y);
+        for (kj, &w) in self.k.chunks_exact(n).zip(weights) {
+            if w != 0.0 {
+                for (o, &d) in self.y_new.iter_mut().zip(kj) {
+                    *o += d.scaled(h * w);
+                }
+            }
+        }
+    }
+}

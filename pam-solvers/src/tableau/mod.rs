@@ -1,0 +1,154 @@
+//! Butcher tableaux, one method a file.
+//!
+//! Every method is held in one shape: `s` stages that make the step, and one **closing derivative**
+//! `k_{s+1} = f(t_{n+1}, y_{n+1})`. The closing derivative is the first stage of the next step
+//! (first same as last) unless the input jumps there, and it enters error estimate and interpolant.
+//! It is evaluated only when something needs it.
+//!
+//! To add a method: one file with a constructor, one line in [`Tableau::from_name`].
+
+mod bogacki_shampine3;
+mod dormand_prince5;
+mod polynomial;
+mod rk4;
+mod tsit5;
+
+use pam_core::{ModelError, Scalar};
+use polynomial::hermite;
+
+/// An explicit Runge–Kutta method with optional error estimate and an interpolant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tableau {
+    /// Name, as files and commands know it.
+    pub name: &'static str,
+    /// Order of the step.
+    pub order: usize,
+    /// Order of the embedded method, if there is one.
+    pub embedded_order: Option<usize>,
+    /// Order of the interpolant: its error inside one step is O(h^(order+1)).
+    pub interpolant_order: usize,
+    /// Nodes c, one a stage.
+    pub c: Vec<f64>,
+    /// Strictly lower-triangular matrix a; row `i` has `i` entries.
+    pub a: Vec<Vec<f64>>,
+    /// Weights b, one a stage.
+    pub b: Vec<f64>,
+    /// Weights of the error estimate, `b − b̂`, one a stage and one for the closing derivative.
+    pub error: Option<Vec<f64>>,
+    /// Interpolation weights `b_i(θ)`, one polynomial a stage and one for the closing derivative;
+    /// entry `p` is the coefficient of `θ^(p+1)`.
+    pub interpolant: Vec<Vec<f64>>,
+}
+
+/// Names of the built-in methods.
+pub const NAMES: &[&str] = &["tsit5", "rk4", "bs3", "dp5"];
+
+impl Tableau {
+    /// The built-in method of this name.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownName`] with the names that exist.
+    pub fn from_name(name: &str) -> Result<Self, ModelError> {
+        match name {
+            "tsit5" => Ok(Self::tsit5()),
+            "rk4" => Ok(Self::rk4()),
+            "bs3" => Ok(Self::bogacki_shampine3()),
+            "dp5" => Ok(Self::dormand_prince5()),
+            _ => Err(ModelError::UnknownName {
+                kind: "method",
+                name: name.to_owned(),
+                known: NAMES.join(", "),
+            }),
+        }
+    }
+
+    /// A method from its nodes, matrix and weights, without error estimate and with the cubic
+    /// Hermite interpolant, which any method has.
+    ///
+    /// # Errors
+    /// [`ModelError::Shape`] if the lengths do not fit, a row of `a` does not sum to its node, or
+    /// the weights do not sum to one.
+    pub fn custom(
+        name: &'static str,
+        order: usize,
+        c: &[f64],
+        a: &[&[f64]],
+        b: &[f64],
+    ) -> Result<Self, ModelError> {
+        let tableau = Self {
+            name,
+            order,
+            embedded_order: None,
+            interpolant_order: 3,
+            c: c.to_vec(),
+            a: a.iter().map(|row| row.to_vec()).collect(),
+            b: b.to_vec(),
+            error: None,
+            interpolant: hermite(b),
+        };
+        tableau.validate()?;
+        Ok(tableau)
+    }
+
+    /// Checks lengths and the row-sum conditions `Σ_j a_ij = c_i`, `Σ b_i = 1`, `Σ (b_i − b̂_i) = 0`.
+    ///
+    /// # Errors
+    /// [`ModelError::Shape`] naming the condition that fails.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        let s = self.stages();
+        let fail = |what: String| Err(ModelError::Shape(format!("tableau {}: {what}", self.name)));
+        if s == 0 || self.a.len() != s || self.b.len() != s || self.interpolant.len() != s + 1 {
+            return fail(format!("a, b, c and the interpolant do not fit {s} stages"));
+        }
+        for (i, (row, &c)) in self.a.iter().zip(&self.c).enumerate() {
+            if row.len() != i {
+                return fail(format!("row {i} of a has {} entries, not {i}", row.len()));
+            }
+            if (row.iter().sum::<f64>() - c).abs() > 1e-12 {
+                return fail(format!("row {i} of a does not sum to its node {c}"));
+            }
+        }
+        if (self.b.iter().sum::<f64>() - 1.0).abs() > 1e-12 {
+            return fail("the weights b do not sum to 1".into());
+        }
+        if let Some(error) = &self.error
+            && (error.len() != s + 1 || error.iter().sum::<f64>().abs() > 1e-12)
+        {
+            return fail("the error weights do not fit or do not sum to 0".into());
+        }
+        Ok(())
+    }
+
+    /// Number of stages that make the step, the closing derivative not counted.
+    #[must_use]
+    pub fn stages(&self) -> usize {
+        self.c.len()
+    }
+
+    /// Number of derivatives of a step, the closing one counted.
+    #[must_use]
+    pub fn derivatives(&self) -> usize {
+        self.c.len() + 1
+    }
+
+    /// The interpolation weight `b_i(θ)` of derivative `i`.
+    #[must_use]
+    pub fn interpolation_weight(&self, i: usize, theta: f64) -> f64 {
+        self.interpolant[i].iter().rev().fold(0.0, |sum, &c| (sum + c) * theta)
+    }
+
+    /// Writes `y0 + h Σ b_i(θ) k_i` to `out`; `k` holds the derivatives of the step one after the
+    /// other, the closing one last.
+    pub fn interpolate_into<S: Scalar>(&self, theta: f64, h: f64, y0: &[S], k: &[S], out: &mut [S]) {
+        out.copy_from_slice(y0);
+        for (i, ki) in k.chunks_exact(y0.len()).enumerate() {
+            let weight = h * self.interpolation_weight(i, theta);
+            for (o, &d) in out.iter_mut().zip(ki) {
+                *o += d.scaled(weight);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
