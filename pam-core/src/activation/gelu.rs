@@ -1,9 +1,10 @@
 use super::{ActivationFunction, Tanh};
 use crate::scalar::Scalar;
+use serde::{Deserialize, Serialize};
 
 /// `½ z (1 + tanh(√(2/π) (z + 0.044715 z³)))`, the tanh form of `z Φ(z)`
 /// (Hendrycks and Gimpel 2016). JAX and PyTorch (`approximate="tanh"`) compute the same.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Gelu;
 
 impl ActivationFunction for Gelu {

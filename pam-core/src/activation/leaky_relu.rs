@@ -1,8 +1,9 @@
 use super::ActivationFunction;
 use crate::scalar::Scalar;
+use serde::{Deserialize, Serialize};
 
 /// `max(z, 0) + slope · min(z, 0)` (Maas, Hannun and Ng 2013).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LeakyRelu {
     /// Slope for negative arguments.
     pub slope: f64,

@@ -33,9 +33,9 @@ pub trait ActivationFunction: Copy + Send + Sync + 'static {
 macro_rules! activations {
     ($($(#[$doc:meta])* $name:literal => $variant:ident($module:ident::$type:ident)),+ $(,)?) => {
         /// The activations that have a name in files and on the command line.
-        #[derive(Debug, Clone, Copy, PartialEq)]
+        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
         pub enum Activation {
-            $($(#[$doc])* $variant($module::$type)),+
+            $($(#[$doc])* #[serde(rename = $name)] $variant($module::$type)),+
         }
 
         $(pub use $module::$type;)+

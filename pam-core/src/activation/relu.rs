@@ -1,8 +1,9 @@
 use super::ActivationFunction;
 use crate::scalar::Scalar;
+use serde::{Deserialize, Serialize};
 
 /// `max(z, 0)`.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Relu;
 
 impl ActivationFunction for Relu {

@@ -1,8 +1,9 @@
 use super::ActivationFunction;
 use crate::scalar::Scalar;
+use serde::{Deserialize, Serialize};
 
 /// `z / (1 + e⁻ᶻ)`, also called swish (Elfwing, Uchibe and Doya 2018).
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Silu;
 
 impl ActivationFunction for Silu {

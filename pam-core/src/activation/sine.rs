@@ -1,8 +1,9 @@
 use super::ActivationFunction;
 use crate::scalar::Scalar;
+use serde::{Deserialize, Serialize};
 
 /// `sin z`, for periodic features (Sitzmann et al. 2020).
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Sine;
 
 impl ActivationFunction for Sine {

@@ -1,8 +1,9 @@
 use super::ActivationFunction;
 use crate::scalar::Scalar;
+use serde::{Deserialize, Serialize};
 
 /// Hyperbolic tangent, written through `e^{−2|z|} − 1` so that derivatives stay finite far out.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Tanh;
 
 impl ActivationFunction for Tanh {

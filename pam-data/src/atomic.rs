@@ -1,0 +1,40 @@
+//! Files that are either complete or absent.
+
+use crate::error::DataError;
+use std::io::Write;
+use std::path::Path;
+
+/// Writes `bytes` to `path`: into a temporary file beside it that is then renamed, so that no reader
+/// and no crash ever sees half a file. Folders that do not exist are made.
+///
+/// # Errors
+/// [`DataError::Io`] naming the path.
+pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), DataError> {
+    let io = |e: std::io::Error| DataError::io(path, e);
+    let folder = match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    };
+    std::fs::create_dir_all(folder).map_err(io)?;
+    let mut file = tempfile::Builder::new()
+        .prefix(".pam-")
+        .permissions(default_permissions())
+        .tempfile_in(folder)
+        .map_err(io)?;
+    file.write_all(bytes).map_err(io)?;
+    file.as_file().sync_all().map_err(io)?;
+    file.persist(path).map_err(|e| io(e.error))?;
+    Ok(())
+}
+
+#[cfg(unix)]
+fn default_permissions() -> std::fs::Permissions {
+    use std::os::unix::fs::PermissionsExt;
+    // The process's umask still applies when the file is made.
+    std::fs::Permissions::from_mode(0o666)
+}
+
+#[cfg(not(unix))]
+fn default_permissions() -> std::fs::Permissions {
+    std::fs::metadata(".").expect("the working folder exists").permissions()
+}

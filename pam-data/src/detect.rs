@@ -1,0 +1,160 @@
+//! Opens any supported file by its content.
+
+use crate::error::DataError;
+use crate::formats::mat_run::PressureReference;
+use crate::formats::raw_log::RawLog;
+use crate::formats::{csv_columns, mat_run, npz_columns};
+use crate::preprocess::{RawLogOptions, recordings_from_raw_log, refilter};
+use crate::recording::Recording;
+use std::fmt;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// What a file is, judged by its first bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FileKind {
+    /// A raw log of the rig.
+    RawLog,
+    /// CSV of the standard columns.
+    Csv,
+    /// An `.npz` archive.
+    Npz,
+    /// A MATLAB level 5 file.
+    Mat,
+    /// Published weights.
+    Eqx,
+    /// A model of this framework.
+    Safetensors,
+}
+
+impl fmt::Display for FileKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::RawLog => "a raw log",
+            Self::Csv => "a CSV file",
+            Self::Npz => "an .npz archive",
+            Self::Mat => "a MATLAB file",
+            Self::Eqx => "an .eqx weight file",
+            Self::Safetensors => "a safetensors file",
+        })
+    }
+}
+
+impl FileKind {
+    /// Judges a file.
+    ///
+    /// # Errors
+    /// [`DataError`] if it cannot be read, is empty, or is none of the kinds.
+    pub fn of(path: &Path) -> Result<Self, DataError> {
+        let mut head = Vec::new();
+        std::fs::File::open(path)
+            .and_then(|f| f.take(65536).read_to_end(&mut head))
+            .map_err(|e| DataError::io(path, e))?;
+        if head.is_empty() {
+            return Err(DataError::file(path, "the file is empty"));
+        }
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        if head.starts_with(b"MATLAB") || head.starts_with(b"\x89HDF") || extension == "mat" {
+            return Ok(Self::Mat);
+        }
+        if head.starts_with(b"\x93NUMPY") || extension == "eqx" {
+            return Ok(Self::Eqx);
+        }
+        if head.starts_with(b"PK") || extension == "npz" {
+            return Ok(Self::Npz);
+        }
+        if head.get(8) == Some(&b'{') || extension == "safetensors" {
+            return Ok(Self::Safetensors);
+        }
+        // A raw log is known by its columns of tabs, a CSV by its commas.
+        let text = String::from_utf8_lossy(&head);
+        let first_row = text.lines().find(|l| !l.starts_with('#') && !l.trim().is_empty());
+        let last_comment = text.lines().take_while(|l| l.starts_with('#')).last();
+        let looks_raw = |line: &str| line.contains('\t') && !line.contains(',');
+        match (first_row, last_comment) {
+            (Some(row), _) if row.contains(',') => Ok(Self::Csv),
+            (Some(row), _) if looks_raw(row) => Ok(Self::RawLog),
+            (None, Some(names)) if names.contains("frame") => Ok(Self::RawLog),
+            _ if extension == "csv" => Ok(Self::Csv),
+            _ => Err(DataError::file(
+                path,
+                "not a file this program knows: raw log, CSV, .npz, .mat, .eqx or .safetensors",
+            )),
+        }
+    }
+}
+
+/// How recordings are read.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LoadOptions {
+    /// Constants of the raw-log loader; its cutoff also serves `preprocess`.
+    pub raw_log: RawLogOptions,
+    /// Filter CSV and `.npz` data like a raw log and take the velocity anew. Without it they are
+    /// taken as they are.
+    pub preprocess: bool,
+    /// What zero means in a `.mat` run's pressures.
+    pub pressure_reference: PressureReference,
+}
+
+/// Samples per second of a `.mat` run, whose file does not say.
+const MAT_RATE_HZ: f64 = 1000.0;
+
+/// Reads the recordings of one file: one, or several if it has gaps.
+///
+/// # Errors
+/// [`DataError`] naming file, line and column.
+pub fn open_recordings(path: &Path, options: &LoadOptions) -> Result<Vec<Recording>, DataError> {
+    let taken = match FileKind::of(path)? {
+        FileKind::RawLog => {
+            return recordings_from_raw_log(&RawLog::read(path)?, &options.raw_log);
+        }
+        FileKind::Csv => csv_columns::read(path)?,
+        FileKind::Npz => npz_columns::read(path)?,
+        FileKind::Mat => mat_run::read(path, options.pressure_reference, MAT_RATE_HZ)?,
+        kind @ (FileKind::Eqx | FileKind::Safetensors) => {
+            return Err(DataError::file(path, format!("a recording was expected, this is {kind}")));
+        }
+    };
+    if !options.preprocess {
+        return Ok(taken);
+    }
+    taken.into_iter().map(|r| refilter(r, options.raw_log.cutoff_hz)).collect()
+}
+
+/// Expands folders into the recordings they hold (not recursively), sorted by name; files are kept
+/// as given. Files of other kinds inside a folder are passed over.
+///
+/// # Errors
+/// [`DataError`] if a path cannot be read or a folder holds no recording.
+pub fn collect_paths(paths: &[PathBuf]) -> Result<Vec<PathBuf>, DataError> {
+    let mut out = Vec::new();
+    for path in paths {
+        if !path.is_dir() {
+            out.push(path.clone());
+            continue;
+        }
+        let io = |e: std::io::Error| DataError::io(path, e);
+        let mut found = Vec::new();
+        for entry in std::fs::read_dir(path).map_err(io)? {
+            let file = entry.map_err(io)?.path();
+            let kind = if file.is_file() { FileKind::of(&file).ok() } else { None };
+            let holds_recording = match kind {
+                Some(FileKind::RawLog | FileKind::Csv) => true,
+                Some(FileKind::Npz) => crate::formats::npz::read(&file)
+                    .is_ok_and(|arrays| arrays.contains_key("time_s")),
+                Some(FileKind::Mat) => crate::formats::mat::read(&file)
+                    .is_ok_and(|arrays| arrays.contains_key("dx")),
+                _ => false,
+            };
+            if holds_recording {
+                found.push(file);
+            }
+        }
+        if found.is_empty() {
+            return Err(DataError::file(path, "the folder holds no recording"));
+        }
+        found.sort();
+        out.extend(found);
+    }
+    Ok(out)
+}

@@ -1,0 +1,74 @@
+//! What can be wrong with a file.
+
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// A file that cannot be read, understood or used.
+#[derive(Debug, Error)]
+pub enum DataError {
+    /// The operating system refused.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A place in a text file is wrong.
+    #[error("{}:{line}: column `{column}`: {message}", path.display())]
+    Cell {
+        /// The file.
+        path: PathBuf,
+        /// Line, counted from one.
+        line: u64,
+        /// Name of the column.
+        column: String,
+        /// What is wrong and what to do.
+        message: String,
+    },
+    /// A line of a text file is wrong.
+    #[error("{}:{line}: {message}", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// Line, counted from one.
+        line: u64,
+        /// What is wrong and what to do.
+        message: String,
+    },
+    /// The file as a whole is wrong.
+    #[error("{}: {message}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what to do.
+        message: String,
+    },
+}
+
+impl DataError {
+    pub(crate) fn io(path: &Path, source: std::io::Error) -> Self {
+        Self::Io { path: path.to_owned(), source }
+    }
+
+    pub(crate) fn file(path: &Path, message: impl Into<String>) -> Self {
+        Self::File { path: path.to_owned(), message: message.into() }
+    }
+
+    pub(crate) fn line(path: &Path, line: u64, message: impl Into<String>) -> Self {
+        Self::Line { path: path.to_owned(), line, message: message.into() }
+    }
+
+    pub(crate) fn cell(path: &Path, line: u64, column: &str, message: impl Into<String>) -> Self {
+        Self::Cell {
+            path: path.to_owned(),
+            line,
+            column: column.to_owned(),
+            message: message.into(),
+        }
+    }
+}
+
+pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, DataError> {
+    std::fs::read(path).map_err(|e| DataError::io(path, e))
+}

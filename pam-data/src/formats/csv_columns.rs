@@ -1,0 +1,185 @@
+//! CSV of the standard columns.
+//!
+//! ```text
+//! # mass_flexor_g = 0.0315
+//! # mass_extensor_g = 0.0315
+//! time_s,displacement_mm,velocity_mm_s,pressure_flexor_kpa,pressure_extensor_kpa,force_n
+//! 0.000,0.1,0.0,170.2,169.9,-12.5
+//! ```
+//!
+//! Header lines are optional; other `# key = value` lines are kept as notes. Columns are found by
+//! name. Data are taken as they are.
+
+use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES};
+use crate::atomic::write_atomic;
+use crate::error::{DataError, read_bytes};
+use crate::recording::{Recording, split_at_gaps};
+use pam_core::SealedMasses;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Reads a CSV file; gaps in time split it into several recordings.
+///
+/// # Errors
+/// [`DataError`] with line and column for missing columns, cells that are no finite numbers, rows of
+/// the wrong length, times that do not increase, masses that are not positive, and empty files.
+pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
+    let bytes = read_bytes(path)?;
+    let mut recording = Recording::empty(path);
+    read_header(path, &bytes, &mut recording)?;
+
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .flexible(true)
+        .from_reader(bytes.as_slice());
+    let names = reader.headers().map_err(|e| csv_error(path, &e))?.clone();
+    let header_line = names.position().map_or(1, csv::Position::line);
+    if names.iter().all(str::is_empty) {
+        return Err(DataError::file(path, "the file is empty: no line of column names"));
+    }
+    let mut places = [0; NAMES.len()];
+    for (place, name) in places.iter_mut().zip(NAMES) {
+        *place = names.iter().position(|n| n == name).ok_or_else(|| {
+            DataError::line(
+                path,
+                header_line,
+                format!(
+                    "column `{name}` is missing; the columns here are [{}], needed are {}",
+                    names.iter().collect::<Vec<_>>().join(", "),
+                    NAMES.join(",")
+                ),
+            )
+        })?;
+    }
+
+    let mut values: [Vec<f64>; NAMES.len()] = Default::default();
+    let mut record = csv::ByteRecord::new();
+    while reader.read_byte_record(&mut record).map_err(|e| csv_error(path, &e))? {
+        let line = record.position().map_or(0, csv::Position::line);
+        if record.len() != names.len() {
+            return Err(DataError::line(
+                path,
+                line,
+                format!(
+                    "{} cells where the header names {}; the file may be truncated here",
+                    record.len(),
+                    names.len()
+                ),
+            ));
+        }
+        for ((&place, name), column) in places.iter().zip(NAMES).zip(&mut values) {
+            let cell = std::str::from_utf8(&record[place]).unwrap_or("(not text)");
+            let value: f64 = cell.parse().map_err(|_| {
+                DataError::cell(path, line, name, format!("`{cell}` is not a number"))
+            })?;
+            if !value.is_finite() {
+                return Err(DataError::cell(
+                    path,
+                    line,
+                    name,
+                    format!("{value} is not a finite number"),
+                ));
+            }
+            column.push(value);
+        }
+        if let [.., before, now] = values[0][..]
+            && now <= before
+        {
+            return Err(DataError::cell(
+                path,
+                line,
+                "time_s",
+                format!("{now} s does not come after {before} s (a repeated frame?)"),
+            ));
+        }
+    }
+    if values[0].is_empty() {
+        return Err(DataError::file(path, "no data rows: the file holds only a header"));
+    }
+    columns::fill(&mut recording, values);
+    recording.validate()?;
+    split_at_gaps(recording, 2)
+        .into_iter()
+        .map(|part| part.validate().map(|()| part))
+        .collect()
+}
+
+fn csv_error(path: &Path, error: &csv::Error) -> DataError {
+    match error.position() {
+        Some(p) => DataError::line(path, p.line(), error.to_string()),
+        None => DataError::file(path, error.to_string()),
+    }
+}
+
+/// Reads the `# key = value` lines above the column names.
+fn read_header(path: &Path, bytes: &[u8], recording: &mut Recording) -> Result<(), DataError> {
+    let mut masses = [None; 2];
+    for (index, line) in bytes.split(|&b| b == b'\n').enumerate() {
+        let line = String::from_utf8_lossy(line);
+        let Some(comment) = line.trim().strip_prefix('#') else { break };
+        let Some((key, value)) = comment.split_once('=') else { continue };
+        let (key, value) = (key.trim(), value.trim());
+        let place = match key {
+            MASS_FLEXOR => 0,
+            MASS_EXTENSOR => 1,
+            _ => {
+                recording.notes.push(format!("{key} = {value}"));
+                continue;
+            }
+        };
+        let number = index as u64 + 1;
+        let mass: f64 = value
+            .parse()
+            .map_err(|_| DataError::cell(path, number, key, format!("`{value}` is not a number")))?;
+        if !(mass.is_finite() && mass > 0.0) {
+            return Err(DataError::cell(
+                path,
+                number,
+                key,
+                format!("an air mass must be positive, got {mass} g"),
+            ));
+        }
+        masses[place] = Some(mass);
+    }
+    recording.given_masses = match masses {
+        [Some(flexor_g), Some(extensor_g)] => Some(SealedMasses { flexor_g, extensor_g }),
+        [None, None] => None,
+        _ => {
+            return Err(DataError::file(
+                path,
+                format!("only one of `{MASS_FLEXOR}` and `{MASS_EXTENSOR}` is given; give both"),
+            ));
+        }
+    };
+    Ok(())
+}
+
+/// The CSV text of a recording, with masses in the header if `masses` is given.
+#[must_use]
+pub fn to_csv(recording: &Recording, masses: Option<SealedMasses>) -> String {
+    let mut out = String::with_capacity(recording.len() * 90);
+    if let Some(m) = masses {
+        let _ = writeln!(out, "# {MASS_FLEXOR} = {}", m.flexor_g);
+        let _ = writeln!(out, "# {MASS_EXTENSOR} = {}", m.extensor_g);
+    }
+    out.push_str(&NAMES.join(","));
+    out.push('\n');
+    let columns = columns::of(recording);
+    for i in 0..recording.len() {
+        for (c, column) in columns.iter().enumerate() {
+            let separator = if c == 0 { "" } else { "," };
+            let _ = write!(out, "{separator}{}", column[i]);
+        }
+        out.push('\n');
+    }
+    out
+}
+
+/// Writes a recording as CSV; every number keeps all its digits.
+///
+/// # Errors
+/// [`DataError::Io`].
+pub fn write(path: &Path, recording: &Recording) -> Result<(), DataError> {
+    write_atomic(path, to_csv(recording, recording.given_masses).as_bytes())
+}

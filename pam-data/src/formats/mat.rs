@@ -1,0 +1,63 @@
+//! MATLAB level 5 files: named arrays of real numbers.
+
+use crate::error::{DataError, read_bytes};
+use matfile::{MatFile, NumericData};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Reads all real arrays of a `.mat` file, column-major as MATLAB stores them.
+///
+/// # Errors
+/// [`DataError::File`] if the file is not level 5 or is damaged.
+pub fn read(path: &Path) -> Result<BTreeMap<String, Vec<f64>>, DataError> {
+    let bytes = read_bytes(path)?;
+    if bytes.get(..8) == Some(b"\x89HDF\r\n\x1a\n") || bytes.starts_with(b"MATLAB 7.3") {
+        return Err(DataError::file(
+            path,
+            "a MATLAB 7.3 (HDF5) file; save it again with `save(…, '-v7')`",
+        ));
+    }
+    let parsed = std::panic::catch_unwind(|| MatFile::parse(bytes.as_slice()))
+        .map_err(|_| DataError::file(path, "a damaged MATLAB file"))?;
+    let file = parsed.map_err(|e| {
+        DataError::file(path, format!("not a readable MATLAB level 5 file ({e}); it may be truncated"))
+    })?;
+    Ok(file.arrays().iter().map(|a| (a.name().to_owned(), to_f64(a.data()))).collect())
+}
+
+fn to_f64(data: &NumericData) -> Vec<f64> {
+    fn all<T: Copy>(values: &[T], f: impl Fn(T) -> f64) -> Vec<f64> {
+        values.iter().map(|&v| f(v)).collect()
+    }
+    match data {
+        NumericData::Int8 { real, .. } => all(real, f64::from),
+        NumericData::UInt8 { real, .. } => all(real, f64::from),
+        NumericData::Int16 { real, .. } => all(real, f64::from),
+        NumericData::UInt16 { real, .. } => all(real, f64::from),
+        NumericData::Int32 { real, .. } => all(real, f64::from),
+        NumericData::UInt32 { real, .. } => all(real, f64::from),
+        NumericData::Int64 { real, .. } => all(real, |v| v as f64),
+        NumericData::UInt64 { real, .. } => all(real, |v| v as f64),
+        NumericData::Single { real, .. } => all(real, f64::from),
+        NumericData::Double { real, .. } => real.clone(),
+    }
+}
+
+/// One array by name.
+///
+/// # Errors
+/// [`DataError::File`] naming the arrays that exist.
+pub(crate) fn take<'a>(
+    path: &Path,
+    arrays: &'a BTreeMap<String, Vec<f64>>,
+    name: &str,
+    purpose: &str,
+) -> Result<&'a [f64], DataError> {
+    arrays.get(name).map(Vec::as_slice).ok_or_else(|| {
+        let present = arrays.keys().cloned().collect::<Vec<_>>().join(", ");
+        DataError::file(
+            path,
+            format!("array `{name}` is missing for {purpose}; the arrays here are [{present}]"),
+        )
+    })
+}

@@ -1,0 +1,9 @@
+//! File formats of recordings, one module each.
+
+pub mod columns;
+pub mod csv_columns;
+pub mod mat;
+pub mod mat_run;
+pub mod npz;
+pub mod npz_columns;
+pub mod raw_log;

@@ -1,0 +1,130 @@
+//! NumPy archives: named arrays of numbers.
+
+use crate::atomic::write_atomic;
+use crate::error::{DataError, read_bytes};
+use npyz::WriterBuilder;
+use std::collections::BTreeMap;
+use std::io::{Cursor, Read, Write};
+use std::path::Path;
+
+/// An array of doubles with its shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Array {
+    /// Length of each dimension; empty for a scalar.
+    pub shape: Vec<u64>,
+    /// Values in row-major order.
+    pub values: Vec<f64>,
+}
+
+impl Array {
+    /// A vector.
+    #[must_use]
+    pub fn vector(values: Vec<f64>) -> Self {
+        Self { shape: vec![values.len() as u64], values }
+    }
+
+    /// A scalar.
+    #[must_use]
+    pub fn scalar(value: f64) -> Self {
+        Self { shape: vec![], values: vec![value] }
+    }
+}
+
+/// Reads one `.npy` record of real numbers (floats or integers) as doubles. Fortran order is turned
+/// into row-major order.
+///
+/// # Errors
+/// A sentence that says what is wrong.
+pub fn read_npy(reader: &mut impl Read) -> Result<Array, String> {
+    let npy = npyz::NpyFile::new(reader).map_err(|e| format!("not a .npy record: {e}"))?;
+    let shape = npy.shape().to_vec();
+    let fortran = npy.order() == npyz::Order::Fortran;
+    let dtype = npy.dtype();
+    let kind = dtype.descr();
+    let mut values: Vec<f64> = if kind.contains("f8") {
+        npy.into_vec::<f64>().map_err(|e| truncated(&e))?
+    } else if kind.contains("f4") {
+        npy.into_vec::<f32>().map_err(|e| truncated(&e))?.into_iter().map(f64::from).collect()
+    } else if kind.contains("i8") {
+        npy.into_vec::<i64>().map_err(|e| truncated(&e))?.into_iter().map(|v| v as f64).collect()
+    } else if kind.contains("i4") {
+        npy.into_vec::<i32>().map_err(|e| truncated(&e))?.into_iter().map(f64::from).collect()
+    } else {
+        return Err(format!("numbers of type {kind} are not supported; store float64"));
+    };
+    if fortran && shape.len() == 2 {
+        let (rows, columns) = (shape[0] as usize, shape[1] as usize);
+        values = (0..rows)
+            .flat_map(|r| (0..columns).map(move |c| c * rows + r))
+            .map(|i| values[i])
+            .collect();
+    } else if fortran && shape.len() > 2 {
+        return Err("arrays of three or more dimensions in Fortran order are not supported".into());
+    }
+    Ok(Array { shape, values })
+}
+
+fn truncated(error: &std::io::Error) -> String {
+    format!("the record ends early ({error}); the file may be truncated")
+}
+
+/// Appends one `.npy` record of doubles.
+///
+/// # Errors
+/// What the writer says.
+pub fn write_npy(out: &mut impl Write, array: &Array) -> std::io::Result<()> {
+    let mut writer = npyz::WriteOptions::new()
+        .default_dtype()
+        .shape(&array.shape)
+        .writer(out)
+        .begin_nd()?;
+    writer.extend(array.values.iter().copied())?;
+    writer.finish()
+}
+
+/// Reads all arrays of an `.npz` file that hold numbers; others are left out.
+///
+/// # Errors
+/// [`DataError`] if the file is no archive or an array is damaged.
+pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, DataError> {
+    let bytes = read_bytes(path)?;
+    let fail = |message: String| DataError::file(path, message);
+    let mut archive = zip::ZipArchive::new(Cursor::new(bytes))
+        .map_err(|e| fail(format!("not a readable .npz archive ({e}); it may be truncated")))?;
+    let mut arrays = BTreeMap::new();
+    for i in 0..archive.len() {
+        let mut file = archive.by_index(i).map_err(|e| fail(e.to_string()))?;
+        let name = file.name().map_err(|e| fail(e.to_string()))?.trim_end_matches(".npy").to_owned();
+        let mut content = Vec::new();
+        file.read_to_end(&mut content)
+            .map_err(|e| fail(format!("array `{name}` cannot be unpacked: {e}")))?;
+        match read_npy(&mut content.as_slice()) {
+            Ok(array) => {
+                arrays.insert(name, array);
+            }
+            Err(why) if why.contains("not supported") => {}
+            Err(why) => return Err(fail(format!("array `{name}`: {why}"))),
+        }
+    }
+    Ok(arrays)
+}
+
+/// Writes arrays as an uncompressed `.npz` file; the same arrays give the same bytes.
+///
+/// # Errors
+/// [`DataError::Io`].
+pub fn write(path: &Path, arrays: &BTreeMap<String, Array>) -> Result<(), DataError> {
+    let io = |e: std::io::Error| DataError::io(path, e);
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let options = zip::write::SimpleFileOptions::default()
+        .compression_method(zip::CompressionMethod::Stored)
+        .last_modified_time(zip::DateTime::default());
+    for (name, array) in arrays {
+        archive
+            .start_file(format!("{name}.npy"), options)
+            .map_err(|e| DataError::file(path, e.to_string()))?;
+        write_npy(&mut archive, array).map_err(io)?;
+    }
+    let bytes = archive.finish().map_err(|e| DataError::file(path, e.to_string()))?.into_inner();
+    write_atomic(path, &bytes)
+}

@@ -1,0 +1,75 @@
+//! `.npz` files of the standard columns, with the masses as scalars.
+
+use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES};
+use super::npz::{self, Array};
+use crate::error::DataError;
+use crate::recording::{Recording, split_at_gaps};
+use pam_core::SealedMasses;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Reads an `.npz` file whose arrays are the standard columns; gaps in time split it.
+///
+/// # Errors
+/// [`DataError`] naming a missing array, arrays of different lengths, numbers that are not finite,
+/// times that do not increase, or masses that are not positive.
+pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
+    let mut arrays = npz::read(path)?;
+    let present = arrays.keys().cloned().collect::<Vec<_>>().join(", ");
+    let mut values: [Vec<f64>; NAMES.len()] = Default::default();
+    for (column, name) in values.iter_mut().zip(NAMES) {
+        let array = arrays.remove(name).ok_or_else(|| {
+            DataError::file(
+                path,
+                format!(
+                    "array `{name}` is missing; the arrays here are [{present}], needed are {}",
+                    NAMES.join(", ")
+                ),
+            )
+        })?;
+        *column = array.values;
+    }
+    let mut recording = Recording::empty(path);
+    let mass = |name: &str| {
+        arrays.get(name).map(|a| match a.values[..] {
+            [m] if m.is_finite() && m > 0.0 => Ok(m),
+            _ => Err(DataError::file(
+                path,
+                format!("`{name}` must be one positive number, got {:?}", a.values),
+            )),
+        })
+    };
+    recording.given_masses = match (mass(MASS_FLEXOR), mass(MASS_EXTENSOR)) {
+        (Some(f), Some(e)) => Some(SealedMasses { flexor_g: f?, extensor_g: e? }),
+        (None, None) => None,
+        _ => {
+            return Err(DataError::file(
+                path,
+                format!("only one of `{MASS_FLEXOR}` and `{MASS_EXTENSOR}` is given; give both"),
+            ));
+        }
+    };
+    columns::fill(&mut recording, values);
+    recording.validate()?;
+    split_at_gaps(recording, 2)
+        .into_iter()
+        .map(|part| part.validate().map(|()| part))
+        .collect()
+}
+
+/// Writes a recording as `.npz`.
+///
+/// # Errors
+/// [`DataError::Io`].
+pub fn write(path: &Path, recording: &Recording) -> Result<(), DataError> {
+    let mut arrays: BTreeMap<String, Array> = NAMES
+        .iter()
+        .zip(columns::of(recording))
+        .map(|(name, values)| ((*name).to_owned(), Array::vector(values)))
+        .collect();
+    if let Some(m) = recording.given_masses {
+        arrays.insert(MASS_FLEXOR.into(), Array::scalar(m.flexor_g));
+        arrays.insert(MASS_EXTENSOR.into(), Array::scalar(m.extensor_g));
+    }
+    npz::write(path, &arrays)
+}

@@ -1,0 +1,34 @@
+//! Recordings and model files: read, checked, preprocessed, written.
+//!
+//! A [`Recording`] is what every other part of the framework works on: one run of the joint with
+//! sealed muscles, in the units of [`pam_core`], together with where it came from and what was done
+//! to it. [`open_recordings`] reads any supported file:
+//!
+//! | format | module |
+//! |---|---|
+//! | raw log of the rig (`nn_FFEE`) | [`formats::raw_log`], preprocessed by [`preprocess`] |
+//! | CSV and `.npz` of the standard columns | [`formats::csv_columns`], [`formats::npz_columns`] |
+//! | the published MATLAB run (`data.mat`) | [`formats::mat_run`] |
+//!
+//! Models come from the published `.eqx` weights or from safetensors ([`models`]); sealed air masses
+//! from the file itself, the gas law, or the single-muscle surfaces ([`masses`]).
+//!
+//! Every error names the file, and the line and column where there is one. Files are written
+//! atomically ([`atomic`]).
+
+pub mod atomic;
+pub mod detect;
+pub mod error;
+pub mod formats;
+pub mod masses;
+pub mod models;
+pub mod preprocess;
+pub mod recording;
+
+pub use detect::{FileKind, LoadOptions, collect_paths, open_recordings};
+pub use error::DataError;
+pub use formats::raw_log::RawLog;
+pub use masses::{MassChoice, MassOrigin, MuscleSurfaces, resolve_masses};
+pub use models::{ModelInfo, SavedModel, load_model};
+pub use preprocess::RawLogOptions;
+pub use recording::{Channel, Recording, SealedReading};

@@ -1,0 +1,124 @@
+//! The published weights: consecutive `.npy` records in one file, as `equinox.tree_serialise_leaves`
+//! writes them: `W1[96,4] b1[96] W2[96,96] b2[96] W3[1,96] b3[1] params[3] r0 L0`. Any number of
+//! layers is read; the activation is not in the file and is taken as LeakyReLU with slope 0.01.
+
+use super::{ModelInfo, SavedModel};
+use crate::atomic::write_atomic;
+use crate::error::{DataError, read_bytes};
+use crate::formats::npz::{Array, read_npy};
+use npyz::WriterBuilder;
+use pam_core::force::Dense;
+use pam_core::{
+    Activation, AnyForce, JointModel, Mlp, MuscleGeometry, NetworkForce, RawParameters,
+};
+use std::path::Path;
+
+/// Reads published weights.
+///
+/// # Errors
+/// [`DataError::File`] naming the record that is missing, damaged or of the wrong shape.
+pub fn read(path: &Path) -> Result<SavedModel, DataError> {
+    let bytes = read_bytes(path)?;
+    let fail = |message: String| DataError::file(path, message);
+    let mut rest = bytes.as_slice();
+    let mut records: Vec<Array> = Vec::new();
+    while !rest.is_empty() {
+        let number = records.len() + 1;
+        records.push(read_npy(&mut rest).map_err(|e| fail(format!("record {number}: {e}")))?);
+    }
+    let count = records.len();
+    if count < 5 || count.is_multiple_of(2) {
+        return Err(fail(format!(
+            "{count} records; a model has a weight and a bias a layer, then 3 parameters, r0 and L0 \
+             (the file may be truncated)"
+        )));
+    }
+    let mut layers = Vec::new();
+    for (k, pair) in records[..count - 3].chunks_exact(2).enumerate() {
+        let (weight, bias) = (&pair[0], &pair[1]);
+        if weight.shape.len() != 2 || bias.shape != [weight.shape[0]] {
+            return Err(fail(format!(
+                "layer {k}: weight of shape {:?} and bias of shape {:?} do not fit",
+                weight.shape, bias.shape
+            )));
+        }
+        layers.push(
+            Dense::from_rows(&weight.values, bias.values.clone())
+                .map_err(|e| fail(format!("layer {k}: {e}")))?,
+        );
+    }
+    let [mass, gas_coefficient, deformation] = records[count - 3].values[..] else {
+        return Err(fail(format!(
+            "record {} should hold the 3 raw parameters (m, C, nu), its shape is {:?}",
+            count - 2,
+            records[count - 3].shape
+        )));
+    };
+    let (&[radius_mm], &[length_mm]) =
+        (&records[count - 2].values[..], &records[count - 1].values[..])
+    else {
+        return Err(fail("the last two records should be the scalars r0 and L0".into()));
+    };
+    if let Some(k) = records.iter().position(|r| r.values.iter().any(|v| !v.is_finite())) {
+        return Err(fail(format!("record {} holds a number that is not finite", k + 1)));
+    }
+    let activation = Activation::from_name("leaky_relu").map_err(|e| fail(e.to_string()))?;
+    let force = Mlp::new(layers, activation)
+        .and_then(NetworkForce::new)
+        .map_err(|e| fail(e.to_string()))?;
+    let model = JointModel {
+        raw: RawParameters { mass, gas_coefficient, deformation },
+        geometry: MuscleGeometry { radius_mm, length_mm },
+        auxiliary_damping_kg_s: 0.0,
+        force: AnyForce::Network(force),
+    };
+    model.validate().map_err(|e| fail(e.to_string()))?;
+    let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    Ok(SavedModel {
+        model,
+        info: ModelInfo {
+            provenance: format!("published weights, file {name}.eqx"),
+            name,
+            trained: true,
+            source: Some(path.to_owned()),
+        },
+    })
+}
+
+/// Writes a network model with LeakyReLU and no auxiliary damping in the published format (float32
+/// weights, float64 geometry).
+///
+/// # Errors
+/// [`DataError::File`] if the model is none that the format can hold.
+pub fn write(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
+    let fail = |why: &str| DataError::file(path, format!("the .eqx format cannot hold {why}"));
+    let AnyForce::Network(force) = &saved.model.force else {
+        return Err(fail("a force that is no network"));
+    };
+    if Activation::from_name("leaky_relu").ok() != Some(*force.mlp().activation()) {
+        return Err(fail("an activation other than LeakyReLU with slope 0.01"));
+    }
+    if saved.model.auxiliary_damping_kg_s != 0.0 {
+        return Err(fail("auxiliary damping"));
+    }
+    let mut out = Vec::new();
+    let io = |e: std::io::Error| DataError::io(path, e);
+    for layer in force.mlp().layers() {
+        let (n, m) = (layer.outputs() as u64, layer.inputs() as u64);
+        append_f32(&mut out, &[n, m], &layer.weight_rows()).map_err(io)?;
+        append_f32(&mut out, &[n], layer.bias()).map_err(io)?;
+    }
+    let raw = saved.model.raw;
+    append_f32(&mut out, &[3], &[raw.mass, raw.gas_coefficient, raw.deformation]).map_err(io)?;
+    for value in [saved.model.geometry.radius_mm, saved.model.geometry.length_mm] {
+        crate::formats::npz::write_npy(&mut out, &Array::scalar(value)).map_err(io)?;
+    }
+    write_atomic(path, &out)
+}
+
+fn append_f32(out: &mut Vec<u8>, shape: &[u64], values: &[f64]) -> std::io::Result<()> {
+    let mut writer =
+        npyz::WriteOptions::<f32>::new().default_dtype().shape(shape).writer(out).begin_nd()?;
+    writer.extend(values.iter().map(|&v| v as f32))?;
+    writer.finish()
+}

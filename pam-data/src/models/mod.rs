@@ -1,0 +1,58 @@
+//! Model files: the framework's own (safetensors) and the published weights (`.eqx`).
+
+pub mod eqx;
+pub mod safetensors_file;
+
+use crate::detect::FileKind;
+use crate::error::DataError;
+use pam_core::{AnyForce, JointModel};
+use std::path::{Path, PathBuf};
+
+/// What is known of a model besides its numbers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ModelInfo {
+    /// Name for reports.
+    pub name: String,
+    /// Where its numbers come from.
+    pub provenance: String,
+    /// Whether it was fitted to data; decides how masses are found by default.
+    pub trained: bool,
+    /// The file it was read from, if any.
+    pub source: Option<PathBuf>,
+}
+
+/// A joint model as it stands in a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SavedModel {
+    /// The model.
+    pub model: JointModel<f64, AnyForce<f64>>,
+    /// What is known of it.
+    pub info: ModelInfo,
+}
+
+/// Loads a model from a file of either format.
+///
+/// # Errors
+/// [`DataError`] if the file is of another kind, damaged, or holds a model whose inputs do not match.
+pub fn load_model(path: &Path) -> Result<SavedModel, DataError> {
+    match FileKind::of(path)? {
+        FileKind::Eqx => eqx::read(path),
+        FileKind::Safetensors => safetensors_file::read(path),
+        other => Err(DataError::file(
+            path,
+            format!("a model was expected (.safetensors or .eqx), this is {other}"),
+        )),
+    }
+}
+
+/// Writes a model in the format of the extension: `.safetensors` or `.eqx`.
+///
+/// # Errors
+/// [`DataError`] if the extension is another one, or the format cannot hold the model.
+pub fn save_model(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
+    match path.extension().and_then(|e| e.to_str()) {
+        Some("safetensors") => safetensors_file::write(path, saved),
+        Some("eqx") => eqx::write(path, saved),
+        _ => Err(DataError::file(path, "model files end in .safetensors or .eqx")),
+    }
+}

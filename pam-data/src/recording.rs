@@ -1,0 +1,368 @@
+//! One run of the joint with sealed muscles.
+
+use crate::error::DataError;
+use pam_core::SealedMasses;
+use std::path::{Path, PathBuf};
+
+/// A measured channel of the state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Channel {
+    /// Displacement x, mm.
+    X,
+    /// Velocity ẋ, mm/s.
+    V,
+    /// Flexor pressure, kPa absolute.
+    Pf,
+    /// Extensor pressure, kPa absolute.
+    Pe,
+}
+
+impl Channel {
+    /// All channels in the order of the state.
+    pub const ALL: [Self; 4] = [Self::X, Self::V, Self::Pf, Self::Pe];
+
+    /// Short name, as in result files.
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::V => "v",
+            Self::Pf => "pf",
+            Self::Pe => "pe",
+        }
+    }
+
+    /// Name and unit for figures.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::X => "displacement x (mm)",
+            Self::V => "velocity v (mm/s)",
+            Self::Pf => "flexor pressure (kPa abs)",
+            Self::Pe => "extensor pressure (kPa abs)",
+        }
+    }
+
+    /// Unit.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::X => "mm",
+            Self::V => "mm/s",
+            Self::Pf | Self::Pe => "kPa",
+        }
+    }
+}
+
+/// The joint at rest after its valves were closed, before the excitation began.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SealedReading {
+    /// Displacement, mm.
+    pub displacement_mm: f64,
+    /// Flexor pressure, kPa absolute.
+    pub pressure_flexor_kpa: f64,
+    /// Extensor pressure, kPa absolute.
+    pub pressure_extensor_kpa: f64,
+}
+
+/// One run of the joint: six columns of equal length, and what is known of their origin.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// Name, from the file; parts of a run with gaps are numbered.
+    pub name: String,
+    /// The file it came from.
+    pub source: PathBuf,
+    /// Time, s; increasing. Need not begin at zero.
+    pub time_s: Vec<f64>,
+    /// Tendon displacement x, mm.
+    pub displacement_mm: Vec<f64>,
+    /// Velocity ẋ, mm/s.
+    pub velocity_mm_s: Vec<f64>,
+    /// Flexor pressure, kPa absolute.
+    pub pressure_flexor_kpa: Vec<f64>,
+    /// Extensor pressure, kPa absolute.
+    pub pressure_extensor_kpa: Vec<f64>,
+    /// External force F_e, mN.
+    pub force_mn: Vec<f64>,
+    /// Sealed masses that the file itself gives.
+    pub given_masses: Option<SealedMasses>,
+    /// The reading at rest after the valves closed, if the file has one.
+    pub sealed: Option<SealedReading>,
+    /// Commanded gauge pressures of flexor and extensor, psi, from the name `nn_FFEE`.
+    pub command_psi: Option<[f64; 2]>,
+    /// What was done to the data between file and recording.
+    pub preprocessing: String,
+    /// What a reader should know: gaps, decisions, doubts.
+    pub notes: Vec<String>,
+}
+
+impl Recording {
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// Whether there are no samples.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.time_s.is_empty()
+    }
+
+    /// The measured values of a channel.
+    #[must_use]
+    pub fn channel(&self, channel: Channel) -> &[f64] {
+        match channel {
+            Channel::X => &self.displacement_mm,
+            Channel::V => &self.velocity_mm_s,
+            Channel::Pf => &self.pressure_flexor_kpa,
+            Channel::Pe => &self.pressure_extensor_kpa,
+        }
+    }
+
+    /// The measured state `[x, ẋ, P_f, P_e]` of the first sample, from which predictions start.
+    #[must_use]
+    pub fn initial_state(&self) -> [f64; 4] {
+        Channel::ALL.map(|c| self.channel(c)[0])
+    }
+
+    /// First and last time, s.
+    #[must_use]
+    pub fn span_s(&self) -> (f64, f64) {
+        (self.time_s[0], self.time_s[self.len() - 1])
+    }
+
+    /// The reading from which masses are computed: the sealed one, or the first sample.
+    #[must_use]
+    pub fn reading_at_rest(&self) -> SealedReading {
+        self.sealed.unwrap_or_else(|| {
+            let [x, _, pf, pe] = self.initial_state();
+            SealedReading {
+                displacement_mm: x,
+                pressure_flexor_kpa: pf,
+                pressure_extensor_kpa: pe,
+            }
+        })
+    }
+
+    /// Checks what every recording must be: at least two samples, columns of equal length, finite
+    /// numbers, increasing times, positive pressures and masses.
+    ///
+    /// # Errors
+    /// [`DataError::File`] naming what is wrong and at which sample.
+    pub fn validate(&self) -> Result<(), DataError> {
+        let fail = |message: String| Err(DataError::file(&self.source, message));
+        if self.len() < 2 {
+            return fail(format!(
+                "recording `{}` has {} sample(s); at least two are needed",
+                self.name,
+                self.len()
+            ));
+        }
+        let columns = [
+            ("time_s", &self.time_s),
+            ("displacement_mm", &self.displacement_mm),
+            ("velocity_mm_s", &self.velocity_mm_s),
+            ("pressure_flexor_kpa", &self.pressure_flexor_kpa),
+            ("pressure_extensor_kpa", &self.pressure_extensor_kpa),
+            ("force_n", &self.force_mn),
+        ];
+        for (name, values) in columns {
+            if values.len() != self.len() {
+                return fail(format!(
+                    "`{name}` has {} values, `time_s` has {}",
+                    values.len(),
+                    self.len()
+                ));
+            }
+            if let Some(i) = values.iter().position(|v| !v.is_finite()) {
+                return fail(format!("`{name}` is {} at sample {i}", values[i]));
+            }
+        }
+        if let Some(i) = self.time_s.windows(2).position(|w| w[1] <= w[0]) {
+            return fail(format!(
+                "time does not increase at sample {}: {} s after {} s (a repeated frame?)",
+                i + 1,
+                self.time_s[i + 1],
+                self.time_s[i]
+            ));
+        }
+        for (name, values) in &columns[3..5] {
+            if let Some(i) = values.iter().position(|&v| v <= 0.0) {
+                return fail(format!(
+                    "`{name}` is {} kPa at sample {i}; pressures are absolute and positive",
+                    values[i]
+                ));
+            }
+        }
+        if let Some(m) = &self.given_masses {
+            SealedMasses::new(m.flexor_g, m.extensor_g)
+                .map_err(|e| DataError::file(&self.source, e.to_string()))?;
+        }
+        Ok(())
+    }
+
+    /// The samples `range` as a recording of its own.
+    #[must_use]
+    pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
+        let cut = |v: &[f64]| v[range.clone()].to_vec();
+        Self {
+            time_s: cut(&self.time_s),
+            displacement_mm: cut(&self.displacement_mm),
+            velocity_mm_s: cut(&self.velocity_mm_s),
+            pressure_flexor_kpa: cut(&self.pressure_flexor_kpa),
+            pressure_extensor_kpa: cut(&self.pressure_extensor_kpa),
+            force_mn: cut(&self.force_mn),
+            ..self.without_samples()
+        }
+    }
+
+    fn without_samples(&self) -> Self {
+        Self {
+            name: self.name.clone(),
+            source: self.source.clone(),
+            given_masses: self.given_masses,
+            sealed: self.sealed,
+            command_psi: self.command_psi,
+            preprocessing: self.preprocessing.clone(),
+            notes: self.notes.clone(),
+            ..Self::empty(&self.source)
+        }
+    }
+
+    /// A recording without samples, named after its file.
+    #[must_use]
+    pub fn empty(source: &Path) -> Self {
+        let name = source.file_stem().map_or_else(
+            || source.display().to_string(),
+            |stem| stem.to_string_lossy().into_owned(),
+        );
+        Self {
+            command_psi: command_from_name(&name),
+            name,
+            source: source.to_owned(),
+            time_s: Vec::new(),
+            displacement_mm: Vec::new(),
+            velocity_mm_s: Vec::new(),
+            pressure_flexor_kpa: Vec::new(),
+            pressure_extensor_kpa: Vec::new(),
+            force_mn: Vec::new(),
+            given_masses: None,
+            sealed: None,
+            preprocessing: String::new(),
+            notes: Vec::new(),
+        }
+    }
+}
+
+/// The commanded gauge pressures (psi) in a name like `nn_3060`.
+fn command_from_name(name: &str) -> Option<[f64; 2]> {
+    let code = name.strip_prefix("nn_")?;
+    let part = |range: std::ops::Range<usize>| code.get(range)?.parse::<u8>().ok().map(f64::from);
+    Some([part(0..2)?, part(2..4)?])
+}
+
+/// Ranges of samples without a gap: a new one begins where the time step exceeds 1.5 times the
+/// median step.
+#[must_use]
+pub fn contiguous_ranges(time_s: &[f64]) -> Vec<std::ops::Range<usize>> {
+    let step = median_step_s(time_s);
+    let mut starts = vec![0];
+    starts.extend(
+        time_s
+            .windows(2)
+            .enumerate()
+            .filter(|(_, w)| w[1] - w[0] > 1.5 * step)
+            .map(|(i, _)| i + 1),
+    );
+    let ends = starts.iter().skip(1).copied().chain([time_s.len()]);
+    starts.iter().zip(ends).map(|(&a, b)| a..b).collect()
+}
+
+/// The median of the time steps, s; infinite if there are fewer than two samples.
+#[must_use]
+pub fn median_step_s(time_s: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    if steps.is_empty() {
+        return f64::INFINITY;
+    }
+    let middle = steps.len() / 2;
+    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Splits a recording at its gaps. Parts of fewer than `shortest` samples are dropped, and both are
+/// told in the notes. All parts keep the sealed reading of the run (the first sample's, if the file
+/// has none), because the valves stay closed across a gap.
+#[must_use]
+pub fn split_at_gaps(recording: Recording, shortest: usize) -> Vec<Recording> {
+    let ranges = contiguous_ranges(&recording.time_s);
+    if ranges.len() < 2 {
+        return vec![recording];
+    }
+    let mut whole = recording;
+    whole.sealed = Some(whole.reading_at_rest());
+    let gaps: Vec<String> = ranges
+        .windows(2)
+        .map(|w| {
+            let (before, after) = (whole.time_s[w[0].end - 1], whole.time_s[w[1].start]);
+            format!("{:.3} s at t = {before:.3} s", after - before)
+        })
+        .collect();
+    whole.notes.push(format!(
+        "{} gap(s) in time ({}{}); the run is split there",
+        gaps.len(),
+        gaps.iter().take(4).cloned().collect::<Vec<_>>().join(", "),
+        if gaps.len() > 4 { ", …" } else { "" }
+    ));
+    let kept: Vec<_> = ranges.iter().filter(|r| r.len() >= shortest).collect();
+    let dropped = ranges.len() - kept.len();
+    if dropped > 0 {
+        whole.notes.push(format!(
+            "{dropped} part(s) of fewer than {shortest} samples between gaps are left out"
+        ));
+    }
+    kept.iter()
+        .enumerate()
+        .map(|(i, range)| {
+            let mut part = whole.slice((*range).clone());
+            part.name = format!("{}#{}", whole.name, i + 1);
+            part
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_give_the_commanded_pressures() {
+        assert_eq!(command_from_name("nn_3060"), Some([30.0, 60.0]));
+        assert_eq!(command_from_name("nn_3060_excerpt"), Some([30.0, 60.0]));
+        assert_eq!(command_from_name("nn_30"), None);
+        assert_eq!(command_from_name("data"), None);
+        assert_eq!(command_from_name("nn_a\u{e9}b\u{e9}"), None);
+    }
+
+    #[test]
+    fn gaps_split_and_keep_the_sealed_reading() {
+        let mut r = Recording::empty(Path::new("run.csv"));
+        r.time_s = vec![0.0, 0.1, 0.2, 0.7, 0.8, 0.9, 1.5];
+        for column in [
+            &mut r.displacement_mm,
+            &mut r.velocity_mm_s,
+            &mut r.pressure_flexor_kpa,
+            &mut r.pressure_extensor_kpa,
+            &mut r.force_mn,
+        ] {
+            *column = (0..7).map(|k| f64::from(k) + 1.0).collect();
+        }
+        let parts = split_at_gaps(r, 2);
+        assert_eq!(parts.len(), 2);
+        assert_eq!(parts[1].time_s, [0.7, 0.8, 0.9]);
+        assert_eq!(parts[1].name, "run#2");
+        assert_eq!(parts[1].sealed.unwrap().pressure_flexor_kpa, 1.0);
+        let notes = parts[0].notes.join(" ");
+        assert!(notes.contains("2 gap(s)") && notes.contains("1 part(s)"), "{notes}");
+    }
+}

@@ -1,0 +1,106 @@
+//! Evaluation of a model on a data set.
+
+mod result;
+
+pub use result::{Evaluation, FailedRecording, RecordingEvaluation, SegmentScores};
+
+use crate::balance::ForceBalance;
+use crate::metrics::Scores;
+use crate::predict::{SolverSettings, predict};
+use crate::segments::{Segment, frequency_segments};
+use pam_core::units::MN_PER_N;
+use pam_core::{ForceModel, JointModel, SealedMasses};
+use pam_data::{MassOrigin, Recording};
+use rayon::prelude::*;
+
+/// A recording with the masses to predict it with.
+#[derive(Debug, Clone)]
+pub struct Subject {
+    /// The recording.
+    pub recording: Recording,
+    /// Sealed masses.
+    pub masses: SealedMasses,
+    /// Where the masses came from.
+    pub origin: MassOrigin,
+}
+
+/// Predicts every recording from its first sample and scores the predictions, in parallel on the
+/// current thread pool. Results stand in the order of the subjects and do not depend on the number
+/// of threads. `done` is called after each recording.
+///
+/// A prediction that fails is listed with its reason and does not stop the others.
+pub fn evaluate<F: ForceModel<f64> + Sync>(
+    model: &JointModel<f64, F>,
+    subjects: &[Subject],
+    settings: &SolverSettings,
+    done: &(dyn Fn() + Sync),
+) -> Evaluation {
+    let results: Vec<_> = subjects
+        .par_iter()
+        .map(|subject| {
+            let result = evaluate_one(model, subject, settings);
+            done();
+            result
+        })
+        .collect();
+    let mut recordings = Vec::new();
+    let mut failed = Vec::new();
+    for result in results {
+        match result {
+            Ok(r) => recordings.push(r),
+            Err(f) => failed.push(f),
+        }
+    }
+    let mean = Scores::mean(recordings.iter().map(|r| &r.scores));
+    Evaluation { recordings, failed, mean }
+}
+
+fn evaluate_one<F: ForceModel<f64>>(
+    model: &JointModel<f64, F>,
+    subject: &Subject,
+    settings: &SolverSettings,
+) -> Result<RecordingEvaluation, FailedRecording> {
+    let Subject { recording, masses, origin } = subject;
+    let prediction = predict(model, recording, *masses, settings).map_err(|e| FailedRecording {
+        name: recording.name.clone(),
+        why: e.why,
+        reached_s: e.partial.len().checked_sub(1).map(|i| recording.time_s[i]),
+    })?;
+    let segments = frequency_segments(&recording.time_s, &recording.force_mn)
+        .into_iter()
+        .map(|segment| score_segment(recording, &prediction.channels, segment))
+        .collect();
+    Ok(RecordingEvaluation {
+        scores: Scores::over(recording, &prediction.channels, 0..recording.len()),
+        segments,
+        balance: ForceBalance::of(model, recording, *masses),
+        masses: *masses,
+        origin: *origin,
+        prediction,
+        recording: recording.clone(),
+    })
+}
+
+fn score_segment(
+    recording: &Recording,
+    predicted: &crate::metrics::PerChannel<Vec<f64>>,
+    segment: Segment,
+) -> SegmentScores {
+    let range = segment.range.clone();
+    let cycles = segment.frequency_hz.map(|f| {
+        let span = recording.time_s[range.end - 1] - recording.time_s[range.start];
+        (span * f).max(f64::MIN_POSITIVE)
+    });
+    // N · mm = mJ.
+    let work = |x: &[f64]| {
+        let pairs = x[range.clone()].windows(2).zip(recording.force_mn[range.clone()].windows(2));
+        let total: f64 = pairs.map(|(x, f)| 0.5 * (f[0] + f[1]) * (x[1] - x[0])).sum();
+        cycles.map(|c| total / MN_PER_N / c)
+    };
+    SegmentScores {
+        scores: Scores::over(recording, predicted, range.clone()),
+        loop_work_measured_mj: work(&recording.displacement_mm),
+        loop_work_predicted_mj: work(&predicted.x),
+        segment,
+    }
+}

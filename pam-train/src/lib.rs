@@ -1,0 +1,19 @@
+//! Predictions of recordings by a joint model, and how good they are.
+//!
+//! - [`predict`]: free-run prediction of a recording from its first sample;
+//! - [`metrics`]: R² and RMSE per channel;
+//! - [`segments`]: stretches of one excitation frequency;
+//! - [`balance`]: the force that the model lacks on the measured motion;
+//! - [`evaluation`]: all of these for a whole data set, in parallel.
+
+pub mod balance;
+pub mod evaluation;
+pub mod metrics;
+pub mod predict;
+pub mod segments;
+
+pub use balance::ForceBalance;
+pub use evaluation::{Evaluation, RecordingEvaluation, Subject, evaluate};
+pub use metrics::{PerChannel, Scores};
+pub use predict::{PredictError, Prediction, SolverSettings, StepChoice, predict};
+pub use segments::{Segment, frequency_segments};

@@ -1,0 +1,129 @@
+//! Goodness of fit.
+
+use pam_data::{Channel, Recording};
+use serde::{Deserialize, Serialize};
+
+/// One value for each measured channel.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct PerChannel<T> {
+    /// Displacement.
+    pub x: T,
+    /// Velocity.
+    pub v: T,
+    /// Flexor pressure.
+    pub pf: T,
+    /// Extensor pressure.
+    pub pe: T,
+}
+
+impl<T: Copy> PerChannel<T> {
+    /// The value of a channel.
+    pub fn get(&self, channel: Channel) -> T {
+        match channel {
+            Channel::X => self.x,
+            Channel::V => self.v,
+            Channel::Pf => self.pf,
+            Channel::Pe => self.pe,
+        }
+    }
+
+    /// A value computed for each channel.
+    pub fn from_fn(mut f: impl FnMut(Channel) -> T) -> Self {
+        Self { x: f(Channel::X), v: f(Channel::V), pf: f(Channel::Pf), pe: f(Channel::Pe) }
+    }
+}
+
+/// Coefficient of determination, `R² = 1 − Σ (y − ŷ)² / Σ (y − ȳ)²`. NaN for fewer than two values
+/// or constant measurements; −∞ is possible for a diverging prediction.
+#[must_use]
+pub fn r2(measured: &[f64], predicted: &[f64]) -> f64 {
+    if measured.len() < 2 {
+        return f64::NAN;
+    }
+    let mean = measured.iter().sum::<f64>() / measured.len() as f64;
+    let (mut residual, mut total) = (0.0, 0.0);
+    for (m, p) in measured.iter().zip(predicted) {
+        residual += (m - p) * (m - p);
+        total += (m - mean) * (m - mean);
+    }
+    if total > 0.0 { 1.0 - residual / total } else { f64::NAN }
+}
+
+/// Root-mean-square error, in the unit of the values; NaN if there are none.
+#[must_use]
+pub fn rmse(measured: &[f64], predicted: &[f64]) -> f64 {
+    let sum: f64 = measured.iter().zip(predicted).map(|(m, p)| (m - p) * (m - p)).sum();
+    (sum / measured.len() as f64).sqrt()
+}
+
+/// R² and RMSE of all channels. RMSE in mm, mm/s, kPa, kPa.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Scores {
+    /// Coefficients of determination.
+    pub r2: PerChannel<f64>,
+    /// Root-mean-square errors.
+    pub rmse: PerChannel<f64>,
+}
+
+impl Scores {
+    /// Scores of `predicted` against `measured` over the samples `range`.
+    #[must_use]
+    pub fn over(
+        measured: &Recording,
+        predicted: &PerChannel<Vec<f64>>,
+        range: std::ops::Range<usize>,
+    ) -> Self {
+        let pair = |c: Channel| {
+            let predicted = match c {
+                Channel::X => &predicted.x,
+                Channel::V => &predicted.v,
+                Channel::Pf => &predicted.pf,
+                Channel::Pe => &predicted.pe,
+            };
+            (&measured.channel(c)[range.clone()], &predicted[range.clone()])
+        };
+        Self {
+            r2: PerChannel::from_fn(|c| {
+                let (m, p) = pair(c);
+                r2(m, p)
+            }),
+            rmse: PerChannel::from_fn(|c| {
+                let (m, p) = pair(c);
+                rmse(m, p)
+            }),
+        }
+    }
+
+    /// Channel-wise mean of several scores; undefined values (NaN) do not take part.
+    #[must_use]
+    pub fn mean<'a>(scores: impl Iterator<Item = &'a Self> + Clone) -> Self {
+        let mean = |value: &dyn Fn(&Self) -> f64| {
+            let (sum, count) = scores
+                .clone()
+                .map(value)
+                .filter(|v| !v.is_nan())
+                .fold((0.0, 0_usize), |(s, n), v| (s + v, n + 1));
+            if count == 0 { f64::NAN } else { sum / count as f64 }
+        };
+        Self {
+            r2: PerChannel::from_fn(|c| mean(&|s: &Self| s.r2.get(c))),
+            rmse: PerChannel::from_fn(|c| mean(&|s: &Self| s.rmse.get(c))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn r2_and_rmse_on_known_values() {
+        let measured = [1.0, 2.0, 3.0, 4.0];
+        assert_eq!(r2(&measured, &measured), 1.0);
+        assert_eq!(r2(&measured, &[2.5; 4]), 0.0);
+        // Residuals 1, −1, 1, −1: Σ = 4, total = 5.
+        assert!((r2(&measured, &[0.0, 3.0, 2.0, 5.0]) - 0.2).abs() < 1e-15);
+        assert_eq!(rmse(&measured, &[0.0, 3.0, 2.0, 5.0]), 1.0);
+        assert!(r2(&[2.0, 2.0], &[2.0, 2.0]).is_nan());
+    }
+}

@@ -1,0 +1,155 @@
+//! Free-run prediction of a recording.
+
+use crate::metrics::PerChannel;
+use pam_core::{ForceModel, JointModel, SealedMasses};
+use pam_data::Recording;
+use pam_solvers::{
+    ConstantStep, Integrator, Interpolation, PidController, SampledInput, SaveAt, Solution,
+    SolveError, Statistics, Tableau, Term,
+};
+use serde::Serialize;
+use thiserror::Error;
+
+/// How steps are chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StepChoice {
+    /// Steps of one size.
+    Constant {
+        /// Step size, s.
+        step_s: f64,
+    },
+    /// Steps under error control.
+    Adaptive {
+        /// Relative tolerance.
+        rtol: f64,
+        /// Absolute tolerance, in the units of the states.
+        atol: f64,
+    },
+}
+
+/// With which method, steps and reading of the input a recording is predicted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SolverSettings {
+    /// The method.
+    pub tableau: Tableau,
+    /// How steps are chosen.
+    pub step: StepChoice,
+    /// How the measured force is read between samples.
+    pub interpolation: Interpolation,
+}
+
+impl Default for SolverSettings {
+    /// Tsit5 at rtol = atol = 1e-6 with a held input, the input of the published path done exactly.
+    fn default() -> Self {
+        Self {
+            tableau: Tableau::tsit5(),
+            step: StepChoice::Adaptive { rtol: 1e-6, atol: 1e-6 },
+            interpolation: Interpolation::Hold,
+        }
+    }
+}
+
+impl SolverSettings {
+    /// The settings in one line, for reports.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        let step = match self.step {
+            StepChoice::Constant { step_s } => format!("constant steps of {} ms", step_s * 1e3),
+            StepChoice::Adaptive { rtol, atol } => format!("adaptive, rtol {rtol:e}, atol {atol:e}"),
+        };
+        format!("{}, {step}, force read as {}", self.tableau.name, self.interpolation.name())
+    }
+}
+
+/// A predicted trajectory at the sample times of a recording.
+#[derive(Debug, Clone)]
+pub struct Prediction {
+    /// Predicted channels: mm, mm/s, kPa, kPa.
+    pub channels: PerChannel<Vec<f64>>,
+    /// Steps and evaluations of the solve.
+    pub statistics: Statistics,
+}
+
+impl Prediction {
+    fn from_solution(solution: &Solution<f64>) -> Self {
+        let column = |i| solution.component(i).collect();
+        Self {
+            channels: PerChannel { x: column(0), v: column(1), pf: column(2), pe: column(3) },
+            statistics: solution.statistics,
+        }
+    }
+
+    /// Number of predicted samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.channels.x.len()
+    }
+
+    /// Whether nothing was predicted.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The prediction as a recording: predicted channels with the measured force.
+    #[must_use]
+    pub fn to_recording(&self, measured: &Recording, masses: SealedMasses) -> Recording {
+        let mut out = measured.slice(0..self.len());
+        out.displacement_mm.clone_from(&self.channels.x);
+        out.velocity_mm_s.clone_from(&self.channels.v);
+        out.pressure_flexor_kpa.clone_from(&self.channels.pf);
+        out.pressure_extensor_kpa.clone_from(&self.channels.pe);
+        out.given_masses = Some(masses);
+        out.preprocessing = "predicted".into();
+        out
+    }
+}
+
+/// A prediction that stopped early.
+#[derive(Debug, Clone, Error)]
+#[error("{name}: {why}")]
+pub struct PredictError {
+    /// Name of the recording.
+    pub name: String,
+    /// Why it stopped.
+    pub why: String,
+    /// What was predicted until then.
+    pub partial: Prediction,
+}
+
+/// Predicts a recording from its first sample, driven by its measured force alone.
+///
+/// # Errors
+/// [`PredictError`] with the recording's name, the time and the partial trajectory.
+pub fn predict<F: ForceModel<f64>>(
+    model: &JointModel<f64, F>,
+    recording: &Recording,
+    masses: SealedMasses,
+    settings: &SolverSettings,
+) -> Result<Prediction, Box<PredictError>> {
+    let fail = |why: String, partial: Prediction| {
+        Box::new(PredictError { name: recording.name.clone(), why, partial })
+    };
+    let nothing = || Prediction { channels: PerChannel::default(), statistics: Statistics::default() };
+    let times = &recording.time_s;
+    let input = SampledInput::new(times, &recording.force_mn, settings.interpolation)
+        .map_err(|e| fail(e.to_string(), nothing()))?;
+    let term = Term::new(model.sealed(masses), input);
+    let (t0, t1) = recording.span_s();
+    let y0 = recording.initial_state();
+    let save = SaveAt::Times(times);
+    let tableau = settings.tableau.clone();
+    let solved: Result<_, Box<SolveError<f64>>> = match settings.step {
+        StepChoice::Constant { step_s } => {
+            Integrator::new(tableau, ConstantStep::new(step_s)).solve(&term, t0, t1, &y0, save)
+        }
+        StepChoice::Adaptive { rtol, atol } => {
+            Integrator::new(tableau, PidController::new(rtol, atol)).solve(&term, t0, t1, &y0, save)
+        }
+    };
+    match solved {
+        Ok(solution) => Ok(Prediction::from_solution(&solution)),
+        Err(e) => Err(fail(e.to_string(), Prediction::from_solution(&e.partial))),
+    }
+}

@@ -1,0 +1,188 @@
+//! Stretches of a recording with one excitation frequency.
+//!
+//! The frequency is read from the measured force: cycles run from one rising zero crossing to the
+//! next (about the force's mean, with a dead band against noise), and neighbouring cycles of similar
+//! period form a segment.
+
+use std::ops::Range;
+
+/// Periods that differ by less than this factor belong together.
+const SAME_PERIOD: f64 = 1.25;
+/// More runs of different period than this, and the force is not periodic.
+const MOST_SEGMENTS: usize = 12;
+
+/// A stretch of one excitation frequency.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Segment {
+    /// Samples of the recording.
+    pub range: Range<usize>,
+    /// Excitation frequency, Hz; `None` where the force is not periodic.
+    pub frequency_hz: Option<f64>,
+    /// Number of full cycles.
+    pub cycles: usize,
+}
+
+impl Segment {
+    /// The frequency in words.
+    #[must_use]
+    pub fn label(&self) -> String {
+        match self.frequency_hz {
+            Some(f) => format!("{} Hz", round_significant(f, 3)),
+            None => "not periodic".into(),
+        }
+    }
+}
+
+fn round_significant(value: f64, digits: i32) -> f64 {
+    let scale = 10.0_f64.powi(digits - 1 - value.abs().log10().floor() as i32);
+    (value * scale).round() / scale
+}
+
+/// A run of cycles: samples of its first and last crossing and its number of cycles.
+#[derive(Debug, Clone, Copy)]
+struct CycleRun {
+    from: usize,
+    to: usize,
+    cycles: usize,
+}
+
+impl CycleRun {
+    fn period(&self, time_s: &[f64]) -> f64 {
+        (time_s[self.to] - time_s[self.from]) / self.cycles as f64
+    }
+}
+
+/// Splits a recording into segments of one excitation frequency. The segments cover all samples.
+#[must_use]
+pub fn frequency_segments(time_s: &[f64], force: &[f64]) -> Vec<Segment> {
+    let n = time_s.len();
+    let crossings = rising_crossings(force);
+    let runs = merge_strays(group_cycles(&crossings, time_s), time_s);
+    if runs.is_empty() || runs.len() > MOST_SEGMENTS {
+        return vec![Segment { range: 0..n, frequency_hz: None, cycles: 0 }];
+    }
+    let last = runs.len() - 1;
+    runs.iter()
+        .enumerate()
+        .map(|(i, run)| Segment {
+            range: if i == 0 { 0 } else { run.from }..if i == last { n } else { runs[i + 1].from },
+            frequency_hz: Some(1.0 / run.period(time_s)),
+            cycles: run.cycles,
+        })
+        .collect()
+}
+
+/// Samples at which the force rises through its mean and goes on past the dead band.
+fn rising_crossings(force: &[f64]) -> Vec<usize> {
+    let n = force.len() as f64;
+    let mean = force.iter().sum::<f64>() / n;
+    let rms = (force.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / n).sqrt();
+    let band = 0.3 * rms;
+    let mut crossings = Vec::new();
+    let (mut was_low, mut candidate) = (false, 0);
+    for (i, f) in force.iter().map(|f| f - mean).enumerate() {
+        if f < -band {
+            was_low = true;
+        }
+        if f <= 0.0 {
+            candidate = i + 1;
+        }
+        if was_low && f > band {
+            crossings.push(candidate);
+            was_low = false;
+        }
+    }
+    crossings
+}
+
+fn group_cycles(crossings: &[usize], time_s: &[f64]) -> Vec<CycleRun> {
+    let mut runs: Vec<CycleRun> = Vec::new();
+    for pair in crossings.windows(2) {
+        let cycle = CycleRun { from: pair[0], to: pair[1], cycles: 1 };
+        match runs.last_mut() {
+            Some(run) if similar(run.period(time_s), cycle.period(time_s)) => {
+                run.to = cycle.to;
+                run.cycles += 1;
+            }
+            _ => runs.push(cycle),
+        }
+    }
+    runs
+}
+
+fn similar(a: f64, b: f64) -> bool {
+    let ratio = a / b;
+    ratio < SAME_PERIOD && ratio > 1.0 / SAME_PERIOD
+}
+
+/// A single cycle between longer runs is a change of frequency under way: it joins the neighbour
+/// whose period is closer. Neighbours that have become alike are joined.
+fn merge_strays(mut runs: Vec<CycleRun>, time_s: &[f64]) -> Vec<CycleRun> {
+    while runs.len() > 1 {
+        let Some(i) = runs.iter().position(|r| r.cycles == 1) else { break };
+        let stray = runs[i];
+        let distance = |r: &CycleRun| (r.period(time_s) / stray.period(time_s)).ln().abs();
+        let before = i.checked_sub(1).map(|j| distance(&runs[j]));
+        let after = runs.get(i + 1).map(&distance);
+        let joins_before = match (before, after) {
+            (Some(b), Some(a)) => b <= a,
+            (Some(_), None) => true,
+            _ => false,
+        };
+        // The stray's time goes to the neighbour, its cycle is not counted in the frequency.
+        if !joins_before {
+            runs[i + 1].from = runs[i + 1].from.min(stray.to);
+        }
+        runs.remove(i);
+    }
+    let mut joined: Vec<CycleRun> = Vec::new();
+    for run in runs {
+        match joined.last_mut() {
+            Some(last) if similar(last.period(time_s), run.period(time_s)) => {
+                last.cycles += run.cycles;
+                last.to = run.to;
+            }
+            _ => joined.push(run),
+        }
+    }
+    joined
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// The published protocol: 0.5 Hz to 40 s, 1 Hz to 60 s, 2 Hz to 70 s, two amplitudes each.
+    #[test]
+    fn the_published_protocol_has_three_segments() {
+        let time: Vec<f64> = (0..70_000).map(|k| f64::from(k) * 1e-3).collect();
+        let mut noise = 1_u32;
+        let force: Vec<f64> = time
+            .iter()
+            .map(|&t| {
+                let f = if t < 40.0 { 0.5 } else if t < 60.0 { 1.0 } else { 2.0 };
+                let amplitude = if (t / 10.0) as u32 % 2 == 0 { 133.5 } else { 200.0 };
+                noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                amplitude * (TAU * f * t).sin() + 20.0 * (f64::from(noise) / 4.3e9 - 0.5)
+            })
+            .collect();
+        let segments = frequency_segments(&time, &force);
+        let labels: Vec<String> = segments.iter().map(Segment::label).collect();
+        assert_eq!(labels, ["0.5 Hz", "1 Hz", "2 Hz"]);
+        for (s, end) in segments.iter().zip([40.0, 60.0, 70.0]) {
+            assert!((time[s.range.end - 1] - end).abs() < 2.5, "{s:?}");
+        }
+        assert_eq!(segments[0].range.start, 0);
+        assert_eq!(segments[2].range.end, time.len());
+    }
+
+    #[test]
+    fn a_force_without_cycles_is_one_segment() {
+        let time: Vec<f64> = (0..100).map(f64::from).collect();
+        let segments = frequency_segments(&time, &vec![1.0; 100]);
+        assert_eq!(segments, [Segment { range: 0..100, frequency_hz: None, cycles: 0 }]);
+        let ramp: Vec<f64> = time.clone();
+        assert_eq!(frequency_segments(&time, &ramp)[0].frequency_hz, None);
+    }
+}
