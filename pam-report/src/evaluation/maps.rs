@@ -1,0 +1,69 @@
+//! Errors over the pressure and mass planes.
+
+use crate::figure::{ColourMap, MapPoint};
+use crate::page::figure;
+use maud::{Markup, html};
+use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
+use pam_train::RecordingEvaluation;
+
+pub(super) fn maps(recordings: &[RecordingEvaluation]) -> Markup {
+    let pressures = |r: &RecordingEvaluation| match r.recording.command_psi {
+        Some([f, e]) => [f, e].map(|p| p * KPA_PER_PSI + ATMOSPHERE_KPA),
+        None => {
+            let rest = r.recording.reading_at_rest();
+            [rest.pressure_flexor_kpa, rest.pressure_extensor_kpa]
+        }
+    };
+    let masses = |r: &RecordingEvaluation| [r.masses.flexor_g, r.masses.extensor_g];
+    let worst = recordings
+        .iter()
+        .map(|r| r.scores.r2.x)
+        .filter(|v| v.is_finite())
+        .fold(1.0, f64::min)
+        .clamp(-1.0, 0.9);
+    let largest =
+        recordings.iter().map(|r| r.scores.rmse.x).filter(|v| v.is_finite()).fold(0.0, f64::max);
+    let r2 = |r: &RecordingEvaluation| r.scores.r2.x;
+    let rmse = |r: &RecordingEvaluation| r.scores.rmse.x;
+    let pressure_axes = ("flexor pressure (kPa abs)", "extensor pressure (kPa abs)");
+    let mass_axes = ("flexor air (g)", "extensor air (g)");
+    let r2_scale = ("R² of displacement", (worst, 1.0));
+    let rmse_scale = ("RMSE of displacement (mm)", (0.0, largest.max(1e-6)));
+    html! {
+        @if recordings.len() < 2 {
+            p { "One recording is one point of each plane; a data set fills them." }
+        }
+        div.grid {
+            (map(recordings, pressures, r2, pressure_axes, r2_scale))
+            (map(recordings, masses, r2, mass_axes, r2_scale))
+            (map(recordings, pressures, rmse, pressure_axes, rmse_scale))
+            (map(recordings, masses, rmse, mass_axes, rmse_scale))
+        }
+    }
+}
+
+fn map(
+    recordings: &[RecordingEvaluation],
+    place: impl Fn(&RecordingEvaluation) -> [f64; 2],
+    value: impl Fn(&RecordingEvaluation) -> f64,
+    (x_label, y_label): (&str, &str),
+    (value_label, limits): (&str, (f64, f64)),
+) -> Markup {
+    let points = recordings
+        .iter()
+        .map(|r| {
+            let [x, y] = place(r);
+            MapPoint { x, y, value: value(r) }
+        })
+        .collect();
+    let map = ColourMap {
+        title: value_label.into(),
+        x_label: x_label.into(),
+        y_label: y_label.into(),
+        value_label: value_label.into(),
+        points,
+        limits,
+        size: (520, 400),
+    };
+    figure(map.to_svg(), "")
+}

@@ -1,0 +1,120 @@
+use super::style::{GRID, INK, Role, SCALE, TEXT, TITLE, padded_range, tick_label};
+use plotters::prelude::*;
+
+/// One line of a figure.
+#[derive(Debug, Clone)]
+pub struct Series {
+    /// Name in the legend; no entry if empty.
+    pub label: String,
+    /// Points in the order they are joined.
+    pub points: Vec<(f64, f64)>,
+    /// What the line stands for.
+    pub role: Role,
+}
+
+/// A figure of lines.
+#[derive(Debug, Clone)]
+pub struct LineFigure {
+    /// Title above the axes.
+    pub title: String,
+    /// Label and unit of the horizontal axis.
+    pub x_label: String,
+    /// Label and unit of the vertical axis.
+    pub y_label: String,
+    /// The lines, drawn in order.
+    pub series: Vec<Series>,
+    /// Width, px.
+    pub width: u32,
+    /// Height, px.
+    pub height: u32,
+}
+
+impl LineFigure {
+    /// An empty figure.
+    #[must_use]
+    pub fn new(title: &str, x_label: &str, y_label: &str, width: u32, height: u32) -> Self {
+        Self {
+            title: title.into(),
+            x_label: x_label.into(),
+            y_label: y_label.into(),
+            series: Vec::new(),
+            width,
+            height,
+        }
+    }
+
+    /// Adds a line.
+    #[must_use]
+    pub fn with(mut self, label: &str, role: Role, points: Vec<(f64, f64)>) -> Self {
+        self.series.push(Series { label: label.into(), points, role });
+        self
+    }
+
+    /// The figure as SVG text.
+    ///
+    /// # Panics
+    /// Never: drawing into memory cannot fail.
+    #[must_use]
+    pub fn to_svg(&self) -> String {
+        let mut svg = String::new();
+        self.draw(&mut svg).expect("drawing into memory cannot fail");
+        svg
+    }
+
+    fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
+        let size = (self.width * SCALE, self.height * SCALE);
+        let root = SVGBackend::with_string(svg, size).into_drawing_area();
+        root.fill(&WHITE)?;
+        let points = || self.series.iter().flat_map(|s| &s.points);
+        let (x0, x1) = padded_range(points().map(|p| p.0), 0.01);
+        let (y0, y1) = padded_range(points().map(|p| p.1), 0.06);
+        let text = ("sans-serif", TEXT * SCALE).into_font().color(&INK);
+        let mut builder = ChartBuilder::on(&root);
+        builder
+            .margin(8 * SCALE)
+            .margin_right(16 * SCALE)
+            .x_label_area_size(40 * SCALE)
+            .y_label_area_size(62 * SCALE);
+        if !self.title.is_empty() {
+            let title = ("sans-serif", TITLE * SCALE).into_font().color(&INK);
+            builder.caption(&self.title, title);
+        }
+        let mut chart = builder.build_cartesian_2d(x0..x1, y0..y1)?;
+        chart
+            .configure_mesh()
+            .x_desc(&self.x_label)
+            .y_desc(&self.y_label)
+            .label_style(text.clone())
+            .axis_desc_style(text.clone())
+            .axis_style(INK.stroke_width(SCALE))
+            .bold_line_style(GRID.stroke_width(SCALE))
+            .light_line_style(WHITE)
+            .x_labels((self.width / 70).max(3) as usize)
+            .y_labels((self.height / 38).max(3) as usize)
+            .x_label_formatter(&|v| tick_label(*v, x1 - x0))
+            .y_label_formatter(&|v| tick_label(*v, y1 - y0))
+            .draw()?;
+        for series in &self.series {
+            let style = series.role.colour().stroke_width(SCALE + 1);
+            let finite = series.points.iter().copied().filter(|p| p.1.is_finite());
+            let drawn = chart.draw_series(LineSeries::new(finite, style))?;
+            if !series.label.is_empty() {
+                let end = 22 * SCALE as i32;
+                drawn.label(&series.label).legend(move |(x, y)| {
+                    PathElement::new([(x, y), (x + end, y)], style.stroke_width(2 * SCALE))
+                });
+            }
+        }
+        if self.series.iter().any(|s| !s.label.is_empty()) {
+            chart
+                .configure_series_labels()
+                .position(SeriesLabelPosition::UpperRight)
+                .background_style(WHITE.mix(0.85))
+                .legend_area_size(26 * SCALE)
+                .label_font(text)
+                .draw()?;
+        }
+        root.present()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,79 @@
+//! One look for all figures.
+
+use plotters::style::RGBColor;
+
+/// Figures are drawn at this multiple of their size and scaled down by the page, because the drawing
+/// library rounds to whole pixels.
+pub(super) const SCALE: u32 = 2;
+
+/// Axis and label text, before scaling, px.
+pub(super) const TEXT: u32 = 13;
+/// Title text, before scaling, px.
+pub(super) const TITLE: u32 = 15;
+
+pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
+pub(super) const GRID: RGBColor = RGBColor(228, 228, 228);
+
+/// What a line stands for; decides its colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Measured data.
+    Measured,
+    /// A model's prediction.
+    Predicted,
+    /// A difference between the two.
+    Residual,
+    /// One of several equals, by number.
+    Category(usize),
+}
+
+impl Role {
+    /// The colour (Okabe and Ito's palette).
+    #[must_use]
+    pub fn colour(self) -> RGBColor {
+        const PALETTE: [RGBColor; 6] = [
+            RGBColor(0, 114, 178),
+            RGBColor(230, 159, 0),
+            RGBColor(0, 158, 115),
+            RGBColor(204, 121, 167),
+            RGBColor(86, 180, 233),
+            RGBColor(213, 94, 0),
+        ];
+        match self {
+            Self::Measured => RGBColor(64, 64, 64),
+            Self::Predicted => RGBColor(213, 94, 0),
+            Self::Residual => RGBColor(0, 114, 178),
+            Self::Category(i) => PALETTE[i % PALETTE.len()],
+        }
+    }
+}
+
+/// A range with a margin around the finite values, never empty.
+pub(super) fn padded_range(values: impl Iterator<Item = f64>, margin: f64) -> (f64, f64) {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for v in values.filter(|v| v.is_finite()) {
+        low = low.min(v);
+        high = high.max(v);
+    }
+    if low > high {
+        return (0.0, 1.0);
+    }
+    let span = high - low;
+    let smallest = 1e-6_f64.max(high.abs().max(low.abs()) * 1e-6);
+    if span < smallest {
+        return (low - 0.5 * smallest.max(0.1), high + 0.5 * smallest.max(0.1));
+    }
+    (low - margin * span, high + margin * span)
+}
+
+/// Tick labels: as many decimals as the distance of ticks asks for.
+pub(super) fn tick_label(value: f64, span: f64) -> String {
+    let decimals = (1.0 - span.abs().max(1e-12).log10().floor()).clamp(0.0, 6.0) as usize;
+    let text = format!("{value:.decimals$}");
+    let text = if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    };
+    if text == "-0" { "0".into() } else { text }
+}

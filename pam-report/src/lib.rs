@@ -1,0 +1,13 @@
+//! Figures and self-contained HTML reports.
+//!
+//! - [`figure`]: line figures and coloured maps as SVG text, in one style: units on the axes,
+//!   colours that colour-blind readers can tell apart (Okabe and Ito 2008; viridis);
+//! - [`page`]: the frame of a report, one HTML file that needs nothing else;
+//! - [`evaluation`]: the report of an evaluation.
+
+pub mod evaluation;
+pub mod figure;
+pub mod page;
+
+pub use evaluation::{EvaluationContext, evaluation_report};
+pub use figure::{ColourMap, LineFigure, Role, Series};
