@@ -69,3 +69,9 @@ pub fn card(value: &str, name: &str) -> Markup {
 pub fn number(value: f64, digits: usize) -> String {
     if value.is_finite() { format!("{value:.digits$}") } else { "–".into() }
 }
+
+/// Parts of a report one under the other.
+#[must_use]
+pub fn stack(parts: &[Markup]) -> Markup {
+    html! { @for part in parts { (part) } }
+}

@@ -220,3 +220,49 @@ impl<'a> RowReader<'a> {
         Ok(())
     }
 }
+
+/// One row of a log that a program makes; see the module for the units.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Row {
+    /// Encoder angle, deg.
+    pub angle_deg: f64,
+    /// Command of the motor, DAC counts.
+    pub command: f64,
+    /// Motor current, A.
+    pub current_a: f64,
+    /// Commanded pressures of flexor and extensor, psi gauge.
+    pub commanded_psi: [f64; 2],
+    /// Measured pressures of flexor and extensor, psi gauge.
+    pub measured_psi: [f64; 2],
+    /// Whether the excitation runs.
+    pub sync: bool,
+}
+
+/// The text of a raw log with consecutive frames from `first_frame` at `rate_hz`. `note` becomes
+/// the first header line.
+#[must_use]
+pub fn to_text(note: &str, rate_hz: f64, first_frame: u64, rows: &[Row]) -> String {
+    use std::fmt::Write;
+    let mut out = String::with_capacity(rows.len() * 96);
+    let _ = write!(
+        out,
+        "#{note}\n#\n#Parameters:\n#\tFs = {rate_hz} (Hz)\n#\n\
+         # frame\tx\tu\tcurrent\tp_res\tpd1\tpm1\tu1\tpd2\tpm2\tu2\tsync\t\n"
+    );
+    for (frame, r) in (first_frame..).zip(rows) {
+        let _ = writeln!(
+            out,
+            "{frame}\t{:.6}\t{:.6}\t{:.6}\t{:.6}\t{:.6}\t{:.6}\t-1\t{:.6}\t{:.6}\t-1\t{}\t",
+            r.angle_deg,
+            r.command,
+            r.current_a,
+            0.0,
+            r.commanded_psi[0],
+            r.measured_psi[0],
+            r.commanded_psi[1],
+            r.measured_psi[1],
+            u8::from(r.sync)
+        );
+    }
+    out
+}

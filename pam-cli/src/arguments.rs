@@ -1,0 +1,173 @@
+//! The command line.
+
+use crate::options::{DataOptions, ModelOptions, SolverOptions};
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Hybrid neural ODEs of an antagonistic pneumatic-muscle joint.
+///
+/// Without a command, a small recording is made, predicted by a physics-only model, and reported in
+/// ./pam-demo: the whole path on no data at all.
+#[derive(Debug, Parser)]
+#[command(name = "pam", version, max_term_width = 100, after_help = AFTER_HELP)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// Options of every command.
+    #[command(flatten)]
+    pub global: GlobalOptions,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  pam                                           make, predict and report a demo recording
+  pam inspect nn_3060 model.eqx                 what is in these files
+  pam evaluate --model model.eqx --data logs/ --out out
+                                                predict all logs, score them, write out/report.html
+  pam simulate --model model.eqx --force sine:A=120,f=0.5 --duration 10 \\
+      --pressures 412,412 --out run.csv         a run that was never measured
+  pam convert model.eqx model.safetensors       published weights to the framework's format
+
+Exit codes: 0 success, 1 error, 2 wrong usage, 3 some recordings could not be predicted.";
+
+/// Options of every command.
+#[derive(Debug, Clone, Args)]
+pub struct GlobalOptions {
+    /// Print results as JSON on the standard output instead of text
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Seed of everything random; the same seed gives the same bytes at any number of threads
+    #[arg(long, global = true, default_value_t = 1, value_name = "N")]
+    pub seed: u64,
+    /// Number of threads [default: all cores]
+    #[arg(long, global = true, value_name = "N", value_parser = parse_threads)]
+    pub threads: Option<usize>,
+    /// No progress and no text, only errors and, with --json, results
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+}
+
+fn parse_threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) => Err("there must be at least one thread".into()),
+        Ok(n) => Ok(n),
+        Err(e) => Err(format!("{e}")),
+    }
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Say what is in a log, a recording, a model or another data file
+    Inspect(InspectArguments),
+    /// Turn a recording into CSV or .npz, a model into .safetensors or .eqx
+    Convert(ConvertArguments),
+    /// Simulate the joint under a measured or a made-up force
+    Simulate(SimulateArguments),
+    /// Predict recordings with a model and score the predictions
+    Evaluate(EvaluateArguments),
+    /// Make a recording, predict it and report: what runs without a command
+    Demo(DemoArguments),
+}
+
+/// Arguments of `pam inspect`.
+#[derive(Debug, Args)]
+pub struct InspectArguments {
+    /// Files of any kind
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// How recordings are read.
+    #[command(flatten)]
+    pub data: DataOptions,
+    /// Model whose gas law gives the masses [default: datasheet parameters]
+    #[arg(long, value_name = "MODEL")]
+    pub model: Option<PathBuf>,
+}
+
+/// Arguments of `pam convert`.
+#[derive(Debug, Args)]
+pub struct ConvertArguments {
+    /// A recording (raw log, CSV, .npz, .mat) or a model (.eqx, .safetensors)
+    #[arg(value_name = "IN")]
+    pub input: PathBuf,
+    /// .csv or .npz for a recording, .safetensors or .eqx for a model
+    #[arg(value_name = "OUT")]
+    pub output: PathBuf,
+    /// How recordings are read.
+    #[command(flatten)]
+    pub data: DataOptions,
+}
+
+/// Arguments of `pam simulate`.
+#[derive(Debug, Args)]
+pub struct SimulateArguments {
+    /// The model.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// Recording whose measured force drives the joint, from its first sample
+    #[arg(long, value_name = "PATH", conflicts_with_all = ["force", "pressures", "air_masses", "duration"])]
+    pub data: Option<PathBuf>,
+    /// Made-up force on the joint at rest: constant:A=N, step:A=N,t=S, sine:A=N,f=HZ or
+    /// chirp:A=N,f0=HZ,f1=HZ (A in N)
+    #[arg(long, value_name = "SPEC", required_unless_present = "data")]
+    pub force: Option<String>,
+    /// Length of a made-up run, s
+    #[arg(long, value_name = "S", default_value_t = 10.0)]
+    pub duration: f64,
+    /// Samples per second of a made-up run
+    #[arg(long, value_name = "HZ", default_value_t = 1000.0)]
+    pub rate: f64,
+    /// Sealed pressures of flexor and extensor at x = 0, kPa absolute [default: 412,412]
+    #[arg(long, value_name = "PF,PE", value_delimiter = ',', num_args = 1, conflicts_with = "air_masses")]
+    pub pressures: Option<Vec<f64>>,
+    /// Sealed air masses of flexor and extensor, g
+    #[arg(long, value_name = "MF,ME", value_delimiter = ',', num_args = 1)]
+    pub air_masses: Option<Vec<f64>>,
+    /// Where the trajectory goes: .csv or .npz
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// Also write a report with figures
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+    /// How recordings are read.
+    #[command(flatten)]
+    pub reading: DataOptions,
+    /// How the equations are solved.
+    #[command(flatten)]
+    pub solver: SolverOptions,
+}
+
+/// Arguments of `pam evaluate`.
+#[derive(Debug, Args)]
+pub struct EvaluateArguments {
+    /// The model.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// Recordings, or folders of them
+    #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
+    pub data: Vec<PathBuf>,
+    /// Folder for evaluation.json, report.html, run.json and predictions/
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// How recordings are read.
+    #[command(flatten)]
+    pub reading: DataOptions,
+    /// How the equations are solved.
+    #[command(flatten)]
+    pub solver: SolverOptions,
+}
+
+/// Arguments of `pam demo`.
+#[derive(Debug, Args)]
+pub struct DemoArguments {
+    /// Folder for the recording, the predictions and the report
+    #[arg(long, value_name = "DIR", default_value = "pam-demo")]
+    pub out: PathBuf,
+}
+
+impl Default for DemoArguments {
+    fn default() -> Self {
+        Self { out: PathBuf::from("pam-demo") }
+    }
+}

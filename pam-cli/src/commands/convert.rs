@@ -1,0 +1,76 @@
+//! `pam convert`.
+
+use crate::arguments::ConvertArguments;
+use crate::console::Console;
+use crate::error::CliError;
+use pam_data::formats::{csv_columns, npz_columns};
+use pam_data::models::save_model;
+use pam_data::{FileKind, Recording, load_model, open_recordings};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CliError`] naming file, line and column, or the option.
+pub fn run(arguments: &ConvertArguments, console: &Console) -> Result<ExitCode, CliError> {
+    let (input, output) = (&arguments.input, &arguments.output);
+    let written = match FileKind::of(input)? {
+        FileKind::Eqx | FileKind::Safetensors => {
+            save_model(output, &load_model(input)?)?;
+            vec![output.clone()]
+        }
+        _ => {
+            let recordings = open_recordings(input, &arguments.data.load_options()?)?;
+            convert_recordings(&recordings, output, console)?
+        }
+    };
+    for path in &written {
+        console.text(format!("{} -> {}", input.display(), path.display()));
+    }
+    console.json(&json!({ "input": input, "written": written }));
+    Ok(ExitCode::SUCCESS)
+}
+
+fn convert_recordings(
+    recordings: &[Recording],
+    output: &Path,
+    console: &Console,
+) -> Result<Vec<PathBuf>, CliError> {
+    let mut written = Vec::new();
+    for (i, recording) in recordings.iter().enumerate() {
+        for note in &recording.notes {
+            console.warn(format!("{}: {note}", recording.name));
+        }
+        let path = if recordings.len() == 1 { output.to_owned() } else { numbered(output, i + 1) };
+        write_recording(&path, recording)?;
+        written.push(path);
+    }
+    Ok(written)
+}
+
+/// Writes a recording in the format of the extension, `.csv` or `.npz`.
+///
+/// # Errors
+/// [`CliError`] for other extensions and files that cannot be written.
+pub fn write_recording(path: &Path, recording: &Recording) -> Result<(), CliError> {
+    match path.extension().and_then(|e| e.to_str()) {
+        Some("csv") => csv_columns::write(path, recording)?,
+        Some("npz") => npz_columns::write(path, recording)?,
+        _ => {
+            return Err(CliError::Usage(format!(
+                "{}: a recording is written as .csv or .npz",
+                path.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// `run.csv` to `run_2.csv`, for the parts of a run with gaps.
+fn numbered(path: &Path, number: usize) -> PathBuf {
+    let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let extension = path.extension().map(|e| e.to_string_lossy().into_owned()).unwrap_or_default();
+    path.with_file_name(format!("{stem}_{number}.{extension}"))
+}

@@ -1,0 +1,150 @@
+//! `pam evaluate`.
+
+use crate::arguments::{EvaluateArguments, GlobalOptions};
+use crate::console::{Console, table};
+use crate::error::CliError;
+use crate::options::describe_model;
+use crate::run_record::{self, made_by, write_json};
+use crate::PARTIAL;
+use pam_data::atomic::write_atomic;
+use pam_data::formats::csv_columns;
+use pam_data::{Channel, SavedModel, collect_paths};
+use pam_report::{EvaluationContext, evaluation_report};
+use pam_train::{Evaluation, SolverSettings, Subject, evaluate};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CliError`] naming file, line and column, or the option.
+pub fn run(
+    arguments: &EvaluateArguments,
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<ExitCode, CliError> {
+    let settings = arguments.solver.settings()?;
+    let saved = arguments.model.load()?;
+    let paths = collect_paths(&arguments.data)?;
+    let reading = console.progress(paths.len(), "reading");
+    let subjects = arguments.reading.subjects(&paths, &saved, &|| reading.inc(1))?;
+    reading.finish_and_clear();
+    for subject in &subjects {
+        for note in &subject.recording.notes {
+            console.warn(format!("{}: {note}", subject.recording.name));
+        }
+    }
+    let configuration = json!({
+        "model": arguments.model.model,
+        "activation": arguments.model.activation,
+        "data": arguments.data,
+        "reading": arguments.reading.to_json()?,
+        "solver": arguments.solver.to_json()?,
+    });
+    let evaluation = evaluate_into(&arguments.out, &saved, &subjects, &settings, console)?;
+    run_record::write(&arguments.out, "evaluate", global.seed, &configuration)?;
+    Ok(finish(&evaluation, &arguments.out, console))
+}
+
+/// Evaluates and writes `evaluation.json`, `report.html` and `predictions/NAME.csv` into a folder.
+///
+/// # Errors
+/// [`CliError::Data`] if a file cannot be written.
+pub fn evaluate_into(
+    folder: &Path,
+    saved: &SavedModel,
+    subjects: &[Subject],
+    settings: &SolverSettings,
+    console: &Console,
+) -> Result<Evaluation, CliError> {
+    let bar = console.progress(subjects.len(), "predicting");
+    let evaluation = evaluate(&saved.model, subjects, settings, &|| bar.inc(1));
+    bar.finish_and_clear();
+
+    let bar = console.progress(evaluation.recordings.len(), "writing");
+    evaluation.recordings.par_iter().try_for_each(|r| {
+        let predicted = r.prediction.to_recording(&r.recording, r.masses);
+        let path = folder.join("predictions").join(format!("{}.csv", r.recording.name));
+        let written = write_atomic(&path, csv_columns::to_csv(&predicted, Some(r.masses)).as_bytes());
+        bar.inc(1);
+        written
+    })?;
+    bar.finish_and_clear();
+    let context = EvaluationContext {
+        model: saved.info.clone(),
+        model_line: describe_model(saved),
+        solver_line: settings.describe(),
+        made_by: made_by(),
+    };
+    write_json(&folder.join("evaluation.json"), &result_json(&evaluation, saved, settings))?;
+    write_atomic(&folder.join("report.html"), evaluation_report(&evaluation, &context).as_bytes())?;
+    Ok(evaluation)
+}
+
+fn result_json(evaluation: &Evaluation, saved: &SavedModel, settings: &SolverSettings) -> Value {
+    let mut value = evaluation.to_json();
+    let p = saved.model.physical();
+    value["model"] = json!({
+        "name": saved.info.name,
+        "provenance": saved.info.provenance,
+        "force": saved.model.force.kind(),
+        "mass_kg": p.mass_kg,
+        "gas_coefficient_kpa_mm3_per_g": p.gas_coefficient,
+        "deformation": p.deformation,
+    });
+    value["solver"] = json!(settings.describe());
+    value["made_by"] = json!(made_by());
+    value
+}
+
+/// Prints the results and says with which code to end.
+#[must_use]
+pub fn finish(evaluation: &Evaluation, folder: &Path, console: &Console) -> ExitCode {
+    console.json(&evaluation.to_json());
+    console.text(summary(evaluation));
+    for f in &evaluation.failed {
+        console.warn(format!("{} could not be predicted: {}", f.name, f.why));
+    }
+    console.text(format!("\nreport: {}", folder.join("report.html").display()));
+    if evaluation.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(PARTIAL) }
+}
+
+/// Most rows of the printed table; the rest is in the files.
+const MOST_ROWS: usize = 30;
+
+fn summary(evaluation: &Evaluation) -> String {
+    let cell = |v: f64, digits: usize| if v.is_finite() { format!("{v:.digits$}") } else { "–".into() };
+    let row = |name: &str, s: &pam_train::Scores| {
+        let mut cells = vec![name.to_owned()];
+        cells.extend(Channel::ALL.map(|c| cell(s.r2.get(c), 4)));
+        cells.extend(Channel::ALL.map(|c| cell(s.rmse.get(c), 4)));
+        cells
+    };
+    let mut rows = vec![
+        ["recording", "R² x", "R² v", "R² pf", "R² pe", "RMSE x", "v", "pf", "pe"]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    for r in evaluation.recordings.iter().take(MOST_ROWS) {
+        rows.push(row(&r.recording.name, &r.scores));
+    }
+    if evaluation.recordings.len() > MOST_ROWS {
+        rows.push(vec![format!("… {} more", evaluation.recordings.len() - MOST_ROWS)]);
+    }
+    rows.push(row("mean", &evaluation.mean));
+    let mut text = table(&rows);
+    text += "\n  (RMSE in mm, mm/s, kPa, kPa)";
+    if let [only] = &evaluation.recordings[..] {
+        let b = &only.balance;
+        text += &format!(
+            "\n\n  On the measured motion the model lacks a force of {:.1} N (RMS); a part of {:+.1} N \
+             flips with\n  the direction of motion and explains {:.0} % of its variance while moving.",
+            b.rms_n,
+            b.direction_n,
+            100.0 * b.direction_share
+        );
+    }
+    text
+}

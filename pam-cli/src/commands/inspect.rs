@@ -1,0 +1,310 @@
+//! `pam inspect`.
+
+use crate::arguments::InspectArguments;
+use crate::console::{Console, table};
+use crate::error::CliError;
+use crate::options::{built_in_spring_damper, describe_model};
+use num_dual::Dual64;
+use pam_autodiff::{FourPointSmoothed, linearise, stiffness_by_difference_n_mm};
+use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
+use pam_core::{AnyForce, ForceInput, Scalar};
+use pam_data::formats::{mat, npz};
+use pam_data::preprocess::recordings_from_raw_log;
+use pam_data::recording::{contiguous_ranges, median_step_s};
+use pam_data::{
+    Channel, DataError, FileKind, LoadOptions, MassChoice, MuscleSurfaces, RawLog, Recording,
+    SavedModel, load_model, open_recordings, resolve_masses,
+};
+use serde_json::{Value, json};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CliError`] naming file, line and column, or the option.
+pub fn run(arguments: &InspectArguments, console: &Console) -> Result<ExitCode, CliError> {
+    let model = match &arguments.model {
+        Some(path) => load_model(path)?,
+        None => built_in_spring_damper(),
+    };
+    let inspector = Inspector {
+        model,
+        options: arguments.data.load_options()?,
+        choice: arguments.data.mass_choice(),
+        surfaces: arguments.data.load_surfaces()?,
+    };
+    let mut all = Vec::new();
+    for path in &arguments.files {
+        let (text, value) = inspector.file(path)?;
+        console.text(text);
+        all.push(value);
+    }
+    console.json(&Value::from(all));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Reads files and says what is in them, as text and as JSON.
+struct Inspector {
+    model: SavedModel,
+    options: LoadOptions,
+    choice: MassChoice,
+    surfaces: Option<MuscleSurfaces>,
+}
+
+impl Inspector {
+    fn file(&self, path: &Path) -> Result<(String, Value), CliError> {
+        let kind = FileKind::of(path)?;
+        let (body, mut value) = match kind {
+            FileKind::RawLog => self.raw_log(path)?,
+            FileKind::Eqx | FileKind::Safetensors => model(&load_model(path)?),
+            FileKind::Npz if !npz::read(path)?.contains_key("time_s") => {
+                let arrays = npz::read(path)?;
+                let sizes = arrays.iter().map(|(k, a)| (k.as_str(), format!("{:?}", a.shape)));
+                other_arrays(sizes.collect())
+            }
+            FileKind::Mat if !mat::read(path)?.contains_key("dx") => {
+                let arrays = mat::read(path)?;
+                let sizes = arrays.iter().map(|(k, a)| (k.as_str(), format!("[{}]", a.len())));
+                other_arrays(sizes.collect())
+            }
+            FileKind::Csv | FileKind::Npz | FileKind::Mat => {
+                self.recordings(&open_recordings(path, &self.options)?)?
+            }
+        };
+        value["file"] = json!(path);
+        value["kind"] = json!(kind.to_string());
+        Ok((format!("{}: {kind}\n{body}\n", path.display()), value))
+    }
+
+    fn raw_log(&self, path: &Path) -> Result<(String, Value), CliError> {
+        let log = RawLog::read(path)?;
+        let mut rows = vec![["column", "min", "max", "mean"].map(str::to_owned).to_vec()];
+        let mut ranges = serde_json::Map::new();
+        for (name, values) in log.names.iter().zip(&log.columns) {
+            rows.push(range_row(name, values));
+            ranges.insert(name.clone(), range_json(values));
+        }
+        let gaps: Vec<(f64, f64)> = contiguous_ranges(log.frame())
+            .windows(2)
+            .map(|w| (log.frame()[w[0].end - 1], log.frame()[w[1].start]))
+            .collect();
+        let rate = log.frame_rate_hz.map_or("not given".into(), |r| format!("{r} Hz"));
+        let mut text = format!("  {} rows, frame rate {rate}\n{}\n", log.len(), table(&rows));
+        for (before, after) in gaps.iter().take(8) {
+            text += &format!("  gap: frame {before} is followed by {after}\n");
+        }
+        let mut value = json!({
+            "rows": log.len(),
+            "frame_rate_hz": log.frame_rate_hz,
+            "header": log.header,
+            "columns": ranges,
+            "gaps": gaps,
+        });
+        // A log too short to preprocess is still worth looking at.
+        match recordings_from_raw_log(&log, &self.options.raw_log) {
+            Ok(recordings) => {
+                let (body, inner) = self.recordings(&recordings)?;
+                text += &body;
+                value["recordings"] = inner["recordings"].clone();
+            }
+            Err(e) => {
+                text += &format!("  no recording: {}", reason(&e));
+                value["no_recording"] = json!(reason(&e));
+            }
+        }
+        Ok((text, value))
+    }
+
+    fn recordings(&self, recordings: &[Recording]) -> Result<(String, Value), CliError> {
+        let mut text = Vec::new();
+        let mut values = Vec::new();
+        for recording in recordings {
+            let (t, v) = self.recording(recording)?;
+            text.push(t);
+            values.push(v);
+        }
+        Ok((text.join("\n"), json!({ "recordings": values })))
+    }
+
+    fn recording(&self, r: &Recording) -> Result<(String, Value), CliError> {
+        let (masses, origin) = resolve_masses(
+            r,
+            &self.model.model,
+            self.model.info.trained,
+            self.choice,
+            self.surfaces.as_ref(),
+        )?;
+        let (t0, t1) = r.span_s();
+        let rate = 1.0 / median_step_s(&r.time_s);
+        let force_n: Vec<f64> = r.force_mn.iter().map(|f| f / MN_PER_N).collect();
+        let mut rows = vec![["channel", "min", "max", "mean"].map(str::to_owned).to_vec()];
+        let mut ranges = serde_json::Map::new();
+        for c in Channel::ALL {
+            rows.push(range_row(c.label(), r.channel(c)));
+            ranges.insert(c.key().to_owned(), range_json(r.channel(c)));
+        }
+        rows.push(range_row("external force (N)", &force_n));
+        ranges.insert("force_n".to_owned(), range_json(&force_n));
+        let rest = r.reading_at_rest();
+        let at_rest = if r.sealed.is_some() { "sealed" } else { "first sample" };
+        let mut text = format!(
+            "  recording {}: {} samples, {t0:.3} to {t1:.3} s at {rate:.1} Hz; {}\n{}\n",
+            r.name,
+            r.len(),
+            r.preprocessing,
+            table(&rows)
+        );
+        text += &format!(
+            "  {at_rest}: {:.2} and {:.2} kPa abs ({:.2} and {:.2} gauge) at x = {:.4} mm\n",
+            rest.pressure_flexor_kpa,
+            rest.pressure_extensor_kpa,
+            rest.pressure_flexor_kpa - ATMOSPHERE_KPA,
+            rest.pressure_extensor_kpa - ATMOSPHERE_KPA,
+            rest.displacement_mm
+        );
+        text += &format!(
+            "  masses: {:.6} g flexor, {:.6} g extensor ({}{})",
+            masses.flexor_g,
+            masses.extensor_g,
+            origin.label(),
+            if origin == pam_data::MassOrigin::GasLaw {
+                format!(" with ν = {:.3}", self.model.model.physical().deformation)
+            } else {
+                String::new()
+            }
+        );
+        for note in &r.notes {
+            text += &format!("\n  note: {note}");
+        }
+        let value = json!({
+            "name": r.name,
+            "samples": r.len(),
+            "from_s": t0,
+            "to_s": t1,
+            "rate_hz": rate,
+            "ranges": ranges,
+            "at_rest": {
+                "source": at_rest,
+                "displacement_mm": rest.displacement_mm,
+                "pressure_flexor_kpa": rest.pressure_flexor_kpa,
+                "pressure_extensor_kpa": rest.pressure_extensor_kpa,
+            },
+            "mass_flexor_g": masses.flexor_g,
+            "mass_extensor_g": masses.extensor_g,
+            "mass_origin": origin,
+            "commanded_psi": r.command_psi,
+            "preprocessing": r.preprocessing,
+            "notes": r.notes,
+        });
+        Ok((text, value))
+    }
+}
+
+/// The message of an error without the path that stands above it already.
+fn reason(error: &DataError) -> String {
+    match error {
+        DataError::File { message, .. } => message.clone(),
+        other => other.to_string(),
+    }
+}
+
+fn range_of(values: &[f64]) -> (f64, f64, f64) {
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    (low, high, values.iter().sum::<f64>() / values.len() as f64)
+}
+
+fn range_row(name: &str, values: &[f64]) -> Vec<String> {
+    let (low, high, mean) = range_of(values);
+    vec![name.to_owned(), format!("{low:.4}"), format!("{high:.4}"), format!("{mean:.4}")]
+}
+
+fn range_json(values: &[f64]) -> Value {
+    let (low, high, mean) = range_of(values);
+    json!({ "min": low, "max": high, "mean": mean })
+}
+
+fn other_arrays(arrays: Vec<(&str, String)>) -> (String, Value) {
+    let lines: Vec<String> = arrays.iter().map(|(name, size)| format!("  {name} {size}")).collect();
+    let text = if lines.is_empty() {
+        "  no arrays of numbers".to_owned()
+    } else {
+        format!("  no recording; arrays of numbers:\n{}", lines.join("\n"))
+    };
+    let value = json!({ "arrays": arrays.iter().map(|(n, s)| json!([n, s])).collect::<Vec<_>>() });
+    (text, value)
+}
+
+/// Equal air masses at which a model's slopes are shown, g: 170, 412 and 653 kPa at x = 0.
+const SHOWN_MASSES_G: [f64; 3] = [0.031_527_2, 0.076_314_35, 0.121_101_5];
+
+fn model(saved: &SavedModel) -> (String, Value) {
+    let p = saved.model.physical();
+    let dual: AnyForce<Dual64> = saved.model.force.map(Dual64::constant);
+    let mut rows = vec![
+        ["m_f = m_e (g)", "P at x = 0 (kPa)", "K exact (N/mm)", "K h = 1 mm", "B exact (kg/s)"]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    let mut slopes = Vec::new();
+    for mass in SHOWN_MASSES_G {
+        let at = ForceInput {
+            displacement_mm: 0.0,
+            velocity_mm_s: 0.0,
+            mass_flexor_g: mass,
+            mass_extensor_g: mass,
+        };
+        let line = linearise(&dual, &at);
+        let smoothed =
+            stiffness_by_difference_n_mm(&saved.model.force, &at, &FourPointSmoothed::default());
+        let masses = pam_core::SealedMasses { flexor_g: mass, extensor_g: mass };
+        let pressure = saved.model.gas_law_pressures_kpa(0.0, masses)[0];
+        rows.push(vec![
+            format!("{mass:.7}"),
+            format!("{pressure:.1}"),
+            format!("{:.2}", line.stiffness_n_mm),
+            format!("{smoothed:.2}"),
+            format!("{:.1}", line.damping_kg_s),
+        ]);
+        slopes.push(json!({
+            "mass_flexor_g": mass,
+            "mass_extensor_g": mass,
+            "pressure_kpa": pressure,
+            "stiffness_exact_n_mm": line.stiffness_n_mm,
+            "stiffness_four_point_n_mm": smoothed,
+            "damping_exact_kg_s": line.damping_kg_s,
+            "force_mn": line.force_mn,
+        }));
+    }
+    let text = format!(
+        "  {}\n  {}\n  muscles {} mm x {} mm (radius x length); auxiliary damping {} kg/s; {}\n  at x = 0, v = 0:\n{}",
+        describe_model(saved),
+        saved.info.provenance,
+        saved.model.geometry.radius_mm,
+        saved.model.geometry.length_mm,
+        saved.model.auxiliary_damping_kg_s,
+        if saved.info.trained { "trained" } else { "not trained" },
+        table(&rows)
+    );
+    let mut value = json!({
+        "name": saved.info.name,
+        "provenance": saved.info.provenance,
+        "trained": saved.info.trained,
+        "force": saved.model.force.kind(),
+        "mass_kg": p.mass_kg,
+        "gas_coefficient_kpa_mm3_per_g": p.gas_coefficient,
+        "deformation": p.deformation,
+        "radius_mm": saved.model.geometry.radius_mm,
+        "length_mm": saved.model.geometry.length_mm,
+        "auxiliary_damping_kg_s": saved.model.auxiliary_damping_kg_s,
+        "slopes": slopes,
+    });
+    if let AnyForce::Network(n) = &saved.model.force {
+        let widths: Vec<usize> = n.mlp().layers().iter().map(|l| l.outputs()).collect();
+        value["activation"] = json!(n.mlp().activation().name());
+        value["layer_outputs"] = json!(widths);
+        value["parameters"] = json!(n.mlp().parameter_count() + 3);
+    }
+    (text, value)
+}

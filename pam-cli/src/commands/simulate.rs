@@ -1,0 +1,223 @@
+//! `pam simulate`.
+
+use super::convert::write_recording;
+use crate::PARTIAL;
+use crate::arguments::{GlobalOptions, SimulateArguments};
+use crate::console::Console;
+use crate::error::CliError;
+use crate::options::describe_model;
+use crate::run_record::made_by;
+use pam_core::SealedMasses;
+use pam_core::units::MN_PER_N;
+use pam_data::atomic::write_atomic;
+use pam_data::{Channel, MassOrigin, Recording, SavedModel};
+use pam_report::page::{figure, page};
+use pam_report::{LineFigure, Role};
+use pam_train::{Subject, predict};
+use serde_json::json;
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Sealed pressures of a made-up run if none are given, kPa absolute (45 psi gauge).
+const DEFAULT_PRESSURE_KPA: f64 = 412.0;
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CliError`] naming file, line and column, or the option.
+pub fn run(
+    arguments: &SimulateArguments,
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<ExitCode, CliError> {
+    let settings = arguments.solver.settings()?;
+    let saved = arguments.model.load()?;
+    let subject = match &arguments.data {
+        Some(path) => measured(arguments, path, &saved)?,
+        None => made_up(arguments, &saved)?,
+    };
+    let (prediction, failure) =
+        match predict(&saved.model, &subject.recording, subject.masses, &settings) {
+            Ok(prediction) => (prediction, None),
+            Err(e) => (e.partial, Some(e.why)),
+        };
+    if prediction.is_empty() {
+        return Err(CliError::Usage(failure.unwrap_or_else(|| "nothing was simulated".into())));
+    }
+    let trajectory = prediction.to_recording(&subject.recording, subject.masses);
+    write_recording(&arguments.out, &trajectory)?;
+    if let Some(path) = &arguments.report {
+        let text = report(&trajectory, &saved, &settings.describe(), failure.as_deref());
+        write_atomic(path, text.as_bytes())?;
+    }
+    let extremes = |c: Channel| {
+        let values = trajectory.channel(c).iter().copied();
+        (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max))
+    };
+    let (low, high) = extremes(Channel::X);
+    console.json(&json!({
+        "out": arguments.out,
+        "samples": trajectory.len(),
+        "mass_flexor_g": subject.masses.flexor_g,
+        "mass_extensor_g": subject.masses.extensor_g,
+        "x_min_mm": low,
+        "x_max_mm": high,
+        "accepted_steps": prediction.statistics.accepted,
+        "rejected_steps": prediction.statistics.rejected,
+        "field_evaluations": prediction.statistics.evaluations,
+        "seed": global.seed,
+        "failure": failure,
+    }));
+    console.text(format!(
+        "{} samples, x from {low:.4} to {high:.4} mm, {} steps, {} field evaluations -> {}",
+        trajectory.len(),
+        prediction.statistics.accepted,
+        prediction.statistics.evaluations,
+        arguments.out.display()
+    ));
+    if let Some(why) = failure {
+        console.warn(format!("stopped early, what was reached is written: {why}"));
+        return Ok(ExitCode::from(PARTIAL));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn measured(
+    arguments: &SimulateArguments,
+    path: &Path,
+    saved: &SavedModel,
+) -> Result<Subject, CliError> {
+    let mut subjects = arguments.reading.subjects(&[path.to_owned()], saved, &|| {})?;
+    if subjects.len() > 1 {
+        return Err(CliError::Usage(format!(
+            "{}: the recording has gaps and falls into {} parts; `pam evaluate` predicts them all, \
+             `pam convert` writes them as files",
+            path.display(),
+            subjects.len()
+        )));
+    }
+    subjects
+        .pop()
+        .ok_or_else(|| CliError::Usage(format!("{}: holds no recording", path.display())))
+}
+
+/// A run of the joint at rest at x = 0 under a made-up force.
+fn made_up(arguments: &SimulateArguments, saved: &SavedModel) -> Result<Subject, CliError> {
+    let spec = arguments.force.as_deref().unwrap_or_default();
+    let (duration, rate) = (arguments.duration, arguments.rate);
+    let samples = duration * rate;
+    if !(samples.is_finite() && duration > 0.0 && (1.0..1e8).contains(&samples)) {
+        return Err(CliError::Usage(format!(
+            "--duration {duration} s at --rate {rate} Hz is no run: both must be positive and make at \
+             least one step"
+        )));
+    }
+    let masses = match (&arguments.air_masses, &arguments.pressures) {
+        (Some(m), _) => {
+            let [f, e] = pair("--air-masses", m)?;
+            SealedMasses::new(f, e)?
+        }
+        (None, pressures) => {
+            let p = match pressures {
+                Some(p) => pair("--pressures", p)?,
+                None => [DEFAULT_PRESSURE_KPA; 2],
+            };
+            let m = saved.model.gas_law_masses(0.0, p);
+            SealedMasses::new(m.flexor_g, m.extensor_g)?
+        }
+    };
+    let [pf, pe] = saved.model.gas_law_pressures_kpa(0.0, masses);
+    let n = samples.round() as usize + 1;
+    let force = parse_force(spec, duration)?;
+    let mut recording = Recording::empty(&arguments.out);
+    recording.time_s = (0..n).map(|k| k as f64 / rate).collect();
+    recording.force_mn = recording.time_s.iter().map(|&t| MN_PER_N * force(t)).collect();
+    recording.displacement_mm = vec![0.0; n];
+    recording.velocity_mm_s = vec![0.0; n];
+    recording.pressure_flexor_kpa = vec![pf; n];
+    recording.pressure_extensor_kpa = vec![pe; n];
+    Ok(Subject { recording, masses, origin: MassOrigin::Given })
+}
+
+fn pair(option: &str, values: &[f64]) -> Result<[f64; 2], CliError> {
+    <[f64; 2]>::try_from(values)
+        .map_err(|_| CliError::Usage(format!("{option} takes two numbers, flexor,extensor")))
+}
+
+/// A force (N) over time (s) from its description, for example `sine:A=120,f=0.5`.
+fn parse_force(spec: &str, duration: f64) -> Result<Box<dyn Fn(f64) -> f64>, CliError> {
+    let wrong = |why: String| CliError::Usage(format!("--force {spec}: {why}"));
+    let (kind, rest) = spec.split_once(':').unwrap_or((spec, ""));
+    let mut values = std::collections::BTreeMap::new();
+    for part in rest.split(',').filter(|p| !p.is_empty()) {
+        let (key, value) =
+            part.split_once('=').ok_or_else(|| wrong(format!("`{part}` is not key=value")))?;
+        let number: f64 =
+            value.trim().parse().map_err(|_| wrong(format!("`{value}` is not a number")))?;
+        if !number.is_finite() {
+            return Err(wrong(format!("{key} is not finite")));
+        }
+        values.insert(key.trim(), number);
+    }
+    let mut take = |key: &str| values.remove(key).ok_or_else(|| wrong(format!("`{key}` is missing")));
+    let force: Box<dyn Fn(f64) -> f64> = match kind {
+        "constant" => {
+            let a = take("A")?;
+            Box::new(move |_| a)
+        }
+        "step" => {
+            let (a, start) = (take("A")?, take("t")?);
+            Box::new(move |t| if t >= start { a } else { 0.0 })
+        }
+        "sine" => {
+            let (a, f) = (take("A")?, take("f")?);
+            Box::new(move |t| a * (TAU * f * t).sin())
+        }
+        "chirp" => {
+            let (a, f0, f1) = (take("A")?, take("f0")?, take("f1")?);
+            Box::new(move |t| a * (TAU * (f0 + 0.5 * (f1 - f0) * t / duration) * t).sin())
+        }
+        _ => return Err(wrong("known are constant, step, sine and chirp".into())),
+    };
+    if let Some(key) = values.keys().next() {
+        return Err(wrong(format!("`{key}` is not a parameter of {kind}")));
+    }
+    Ok(force)
+}
+
+fn report(
+    trajectory: &Recording,
+    saved: &SavedModel,
+    solver: &str,
+    failure: Option<&str>,
+) -> String {
+    let t = &trajectory.time_s;
+    let force_n: Vec<f64> = trajectory.force_mn.iter().map(|f| f / MN_PER_N).collect();
+    let series = |label: &str, values: &[f64]| {
+        LineFigure::new("", "time (s)", label, 1040, 210)
+            .with("", Role::Predicted, pam_report::figure::envelope(t, values, 700))
+            .to_svg()
+    };
+    let x_f = LineFigure::new("x–F loop", "displacement x (mm)", "external force (N)", 500, 380)
+        .with(
+            "",
+            Role::Predicted,
+            pam_report::figure::thin(&trajectory.displacement_mm, &force_n, 4000),
+        )
+        .to_svg();
+    let mut figures = vec![figure(series("external force (N)", &force_n), "")];
+    figures.extend(Channel::ALL.map(|c| figure(series(c.label(), trajectory.channel(c)), "")));
+    figures.push(figure(x_f, "The area of the loop is the work that the model dissipates."));
+    let lead = format!(
+        "{} Solved with {solver}.{}",
+        describe_model(saved),
+        failure.map(|f| format!(" Stopped early: {f}")).unwrap_or_default()
+    );
+    page(
+        &format!("Simulation with {}", saved.info.name),
+        &lead,
+        &pam_report::page::stack(&figures),
+        &made_by(),
+    )
+}

@@ -1,0 +1,18 @@
+//! What a command can fail with.
+
+use pam_data::DataError;
+use thiserror::Error;
+
+/// An error of a command, told in one line.
+#[derive(Debug, Error)]
+pub enum CliError {
+    /// A file cannot be read, understood or written.
+    #[error(transparent)]
+    Data(#[from] DataError),
+    /// A model cannot be built as asked.
+    #[error(transparent)]
+    Model(#[from] pam_core::ModelError),
+    /// Options contradict each other or name something that does not exist.
+    #[error("{0}")]
+    Usage(String),
+}

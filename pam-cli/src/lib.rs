@@ -1,0 +1,52 @@
+//! The `pam` command, as a library: argument types and thin commands over the other crates.
+//!
+//! Exit codes: 0 for success, 1 for an error in input, model or output, 2 for wrong usage, 3 when
+//! the command finished but some recordings could not be predicted to their end.
+
+pub mod arguments;
+pub mod commands;
+pub mod console;
+pub mod demo;
+pub mod error;
+pub mod options;
+pub mod run_record;
+
+pub use arguments::{Arguments, Command};
+pub use console::Console;
+pub use error::CliError;
+
+use std::process::ExitCode;
+
+/// Exit code when some recordings could not be predicted to their end.
+pub const PARTIAL: u8 = 3;
+
+/// Runs a command line and reports its errors on the error stream.
+#[must_use]
+pub fn run(arguments: Arguments) -> ExitCode {
+    match dispatch(&arguments) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn dispatch(arguments: &Arguments) -> Result<ExitCode, CliError> {
+    let global = &arguments.global;
+    if let Some(threads) = global.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global()
+            .map_err(|e| CliError::Usage(format!("--threads {threads}: {e}")))?;
+    }
+    let console = Console::new(global);
+    match &arguments.command {
+        None => demo::run(&arguments::DemoArguments::default(), global, &console),
+        Some(Command::Demo(a)) => demo::run(a, global, &console),
+        Some(Command::Inspect(a)) => commands::inspect::run(a, &console),
+        Some(Command::Convert(a)) => commands::convert::run(a, &console),
+        Some(Command::Simulate(a)) => commands::simulate::run(a, global, &console),
+        Some(Command::Evaluate(a)) => commands::evaluate::run(a, global, &console),
+    }
+}

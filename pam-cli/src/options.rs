@@ -1,0 +1,316 @@
+//! Options that several commands share, and what they turn into.
+
+use crate::error::CliError;
+use clap::{Args, ValueEnum};
+use pam_core::{Activation, AnyForce, JointModel, Mlp, NetworkForce, SpringDamper};
+use pam_data::formats::mat_run::PressureReference;
+use pam_data::{
+    LoadOptions, MassChoice, ModelInfo, MuscleSurfaces, Recording, SavedModel, load_model,
+    open_recordings, resolve_masses,
+};
+use pam_solvers::{Interpolation, Tableau};
+use pam_train::{SolverSettings, StepChoice, Subject};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Name of the built-in physics-only model.
+pub const SPRING_DAMPER: &str = "spring-damper";
+
+/// Which model.
+#[derive(Debug, Clone, Args)]
+pub struct ModelOptions {
+    /// Model file (.safetensors, .eqx), or `spring-damper` for the built-in physics-only model
+    #[arg(long, value_name = "MODEL")]
+    pub model: PathBuf,
+    /// Activation of an .eqx network, which the file does not name [default: leaky_relu]
+    #[arg(long, value_name = "NAME")]
+    pub activation: Option<String>,
+}
+
+impl ModelOptions {
+    /// Loads the model.
+    ///
+    /// # Errors
+    /// [`CliError`] naming the file or the option.
+    pub fn load(&self) -> Result<SavedModel, CliError> {
+        if self.model == Path::new(SPRING_DAMPER) {
+            return Ok(built_in_spring_damper());
+        }
+        let mut saved = load_model(&self.model)?;
+        if let Some(name) = &self.activation {
+            let AnyForce::Network(force) = &saved.model.force else {
+                return Err(CliError::Usage("--activation is for networks".into()));
+            };
+            let activation = Activation::from_name(name)?;
+            let mlp = Mlp::new(force.mlp().layers().to_vec(), activation)?;
+            saved.model.force = AnyForce::Network(NetworkForce::new(mlp)?);
+        }
+        Ok(saved)
+    }
+}
+
+/// The physics-only model: datasheet parameters and the published stiffness as a straight line.
+#[must_use]
+pub fn built_in_spring_damper() -> SavedModel {
+    SavedModel {
+        model: JointModel::datasheet(AnyForce::SpringDamper(SpringDamper::published())),
+        info: ModelInfo {
+            name: "linear spring–damper".into(),
+            provenance: "physics only: datasheet mass, gas and geometry, published stiffness range \
+                         and damping, no friction, nothing fitted"
+                .into(),
+            trained: false,
+            source: None,
+        },
+    }
+}
+
+/// One line on a model's force and parameters.
+#[must_use]
+pub fn describe_model(saved: &SavedModel) -> String {
+    let p = saved.model.physical();
+    let force = match &saved.model.force {
+        AnyForce::Network(n) => {
+            let widths: Vec<String> = n
+                .mlp()
+                .layers()
+                .iter()
+                .map(|l| l.inputs().to_string())
+                .chain([n.mlp().outputs().to_string()])
+                .collect();
+            format!("network {} with {}", widths.join("–"), n.mlp().activation())
+        }
+        AnyForce::SpringDamper(_) => "linear spring–damper".into(),
+    };
+    format!(
+        "Force: {force}; m = {:.3} kg, C = {:.4e} kPa·mm³/g, ν = {:.4}.",
+        p.mass_kg, p.gas_coefficient, p.deformation
+    )
+}
+
+/// What zero means in a `.mat` run's pressures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PressureArgument {
+    /// Decide by the gas law and say so
+    Auto,
+    /// Zero is vacuum
+    Absolute,
+    /// Zero is the atmosphere
+    Gauge,
+}
+
+/// Where masses come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MassArgument {
+    /// Gas law for a trained model, surfaces (if given) for an untrained one
+    Auto,
+    /// The model's gas law at the start of the run
+    GasLaw,
+    /// The single-muscle surfaces of --surfaces
+    Surfaces,
+}
+
+/// How recordings are read.
+#[derive(Debug, Clone, Args)]
+pub struct DataOptions {
+    /// Source of the sealed air masses; masses that a file gives always win
+    #[arg(long, value_enum, default_value = "auto", value_name = "SOURCE")]
+    pub masses: MassArgument,
+    /// Single-muscle surfaces (poly44_all_fits.mat)
+    #[arg(long, value_name = "FILE")]
+    pub surfaces: Option<PathBuf>,
+    /// Filter CSV and .npz data like a raw log and take the velocity anew
+    #[arg(long)]
+    pub preprocess: bool,
+    /// Change a constant of the raw-log loader, for example cutoff_hz=10 or search_from_row=0; may
+    /// be given several times
+    #[arg(long = "loader", value_name = "KEY=VALUE")]
+    pub loader: Vec<String>,
+    /// What zero means in the pressures of a .mat run
+    #[arg(long, value_enum, default_value = "auto", value_name = "REFERENCE")]
+    pub mat_pressure: PressureArgument,
+}
+
+impl DataOptions {
+    /// The loader's options.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] naming a loader option that does not exist.
+    pub fn load_options(&self) -> Result<LoadOptions, CliError> {
+        let mut options = LoadOptions {
+            preprocess: self.preprocess,
+            pressure_reference: match self.mat_pressure {
+                PressureArgument::Auto => PressureReference::Auto,
+                PressureArgument::Absolute => PressureReference::Absolute,
+                PressureArgument::Gauge => PressureReference::Gauge,
+            },
+            ..LoadOptions::default()
+        };
+        for assignment in &self.loader {
+            options
+                .raw_log
+                .set(assignment)
+                .map_err(|e| CliError::Usage(format!("--loader {assignment}: {e}")))?;
+        }
+        Ok(options)
+    }
+
+    /// The mass source.
+    #[must_use]
+    pub fn mass_choice(&self) -> MassChoice {
+        match self.masses {
+            MassArgument::Auto => MassChoice::Auto,
+            MassArgument::GasLaw => MassChoice::GasLaw,
+            MassArgument::Surfaces => MassChoice::Surfaces,
+        }
+    }
+
+    /// The surfaces, if a file is given.
+    ///
+    /// # Errors
+    /// [`CliError::Data`] naming what is wrong with it.
+    pub fn load_surfaces(&self) -> Result<Option<MuscleSurfaces>, CliError> {
+        Ok(self.surfaces.as_deref().map(MuscleSurfaces::read).transpose()?)
+    }
+
+    /// Reads recordings with their masses for a model.
+    ///
+    /// # Errors
+    /// [`CliError`] naming file, line and column, or the option.
+    pub fn subjects(
+        &self,
+        paths: &[PathBuf],
+        saved: &SavedModel,
+        read: &(dyn Fn() + Sync),
+    ) -> Result<Vec<Subject>, CliError> {
+        use rayon::prelude::*;
+        let options = self.load_options()?;
+        let surfaces = self.load_surfaces()?;
+        let files: Vec<Result<Vec<Recording>, _>> = paths
+            .par_iter()
+            .map(|path| {
+                let recordings = open_recordings(path, &options);
+                read();
+                recordings
+            })
+            .collect();
+        let mut subjects = Vec::new();
+        for recordings in files {
+            for mut recording in recordings? {
+                let taken = |name: &str| subjects.iter().any(|s: &Subject| s.recording.name == name);
+                if taken(&recording.name) {
+                    let base = recording.name.clone();
+                    recording.name = (2..)
+                        .map(|k| format!("{base}~{k}"))
+                        .find(|name| !taken(name))
+                        .unwrap_or(base);
+                }
+                let (masses, origin) = resolve_masses(
+                    &recording,
+                    &saved.model,
+                    saved.info.trained,
+                    self.mass_choice(),
+                    surfaces.as_ref(),
+                )?;
+                subjects.push(Subject { recording, masses, origin });
+            }
+        }
+        Ok(subjects)
+    }
+
+    /// The options as JSON, for run folders.
+    ///
+    /// # Errors
+    /// As [`load_options`](DataOptions::load_options).
+    pub fn to_json(&self) -> Result<Value, CliError> {
+        let load = self.load_options()?;
+        Ok(json!({
+            "masses": format!("{:?}", self.masses).to_lowercase(),
+            "surfaces": self.surfaces,
+            "preprocess": self.preprocess,
+            "mat_pressure": format!("{:?}", self.mat_pressure).to_lowercase(),
+            "raw_log": load.raw_log,
+        }))
+    }
+}
+
+/// How a sampled force is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum InputArgument {
+    /// Held until the next sample, as in the published path
+    Zoh,
+    /// Straight lines between samples
+    Linear,
+    /// Cubic Hermite pieces
+    Cubic,
+}
+
+/// How the equations are solved.
+#[derive(Debug, Clone, Args)]
+pub struct SolverOptions {
+    /// Runge–Kutta method: tsit5, rk4, bs3, dp5
+    #[arg(long, default_value = "tsit5", value_name = "NAME")]
+    pub method: String,
+    /// Constant steps of this many ms instead of error control
+    #[arg(long, value_name = "MS", conflicts_with_all = ["rtol", "atol"])]
+    pub step_ms: Option<f64>,
+    /// Relative tolerance of the error control
+    #[arg(long, default_value_t = 1e-6, value_name = "R")]
+    pub rtol: f64,
+    /// Absolute tolerance of the error control, in mm, mm/s and kPa
+    #[arg(long, default_value_t = 1e-6, value_name = "A")]
+    pub atol: f64,
+    /// How the measured force is read between samples
+    #[arg(long, value_enum, default_value = "zoh", value_name = "HOW")]
+    pub input: InputArgument,
+}
+
+impl SolverOptions {
+    /// The settings.
+    ///
+    /// # Errors
+    /// [`CliError`] for unknown methods, steps and tolerances that are not positive, and methods
+    /// without error estimate under error control.
+    pub fn settings(&self) -> Result<SolverSettings, CliError> {
+        let positive = |name: &str, value: f64| {
+            if value.is_finite() && value > 0.0 {
+                Ok(value)
+            } else {
+                Err(CliError::Usage(format!("--{name} must be positive, got {value}")))
+            }
+        };
+        let tableau = Tableau::from_name(&self.method)?;
+        let step = match self.step_ms {
+            Some(ms) => StepChoice::Constant { step_s: positive("step-ms", ms)? * 1e-3 },
+            None if tableau.error.is_none() => {
+                return Err(CliError::Usage(format!(
+                    "{} has no error estimate; give --step-ms",
+                    self.method
+                )));
+            }
+            None => StepChoice::Adaptive {
+                rtol: positive("rtol", self.rtol)?,
+                atol: positive("atol", self.atol)?,
+            },
+        };
+        let interpolation = match self.input {
+            InputArgument::Zoh => Interpolation::Hold,
+            InputArgument::Linear => Interpolation::Linear,
+            InputArgument::Cubic => Interpolation::Cubic,
+        };
+        Ok(SolverSettings { tableau, step, interpolation })
+    }
+
+    /// The settings as JSON, for run folders.
+    ///
+    /// # Errors
+    /// As [`settings`](SolverOptions::settings).
+    pub fn to_json(&self) -> Result<Value, CliError> {
+        let s = self.settings()?;
+        Ok(json!({
+            "method": s.tableau.name,
+            "step": s.step,
+            "input": s.interpolation.name(),
+        }))
+    }
+}

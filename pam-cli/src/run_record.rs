@@ -1,0 +1,38 @@
+//! What a run folder says of how it was made.
+
+use crate::error::CliError;
+use pam_data::atomic::write_atomic;
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// Program, version and commit in one line.
+#[must_use]
+pub fn made_by() -> String {
+    format!("pam {} ({})", env!("CARGO_PKG_VERSION"), env!("PAM_GIT_HASH"))
+}
+
+/// Writes `run.json`: program, version, commit, seed and configuration. Things that do not change
+/// the results (threads, time of day) are left out, so that equal runs give equal bytes.
+///
+/// # Errors
+/// [`CliError::Data`] if the file cannot be written.
+pub fn write(folder: &Path, command: &str, seed: u64, configuration: &Value) -> Result<(), CliError> {
+    let record = json!({
+        "program": "pam",
+        "version": env!("CARGO_PKG_VERSION"),
+        "git": env!("PAM_GIT_HASH"),
+        "command": command,
+        "seed": seed,
+        "configuration": configuration,
+    });
+    write_json(&folder.join("run.json"), &record)
+}
+
+/// Writes JSON to a file.
+///
+/// # Errors
+/// [`CliError::Data`] if the file cannot be written.
+pub fn write_json(path: &Path, value: &Value) -> Result<(), CliError> {
+    write_atomic(path, format!("{value:#}\n").as_bytes())?;
+    Ok(())
+}
