@@ -6,14 +6,14 @@ const STYLE: &str = "
 :root { color-scheme: light; }
 body { font: 16px/1.55 system-ui, sans-serif; color: #222; background: #fff; margin: 0 auto;
   max-width: 1080px; padding: 1.5rem 1.2rem 4rem; }
-h1 { font-size: 1.7rem; margin: 0 0 .3rem; } h2 { font-size: 1.25rem; margin: 2.2rem 0 .6rem;
+h1 { font-size: 1.7rem; margin: 0 0 .3rem; overflow-wrap: anywhere; } h2 { font-size: 1.25rem; margin: 2.2rem 0 .6rem;
   border-bottom: 1px solid #ddd; padding-bottom: .2rem; } h3 { font-size: 1.05rem; margin: 1.6rem 0 .4rem; }
 .sub { color: #555; margin: 0 0 1.2rem; } .note { background: #f5f6f8; border-left: 4px solid #0072b2;
   padding: .6rem .9rem; margin: .8rem 0; } .warn { border-left-color: #d55e00; }
 .scroll { overflow-x: auto; } table { border-collapse: collapse; font-size: .92rem; margin: .6rem 0; }
 th, td { padding: .28rem .7rem; text-align: right; border-bottom: 1px solid #e6e6e6; white-space: nowrap; }
 th { border-bottom: 2px solid #bbb; font-weight: 600; } th:first-child, td:first-child { text-align: left; }
-td.text { text-align: left; white-space: normal; }
+td.text { text-align: left; }
 .cards { display: flex; flex-wrap: wrap; gap: .8rem; margin: 1rem 0; } .card { border: 1px solid #ddd;
   border-radius: 8px; padding: .6rem 1rem; min-width: 7.5rem; } .card b { display: block; font-size: 1.45rem; }
 .card span { color: #555; font-size: .85rem; }

@@ -25,6 +25,8 @@ pub struct ForceBalance {
     pub falling_n: f64,
     /// Half the difference of the two: the part that flips with the direction of motion, N.
     pub direction_n: f64,
+    /// Half the sum of the two: the part that does not depend on the direction, N.
+    pub offset_n: f64,
     /// Share of the missing force's variance that the direction alone explains while the joint
     /// moves, 0 to 1.
     pub direction_share: f64,
@@ -91,6 +93,7 @@ impl ForceBalance {
             rising_n,
             falling_n,
             direction_n: 0.5 * (rising_n - falling_n),
+            offset_n: 0.5 * (rising_n + falling_n),
             direction_share: if total > 0.0 { 1.0 - within / total } else { 0.0 },
             standstill_share: 1.0 - moving / n,
             missing_n,

@@ -39,9 +39,9 @@ impl MassOrigin {
     #[must_use]
     pub fn label(self) -> &'static str {
         match self {
-            Self::Given => "given by the file",
-            Self::GasLaw => "gas law at the start of the run",
-            Self::Surfaces => "single-muscle surfaces",
+            Self::Given => "given",
+            Self::GasLaw => "gas law",
+            Self::Surfaces => "surfaces",
         }
     }
 }

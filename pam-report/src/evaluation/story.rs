@@ -52,6 +52,11 @@ fn overall(all: &[RecordingEvaluation]) -> Vec<String> {
             100.0 * share
         ));
     }
+    let offset = mean(all, |r| r.balance.offset_n);
+    lines.push(format!(
+        "A part of {offset:+.1} N does not depend on the direction: an unmodelled load, or an error \
+         of the restoring force."
+    ));
     lines
 }
 

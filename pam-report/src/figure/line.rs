@@ -69,16 +69,14 @@ impl LineFigure {
         let (x0, x1) = padded_range(points().map(|p| p.0), 0.01);
         let (y0, y1) = padded_range(points().map(|p| p.1), 0.06);
         let text = ("sans-serif", TEXT * SCALE).into_font().color(&INK);
+        self.draw_header(&root)?;
         let mut builder = ChartBuilder::on(&root);
         builder
             .margin(8 * SCALE)
+            .margin_top((TITLE + 14) * SCALE)
             .margin_right(16 * SCALE)
             .x_label_area_size(40 * SCALE)
             .y_label_area_size(62 * SCALE);
-        if !self.title.is_empty() {
-            let title = ("sans-serif", TITLE * SCALE).into_font().color(&INK);
-            builder.caption(&self.title, title);
-        }
         let mut chart = builder.build_cartesian_2d(x0..x1, y0..y1)?;
         chart
             .configure_mesh()
@@ -97,24 +95,34 @@ impl LineFigure {
         for series in &self.series {
             let style = series.role.colour().stroke_width(SCALE + 1);
             let finite = series.points.iter().copied().filter(|p| p.1.is_finite());
-            let drawn = chart.draw_series(LineSeries::new(finite, style))?;
-            if !series.label.is_empty() {
-                let end = 22 * SCALE as i32;
-                drawn.label(&series.label).legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + end, y)], style.stroke_width(2 * SCALE))
-                });
-            }
-        }
-        if self.series.iter().any(|s| !s.label.is_empty()) {
-            chart
-                .configure_series_labels()
-                .position(SeriesLabelPosition::UpperRight)
-                .background_style(WHITE.mix(0.85))
-                .legend_area_size(26 * SCALE)
-                .label_font(text)
-                .draw()?;
+            chart.draw_series(LineSeries::new(finite, style))?;
         }
         root.present()?;
+        Ok(())
+    }
+
+    /// Title at the left and legend at the right, above the axes where they hide nothing.
+    fn draw_header(
+        &self,
+        root: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
+    ) -> Result<(), Box<dyn std::error::Error>> {
+        let scale = SCALE as i32;
+        let baseline = 8 * scale;
+        let title = ("sans-serif", TITLE * SCALE).into_font().color(&INK);
+        root.draw(&Text::new(self.title.clone(), (70 * scale, baseline), title))?;
+        let text = ("sans-serif", TEXT * SCALE).into_font().color(&INK);
+        let mut right = (self.width as i32 - 16) * scale;
+        for series in self.series.iter().rev().filter(|s| !s.label.is_empty()) {
+            // Text is drawn by the reader's browser; its width can only be estimated.
+            let width = (series.label.chars().count() as f64 * f64::from(TEXT) * 0.56) as i32;
+            right -= width * scale;
+            root.draw(&Text::new(series.label.clone(), (right, baseline), text.clone()))?;
+            let middle = baseline + (TEXT as i32 * scale) / 2;
+            let line = [(right - 26 * scale, middle), (right - 6 * scale, middle)];
+            let style = series.role.colour().stroke_width(2 * SCALE);
+            root.draw(&PathElement::new(line, style))?;
+            right -= 42 * scale;
+        }
         Ok(())
     }
 }

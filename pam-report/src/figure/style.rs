@@ -59,9 +59,11 @@ pub(super) fn padded_range(values: impl Iterator<Item = f64>, margin: f64) -> (f
         return (0.0, 1.0);
     }
     let span = high - low;
-    let smallest = 1e-6_f64.max(high.abs().max(low.abs()) * 1e-6);
-    if span < smallest {
-        return (low - 0.5 * smallest.max(0.1), high + 0.5 * smallest.max(0.1));
+    let size = high.abs().max(low.abs());
+    if span <= 1e-6 * size || span == 0.0 {
+        // One value: a range of a tenth of its size about it.
+        let half = if size > 0.0 { 0.05 * size } else { 0.5 };
+        return (low - half, high + half);
     }
     (low - margin * span, high + margin * span)
 }
