@@ -26,7 +26,7 @@ pub enum FailureKind {
 }
 
 /// A solve that stopped early, with the trajectory up to there.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct SolveError<S> {
     /// Why it stopped.
     pub kind: FailureKind,
@@ -62,4 +62,14 @@ impl<S> fmt::Display for SolveError<S> {
     }
 }
 
-impl<S: fmt::Debug> std::error::Error for SolveError<S> {}
+// `unwrap` prints this: the story, not the trajectory.
+impl<S> fmt::Debug for SolveError<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SolveError")
+            .field("kind", &self.kind)
+            .field("time_s", &self.time_s)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<S> std::error::Error for SolveError<S> {}
