@@ -1,0 +1,105 @@
+//! What the benchmarks work on: the published weights, and recordings of the published length.
+//!
+//! Run all with `cargo bench -p pam-bench`. The weights are read from the reference data, whose
+//! folder is `../shared` beside the workspace or named by the environment variable `PAM_SHARED`.
+
+use pam_core::units::{MN_PER_N, tendon_force_mn_per_a};
+use pam_core::{AnyForce, JointModel, SealedMasses};
+use pam_data::formats::raw_log::{Row, to_text};
+use pam_data::preprocess::LowPass;
+use pam_data::{Recording, load_model};
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+
+/// Samples of a 70 s recording at 1 kHz.
+pub const SAMPLES: usize = 70_000;
+
+/// The folder of the reference data.
+#[must_use]
+pub fn shared_folder() -> PathBuf {
+    std::env::var_os("PAM_SHARED").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"),
+        PathBuf::from,
+    )
+}
+
+/// The published model.
+///
+/// # Panics
+/// If the reference data are missing.
+#[must_use]
+pub fn published_model() -> JointModel<f64, AnyForce<f64>> {
+    let path = shared_folder().join("pneu-sim/hybrid_model_puresine_16.eqx");
+    load_model(&path).expect("the reference data must be present (PAM_SHARED)").model
+}
+
+/// The published excitation over 70 s, A: 0.5 Hz to 40 s, 1 Hz to 60 s, 2 Hz to 70 s, each at 1 A and
+/// at 1.5 A.
+#[must_use]
+pub fn excitation_a(t: f64) -> f64 {
+    let (start, frequency, middle) = match t {
+        t if t < 40.0 => (0.0, 0.5, 20.0),
+        t if t < 60.0 => (40.0, 1.0, 50.0),
+        _ => (60.0, 2.0, 65.0),
+    };
+    let amplitude = if t < middle { 1.0 } else { 1.5 };
+    amplitude * (TAU * frequency * (t - start)).sin()
+}
+
+/// Evenly spread numbers in ±1, the same every time.
+fn noise() -> impl FnMut() -> f64 {
+    let mut state = 1_u64;
+    move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
+    }
+}
+
+/// A 70 s recording of the joint at 412 kPa under the published excitation. With `current_noise_a`
+/// above zero the force carries noise of that size, filtered as the loader filters it.
+///
+/// # Panics
+/// Never: the filter's cutoff is below half the sample rate.
+#[must_use]
+pub fn recording(model: &JointModel<f64, AnyForce<f64>>, current_noise_a: f64) -> (Recording, SealedMasses) {
+    let masses = model.gas_law_masses(0.0, [412.0, 412.0]);
+    let mut recording = Recording::empty(Path::new("bench"));
+    let mut noise = noise();
+    recording.time_s = (0..SAMPLES).map(|k| k as f64 * 1e-3).collect();
+    recording.force_mn = recording
+        .time_s
+        .iter()
+        .map(|&t| tendon_force_mn_per_a() * (excitation_a(t) + current_noise_a * noise()))
+        .collect();
+    if current_noise_a > 0.0 {
+        let filter = LowPass::new(20.0, 1000.0).expect("20 Hz is below 500 Hz");
+        recording.force_mn = filter.forward_backward(&recording.force_mn);
+    }
+    recording.displacement_mm = vec![0.0; SAMPLES];
+    recording.velocity_mm_s = vec![0.0; SAMPLES];
+    recording.pressure_flexor_kpa = vec![412.0; SAMPLES];
+    recording.pressure_extensor_kpa = vec![412.0; SAMPLES];
+    debug_assert!(recording.force_mn.iter().all(|f| f.abs() < 400.0 * MN_PER_N));
+    (recording, masses)
+}
+
+/// The text of a raw log of 73 s, about 6.6 MB, as the rig writes it.
+#[must_use]
+pub fn raw_log_text() -> String {
+    let mut noise = noise();
+    let rows: Vec<Row> = (0..SAMPLES + 3000)
+        .map(|k| {
+            let t = k as f64 * 1e-3 - 3.0;
+            let current = if t < 0.0 { 0.0 } else { excitation_a(t) };
+            Row {
+                angle_deg: 0.878_906 + 10.0 * current + 0.01 * noise(),
+                command: 2047.0 + 800.0 * current,
+                current_a: current + 0.05 * noise(),
+                commanded_psi: [45.0, 45.0],
+                measured_psi: [45.0 + 2.0 * current + 0.01 * noise(), 45.0 - 2.0 * current],
+                sync: t >= 0.0,
+            }
+        })
+        .collect();
+    to_text("bench", 1000.0, 6240, &rows)
+}
