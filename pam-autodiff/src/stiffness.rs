@@ -53,9 +53,8 @@ pub fn stiffness_by_difference_n_mm<F: ForceModel<f64>>(
     scheme: &dyn DifferenceScheme,
 ) -> f64 {
     let mut work = scalar::zeros(force.work_len());
-    let mut along_x = |x: f64| {
-        force.restoring_force_mn(&ForceInput { displacement_mm: x, ..*at }, &mut work)
-    };
+    let mut along_x =
+        |x: f64| force.restoring_force_mn(&ForceInput { displacement_mm: x, ..*at }, &mut work);
     scheme.derivative(&mut along_x, at.displacement_mm) / MN_PER_N
 }
 

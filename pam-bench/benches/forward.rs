@@ -25,7 +25,9 @@ fn forward(criterion: &mut Criterion) {
     for (force, recording) in [("clean force", &clean), ("noisy force", &noisy)] {
         for (name, settings) in &cases {
             group.bench_function(format!("{name}, {force}"), |b| {
-                b.iter(|| predict(black_box(&model), recording, masses, settings).expect("it runs"));
+                b.iter(|| {
+                    predict(black_box(&model), recording, masses, settings).expect("it runs")
+                });
             });
         }
     }

@@ -17,10 +17,8 @@ pub const SAMPLES: usize = 70_000;
 /// The folder of the reference data.
 #[must_use]
 pub fn shared_folder() -> PathBuf {
-    std::env::var_os("PAM_SHARED").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"),
-        PathBuf::from,
-    )
+    std::env::var_os("PAM_SHARED")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from)
 }
 
 /// The published model.
@@ -50,7 +48,8 @@ pub fn excitation_a(t: f64) -> f64 {
 fn noise() -> impl FnMut() -> f64 {
     let mut state = 1_u64;
     move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
     }
 }
@@ -61,7 +60,10 @@ fn noise() -> impl FnMut() -> f64 {
 /// # Panics
 /// Never: the filter's cutoff is below half the sample rate.
 #[must_use]
-pub fn recording(model: &JointModel<f64, AnyForce<f64>>, current_noise_a: f64) -> (Recording, SealedMasses) {
+pub fn recording(
+    model: &JointModel<f64, AnyForce<f64>>,
+    current_noise_a: f64,
+) -> (Recording, SealedMasses) {
     let masses = model.gas_law_masses(0.0, [412.0, 412.0]);
     let mut recording = Recording::empty(Path::new("bench"));
     let mut noise = noise();

@@ -113,16 +113,29 @@ pub struct SimulateArguments {
     #[arg(long, value_name = "SPEC", required_unless_present = "data")]
     pub force: Option<String>,
     /// Length of a made-up run, s
-    #[arg(long, value_name = "S", default_value_t = 10.0)]
+    #[arg(long, value_name = "S", default_value_t = 10.0, allow_negative_numbers = true)]
     pub duration: f64,
     /// Samples per second of a made-up run
-    #[arg(long, value_name = "HZ", default_value_t = 1000.0)]
+    #[arg(long, value_name = "HZ", default_value_t = 1000.0, allow_negative_numbers = true)]
     pub rate: f64,
     /// Sealed pressures of flexor and extensor at x = 0, kPa absolute [default: 412,412]
-    #[arg(long, value_name = "PF,PE", value_delimiter = ',', num_args = 1, conflicts_with = "air_masses")]
+    #[arg(
+        long,
+        value_name = "PF,PE",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true,
+        conflicts_with = "air_masses"
+    )]
     pub pressures: Option<Vec<f64>>,
     /// Sealed air masses of flexor and extensor, g
-    #[arg(long, value_name = "MF,ME", value_delimiter = ',', num_args = 1)]
+    #[arg(
+        long,
+        value_name = "MF,ME",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true
+    )]
     pub air_masses: Option<Vec<f64>>,
     /// Where the trajectory goes: .csv or .npz
     #[arg(long, value_name = "FILE")]

@@ -73,9 +73,11 @@ pub fn table(rows: &[Vec<String>]) -> String {
                 .iter()
                 .zip(&widths)
                 .enumerate()
-                .map(|(i, (cell, &w))| {
-                    if i == 0 { format!("{cell:<w$}") } else { format!("{cell:>w$}") }
-                })
+                .map(
+                    |(i, (cell, &w))| {
+                        if i == 0 { format!("{cell:<w$}") } else { format!("{cell:>w$}") }
+                    },
+                )
                 .collect();
             format!("  {}", cells.join("  ")).trim_end().to_owned()
         })

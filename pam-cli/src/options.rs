@@ -56,9 +56,10 @@ pub fn built_in_spring_damper() -> SavedModel {
         model: JointModel::datasheet(AnyForce::SpringDamper(SpringDamper::published())),
         info: ModelInfo {
             name: "linear spring–damper".into(),
-            provenance: "physics only: datasheet mass, gas and geometry, published stiffness range \
+            provenance:
+                "physics only: datasheet mass, gas and geometry, published stiffness range \
                          and damping, no friction, nothing fitted"
-                .into(),
+                    .into(),
             trained: false,
             source: None,
         },
@@ -197,7 +198,8 @@ impl DataOptions {
         let mut subjects = Vec::new();
         for recordings in files {
             for mut recording in recordings? {
-                let taken = |name: &str| subjects.iter().any(|s: &Subject| s.recording.name == name);
+                let taken =
+                    |name: &str| subjects.iter().any(|s: &Subject| s.recording.name == name);
                 if taken(&recording.name) {
                     let base = recording.name.clone();
                     recording.name = (2..)
@@ -252,13 +254,13 @@ pub struct SolverOptions {
     #[arg(long, default_value = "tsit5", value_name = "NAME")]
     pub method: String,
     /// Constant steps of this many ms instead of error control
-    #[arg(long, value_name = "MS", conflicts_with_all = ["rtol", "atol"])]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true, conflicts_with_all = ["rtol", "atol"])]
     pub step_ms: Option<f64>,
     /// Relative tolerance of the error control
-    #[arg(long, default_value_t = 1e-6, value_name = "R")]
+    #[arg(long, default_value_t = 1e-6, allow_negative_numbers = true, value_name = "R")]
     pub rtol: f64,
     /// Absolute tolerance of the error control, in mm, mm/s and kPa
-    #[arg(long, default_value_t = 1e-6, value_name = "A")]
+    #[arg(long, default_value_t = 1e-6, allow_negative_numbers = true, value_name = "A")]
     pub atol: f64,
     /// How the measured force is read between samples
     #[arg(long, value_enum, default_value = "zoh", value_name = "HOW")]

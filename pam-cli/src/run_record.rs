@@ -16,7 +16,12 @@ pub fn made_by() -> String {
 ///
 /// # Errors
 /// [`CliError::Data`] if the file cannot be written.
-pub fn write(folder: &Path, command: &str, seed: u64, configuration: &Value) -> Result<(), CliError> {
+pub fn write(
+    folder: &Path,
+    command: &str,
+    seed: u64,
+    configuration: &Value,
+) -> Result<(), CliError> {
     let record = json!({
         "program": "pam",
         "version": env!("CARGO_PKG_VERSION"),

@@ -142,8 +142,9 @@ pub fn collect_paths(paths: &[PathBuf]) -> Result<Vec<PathBuf>, DataError> {
                 Some(FileKind::RawLog | FileKind::Csv) => true,
                 Some(FileKind::Npz) => crate::formats::npz::read(&file)
                     .is_ok_and(|arrays| arrays.contains_key("time_s")),
-                Some(FileKind::Mat) => crate::formats::mat::read(&file)
-                    .is_ok_and(|arrays| arrays.contains_key("dx")),
+                Some(FileKind::Mat) => {
+                    crate::formats::mat::read(&file).is_ok_and(|arrays| arrays.contains_key("dx"))
+                }
                 _ => false,
             };
             if holds_recording {

@@ -137,11 +137,7 @@ impl Recording {
     pub fn reading_at_rest(&self) -> SealedReading {
         self.sealed.unwrap_or_else(|| {
             let [x, _, pf, pe] = self.initial_state();
-            SealedReading {
-                displacement_mm: x,
-                pressure_flexor_kpa: pf,
-                pressure_extensor_kpa: pe,
-            }
+            SealedReading { displacement_mm: x, pressure_flexor_kpa: pf, pressure_extensor_kpa: pe }
         })
     }
 
@@ -269,11 +265,7 @@ pub fn contiguous_ranges(time_s: &[f64]) -> Vec<std::ops::Range<usize>> {
     let step = median_step_s(time_s);
     let mut starts = vec![0];
     starts.extend(
-        time_s
-            .windows(2)
-            .enumerate()
-            .filter(|(_, w)| w[1] - w[0] > 1.5 * step)
-            .map(|(i, _)| i + 1),
+        time_s.windows(2).enumerate().filter(|(_, w)| w[1] - w[0] > 1.5 * step).map(|(i, _)| i + 1),
     );
     let ends = starts.iter().skip(1).copied().chain([time_s.len()]);
     starts.iter().zip(ends).map(|(&a, b)| a..b).collect()

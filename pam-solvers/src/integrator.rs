@@ -325,7 +325,8 @@ where
             SaveAt::Steps => self.solution.push(self.t0, &self.work.y),
             SaveAt::Dense => {
                 self.solution.push(self.t0, &self.work.y);
-                let dense = DenseSolution::new(&self.integrator.tableau, self.work.y.len(), self.t0);
+                let dense =
+                    DenseSolution::new(&self.integrator.tableau, self.work.y.len(), self.t0);
                 self.solution.dense = Some(dense);
             }
             SaveAt::End => {}

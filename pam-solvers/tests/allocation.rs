@@ -35,8 +35,10 @@ fn network() -> NetworkForce<f64> {
         Dense::from_rows(&weights, (0..outputs).map(value).collect()).unwrap()
     };
     let activation = pam_core::Activation::from_name("leaky_relu").unwrap();
-    NetworkForce::new(Mlp::new(vec![layer(96, 4), layer(96, 96), layer(1, 96)], activation).unwrap())
-        .unwrap()
+    NetworkForce::new(
+        Mlp::new(vec![layer(96, 4), layer(96, 96), layer(1, 96)], activation).unwrap(),
+    )
+    .unwrap()
 }
 
 #[test]

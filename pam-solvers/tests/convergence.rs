@@ -27,7 +27,8 @@ fn distance(y: &[f64], t: f64) -> f64 {
 fn fitted_order(pairs: &[(f64, f64)]) -> f64 {
     let n = pairs.len() as f64;
     let logs: Vec<(f64, f64)> = pairs.iter().map(|(h, e)| (h.ln(), e.ln())).collect();
-    let (mx, my) = (logs.iter().map(|p| p.0).sum::<f64>() / n, logs.iter().map(|p| p.1).sum::<f64>() / n);
+    let (mx, my) =
+        (logs.iter().map(|p| p.0).sum::<f64>() / n, logs.iter().map(|p| p.1).sum::<f64>() / n);
     let sxy: f64 = logs.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum();
     sxy / logs.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>()
 }
@@ -83,7 +84,10 @@ fn interpolants_converge_with_their_order() {
             .collect();
         let order = fitted_order(&errors) - 1.0;
         let stated = tableau.interpolant_order as f64;
-        assert!((order - stated).abs() < 0.35, "{name}: measured {order:.2}, stated {stated}, {errors:?}");
+        assert!(
+            (order - stated).abs() < 0.35,
+            "{name}: measured {order:.2}, stated {stated}, {errors:?}"
+        );
     }
 }
 
@@ -111,7 +115,8 @@ fn inputs_are_read_at_the_nodes() {
     let field = || FieldFn::new(1, 1, |_t, _y: &[f64], u: &[f64], dy: &mut [f64]| dy[0] = u[0]);
     for (name, degree) in [("tsit5", 4), ("dp5", 4), ("rk4", 3), ("bs3", 2)] {
         let power = degree + 1;
-        let input = InputFn::new(1, |t: f64, u: &mut [f64]| u[0] = f64::from(power) * t.powi(degree));
+        let input =
+            InputFn::new(1, |t: f64, u: &mut [f64]| u[0] = f64::from(power) * t.powi(degree));
         let s = Integrator::new(Tableau::from_name(name).unwrap(), ConstantStep::new(0.5))
             .solve(&Term::new(field(), input), 0.0, 1.5, &[0.0], SaveAt::End)
             .unwrap();

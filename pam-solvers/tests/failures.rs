@@ -2,8 +2,8 @@
 
 use pam_core::FieldFn;
 use pam_solvers::{
-    ConstantStep, FailureKind, Integrator, NoInput, PidController, SaveAt, SolveError, Tableau, Term,
-    Tolerances,
+    ConstantStep, FailureKind, Integrator, NoInput, PidController, SaveAt, SolveError, Tableau,
+    Term, Tolerances,
 };
 
 /// `y' = y²` from 1 escapes to infinity at t = 1.
@@ -23,7 +23,10 @@ fn an_escape_returns_the_time_and_what_was_reached() {
     let times: Vec<f64> = (0..=200).map(|k| f64::from(k) * 0.01).collect();
     let adaptive = Integrator::new(Tableau::tsit5(), PidController::new(1e-8, 1e-8));
     let e = error_of(adaptive.solve(&escaping(), 0.0, 2.0, &[1.0], SaveAt::Times(&times)));
-    assert!(matches!(e.kind, FailureKind::StepTooSmall { .. } | FailureKind::NonFinite { .. }), "{e}");
+    assert!(
+        matches!(e.kind, FailureKind::StepTooSmall { .. } | FailureKind::NonFinite { .. }),
+        "{e}"
+    );
     assert!((e.time_s - 1.0).abs() < 1e-6, "{}", e.time_s);
     assert!(e.partial.len() >= 100);
     assert!((e.partial.state(50)[0] - 2.0).abs() < 1e-6);
@@ -51,19 +54,24 @@ fn inconsistent_requests_are_refused_before_anything_runs() {
         other => panic!("{other:?}"),
     };
     let rk4 = Integrator::new(Tableau::rk4(), PidController::new(1e-6, 1e-6));
-    assert!(request(error_of(rk4.solve(&escaping(), 0.0, 1.0, &[1.0], SaveAt::End))).contains("rk4"));
+    assert!(
+        request(error_of(rk4.solve(&escaping(), 0.0, 1.0, &[1.0], SaveAt::End))).contains("rk4")
+    );
     let solver = Integrator::new(Tableau::tsit5(), ConstantStep::new(0.1));
     let why = request(error_of(solver.solve(&escaping(), 0.0, 1.0, &[1.0, 2.0], SaveAt::End)));
     assert!(why.contains("1 states") && why.contains('2'), "{why}");
     let why = request(error_of(solver.solve(&escaping(), 1.0, 0.0, &[1.0], SaveAt::End)));
     assert!(why.contains("interval"), "{why}");
     let outside = [0.5, 3.0];
-    let why = request(error_of(solver.solve(&escaping(), 0.0, 1.0, &[1.0], SaveAt::Times(&outside))));
+    let why =
+        request(error_of(solver.solve(&escaping(), 0.0, 1.0, &[1.0], SaveAt::Times(&outside))));
     assert!(why.contains("outside"), "{why}");
     let why = request(error_of(solver.solve(&escaping(), 0.0, 1.0, &[f64::NAN], SaveAt::End)));
     assert!(why.contains("NaN"), "{why}");
     let zero = Integrator::new(Tableau::tsit5(), ConstantStep::new(0.0));
-    assert!(request(error_of(zero.solve(&escaping(), 0.0, 1.0, &[1.0], SaveAt::End))).contains("step"));
+    assert!(
+        request(error_of(zero.solve(&escaping(), 0.0, 1.0, &[1.0], SaveAt::End))).contains("step")
+    );
     let per_state = PidController::with_tolerances(Tolerances::per_state(1e-6, vec![1e-6; 3]));
     let wrong = Integrator::new(Tableau::tsit5(), per_state);
     let why = request(error_of(wrong.solve(&escaping(), 0.0, 1.0, &[1.0], SaveAt::End)));

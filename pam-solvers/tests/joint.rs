@@ -22,7 +22,14 @@ fn masses() -> SealedMasses {
 }
 
 /// `m ẍ + b ẋ + k x = A sin ωt` from `(x0, v0)`, solved by hand: particular plus damped oscillation.
-fn forced_oscillator(t: f64, mass: f64, amplitude: f64, omega: f64, x0: f64, v0: f64) -> (f64, f64) {
+fn forced_oscillator(
+    t: f64,
+    mass: f64,
+    amplitude: f64,
+    omega: f64,
+    x0: f64,
+    v0: f64,
+) -> (f64, f64) {
     let (b, k) = (DAMPING + 3500.0, STIFFNESS);
     let (re, im) = (k - mass * omega * omega, b * omega);
     let scale = amplitude / (re * re + im * im);

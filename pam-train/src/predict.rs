@@ -56,7 +56,9 @@ impl SolverSettings {
     pub fn describe(&self) -> String {
         let step = match self.step {
             StepChoice::Constant { step_s } => format!("constant steps of {} ms", step_s * 1e3),
-            StepChoice::Adaptive { rtol, atol } => format!("adaptive, rtol {rtol:e}, atol {atol:e}"),
+            StepChoice::Adaptive { rtol, atol } => {
+                format!("adaptive, rtol {rtol:e}, atol {atol:e}")
+            }
         };
         format!("{}, {step}, force read as {}", self.tableau.name, self.interpolation.name())
     }
@@ -77,6 +79,13 @@ impl Prediction {
         Self {
             channels: PerChannel { x: column(0), v: column(1), pf: column(2), pe: column(3) },
             statistics: solution.statistics,
+        }
+    }
+
+    fn truncate(&mut self, len: usize) {
+        let c = &mut self.channels;
+        for channel in [&mut c.x, &mut c.v, &mut c.pf, &mut c.pe] {
+            channel.truncate(len);
         }
     }
 
@@ -121,7 +130,8 @@ pub struct PredictError {
 /// Predicts a recording from its first sample, driven by its measured force alone.
 ///
 /// # Errors
-/// [`PredictError`] with the recording's name, the time and the partial trajectory.
+/// [`PredictError`] with the recording's name, the time and the partial trajectory, if the solve fails
+/// or the joint leaves the range in which both chambers have a volume.
 pub fn predict<F: ForceModel<f64>>(
     model: &JointModel<f64, F>,
     recording: &Recording,
@@ -131,7 +141,8 @@ pub fn predict<F: ForceModel<f64>>(
     let fail = |why: String, partial: Prediction| {
         Box::new(PredictError { name: recording.name.clone(), why, partial })
     };
-    let nothing = || Prediction { channels: PerChannel::default(), statistics: Statistics::default() };
+    let nothing =
+        || Prediction { channels: PerChannel::default(), statistics: Statistics::default() };
     let times = &recording.time_s;
     let input = SampledInput::new(times, &recording.force_mn, settings.interpolation)
         .map_err(|e| fail(e.to_string(), nothing()))?;
@@ -149,7 +160,23 @@ pub fn predict<F: ForceModel<f64>>(
         }
     };
     match solved {
-        Ok(solution) => Ok(Prediction::from_solution(&solution)),
+        Ok(solution) => {
+            let mut prediction = Prediction::from_solution(&solution);
+            // Past this limit the cylinder model has no chamber left; the equations would go on.
+            let limit = model.geometry.displacement_limit_mm(model.physical().deformation);
+            match prediction.channels.x.iter().position(|x| x.abs() >= limit) {
+                None => Ok(prediction),
+                Some(i) => {
+                    let why = format!(
+                        "x = {:.1} mm at t = {:.4} s is past ±{limit:.1} mm, where a chamber has no \
+                         volume left; the force or the model is not of this joint",
+                        prediction.channels.x[i], times[i]
+                    );
+                    prediction.truncate(i);
+                    Err(fail(why, prediction))
+                }
+            }
+        }
         Err(e) => Err(fail(e.to_string(), Prediction::from_solution(&e.partial))),
     }
 }

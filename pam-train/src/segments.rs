@@ -161,7 +161,13 @@ mod tests {
         let force: Vec<f64> = time
             .iter()
             .map(|&t| {
-                let f = if t < 40.0 { 0.5 } else if t < 60.0 { 1.0 } else { 2.0 };
+                let f = if t < 40.0 {
+                    0.5
+                } else if t < 60.0 {
+                    1.0
+                } else {
+                    2.0
+                };
                 let amplitude = if ((t / 10.0) as u32).is_multiple_of(2) { 133.5 } else { 200.0 };
                 noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 amplitude * (TAU * f * t).sin() + 20.0 * (f64::from(noise) / 4.3e9 - 0.5)

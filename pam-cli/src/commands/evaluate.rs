@@ -1,11 +1,11 @@
 //! `pam evaluate`.
 
+use crate::PARTIAL;
 use crate::arguments::{EvaluateArguments, GlobalOptions};
 use crate::console::{Console, table};
 use crate::error::CliError;
 use crate::options::describe_model;
 use crate::run_record::{self, made_by, write_json};
-use crate::PARTIAL;
 use pam_data::atomic::write_atomic;
 use pam_data::formats::csv_columns;
 use pam_data::{Channel, SavedModel, collect_paths};
@@ -67,7 +67,8 @@ pub fn evaluate_into(
     evaluation.recordings.par_iter().try_for_each(|r| {
         let predicted = r.prediction.to_recording(&r.recording, r.masses);
         let path = folder.join("predictions").join(format!("{}.csv", r.recording.name));
-        let written = write_atomic(&path, csv_columns::to_csv(&predicted, Some(r.masses)).as_bytes());
+        let written =
+            write_atomic(&path, csv_columns::to_csv(&predicted, Some(r.masses)).as_bytes());
         bar.inc(1);
         written
     })?;
@@ -115,7 +116,8 @@ pub fn finish(evaluation: &Evaluation, folder: &Path, console: &Console) -> Exit
 const MOST_ROWS: usize = 30;
 
 fn summary(evaluation: &Evaluation) -> String {
-    let cell = |v: f64, digits: usize| if v.is_finite() { format!("{v:.digits$}") } else { "–".into() };
+    let cell =
+        |v: f64, digits: usize| if v.is_finite() { format!("{v:.digits$}") } else { "–".into() };
     let row = |name: &str, s: &pam_train::Scores| {
         let mut cells = vec![name.to_owned()];
         cells.extend(Channel::ALL.map(|c| cell(s.r2.get(c), 4)));

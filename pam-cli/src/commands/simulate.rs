@@ -97,9 +97,7 @@ fn measured(
             subjects.len()
         )));
     }
-    subjects
-        .pop()
-        .ok_or_else(|| CliError::Usage(format!("{}: holds no recording", path.display())))
+    subjects.pop().ok_or_else(|| CliError::Usage(format!("{}: holds no recording", path.display())))
 }
 
 /// A run of the joint at rest at x = 0 under a made-up force.
@@ -160,7 +158,8 @@ fn parse_force(spec: &str, duration: f64) -> Result<Box<dyn Fn(f64) -> f64>, Cli
         }
         values.insert(key.trim(), number);
     }
-    let mut take = |key: &str| values.remove(key).ok_or_else(|| wrong(format!("`{key}` is missing")));
+    let mut take =
+        |key: &str| values.remove(key).ok_or_else(|| wrong(format!("`{key}` is missing")));
     let force: Box<dyn Fn(f64) -> f64> = match kind {
         "constant" => {
             let a = take("A")?;

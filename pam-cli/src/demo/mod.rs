@@ -26,7 +26,11 @@ pub fn run(
 ) -> Result<ExitCode, CliError> {
     let folder = &arguments.out;
     let plant = plant::Plant::seeded(global.seed);
-    console.text(format!("A made-up joint (seed {}) is recorded: {}.", global.seed, plant.describe()));
+    console.text(format!(
+        "A made-up joint (seed {}) is recorded: {}.",
+        global.seed,
+        plant.describe()
+    ));
     let path = folder.join(plant.log_name());
     write_atomic(&path, plant.record().as_bytes())?;
 

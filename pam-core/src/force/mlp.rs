@@ -29,9 +29,8 @@ impl<S: Scalar> Dense<S> {
             )));
         }
         let inputs = weights.len() / outputs;
-        let columns = (0..inputs)
-            .flat_map(|i| (0..outputs).map(move |j| weights[j * inputs + i]))
-            .collect();
+        let columns =
+            (0..inputs).flat_map(|i| (0..outputs).map(move |j| weights[j * inputs + i])).collect();
         Ok(Self { columns, bias })
     }
 
@@ -190,11 +189,8 @@ mod tests {
     fn forward_is_the_textbook_formula() {
         let mlp = Mlp::new(two_layers(), Tanh).unwrap();
         let (x, y) = (0.3_f64, -0.7_f64);
-        let hidden = [
-            (x + 2.0 * y + 0.1).tanh(),
-            (-x + 0.5 * y - 0.2).tanh(),
-            (3.0 * y + 0.3).tanh(),
-        ];
+        let hidden =
+            [(x + 2.0 * y + 0.1).tanh(), (-x + 0.5 * y - 0.2).tanh(), (3.0 * y + 0.3).tanh()];
         let expected = 2.0 * hidden[0] - hidden[1] + 0.5 * hidden[2] + 1.0;
         let mut out = [0.0];
         let mut work = vec![f64::NAN; mlp.work_len()];

@@ -1,5 +1,5 @@
-use super::{ME, MF, PE, PF, V, X, closed_pressure_rate, pressure_rate};
 use super::{JointModel, PhysicalParameters, SealedMasses};
+use super::{ME, MF, PE, PF, V, X, closed_pressure_rate, pressure_rate};
 use crate::field::VectorField;
 use crate::force::{ForceInput, ForceModel};
 use crate::scalar::Scalar;
@@ -71,12 +71,8 @@ impl<S: Scalar, F: ForceModel<S>> VectorField<S> for JointField<'_, S, F> {
             Chambers::Sealed(m) => (m.flexor_g, m.extensor_g),
             Chambers::OpenValves => (y[MF], y[ME]),
         };
-        let input = ForceInput {
-            displacement_mm: x,
-            velocity_mm_s: v,
-            mass_flexor_g,
-            mass_extensor_g,
-        };
+        let input =
+            ForceInput { displacement_mm: x, velocity_mm_s: v, mass_flexor_g, mass_extensor_g };
         let restoring = self.model.force.restoring_force_mn(&input, work);
         dy[X] = v;
         dy[V] = (u[0] - restoring - self.model.auxiliary_damping_kg_s * v) * self.inverse_mass;

@@ -1,4 +1,6 @@
-use super::{Chambers, JointField, MuscleGeometry, PhysicalParameters, RawParameters, SealedMasses};
+use super::{
+    Chambers, JointField, MuscleGeometry, PhysicalParameters, RawParameters, SealedMasses,
+};
 use crate::error::ModelError;
 use crate::force::ForceModel;
 use crate::scalar::Scalar;

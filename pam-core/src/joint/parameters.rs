@@ -87,7 +87,8 @@ mod tests {
 
     #[test]
     fn published_raw_values_give_the_published_parameters() {
-        let raw = RawParameters { mass: 304.648_28, gas_coefficient: 8.47e7, deformation: 3.665_709_5 };
+        let raw =
+            RawParameters { mass: 304.648_28, gas_coefficient: 8.47e7, deformation: 3.665_709_5 };
         let p = raw.physical();
         assert_relative_eq!(p.mass_kg, 304.648, max_relative = 2e-6);
         assert_relative_eq!(p.gas_coefficient, 8.47e7, max_relative = 1e-12);

@@ -92,11 +92,25 @@ macro_rules! affine {
 }
 
 affine!(
-    affine_f64, AffineF64, f64, f64s, as_simd_f64s, as_mut_simd_f64s, splat_f64s, mul_add_e_f64s,
+    affine_f64,
+    AffineF64,
+    f64,
+    f64s,
+    as_simd_f64s,
+    as_mut_simd_f64s,
+    splat_f64s,
+    mul_add_e_f64s,
     F64_LANES
 );
 affine!(
-    affine_f32, AffineF32, f32, f32s, as_simd_f32s, as_mut_simd_f32s, splat_f32s, mul_add_e_f32s,
+    affine_f32,
+    AffineF32,
+    f32,
+    f32s,
+    as_simd_f32s,
+    as_mut_simd_f32s,
+    splat_f32s,
+    mul_add_e_f32s,
     F32_LANES
 );
 

@@ -34,7 +34,7 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
         .flexible(true)
         .from_reader(bytes.as_slice());
     let names = reader.headers().map_err(|e| csv_error(path, &e))?.clone();
-    let header_line = names.position().map_or(1, csv::Position::line);
+    let header_line = reader.position().line().saturating_sub(1).max(1);
     if names.iter().all(str::is_empty) {
         return Err(DataError::file(path, "the file is empty: no line of column names"));
     }
@@ -56,7 +56,10 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
     let mut values: [Vec<f64>; NAMES.len()] = Default::default();
     let mut record = csv::ByteRecord::new();
     while reader.read_byte_record(&mut record).map_err(|e| csv_error(path, &e))? {
-        let line = record.position().map_or(0, csv::Position::line);
+        // A record's own position lies before the comments that precede it, the reader's after its
+        // line break, which the last line may lack.
+        let line = record.position().map_or(1, csv::Position::line);
+        let line = line.max(reader.position().line().saturating_sub(1));
         if record.len() != names.len() {
             return Err(DataError::line(
                 path,
@@ -99,10 +102,7 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
     }
     columns::fill(&mut recording, values);
     recording.validate()?;
-    split_at_gaps(recording, 2)
-        .into_iter()
-        .map(|part| part.validate().map(|()| part))
-        .collect()
+    split_at_gaps(recording, 2).into_iter().map(|part| part.validate().map(|()| part)).collect()
 }
 
 fn csv_error(path: &Path, error: &csv::Error) -> DataError {
@@ -129,9 +129,9 @@ fn read_header(path: &Path, bytes: &[u8], recording: &mut Recording) -> Result<(
             }
         };
         let number = index as u64 + 1;
-        let mass: f64 = value
-            .parse()
-            .map_err(|_| DataError::cell(path, number, key, format!("`{value}` is not a number")))?;
+        let mass: f64 = value.parse().map_err(|_| {
+            DataError::cell(path, number, key, format!("`{value}` is not a number"))
+        })?;
         if !(mass.is_finite() && mass > 0.0) {
             return Err(DataError::cell(
                 path,

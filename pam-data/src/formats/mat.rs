@@ -17,12 +17,42 @@ pub fn read(path: &Path) -> Result<BTreeMap<String, Vec<f64>>, DataError> {
             "a MATLAB 7.3 (HDF5) file; save it again with `save(…, '-v7')`",
         ));
     }
+    check_complete(&bytes).map_err(|why| DataError::file(path, why))?;
     let parsed = std::panic::catch_unwind(|| MatFile::parse(bytes.as_slice()))
         .map_err(|_| DataError::file(path, "a damaged MATLAB file"))?;
     let file = parsed.map_err(|e| {
-        DataError::file(path, format!("not a readable MATLAB level 5 file ({e}); it may be truncated"))
+        DataError::file(
+            path,
+            format!("not a readable MATLAB level 5 file ({e}); it may be truncated"),
+        )
     })?;
     Ok(file.arrays().iter().map(|a| (a.name().to_owned(), to_f64(a.data()))).collect())
+}
+
+/// Walks the elements of a level 5 file: the parser takes a file that ends inside an element for one
+/// that ends before it.
+fn check_complete(bytes: &[u8]) -> Result<(), String> {
+    const HEADER: usize = 128;
+    const TAG: usize = 8;
+    if !bytes.starts_with(b"MATLAB 5.0") {
+        return Err("not a MATLAB level 5 file".into());
+    }
+    let big_endian = bytes.get(126..HEADER) == Some(b"MI");
+    let mut at = HEADER;
+    while at < bytes.len() {
+        let tag: Option<[u8; 4]> = bytes.get(at + 4..at + TAG).and_then(|b| b.try_into().ok());
+        let end = tag
+            .map(|b| if big_endian { u32::from_be_bytes(b) } else { u32::from_le_bytes(b) })
+            .and_then(|size| (at + TAG).checked_add(size as usize))
+            .filter(|&end| end <= bytes.len())
+            .ok_or("the file ends inside an array; it is truncated")?;
+        at = end;
+    }
+    if at == HEADER {
+        Err("a MATLAB file without arrays; it may be truncated".into())
+    } else {
+        Ok(())
+    }
 }
 
 fn to_f64(data: &NumericData) -> Vec<f64> {

@@ -43,7 +43,8 @@ pub fn read(
 ) -> Result<Vec<Recording>, DataError> {
     let arrays = mat::read(path)?;
     let column = |name| mat::take(path, &arrays, name, "a measured run (F, x, dx, p1, p2)");
-    let scaled = |values: &[f64], factor: f64| values.iter().map(|v| v * factor).collect::<Vec<_>>();
+    let scaled =
+        |values: &[f64], factor: f64| values.iter().map(|v| v * factor).collect::<Vec<_>>();
     let mut recording = Recording::empty(path);
     recording.displacement_mm = scaled(column("x")?, 1e3);
     recording.velocity_mm_s = scaled(column("dx")?, 1e3);

@@ -73,11 +73,8 @@ fn truncated(error: &std::io::Error) -> String {
 /// # Errors
 /// What the writer says.
 pub fn write_npy(out: &mut impl Write, array: &Array) -> std::io::Result<()> {
-    let mut writer = npyz::WriteOptions::new()
-        .default_dtype()
-        .shape(&array.shape)
-        .writer(out)
-        .begin_nd()?;
+    let mut writer =
+        npyz::WriteOptions::new().default_dtype().shape(&array.shape).writer(out).begin_nd()?;
     writer.extend(array.values.iter().copied())?;
     writer.finish()
 }
@@ -94,7 +91,8 @@ pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, DataError> {
     let mut arrays = BTreeMap::new();
     for i in 0..archive.len() {
         let mut file = archive.by_index(i).map_err(|e| fail(e.to_string()))?;
-        let name = file.name().map_err(|e| fail(e.to_string()))?.trim_end_matches(".npy").to_owned();
+        let name =
+            file.name().map_err(|e| fail(e.to_string()))?.trim_end_matches(".npy").to_owned();
         let mut content = Vec::new();
         file.read_to_end(&mut content)
             .map_err(|e| fail(format!("array `{name}` cannot be unpacked: {e}")))?;

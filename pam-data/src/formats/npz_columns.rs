@@ -51,10 +51,7 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
     };
     columns::fill(&mut recording, values);
     recording.validate()?;
-    split_at_gaps(recording, 2)
-        .into_iter()
-        .map(|part| part.validate().map(|()| part))
-        .collect()
+    split_at_gaps(recording, 2).into_iter().map(|part| part.validate().map(|()| part)).collect()
 }
 
 /// Writes a recording as `.npz`.

@@ -34,16 +34,8 @@ pub fn write(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
     let model = &saved.model;
     let raw = model.raw;
     let mut tensors: Vec<(String, Vec<usize>, Vec<f64>)> = vec![
-        (
-            "raw_parameters".into(),
-            vec![3],
-            vec![raw.mass, raw.gas_coefficient, raw.deformation],
-        ),
-        (
-            "geometry".into(),
-            vec![2],
-            vec![model.geometry.radius_mm, model.geometry.length_mm],
-        ),
+        ("raw_parameters".into(), vec![3], vec![raw.mass, raw.gas_coefficient, raw.deformation]),
+        ("geometry".into(), vec![2], vec![model.geometry.radius_mm, model.geometry.length_mm]),
         ("auxiliary_damping".into(), vec![1], vec![model.auxiliary_damping_kg_s]),
     ];
     let mut meta: Vec<(&str, String)> = vec![

@@ -73,7 +73,8 @@ mod tests {
     /// Values of SciPy 1.17, `filtfilt(*butter(1, 20, fs=1000), sin(0.3 k) + 0.1 k)` for k < 12.
     #[test]
     fn agrees_with_scipy() {
-        let x: Vec<f64> = (0..12).map(|k| (0.3 * f64::from(k)).sin() + 0.1 * f64::from(k)).collect();
+        let x: Vec<f64> =
+            (0..12).map(|k| (0.3 * f64::from(k)).sin() + 0.1 * f64::from(k)).collect();
         let y = LowPass::new(20.0, 1000.0).unwrap().forward_backward(&x);
         for (k, (a, b)) in y.iter().zip(SCIPY).enumerate() {
             assert!((a - b).abs() < 1e-13, "sample {k}: {a} is not {b}");

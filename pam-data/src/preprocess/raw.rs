@@ -44,7 +44,8 @@ pub fn recordings_from_raw_log(
     if before.is_empty() {
         recording.notes.push("no rows before the excitation: no sealed reading".into());
     } else {
-        let mean = |values: &[f64]| values[before.clone()].iter().sum::<f64>() / before.len() as f64;
+        let mean =
+            |values: &[f64]| values[before.clone()].iter().sum::<f64>() / before.len() as f64;
         recording.sealed = Some(SealedReading {
             displacement_mm: mean(log.angle_deg()) * mm_per_deg,
             pressure_flexor_kpa: kpa(mean(log.pressure_flexor_psi())),
@@ -53,7 +54,8 @@ pub fn recordings_from_raw_log(
     }
 
     let frames = &log.frame()[start..];
-    let scaled = |values: &[f64], f: &dyn Fn(f64) -> f64| values[start..].iter().map(|&v| f(v)).collect();
+    let scaled =
+        |values: &[f64], f: &dyn Fn(f64) -> f64| values[start..].iter().map(|&v| f(v)).collect();
     recording.time_s = frames.iter().map(|f| (f - frames[0]) / rate).collect();
     recording.displacement_mm = scaled(log.angle_deg(), &|v| v * mm_per_deg);
     recording.force_mn = scaled(log.current_a(), &|v| v * mn_per_a);
@@ -86,10 +88,7 @@ pub fn recordings_from_raw_log(
 fn excitation_start(command: &[f64], options: &RawLogOptions) -> (usize, bool) {
     let from = options.search_from_row;
     let slopes = gradient(command, 1.0);
-    let found = slopes
-        .iter()
-        .skip(from)
-        .position(|g| g.abs() > options.excitation_threshold);
+    let found = slopes.iter().skip(from).position(|g| g.abs() > options.excitation_threshold);
     (from + found.unwrap_or(0), found.is_some())
 }
 

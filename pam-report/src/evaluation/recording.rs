@@ -71,7 +71,11 @@ fn time_series(r: &RecordingEvaluation, c: Channel) -> Markup {
     let t = &r.recording.time_s;
     let plot = LineFigure::new("", "time (s)", c.label(), 1040, 230)
         .with("measured", Role::Measured, envelope(t, r.recording.channel(c), BUCKETS))
-        .with("predicted", Role::Predicted, envelope(t, predicted(&r.prediction.channels, c), BUCKETS));
+        .with(
+            "predicted",
+            Role::Predicted,
+            envelope(t, predicted(&r.prediction.channels, c), BUCKETS),
+        );
     figure(plot.to_svg(), "")
 }
 
@@ -84,8 +88,11 @@ fn residual_series(r: &RecordingEvaluation) -> Markup {
         .map(|(m, p)| m - p)
         .collect();
     let points = envelope(&r.recording.time_s, &difference, BUCKETS);
-    let plot = LineFigure::new("", "time (s)", "measured − predicted x (mm)", 1040, 190)
-        .with("", Role::Residual, points);
+    let plot = LineFigure::new("", "time (s)", "measured − predicted x (mm)", 1040, 190).with(
+        "",
+        Role::Residual,
+        points,
+    );
     figure(plot.to_svg(), "Where in time the displacement is missed.")
 }
 
@@ -103,7 +110,11 @@ fn loops(r: &RecordingEvaluation, s: &SegmentScores) -> Markup {
             500,
             380,
         )
-        .with("measured", Role::Measured, thin(&force, &r.recording.channel(c)[range.clone()], LOOP_POINTS))
+        .with(
+            "measured",
+            Role::Measured,
+            thin(&force, &r.recording.channel(c)[range.clone()], LOOP_POINTS),
+        )
         .with(
             "predicted",
             Role::Predicted,
@@ -118,7 +129,11 @@ fn loops(r: &RecordingEvaluation, s: &SegmentScores) -> Markup {
         500,
         380,
     )
-    .with("measured", Role::Measured, thin(&r.recording.displacement_mm[range.clone()], &force, LOOP_POINTS))
+    .with(
+        "measured",
+        Role::Measured,
+        thin(&r.recording.displacement_mm[range.clone()], &force, LOOP_POINTS),
+    )
     .with(
         "predicted",
         Role::Predicted,
@@ -141,9 +156,14 @@ fn missing_force(r: &RecordingEvaluation) -> Markup {
         Role::Residual,
         envelope(&rec.time_s, &r.balance.missing_n, BUCKETS),
     );
-    let over_velocity =
-        LineFigure::new("Missing force over velocity", "velocity v (mm/s)", "missing force (N)", 500, 380)
-            .with("", Role::Residual, thin(&rec.velocity_mm_s, &r.balance.missing_n, LOOP_POINTS));
+    let over_velocity = LineFigure::new(
+        "Missing force over velocity",
+        "velocity v (mm/s)",
+        "missing force (N)",
+        500,
+        380,
+    )
+    .with("", Role::Residual, thin(&rec.velocity_mm_s, &r.balance.missing_n, LOOP_POINTS));
     let over_position = LineFigure::new(
         "Missing force over position",
         "displacement x (mm)",

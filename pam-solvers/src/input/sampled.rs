@@ -101,8 +101,9 @@ impl<'a, S: Scalar> SampledInput<'a, S> {
             return Err(InputError::NotIncreasing { index: 0, time_s: times_s[0] });
         }
         // `partial_cmp` so that a NaN counts as not increasing.
-        let increasing =
-            |w: &[f64]| w[0].partial_cmp(&w[1]) == Some(std::cmp::Ordering::Less) && w[1].is_finite();
+        let increasing = |w: &[f64]| {
+            w[0].partial_cmp(&w[1]) == Some(std::cmp::Ordering::Less) && w[1].is_finite()
+        };
         if let Some(i) = times_s.windows(2).position(|w| !increasing(w)) {
             return Err(InputError::NotIncreasing { index: i + 1, time_s: times_s[i + 1] });
         }
@@ -151,7 +152,8 @@ impl<'a, S: Scalar> SampledInput<'a, S> {
     fn slope(&self, k: usize, variable: usize) -> S {
         let (t, last) = (self.times_s, self.times_s.len() - 1);
         let secant = |i: usize| {
-            (self.sample(i + 1)[variable] - self.sample(i)[variable]).scaled(1.0 / (t[i + 1] - t[i]))
+            (self.sample(i + 1)[variable] - self.sample(i)[variable])
+                .scaled(1.0 / (t[i + 1] - t[i]))
         };
         if k == 0 {
             secant(0)
@@ -191,8 +193,7 @@ impl<S: Scalar> Input<S> for SampledInput<'_, S> {
                 Interpolation::Cubic => {
                     let s2 = theta * theta * (3.0 - 2.0 * theta);
                     let rise = h * theta * (1.0 - theta);
-                    a + (b - a).scaled(s2)
-                        + self.slope(k, i).scaled(rise * (1.0 - theta))
+                    a + (b - a).scaled(s2) + self.slope(k, i).scaled(rise * (1.0 - theta))
                         - self.slope(k + 1, i).scaled(rise * theta)
                 }
                 _ => a + (b - a).scaled(theta),

@@ -139,7 +139,14 @@ impl Tableau {
 
     /// Writes `y0 + h Σ b_i(θ) k_i` to `out`; `k` holds the derivatives of the step one after the
     /// other, the closing one last.
-    pub fn interpolate_into<S: Scalar>(&self, theta: f64, h: f64, y0: &[S], k: &[S], out: &mut [S]) {
+    pub fn interpolate_into<S: Scalar>(
+        &self,
+        theta: f64,
+        h: f64,
+        y0: &[S],
+        k: &[S],
+        out: &mut [S],
+    ) {
         out.copy_from_slice(y0);
         for (i, ki) in k.chunks_exact(y0.len()).enumerate() {
             let weight = h * self.interpolation_weight(i, theta);

@@ -17,8 +17,7 @@ pub(super) fn product(factors: &[&[f64]]) -> Vec<f64> {
 /// derivatives: `y_0 + h_01 (y_1 − y_0) + h_10 h k_1 + h_11 h k_{s+1}` with `y_1 − y_0 = h Σ b_i k_i`.
 /// Third order for any method of order three or more.
 pub(super) fn hermite(b: &[f64]) -> Vec<Vec<f64>> {
-    let mut weights: Vec<Vec<f64>> =
-        b.iter().map(|&bi| vec![0.0, 3.0 * bi, -2.0 * bi]).collect();
+    let mut weights: Vec<Vec<f64>> = b.iter().map(|&bi| vec![0.0, 3.0 * bi, -2.0 * bi]).collect();
     for (w, h10) in weights[0].iter_mut().zip([1.0, -2.0, 1.0]) {
         *w += h10;
     }

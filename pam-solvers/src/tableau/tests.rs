@@ -8,9 +8,7 @@ fn residuals(w: &[f64], c: &[f64], a: &[Vec<f64>], order: usize) -> Vec<f64> {
     let n = c.len();
     let mul = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(p, q)| p * q).collect::<Vec<f64>>();
     let apply = |x: &[f64]| {
-        (0..n)
-            .map(|i| a[i].iter().zip(x).map(|(p, q)| p * q).sum())
-            .collect::<Vec<f64>>()
+        (0..n).map(|i| a[i].iter().zip(x).map(|(p, q)| p * q).sum()).collect::<Vec<f64>>()
     };
     let one = vec![1.0; n];
     let c1 = c.to_vec();
@@ -72,8 +70,7 @@ fn embedded_methods_meet_their_order_conditions_and_no_more() {
         let Some(error) = &t.error else { continue };
         let order = t.embedded_order.unwrap();
         let (c, a) = with_closing(&t);
-        let hat: Vec<f64> =
-            t.b.iter().chain(&[0.0]).zip(error).map(|(b, e)| b - e).collect();
+        let hat: Vec<f64> = t.b.iter().chain(&[0.0]).zip(error).map(|(b, e)| b - e).collect();
         assert!(largest(residuals(&hat, &c, &a, order)) < 2e-14, "{name}");
         assert!(largest(residuals(&hat, &c, &a, order + 1)) > 1e-4, "{name}");
     }

@@ -1,0 +1,227 @@
+//! The commands as a newcomer and a script use them.
+
+use pam_tests::{published_weights, run, shared, small_csv, stdout_of, text};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+const PAM: &str = env!("CARGO_BIN_EXE_pam-under-test");
+
+/// Every file below a folder with its content.
+fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut out = BTreeMap::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap().display().to_string();
+                out.insert(name, std::fs::read(path).unwrap());
+            }
+        }
+    }
+    out
+}
+
+#[test]
+fn the_default_needs_nothing_and_repeats_from_its_seed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut runs = Vec::new();
+    for (name, seed, threads) in [("a", "5", "1"), ("b", "5", "2"), ("c", "6", "2")] {
+        let out = folder.path().join(name);
+        let arguments = ["demo", "--out", text(&out), "--seed", seed, "--threads", threads];
+        let printed = stdout_of(PAM, &arguments);
+        assert!(printed.contains("R² x") && printed.contains("report"), "{printed}");
+        assert!(printed.lines().count() < 25, "one screen");
+        let files = contents(&out);
+        assert!(files.contains_key("report.html") && files.contains_key("evaluation.json"));
+        runs.push(files);
+    }
+    // The recording is named by its file; only the folder's name differs.
+    let without_folder = |files: &BTreeMap<String, Vec<u8>>, name: &str| {
+        let path = text(&folder.path().join(name)).to_owned();
+        files
+            .iter()
+            .map(|(k, v)| (k.clone(), String::from_utf8_lossy(v).replace(&path, "OUT")))
+            .collect::<BTreeMap<_, _>>()
+    };
+    assert_eq!(without_folder(&runs[0], "a"), without_folder(&runs[1], "b"));
+    assert_ne!(runs[0]["evaluation.json"], runs[2]["evaluation.json"]);
+}
+
+#[test]
+fn without_a_command_the_demo_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let output =
+        std::process::Command::new(PAM).current_dir(folder.path()).output().expect("it starts");
+    assert!(output.status.success());
+    assert!(folder.path().join("pam-demo/report.html").exists());
+}
+
+#[test]
+fn an_evaluation_of_many_recordings_is_the_same_at_any_thread_count() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
+    std::fs::create_dir(&data).unwrap();
+    for k in 0..5 {
+        std::fs::write(data.join(format!("run{k}.csv")), small_csv(300 + 100 * k)).unwrap();
+    }
+    let weights = published_weights();
+    let out = folder.path().join("out");
+    let evaluate = |threads: &str| {
+        let arguments = [
+            "evaluate",
+            "--model",
+            text(&weights),
+            "--data",
+            text(&data),
+            "--out",
+            text(&out),
+            "--json",
+            "--threads",
+            threads,
+        ];
+        (stdout_of(PAM, &arguments), contents(&out))
+    };
+    let (one, two) = (evaluate("1"), evaluate("2"));
+    assert_eq!(one, two);
+    let json: Value = serde_json::from_str(&one.0).unwrap();
+    let recordings = json["recordings"].as_array().unwrap();
+    let names: Vec<&str> = recordings.iter().map(|r| r["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["run0", "run1", "run2", "run3", "run4"]);
+    assert_eq!(recordings[0]["mass_flexor_g"], 0.0765);
+    let mean = recordings.iter().map(|r| r["rmse"]["x"].as_f64().unwrap()).sum::<f64>() / 5.0;
+    assert!((json["mean"]["rmse"]["x"].as_f64().unwrap() - mean).abs() < 1e-12);
+}
+
+#[test]
+fn inspect_says_what_is_in_any_file() {
+    let (weights, run) = (published_weights(), shared("pneu-sim/data.mat"));
+    let (log, surfaces) =
+        (shared("pneu-sim/nn_3060_excerpt.txt"), shared("pneu-sim/poly44_all_fits.mat"));
+    let printed = stdout_of(
+        PAM,
+        &["inspect", text(&weights), text(&run), text(&log), text(&surfaces), "--json"],
+    );
+    let json: Value = serde_json::from_str(&printed).unwrap();
+    assert_eq!(json[0]["activation"], "leaky_relu");
+    assert_eq!(json[0]["parameters"], 9892);
+    let k = json[0]["slopes"][0]["stiffness_four_point_n_mm"].as_f64().unwrap();
+    assert!((k - 127.3).abs() < 0.1);
+    assert_eq!(json[1]["recordings"][0]["samples"], 28_027);
+    assert_eq!(json[2]["gaps"][0], serde_json::json!([6244.0, 6276.0]));
+    assert!(json[2]["no_recording"].as_str().unwrap().contains("13 rows"));
+    assert!(json[3]["arrays"].to_string().contains("coeffs_fF_loadingP"));
+}
+
+#[test]
+fn a_made_up_force_comes_to_rest_where_the_spring_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, report) = (folder.path().join("run.csv"), folder.path().join("run.html"));
+    let _ = stdout_of(
+        PAM,
+        &[
+            "simulate",
+            "--model",
+            "spring-damper",
+            "--force",
+            "step:A=100,t=0.5",
+            "--duration",
+            "4",
+            "--air-masses",
+            "0.0315272,0.0315272",
+            "--out",
+            text(&out),
+            "--report",
+            text(&report),
+        ],
+    );
+    let csv = std::fs::read_to_string(&out).unwrap();
+    assert!(csv.starts_with("# mass_flexor_g = 0.0315272\n"));
+    let last: Vec<f64> =
+        csv.lines().last().unwrap().split(',').map(|c| c.parse().unwrap()).collect();
+    assert_eq!(last[0], 4.0);
+    // 100 N on 127.3 N/mm.
+    assert!((last[1] - 100.0 / 127.3).abs() < 1e-4, "{last:?}");
+    assert!(std::fs::read_to_string(report).unwrap().contains("<svg"));
+}
+
+#[test]
+fn conversions_chain() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("a.csv"), small_csv(100)).unwrap();
+    let _ = stdout_of(PAM, &["convert", text(&path("a.csv")), text(&path("b.npz"))]);
+    let _ = stdout_of(PAM, &["convert", text(&path("b.npz")), text(&path("c.csv"))]);
+    let numbers = |name: &str| {
+        let csv = std::fs::read_to_string(path(name)).unwrap();
+        csv.lines()
+            .skip(3)
+            .flat_map(|l| l.split(',').map(|c| c.parse::<f64>().unwrap()).collect::<Vec<_>>())
+            .collect::<Vec<_>>()
+    };
+    for (a, b) in numbers("a.csv").iter().zip(numbers("c.csv")) {
+        assert!((a - b).abs() <= 1e-13 * a.abs());
+    }
+    let weights = published_weights();
+    let _ = stdout_of(PAM, &["convert", text(&weights), text(&path("m.safetensors"))]);
+    let printed = stdout_of(PAM, &["inspect", text(&path("m.safetensors")), "--json"]);
+    assert!(printed.contains("127.3"));
+}
+
+/// A diverging recording does not stop the others; the exit code says so.
+#[test]
+fn a_failed_prediction_is_reported_and_the_rest_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("good.csv"), small_csv(300)).unwrap();
+    // A chamber loses its volume when x passes L0/ν; only an absurd force gets there.
+    let wild: String = small_csv(300)
+        .lines()
+        .enumerate()
+        .map(|(i, l)| match l.rsplit_once(',') {
+            Some((head, _)) if i > 2 => format!("{head},1e7\n"),
+            _ => format!("{l}\n"),
+        })
+        .collect();
+    std::fs::write(path("wild.csv"), wild).unwrap();
+    let weights = published_weights();
+    let out = path("out");
+    let output = run(
+        PAM,
+        &[
+            "evaluate",
+            "--model",
+            text(&weights),
+            "--data",
+            text(&path("good.csv")),
+            text(&path("wild.csv")),
+            "--out",
+            text(&out),
+            "--step-ms",
+            "1",
+        ],
+    );
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{errors}");
+    assert!(errors.contains("wild") && errors.contains("t ="), "{errors}");
+    let json: Value =
+        serde_json::from_str(&std::fs::read_to_string(out.join("evaluation.json")).unwrap())
+            .unwrap();
+    assert_eq!(json["recordings"].as_array().unwrap().len(), 1);
+    assert_eq!(json["failed"][0]["name"], "wild");
+}
+
+#[test]
+fn help_teaches() {
+    let help = stdout_of(PAM, &["--help"]);
+    for word in ["evaluate", "simulate", "inspect", "convert", "Examples", "Exit codes"] {
+        assert!(help.contains(word), "{word}");
+    }
+    for command in ["evaluate", "simulate", "inspect", "convert", "demo"] {
+        assert!(stdout_of(PAM, &[command, "--help"]).contains("--seed"));
+    }
+    assert_eq!(run(PAM, &["evaluate"]).status.code(), Some(2));
+}

@@ -1,0 +1,82 @@
+//! Helpers of the whole-system tests, and the README's Rust code, which is compiled and run as
+//! documentation tests of this crate.
+#![doc = include_str!("../../README.md")]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A file of the reference data. The folder is `../shared` beside the workspace, or named by the
+/// environment variable `PAM_SHARED`.
+///
+/// # Panics
+/// If it is missing: tests fail without the reference data, they do not skip.
+#[must_use]
+pub fn shared(path: &str) -> PathBuf {
+    let folder = std::env::var_os("PAM_SHARED")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
+    let file = folder.join(path);
+    assert!(
+        file.exists(),
+        "reference data missing: {} (set PAM_SHARED to the folder that holds it)",
+        file.display()
+    );
+    file
+}
+
+/// The published weights.
+#[must_use]
+pub fn published_weights() -> PathBuf {
+    shared("pneu-sim/hybrid_model_puresine_16.eqx")
+}
+
+/// Runs a program and returns what it printed.
+///
+/// # Panics
+/// If it cannot be started.
+#[must_use]
+pub fn run(program: &str, arguments: &[&str]) -> Output {
+    Command::new(program).args(arguments).output().expect("the program starts")
+}
+
+/// Standard output of a run that must succeed.
+///
+/// # Panics
+/// If it did not.
+#[must_use]
+pub fn stdout_of(program: &str, arguments: &[&str]) -> String {
+    let output = run(program, arguments);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?} failed: {errors}");
+    String::from_utf8(output.stdout).expect("output is text")
+}
+
+/// A path as text for a command line.
+///
+/// # Panics
+/// If it is no valid text.
+#[must_use]
+pub fn text(path: &Path) -> &str {
+    path.to_str().expect("a path of plain text")
+}
+
+/// A standard CSV file of `samples` samples at 1 kHz: a slow oscillation with sealed masses.
+#[must_use]
+pub fn small_csv(samples: usize) -> String {
+    let mut out = String::from(
+        "# mass_flexor_g = 0.0765\n# mass_extensor_g = 0.0763\n\
+         time_s,displacement_mm,velocity_mm_s,pressure_flexor_kpa,pressure_extensor_kpa,force_n\n",
+    );
+    for k in 0..samples {
+        let t = k as f64 * 1e-3;
+        let w = 6.0 * t;
+        out += &format!(
+            "{t},{},{},{},{},{}\n",
+            0.3 * w.sin(),
+            1.8 * w.cos(),
+            412.0 - 4.0 * w.sin(),
+            412.0 + 4.0 * w.sin(),
+            55.0 * (w + 0.3).sin()
+        );
+    }
+    out
+}
