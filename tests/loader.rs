@@ -25,7 +25,7 @@ fn log_text(keep: impl Fn(usize) -> bool) -> String {
             "{}\t{:.6}\t{u:.6}\t{:.6}\t96.7\t30.0\t{:.6}\t-1\t60.0\t{:.6}\t-1\t{}\t\n",
             6240 + k,
             0.878906 - 9.0 * drive + 0.04 * wave,
-            -1.0 * drive + 0.03 * wave,
+            -drive + 0.03 * wave,
             30.1 - 1.5 * drive + 0.02 * wave,
             59.7 + 2.5 * drive - 0.03 * wave,
             u8::from(k >= 2100)

@@ -1,13 +1,13 @@
 //! Typed failures with the partial trajectory.
 
-use pam_core::FieldFn;
+use pam_core::{FieldFn, VectorField};
 use pam_solvers::{
     ConstantStep, FailureKind, Integrator, NoInput, PidController, SaveAt, SolveError, Tableau,
     Term, Tolerances,
 };
 
 /// `y' = y²` from 1 escapes to infinity at t = 1.
-fn escaping() -> Term<FieldFn<impl Fn(f64, &[f64], &[f64], &mut [f64])>, NoInput> {
+fn escaping() -> Term<impl VectorField<f64>, NoInput> {
     Term::new(
         FieldFn::new(1, 0, |_t, y: &[f64], _u: &[f64], dy: &mut [f64]| dy[0] = y[0] * y[0]),
         NoInput,

@@ -1,6 +1,6 @@
 //! A held input is exact: steps end at samples, the left value holds through the step.
 
-use pam_core::FieldFn;
+use pam_core::{FieldFn, VectorField};
 use pam_solvers::tableau::NAMES;
 use pam_solvers::{
     ConstantStep, Integrator, Interpolation, PidController, SampledInput, SaveAt, Tableau, Term,
@@ -11,7 +11,7 @@ const M: f64 = 300.0;
 const B: f64 = 6000.0;
 const K: f64 = 150e3;
 
-fn oscillator() -> FieldFn<impl Fn(f64, &[f64], &[f64], &mut [f64]) + Copy> {
+fn oscillator() -> impl VectorField<f64> {
     FieldFn::new(2, 1, |_t, y: &[f64], u: &[f64], dy: &mut [f64]| {
         dy[0] = y[1];
         dy[1] = (u[0] - K * y[0] - B * y[1]) / M;

@@ -1,6 +1,6 @@
 //! Predictions of recordings by a joint model, and how good they are.
 //!
-//! - [`predict`]: free-run prediction of a recording from its first sample;
+//! - [`mod@predict`]: free-run prediction of a recording from its first sample;
 //! - [`metrics`]: R² and RMSE per channel;
 //! - [`segments`]: stretches of one excitation frequency;
 //! - [`balance`]: the force that the model lacks on the measured motion;

@@ -1,8 +1,15 @@
 //! The framework's model format: safetensors with metadata, readable from Python.
 //!
-//! Tensors (float64): `raw_parameters` [3] (mass, gas coefficient, deformation before softplus),
-//! `geometry` [2] (r0, L0 in mm), `auxiliary_damping` [1] (kg/s); a network adds `weight_k`
-//! [outputs, inputs] and `bias_k` [outputs] for each layer, a spring–damper `spring_damper` [4].
+//! Tensors (float64):
+//!
+//! | tensor | shape | holds |
+//! |---|---|---|
+//! | `raw_parameters` | `[3]` | mass, gas coefficient, deformation before softplus |
+//! | `geometry` | `[2]` | r0, L0 in mm |
+//! | `auxiliary_damping` | `[1]` | B in kg/s |
+//! | `weight_k`, `bias_k` | `[outputs, inputs]`, `[outputs]` | layer k of a network |
+//! | `spring_damper` | `[4]` | stiffness, stiffness per mass, shift per mass, damping |
+//!
 //! float32 tensors are read as well.
 //!
 //! Metadata: `format` = `pam-model`, `format_version`, `force`, `activation`,
