@@ -59,7 +59,13 @@ fn the_published_model_predicts_the_real_run_and_the_report_is_honest() {
     assert!((25.0..60.0).contains(&direction), "{direction} N");
     assert!(balance["direction_share"].as_f64().unwrap() > 0.7);
     let html = std::fs::read_to_string(out.join("report.html")).unwrap();
-    for expected in ["dry friction", "pressures taken as absolute", "<svg", "x–F at 0.101 Hz"] {
+    for expected in [
+        "dry friction",
+        "pressures taken as absolute",
+        "<svg",
+        "Excitation at 0.101 Hz",
+        "P–F, extensor",
+    ] {
         assert!(html.contains(expected), "the report lacks `{expected}`");
     }
     assert!(!html.contains("http://") || !html.contains("src="), "the report needs nothing else");

@@ -10,14 +10,15 @@ h1 { font-size: 1.7rem; margin: 0 0 .3rem; overflow-wrap: anywhere; } h2 { font-
   border-bottom: 1px solid #ddd; padding-bottom: .2rem; } h3 { font-size: 1.05rem; margin: 1.6rem 0 .4rem; }
 .sub { color: #555; margin: 0 0 1.2rem; } .note { background: #f5f6f8; border-left: 4px solid #0072b2;
   padding: .6rem .9rem; margin: .8rem 0; } .warn { border-left-color: #d55e00; }
-.scroll { overflow-x: auto; } table { border-collapse: collapse; font-size: .92rem; margin: .6rem 0; }
-th, td { padding: .28rem .7rem; text-align: right; border-bottom: 1px solid #e6e6e6; white-space: nowrap; }
+.scroll { overflow-x: auto; } table { border-collapse: collapse; font-size: .87rem; margin: .6rem 0; }
+th, td { padding: .28rem .5rem; text-align: right; border-bottom: 1px solid #e6e6e6; white-space: nowrap; }
 th { border-bottom: 2px solid #bbb; font-weight: 600; } th:first-child, td:first-child { text-align: left; }
 td.text { text-align: left; }
 .cards { display: flex; flex-wrap: wrap; gap: .8rem; margin: 1rem 0; } .card { border: 1px solid #ddd;
   border-radius: 8px; padding: .6rem 1rem; min-width: 7.5rem; } .card b { display: block; font-size: 1.45rem; }
 .card span { color: #555; font-size: .85rem; }
 .grid { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 430px), 1fr)); gap: .8rem; }
+.three { grid-template-columns: repeat(auto-fit, minmax(min(100%, 320px), 1fr)); }
 figure { margin: .6rem 0; } figure svg { width: 100%; height: auto; display: block; }
 figcaption { color: #555; font-size: .88rem; } code { background: #f2f2f2; padding: .05rem .3rem; }
 details > summary { cursor: pointer; font-weight: 600; margin: .6rem 0; } footer { color: #777;

@@ -30,9 +30,6 @@ pub(super) fn maps(recordings: &[RecordingEvaluation]) -> Markup {
     let r2_scale = ("R² of displacement", (worst, 1.0));
     let rmse_scale = ("RMSE of displacement (mm)", (0.0, largest.max(1e-6)));
     html! {
-        @if recordings.len() < 2 {
-            p { "One recording is one point of each plane; a data set fills them." }
-        }
         div.grid {
             (map(recordings, pressures, r2, pressure_axes, r2_scale))
             (map(recordings, masses, r2, mass_axes, r2_scale))

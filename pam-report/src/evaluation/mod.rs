@@ -48,7 +48,14 @@ pub fn evaluation_report(evaluation: &Evaluation, context: &EvaluationContext) -
         h2 { "Recordings" }
         (table(&evaluation.recordings))
         h2 { "Error over the operating points" }
-        (maps::maps(&evaluation.recordings))
+        @if evaluation.recordings.len() > 1 {
+            (maps::maps(&evaluation.recordings))
+        } @else {
+            details {
+                summary { "One recording is one point of each plane; a data set fills them" }
+                (maps::maps(&evaluation.recordings))
+            }
+        }
         @for (i, r) in detailed.iter().enumerate() {
             h2 { "Recording " (r.recording.name) }
             (recording::section(r, i))
@@ -81,14 +88,13 @@ fn table(recordings: &[RecordingEvaluation]) -> Markup {
     html! {
         div.scroll { table {
             tr {
-                th { "recording" } th { "samples" } th { "m_f (g)" } th { "m_e (g)" } th { "masses" }
+                th { "recording" } th { "m_f (g)" } th { "m_e (g)" } th { "masses" }
                 @for c in Channel::ALL { th { "R² " (c.key()) } }
                 @for c in Channel::ALL { th { "RMSE " (c.key()) " (" (c.unit()) ")" } }
             }
             @for r in recordings {
                 tr {
                     td { (r.recording.name) }
-                    td { (r.recording.len()) }
                     td { (number(r.masses.flexor_g, 5)) }
                     td { (number(r.masses.extensor_g, 5)) }
                     td.text { (r.origin.label()) }

@@ -52,7 +52,7 @@ fn segment_table(segments: &[SegmentScores]) -> Markup {
                 th { "excitation" }
                 @for c in Channel::ALL { th { "R² " (c.key()) } }
                 @for c in Channel::ALL { th { "RMSE " (c.key()) } }
-                th { "work a cycle, measured (mJ)" } th { "predicted (mJ)" }
+                th { "work a cycle (mJ)" } th { "predicted (mJ)" }
             }
             @for s in segments {
                 tr {
@@ -101,50 +101,28 @@ fn loops(r: &RecordingEvaluation, s: &SegmentScores) -> Markup {
     let force: Vec<f64> =
         r.recording.force_mn[range.clone()].iter().map(|f| f / MN_PER_N).collect();
     let label = s.segment.label();
-    // Measured and predicted loops of one channel against the other axis.
-    let pressure_loop = |c: Channel| {
-        let plot = LineFigure::new(
-            &format!("{} at {label}", if c == Channel::Pf { "Flexor" } else { "Extensor" }),
-            "external force (N)",
-            c.label(),
-            500,
-            380,
-        )
-        .with(
-            "measured",
-            Role::Measured,
-            thin(&force, &r.recording.channel(c)[range.clone()], LOOP_POINTS),
-        )
-        .with(
-            "predicted",
-            Role::Predicted,
-            thin(&force, &predicted(&r.prediction.channels, c)[range.clone()], LOOP_POINTS),
-        );
-        figure(plot.to_svg(), "")
+    let of = |values: &[f64]| values[range.clone()].to_vec();
+    // Force is the cause: it stands on the vertical axis of the mechanical loop, where the slope is
+    // the stiffness, and on the horizontal axis of the pressure loops.
+    let x_loop = {
+        let points = |x: &[f64]| thin(&of(x), &force, LOOP_POINTS);
+        LineFigure::new("", Channel::X.label(), "external force (N)", 370, 310)
+            .with("measured", Role::Measured, points(&r.recording.displacement_mm))
+            .with("predicted", Role::Predicted, points(&r.prediction.channels.x))
     };
-    let x_loop = LineFigure::new(
-        &format!("x–F at {label}"),
-        "displacement x (mm)",
-        "external force (N)",
-        500,
-        380,
-    )
-    .with(
-        "measured",
-        Role::Measured,
-        thin(&r.recording.displacement_mm[range.clone()], &force, LOOP_POINTS),
-    )
-    .with(
-        "predicted",
-        Role::Predicted,
-        thin(&r.prediction.channels.x[range.clone()], &force, LOOP_POINTS),
-    );
+    let pressure_loop = |c: Channel| {
+        let points = |p: &[f64]| thin(&force, &of(p), LOOP_POINTS);
+        LineFigure::new("", "external force (N)", c.label(), 370, 310)
+            .with("measured", Role::Measured, points(r.recording.channel(c)))
+            .with("predicted", Role::Predicted, points(predicted(&r.prediction.channels, c)))
+    };
+    let area = "x–F: the area of the loop is the work that the joint dissipates.";
     html! {
         h3 { "Excitation at " (label) }
-        div.grid {
-            (figure(x_loop.to_svg(), "The area of the loop is the work that the joint dissipates."))
-            (pressure_loop(Channel::Pf))
-            (pressure_loop(Channel::Pe))
+        div class="grid three" {
+            (figure(x_loop.to_svg(), area))
+            (figure(pressure_loop(Channel::Pf).to_svg(), "P–F, flexor"))
+            (figure(pressure_loop(Channel::Pe).to_svg(), "P–F, extensor"))
         }
     }
 }

@@ -6,6 +6,9 @@ use pam_train::{Evaluation, RecordingEvaluation};
 /// A direction-dependent force counts as a finding above this share of the missing force.
 const NOTABLE_SHARE: f64 = 0.3;
 
+/// A steady force counts as a finding above this share of the missing force.
+const NOTABLE_OFFSET: f64 = 0.1;
+
 pub(super) fn sentences(evaluation: &Evaluation) -> Markup {
     let all = &evaluation.recordings;
     if all.is_empty() {
@@ -53,10 +56,12 @@ fn overall(all: &[RecordingEvaluation]) -> Vec<String> {
         ));
     }
     let offset = mean(all, |r| r.balance.offset_n);
-    lines.push(format!(
-        "A part of {offset:+.1} N does not depend on the direction: an unmodelled load, or an error \
-         of the restoring force."
-    ));
+    if offset.abs() > NOTABLE_OFFSET * missing {
+        lines.push(format!(
+            "A part of {offset:+.1} N does not depend on the direction: an unmodelled load, or an \
+             error of the restoring force."
+        ));
+    }
     lines
 }
 
