@@ -1,6 +1,7 @@
-//! Helpers of the whole-system tests, and the README's Rust code, which is compiled and run as
-//! documentation tests of this crate.
+//! Helpers of the whole-system tests. The Rust code of the README and of the notebooks is compiled and
+//! run as documentation tests of this crate.
 #![doc = include_str!("../../README.md")]
+#![doc = include_str!(concat!(env!("OUT_DIR"), "/notebooks.md"))]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

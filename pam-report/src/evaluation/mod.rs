@@ -45,8 +45,6 @@ pub fn evaluation_report(evaluation: &Evaluation, context: &EvaluationContext) -
         @if !evaluation.failed.is_empty() { (failures(evaluation)) }
         h2 { "What the model misses" }
         (story::sentences(evaluation))
-        h2 { "Recordings" }
-        (table(&evaluation.recordings))
         h2 { "Error over the operating points" }
         @if evaluation.recordings.len() > 1 {
             (maps::maps(&evaluation.recordings))
@@ -56,6 +54,8 @@ pub fn evaluation_report(evaluation: &Evaluation, context: &EvaluationContext) -
                 (maps::maps(&evaluation.recordings))
             }
         }
+        h2 { "Recordings" }
+        (table(&evaluation.recordings))
         @for (i, r) in detailed.iter().enumerate() {
             h2 { "Recording " (r.recording.name) }
             (recording::section(r, i))

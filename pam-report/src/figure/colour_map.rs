@@ -1,4 +1,4 @@
-use super::style::{GRID, INK, SCALE, TEXT, TITLE, padded_range, tick_label};
+use super::style::{GRID, INK, SCALE, TEXT, TITLE, at_nominal_size, padded_range, tick_label};
 use plotters::prelude::*;
 
 /// A measured point of a map.
@@ -40,7 +40,7 @@ impl ColourMap {
     pub fn to_svg(&self) -> String {
         let mut svg = String::new();
         self.draw(&mut svg).expect("drawing into memory cannot fail");
-        svg
+        at_nominal_size(&svg, self.size.0, self.size.1)
     }
 
     fn colour(&self, value: f64) -> RGBColor {
@@ -71,7 +71,7 @@ impl ColourMap {
             .axis_desc_style(text.clone())
             .axis_style(INK.stroke_width(SCALE))
             .bold_line_style(GRID.stroke_width(SCALE))
-            .light_line_style(WHITE)
+            .max_light_lines(0)
             .x_labels(8)
             .y_labels(8)
             .x_label_formatter(&|v| tick_label(*v, x1 - x0))

@@ -1,4 +1,6 @@
-use super::style::{GRID, INK, Role, SCALE, TEXT, TITLE, padded_range, tick_label};
+use super::style::{
+    GRID, INK, Role, SCALE, TEXT, TITLE, at_nominal_size, padded_range, tick_label,
+};
 use plotters::prelude::*;
 
 /// One line of a figure.
@@ -58,7 +60,7 @@ impl LineFigure {
     pub fn to_svg(&self) -> String {
         let mut svg = String::new();
         self.draw(&mut svg).expect("drawing into memory cannot fail");
-        svg
+        at_nominal_size(&svg, self.width, self.height)
     }
 
     fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
@@ -86,7 +88,7 @@ impl LineFigure {
             .axis_desc_style(text.clone())
             .axis_style(INK.stroke_width(SCALE))
             .bold_line_style(GRID.stroke_width(SCALE))
-            .light_line_style(WHITE)
+            .max_light_lines(0)
             .x_labels((self.width / 70).max(3) as usize)
             .y_labels((self.height / 38).max(3) as usize)
             .x_label_formatter(&|v| tick_label(*v, x1 - x0))

@@ -48,6 +48,12 @@ impl Role {
     }
 }
 
+/// SVG text that was drawn at [`SCALE`] times its size, shown at its size.
+pub(super) fn at_nominal_size(svg: &str, width: u32, height: u32) -> String {
+    let drawn = format!("width=\"{}\" height=\"{}\"", width * SCALE, height * SCALE);
+    svg.replacen(&drawn, &format!("width=\"{width}\" height=\"{height}\""), 1)
+}
+
 /// A range with a margin around the finite values, never empty.
 pub(super) fn padded_range(values: impl Iterator<Item = f64>, margin: f64) -> (f64, f64) {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
