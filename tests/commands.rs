@@ -148,6 +148,37 @@ fn a_made_up_force_comes_to_rest_where_the_spring_says() {
     assert!(std::fs::read_to_string(report).unwrap().contains("<svg"));
 }
 
+/// A recording with a gap is simulated in parts, each from its own first sample.
+#[test]
+fn a_recording_with_a_gap_is_simulated_in_parts() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let gapped: String = small_csv(400)
+        .lines()
+        .enumerate()
+        .filter(|(i, _)| !(150..250).contains(i))
+        .map(|(_, l)| format!("{l}\n"))
+        .collect();
+    std::fs::write(path("run.csv"), gapped).unwrap();
+    let (data, out) = (path("run.csv"), path("out.csv"));
+    let arguments = [
+        "simulate",
+        "--model",
+        "spring-damper",
+        "--data",
+        text(&data),
+        "--out",
+        text(&out),
+        "--json",
+    ];
+    let json: Value = serde_json::from_str(&stdout_of(PAM, &arguments)).unwrap();
+    let samples: Vec<u64> =
+        json["runs"].as_array().unwrap().iter().map(|r| r["samples"].as_u64().unwrap()).collect();
+    assert_eq!(samples, [147, 153]);
+    let second = std::fs::read_to_string(path("out_2.csv")).unwrap();
+    assert!(second.lines().nth(3).unwrap().starts_with("0.247,"), "{second:.200}");
+}
+
 #[test]
 fn conversions_chain() {
     let folder = tempfile::tempdir().unwrap();

@@ -25,6 +25,13 @@ impl Console {
         }
     }
 
+    /// Prints a note on the error stream unless the console is quiet.
+    pub fn note(&self, text: impl AsRef<str>) {
+        if !self.quiet {
+            eprintln!("note: {}", text.as_ref());
+        }
+    }
+
     /// Prints a warning on the error stream unless the console is quiet.
     pub fn warn(&self, text: impl AsRef<str>) {
         if !self.quiet {

@@ -41,7 +41,7 @@ fn convert_recordings(
     let mut written = Vec::new();
     for (i, recording) in recordings.iter().enumerate() {
         for note in &recording.notes {
-            console.warn(format!("{}: {note}", recording.name));
+            console.note(format!("{}: {note}", recording.name));
         }
         let path = if recordings.len() == 1 { output.to_owned() } else { numbered(output, i + 1) };
         write_recording(&path, recording)?;
@@ -69,7 +69,7 @@ pub fn write_recording(path: &Path, recording: &Recording) -> Result<(), CliErro
 }
 
 /// `run.csv` to `run_2.csv`, for the parts of a run with gaps.
-fn numbered(path: &Path, number: usize) -> PathBuf {
+pub(crate) fn numbered(path: &Path, number: usize) -> PathBuf {
     let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let extension = path.extension().map(|e| e.to_string_lossy().into_owned()).unwrap_or_default();
     path.with_file_name(format!("{stem}_{number}.{extension}"))

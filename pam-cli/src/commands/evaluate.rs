@@ -33,7 +33,7 @@ pub fn run(
     reading.finish_and_clear();
     for subject in &subjects {
         for note in &subject.recording.notes {
-            console.warn(format!("{}: {note}", subject.recording.name));
+            console.note(format!("{}: {note}", subject.recording.name));
         }
     }
     let configuration = json!({
@@ -43,9 +43,18 @@ pub fn run(
         "reading": arguments.reading.to_json()?,
         "solver": arguments.solver.to_json()?,
     });
-    let evaluation = evaluate_into(&arguments.out, &saved, &subjects, &settings, console)?;
+    let outcome = evaluate_into(&arguments.out, &saved, subjects, &settings, console)?;
     run_record::write(&arguments.out, "evaluate", global.seed, &configuration)?;
-    Ok(finish(&evaluation, &arguments.out, console))
+    Ok(outcome.finish(&arguments.out, console))
+}
+
+/// What an evaluation gave, in both forms.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// The evaluation.
+    pub evaluation: Evaluation,
+    /// The content of `evaluation.json`.
+    pub json: Value,
 }
 
 /// Evaluates and writes `evaluation.json`, `report.html` and `predictions/NAME.csv` into a folder.
@@ -55,10 +64,10 @@ pub fn run(
 pub fn evaluate_into(
     folder: &Path,
     saved: &SavedModel,
-    subjects: &[Subject],
+    subjects: Vec<Subject>,
     settings: &SolverSettings,
     console: &Console,
-) -> Result<Evaluation, CliError> {
+) -> Result<Outcome, CliError> {
     let bar = console.progress(subjects.len(), "predicting");
     let evaluation = evaluate(&saved.model, subjects, settings, &|| bar.inc(1));
     bar.finish_and_clear();
@@ -79,9 +88,10 @@ pub fn evaluate_into(
         solver_line: settings.describe(),
         made_by: made_by(),
     };
-    write_json(&folder.join("evaluation.json"), &result_json(&evaluation, saved, settings))?;
+    let json = result_json(&evaluation, saved, settings);
+    write_json(&folder.join("evaluation.json"), &json)?;
     write_atomic(&folder.join("report.html"), evaluation_report(&evaluation, &context).as_bytes())?;
-    Ok(evaluation)
+    Ok(Outcome { evaluation, json })
 }
 
 fn result_json(evaluation: &Evaluation, saved: &SavedModel, settings: &SolverSettings) -> Value {
@@ -100,16 +110,19 @@ fn result_json(evaluation: &Evaluation, saved: &SavedModel, settings: &SolverSet
     value
 }
 
-/// Prints the results and says with which code to end.
-#[must_use]
-pub fn finish(evaluation: &Evaluation, folder: &Path, console: &Console) -> ExitCode {
-    console.json(&evaluation.to_json());
-    console.text(summary(evaluation));
-    for f in &evaluation.failed {
-        console.warn(format!("{} could not be predicted: {}", f.name, f.why));
+impl Outcome {
+    /// Prints the results and says with which code to end.
+    #[must_use]
+    pub fn finish(&self, folder: &Path, console: &Console) -> ExitCode {
+        console.json(&self.json);
+        console.text(summary(&self.evaluation));
+        let failed = &self.evaluation.failed;
+        for f in failed {
+            console.warn(format!("{} could not be predicted: {}", f.name, f.why));
+        }
+        console.text(format!("\nreport: {}", folder.join("report.html").display()));
+        if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(PARTIAL) }
     }
-    console.text(format!("\nreport: {}", folder.join("report.html").display()));
-    if evaluation.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(PARTIAL) }
 }
 
 /// Most rows of the printed table; the rest is in the files.

@@ -1,6 +1,6 @@
 //! `pam simulate`.
 
-use super::convert::write_recording;
+use super::convert::{numbered, write_recording};
 use crate::PARTIAL;
 use crate::arguments::{GlobalOptions, SimulateArguments};
 use crate::console::Console;
@@ -13,8 +13,9 @@ use pam_data::atomic::write_atomic;
 use pam_data::{Channel, MassOrigin, Recording, SavedModel};
 use pam_report::page::{figure, page};
 use pam_report::{LineFigure, Role};
-use pam_train::{Subject, predict};
-use serde_json::json;
+use pam_solvers::Statistics;
+use pam_train::{SolverSettings, Subject, predict};
+use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::process::ExitCode;
@@ -33,71 +34,102 @@ pub fn run(
 ) -> Result<ExitCode, CliError> {
     let settings = arguments.solver.settings()?;
     let saved = arguments.model.load()?;
-    let subject = match &arguments.data {
-        Some(path) => measured(arguments, path, &saved)?,
-        None => made_up(arguments, &saved)?,
+    let subjects = match &arguments.data {
+        Some(path) => arguments.reading.subjects(std::slice::from_ref(path), &saved, &|| {})?,
+        None => vec![made_up(arguments, &saved)?],
     };
-    let (prediction, failure) =
-        match predict(&saved.model, &subject.recording, subject.masses, &settings) {
-            Ok(prediction) => (prediction, None),
-            Err(e) => (e.partial, Some(e.why)),
-        };
-    if prediction.is_empty() {
-        return Err(CliError::Usage(failure.unwrap_or_else(|| "nothing was simulated".into())));
-    }
-    let trajectory = prediction.to_recording(&subject.recording, subject.masses);
-    write_recording(&arguments.out, &trajectory)?;
-    if let Some(path) = &arguments.report {
-        let text = report(&trajectory, &saved, &settings.describe(), failure.as_deref());
-        write_atomic(path, text.as_bytes())?;
-    }
-    let extremes = |c: Channel| {
-        let values = trajectory.channel(c).iter().copied();
-        (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max))
+    // A recording with gaps falls into parts, which become numbered files.
+    let parts = subjects.len();
+    let path_of = |path: &Path, i: usize| {
+        if parts == 1 { path.to_owned() } else { numbered(path, i + 1) }
     };
-    let (low, high) = extremes(Channel::X);
-    console.json(&json!({
-        "out": arguments.out,
-        "samples": trajectory.len(),
-        "mass_flexor_g": subject.masses.flexor_g,
-        "mass_extensor_g": subject.masses.extensor_g,
-        "x_min_mm": low,
-        "x_max_mm": high,
-        "accepted_steps": prediction.statistics.accepted,
-        "rejected_steps": prediction.statistics.rejected,
-        "field_evaluations": prediction.statistics.evaluations,
-        "seed": global.seed,
-        "failure": failure,
-    }));
-    console.text(format!(
-        "{} samples, x from {low:.4} to {high:.4} mm, {} steps, {} field evaluations -> {}",
-        trajectory.len(),
-        prediction.statistics.accepted,
-        prediction.statistics.evaluations,
-        arguments.out.display()
-    ));
-    if let Some(why) = failure {
-        console.warn(format!("stopped early, what was reached is written: {why}"));
-        return Ok(ExitCode::from(PARTIAL));
+    let mut runs = Vec::new();
+    let mut stopped = false;
+    for (i, subject) in subjects.iter().enumerate() {
+        for note in &subject.recording.notes {
+            console.note(format!("{}: {note}", subject.recording.name));
+        }
+        let run = Run::of(&saved, subject, &settings)?;
+        let out = path_of(&arguments.out, i);
+        write_recording(&out, &run.trajectory)?;
+        if let Some(path) = &arguments.report {
+            let text =
+                report(&run.trajectory, &saved, &settings.describe(), run.failure.as_deref());
+            write_atomic(&path_of(path, i), text.as_bytes())?;
+        }
+        console.text(run.summary(&out));
+        if let Some(why) = &run.failure {
+            console.warn(format!("stopped early, what was reached is written: {why}"));
+            stopped = true;
+        }
+        runs.push(run.to_json(&out));
     }
-    Ok(ExitCode::SUCCESS)
+    console.json(&json!({ "runs": runs, "seed": global.seed }));
+    Ok(if stopped { ExitCode::from(PARTIAL) } else { ExitCode::SUCCESS })
 }
 
-fn measured(
-    arguments: &SimulateArguments,
-    path: &Path,
-    saved: &SavedModel,
-) -> Result<Subject, CliError> {
-    let mut subjects = arguments.reading.subjects(&[path.to_owned()], saved, &|| {})?;
-    if subjects.len() > 1 {
-        return Err(CliError::Usage(format!(
-            "{}: the recording has gaps and falls into {} parts; `pam evaluate` predicts them all, \
-             `pam convert` writes them as files",
-            path.display(),
-            subjects.len()
-        )));
+/// One simulated trajectory.
+struct Run {
+    trajectory: Recording,
+    statistics: Statistics,
+    masses: SealedMasses,
+    failure: Option<String>,
+}
+
+impl Run {
+    /// Simulates; a run that stops early keeps what it reached.
+    fn of(
+        saved: &SavedModel,
+        subject: &Subject,
+        settings: &SolverSettings,
+    ) -> Result<Self, CliError> {
+        let (prediction, failure) =
+            match predict(&saved.model, &subject.recording, subject.masses, settings) {
+                Ok(prediction) => (prediction, None),
+                Err(e) => (e.partial, Some(e.why)),
+            };
+        if prediction.is_empty() {
+            return Err(CliError::Usage(failure.unwrap_or_else(|| "nothing was simulated".into())));
+        }
+        Ok(Self {
+            trajectory: prediction.to_recording(&subject.recording, subject.masses),
+            statistics: prediction.statistics,
+            masses: subject.masses,
+            failure,
+        })
     }
-    subjects.pop().ok_or_else(|| CliError::Usage(format!("{}: holds no recording", path.display())))
+
+    fn x_range_mm(&self) -> (f64, f64) {
+        let x = self.trajectory.displacement_mm.iter().copied();
+        (x.clone().fold(f64::INFINITY, f64::min), x.fold(f64::NEG_INFINITY, f64::max))
+    }
+
+    fn summary(&self, out: &Path) -> String {
+        let (low, high) = self.x_range_mm();
+        format!(
+            "{} samples, x from {low:.4} to {high:.4} mm, {} steps, {} field evaluations -> {}",
+            self.trajectory.len(),
+            self.statistics.accepted,
+            self.statistics.evaluations,
+            out.display()
+        )
+    }
+
+    fn to_json(&self, out: &Path) -> Value {
+        let (low, high) = self.x_range_mm();
+        json!({
+            "out": out,
+            "samples": self.trajectory.len(),
+            "mass_flexor_g": self.masses.flexor_g,
+            "mass_extensor_g": self.masses.extensor_g,
+            "x_min_mm": low,
+            "x_max_mm": high,
+            "accepted_steps": self.statistics.accepted,
+            "rejected_steps": self.statistics.rejected,
+            "field_evaluations": self.statistics.evaluations,
+            "failure": self.failure,
+        })
+    }
 }
 
 /// A run of the joint at rest at x = 0 under a made-up force.

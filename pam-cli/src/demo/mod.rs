@@ -4,7 +4,7 @@
 mod plant;
 
 use crate::arguments::{DemoArguments, GlobalOptions};
-use crate::commands::evaluate::{evaluate_into, finish};
+use crate::commands::evaluate::evaluate_into;
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::built_in_spring_damper;
@@ -45,8 +45,8 @@ pub fn run(
         "A linear spring–damper, which knows the joint's datasheet and no friction, predicts it.\n",
     );
     let settings = SolverSettings::default();
-    let evaluation = evaluate_into(folder, &saved, &subjects, &settings, console)?;
+    let outcome = evaluate_into(folder, &saved, subjects, &settings, console)?;
     let configuration = json!({ "plant": plant.describe(), "solver": settings.describe() });
     run_record::write(folder, "demo", global.seed, &configuration)?;
-    Ok(finish(&evaluation, folder, console))
+    Ok(outcome.finish(folder, console))
 }

@@ -25,14 +25,16 @@ use std::path::Path;
 /// the wrong length, times that do not increase, masses that are not positive, and empty files.
 pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
     let bytes = read_bytes(path)?;
+    // Spreadsheets put a byte-order mark in front.
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
     let mut recording = Recording::empty(path);
-    read_header(path, &bytes, &mut recording)?;
+    read_header(path, bytes, &mut recording)?;
 
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
         .flexible(true)
-        .from_reader(bytes.as_slice());
+        .from_reader(bytes);
     let names = reader.headers().map_err(|e| csv_error(path, &e))?.clone();
     let header_line = reader.position().line().saturating_sub(1).max(1);
     if names.iter().all(str::is_empty) {

@@ -141,8 +141,12 @@ struct RowReader<'a> {
 
 impl<'a> RowReader<'a> {
     fn new(path: &'a Path, line: u64, header: &[String], rows: usize) -> Result<Self, DataError> {
+        // The names are the last header line, or the last that has a frame counter if more follows.
         let names: Vec<String> = header
-            .last()
+            .iter()
+            .rev()
+            .find(|line| line.split_whitespace().any(|name| name == NEEDED[0]))
+            .or(header.last())
             .map(|names| names.split_whitespace().map(str::to_owned).collect())
             .unwrap_or_default();
         let mut needed = [0; 6];
@@ -152,8 +156,7 @@ impl<'a> RowReader<'a> {
                     path,
                     line.saturating_sub(1).max(1),
                     format!(
-                        "the last header line names the columns [{}], `{name}` is missing; a raw \
-                         log needs {}",
+                        "the header names the columns [{}], `{name}` is missing; a raw log needs {}",
                         names.join(", "),
                         NEEDED.join(", ")
                     ),

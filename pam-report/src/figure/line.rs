@@ -128,3 +128,24 @@ impl LineFigure {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_figure_names_its_axes_and_survives_odd_data() {
+        let nan = vec![(0.0, f64::NAN), (1.0, 2.0)];
+        let figure = LineFigure::new("Title", "time (s)", "force (N)", 300, 200)
+            .with("measured", Role::Measured, nan)
+            .with("", Role::Residual, vec![]);
+        let svg = figure.to_svg();
+        for part in
+            ["width=\"300\" height=\"200\"", "viewBox=\"0 0 600 400\"", "time (s)", "measured"]
+        {
+            assert!(svg.contains(part), "{part}");
+        }
+        let empty = LineFigure::new("", "", "", 300, 200).to_svg();
+        assert!(empty.ends_with("</svg>\n"));
+    }
+}

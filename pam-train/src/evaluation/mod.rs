@@ -31,12 +31,12 @@ pub struct Subject {
 /// A prediction that fails is listed with its reason and does not stop the others.
 pub fn evaluate<F: ForceModel<f64> + Sync>(
     model: &JointModel<f64, F>,
-    subjects: &[Subject],
+    subjects: Vec<Subject>,
     settings: &SolverSettings,
     done: &(dyn Fn() + Sync),
 ) -> Evaluation {
     let results: Vec<_> = subjects
-        .par_iter()
+        .into_par_iter()
         .map(|subject| {
             let result = evaluate_one(model, subject, settings);
             done();
@@ -57,27 +57,27 @@ pub fn evaluate<F: ForceModel<f64> + Sync>(
 
 fn evaluate_one<F: ForceModel<f64>>(
     model: &JointModel<f64, F>,
-    subject: &Subject,
+    subject: Subject,
     settings: &SolverSettings,
 ) -> Result<RecordingEvaluation, FailedRecording> {
     let Subject { recording, masses, origin } = subject;
-    let prediction = predict(model, recording, *masses, settings).map_err(|e| FailedRecording {
+    let prediction = predict(model, &recording, masses, settings).map_err(|e| FailedRecording {
         name: recording.name.clone(),
         why: e.why,
         reached_s: e.partial.len().checked_sub(1).map(|i| recording.time_s[i]),
     })?;
     let segments = frequency_segments(&recording.time_s, &recording.force_mn)
         .into_iter()
-        .map(|segment| score_segment(recording, &prediction.channels, segment))
+        .map(|segment| score_segment(&recording, &prediction.channels, segment))
         .collect();
     Ok(RecordingEvaluation {
-        scores: Scores::over(recording, &prediction.channels, 0..recording.len()),
+        scores: Scores::over(&recording, &prediction.channels, 0..recording.len()),
         segments,
-        balance: ForceBalance::of(model, recording, *masses),
-        masses: *masses,
-        origin: *origin,
+        balance: ForceBalance::of(model, &recording, masses),
+        masses,
+        origin,
         prediction,
-        recording: recording.clone(),
+        recording,
     })
 }
 
