@@ -106,6 +106,7 @@ pub enum MassArgument {
     /// Gas law for a trained model, surfaces (if given) for an untrained one
     Auto,
     /// The model's gas law at the start of the run
+    #[value(alias = "gas_law")]
     GasLaw,
     /// The single-muscle surfaces of --surfaces
     Surfaces,
