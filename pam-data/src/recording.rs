@@ -285,11 +285,13 @@ pub fn median_step_s(time_s: &[f64]) -> f64 {
 /// Splits a recording at its gaps. Parts of fewer than `shortest` samples are dropped, and both are
 /// told in the notes. All parts keep the sealed reading of the run (the first sample's, if the file
 /// has none), because the valves stay closed across a gap.
-#[must_use]
-pub fn split_at_gaps(recording: Recording, shortest: usize) -> Vec<Recording> {
+///
+/// # Errors
+/// [`DataError::File`] if no part is long enough.
+pub fn split_at_gaps(recording: Recording, shortest: usize) -> Result<Vec<Recording>, DataError> {
     let ranges = contiguous_ranges(&recording.time_s);
     if ranges.len() < 2 {
-        return vec![recording];
+        return Ok(vec![recording]);
     }
     let mut whole = recording;
     whole.sealed = Some(whole.reading_at_rest());
@@ -307,20 +309,27 @@ pub fn split_at_gaps(recording: Recording, shortest: usize) -> Vec<Recording> {
         if gaps.len() > 4 { ", …" } else { "" }
     ));
     let kept: Vec<_> = ranges.iter().filter(|r| r.len() >= shortest).collect();
+    if kept.is_empty() {
+        return Err(DataError::file(
+            &whole.source,
+            format!(
+                "gaps in time cut the recording into {} parts, none of at least {shortest} samples",
+                ranges.len()
+            ),
+        ));
+    }
     let dropped = ranges.len() - kept.len();
     if dropped > 0 {
         whole.notes.push(format!(
             "{dropped} part(s) of fewer than {shortest} samples between gaps are left out"
         ));
     }
-    kept.iter()
-        .enumerate()
-        .map(|(i, range)| {
-            let mut part = whole.slice((*range).clone());
-            part.name = format!("{}#{}", whole.name, i + 1);
-            part
-        })
-        .collect()
+    let parts = kept.iter().enumerate().map(|(i, range)| {
+        let mut part = whole.slice((*range).clone());
+        part.name = format!("{}#{}", whole.name, i + 1);
+        part
+    });
+    Ok(parts.collect())
 }
 
 #[cfg(test)]
@@ -349,12 +358,13 @@ mod tests {
         ] {
             *column = (0..7).map(|k| f64::from(k) + 1.0).collect();
         }
-        let parts = split_at_gaps(r, 2);
+        let parts = split_at_gaps(r.clone(), 2).unwrap();
         assert_eq!(parts.len(), 2);
         assert_eq!(parts[1].time_s, [0.7, 0.8, 0.9]);
         assert_eq!(parts[1].name, "run#2");
         assert_eq!(parts[1].sealed.unwrap().pressure_flexor_kpa, 1.0);
         let notes = parts[0].notes.join(" ");
         assert!(notes.contains("2 gap(s)") && notes.contains("1 part(s)"), "{notes}");
+        assert!(split_at_gaps(r, 4).unwrap_err().to_string().contains("3 parts"));
     }
 }

@@ -1,6 +1,8 @@
 //! The standard columns, shared by CSV and `.npz`.
 
-use crate::recording::Recording;
+use crate::error::DataError;
+use crate::recording::{Recording, split_at_gaps};
+use pam_core::SealedMasses;
 use pam_core::units::MN_PER_N;
 
 /// Names of the standard columns, in order. Force is in N here, everything else as in
@@ -19,8 +21,22 @@ pub const MASS_FLEXOR: &str = "mass_flexor_g";
 /// Key of the extensor's air mass, g.
 pub const MASS_EXTENSOR: &str = "mass_extensor_g";
 
-/// Puts six columns into a recording.
-pub(crate) fn fill(recording: &mut Recording, columns: [Vec<f64>; 6]) {
+/// Checks what a file gave, puts it into `recording` and splits it at gaps in time.
+pub(crate) fn finish(
+    mut recording: Recording,
+    columns: [Vec<f64>; 6],
+    masses: [Option<f64>; 2],
+) -> Result<Vec<Recording>, DataError> {
+    recording.given_masses = match masses {
+        [Some(flexor_g), Some(extensor_g)] => Some(SealedMasses { flexor_g, extensor_g }),
+        [None, None] => None,
+        _ => {
+            return Err(DataError::file(
+                &recording.source,
+                format!("only one of `{MASS_FLEXOR}` and `{MASS_EXTENSOR}` is given; give both"),
+            ));
+        }
+    };
     let [time, x, v, pf, pe, force_n] = columns;
     recording.time_s = time;
     recording.displacement_mm = x;
@@ -29,6 +45,8 @@ pub(crate) fn fill(recording: &mut Recording, columns: [Vec<f64>; 6]) {
     recording.pressure_extensor_kpa = pe;
     recording.force_mn = force_n.into_iter().map(|f| f * MN_PER_N).collect();
     recording.preprocessing = "taken as it is".into();
+    recording.validate()?;
+    split_at_gaps(recording, 2)
 }
 
 /// The six columns of a recording.

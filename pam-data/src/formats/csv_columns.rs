@@ -13,7 +13,7 @@
 use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES};
 use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
-use crate::recording::{Recording, split_at_gaps};
+use crate::recording::Recording;
 use pam_core::SealedMasses;
 use std::fmt::Write;
 use std::path::Path;
@@ -28,7 +28,7 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
     // Spreadsheets put a byte-order mark in front.
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
     let mut recording = Recording::empty(path);
-    read_header(path, bytes, &mut recording)?;
+    let masses = read_header(path, bytes, &mut recording)?;
 
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
@@ -102,9 +102,7 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
     if values[0].is_empty() {
         return Err(DataError::file(path, "no data rows: the file holds only a header"));
     }
-    columns::fill(&mut recording, values);
-    recording.validate()?;
-    split_at_gaps(recording, 2).into_iter().map(|part| part.validate().map(|()| part)).collect()
+    columns::finish(recording, values, masses)
 }
 
 fn csv_error(path: &Path, error: &csv::Error) -> DataError {
@@ -114,8 +112,12 @@ fn csv_error(path: &Path, error: &csv::Error) -> DataError {
     }
 }
 
-/// Reads the `# key = value` lines above the column names.
-fn read_header(path: &Path, bytes: &[u8], recording: &mut Recording) -> Result<(), DataError> {
+/// Reads the `# key = value` lines above the column names: masses of flexor and extensor, and notes.
+fn read_header(
+    path: &Path,
+    bytes: &[u8],
+    recording: &mut Recording,
+) -> Result<[Option<f64>; 2], DataError> {
     let mut masses = [None; 2];
     for (index, line) in bytes.split(|&b| b == b'\n').enumerate() {
         let line = String::from_utf8_lossy(line);
@@ -144,17 +146,7 @@ fn read_header(path: &Path, bytes: &[u8], recording: &mut Recording) -> Result<(
         }
         masses[place] = Some(mass);
     }
-    recording.given_masses = match masses {
-        [Some(flexor_g), Some(extensor_g)] => Some(SealedMasses { flexor_g, extensor_g }),
-        [None, None] => None,
-        _ => {
-            return Err(DataError::file(
-                path,
-                format!("only one of `{MASS_FLEXOR}` and `{MASS_EXTENSOR}` is given; give both"),
-            ));
-        }
-    };
-    Ok(())
+    Ok(masses)
 }
 
 /// The CSV text of a recording, with masses in the header if `masses` is given.

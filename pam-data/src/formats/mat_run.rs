@@ -13,7 +13,7 @@
 
 use super::mat;
 use crate::error::DataError;
-use crate::recording::{Recording, split_at_gaps};
+use crate::recording::Recording;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N, NOMINAL_LENGTH_MM};
 use std::path::Path;
 
@@ -82,7 +82,7 @@ pub fn read(
     recording.preprocessing =
         "as in the file (x low-passed forward and back at 3 Hz, dx at 20 Hz by its makers)".into();
     recording.validate()?;
-    Ok(split_at_gaps(recording, 2))
+    Ok(vec![recording])
 }
 
 /// Least-squares slope of `ln(p + offset)` over `x`; zero if undefined.

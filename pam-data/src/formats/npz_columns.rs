@@ -3,8 +3,7 @@
 use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES};
 use super::npz::{self, Array};
 use crate::error::DataError;
-use crate::recording::{Recording, split_at_gaps};
-use pam_core::SealedMasses;
+use crate::recording::Recording;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -29,29 +28,18 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
         })?;
         *column = array.values;
     }
-    let mut recording = Recording::empty(path);
     let mass = |name: &str| {
-        arrays.get(name).map(|a| match a.values[..] {
-            [m] if m.is_finite() && m > 0.0 => Ok(m),
+        let Some(array) = arrays.get(name) else { return Ok(None) };
+        match array.values[..] {
+            [m] if m.is_finite() && m > 0.0 => Ok(Some(m)),
             _ => Err(DataError::file(
                 path,
-                format!("`{name}` must be one positive number, got {:?}", a.values),
+                format!("`{name}` must be one positive number, got {:?}", array.values),
             )),
-        })
-    };
-    recording.given_masses = match (mass(MASS_FLEXOR), mass(MASS_EXTENSOR)) {
-        (Some(f), Some(e)) => Some(SealedMasses { flexor_g: f?, extensor_g: e? }),
-        (None, None) => None,
-        _ => {
-            return Err(DataError::file(
-                path,
-                format!("only one of `{MASS_FLEXOR}` and `{MASS_EXTENSOR}` is given; give both"),
-            ));
         }
     };
-    columns::fill(&mut recording, values);
-    recording.validate()?;
-    split_at_gaps(recording, 2).into_iter().map(|part| part.validate().map(|()| part)).collect()
+    let masses = [mass(MASS_FLEXOR)?, mass(MASS_EXTENSOR)?];
+    columns::finish(Recording::empty(path), values, masses)
 }
 
 /// Writes a recording as `.npz`.

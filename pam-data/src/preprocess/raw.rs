@@ -74,7 +74,7 @@ pub fn recordings_from_raw_log(
             ),
         ));
     }
-    split_at_gaps(recording, shortest)
+    split_at_gaps(recording, shortest)?
         .into_iter()
         .map(|part| {
             let part = refilter(part, options.cutoff_hz)?;

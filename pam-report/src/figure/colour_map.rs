@@ -1,4 +1,4 @@
-use super::style::{GRID, INK, SCALE, TEXT, TITLE, at_nominal_size, padded_range, tick_label};
+use super::style::{INK, SCALE, TEXT, TITLE, at_nominal_size, draw_axes, padded_range, tick_label};
 use plotters::prelude::*;
 
 /// A measured point of a map.
@@ -53,7 +53,6 @@ impl ColourMap {
         let root = SVGBackend::with_string(svg, (width, height)).into_drawing_area();
         root.fill(&WHITE)?;
         let (plane, bar) = root.split_horizontally(width - 104 * SCALE);
-        let text = ("sans-serif", TEXT * SCALE).into_font().color(&INK);
         let title = ("sans-serif", TITLE * SCALE).into_font().color(&INK);
         let (x0, x1) = padded_range(self.points.iter().map(|p| p.x), 0.08);
         let (y0, y1) = padded_range(self.points.iter().map(|p| p.y), 0.08);
@@ -63,20 +62,7 @@ impl ColourMap {
             .x_label_area_size(40 * SCALE)
             .y_label_area_size(62 * SCALE)
             .build_cartesian_2d(x0..x1, y0..y1)?;
-        chart
-            .configure_mesh()
-            .x_desc(&self.x_label)
-            .y_desc(&self.y_label)
-            .label_style(text.clone())
-            .axis_desc_style(text.clone())
-            .axis_style(INK.stroke_width(SCALE))
-            .bold_line_style(GRID.stroke_width(SCALE))
-            .max_light_lines(0)
-            .x_labels(8)
-            .y_labels(8)
-            .x_label_formatter(&|v| tick_label(*v, x1 - x0))
-            .y_label_formatter(&|v| tick_label(*v, y1 - y0))
-            .draw()?;
+        draw_axes(&mut chart, (&self.x_label, &self.y_label), (8, 8))?;
         let columns = (self.points.len() as f64).sqrt().clamp(4.0, 15.0);
         let half = (f64::from(self.size.0.min(self.size.1)) * 0.3 / columns).max(4.0) as i32;
         let half = half * SCALE as i32;

@@ -1,6 +1,4 @@
-use super::style::{
-    GRID, INK, Role, SCALE, TEXT, TITLE, at_nominal_size, padded_range, tick_label,
-};
+use super::style::{INK, Role, SCALE, TEXT, TITLE, at_nominal_size, draw_axes, padded_range};
 use plotters::prelude::*;
 
 /// One line of a figure.
@@ -70,7 +68,6 @@ impl LineFigure {
         let points = || self.series.iter().flat_map(|s| &s.points);
         let (x0, x1) = padded_range(points().map(|p| p.0), 0.01);
         let (y0, y1) = padded_range(points().map(|p| p.1), 0.06);
-        let text = ("sans-serif", TEXT * SCALE).into_font().color(&INK);
         self.draw_header(&root)?;
         let mut builder = ChartBuilder::on(&root);
         builder
@@ -80,20 +77,11 @@ impl LineFigure {
             .x_label_area_size(40 * SCALE)
             .y_label_area_size(62 * SCALE);
         let mut chart = builder.build_cartesian_2d(x0..x1, y0..y1)?;
-        chart
-            .configure_mesh()
-            .x_desc(&self.x_label)
-            .y_desc(&self.y_label)
-            .label_style(text.clone())
-            .axis_desc_style(text.clone())
-            .axis_style(INK.stroke_width(SCALE))
-            .bold_line_style(GRID.stroke_width(SCALE))
-            .max_light_lines(0)
-            .x_labels((self.width / 70).max(3) as usize)
-            .y_labels((self.height / 38).max(3) as usize)
-            .x_label_formatter(&|v| tick_label(*v, x1 - x0))
-            .y_label_formatter(&|v| tick_label(*v, y1 - y0))
-            .draw()?;
+        draw_axes(
+            &mut chart,
+            (&self.x_label, &self.y_label),
+            ((self.width / 70).max(3) as usize, (self.height / 38).max(3) as usize),
+        )?;
         for series in &self.series {
             let style = series.role.colour().stroke_width(SCALE + 1);
             let finite = series.points.iter().copied().filter(|p| p.1.is_finite());

@@ -1,6 +1,7 @@
 //! One look for all figures.
 
-use plotters::style::RGBColor;
+use plotters::coord::types::RangedCoordf64;
+use plotters::prelude::*;
 
 /// Figures are drawn at this multiple of their size and scaled down by the page, because the drawing
 /// library rounds to whole pixels.
@@ -72,6 +73,32 @@ pub(super) fn padded_range(values: impl Iterator<Item = f64>, margin: f64) -> (f
         return (low - half, high + half);
     }
     (low - margin * span, high + margin * span)
+}
+
+/// Axes, grid and labels of a figure. `labels` are those of the two axes, `ticks` about how many marks
+/// each has.
+pub(super) fn draw_axes(
+    chart: &mut ChartContext<'_, SVGBackend<'_>, Cartesian2d<RangedCoordf64, RangedCoordf64>>,
+    labels: (&str, &str),
+    ticks: (usize, usize),
+) -> Result<(), Box<dyn std::error::Error>> {
+    let text = ("sans-serif", TEXT * SCALE).into_font().color(&INK);
+    let (x_range, y_range) = (chart.x_range(), chart.y_range());
+    chart
+        .configure_mesh()
+        .x_desc(labels.0)
+        .y_desc(labels.1)
+        .label_style(text.clone())
+        .axis_desc_style(text)
+        .axis_style(INK.stroke_width(SCALE))
+        .bold_line_style(GRID.stroke_width(SCALE))
+        .max_light_lines(0)
+        .x_labels(ticks.0)
+        .y_labels(ticks.1)
+        .x_label_formatter(&|v| tick_label(*v, x_range.end - x_range.start))
+        .y_label_formatter(&|v| tick_label(*v, y_range.end - y_range.start))
+        .draw()?;
+    Ok(())
 }
 
 /// Tick labels: as many decimals as the distance of ticks asks for.
