@@ -1,5 +1,6 @@
 //! Puts the git commit into the program, so that run folders can name it.
 
+use std::path::Path;
 use std::process::Command;
 
 fn main() {
@@ -11,6 +12,12 @@ fn main() {
         .and_then(|o| String::from_utf8(o.stdout).ok())
         .map_or_else(|| "unknown".to_owned(), |s| s.trim().to_owned());
     println!("cargo:rustc-env=PAM_GIT_HASH={describe}");
-    println!("cargo:rerun-if-changed=../.git/HEAD");
-    println!("cargo:rerun-if-changed=../.git/index");
+    // Whether the tree is dirty changes with every crate's sources, not only with commits.
+    let root = Path::new("..");
+    let crates =
+        std::fs::read_dir(root).into_iter().flatten().flatten().map(|e| e.path().join("src"));
+    let watched = [root.join(".git/HEAD"), root.join(".git/index")].into_iter().chain(crates);
+    for path in watched.filter(|p| p.exists()) {
+        println!("cargo:rerun-if-changed={}", path.display());
+    }
 }

@@ -17,7 +17,10 @@ fn forward(criterion: &mut Criterion) {
         ("tsit5 1 ms held", settings(Tableau::tsit5(), constant(1.0), Interpolation::Hold)),
         ("tsit5 adaptive 1e-6 held", settings(Tableau::tsit5(), adaptive, Interpolation::Hold)),
         ("tsit5 adaptive 1e-6 linear", settings(Tableau::tsit5(), adaptive, Interpolation::Linear)),
-        ("tsit5 adaptive 1e-6 cubic", settings(Tableau::tsit5(), adaptive, Interpolation::Cubic)),
+        (
+            "dp5 adaptive 1e-6 linear",
+            settings(Tableau::dormand_prince5(), adaptive, Interpolation::Linear),
+        ),
         ("rk4 5 ms linear", settings(Tableau::rk4(), constant(5.0), Interpolation::Linear)),
     ];
     let mut group = criterion.benchmark_group("forward 70 s");

@@ -3,11 +3,14 @@
 //! - [`figure`]: line figures and coloured maps as SVG text, in one style: units on the axes,
 //!   colours that colour-blind readers can tell apart (Okabe and Ito 2008; viridis);
 //! - [`page`]: the frame of a report, one HTML file that needs nothing else;
-//! - [`evaluation`]: the report of an evaluation.
+//! - [`evaluation`]: the report of an evaluation;
+//! - [`simulation`]: the report of a simulated trajectory.
 
 pub mod evaluation;
 pub mod figure;
 pub mod page;
+pub mod simulation;
 
 pub use evaluation::{EvaluationContext, evaluation_report};
 pub use figure::{ColourMap, LineFigure, Role, Series};
+pub use simulation::simulation_report;

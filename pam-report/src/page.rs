@@ -20,6 +20,7 @@ td.text { text-align: left; }
 .grid { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 430px), 1fr)); gap: .8rem; }
 .three { grid-template-columns: repeat(auto-fit, minmax(min(100%, 320px), 1fr)); }
 figure { margin: .6rem 0; } figure svg { width: 100%; height: auto; display: block; }
+figure.wide { overflow-x: auto; } figure.wide svg { min-width: 640px; }
 figcaption { color: #555; font-size: .88rem; } code { background: #f2f2f2; padding: .05rem .3rem; }
 details > summary { cursor: pointer; font-weight: 600; margin: .6rem 0; } footer { color: #777;
   font-size: .85rem; margin-top: 3rem; border-top: 1px solid #ddd; padding-top: .6rem; }
@@ -59,6 +60,17 @@ pub fn figure(svg: String, caption: &str) -> Markup {
     }
 }
 
+/// A wide figure: on a narrow screen it keeps a readable size and scrolls sideways.
+#[must_use]
+pub fn wide_figure(svg: String, caption: &str) -> Markup {
+    html! {
+        figure.wide {
+            (PreEscaped(svg))
+            @if !caption.is_empty() { figcaption { (caption) } }
+        }
+    }
+}
+
 /// A number with its name.
 #[must_use]
 pub fn card(value: &str, name: &str) -> Markup {
@@ -69,10 +81,4 @@ pub fn card(value: &str, name: &str) -> Markup {
 #[must_use]
 pub fn number(value: f64, digits: usize) -> String {
     if value.is_finite() { format!("{value:.digits$}") } else { "–".into() }
-}
-
-/// Parts of a report one under the other.
-#[must_use]
-pub fn stack(parts: &[Markup]) -> Markup {
-    html! { @for part in parts { (part) } }
 }

@@ -10,9 +10,8 @@ use crate::run_record::made_by;
 use pam_core::SealedMasses;
 use pam_core::units::MN_PER_N;
 use pam_data::atomic::write_atomic;
-use pam_data::{Channel, MassOrigin, Recording, SavedModel};
-use pam_report::page::{figure, page};
-use pam_report::{LineFigure, Role};
+use pam_data::{MassOrigin, Recording, SavedModel};
+use pam_report::simulation_report;
 use pam_solvers::Statistics;
 use pam_train::{SolverSettings, Subject, predict};
 use serde_json::{Value, json};
@@ -53,8 +52,7 @@ pub fn run(
         let out = path_of(&arguments.out, i);
         write_recording(&out, &run.trajectory)?;
         if let Some(path) = &arguments.report {
-            let text =
-                report(&run.trajectory, &saved, &settings.describe(), run.failure.as_deref());
+            let text = report(&run, &saved, &settings.describe());
             write_atomic(&path_of(path, i), text.as_bytes())?;
         }
         console.text(run.summary(&out));
@@ -217,38 +215,9 @@ fn parse_force(spec: &str, duration: f64) -> Result<Box<dyn Fn(f64) -> f64>, Cli
     Ok(force)
 }
 
-fn report(
-    trajectory: &Recording,
-    saved: &SavedModel,
-    solver: &str,
-    failure: Option<&str>,
-) -> String {
-    let t = &trajectory.time_s;
-    let force_n: Vec<f64> = trajectory.force_mn.iter().map(|f| f / MN_PER_N).collect();
-    let series = |label: &str, values: &[f64]| {
-        LineFigure::new("", "time (s)", label, 1040, 210)
-            .with("", Role::Predicted, pam_report::figure::envelope(t, values, 700))
-            .to_svg()
-    };
-    let x_f = LineFigure::new("x–F loop", "displacement x (mm)", "external force (N)", 500, 380)
-        .with(
-            "",
-            Role::Predicted,
-            pam_report::figure::thin(&trajectory.displacement_mm, &force_n, 4000),
-        )
-        .to_svg();
-    let mut figures = vec![figure(series("external force (N)", &force_n), "")];
-    figures.extend(Channel::ALL.map(|c| figure(series(c.label(), trajectory.channel(c)), "")));
-    figures.push(figure(x_f, "The area of the loop is the work that the model dissipates."));
-    let lead = format!(
-        "{} Solved with {solver}.{}",
-        describe_model(saved),
-        failure.map(|f| format!(" Stopped early: {f}")).unwrap_or_default()
-    );
-    page(
-        &format!("Simulation with {}", saved.info.name),
-        &lead,
-        &pam_report::page::stack(&figures),
-        &made_by(),
-    )
+fn report(run: &Run, saved: &SavedModel, solver: &str) -> String {
+    let failure = run.failure.as_ref().map(|f| format!(" Stopped early: {f}")).unwrap_or_default();
+    let title = format!("Simulation with {}", saved.info.name);
+    let lead = format!("{} Solved with {solver}.{failure}", describe_model(saved));
+    simulation_report(&run.trajectory, &title, &lead, &made_by())
 }

@@ -1,7 +1,7 @@
 //! The figures of one recording.
 
 use crate::figure::{LineFigure, Role, envelope, thin};
-use crate::page::{figure, number};
+use crate::page::{figure, number, wide_figure};
 use maud::{Markup, html};
 use pam_core::units::MN_PER_N;
 use pam_data::Channel;
@@ -76,7 +76,7 @@ fn time_series(r: &RecordingEvaluation, c: Channel) -> Markup {
             Role::Predicted,
             envelope(t, predicted(&r.prediction.channels, c), BUCKETS),
         );
-    figure(plot.to_svg(), "")
+    wide_figure(plot.to_svg(), "")
 }
 
 fn residual_series(r: &RecordingEvaluation) -> Markup {
@@ -93,7 +93,7 @@ fn residual_series(r: &RecordingEvaluation) -> Markup {
         Role::Residual,
         points,
     );
-    figure(plot.to_svg(), "Where in time the displacement is missed.")
+    wide_figure(plot.to_svg(), "Where in time the displacement is missed.")
 }
 
 fn loops(r: &RecordingEvaluation, s: &SegmentScores) -> Markup {
@@ -153,7 +153,7 @@ fn missing_force(r: &RecordingEvaluation) -> Markup {
     html! {
         p { "The measured motion, put into the model's equation of motion, leaves "
             "F_e − f(x, v) − B v − m a. It opposes the motion where it has the velocity's sign." }
-        (figure(over_time.to_svg(), ""))
+        (wide_figure(over_time.to_svg(), ""))
         div.grid {
             (figure(over_velocity.to_svg(), ""))
             (figure(over_position.to_svg(), ""))
