@@ -2,7 +2,8 @@
 //!
 //! The weight matrix lies column by column, so one input scales one contiguous column and the
 //! outputs accumulate in registers: eight vectors of outputs at a time hide the latency of the
-//! fused multiply-add. The instruction set is chosen at run time.
+//! fused multiply-add. A layer with one output is a dot product and is summed as one. The instruction
+//! set is chosen at run time.
 
 use pulp::{Arch, Simd, WithSimd};
 use std::sync::OnceLock;
@@ -16,7 +17,7 @@ fn arch() -> Arch {
 
 macro_rules! affine {
     ($function:ident, $kernel:ident, $float:ty, $vector:ident, $split:ident, $split_mut:ident,
-     $splat:ident, $fma:ident, $lanes:ident) => {
+     $splat:ident, $fma:ident, $add:ident, $sum:ident, $load:ident, $store:ident, $lanes:ident) => {
         pub(super) fn $function(
             columns: &[$float],
             bias: &[$float],
@@ -60,12 +61,49 @@ macro_rules! affine {
             }
         }
 
+        impl $kernel<'_> {
+            /// The outputs from `first` on that do not fill a vector.
+            #[inline(always)]
+            fn rest<S: Simd>(&mut self, simd: S, first: usize) {
+                let n = self.out.len();
+                let mut acc = simd.$load(&self.bias[first..]);
+                for (column, &x) in self.columns.chunks_exact(n).zip(self.input) {
+                    acc = simd.$fma(simd.$load(&column[first..]), simd.$splat(x), acc);
+                }
+                simd.$store(&mut self.out[first..], acc);
+            }
+
+            /// `Σ columns_i · input_i` for one output, in four running sums.
+            #[inline(always)]
+            fn dot<S: Simd>(&self, simd: S) -> $float {
+                let (w, w_rest) = S::$split(self.columns);
+                let (x, x_rest) = S::$split(self.input);
+                let mut acc = [simd.$splat(0.0); 4];
+                let mut w_quads = w.chunks_exact(4);
+                let mut x_quads = x.chunks_exact(4);
+                for (w, x) in (&mut w_quads).zip(&mut x_quads) {
+                    for k in 0..4 {
+                        acc[k] = simd.$fma(w[k], x[k], acc[k]);
+                    }
+                }
+                for (&w, &x) in w_quads.remainder().iter().zip(x_quads.remainder()) {
+                    acc[0] = simd.$fma(w, x, acc[0]);
+                }
+                acc[1] = simd.$fma(simd.$load(w_rest), simd.$load(x_rest), acc[1]);
+                simd.$sum(simd.$add(simd.$add(acc[0], acc[1]), simd.$add(acc[2], acc[3])))
+            }
+        }
+
         impl WithSimd for $kernel<'_> {
             type Output = ();
 
             #[inline(always)]
             fn with_simd<S: Simd>(mut self, simd: S) {
                 let n = self.out.len();
+                if n == 1 {
+                    self.out[0] = self.bias[0] + self.dot(simd);
+                    return;
+                }
                 let mut first = 0;
                 while first + BLOCK * S::$lanes <= n {
                     self.block::<S, BLOCK>(simd, first);
@@ -79,12 +117,8 @@ macro_rules! affine {
                     self.block::<S, 1>(simd, first);
                     first += S::$lanes;
                 }
-                for j in first..n {
-                    let mut sum = self.bias[j];
-                    for (i, &x) in self.input.iter().enumerate() {
-                        sum = self.columns[i * n + j].mul_add(x, sum);
-                    }
-                    self.out[j] = sum;
+                if first < n {
+                    self.rest(simd, first);
                 }
             }
         }
@@ -100,6 +134,10 @@ affine!(
     as_mut_simd_f64s,
     splat_f64s,
     mul_add_e_f64s,
+    add_f64s,
+    reduce_sum_f64s,
+    partial_load_f64s,
+    partial_store_f64s,
     F64_LANES
 );
 affine!(
@@ -111,6 +149,10 @@ affine!(
     as_mut_simd_f32s,
     splat_f32s,
     mul_add_e_f32s,
+    add_f32s,
+    reduce_sum_f32s,
+    partial_load_f32s,
+    partial_store_f32s,
     F32_LANES
 );
 
@@ -124,7 +166,7 @@ mod tests {
         #[test]
         fn equals_the_plain_sum(
             rows in 1_usize..140,
-            cols in 0_usize..9,
+            cols in 0_usize..70,
             seed in 0_u32..1000,
         ) {
             let value = |k: usize| (f64::from(seed) + k as f64 * 0.7391).sin();
@@ -141,8 +183,8 @@ mod tests {
             for j in 0..rows {
                 let expected: f64 =
                     bias[j] + (0..cols).map(|i| columns[i * rows + j] * input[i]).sum::<f64>();
-                prop_assert!((out[j] - expected).abs() < 1e-13);
-                prop_assert!((f64::from(out32[j]) - expected).abs() < 1e-5);
+                prop_assert!((out[j] - expected).abs() < 1e-12);
+                prop_assert!((f64::from(out32[j]) - expected).abs() < 1e-4);
             }
         }
     }
