@@ -117,6 +117,21 @@ fn inspect_says_what_is_in_any_file() {
 }
 
 #[test]
+fn inspect_sums_up_a_folder_and_goes_on_past_a_bad_file() {
+    let folder = tempfile::tempdir().unwrap();
+    for k in 0..3 {
+        std::fs::write(folder.path().join(format!("run{k}.csv")), small_csv(101)).unwrap();
+    }
+    let printed = stdout_of(PAM, &["inspect", text(folder.path())]);
+    assert!(printed.contains("3 recordings, 0.3 s"), "{printed}");
+    std::fs::write(folder.path().join("run1.csv"), "time_s,force_n\n0,1\n").unwrap();
+    let output = run(PAM, &["inspect", text(folder.path())]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("run1.csv:1"));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("2 recordings"));
+}
+
+#[test]
 fn a_made_up_force_comes_to_rest_where_the_spring_says() {
     let folder = tempfile::tempdir().unwrap();
     let (out, report) = (folder.path().join("run.csv"), folder.path().join("run.html"));

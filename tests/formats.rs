@@ -10,7 +10,8 @@ use std::path::Path;
 fn csv_and_npz_keep_every_digit() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.csv");
-    std::fs::write(&path, small_csv(500)).unwrap();
+    // A byte-order mark, as spreadsheets write it, does no harm.
+    std::fs::write(&path, format!("\u{feff}{}", small_csv(500))).unwrap();
     let original = open_recordings(&path, &LoadOptions::default()).unwrap().remove(0);
     assert_eq!(original.given_masses.unwrap().flexor_g, 0.0765);
     assert!((original.force_mn[100] / 1000.0 - 55.0 * (0.6_f64 + 0.3).sin()).abs() < 1e-12);
@@ -113,7 +114,9 @@ fn folders_are_expanded() {
     for name in ["b.csv", "a.csv"] {
         std::fs::write(folder.path().join(name), small_csv(50)).unwrap();
     }
-    std::fs::write(folder.path().join("notes.md"), "not data").unwrap();
+    std::fs::write(folder.path().join("notes.md"), "# Notes\n\nProse, with commas, is no data.")
+        .unwrap();
+    std::fs::write(folder.path().join("truth.json"), "{\"time_s\": [0, 1], \"seed\": 3}").unwrap();
     std::fs::copy(published_weights(), folder.path().join("model.eqx")).unwrap();
     let found = pam_data::collect_paths(&[folder.path().to_owned()]).unwrap();
     let names: Vec<_> = found.iter().map(|p| p.file_name().unwrap().to_str().unwrap()).collect();

@@ -85,7 +85,7 @@ pub fn recording(
     (recording, masses)
 }
 
-/// The text of a raw log of 73 s, about 6.6 MB, as the rig writes it.
+/// The text of a raw log of 73 s, about 7 MB, as the rig writes it.
 #[must_use]
 pub fn raw_log_text() -> String {
     let mut noise = noise();

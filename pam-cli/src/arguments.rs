@@ -74,7 +74,7 @@ pub enum Command {
 /// Arguments of `pam inspect`.
 #[derive(Debug, Args)]
 pub struct InspectArguments {
-    /// Files of any kind
+    /// Files of any kind, or folders of recordings
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// How recordings are read.

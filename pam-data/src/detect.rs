@@ -3,7 +3,7 @@
 use crate::error::DataError;
 use crate::formats::mat_run::PressureReference;
 use crate::formats::raw_log::RawLog;
-use crate::formats::{csv_columns, mat_run, npz_columns};
+use crate::formats::{columns, csv_columns, mat_run, npz_columns};
 use crate::preprocess::{RawLogOptions, recordings_from_raw_log, refilter};
 use crate::recording::Recording;
 use std::fmt;
@@ -66,21 +66,24 @@ impl FileKind {
         if head.get(8) == Some(&b'{') || extension == "safetensors" {
             return Ok(Self::Safetensors);
         }
-        // A raw log is known by its columns of tabs, a CSV by its commas.
+        // A raw log is known by its header and its columns of tabs, a CSV by commas between the names
+        // of standard columns; prose with a comma is neither.
         let text = String::from_utf8_lossy(&head);
-        let first_row = text.lines().find(|l| !l.starts_with('#') && !l.trim().is_empty());
-        let last_comment = text.lines().take_while(|l| l.starts_with('#')).last();
-        let looks_raw = |line: &str| line.contains('\t') && !line.contains(',');
-        match (first_row, last_comment) {
-            (Some(row), _) if row.contains(',') => Ok(Self::Csv),
-            (Some(row), _) if looks_raw(row) => Ok(Self::RawLog),
-            (None, Some(names)) if names.contains("frame") => Ok(Self::RawLog),
-            _ if extension == "csv" => Ok(Self::Csv),
-            _ => Err(DataError::file(
-                path,
-                "not a file this program knows: raw log, CSV, .npz, .mat, .eqx or .safetensors",
-            )),
+        let lines = || text.trim_start_matches('\u{feff}').lines();
+        let comments = || lines().filter(|l| l.starts_with('#'));
+        let first_row = lines().find(|l| !l.starts_with('#') && !l.trim().is_empty()).unwrap_or("");
+        let names_columns = first_row.split(',').any(|cell| columns::NAMES.contains(&cell.trim()));
+        if extension == "csv" || names_columns {
+            return Ok(Self::Csv);
         }
+        let names_frame = comments().any(|l| l.split_whitespace().any(|word| word == "frame"));
+        if names_frame || (first_row.contains('\t') && comments().next().is_some()) {
+            return Ok(Self::RawLog);
+        }
+        Err(DataError::file(
+            path,
+            "not a file this program knows: raw log, CSV, .npz, .mat, .eqx or .safetensors",
+        ))
     }
 }
 

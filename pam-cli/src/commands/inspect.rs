@@ -13,10 +13,10 @@ use pam_data::preprocess::recordings_from_raw_log;
 use pam_data::recording::{contiguous_ranges, median_step_s};
 use pam_data::{
     Channel, DataError, FileKind, LoadOptions, MassChoice, MuscleSurfaces, RawLog, Recording,
-    SavedModel, load_model, open_recordings, resolve_masses,
+    SavedModel, collect_paths, load_model, open_recordings, resolve_masses,
 };
 use serde_json::{Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Runs the command.
@@ -35,13 +35,62 @@ pub fn run(arguments: &InspectArguments, console: &Console) -> Result<ExitCode, 
         surfaces: arguments.data.load_surfaces()?,
     };
     let mut all = Vec::new();
-    for path in &arguments.files {
-        let (text, value) = inspector.file(path)?;
-        console.text(text);
-        all.push(value);
+    let mut failed = false;
+    for path in expand_folders(&arguments.files)? {
+        match inspector.file(&path) {
+            Ok((text, value)) => {
+                console.text(text);
+                all.push(value);
+            }
+            // One bad file does not hide the others.
+            Err(e) => {
+                eprintln!("error: {e}");
+                all.push(json!({ "file": path, "error": e.to_string() }));
+                failed = true;
+            }
+        }
+    }
+    if let Some(line) = data_set_line(&all) {
+        console.text(line);
     }
     console.json(&Value::from(all));
-    Ok(ExitCode::SUCCESS)
+    Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+/// Folders become the recordings in them, files stay.
+fn expand_folders(paths: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
+    let mut out = Vec::new();
+    for path in paths {
+        if path.is_dir() {
+            out.extend(collect_paths(std::slice::from_ref(path))?);
+        } else {
+            out.push(path.clone());
+        }
+    }
+    Ok(out)
+}
+
+/// One line on all recordings together, if there are several.
+fn data_set_line(files: &[Value]) -> Option<String> {
+    let recordings: Vec<&Value> =
+        files.iter().filter_map(|f| f["recordings"].as_array()).flatten().collect();
+    if recordings.len() < 2 {
+        return None;
+    }
+    let number = |r: &Value, key: &str| r[key].as_f64().unwrap_or(0.0);
+    let duration: f64 = recordings.iter().map(|r| number(r, "to_s") - number(r, "from_s")).sum();
+    let range = |key: &str| {
+        let values = recordings.iter().map(|r| number(r, key));
+        let (low, high) =
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        format!("{low:.4} to {high:.4} g")
+    };
+    Some(format!(
+        "{} recordings, {duration:.1} s; air in the flexor {}, in the extensor {}",
+        recordings.len(),
+        range("mass_flexor_g"),
+        range("mass_extensor_g")
+    ))
 }
 
 /// Reads files and says what is in them, as text and as JSON.

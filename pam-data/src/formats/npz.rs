@@ -93,6 +93,9 @@ pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, DataError> {
         let mut file = archive.by_index(i).map_err(|e| fail(e.to_string()))?;
         let name =
             file.name().map_err(|e| fail(e.to_string()))?.trim_end_matches(".npy").to_owned();
+        if !file.name().is_ok_and(|n| n.ends_with(".npy")) {
+            continue;
+        }
         let mut content = Vec::new();
         file.read_to_end(&mut content)
             .map_err(|e| fail(format!("array `{name}` cannot be unpacked: {e}")))?;
