@@ -1,8 +1,10 @@
 //! Formats survive the round trip and are what outsiders can read.
 
+use pam_core::force::Dense;
+use pam_core::{Activation, AnyForce, JointModel, Mlp, NetworkForce, SpringDamper};
 use pam_data::formats::{csv_columns, npz_columns};
 use pam_data::models::save_model;
-use pam_data::{LoadOptions, load_model, open_recordings};
+use pam_data::{LoadOptions, ModelInfo, SavedModel, load_model, open_recordings};
 use pam_tests::{published_weights, shared, small_csv};
 use std::path::Path;
 
@@ -63,6 +65,39 @@ fn models_survive_both_formats() {
     save_model(&folder.path().join("twice.safetensors"), &published).unwrap();
     let twice = std::fs::read(folder.path().join("twice.safetensors")).unwrap();
     assert_eq!(std::fs::read(&own).unwrap(), twice, "the same model gives the same bytes");
+}
+
+/// Any network and any named force is stored, with its settings.
+#[test]
+fn other_models_survive_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.safetensors");
+    let value = |k: usize| (k as f64 * 0.7).sin();
+    let layer = |outputs: usize, inputs: usize| {
+        let weights: Vec<f64> = (0..outputs * inputs).map(value).collect();
+        Dense::from_rows(&weights, (0..outputs).map(value).collect()).unwrap()
+    };
+    let layers = vec![layer(7, 4), layer(5, 7), layer(3, 5), layer(1, 3)];
+    let steep = Activation::from_name_and_json("leaky_relu", "{\"slope\":0.3}").unwrap();
+    let tanh = Activation::from_name("tanh").unwrap();
+    let network = |activation| NetworkForce::new(Mlp::new(layers.clone(), activation).unwrap());
+    let forces = [
+        AnyForce::from(network(steep).unwrap()),
+        AnyForce::from(network(tanh).unwrap()),
+        AnyForce::from(SpringDamper::published()),
+    ];
+    for force in forces {
+        let mut model = JointModel::datasheet(force);
+        model.auxiliary_damping_kg_s = 6500.0;
+        let info = ModelInfo { name: "a model".into(), ..ModelInfo::default() };
+        save_model(&path, &SavedModel { model: model.clone(), info }).unwrap();
+        let back = load_model(&path).unwrap();
+        assert_eq!(back.model, model);
+        assert_eq!((back.info.name.as_str(), back.info.trained), ("a model", false));
+    }
+    // The published format has no room for another activation.
+    let error = save_model(&folder.path().join("m.eqx"), &load_model(&path).unwrap()).unwrap_err();
+    assert!(error.to_string().contains("no network"), "{error}");
 }
 
 /// The header is plain JSON behind an eight-byte length, as any safetensors reader expects.

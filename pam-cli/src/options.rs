@@ -70,22 +70,12 @@ pub fn built_in_spring_damper() -> SavedModel {
 #[must_use]
 pub fn describe_model(saved: &SavedModel) -> String {
     let p = saved.model.physical();
-    let force = match &saved.model.force {
-        AnyForce::Network(n) => {
-            let widths: Vec<String> = n
-                .mlp()
-                .layers()
-                .iter()
-                .map(|l| l.inputs().to_string())
-                .chain([n.mlp().outputs().to_string()])
-                .collect();
-            format!("network {} with {}", widths.join("–"), n.mlp().activation())
-        }
-        AnyForce::SpringDamper(_) => "linear spring–damper".into(),
-    };
     format!(
-        "Force: {force}; m = {:.3} kg, C = {:.4e} kPa·mm³/g, ν = {:.4}.",
-        p.mass_kg, p.gas_coefficient, p.deformation
+        "Force: {}; m = {:.3} kg, C = {:.4e} kPa·mm³/g, ν = {:.4}.",
+        saved.model.force.describe(),
+        p.mass_kg,
+        p.gas_coefficient,
+        p.deformation
     )
 }
 

@@ -5,8 +5,9 @@ use thiserror::Error;
 /// A model that cannot be built or evaluated as asked.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ModelError {
-    /// A network's layers do not fit together, or its inputs or outputs are not those of a force.
-    #[error("network shape: {0}")]
+    /// Parts of a model are missing or do not fit together, or its inputs or outputs are not those of
+    /// a force.
+    #[error("{0}")]
     Shape(String),
     /// A quantity that must be positive and finite is not.
     #[error("{quantity} must be positive and finite, got {value}")]

@@ -35,7 +35,9 @@ pub mod units;
 pub use activation::{Activation, ActivationFunction};
 pub use error::ModelError;
 pub use field::{FieldFn, VectorField};
-pub use force::{AnyForce, ForceInput, ForceModel, Mlp, NetworkForce, SpringDamper};
+pub use force::{
+    AnyForce, ForceInput, ForceModel, ForceParts, Mlp, NetworkForce, SpringDamper, StoredForce,
+};
 pub use joint::{
     Chambers, JointField, JointModel, MuscleGeometry, PhysicalParameters, RawParameters,
     SealedMasses,

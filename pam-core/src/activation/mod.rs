@@ -89,6 +89,29 @@ macro_rules! activations {
     };
 }
 
+impl Activation {
+    /// The parameters of the activation as JSON, `null` if it has none.
+    #[must_use]
+    pub fn parameters_json(&self) -> String {
+        let whole = serde_json::to_value(self).unwrap_or_default();
+        whole.get(self.name()).cloned().unwrap_or_default().to_string()
+    }
+
+    /// The activation of this name with the parameters of [`parameters_json`](Self::parameters_json).
+    ///
+    /// # Errors
+    /// [`ModelError`] if there is no such activation or the parameters are not its own.
+    pub fn from_name_and_json(name: &str, parameters: &str) -> Result<Self, ModelError> {
+        let wrong = |e: serde_json::Error| {
+            ModelError::Shape(format!("parameters of activation {name}: {e}"))
+        };
+        Self::from_name(name)?;
+        let inner: serde_json::Value = serde_json::from_str(parameters).map_err(wrong)?;
+        let whole = serde_json::Value::Object([(name.to_owned(), inner)].into_iter().collect());
+        serde_json::from_value(whole).map_err(wrong)
+    }
+}
+
 /// Applies any activation function in place.
 #[inline]
 pub fn apply<S: Scalar, A: ActivationFunction>(activation: &A, values: &mut [S]) {
@@ -172,6 +195,17 @@ mod tests {
                 assert!(d.re.is_finite() && d.eps.is_finite(), "{name} at {z}: {d}");
             }
         }
+    }
+
+    #[test]
+    fn parameters_survive_as_json() {
+        for name in Activation::NAMES {
+            let a = Activation::from_name(name).unwrap();
+            assert_eq!(Activation::from_name_and_json(name, &a.parameters_json()).unwrap(), a);
+        }
+        let steep = Activation::from_name_and_json("leaky_relu", r#"{"slope":0.2}"#).unwrap();
+        assert_eq!(steep.value(-1.0_f64), -0.2);
+        assert!(Activation::from_name_and_json("leaky_relu", r#"{"angle":0.2}"#).is_err());
     }
 
     #[test]

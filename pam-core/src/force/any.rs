@@ -1,4 +1,5 @@
-use super::{ForceInput, ForceModel, NetworkForce, SpringDamper};
+use super::{ForceInput, ForceModel, ForceParts, NetworkForce, SpringDamper, StoredForce};
+use crate::error::ModelError;
 use crate::scalar::Scalar;
 
 macro_rules! forces {
@@ -29,6 +30,38 @@ macro_rules! forces {
             }
             fn work_len(&self) -> usize {
                 match self { $(Self::$variant(m) => m.work_len()),+ }
+            }
+        }
+
+        impl AnyForce<f64> {
+            /// Names of all kinds.
+            pub const KINDS: &'static [&'static str] = &[$($name),+];
+
+            /// The model taken apart; [`kind`](AnyForce::kind) says what it was.
+            #[must_use]
+            pub fn to_parts(&self) -> ForceParts {
+                match self { $(Self::$variant(m) => m.to_parts()),+ }
+            }
+
+            /// A model of this kind from its parts.
+            ///
+            /// # Errors
+            /// [`ModelError`] if there is no such kind, or a part is missing or wrong.
+            pub fn from_parts(kind: &str, parts: &ForceParts) -> Result<Self, ModelError> {
+                match kind {
+                    $($name => StoredForce::from_parts(parts).map(Self::$variant),)+
+                    _ => Err(ModelError::UnknownName {
+                        kind: "force",
+                        name: kind.to_owned(),
+                        known: Self::KINDS.join(", "),
+                    }),
+                }
+            }
+
+            /// The model in a few words.
+            #[must_use]
+            pub fn describe(&self) -> String {
+                match self { $(Self::$variant(m) => m.describe()),+ }
             }
         }
 

@@ -1,19 +1,22 @@
 //! Force models: what the joint's muscles do, as a restoring force `f(x, ẋ, m_f, m_e)`.
 //!
 //! A force model is anything that implements [`ForceModel`]. To add one that files and commands
-//! know by name, write its file and add one line to [`AnyForce`].
+//! know by name, write its file, with [`StoredForce`] beside [`ForceModel`], and add one line to the
+//! list of [`AnyForce`].
 
 mod any;
 mod input;
 pub mod mlp;
 mod network;
 mod spring_damper;
+mod stored;
 
 pub use any::AnyForce;
 pub use input::ForceInput;
 pub use mlp::{Dense, Mlp};
 pub use network::NetworkForce;
 pub use spring_damper::SpringDamper;
+pub use stored::{ForceParts, StoredForce, Tensor};
 
 use crate::scalar::Scalar;
 

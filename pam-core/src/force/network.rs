@@ -1,4 +1,4 @@
-use super::{ForceInput, ForceModel, Mlp};
+use super::{Dense, ForceInput, ForceModel, ForceParts, Mlp, StoredForce};
 use crate::activation::{Activation, ActivationFunction};
 use crate::error::ModelError;
 use crate::scalar::Scalar;
@@ -56,5 +56,52 @@ impl<S: Scalar, A: ActivationFunction> ForceModel<S> for NetworkForce<S, A> {
 
     fn work_len(&self) -> usize {
         self.mlp.work_len()
+    }
+}
+
+/// Tensors `weight_k` of shape `[outputs, inputs]` and `bias_k` of shape `[outputs]` for each layer;
+/// settings `activation` (name) and `activation_parameters` (JSON).
+impl StoredForce for NetworkForce<f64> {
+    fn to_parts(&self) -> ForceParts {
+        let mut parts = ForceParts::default();
+        for (k, layer) in self.mlp.layers().iter().enumerate() {
+            let (outputs, inputs) = (layer.outputs(), layer.inputs());
+            parts.push_tensor(format!("weight_{k}"), vec![outputs, inputs], layer.weight_rows());
+            parts.push_tensor(format!("bias_{k}"), vec![outputs], layer.bias().to_vec());
+        }
+        let activation = self.mlp.activation();
+        parts.settings = vec![
+            ("activation".into(), activation.name().into()),
+            ("activation_parameters".into(), activation.parameters_json()),
+        ];
+        parts
+    }
+
+    fn from_parts(parts: &ForceParts) -> Result<Self, ModelError> {
+        let mut layers = Vec::new();
+        while let Some(weight) = parts.tensor(&format!("weight_{}", layers.len())) {
+            let k = layers.len();
+            let bias = parts.require(&format!("bias_{k}"))?;
+            if weight.shape.len() != 2 || bias.shape != [weight.shape[0]] {
+                return Err(ModelError::Shape(format!(
+                    "layer {k}: weight of shape {:?} and bias of shape {:?} do not fit",
+                    weight.shape, bias.shape
+                )));
+            }
+            layers.push(Dense::from_rows(&weight.values, bias.values.clone())?);
+        }
+        let name = parts.setting("activation").unwrap_or("absent");
+        let activation = match parts.setting("activation_parameters") {
+            Some(json) => Activation::from_name_and_json(name, json)?,
+            None => Activation::from_name(name)?,
+        };
+        Self::new(Mlp::new(layers, activation)?)
+    }
+
+    fn describe(&self) -> String {
+        let inputs = self.mlp.layers().iter().map(Dense::inputs);
+        let widths: Vec<String> =
+            inputs.chain([self.mlp.outputs()]).map(|width| width.to_string()).collect();
+        format!("network {} with {}", widths.join("–"), self.mlp.activation())
     }
 }

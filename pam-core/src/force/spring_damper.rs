@@ -1,4 +1,5 @@
-use super::{ForceInput, ForceModel};
+use super::{ForceInput, ForceModel, ForceParts, StoredForce};
+use crate::error::ModelError;
 use crate::scalar::Scalar;
 
 /// A linear spring–damper whose stiffness grows with the air in the joint and whose rest position
@@ -69,5 +70,33 @@ impl<S: Scalar> ForceModel<S> for SpringDamper<S> {
         let stiffness = self.stiffness_mn_mm + self.stiffness_per_mass_mn_mm_g * total;
         stiffness * (input.displacement_mm - self.shift_per_mass_mm_g * difference)
             + self.damping_kg_s * input.velocity_mm_s
+    }
+}
+
+/// One tensor `spring_damper` of four numbers: stiffness, stiffness per mass, shift per mass, damping.
+impl StoredForce for SpringDamper<f64> {
+    fn to_parts(&self) -> ForceParts {
+        let mut parts = ForceParts::default();
+        parts.push_tensor(
+            "spring_damper",
+            vec![4],
+            vec![
+                self.stiffness_mn_mm,
+                self.stiffness_per_mass_mn_mm_g,
+                self.shift_per_mass_mm_g,
+                self.damping_kg_s,
+            ],
+        );
+        parts
+    }
+
+    fn from_parts(parts: &ForceParts) -> Result<Self, ModelError> {
+        let [stiffness_mn_mm, stiffness_per_mass_mn_mm_g, shift_per_mass_mm_g, damping_kg_s] =
+            parts.vector("spring_damper")?;
+        Ok(Self { stiffness_mn_mm, stiffness_per_mass_mn_mm_g, shift_per_mass_mm_g, damping_kg_s })
+    }
+
+    fn describe(&self) -> String {
+        "linear spring–damper".into()
     }
 }

@@ -10,20 +10,18 @@
 //! | `weight_k`, `bias_k` | `[outputs, inputs]`, `[outputs]` | layer k of a network |
 //! | `spring_damper` | `[4]` | stiffness, stiffness per mass, shift per mass, damping |
 //!
-//! float32 tensors are read as well.
+//! The last two rows are what the force models themselves give
+//! ([`StoredForce`](pam_core::StoredForce)). float32 tensors are read as well.
 //!
-//! Metadata: `format` = `pam-model`, `format_version`, `force`, `activation`,
-//! `activation_parameters` (JSON), `inputs`, `output`, `units`, `sign`, `name`, `provenance`,
-//! `trained`.
+//! Metadata: `format` = `pam-model`, `format_version`, `force`, `inputs`, `output`, `units`, `sign`,
+//! `name`, `provenance`, `trained`, and the settings of the force: `activation` and
+//! `activation_parameters` (JSON) for a network.
 
 use super::{ModelInfo, SavedModel};
 use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
-use pam_core::force::Dense;
-use pam_core::{
-    Activation, AnyForce, JointModel, Mlp, MuscleGeometry, NetworkForce, RawParameters,
-    SpringDamper,
-};
+use pam_core::force::{ForceParts, Tensor};
+use pam_core::{AnyForce, JointModel, ModelError, MuscleGeometry, RawParameters};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::collections::HashMap;
 use std::path::Path;
@@ -40,10 +38,13 @@ const OUTPUT: &str = "restoring_force_mn";
 pub fn write(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
     let model = &saved.model;
     let raw = model.raw;
-    let mut tensors: Vec<(String, Vec<usize>, Vec<f64>)> = vec![
-        ("raw_parameters".into(), vec![3], vec![raw.mass, raw.gas_coefficient, raw.deformation]),
-        ("geometry".into(), vec![2], vec![model.geometry.radius_mm, model.geometry.length_mm]),
-        ("auxiliary_damping".into(), vec![1], vec![model.auxiliary_damping_kg_s]),
+    let vector = |name: &str, values: Vec<f64>| {
+        (name.to_owned(), Tensor { shape: vec![values.len()], values })
+    };
+    let mut tensors = vec![
+        vector("raw_parameters", vec![raw.mass, raw.gas_coefficient, raw.deformation]),
+        vector("geometry", vec![model.geometry.radius_mm, model.geometry.length_mm]),
+        vector("auxiliary_damping", vec![model.auxiliary_damping_kg_s]),
     ];
     let mut meta: Vec<(&str, String)> = vec![
         ("format", FORMAT.into()),
@@ -57,42 +58,21 @@ pub fn write(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
         ("provenance", saved.info.provenance.clone()),
         ("trained", saved.info.trained.to_string()),
     ];
-    match &model.force {
-        AnyForce::Network(force) => {
-            for (k, layer) in force.mlp().layers().iter().enumerate() {
-                let shape = vec![layer.outputs(), layer.inputs()];
-                tensors.push((format!("weight_{k}"), shape, layer.weight_rows()));
-                tensors.push((format!("bias_{k}"), vec![layer.outputs()], layer.bias().to_vec()));
-            }
-            let activation = force.mlp().activation();
-            meta.push(("activation", activation.name().into()));
-            let json = serde_json::to_value(activation).unwrap_or_default();
-            let parameters = json.get(activation.name()).cloned().unwrap_or_default();
-            meta.push(("activation_parameters", parameters.to_string()));
-        }
-        AnyForce::SpringDamper(s) => tensors.push((
-            "spring_damper".into(),
-            vec![4],
-            vec![
-                s.stiffness_mn_mm,
-                s.stiffness_per_mass_mn_mm_g,
-                s.shift_per_mass_mm_g,
-                s.damping_kg_s,
-            ],
-        )),
-    }
+    let parts = model.force.to_parts();
+    tensors.extend(parts.tensors);
+    meta.extend(parts.settings.iter().map(|(k, v)| (k.as_str(), v.clone())));
     write_atomic(path, &serialise(&tensors, &meta))
 }
 
 /// Safetensors bytes with metadata in the given order. (The library keeps metadata in a hash map,
 /// whose order, and with it the file, would change from run to run.)
-fn serialise(tensors: &[(String, Vec<usize>, Vec<f64>)], meta: &[(&str, String)]) -> Vec<u8> {
+fn serialise(tensors: &[(String, Tensor)], meta: &[(&str, String)]) -> Vec<u8> {
     let mut header = serde_json::Map::new();
     let metadata: serde_json::Map<String, serde_json::Value> =
         meta.iter().map(|(k, v)| ((*k).to_owned(), v.clone().into())).collect();
     header.insert("__metadata__".into(), metadata.into());
     let mut offset = 0;
-    for (name, shape, values) in tensors {
+    for (name, Tensor { shape, values }) in tensors {
         let end = offset + 8 * values.len();
         header.insert(
             name.clone(),
@@ -105,8 +85,8 @@ fn serialise(tensors: &[(String, Vec<usize>, Vec<f64>)], meta: &[(&str, String)]
     json.resize(json.len().next_multiple_of(8), b' ');
     let mut out = (json.len() as u64).to_le_bytes().to_vec();
     out.extend_from_slice(&json);
-    for (_, _, values) in tensors {
-        out.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+    for (_, tensor) in tensors {
+        out.extend(tensor.values.iter().flat_map(|v| v.to_le_bytes()));
     }
     out
 }
@@ -144,66 +124,25 @@ pub fn read(path: &Path) -> Result<SavedModel, DataError> {
             entry("output").unwrap_or("absent")
         )));
     }
-    let tensor = |name: &str| {
-        let view = file.tensor(name).map_err(|_| fail(format!("tensor `{name}` is missing")))?;
+    let mut parts = ForceParts {
+        tensors: Vec::new(),
+        settings: meta.iter().map(|(k, v)| (k.clone(), v.clone())).collect(),
+    };
+    for name in file.names() {
+        let view = file.tensor(name).map_err(|e| fail(format!("tensor `{name}`: {e}")))?;
         let values = numbers(&view).map_err(|e| fail(format!("tensor `{name}`: {e}")))?;
-        Ok::<_, DataError>((view.shape().to_vec(), values))
-    };
-    let fixed = |name: &str, len: usize| {
-        let (shape, values) = tensor(name)?;
-        if values.len() == len {
-            Ok(values)
-        } else {
-            Err(fail(format!("tensor `{name}` has shape {shape:?}, not [{len}]")))
-        }
-    };
-    let force = match entry("force") {
-        Some("mlp") => {
-            let mut layers = Vec::new();
-            while file.tensor(&format!("weight_{}", layers.len())).is_ok() {
-                let k = layers.len();
-                let (shape, weight) = tensor(&format!("weight_{k}"))?;
-                let (_, bias) = tensor(&format!("bias_{k}"))?;
-                if shape.len() != 2 || shape[0] != bias.len() {
-                    return Err(fail(format!(
-                        "layer {k}: weight of shape {shape:?} and bias of {} do not fit",
-                        bias.len()
-                    )));
-                }
-                layers.push(Dense::from_rows(&weight, bias).map_err(|e| fail(e.to_string()))?);
-            }
-            let activation = read_activation(
-                entry("activation").unwrap_or("absent"),
-                entry("activation_parameters"),
-            )
-            .map_err(fail)?;
-            let network = Mlp::new(layers, activation)
-                .and_then(NetworkForce::new)
-                .map_err(|e| fail(e.to_string()))?;
-            AnyForce::Network(network)
-        }
-        Some("spring_damper") => {
-            let v = fixed("spring_damper", 4)?;
-            AnyForce::SpringDamper(SpringDamper {
-                stiffness_mn_mm: v[0],
-                stiffness_per_mass_mn_mm_g: v[1],
-                shift_per_mass_mm_g: v[2],
-                damping_kg_s: v[3],
-            })
-        }
-        other => {
-            return Err(fail(format!(
-                "unknown force `{}`; known: mlp, spring_damper",
-                other.unwrap_or("absent")
-            )));
-        }
-    };
-    let raw = fixed("raw_parameters", 3)?;
-    let geometry = fixed("geometry", 2)?;
+        parts.push_tensor(name, view.shape().to_vec(), values);
+    }
+    let in_file = |e: ModelError| fail(e.to_string());
+    let force =
+        AnyForce::from_parts(entry("force").unwrap_or("absent"), &parts).map_err(in_file)?;
+    let [mass, gas_coefficient, deformation] = parts.vector("raw_parameters").map_err(in_file)?;
+    let [radius_mm, length_mm] = parts.vector("geometry").map_err(in_file)?;
+    let [auxiliary_damping_kg_s] = parts.vector("auxiliary_damping").map_err(in_file)?;
     let model = JointModel {
-        raw: RawParameters { mass: raw[0], gas_coefficient: raw[1], deformation: raw[2] },
-        geometry: MuscleGeometry { radius_mm: geometry[0], length_mm: geometry[1] },
-        auxiliary_damping_kg_s: fixed("auxiliary_damping", 1)?[0],
+        raw: RawParameters { mass, gas_coefficient, deformation },
+        geometry: MuscleGeometry { radius_mm, length_mm },
+        auxiliary_damping_kg_s,
         force,
     };
     model.validate().map_err(|e| fail(e.to_string()))?;
@@ -216,15 +155,6 @@ pub fn read(path: &Path) -> Result<SavedModel, DataError> {
             source: Some(path.to_owned()),
         },
     })
-}
-
-fn read_activation(name: &str, parameters: Option<&str>) -> Result<Activation, String> {
-    let default = Activation::from_name(name).map_err(|e| e.to_string())?;
-    let Some(text) = parameters else { return Ok(default) };
-    let inner: serde_json::Value =
-        serde_json::from_str(text).map_err(|e| format!("activation_parameters: {e}"))?;
-    serde_json::from_value(serde_json::json!({ name: inner }))
-        .map_err(|e| format!("activation_parameters of {name}: {e}"))
 }
 
 fn numbers(view: &TensorView<'_>) -> Result<Vec<f64>, String> {
