@@ -2,6 +2,7 @@
 
 use crate::arguments::GlobalOptions;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use pam_data::Recording;
 use serde_json::Value;
 
 /// Text, JSON and progress, according to the global options.
@@ -25,10 +26,12 @@ impl Console {
         }
     }
 
-    /// Prints a note on the error stream unless the console is quiet.
-    pub fn note(&self, text: impl AsRef<str>) {
+    /// Prints the notes of a recording on the error stream unless the console is quiet.
+    pub fn notes(&self, recording: &Recording) {
         if !self.quiet {
-            eprintln!("note: {}", text.as_ref());
+            for note in &recording.notes {
+                eprintln!("note: {}: {note}", recording.name);
+            }
         }
     }
 

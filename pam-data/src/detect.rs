@@ -3,7 +3,7 @@
 use crate::error::DataError;
 use crate::formats::mat_run::PressureReference;
 use crate::formats::raw_log::RawLog;
-use crate::formats::{columns, csv_columns, mat_run, npz_columns};
+use crate::formats::{columns, csv_columns, mat, mat_run, npz, npz_columns};
 use crate::preprocess::{RawLogOptions, recordings_from_raw_log, refilter};
 use crate::recording::Recording;
 use std::fmt;
@@ -87,12 +87,26 @@ impl FileKind {
     }
 }
 
+impl FileKind {
+    /// Whether a file of this kind holds a recording, by the names of its arrays where it could as
+    /// well hold something else.
+    #[must_use]
+    pub fn holds_recording(self, path: &Path) -> bool {
+        match self {
+            Self::RawLog | Self::Csv => true,
+            Self::Npz => npz::names(path).is_ok_and(|names| names.iter().any(|n| n == "time_s")),
+            Self::Mat => mat::read(path).is_ok_and(|arrays| arrays.contains_key("dx")),
+            Self::Eqx | Self::Safetensors => false,
+        }
+    }
+}
+
 /// How recordings are read.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LoadOptions {
     /// Constants of the raw-log loader; its cutoff also serves `preprocess`.
     pub raw_log: RawLogOptions,
-    /// Filter CSV and `.npz` data like a raw log and take the velocity anew. Without it they are
+    /// Filter data that are no raw log like a raw log and take the velocity anew. Without it they are
     /// taken as they are.
     pub preprocess: bool,
     /// What zero means in a `.mat` run's pressures.
@@ -140,16 +154,8 @@ pub fn collect_paths(paths: &[PathBuf]) -> Result<Vec<PathBuf>, DataError> {
         let mut found = Vec::new();
         for entry in std::fs::read_dir(path).map_err(io)? {
             let file = entry.map_err(io)?.path();
-            let kind = if file.is_file() { FileKind::of(&file).ok() } else { None };
-            let holds_recording = match kind {
-                Some(FileKind::RawLog | FileKind::Csv) => true,
-                Some(FileKind::Npz) => crate::formats::npz::read(&file)
-                    .is_ok_and(|arrays| arrays.contains_key("time_s")),
-                Some(FileKind::Mat) => {
-                    crate::formats::mat::read(&file).is_ok_and(|arrays| arrays.contains_key("dx"))
-                }
-                _ => false,
-            };
+            let holds_recording =
+                file.is_file() && FileKind::of(&file).is_ok_and(|kind| kind.holds_recording(&file));
             if holds_recording {
                 found.push(file);
             }

@@ -213,7 +213,9 @@ impl Recording {
         }
     }
 
-    fn without_samples(&self) -> Self {
+    /// A recording without samples that keeps what is known of this one.
+    #[must_use]
+    pub fn without_samples(&self) -> Self {
         Self {
             name: self.name.clone(),
             source: self.source.clone(),

@@ -16,15 +16,23 @@ pub struct PerChannel<T> {
     pub pe: T,
 }
 
-impl<T: Copy> PerChannel<T> {
-    /// The value of a channel.
-    pub fn get(&self, channel: Channel) -> T {
+impl<T> PerChannel<T> {
+    /// The value of a channel, by reference.
+    pub fn channel(&self, channel: Channel) -> &T {
         match channel {
-            Channel::X => self.x,
-            Channel::V => self.v,
-            Channel::Pf => self.pf,
-            Channel::Pe => self.pe,
+            Channel::X => &self.x,
+            Channel::V => &self.v,
+            Channel::Pf => &self.pf,
+            Channel::Pe => &self.pe,
         }
+    }
+
+    /// The value of a channel.
+    pub fn get(&self, channel: Channel) -> T
+    where
+        T: Copy,
+    {
+        *self.channel(channel)
     }
 
     /// A value computed for each channel.
@@ -73,25 +81,12 @@ impl Scores {
         predicted: &PerChannel<Vec<f64>>,
         range: std::ops::Range<usize>,
     ) -> Self {
-        let pair = |c: Channel| {
-            let predicted = match c {
-                Channel::X => &predicted.x,
-                Channel::V => &predicted.v,
-                Channel::Pf => &predicted.pf,
-                Channel::Pe => &predicted.pe,
-            };
-            (&measured.channel(c)[range.clone()], &predicted[range.clone()])
+        let score = |f: fn(&[f64], &[f64]) -> f64| {
+            PerChannel::from_fn(|c| {
+                f(&measured.channel(c)[range.clone()], &predicted.channel(c)[range.clone()])
+            })
         };
-        Self {
-            r2: PerChannel::from_fn(|c| {
-                let (m, p) = pair(c);
-                r2(m, p)
-            }),
-            rmse: PerChannel::from_fn(|c| {
-                let (m, p) = pair(c);
-                rmse(m, p)
-            }),
-        }
+        Self { r2: score(r2), rmse: score(rmse) }
     }
 
     /// Channel-wise mean of several scores; undefined values (NaN) do not take part.

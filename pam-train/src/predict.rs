@@ -104,14 +104,17 @@ impl Prediction {
     /// The prediction as a recording: predicted channels with the measured force.
     #[must_use]
     pub fn to_recording(&self, measured: &Recording, masses: SealedMasses) -> Recording {
-        let mut out = measured.slice(0..self.len());
-        out.displacement_mm.clone_from(&self.channels.x);
-        out.velocity_mm_s.clone_from(&self.channels.v);
-        out.pressure_flexor_kpa.clone_from(&self.channels.pf);
-        out.pressure_extensor_kpa.clone_from(&self.channels.pe);
-        out.given_masses = Some(masses);
-        out.preprocessing = "predicted".into();
-        out
+        Recording {
+            time_s: measured.time_s[..self.len()].to_vec(),
+            displacement_mm: self.channels.x.clone(),
+            velocity_mm_s: self.channels.v.clone(),
+            pressure_flexor_kpa: self.channels.pf.clone(),
+            pressure_extensor_kpa: self.channels.pe.clone(),
+            force_mn: measured.force_mn[..self.len()].to_vec(),
+            given_masses: Some(masses),
+            preprocessing: "predicted".into(),
+            ..measured.without_samples()
+        }
     }
 }
 

@@ -40,9 +40,7 @@ fn convert_recordings(
 ) -> Result<Vec<PathBuf>, CliError> {
     let mut written = Vec::new();
     for (i, recording) in recordings.iter().enumerate() {
-        for note in &recording.notes {
-            console.note(format!("{}: {note}", recording.name));
-        }
+        console.notes(recording);
         let path = if recordings.len() == 1 { output.to_owned() } else { numbered(output, i + 1) };
         write_recording(&path, recording)?;
         written.push(path);

@@ -9,6 +9,7 @@ use crate::run_record::{self, made_by, write_json};
 use pam_data::atomic::write_atomic;
 use pam_data::formats::csv_columns;
 use pam_data::{Channel, SavedModel, collect_paths};
+use pam_report::page::number;
 use pam_report::{EvaluationContext, evaluation_report};
 use pam_train::{Evaluation, SolverSettings, Subject, evaluate};
 use rayon::prelude::*;
@@ -32,9 +33,7 @@ pub fn run(
     let subjects = arguments.reading.subjects(&paths, &saved, &|| reading.inc(1))?;
     reading.finish_and_clear();
     for subject in &subjects {
-        for note in &subject.recording.notes {
-            console.note(format!("{}: {note}", subject.recording.name));
-        }
+        console.notes(&subject.recording);
     }
     let configuration = json!({
         "model": arguments.model.model,
@@ -129,12 +128,10 @@ impl Outcome {
 const MOST_ROWS: usize = 30;
 
 fn summary(evaluation: &Evaluation) -> String {
-    let cell =
-        |v: f64, digits: usize| if v.is_finite() { format!("{v:.digits$}") } else { "–".into() };
     let row = |name: &str, s: &pam_train::Scores| {
         let mut cells = vec![name.to_owned()];
-        cells.extend(Channel::ALL.map(|c| cell(s.r2.get(c), 4)));
-        cells.extend(Channel::ALL.map(|c| cell(s.rmse.get(c), 4)));
+        cells.extend(Channel::ALL.map(|c| number(s.r2.get(c), 4)));
+        cells.extend(Channel::ALL.map(|c| number(s.rmse.get(c), 4)));
         cells
     };
     let mut rows = vec![

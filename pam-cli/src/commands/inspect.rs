@@ -16,7 +16,7 @@ use pam_data::{
     SavedModel, collect_paths, load_model, open_recordings, resolve_masses,
 };
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Runs the command.
@@ -36,7 +36,7 @@ pub fn run(arguments: &InspectArguments, console: &Console) -> Result<ExitCode, 
     };
     let mut all = Vec::new();
     let mut failed = false;
-    for path in expand_folders(&arguments.files)? {
+    for path in collect_paths(&arguments.files)? {
         match inspector.file(&path) {
             Ok((text, value)) => {
                 console.text(text);
@@ -55,19 +55,6 @@ pub fn run(arguments: &InspectArguments, console: &Console) -> Result<ExitCode, 
     }
     console.json(&Value::from(all));
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
-}
-
-/// Folders become the recordings in them, files stay.
-fn expand_folders(paths: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
-    let mut out = Vec::new();
-    for path in paths {
-        if path.is_dir() {
-            out.extend(collect_paths(std::slice::from_ref(path))?);
-        } else {
-            out.push(path.clone());
-        }
-    }
-    Ok(out)
 }
 
 /// One line on all recordings together, if there are several.
@@ -107,12 +94,12 @@ impl Inspector {
         let (body, mut value) = match kind {
             FileKind::RawLog => self.raw_log(path)?,
             FileKind::Eqx | FileKind::Safetensors => model(&load_model(path)?),
-            FileKind::Npz if !npz::read(path)?.contains_key("time_s") => {
+            FileKind::Npz if !kind.holds_recording(path) => {
                 let arrays = npz::read(path)?;
                 let sizes = arrays.iter().map(|(k, a)| (k.as_str(), format!("{:?}", a.shape)));
                 other_arrays(sizes.collect())
             }
-            FileKind::Mat if !mat::read(path)?.contains_key("dx") => {
+            FileKind::Mat if !kind.holds_recording(path) => {
                 let arrays = mat::read(path)?;
                 let sizes = arrays.iter().map(|(k, a)| (k.as_str(), format!("[{}]", a.len())));
                 other_arrays(sizes.collect())

@@ -45,9 +45,7 @@ pub fn run(
     let mut runs = Vec::new();
     let mut stopped = false;
     for (i, subject) in subjects.iter().enumerate() {
-        for note in &subject.recording.notes {
-            console.note(format!("{}: {note}", subject.recording.name));
-        }
+        console.notes(&subject.recording);
         let run = Run::of(&saved, subject, &settings)?;
         let out = path_of(&arguments.out, i);
         write_recording(&out, &run.trajectory)?;

@@ -4,8 +4,9 @@ use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
 use npyz::WriterBuilder;
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read, Write};
+use std::io::{Cursor, Read, Seek, Write};
 use std::path::Path;
+use thiserror::Error;
 
 /// An array of doubles with its shape.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,13 +31,25 @@ impl Array {
     }
 }
 
+/// A `.npy` record that cannot be read as doubles.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum NpyError {
+    /// The record is damaged, cut short, or no record at all.
+    #[error("{0}")]
+    Damaged(String),
+    /// The record holds something else than real numbers in a layout that is read.
+    #[error("{0} are not supported; store float64 in C order")]
+    Unsupported(String),
+}
+
 /// Reads one `.npy` record of real numbers (floats or integers) as doubles. Fortran order is turned
 /// into row-major order.
 ///
 /// # Errors
-/// A sentence that says what is wrong.
-pub fn read_npy(reader: &mut impl Read) -> Result<Array, String> {
-    let npy = npyz::NpyFile::new(reader).map_err(|e| format!("not a .npy record: {e}"))?;
+/// [`NpyError`] that says what is wrong.
+pub fn read_npy(reader: &mut impl Read) -> Result<Array, NpyError> {
+    let npy = npyz::NpyFile::new(reader)
+        .map_err(|e| NpyError::Damaged(format!("not a .npy record: {e}")))?;
     let shape = npy.shape().to_vec();
     let fortran = npy.order() == npyz::Order::Fortran;
     let dtype = npy.dtype();
@@ -50,7 +63,7 @@ pub fn read_npy(reader: &mut impl Read) -> Result<Array, String> {
     } else if kind.contains("i4") {
         npy.into_vec::<i32>().map_err(|e| truncated(&e))?.into_iter().map(f64::from).collect()
     } else {
-        return Err(format!("numbers of type {kind} are not supported; store float64"));
+        return Err(NpyError::Unsupported(format!("numbers of type {kind}")));
     };
     if fortran && shape.len() == 2 {
         let (rows, columns) = (shape[0] as usize, shape[1] as usize);
@@ -59,13 +72,13 @@ pub fn read_npy(reader: &mut impl Read) -> Result<Array, String> {
             .map(|i| values[i])
             .collect();
     } else if fortran && shape.len() > 2 {
-        return Err("arrays of three or more dimensions in Fortran order are not supported".into());
+        return Err(NpyError::Unsupported("more than two dimensions in Fortran order".into()));
     }
     Ok(Array { shape, values })
 }
 
-fn truncated(error: &std::io::Error) -> String {
-    format!("the record ends early ({error}); the file may be truncated")
+fn truncated(error: &std::io::Error) -> NpyError {
+    NpyError::Damaged(format!("the record ends early ({error}); the file may be truncated"))
 }
 
 /// Appends one `.npy` record of doubles.
@@ -79,15 +92,31 @@ pub fn write_npy(out: &mut impl Write, array: &Array) -> std::io::Result<()> {
     writer.finish()
 }
 
+/// Opens an archive on bytes in memory or on a file.
+fn open<R: Read + Seek>(path: &Path, reader: R) -> Result<zip::ZipArchive<R>, DataError> {
+    zip::ZipArchive::new(reader).map_err(|e| {
+        DataError::file(path, format!("not a readable .npz archive ({e}); it may be truncated"))
+    })
+}
+
+/// Names of the arrays of an `.npz` file; reads its directory only.
+///
+/// # Errors
+/// [`DataError`] if the file cannot be read or is no archive.
+pub fn names(path: &Path) -> Result<Vec<String>, DataError> {
+    let file = std::fs::File::open(path).map_err(|e| DataError::io(path, e))?;
+    let archive = open(path, file)?;
+    let names = archive.file_names().map(|n| n.map(|n| n.trim_end_matches(".npy").to_owned()));
+    names.collect::<Result<_, _>>().map_err(|e| DataError::file(path, e.to_string()))
+}
+
 /// Reads all arrays of an `.npz` file that hold numbers; others are left out.
 ///
 /// # Errors
 /// [`DataError`] if the file is no archive or an array is damaged.
 pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, DataError> {
-    let bytes = read_bytes(path)?;
     let fail = |message: String| DataError::file(path, message);
-    let mut archive = zip::ZipArchive::new(Cursor::new(bytes))
-        .map_err(|e| fail(format!("not a readable .npz archive ({e}); it may be truncated")))?;
+    let mut archive = open(path, Cursor::new(read_bytes(path)?))?;
     let mut arrays = BTreeMap::new();
     for i in 0..archive.len() {
         let mut file = archive.by_index(i).map_err(|e| fail(e.to_string()))?;
@@ -103,8 +132,8 @@ pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, DataError> {
             Ok(array) => {
                 arrays.insert(name, array);
             }
-            Err(why) if why.contains("not supported") => {}
-            Err(why) => return Err(fail(format!("array `{name}`: {why}"))),
+            Err(NpyError::Unsupported(_)) => {}
+            Err(e) => return Err(fail(format!("array `{name}`: {e}"))),
         }
     }
     Ok(arrays)

@@ -5,8 +5,8 @@ use crate::page::{figure, number, wide_figure};
 use maud::{Markup, html};
 use pam_core::units::MN_PER_N;
 use pam_data::Channel;
+use pam_train::RecordingEvaluation;
 use pam_train::evaluation::SegmentScores;
-use pam_train::{PerChannel, RecordingEvaluation};
 
 const BUCKETS: usize = 700;
 const LOOP_POINTS: usize = 2500;
@@ -36,15 +36,6 @@ pub(super) fn section(r: &RecordingEvaluation, index: usize) -> Markup {
     }
 }
 
-fn predicted(channels: &PerChannel<Vec<f64>>, c: Channel) -> &[f64] {
-    match c {
-        Channel::X => &channels.x,
-        Channel::V => &channels.v,
-        Channel::Pf => &channels.pf,
-        Channel::Pe => &channels.pe,
-    }
-}
-
 fn segment_table(segments: &[SegmentScores]) -> Markup {
     html! {
         div.scroll { table {
@@ -71,11 +62,7 @@ fn time_series(r: &RecordingEvaluation, c: Channel) -> Markup {
     let t = &r.recording.time_s;
     let plot = LineFigure::new("", "time (s)", c.label(), 1040, 230)
         .with("measured", Role::Measured, envelope(t, r.recording.channel(c), BUCKETS))
-        .with(
-            "predicted",
-            Role::Predicted,
-            envelope(t, predicted(&r.prediction.channels, c), BUCKETS),
-        );
+        .with("predicted", Role::Predicted, envelope(t, r.prediction.channels.channel(c), BUCKETS));
     wide_figure(plot.to_svg(), "")
 }
 
@@ -114,7 +101,7 @@ fn loops(r: &RecordingEvaluation, s: &SegmentScores) -> Markup {
         let points = |p: &[f64]| thin(&force, &of(p), LOOP_POINTS);
         LineFigure::new("", "external force (N)", c.label(), 370, 310)
             .with("measured", Role::Measured, points(r.recording.channel(c)))
-            .with("predicted", Role::Predicted, points(predicted(&r.prediction.channels, c)))
+            .with("predicted", Role::Predicted, points(r.prediction.channels.channel(c)))
     };
     let area = "x–F: the area of the loop is the work that the joint dissipates.";
     html! {

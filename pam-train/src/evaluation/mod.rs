@@ -5,7 +5,7 @@ mod result;
 pub use result::{Evaluation, FailedRecording, RecordingEvaluation, SegmentScores};
 
 use crate::balance::ForceBalance;
-use crate::metrics::Scores;
+use crate::metrics::{PerChannel, Scores};
 use crate::predict::{SolverSettings, predict};
 use crate::segments::{Segment, frequency_segments};
 use pam_core::units::MN_PER_N;
@@ -83,7 +83,7 @@ fn evaluate_one<F: ForceModel<f64>>(
 
 fn score_segment(
     recording: &Recording,
-    predicted: &crate::metrics::PerChannel<Vec<f64>>,
+    predicted: &PerChannel<Vec<f64>>,
     segment: Segment,
 ) -> SegmentScores {
     let range = segment.range.clone();
