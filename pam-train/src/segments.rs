@@ -115,25 +115,12 @@ fn similar(a: f64, b: f64) -> bool {
     ratio < SAME_PERIOD && ratio > 1.0 / SAME_PERIOD
 }
 
-/// A single cycle between longer runs is a change of frequency under way: it joins the neighbour
-/// whose period is closer. Neighbours that have become alike are joined.
+/// A single cycle beside longer runs is a change of frequency under way: it is not counted, and its
+/// time goes to the segment before. Neighbours that have become alike are joined. Several single cycles
+/// and nothing else are no periodic force: nothing is left.
 fn merge_strays(mut runs: Vec<CycleRun>, time_s: &[f64]) -> Vec<CycleRun> {
-    while runs.len() > 1 {
-        let Some(i) = runs.iter().position(|r| r.cycles == 1) else { break };
-        let stray = runs[i];
-        let distance = |r: &CycleRun| (r.period(time_s) / stray.period(time_s)).ln().abs();
-        let before = i.checked_sub(1).map(|j| distance(&runs[j]));
-        let after = runs.get(i + 1).map(&distance);
-        let joins_before = match (before, after) {
-            (Some(b), Some(a)) => b <= a,
-            (Some(_), None) => true,
-            _ => false,
-        };
-        // The stray's time goes to the neighbour, its cycle is not counted in the frequency.
-        if !joins_before {
-            runs[i + 1].from = runs[i + 1].from.min(stray.to);
-        }
-        runs.remove(i);
+    if runs.len() > 1 {
+        runs.retain(|run| run.cycles > 1);
     }
     let mut joined: Vec<CycleRun> = Vec::new();
     for run in runs {
@@ -181,6 +168,18 @@ mod tests {
         }
         assert_eq!(segments[0].range.start, 0);
         assert_eq!(segments[2].range.end, time.len());
+    }
+
+    /// A fast sweep has no two cycles alike: it must not be given the frequency of one of them.
+    #[test]
+    fn a_sweep_without_two_like_cycles_is_not_periodic() {
+        let time: Vec<f64> = (0..4000).map(|k| f64::from(k) * 1e-3).collect();
+        // Each period is two thirds of the one before.
+        let phase = |t: f64| (1.0 - t / 4.0).ln() / (2.0_f64 / 3.0).ln();
+        let force: Vec<f64> = time[..3700].iter().map(|&t| (TAU * phase(t)).sin()).collect();
+        assert!(rising_crossings(&force).len() >= 4);
+        let segments = frequency_segments(&time[..3700], &force);
+        assert_eq!(segments, [Segment { range: 0..3700, frequency_hz: None, cycles: 0 }]);
     }
 
     #[test]
