@@ -4,9 +4,11 @@
 //! - [`finite_difference`]: difference schemes as values, so that they can be swapped and compared;
 //! - [`stiffness`]: stiffness `∂f/∂x` and damping `∂f/∂ẋ` of a force model, exact or by a scheme.
 
+pub mod field;
 pub mod finite_difference;
 pub mod stiffness;
 
+pub use field::{At, Cotangent, DifferentiableField, Differentiation, Tangent};
 pub use finite_difference::{Central, DifferenceScheme, Forward, FourPointSmoothed};
 pub use stiffness::{
     LinearForce, damping_exact_kg_s, linearise, stiffness_by_difference_n_mm, stiffness_exact_n_mm,

@@ -42,6 +42,74 @@ impl<S: Scalar, F: VectorField<S> + ?Sized> VectorField<S> for &F {
     }
 }
 
+/// A vector field whose numbers can be exchanged: with dual numbers or tape variables in place of its
+/// parameters it differentiates, with other floats it is another member of the family.
+///
+/// A field written as a struct over its scalar is one in a few lines:
+///
+/// ```
+/// use pam_core::{ParametricField, Scalar, VectorField};
+///
+/// /// `ẍ = μ (1 − x²) ẋ − x`
+/// struct VanDerPol<S> {
+///     mu: S,
+/// }
+///
+/// impl<S: Scalar> VectorField<S> for VanDerPol<S> {
+///     fn state_len(&self) -> usize {
+///         2
+///     }
+///     fn input_len(&self) -> usize {
+///         0
+///     }
+///     fn eval_into(&self, _t: f64, y: &[S], _u: &[S], dy: &mut [S], _work: &mut [S]) {
+///         dy[0] = y[1];
+///         dy[1] = self.mu * (S::constant(1.0) - y[0] * y[0]) * y[1] - y[0];
+///     }
+/// }
+///
+/// impl ParametricField for VanDerPol<f64> {
+///     type With<S: Scalar> = VanDerPol<S>;
+///     fn parameters(&self) -> Vec<f64> {
+///         vec![self.mu]
+///     }
+///     fn with_parameters<S: Scalar>(&self, parameters: &[S]) -> VanDerPol<S> {
+///         VanDerPol { mu: parameters[0] }
+///     }
+/// }
+/// ```
+pub trait ParametricField: VectorField<f64> {
+    /// The same field over another scalar.
+    type With<S: Scalar>: VectorField<S>;
+
+    /// The parameters as they are, in the field's fixed order.
+    fn parameters(&self) -> Vec<f64>;
+
+    /// Number of parameters.
+    fn parameter_len(&self) -> usize {
+        self.parameters().len()
+    }
+
+    /// The field with other numbers, given in the order of [`parameters`](Self::parameters).
+    ///
+    /// # Panics
+    /// If there are not [`parameter_len`](Self::parameter_len) of them.
+    fn with_parameters<S: Scalar>(&self, parameters: &[S]) -> Self::With<S>;
+}
+
+impl<F: ParametricField> ParametricField for &F {
+    type With<S: Scalar> = F::With<S>;
+    fn parameters(&self) -> Vec<f64> {
+        (**self).parameters()
+    }
+    fn parameter_len(&self) -> usize {
+        (**self).parameter_len()
+    }
+    fn with_parameters<S: Scalar>(&self, parameters: &[S]) -> Self::With<S> {
+        (**self).with_parameters(parameters)
+    }
+}
+
 /// A vector field from a closure `|t, y, u, dy|`.
 ///
 /// ```

@@ -34,9 +34,10 @@ pub mod units;
 
 pub use activation::{Activation, ActivationFunction};
 pub use error::ModelError;
-pub use field::{FieldFn, VectorField};
+pub use field::{FieldFn, ParametricField, VectorField};
 pub use force::{
-    AnyForce, ForceInput, ForceModel, ForceParts, Mlp, NetworkForce, SpringDamper, StoredForce,
+    AnyForce, ForceInput, ForceModel, ForceParts, Mlp, NetworkForce, ParametricForce, SpringDamper,
+    StoredForce,
 };
 pub use joint::{
     Chambers, JointField, JointModel, MuscleGeometry, PhysicalParameters, RawParameters,

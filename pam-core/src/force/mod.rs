@@ -8,6 +8,7 @@ mod any;
 mod input;
 pub mod mlp;
 mod network;
+mod parametric;
 mod spring_damper;
 mod stored;
 
@@ -15,6 +16,7 @@ pub use any::AnyForce;
 pub use input::ForceInput;
 pub use mlp::{Dense, Mlp};
 pub use network::NetworkForce;
+pub use parametric::ParametricForce;
 pub use spring_damper::SpringDamper;
 pub use stored::{ForceParts, StoredForce, Tensor};
 

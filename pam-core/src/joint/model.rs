@@ -39,6 +39,16 @@ impl<S: Scalar, F> JointModel<S, F> {
         self.raw.physical()
     }
 
+    /// The same model with its force borrowed.
+    fn borrowed(&self) -> JointModel<S, &F> {
+        JointModel {
+            raw: self.raw,
+            geometry: self.geometry,
+            auxiliary_damping_kg_s: self.auxiliary_damping_kg_s,
+            force: &self.force,
+        }
+    }
+
     /// The same model with other numbers: `number` maps the joint's own parameters and `force`
     /// maps the force model. With constants of a dual type this makes a model that differentiates.
     pub fn map<T: Scalar, G>(
@@ -57,14 +67,14 @@ impl<S: Scalar, F> JointModel<S, F> {
 
 impl<S: Scalar, F: ForceModel<S>> JointModel<S, F> {
     /// The vector field with closed valves: states `[x, ẋ, P_f, P_e]`, input `[F_e]` (mN).
-    pub fn sealed(&self, masses: SealedMasses<S>) -> JointField<'_, S, F> {
-        JointField::new(self, Chambers::Sealed(masses))
+    pub fn sealed(&self, masses: SealedMasses<S>) -> JointField<S, &F> {
+        JointField::new(self.borrowed(), Chambers::Sealed(masses))
     }
 
     /// The vector field with open valves: states `[x, ẋ, P_f, P_e, m_f, m_e]`, inputs
     /// `[F_e, ṁ_f, ṁ_e]` (mN, g/s, g/s).
-    pub fn with_open_valves(&self) -> JointField<'_, S, F> {
-        JointField::new(self, Chambers::OpenValves)
+    pub fn with_open_valves(&self) -> JointField<S, &F> {
+        JointField::new(self.borrowed(), Chambers::OpenValves)
     }
 
     /// The masses that give `pressures_kpa` (flexor, extensor; absolute) at displacement `x`,
