@@ -4,6 +4,7 @@
 //! - [`finite_difference`]: difference schemes as values, so that they can be swapped and compared;
 //! - [`stiffness`]: stiffness `∂f/∂x` and damping `∂f/∂ẋ` of a force model, exact or by a scheme.
 
+pub mod batch;
 pub mod field;
 pub mod finite_difference;
 pub mod stiffness;
