@@ -9,6 +9,7 @@ pub mod field;
 pub mod finite_difference;
 pub mod stiffness;
 
+pub use batch::BatchField;
 pub use field::{At, Cotangent, DifferentiableField, Differentiation, Tangent};
 pub use finite_difference::{Central, DifferenceScheme, Forward, FourPointSmoothed};
 pub use stiffness::{

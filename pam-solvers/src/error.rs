@@ -38,27 +38,31 @@ pub struct SolveError<S> {
     pub partial: Solution<S>,
 }
 
-impl<S> fmt::Display for SolveError<S> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let t = self.time_s;
-        match &self.kind {
-            FailureKind::Request(why) => write!(f, "the solve cannot start: {why}"),
-            FailureKind::NonFinite { step_s } => write!(
-                f,
+impl FailureKind {
+    /// The failure in words, for a solve that had reached time `t` (s).
+    #[must_use]
+    pub fn describe(&self, t: f64) -> String {
+        match self {
+            Self::Request(why) => format!("the solve cannot start: {why}"),
+            Self::NonFinite { step_s } => format!(
                 "a state became infinite or NaN in the step of {step_s:.3e} s that starts at \
                  t = {t:.6} s; take smaller steps or check model and input there"
             ),
-            FailureKind::StepTooSmall { step_s } => write!(
-                f,
+            Self::StepTooSmall { step_s } => format!(
                 "the error control asked for a step of {step_s:.3e} s at t = {t:.6} s; the problem \
                  is too stiff there, or the tolerance is below rounding"
             ),
-            FailureKind::TooManySteps { limit } => write!(
-                f,
+            Self::TooManySteps { limit } => format!(
                 "the limit of {limit} steps was reached at t = {t:.6} s; raise it or loosen the \
                  tolerance"
             ),
         }
+    }
+}
+
+impl<S> fmt::Display for SolveError<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.kind.describe(self.time_s))
     }
 }
 

@@ -38,6 +38,7 @@ pub mod controller;
 pub mod error;
 pub mod input;
 pub mod integrator;
+pub mod lanes;
 pub mod save_at;
 pub mod solution;
 mod step;
@@ -48,6 +49,7 @@ pub use controller::{ConstantStep, Decision, PidController, StepController, Tole
 pub use error::{FailureKind, SolveError};
 pub use input::{Constant, Input, InputFn, Interpolation, NoInput, SampledInput, Side};
 pub use integrator::Integrator;
+pub use lanes::{LaneFailure, LaneGradient, LaneMemory, LaneProblem, Lanes};
 pub use save_at::SaveAt;
 pub use solution::{DenseSolution, Solution, Statistics};
 pub use tableau::Tableau;
