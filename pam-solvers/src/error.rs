@@ -1,6 +1,7 @@
 //! Why a solve stopped, and what it had reached.
 
 use crate::solution::Solution;
+use pam_core::Scalar;
 use std::fmt;
 
 /// Why a solve stopped early.
@@ -36,6 +37,18 @@ pub struct SolveError<S> {
     pub state: Vec<S>,
     /// Everything saved until then.
     pub partial: Solution<S>,
+}
+
+impl<S: Scalar> SolveError<S> {
+    /// An inconsistent request: nothing was computed.
+    pub(crate) fn request(why: String, t0: f64, y0: &[S]) -> Box<Self> {
+        Box::new(Self {
+            kind: FailureKind::Request(why),
+            time_s: t0,
+            state: y0.to_vec(),
+            partial: Solution::with_capacity(y0.len(), 0),
+        })
+    }
 }
 
 impl<S> fmt::Display for SolveError<S> {

@@ -36,8 +36,13 @@
 
 pub mod controller;
 pub mod error;
+pub mod grid;
 pub mod input;
 pub mod integrator;
+mod observer;
+mod recorder;
+pub mod replay;
+mod run;
 pub mod save_at;
 pub mod solution;
 mod step;
@@ -46,8 +51,12 @@ pub mod term;
 
 pub use controller::{ConstantStep, Decision, PidController, StepController, Tolerances};
 pub use error::{FailureKind, SolveError};
-pub use input::{Constant, Input, InputFn, Interpolation, NoInput, SampledInput, Side};
+pub use grid::Grid;
+pub use input::{
+    Constant, Input, InputFn, Interpolation, NoInput, ParametricInput, SampledInput, Side,
+};
 pub use integrator::Integrator;
+pub use replay::replay;
 pub use save_at::SaveAt;
 pub use solution::{DenseSolution, Solution, Statistics};
 pub use tableau::Tableau;
