@@ -44,6 +44,7 @@ mod recorder;
 pub mod replay;
 mod run;
 pub mod save_at;
+pub mod sensitivity;
 pub mod solution;
 mod step;
 pub mod tableau;

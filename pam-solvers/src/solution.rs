@@ -66,6 +66,16 @@ impl<S: Scalar> Solution<S> {
         &self.states[index * self.state_len..(index + 1) * self.state_len]
     }
 
+    /// All saved states, point by point.
+    #[must_use]
+    pub fn states(&self) -> &[S] {
+        &self.states
+    }
+
+    pub(crate) fn into_states(self) -> Vec<S> {
+        self.states
+    }
+
     /// The last saved state, if any.
     #[must_use]
     pub fn last(&self) -> Option<&[S]> {
