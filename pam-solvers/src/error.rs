@@ -19,6 +19,10 @@ pub enum FailureKind {
         /// Step size, s.
         step_s: f64,
     },
+    /// The backward solve of a continuous adjoint stopped early for this reason. `time_s` is the time
+    /// it had come back to, `state` the backward state there (adjoint and sums, after the state itself
+    /// where that is integrated back too), `partial` the states observed by the forward solve.
+    Backward(Box<FailureKind>),
     /// The allowed number of steps is used up.
     TooManySteps {
         /// The limit.
@@ -53,24 +57,33 @@ impl<S: Scalar> SolveError<S> {
 
 impl<S> fmt::Display for SolveError<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let t = self.time_s;
-        match &self.kind {
-            FailureKind::Request(why) => write!(f, "the solve cannot start: {why}"),
-            FailureKind::NonFinite { step_s } => write!(
+        self.kind.describe(self.time_s, f)
+    }
+}
+
+impl FailureKind {
+    fn describe(&self, t: f64, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Request(why) => write!(f, "the solve cannot start: {why}"),
+            Self::NonFinite { step_s } => write!(
                 f,
                 "a state became infinite or NaN in the step of {step_s:.3e} s that starts at \
                  t = {t:.6} s; take smaller steps or check model and input there"
             ),
-            FailureKind::StepTooSmall { step_s } => write!(
+            Self::StepTooSmall { step_s } => write!(
                 f,
                 "the error control asked for a step of {step_s:.3e} s at t = {t:.6} s; the problem \
                  is too stiff there, or the tolerance is below rounding"
             ),
-            FailureKind::TooManySteps { limit } => write!(
+            Self::TooManySteps { limit } => write!(
                 f,
                 "the limit of {limit} steps was reached at t = {t:.6} s; raise it or loosen the \
                  tolerance"
             ),
+            Self::Backward(kind) => {
+                f.write_str("in the backward solve of the adjoint, ")?;
+                kind.describe(t, f)
+            }
         }
     }
 }

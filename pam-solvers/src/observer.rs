@@ -17,6 +17,11 @@ pub(crate) struct AcceptedStep<'a, S> {
 
 /// Looks at every accepted step.
 pub(crate) trait StepObserver<S> {
+    /// Whether it looks at closing derivatives.
+    fn needs_closing(&self) -> bool {
+        false
+    }
+
     /// Called once a step, in order.
     fn accepted(&mut self, step: AcceptedStep<'_, S>);
 }

@@ -135,7 +135,8 @@ where
             let at_end = t_new == self.t1;
             let must_close = controller.tolerances().is_some()
                 || !(jumps || at_end)
-                || self.recorder.needs_interpolant(t_new);
+                || self.recorder.needs_interpolant(t_new)
+                || self.observer.needs_closing();
             if must_close {
                 self.work.close(tableau, self.term, t_new);
             }

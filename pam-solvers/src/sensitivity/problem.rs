@@ -48,12 +48,17 @@ impl<'a, F: ParametricField, I: ParametricInput> Problem<'a, F, I> {
         &self,
         observer: &mut O,
     ) -> Result<Solution<f64>, Box<SolveError<f64>>> {
-        self.integrator.solve_observed(
-            &self.term(),
-            (self.t0, self.t1),
-            self.y0,
-            SaveAt::Times(self.observations_s),
-            observer,
-        )
+        self.solve_at(self.observations_s, observer)
+    }
+
+    /// The states at other times.
+    pub(super) fn solve_at<O: StepObserver<f64>>(
+        &self,
+        times_s: &[f64],
+        observer: &mut O,
+    ) -> Result<Solution<f64>, Box<SolveError<f64>>> {
+        let save_at = SaveAt::Times(times_s);
+        let interval = (self.t0, self.t1);
+        self.integrator.solve_observed(&self.term(), interval, self.y0, save_at, observer)
     }
 }

@@ -4,7 +4,8 @@ use crate::one_by_one::OneByOne;
 use num_dual::Dual64;
 use pam_core::ParametricField;
 use pam_solvers::sensitivity::{
-    Checkpointing, DiscreteAdjoint, ForwardSensitivity, Gradient, GradientMethod, Problem,
+    Checkpointing, DiscreteAdjoint, FiniteDifference, ForwardSensitivity, Gradient, GradientMethod,
+    Problem,
 };
 use pam_solvers::{ParametricInput, SaveAt, Term, replay};
 
@@ -24,6 +25,11 @@ pub(crate) fn loss(scales: &[f64]) -> impl FnMut(&[f64], &[f64], &mut [f64]) -> 
     }
 }
 
+/// Numbers for a test's output.
+pub(crate) fn brief(numbers: &[f64]) -> String {
+    numbers.iter().map(|x| format!("{x:.1e} ")).collect()
+}
+
 /// `‖a − b‖ / ‖b‖`.
 pub(crate) fn apart(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
@@ -33,11 +39,20 @@ pub(crate) fn apart(a: &[f64], b: &[f64]) -> f64 {
     if difference == 0.0 { 0.0 } else { difference / size }
 }
 
-/// The largest relative difference of two gradients over their blocks.
-pub(crate) fn gradients_apart(a: &Gradient, b: &Gradient) -> f64 {
-    apart(&a.parameters, &b.parameters)
-        .max(apart(&a.initial_state, &b.initial_state))
-        .max(apart(&a.input, &b.input))
+/// The largest relative difference of two gradients over their blocks, of the plain gradient and of that
+/// with respect to logarithms, in which large and small parameters weigh alike.
+pub(crate) fn gradients_apart<F: ParametricField, I: ParametricInput>(
+    problem: &Problem<'_, F, I>,
+    a: &Gradient,
+    b: &Gradient,
+) -> f64 {
+    let scaled =
+        |g: &[f64], x: &[f64]| -> Vec<f64> { g.iter().zip(x).map(|(g, x)| g * x).collect() };
+    let block =
+        |a: &[f64], b: &[f64], x: &[f64]| apart(a, b).max(apart(&scaled(a, x), &scaled(b, x)));
+    block(&a.parameters, &b.parameters, &problem.field.parameters())
+        .max(block(&a.initial_state, &b.initial_state, problem.y0))
+        .max(block(&a.input, &b.input, &problem.input.parameters()))
 }
 
 /// The replayed solve differentiated by one dual number after the other.
@@ -96,8 +111,13 @@ pub(crate) fn check<F: ParametricField, I: ParametricInput>(
     let truth = reference(problem, &all_save, scales);
     let forward = ForwardSensitivity::new(OneByOne);
     let forward = forward.value_and_gradient(problem, &mut loss(scales)).unwrap();
-    let worst = gradients_apart(&all_save, &truth).max(gradients_apart(&forward, &truth));
-    println!("{name:60} {:4} steps  {worst:.1e}", all_save.statistics.steps);
+    let worst =
+        gradients_apart(problem, &all_save, &truth).max(gradients_apart(problem, &forward, &truth));
     assert!(worst < 1e-12, "{name}: {worst:e}");
+    let differences = FiniteDifference::default().with_floors([1e-3, 1e-2, 1e-3]);
+    let differences = differences.value_and_gradient(problem, &mut loss(scales)).unwrap();
+    let off = gradients_apart(problem, &differences, &truth);
+    println!("{name:60} {:4} steps  {worst:.1e}  {off:.1e}", all_save.statistics.steps);
+    assert!(off < 1e-7, "{name}: differences {off:e}");
     worst
 }

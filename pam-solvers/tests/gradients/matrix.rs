@@ -23,7 +23,7 @@ fn sample_times() -> Vec<f64> {
 }
 
 fn samples(amplitudes: &[f64]) -> Vec<f64> {
-    let at = |k: usize, i: usize| (1.7 * k as f64 + i as f64).sin();
+    let at = |k: usize, i: usize| (1.7 * k as f64 + i as f64 + 0.4).sin();
     (0..11).flat_map(|k| amplitudes.iter().enumerate().map(move |(i, a)| a * at(k, i))).collect()
 }
 
