@@ -53,6 +53,16 @@ impl<S: Scalar> SolveError<S> {
             partial: Solution::with_capacity(y0.len(), 0),
         })
     }
+
+    /// The same failure in plain numbers.
+    pub(crate) fn real(self) -> Box<SolveError<f64>> {
+        Box::new(SolveError {
+            kind: self.kind,
+            time_s: self.time_s,
+            state: self.state.iter().map(|v| v.real()).collect(),
+            partial: self.partial.real(),
+        })
+    }
 }
 
 impl<S> fmt::Display for SolveError<S> {

@@ -1,4 +1,4 @@
-//! Explicit Runge–Kutta solvers for vector fields with measured inputs.
+//! Explicit Runge–Kutta solvers for vector fields with measured inputs, and gradients through them.
 //!
 //! The parts are separate types, each in the file of its name, and combine freely:
 //!
@@ -9,6 +9,8 @@
 //! | [`controller`] | [`StepController`] | how steps are chosen: constant, or PI/PID on an error estimate |
 //! | [`save_at`] | [`SaveAt`] | what is kept: the end, every step, given times, a dense solution |
 //! | [`input`] | [`Input`] | how a sampled signal is read between samples: held, linear, cubic |
+//! | [`grid`] | [`Grid`] | which steps were accepted; [`replay`](replay()) takes them again with any scalar |
+//! | [`sensitivity`] | [`GradientMethod`](sensitivity::GradientMethod) | how a loss of the solution is differentiated: discrete and continuous adjoints, forward sensitivities, differences |
 //!
 //! [`Integrator`] joins them:
 //!

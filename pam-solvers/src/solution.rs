@@ -72,6 +72,17 @@ impl<S: Scalar> Solution<S> {
         &self.states
     }
 
+    /// Saved points and counts in plain numbers, without the continuous solution.
+    pub(crate) fn real(&self) -> Solution<f64> {
+        Solution {
+            state_len: self.state_len,
+            times_s: self.times_s.clone(),
+            states: self.states.iter().map(|v| v.real()).collect(),
+            statistics: self.statistics,
+            dense: None,
+        }
+    }
+
     pub(crate) fn without_last(mut self) -> Self {
         self.times_s.pop();
         self.states.truncate(self.times_s.len() * self.state_len);

@@ -7,4 +7,5 @@ mod fields;
 mod inputs;
 mod matrix;
 mod one_by_one;
+mod requests;
 mod traps;

@@ -59,7 +59,7 @@ impl Forward {
         let mut record = DenseRecord { grid, dense };
         // The end is where the backward solve starts, whether it is observed or not.
         let mut times = problem.observations_s.to_vec();
-        let end_observed = times.last() == Some(&problem.t1);
+        let end_observed = times.last().is_some_and(|&t| t >= problem.t1);
         if !end_observed {
             times.push(problem.t1);
         }

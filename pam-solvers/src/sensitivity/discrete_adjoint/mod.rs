@@ -36,6 +36,9 @@ pub struct DiscreteAdjoint<D> {
 }
 
 /// Memory of [`DiscreteAdjoint`] that can be reused from gradient to gradient, for any problem.
+///
+/// The scratch memory of the differentiated field is not in it: that may borrow the field, whose
+/// parameters change from gradient to gradient.
 #[derive(Debug, Clone, Default)]
 pub struct AdjointWorkspace {
     grid: Grid,
