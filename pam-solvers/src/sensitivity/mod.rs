@@ -40,6 +40,7 @@ mod gradient;
 mod loss;
 mod observations;
 mod problem;
+mod through_solver;
 mod tolerance_halving;
 
 pub use continuous::{Backsolve, InterpolatingAdjoint, QuadratureAdjoint};
@@ -49,4 +50,5 @@ pub use forward::{ForwardSensitivity, Sensitivities};
 pub use gradient::{Gradient, GradientMethod, GradientStatistics};
 pub use loss::Loss;
 pub use problem::Problem;
+pub use through_solver::{DualThroughSolver, TapeThroughSolver};
 pub use tolerance_halving::{ToleranceHalving, tolerance_halving};

@@ -2,10 +2,11 @@
 
 use crate::one_by_one::OneByOne;
 use num_dual::Dual64;
+use pam_autodiff::{ByDual, ByTape};
 use pam_core::ParametricField;
 use pam_solvers::sensitivity::{
-    Checkpointing, DiscreteAdjoint, FiniteDifference, ForwardSensitivity, Gradient, GradientMethod,
-    Problem,
+    Checkpointing, DiscreteAdjoint, DualThroughSolver, FiniteDifference, ForwardSensitivity,
+    Gradient, GradientMethod, Problem, TapeThroughSolver,
 };
 use pam_solvers::{ParametricInput, SaveAt, Term, replay};
 
@@ -86,14 +87,18 @@ pub(crate) fn reference<F: ParametricField, I: ParametricInput>(
     Gradient { value, parameters: sums, initial_state, input, ..of.clone() }
 }
 
-/// Checks all exact methods; returns the worst relative difference.
+/// Checks all exact methods against dual numbers through the solver, and differences against them.
+/// Prints the worst relative difference of both kinds.
 pub(crate) fn check<F: ParametricField, I: ParametricInput>(
     name: &str,
     problem: &Problem<'_, F, I>,
     scales: &[f64],
-) -> f64 {
-    let adjoint = DiscreteAdjoint::new(OneByOne);
-    let all_save = adjoint.value_and_gradient(problem, &mut loss(scales)).unwrap();
+) {
+    let gradient = |method: &dyn GradientMethod<F, I>| {
+        method.value_and_gradient(problem, &mut loss(scales)).unwrap()
+    };
+    let adjoint = DiscreteAdjoint::new(ByTape);
+    let all_save = gradient(&adjoint);
     for checkpointing in [
         Checkpointing::Interval(1),
         Checkpointing::Interval(7),
@@ -101,23 +106,37 @@ pub(crate) fn check<F: ParametricField, I: ParametricInput>(
         Checkpointing::Binomial { snapshots: 4 },
         Checkpointing::Binomial { snapshots: 1000 },
     ] {
-        let other = adjoint.with_checkpointing(checkpointing);
-        let other = other.value_and_gradient(problem, &mut loss(scales)).unwrap();
+        let other = gradient(&adjoint.with_checkpointing(checkpointing));
         assert_eq!(other.parameters, all_save.parameters, "{name}, {checkpointing:?}");
         assert_eq!(other.initial_state, all_save.initial_state, "{name}, {checkpointing:?}");
         assert_eq!(other.input, all_save.input, "{name}, {checkpointing:?}");
         assert_eq!(other.states, all_save.states);
     }
-    let truth = reference(problem, &all_save, scales);
-    let forward = ForwardSensitivity::new(OneByOne);
-    let forward = forward.value_and_gradient(problem, &mut loss(scales)).unwrap();
-    let worst =
-        gradients_apart(problem, &all_save, &truth).max(gradients_apart(problem, &forward, &truth));
-    assert!(worst < 1e-12, "{name}: {worst:e}");
-    let differences = FiniteDifference::default().with_floors([1e-3, 1e-2, 1e-3]);
-    let differences = differences.value_and_gradient(problem, &mut loss(scales)).unwrap();
+    let truth = gradient(&DualThroughSolver::<8>);
+    let mut worst = gradients_apart(problem, &all_save, &truth);
+    let mut compare = |method: &str, other: &Gradient| {
+        assert_eq!((other.value, &other.grid), (truth.value, &truth.grid), "{name}, {method}");
+        let off = gradients_apart(problem, other, &truth);
+        assert!(off < 1e-12, "{name}, {method}: {off:e}");
+        worst = worst.max(off);
+    };
+    let methods: [&dyn GradientMethod<F, I>; 4] = [
+        &DiscreteAdjoint::new(ByDual),
+        &ForwardSensitivity::new(ByTape),
+        &ForwardSensitivity::new(ByDual),
+        &TapeThroughSolver,
+    ];
+    compare("discrete adjoint by tape", &all_save);
+    for method in methods {
+        compare(&method.name(), &gradient(method));
+    }
+    if problem.field.parameter_len() < 20 {
+        // The slow ways, that share no code with any of the above.
+        compare("one by one", &gradient(&DiscreteAdjoint::new(OneByOne)));
+        compare("replays one by one", &reference(problem, &all_save, scales));
+    }
+    let differences = gradient(&FiniteDifference::default().with_floors([1e-3, 1e-2, 1e-3]));
     let off = gradients_apart(problem, &differences, &truth);
     println!("{name:60} {:4} steps  {worst:.1e}  {off:.1e}", all_save.statistics.steps);
     assert!(off < 1e-7, "{name}: differences {off:e}");
-    worst
 }

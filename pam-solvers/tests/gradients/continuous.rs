@@ -3,8 +3,8 @@
 use crate::case::{brief, gradients_apart, loss};
 use crate::fields::{Linear, VanDerPol, tanh_joint};
 use crate::inputs::Sine;
-use crate::one_by_one::OneByOne;
-use pam_core::ParametricField;
+use pam_autodiff::ByTape;
+use pam_core::{ParametricField, SealedMasses};
 use pam_solvers::sensitivity::{
     Backsolve, DiscreteAdjoint, GradientMethod, InterpolatingAdjoint, Problem, QuadratureAdjoint,
 };
@@ -29,15 +29,15 @@ fn differences<F: ParametricField, I: ParametricInput>(
     let integrator = tsit5(tolerance).with_stops(&stops);
     let problem =
         Problem { field, input, t0: 0.0, t1: 1.5, y0, observations_s, integrator: &integrator };
-    let discrete = DiscreteAdjoint::new(OneByOne);
+    let discrete = DiscreteAdjoint::new(ByTape);
     let truth = discrete.value_and_gradient(&problem, &mut loss(scales)).unwrap();
-    let mut free = Backsolve::new(OneByOne, tsit5(tolerance));
+    let mut free = Backsolve::new(ByTape, tsit5(tolerance));
     free.restart_at_observations = false;
     let methods: [Box<dyn GradientMethod<F, I>>; 4] = [
-        Box::new(Backsolve::new(OneByOne, tsit5(tolerance))),
+        Box::new(Backsolve::new(ByTape, tsit5(tolerance))),
         Box::new(free),
-        Box::new(InterpolatingAdjoint::new(OneByOne, tsit5(tolerance))),
-        Box::new(QuadratureAdjoint::new(OneByOne, tsit5(tolerance))),
+        Box::new(InterpolatingAdjoint::new(ByTape, tsit5(tolerance))),
+        Box::new(QuadratureAdjoint::new(ByTape, tsit5(tolerance))),
     ];
     let one = |method: &dyn GradientMethod<F, I>| {
         let gradient = method.value_and_gradient(&problem, &mut loss(scales)).unwrap();
@@ -83,4 +83,13 @@ fn continuous_adjoints_converge_to_the_discrete_one() {
         let name = format!("linear, {}", interpolation.name());
         converge(&name, (&Linear::with_inputs(2), &input), &y0, &scales, tolerances, 1e-6);
     }
+
+    let model = tanh_joint();
+    let masses = SealedMasses::new(0.06, 0.07).unwrap();
+    let [pf, pe] = model.gas_law_pressures_kpa(0.3, masses);
+    let forces: Vec<f64> = values[..11].iter().map(|v| 1.2e5 * v).collect();
+    let input = SampledInput::new(&times, &forces, Interpolation::Hold).unwrap();
+    let (y0, scales) = ([0.3, 2.0, pf, pe], [1.0, 10.0, 100.0, 100.0]);
+    let joint = model.sealed(masses);
+    converge("tanh joint, held", (&joint, &input), &y0, &scales, tolerances, 1e-5);
 }

@@ -1,8 +1,8 @@
 //! Gradients converge with the order of the method.
 
 use crate::case::brief;
-use crate::one_by_one::OneByOne;
 use num_dual::Dual64;
+use pam_autodiff::ByTape;
 use pam_core::{ParametricField, Scalar, VectorField};
 use pam_solvers::sensitivity::{
     DiscreteAdjoint, ForwardSensitivity, Gradient, GradientMethod, Problem,
@@ -94,7 +94,7 @@ fn gradients_converge_with_the_order_of_the_method() {
         // At the end; and a third and two thirds into a step, which four halvings leave where they are.
         for times in [&[T1][..], &[T1 / 3.0, 2.0 * T1 / 3.0][..]] {
             let methods: [&dyn GradientMethod<_, _>; 2] =
-                [&DiscreteAdjoint::new(OneByOne), &ForwardSensitivity::new(OneByOne)];
+                [&DiscreteAdjoint::new(ByTape), &ForwardSensitivity::new(ByTape)];
             for method in methods {
                 let errors: Vec<f64> =
                     (0..5).map(|k| error(method, &tableau, coarse << k, times)).collect();

@@ -2,10 +2,11 @@
 
 use crate::case::loss;
 use crate::fields::{Linear, VanDerPol};
-use crate::one_by_one::OneByOne;
+use pam_autodiff::{ByDual, ByTape};
 use pam_solvers::sensitivity::{
-    Backsolve, Checkpointing, DiscreteAdjoint, FiniteDifference, ForwardSensitivity,
-    GradientMethod, InterpolatingAdjoint, Problem, QuadratureAdjoint,
+    Backsolve, Checkpointing, DiscreteAdjoint, DualThroughSolver, FiniteDifference,
+    ForwardSensitivity, GradientMethod, InterpolatingAdjoint, Problem, QuadratureAdjoint,
+    TapeThroughSolver,
 };
 use pam_solvers::{
     Constant, ConstantStep, FailureKind, Integrator, Interpolation, NoInput, PidController,
@@ -19,15 +20,17 @@ fn tsit5() -> Integrator<PidController> {
 }
 
 fn methods() -> Vec<Box<dyn GradientMethod<VanDerPol<f64>, Constant<f64>>>> {
-    let adjoint = DiscreteAdjoint::new(OneByOne);
+    let adjoint = DiscreteAdjoint::new(ByTape);
     vec![
+        Box::new(TapeThroughSolver),
+        Box::new(DualThroughSolver::<3>),
         Box::new(adjoint),
         Box::new(adjoint.with_checkpointing(Checkpointing::Interval(3))),
         Box::new(adjoint.with_checkpointing(Checkpointing::Binomial { snapshots: 2 })),
-        Box::new(ForwardSensitivity::new(OneByOne)),
-        Box::new(Backsolve::new(OneByOne, tsit5())),
-        Box::new(InterpolatingAdjoint::new(OneByOne, tsit5())),
-        Box::new(QuadratureAdjoint::new(OneByOne, tsit5())),
+        Box::new(ForwardSensitivity::new(ByDual)),
+        Box::new(Backsolve::new(ByDual, tsit5())),
+        Box::new(InterpolatingAdjoint::new(ByTape, tsit5())),
+        Box::new(QuadratureAdjoint::new(ByTape, tsit5())),
         Box::new(FiniteDifference::default()),
     ]
 }
@@ -93,7 +96,7 @@ fn inconsistent_requests_are_refused() {
         refused(&*method, &Problem { t1: f64::NAN, ..good }, "interval");
     }
     for empty in [Checkpointing::Interval(0), Checkpointing::Binomial { snapshots: 0 }] {
-        let method = DiscreteAdjoint::new(OneByOne).with_checkpointing(empty);
+        let method = DiscreteAdjoint::new(ByTape).with_checkpointing(empty);
         refused(&method, &good, "stores nothing");
     }
     let method = FiniteDifference::default().with_parameters(vec![1]);
@@ -118,7 +121,7 @@ fn statistics_of_a_fixed_problem() {
         observations_s: &[0.12, 0.22, 0.5, 1.0],
         integrator: &integrator,
     };
-    let adjoint = DiscreteAdjoint::new(OneByOne);
+    let adjoint = DiscreteAdjoint::new(ByTape);
     let statistics = |method: &dyn GradientMethod<_, _>| {
         method.value_and_gradient(&problem, &mut loss(&SCALES)).unwrap().statistics
     };
@@ -137,7 +140,7 @@ fn statistics_of_a_fixed_problem() {
     // β(3, 3) = 20 steps take 3 · 20 − β(4, 2) repeats, and each once more for its stages.
     assert_eq!((binomial.vjps, binomial.replayed), (20 * 6 + 1, 3 * 20 - 15 + 20));
     assert_eq!(binomial.checkpoint_bytes, 3 * 2 * 2 * 8);
-    let forward = statistics(&ForwardSensitivity::new(OneByOne));
+    let forward = statistics(&ForwardSensitivity::new(ByTape));
     // Six parameters, two states, five samples.
     assert_eq!(forward.jvps, (6 + 2 + 5) * (20 * 6 + 1));
 }
@@ -156,7 +159,7 @@ fn sensitivities_are_the_derivatives_of_the_observed_states() {
         observations_s: &[0.0, 0.4, 1.0],
         integrator: &integrator,
     };
-    let s = ForwardSensitivity::new(OneByOne).sensitivities(&problem).unwrap();
+    let s = ForwardSensitivity::new(ByTape).sensitivities(&problem).unwrap();
     assert_eq!((s.states.len(), s.tangents.len()), (3 * 2, 3 * 3 * 2));
     assert_eq!(s.tangents[..6], [0.0, 0.0, 1.0, 0.0, 0.0, 1.0], "μ, x, v at the start");
     for k in 0..6 {
@@ -164,7 +167,7 @@ fn sensitivities_are_the_derivatives_of_the_observed_states() {
             w[k] = 1.0;
             y[k]
         };
-        let adjoint = DiscreteAdjoint::new(OneByOne);
+        let adjoint = DiscreteAdjoint::new(ByTape);
         let gradient = adjoint.value_and_gradient(&problem, &mut pick).unwrap();
         let row: Vec<f64> = (0..3).map(|d| s.tangents[(k / 2) * 6 + d * 2 + k % 2]).collect();
         assert!((row[0] - gradient.parameters[0]).abs() < 1e-12);

@@ -1,7 +1,7 @@
 //! Where gradients of a well-solved problem go wrong, and what tells.
 
 use crate::case::apart;
-use crate::one_by_one::OneByOne;
+use pam_autodiff::ByTape;
 use pam_core::{ParametricField, Scalar, VectorField};
 use pam_solvers::sensitivity::{
     Backsolve, DiscreteAdjoint, GradientMethod, InterpolatingAdjoint, Problem, tolerance_halving,
@@ -80,7 +80,7 @@ fn halving_the_tolerance_shows_an_unconverged_gradient() {
     let field = Quartic { theta };
     let exact = ((t1 - theta).powi(5) + theta.powi(5)) / 5.0;
     let exact_slope = theta.powi(4) - (t1 - theta).powi(4);
-    let adjoint = DiscreteAdjoint::new(OneByOne);
+    let adjoint = DiscreteAdjoint::new(ByTape);
     for tolerance in [1e-2, 1e-3, 1e-5] {
         let integrator =
             Integrator::new(Tableau::bogacki_shampine3(), PidController::new(tolerance, tolerance));
@@ -106,7 +106,7 @@ fn halving_the_tolerance_shows_an_unconverged_gradient() {
 #[test]
 fn at_a_rest_point_the_gradient_is_wrong_and_halving_does_not_tell() {
     let (field, t1) = (Cycle { a: 1.0 }, 20.0_f64);
-    let adjoint = DiscreteAdjoint::new(OneByOne);
+    let adjoint = DiscreteAdjoint::new(ByTape);
     let gradient = |controller: PidController| {
         let integrator = Integrator::new(Tableau::tsit5(), controller);
         let problem = at_end(&field, &[1.0, 1.0], &t1, &integrator);
@@ -139,18 +139,18 @@ fn backsolve_fails_on_a_stiff_problem_and_the_discrete_adjoint_does_not() {
     };
     let (integrator, exact) = (tsit5(1e-7), tsit5(1e-12));
     let problem = at_end(&field, &y0, &t1, &integrator);
-    let adjoint = DiscreteAdjoint::new(OneByOne);
+    let adjoint = DiscreteAdjoint::new(ByTape);
     let truth = Problem { integrator: &exact, ..problem };
     let truth = adjoint.value_and_gradient(&truth, &mut last).unwrap().parameters;
     let right = adjoint.value_and_gradient(&problem, &mut last).unwrap();
-    let interpolating = InterpolatingAdjoint::new(OneByOne, tsit5(1e-7));
+    let interpolating = InterpolatingAdjoint::new(ByTape, tsit5(1e-7));
     let interpolating = interpolating.value_and_gradient(&problem, &mut last).unwrap();
     println!("stiff: truth {truth:?}, discrete {:?}", right.parameters);
     println!("stiff: interpolating {:?}", interpolating.parameters);
     assert!(apart(&right.parameters, &truth) < 1e-5);
     assert!(apart(&interpolating.parameters, &truth) < 1e-3);
 
-    let backsolve = Backsolve::new(OneByOne, tsit5(1e-7).with_max_steps(20_000));
+    let backsolve = Backsolve::new(ByTape, tsit5(1e-7).with_max_steps(20_000));
     let e = backsolve.value_and_gradient(&problem, &mut last).unwrap_err();
     println!("stiff: {e}; reached {:?}", e.state);
     assert!(matches!(e.kind, FailureKind::Backward(_)), "{e}");
