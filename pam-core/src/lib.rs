@@ -30,6 +30,7 @@ pub mod field;
 pub mod force;
 pub mod joint;
 pub mod scalar;
+pub mod simd;
 pub mod units;
 
 pub use activation::{Activation, ActivationFunction};

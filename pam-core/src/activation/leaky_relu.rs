@@ -1,5 +1,6 @@
 use super::ActivationFunction;
 use crate::scalar::Scalar;
+use crate::simd::Float;
 use serde::{Deserialize, Serialize};
 
 /// `max(z, 0) + slope · min(z, 0)` (Maas, Hannun and Ng 2013).
@@ -21,5 +22,14 @@ impl ActivationFunction for LeakyRelu {
     #[inline]
     fn value<S: Scalar>(&self, z: S) -> S {
         if z.real() > 0.0 { z } else { z.scaled(self.slope) }
+    }
+
+    #[inline(always)]
+    fn value_and_slope<T: Float>(&self, z: T) -> (T, T) {
+        if z > T::narrow(0.0) {
+            (z, T::narrow(1.0))
+        } else {
+            (z * T::narrow(self.slope), T::narrow(self.slope))
+        }
     }
 }

@@ -1,5 +1,6 @@
 use super::ActivationFunction;
 use crate::scalar::Scalar;
+use crate::simd::Float;
 use serde::{Deserialize, Serialize};
 
 /// `max(z, 0)`.
@@ -12,5 +13,11 @@ impl ActivationFunction for Relu {
     #[inline]
     fn value<S: Scalar>(&self, z: S) -> S {
         if z.real() > 0.0 { z } else { S::zero() }
+    }
+
+    #[inline(always)]
+    fn value_and_slope<T: Float>(&self, z: T) -> (T, T) {
+        let zero = T::narrow(0.0);
+        if z > zero { (z, T::narrow(1.0)) } else { (zero, zero) }
     }
 }

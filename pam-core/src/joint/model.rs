@@ -99,6 +99,31 @@ impl<S: Scalar, F: ForceModel<S>> JointModel<S, F> {
     }
 }
 
+impl<S: Scalar, F> JointModel<S, F> {
+    /// The pressures of sealed air at displacement `x` that were `start_kpa` at `x_start`: the exact
+    /// integral of `Ṗ = −C m V̇/V²`, `P = P_start + C m [1/V(x) − 1/V(x_start)]`, kPa absolute.
+    ///
+    /// They differ from [`gas_law_pressures_kpa`](Self::gas_law_pressures_kpa) by a constant where the
+    /// measured start does not obey the gas law.
+    pub fn sealed_pressures_kpa(
+        &self,
+        x: S,
+        x_start: S,
+        start_kpa: [S; 2],
+        masses: SealedMasses<S>,
+    ) -> [S; 2] {
+        let p = self.physical();
+        let now = self.geometry.volumes(x, p.deformation);
+        let then = self.geometry.volumes(x_start, p.deformation);
+        let change =
+            |mass: S, now: S, then: S| p.gas_coefficient * mass * (now.recip() - then.recip());
+        [
+            start_kpa[0] + change(masses.flexor_g, now.flexor_mm3, then.flexor_mm3),
+            start_kpa[1] + change(masses.extensor_g, now.extensor_mm3, then.extensor_mm3),
+        ]
+    }
+}
+
 impl<F> JointModel<f64, F> {
     /// Checks that parameters and geometry are physical.
     ///

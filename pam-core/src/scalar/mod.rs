@@ -105,14 +105,14 @@ impl Scalar for f64 {
     }
     #[inline]
     fn affine_into(columns: &[Self], bias: &[Self], input: &[Self], out: &mut [Self]) {
-        affine::affine_f64(columns, bias, input, out);
+        affine::affine(columns, bias, input, out);
     }
 }
 
 impl Scalar for f32 {
     #[inline]
     fn affine_into(columns: &[Self], bias: &[Self], input: &[Self], out: &mut [Self]) {
-        affine::affine_f32(columns, bias, input, out);
+        affine::affine(columns, bias, input, out);
     }
 }
 

@@ -1,0 +1,79 @@
+//! What a batched vector field is.
+
+/// A vector field for many points at once, with its derivatives.
+///
+/// Trajectories share the field's parameters (weights, mass) and differ in a *condition* with
+/// parameters of its own (sealed masses). Two kinds of work are batched:
+///
+/// - **lanes**: one point from each of many trajectories, for the forward solve;
+/// - **blocks**: many points along one trajectory, for the adjoint. Once a solve is done all its stage
+///   states are known, so Jacobians can be taken for a whole block of steps at once; the recursion
+///   through time then handles small matrices only, and the parameter cotangents are summed for the
+///   block at once again. This pays where the state is small and the field has few outputs that are
+///   dear, as with a network of one force.
+///
+/// States and inputs lie point after point.
+pub trait BatchField: Sync {
+    /// What distinguishes one trajectory from another.
+    type Condition: Sync;
+    /// Memory for lanes, with the condition of each.
+    type Lanes: Send;
+    /// Memory for a block.
+    type Block: Send;
+
+    /// Number of states.
+    fn state_len(&self) -> usize;
+
+    /// Number of inputs.
+    fn input_len(&self) -> usize;
+
+    /// Number of parameters that all trajectories share.
+    fn parameter_len(&self) -> usize;
+
+    /// Number of parameters of one condition.
+    fn condition_len(&self) -> usize;
+
+    /// Memory for `capacity` lanes.
+    fn lanes(&self, capacity: usize) -> Self::Lanes;
+
+    /// Puts a condition into a lane.
+    fn set_lane(&self, lane: usize, condition: &Self::Condition, lanes: &mut Self::Lanes);
+
+    /// Moves the condition of lane `from` to lane `to`.
+    fn move_lane(&self, from: usize, to: usize, lanes: &mut Self::Lanes);
+
+    /// Writes the derivative of the first `t.len()` lanes to `dy`. A lane's result does not depend on
+    /// the others'.
+    fn eval_lanes(&self, t: &[f64], y: &[f64], u: &[f64], dy: &mut [f64], lanes: &mut Self::Lanes);
+
+    /// Memory for blocks of up to `capacity` points.
+    fn block(&self, capacity: usize) -> Self::Block;
+
+    /// Writes ∂f/∂y of `t.len()` points, `[points, states, states]` row by row, and keeps what
+    /// [`accumulate`](Self::accumulate) needs.
+    fn linearise(
+        &self,
+        condition: &Self::Condition,
+        t: &[f64],
+        y: &[f64],
+        u: &[f64],
+        jacobians: &mut [f64],
+        block: &mut Self::Block,
+    );
+
+    /// Adds `Σ_points (∂f/∂p)ᵀ w` to the shared sums and the condition's own, for cotangents `w`
+    /// `[points, states]`; to be called once after [`linearise`](Self::linearise) with the same
+    /// points.
+    #[allow(clippy::too_many_arguments)]
+    fn accumulate(
+        &self,
+        condition: &Self::Condition,
+        t: &[f64],
+        y: &[f64],
+        u: &[f64],
+        w: &[f64],
+        shared: &mut [f64],
+        own: &mut [f64],
+        block: &mut Self::Block,
+    );
+}

@@ -1,0 +1,19 @@
+//! Derivatives by hand, for many points at once.
+//!
+//! - [`network`]: values, cotangents and tangents of a multilayer perceptron over a batch, as matrix
+//!   products, in `f32` or `f64`, for every activation;
+//! - [`field`]: what a batched vector field is;
+//! - [`sealed_motion`]: the joint with sealed chambers as a batched field of two states;
+//! - [`pointwise`]: any [`DifferentiableField`](crate::DifferentiableField) as a batched field.
+//!
+//! The generic-scalar models of `pam-core` are the reference; tests hold the batched ones to them.
+
+pub mod field;
+pub mod network;
+pub mod pointwise;
+pub mod sealed_motion;
+
+pub use field::BatchField;
+pub use network::{BatchNetwork, NetworkBlock, NetworkSums};
+pub use pointwise::Pointwise;
+pub use sealed_motion::SealedMotion;

@@ -1,0 +1,375 @@
+//! Forward and backward passes over a block of points.
+
+use super::{BatchNetwork, NetworkSums};
+use pam_core::ActivationFunction;
+use pam_core::simd::gemm::{Layout, Product};
+use pam_core::simd::{Float, arch};
+use pulp::{Simd, WithSimd};
+
+/// Memory for one block of points: per hidden layer the values, the slopes of the activation and the
+/// cotangents before it.
+#[derive(Debug, Clone)]
+pub struct NetworkBlock<T> {
+    capacity: usize,
+    values: Vec<Vec<T>>,
+    slopes: Vec<Vec<T>>,
+    cotangents: Vec<Vec<T>>,
+    /// Output cotangents times the weights of the points.
+    weighted: Vec<T>,
+}
+
+impl<T: Float> NetworkBlock<T> {
+    /// Number of points that fit.
+    #[must_use]
+    pub fn capacity(&self) -> usize {
+        self.capacity
+    }
+}
+
+impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
+    /// Memory for up to `capacity` points.
+    #[must_use]
+    pub fn block(&self, capacity: usize) -> NetworkBlock<T> {
+        let hidden = &self.layers[..self.hidden()];
+        let buffers = || hidden.iter().map(|l| zeros(capacity * l.output_stride)).collect();
+        NetworkBlock {
+            capacity,
+            values: buffers(),
+            slopes: buffers(),
+            cotangents: buffers(),
+            weighted: zeros(capacity * self.outputs()),
+        }
+    }
+
+    /// Values only: writes the outputs of `points` points to `out`, `[points, output_stride]`.
+    ///
+    /// `input` is `[points, input_stride]`; `bias` is the (folded) first bias, one for all points or
+    /// one for each.
+    ///
+    /// # Panics
+    /// If a slice is too short for `points`, or these are more than the block holds.
+    pub fn values_into(
+        &self,
+        points: usize,
+        bias: &[T],
+        input: &[T],
+        out: &mut [T],
+        block: &mut NetworkBlock<T>,
+    ) {
+        self.forward(points, bias, input, out, block, false);
+    }
+
+    /// Like [`values_into`](Self::values_into), and keeps in `block` what the other passes need.
+    ///
+    /// # Panics
+    /// As [`values_into`](Self::values_into).
+    pub fn forward_into(
+        &self,
+        points: usize,
+        bias: &[T],
+        input: &[T],
+        out: &mut [T],
+        block: &mut NetworkBlock<T>,
+    ) {
+        self.forward(points, bias, input, out, block, true);
+    }
+
+    fn forward(
+        &self,
+        points: usize,
+        bias: &[T],
+        input: &[T],
+        out: &mut [T],
+        block: &mut NetworkBlock<T>,
+        keep: bool,
+    ) {
+        assert!(points <= block.capacity, "{points} points do not fit the block");
+        let last = self.hidden();
+        for (k, layer) in self.layers.iter().enumerate() {
+            let len = points * layer.output_stride;
+            let (done, rest) = block.values.split_at_mut(k.min(last));
+            let source = if k == 0 { input } else { &done[k - 1] };
+            let target = if k == last { &mut out[..len] } else { &mut rest[0][..len] };
+            let bias = if k == 0 { bias } else { &layer.bias };
+            if bias.len() >= len {
+                target.copy_from_slice(&bias[..len]);
+            } else {
+                for point in target.chunks_exact_mut(layer.output_stride) {
+                    point.copy_from_slice(&bias[..layer.output_stride]);
+                }
+            }
+            if k == last && layer.outputs < 4 {
+                self.few_outputs(points, source, target);
+                break;
+            }
+            Product {
+                rows: layer.output_stride,
+                inner: layer.inputs,
+                columns: points,
+                a: &layer.columns,
+                b: source,
+                layout: Layout::Columns,
+                b_stride: layer.input_stride,
+                c: target,
+            }
+            .add();
+            if k == last {
+                break;
+            }
+            if keep {
+                let slopes = &mut block.slopes[k][..len];
+                self.activation.apply_to_batch_with_slopes(target, slopes);
+            } else {
+                self.activation.apply_to_batch(target);
+            }
+        }
+    }
+
+    /// Adds the last layer's products when it has so few outputs that dot products are cheaper.
+    fn few_outputs(&self, points: usize, source: &[T], target: &mut [T]) {
+        let layer = self.last();
+        let (rows, stride) = (&layer.rows, layer.input_stride);
+        let out_stride = layer.output_stride;
+        arch().dispatch(Dots { points, vectors: rows, source, stride, target, out_stride });
+    }
+
+    /// From cotangents of the outputs, `[points, outputs]`, to cotangents of the inputs,
+    /// `[points, inputs]`, after [`forward_into`](Self::forward_into). Keeps the cotangents of the
+    /// layers for [`accumulate`](Self::accumulate).
+    ///
+    /// # Panics
+    /// If a slice is too short.
+    pub fn pull_back(
+        &self,
+        points: usize,
+        cotangent: &[T],
+        input_cotangent: &mut [T],
+        block: &mut NetworkBlock<T>,
+    ) {
+        let last = self.hidden();
+        for k in (1..=last).rev() {
+            let layer = &self.layers[k];
+            let len = points * layer.input_stride;
+            let (below, above) = block.cotangents.split_at_mut(k);
+            let target = &mut below[k - 1][..len];
+            target.fill(T::default());
+            let (source, b_stride) = if k == last {
+                (cotangent, layer.outputs)
+            } else {
+                (&above[0][..], layer.output_stride)
+            };
+            Product {
+                rows: layer.input_stride,
+                inner: layer.outputs,
+                columns: points,
+                a: &layer.rows,
+                b: source,
+                layout: Layout::Columns,
+                b_stride,
+                c: target,
+            }
+            .add();
+            arch().dispatch(Multiply { values: target, factors: &block.slopes[k - 1][..len] });
+        }
+        let first = &self.layers[0];
+        let target = &mut input_cotangent[..points * first.inputs];
+        target.fill(T::default());
+        if last == 0 {
+            for (c, t) in cotangent
+                .chunks_exact(first.outputs)
+                .zip(target.chunks_exact_mut(first.inputs))
+                .take(points)
+            {
+                for (column, t) in first.columns.chunks_exact(first.output_stride).zip(t) {
+                    for (&w, &c) in column.iter().zip(c) {
+                        *t += w * c;
+                    }
+                }
+            }
+            return;
+        }
+        arch().dispatch(Dots {
+            points,
+            vectors: &first.columns,
+            source: &block.cotangents[0],
+            stride: first.output_stride,
+            target,
+            out_stride: first.inputs,
+        });
+    }
+
+    /// Adds the weight cotangents of all points, each weighed by `weights[point]`, to `sums`. To be
+    /// called once after [`pull_back`](Self::pull_back) with the same `input` and `cotangent`; it uses
+    /// up the kept cotangents.
+    ///
+    /// # Panics
+    /// If a slice is too short.
+    pub fn accumulate(
+        &self,
+        points: usize,
+        weights: &[T],
+        input: &[T],
+        cotangent: &[T],
+        sums: &mut NetworkSums<T>,
+        block: &mut NetworkBlock<T>,
+    ) {
+        let last = self.hidden();
+        for k in 0..last {
+            let layer = &self.layers[k];
+            let cotangents = &mut block.cotangents[k][..points * layer.output_stride];
+            let stride = layer.output_stride;
+            arch().dispatch(Weigh { values: cotangents, weights, stride });
+            let source = if k == 0 { input } else { &block.values[k - 1][..] };
+            let add = |b: &[T], columns: usize, b_stride: usize, c: &mut [T]| {
+                Product {
+                    rows: layer.output_stride,
+                    inner: points,
+                    columns,
+                    a: cotangents,
+                    b,
+                    layout: Layout::Rows,
+                    b_stride,
+                    c,
+                }
+                .add();
+            };
+            add(source, layer.inputs, layer.input_stride, &mut sums.weights[k]);
+            add(&sums.ones[..points], 1, 1, &mut sums.biases[k]);
+        }
+        let layer = self.last();
+        for (w, (c, &weight)) in block
+            .weighted
+            .chunks_exact_mut(layer.outputs)
+            .zip(cotangent.chunks_exact(layer.outputs).zip(weights))
+            .take(points)
+        {
+            for ((w, &c), b) in w.iter_mut().zip(c).zip(&mut sums.biases[last]) {
+                *w = c * weight;
+                *b += *w;
+            }
+        }
+        let source = if last == 0 { input } else { &block.values[last - 1][..] };
+        // The last layer's sum is kept row by row: its outputs are few and would be mostly padding.
+        Product {
+            rows: layer.input_stride,
+            inner: points,
+            columns: layer.outputs,
+            a: source,
+            b: &block.weighted,
+            layout: Layout::Rows,
+            b_stride: layer.outputs,
+            c: &mut sums.weights[last],
+        }
+        .add();
+    }
+
+    /// From tangents of the inputs, `[points, input_stride]`, to tangents of the outputs,
+    /// `[points, output_stride]`, after [`forward_into`](Self::forward_into); weights and constants do
+    /// not change. Uses up the kept cotangents.
+    ///
+    /// # Panics
+    /// If a slice is too short.
+    pub fn push_forward(
+        &self,
+        points: usize,
+        tangent: &[T],
+        out: &mut [T],
+        block: &mut NetworkBlock<T>,
+    ) {
+        let last = self.hidden();
+        for (k, layer) in self.layers.iter().enumerate() {
+            let len = points * layer.output_stride;
+            let (done, rest) = block.cotangents.split_at_mut(k.min(last));
+            let source = if k == 0 { tangent } else { &done[k - 1] };
+            let target = if k == last { &mut out[..len] } else { &mut rest[0][..len] };
+            target.fill(T::default());
+            Product {
+                rows: layer.output_stride,
+                inner: layer.inputs,
+                columns: points,
+                a: &layer.columns,
+                b: source,
+                layout: Layout::Columns,
+                b_stride: layer.input_stride,
+                c: target,
+            }
+            .add();
+            if k < last {
+                arch().dispatch(Multiply { values: target, factors: &block.slopes[k][..len] });
+            }
+        }
+    }
+}
+
+fn zeros<T: Float>(len: usize) -> Vec<T> {
+    vec![T::default(); len]
+}
+
+/// `values *= factors`, elementwise.
+struct Multiply<'a, T> {
+    values: &'a mut [T],
+    factors: &'a [T],
+}
+
+impl<T: Float> WithSimd for Multiply<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        for (v, &f) in self.values.iter_mut().zip(self.factors) {
+            *v *= f;
+        }
+    }
+}
+
+/// Each point times its weight.
+struct Weigh<'a, T> {
+    values: &'a mut [T],
+    weights: &'a [T],
+    stride: usize,
+}
+
+impl<T: Float> WithSimd for Weigh<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        for (point, &w) in self.values.chunks_exact_mut(self.stride).zip(self.weights) {
+            for v in point {
+                *v *= w;
+            }
+        }
+    }
+}
+
+/// `target[p, d] += vectors[d] · source[p]`, for few vectors.
+struct Dots<'a, T> {
+    points: usize,
+    vectors: &'a [T],
+    source: &'a [T],
+    stride: usize,
+    target: &'a mut [T],
+    out_stride: usize,
+}
+
+impl<T: Float> WithSimd for Dots<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let points = self.source.chunks_exact(self.stride).take(self.points);
+        for (x, out) in points.zip(self.target.chunks_exact_mut(self.out_stride)) {
+            let (x, _) = T::split::<S>(x);
+            for (w, o) in self.vectors.chunks_exact(self.stride).zip(out) {
+                let (w, _) = T::split::<S>(w);
+                let mut sums = [T::splat(simd, T::default()); 2];
+                for (w, x) in w.chunks(2).zip(x.chunks(2)) {
+                    for (sum, (&w, &x)) in sums.iter_mut().zip(w.iter().zip(x)) {
+                        *sum = T::fused(simd, w, x, *sum);
+                    }
+                }
+                *o += T::across(simd, T::plus(simd, sums[0], sums[1]));
+            }
+        }
+    }
+}

@@ -1,0 +1,307 @@
+//! The joint with sealed chambers as a batched field of two states.
+
+use super::{BatchField, BatchNetwork, NetworkBlock, NetworkSums};
+use pam_core::simd::Float;
+use pam_core::{Activation, ActivationFunction, JointModel, NetworkForce, SealedMasses};
+
+/// The joint with sealed chambers, reduced to its motion and batched:
+///
+/// ```text
+/// ẋ = v
+/// v̇ = (F_e − f_θ(x, v, m_f, m_e) − B v) / m
+/// ```
+///
+/// With valves closed the pressures never act back on the motion; they follow from it by the gas law
+/// (see [`JointModel::sealed_pressures_kpa`]), so two states are enough. The masses are constant along
+/// a trajectory and are folded into the network's first bias. States, time and sums are doubles; the
+/// network runs in `T`.
+///
+/// Shared parameters: those of the network, then m (the mass itself, kg) and B (kg/s). A condition's
+/// own: m_f, m_e (g).
+#[derive(Debug, Clone)]
+pub struct SealedMotion<T, A = Activation> {
+    network: BatchNetwork<T, A>,
+    mass_kg: f64,
+    auxiliary_damping_kg_s: f64,
+}
+
+/// The air of one trajectory, with the network's first bias for it.
+#[derive(Debug, Clone)]
+pub struct SealedCondition<T> {
+    masses: [f64; 2],
+    bias: Vec<T>,
+}
+
+/// The air of each lane, and scratch memory.
+#[derive(Debug)]
+pub struct MotionLanes<T> {
+    /// The first bias of each lane.
+    biases: Vec<T>,
+    input: Vec<T>,
+    out: Vec<T>,
+    block: NetworkBlock<T>,
+}
+
+/// Scratch memory of a block.
+#[derive(Debug)]
+pub struct MotionBlock<T> {
+    input: Vec<T>,
+    out: Vec<T>,
+    /// Cotangents of the network's output: ones, since each point's weight comes later.
+    ones: Vec<T>,
+    slopes: Vec<T>,
+    weights: Vec<T>,
+    network: NetworkBlock<T>,
+    sums: NetworkSums<T>,
+}
+
+/// Index of the mass m among the shared parameters, counted from the end of the network's.
+pub const MASS: usize = 0;
+/// Index of the auxiliary damping B among the shared parameters, counted from the end of the
+/// network's.
+pub const DAMPING: usize = 1;
+
+impl<T: Float, A: ActivationFunction> SealedMotion<T, A> {
+    /// The motion of a joint whose force is a network.
+    #[must_use]
+    pub fn new<F>(model: &JointModel<f64, F>, force: &NetworkForce<f64, A>) -> Self {
+        Self {
+            network: BatchNetwork::new(force.mlp(), 2),
+            mass_kg: model.physical().mass_kg,
+            auxiliary_damping_kg_s: model.auxiliary_damping_kg_s,
+        }
+    }
+
+    /// The condition of a trajectory with these masses.
+    #[must_use]
+    pub fn condition(&self, masses: SealedMasses) -> SealedCondition<T> {
+        let masses = [masses.flexor_g, masses.extensor_g];
+        SealedCondition { masses, bias: self.network.fold(&masses) }
+    }
+
+    fn write_input(&self, y: &[f64], input: &mut [T]) {
+        for (o, y) in input.chunks_exact_mut(self.network.input_stride()).zip(y.chunks_exact(2)) {
+            o[0] = T::narrow(y[0]);
+            o[1] = T::narrow(y[1]);
+        }
+    }
+}
+
+fn zeros<T: Float>(len: usize) -> Vec<T> {
+    vec![T::default(); len]
+}
+
+impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
+    type Condition = SealedCondition<T>;
+    type Lanes = MotionLanes<T>;
+    type Block = MotionBlock<T>;
+
+    fn state_len(&self) -> usize {
+        2
+    }
+    fn input_len(&self) -> usize {
+        1
+    }
+    fn parameter_len(&self) -> usize {
+        self.network.parameter_len() + 2
+    }
+    fn condition_len(&self) -> usize {
+        2
+    }
+
+    fn lanes(&self, capacity: usize) -> MotionLanes<T> {
+        MotionLanes {
+            biases: zeros(capacity * self.network.fold(&[0.0; 2]).len()),
+            input: zeros(capacity * self.network.input_stride()),
+            out: zeros(capacity * self.network.output_stride()),
+            block: self.network.block(capacity),
+        }
+    }
+
+    fn set_lane(&self, lane: usize, condition: &SealedCondition<T>, lanes: &mut MotionLanes<T>) {
+        let n = condition.bias.len();
+        lanes.biases[lane * n..(lane + 1) * n].copy_from_slice(&condition.bias);
+    }
+
+    fn move_lane(&self, from: usize, to: usize, lanes: &mut MotionLanes<T>) {
+        let n = lanes.biases.len() / lanes.block.capacity();
+        lanes.biases.copy_within(from * n..(from + 1) * n, to * n);
+    }
+
+    fn eval_lanes(
+        &self,
+        t: &[f64],
+        y: &[f64],
+        u: &[f64],
+        dy: &mut [f64],
+        lanes: &mut MotionLanes<T>,
+    ) {
+        let points = t.len();
+        self.write_input(&y[..2 * points], &mut lanes.input);
+        let MotionLanes { biases, input, out, block } = lanes;
+        self.network.values_into(points, biases, input, out, block);
+        let forces = out.chunks_exact(self.network.output_stride());
+        let states = y.chunks_exact(2).zip(dy.chunks_exact_mut(2));
+        for (((y, dy), force), u) in states.zip(forces).zip(u).take(points) {
+            dy[0] = y[1];
+            dy[1] = (u - force[0].widen() - self.auxiliary_damping_kg_s * y[1]) / self.mass_kg;
+        }
+    }
+
+    fn block(&self, capacity: usize) -> MotionBlock<T> {
+        MotionBlock {
+            input: zeros(capacity * self.network.input_stride()),
+            out: zeros(capacity * self.network.output_stride()),
+            ones: vec![T::narrow(1.0); capacity],
+            slopes: zeros(capacity * 2),
+            weights: zeros(capacity),
+            network: self.network.block(capacity),
+            sums: self.network.sums(capacity),
+        }
+    }
+
+    fn linearise(
+        &self,
+        condition: &SealedCondition<T>,
+        t: &[f64],
+        y: &[f64],
+        _u: &[f64],
+        jacobians: &mut [f64],
+        block: &mut MotionBlock<T>,
+    ) {
+        let points = t.len();
+        self.write_input(&y[..2 * points], &mut block.input);
+        let MotionBlock { input, out, ones, slopes, network, .. } = block;
+        self.network.forward_into(points, &condition.bias, input, out, network);
+        self.network.pull_back(points, ones, slopes, network);
+        let (b, m) = (self.auxiliary_damping_kg_s, self.mass_kg);
+        for (j, slope) in jacobians.chunks_exact_mut(4).zip(slopes.chunks_exact(2)).take(points) {
+            j[0] = 0.0;
+            j[1] = 1.0;
+            j[2] = -slope[0].widen() / m;
+            j[3] = -(slope[1].widen() + b) / m;
+        }
+    }
+
+    fn accumulate(
+        &self,
+        condition: &SealedCondition<T>,
+        t: &[f64],
+        y: &[f64],
+        u: &[f64],
+        w: &[f64],
+        shared: &mut [f64],
+        own: &mut [f64],
+        block: &mut MotionBlock<T>,
+    ) {
+        let points = t.len();
+        let (network_len, m) = (self.network.parameter_len(), self.mass_kg);
+        let (network_shared, physical) = shared.split_at_mut(network_len);
+        let forces = block.out.chunks_exact(self.network.output_stride());
+        let states = y.chunks_exact(2).zip(u).zip(w.chunks_exact(2));
+        for ((weight, force), ((y, u), w)) in
+            block.weights.iter_mut().zip(forces).zip(states).take(points)
+        {
+            *weight = T::narrow(-w[1] / m);
+            let resultant = u - force[0].widen() - self.auxiliary_damping_kg_s * y[1];
+            physical[MASS] -= w[1] * resultant / (m * m);
+            physical[DAMPING] -= w[1] * y[1] / m;
+        }
+        let MotionBlock { input, ones, weights, network, sums, .. } = block;
+        self.network.accumulate(points, weights, input, ones, sums, network);
+        self.network.drain_into(sums, &condition.masses, network_shared, own);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use num_dual::Dual64;
+    use pam_core::force::{Dense, Mlp};
+    use pam_core::{ParametricField, Scalar, VectorField};
+
+    fn model() -> JointModel<f64, NetworkForce<f64>> {
+        let layer = |inputs: usize, outputs: usize, seed: f64, scale: f64| {
+            let value = |k: usize| scale * (seed + k as f64 * 1.313).sin();
+            let weights: Vec<f64> = (0..inputs * outputs).map(value).collect();
+            Dense::from_rows(&weights, (0..outputs).map(|k| value(k + 99)).collect()).unwrap()
+        };
+        let layers = vec![layer(4, 20, 0.3, 1.0), layer(20, 12, 1.1, 0.4), layer(12, 1, 2.2, 3e3)];
+        let activation = Activation::from_name("leaky_relu").unwrap();
+        let force = NetworkForce::new(Mlp::new(layers, activation).unwrap()).unwrap();
+        let mut model = JointModel::datasheet(force);
+        model.auxiliary_damping_kg_s = 700.0;
+        model
+    }
+
+    /// Jacobians and parameter cotangents equal those of the generic field by dual numbers.
+    #[test]
+    fn equals_the_generic_field() {
+        let model = model();
+        let masses = SealedMasses::new(0.05, 0.09).unwrap();
+        let field = model.sealed(masses);
+        let motion = SealedMotion::<f64>::new(&model, &model.force);
+        let condition = motion.condition(masses);
+        let points = 7;
+        let number = |seed: f64, k: usize| (seed + 0.77 * k as f64).sin();
+        let t = vec![0.0; points];
+        let y: Vec<f64> = (0..2 * points).map(|k| 2.0 * number(0.1, k)).collect();
+        let u: Vec<f64> = (0..points).map(|k| 1e5 * number(0.5, k)).collect();
+        let w: Vec<f64> = (0..2 * points).map(|k| number(0.9, k)).collect();
+
+        let mut lanes = motion.lanes(points);
+        (0..points).for_each(|k| motion.set_lane(k, &condition, &mut lanes));
+        let mut dy = vec![0.0; 2 * points];
+        motion.eval_lanes(&t, &y, &u, &mut dy, &mut lanes);
+        let mut jacobians = vec![0.0; 4 * points];
+        let mut block = motion.block(points);
+        motion.linearise(&condition, &t, &y, &u, &mut jacobians, &mut block);
+        let mut shared = vec![0.0; motion.parameter_len()];
+        let mut own = vec![0.0; 2];
+        motion.accumulate(&condition, &t, &y, &u, &w, &mut shared, &mut own, &mut block);
+
+        let parameters = field.parameters();
+        let lift = |p: &[f64]| p.iter().map(|&v| Dual64::constant(v)).collect::<Vec<_>>();
+        let evaluate = |parameters: &[Dual64], state: [Dual64; 2], force: f64| {
+            let field = field.with_parameters(parameters);
+            let mut out = [Dual64::constant(0.0); 4];
+            let mut work = vec![Dual64::constant(0.0); VectorField::<Dual64>::work_len(&field)];
+            let y = [state[0], state[1], Dual64::constant(400.0), Dual64::constant(400.0)];
+            field.eval_into(0.0, &y, &[Dual64::constant(force)], &mut out, &mut work);
+            [out[0], out[1]]
+        };
+        let close = |a: f64, b: f64| (a - b).abs() <= 1e-11 * (1e-3 + a.abs().max(b.abs()));
+        for p in 0..points {
+            for column in 0..2 {
+                let mut state = [Dual64::constant(y[2 * p]), Dual64::constant(y[2 * p + 1])];
+                state[column].eps = 1.0;
+                let exact = evaluate(&lift(&parameters), state, u[p]);
+                for row in 0..2 {
+                    assert!(close(jacobians[4 * p + 2 * row + column], exact[row].eps));
+                    assert!(close(dy[2 * p + row], exact[row].re));
+                }
+            }
+        }
+        let network_len = shared.len() - 2;
+        let softplus_slope = model.raw.mass.sigmoid();
+        for (i, _) in parameters.iter().enumerate() {
+            let mut lifted = lift(&parameters);
+            lifted[i].eps = 1.0;
+            let exact: f64 = (0..points)
+                .map(|p| {
+                    let state = [Dual64::constant(y[2 * p]), Dual64::constant(y[2 * p + 1])];
+                    let d = evaluate(&lifted, state, u[p]);
+                    d[0].eps * w[2 * p] + d[1].eps * w[2 * p + 1]
+                })
+                .sum();
+            let ours = match i - i.min(network_len) {
+                _ if i < network_len => shared[i],
+                0 => shared[network_len + MASS] * softplus_slope,
+                1 | 2 => 0.0, // C and ν do not act on the motion
+                3 => shared[network_len + DAMPING],
+                k => own[k - 4],
+            };
+            assert!(close(ours, exact), "parameter {i}: {ours} {exact}");
+        }
+    }
+}
