@@ -4,17 +4,25 @@
 //! - [`finite_difference`]: difference schemes as values, so that they can be swapped and compared;
 //! - [`stiffness`]: stiffness `∂f/∂x` and damping `∂f/∂ẋ` of a force model, exact or by a scheme.
 
+#[macro_use]
+pub mod numbers;
+
 pub mod batch;
 pub mod field;
 pub mod finite_difference;
 pub mod stiffness;
+pub mod tape;
 
 pub use batch::BatchField;
-pub use field::{At, Cotangent, DifferentiableField, Differentiation, Tangent};
+pub use field::{
+    At, ByChunk, ByDual, ByTape, Cotangent, DifferentiableField, Differentiation, Tangent,
+};
 pub use finite_difference::{Central, DifferenceScheme, Forward, FourPointSmoothed};
+pub use numbers::{Chunk, ComplexStep};
 pub use stiffness::{
     LinearForce, damping_exact_kg_s, linearise, stiffness_by_difference_n_mm, stiffness_exact_n_mm,
 };
+pub use tape::{Tape, Var};
 
 use num_dual::Dual64;
 

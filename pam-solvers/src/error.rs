@@ -1,6 +1,7 @@
 //! Why a solve stopped, and what it had reached.
 
 use crate::solution::Solution;
+use pam_core::Scalar;
 use std::fmt;
 
 /// Why a solve stopped early.
@@ -18,6 +19,10 @@ pub enum FailureKind {
         /// Step size, s.
         step_s: f64,
     },
+    /// The backward solve of a continuous adjoint stopped early for this reason. `time_s` is the time
+    /// it had come back to, `state` the backward state there (adjoint and sums, after the state itself
+    /// where that is integrated back too), `partial` the states observed by the forward solve.
+    Backward(Box<FailureKind>),
     /// The allowed number of steps is used up.
     TooManySteps {
         /// The limit.
@@ -38,6 +43,28 @@ pub struct SolveError<S> {
     pub partial: Solution<S>,
 }
 
+impl<S: Scalar> SolveError<S> {
+    /// An inconsistent request: nothing was computed.
+    pub(crate) fn request(why: String, t0: f64, y0: &[S]) -> Box<Self> {
+        Box::new(Self {
+            kind: FailureKind::Request(why),
+            time_s: t0,
+            state: y0.to_vec(),
+            partial: Solution::with_capacity(y0.len(), 0),
+        })
+    }
+
+    /// The same failure in plain numbers.
+    pub(crate) fn real(self) -> Box<SolveError<f64>> {
+        Box::new(SolveError {
+            kind: self.kind,
+            time_s: self.time_s,
+            state: self.state.iter().map(|v| v.real()).collect(),
+            partial: self.partial.real(),
+        })
+    }
+}
+
 impl FailureKind {
     /// The failure in words, for a solve that had reached time `t` (s).
     #[must_use]
@@ -56,6 +83,9 @@ impl FailureKind {
                 "the limit of {limit} steps was reached at t = {t:.6} s; raise it or loosen the \
                  tolerance"
             ),
+            Self::Backward(kind) => {
+                format!("in the backward solve of the adjoint, {}", kind.describe(t))
+            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Explicit Runge–Kutta solvers for vector fields with measured inputs.
+//! Explicit Runge–Kutta solvers for vector fields with measured inputs, and gradients through them.
 //!
 //! The parts are separate types, each in the file of its name, and combine freely:
 //!
@@ -9,6 +9,8 @@
 //! | [`controller`] | [`StepController`] | how steps are chosen: constant, or PI/PID on an error estimate |
 //! | [`save_at`] | [`SaveAt`] | what is kept: the end, every step, given times, a dense solution |
 //! | [`input`] | [`Input`] | how a sampled signal is read between samples: held, linear, cubic |
+//! | [`grid`] | [`Grid`] | which steps were accepted; [`replay`](replay()) takes them again with any scalar |
+//! | [`sensitivity`] | [`GradientMethod`](sensitivity::GradientMethod) | how a loss of the solution is differentiated: discrete and continuous adjoints, forward sensitivities, differences |
 //!
 //! [`Integrator`] joins them:
 //!
@@ -36,10 +38,16 @@
 
 pub mod controller;
 pub mod error;
+pub mod grid;
 pub mod input;
 pub mod integrator;
 pub mod lanes;
+mod observer;
+mod recorder;
+pub mod replay;
+mod run;
 pub mod save_at;
+pub mod sensitivity;
 pub mod solution;
 mod step;
 pub mod tableau;
@@ -47,9 +55,13 @@ pub mod term;
 
 pub use controller::{ConstantStep, Decision, PidController, StepController, Tolerances};
 pub use error::{FailureKind, SolveError};
-pub use input::{Constant, Input, InputFn, Interpolation, NoInput, SampledInput, Side};
+pub use grid::Grid;
+pub use input::{
+    Constant, Input, InputFn, Interpolation, NoInput, ParametricInput, SampledInput, Side,
+};
 pub use integrator::Integrator;
 pub use lanes::{LaneFailure, LaneGradient, LaneMemory, LaneProblem, Lanes};
+pub use replay::replay;
 pub use save_at::SaveAt;
 pub use solution::{DenseSolution, Solution, Statistics};
 pub use tableau::Tableau;

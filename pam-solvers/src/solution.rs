@@ -66,6 +66,33 @@ impl<S: Scalar> Solution<S> {
         &self.states[index * self.state_len..(index + 1) * self.state_len]
     }
 
+    /// All saved states, point by point.
+    #[must_use]
+    pub fn states(&self) -> &[S] {
+        &self.states
+    }
+
+    /// Saved points and counts in plain numbers, without the continuous solution.
+    pub(crate) fn real(&self) -> Solution<f64> {
+        Solution {
+            state_len: self.state_len,
+            times_s: self.times_s.clone(),
+            states: self.states.iter().map(|v| v.real()).collect(),
+            statistics: self.statistics,
+            dense: None,
+        }
+    }
+
+    pub(crate) fn without_last(mut self) -> Self {
+        self.times_s.pop();
+        self.states.truncate(self.times_s.len() * self.state_len);
+        self
+    }
+
+    pub(crate) fn into_states(self) -> Vec<S> {
+        self.states
+    }
+
     /// The last saved state, if any.
     #[must_use]
     pub fn last(&self) -> Option<&[S]> {
@@ -118,22 +145,33 @@ impl<S: Scalar> DenseSolution<S> {
     /// The state at time `t` (s), or `None` outside the interval of the solve.
     #[must_use]
     pub fn at(&self, t: f64) -> Option<Vec<S>> {
-        let (first, last) = (*self.times_s.first()?, *self.times_s.last()?);
-        if !(first..=last).contains(&t) || self.times_s.len() < 2 {
-            return None;
+        let mut y = vec![S::zero(); self.state_len];
+        self.at_into(t, &mut y).then_some(y)
+    }
+
+    /// Writes the state at time `t` (s) to `y` and returns `true`, or `false` outside the interval of
+    /// the solve. Allocates nothing.
+    pub fn at_into(&self, t: f64, y: &mut [S]) -> bool {
+        let steps = self.times_s.len() - 1;
+        if steps == 0 || !(self.times_s[0]..=self.times_s[steps]).contains(&t) {
+            return false;
         }
-        let step = self.times_s.partition_point(|&s| s <= t).clamp(1, self.times_s.len() - 1) - 1;
+        let step = self.times_s.partition_point(|&s| s <= t).clamp(1, steps) - 1;
         let (t0, t1) = (self.times_s[step], self.times_s[step + 1]);
         let n = self.state_len;
         let width = n * self.tableau.derivatives();
-        let mut y = vec![S::zero(); n];
         self.tableau.interpolate_into(
             (t - t0) / (t1 - t0),
             t1 - t0,
             &self.starts[step * n..(step + 1) * n],
             &self.stages[step * width..(step + 1) * width],
-            &mut y,
+            y,
         );
-        Some(y)
+        true
+    }
+
+    /// Number of scalars it holds.
+    pub(crate) fn len(&self) -> usize {
+        self.starts.len() + self.stages.len()
     }
 }

@@ -77,9 +77,7 @@ impl<S: Scalar> Workspace<S> {
         let (n, h) = (self.y.len(), t_new - t);
         for i in 1..tableau.stages() {
             self.combine(&tableau.a[i], h);
-            let c = tableau.c[i];
-            // Only a node at exactly 1 touches a jump at the end of the step.
-            let at = if c == 1.0 { (t_new, Side::Left) } else { (t + c * h, Side::Right) };
+            let at = node(tableau.c[i], t, t_new);
             let (_, rest) = self.k.split_at_mut(i * n);
             term.eval_into(at, &self.y_new, &mut rest[..n], &mut self.u, &mut self.field_work);
         }
@@ -121,13 +119,25 @@ impl<S: Scalar> Workspace<S> {
     /// `y_new = y + h Σ_j weights_j k_j`.
     #[inline]
     fn combine(&mut self, weights: &[f64], h: f64) {
-        let n = self.y.len();
-        self.y_new.copy_from_slice(&self.y);
-        for (kj, &w) in self.k.chunks_exact(n).zip(weights) {
-            if w != 0.0 {
-                for (o, &d) in self.y_new.iter_mut().zip(kj) {
-                    *o += d.scaled(h * w);
-                }
+        combine_into(weights, h, &self.y, &self.k, &mut self.y_new);
+    }
+}
+
+/// Time of the stage with node `c` and the side from which it reads the input.
+#[inline]
+pub(crate) fn node(c: f64, t: f64, t_new: f64) -> (f64, Side) {
+    // Only a node at exactly 1 touches a jump at the end of the step.
+    if c == 1.0 { (t_new, Side::Left) } else { (t + c * (t_new - t), Side::Right) }
+}
+
+/// Writes `y + h Σ_j weights_j k_j` to `out`; `k` holds derivatives one after the other.
+#[inline]
+pub(crate) fn combine_into<S: Scalar>(weights: &[f64], h: f64, y: &[S], k: &[S], out: &mut [S]) {
+    out.copy_from_slice(y);
+    for (kj, &w) in k.chunks_exact(y.len()).zip(weights) {
+        if w != 0.0 {
+            for (o, &d) in out.iter_mut().zip(kj) {
+                *o += d.scaled(h * w);
             }
         }
     }

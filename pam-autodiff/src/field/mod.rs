@@ -2,7 +2,14 @@
 //!
 //! [`DifferentiableField`] is what sensitivity methods ask of a field: products of its Jacobians with
 //! vectors from either side. How these come about is a choice of its own, a [`Differentiation`]: by a
-//! tape, by dual numbers, or by hand. Any method goes with any differentiation.
+//! tape ([`ByTape`]), by dual numbers ([`ByDual`]), or by hand. Any method goes with any
+//! differentiation.
+
+mod dual;
+mod tape;
+
+pub use dual::{ByChunk, ByDual, DualField, DualWorkspace};
+pub use tape::{ByTape, TapeWorkspace, TapedField};
 
 /// Where a field is evaluated: time (s), state and input.
 #[derive(Debug, Clone, Copy)]

@@ -19,7 +19,7 @@ pub struct Decision {
 
 /// Chooses step sizes. The controller sees real parts only, so plain and dual runs take the same
 /// steps.
-pub trait StepController {
+pub trait StepController: Send + Sync {
     /// The first step to try (s), or `None` to have it estimated from the field.
     fn initial_step_s(&self) -> Option<f64>;
 

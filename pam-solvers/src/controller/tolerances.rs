@@ -23,6 +23,12 @@ impl Tolerances {
         Self { rtol, atol }
     }
 
+    /// These tolerances times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { rtol: self.rtol * factor, atol: self.atol.iter().map(|a| a * factor).collect() }
+    }
+
     /// Number of states the absolute tolerances are for, if they differ between states.
     #[must_use]
     pub fn state_len(&self) -> Option<usize> {

@@ -1,10 +1,12 @@
 //! Inputs: what drives a vector field from outside.
 
+mod parametric;
 mod sampled;
 mod simple;
 
+pub use parametric::ParametricInput;
 pub use sampled::{InputError, Interpolation, SampledInput};
-pub use simple::{Constant, InputFn, NoInput};
+pub use simple::{Constant, InputFn, LiftedInputFn, NoInput};
 
 use pam_core::Scalar;
 

@@ -1,5 +1,6 @@
-use super::{Input, Side};
+use super::{Input, ParametricInput, Side};
 use pam_core::Scalar;
+use std::borrow::Cow;
 use thiserror::Error;
 
 /// How a sampled signal is read between its samples. There is no default: the choice changes the
@@ -56,11 +57,11 @@ pub enum InputError {
 
 /// A signal known at sample times, such as a measured force. Before the first and after the last
 /// sample it keeps the end values.
-#[derive(Debug, Clone, Copy)]
-pub struct SampledInput<'a, S> {
+#[derive(Debug, Clone)]
+pub struct SampledInput<'a, S: Clone> {
     times_s: &'a [f64],
     /// Sample by sample, `variables` values each.
-    values: &'a [S],
+    values: Cow<'a, [S]>,
     variables: usize,
     interpolation: Interpolation,
     /// Samples per second if the grid is uniform, for constant-time lookup.
@@ -116,7 +117,7 @@ impl<'a, S: Scalar> SampledInput<'a, S> {
                 .all(|(k, t)| (t - (first + step * k as f64)).abs() < 0.01 * step);
         Ok(Self {
             times_s,
-            values,
+            values: Cow::Borrowed(values),
             variables,
             interpolation,
             uniform_rate: uniform.then(|| 1.0 / step),
@@ -150,20 +151,102 @@ impl<'a, S: Scalar> SampledInput<'a, S> {
 
     /// Slope at sample `k` of the parabola through it and its neighbours, of the line at the ends.
     fn slope(&self, k: usize, variable: usize) -> S {
-        let (t, last) = (self.times_s, self.times_s.len() - 1);
         let secant = |i: usize| {
             (self.sample(i + 1)[variable] - self.sample(i)[variable])
-                .scaled(1.0 / (t[i + 1] - t[i]))
+                .scaled(1.0 / (self.times_s[i + 1] - self.times_s[i]))
         };
+        match self.secant_weights(k) {
+            [(i, _), (_, 0.0)] => secant(i),
+            [(i, a), (j, b)] => secant(i).scaled(a) + secant(j).scaled(b),
+        }
+    }
+
+    /// The secants, by the sample they start at, and their weights in the slope at sample `k`.
+    fn secant_weights(&self, k: usize) -> [(usize, f64); 2] {
+        let (t, last) = (self.times_s, self.times_s.len() - 1);
         if k == 0 {
-            secant(0)
+            [(0, 1.0), (0, 0.0)]
         } else if k == last {
-            secant(last - 1)
+            [(last - 1, 1.0), (last - 1, 0.0)]
         } else {
             let (before, after) = (t[k] - t[k - 1], t[k + 1] - t[k]);
             let total = before + after;
-            secant(k - 1).scaled(after / total) + secant(k).scaled(before / total)
+            [(k - 1, after / total), (k, before / total)]
         }
+    }
+
+    /// Calls `visit(k, weight)` for the samples that make `u(t)`, `u = Σ weight · sample_k`; a sample
+    /// may come more than once.
+    fn each_weight(&self, t: f64, side: Side, mut visit: impl FnMut(usize, f64)) {
+        let k = self.index_at(t);
+        let last = self.times_s.len() - 1;
+        if self.interpolation == Interpolation::Hold {
+            let before_jump = side == Side::Left && k > 0 && self.times_s[k] == t;
+            return visit(if before_jump { k - 1 } else { k }, 1.0);
+        }
+        if k == last || t <= self.times_s[0] {
+            return visit(k, 1.0);
+        }
+        let h = self.times_s[k + 1] - self.times_s[k];
+        let theta = (t - self.times_s[k]) / h;
+        if self.interpolation == Interpolation::Linear {
+            visit(k, 1.0 - theta);
+            return visit(k + 1, theta);
+        }
+        let s2 = theta * theta * (3.0 - 2.0 * theta);
+        let rise = h * theta * (1.0 - theta);
+        visit(k, 1.0 - s2);
+        visit(k + 1, s2);
+        for (at, factor) in [(k, rise * (1.0 - theta)), (k + 1, -rise * theta)] {
+            for (i, weight) in self.secant_weights(at) {
+                let weight = factor * weight / (self.times_s[i + 1] - self.times_s[i]);
+                visit(i, -weight);
+                visit(i + 1, weight);
+            }
+        }
+    }
+}
+
+/// Parameters: the sample values, sample by sample. The input is linear in them.
+impl<'a> ParametricInput for SampledInput<'a, f64> {
+    type With<S: Scalar> = SampledInput<'a, S>;
+
+    fn parameters(&self) -> Vec<f64> {
+        self.values.to_vec()
+    }
+
+    fn parameter_len(&self) -> usize {
+        self.values.len()
+    }
+
+    fn with_parameters<S: Scalar>(&self, parameters: &[S]) -> SampledInput<'a, S> {
+        assert_eq!(parameters.len(), self.values.len(), "one number for each parameter");
+        SampledInput {
+            times_s: self.times_s,
+            values: Cow::Owned(parameters.to_vec()),
+            variables: self.variables,
+            interpolation: self.interpolation,
+            uniform_rate: self.uniform_rate,
+        }
+    }
+
+    fn vjp_into(&self, t: f64, side: Side, u_cotangent: &[f64], p_sum: &mut [f64]) {
+        self.each_weight(t, side, |k, weight| {
+            let sums = &mut p_sum[k * self.variables..(k + 1) * self.variables];
+            for (sum, u) in sums.iter_mut().zip(u_cotangent) {
+                *sum += weight * u;
+            }
+        });
+    }
+
+    fn jvp_into(&self, t: f64, side: Side, p_tangent: &[f64], u_tangent: &mut [f64]) {
+        u_tangent.fill(0.0);
+        self.each_weight(t, side, |k, weight| {
+            let tangents = &p_tangent[k * self.variables..(k + 1) * self.variables];
+            for (u, p) in u_tangent.iter_mut().zip(tangents) {
+                *u += weight * p;
+            }
+        });
     }
 }
 
@@ -270,5 +353,29 @@ mod tests {
         assert!(matches!(error, Err(InputError::Lengths { .. })));
         let error = SampledInput::new(&[0.0, f64::NAN], &[0.0; 2], Interpolation::Hold);
         assert!(matches!(error, Err(InputError::NotIncreasing { index: 1, .. })));
+    }
+
+    /// `u` is the Jacobian times the samples, and both products are with that Jacobian.
+    #[test]
+    fn the_products_are_those_of_the_interpolation() {
+        let times = [0.0, 0.13, 0.2, 0.45, 0.5, 0.9, 1.0];
+        let values: Vec<f64> = (0..14).map(|k| (f64::from(k) * 1.3).sin()).collect();
+        for interpolation in [Interpolation::Hold, Interpolation::Linear, Interpolation::Cubic] {
+            let input = SampledInput::with_variables(&times, &values, 2, interpolation).unwrap();
+            for t in [-1.0, 0.0, 0.05, 0.13, 0.17, 0.46, 0.95, 1.0, 2.0] {
+                for side in [Side::Left, Side::Right] {
+                    let (mut u, mut du) = ([0.0; 2], [0.0; 2]);
+                    input.value_into(t, side, &mut u);
+                    input.jvp_into(t, side, &values, &mut du);
+                    let w = [0.7, -1.1];
+                    let mut sum = vec![0.0; 14];
+                    input.vjp_into(t, side, &w, &mut sum);
+                    let pulled: f64 = sum.iter().zip(&values).map(|(a, b)| a * b).sum();
+                    let pushed = w[0] * u[0] + w[1] * u[1];
+                    assert!((u[0] - du[0]).abs() + (u[1] - du[1]).abs() < 1e-14);
+                    assert!((pulled - pushed).abs() < 1e-14, "{interpolation:?} at {t}");
+                }
+            }
+        }
     }
 }

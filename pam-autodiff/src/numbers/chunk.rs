@@ -1,0 +1,89 @@
+//! Forward mode for several directions at once.
+
+use super::ChainRule;
+use num_dual::{DualNum, DualNumFloat};
+use pam_core::Scalar;
+use std::fmt;
+
+/// A value with `N` first derivatives, `x + Σ_k d_k ε_k` with `ε_i ε_k = 0`.
+///
+/// One evaluation gives `N` columns of a Jacobian; the value and its branches are worked out once for
+/// all of them, and the derivatives move through vector registers (8 is a good `N` for `f64`). An
+/// operation costs about `1 + N` multiplications. Source: J. Revels, M. Lubin and T. Papamarkou,
+/// *Forward-Mode Automatic Differentiation in Julia* (2016), section 4.
+///
+/// ```
+/// use pam_autodiff::Chunk;
+/// let (x, y) = (Chunk::<2>::variable(3.0, 0), Chunk::<2>::variable(4.0, 1));
+/// let r = x * x * y;
+/// assert_eq!((r.value, r.derivatives), (36.0, [24.0, 9.0]));
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Chunk<const N: usize, T = f64> {
+    /// The value.
+    pub value: T,
+    /// The derivatives along the `N` directions.
+    pub derivatives: [T; N],
+}
+
+impl<const N: usize, T: Scalar> Chunk<N, T> {
+    /// A number with the given value and derivatives.
+    #[inline]
+    pub fn new(value: T, derivatives: [T; N]) -> Self {
+        Self { value, derivatives }
+    }
+
+    /// The variable of direction `k`: derivative one there and zero elsewhere.
+    ///
+    /// # Panics
+    /// If there is no direction `k`.
+    #[inline]
+    pub fn variable(value: T, k: usize) -> Self {
+        let mut derivatives = [T::zero(); N];
+        derivatives[k] = T::one();
+        Self { value, derivatives }
+    }
+}
+
+impl<const N: usize, T: Scalar> ChainRule for Chunk<N, T> {
+    type Inner = T;
+
+    #[inline]
+    fn lifted(value: T) -> Self {
+        Self { value, derivatives: [T::zero(); N] }
+    }
+    #[inline]
+    fn inner(self) -> T {
+        self.value
+    }
+    #[inline]
+    fn chain(self, value: T, slope: T) -> Self {
+        Self { value, derivatives: self.derivatives.map(|d| d * slope) }
+    }
+    #[inline]
+    fn chain2(self, other: Self, value: T, d_self: T, d_other: T) -> Self {
+        let (a, b) = (&self.derivatives, &other.derivatives);
+        Self { value, derivatives: std::array::from_fn(|k| a[k] * d_self + b[k] * d_other) }
+    }
+}
+
+number_operators!(
+    impl[const N: usize, T: Scalar + DualNum<Primitive = F>, F: DualNumFloat] Chunk<N, T>, T, F
+);
+dual_num_by_chain_rule!(
+    impl[const N: usize, T: Scalar + DualNum<Primitive = F>, F: DualNumFloat] Chunk<N, T>, T, F
+);
+
+impl<const N: usize, T: Scalar> Scalar for Chunk<N, T> {
+    dual_num_by_chain_rule!(@scalar);
+}
+
+impl<const N: usize, T: fmt::Display> fmt::Display for Chunk<N, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.value)?;
+        for (k, d) in self.derivatives.iter().enumerate() {
+            write!(f, " + {d}ε{k}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,118 @@
+//! A dense layer as one block.
+//!
+//! Recorded one by one, each of the layer's multiply-adds would take two operations of 32 bytes. The
+//! block takes none for them: it says where weights, bias and input lie, which for weights that were
+//! made in one go is a range of nodes, and the outputs are the block's nodes. Values come from the
+//! element's own layer, so they equal those of a plain run, and the sweeps are two loops over columns.
+
+use super::arena::{Arena, BlockKind, node};
+use super::var::wrong_tape;
+use super::{Element, Var};
+
+/// `out = W input + bias` with `W` `[outputs, inputs]` column by column.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Affine {
+    pub(super) outputs: usize,
+    pub(super) inputs: usize,
+    pub(super) weights: Operand,
+    pub(super) bias: Operand,
+    pub(super) input: Operand,
+}
+
+/// Where a list of numbers lies.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Operand {
+    /// Consecutive nodes from this one on.
+    Range(usize),
+    /// Any nodes: the lists of gathered nodes and values hold them from these places on.
+    Gathered { nodes: usize, values: usize },
+    /// Constants: the list of gathered values holds them from this place on.
+    Constant { values: usize },
+}
+
+impl<T: Element> Arena<T> {
+    /// Records a layer and writes its outputs.
+    pub(super) fn affine(
+        &mut self,
+        columns: &[Var<T>],
+        bias: &[Var<T>],
+        input: &[Var<T>],
+        out: &mut [Var<T>],
+    ) {
+        let before = self.lengths();
+        let (weights, bias) = (self.operand(columns), self.operand(bias));
+        let layer = Affine {
+            outputs: out.len(),
+            inputs: input.len(),
+            weights,
+            bias,
+            input: self.operand(input),
+        };
+        let first = self.values.len();
+        self.push_block(BlockKind::Affine(layer));
+        self.values.resize(first + out.len(), T::zero());
+        let _fits = node(self.values.len());
+        let id = self.id();
+        let (earlier, outputs) = self.values.split_at_mut(first);
+        let place = |operand: Operand, len: usize| match operand {
+            Operand::Range(first) => &earlier[first..first + len],
+            Operand::Gathered { values, .. } | Operand::Constant { values } => {
+                &self.gathered_values[values..values + len]
+            }
+        };
+        T::affine_into(
+            place(layer.weights, columns.len()),
+            place(layer.bias, out.len()),
+            place(layer.input, input.len()),
+            outputs,
+        );
+        let constant = [layer.weights, layer.bias, layer.input]
+            .iter()
+            .all(|operand| matches!(operand, Operand::Constant { .. }));
+        for (k, (var, &value)) in out.iter_mut().zip(&*outputs).enumerate() {
+            *var = if constant {
+                Var::constant_of(value)
+            } else {
+                Var::at(value, (first + k) as u32, id)
+            };
+        }
+        if constant {
+            self.rewind(before);
+        }
+    }
+
+    /// Finds out where `vars` lie and gathers them if need be.
+    fn operand(&mut self, vars: &[Var<T>]) -> Operand {
+        let first = vars.first().map_or(0, |var| var.node());
+        if first != 0 && self.lie_side_by_side(first, vars) {
+            return Operand::Range(first as usize);
+        }
+        let (nodes, values) = (self.gathered_nodes.len(), self.gathered_values.len());
+        self.gathered_values.extend(vars.iter().map(|var| var.value()));
+        if vars.iter().all(|var| var.is_constant()) {
+            return Operand::Constant { values };
+        }
+        if vars.iter().any(|var| !var.is_constant() && var.tape() != self.id()) {
+            wrong_tape();
+        }
+        self.gathered_nodes.extend(vars.iter().map(|var| var.node()));
+        Operand::Gathered { nodes, values }
+    }
+
+    /// Whether `vars` are the nodes from `first` on. The comparison runs over every weight of every
+    /// layer in every run, so it goes without branches inside a stretch.
+    fn lie_side_by_side(&self, first: u32, vars: &[Var<T>]) -> bool {
+        let mut expected = first;
+        for stretch in vars.chunks(64) {
+            let mut differences = 0;
+            for (var, k) in stretch.iter().zip(expected..) {
+                differences |= (var.node() ^ k) | (var.tape() ^ self.id());
+            }
+            if differences != 0 {
+                return false;
+            }
+            expected += stretch.len() as u32;
+        }
+        true
+    }
+}

@@ -1,0 +1,151 @@
+//! The reverse-mode variable.
+
+use super::Element;
+use super::arena::Arena;
+use crate::numbers::ChainRule;
+use num_dual::{DualNum, DualNumFloat};
+use pam_core::Scalar;
+use std::fmt;
+use std::marker::PhantomData;
+
+/// A number whose operations are recorded on a [`Tape`](super::Tape): value, node and tape, 16 bytes
+/// for `f64`.
+///
+/// A constant has no node, and operations on constants alone record nothing; they need no tape. An
+/// operation on a variable panics unless the variable's own tape is recording.
+///
+/// A variable means something on the thread of its tape alone, and the compiler keeps it there:
+///
+/// ```compile_fail
+/// use pam_autodiff::{Tape, Var};
+/// let x: Var = Tape::new().variable(1.0);
+/// std::thread::spawn(move || x + x);
+/// ```
+///
+/// ```
+/// use pam_autodiff::{Tape, Var};
+/// let x: Var = Tape::new().variable(1.0);
+/// assert_eq!(x.value(), 1.0);
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Var<T: Element = f64> {
+    value: T,
+    /// 0 for a constant.
+    node: u32,
+    /// 0 for a constant.
+    tape: u32,
+    thread: PhantomData<*const ()>,
+}
+
+impl<T: Element> Var<T> {
+    /// A number without a node.
+    #[inline]
+    pub fn constant_of(value: T) -> Self {
+        Self::at(value, 0, 0)
+    }
+
+    /// The value.
+    #[inline]
+    pub fn value(self) -> T {
+        self.value
+    }
+
+    /// Whether nothing that was recorded led to this number.
+    #[inline]
+    pub fn is_constant(self) -> bool {
+        self.node == 0
+    }
+
+    #[inline]
+    pub(super) fn at(value: T, node: u32, tape: u32) -> Self {
+        Self { value, node, tape, thread: PhantomData }
+    }
+
+    #[inline]
+    pub(super) fn node(self) -> u32 {
+        self.node
+    }
+
+    #[inline]
+    pub(super) fn tape(self) -> u32 {
+        self.tape
+    }
+
+    /// The node, none for a constant.
+    #[inline]
+    pub(super) fn node_on(self, tape: u32) -> Option<usize> {
+        if self.is_constant() {
+            return None;
+        }
+        if self.tape != tape {
+            wrong_tape();
+        }
+        Some(self.node as usize)
+    }
+}
+
+/// Variables whose tape is not the one at hand.
+#[cold]
+pub(super) fn wrong_tape() -> ! {
+    panic!("a variable was used without its own tape recording (another tape, or none, is)");
+}
+
+impl<T: Element> ChainRule for Var<T> {
+    type Inner = T;
+
+    #[inline]
+    fn lifted(value: T) -> Self {
+        Self::constant_of(value)
+    }
+    #[inline]
+    fn inner(self) -> T {
+        self.value
+    }
+    #[inline]
+    fn chain(self, value: T, slope: T) -> Self {
+        if self.is_constant() {
+            return Self::constant_of(value);
+        }
+        T::with(|arena: &mut Arena<T>| {
+            if self.tape != arena.id() {
+                wrong_tape();
+            }
+            arena.push(value, [self.node, 0], [slope, T::zero()])
+        })
+    }
+    #[inline]
+    fn chain2(self, other: Self, value: T, d_self: T, d_other: T) -> Self {
+        if other.is_constant() {
+            return self.chain(value, d_self);
+        }
+        if self.is_constant() {
+            return other.chain(value, d_other);
+        }
+        T::with(|arena: &mut Arena<T>| {
+            if self.tape != arena.id() || other.tape != arena.id() {
+                wrong_tape();
+            }
+            arena.push(value, [self.node, other.node], [d_self, d_other])
+        })
+    }
+}
+
+number_operators!(impl[T: Element + DualNum<Primitive = F>, F: DualNumFloat] Var<T>, T, F);
+dual_num_by_chain_rule!(impl[T: Element + DualNum<Primitive = F>, F: DualNumFloat] Var<T>, T, F);
+
+impl<T: Element> Scalar for Var<T> {
+    dual_num_by_chain_rule!(@scalar);
+
+    /// One block of the tape; see its [module](super) for what it costs.
+    fn affine_into(columns: &[Self], bias: &[Self], input: &[Self], out: &mut [Self]) {
+        assert_eq!(columns.len(), input.len() * out.len(), "weights do not fit the layer");
+        assert_eq!(bias.len(), out.len(), "bias does not fit the layer");
+        T::with(|arena: &mut Arena<T>| arena.affine(columns, bias, input, out));
+    }
+}
+
+impl<T: Element> fmt::Display for Var<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} (node {})", self.value, self.node)
+    }
+}

@@ -1,0 +1,68 @@
+use super::adjoint_field::AdjointField;
+use super::backward::{Forward, solve_backward};
+use super::{gradient, method_name, reversed_input};
+use crate::controller::StepController;
+use crate::error::SolveError;
+use crate::input::ParametricInput;
+use crate::integrator::Integrator;
+use crate::save_at::SaveAt;
+use crate::sensitivity::{Gradient, GradientMethod, Loss, Problem};
+use crate::term::Term;
+use pam_autodiff::Differentiation;
+use pam_core::ParametricField;
+
+/// Continuous adjoint with the state integrated back together with it, in constant memory.
+///
+/// The backward state is `[y, λ, μ]`: state, adjoint, and the sums that become the gradient. Going back,
+/// a dissipative motion is an exploding one: on a stiff problem the recovered state, and with it the
+/// gradient, is wrong long before the backward solve fails. Use it only where the state can be trusted,
+/// or observe often: at every observation the state is set to the one the forward solve had
+/// ([`restart_at_observations`](Self::restart_at_observations), as torchdiffeq does).
+///
+/// The gradient is that of the exact solution up to both tolerances, not that of the computed one.
+///
+/// Source: R. T. Q. Chen and others, *Neural Ordinary Differential Equations*, NeurIPS 2018.
+#[derive(Debug, Clone)]
+pub struct Backsolve<D, C> {
+    /// How the field is differentiated.
+    pub differentiation: D,
+    /// Method and step control of the backward solve. Its error norm runs over state, adjoint and sums.
+    pub backward: Integrator<C>,
+    /// Whether the state is set to the observed one at every observation; `true` unless changed.
+    pub restart_at_observations: bool,
+}
+
+impl<D, C> Backsolve<D, C> {
+    /// The adjoint by `differentiation` with `backward` for the way back.
+    pub fn new(differentiation: D, backward: Integrator<C>) -> Self {
+        Self { differentiation, backward, restart_at_observations: true }
+    }
+}
+
+impl<F, I, D, C> GradientMethod<F, I> for Backsolve<D, C>
+where
+    F: ParametricField,
+    I: ParametricInput,
+    D: Differentiation<F>,
+    C: StepController,
+{
+    fn name(&self) -> String {
+        method_name("backsolve adjoint", self.differentiation.name(), &self.backward)
+    }
+
+    fn value_and_gradient(
+        &self,
+        problem: &Problem<'_, F, I>,
+        loss: &mut dyn Loss,
+    ) -> Result<Gradient, Box<SolveError<f64>>> {
+        let mut forward = Forward::new(problem, loss, false)?;
+        let field = self.differentiation.of(problem.field);
+        let adjoint = AdjointField::new(field, problem.input, None, true);
+        let term = Term::new(&adjoint, reversed_input(problem, &forward));
+        let restart = self.restart_at_observations;
+        let nothing = (SaveAt::End, |_: &_| {});
+        let z = solve_backward(problem, &self.backward, &mut forward, &term, restart, nothing)?;
+        let n = problem.y0.len();
+        Ok(gradient(forward, &z[n..2 * n], &z[2 * n..], adjoint.parameter_lens()))
+    }
+}

@@ -1,0 +1,63 @@
+use super::adjoint_field::AdjointField;
+use super::backward::{Forward, solve_backward};
+use super::{gradient, method_name, reversed_input};
+use crate::controller::StepController;
+use crate::error::SolveError;
+use crate::input::ParametricInput;
+use crate::integrator::Integrator;
+use crate::save_at::SaveAt;
+use crate::sensitivity::{Gradient, GradientMethod, Loss, Problem};
+use crate::term::Term;
+use pam_autodiff::Differentiation;
+use pam_core::ParametricField;
+
+/// Continuous adjoint that reads the state from the dense forward solution.
+///
+/// The backward state is `[λ, μ]`: adjoint, and the sums that become the gradient. Nothing explodes that
+/// does not explode forward; memory is that of the dense solution. The gradient is that of the exact
+/// solution up to both tolerances and the interpolant's error, not that of the computed one.
+///
+/// Source: as in SciMLSensitivity's `InterpolatingAdjoint` (C. Rackauckas and others, *Universal
+/// Differential Equations for Scientific Machine Learning*, 2020).
+#[derive(Debug, Clone)]
+pub struct InterpolatingAdjoint<D, C> {
+    /// How the field is differentiated.
+    pub differentiation: D,
+    /// Method and step control of the backward solve. Its error norm runs over adjoint and sums.
+    pub backward: Integrator<C>,
+}
+
+impl<D, C> InterpolatingAdjoint<D, C> {
+    /// The adjoint by `differentiation` with `backward` for the way back.
+    pub fn new(differentiation: D, backward: Integrator<C>) -> Self {
+        Self { differentiation, backward }
+    }
+}
+
+impl<F, I, D, C> GradientMethod<F, I> for InterpolatingAdjoint<D, C>
+where
+    F: ParametricField,
+    I: ParametricInput,
+    D: Differentiation<F>,
+    C: StepController,
+{
+    fn name(&self) -> String {
+        method_name("interpolating adjoint", self.differentiation.name(), &self.backward)
+    }
+
+    fn value_and_gradient(
+        &self,
+        problem: &Problem<'_, F, I>,
+        loss: &mut dyn Loss,
+    ) -> Result<Gradient, Box<SolveError<f64>>> {
+        let mut forward = Forward::new(problem, loss, true)?;
+        let dense = forward.dense.take();
+        let field = self.differentiation.of(problem.field);
+        let adjoint = AdjointField::new(field, problem.input, dense.as_ref(), true);
+        let term = Term::new(&adjoint, reversed_input(problem, &forward));
+        let nothing = (SaveAt::End, |_: &_| {});
+        let z = solve_backward(problem, &self.backward, &mut forward, &term, false, nothing)?;
+        let n = problem.y0.len();
+        Ok(gradient(forward, &z[..n], &z[n..], adjoint.parameter_lens()))
+    }
+}

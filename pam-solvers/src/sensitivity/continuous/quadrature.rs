@@ -1,0 +1,93 @@
+use super::adjoint_field::AdjointField;
+use super::backward::{Forward, solve_backward};
+use super::gauss::gauss_legendre;
+use super::{gradient, method_name, reversed_input};
+use crate::controller::StepController;
+use crate::error::SolveError;
+use crate::input::ParametricInput;
+use crate::integrator::Integrator;
+use crate::save_at::SaveAt;
+use crate::sensitivity::{Gradient, GradientMethod, Loss, Problem};
+use crate::solution::Solution;
+use crate::term::Term;
+use pam_autodiff::Differentiation;
+use pam_core::ParametricField;
+
+/// Continuous adjoint whose parameter gradient is a quadrature,
+///
+/// ```text
+/// dL/dp = ∫ (∂f/∂p)ᵀ λ dt
+/// ```
+///
+/// by Gauss–Legendre points in every step of the backward solve. Only the adjoint λ is integrated, so the
+/// error control is not diluted by thousands of parameters, and the products with the parameters are
+/// needed at the points only. State and adjoint are read from dense solutions. The gradient is that of
+/// the exact solution up to both tolerances and the interpolants' errors.
+///
+/// Nothing controls the error of the quadrature. Where the integrand has kinks (a linearly interpolated
+/// input has them at its samples when its parameters are differentiated) make these times stops of the
+/// forward integrator; backward steps then end there too.
+///
+/// Source: as in SciMLSensitivity's `QuadratureAdjoint`, with a fixed rule.
+#[derive(Debug, Clone)]
+pub struct QuadratureAdjoint<D, C> {
+    /// How the field is differentiated.
+    pub differentiation: D,
+    /// Method and step control of the backward solve. Its error norm runs over the adjoint.
+    pub backward: Integrator<C>,
+    /// Gauss–Legendre points in each backward step, at least one; 4 unless changed, exact to degree 7.
+    pub points: usize,
+}
+
+impl<D, C> QuadratureAdjoint<D, C> {
+    /// The adjoint by `differentiation` with `backward` for the way back and 4 points a step.
+    pub fn new(differentiation: D, backward: Integrator<C>) -> Self {
+        Self { differentiation, backward, points: 4 }
+    }
+}
+
+impl<F, I, D, C> GradientMethod<F, I> for QuadratureAdjoint<D, C>
+where
+    F: ParametricField,
+    I: ParametricInput,
+    D: Differentiation<F>,
+    C: StepController,
+{
+    fn name(&self) -> String {
+        method_name("quadrature adjoint", self.differentiation.name(), &self.backward)
+    }
+
+    fn value_and_gradient(
+        &self,
+        problem: &Problem<'_, F, I>,
+        loss: &mut dyn Loss,
+    ) -> Result<Gradient, Box<SolveError<f64>>> {
+        let mut forward = Forward::new(problem, loss, true)?;
+        let dense = forward.dense.take();
+        let field = self.differentiation.of(problem.field);
+        let adjoint = AdjointField::new(field, problem.input, dense.as_ref(), false);
+        let term = Term::new(&adjoint, reversed_input(problem, &forward));
+        let n = problem.y0.len();
+        let rule = gauss_legendre(self.points.max(1));
+        let mut sums = vec![0.0; adjoint.parameter_lens().iter().sum()];
+        let (mut lambda, mut u) = (vec![0.0; n], vec![0.0; problem.input.input_len()]);
+        let integrate = |segment: &Solution<f64>| {
+            let Some(solution) = &segment.dense else { return };
+            for step in solution.grid_s().windows(2) {
+                let h = step[1] - step[0];
+                for &(x, weight) in &rule {
+                    let s = step[0] + x * h;
+                    solution.at_into(s, &mut lambda);
+                    for l in &mut lambda {
+                        *l *= weight * h;
+                    }
+                    adjoint.add_integrand(-s, &lambda, &mut u, &mut sums);
+                }
+            }
+        };
+        let dense_segments = (SaveAt::Dense, integrate);
+        let z =
+            solve_backward(problem, &self.backward, &mut forward, &term, false, dense_segments)?;
+        Ok(gradient(forward, &z, &sums, adjoint.parameter_lens()))
+    }
+}

@@ -1,0 +1,54 @@
+//! Gradients of losses of a solution.
+//!
+//! A [`Problem`] says what is solved and observed, a [`Loss`] what is made of the observed states, and a
+//! [`GradientMethod`] returns value and [`Gradient`] with respect to the parameters of the field, the
+//! initial state and the parameters of the input. Methods that need derivatives of the field take any
+//! [`Differentiation`](pam_autodiff::Differentiation).
+//!
+//! | method | differentiates | cost, in products or solves | use it |
+//! |---|---|---|---|
+//! | [`DiscreteAdjoint`] | the accepted steps, backwards | `s` vector–Jacobian products a step | by default |
+//! | [`ForwardSensitivity`] | the accepted steps, forwards | `s` Jacobian–vector products a step and direction | few directions; whole trajectories' derivatives |
+//! | [`InterpolatingAdjoint`] | the equation, backwards | those of a backward solve | to compare |
+//! | [`QuadratureAdjoint`] | the equation, backwards | those of a backward solve | to compare; very many parameters |
+//! | [`Backsolve`] | the equation, backwards, state recovered | those of a backward solve | constant memory, never when stiff |
+//! | [`FiniteDifference`] | nothing | two solves a direction | to check |
+//!
+//! # What the exact gradient is
+//!
+//! Discrete methods return the gradient of the *computed* solution with its accepted steps held fixed:
+//! [`replay`](crate::replay()) is the map that they differentiate, and on it they agree to rounding,
+//! at any tolerance. (An adaptive solve that may choose other steps is not differentiable: steps and
+//! rejections change discontinuously.) Continuous methods discretise the derivative of the exact solution
+//! and agree with it, and with each other, up to tolerances only.
+//!
+//! That gradient is exact for the steps taken, but the steps were chosen for the states. Where these are
+//! too long for the sensitivities, the gradient is far from that of the exact solution;
+//! [`tolerance_halving`] shows it in most cases.
+//!
+//! # Jumps
+//!
+//! Where the input jumps, a step ends, and the next one's first stage is evaluated afresh; both sides of
+//! the jump are differentiated with their own value of the input. Times of jumps, of steps and of
+//! observations are not differentiated by.
+
+mod continuous;
+mod discrete_adjoint;
+mod finite_difference;
+mod forward;
+mod gradient;
+mod loss;
+mod observations;
+mod problem;
+mod through_solver;
+mod tolerance_halving;
+
+pub use continuous::{Backsolve, InterpolatingAdjoint, QuadratureAdjoint};
+pub use discrete_adjoint::{AdjointWorkspace, Checkpointing, DiscreteAdjoint};
+pub use finite_difference::FiniteDifference;
+pub use forward::{ForwardSensitivity, Sensitivities};
+pub use gradient::{Gradient, GradientMethod, GradientStatistics};
+pub use loss::Loss;
+pub use problem::Problem;
+pub use through_solver::{DualThroughSolver, TapeThroughSolver};
+pub use tolerance_halving::{ToleranceHalving, tolerance_halving};

@@ -1,0 +1,152 @@
+//! The fields whose solutions are differentiated.
+
+use pam_core::activation::{LeakyRelu, Tanh};
+use pam_core::force::Dense;
+use pam_core::{
+    ActivationFunction, JointModel, Mlp, NetworkForce, ParametricField, Scalar, VectorField,
+};
+
+/// `ẏ = A y + B u`, two states; parameters are A (rows) and B (rows).
+pub(crate) struct Linear<S> {
+    pub(crate) a: [S; 4],
+    pub(crate) b: Vec<S>,
+}
+
+impl Linear<f64> {
+    pub(crate) fn with_inputs(inputs: usize) -> Self {
+        let b = (0..2 * inputs).map(|k| 0.4 + 0.3 * (k as f64).cos()).collect();
+        Self { a: [-0.3, 1.7, -2.1, -0.2], b }
+    }
+}
+
+impl<S: Scalar> VectorField<S> for Linear<S> {
+    fn state_len(&self) -> usize {
+        2
+    }
+    fn input_len(&self) -> usize {
+        self.b.len() / 2
+    }
+    fn eval_into(&self, _t: f64, y: &[S], u: &[S], dy: &mut [S], _work: &mut [S]) {
+        for i in 0..2 {
+            dy[i] = self.a[2 * i] * y[0] + self.a[2 * i + 1] * y[1];
+            for (&b, &u) in self.b[i * u.len()..].iter().zip(u) {
+                dy[i] += b * u;
+            }
+        }
+    }
+}
+
+impl ParametricField for Linear<f64> {
+    type With<S: Scalar> = Linear<S>;
+    fn parameters(&self) -> Vec<f64> {
+        [&self.a[..], &self.b[..]].concat()
+    }
+    fn with_parameters<S: Scalar>(&self, p: &[S]) -> Linear<S> {
+        Linear { a: [p[0], p[1], p[2], p[3]], b: p[4..].to_vec() }
+    }
+}
+
+/// `ẍ = μ (1 − x²) ẋ − x + Σ u`
+pub(crate) struct VanDerPol<S> {
+    pub(crate) mu: S,
+    pub(crate) inputs: usize,
+}
+
+impl<S: Scalar> VectorField<S> for VanDerPol<S> {
+    fn state_len(&self) -> usize {
+        2
+    }
+    fn input_len(&self) -> usize {
+        self.inputs
+    }
+    fn eval_into(&self, _t: f64, y: &[S], u: &[S], dy: &mut [S], _work: &mut [S]) {
+        dy[0] = y[1];
+        dy[1] = self.mu * (S::constant(1.0) - y[0] * y[0]) * y[1] - y[0];
+        for &u in u {
+            dy[1] += u;
+        }
+    }
+}
+
+impl ParametricField for VanDerPol<f64> {
+    type With<S: Scalar> = VanDerPol<S>;
+    fn parameters(&self) -> Vec<f64> {
+        vec![self.mu]
+    }
+    fn with_parameters<S: Scalar>(&self, p: &[S]) -> VanDerPol<S> {
+        VanDerPol { mu: p[0], inputs: self.inputs }
+    }
+}
+
+/// Another field with one more state, a creep `ż = r (x − z)` of its first state that pulls on its second,
+/// `v̇ += c z`.
+pub(crate) struct WithCreep<S, F> {
+    pub(crate) field: F,
+    pub(crate) rate: S,
+    pub(crate) coupling: S,
+}
+
+impl<S: Scalar, F: VectorField<S>> VectorField<S> for WithCreep<S, F> {
+    fn state_len(&self) -> usize {
+        self.field.state_len() + 1
+    }
+    fn input_len(&self) -> usize {
+        self.field.input_len()
+    }
+    fn work_len(&self) -> usize {
+        self.field.work_len()
+    }
+    fn eval_into(&self, t: f64, y: &[S], u: &[S], dy: &mut [S], work: &mut [S]) {
+        let n = self.field.state_len();
+        self.field.eval_into(t, &y[..n], u, &mut dy[..n], work);
+        dy[1] += self.coupling * y[n];
+        dy[n] = self.rate * (y[0] - y[n]);
+    }
+}
+
+impl<F: ParametricField> ParametricField for WithCreep<f64, F> {
+    type With<S: Scalar> = WithCreep<S, F::With<S>>;
+    fn parameters(&self) -> Vec<f64> {
+        let mut p = self.field.parameters();
+        p.extend([self.rate, self.coupling]);
+        p
+    }
+    fn with_parameters<S: Scalar>(&self, p: &[S]) -> Self::With<S> {
+        let (inner, own) = p.split_at(p.len() - 2);
+        WithCreep { field: self.field.with_parameters(inner), rate: own[0], coupling: own[1] }
+    }
+}
+
+/// A joint whose force is a 12 × 12 network of moderate size.
+fn joint<A: ActivationFunction>(activation: A) -> JointModel<f64, NetworkForce<f64, A>> {
+    let mut state = 4711_u64;
+    let mut next = || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    let mut layer = |outputs: usize, inputs: &[f64], size: f64| {
+        let mut weights = Vec::new();
+        for _ in 0..outputs {
+            weights.extend(inputs.iter().map(|scale| scale * next()));
+        }
+        Dense::from_rows(&weights, (0..outputs).map(|_| size * next()).collect()).unwrap()
+    };
+    // Inputs are masses of 0.06 g, millimetres and tens of millimetres a second.
+    let first = layer(12, &[8.0, 8.0, 2.0, 0.05], 1.0);
+    let second = layer(12, &[1.5; 12], 1.0);
+    let third = layer(1, &[6e4; 12], 1e4);
+    let force = NetworkForce::new(Mlp::new(vec![first, second, third], activation).unwrap());
+    let mut model = JointModel::datasheet(force.unwrap());
+    // The network is arbitrary and holds little back; damping keeps the motion moderate.
+    model.auxiliary_damping_kg_s = 9000.0;
+    model
+}
+
+pub(crate) fn leaky_relu_joint() -> JointModel<f64, NetworkForce<f64, LeakyRelu>> {
+    joint(LeakyRelu::default())
+}
+
+pub(crate) fn tanh_joint() -> JointModel<f64, NetworkForce<f64, Tanh>> {
+    joint(Tanh)
+}

@@ -1,0 +1,148 @@
+//! Every method on every problem.
+
+use crate::case::check;
+use crate::fields::{Linear, VanDerPol, WithCreep, leaky_relu_joint, tanh_joint};
+use crate::inputs::Sine;
+use pam_core::{ActivationFunction, JointModel, NetworkForce, ParametricField, SealedMasses};
+use pam_solvers::sensitivity::Problem;
+use pam_solvers::{
+    Constant, ConstantStep, InputFn, Integrator, Interpolation, NoInput, ParametricInput,
+    PidController, SampledInput, StepController, Tableau,
+};
+
+const T1: f64 = 1.5;
+
+/// Times at the ends, between steps and on jumps of the samples below.
+const SPARSE: [f64; 3] = [0.75, 0.9, T1];
+const OBSERVATIONS: [f64; 9] = [0.0, 0.011, 0.2, 0.21, 0.3, 0.75, 0.9, 1.234, T1];
+/// Step ends only, for the cells without dense output: these are stops.
+const ENDS: [f64; 2] = [0.75, T1];
+
+fn sample_times() -> Vec<f64> {
+    (0..11).map(|k| f64::from(k) * 0.15).collect()
+}
+
+fn samples(amplitudes: &[f64]) -> Vec<f64> {
+    let at = |k: usize, i: usize| (1.7 * k as f64 + i as f64 + 0.4).sin();
+    (0..11).flat_map(|k| amplitudes.iter().enumerate().map(move |(i, a)| a * at(k, i))).collect()
+}
+
+fn integrators(step_s: f64, tolerance: f64) -> Vec<(String, Box<Integrator<dyn StepController>>)> {
+    let mut all: Vec<(String, Box<Integrator<dyn StepController>>)> = Vec::new();
+    for name in pam_solvers::tableau::NAMES {
+        let tableau = Tableau::from_name(name).unwrap();
+        let constant = Integrator::new(tableau.clone(), ConstantStep::new(step_s));
+        all.push((format!("{name} constant"), Box::new(constant.with_stops(&[0.75]))));
+        if tableau.error.is_some() {
+            let adaptive = Integrator::new(tableau, PidController::new(tolerance, tolerance));
+            all.push((format!("{name} adaptive"), Box::new(adaptive.with_stops(&[0.75]))));
+        }
+    }
+    all
+}
+
+/// All integrators and all sets of observations.
+fn cells<F: ParametricField, I: ParametricInput>(
+    name: &str,
+    (field, input): (&F, &I),
+    y0: &[f64],
+    scales: &[f64],
+    steps: (f64, f64),
+) {
+    for (integrator_name, integrator) in integrators(steps.0, steps.1) {
+        for (kind, observations_s) in
+            [("ends", &ENDS[..]), ("sparse", &SPARSE[..]), ("dense", &OBSERVATIONS[..])]
+        {
+            let problem = Problem {
+                field,
+                input,
+                t0: 0.0,
+                t1: T1,
+                y0,
+                observations_s,
+                integrator: &*integrator,
+            };
+            check(&format!("{name}, {integrator_name}, {kind}"), &problem, scales);
+        }
+    }
+}
+
+/// A field that takes any number of inputs, without input and with all kinds of them.
+fn any_input<F: ParametricField>(name: &str, field: impl Fn(usize) -> F) {
+    let (y0, scales, steps) = (&[1.2, -0.4][..], &[1.0, 2.0][..], (0.043, 1e-5));
+    cells(&format!("{name}, no input"), (&field(0), &NoInput), y0, scales, steps);
+    let times = sample_times();
+    let (one, three) = (samples(&[1.0]), samples(&[0.5, 0.3, 0.2]));
+    for interpolation in [Interpolation::Hold, Interpolation::Linear, Interpolation::Cubic] {
+        let input = SampledInput::new(&times, &one, interpolation).unwrap();
+        let name = format!("{name}, {}", interpolation.name());
+        cells(&name, (&field(1), &input), y0, scales, steps);
+    }
+    let input = SampledInput::with_variables(&times, &three, 3, Interpolation::Hold).unwrap();
+    cells(&format!("{name}, three holds"), (&field(3), &input), y0, scales, steps);
+    let sine = Sine { amplitude: 0.8, frequency: 5.0, phase: 0.3 };
+    cells(&format!("{name}, sine"), (&field(1), &sine), y0, scales, steps);
+    let constant = Constant(vec![0.4, -0.9]);
+    cells(&format!("{name}, constant"), (&field(2), &constant), y0, scales, steps);
+    let closure = InputFn::new(1, |t: f64, u: &mut [f64]| u[0] = (4.0 * t).cos());
+    cells(&format!("{name}, closure"), (&field(1), &closure), y0, scales, steps);
+}
+
+#[test]
+fn linear() {
+    any_input("linear", Linear::with_inputs);
+}
+
+#[test]
+fn van_der_pol() {
+    any_input("van der pol", |inputs| VanDerPol { mu: 2.5, inputs });
+}
+
+#[test]
+fn a_further_state() {
+    let field = WithCreep { field: VanDerPol { mu: 1.5, inputs: 1 }, rate: 0.7, coupling: -0.4 };
+    let times = sample_times();
+    let values = samples(&[1.0]);
+    let input = SampledInput::new(&times, &values, Interpolation::Hold).unwrap();
+    let (y0, scales) = ([1.2, -0.4, 0.1], [1.0, 2.0, 0.5]);
+    cells("van der pol with creep, held", (&field, &input), &y0, &scales, (0.043, 1e-5));
+}
+
+/// The joint, with valves closed and open, alone and with a creep state, with held and smooth input.
+fn joint<A: ActivationFunction>(name: &str, model: &JointModel<f64, NetworkForce<f64, A>>) {
+    let masses = SealedMasses::new(0.06, 0.07).unwrap();
+    let [pf, pe] = model.gas_law_pressures_kpa(0.3, masses);
+    let steps = (0.011, 1e-5);
+    let times = sample_times();
+    let forces = samples(&[1.2e5]);
+    let held = SampledInput::new(&times, &forces, Interpolation::Hold).unwrap();
+    let sine = Sine { amplitude: 1.2e5, frequency: 7.0, phase: 0.3 };
+    let (y0, scales) = ([0.3, 2.0, pf, pe], [1.0, 10.0, 100.0, 100.0]);
+    let sealed = model.sealed(masses);
+    let name = |what: &str| format!("{name}, {what}");
+    cells(&name("sealed, held"), (&sealed, &held), &y0, &scales, steps);
+    cells(&name("sealed, sine"), (&sealed, &sine), &y0, &scales, steps);
+    let still = Constant(vec![0.0]);
+    cells(&name("sealed, free"), (&sealed, &still), &y0, &scales, steps);
+
+    let flows = samples(&[1.2e5, 0.01, 0.008]);
+    let valves = SampledInput::with_variables(&times, &flows, 3, Interpolation::Hold).unwrap();
+    let (y0, scales) = ([0.3, 2.0, pf, pe, 0.06, 0.07], [1.0, 10.0, 100.0, 100.0, 0.02, 0.02]);
+    let open = model.with_open_valves();
+    cells(&name("open valves, held flows"), (&open, &valves), &y0, &scales, steps);
+
+    let creep = WithCreep { field: open, rate: 0.8, coupling: -50.0 };
+    let y0 = [&y0[..], &[0.1]].concat();
+    let scales = [&scales[..], &[0.5]].concat();
+    cells(&name("open valves and creep"), (&creep, &valves), &y0, &scales, steps);
+}
+
+#[test]
+fn joint_with_leaky_relu() {
+    joint("leaky relu joint", &leaky_relu_joint());
+}
+
+#[test]
+fn joint_with_tanh() {
+    joint("tanh joint", &tanh_joint());
+}
