@@ -1,7 +1,7 @@
 //! The command line.
 
-use crate::options::{DataOptions, ModelOptions, SolverOptions};
-use clap::{Args, Parser, Subcommand};
+use crate::options::{DataOptions, ModelOptions, SolverOptions, StepOptions};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
 /// Hybrid neural ODEs of an antagonistic pneumatic-muscle joint.
@@ -27,6 +27,8 @@ Examples:
                                                 predict all logs, score them, write out/report.html
   pam simulate --model model.eqx --force sine:A=120,f=0.5 --duration 10 \\
       --pressures 412,412 --out run.csv         a run that was never measured
+  pam gradient --model model.eqx --data logs/ --out gradient.npz
+                                                loss and exact gradient, for checking others
   pam convert model.eqx model.safetensors       published weights to the framework's format
 
 Exit codes: 0 success, 1 error, 2 wrong usage, 3 some recordings could not be predicted.";
@@ -67,6 +69,8 @@ pub enum Command {
     Simulate(SimulateArguments),
     /// Predict recordings with a model and score the predictions
     Evaluate(EvaluateArguments),
+    /// Loss of a model on recordings, and its gradient with respect to every parameter
+    Gradient(GradientArguments),
     /// Make a recording, predict it and report: what runs without a command
     Demo(DemoArguments),
 }
@@ -169,6 +173,59 @@ pub struct EvaluateArguments {
     /// How the equations are solved.
     #[command(flatten)]
     pub solver: SolverOptions,
+}
+
+/// Float of the network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PrecisionArgument {
+    /// Single precision in the network; states, time and sums stay in double
+    F32,
+    /// Double precision throughout
+    F64,
+}
+
+/// Arguments of `pam gradient`.
+#[derive(Debug, Args)]
+pub struct GradientArguments {
+    /// The model.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// Recordings, or folders of them; each is predicted from its first row
+    #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
+    pub data: Vec<PathBuf>,
+    /// Loss, averaged over the recordings: paper, or published (half of it, as the published code
+    /// averages)
+    #[arg(long, default_value = "paper", value_name = "NAME")]
+    pub loss: String,
+    /// Gradient method: adjoint (exact, fast), tape, dual, forward and fd (exact steps, slow), or
+    /// backsolve, interpolating and quadrature (continuous adjoints, exact up to tolerances)
+    #[arg(long, default_value = "adjoint", value_name = "NAME")]
+    pub method: String,
+    /// Runge–Kutta method: tsit5, rk4, bs3, dp5
+    #[arg(long, default_value = "tsit5", value_name = "NAME")]
+    pub solver: String,
+    /// Float of the network; f32 goes with the adjoint of a network
+    #[arg(long, value_enum, default_value = "f64", value_name = "FLOAT")]
+    pub precision: PrecisionArgument,
+    /// Number of timed repeats; their median is reported
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub repeat: u32,
+    /// .npz with true displacements (mm), for the largest error: `x` [recordings, samples], or one
+    /// array a recording, x_0, x_1, … or named as the recordings
+    #[arg(long, value_name = "FILE.npz")]
+    pub reference: Option<PathBuf>,
+    /// Where loss, gradient and time go
+    #[arg(long, value_name = "FILE.npz")]
+    pub out: PathBuf,
+    /// Also write a report with figures
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+    /// How recordings are read.
+    #[command(flatten)]
+    pub reading: DataOptions,
+    /// Steps and input.
+    #[command(flatten)]
+    pub steps: StepOptions,
 }
 
 /// Arguments of `pam demo`.

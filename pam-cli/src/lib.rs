@@ -47,6 +47,7 @@ fn dispatch(arguments: &Arguments) -> Result<ExitCode, CliError> {
         Some(Command::Inspect(a)) => commands::inspect::run(a, &console),
         Some(Command::Convert(a)) => commands::convert::run(a, &console),
         Some(Command::Simulate(a)) => commands::simulate::run(a, global, &console),
+        Some(Command::Gradient(a)) => commands::gradient::run(a, global, &console),
         Some(Command::Evaluate(a)) => commands::evaluate::run(a, global, &console),
     }
 }

@@ -238,12 +238,20 @@ pub enum InputArgument {
     Cubic,
 }
 
-/// How the equations are solved.
+/// With which method the equations are solved.
 #[derive(Debug, Clone, Args)]
 pub struct SolverOptions {
     /// Runge–Kutta method: tsit5, rk4, bs3, dp5
-    #[arg(long, default_value = "tsit5", value_name = "NAME")]
+    #[arg(long, alias = "solver", default_value = "tsit5", value_name = "NAME")]
     pub method: String,
+    /// Steps and input.
+    #[command(flatten)]
+    pub steps: StepOptions,
+}
+
+/// How steps are chosen and the force is read.
+#[derive(Debug, Clone, Args)]
+pub struct StepOptions {
     /// Constant steps of this many ms instead of error control
     #[arg(long, value_name = "MS", allow_negative_numbers = true, conflicts_with_all = ["rtol", "atol"])]
     pub step_ms: Option<f64>,
@@ -262,9 +270,27 @@ impl SolverOptions {
     /// The settings.
     ///
     /// # Errors
+    /// As [`StepOptions::settings`].
+    pub fn settings(&self) -> Result<SolverSettings, CliError> {
+        self.steps.settings(&self.method)
+    }
+
+    /// The settings as JSON, for run folders.
+    ///
+    /// # Errors
+    /// As [`settings`](SolverOptions::settings).
+    pub fn to_json(&self) -> Result<Value, CliError> {
+        Ok(solver_json(&self.settings()?))
+    }
+}
+
+impl StepOptions {
+    /// The settings for the Runge–Kutta method of this name.
+    ///
+    /// # Errors
     /// [`CliError`] for unknown methods, steps and tolerances that are not positive, and methods
     /// without error estimate under error control.
-    pub fn settings(&self) -> Result<SolverSettings, CliError> {
+    pub fn settings(&self, method: &str) -> Result<SolverSettings, CliError> {
         let positive = |name: &str, value: f64| {
             if value.is_finite() && value > 0.0 {
                 Ok(value)
@@ -272,13 +298,12 @@ impl SolverOptions {
                 Err(CliError::Usage(format!("--{name} must be positive, got {value}")))
             }
         };
-        let tableau = Tableau::from_name(&self.method)?;
+        let tableau = Tableau::from_name(method)?;
         let step = match self.step_ms {
             Some(ms) => StepChoice::Constant { step_s: positive("step-ms", ms)? * 1e-3 },
             None if tableau.error.is_none() => {
                 return Err(CliError::Usage(format!(
-                    "{} has no error estimate; give --step-ms",
-                    self.method
+                    "{method} has no error estimate; give --step-ms"
                 )));
             }
             None => StepChoice::Adaptive {
@@ -293,17 +318,14 @@ impl SolverOptions {
         };
         Ok(SolverSettings { tableau, step, interpolation })
     }
+}
 
-    /// The settings as JSON, for run folders.
-    ///
-    /// # Errors
-    /// As [`settings`](SolverOptions::settings).
-    pub fn to_json(&self) -> Result<Value, CliError> {
-        let s = self.settings()?;
-        Ok(json!({
-            "method": s.tableau.name,
-            "step": s.step,
-            "input": s.interpolation.name(),
-        }))
-    }
+/// Solver settings as JSON, for run folders.
+#[must_use]
+pub fn solver_json(settings: &SolverSettings) -> Value {
+    json!({
+        "method": settings.tableau.name,
+        "step": settings.step,
+        "input": settings.interpolation.name(),
+    })
 }

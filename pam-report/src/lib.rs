@@ -4,13 +4,16 @@
 //!   colours that colour-blind readers can tell apart (Okabe and Ito 2008; viridis);
 //! - [`page`]: the frame of a report, one HTML file that needs nothing else;
 //! - [`evaluation`]: the report of an evaluation;
+//! - [`gradient`]: the report of a loss and its gradient;
 //! - [`simulation`]: the report of a simulated trajectory.
 
 pub mod evaluation;
 pub mod figure;
+pub mod gradient;
 pub mod page;
 pub mod simulation;
 
 pub use evaluation::{EvaluationContext, evaluation_report};
 pub use figure::{ColourMap, LineFigure, Role, Series};
+pub use gradient::{GradientBlock, GradientReport, gradient_report};
 pub use simulation::simulation_report;

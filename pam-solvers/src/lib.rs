@@ -57,7 +57,7 @@ pub use controller::{ConstantStep, Decision, PidController, StepController, Tole
 pub use error::{FailureKind, SolveError};
 pub use grid::Grid;
 pub use input::{
-    Constant, Input, InputFn, Interpolation, NoInput, ParametricInput, SampledInput, Side,
+    Constant, Fixed, Input, InputFn, Interpolation, NoInput, ParametricInput, SampledInput, Side,
 };
 pub use integrator::Integrator;
 pub use lanes::{LaneFailure, LaneGradient, LaneMemory, LaneProblem, Lanes};

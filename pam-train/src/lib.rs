@@ -18,7 +18,7 @@ pub mod segments;
 
 pub use balance::ForceBalance;
 pub use evaluation::{Evaluation, RecordingEvaluation, Subject, evaluate};
-pub use gradient::{JointGradient, SealedGradient};
+pub use gradient::{GradientChoice, JointGradient, SealedGradient};
 pub use loss::{SquaredError, TrajectoryLoss};
 pub use metrics::{PerChannel, Scores};
 pub use predict::{PredictError, Prediction, SolverSettings, StepChoice, predict};

@@ -2,5 +2,6 @@
 
 pub mod convert;
 pub mod evaluate;
+pub mod gradient;
 pub mod inspect;
 pub mod simulate;

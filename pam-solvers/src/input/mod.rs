@@ -1,9 +1,11 @@
 //! Inputs: what drives a vector field from outside.
 
+mod fixed;
 mod parametric;
 mod sampled;
 mod simple;
 
+pub use fixed::Fixed;
 pub use parametric::ParametricInput;
 pub use sampled::{InputError, Interpolation, SampledInput};
 pub use simple::{Constant, InputFn, LiftedInputFn, NoInput};

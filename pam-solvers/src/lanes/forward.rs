@@ -62,7 +62,6 @@ pub(super) struct ForwardMemory<L> {
     t: Vec<f64>,
     /// Step of each lane, once for each state.
     h: Vec<f64>,
-    pub(super) evaluations: usize,
 }
 
 impl<L> ForwardMemory<L> {
@@ -85,7 +84,6 @@ impl<L> ForwardMemory<L> {
             u: zeros(capacity * m),
             t: zeros(capacity),
             h: zeros(capacity * n),
-            evaluations: 0,
         }
     }
 
@@ -111,7 +109,6 @@ where
     /// Takes problems from the queue until it is empty and all lanes are done.
     pub(super) fn run(&mut self) {
         self.memory.lanes.clear();
-        self.memory.evaluations = 0;
         loop {
             let before = self.memory.lanes.len();
             while self.memory.lanes.len() < self.memory.capacity && self.take_problem() {}
@@ -170,7 +167,6 @@ where
         let dy = &mut memory.k[i * stride..][..len * n];
         let y = &memory.scratch[..len * n];
         self.field.eval_lanes(&memory.t[..len], y, &memory.u[..len * m], dy, &mut memory.field);
-        memory.evaluations += len;
     }
 
     /// Sets time and input of a lane.
@@ -188,8 +184,10 @@ where
         let mut missing = 0;
         for lane in 0..len {
             let state = &mut self.memory.lanes[lane];
-            state.fresh = state.needs_first;
+            // A rejected step keeps its first derivative, and how it came about.
+            state.fresh |= state.needs_first;
             missing += usize::from(state.needs_first);
+            self.memory.trajectories[lane].evaluations += usize::from(state.needs_first);
             let t = state.t;
             self.set_input(lane, t, Side::Right);
         }
@@ -244,6 +242,7 @@ where
             let h0 = if d0 < 1e-5 || d1 < 1e-5 { 1e-6 } else { 0.01 * d0 / d1 };
             let h0 = h0.min(span(&memory.lanes[lane], self.queue.problems));
             memory.lanes[lane].h = h0;
+            memory.trajectories[lane].evaluations += 1;
             for (s, &k) in memory.scratch[range.clone()].iter_mut().zip(&memory.k[range]) {
                 *s += h0 * k;
             }
@@ -375,13 +374,16 @@ where
             return fail(lane, FailureKind::TooManySteps { limit: settings.max_steps });
         }
         lane.steps += 1;
+        let adaptive = settings.controller.tolerances();
+        let at_end = lane.t_new == problem.t1;
+        let closed = adaptive.is_some() || lane.interpolates || !(lane.jumps || at_end);
+        memory.trajectories[index].evaluations += tableau.stages() - 1 + usize::from(closed);
         let taken = lane.t_new - lane.t;
         let smallest = 4.0 * f64::EPSILON * lane.t.abs();
         if !lane.ends_at_stop && taken <= smallest {
             return fail(lane, FailureKind::StepTooSmall { step_s: lane.h });
         }
         let (y, y_new) = (&memory.y[range.clone()], &memory.y_new[range.clone()]);
-        let adaptive = settings.controller.tolerances();
         let mut factor = 1.0;
         if let (Some(tolerances), Some(weights)) = (adaptive, &tableau.error) {
             let error = &mut memory.scratch[range.clone()];
@@ -413,8 +415,6 @@ where
         if y_new.iter().any(|v| !v.is_finite()) {
             return fail(lane, FailureKind::NonFinite { step_s: taken });
         }
-        let at_end = lane.t_new == problem.t1;
-        let closed = adaptive.is_some() || lane.interpolates || !(lane.jumps || at_end);
         let derivatives = memory.k.chunks_exact(stride).map(|k| &k[range.clone()]);
         memory.trajectories[index].push(lane.t_new, y_new, derivatives, lane.fresh, closed);
         if at_end {
@@ -426,6 +426,7 @@ where
             lane.observed += 1;
         }
         memory.y[range.clone()].copy_from_slice(&memory.y_new[range]);
+        lane.fresh = false;
         if lane.jumps {
             lane.needs_first = true;
         } else {

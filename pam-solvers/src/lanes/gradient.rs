@@ -89,14 +89,13 @@ impl<C: StepController + Sync> Lanes<C> {
             .collect()
     }
 
-    /// Runs the forward solve on all threads; returns the evaluations.
+    /// Runs the forward solve on all threads.
     fn forward<B, I>(
         &self,
         field: &B,
         problems: &[LaneProblem<'_, B::Condition, I>],
         memory: &mut LaneMemory<B>,
-    ) -> usize
-    where
+    ) where
         B: BatchField,
         I: Input<f64> + Sync,
     {
@@ -114,11 +113,7 @@ impl<C: StepController + Sync> Lanes<C> {
         let queue = Queue { problems, slots: &memory.slots, next: AtomicUsize::new(0) };
         pool[..threads]
             .par_iter_mut()
-            .map(|memory| {
-                Forward { settings: self, field, queue: &queue, memory: &mut *memory }.run();
-                memory.evaluations
-            })
-            .sum()
+            .for_each(|memory| Forward { settings: self, field, queue: &queue, memory }.run());
     }
 
     /// The sum of the losses of all problems with its gradient.
@@ -168,7 +163,7 @@ impl<C: StepController + Sync> Lanes<C> {
         B: BatchField,
         I: Input<f64> + Sync,
     {
-        let evaluations = self.forward(field, problems, memory);
+        self.forward(field, problems, memory);
         if memory.results.len() < problems.len() {
             memory.results.resize_with(problems.len(), Mutex::default);
         }
@@ -202,11 +197,8 @@ impl<C: StepController + Sync> Lanes<C> {
                 .run(&mut sums, &mut own);
             adjoint.lock().expect("no lane panics").push(own);
         });
-        let mut sum = LaneGradient {
-            shared: vec![0.0; field.parameter_len()],
-            evaluations,
-            ..LaneGradient::default()
-        };
+        let mut sum =
+            LaneGradient { shared: vec![0.0; field.parameter_len()], ..LaneGradient::default() };
         for (slot, result) in memory.slots.iter_mut().zip(&mut memory.results).take(problems.len())
         {
             let slot = slot.get_mut().expect("no lane panics");
@@ -241,6 +233,7 @@ impl LaneGradient {
         self.initial_state.push(result.initial_state.clone());
         self.accepted += slot.trajectory.steps();
         self.rejected += slot.trajectory.rejected;
+        self.evaluations += slot.trajectory.evaluations;
         self.stored_bytes += slot.trajectory.bytes();
         if let Some(failure) = &slot.failure {
             self.failures.push(failure.clone());

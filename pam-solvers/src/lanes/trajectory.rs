@@ -17,6 +17,9 @@ pub struct LaneTrajectory {
     pub(super) closed: Vec<bool>,
     /// Rejected steps.
     pub rejected: usize,
+    /// Evaluations of the field that this trajectory needed. (A lane takes part in a few more where
+    /// its neighbours need one.)
+    pub evaluations: usize,
 }
 
 impl LaneTrajectory {
@@ -30,6 +33,7 @@ impl LaneTrajectory {
         self.fresh.clear();
         self.closed.clear();
         self.rejected = 0;
+        self.evaluations = 0;
         self.times_s.push(t0);
         self.states.extend_from_slice(y0);
     }

@@ -2,11 +2,15 @@
 //!
 //! - [`sealed`]: the fast path for a network force and sealed chambers: two states in batched lanes,
 //!   pressures by the gas law, the exact discrete adjoint;
+//! - [`general`]: any force model, any gradient method;
 //! - [`pressures`]: the pressures of sealed chambers along a motion, forward and backward.
 
+pub mod general;
+mod method;
 pub mod pressures;
 pub mod sealed;
 
+pub use method::GradientChoice;
 pub use sealed::SealedGradient;
 
 use pam_core::{RawParameters, SealedMasses};
@@ -30,6 +34,9 @@ pub struct JointGradient {
     pub masses: Vec<SealedMasses>,
     /// With respect to the initial state `[x, ẋ, P_f, P_e]` of each recording.
     pub initial_states: Vec<[f64; 4]>,
+    /// The predicted states `[x, ẋ, P_f, P_e]` of each recording at its sample times; empty where the
+    /// prediction stopped early, or where the method keeps them for itself.
+    pub states: Vec<Vec<[f64; 4]>>,
     /// Recordings whose prediction stopped early; they add nothing.
     pub failures: Vec<LaneFailure>,
     /// Work that was done.

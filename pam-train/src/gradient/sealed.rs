@@ -189,6 +189,7 @@ impl<T: Float> SealedGradient<T> {
             auxiliary_damping: mean * physical[DAMPING],
             masses: masses.collect(),
             initial_states: initial_states.collect(),
+            states: Vec::new(),
             statistics: GradientStatistics {
                 accepted: gradient.accepted,
                 rejected: gradient.rejected,

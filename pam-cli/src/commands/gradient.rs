@@ -1,0 +1,372 @@
+//! `pam gradient`.
+
+use crate::PARTIAL;
+use crate::arguments::{GlobalOptions, GradientArguments, PrecisionArgument};
+use crate::console::{Console, table};
+use crate::error::CliError;
+use crate::options::{describe_model, solver_json};
+use crate::run_record::made_by;
+use pam_core::simd::Float;
+use pam_core::{AnyForce, JointModel, NetworkForce, ParametricForce};
+use pam_data::atomic::write_atomic;
+use pam_data::formats::npz::{self, Array};
+use pam_data::{DataError, SavedModel, collect_paths};
+use pam_report::{GradientBlock, GradientReport, gradient_report};
+use pam_train::gradient::general;
+use pam_train::{
+    GradientChoice, JointGradient, SealedGradient, SolverSettings, SquaredError, Subject,
+};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CliError`] naming file, line and column, or the option.
+pub fn run(
+    arguments: &GradientArguments,
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<ExitCode, CliError> {
+    let settings = arguments.steps.settings(&arguments.solver)?;
+    let loss = SquaredError::from_name(&arguments.loss)?;
+    let choice = GradientChoice::from_name(&arguments.method)?;
+    if arguments.out.extension().is_none_or(|e| e != "npz") {
+        return Err(CliError::Usage(format!("--out {} must end in .npz", arguments.out.display())));
+    }
+    let saved = arguments.model.load()?;
+    let paths = collect_paths(&arguments.data)?;
+    let reading = console.progress(paths.len(), "reading");
+    let subjects = arguments.reading.subjects(&paths, &saved, &|| reading.inc(1))?;
+    reading.finish_and_clear();
+    for subject in &subjects {
+        console.notes(&subject.recording);
+    }
+    let reference = match &arguments.reference {
+        Some(path) => Some(reference_displacements(path, &subjects)?),
+        None => None,
+    };
+    let work = Work { arguments, saved: &saved, subjects: &subjects, settings, loss, choice };
+    let measured = work.measure(console)?;
+    let x_error = reference.map(|r| largest_error_mm(&r, &measured.gradient));
+    work.finish(&measured, x_error, global, console)
+}
+
+/// What is to be differentiated, and how.
+struct Work<'a> {
+    arguments: &'a GradientArguments,
+    saved: &'a SavedModel,
+    subjects: &'a [Subject],
+    settings: SolverSettings,
+    loss: SquaredError,
+    choice: GradientChoice,
+}
+
+/// A gradient with the median time it took.
+struct Measured {
+    gradient: JointGradient,
+    seconds: f64,
+}
+
+impl Work<'_> {
+    fn measure(&self, console: &Console) -> Result<Measured, CliError> {
+        let single = self.arguments.precision == PrecisionArgument::F32;
+        match &self.saved.model.force {
+            AnyForce::Network(force) if self.choice == GradientChoice::Adjoint => {
+                let model = self.saved.model.map(|v| v, |_| force.clone());
+                if single { self.fast::<f32>(&model) } else { self.fast::<f64>(&model) }
+            }
+            _ if single => Err(CliError::Usage(
+                "--precision f32 is for the adjoint of a network; all else runs in doubles".into(),
+            )),
+            _ => self.general(console),
+        }
+    }
+
+    fn fast<T: Float>(
+        &self,
+        model: &JointModel<f64, NetworkForce<f64>>,
+    ) -> Result<Measured, CliError> {
+        let mut engine = SealedGradient::<T>::new(self.settings.clone());
+        let (mut gradient, seconds) = self.repeat(|| {
+            engine
+                .value_and_gradient(model, self.subjects, &self.loss)
+                .map_err(|e| CliError::Usage(e.to_string()))
+        })?;
+        gradient.states = (0..self.subjects.len()).map(|i| engine.predicted(i).to_vec()).collect();
+        Ok(Measured { gradient, seconds })
+    }
+
+    fn general(&self, console: &Console) -> Result<Measured, CliError> {
+        let (gradient, seconds) = self.repeat(|| {
+            let bar = console.progress(self.subjects.len(), "differentiating");
+            let result = general::value_and_gradient(
+                self.choice,
+                &self.saved.model,
+                self.subjects,
+                &self.settings,
+                &self.loss,
+                (&|tasks| bar.set_length(tasks as u64), &|| bar.inc(1)),
+            );
+            bar.finish_and_clear();
+            result.map_err(|e| CliError::Usage(e.to_string()))
+        })?;
+        Ok(Measured { gradient, seconds })
+    }
+
+    /// The last of the repeated results and the median time.
+    fn repeat(
+        &self,
+        mut once: impl FnMut() -> Result<JointGradient, CliError>,
+    ) -> Result<(JointGradient, f64), CliError> {
+        let mut times = Vec::new();
+        loop {
+            let start = Instant::now();
+            let gradient = once()?;
+            times.push(start.elapsed().as_secs_f64());
+            if times.len() == self.arguments.repeat as usize {
+                times.sort_by(f64::total_cmp);
+                let middle = times.len() / 2;
+                let median = if times.len() % 2 == 1 {
+                    times[middle]
+                } else {
+                    0.5 * (times[middle - 1] + times[middle])
+                };
+                return Ok((gradient, median));
+            }
+        }
+    }
+
+    /// Writes the files, prints the summary, and says with which code to end.
+    fn finish(
+        &self,
+        measured: &Measured,
+        x_error_mm: Option<f64>,
+        global: &GlobalOptions,
+        console: &Console,
+    ) -> Result<ExitCode, CliError> {
+        let gradient = &measured.gradient;
+        for failure in &gradient.failures {
+            let name = &self.subjects[failure.problem].recording.name;
+            console.warn(format!(
+                "{name} adds nothing, its prediction stopped: {}",
+                failure.kind.describe(failure.time_s)
+            ));
+        }
+        if gradient.failures.len() == self.subjects.len() {
+            return Err(CliError::Usage("no recording could be predicted to its end".into()));
+        }
+        let arrays = self.arrays(measured, x_error_mm);
+        npz::write(&self.arguments.out, &arrays)?;
+        let blocks = blocks(&arrays);
+        if let Some(path) = &self.arguments.report {
+            write_atomic(path, self.report(measured, x_error_mm, &blocks).as_bytes())?;
+        }
+        let s = &gradient.statistics;
+        console.json(&json!({
+            "loss": gradient.value,
+            "recordings": self.subjects.iter().zip(&gradient.values).map(|(subject, value)| json!({
+                "name": subject.recording.name,
+                "loss": value,
+            })).collect::<Vec<_>>(),
+            "gradient_norm": blocks.iter().map(|b| (b.name.clone(), json!(b.norm())))
+                .collect::<serde_json::Map<String, Value>>(),
+            "value_and_grad_s": measured.seconds,
+            "x_error_mm": x_error_mm,
+            "loss_name": self.arguments.loss,
+            "method": self.choice.name(),
+            "precision": format!("{:?}", self.arguments.precision).to_lowercase(),
+            "solver": solver_json(&self.settings),
+            "accepted_steps": s.accepted,
+            "rejected_steps": s.rejected,
+            "field_evaluations": s.evaluations,
+            "field_pullbacks": s.pullbacks,
+            "stored_bytes": s.stored_bytes,
+            "failures": gradient.failures.iter().map(|f| json!({
+                "name": self.subjects[f.problem].recording.name,
+                "time_s": f.time_s,
+                "why": f.kind.describe(f.time_s),
+            })).collect::<Vec<_>>(),
+            "seed": global.seed,
+            "made_by": made_by(),
+        }));
+        console.text(self.summary(measured, x_error_mm, &blocks));
+        Ok(if gradient.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(PARTIAL) })
+    }
+
+    /// The arrays of the output file.
+    fn arrays(&self, measured: &Measured, x_error_mm: Option<f64>) -> BTreeMap<String, Array> {
+        let g = &measured.gradient;
+        let mut arrays = BTreeMap::new();
+        // The gradient has the shape of the force, so it is stored as one.
+        let parts = self.saved.model.force.with_parameters(&g.force).to_parts();
+        for (name, tensor) in parts.tensors {
+            let shape = tensor.shape.iter().map(|&n| n as u64).collect();
+            arrays.insert(format!("grad_{name}"), Array { shape, values: tensor.values });
+        }
+        let raw = vec![g.raw.mass, g.raw.gas_coefficient, g.raw.deformation];
+        arrays.insert("grad_raw".into(), Array::vector(raw));
+        arrays.insert("grad_auxiliary_damping".into(), Array::scalar(g.auxiliary_damping));
+        let rows = |width: u64, values: Vec<f64>| Array {
+            shape: vec![values.len() as u64 / width, width],
+            values,
+        };
+        let masses = g.masses.iter().flat_map(|m| [m.flexor_g, m.extensor_g]).collect();
+        arrays.insert("grad_masses".into(), rows(2, masses));
+        let states = g.initial_states.iter().flatten().copied().collect();
+        arrays.insert("grad_initial_state".into(), rows(4, states));
+        arrays.insert("loss".into(), Array::scalar(g.value));
+        arrays.insert("loss_of_recording".into(), Array::vector(g.values.clone()));
+        arrays.insert("value_and_grad_s".into(), Array::scalar(measured.seconds));
+        if let Some(error) = x_error_mm {
+            arrays.insert("x_error_mm".into(), Array::scalar(error));
+        }
+        arrays
+    }
+
+    fn summary(
+        &self,
+        measured: &Measured,
+        x_error: Option<f64>,
+        blocks: &[GradientBlock],
+    ) -> String {
+        let (g, s) = (&measured.gradient, &measured.gradient.statistics);
+        let mut rows = vec![["gradient", "numbers", "norm", "largest"].map(str::to_owned).to_vec()];
+        rows.extend(blocks.iter().map(|b| {
+            vec![
+                b.name.clone(),
+                b.values.len().to_string(),
+                format!("{:.6e}", b.norm()),
+                format!("{:.6e}", b.largest()),
+            ]
+        }));
+        let mut text = format!(
+            "{} loss {:.9e} over {} recording(s), {} in {:.4} s\n\n{}\n\n  {} steps, {} rejected, {} \
+             evaluations, {} pullbacks, {:.1} MB stored",
+            self.arguments.loss,
+            g.value,
+            self.subjects.len() - g.failures.len(),
+            self.choice.name(),
+            measured.seconds,
+            table(&rows),
+            s.accepted,
+            s.rejected,
+            s.evaluations,
+            s.pullbacks,
+            s.stored_bytes as f64 / 1e6
+        );
+        if let Some(error) = x_error {
+            text += &format!("\n  largest error of x against the reference: {error:.6e} mm");
+        }
+        text + &format!("\n\ngradient: {}", self.arguments.out.display())
+    }
+
+    fn report(
+        &self,
+        measured: &Measured,
+        x_error: Option<f64>,
+        blocks: &[GradientBlock],
+    ) -> String {
+        let g = &measured.gradient;
+        gradient_report(&GradientReport {
+            title: format!("Gradient of {}", self.saved.info.name),
+            lead: format!(
+                "{} {} loss. {}; gradient by {}, network in {}.",
+                describe_model(self.saved),
+                self.arguments.loss,
+                self.settings.describe(),
+                self.choice.name(),
+                format!("{:?}", self.arguments.precision).to_lowercase()
+            ),
+            loss: g.value,
+            seconds: measured.seconds,
+            x_error_mm: x_error,
+            recordings: self
+                .subjects
+                .iter()
+                .zip(&g.values)
+                .enumerate()
+                .map(|(i, (s, &loss))| {
+                    (s.recording.clone(), loss, g.states.get(i).cloned().unwrap_or_default())
+                })
+                .collect(),
+            blocks: blocks.to_vec(),
+            made_by: made_by(),
+        })
+    }
+}
+
+/// The gradient arrays of an output file.
+fn blocks(arrays: &BTreeMap<String, Array>) -> Vec<GradientBlock> {
+    arrays
+        .iter()
+        .filter_map(|(name, array)| {
+            let name = name.strip_prefix("grad_")?.to_owned();
+            Some(GradientBlock { name, values: array.values.clone() })
+        })
+        .collect()
+}
+
+/// The true displacements (mm) of each recording.
+fn reference_displacements(path: &Path, subjects: &[Subject]) -> Result<Vec<Vec<f64>>, CliError> {
+    let arrays = npz::read(path)?;
+    let wrong =
+        |why: String| CliError::from(DataError::File { path: path.to_path_buf(), message: why });
+    let lengths: Vec<usize> = subjects.iter().map(|s| s.recording.len()).collect();
+    if let Some(all) = arrays.get("x") {
+        // `[recordings, samples]` where all are of one length, else one after the other.
+        let total: usize = lengths.iter().sum();
+        if all.values.len() != total {
+            return Err(wrong(format!(
+                "`x` has shape {:?}; the recordings have {total} samples in all",
+                all.shape
+            )));
+        }
+        let mut rest = &all.values[..];
+        return Ok(lengths
+            .iter()
+            .map(|&n| {
+                let (own, next) = rest.split_at(n);
+                rest = next;
+                own.to_vec()
+            })
+            .collect());
+    }
+    subjects
+        .iter()
+        .enumerate()
+        .map(|(i, s)| {
+            let name = &s.recording.name;
+            let keys = [format!("x_{i}"), format!("x_{name}"), name.clone()];
+            let array = keys.iter().find_map(|k| arrays.get(k)).ok_or_else(|| {
+                wrong(format!("there is neither `x` nor `{}` for recording {name}", keys[0]))
+            })?;
+            if array.values.len() == s.recording.len() {
+                Ok(array.values.clone())
+            } else {
+                Err(wrong(format!(
+                    "recording {name} has {} samples, its reference has shape {:?}",
+                    s.recording.len(),
+                    array.shape
+                )))
+            }
+        })
+        .collect()
+}
+
+/// The largest |x − reference| over all samples of all predicted recordings, mm.
+fn largest_error_mm(reference: &[Vec<f64>], gradient: &JointGradient) -> f64 {
+    let failed = |i: usize| gradient.failures.iter().any(|f| f.problem == i);
+    reference
+        .iter()
+        .zip(&gradient.states)
+        .enumerate()
+        .filter(|(i, _)| !failed(*i))
+        .flat_map(|(_, (reference, states))| {
+            reference.iter().zip(states).map(|(r, s)| (s[0] - r).abs())
+        })
+        .fold(0.0, f64::max)
+}

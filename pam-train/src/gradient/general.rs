@@ -1,0 +1,215 @@
+//! Any force model and any gradient method: the joint's four states, recording by recording.
+
+use super::{GradientChoice, GradientStatistics, JointGradient};
+use crate::evaluation::Subject;
+use crate::loss::TrajectoryLoss;
+use crate::predict::{SolverSettings, StepChoice};
+use pam_autodiff::{ByTape, Central};
+use pam_core::{JointField, JointModel, ParametricForce, RawParameters, SealedMasses};
+use pam_data::Recording;
+use pam_solvers::input::InputError;
+use pam_solvers::sensitivity::{
+    Backsolve, DiscreteAdjoint, DualThroughSolver, FiniteDifference, ForwardSensitivity, Gradient,
+    GradientMethod, InterpolatingAdjoint, Problem, QuadratureAdjoint, TapeThroughSolver,
+};
+use pam_solvers::{
+    ConstantStep, Fixed, Integrator, LaneFailure, PidController, SampledInput, StepController,
+};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Relative step of the central differences.
+const DIFFERENCE_STEP: f64 = 1e-5;
+/// Parameters that one task differentiates by when each costs solves of its own.
+const PARAMETERS_AT_ONCE: usize = 64;
+
+type Field<'a, F> = JointField<f64, &'a F>;
+type Force<'a> = Fixed<SampledInput<'a, f64>>;
+
+/// One piece of work: a recording, and for finite differences some of the parameters.
+#[derive(Debug, Clone)]
+struct Task {
+    subject: usize,
+    parameters: Range<usize>,
+}
+
+/// Value and gradient of the mean loss of `model` over `subjects` by any method, each recording
+/// predicted from its first sample.
+///
+/// Works with every force model, in doubles; [`SealedGradient`](super::SealedGradient) is the fast way
+/// for networks. Tasks run in parallel, sums are in the order of the recordings. `planned` is called
+/// once with the number of tasks, `done` after each.
+///
+/// # Errors
+/// [`InputError`] if a recording has no samples or its times do not increase.
+pub fn value_and_gradient<F: ParametricForce + Sync>(
+    choice: GradientChoice,
+    model: &JointModel<f64, F>,
+    subjects: &[Subject],
+    settings: &SolverSettings,
+    loss: &dyn TrajectoryLoss,
+    (planned, done): (&dyn Fn(usize), &(dyn Fn() + Sync)),
+) -> Result<JointGradient, InputError> {
+    let force_len = model.force.parameter_len();
+    let len = force_len + OWN;
+    let pieces = match choice {
+        GradientChoice::FiniteDifference => len.div_ceil(PARAMETERS_AT_ONCE),
+        _ => 1,
+    };
+    let tasks: Vec<Task> = (0..subjects.len())
+        .flat_map(|subject| {
+            (0..pieces).map(move |i| {
+                let first = i * PARAMETERS_AT_ONCE;
+                let end = if pieces == 1 { len } else { (first + PARAMETERS_AT_ONCE).min(len) };
+                Task { subject, parameters: first..end }
+            })
+        })
+        .collect();
+    planned(tasks.len());
+    let results = tasks
+        .par_iter()
+        .with_max_len(1)
+        .map(|task| {
+            let result = one(choice, model, &subjects[task.subject], settings, loss, task);
+            done();
+            result
+        })
+        .collect::<Result<Vec<_>, InputError>>()?;
+    Ok(assemble(subjects.len(), force_len, &tasks, results))
+}
+
+/// Parameters of the joint besides those of its force: raw m, C, ν, then B, m_f, m_e.
+const OWN: usize = 6;
+
+type Outcome = Result<Gradient, LaneFailure>;
+
+fn one<F: ParametricForce>(
+    choice: GradientChoice,
+    model: &JointModel<f64, F>,
+    subject: &Subject,
+    settings: &SolverSettings,
+    loss: &dyn TrajectoryLoss,
+    task: &Task,
+) -> Result<Outcome, InputError> {
+    let r = &subject.recording;
+    let input = Fixed(SampledInput::new(&r.time_s, &r.force_mn, settings.interpolation)?);
+    let field = model.sealed(subject.masses);
+    let tableau = settings.tableau.clone();
+    Ok(match settings.step {
+        StepChoice::Constant { step_s } => {
+            let integrator = Integrator::new(tableau, ConstantStep::new(step_s));
+            with_integrator(choice, (&field, &input), r, &integrator, loss, task)
+        }
+        StepChoice::Adaptive { rtol, atol } => {
+            let integrator = Integrator::new(tableau, PidController::new(rtol, atol));
+            with_integrator(choice, (&field, &input), r, &integrator, loss, task)
+        }
+    })
+}
+
+fn with_integrator<F: ParametricForce, C: StepController + Clone + 'static>(
+    choice: GradientChoice,
+    (field, input): (&Field<'_, F>, &Force<'_>),
+    measured: &Recording,
+    integrator: &Integrator<C>,
+    loss: &dyn TrajectoryLoss,
+    task: &Task,
+) -> Outcome {
+    let (t0, t1) = measured.span_s();
+    let problem = Problem {
+        field,
+        input,
+        t0,
+        t1,
+        y0: &measured.initial_state(),
+        observations_s: &measured.time_s,
+        integrator,
+    };
+    let back = || integrator.clone();
+    let difference = || {
+        FiniteDifference::new(Central { h: DIFFERENCE_STEP })
+            .with_parameters(task.parameters.clone().collect())
+    };
+    let method: Box<dyn GradientMethod<Field<'_, F>, Force<'_>>> = match choice {
+        GradientChoice::Adjoint => Box::new(DiscreteAdjoint::new(ByTape)),
+        GradientChoice::Forward => Box::new(ForwardSensitivity::new(ByTape)),
+        GradientChoice::Backsolve => Box::new(Backsolve::new(ByTape, back())),
+        GradientChoice::Interpolating => Box::new(InterpolatingAdjoint::new(ByTape, back())),
+        GradientChoice::Quadrature => Box::new(QuadratureAdjoint::new(ByTape, back())),
+        GradientChoice::Tape => Box::new(TapeThroughSolver),
+        GradientChoice::Dual => Box::new(DualThroughSolver::<8>),
+        GradientChoice::FiniteDifference => Box::new(difference()),
+    };
+    let mut on_states = |_: &[f64], states: &[f64], cotangents: &mut [f64]| {
+        let (states, _) = states.as_chunks::<4>();
+        let (cotangents, _) = cotangents.as_chunks_mut::<4>();
+        loss.value_and_cotangents(measured, states, cotangents)
+    };
+    method.value_and_gradient(&problem, &mut on_states).map_err(|e| LaneFailure {
+        problem: task.subject,
+        kind: e.kind,
+        time_s: e.time_s,
+    })
+}
+
+fn assemble(
+    recordings: usize,
+    force_len: usize,
+    tasks: &[Task],
+    results: Vec<Outcome>,
+) -> JointGradient {
+    let mut failures: Vec<LaneFailure> = Vec::new();
+    for failure in results.iter().filter_map(|r| r.as_ref().err()) {
+        if failures.last().is_none_or(|f| f.problem != failure.problem) {
+            failures.push(failure.clone());
+        }
+    }
+    let mean = 1.0 / (recordings - failures.len()).max(1) as f64;
+    let mut values = vec![f64::NAN; recordings];
+    let mut shared = vec![0.0; force_len + 4];
+    let mut masses = vec![SealedMasses { flexor_g: 0.0, extensor_g: 0.0 }; recordings];
+    let mut initial_states = vec![[0.0; 4]; recordings];
+    let mut states = vec![Vec::new(); recordings];
+    let mut statistics = GradientStatistics::default();
+    for (task, gradient) in tasks.iter().zip(results) {
+        let Ok(gradient) = gradient else { continue };
+        let i = task.subject;
+        if failures.iter().any(|f| f.problem == i) {
+            continue;
+        }
+        for k in task.parameters.clone() {
+            let g = mean * gradient.parameters[k];
+            match k.checked_sub(force_len + 4) {
+                None => shared[k] += g,
+                Some(0) => masses[i].flexor_g = g,
+                Some(_) => masses[i].extensor_g = g,
+            }
+        }
+        let s = gradient.statistics;
+        statistics.evaluations += s.evaluations;
+        statistics.pullbacks += s.vjps + s.jvps;
+        statistics.stored_bytes = statistics.stored_bytes.max(s.checkpoint_bytes);
+        if values[i].is_nan() {
+            values[i] = gradient.value;
+            statistics.accepted += s.steps;
+            statistics.rejected += s.rejected;
+            for (own, g) in initial_states[i].iter_mut().zip(&gradient.initial_state) {
+                *own = mean * g;
+            }
+            states[i] = gradient.states.as_chunks::<4>().0.to_vec();
+        }
+    }
+    let raw = &shared[force_len..];
+    JointGradient {
+        value: mean * values.iter().filter(|v| !v.is_nan()).sum::<f64>(),
+        raw: RawParameters { mass: raw[0], gas_coefficient: raw[1], deformation: raw[2] },
+        auxiliary_damping: raw[3],
+        force: shared[..force_len].to_vec(),
+        values,
+        masses,
+        initial_states,
+        failures,
+        states,
+        statistics,
+    }
+}
