@@ -137,16 +137,13 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
                 let (t, side) = if c == 1.0 { (t1, Side::Left) } else { (t0 + c * h, Side::Right) };
                 let range = place(t, side);
                 let y = &mut memory.y[range];
-                y.fill(0.0);
+                y.copy_from_slice(y0);
                 for (k, &a) in k.chunks_exact(n).zip(&tableau.a[i]) {
                     if a != 0.0 {
                         for (y, &k) in y.iter_mut().zip(k) {
-                            *y += a * k;
+                            *y += k * (h * a);
                         }
                     }
-                }
-                for (y, &y0) in y.iter_mut().zip(y0) {
-                    *y = y0 + h * *y;
                 }
             }
             if trajectory.closed[step] {

@@ -333,16 +333,13 @@ where
         let memory = &mut *self.memory;
         let (len, stride) = (memory.lanes.len() * n, memory.capacity * n);
         let target = if to_new { &mut memory.y_new } else { &mut memory.scratch };
-        target[..len].fill(0.0);
+        target[..len].copy_from_slice(&memory.y[..len]);
         for (k, &w) in memory.k.chunks_exact(stride).zip(weights) {
             if w != 0.0 {
-                for (o, &k) in target[..len].iter_mut().zip(k) {
-                    *o += w * k;
+                for ((o, &k), &h) in target[..len].iter_mut().zip(k).zip(&memory.h) {
+                    *o += k * (h * w);
                 }
             }
-        }
-        for ((o, &y), &h) in target[..len].iter_mut().zip(&memory.y).zip(&memory.h) {
-            *o = y + h * *o;
         }
     }
 
@@ -390,7 +387,7 @@ where
             error.fill(0.0);
             for (k, &w) in memory.k.chunks_exact(stride).zip(weights) {
                 for (e, &k) in error.iter_mut().zip(&k[range.clone()]) {
-                    *e += taken * w * k;
+                    *e += k * (taken * w);
                 }
             }
             let error = tolerances.norm(error, y, y_new);
