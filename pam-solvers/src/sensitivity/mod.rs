@@ -12,6 +12,8 @@
 //! | [`InterpolatingAdjoint`] | the equation, backwards | those of a backward solve | to compare |
 //! | [`QuadratureAdjoint`] | the equation, backwards | those of a backward solve | to compare; very many parameters |
 //! | [`Backsolve`] | the equation, backwards, state recovered | those of a backward solve | constant memory, never when stiff |
+//! | [`TapeThroughSolver`] | the accepted steps, by a tape | a recorded solve | to check |
+//! | [`DualThroughSolver`] | the accepted steps, by dual numbers | a solve for every 8 directions | to check |
 //! | [`FiniteDifference`] | nothing | two solves a direction | to check |
 //!
 //! # What the exact gradient is
@@ -33,6 +35,7 @@
 //! observations are not differentiated by.
 
 mod continuous;
+mod direction;
 mod discrete_adjoint;
 mod finite_difference;
 mod forward;
@@ -44,6 +47,7 @@ mod through_solver;
 mod tolerance_halving;
 
 pub use continuous::{Backsolve, InterpolatingAdjoint, QuadratureAdjoint};
+pub use direction::Direction;
 pub use discrete_adjoint::{AdjointWorkspace, Checkpointing, DiscreteAdjoint};
 pub use finite_difference::FiniteDifference;
 pub use forward::{ForwardSensitivity, Sensitivities};
