@@ -13,6 +13,7 @@ pub mod finite_difference;
 pub mod stiffness;
 pub mod tape;
 
+pub use batch::BatchField;
 pub use field::{
     At, ByChunk, ByDual, ByTape, Cotangent, DifferentiableField, Differentiation, Tangent,
 };

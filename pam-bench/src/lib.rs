@@ -3,11 +3,13 @@
 //! Run all with `cargo bench -p pam-bench`. The weights are read from the reference data, whose
 //! folder is `../shared` beside the workspace or named by the environment variable `PAM_SHARED`.
 
-use pam_core::units::{MN_PER_N, tendon_force_mn_per_a};
-use pam_core::{AnyForce, JointModel, SealedMasses};
+use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, MN_PER_N, tendon_force_mn_per_a};
+use pam_core::{AnyForce, JointModel, NetworkForce, SealedMasses};
 use pam_data::formats::raw_log::{Row, to_text};
 use pam_data::preprocess::LowPass;
-use pam_data::{Recording, load_model};
+use pam_data::{MassOrigin, Recording, load_model};
+use pam_train::{SolverSettings, Subject, predict};
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
@@ -54,6 +56,16 @@ fn noise() -> impl FnMut() -> f64 {
     }
 }
 
+/// The model with its network as such.
+///
+/// # Panics
+/// If its force is none.
+#[must_use]
+pub fn network_model(model: &JointModel<f64, AnyForce<f64>>) -> JointModel<f64, NetworkForce<f64>> {
+    let AnyForce::Network(force) = &model.force else { panic!("the force is a network") };
+    model.map(|v| v, |_| force.clone())
+}
+
 /// A 70 s recording of the joint at 412 kPa under the published excitation. With `current_noise_a`
 /// above zero the force carries noise of that size, filtered as the loader filters it.
 ///
@@ -83,6 +95,80 @@ pub fn recording(
     recording.pressure_extensor_kpa = vec![412.0; SAMPLES];
     debug_assert!(recording.force_mn.iter().all(|f| f.abs() < 400.0 * MN_PER_N));
     (recording, masses)
+}
+
+/// The 29 training conditions of the paper: gauge pressures of flexor and extensor, psi.
+pub const TRAINING_PSI: [(f64, f64); 29] = [
+    (10., 10.),
+    (45., 45.),
+    (80., 80.),
+    (40., 50.),
+    (50., 40.),
+    (30., 60.),
+    (60., 30.),
+    (20., 70.),
+    (70., 20.),
+    (10., 80.),
+    (80., 10.),
+    (45., 30.),
+    (45., 60.),
+    (30., 45.),
+    (60., 45.),
+    (45., 20.),
+    (45., 70.),
+    (20., 45.),
+    (70., 45.),
+    (45., 10.),
+    (45., 80.),
+    (10., 45.),
+    (80., 45.),
+    (20., 20.),
+    (30., 30.),
+    (40., 40.),
+    (50., 50.),
+    (60., 60.),
+    (70., 70.),
+];
+
+/// The first `count` training conditions under the published excitation for `seconds`, as `model`
+/// answers to it; no noise.
+///
+/// # Panics
+/// If the model cannot follow the excitation.
+#[must_use]
+pub fn training_set(
+    model: &JointModel<f64, AnyForce<f64>>,
+    count: usize,
+    seconds: f64,
+) -> Vec<Subject> {
+    let (template, _) = recording(model, 0.0);
+    let template = template.slice(0..((seconds * 1000.0) as usize).min(SAMPLES));
+    TRAINING_PSI[..count]
+        .par_iter()
+        .map(|&(flexor, extensor)| {
+            let kpa = [flexor, extensor].map(|psi| psi * KPA_PER_PSI + ATMOSPHERE_KPA);
+            let masses = model.gas_law_masses(0.0, kpa);
+            let mut start = template.clone();
+            start.name = format!("nn_{flexor:02.0}{extensor:02.0}");
+            start.pressure_flexor_kpa[0] = kpa[0];
+            start.pressure_extensor_kpa[0] = kpa[1];
+            let settings = SolverSettings::default();
+            let prediction = predict(model, &start, masses, &settings)
+                .expect("the joint follows the excitation");
+            let recording =
+                Recording { name: start.name.clone(), ..prediction.to_recording(&start, masses) };
+            Subject { recording, masses, origin: MassOrigin::Given }
+        })
+        .collect()
+}
+
+/// `model` with every number of its force × 1.02 and raw m × 1.05, where gradients are compared: at
+/// the weights that made the data they are noise.
+#[must_use]
+pub fn perturbed(model: &JointModel<f64, AnyForce<f64>>) -> JointModel<f64, AnyForce<f64>> {
+    let mut model = model.map(|v| v, |force| force.map(|w| 1.02 * w));
+    model.raw.mass *= 1.05;
+    model
 }
 
 /// The text of a raw log of 73 s, about 7 MB, as the rig writes it.

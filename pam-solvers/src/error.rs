@@ -65,36 +65,34 @@ impl<S: Scalar> SolveError<S> {
     }
 }
 
-impl<S> fmt::Display for SolveError<S> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.kind.describe(self.time_s, f)
-    }
-}
-
 impl FailureKind {
-    fn describe(&self, t: f64, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// The failure in words, for a solve that had reached time `t` (s).
+    #[must_use]
+    pub fn describe(&self, t: f64) -> String {
         match self {
-            Self::Request(why) => write!(f, "the solve cannot start: {why}"),
-            Self::NonFinite { step_s } => write!(
-                f,
+            Self::Request(why) => format!("the solve cannot start: {why}"),
+            Self::NonFinite { step_s } => format!(
                 "a state became infinite or NaN in the step of {step_s:.3e} s that starts at \
                  t = {t:.6} s; take smaller steps or check model and input there"
             ),
-            Self::StepTooSmall { step_s } => write!(
-                f,
+            Self::StepTooSmall { step_s } => format!(
                 "the error control asked for a step of {step_s:.3e} s at t = {t:.6} s; the problem \
                  is too stiff there, or the tolerance is below rounding"
             ),
-            Self::TooManySteps { limit } => write!(
-                f,
+            Self::TooManySteps { limit } => format!(
                 "the limit of {limit} steps was reached at t = {t:.6} s; raise it or loosen the \
                  tolerance"
             ),
             Self::Backward(kind) => {
-                f.write_str("in the backward solve of the adjoint, ")?;
-                kind.describe(t, f)
+                format!("in the backward solve of the adjoint, {}", kind.describe(t))
             }
         }
+    }
+}
+
+impl<S> fmt::Display for SolveError<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.kind.describe(self.time_s))
     }
 }
 

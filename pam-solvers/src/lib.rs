@@ -41,6 +41,7 @@ pub mod error;
 pub mod grid;
 pub mod input;
 pub mod integrator;
+pub mod lanes;
 mod observer;
 mod recorder;
 pub mod replay;
@@ -59,6 +60,7 @@ pub use input::{
     Constant, Input, InputFn, Interpolation, NoInput, ParametricInput, SampledInput, Side,
 };
 pub use integrator::Integrator;
+pub use lanes::{LaneFailure, LaneGradient, LaneMemory, LaneProblem, Lanes};
 pub use replay::replay;
 pub use save_at::SaveAt;
 pub use solution::{DenseSolution, Solution, Statistics};

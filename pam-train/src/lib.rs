@@ -4,16 +4,22 @@
 //! - [`metrics`]: R² and RMSE per channel;
 //! - [`segments`]: stretches of one excitation frequency;
 //! - [`balance`]: the force that the model lacks on the measured motion;
-//! - [`evaluation`]: all of these for a whole data set, in parallel.
+//! - [`evaluation`]: all of these for a whole data set, in parallel;
+//! - [`loss`]: what training makes small;
+//! - [`gradient`]: loss and gradient of a model on recordings.
 
 pub mod balance;
 pub mod evaluation;
+pub mod gradient;
+pub mod loss;
 pub mod metrics;
 pub mod predict;
 pub mod segments;
 
 pub use balance::ForceBalance;
 pub use evaluation::{Evaluation, RecordingEvaluation, Subject, evaluate};
+pub use gradient::{JointGradient, SealedGradient};
+pub use loss::{SquaredError, TrajectoryLoss};
 pub use metrics::{PerChannel, Scores};
 pub use predict::{PredictError, Prediction, SolverSettings, StepChoice, predict};
 pub use segments::{Segment, frequency_segments};

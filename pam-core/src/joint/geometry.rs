@@ -69,6 +69,17 @@ impl MuscleGeometry {
         }
     }
 
+    /// `[∂V_f/∂ν, ∂V_e/∂ν]` (mm³): `±2π r ρ x (L0 ∓ x)` with the upper signs for the flexor.
+    #[inline]
+    #[must_use]
+    pub fn volume_slopes_by_deformation(&self, x: f64, nu: f64) -> [f64; 2] {
+        let (r0, l0) = (self.radius_mm, self.length_mm);
+        let ratio = r0 / l0;
+        let spread = nu * ratio * x;
+        let scale = std::f64::consts::TAU * ratio * x;
+        [scale * (r0 + spread) * (l0 - x), -scale * (r0 - spread) * (l0 + x)]
+    }
+
     /// The displacements between which both chambers keep a positive volume, mm: the open interval
     /// where |x| < L0 and both radii are positive.
     #[must_use]
@@ -95,6 +106,17 @@ mod tests {
                 dual.extensor_mm3.eps,
                 max_relative = 1e-13
             );
+        }
+    }
+
+    #[test]
+    fn slopes_by_deformation_are_derivatives_too() {
+        let g = MuscleGeometry::default();
+        for x in [-5.0, -1.2, 0.0, 0.4, 3.0] {
+            let dual = g.volumes(Dual64::constant(x), Dual64::new(3.69, 1.0));
+            let [flexor, extensor] = g.volume_slopes_by_deformation(x, 3.69);
+            assert_relative_eq!(flexor, dual.flexor_mm3.eps, max_relative = 1e-13);
+            assert_relative_eq!(extensor, dual.extensor_mm3.eps, max_relative = 1e-13);
         }
     }
 

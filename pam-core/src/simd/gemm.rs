@@ -1,4 +1,4 @@
-//! The matrix product of batched networks, `C += A B`.
+//! The matrix product of batched networks, `C = start + A B`.
 //!
 //! Network layers are small (some tens of rows) and batches are long, so `A` stays in cache and is
 //! read as it lies; nothing is packed. A tile of `C`, several vectors of rows by a few columns,
@@ -20,7 +20,18 @@ pub enum Layout {
     Rows,
 }
 
-/// One product `C += A B` with `A` `[rows, inner]` and `C` `[rows, columns]` column by column.
+/// What the sums of a product begin with.
+#[derive(Debug, Clone, Copy)]
+pub enum Start<'a, T> {
+    /// What `C` holds.
+    Held,
+    /// Zero.
+    Zero,
+    /// A column for all columns of `C`, or one for each, `[columns][rows]`.
+    Columns(&'a [T]),
+}
+
+/// One product `C = start + A B` with `A` `[rows, inner]` and `C` `[rows, columns]` column by column.
 #[derive(Debug)]
 pub struct Product<'a, T> {
     /// Rows of `A` and `C`; a multiple of [`PAD`](super::PAD).
@@ -37,16 +48,18 @@ pub struct Product<'a, T> {
     pub layout: Layout,
     /// Distance between columns (or rows) of the second factor.
     pub b_stride: usize,
+    /// What the sums begin with.
+    pub start: Start<'a, T>,
     /// The sum; its columns are `rows` apart.
     pub c: &'a mut [T],
 }
 
 impl<T: Float> Product<'_, T> {
-    /// Adds the product to `c`.
+    /// Computes the product.
     ///
     /// # Panics
     /// If a slice is too short or `rows` is not a whole number of vectors.
-    pub fn add(self) {
+    pub fn run(self) {
         assert!(self.rows.is_multiple_of(super::PAD), "rows are padded to whole vectors");
         assert!(self.a.len() >= self.rows * self.inner && self.c.len() >= self.rows * self.columns);
         arch().dispatch(self);
@@ -57,10 +70,16 @@ impl<T: Float> Product<'_, T> {
     fn tile<S: Simd, const V: usize, const N: usize>(&mut self, simd: S, i: usize, j: usize) {
         let width = V * T::lanes::<S>();
         let rows = self.rows;
-        let mut sums: [[T::Vector<S>; V]; N] = std::array::from_fn(|n| {
-            let (c, _) = T::split::<S>(&self.c[(j + n) * rows + i..][..width]);
+        let column = |c: &[T]| -> [T::Vector<S>; V] {
+            let (c, _) = T::split::<S>(&c[..width]);
             std::array::from_fn(|v| c[v])
-        });
+        };
+        let mut sums: [[T::Vector<S>; V]; N] = match self.start {
+            Start::Held => std::array::from_fn(|n| column(&self.c[(j + n) * rows + i..])),
+            Start::Zero => [[T::splat(simd, T::default()); V]; N],
+            Start::Columns(c) if c.len() == rows => [column(&c[i..]); N],
+            Start::Columns(c) => std::array::from_fn(|n| column(&c[(j + n) * rows + i..])),
+        };
         let a_vectors = |k: usize| -> &[T::Vector<S>; V] {
             let (a, _) = T::split::<S>(&self.a[k * rows + i..][..width]);
             a.try_into().expect("a tile is V vectors high")
@@ -172,13 +191,29 @@ mod tests {
             let start: Vec<f64> = (0..rows * columns).map(|k| value(seed + 2, k)).collect();
             let (layout, b_stride) =
                 if by_rows { (Layout::Rows, columns) } else { (Layout::Columns, inner) };
-            let mut c = start.clone();
-            Product { rows, inner, columns, a: &a, b: &b, layout, b_stride, c: &mut c }.add();
-            for j in 0..columns {
-                for i in 0..rows {
-                    let b_at = |k| if by_rows { b[k * columns + j] } else { b[j * inner + k] };
-                    let sum: f64 = (0..inner).map(|k| a[k * rows + i] * b_at(k)).sum();
-                    prop_assert!((c[j * rows + i] - start[j * rows + i] - sum).abs() < 1e-12);
+            let held = vec![0.5; rows * columns];
+            for begin in [
+                Start::Held,
+                Start::Zero,
+                Start::Columns(&start),
+                Start::Columns(&start[..rows.min(start.len())]),
+            ] {
+                let mut c = held.clone();
+                let (a, b) = (&a, &b);
+                Product { rows, inner, columns, a, b, layout, b_stride, start: begin, c: &mut c }
+                    .run();
+                for j in 0..columns {
+                    for i in 0..rows {
+                        let b_at = |k| if by_rows { b[k * columns + j] } else { b[j * inner + k] };
+                        let sum: f64 = (0..inner).map(|k| a[k * rows + i] * b_at(k)).sum();
+                        let first = match begin {
+                            Start::Held => 0.5,
+                            Start::Zero => 0.0,
+                            Start::Columns(c) if c.len() == rows => c[i],
+                            Start::Columns(c) => c[j * rows + i],
+                        };
+                        prop_assert!((c[j * rows + i] - first - sum).abs() < 1e-12);
+                    }
                 }
             }
         }
@@ -192,8 +227,9 @@ mod tests {
         let b: Vec<f32> = (0..inner * columns).map(|k| value(4, k) as f32).collect();
         let product = |b: &[f32], columns: usize| {
             let mut c = vec![0.0; rows * columns];
-            let layout = Layout::Columns;
-            Product { rows, inner, columns, a: &a, b, layout, b_stride: inner, c: &mut c }.add();
+            let (layout, start) = (Layout::Columns, Start::Zero);
+            Product { rows, inner, columns, a: &a, b, layout, b_stride: inner, start, c: &mut c }
+                .run();
             c
         };
         let together = product(&b, columns);

@@ -2,7 +2,7 @@
 
 use super::{BatchNetwork, NetworkSums};
 use pam_core::ActivationFunction;
-use pam_core::simd::gemm::{Layout, Product};
+use pam_core::simd::gemm::{Layout, Product, Start};
 use pam_core::simd::{Float, arch};
 use pulp::{Simd, WithSimd};
 
@@ -91,15 +91,8 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
             let source = if k == 0 { input } else { &done[k - 1] };
             let target = if k == last { &mut out[..len] } else { &mut rest[0][..len] };
             let bias = if k == 0 { bias } else { &layer.bias };
-            if bias.len() >= len {
-                target.copy_from_slice(&bias[..len]);
-            } else {
-                for point in target.chunks_exact_mut(layer.output_stride) {
-                    point.copy_from_slice(&bias[..layer.output_stride]);
-                }
-            }
-            if k == last && layer.outputs < 4 {
-                self.few_outputs(points, source, target);
+            if 0 < k && k == last && layer.outputs < 4 {
+                self.few_outputs(points, bias, source, target);
                 break;
             }
             Product {
@@ -110,9 +103,10 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                 b: source,
                 layout: Layout::Columns,
                 b_stride: layer.input_stride,
+                start: Start::Columns(bias),
                 c: target,
             }
-            .add();
+            .run();
             if k == last {
                 break;
             }
@@ -125,12 +119,18 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         }
     }
 
-    /// Adds the last layer's products when it has so few outputs that dot products are cheaper.
-    fn few_outputs(&self, points: usize, source: &[T], target: &mut [T]) {
+    /// The last layer when it has so few outputs that dot products are cheaper.
+    fn few_outputs(&self, points: usize, bias: &[T], source: &[T], target: &mut [T]) {
         let layer = self.last();
-        let (rows, stride) = (&layer.rows, layer.input_stride);
-        let out_stride = layer.output_stride;
-        arch().dispatch(Dots { points, vectors: rows, source, stride, target, out_stride });
+        arch().dispatch(Dots {
+            points,
+            vectors: &layer.rows,
+            source,
+            stride: layer.input_stride,
+            start: &bias[..layer.outputs],
+            target,
+            out_stride: layer.output_stride,
+        });
     }
 
     /// From cotangents of the outputs, `[points, outputs]`, to cotangents of the inputs,
@@ -152,7 +152,6 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
             let len = points * layer.input_stride;
             let (below, above) = block.cotangents.split_at_mut(k);
             let target = &mut below[k - 1][..len];
-            target.fill(T::default());
             let (source, b_stride) = if k == last {
                 (cotangent, layer.outputs)
             } else {
@@ -166,15 +165,16 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                 b: source,
                 layout: Layout::Columns,
                 b_stride,
+                start: Start::Zero,
                 c: target,
             }
-            .add();
+            .run();
             arch().dispatch(Multiply { values: target, factors: &block.slopes[k - 1][..len] });
         }
         let first = &self.layers[0];
         let target = &mut input_cotangent[..points * first.inputs];
-        target.fill(T::default());
         if last == 0 {
+            target.fill(T::default());
             for (c, t) in cotangent
                 .chunks_exact(first.outputs)
                 .zip(target.chunks_exact_mut(first.inputs))
@@ -193,6 +193,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
             vectors: &first.columns,
             source: &block.cotangents[0],
             stride: first.output_stride,
+            start: &[],
             target,
             out_stride: first.inputs,
         });
@@ -229,9 +230,10 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                     b,
                     layout: Layout::Rows,
                     b_stride,
+                    start: Start::Held,
                     c,
                 }
-                .add();
+                .run();
             };
             add(source, layer.inputs, layer.input_stride, &mut sums.weights[k]);
             add(&sums.ones[..points], 1, 1, &mut sums.biases[k]);
@@ -258,9 +260,10 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
             b: &block.weighted,
             layout: Layout::Rows,
             b_stride: layer.outputs,
+            start: Start::Held,
             c: &mut sums.weights[last],
         }
-        .add();
+        .run();
     }
 
     /// From tangents of the inputs, `[points, input_stride]`, to tangents of the outputs,
@@ -282,7 +285,6 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
             let (done, rest) = block.cotangents.split_at_mut(k.min(last));
             let source = if k == 0 { tangent } else { &done[k - 1] };
             let target = if k == last { &mut out[..len] } else { &mut rest[0][..len] };
-            target.fill(T::default());
             Product {
                 rows: layer.output_stride,
                 inner: layer.inputs,
@@ -291,9 +293,10 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                 b: source,
                 layout: Layout::Columns,
                 b_stride: layer.input_stride,
+                start: Start::Zero,
                 c: target,
             }
-            .add();
+            .run();
             if k < last {
                 arch().dispatch(Multiply { values: target, factors: &block.slopes[k][..len] });
             }
@@ -342,12 +345,13 @@ impl<T: Float> WithSimd for Weigh<'_, T> {
     }
 }
 
-/// `target[p, d] += vectors[d] · source[p]`, for few vectors.
+/// `target[p, d] = start[d] + vectors[d] · source[p]`, for few vectors. Without a start from zero.
 struct Dots<'a, T> {
     points: usize,
     vectors: &'a [T],
     source: &'a [T],
     stride: usize,
+    start: &'a [T],
     target: &'a mut [T],
     out_stride: usize,
 }
@@ -357,18 +361,17 @@ impl<T: Float> WithSimd for Dots<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let points = self.source.chunks_exact(self.stride).take(self.points);
-        for (x, out) in points.zip(self.target.chunks_exact_mut(self.out_stride)) {
-            let (x, _) = T::split::<S>(x);
-            for (w, o) in self.vectors.chunks_exact(self.stride).zip(out) {
-                let (w, _) = T::split::<S>(w);
-                let mut sums = [T::splat(simd, T::default()); 2];
-                for (w, x) in w.chunks(2).zip(x.chunks(2)) {
-                    for (sum, (&w, &x)) in sums.iter_mut().zip(w.iter().zip(x)) {
-                        *sum = T::fused(simd, w, x, *sum);
-                    }
+        for (d, w) in self.vectors.chunks_exact(self.stride).enumerate() {
+            let (w, _) = T::split::<S>(w);
+            let start = self.start.get(d).copied().unwrap_or_default();
+            let points = self.source.chunks_exact(self.stride).take(self.points);
+            for (x, out) in points.zip(self.target.chunks_exact_mut(self.out_stride)) {
+                let (x, _) = T::split::<S>(x);
+                let mut sum = T::splat(simd, T::default());
+                for (&w, &x) in w.iter().zip(x) {
+                    sum = T::fused(simd, w, x, sum);
                 }
-                *o += T::across(simd, T::plus(simd, sums[0], sums[1]));
+                out[d] = start + T::across(simd, sum);
             }
         }
     }

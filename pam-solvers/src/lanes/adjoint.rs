@@ -1,0 +1,247 @@
+//! The exact discrete adjoint of one trajectory, block by block from its end.
+
+use super::{LaneProblem, LaneTrajectory, Lanes};
+use crate::controller::StepController;
+use crate::input::{Input, Side};
+use pam_autodiff::BatchField;
+use std::ops::Range;
+
+/// Memory of one adjoint.
+#[derive(Debug)]
+pub(super) struct AdjointMemory<M> {
+    block: M,
+    points: usize,
+    t: Vec<f64>,
+    y: Vec<f64>,
+    u: Vec<f64>,
+    jacobians: Vec<f64>,
+    /// Cotangents of the derivatives at the points.
+    w: Vec<f64>,
+    /// Cotangents of a step's derivatives.
+    k: Vec<f64>,
+    /// Cotangent of the state at the end of a step; at last that of the initial state.
+    y_end: Vec<f64>,
+    y_start: Vec<f64>,
+    /// Cotangent of a first derivative that is the closing one of the step before.
+    carry: Vec<f64>,
+    product: Vec<f64>,
+}
+
+impl<M> AdjointMemory<M> {
+    pub(super) fn new<B: BatchField<Block = M>>(
+        field: &B,
+        derivatives: usize,
+        points: usize,
+    ) -> Self {
+        let (n, m) = (field.state_len(), field.input_len());
+        Self {
+            block: field.block(points),
+            points,
+            t: vec![0.0; points],
+            y: vec![0.0; points * n],
+            u: vec![0.0; points * m],
+            jacobians: vec![0.0; points * n * n],
+            w: vec![0.0; points * n],
+            k: vec![0.0; derivatives * n],
+            y_end: vec![0.0; n],
+            y_start: vec![0.0; n],
+            carry: vec![0.0; n],
+            product: vec![0.0; n],
+        }
+    }
+}
+
+/// Sums that an adjoint adds to.
+pub(super) struct AdjointSums<'a> {
+    pub(super) shared: &'a mut [f64],
+    pub(super) own: &'a mut [f64],
+    pub(super) initial_state: &'a mut [f64],
+}
+
+/// One trajectory with the cotangents of its observations.
+pub(super) struct Adjoint<'a, 'p, B: BatchField, I, C> {
+    pub(super) settings: &'a Lanes<C>,
+    pub(super) field: &'a B,
+    pub(super) problem: &'a LaneProblem<'p, B::Condition, I>,
+    pub(super) trajectory: &'a LaneTrajectory,
+    /// `[observations, states]`.
+    pub(super) cotangents: &'a [f64],
+}
+
+impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, I, C> {
+    /// Adds the gradient to `sums`; returns the number of linearised points.
+    pub(super) fn run(
+        &self,
+        sums: &mut AdjointSums<'_>,
+        memory: &mut AdjointMemory<B::Block>,
+    ) -> usize {
+        let n = self.field.state_len();
+        let steps_at_once = (memory.points / self.settings.tableau.derivatives()).max(1);
+        let mut observation = self.problem.observe_s.len();
+        memory.y_end.fill(0.0);
+        memory.carry.fill(0.0);
+        let mut last = self.trajectory.steps();
+        let mut linearised = 0;
+        while last > 0 {
+            let steps = last.saturating_sub(steps_at_once)..last;
+            last = steps.start;
+            let points = self.gather(steps.clone(), memory);
+            let AdjointMemory { t, y, u, jacobians, block, .. } = memory;
+            let (t, y) = (&t[..points], &y[..points * n]);
+            self.field.linearise(&self.problem.condition, t, y, u, jacobians, block);
+            self.recurse(steps, points, &mut observation, memory);
+            let AdjointMemory { t, y, u, w, block, .. } = memory;
+            self.field.accumulate(
+                &self.problem.condition,
+                &t[..points],
+                &y[..points * n],
+                u,
+                &w[..points * n],
+                sums.shared,
+                sums.own,
+                block,
+            );
+            linearised += points;
+        }
+        // What is left is observed at the start itself.
+        for cotangent in self.cotangents[..observation * n].chunks_exact(n) {
+            add(&mut memory.y_end, cotangent);
+        }
+        add(sums.initial_state, &memory.y_end);
+        linearised
+    }
+
+    /// Writes the points of a range of steps: for each its first stage (if evaluated afresh), the
+    /// further stages, and the closing derivative (if evaluated).
+    fn gather(&self, steps: Range<usize>, memory: &mut AdjointMemory<B::Block>) -> usize {
+        let tableau = &self.settings.tableau;
+        let (n, m) = (self.field.state_len(), self.field.input_len());
+        let trajectory = self.trajectory;
+        let mut point = 0;
+        for step in steps {
+            let (t0, t1) = (trajectory.times_s()[step], trajectory.times_s()[step + 1]);
+            let (h, y0) = (t1 - t0, trajectory.state(step));
+            let k = trajectory.derivatives(step);
+            let mut place = |t: f64, side: Side| {
+                memory.t[point] = t;
+                self.problem.input.value_into(t, side, &mut memory.u[point * m..(point + 1) * m]);
+                point += 1;
+                (point - 1) * n..point * n
+            };
+            if trajectory.fresh[step] {
+                let range = place(t0, Side::Right);
+                memory.y[range].copy_from_slice(y0);
+            }
+            for i in 1..tableau.stages() {
+                let c = tableau.c[i];
+                let (t, side) = if c == 1.0 { (t1, Side::Left) } else { (t0 + c * h, Side::Right) };
+                let range = place(t, side);
+                let y = &mut memory.y[range];
+                y.fill(0.0);
+                for (k, &a) in k.chunks_exact(n).zip(&tableau.a[i]) {
+                    if a != 0.0 {
+                        for (y, &k) in y.iter_mut().zip(k) {
+                            *y += a * k;
+                        }
+                    }
+                }
+                for (y, &y0) in y.iter_mut().zip(y0) {
+                    *y = y0 + h * *y;
+                }
+            }
+            if trajectory.closed[step] {
+                let range = place(t1, Side::Left);
+                memory.y[range].copy_from_slice(trajectory.state(step + 1));
+            }
+        }
+        point
+    }
+
+    /// The recursion through the steps of a block, from its end to its start.
+    fn recurse(
+        &self,
+        steps: Range<usize>,
+        points: usize,
+        observation: &mut usize,
+        memory: &mut AdjointMemory<B::Block>,
+    ) {
+        let tableau = &self.settings.tableau;
+        let n = self.field.state_len();
+        let (s, times) = (tableau.stages(), self.trajectory.times_s());
+        let observe_s = self.problem.observe_s;
+        let AdjointMemory { jacobians, w, k, y_end, y_start, carry, product, .. } = memory;
+        let mut point = points;
+        for step in steps.rev() {
+            let (t0, t1) = (times[step], times[step + 1]);
+            let h = t1 - t0;
+            y_start.fill(0.0);
+            k[..s * n].fill(0.0);
+            k[s * n..].copy_from_slice(carry);
+            while *observation > 0 && observe_s[*observation - 1] > t0 {
+                *observation -= 1;
+                let cotangent = &self.cotangents[*observation * n..(*observation + 1) * n];
+                let t = observe_s[*observation];
+                if t == t1 {
+                    add(y_end, cotangent);
+                    continue;
+                }
+                add(y_start, cotangent);
+                for (i, k) in k.chunks_exact_mut(n).enumerate() {
+                    let weight = h * tableau.interpolation_weight(i, (t - t0) / h);
+                    for (k, &c) in k.iter_mut().zip(cotangent) {
+                        *k += weight * c;
+                    }
+                }
+            }
+            // One evaluation's share: its cotangent is kept for the parameters, and goes back to the
+            // state it was evaluated at.
+            let mut pull = |k: &[f64], product: &mut [f64]| {
+                point -= 1;
+                w[point * n..(point + 1) * n].copy_from_slice(k);
+                let jacobian = &jacobians[point * n * n..(point + 1) * n * n];
+                product.fill(0.0);
+                for (row, &k) in jacobian.chunks_exact(n).zip(k) {
+                    for (p, &j) in product.iter_mut().zip(row) {
+                        *p += j * k;
+                    }
+                }
+            };
+            if self.trajectory.closed[step] {
+                pull(&k[s * n..], product);
+                add(y_end, product);
+            }
+            for (k, &b) in k.chunks_exact_mut(n).zip(&tableau.b) {
+                for (k, &y) in k.iter_mut().zip(&*y_end) {
+                    *k += h * b * y;
+                }
+            }
+            add(y_start, y_end);
+            for i in (1..s).rev() {
+                let (before, at) = k.split_at_mut(i * n);
+                pull(&at[..n], product);
+                add(y_start, product);
+                for (k, &a) in before.chunks_exact_mut(n).zip(&tableau.a[i]) {
+                    if a != 0.0 {
+                        for (k, &p) in k.iter_mut().zip(&*product) {
+                            *k += h * a * p;
+                        }
+                    }
+                }
+            }
+            if self.trajectory.fresh[step] {
+                pull(&k[..n], product);
+                add(y_start, product);
+                carry.fill(0.0);
+            } else {
+                carry.copy_from_slice(&k[..n]);
+            }
+            y_end.copy_from_slice(y_start);
+        }
+    }
+}
+
+fn add(sum: &mut [f64], value: &[f64]) {
+    for (s, &v) in sum.iter_mut().zip(value) {
+        *s += v;
+    }
+}

@@ -1,0 +1,464 @@
+//! The lock-step forward solve of one thread's lanes.
+
+use super::{LaneFailure, LaneProblem, LaneTrajectory, Lanes};
+use crate::controller::StepController;
+use crate::error::FailureKind;
+use crate::input::{Input, Side};
+use pam_autodiff::BatchField;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// A step this close to a stop, relative to its size, ends at the stop.
+const STOP_SLACK: f64 = 1e-6;
+
+/// What one trajectory became.
+#[derive(Debug, Default)]
+pub(super) struct Slot {
+    pub(super) trajectory: LaneTrajectory,
+    pub(super) failure: Option<LaneFailure>,
+}
+
+/// The problems that wait for a lane, and the place of each result.
+pub(super) struct Queue<'q, 'p, K, I> {
+    pub(super) problems: &'q [LaneProblem<'p, K, I>],
+    pub(super) slots: &'q [Mutex<Slot>],
+    pub(super) next: AtomicUsize,
+}
+
+/// Bookkeeping of one lane.
+#[derive(Debug, Clone, Copy, Default)]
+struct Lane {
+    problem: usize,
+    t: f64,
+    h: f64,
+    history: [f64; 2],
+    steps: usize,
+    /// Cursor into the observation times: those before it are at or before `t`.
+    observed: usize,
+    /// Whether the first derivative is missing, because the trajectory starts or its input jumped.
+    needs_first: bool,
+    /// Whether the first derivative was evaluated for this step.
+    fresh: bool,
+    // The step in progress.
+    t_new: f64,
+    ends_at_stop: bool,
+    jumps: bool,
+    interpolates: bool,
+}
+
+/// Memory of one thread, for `capacity` lanes.
+#[derive(Debug)]
+pub(super) struct ForwardMemory<L> {
+    capacity: usize,
+    lanes: Vec<Lane>,
+    field: L,
+    trajectories: Vec<LaneTrajectory>,
+    /// `[derivatives][lane][state]`.
+    k: Vec<f64>,
+    y: Vec<f64>,
+    y_new: Vec<f64>,
+    scratch: Vec<f64>,
+    u: Vec<f64>,
+    t: Vec<f64>,
+    /// Step of each lane, once for each state.
+    h: Vec<f64>,
+    pub(super) evaluations: usize,
+}
+
+impl<L> ForwardMemory<L> {
+    pub(super) fn new<B: BatchField<Lanes = L>>(
+        field: &B,
+        derivatives: usize,
+        capacity: usize,
+    ) -> Self {
+        let (n, m) = (field.state_len(), field.input_len());
+        let zeros = |len: usize| vec![0.0; len];
+        Self {
+            capacity,
+            lanes: Vec::with_capacity(capacity),
+            field: field.lanes(capacity),
+            trajectories: (0..capacity).map(|_| LaneTrajectory::default()).collect(),
+            k: zeros(derivatives * capacity * n),
+            y: zeros(capacity * n),
+            y_new: zeros(capacity * n),
+            scratch: zeros(capacity * n),
+            u: zeros(capacity * m),
+            t: zeros(capacity),
+            h: zeros(capacity * n),
+            evaluations: 0,
+        }
+    }
+
+    pub(super) fn capacity(&self) -> usize {
+        self.capacity
+    }
+}
+
+/// One thread at work.
+pub(super) struct Forward<'a, 'q, 'p, B: BatchField, I, C> {
+    pub(super) settings: &'a Lanes<C>,
+    pub(super) field: &'a B,
+    pub(super) queue: &'a Queue<'q, 'p, B::Condition, I>,
+    pub(super) memory: &'a mut ForwardMemory<B::Lanes>,
+}
+
+impl<B, I, C> Forward<'_, '_, '_, B, I, C>
+where
+    B: BatchField,
+    I: Input<f64>,
+    C: StepController + Sync,
+{
+    /// Takes problems from the queue until it is empty and all lanes are done.
+    pub(super) fn run(&mut self) {
+        self.memory.lanes.clear();
+        self.memory.evaluations = 0;
+        loop {
+            let before = self.memory.lanes.len();
+            while self.memory.lanes.len() < self.memory.capacity && self.take_problem() {}
+            if self.memory.lanes.is_empty() {
+                return;
+            }
+            self.first_derivatives();
+            if self.memory.lanes.len() > before {
+                self.first_steps(before);
+            }
+            self.plan_steps();
+            self.stages();
+            self.finish_steps();
+        }
+    }
+
+    /// Puts the next problem of the queue into a new lane.
+    fn take_problem(&mut self) -> bool {
+        let index = self.queue.next.fetch_add(1, Ordering::Relaxed);
+        let Some(problem) = self.queue.problems.get(index) else { return false };
+        let (n, m) = (self.field.state_len(), self.field.input_len());
+        let mut slot = self.queue.slots[index].lock().expect("no lane panics");
+        slot.failure = None;
+        let derivatives = self.settings.tableau.derivatives();
+        slot.trajectory.restart(derivatives, problem.t0, &problem.y0);
+        if let Err(why) = self.settings.check(problem, n, m) {
+            let kind = FailureKind::Request(why);
+            slot.failure = Some(LaneFailure { problem: index, kind, time_s: problem.t0 });
+            return true;
+        }
+        if problem.t0 == problem.t1 {
+            return true;
+        }
+        let lane = self.memory.lanes.len();
+        std::mem::swap(&mut slot.trajectory, &mut self.memory.trajectories[lane]);
+        self.memory.y[lane * n..(lane + 1) * n].copy_from_slice(&problem.y0);
+        self.field.set_lane(lane, &problem.condition, &mut self.memory.field);
+        let observed = problem.observe_s.partition_point(|&t| t <= problem.t0);
+        self.memory.lanes.push(Lane {
+            problem: index,
+            t: problem.t0,
+            history: [1.0, 1.0],
+            observed,
+            needs_first: true,
+            ..Lane::default()
+        });
+        true
+    }
+
+    /// Evaluates all lanes at the states in `scratch` and the times in `t`; the inputs are set. The
+    /// result goes to derivative `i`.
+    fn evaluate(&mut self, i: usize) {
+        let (n, m) = (self.field.state_len(), self.field.input_len());
+        let memory = &mut *self.memory;
+        let (len, stride) = (memory.lanes.len(), memory.capacity * n);
+        let dy = &mut memory.k[i * stride..][..len * n];
+        let y = &memory.scratch[..len * n];
+        self.field.eval_lanes(&memory.t[..len], y, &memory.u[..len * m], dy, &mut memory.field);
+        memory.evaluations += len;
+    }
+
+    /// Sets time and input of a lane.
+    fn set_input(&mut self, lane: usize, t: f64, side: Side) {
+        let m = self.field.input_len();
+        let problem = &self.queue.problems[self.memory.lanes[lane].problem];
+        self.memory.t[lane] = t;
+        problem.input.value_into(t, side, &mut self.memory.u[lane * m..(lane + 1) * m]);
+    }
+
+    /// Evaluates the first derivative of the lanes that lack it.
+    fn first_derivatives(&mut self) {
+        let n = self.field.state_len();
+        let len = self.memory.lanes.len();
+        let mut missing = 0;
+        for lane in 0..len {
+            let state = &mut self.memory.lanes[lane];
+            state.fresh = state.needs_first;
+            missing += usize::from(state.needs_first);
+            let t = state.t;
+            self.set_input(lane, t, Side::Right);
+        }
+        if missing == 0 {
+            return;
+        }
+        self.memory.scratch[..len * n].copy_from_slice(&self.memory.y[..len * n]);
+        if missing == len {
+            self.evaluate(0);
+        } else {
+            // Into the last derivative, which nobody needs at the start of a step.
+            let last = self.settings.tableau.stages();
+            self.evaluate(last);
+            let stride = self.memory.capacity * n;
+            for lane in (0..len).filter(|&l| self.memory.lanes[l].needs_first) {
+                let from = last * stride + lane * n;
+                self.memory.k.copy_within(from..from + n, lane * n);
+            }
+        }
+        for lane in &mut self.memory.lanes {
+            lane.needs_first = false;
+        }
+    }
+
+    /// The first step of the lanes from `first` on: given, or estimated from the sizes of state,
+    /// derivative and second derivative (Hairer, Nørsett and Wanner, *Solving Ordinary Differential
+    /// Equations I*, section II.4).
+    fn first_steps(&mut self, first: usize) {
+        let settings = self.settings;
+        let n = self.field.state_len();
+        let len = self.memory.lanes.len();
+        let span = |lane: &Lane, problems: &[LaneProblem<'_, B::Condition, I>]| {
+            problems[lane.problem].t1 - lane.t
+        };
+        let Some(tolerances) = settings
+            .controller
+            .tolerances()
+            .filter(|_| settings.controller.initial_step_s().is_none())
+        else {
+            for lane in &mut self.memory.lanes[first..] {
+                let given = settings.controller.initial_step_s();
+                lane.h = given.unwrap_or_else(|| span(lane, self.queue.problems));
+            }
+            return;
+        };
+        let memory = &mut *self.memory;
+        memory.scratch[..len * n].copy_from_slice(&memory.y[..len * n]);
+        for lane in first..len {
+            let range = lane * n..(lane + 1) * n;
+            let (y, k) = (&memory.y[range.clone()], &memory.k[range.clone()]);
+            let (d0, d1) = (tolerances.norm(y, y, y), tolerances.norm(k, y, y));
+            let h0 = if d0 < 1e-5 || d1 < 1e-5 { 1e-6 } else { 0.01 * d0 / d1 };
+            let h0 = h0.min(span(&memory.lanes[lane], self.queue.problems));
+            memory.lanes[lane].h = h0;
+            for (s, &k) in memory.scratch[range.clone()].iter_mut().zip(&memory.k[range]) {
+                *s += h0 * k;
+            }
+        }
+        let last = settings.tableau.stages();
+        self.evaluate(last);
+        let memory = &mut *self.memory;
+        let stride = memory.capacity * n;
+        for lane in first..len {
+            let range = lane * n..(lane + 1) * n;
+            for i in range.clone() {
+                memory.scratch[i] = memory.k[last * stride + i] - memory.k[i];
+            }
+            let y = &memory.y[range.clone()];
+            let h0 = memory.lanes[lane].h;
+            let d1 = tolerances.norm(&memory.k[range.clone()], y, y);
+            let d2 = tolerances.norm(&memory.scratch[range], y, y) / h0;
+            let largest = d1.max(d2);
+            let h1 = if largest <= 1e-15 {
+                (h0 * 1e-3).max(1e-6)
+            } else {
+                (0.01 / largest).powf(1.0 / settings.tableau.order as f64)
+            };
+            let h = h1.min(100.0 * h0);
+            let span = span(&memory.lanes[lane], self.queue.problems);
+            memory.lanes[lane].h = if h.is_finite() && h > 0.0 { h.min(span) } else { h0 };
+        }
+    }
+
+    /// Decides where each lane's step ends.
+    fn plan_steps(&mut self) {
+        let n = self.field.state_len();
+        let memory = &mut *self.memory;
+        for (i, lane) in memory.lanes.iter_mut().enumerate() {
+            let problem = &self.queue.problems[lane.problem];
+            lane.h = lane.h.min(self.settings.controller.largest_step_s());
+            let jump = problem.input.next_jump(lane.t).unwrap_or(f64::INFINITY);
+            let stop = jump.min(problem.t1);
+            lane.ends_at_stop = lane.t + lane.h * (1.0 + STOP_SLACK) >= stop;
+            lane.t_new = if lane.ends_at_stop { stop } else { lane.t + lane.h };
+            lane.jumps = lane.ends_at_stop && jump == stop;
+            lane.interpolates =
+                problem.observe_s.get(lane.observed).is_some_and(|&t| t < lane.t_new);
+            memory.h[i * n..(i + 1) * n].fill(lane.t_new - lane.t);
+        }
+    }
+
+    /// Stages two to `s`, the new states, and the closing derivative if any lane needs it.
+    fn stages(&mut self) {
+        let settings = self.settings;
+        let tableau = &settings.tableau;
+        let n = self.field.state_len();
+        let len = self.memory.lanes.len();
+        for i in 1..tableau.stages() {
+            self.combine(&tableau.a[i], false);
+            let c = tableau.c[i];
+            for lane in 0..len {
+                let Lane { t, t_new, .. } = self.memory.lanes[lane];
+                // Only a node at exactly 1 touches a jump at the end of the step.
+                if c == 1.0 {
+                    self.set_input(lane, t_new, Side::Left);
+                } else {
+                    self.set_input(lane, t + c * (t_new - t), Side::Right);
+                }
+            }
+            self.evaluate(i);
+        }
+        self.combine(&tableau.b, true);
+        let adaptive = settings.controller.tolerances().is_some();
+        let problems = self.queue.problems;
+        let closes = |lane: &Lane| {
+            let at_end = lane.t_new == problems[lane.problem].t1;
+            adaptive || lane.interpolates || !(lane.jumps || at_end)
+        };
+        if self.memory.lanes.iter().any(closes) {
+            for lane in 0..len {
+                let t_new = self.memory.lanes[lane].t_new;
+                self.set_input(lane, t_new, Side::Left);
+            }
+            self.memory.scratch[..len * n].copy_from_slice(&self.memory.y_new[..len * n]);
+            self.evaluate(tableau.stages());
+        }
+    }
+
+    /// `y + h Σ_j weights_j k_j`, into the new states or into `scratch`.
+    fn combine(&mut self, weights: &[f64], to_new: bool) {
+        let n = self.field.state_len();
+        let memory = &mut *self.memory;
+        let (len, stride) = (memory.lanes.len() * n, memory.capacity * n);
+        let target = if to_new { &mut memory.y_new } else { &mut memory.scratch };
+        target[..len].fill(0.0);
+        for (k, &w) in memory.k.chunks_exact(stride).zip(weights) {
+            if w != 0.0 {
+                for (o, &k) in target[..len].iter_mut().zip(k) {
+                    *o += w * k;
+                }
+            }
+        }
+        for ((o, &y), &h) in target[..len].iter_mut().zip(&memory.y).zip(&memory.h) {
+            *o = y + h * *o;
+        }
+    }
+
+    /// Accepts or rejects each lane's step, records it, and frees the lanes that are done.
+    fn finish_steps(&mut self) {
+        let mut lane = 0;
+        while lane < self.memory.lanes.len() {
+            match self.finish_step(lane) {
+                None => lane += 1,
+                Some(failure) => self.free(lane, failure),
+            }
+        }
+    }
+
+    /// Ends the step of one lane. `Some` if the lane is done: with a failure, or without.
+    fn finish_step(&mut self, index: usize) -> Option<Option<LaneFailure>> {
+        let settings = self.settings;
+        let tableau = &settings.tableau;
+        let n = self.field.state_len();
+        let memory = &mut *self.memory;
+        let stride = memory.capacity * n;
+        let range = index * n..(index + 1) * n;
+        let lane = &mut memory.lanes[index];
+        let problem = &self.queue.problems[lane.problem];
+        let fail = |lane: &Lane, kind| {
+            Some(Some(LaneFailure { problem: lane.problem, kind, time_s: lane.t }))
+        };
+        if lane.steps == settings.max_steps {
+            return fail(lane, FailureKind::TooManySteps { limit: settings.max_steps });
+        }
+        lane.steps += 1;
+        let taken = lane.t_new - lane.t;
+        let smallest = 4.0 * f64::EPSILON * lane.t.abs();
+        if !lane.ends_at_stop && taken <= smallest {
+            return fail(lane, FailureKind::StepTooSmall { step_s: lane.h });
+        }
+        let (y, y_new) = (&memory.y[range.clone()], &memory.y_new[range.clone()]);
+        let adaptive = settings.controller.tolerances();
+        let mut factor = 1.0;
+        if let (Some(tolerances), Some(weights)) = (adaptive, &tableau.error) {
+            let error = &mut memory.scratch[range.clone()];
+            error.fill(0.0);
+            for (k, &w) in memory.k.chunks_exact(stride).zip(weights) {
+                for (e, &k) in error.iter_mut().zip(&k[range.clone()]) {
+                    *e += taken * w * k;
+                }
+            }
+            let error = tolerances.norm(error, y, y_new);
+            let order = tableau.embedded_order.unwrap_or(tableau.order - 1) + 1;
+            let decision = settings.controller.decide(error, lane.history, order);
+            if !decision.accept {
+                memory.trajectories[index].rejected += 1;
+                lane.h = taken * decision.factor;
+                if lane.h <= smallest || lane.h < f64::MIN_POSITIVE {
+                    let kind = if error.is_finite() {
+                        FailureKind::StepTooSmall { step_s: lane.h }
+                    } else {
+                        FailureKind::NonFinite { step_s: taken }
+                    };
+                    return fail(lane, kind);
+                }
+                return None;
+            }
+            factor = decision.factor;
+            lane.history = [error, lane.history[0]];
+        }
+        if y_new.iter().any(|v| !v.is_finite()) {
+            return fail(lane, FailureKind::NonFinite { step_s: taken });
+        }
+        let at_end = lane.t_new == problem.t1;
+        let closed = adaptive.is_some() || lane.interpolates || !(lane.jumps || at_end);
+        let derivatives = memory.k.chunks_exact(stride).map(|k| &k[range.clone()]);
+        memory.trajectories[index].push(lane.t_new, y_new, derivatives, lane.fresh, closed);
+        if at_end {
+            return Some(None);
+        }
+        lane.h = if lane.ends_at_stop { lane.h.max(taken * factor) } else { lane.h * factor };
+        lane.t = lane.t_new;
+        while problem.observe_s.get(lane.observed).is_some_and(|&t| t <= lane.t) {
+            lane.observed += 1;
+        }
+        memory.y[range.clone()].copy_from_slice(&memory.y_new[range]);
+        if lane.jumps {
+            lane.needs_first = true;
+        } else {
+            let closing = tableau.stages() * stride + index * n;
+            memory.k.copy_within(closing..closing + n, index * n);
+        }
+        None
+    }
+
+    /// Hands the trajectory of a lane to its slot and moves the last lane into its place.
+    fn free(&mut self, index: usize, failure: Option<LaneFailure>) {
+        let n = self.field.state_len();
+        let memory = &mut *self.memory;
+        {
+            let mut slot =
+                self.queue.slots[memory.lanes[index].problem].lock().expect("no lane panics");
+            std::mem::swap(&mut slot.trajectory, &mut memory.trajectories[index]);
+            slot.failure = failure;
+        }
+        let last = memory.lanes.len() - 1;
+        memory.lanes.swap_remove(index);
+        if index == last {
+            return;
+        }
+        memory.trajectories.swap(index, last);
+        self.field.move_lane(last, index, &mut memory.field);
+        let (from, to) = (last * n..(last + 1) * n, index * n);
+        for buffer in [&mut memory.y, &mut memory.y_new, &mut memory.h] {
+            buffer.copy_within(from.clone(), to);
+        }
+        let stride = memory.capacity * n;
+        for k in memory.k.chunks_exact_mut(stride) {
+            k.copy_within(from.clone(), to);
+        }
+    }
+}

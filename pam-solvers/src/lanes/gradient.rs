@@ -1,0 +1,289 @@
+//! Solves and gradients of a set of trajectories on all threads.
+
+use super::adjoint::{Adjoint, AdjointMemory, AdjointSums};
+use super::forward::{Forward, ForwardMemory, Queue, Slot};
+use super::{LaneFailure, LaneProblem, LaneTrajectory, Lanes};
+use crate::controller::StepController;
+use crate::input::Input;
+use pam_autodiff::BatchField;
+use rayon::prelude::*;
+use std::sync::Mutex;
+use std::sync::atomic::AtomicUsize;
+
+/// Memory that is kept between calls, so that a repeated solve or gradient allocates next to nothing.
+#[derive(Debug)]
+pub struct LaneMemory<B: BatchField> {
+    slots: Vec<Mutex<Slot>>,
+    forward: Mutex<Vec<ForwardMemory<B::Lanes>>>,
+    adjoint: Mutex<Vec<AdjointMemory<B::Block>>>,
+    results: Vec<Mutex<OneResult>>,
+}
+
+impl<B: BatchField> Default for LaneMemory<B> {
+    fn default() -> Self {
+        Self {
+            slots: Vec::new(),
+            forward: Mutex::new(Vec::new()),
+            adjoint: Mutex::new(Vec::new()),
+            results: Vec::new(),
+        }
+    }
+}
+
+/// What one trajectory gives.
+#[derive(Debug, Default)]
+struct OneResult {
+    value: f64,
+    states: Vec<f64>,
+    cotangents: Vec<f64>,
+    shared: Vec<f64>,
+    own: Vec<f64>,
+    initial_state: Vec<f64>,
+    linearised: usize,
+}
+
+/// Value and gradient of a sum over trajectories.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LaneGradient {
+    /// The sum of the losses.
+    pub value: f64,
+    /// The loss of each trajectory; NaN where it stopped early.
+    pub values: Vec<f64>,
+    /// With respect to the parameters that all share.
+    pub shared: Vec<f64>,
+    /// With respect to each condition's own parameters.
+    pub own: Vec<Vec<f64>>,
+    /// With respect to each initial state.
+    pub initial_state: Vec<Vec<f64>>,
+    /// Trajectories that stopped early; they add nothing to value and gradient.
+    pub failures: Vec<LaneFailure>,
+    /// Accepted steps of all trajectories.
+    pub accepted: usize,
+    /// Rejected steps of all trajectories.
+    pub rejected: usize,
+    /// Evaluations of the field, point by point.
+    pub evaluations: usize,
+    /// Points that the adjoint linearised.
+    pub linearised: usize,
+    /// Bytes of the stored trajectories.
+    pub stored_bytes: usize,
+}
+
+impl<C: StepController + Sync> Lanes<C> {
+    /// Solves all problems. The trajectories stay in `memory`, to be read with
+    /// [`LaneMemory::observe`].
+    pub fn solve<B, I>(
+        &self,
+        field: &B,
+        problems: &[LaneProblem<'_, B::Condition, I>],
+        memory: &mut LaneMemory<B>,
+    ) -> Vec<LaneFailure>
+    where
+        B: BatchField,
+        I: Input<f64> + Sync,
+    {
+        self.forward(field, problems, memory);
+        memory.slots[..problems.len()]
+            .iter_mut()
+            .filter_map(|slot| slot.get_mut().expect("no lane panics").failure.clone())
+            .collect()
+    }
+
+    /// Runs the forward solve on all threads; returns the evaluations.
+    fn forward<B, I>(
+        &self,
+        field: &B,
+        problems: &[LaneProblem<'_, B::Condition, I>],
+        memory: &mut LaneMemory<B>,
+    ) -> usize
+    where
+        B: BatchField,
+        I: Input<f64> + Sync,
+    {
+        let threads = rayon::current_num_threads().clamp(1, problems.len().max(1));
+        let capacity = self.width.min(problems.len().div_ceil(threads)).max(1);
+        if memory.slots.len() < problems.len() {
+            memory.slots.resize_with(problems.len(), Mutex::default);
+        }
+        let pool = memory.forward.get_mut().expect("no lane panics");
+        pool.retain(|m| m.capacity() == capacity);
+        let derivatives = self.tableau.derivatives();
+        while pool.len() < threads {
+            pool.push(ForwardMemory::new(field, derivatives, capacity));
+        }
+        let queue = Queue { problems, slots: &memory.slots, next: AtomicUsize::new(0) };
+        pool[..threads]
+            .par_iter_mut()
+            .map(|memory| {
+                Forward { settings: self, field, queue: &queue, memory: &mut *memory }.run();
+                memory.evaluations
+            })
+            .sum()
+    }
+
+    /// The sum of the losses of all problems with its gradient.
+    ///
+    /// `loss(index, states, cotangents)` gets the observed states `[times, states]` of problem `index`,
+    /// writes the loss's derivative with respect to them to `cotangents` (zeros on entry) and returns
+    /// the loss. It is called from several threads.
+    pub fn value_and_gradient<B, I>(
+        &self,
+        field: &B,
+        problems: &[LaneProblem<'_, B::Condition, I>],
+        loss: &(impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync),
+        memory: &mut LaneMemory<B>,
+    ) -> LaneGradient
+    where
+        B: BatchField,
+        I: Input<f64> + Sync,
+    {
+        self.value_and_maybe_gradient(field, problems, loss, memory, true)
+    }
+
+    /// The sum of the losses alone, as in [`value_and_gradient`](Self::value_and_gradient); the
+    /// gradients of the result are zero.
+    pub fn value<B, I>(
+        &self,
+        field: &B,
+        problems: &[LaneProblem<'_, B::Condition, I>],
+        loss: &(impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync),
+        memory: &mut LaneMemory<B>,
+    ) -> LaneGradient
+    where
+        B: BatchField,
+        I: Input<f64> + Sync,
+    {
+        self.value_and_maybe_gradient(field, problems, loss, memory, false)
+    }
+
+    fn value_and_maybe_gradient<B, I>(
+        &self,
+        field: &B,
+        problems: &[LaneProblem<'_, B::Condition, I>],
+        loss: &(impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync),
+        memory: &mut LaneMemory<B>,
+        backward: bool,
+    ) -> LaneGradient
+    where
+        B: BatchField,
+        I: Input<f64> + Sync,
+    {
+        let evaluations = self.forward(field, problems, memory);
+        if memory.results.len() < problems.len() {
+            memory.results.resize_with(problems.len(), Mutex::default);
+        }
+        let LaneMemory { slots, adjoint, results, .. } = &*memory;
+        // One task each, and the longest work is not left for the end.
+        (0..problems.len()).into_par_iter().with_max_len(1).for_each(|index| {
+            let slot = slots[index].lock().expect("no lane panics");
+            let mut result = results[index].lock().expect("no lane panics");
+            if slot.failure.is_some() {
+                result.clear(field, 0);
+                return;
+            }
+            let (problem, trajectory) = (&problems[index], &slot.trajectory);
+            let result = &mut *result;
+            result.clear(field, problem.observe_s.len());
+            trajectory.observe(&self.tableau, problem.observe_s, &mut result.states);
+            result.value = loss(index, &result.states, &mut result.cotangents);
+            if !backward {
+                return;
+            }
+            let mut own = adjoint.lock().expect("no lane panics").pop().unwrap_or_else(|| {
+                AdjointMemory::new(field, self.tableau.derivatives(), self.block_points)
+            });
+            let mut sums = AdjointSums {
+                shared: &mut result.shared,
+                own: &mut result.own,
+                initial_state: &mut result.initial_state,
+            };
+            let cotangents = &result.cotangents;
+            result.linearised = Adjoint { settings: self, field, problem, trajectory, cotangents }
+                .run(&mut sums, &mut own);
+            adjoint.lock().expect("no lane panics").push(own);
+        });
+        let mut sum = LaneGradient {
+            shared: vec![0.0; field.parameter_len()],
+            evaluations,
+            ..LaneGradient::default()
+        };
+        for (slot, result) in memory.slots.iter_mut().zip(&mut memory.results).take(problems.len())
+        {
+            let slot = slot.get_mut().expect("no lane panics");
+            sum.add(slot, result.get_mut().expect("no lane panics"));
+        }
+        sum
+    }
+}
+
+impl OneResult {
+    /// Zeros everything for `observations` observations; keeps the memory.
+    fn clear<B: BatchField>(&mut self, field: &B, observations: usize) {
+        let n = field.state_len();
+        let zero = |buffer: &mut Vec<f64>, len: usize| {
+            buffer.clear();
+            buffer.resize(len, 0.0);
+        };
+        self.value = f64::NAN;
+        zero(&mut self.states, observations * n);
+        zero(&mut self.cotangents, observations * n);
+        zero(&mut self.shared, field.parameter_len());
+        zero(&mut self.own, field.condition_len());
+        zero(&mut self.initial_state, n);
+        self.linearised = 0;
+    }
+}
+
+impl LaneGradient {
+    fn add(&mut self, slot: &Slot, result: &OneResult) {
+        self.values.push(result.value);
+        self.own.push(result.own.clone());
+        self.initial_state.push(result.initial_state.clone());
+        self.accepted += slot.trajectory.steps();
+        self.rejected += slot.trajectory.rejected;
+        self.stored_bytes += slot.trajectory.bytes();
+        if let Some(failure) = &slot.failure {
+            self.failures.push(failure.clone());
+            return;
+        }
+        self.value += result.value;
+        self.linearised += result.linearised;
+        for (sum, &g) in self.shared.iter_mut().zip(&result.shared) {
+            *sum += g;
+        }
+    }
+}
+
+impl<B: BatchField> LaneMemory<B> {
+    /// The trajectory of a problem of the last solve.
+    ///
+    /// # Panics
+    /// If there was no such problem.
+    pub fn trajectory(&mut self, problem: usize) -> &LaneTrajectory {
+        &self.slots[problem].get_mut().expect("no lane panics").trajectory
+    }
+
+    /// The observed states `[times, states]` of a problem of the last gradient; empty if it stopped
+    /// early.
+    ///
+    /// # Panics
+    /// If there was no such problem.
+    pub fn observed(&mut self, problem: usize) -> &[f64] {
+        &self.results[problem].get_mut().expect("no lane panics").states
+    }
+
+    /// Writes the states of a problem of the last solve at `times_s` (increasing) to `out`,
+    /// `[times, states]`; returns how many times were reached.
+    ///
+    /// # Panics
+    /// If there was no such problem.
+    pub fn observe(
+        &mut self,
+        problem: usize,
+        tableau: &crate::Tableau,
+        times_s: &[f64],
+        out: &mut [f64],
+    ) -> usize {
+        self.trajectory(problem).observe(tableau, times_s, out)
+    }
+}

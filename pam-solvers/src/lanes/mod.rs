@@ -1,0 +1,141 @@
+//! Many trajectories at once.
+//!
+//! Each thread advances up to [`width`](Lanes::with_width) trajectories, its *lanes*, together: stage
+//! by stage, one batched evaluation of the field serves all lanes, while every lane keeps a time, a
+//! step size and an error history of its own. A lane whose trajectory ends takes the next one from
+//! the queue, so the batch stays full.
+//!
+//! The adjoint runs along each trajectory alone. All stage states are known by then, so the field is
+//! linearised for a block of steps at once, the recursion through time handles the small Jacobians
+//! only, and the parameter cotangents of the block are summed at once (see
+//! [`BatchField`](pam_autodiff::BatchField)). It is the exact discrete adjoint of the accepted steps:
+//! the grid is frozen, the closing derivative that serves as the first of the next step carries its
+//! cotangent back, observations inside a step go through the interpolant.
+//!
+//! A lane's numbers do not depend on its neighbours, and sums over trajectories run in the order of
+//! the problems, so results are the same bits at any number of threads.
+
+mod adjoint;
+mod forward;
+mod gradient;
+mod trajectory;
+
+pub use gradient::{LaneGradient, LaneMemory};
+pub use trajectory::LaneTrajectory;
+
+use crate::controller::StepController;
+use crate::error::FailureKind;
+use crate::input::Input;
+use crate::tableau::Tableau;
+use thiserror::Error;
+
+/// One trajectory to be solved and observed.
+#[derive(Debug, Clone)]
+pub struct LaneProblem<'a, C, I> {
+    /// What distinguishes it from the others, as its field wants it.
+    pub condition: C,
+    /// Its input.
+    pub input: I,
+    /// Start, s.
+    pub t0: f64,
+    /// End, s.
+    pub t1: f64,
+    /// Initial state.
+    pub y0: Vec<f64>,
+    /// Times (s, increasing, within start and end) at which it is observed.
+    pub observe_s: &'a [f64],
+}
+
+/// A trajectory that stopped early.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("trajectory {problem}: {}", kind.describe(*time_s))]
+pub struct LaneFailure {
+    /// Index of the problem.
+    pub problem: usize,
+    /// Why it stopped.
+    pub kind: FailureKind,
+    /// The time it had reached, s.
+    pub time_s: f64,
+}
+
+/// A method and a step controller for many trajectories.
+#[derive(Debug, Clone)]
+pub struct Lanes<C> {
+    tableau: Tableau,
+    controller: C,
+    width: usize,
+    block_points: usize,
+    max_steps: usize,
+}
+
+impl<C: StepController + Sync> Lanes<C> {
+    /// A method and a controller; up to 16 lanes a thread, blocks of 256 points, at most 10 million
+    /// steps a trajectory.
+    pub fn new(tableau: Tableau, controller: C) -> Self {
+        Self { tableau, controller, width: 16, block_points: 256, max_steps: 10_000_000 }
+    }
+
+    /// The largest number of lanes of one thread.
+    #[must_use]
+    pub fn with_width(mut self, width: usize) -> Self {
+        self.width = width.max(1);
+        self
+    }
+
+    /// The number of points that the adjoint linearises at once.
+    #[must_use]
+    pub fn with_block_points(mut self, points: usize) -> Self {
+        self.block_points = points.max(self.tableau.derivatives());
+        self
+    }
+
+    /// The largest number of steps of one trajectory, rejected ones included.
+    #[must_use]
+    pub fn with_max_steps(mut self, max_steps: usize) -> Self {
+        self.max_steps = max_steps;
+        self
+    }
+
+    /// The method.
+    pub fn tableau(&self) -> &Tableau {
+        &self.tableau
+    }
+
+    fn check<K, I: Input<f64>>(
+        &self,
+        problem: &LaneProblem<'_, K, I>,
+        state_len: usize,
+        input_len: usize,
+    ) -> Result<(), String> {
+        let (t0, t1) = (problem.t0, problem.t1);
+        if !(t0.is_finite() && t1.is_finite() && t1 >= t0) {
+            return Err(format!("the interval [{t0}, {t1}] s is not ordered and finite"));
+        }
+        if problem.y0.len() != state_len || problem.y0.iter().any(|y| !y.is_finite()) {
+            return Err(format!("the initial state must be {state_len} finite numbers"));
+        }
+        if problem.input.input_len() != input_len {
+            return Err(format!("the field takes {input_len} inputs"));
+        }
+        let times = problem.observe_s;
+        if times.windows(2).any(|w| w[0].partial_cmp(&w[1]) != Some(std::cmp::Ordering::Less))
+            || times.iter().any(|t| !(t0..=t1).contains(t))
+        {
+            return Err("observation times must increase within the interval".into());
+        }
+        match self.controller.tolerances() {
+            Some(_) if self.tableau.error.is_none() => {
+                Err(format!("{} has no error estimate; give it a constant step", self.tableau.name))
+            }
+            Some(t) if !t.is_valid() || t.state_len().is_some_and(|n| n != state_len) => {
+                Err("tolerances must be positive numbers, one or one for each state".into())
+            }
+            _ => match self.controller.initial_step_s() {
+                Some(h) if !(h.is_finite() && h > 0.0) => {
+                    Err(format!("a step of {h} s is not positive and finite"))
+                }
+                _ => Ok(()),
+            },
+        }
+    }
+}

@@ -1,0 +1,120 @@
+use crate::tableau::Tableau;
+
+/// All accepted steps of one trajectory: what its adjoint and its dense output need.
+#[derive(Debug, Clone, Default)]
+pub struct LaneTrajectory {
+    state_len: usize,
+    derivatives: usize,
+    /// Step ends, one more than steps, s.
+    times_s: Vec<f64>,
+    /// States at step ends, one more than steps.
+    states: Vec<f64>,
+    /// Derivatives of each step, the closing one last.
+    k: Vec<f64>,
+    /// Per step: whether its first derivative was evaluated afresh.
+    pub(super) fresh: Vec<bool>,
+    /// Per step: whether its closing derivative was evaluated.
+    pub(super) closed: Vec<bool>,
+    /// Rejected steps.
+    pub rejected: usize,
+}
+
+impl LaneTrajectory {
+    /// Empties the trajectory and starts it anew; keeps its memory.
+    pub(super) fn restart(&mut self, derivatives: usize, t0: f64, y0: &[f64]) {
+        self.state_len = y0.len();
+        self.derivatives = derivatives;
+        self.times_s.clear();
+        self.states.clear();
+        self.k.clear();
+        self.fresh.clear();
+        self.closed.clear();
+        self.rejected = 0;
+        self.times_s.push(t0);
+        self.states.extend_from_slice(y0);
+    }
+
+    /// Adds a step; its derivatives are `count` slices of one lane each.
+    pub(super) fn push<'k>(
+        &mut self,
+        t_new: f64,
+        y_new: &[f64],
+        k: impl Iterator<Item = &'k [f64]>,
+        fresh: bool,
+        closed: bool,
+    ) {
+        self.times_s.push(t_new);
+        self.states.extend_from_slice(y_new);
+        for k in k {
+            self.k.extend_from_slice(k);
+        }
+        self.fresh.push(fresh);
+        self.closed.push(closed);
+    }
+
+    /// Number of steps.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        self.fresh.len()
+    }
+
+    /// Step ends from the start on, s.
+    #[must_use]
+    pub fn times_s(&self) -> &[f64] {
+        &self.times_s
+    }
+
+    /// The state at step end `index`; 0 is the start.
+    #[must_use]
+    pub fn state(&self, index: usize) -> &[f64] {
+        &self.states[index * self.state_len..(index + 1) * self.state_len]
+    }
+
+    /// The derivatives of a step, one after the other, the closing one last.
+    pub(super) fn derivatives(&self, step: usize) -> &[f64] {
+        let width = self.derivatives * self.state_len;
+        &self.k[step * width..(step + 1) * width]
+    }
+
+    /// Bytes that the steps take.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        8 * (self.times_s.len() + self.states.len() + self.k.len()) + 2 * self.fresh.len()
+    }
+
+    /// Writes the states at `times_s` (increasing) to `out`, `[times, states]`. Times past the end of a
+    /// trajectory that stopped early are left as they are; the number of written times is returned.
+    pub(super) fn observe(&self, tableau: &Tableau, times_s: &[f64], out: &mut [f64]) -> usize {
+        let n = self.state_len;
+        let mut step = 0;
+        let mut weights = vec![0.0; self.derivatives];
+        for (i, (&t, out)) in times_s.iter().zip(out.chunks_exact_mut(n)).enumerate() {
+            while step < self.steps() && self.times_s[step + 1] < t {
+                step += 1;
+            }
+            if t == self.times_s[step] {
+                out.copy_from_slice(self.state(step));
+                continue;
+            }
+            if step == self.steps() {
+                return i;
+            }
+            if t == self.times_s[step + 1] {
+                out.copy_from_slice(self.state(step + 1));
+                continue;
+            }
+            let (start, h) = (self.times_s[step], self.times_s[step + 1] - self.times_s[step]);
+            let theta = (t - start) / h;
+            for (i, w) in weights.iter_mut().enumerate() {
+                *w = h * tableau.interpolation_weight(i, theta);
+            }
+            out.copy_from_slice(self.state(step));
+            for (k, &w) in self.derivatives(step).chunks_exact(n).zip(&weights) {
+                for (o, &k) in out.iter_mut().zip(k) {
+                    *o += w * k;
+                }
+            }
+        }
+        times_s.len()
+    }
+}

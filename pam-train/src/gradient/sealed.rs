@@ -1,0 +1,212 @@
+//! The fast path: a network force, sealed chambers, the discrete adjoint in lanes.
+
+use super::pressures::{GasCotangents, SealedGas};
+use super::{GradientStatistics, JointGradient};
+use crate::evaluation::Subject;
+use crate::loss::TrajectoryLoss;
+use crate::predict::{SolverSettings, StepChoice};
+use pam_autodiff::batch::SealedMotion;
+use pam_autodiff::batch::sealed_motion::{DAMPING, MASS};
+use pam_core::simd::Float;
+use pam_core::{Activation, JointModel, NetworkForce, RawParameters, Scalar, SealedMasses};
+use pam_solvers::input::InputError;
+use pam_solvers::{
+    ConstantStep, LaneGradient, LaneMemory, LaneProblem, Lanes, PidController, SampledInput,
+    StepController,
+};
+use std::sync::Mutex;
+
+/// Value and gradient of a loss over recordings, again and again for changing models. Keeps its
+/// memory between calls; the network runs in `T`, everything else in doubles.
+///
+/// Under error control the tolerances hold for the motion `[x, ẋ]`; the pressures follow from it
+/// exactly.
+#[derive(Debug)]
+pub struct SealedGradient<T: Float> {
+    settings: SolverSettings,
+    memory: LaneMemory<SealedMotion<T>>,
+    gas: Vec<Mutex<GasBuffers>>,
+}
+
+/// Full states and their cotangents of one recording.
+#[derive(Debug, Default)]
+struct GasBuffers {
+    states: Vec<[f64; 4]>,
+    cotangents: Vec<[f64; 4]>,
+    gas: GasCotangents,
+}
+
+impl<T: Float> SealedGradient<T> {
+    /// Gradients by the given method, steps and reading of the input.
+    #[must_use]
+    pub fn new(settings: SolverSettings) -> Self {
+        Self { settings, memory: LaneMemory::default(), gas: Vec::new() }
+    }
+
+    /// Value and gradient of the mean loss of `model` over `subjects`, each predicted from its first
+    /// sample, on all threads of the current pool. The result is the same bits at any number of
+    /// threads.
+    ///
+    /// # Errors
+    /// [`InputError`] if a recording has no samples or its times do not increase.
+    pub fn value_and_gradient(
+        &mut self,
+        model: &JointModel<f64, NetworkForce<f64>>,
+        subjects: &[Subject],
+        loss: &dyn TrajectoryLoss,
+    ) -> Result<JointGradient, InputError> {
+        self.run(model, subjects, loss, true)
+    }
+
+    /// The mean loss alone.
+    ///
+    /// # Errors
+    /// As [`value_and_gradient`](Self::value_and_gradient).
+    pub fn value(
+        &mut self,
+        model: &JointModel<f64, NetworkForce<f64>>,
+        subjects: &[Subject],
+        loss: &dyn TrajectoryLoss,
+    ) -> Result<f64, InputError> {
+        Ok(self.run(model, subjects, loss, false)?.value)
+    }
+
+    fn run(
+        &mut self,
+        model: &JointModel<f64, NetworkForce<f64>>,
+        subjects: &[Subject],
+        loss: &dyn TrajectoryLoss,
+        backward: bool,
+    ) -> Result<JointGradient, InputError> {
+        let tableau = self.settings.tableau.clone();
+        match self.settings.step {
+            StepChoice::Constant { step_s } => {
+                let lanes = Lanes::new(tableau, ConstantStep::new(step_s));
+                self.with_lanes(&lanes, model, subjects, loss, backward)
+            }
+            StepChoice::Adaptive { rtol, atol } => {
+                let lanes = Lanes::new(tableau, PidController::new(rtol, atol));
+                self.with_lanes(&lanes, model, subjects, loss, backward)
+            }
+        }
+    }
+
+    fn with_lanes<C: StepController + Sync>(
+        &mut self,
+        lanes: &Lanes<C>,
+        model: &JointModel<f64, NetworkForce<f64>>,
+        subjects: &[Subject],
+        loss: &dyn TrajectoryLoss,
+        backward: bool,
+    ) -> Result<JointGradient, InputError> {
+        let motion = SealedMotion::<T, Activation>::new(model, &model.force);
+        let problems = subjects
+            .iter()
+            .map(|s| {
+                let r = &s.recording;
+                let (t0, t1) = r.span_s();
+                let y0 = r.initial_state();
+                Ok(LaneProblem {
+                    condition: motion.condition(s.masses),
+                    input: SampledInput::new(&r.time_s, &r.force_mn, self.settings.interpolation)?,
+                    t0,
+                    t1,
+                    y0: vec![y0[0], y0[1]],
+                    observe_s: &r.time_s,
+                })
+            })
+            .collect::<Result<Vec<_>, InputError>>()?;
+        if self.gas.len() < subjects.len() {
+            self.gas.resize_with(subjects.len(), Mutex::default);
+        }
+        let buffers = &self.gas;
+        let one = |index: usize, observed: &[f64], cotangents: &mut [f64]| {
+            let subject = &subjects[index];
+            let measured = &subject.recording;
+            let gas = SealedGas::new(model, subject.masses, measured.initial_state());
+            let mut own = buffers[index].lock().expect("no loss panics");
+            let own = &mut *own;
+            own.states.resize(measured.len(), [0.0; 4]);
+            own.cotangents.resize(measured.len(), [0.0; 4]);
+            gas.complete(observed, &mut own.states);
+            let value = loss.value_and_cotangents(measured, &own.states, &mut own.cotangents);
+            if backward {
+                own.gas = gas.pull_back(observed, &own.cotangents, cotangents);
+            }
+            value
+        };
+        let memory = &mut self.memory;
+        let gradient = if backward {
+            lanes.value_and_gradient(&motion, &problems, &one, memory)
+        } else {
+            lanes.value(&motion, &problems, &one, memory)
+        };
+        Ok(self.assemble(model, gradient))
+    }
+
+    /// Joins the motion's gradient with that of the pressures.
+    fn assemble(
+        &mut self,
+        model: &JointModel<f64, NetworkForce<f64>>,
+        gradient: LaneGradient,
+    ) -> JointGradient {
+        let failed = |i: usize| gradient.failures.iter().any(|f| f.problem == i);
+        let predicted = gradient.values.len() - gradient.failures.len();
+        let mean = 1.0 / predicted.max(1) as f64;
+        let gas: Vec<GasCotangents> = self
+            .gas
+            .iter_mut()
+            .zip(0..gradient.values.len())
+            .map(|(own, i)| {
+                if failed(i) {
+                    GasCotangents::default()
+                } else {
+                    own.get_mut().expect("no loss panics").gas
+                }
+            })
+            .collect();
+        let (network, physical) = gradient.shared.split_at(gradient.shared.len() - 2);
+        let sum = |part: fn(&GasCotangents) -> f64| gas.iter().map(part).sum::<f64>();
+        let masses = gradient.own.iter().zip(&gas).map(|(own, gas)| SealedMasses {
+            flexor_g: mean * (own[0] + gas.masses[0]),
+            extensor_g: mean * (own[1] + gas.masses[1]),
+        });
+        let initial_states = gradient.initial_state.iter().zip(&gas).map(|(own, gas)| {
+            let state = [own[0] + gas.start_mm, own[1], gas.start_kpa[0], gas.start_kpa[1]];
+            state.map(|g| mean * g)
+        });
+        JointGradient {
+            value: mean * gradient.value,
+            force: network.iter().map(|g| mean * g).collect(),
+            // d softplus(r)/dr is the logistic function.
+            raw: RawParameters {
+                mass: mean * physical[MASS] * model.raw.mass.sigmoid(),
+                gas_coefficient: mean
+                    * sum(|g| g.gas_coefficient)
+                    * model.raw.gas_coefficient.sigmoid(),
+                deformation: mean * sum(|g| g.deformation) * model.raw.deformation.sigmoid(),
+            },
+            auxiliary_damping: mean * physical[DAMPING],
+            masses: masses.collect(),
+            initial_states: initial_states.collect(),
+            statistics: GradientStatistics {
+                accepted: gradient.accepted,
+                rejected: gradient.rejected,
+                evaluations: gradient.evaluations,
+                pullbacks: gradient.linearised,
+                stored_bytes: gradient.stored_bytes,
+            },
+            values: gradient.values,
+            failures: gradient.failures,
+        }
+    }
+
+    /// The predicted states `[x, ẋ, P_f, P_e]` of a recording at its sample times, from the last call;
+    /// of no meaning if its prediction stopped early.
+    ///
+    /// # Panics
+    /// If there was no such recording.
+    pub fn predicted(&mut self, index: usize) -> &[[f64; 4]] {
+        &self.gas[index].get_mut().expect("no loss panics").states
+    }
+}
