@@ -1,7 +1,7 @@
 //! Forward and reverse sweep allocate nothing per step: the number of allocations of a gradient does not
 //! depend on its number of steps once the workspace is warm.
 
-use pam_autodiff::{At, Cotangent, DifferentiableField, Differentiation, Tangent};
+use pam_autodiff::{At, ByTape, Cotangent, DifferentiableField, Differentiation, Tangent};
 use pam_core::{ParametricField, Scalar, VectorField};
 use pam_solvers::sensitivity::{AdjointWorkspace, Checkpointing, DiscreteAdjoint, Problem};
 use pam_solvers::{
@@ -61,6 +61,7 @@ impl ParametricField for Oscillator<f64> {
 }
 
 /// Its derivatives by hand.
+#[derive(Clone, Copy)]
 struct ByHand;
 
 impl Differentiation<Oscillator<f64>> for ByHand {
@@ -106,6 +107,11 @@ impl DifferentiableField for Slopes<'_> {
 
 #[test]
 fn a_step_and_its_adjoint_do_not_allocate() {
+    check(ByHand);
+    check(ByTape);
+}
+
+fn check<D: Differentiation<Oscillator<f64>> + Copy>(differentiation: D) {
     let field = Oscillator { k: 30.0, c: 0.5 };
     let times: Vec<f64> = (0..40).map(|k| f64::from(k) * 0.05).collect();
     let values: Vec<f64> = times.iter().map(|t| (9.0 * t).sin()).collect();
@@ -121,7 +127,7 @@ fn a_step_and_its_adjoint_do_not_allocate() {
             Checkpointing::Interval(9),
             Checkpointing::Binomial { snapshots: 6 },
         ] {
-            let adjoint = DiscreteAdjoint::new(ByHand).with_checkpointing(checkpointing);
+            let adjoint = DiscreteAdjoint::new(differentiation).with_checkpointing(checkpointing);
             let mut workspace = AdjointWorkspace::new();
             let mut allocations = |integrator: &Integrator<dyn StepController>| {
                 let problem = Problem {
@@ -149,7 +155,12 @@ fn a_step_and_its_adjoint_do_not_allocate() {
                 let ((short, few), (long, many)) = (allocations(few), allocations(many));
                 assert!(many > 2 * few, "{many} steps against {few}");
                 assert!(short > 0, "the counter counts");
-                assert_eq!(short, long, "{checkpointing:?}, {interpolation:?}");
+                assert_eq!(
+                    short,
+                    long,
+                    "{checkpointing:?}, {interpolation:?}, {}",
+                    differentiation.name()
+                );
             }
         }
     }

@@ -1,3 +1,4 @@
+use super::direction::{Blocks, Direction};
 use super::{Gradient, GradientMethod, GradientStatistics, Loss, Problem, loss};
 use crate::error::SolveError;
 use crate::grid::Grid;
@@ -23,9 +24,8 @@ pub struct FiniteDifference<S = Central> {
     pub scheme: S,
     /// Smallest scale of parameters of the field, of initial states, and of parameters of the input.
     pub floors: [f64; 3],
-    /// The parameters of the field to differentiate by, in increasing order; the gradient is 0 for all
-    /// others. All, if absent.
-    pub parameters: Option<Vec<usize>>,
+    /// What is differentiated by; everything, if absent. The gradient is 0 in all other directions.
+    pub directions: Option<Vec<Direction>>,
 }
 
 impl Default for FiniteDifference<Central> {
@@ -35,9 +35,9 @@ impl Default for FiniteDifference<Central> {
 }
 
 impl<S> FiniteDifference<S> {
-    /// Differences by `scheme`, whose step is relative, with floors of 0.01, for all parameters.
+    /// Differences by `scheme`, whose step is relative, with floors of 0.01, in all directions.
     pub fn new(scheme: S) -> Self {
-        Self { scheme, floors: [0.01; 3], parameters: None }
+        Self { scheme, floors: [0.01; 3], directions: None }
     }
 
     /// The same with other floors, for parameters of the field, initial states, parameters of the
@@ -48,10 +48,10 @@ impl<S> FiniteDifference<S> {
         self
     }
 
-    /// The same for some of the parameters of the field.
+    /// The same in some directions.
     #[must_use]
-    pub fn with_parameters(mut self, parameters: Vec<usize>) -> Self {
-        self.parameters = Some(parameters);
+    pub fn with_directions(mut self, directions: Vec<Direction>) -> Self {
+        self.directions = Some(directions);
         self
     }
 }
@@ -79,32 +79,26 @@ where
         let mut cotangents = Vec::new();
         let value = loss::evaluate(loss, problem.observations_s, &states, &mut cotangents);
 
-        let mut numbers = Numbers {
-            parameters: problem.field.parameters(),
-            y0: problem.y0.to_vec(),
-            input: problem.input.parameters(),
-        };
-        let wanted = match &self.parameters {
-            Some(some) => some.clone(),
-            None => (0..numbers.parameters.len()).collect(),
-        };
-        if let Some(i) = wanted.iter().find(|&&i| i >= numbers.parameters.len()) {
-            let why = format!("there is no parameter {i} to differentiate by");
-            return Err(SolveError::request(why, problem.t0, problem.y0));
-        }
-        let mut failure = None;
-        let mut derivative = |block: Block, i: usize| {
-            let x = numbers.block(block)[i];
-            let scale = x.abs().max(self.floors[block as usize]);
+        let mut numbers = Blocks::of(problem);
+        let mut slopes = Blocks::zeros(problem);
+        for direction in slopes.directions(self.directions.as_deref(), problem)? {
+            let x = *numbers.at(direction);
+            let floor = match direction {
+                Direction::Parameter(_) => self.floors[0],
+                Direction::InitialState(_) => self.floors[1],
+                Direction::Input(_) => self.floors[2],
+            };
+            let scale = x.abs().max(floor);
+            let mut failure = None;
             let mut value_at = |z: f64| {
-                numbers.block(block)[i] = x + z * scale;
+                *numbers.at(direction) = x + z * scale;
                 let term = Term::new(
                     problem.field.with_parameters(&numbers.parameters),
                     problem.input.with_parameters(&numbers.input),
                 );
                 let save_at = SaveAt::Times(problem.observations_s);
                 let tableau = problem.integrator.tableau();
-                match replay(tableau, &term, &grid, &numbers.y0, save_at) {
+                match replay(tableau, &term, &grid, &numbers.initial_state, save_at) {
                     Ok(solution) => {
                         statistics.evaluations += solution.statistics.evaluations;
                         statistics.replayed += grid.steps();
@@ -117,47 +111,13 @@ where
                     }
                 }
             };
-            let slope = self.scheme.derivative(&mut value_at, 0.0) / scale;
-            numbers.block(block)[i] = x;
-            slope
-        };
-        let mut parameters = vec![0.0; problem.field.parameter_len()];
-        for i in wanted {
-            parameters[i] = derivative(Block::Parameters, i);
-        }
-        let initial_state =
-            (0..problem.y0.len()).map(|i| derivative(Block::InitialState, i)).collect();
-        let input =
-            (0..problem.input.parameter_len()).map(|i| derivative(Block::Input, i)).collect();
-        match failure {
-            Some(e) => Err(e),
-            None => {
-                Ok(Gradient { value, parameters, initial_state, input, states, grid, statistics })
+            *slopes.at(direction) = self.scheme.derivative(&mut value_at, 0.0) / scale;
+            if let Some(e) = failure {
+                return Err(e);
             }
+            *numbers.at(direction) = x;
         }
-    }
-}
-
-#[derive(Clone, Copy)]
-enum Block {
-    Parameters,
-    InitialState,
-    Input,
-}
-
-/// Everything that a solution is differentiated by.
-struct Numbers {
-    parameters: Vec<f64>,
-    y0: Vec<f64>,
-    input: Vec<f64>,
-}
-
-impl Numbers {
-    fn block(&mut self, block: Block) -> &mut [f64] {
-        match block {
-            Block::Parameters => &mut self.parameters,
-            Block::InitialState => &mut self.y0,
-            Block::Input => &mut self.input,
-        }
+        let Blocks { parameters, initial_state, input } = slopes;
+        Ok(Gradient { value, parameters, initial_state, input, states, grid, statistics })
     }
 }

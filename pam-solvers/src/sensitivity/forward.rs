@@ -1,5 +1,6 @@
 //! Tangents of the accepted steps.
 
+use super::direction::{Blocks, Direction};
 use super::observations::Observations;
 use super::{Gradient, GradientMethod, GradientStatistics, Loss, Problem, loss};
 use crate::error::SolveError;
@@ -22,10 +23,12 @@ use pam_core::ParametricField;
 /// exact to rounding. Cost: `s` Jacobian–vector products a step *and direction*; memory for two tangents
 /// a direction. The method of choice for few directions, and when the derivative of the trajectory
 /// itself is wanted: [`sensitivities`](Self::sensitivities).
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct ForwardSensitivity<D> {
     /// How the field is differentiated.
     pub differentiation: D,
+    /// What is differentiated by; everything, if absent. The gradient is 0 in all other directions.
+    pub directions: Option<Vec<Direction>>,
 }
 
 /// The observed states and their derivatives.
@@ -33,8 +36,9 @@ pub struct ForwardSensitivity<D> {
 pub struct Sensitivities {
     /// The observed states, row-major `[times, states]`.
     pub states: Vec<f64>,
+    /// What is differentiated by.
+    pub directions: Vec<Direction>,
     /// Derivative of every observed state in every direction, row-major `[times, directions, states]`.
-    /// Directions are the parameters of the field, the initial states, the parameters of the input.
     pub tangents: Vec<f64>,
     /// The accepted steps.
     pub grid: Grid,
@@ -43,12 +47,19 @@ pub struct Sensitivities {
 }
 
 impl<D> ForwardSensitivity<D> {
-    /// Forward sensitivities by `differentiation`.
+    /// Forward sensitivities by `differentiation` in all directions.
     pub fn new(differentiation: D) -> Self {
-        Self { differentiation }
+        Self { differentiation, directions: None }
     }
 
-    /// The observed states of `problem` and their derivatives in all directions.
+    /// The same in some directions.
+    #[must_use]
+    pub fn with_directions(mut self, directions: Vec<Direction>) -> Self {
+        self.directions = Some(directions);
+        self
+    }
+
+    /// The observed states of `problem` and their derivatives.
     ///
     /// # Errors
     /// [`SolveError`] if the request is inconsistent or the solve stops early.
@@ -61,17 +72,18 @@ impl<D> ForwardSensitivity<D> {
         I: ParametricInput,
         D: Differentiation<F>,
     {
+        let wanted = self.directions.as_deref();
+        let directions = Blocks::zeros(problem).directions(wanted, problem)?;
         let (states, grid, mut statistics) = solve(problem)?;
         let field = self.differentiation.of(problem.field);
         let n = problem.y0.len();
-        let directions = field.parameter_len() + n + problem.input.parameter_len();
-        let mut tangents = vec![0.0; problem.observations_s.len() * directions * n];
-        let run = Propagation::new(problem, &grid, field);
+        let mut tangents = vec![0.0; problem.observations_s.len() * directions.len() * n];
+        let run = Propagation::new(problem, &grid, field, &directions);
         run.run(&mut statistics, |observation, direction, tangent| {
-            let at = (observation * directions + direction) * n;
+            let at = (observation * directions.len() + direction) * n;
             tangents[at..at + n].copy_from_slice(tangent);
         });
-        Ok(Sensitivities { states, tangents, grid, statistics })
+        Ok(Sensitivities { states, directions, tangents, grid, statistics })
     }
 }
 
@@ -100,19 +112,20 @@ where
         problem: &Problem<'_, F, I>,
         loss: &mut dyn Loss,
     ) -> Result<Gradient, Box<SolveError<f64>>> {
+        let mut sums = Blocks::zeros(problem);
+        let directions = sums.directions(self.directions.as_deref(), problem)?;
         let (states, grid, mut statistics) = solve(problem)?;
         let mut cotangents = Vec::new();
         let value = loss::evaluate(loss, problem.observations_s, &states, &mut cotangents);
         let field = self.differentiation.of(problem.field);
-        let (n, p) = (problem.y0.len(), field.parameter_len());
-        let mut parameters = vec![0.0; p + n + problem.input.parameter_len()];
-        let run = Propagation::new(problem, &grid, field);
+        let n = problem.y0.len();
+        let run = Propagation::new(problem, &grid, field, &directions);
         run.run(&mut statistics, |observation, direction, tangent| {
             let w = &cotangents[observation * n..(observation + 1) * n];
-            parameters[direction] += w.iter().zip(tangent).map(|(w, y)| w * y).sum::<f64>();
+            *sums.at(directions[direction]) +=
+                w.iter().zip(tangent).map(|(w, y)| w * y).sum::<f64>();
         });
-        let input = parameters.split_off(p + n);
-        let initial_state = parameters.split_off(p);
+        let Blocks { parameters, initial_state, input } = sums;
         Ok(Gradient { value, parameters, initial_state, input, states, grid, statistics })
     }
 }
@@ -121,6 +134,7 @@ where
 struct Propagation<'a, V: DifferentiableField, F, I> {
     problem: &'a Problem<'a, F, I>,
     grid: &'a Grid,
+    directions: &'a [Direction],
     field: V,
     field_work: V::Workspace,
     /// ẏ at the start of the step, direction by direction.
@@ -151,21 +165,28 @@ where
     F: ParametricField,
     I: ParametricInput,
 {
-    fn new(problem: &'a Problem<'a, F, I>, grid: &'a Grid, field: V) -> Self {
+    fn new(
+        problem: &'a Problem<'a, F, I>,
+        grid: &'a Grid,
+        field: V,
+        directions: &'a [Direction],
+    ) -> Self {
         let n = problem.y0.len();
-        let directions = field.parameter_len() + n + problem.input.parameter_len();
         let derivatives = problem.integrator.tableau().derivatives();
-        let mut y_dot = vec![0.0; directions * n];
-        for i in 0..n {
-            y_dot[(field.parameter_len() + i) * n + i] = 1.0;
+        let mut y_dot = vec![0.0; directions.len() * n];
+        for (y_dot, direction) in y_dot.chunks_exact_mut(n).zip(directions) {
+            if let Direction::InitialState(i) = *direction {
+                y_dot[i] = 1.0;
+            }
         }
         Self {
             problem,
             grid,
+            directions,
             field_work: field.workspace(),
             field,
             y_dot,
-            k1_dot: vec![0.0; directions * n],
+            k1_dot: vec![0.0; directions.len() * n],
             stages: vec![0.0; derivatives * n],
             inputs: vec![0.0; derivatives * problem.input.input_len()],
             jvps: 0,
@@ -182,7 +203,6 @@ where
         let tableau = problem.integrator.tableau();
         let (n, s) = (problem.y0.len(), tableau.stages());
         let q = problem.input.parameter_len();
-        let directions = self.y_dot.len() / n;
         let observations = Observations { times_s: problem.observations_s };
         let mut next = observations.at_start(problem.t0);
         if next == 1 {
@@ -209,7 +229,7 @@ where
             let continues = step + 1 < self.grid.steps() && !self.grid.is_fresh(step + 1);
             let closes = continues || observed.any_inside();
             let times = self.prepare(step, &replay.work.y, &replay.work.k);
-            for direction in 0..directions {
+            for direction in 0..self.directions.len() {
                 let first = usize::from(!self.grid.is_fresh(step));
                 scratch.k_dot[..n].copy_from_slice(&self.k1_dot[direction * n..][..n]);
                 for i in first..s + usize::from(closes) {
@@ -267,16 +287,17 @@ where
         direction: usize,
         scratch: &mut Scratch,
     ) {
-        let (n, m, p) = (scratch.stage_dot.len(), scratch.u_dot.len(), scratch.p_dot.len());
-        let of_input = direction.checked_sub(p + n);
+        let (n, m) = (scratch.stage_dot.len(), scratch.u_dot.len());
+        let direction = self.directions[direction];
         scratch.u_dot.fill(0.0);
-        if let Some(q) = of_input {
-            scratch.q_dot[q] = 1.0;
-            self.problem.input.jvp_into(t, side, &scratch.q_dot, &mut scratch.u_dot);
-            scratch.q_dot[q] = 0.0;
-        }
-        if direction < p {
-            scratch.p_dot[direction] = 1.0;
+        match direction {
+            Direction::Parameter(p) => scratch.p_dot[p] = 1.0,
+            Direction::InitialState(_) => {}
+            Direction::Input(q) => {
+                scratch.q_dot[q] = 1.0;
+                self.problem.input.jvp_into(t, side, &scratch.q_dot, &mut scratch.u_dot);
+                scratch.q_dot[q] = 0.0;
+            }
         }
         self.field.jvp_into(
             At { t, y: &self.stages[i * n..(i + 1) * n], u: &self.inputs[i * m..(i + 1) * m] },
@@ -284,8 +305,8 @@ where
             &mut scratch.k_dot[i * n..(i + 1) * n],
             &mut self.field_work,
         );
-        if direction < p {
-            scratch.p_dot[direction] = 0.0;
+        if let Direction::Parameter(p) = direction {
+            scratch.p_dot[p] = 0.0;
         }
         self.jvps += 1;
     }

@@ -12,7 +12,40 @@
 //! | [`InterpolatingAdjoint`] | the equation, backwards | those of a backward solve | to compare |
 //! | [`QuadratureAdjoint`] | the equation, backwards | those of a backward solve | to compare; very many parameters |
 //! | [`Backsolve`] | the equation, backwards, state recovered | those of a backward solve | constant memory, never when stiff |
+//! | [`TapeThroughSolver`] | the accepted steps, by a tape | a recorded solve | to check |
+//! | [`DualThroughSolver`] | the accepted steps, by dual numbers | a solve for every 8 directions | to check |
 //! | [`FiniteDifference`] | nothing | two solves a direction | to check |
+//!
+//! ```
+//! use pam_autodiff::ByTape;
+//! use pam_core::{Chambers, JointField, JointModel, SealedMasses, SpringDamper};
+//! use pam_solvers::sensitivity::{DiscreteAdjoint, GradientMethod, Problem};
+//! use pam_solvers::{Constant, Integrator, PidController, Tableau};
+//!
+//! let model = JointModel::datasheet(SpringDamper::constant(150e3, 6500.0));
+//! let masses = SealedMasses::new(0.06, 0.07)?;
+//! let [pf, pe] = model.gas_law_pressures_kpa(0.0, masses);
+//! let joint = JointField::new(model, Chambers::Sealed(masses));
+//! let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-9, 1e-9));
+//! let problem = Problem {
+//!     field: &joint,
+//!     input: &Constant(vec![100e3]), // mN
+//!     t0: 0.0,
+//!     t1: 3.0,
+//!     y0: &[0.0, 0.0, pf, pe],
+//!     observations_s: &[3.0],
+//!     integrator: &integrator,
+//! };
+//! // The displacement at rest is F / K, so its derivative by the force is 1 / K.
+//! let mut displacement = |_times_s: &[f64], states: &[f64], cotangents: &mut [f64]| {
+//!     cotangents[0] = 1.0;
+//!     states[0]
+//! };
+//! let gradient = DiscreteAdjoint::new(ByTape).value_and_gradient(&problem, &mut displacement)?;
+//! assert!((gradient.value - 100.0 / 150.0).abs() < 1e-6);
+//! assert!((gradient.input[0] * 150e3 - 1.0).abs() < 1e-6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 //!
 //! # What the exact gradient is
 //!
@@ -33,6 +66,7 @@
 //! observations are not differentiated by.
 
 mod continuous;
+mod direction;
 mod discrete_adjoint;
 mod finite_difference;
 mod forward;
@@ -44,6 +78,7 @@ mod through_solver;
 mod tolerance_halving;
 
 pub use continuous::{Backsolve, InterpolatingAdjoint, QuadratureAdjoint};
+pub use direction::Direction;
 pub use discrete_adjoint::{AdjointWorkspace, Checkpointing, DiscreteAdjoint};
 pub use finite_difference::FiniteDifference;
 pub use forward::{ForwardSensitivity, Sensitivities};

@@ -27,10 +27,10 @@ impl<S: Scalar> VectorField<S> for Linear<S> {
         self.b.len() / 2
     }
     fn eval_into(&self, _t: f64, y: &[S], u: &[S], dy: &mut [S], _work: &mut [S]) {
-        for i in 0..2 {
-            dy[i] = self.a[2 * i] * y[0] + self.a[2 * i + 1] * y[1];
+        for (i, dy) in dy.iter_mut().enumerate() {
+            *dy = self.a[2 * i] * y[0] + self.a[2 * i + 1] * y[1];
             for (&b, &u) in self.b[i * u.len()..].iter().zip(u) {
-                dy[i] += b * u;
+                *dy += b * u;
             }
         }
     }

@@ -4,7 +4,7 @@ use crate::case::loss;
 use crate::fields::{Linear, VanDerPol};
 use pam_autodiff::{ByDual, ByTape};
 use pam_solvers::sensitivity::{
-    Backsolve, Checkpointing, DiscreteAdjoint, DualThroughSolver, FiniteDifference,
+    Backsolve, Checkpointing, Direction, DiscreteAdjoint, DualThroughSolver, FiniteDifference,
     ForwardSensitivity, GradientMethod, InterpolatingAdjoint, Problem, QuadratureAdjoint,
     TapeThroughSolver,
 };
@@ -99,8 +99,42 @@ fn inconsistent_requests_are_refused() {
         let method = DiscreteAdjoint::new(ByTape).with_checkpointing(empty);
         refused(&method, &good, "stores nothing");
     }
-    let method = FiniteDifference::default().with_parameters(vec![1]);
-    refused(&method, &good, "no parameter 1");
+    let other = vec![Direction::InitialState(0), Direction::Parameter(1)];
+    let method = FiniteDifference::default().with_directions(other.clone());
+    refused(&method, &good, "no Parameter(1)");
+    let method = ForwardSensitivity::new(ByDual).with_directions(other);
+    refused(&method, &good, "no Parameter(1)");
+}
+
+/// Some directions give the same numbers as all of them.
+#[test]
+fn directions_can_be_chosen() {
+    let (field, input, integrator) = (Linear::with_inputs(1), Constant(vec![0.3]), tsit5());
+    let problem = Problem {
+        field: &field,
+        input: &input,
+        t0: 0.0,
+        t1: 1.0,
+        y0: &[1.0, 0.5],
+        observations_s: &[0.5, 1.0],
+        integrator: &integrator,
+    };
+    let some = vec![Direction::Input(0), Direction::Parameter(2), Direction::InitialState(1)];
+    let check = |all: &dyn GradientMethod<_, _>, chosen: &dyn GradientMethod<_, _>| {
+        let all = all.value_and_gradient(&problem, &mut loss(&SCALES)).unwrap();
+        let chosen = chosen.value_and_gradient(&problem, &mut loss(&SCALES)).unwrap();
+        let mut parameters = vec![0.0; 6];
+        parameters[2] = all.parameters[2];
+        assert_eq!(chosen.parameters, parameters);
+        assert_eq!(chosen.initial_state, [0.0, all.initial_state[1]]);
+        assert_eq!(chosen.input, all.input);
+    };
+    let forward = ForwardSensitivity::new(ByDual);
+    check(&forward, &forward.clone().with_directions(some.clone()));
+    let differences = FiniteDifference::default();
+    check(&differences, &differences.clone().with_directions(some.clone()));
+    let some = forward.with_directions(some.clone());
+    assert_eq!(some.sensitivities(&problem).unwrap().directions, some.directions.unwrap());
 }
 
 /// What it costs, on a fixed problem: changes of cost show here.

@@ -11,9 +11,8 @@ use pam_core::ParametricField;
 /// Reverse mode by a tape of the whole replayed solve.
 ///
 /// Nothing of the solver is differentiated by hand, which makes it the reference for the discrete
-/// adjoint. Cost: some ten evaluations' worth for each evaluation, independent of the number of
-/// parameters; memory for every operation of every stage of every step, hundreds of bytes for each
-/// neuron.
+/// adjoint. Cost: that of a recorded solve and one sweep over it, whatever the number of parameters;
+/// memory for every operation of every stage of every step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TapeThroughSolver;
 
