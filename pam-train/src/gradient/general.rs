@@ -5,12 +5,14 @@ use crate::evaluation::Subject;
 use crate::loss::TrajectoryLoss;
 use crate::predict::{SolverSettings, StepChoice};
 use pam_autodiff::{ByTape, Central};
-use pam_core::{JointField, JointModel, ParametricForce, RawParameters, SealedMasses};
+use pam_core::{
+    JointField, JointModel, ParametricField, ParametricForce, RawParameters, SealedMasses,
+};
 use pam_data::Recording;
 use pam_solvers::input::InputError;
 use pam_solvers::sensitivity::{
-    Backsolve, DiscreteAdjoint, DualThroughSolver, FiniteDifference, ForwardSensitivity, Gradient,
-    GradientMethod, InterpolatingAdjoint, Problem, QuadratureAdjoint, TapeThroughSolver,
+    Backsolve, Direction, DiscreteAdjoint, DualThroughSolver, FiniteDifference, ForwardSensitivity,
+    Gradient, GradientMethod, InterpolatingAdjoint, Problem, QuadratureAdjoint, TapeThroughSolver,
 };
 use pam_solvers::{
     ConstantStep, Fixed, Integrator, LaneFailure, PidController, SampledInput, StepController,
@@ -20,17 +22,29 @@ use std::ops::Range;
 
 /// Relative step of the central differences.
 const DIFFERENCE_STEP: f64 = 1e-5;
-/// Parameters that one task differentiates by when each costs solves of its own.
-const PARAMETERS_AT_ONCE: usize = 64;
+/// Numbers that one task differentiates by when each of them costs solves of its own.
+const DIRECTIONS_AT_ONCE: usize = 64;
 
 type Field<'a, F> = JointField<f64, &'a F>;
 type Force<'a> = Fixed<SampledInput<'a, f64>>;
 
-/// One piece of work: a recording, and for finite differences some of the parameters.
+/// One piece of work: a recording, and where each number to differentiate by costs its own, some of
+/// the parameters and initial states.
 #[derive(Debug, Clone)]
 struct Task {
     subject: usize,
-    parameters: Range<usize>,
+    directions: Range<usize>,
+}
+
+impl Task {
+    /// The directions of the task; parameters come before the initial states.
+    fn list(&self, parameters: usize) -> Vec<Direction> {
+        let direction = |i: usize| match i.checked_sub(parameters) {
+            None => Direction::Parameter(i),
+            Some(state) => Direction::InitialState(state),
+        };
+        self.directions.clone().map(direction).collect()
+    }
 }
 
 /// Value and gradient of the mean loss of `model` over `subjects` by any method, each recording
@@ -51,18 +65,16 @@ pub fn value_and_gradient<F: ParametricForce + Sync>(
     (planned, done): (&dyn Fn(usize), &(dyn Fn() + Sync)),
 ) -> Result<JointGradient, InputError> {
     let force_len = model.force.parameter_len();
-    let len = force_len + OWN;
-    let pieces = match choice {
-        GradientChoice::FiniteDifference => len.div_ceil(PARAMETERS_AT_ONCE),
-        _ => 1,
+    let len = force_len + OWN + STATES;
+    let at_once = match choice {
+        GradientChoice::FiniteDifference | GradientChoice::Forward => DIRECTIONS_AT_ONCE,
+        _ => len,
     };
     let tasks: Vec<Task> = (0..subjects.len())
         .flat_map(|subject| {
-            (0..pieces).map(move |i| {
-                let first = i * PARAMETERS_AT_ONCE;
-                let end = if pieces == 1 { len } else { (first + PARAMETERS_AT_ONCE).min(len) };
-                Task { subject, parameters: first..end }
-            })
+            (0..len)
+                .step_by(at_once)
+                .map(move |first| Task { subject, directions: first..(first + at_once).min(len) })
         })
         .collect();
     planned(tasks.len());
@@ -80,6 +92,8 @@ pub fn value_and_gradient<F: ParametricForce + Sync>(
 
 /// Parameters of the joint besides those of its force: raw m, C, ν, then B, m_f, m_e.
 const OWN: usize = 6;
+/// States of the joint with sealed chambers.
+const STATES: usize = 4;
 
 type Outcome = Result<Gradient, LaneFailure>;
 
@@ -126,13 +140,14 @@ fn with_integrator<F: ParametricForce, C: StepController + Clone + 'static>(
         integrator,
     };
     let back = || integrator.clone();
-    let difference = || {
-        FiniteDifference::new(Central { h: DIFFERENCE_STEP })
-            .with_parameters(task.parameters.clone().collect())
-    };
+    let directions = || task.list(field.parameter_len());
+    let difference =
+        || FiniteDifference::new(Central { h: DIFFERENCE_STEP }).with_directions(directions());
     let method: Box<dyn GradientMethod<Field<'_, F>, Force<'_>>> = match choice {
         GradientChoice::Adjoint => Box::new(DiscreteAdjoint::new(ByTape)),
-        GradientChoice::Forward => Box::new(ForwardSensitivity::new(ByTape)),
+        GradientChoice::Forward => {
+            Box::new(ForwardSensitivity::new(ByTape).with_directions(directions()))
+        }
         GradientChoice::Backsolve => Box::new(Backsolve::new(ByTape, back())),
         GradientChoice::Interpolating => Box::new(InterpolatingAdjoint::new(ByTape, back())),
         GradientChoice::Quadrature => Box::new(QuadratureAdjoint::new(ByTape, back())),
@@ -177,13 +192,15 @@ fn assemble(
         if failures.iter().any(|f| f.problem == i) {
             continue;
         }
-        for k in task.parameters.clone() {
-            let g = mean * gradient.parameters[k];
-            match k.checked_sub(force_len + 4) {
-                None => shared[k] += g,
-                Some(0) => masses[i].flexor_g = g,
-                Some(_) => masses[i].extensor_g = g,
-            }
+        // A direction that was not asked for is zero.
+        let (joint, air) = gradient.parameters.split_at(force_len + 4);
+        for (sum, g) in shared.iter_mut().zip(joint) {
+            *sum += mean * g;
+        }
+        masses[i].flexor_g += mean * air[0];
+        masses[i].extensor_g += mean * air[1];
+        for (sum, g) in initial_states[i].iter_mut().zip(&gradient.initial_state) {
+            *sum += mean * g;
         }
         let s = gradient.statistics;
         statistics.evaluations += s.evaluations;
@@ -193,9 +210,6 @@ fn assemble(
             values[i] = gradient.value;
             statistics.accepted += s.steps;
             statistics.rejected += s.rejected;
-            for (own, g) in initial_states[i].iter_mut().zip(&gradient.initial_state) {
-                *own = mean * g;
-            }
             states[i] = gradient.states.as_chunks::<4>().0.to_vec();
         }
     }
