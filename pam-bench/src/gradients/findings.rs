@@ -1,0 +1,271 @@
+//! What the numbers of a study say, in sentences. A study without the rows in question says nothing.
+
+use super::method::Kind;
+use super::parts::{self, FIVE_MS};
+use super::problems::{quartic, stiff};
+use super::result::{Row, StudyResult};
+use super::table::{bytes_text, error_text, longest, seconds_text};
+
+/// All findings, in the order of the report.
+#[must_use]
+pub fn findings(result: &StudyResult) -> Vec<String> {
+    [exactness, order, stiffness, trap, horizon, parameters, lanes, checkpoints]
+        .into_iter()
+        .flat_map(|of| of(result))
+        .collect()
+}
+
+fn largest<'a>(
+    rows: impl Iterator<Item = &'a Row>,
+    error: fn(&Row) -> Option<f64>,
+) -> Option<(f64, &'a Row)> {
+    rows.filter_map(|row| Some((error(row)?, row))).max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// How well the exact methods agree on the frozen steps.
+#[must_use]
+pub fn exactness(result: &StudyResult) -> Vec<String> {
+    let exact = || result.rows.iter().filter(|r| r.kind == Kind::Exact && r.failure.is_none());
+    let replay: fn(&Row) -> Option<f64> = |row| row.replay_error;
+    let Some((error, row)) = largest(exact(), replay) else { return Vec::new() };
+    let mut out = vec![format!(
+        "All {} gradients of exact methods agree with dual numbers through the frozen steps to \
+         {error:.0e} or better (worst: {} on {}).",
+        exact().count(),
+        row.method_text(),
+        row.problem_text()
+    )];
+    let differences = result.rows.iter().filter(|row| row.kind == Kind::Difference);
+    if let Some((error, row)) = largest(differences, replay) {
+        out[0] +=
+            &format!(" Central differences reach {error:.0e} at worst, on {}.", row.problem_text());
+    }
+    out
+}
+
+fn at_step<'a>(
+    result: &'a StudyResult,
+    activation: &str,
+    solver: &str,
+    step_s: f64,
+) -> Option<&'a Row> {
+    result.part(parts::STEPS).find(|row| {
+        row.activation.as_deref() == Some(activation)
+            && row.solver == solver
+            && row.step_s.is_some_and(|h| (h / step_s - 1.0).abs() < 1e-9)
+    })
+}
+
+/// Exponent of the step in the error of x between its largest and its smallest step above rounding.
+#[must_use]
+pub fn observed_order(result: &StudyResult, activation: &str, solver: &str) -> Option<f64> {
+    let points: Vec<(f64, f64)> = result
+        .part(parts::STEPS)
+        .filter(|row| row.activation.as_deref() == Some(activation) && row.solver == solver)
+        .filter_map(|row| Some((row.step_s?, row.state_error?)))
+        .filter(|(_, error)| *error > 1e-11)
+        .collect();
+    let (first, last) = (points.first()?, points.last()?);
+    (points.len() > 1).then(|| (first.1 / last.1).ln() / (first.0 / last.0).ln())
+}
+
+/// Runge–Kutta methods at 5 ms, kinked and smooth.
+#[must_use]
+pub fn order(result: &StudyResult) -> Vec<String> {
+    let mut out = Vec::new();
+    for (activation, name) in [("leaky_relu", "LeakyReLU"), ("tanh", "tanh")] {
+        let rows = ["rk4", "tsit5"].map(|solver| at_step(result, activation, solver, FIVE_MS));
+        let [Some(rk4), Some(tsit5)] = rows else { continue };
+        let (Some(a), Some(b)) = (rk4.state_error, tsit5.state_error) else { continue };
+        let (better, ratio) = if a < b { ("RK4", b / a) } else { ("Tsit5", a / b) };
+        let orders = ["rk4", "tsit5"].map(|solver| {
+            observed_order(result, activation, solver).map_or("–".into(), |p| format!("{p:.1}"))
+        });
+        out.push(format!(
+            "With {name}, RK4 at 5 ms errs by {a:.1e} mm in x with {} evaluations and Tsit5 at 5 ms by \
+             {b:.1e} mm with {}: {better} is {ratio:.1} times more accurate. Over all steps the error falls \
+             with the power {} of the step for RK4 and {} for Tsit5.",
+            rk4.evaluations, tsit5.evaluations, orders[0], orders[1]
+        ));
+    }
+    out
+}
+
+/// What becomes of the state that is integrated back.
+#[must_use]
+pub fn stiffness(result: &StudyResult) -> Vec<String> {
+    let rows = |method: &'static str| {
+        let problem = longest(result, stiff::NAME);
+        result.part(parts::GRID).filter(move |row| {
+            row.problem == stiff::NAME && row.method == method && row.horizon_s == problem
+        })
+    };
+    let (of, wrong, failed) = ["backsolve", "backsolve-free"].into_iter().flat_map(rows).fold(
+        (0, 0, 0),
+        |(of, wrong, failed), row| {
+            let lost = row.gradient_error.is_some_and(|e| e > 0.1);
+            (of + 1, wrong + usize::from(lost), failed + usize::from(row.failure.is_some()))
+        },
+    );
+    let right = largest(rows("adjoint"), |row| row.gradient_error);
+    match right {
+        Some((error, _)) if of > 0 => vec![format!(
+            "On the stiff problem the backsolve adjoint fails in {failed} and is wrong by more than 10 % in \
+             {wrong} of {of} runs, whatever the tolerance; the discrete adjoint is off by {error:.0e} at most."
+        )],
+        _ => Vec::new(),
+    }
+}
+
+/// `u̇ = (t − θ)⁴`.
+#[must_use]
+pub fn trap(result: &StudyResult) -> Vec<String> {
+    let rows = result.part(parts::GRID).filter(|row| {
+        row.problem == quartic::NAME
+            && row.method_text() == "adjoint / tape"
+            && row.horizon_s == longest(result, quartic::NAME)
+    });
+    let texts: Vec<String> = rows
+        .filter_map(|row| {
+            let (value, gradient) = (row.value_error?, row.gradient_error?);
+            Some(format!(
+                "{:.0} times at {} ({value:.0e} and {gradient:.0e})",
+                gradient / value,
+                row.steps_text()
+            ))
+        })
+        .collect();
+    if texts.is_empty() {
+        return Vec::new();
+    }
+    vec![format!(
+        "On u̇ = (t − θ)⁴ the exact gradient of the steps taken has a larger relative error than the state \
+         whose error chose the steps: {}.",
+        texts.join(", ")
+    )]
+}
+
+/// Growth of the errors of continuous adjoints.
+#[must_use]
+pub fn horizon(result: &StudyResult) -> Vec<String> {
+    let end = |method: &str, last: bool| {
+        let mut rows =
+            result.part(parts::HORIZON).filter(move |row| row.method == method).collect::<Vec<_>>();
+        rows.sort_by(|a, b| a.horizon_s.total_cmp(&b.horizon_s));
+        if last { rows.last().copied() } else { rows.first().copied() }
+    };
+    let text = |row: &Row| match &row.failure {
+        Some(_) => "fails".to_owned(),
+        None => error_text(row.gradient_error),
+    };
+    let mut parts = Vec::new();
+    for method in ["adjoint", "interpolating", "quadrature", "backsolve", "backsolve-free"] {
+        if let (Some(first), Some(last)) = (end(method, false), end(method, true))
+            && first.horizon_s < last.horizon_s
+        {
+            let name = match method {
+                "backsolve" => "backsolve with the state set at observations",
+                "backsolve-free" => "backsolve without",
+                other => other,
+            };
+            parts.push((first, last, format!("{name} {} → {}", text(first), text(last))));
+        }
+    }
+    let Some((first, last, _)) = parts.first() else { return Vec::new() };
+    vec![format!(
+        "At a fixed tolerance of {}, from {} s to {} s, the error of the gradient against the truth goes: {}.",
+        first.steps_text(),
+        first.horizon_s,
+        last.horizon_s,
+        parts.iter().map(|p| p.2.as_str()).collect::<Vec<_>>().join(", ")
+    )]
+}
+
+/// Cost at the largest network.
+#[must_use]
+pub fn parameters(result: &StudyResult) -> Vec<String> {
+    let most = result.part(parts::PARAMETERS).map(|row| row.parameters).max().unwrap_or(0);
+    let at = |method: &str| {
+        result
+            .part(parts::PARAMETERS)
+            .find(|row| row.parameters == most && row.method == method)
+            .and_then(|row| Some((row.seconds?, row.memory_bytes())))
+    };
+    let Some((adjoint, bytes)) = at("adjoint") else { return Vec::new() };
+    let others: Vec<String> = ["tape", "dual", "fd", "forward"]
+        .into_iter()
+        .filter_map(|method| {
+            let (seconds, _) = at(method)?;
+            Some(format!("{method} {} times", significant(seconds / adjoint)))
+        })
+        .collect();
+    let tape = at("tape").map_or(String::new(), |(_, tape)| {
+        format!(
+            " The tape through the solver needs {}, the adjoint {}.",
+            bytes_text(tape),
+            bytes_text(bytes)
+        )
+    });
+    if others.is_empty() {
+        return Vec::new();
+    }
+    vec![format!(
+        "With {most} parameters the adjoint takes {}; in its time: {}.{tape}",
+        seconds_text(Some(adjoint)),
+        others.join(", ")
+    )]
+}
+
+/// Lanes against one adjoint after the other.
+#[must_use]
+pub fn lanes(result: &StudyResult) -> Vec<String> {
+    let rows = || result.part(parts::LANES);
+    let width = rows().filter_map(|row| row.width).max();
+    let most = rows().map(|row| row.trajectories).max().unwrap_or(0);
+    let at = |differentiation: &str| {
+        rows()
+            .find(|row| {
+                row.width == width
+                    && row.trajectories == most
+                    && row.differentiation == differentiation
+            })
+            .and_then(|row| Some((row.seconds?, row.replay_error?)))
+    };
+    match (at("tape"), at("f64"), at("f32")) {
+        (Some((one, _)), Some((double, _)), Some((single, error))) => vec![format!(
+            "Lanes take the gradient of {most} trajectories of a network of width {} {} times faster than \
+             one adjoint after the other in double precision, {} times in single precision with an error \
+             of {error:.0e}, on one thread.",
+            width.unwrap_or(0),
+            significant(one / double),
+            significant(one / single)
+        )],
+        _ => Vec::new(),
+    }
+}
+
+/// Time for memory.
+#[must_use]
+pub fn checkpoints(result: &StudyResult) -> Vec<String> {
+    let rows: Vec<&Row> = result.part(parts::CHECKPOINTS).filter(|r| r.failure.is_none()).collect();
+    let all = rows.iter().find(|row| row.method.contains("all-save"));
+    let least = rows.iter().min_by_key(|row| row.checkpoint_bytes);
+    let (Some(all), Some(least)) = (all, least) else { return Vec::new() };
+    let (Some(a), Some(b)) = (all.seconds, least.seconds) else { return Vec::new() };
+    if all.method == least.method {
+        return Vec::new();
+    }
+    vec![format!(
+        "Over {} steps, {} stores {} in place of {} and takes {:.1} times as long.",
+        all.steps,
+        least.method.trim_start_matches("adjoint, "),
+        bytes_text(least.checkpoint_bytes),
+        bytes_text(all.checkpoint_bytes),
+        b / a
+    )]
+}
+
+/// A ratio with two digits.
+fn significant(ratio: f64) -> String {
+    if ratio < 10.0 { format!("{ratio:.1}") } else { format!("{ratio:.0}") }
+}
