@@ -251,8 +251,12 @@ pub struct BenchGradientsArguments {
     /// Only these problems, separated by commas; a wrong name lists them
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     pub problems: Vec<String>,
+    /// Also solve with this trained network (.safetensors, .eqx with LeakyReLU), at constant steps of
+    /// several Runge–Kutta methods over the training conditions
+    #[arg(long, value_name = "MODEL")]
+    pub model: Option<PathBuf>,
     /// Most runs of which the median time is taken; long ones run once
-    #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 5, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub repeat: u32,
     /// Folder for gradients.json, gradients.csv, table.md, report.html and run.json
     #[arg(long, value_name = "DIR")]

@@ -1,5 +1,6 @@
 //! The figures of a study, as SVG text with captions.
 
+use super::conditions;
 use super::parts;
 use super::problems::{joint, quartic, stiff};
 use super::result::{Row, StudyResult};
@@ -12,7 +13,7 @@ pub type Captioned = (String, String);
 const SIZE: (u32, u32) = (520, 340);
 
 /// Methods with a line of their own, in the order of their colours.
-const METHODS: [&str; 8] = [
+const METHODS: [&str; 9] = [
     "adjoint",
     "interpolating",
     "quadrature",
@@ -21,6 +22,7 @@ const METHODS: [&str; 8] = [
     "forward",
     "tape",
     "dual",
+    "fd",
 ];
 
 /// The colour of a method, the same in all figures.
@@ -40,7 +42,7 @@ fn by_method<'a>(
     rows: impl Iterator<Item = &'a Row> + Clone,
     point: impl Fn(&Row) -> Option<(f64, f64)>,
 ) -> LineFigure {
-    for method in METHODS.into_iter().chain(["fd"]) {
+    for method in METHODS {
         let rows = rows.clone().filter(|row| {
             row.method == method && row.differentiation != "dual" && row.failure.is_none()
         });
@@ -53,43 +55,50 @@ fn by_method<'a>(
     figure
 }
 
+/// An error, how its axis is labelled and what it is called.
+type Quantity = (fn(&Row) -> Option<f64>, &'static str, &'static str);
+
 /// Error against work at constant steps.
 #[must_use]
 pub fn steps(result: &StudyResult) -> Vec<Captioned> {
-    type Error = fn(&Row) -> Option<f64>;
-    let errors: [(&str, &str, Error); 2] = [
-        ("largest error of x (mm)", "error of x", |row| row.state_error),
-        ("relative error", "error of the gradient", |row| row.gradient_error),
-    ];
-    let mut out = Vec::new();
-    for (label, what, error) in errors {
-        for activation in ["leaky_relu", "tanh"] {
-            let rows = || {
-                result
-                    .part(parts::STEPS)
-                    .filter(|row| row.activation.as_deref() == Some(activation))
-            };
-            let mut figure = log_log(activation, "evaluations of the field, forward solve", label);
-            let mut any = false;
-            for (i, solver) in ["rk4", "tsit5", "bs3", "dp5"].into_iter().enumerate() {
-                let points: Vec<(f64, f64)> = rows()
-                    .filter(|row| row.solver == solver)
-                    .filter_map(|row| Some((row.evaluations as f64, error(row)?)))
-                    .collect();
-                any |= !points.is_empty();
-                figure = figure.with(solver, Role::Category([0, 5, 2, 3][i]), points);
-            }
-            if any {
-                let caption = format!(
-                    "{activation}: {what} against work, constant steps from {} to {} ms.",
-                    range(rows(), f64::max),
-                    range(rows(), f64::min)
-                );
-                out.push((figure.to_svg(), caption));
-            }
-        }
+    let of_x: Quantity = (|row| row.state_error, "largest error of x (mm)", "error of x");
+    let of_gradient: Quantity =
+        (|row| row.gradient_error, "relative error", "error of the gradient");
+    let mut activations: Vec<&str> =
+        result.part(parts::STEPS).filter_map(|row| row.activation.as_deref()).collect();
+    activations.sort_unstable();
+    activations.dedup();
+    [(joint::NAME, of_x), (joint::NAME, of_gradient), (conditions::NAME, of_x)]
+        .into_iter()
+        .flat_map(|(problem, quantity)| activations.iter().map(move |a| (problem, *a, quantity)))
+        .filter_map(|(problem, activation, quantity)| {
+            let rows = result.part(parts::STEPS).filter(|row| {
+                row.problem == problem && row.activation.as_deref() == Some(activation)
+            });
+            work_precision(&format!("{problem}, {activation}"), rows, quantity)
+        })
+        .collect()
+}
+
+/// One line a Runge–Kutta method; nothing if there are no rows.
+fn work_precision<'a>(
+    title: &str,
+    rows: impl Iterator<Item = &'a Row> + Clone,
+    (error, label, what): Quantity,
+) -> Option<Captioned> {
+    rows.clone().next()?;
+    let mut figure = log_log(title, "evaluations of the field, forward solve", label);
+    for (solver, colour) in [("rk4", 0), ("tsit5", 5), ("bs3", 2), ("dp5", 3)] {
+        let of_solver = rows.clone().filter(|row| row.solver == solver);
+        let points = of_solver.filter_map(|row| Some((row.evaluations as f64, error(row)?)));
+        figure = figure.with(solver, Role::Category(colour), points.collect());
     }
-    out
+    let caption = format!(
+        "{title}: {what} against work, constant steps from {} to {} ms.",
+        range(rows.clone(), f64::max),
+        range(rows, f64::min)
+    );
+    Some((figure.to_svg(), caption))
 }
 
 /// The largest or smallest step of rows, ms.

@@ -1,8 +1,9 @@
 //! What the numbers of a study say, in sentences. A study without the rows in question says nothing.
 
+use super::conditions;
 use super::method::Kind;
 use super::parts::{self, FIVE_MS};
-use super::problems::{quartic, stiff};
+use super::problems::{joint, quartic, stiff};
 use super::result::{Row, StudyResult};
 use super::table::{bytes_text, error_text, longest, seconds_text};
 
@@ -25,7 +26,8 @@ fn largest<'a>(
 /// How well the exact methods agree on the frozen steps.
 #[must_use]
 pub fn exactness(result: &StudyResult) -> Vec<String> {
-    let exact = || result.rows.iter().filter(|r| r.kind == Kind::Exact && r.failure.is_none());
+    let exact =
+        || result.rows.iter().filter(|row| row.kind == Kind::Exact && row.replay_error.is_some());
     let replay: fn(&Row) -> Option<f64> = |row| row.replay_error;
     let Some((error, row)) = largest(exact(), replay) else { return Vec::new() };
     let mut out = vec![format!(
@@ -43,25 +45,23 @@ pub fn exactness(result: &StudyResult) -> Vec<String> {
     out
 }
 
-fn at_step<'a>(
+/// The rows of constant steps of a problem and an activation.
+fn of_steps<'a>(
     result: &'a StudyResult,
-    activation: &str,
-    solver: &str,
-    step_s: f64,
-) -> Option<&'a Row> {
-    result.part(parts::STEPS).find(|row| {
-        row.activation.as_deref() == Some(activation)
+    (problem, activation): (&'a str, &'a str),
+    solver: &'a str,
+) -> impl Iterator<Item = &'a Row> {
+    result.part(parts::STEPS).filter(move |row| {
+        row.problem == problem
+            && row.activation.as_deref() == Some(activation)
             && row.solver == solver
-            && row.step_s.is_some_and(|h| (h / step_s - 1.0).abs() < 1e-9)
     })
 }
 
-/// Exponent of the step in the error of x between its largest and its smallest step above rounding.
+/// Exponent of the step in the error of x between the largest and the smallest step above rounding.
 #[must_use]
-pub fn observed_order(result: &StudyResult, activation: &str, solver: &str) -> Option<f64> {
-    let points: Vec<(f64, f64)> = result
-        .part(parts::STEPS)
-        .filter(|row| row.activation.as_deref() == Some(activation) && row.solver == solver)
+pub fn observed_order(result: &StudyResult, case: (&str, &str), solver: &str) -> Option<f64> {
+    let points: Vec<(f64, f64)> = of_steps(result, case, solver)
         .filter_map(|row| Some((row.step_s?, row.state_error?)))
         .filter(|(_, error)| *error > 1e-11)
         .collect();
@@ -72,23 +72,56 @@ pub fn observed_order(result: &StudyResult, activation: &str, solver: &str) -> O
 /// Runge–Kutta methods at 5 ms, kinked and smooth.
 #[must_use]
 pub fn order(result: &StudyResult) -> Vec<String> {
-    let mut out = Vec::new();
-    for (activation, name) in [("leaky_relu", "LeakyReLU"), ("tanh", "tanh")] {
-        let rows = ["rk4", "tsit5"].map(|solver| at_step(result, activation, solver, FIVE_MS));
-        let [Some(rk4), Some(tsit5)] = rows else { continue };
-        let (Some(a), Some(b)) = (rk4.state_error, tsit5.state_error) else { continue };
-        let (better, ratio) = if a < b { ("RK4", b / a) } else { ("Tsit5", a / b) };
-        let orders = ["rk4", "tsit5"].map(|solver| {
-            observed_order(result, activation, solver).map_or("–".into(), |p| format!("{p:.1}"))
-        });
-        out.push(format!(
-            "With {name}, RK4 at 5 ms errs by {a:.1e} mm in x with {} evaluations and Tsit5 at 5 ms by \
-             {b:.1e} mm with {}: {better} is {ratio:.1} times more accurate. Over all steps the error falls \
-             with the power {} of the step for RK4 and {} for Tsit5.",
-            rk4.evaluations, tsit5.evaluations, orders[0], orders[1]
-        ));
+    let mut trained: Vec<&str> = result
+        .part(parts::STEPS)
+        .filter(|row| row.problem == conditions::NAME)
+        .filter_map(|row| row.activation.as_deref())
+        .collect();
+    trained.dedup();
+    let made_up =
+        ["leaky_relu", "tanh"].map(|a| (joint::NAME, a, format!("With {a} (made-up network)")));
+    let trained = trained.into_iter().map(|a| {
+        (conditions::NAME, a, format!("With the given network ({a}), over all training conditions"))
+    });
+    made_up
+        .into_iter()
+        .chain(trained)
+        .filter_map(|(problem, activation, with)| {
+            of_two_solvers(result, (problem, activation)).map(|text| format!("{with}, {text}"))
+        })
+        .collect()
+}
+
+/// RK4 and Tsit5 at 5 ms.
+fn of_two_solvers(result: &StudyResult, case: (&str, &str)) -> Option<String> {
+    let [rk4, tsit5] = ["rk4", "tsit5"].map(|solver| {
+        of_steps(result, case, solver)
+            .find(|row| row.step_s.is_some_and(|h| (h / FIVE_MS - 1.0).abs() < 1e-9))
+    });
+    let (rk4, tsit5) = (rk4?, tsit5?);
+    let (a, b) = (rk4.state_error?, tsit5.state_error?);
+    let (better, ratio) = if a < b { ("RK4", b / a) } else { ("Tsit5", a / b) };
+    let verdict = if ratio < 1.2 {
+        "the two are alike".to_owned()
+    } else {
+        format!("{better} is {} times more accurate", significant(ratio))
+    };
+    let mut text = format!(
+        "RK4 at 5 ms errs by {a:.1e} mm in x with {} evaluations, Tsit5 at 5 ms by {b:.1e} mm with {}: \
+         {verdict}",
+        rk4.evaluations, tsit5.evaluations
+    );
+    if let (Some(a), Some(b)) = (rk4.gradient_error, tsit5.gradient_error) {
+        text += &format!("; their gradients are off by {a:.0e} and {b:.0e}");
     }
-    out
+    let orders = ["rk4", "tsit5"].map(|solver| observed_order(result, case, solver));
+    if let [Some(rk4), Some(tsit5)] = orders {
+        text += &format!(
+            ". Over all steps the error of x falls with the power {rk4:.1} of the step for RK4 and \
+             {tsit5:.1} for Tsit5"
+        );
+    }
+    Some(text + ".")
 }
 
 /// What becomes of the state that is integrated back.
@@ -111,7 +144,7 @@ pub fn stiffness(result: &StudyResult) -> Vec<String> {
     match right {
         Some((error, _)) if of > 0 => vec![format!(
             "On the stiff problem the backsolve adjoint fails in {failed} and is wrong by more than 10 % in \
-             {wrong} of {of} runs, whatever the tolerance; the discrete adjoint is off by {error:.0e} at most."
+             {wrong} of {of} runs; the discrete adjoint is off by {error:.0e} at most."
         )],
         _ => Vec::new(),
     }

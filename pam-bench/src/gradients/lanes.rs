@@ -92,12 +92,6 @@ impl LaneGrid {
         Ok(sum)
     }
 
-    /// All at once on one thread, as everything else in the study runs.
-    fn on_one_thread<T: Float>(&self, model: &Model, count: usize) -> Result<Sum, String> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-        pool.map_err(|e| e.to_string())?.install(|| self.together::<T>(model, count))
-    }
-
     /// All at once, the network in `T`.
     fn together<T: Float>(&self, model: &Model, count: usize) -> Result<Sum, String> {
         let motion = SealedMotion::<T, Activation>::new(model, &model.force);
@@ -198,6 +192,8 @@ impl Cells for LaneGrid {
             return;
         }
         let model = joint::model(self.activation, self.width);
+        // On one thread, as everything else in the study runs.
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         let mut tight = Solver::adaptive(Tableau::dormand_prince5(), TIGHT);
         tight.max_steps = 10_000_000;
         tight.stops_s = joint::observations_s(self.horizon_s);
@@ -211,11 +207,11 @@ impl Cells for LaneGrid {
                 let result = measure(repeat, || one_by_one(&self.solver()));
                 found(self.row(("adjoint", "tape"), count, result, &truths));
             }
-            if lanes {
-                let result = measure(repeat, || self.on_one_thread::<f64>(&model, count));
-                found(self.row((NAME, f64::NAME), count, result, &truths));
-                let result = measure(repeat, || self.on_one_thread::<f32>(&model, count));
-                found(self.row((NAME, f32::NAME), count, result, &truths));
+            if let (true, Ok(pool)) = (lanes, &pool) {
+                let of_double = || pool.install(|| self.together::<f64>(&model, count));
+                found(self.row((NAME, f64::NAME), count, measure(repeat, of_double), &truths));
+                let of_single = || pool.install(|| self.together::<f32>(&model, count));
+                found(self.row((NAME, f32::NAME), count, measure(repeat, of_single), &truths));
             }
         }
     }

@@ -22,6 +22,8 @@ pub enum Kind {
     Continuous,
     /// The gradient of the steps taken, to the error of a difference.
     Difference,
+    /// No gradient, the solve alone.
+    Value,
 }
 
 type Boxed<F, I> = Box<dyn GradientMethod<F, I>>;
@@ -59,21 +61,6 @@ impl<F, I> Method<F, I> {
         (self.build)(solver)
     }
 }
-
-/// The names of all methods on this list.
-pub const NAMES: &[&str] = &[
-    "adjoint",
-    "adjoint-interval",
-    "adjoint-binomial",
-    "forward",
-    "backsolve",
-    "backsolve-free",
-    "interpolating",
-    "quadrature",
-    "tape",
-    "dual",
-    "fd",
-];
 
 /// Snapshots of the binomial checkpointing on the list, and its interval.
 const SNAPSHOTS: usize = 8;

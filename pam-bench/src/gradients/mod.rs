@@ -30,6 +30,7 @@
 
 pub mod case;
 pub mod cells;
+pub mod conditions;
 pub mod figures;
 pub mod findings;
 pub mod lanes;
@@ -47,6 +48,7 @@ pub mod truth;
 
 pub use case::Case;
 pub use cells::{Cells, Grid};
+pub use conditions::ConditionGrid;
 pub use lanes::LaneGrid;
 pub use method::{Kind, Method, all as methods};
 pub use result::{Row, StudyResult};

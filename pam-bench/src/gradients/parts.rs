@@ -2,12 +2,13 @@
 
 use super::case::Case;
 use super::cells::Grid;
+use super::conditions::ConditionGrid;
 use super::lanes::LaneGrid;
 use super::method::{Method, all, checkpointings, for_many_parameters};
 use super::problems::{joint, linear, quartic, stiff, van_der_pol};
 use super::solver::Solver;
 use super::study::Study;
-use pam_core::{Activation, ParametricField};
+use pam_core::{Activation, JointModel, NetworkForce, ParametricField};
 use pam_solvers::sensitivity::Checkpointing;
 use pam_solvers::{ParametricInput, Tableau};
 
@@ -55,6 +56,18 @@ pub fn quick() -> Study {
     checkpoints(study, 2.0)
 }
 
+/// `study` with a trained network over the training conditions, at constant steps of Runge–Kutta methods.
+#[must_use]
+pub fn with_model(study: Study, model: JointModel<f64, NetworkForce<f64>>) -> Study {
+    let steps_s = [20e-3, 10e-3, FIVE_MS, 2e-3, 1e-3];
+    let solvers = tableaus().into_iter().flat_map(|t| steps_s.map(|h| (t.clone(), h))).collect();
+    study.with(ConditionGrid { part: STEPS.into(), model, horizon_s: 5.0, solvers })
+}
+
+fn tableaus() -> [Tableau; 4] {
+    [Tableau::rk4(), Tableau::tsit5(), Tableau::bogacki_shampine3(), Tableau::dormand_prince5()]
+}
+
 fn activation(name: &str) -> Activation {
     Activation::from_name(name).expect("the name is on the list of activations")
 }
@@ -99,12 +112,7 @@ fn grid(mut study: Study, tolerance: &[f64], horizons_s: &[f64], activations: &[
 }
 
 fn steps(mut study: Study, steps_ms: &[f64], horizon_s: f64) -> Study {
-    let tableaus = [
-        Tableau::rk4(),
-        Tableau::tsit5(),
-        Tableau::bogacki_shampine3(),
-        Tableau::dormand_prince5(),
-    ];
+    let tableaus = tableaus();
     for name in ["leaky_relu", "tanh"] {
         let case = joint::case(activation(name), MIDDLE, horizon_s);
         let solver = |tableau: &Tableau, ms: f64| {

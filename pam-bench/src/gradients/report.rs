@@ -13,16 +13,10 @@ use pam_report::page::{figure, page};
 #[must_use]
 pub fn report(result: &StudyResult, made_by: &str) -> String {
     let tables = tables(result);
-    let of = |prefix: &str| -> Vec<&Table> {
-        tables.iter().filter(|t| t.title.starts_with(prefix)).collect()
-    };
+    let of = |part: &str| tables.iter().filter(|t| t.part == part).collect::<Vec<_>>();
     let has = |part: &str| result.part(part).next().is_some();
-    let all = findings::findings(result);
     let body = html! {
-        @if !all.is_empty() {
-            h2 { "What the numbers say" }
-            ul { @for finding in &all { li { (finding) } } }
-        }
+        (paragraphs(&findings::exactness(result)))
         div class="note" {
             p {
                 "Two errors are shown. “Frozen steps”: against the gradient of the steps that the solve took, \
@@ -37,7 +31,7 @@ pub fn report(result: &StudyResult, made_by: &str) -> String {
             h2 { "Order of the solver, kinked and smooth" }
             (paragraphs(&findings::order(result)))
             div class="grid" { @for (svg, caption) in figures::steps(result) { (figure(svg, &caption)) } }
-            (folded("All steps", &of("Runge–Kutta")))
+            (folded("All steps", &of(parts::STEPS)))
         }
         @if has(parts::GRID) {
             h2 { "Every method on every problem" }
@@ -51,41 +45,46 @@ pub fn report(result: &StudyResult, made_by: &str) -> String {
             (paragraphs(&findings::stiffness(result)))
             (paragraphs(&findings::trap(result)))
             div class="grid" { @for (svg, caption) in figures::traps(result) { (figure(svg, &caption)) } }
-            (folded("Activations", &of("Activations")))
-            @for table in grid_tables(&tables) { (folded_one(table)) }
+            @for table in of(parts::GRID) { (folded_one(table)) }
         }
         @if has(parts::HORIZON) {
             h2 { "Growth with the horizon" }
             (paragraphs(&findings::horizon(result)))
             div class="grid" { @for (svg, caption) in figures::horizon(result) { (figure(svg, &caption)) } }
-            (folded("All horizons", &of("Against the horizon")))
+            (folded("All horizons", &of(parts::HORIZON)))
         }
         @if has(parts::PARAMETERS) {
             h2 { "Growth with the number of parameters" }
             (paragraphs(&findings::parameters(result)))
             div class="grid" { @for (svg, caption) in figures::parameters(result) { (figure(svg, &caption)) } }
-            (folded("All sizes", &of("Against the number")))
+            (folded("All sizes", &of(parts::PARAMETERS)))
         }
         @if has(parts::LANES) {
             h2 { "Lanes" }
             (paragraphs(&findings::lanes(result)))
-            @for table in of("Lanes") { (markup(table)) }
+            @for table in of(parts::LANES) { (markup(table)) }
         }
         @if has(parts::CHECKPOINTS) {
             h2 { "Time for memory" }
             (paragraphs(&findings::checkpoints(result)))
-            @for table in of("Checkpointing") { (markup(table)) }
+            @for table in of(parts::CHECKPOINTS) { (markup(table)) }
+        }
+        @for table in tables.iter().filter(|t| !PARTS.contains(&t.part.as_str())) {
+            h2 { (table.title) }
+            (cells(table))
         }
     };
     page("Gradient methods, compared", &about(result), &body, made_by)
 }
 
-/// The tables of single problems of the grid, and those of parts that others added.
-fn grid_tables(tables: &[Table]) -> impl Iterator<Item = &Table> {
-    const OTHER: [&str; 6] =
-        ["Runge–Kutta", "Activations", "Against", "Lanes", "Checkpointing", "\u{0}"];
-    tables.iter().filter(|t| !OTHER.iter().any(|prefix| t.title.starts_with(prefix)))
-}
+const PARTS: [&str; 6] = [
+    parts::STEPS,
+    parts::GRID,
+    parts::HORIZON,
+    parts::PARAMETERS,
+    parts::LANES,
+    parts::CHECKPOINTS,
+];
 
 fn paragraphs(findings: &[String]) -> Markup {
     html! { @for finding in findings { p { (finding) } } }

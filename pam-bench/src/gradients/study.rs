@@ -40,14 +40,14 @@ impl Default for Study {
 }
 
 impl Study {
-    /// A study without cells, each to be timed three times.
+    /// A study without cells, each timed five times.
     #[must_use]
     pub fn new() -> Self {
         Self {
             cells: Vec::new(),
             problems: Vec::new(),
             methods: Vec::new(),
-            repeat: 3,
+            repeat: 5,
             quick: false,
         }
     }

@@ -7,6 +7,8 @@ use std::fmt::Write;
 /// A table: a title, what is in the columns, and the cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
+    /// Part of the study.
+    pub part: String,
     /// What the table shows.
     pub title: String,
     /// Names of the columns.
@@ -16,9 +18,9 @@ pub struct Table {
 }
 
 impl Table {
-    fn new(title: impl Into<String>, columns: &[&str]) -> Self {
+    fn new(part: &str, title: impl Into<String>, columns: &[&str]) -> Self {
         let columns = columns.iter().map(|&c| c.to_owned()).collect();
-        Self { title: title.into(), columns, cells: Vec::new() }
+        Self { part: part.into(), title: title.into(), columns, cells: Vec::new() }
     }
 
     /// The table in markdown.
@@ -81,6 +83,7 @@ pub fn tables(result: &StudyResult) -> Vec<Table> {
         }),
         (parts::CHECKPOINTS, "Checkpointing", |row| format!("{} s", row.horizon_s)),
     ];
+    let known = |part: &str| part == parts::GRID || parts.iter().any(|(known, ..)| *known == part);
     for (part, title, first) in parts {
         let rows: Vec<&Row> = result.part(part).collect();
         if let Some(row) = rows.first() {
@@ -92,17 +95,9 @@ pub fn tables(result: &StudyResult) -> Vec<Table> {
             tables.push(costs(&title, part, first, &rows));
         }
     }
-    let known = [
-        parts::GRID,
-        parts::STEPS,
-        parts::HORIZON,
-        parts::PARAMETERS,
-        parts::LANES,
-        parts::CHECKPOINTS,
-    ];
     let mut others: Vec<&str> = result.rows.iter().map(|row| row.part.as_str()).collect();
     others.dedup();
-    for part in others.into_iter().filter(|part| !known.contains(part)) {
+    for part in others.into_iter().filter(|part| !known(part)) {
         let rows: Vec<&Row> = result.part(part).collect();
         tables.push(costs(part, part, Row::problem_text, &rows));
     }
@@ -128,11 +123,12 @@ fn costs(title: &str, part: &str, first: fn(&Row) -> String, rows: &[&Row]) -> T
         "error, truth",
         "time",
         "peak memory",
+        "stored",
         "f",
         "vjp",
         "jvp",
     ]);
-    let mut table = Table::new(title, &columns);
+    let mut table = Table::new(part, title, &columns);
     for row in rows {
         let mut cells = vec![first(row)];
         if with_solver {
@@ -150,14 +146,15 @@ fn errors_and_costs(row: &Row) -> Vec<String> {
     if let Some(failure) = &row.failure {
         let short = failure.split(';').next().unwrap_or(failure);
         let mut cells = vec!["**failed**".into(), format!("**{short}**")];
-        cells.extend(vec![String::new(); 5]);
+        cells.extend(vec![String::new(); 6]);
         return cells;
     }
     vec![
         error_text(row.replay_error),
         error_text(row.gradient_error),
         seconds_text(row.seconds),
-        bytes_text(row.memory_bytes()),
+        row.peak_bytes.map_or("–".into(), bytes_text),
+        bytes_text(row.checkpoint_bytes),
         row.evaluations.to_string(),
         row.vjps.to_string(),
         row.jvps.to_string(),
@@ -248,7 +245,8 @@ fn of_activations(result: &StudyResult) -> Vec<Table> {
             let solver = rows.first().map_or(String::new(), |row| {
                 format!("{} s, {} at {}", row.horizon_s, row.solver, row.steps_text())
             });
-            let mut table = Table::new(format!("Activations, {what}: {solver}"), &columns);
+            let mut table =
+                Table::new(parts::GRID, format!("Activations, {what}: {solver}"), &columns);
             for method in &methods {
                 let mut cells = vec![method.clone()];
                 for activation in &activations {

@@ -5,7 +5,10 @@ use crate::console::{Console, table};
 use crate::error::CliError;
 use crate::run_record::{self, made_by};
 use pam_bench::gradients::{StudyResult, findings, output, parts};
+use pam_core::{AnyForce, JointModel, NetworkForce};
+use pam_data::load_model;
 use serde_json::{Value, json};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Runs the command.
@@ -28,6 +31,10 @@ fn gradients(
     console: &Console,
 ) -> Result<ExitCode, CliError> {
     let study = if arguments.quick { parts::quick() } else { parts::full() };
+    let study = match &arguments.model {
+        Some(path) => parts::with_model(study, network(path)?),
+        None => study,
+    };
     let study = study
         .with_problems(&arguments.problems)?
         .with_methods(&arguments.methods)?
@@ -45,12 +52,22 @@ fn gradients(
         "quick": arguments.quick,
         "methods": arguments.methods,
         "problems": arguments.problems,
+        "model": arguments.model,
         "repeat": arguments.repeat,
     });
     run_record::write(&arguments.out, "bench gradients", global.seed, &configuration)?;
     console.json(&serde_json::to_value(&result).unwrap_or(Value::Null));
     console.text(summary(&result, arguments));
     Ok(ExitCode::SUCCESS)
+}
+
+/// The model of a file whose force is a network.
+fn network(path: &Path) -> Result<JointModel<f64, NetworkForce<f64>>, CliError> {
+    let model = load_model(path)?.model;
+    match &model.force {
+        AnyForce::Network(force) => Ok(model.map(|v| v, |_| force.clone())),
+        _ => Err(CliError::Usage(format!("--model {} holds no network", path.display()))),
+    }
 }
 
 fn summary(result: &StudyResult, arguments: &BenchGradientsArguments) -> String {

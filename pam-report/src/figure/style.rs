@@ -29,10 +29,10 @@ pub enum Role {
 }
 
 impl Role {
-    /// The colour (Okabe and Ito's palette without its yellow, and a grey).
+    /// The colour (Okabe and Ito's palette without its yellow, then a grey and a brown).
     #[must_use]
     pub fn colour(self) -> RGBColor {
-        const PALETTE: [RGBColor; 8] = [
+        const PALETTE: [RGBColor; 9] = [
             RGBColor(0, 114, 178),
             RGBColor(230, 159, 0),
             RGBColor(0, 158, 115),
@@ -41,6 +41,7 @@ impl Role {
             RGBColor(213, 94, 0),
             RGBColor(0, 0, 0),
             RGBColor(150, 150, 150),
+            RGBColor(146, 73, 0),
         ];
         match self {
             Self::Measured => RGBColor(64, 64, 64),
