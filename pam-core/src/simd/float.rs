@@ -33,6 +33,12 @@ pub trait Float: Scalar<Primitive = Self> + DualNumFloat + Default + Send + Sync
     /// `a + b`.
     fn plus<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
 
+    /// `a b`.
+    fn times<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+
+    /// The larger of each pair.
+    fn larger<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+
     /// The sum over the lanes.
     fn across<S: Simd>(simd: S, a: Self::Vector<S>) -> Self;
 
@@ -66,7 +72,7 @@ macro_rules! float {
     ($float:ident, $bits:ident, $shift:literal, $bias:literal, $magic:expr, $limit:literal,
      $ln2_high:expr, $ln2_low:expr, $series:expr,
      $vector:ident, $lanes:ident, $split:ident, $split_mut:ident, $splat:ident, $fma:ident,
-     $add:ident, $across:ident, $load:ident, $store:ident) => {
+     $add:ident, $mul:ident, $max:ident, $across:ident, $load:ident, $store:ident) => {
         impl Float for $float {
             type Vector<S: Simd> = S::$vector;
             const NAME: &'static str = stringify!($float);
@@ -94,6 +100,14 @@ macro_rules! float {
             #[inline(always)]
             fn plus<S: Simd>(simd: S, a: S::$vector, b: S::$vector) -> S::$vector {
                 simd.$add(a, b)
+            }
+            #[inline(always)]
+            fn times<S: Simd>(simd: S, a: S::$vector, b: S::$vector) -> S::$vector {
+                simd.$mul(a, b)
+            }
+            #[inline(always)]
+            fn larger<S: Simd>(simd: S, a: S::$vector, b: S::$vector) -> S::$vector {
+                simd.$max(a, b)
             }
             #[inline(always)]
             fn across<S: Simd>(simd: S, a: S::$vector) -> Self {
@@ -180,6 +194,8 @@ float!(
     splat_f64s,
     mul_add_e_f64s,
     add_f64s,
+    mul_f64s,
+    max_f64s,
     reduce_sum_f64s,
     partial_load_f64s,
     partial_store_f64s
@@ -201,6 +217,8 @@ float!(
     splat_f32s,
     mul_add_e_f32s,
     add_f32s,
+    mul_f32s,
+    max_f32s,
     reduce_sum_f32s,
     partial_load_f32s,
     partial_store_f32s

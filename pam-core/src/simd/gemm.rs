@@ -1,4 +1,4 @@
-//! The matrix product of batched networks, `C = start + A B`.
+//! The matrix product of batched networks, `C = finish(start + A B)`.
 //!
 //! Network layers are small (some tens of rows) and batches are long, so `A` stays in cache and is
 //! read as it lies; nothing is packed. A tile of `C`, several vectors of rows by a few columns,
@@ -31,7 +31,18 @@ pub enum Start<'a, T> {
     Columns(&'a [T]),
 }
 
-/// One product `C = start + A B` with `A` `[rows, inner]` and `C` `[rows, columns]` column by column.
+/// What is done to the sums before they are stored.
+#[derive(Debug, Clone, Copy)]
+pub enum Finish<'a, T> {
+    /// Nothing.
+    Store,
+    /// Each is multiplied by a number of the same place, `[columns][rows]`.
+    Multiply(&'a [T]),
+    /// `max(z, slope · z)`: a leaky rectifier for slopes from 0 to 1.
+    Rectify(T),
+}
+
+/// One product `C = finish(start + A B)` with `A` `[rows, inner]` and `C` `[rows, columns]` column by column.
 #[derive(Debug)]
 pub struct Product<'a, T> {
     /// Rows of `A` and `C`; a multiple of [`PAD`](super::PAD).
@@ -50,7 +61,9 @@ pub struct Product<'a, T> {
     pub b_stride: usize,
     /// What the sums begin with.
     pub start: Start<'a, T>,
-    /// The sum; its columns are `rows` apart.
+    /// What is done to the sums at last.
+    pub finish: Finish<'a, T>,
+    /// The result; its columns are `rows` apart.
     pub c: &'a mut [T],
 }
 
@@ -65,6 +78,7 @@ impl<T: Float> Product<'_, T> {
         arch().dispatch(self);
     }
 
+    #[allow(clippy::needless_range_loop)]
     /// A tile of `V` vectors of rows from row `i` by `N` columns from column `j`.
     #[inline(always)]
     fn tile<S: Simd, const V: usize, const N: usize>(&mut self, simd: S, i: usize, j: usize) {
@@ -114,9 +128,31 @@ impl<T: Float> Product<'_, T> {
                 }
             }
         }
-        for (n, sum) in sums.iter().enumerate() {
+        // Indices throughout: the compiler keeps the sums in registers only if it sees each by name.
+        match self.finish {
+            Finish::Store => {}
+            Finish::Multiply(factors) => {
+                for n in 0..N {
+                    let factors = column(&factors[(j + n) * rows + i..]);
+                    for v in 0..V {
+                        sums[n][v] = T::times(simd, sums[n][v], factors[v]);
+                    }
+                }
+            }
+            Finish::Rectify(slope) => {
+                let slope = T::splat(simd, slope);
+                for n in 0..N {
+                    for v in 0..V {
+                        let z = sums[n][v];
+                        sums[n][v] = T::larger(simd, z, T::times(simd, z, slope));
+                    }
+                }
+            }
+        }
+        for n in 0..N {
             let (c, _) = T::split_mut::<S>(&mut self.c[(j + n) * rows + i..][..width]);
-            c.copy_from_slice(sum);
+            let c: &mut [T::Vector<S>; V] = c.try_into().expect("a tile is V vectors high");
+            *c = sums[n];
         }
     }
 
@@ -199,9 +235,23 @@ mod tests {
                 Start::Columns(&start[..rows.min(start.len())]),
             ] {
                 let mut c = held.clone();
-                let (a, b) = (&a, &b);
-                Product { rows, inner, columns, a, b, layout, b_stride, start: begin, c: &mut c }
-                    .run();
+                let (a, b, start_with) = (&a, &b, begin);
+                let product = |finish, c: &mut Vec<f64>| {
+                    let start = start_with;
+                    Product { rows, inner, columns, a, b, layout, b_stride, start, finish, c }
+                        .run();
+                };
+                product(Finish::Store, &mut c);
+                let mut finished = held.clone();
+                product(Finish::Multiply(&start), &mut finished);
+                for (f, (c, s)) in finished.iter().zip(c.iter().zip(&start)) {
+                    prop_assert_eq!(*f, c * s);
+                }
+                finished.copy_from_slice(&held);
+                product(Finish::Rectify(0.1), &mut finished);
+                for (f, c) in finished.iter().zip(&c) {
+                    prop_assert_eq!(*f, if *c > 0.0 { *c } else { 0.1 * c });
+                }
                 for j in 0..columns {
                     for i in 0..rows {
                         let b_at = |k| if by_rows { b[k * columns + j] } else { b[j * inner + k] };
@@ -227,9 +277,9 @@ mod tests {
         let b: Vec<f32> = (0..inner * columns).map(|k| value(4, k) as f32).collect();
         let product = |b: &[f32], columns: usize| {
             let mut c = vec![0.0; rows * columns];
-            let (layout, start) = (Layout::Columns, Start::Zero);
-            Product { rows, inner, columns, a: &a, b, layout, b_stride: inner, start, c: &mut c }
-                .run();
+            let (a, c_mut, b_stride) = (&a[..], &mut c[..], inner);
+            let (layout, start, finish) = (Layout::Columns, Start::Zero, Finish::Store);
+            Product { rows, inner, columns, a, b, layout, b_stride, start, finish, c: c_mut }.run();
             c
         };
         let together = product(&b, columns);

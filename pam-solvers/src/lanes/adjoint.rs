@@ -4,6 +4,7 @@ use super::{LaneProblem, LaneTrajectory, Lanes};
 use crate::controller::StepController;
 use crate::input::{Input, Side};
 use pam_autodiff::BatchField;
+use pam_autodiff::batch::ParameterSums;
 use std::ops::Range;
 
 /// Memory of one adjoint.
@@ -53,8 +54,7 @@ impl<M> AdjointMemory<M> {
 
 /// Sums that an adjoint adds to.
 pub(super) struct AdjointSums<'a> {
-    pub(super) shared: &'a mut [f64],
-    pub(super) own: &'a mut [f64],
+    pub(super) parameters: ParameterSums<'a>,
     pub(super) initial_state: &'a mut [f64],
 }
 
@@ -63,7 +63,7 @@ pub(super) struct Adjoint<'a, 'p, B: BatchField, I, C> {
     pub(super) settings: &'a Lanes<C>,
     pub(super) field: &'a B,
     pub(super) problem: &'a LaneProblem<'p, B::Condition, I>,
-    pub(super) trajectory: &'a LaneTrajectory,
+    pub(super) trajectory: &'a LaneTrajectory<B::Kept>,
     /// `[observations, states]`.
     pub(super) cotangents: &'a [f64],
 }
@@ -82,13 +82,17 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
         memory.carry.fill(0.0);
         let mut last = self.trajectory.steps();
         let mut linearised = 0;
+        let mut kept = &self.trajectory.kept[..];
         while last > 0 {
             let steps = last.saturating_sub(steps_at_once)..last;
             last = steps.start;
             let points = self.gather(steps.clone(), memory);
             let AdjointMemory { t, y, u, jacobians, block, .. } = memory;
             let (t, y) = (&t[..points], &y[..points * n]);
-            self.field.linearise(&self.problem.condition, t, y, u, jacobians, block);
+            let own = kept.len().saturating_sub(points * self.field.kept_len());
+            let (before, own) = kept.split_at(own);
+            kept = before;
+            self.field.linearise(&self.problem.condition, t, y, u, own, jacobians, block);
             self.recurse(steps, points, &mut observation, memory);
             let AdjointMemory { t, y, u, w, block, .. } = memory;
             self.field.accumulate(
@@ -97,12 +101,12 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
                 &y[..points * n],
                 u,
                 &w[..points * n],
-                sums.shared,
-                sums.own,
+                &mut sums.parameters,
                 block,
             );
             linearised += points;
         }
+        self.field.drain(&self.problem.condition, &mut sums.parameters, &mut memory.block);
         // What is left is observed at the start itself.
         for cotangent in self.cotangents[..observation * n].chunks_exact(n) {
             add(&mut memory.y_end, cotangent);

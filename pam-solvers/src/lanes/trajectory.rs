@@ -2,7 +2,7 @@ use crate::tableau::Tableau;
 
 /// All accepted steps of one trajectory: what its adjoint and its dense output need.
 #[derive(Debug, Clone, Default)]
-pub struct LaneTrajectory {
+pub struct LaneTrajectory<K = ()> {
     state_len: usize,
     derivatives: usize,
     /// Step ends, one more than steps, s.
@@ -15,6 +15,10 @@ pub struct LaneTrajectory {
     pub(super) fresh: Vec<bool>,
     /// Per step: whether its closing derivative was evaluated.
     pub(super) closed: Vec<bool>,
+    /// What the evaluations left for their linearisation, `[points, kept_len]` in the order of the
+    /// adjoint's points; empty if it was too much to keep.
+    pub(super) kept: Vec<K>,
+    pub(super) keeps: bool,
     /// Rejected steps.
     pub rejected: usize,
     /// Evaluations of the field that this trajectory needed. (A lane takes part in a few more where
@@ -22,9 +26,9 @@ pub struct LaneTrajectory {
     pub evaluations: usize,
 }
 
-impl LaneTrajectory {
+impl<K: Copy> LaneTrajectory<K> {
     /// Empties the trajectory and starts it anew; keeps its memory.
-    pub(super) fn restart(&mut self, derivatives: usize, t0: f64, y0: &[f64]) {
+    pub(super) fn restart(&mut self, derivatives: usize, t0: f64, y0: &[f64], keeps: bool) {
         self.state_len = y0.len();
         self.derivatives = derivatives;
         self.times_s.clear();
@@ -32,6 +36,8 @@ impl LaneTrajectory {
         self.k.clear();
         self.fresh.clear();
         self.closed.clear();
+        self.kept.clear();
+        self.keeps = keeps;
         self.rejected = 0;
         self.evaluations = 0;
         self.times_s.push(t0);
@@ -54,6 +60,19 @@ impl LaneTrajectory {
         }
         self.fresh.push(fresh);
         self.closed.push(closed);
+    }
+
+    /// Keeps what one evaluation of the last step left, as long as all of it is within `limit` bytes.
+    pub(super) fn keep(&mut self, kept: &[K], limit: usize) {
+        if !self.keeps {
+            return;
+        }
+        if (self.kept.len() + kept.len()) * size_of::<K>() > limit {
+            self.kept = Vec::new();
+            self.keeps = false;
+        } else {
+            self.kept.extend_from_slice(kept);
+        }
     }
 
     /// Number of steps.
@@ -83,7 +102,9 @@ impl LaneTrajectory {
     /// Bytes that the steps take.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        8 * (self.times_s.len() + self.states.len() + self.k.len()) + 2 * self.fresh.len()
+        8 * (self.times_s.len() + self.states.len() + self.k.len())
+            + 2 * self.fresh.len()
+            + size_of_val(&self.kept[..])
     }
 
     /// Writes the states at `times_s` (increasing) to `out`, `[times, states]`. Times past the end of a

@@ -2,7 +2,7 @@
 
 use super::{BatchNetwork, NetworkSums};
 use pam_core::ActivationFunction;
-use pam_core::simd::gemm::{Layout, Product, Start};
+use pam_core::simd::gemm::{Finish, Layout, Product, Start};
 use pam_core::simd::{Float, arch};
 use pulp::{Simd, WithSimd};
 
@@ -41,10 +41,18 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         }
     }
 
+    /// How many numbers of a point [`values_into`](Self::values_into) keeps: the hidden layers but the
+    /// first, which is cheap to compute again.
+    #[must_use]
+    pub fn kept_len(&self) -> usize {
+        self.layers[..self.hidden()].iter().skip(1).map(|l| l.output_stride).sum()
+    }
+
     /// Values only: writes the outputs of `points` points to `out`, `[points, output_stride]`.
     ///
     /// `input` is `[points, input_stride]`; `bias` is the (folded) first bias, one for all points or
-    /// one for each.
+    /// one for each. Unless `kept` is empty it receives, `[points, kept_len]`, what lets
+    /// [`forward_into`](Self::forward_into) do without the large products.
     ///
     /// # Panics
     /// If a slice is too short for `points`, or these are more than the block holds.
@@ -54,12 +62,36 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         bias: &[T],
         input: &[T],
         out: &mut [T],
+        kept: &mut [T],
         block: &mut NetworkBlock<T>,
     ) {
-        self.forward(points, bias, input, out, block, false);
+        let rectifier = self.rectifier();
+        let kept_len = self.kept_len();
+        let mut offset = 0;
+        for k in 0..self.hidden() {
+            let finish = rectifier.map_or(Finish::Store, Finish::Rectify);
+            self.layer_product(k, points, bias, input, finish, block);
+            let layer = &self.layers[k];
+            let values = &mut block.values[k][..points * layer.output_stride];
+            if k > 0 && !kept.is_empty() {
+                // Of a rectifier the value tells all; else what the activation is applied to.
+                let width = layer.output_stride;
+                for (from, to) in
+                    values.chunks_exact(width).zip(kept.chunks_exact_mut(kept_len.max(1)))
+                {
+                    to[offset..offset + width].copy_from_slice(from);
+                }
+                offset += width;
+            }
+            if rectifier.is_none() {
+                self.activation.apply_to_batch(values);
+            }
+        }
+        self.output_layer(points, bias, input, out, block);
     }
 
-    /// Like [`values_into`](Self::values_into), and keeps in `block` what the other passes need.
+    /// Like [`values_into`](Self::values_into), and leaves in `block` what the other passes need.
+    /// `kept` is what was kept of these points, or empty.
     ///
     /// # Panics
     /// As [`values_into`](Self::values_into).
@@ -69,65 +101,121 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         bias: &[T],
         input: &[T],
         out: &mut [T],
+        kept: &[T],
         block: &mut NetworkBlock<T>,
     ) {
-        self.forward(points, bias, input, out, block, true);
+        let rectifier = self.rectifier();
+        let kept_len = self.kept_len();
+        let mut offset = 0;
+        for k in 0..self.hidden() {
+            let width = self.layers[k].output_stride;
+            let len = points * width;
+            if k > 0 && !kept.is_empty() {
+                let (values, slopes) = (&mut block.values[k][..len], &mut block.slopes[k][..len]);
+                let kept = kept.chunks_exact(kept_len.max(1)).map(|p| &p[offset..offset + width]);
+                for (to, from) in values.chunks_exact_mut(width).zip(kept) {
+                    to.copy_from_slice(from);
+                }
+                offset += width;
+                match rectifier {
+                    Some(slope) => arch().dispatch(RectifierSlopes { values, slopes, slope }),
+                    None => self.activation.apply_to_batch_with_slopes(values, slopes),
+                }
+                continue;
+            }
+            let finish = rectifier.map_or(Finish::Store, Finish::Rectify);
+            self.layer_product(k, points, bias, input, finish, block);
+            let (values, slopes) = (&mut block.values[k][..len], &mut block.slopes[k][..len]);
+            match rectifier {
+                Some(slope) => arch().dispatch(RectifierSlopes { values, slopes, slope }),
+                None => self.activation.apply_to_batch_with_slopes(values, slopes),
+            }
+        }
+        self.output_layer(points, bias, input, out, block);
     }
 
-    fn forward(
+    /// The slope of a rectifier that the product itself can apply.
+    fn rectifier(&self) -> Option<T> {
+        self.activation.rectifier_slope().map(T::narrow)
+    }
+
+    /// The product of hidden layer `k` into its values.
+    fn layer_product(
+        &self,
+        k: usize,
+        points: usize,
+        bias: &[T],
+        input: &[T],
+        finish: Finish<'_, T>,
+        block: &mut NetworkBlock<T>,
+    ) {
+        assert!(points <= block.capacity, "{points} points do not fit the block");
+        let layer = &self.layers[k];
+        let (done, rest) = block.values.split_at_mut(k);
+        Product {
+            rows: layer.output_stride,
+            inner: layer.inputs,
+            columns: points,
+            a: &layer.columns,
+            b: if k == 0 { input } else { &done[k - 1] },
+            layout: Layout::Columns,
+            b_stride: layer.input_stride,
+            start: Start::Columns(self.start(k, points, bias)),
+            finish,
+            c: &mut rest[0],
+        }
+        .run();
+    }
+
+    /// The bias that layer `k` starts from.
+    fn start<'b>(&'b self, k: usize, points: usize, bias: &'b [T]) -> &'b [T] {
+        let layer = &self.layers[k];
+        match k {
+            0 if bias.len() >= points * layer.output_stride => bias,
+            0 => &bias[..layer.output_stride],
+            _ => &layer.bias,
+        }
+    }
+
+    /// The last layer, which has no activation.
+    fn output_layer(
         &self,
         points: usize,
         bias: &[T],
         input: &[T],
         out: &mut [T],
-        block: &mut NetworkBlock<T>,
-        keep: bool,
+        block: &NetworkBlock<T>,
     ) {
-        assert!(points <= block.capacity, "{points} points do not fit the block");
-        let last = self.hidden();
-        for (k, layer) in self.layers.iter().enumerate() {
-            let len = points * layer.output_stride;
-            let (done, rest) = block.values.split_at_mut(k.min(last));
-            let source = if k == 0 { input } else { &done[k - 1] };
-            let target = if k == last { &mut out[..len] } else { &mut rest[0][..len] };
-            let bias = if k == 0 { bias } else { &layer.bias };
-            if 0 < k && k == last && layer.outputs < 4 {
-                self.few_outputs(points, bias, source, target);
-                break;
-            }
-            Product {
-                rows: layer.output_stride,
-                inner: layer.inputs,
-                columns: points,
-                a: &layer.columns,
-                b: source,
-                layout: Layout::Columns,
-                b_stride: layer.input_stride,
-                start: Start::Columns(bias),
-                c: target,
-            }
-            .run();
-            if k == last {
-                break;
-            }
-            if keep {
-                let slopes = &mut block.slopes[k][..len];
-                self.activation.apply_to_batch_with_slopes(target, slopes);
-            } else {
-                self.activation.apply_to_batch(target);
-            }
+        let (last, layer) = (self.hidden(), self.last());
+        let source = if last == 0 { input } else { &block.values[last - 1] };
+        if last > 0 && layer.outputs < 4 {
+            self.few_outputs(points, source, out);
+            return;
         }
+        Product {
+            rows: layer.output_stride,
+            inner: layer.inputs,
+            columns: points,
+            a: &layer.columns,
+            b: source,
+            layout: Layout::Columns,
+            b_stride: layer.input_stride,
+            start: Start::Columns(self.start(last, points, bias)),
+            finish: Finish::Store,
+            c: out,
+        }
+        .run();
     }
 
     /// The last layer when it has so few outputs that dot products are cheaper.
-    fn few_outputs(&self, points: usize, bias: &[T], source: &[T], target: &mut [T]) {
+    fn few_outputs(&self, points: usize, source: &[T], target: &mut [T]) {
         let layer = self.last();
         arch().dispatch(Dots {
             points,
             vectors: &layer.rows,
             source,
             stride: layer.input_stride,
-            start: &bias[..layer.outputs],
+            start: &layer.bias[..layer.outputs],
             target,
             out_stride: layer.output_stride,
         });
@@ -166,10 +254,10 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                 layout: Layout::Columns,
                 b_stride,
                 start: Start::Zero,
+                finish: Finish::Multiply(&block.slopes[k - 1]),
                 c: target,
             }
             .run();
-            arch().dispatch(Multiply { values: target, factors: &block.slopes[k - 1][..len] });
         }
         let first = &self.layers[0];
         let target = &mut input_cotangent[..points * first.inputs];
@@ -231,6 +319,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                     layout: Layout::Rows,
                     b_stride,
                     start: Start::Held,
+                    finish: Finish::Store,
                     c,
                 }
                 .run();
@@ -261,6 +350,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
             layout: Layout::Rows,
             b_stride: layer.outputs,
             start: Start::Held,
+            finish: Finish::Store,
             c: &mut sums.weights[last],
         }
         .run();
@@ -294,12 +384,10 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                 layout: Layout::Columns,
                 b_stride: layer.input_stride,
                 start: Start::Zero,
+                finish: if k < last { Finish::Multiply(&block.slopes[k]) } else { Finish::Store },
                 c: target,
             }
             .run();
-            if k < last {
-                arch().dispatch(Multiply { values: target, factors: &block.slopes[k][..len] });
-            }
         }
     }
 }
@@ -308,19 +396,21 @@ fn zeros<T: Float>(len: usize) -> Vec<T> {
     vec![T::default(); len]
 }
 
-/// `values *= factors`, elementwise.
-struct Multiply<'a, T> {
-    values: &'a mut [T],
-    factors: &'a [T],
+/// The slopes of a rectifier from its values: one where they are positive.
+struct RectifierSlopes<'a, T> {
+    values: &'a [T],
+    slopes: &'a mut [T],
+    slope: T,
 }
 
-impl<T: Float> WithSimd for Multiply<'_, T> {
+impl<T: Float> WithSimd for RectifierSlopes<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        for (v, &f) in self.values.iter_mut().zip(self.factors) {
-            *v *= f;
+        let (zero, one) = (T::narrow(0.0), T::narrow(1.0));
+        for (&v, s) in self.values.iter().zip(self.slopes) {
+            *s = if v > zero { one } else { self.slope };
         }
     }
 }

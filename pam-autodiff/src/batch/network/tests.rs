@@ -92,9 +92,14 @@ impl Case {
         let mut block = network.block(n);
         let mut out = vec![T::default(); n * network.output_stride()];
         let mut again = out.clone();
-        network.values_into(n, &bias, &input, &mut again, &mut block);
-        network.forward_into(n, &bias, &input, &mut out, &mut block);
-        assert_eq!(out, again, "with and without keeping");
+        let mut kept = vec![T::default(); n * network.kept_len()];
+        network.values_into(n, &bias, &input, &mut again, &mut kept, &mut block);
+        network.forward_into(n, &bias, &input, &mut out, &[], &mut block);
+        assert_eq!(out, again, "with and without slopes");
+        let afresh = format!("{block:?}");
+        network.forward_into(n, &bias, &input, &mut out, &kept, &mut block);
+        assert_eq!(out, again, "from what was kept");
+        assert_eq!(afresh, format!("{block:?}"), "from what was kept");
         let values = tight(&out);
         network.push_forward(n, &spread(&self.tangent), &mut out, &mut block);
         let pushed = tight(&out);
