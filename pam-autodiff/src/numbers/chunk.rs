@@ -43,6 +43,17 @@ impl<const N: usize, T: Scalar> Chunk<N, T> {
         derivatives[k] = T::one();
         Self { value, derivatives }
     }
+
+    /// Argument `k` of a function whose arguments from `first` on are the chunk's directions: a variable
+    /// if it is one of these `N`, else a constant.
+    #[inline]
+    pub fn seeded(value: T, k: usize, first: usize) -> Self {
+        if (first..first + N).contains(&k) {
+            Self::variable(value, k - first)
+        } else {
+            Self { value, derivatives: [T::zero(); N] }
+        }
+    }
 }
 
 impl<const N: usize, T: Scalar> ChainRule for Chunk<N, T> {

@@ -83,9 +83,11 @@ impl<T: Element> Arena<T> {
 
     /// Finds out where `vars` lie and gathers them if need be.
     fn operand(&mut self, vars: &[Var<T>]) -> Operand {
-        let first = vars.first().map_or(0, |var| var.node());
-        if first != 0 && self.lie_side_by_side(first, vars) {
-            return Operand::Range(first as usize);
+        if let Some(&first) = vars.first()
+            && first.tape() == self.id()
+            && Var::lie_side_by_side(first, vars)
+        {
+            return Operand::Range(first.node() as usize);
         }
         let (nodes, values) = (self.gathered_nodes.len(), self.gathered_values.len());
         self.gathered_values.extend(vars.iter().map(|var| var.value()));
@@ -97,22 +99,5 @@ impl<T: Element> Arena<T> {
         }
         self.gathered_nodes.extend(vars.iter().map(|var| var.node()));
         Operand::Gathered { nodes, values }
-    }
-
-    /// Whether `vars` are the nodes from `first` on. The comparison runs over every weight of every
-    /// layer in every run, so it goes without branches inside a stretch.
-    fn lie_side_by_side(&self, first: u32, vars: &[Var<T>]) -> bool {
-        let mut expected = first;
-        for stretch in vars.chunks(64) {
-            let mut differences = 0;
-            for (var, k) in stretch.iter().zip(expected..) {
-                differences |= (var.node() ^ k) | (var.tape() ^ self.id());
-            }
-            if differences != 0 {
-                return false;
-            }
-            expected += stretch.len() as u32;
-        }
-        true
     }
 }
