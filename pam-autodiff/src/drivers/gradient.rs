@@ -2,7 +2,7 @@ use super::function::require_one_output;
 use super::{Function, Recorder};
 use crate::tape::Var;
 
-/// The gradient `∂f/∂x` `[n]` of a function with one output, by a tape: about five evaluations whatever
+/// The gradient `∂f/∂x` `[n]` of a function with one output, by a tape: some ten evaluations whatever
 /// `n`.
 ///
 /// # Panics

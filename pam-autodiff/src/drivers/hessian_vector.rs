@@ -4,8 +4,8 @@ use crate::tape::Var;
 use num_dual::Dual64;
 
 /// Gradient and product `H v` `[n]` of the Hessian with a direction `v` `[n]`, of a function with one
-/// output, forward over reverse: the tape of a run with dual numbers along `v` is swept once. About
-/// twelve evaluations whatever `n`. Source: B. Pearlmutter, *Fast Exact Multiplication by the Hessian*
+/// output, forward over reverse: the tape of a run with dual numbers along `v` is swept once, so
+/// the cost does not depend on `n`. Source: B. Pearlmutter, *Fast Exact Multiplication by the Hessian*
 /// (1994).
 ///
 /// # Panics

@@ -1,8 +1,8 @@
 use super::{Function, Recorder};
 use crate::tape::Var;
 
-/// The product from the left `wᵀ J` `[n]` of the Jacobian with a cotangent `w` `[m]`, by a tape: about
-/// five evaluations whatever `n` and `m`.
+/// The product from the left `wᵀ J` `[n]` of the Jacobian with a cotangent `w` `[m]`, by a tape: some
+/// ten evaluations whatever `n` and `m`.
 ///
 /// # Panics
 /// If `w` is not as long as the output.
