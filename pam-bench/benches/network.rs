@@ -130,7 +130,7 @@ fn passes<T: Float>(threads: usize, peak: f64) {
             let mut out = vec![T::default(); points * network.output_stride()];
             let mut pulled = vec![T::default(); points * network.inputs()];
             network.forward_into(points, &bias, &input, &mut out, &[], &mut block);
-            network.pull_back(points, &ones, &mut pulled, &mut block);
+            network.pull_back(points, &ones, &mut pulled, &[], &mut block);
             (block, out, pulled, network.sums(points))
         };
         let all = [
@@ -141,10 +141,10 @@ fn passes<T: Float>(threads: usize, peak: f64) {
                 network.forward_into(points, &bias, &input, out, &[], block);
             }),
             rate(threads, operations, make, |(block, _, pulled, _)| {
-                network.pull_back(points, &ones, pulled, block);
+                network.pull_back(points, &ones, pulled, &[], block);
             }),
             rate(threads, operations, make, |(block, _, _, sums)| {
-                network.accumulate(points, &ones, &input, &ones, sums, block);
+                network.accumulate(points, &ones, &input, &ones, &[], sums, block);
             }),
         ];
         let cells: Vec<String> =

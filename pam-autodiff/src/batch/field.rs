@@ -88,7 +88,7 @@ pub trait BatchField: Sync {
     );
 
     /// Adds `Σ_points (∂f/∂p)ᵀ w`, for cotangents `w` `[points, states]`; to be called once after
-    /// [`linearise`](Self::linearise) with the same points. The sums may stay in `block` until
+    /// [`linearise`](Self::linearise) with the same points and `kept`. The sums may stay in `block` until
     /// [`drain`](Self::drain).
     #[allow(clippy::too_many_arguments)]
     fn accumulate(
@@ -97,6 +97,7 @@ pub trait BatchField: Sync {
         t: &[f64],
         y: &[f64],
         u: &[f64],
+        kept: &[Self::Kept],
         w: &[f64],
         sums: &mut ParameterSums<'_>,
         block: &mut Self::Block,

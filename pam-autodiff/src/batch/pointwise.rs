@@ -140,6 +140,7 @@ where
         t: &[f64],
         y: &[f64],
         u: &[f64],
+        _kept: &[()],
         w: &[f64],
         sums: &mut ParameterSums<'_>,
         block: &mut PointwiseBlock,

@@ -187,7 +187,7 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
         self.write_input(&y[..2 * points], &mut block.input);
         let MotionBlock { input, out, ones, slopes, network, .. } = block;
         self.network.forward_into(points, &condition.bias, input, out, kept, network);
-        self.network.pull_back(points, ones, slopes, network);
+        self.network.pull_back(points, ones, slopes, kept, network);
         let (b, m) = (self.auxiliary_damping_kg_s, self.mass_kg);
         for (j, slope) in jacobians.chunks_exact_mut(4).zip(slopes.chunks_exact(2)).take(points) {
             j[0] = 0.0;
@@ -203,6 +203,7 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
         t: &[f64],
         y: &[f64],
         u: &[f64],
+        kept: &[T],
         w: &[f64],
         sums: &mut ParameterSums<'_>,
         block: &mut MotionBlock<T>,
@@ -220,7 +221,7 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
             physical[DAMPING] -= w[1] * y[1] / m;
         }
         let MotionBlock { input, ones, weights, network, sums: block_sums, pending, .. } = block;
-        self.network.accumulate(points, weights, input, ones, block_sums, network);
+        self.network.accumulate(points, weights, input, ones, kept, block_sums, network);
         *pending += points;
         if *pending >= PENDING_POINTS {
             self.drain(condition, sums, block);
@@ -286,7 +287,7 @@ mod tests {
         let mut shared = vec![0.0; motion.parameter_len()];
         let mut own = vec![0.0; 2];
         let mut sums = ParameterSums { shared: &mut shared, own: &mut own };
-        motion.accumulate(&condition, &t, &y, &u, &w, &mut sums, &mut block);
+        motion.accumulate(&condition, &t, &y, &u, &kept, &w, &mut sums, &mut block);
         motion.drain(&condition, &mut sums, &mut block);
 
         let parameters = field.parameters();

@@ -38,6 +38,14 @@ pub enum Finish<'a, T> {
     Store,
     /// Each is multiplied by a number of the same place, `[columns][rows]`.
     Multiply(&'a [T]),
+    /// Each is multiplied by the slope of a rectifier whose values, `[columns][rows]`, are given: by
+    /// `slope` where they are not positive.
+    Gate {
+        /// Values of the rectifier.
+        values: &'a [T],
+        /// Its slope for negative arguments.
+        slope: T,
+    },
     /// `max(z, slope · z)`: a leaky rectifier for slopes from 0 to 1.
     Rectify(T),
 }
@@ -136,6 +144,15 @@ impl<T: Float> Product<'_, T> {
                     let factors = column(&factors[(j + n) * rows + i..]);
                     for v in 0..V {
                         sums[n][v] = T::times(simd, sums[n][v], factors[v]);
+                    }
+                }
+            }
+            Finish::Gate { values, slope } => {
+                let slope = T::splat(simd, slope);
+                for n in 0..N {
+                    let gates = column(&values[(j + n) * rows + i..]);
+                    for v in 0..V {
+                        sums[n][v] = T::gated(simd, gates[v], sums[n][v], slope);
                     }
                 }
             }
@@ -246,6 +263,11 @@ mod tests {
                 product(Finish::Multiply(&start), &mut finished);
                 for (f, (c, s)) in finished.iter().zip(c.iter().zip(&start)) {
                     prop_assert_eq!(*f, c * s);
+                }
+                finished.copy_from_slice(&held);
+                product(Finish::Gate { values: &start, slope: 0.1 }, &mut finished);
+                for (f, (c, s)) in finished.iter().zip(c.iter().zip(&start)) {
+                    prop_assert_eq!(*f, if *s > 0.0 { *c } else { c * 0.1 });
                 }
                 finished.copy_from_slice(&held);
                 product(Finish::Rectify(0.1), &mut finished);

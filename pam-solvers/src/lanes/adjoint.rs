@@ -3,6 +3,7 @@
 use super::{LaneProblem, LaneTrajectory, Lanes};
 use crate::controller::StepController;
 use crate::input::{Input, Side};
+use crate::tableau::{InterpolantTable, Tableau};
 use pam_autodiff::BatchField;
 use pam_autodiff::batch::ParameterSums;
 use std::ops::Range;
@@ -26,16 +27,22 @@ pub(super) struct AdjointMemory<M> {
     /// Cotangent of a first derivative that is the closing one of the step before.
     carry: Vec<f64>,
     product: Vec<f64>,
+    interpolant: InterpolantTable,
+    /// Interpolation weights of one observation.
+    weights: Vec<f64>,
 }
 
 impl<M> AdjointMemory<M> {
     pub(super) fn new<B: BatchField<Block = M>>(
         field: &B,
-        derivatives: usize,
+        tableau: &Tableau,
         points: usize,
     ) -> Self {
         let (n, m) = (field.state_len(), field.input_len());
+        let interpolant = InterpolantTable::new(tableau);
         Self {
+            weights: vec![0.0; interpolant.len()],
+            interpolant,
             block: field.block(points),
             points,
             t: vec![0.0; points],
@@ -43,7 +50,7 @@ impl<M> AdjointMemory<M> {
             u: vec![0.0; points * m],
             jacobians: vec![0.0; points * n * n],
             w: vec![0.0; points * n],
-            k: vec![0.0; derivatives * n],
+            k: vec![0.0; tableau.derivatives() * n],
             y_end: vec![0.0; n],
             y_start: vec![0.0; n],
             carry: vec![0.0; n],
@@ -100,6 +107,7 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
                 &t[..points],
                 &y[..points * n],
                 u,
+                own,
                 &w[..points * n],
                 &mut sums.parameters,
                 block,
@@ -170,7 +178,18 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
         let n = self.field.state_len();
         let (s, times) = (tableau.stages(), self.trajectory.times_s());
         let observe_s = self.problem.observe_s;
-        let AdjointMemory { jacobians, w, k, y_end, y_start, carry, product, .. } = memory;
+        let AdjointMemory {
+            jacobians,
+            w,
+            k,
+            y_end,
+            y_start,
+            carry,
+            product,
+            interpolant,
+            weights,
+            ..
+        } = memory;
         let mut point = points;
         for step in steps.rev() {
             let (t0, t1) = (times[step], times[step + 1]);
@@ -187,8 +206,8 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
                     continue;
                 }
                 add(y_start, cotangent);
-                for (i, k) in k.chunks_exact_mut(n).enumerate() {
-                    let weight = h * tableau.interpolation_weight(i, (t - t0) / h);
+                interpolant.weights_into((t - t0) / h, h, weights);
+                for (k, weight) in k.chunks_exact_mut(n).zip(&*weights) {
                     for (k, &c) in k.iter_mut().zip(cotangent) {
                         *k += weight * c;
                     }

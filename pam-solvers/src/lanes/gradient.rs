@@ -191,9 +191,11 @@ impl<C: StepController + Sync> Lanes<C> {
             if !backward {
                 return;
             }
-            let mut own = adjoint.lock().expect("no lane panics").pop().unwrap_or_else(|| {
-                AdjointMemory::new(field, self.tableau.derivatives(), self.block_points)
-            });
+            let mut own = adjoint
+                .lock()
+                .expect("no lane panics")
+                .pop()
+                .unwrap_or_else(|| AdjointMemory::new(field, &self.tableau, self.block_points));
             let mut sums = AdjointSums {
                 parameters: ParameterSums { shared: &mut result.shared, own: &mut result.own },
                 initial_state: &mut result.initial_state,

@@ -1,4 +1,4 @@
-use crate::tableau::Tableau;
+use crate::tableau::{InterpolantTable, Tableau};
 
 /// All accepted steps of one trajectory: what its adjoint and its dense output need.
 #[derive(Debug, Clone, Default)]
@@ -112,7 +112,8 @@ impl<K: Copy> LaneTrajectory<K> {
     pub(super) fn observe(&self, tableau: &Tableau, times_s: &[f64], out: &mut [f64]) -> usize {
         let n = self.state_len;
         let mut step = 0;
-        let mut weights = vec![0.0; self.derivatives];
+        let table = InterpolantTable::new(tableau);
+        let mut weights = vec![0.0; table.len()];
         for (i, (&t, out)) in times_s.iter().zip(out.chunks_exact_mut(n)).enumerate() {
             while step < self.steps() && self.times_s[step + 1] < t {
                 step += 1;
@@ -129,10 +130,7 @@ impl<K: Copy> LaneTrajectory<K> {
                 continue;
             }
             let (start, h) = (self.times_s[step], self.times_s[step + 1] - self.times_s[step]);
-            let theta = (t - start) / h;
-            for (i, w) in weights.iter_mut().enumerate() {
-                *w = h * tableau.interpolation_weight(i, theta);
-            }
+            table.weights_into((t - start) / h, h, &mut weights);
             out.copy_from_slice(self.state(step));
             for (k, &w) in self.derivatives(step).chunks_exact(n).zip(&weights) {
                 for (o, &k) in out.iter_mut().zip(k) {

@@ -87,7 +87,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                 self.activation.apply_to_batch(values);
             }
         }
-        self.output_layer(points, bias, input, out, block);
+        self.output_layer(points, bias, input, out, &[], block);
     }
 
     /// Like [`values_into`](Self::values_into), and leaves in `block` what the other passes need.
@@ -110,28 +110,33 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         for k in 0..self.hidden() {
             let width = self.layers[k].output_stride;
             let len = points * width;
-            if k > 0 && !kept.is_empty() {
-                let (values, slopes) = (&mut block.values[k][..len], &mut block.slopes[k][..len]);
+            if k == 0 || kept.is_empty() {
+                let finish = rectifier.map_or(Finish::Store, Finish::Rectify);
+                self.layer_product(k, points, bias, input, finish, block);
+            } else if !self.stays_kept(k, kept) {
                 let kept = kept.chunks_exact(kept_len.max(1)).map(|p| &p[offset..offset + width]);
-                for (to, from) in values.chunks_exact_mut(width).zip(kept) {
+                for (to, from) in block.values[k][..len].chunks_exact_mut(width).zip(kept) {
                     to.copy_from_slice(from);
                 }
                 offset += width;
-                match rectifier {
-                    Some(slope) => arch().dispatch(RectifierSlopes { values, slopes, slope }),
-                    None => self.activation.apply_to_batch_with_slopes(values, slopes),
-                }
-                continue;
             }
-            let finish = rectifier.map_or(Finish::Store, Finish::Rectify);
-            self.layer_product(k, points, bias, input, finish, block);
-            let (values, slopes) = (&mut block.values[k][..len], &mut block.slopes[k][..len]);
-            match rectifier {
-                Some(slope) => arch().dispatch(RectifierSlopes { values, slopes, slope }),
-                None => self.activation.apply_to_batch_with_slopes(values, slopes),
+            if rectifier.is_none() {
+                let (values, slopes) = (&mut block.values[k][..len], &mut block.slopes[k][..len]);
+                self.activation.apply_to_batch_with_slopes(values, slopes);
             }
         }
-        self.output_layer(points, bias, input, out, block);
+        self.output_layer(points, bias, input, out, kept, block);
+    }
+
+    /// Whether the values of hidden layer `k` are read where they were kept: for a rectifier, whose
+    /// values say all, if it is the only layer there.
+    fn stays_kept(&self, k: usize, kept: &[T]) -> bool {
+        k == 1 && self.hidden() == 2 && !kept.is_empty() && self.rectifier().is_some()
+    }
+
+    /// The values of hidden layer `k`.
+    fn hidden_values<'b>(&self, k: usize, kept: &'b [T], values: &'b [Vec<T>]) -> &'b [T] {
+        if self.stays_kept(k, kept) { kept } else { &values[k] }
     }
 
     /// The slope of a rectifier that the product itself can apply.
@@ -184,10 +189,12 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         bias: &[T],
         input: &[T],
         out: &mut [T],
+        kept: &[T],
         block: &NetworkBlock<T>,
     ) {
         let (last, layer) = (self.hidden(), self.last());
-        let source = if last == 0 { input } else { &block.values[last - 1] };
+        let source =
+            if last == 0 { input } else { self.hidden_values(last - 1, kept, &block.values) };
         if last > 0 && layer.outputs < 4 {
             self.few_outputs(points, source, out);
             return;
@@ -222,8 +229,8 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
     }
 
     /// From cotangents of the outputs, `[points, outputs]`, to cotangents of the inputs,
-    /// `[points, inputs]`, after [`forward_into`](Self::forward_into). Keeps the cotangents of the
-    /// layers for [`accumulate`](Self::accumulate).
+    /// `[points, inputs]`, after [`forward_into`](Self::forward_into) with the same `kept`. Holds the
+    /// cotangents of the layers for [`accumulate`](Self::accumulate).
     ///
     /// # Panics
     /// If a slice is too short.
@@ -232,6 +239,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         points: usize,
         cotangent: &[T],
         input_cotangent: &mut [T],
+        kept: &[T],
         block: &mut NetworkBlock<T>,
     ) {
         let last = self.hidden();
@@ -254,7 +262,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                 layout: Layout::Columns,
                 b_stride,
                 start: Start::Zero,
-                finish: Finish::Multiply(&block.slopes[k - 1]),
+                finish: self.slopes_of(k - 1, kept, &block.values, &block.slopes),
                 c: target,
             }
             .run();
@@ -287,9 +295,23 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         });
     }
 
+    /// Multiplication by the slopes of hidden layer `k`.
+    fn slopes_of<'b>(
+        &self,
+        k: usize,
+        kept: &'b [T],
+        values: &'b [Vec<T>],
+        slopes: &'b [Vec<T>],
+    ) -> Finish<'b, T> {
+        match self.rectifier() {
+            Some(slope) => Finish::Gate { values: self.hidden_values(k, kept, values), slope },
+            None => Finish::Multiply(&slopes[k]),
+        }
+    }
+
     /// Adds the weight cotangents of all points, each weighed by `weights[point]`, to `sums`. To be
-    /// called once after [`pull_back`](Self::pull_back) with the same `input` and `cotangent`; it uses
-    /// up the kept cotangents.
+    /// called once after [`pull_back`](Self::pull_back) with the same `input`, `cotangent` and `kept`; it
+    /// uses up the cotangents held.
     ///
     /// # Panics
     /// If a slice is too short.
@@ -299,6 +321,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         weights: &[T],
         input: &[T],
         cotangent: &[T],
+        kept: &[T],
         sums: &mut NetworkSums<T>,
         block: &mut NetworkBlock<T>,
     ) {
@@ -308,7 +331,8 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
             let cotangents = &mut block.cotangents[k][..points * layer.output_stride];
             let stride = layer.output_stride;
             arch().dispatch(Weigh { values: cotangents, weights, stride });
-            let source = if k == 0 { input } else { &block.values[k - 1][..] };
+            let source =
+                if k == 0 { input } else { self.hidden_values(k - 1, kept, &block.values) };
             let add = |b: &[T], columns: usize, b_stride: usize, c: &mut [T]| {
                 Product {
                     rows: layer.output_stride,
@@ -339,7 +363,8 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                 *b += *w;
             }
         }
-        let source = if last == 0 { input } else { &block.values[last - 1][..] };
+        let source =
+            if last == 0 { input } else { self.hidden_values(last - 1, kept, &block.values) };
         // The last layer's sum is kept row by row: its outputs are few and would be mostly padding.
         Product {
             rows: layer.input_stride,
@@ -357,8 +382,8 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
     }
 
     /// From tangents of the inputs, `[points, input_stride]`, to tangents of the outputs,
-    /// `[points, output_stride]`, after [`forward_into`](Self::forward_into); weights and constants do
-    /// not change. Uses up the kept cotangents.
+    /// `[points, output_stride]`, after [`forward_into`](Self::forward_into) without `kept`; weights and constants do
+    /// not change. Uses up the cotangents held.
     ///
     /// # Panics
     /// If a slice is too short.
@@ -384,7 +409,11 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                 layout: Layout::Columns,
                 b_stride: layer.input_stride,
                 start: Start::Zero,
-                finish: if k < last { Finish::Multiply(&block.slopes[k]) } else { Finish::Store },
+                finish: if k < last {
+                    self.slopes_of(k, &[], &block.values, &block.slopes)
+                } else {
+                    Finish::Store
+                },
                 c: target,
             }
             .run();
@@ -394,25 +423,6 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
 
 fn zeros<T: Float>(len: usize) -> Vec<T> {
     vec![T::default(); len]
-}
-
-/// The slopes of a rectifier from its values: one where they are positive.
-struct RectifierSlopes<'a, T> {
-    values: &'a [T],
-    slopes: &'a mut [T],
-    slope: T,
-}
-
-impl<T: Float> WithSimd for RectifierSlopes<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        let (zero, one) = (T::narrow(0.0), T::narrow(1.0));
-        for (&v, s) in self.values.iter().zip(self.slopes) {
-            *s = if v > zero { one } else { self.slope };
-        }
-    }
 }
 
 /// Each point times its weight.
