@@ -100,7 +100,15 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
             let (before, own) = kept.split_at(own);
             kept = before;
             self.field.linearise(&self.problem.condition, t, y, u, own, jacobians, block);
-            self.recurse(steps, points, &mut observation, memory);
+            // The number of states as a constant keeps the few numbers of a state in registers.
+            let recurse = match n {
+                1 => Self::recurse::<1>,
+                2 => Self::recurse::<2>,
+                3 => Self::recurse::<3>,
+                4 => Self::recurse::<4>,
+                _ => Self::recurse::<0>,
+            };
+            recurse(self, steps, points, &mut observation, memory);
             let AdjointMemory { t, y, u, w, block, .. } = memory;
             self.field.accumulate(
                 &self.problem.condition,
@@ -166,8 +174,9 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
         point
     }
 
-    /// The recursion through the steps of a block, from its end to its start.
-    fn recurse(
+    /// The recursion through the steps of a block, from its end to its start, for `N` states, or any
+    /// number if `N` is zero.
+    fn recurse<const N: usize>(
         &self,
         steps: Range<usize>,
         points: usize,
@@ -175,7 +184,7 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
         memory: &mut AdjointMemory<B::Block>,
     ) {
         let tableau = &self.settings.tableau;
-        let n = self.field.state_len();
+        let n = if N == 0 { self.field.state_len() } else { N };
         let (s, times) = (tableau.stages(), self.trajectory.times_s());
         let observe_s = self.problem.observe_s;
         let AdjointMemory {

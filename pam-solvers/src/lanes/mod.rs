@@ -70,14 +70,14 @@ pub struct Lanes<C> {
 }
 
 impl<C: StepController + Sync> Lanes<C> {
-    /// A method and a controller; up to 16 lanes a thread, blocks of 128 points, 2 GiB for what
+    /// A method and a controller; up to 16 lanes a thread, blocks of 512 points, 2 GiB for what
     /// evaluations leave for the adjoint, at most 10 million steps a trajectory.
     pub fn new(tableau: Tableau, controller: C) -> Self {
         Self {
             tableau,
             controller,
             width: 16,
-            block_points: 128,
+            block_points: 512,
             keep_bytes: 2 << 30,
             max_steps: 10_000_000,
         }

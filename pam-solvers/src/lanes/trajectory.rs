@@ -110,7 +110,24 @@ impl<K: Copy> LaneTrajectory<K> {
     /// Writes the states at `times_s` (increasing) to `out`, `[times, states]`. Times past the end of a
     /// trajectory that stopped early are left as they are; the number of written times is returned.
     pub(super) fn observe(&self, tableau: &Tableau, times_s: &[f64], out: &mut [f64]) -> usize {
-        let n = self.state_len;
+        // The number of states as a constant keeps the few numbers of a state in registers.
+        match self.state_len {
+            1 => self.observe_states::<1>(tableau, times_s, out),
+            2 => self.observe_states::<2>(tableau, times_s, out),
+            3 => self.observe_states::<3>(tableau, times_s, out),
+            4 => self.observe_states::<4>(tableau, times_s, out),
+            _ => self.observe_states::<0>(tableau, times_s, out),
+        }
+    }
+
+    /// [`observe`](Self::observe) for `N` states, or any number if `N` is zero.
+    fn observe_states<const N: usize>(
+        &self,
+        tableau: &Tableau,
+        times_s: &[f64],
+        out: &mut [f64],
+    ) -> usize {
+        let n = if N == 0 { self.state_len } else { N };
         let mut step = 0;
         let table = InterpolantTable::new(tableau);
         let mut weights = vec![0.0; table.len()];
@@ -119,20 +136,22 @@ impl<K: Copy> LaneTrajectory<K> {
                 step += 1;
             }
             if t == self.times_s[step] {
-                out.copy_from_slice(self.state(step));
+                out.copy_from_slice(&self.states[step * n..(step + 1) * n]);
                 continue;
             }
             if step == self.steps() {
                 return i;
             }
             if t == self.times_s[step + 1] {
-                out.copy_from_slice(self.state(step + 1));
+                out.copy_from_slice(&self.states[(step + 1) * n..(step + 2) * n]);
                 continue;
             }
             let (start, h) = (self.times_s[step], self.times_s[step + 1] - self.times_s[step]);
             table.weights_into((t - start) / h, h, &mut weights);
-            out.copy_from_slice(self.state(step));
-            for (k, &w) in self.derivatives(step).chunks_exact(n).zip(&weights) {
+            out.copy_from_slice(&self.states[step * n..(step + 1) * n]);
+            let width = self.derivatives * n;
+            let k = &self.k[step * width..(step + 1) * width];
+            for (k, &w) in k.chunks_exact(n).zip(&weights) {
                 for (o, &k) in out.iter_mut().zip(k) {
                     *o += w * k;
                 }

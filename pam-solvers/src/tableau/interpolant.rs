@@ -49,16 +49,15 @@ impl InterpolantTable {
     #[inline]
     pub fn weights_into(&self, theta: f64, h: f64, weights: &mut [f64]) {
         let (weights, _) = weights.as_chunks_mut::<WIDTH>();
-        weights.fill([0.0; WIDTH]);
-        for row in self.coefficients.chunks_exact(self.groups) {
-            for (sums, c) in weights.iter_mut().zip(row) {
-                for (sum, c) in sums.iter_mut().zip(c) {
-                    *sum = (*sum + c) * theta;
+        assert_eq!(weights.len(), self.groups, "one weight for each derivative");
+        for (group, weights) in weights.iter_mut().enumerate() {
+            let mut sums = [0.0; WIDTH];
+            for c in self.coefficients.iter().skip(group).step_by(self.groups) {
+                for i in 0..WIDTH {
+                    sums[i] = (sums[i] + c[i]) * theta;
                 }
             }
-        }
-        for weight in weights.as_flattened_mut() {
-            *weight *= h;
+            *weights = sums.map(|sum| h * sum);
         }
     }
 }
