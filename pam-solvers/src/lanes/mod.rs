@@ -77,7 +77,7 @@ impl<C: StepController + Sync> Lanes<C> {
             tableau,
             controller,
             width: 16,
-            block_points: 512,
+            block_points: 256,
             keep_bytes: 2 << 30,
             max_steps: 10_000_000,
         }
