@@ -70,7 +70,7 @@ pub struct Lanes<C> {
 }
 
 impl<C: StepController + Sync> Lanes<C> {
-    /// A method and a controller; up to 16 lanes a thread, blocks of 512 points, 2 GiB for what
+    /// A method and a controller; up to 16 lanes a thread, blocks of 256 points, 2 GiB for what
     /// evaluations leave for the adjoint, at most 10 million steps a trajectory.
     pub fn new(tableau: Tableau, controller: C) -> Self {
         Self {
