@@ -4,7 +4,7 @@ use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use num_dual::{Dual64, HyperDual64};
 use pam_autodiff::{
-    At, ByDual, ByTape, Chunk, Cotangent, DifferentiableField, Differentiation, Tangent,
+    At, ByDual, ByHand, ByTape, Chunk, Cotangent, DifferentiableField, Differentiation, Tangent,
 };
 use pam_core::{ForceInput, ForceModel, JointField, NetworkForce, ParametricField, Scalar, scalar};
 use std::hint::black_box;
@@ -48,6 +48,7 @@ fn joints(criterion: &mut Criterion) {
     for activation in ["leaky_relu", "tanh"] {
         let joint = support::joint(support::network(activation, &[96, 96]), true);
         products(criterion, &ByTape, &joint, &format!("96x96 {activation}"));
+        products(criterion, &ByHand, &joint, &format!("96x96 {activation}"));
     }
     let small = support::joint(support::network("tanh", &[8]), true);
     products(criterion, &ByTape, &small, "8 tanh");

@@ -35,7 +35,7 @@ pub use drivers::{
     jacobian_reverse_of, jvp, jvp_into, jvp_of, vjp, vjp_into, vjp_of,
 };
 pub use field::{
-    At, ByChunk, ByDual, ByTape, Cotangent, DifferentiableField, Differentiation, Tangent,
+    At, ByChunk, ByDual, ByHand, ByTape, Cotangent, DifferentiableField, Differentiation, Tangent,
 };
 pub use finite_difference::{
     Central, ComplexDifference, DifferenceScheme, Forward, FourPointSmoothed, Richardson,

@@ -2,8 +2,8 @@
 
 use num_dual::DualNum;
 use pam_autodiff::{
-    At, ByDual, ByTape, Cotangent, DifferentiableField, Differentiation, Function, Point, Recorder,
-    Tangent, Tape, gradient_into, hessian_vector_into, jacobian_forward_into,
+    At, ByDual, ByHand, ByTape, Cotangent, DifferentiableField, Differentiation, Function, Point,
+    Recorder, Tangent, Tape, gradient_into, hessian_vector_into, jacobian_forward_into,
     jacobian_reverse_into, jvp_into, vjp_into,
 };
 use pam_core::{ParametricField, Scalar};
@@ -95,6 +95,7 @@ fn warm_fields_do_not_allocate() {
             let joint = support::joint(support::network(activation, &[24, 24]), sealed);
             assert_eq!(field_allocations(&ByTape, &joint, sealed, true), 0, "{activation}");
             assert_eq!(field_allocations(&ByDual, &joint, sealed, false), 0, "{activation}");
+            assert_eq!(field_allocations(&ByHand, &joint, sealed, true), 0, "{activation}");
         }
         let joint = support::joint(support::spring(), sealed);
         assert_eq!(field_allocations(&ByTape, &joint, sealed, true), 0);

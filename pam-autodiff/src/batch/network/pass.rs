@@ -315,6 +315,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
     ///
     /// # Panics
     /// If a slice is too short.
+    #[allow(clippy::too_many_arguments)]
     pub fn accumulate(
         &self,
         points: usize,
