@@ -1,39 +1,48 @@
-//! Derivatives of functions that are written against [`pam_core::Scalar`].
+//! Derivatives of functions and fields that are written against [`pam_core::Scalar`].
 //!
-//! - [`derivative`]: exact first derivative of a scalar function by dual numbers;
-//! - [`finite_difference`]: difference schemes as values, so that they can be swapped and compared;
+//! What carries derivatives:
+//!
+//! - [`numbers`]: [`Chunk`], forward mode for several directions at once, and [`ComplexStep`];
+//!   `num-dual` brings dual and hyper-dual numbers;
+//! - [`tape`]: [`Tape`] and [`Var`], reverse mode.
+//!
+//! What asks for them:
+//!
+//! - [`drivers`]: derivative, gradient, Jacobian, products with Jacobian and Hessian, of functions;
+//! - [`field`]: vector fields that know the products of their Jacobians, by tape ([`ByTape`]) or by
+//!   duals ([`ByDual`]);
+//! - [`batch`]: the same by hand, for many points at once;
 //! - [`stiffness`]: stiffness `∂f/∂x` and damping `∂f/∂ẋ` of a force model, exact or by a scheme.
+//!
+//! And what approximates them: [`finite_difference`], schemes as values, so that they can be swapped and
+//! compared.
 
 #[macro_use]
 pub mod numbers;
 
 pub mod batch;
+pub mod drivers;
 pub mod field;
 pub mod finite_difference;
 pub mod stiffness;
 pub mod tape;
 
 pub use batch::BatchField;
-pub use field::{
-    At, ByChunk, ByDual, ByTape, Cotangent, DifferentiableField, Differentiation, Tangent,
+pub use drivers::{
+    CHUNK, Function, Point, Recorder, derivative, gradient, gradient_into, gradient_of, hessian,
+    hessian_vector, hessian_vector_into, hessian_vector_of, jacobian_forward,
+    jacobian_forward_into, jacobian_forward_of, jacobian_reverse, jacobian_reverse_into,
+    jacobian_reverse_of, jvp, jvp_into, jvp_of, vjp, vjp_into, vjp_of,
 };
-pub use finite_difference::{Central, DifferenceScheme, Forward, FourPointSmoothed};
+pub use field::{
+    At, ByChunk, ByDual, ByHand, ByTape, Cotangent, DifferentiableField, Differentiation, Tangent,
+};
+pub use finite_difference::{
+    Central, ComplexDifference, DifferenceScheme, Forward, FourPointSmoothed, Richardson,
+    gradient_by_difference, scaled_gradient_by_difference,
+};
 pub use numbers::{Chunk, ComplexStep};
 pub use stiffness::{
     LinearForce, damping_exact_kg_s, linearise, stiffness_by_difference_n_mm, stiffness_exact_n_mm,
 };
 pub use tape::{Tape, Var};
-
-use num_dual::Dual64;
-
-/// `f'(x)` by one dual-number evaluation, exact to rounding. At a kink it is the derivative of the
-/// branch that `f` takes there.
-///
-/// ```
-/// use pam_core::Scalar;
-/// let d = pam_autodiff::derivative(|x| x * x * x, 2.0);
-/// assert_eq!(d, 12.0);
-/// ```
-pub fn derivative(f: impl FnOnce(Dual64) -> Dual64, x: f64) -> f64 {
-    f(Dual64::new(x, 1.0)).eps
-}

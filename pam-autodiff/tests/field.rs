@@ -1,9 +1,9 @@
 //! Every differentiation of a field against the others, against differences, and against itself.
 
 use pam_autodiff::{
-    At, ByChunk, ByDual, ByTape, Cotangent, DifferentiableField, Differentiation, Tangent,
+    At, ByChunk, ByDual, ByHand, ByTape, Cotangent, DifferentiableField, Differentiation, Tangent,
 };
-use pam_core::{Activation, JointField, ParametricField, VectorField};
+use pam_core::{Activation, JointField, NetworkForce, ParametricField, VectorField};
 use proptest::prelude::*;
 
 mod support;
@@ -96,12 +96,29 @@ fn all_agree<F: ParametricField>(field: &F, sealed: bool, what: &str) {
     assert_close(&by_tape, &vjp(&ByChunk::<3>, field, at, &w), 1e-10, what);
 }
 
+/// The hand-written products against the tape's.
+fn by_hand_agrees(field: &JointField<f64, NetworkForce<f64>>, sealed: bool, what: &str) {
+    let (y, u) = operating_point(sealed);
+    let at = At { t: 0.3, y: &y, u: &u };
+    let v = direction(field, at, 0.4);
+    assert_close(&jvp(&ByHand, field, at, &v), &jvp(&ByTape, field, at, &v), 1e-11, what);
+    let w: Vec<f64> = (0..y.len()).map(|k| 1.0 / (1.0 + k as f64)).collect();
+    assert_close(&vjp(&ByHand, field, at, &w), &vjp(&ByTape, field, at, &w), 1e-10, what);
+    let by_hand = ByHand.of(field);
+    let (mut dy, mut plain) = (vec![0.0; y.len()], vec![0.0; y.len()]);
+    by_hand.eval_into(at, &mut dy, &mut by_hand.workspace());
+    field.eval_into(at.t, &y, &u, &mut plain, &mut vec![0.0; field.work_len()]);
+    assert_close(&dy, &plain, 1e-12, what);
+}
+
 #[test]
 fn tape_dual_and_difference_agree_for_every_activation() {
     for name in Activation::NAMES {
         for sealed in [true, false] {
             let field = joint(network(name, &[7, 5]), sealed);
-            all_agree(&field, sealed, &format!("{name}, sealed {sealed}"));
+            let what = format!("{name}, sealed {sealed}");
+            all_agree(&field, sealed, &what);
+            by_hand_agrees(&field, sealed, &what);
         }
     }
     for sealed in [true, false] {
@@ -180,6 +197,7 @@ proptest! {
         let v = direction(&field, At { t: 0.0, y: &y, u: &u }, seed);
         identity(&ByTape, &field, (&y, &u), (&w, &v))?;
         identity(&ByDual, &field, (&y, &u), (&w, &v))?;
+        identity(&ByHand, &field, (&y, &u), (&w, &v))?;
         identity(&ByChunk::<5>, &field, (&y, &u), (&w, &v))?;
         let field = joint(spring(), sealed);
         let v = direction(&field, At { t: 0.0, y: &y, u: &u }, seed);

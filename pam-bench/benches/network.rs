@@ -8,7 +8,7 @@ use pam_autodiff::batch::BatchNetwork;
 use pam_bench::published_model;
 use pam_core::AnyForce;
 use pam_core::simd::Float;
-use pam_core::simd::gemm::{Layout, Product, Start};
+use pam_core::simd::gemm::{Finish, Layout, Product, Start};
 use rayon::prelude::*;
 use std::hint::black_box;
 use std::time::Instant;
@@ -70,8 +70,9 @@ fn products<T: Float + ndarray::LinalgScalar + faer::traits::ComplexField>(threa
             )
         };
         let own = rate(threads, operations, make, |(a, b, c)| {
-            let (layout, start, b_stride) = (Layout::Columns, Start::Zero, inner);
-            Product { rows, inner, columns, a, b, layout, b_stride, start, c }.run();
+            let (layout, start, finish) = (Layout::Columns, Start::Zero, Finish::Store);
+            let b_stride = inner;
+            Product { rows, inner, columns, a, b, layout, b_stride, start, finish, c }.run();
             black_box(c);
         });
         let by_ndarray = rate(
@@ -128,22 +129,22 @@ fn passes<T: Float>(threads: usize, peak: f64) {
             let mut block = network.block(points);
             let mut out = vec![T::default(); points * network.output_stride()];
             let mut pulled = vec![T::default(); points * network.inputs()];
-            network.forward_into(points, &bias, &input, &mut out, &mut block);
-            network.pull_back(points, &ones, &mut pulled, &mut block);
+            network.forward_into(points, &bias, &input, &mut out, &[], &mut block);
+            network.pull_back(points, &ones, &mut pulled, &[], &mut block);
             (block, out, pulled, network.sums(points))
         };
         let all = [
             rate(threads, operations, make, |(block, out, ..)| {
-                network.values_into(points, &bias, &input, out, block);
+                network.values_into(points, &bias, &input, out, &mut [], block);
             }),
             rate(threads, operations, make, |(block, out, ..)| {
-                network.forward_into(points, &bias, &input, out, block);
+                network.forward_into(points, &bias, &input, out, &[], block);
             }),
             rate(threads, operations, make, |(block, _, pulled, _)| {
-                network.pull_back(points, &ones, pulled, block);
+                network.pull_back(points, &ones, pulled, &[], block);
             }),
             rate(threads, operations, make, |(block, _, _, sums)| {
-                network.accumulate(points, &ones, &input, &ones, sums, block);
+                network.accumulate(points, &ones, &input, &ones, &[], sums, block);
             }),
         ];
         let cells: Vec<String> =

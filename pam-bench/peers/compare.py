@@ -26,13 +26,21 @@ GRADIENTS.append("grad_raw")
 YARDSTICK = ("rk4-adjoint", "f64")
 """Program and precision whose gradient the others are held against."""
 
+PAM = {
+    "pam": lambda step_ms: ["--solver", "rk4", "--input", "linear", "--step-ms", step_ms],
+    "pam-bs3": lambda _: ["--solver", "bs3", "--input", "ramp", "--rtol", 1e-3, "--atol", 1e-3],
+}
+"""The steps and input of the JAX programs, and the fewest evaluations at no more error than theirs."""
+
 FAST = (
     ("pam", "f32"),
+    ("pam-bs3", "f32"),
     ("rk4-adjoint", "f32"),
     ("rk4-scan", "f32"),
     ("rk4-adjoint", "mixed"),
     ("rk4-scan", "mixed"),
     ("pam", "f64"),
+    ("pam-bs3", "f64"),
     ("rk4-adjoint", "f64"),
     ("rk4-scan", "f64"),
 )
@@ -131,7 +139,7 @@ class Bench:
         shared = ["--model", self.model, "--loss", self.options.loss, "--out", out]
         shared += ["--threads", self.options.threads, "--reference", self.reference(count)]
         shared += ["--precision", case.precision, "--data", *self.files[:count]]
-        measure = self.measure_pam if case.program == "pam" else self.measure_jax
+        measure = self.measure_pam if case.program in PAM else self.measure_jax
         seconds, case.x_error_mm = measure(case, shared, out)
         case.seconds.append(seconds)
         arrays = read_arrays(out, ("loss", *GRADIENTS))
@@ -139,11 +147,11 @@ class Bench:
         case.gradient = arrays
         print(f"{case.count:3} {case.program} {case.precision}: {seconds:.3f} s", file=sys.stderr)
 
-    def measure_pam(self, _, shared, out):
+    def measure_pam(self, case, shared, out):
         """Seconds and error of the Rust program."""
         options = self.options
-        settings = ["--method", "adjoint", "--solver", "rk4", "--input", "linear"]
-        settings += ["--step-ms", options.step_ms, "--repeat", options.repeat]
+        settings = ["--method", "adjoint", "--repeat", options.repeat]
+        settings += PAM[case.program](options.step_ms)
         call([options.pam, "gradient", *shared, *settings])
         told = read_arrays(out, ("value_and_grad_s", "x_error_mm"))
         return float(np.median(told["value_and_grad_s"])), float(np.max(told["x_error_mm"]))
@@ -177,7 +185,7 @@ def run(bench):
     options = bench.options
     cases = []
     for count in options.counts:
-        wanted = [key for key in FAST if key[0] != "pam" or not options.without_pam]
+        wanted = [key for key in FAST if key[0] not in PAM or not options.without_pam]
         fast = [Case(*key, count) for key in wanted]
         slow = [] if options.without_slow else [Case(*key, count) for key in SLOW]
         for turn in range(options.rounds):
@@ -192,7 +200,10 @@ def summarise(cases):
     by_key = {(*case.key, case.count): case for case in cases}
     rows = []
     for case in cases:
-        pam = by_key.get(("pam", "f64" if case.precision == "f64" else "f32", case.count))
+        own = [
+            by_key.get((program, "f64" if case.precision == "f64" else "f32", case.count))
+            for program in PAM
+        ]
         yardstick = by_key[(*YARDSTICK, case.count)]
         comparable = case.measured_count == case.count
         rows.append(
@@ -202,7 +213,8 @@ def summarise(cases):
                 "precision": case.precision,
                 "value_and_grad_s": case.median_s,
                 "rounds_s": case.seconds,
-                "ratio_to_pam": case.median_s / pam.median_s if pam else None,
+                "ratio_to_pam": case.median_s / own[0].median_s if own[0] else None,
+                "ratio_to_pam_bs3": case.median_s / own[1].median_s if own[1] else None,
                 "x_error_mm": case.x_error_mm,
                 "loss": case.loss,
                 "gradient_difference": (
@@ -219,10 +231,10 @@ def summarise(cases):
 def print_table(rows):
     """The summary as a Markdown table."""
     print(
-        "| recordings | program | precision | seconds | ratio to pam | x error, mm "
+        "| recordings | program | precision | seconds | ratio to pam | to pam-bs3 | x error, mm "
         "| gradient difference |"
     )
-    print("|---|---|---|---|---|---|---|")
+    print("|---|---|---|---|---|---|---|---|")
     show = lambda value, form: "–" if value is None else format(value, form)
     for row in rows:
         cells = [
@@ -231,6 +243,7 @@ def print_table(rows):
             row["precision"],
             show(row["value_and_grad_s"], ".3f"),
             show(row["ratio_to_pam"], ".2f"),
+            show(row["ratio_to_pam_bs3"], ".2f"),
             show(row["x_error_mm"], ".4f"),
             show(row["gradient_difference"], ".1e"),
         ]

@@ -232,8 +232,10 @@ impl DataOptions {
 pub enum InputArgument {
     /// Held until the next sample, as in the published path
     Zoh,
-    /// Straight lines between samples
+    /// Straight lines between samples; leads a held force by half a sample
     Linear,
+    /// Straight lines between the middles of the holds: follows a held force at long steps
+    Ramp,
     /// Cubic Hermite pieces
     Cubic,
 }
@@ -314,6 +316,7 @@ impl StepOptions {
         let interpolation = match self.input {
             InputArgument::Zoh => Interpolation::Hold,
             InputArgument::Linear => Interpolation::Linear,
+            InputArgument::Ramp => Interpolation::Ramp,
             InputArgument::Cubic => Interpolation::Cubic,
         };
         Ok(SolverSettings { tableau, step, interpolation })

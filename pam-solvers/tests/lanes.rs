@@ -2,7 +2,7 @@
 //! of threads and lanes.
 
 use pam_autodiff::batch::{Pointwise, SealedMotion};
-use pam_autodiff::{ByChunk, ByTape, DifferentiableField, Differentiation};
+use pam_autodiff::{ByChunk, ByHand, ByTape, DifferentiableField, Differentiation};
 use pam_core::force::{Dense, Mlp};
 use pam_core::{
     Activation, JointModel, NetworkForce, ParametricField, Scalar, SealedMasses, VectorField,
@@ -231,6 +231,10 @@ fn the_sealed_motion_equals_the_joint() {
         };
         let exact =
             DiscreteAdjoint::new(ByTape).value_and_gradient(&joint, &mut of_motion).unwrap();
+        let by_hand =
+            DiscreteAdjoint::new(ByHand).value_and_gradient(&joint, &mut of_motion).unwrap();
+        assert!(relative(&by_hand.parameters, &exact.parameters) < 1e-12, "{activation}");
+        assert!(relative(&by_hand.initial_state, &exact.initial_state) < 1e-12, "{activation}");
         let n = ours.shared.len() - 2;
         assert!((ours.value - exact.value).abs() < 1e-12 * exact.value);
         assert!(relative(&ours.shared[..n], &exact.parameters[..n]) < 1e-12, "{activation}");

@@ -1,5 +1,14 @@
 //! What a batched vector field is.
 
+/// Sums of parameter cotangents.
+#[derive(Debug)]
+pub struct ParameterSums<'a> {
+    /// Of the parameters that all trajectories share.
+    pub shared: &'a mut [f64],
+    /// Of the condition's own.
+    pub own: &'a mut [f64],
+}
+
 /// A vector field for many points at once, with its derivatives.
 ///
 /// Trajectories share the field's parameters (weights, mass) and differ in a *condition* with
@@ -20,6 +29,8 @@ pub trait BatchField: Sync {
     type Lanes: Send;
     /// Memory for a block.
     type Block: Send;
+    /// A number that the forward evaluation of a point can leave for its linearisation.
+    type Kept: Copy + Default + Send + Sync;
 
     /// Number of states.
     fn state_len(&self) -> usize;
@@ -33,6 +44,9 @@ pub trait BatchField: Sync {
     /// Number of parameters of one condition.
     fn condition_len(&self) -> usize;
 
+    /// How many numbers the forward evaluation of a point can leave for its linearisation.
+    fn kept_len(&self) -> usize;
+
     /// Memory for `capacity` lanes.
     fn lanes(&self, capacity: usize) -> Self::Lanes;
 
@@ -42,28 +56,40 @@ pub trait BatchField: Sync {
     /// Moves the condition of lane `from` to lane `to`.
     fn move_lane(&self, from: usize, to: usize, lanes: &mut Self::Lanes);
 
-    /// Writes the derivative of the first `t.len()` lanes to `dy`. A lane's result does not depend on
+    /// Writes the derivative of the first `t.len()` lanes to `dy` and, unless `kept` is empty, what
+    /// [`linearise`](Self::linearise) can use, `[lanes, kept_len]`. A lane's result does not depend on
     /// the others'.
-    fn eval_lanes(&self, t: &[f64], y: &[f64], u: &[f64], dy: &mut [f64], lanes: &mut Self::Lanes);
+    fn eval_lanes(
+        &self,
+        t: &[f64],
+        y: &[f64],
+        u: &[f64],
+        dy: &mut [f64],
+        kept: &mut [Self::Kept],
+        lanes: &mut Self::Lanes,
+    );
 
     /// Memory for blocks of up to `capacity` points.
     fn block(&self, capacity: usize) -> Self::Block;
 
-    /// Writes ∂f/∂y of `t.len()` points, `[points, states, states]` row by row, and keeps what
-    /// [`accumulate`](Self::accumulate) needs.
+    /// Writes ∂f/∂y of `t.len()` points, `[points, states, states]` row by row, and leaves in `block`
+    /// what [`accumulate`](Self::accumulate) needs. `kept` is what the forward evaluation left of these
+    /// points, or empty.
+    #[allow(clippy::too_many_arguments)]
     fn linearise(
         &self,
         condition: &Self::Condition,
         t: &[f64],
         y: &[f64],
         u: &[f64],
+        kept: &[Self::Kept],
         jacobians: &mut [f64],
         block: &mut Self::Block,
     );
 
-    /// Adds `Σ_points (∂f/∂p)ᵀ w` to the shared sums and the condition's own, for cotangents `w`
-    /// `[points, states]`; to be called once after [`linearise`](Self::linearise) with the same
-    /// points.
+    /// Adds `Σ_points (∂f/∂p)ᵀ w`, for cotangents `w` `[points, states]`; to be called once after
+    /// [`linearise`](Self::linearise) with the same points and `kept`. The sums may stay in `block` until
+    /// [`drain`](Self::drain).
     #[allow(clippy::too_many_arguments)]
     fn accumulate(
         &self,
@@ -71,9 +97,17 @@ pub trait BatchField: Sync {
         t: &[f64],
         y: &[f64],
         u: &[f64],
+        kept: &[Self::Kept],
         w: &[f64],
-        shared: &mut [f64],
-        own: &mut [f64],
+        sums: &mut ParameterSums<'_>,
+        block: &mut Self::Block,
+    );
+
+    /// Moves the sums that are still in `block` to `sums`; to be called at the end of a trajectory.
+    fn drain(
+        &self,
+        condition: &Self::Condition,
+        sums: &mut ParameterSums<'_>,
         block: &mut Self::Block,
     );
 }

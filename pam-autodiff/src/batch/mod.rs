@@ -13,7 +13,7 @@ pub mod network;
 pub mod pointwise;
 pub mod sealed_motion;
 
-pub use field::BatchField;
+pub use field::{BatchField, ParameterSums};
 pub use network::{BatchNetwork, NetworkBlock, NetworkSums};
 pub use pointwise::Pointwise;
 pub use sealed_motion::SealedMotion;

@@ -1,6 +1,6 @@
 //! Any differentiable field in lanes, point by point.
 
-use super::BatchField;
+use super::{BatchField, ParameterSums};
 use crate::field::{At, Cotangent, DifferentiableField};
 use std::marker::PhantomData;
 
@@ -49,6 +49,7 @@ where
     type Condition = D;
     type Lanes = PointwiseLanes<D>;
     type Block = PointwiseBlock;
+    type Kept = ();
 
     fn state_len(&self) -> usize {
         self.state_len
@@ -63,6 +64,10 @@ where
         self.parameter_len
     }
 
+    fn kept_len(&self) -> usize {
+        0
+    }
+
     fn lanes(&self, capacity: usize) -> Self::Lanes {
         PointwiseLanes { fields: (0..capacity).map(|_| None).collect() }
     }
@@ -75,7 +80,15 @@ where
         lanes.fields.swap(from, to);
     }
 
-    fn eval_lanes(&self, t: &[f64], y: &[f64], u: &[f64], dy: &mut [f64], lanes: &mut Self::Lanes) {
+    fn eval_lanes(
+        &self,
+        t: &[f64],
+        y: &[f64],
+        u: &[f64],
+        dy: &mut [f64],
+        _kept: &mut [()],
+        lanes: &mut Self::Lanes,
+    ) {
         let (n, m) = (self.state_len, self.input_len);
         for (i, (&t, slot)) in t.iter().zip(&mut lanes.fields).enumerate() {
             let (field, work) = slot.as_mut().expect("the lane has a condition");
@@ -98,6 +111,7 @@ where
         t: &[f64],
         y: &[f64],
         u: &[f64],
+        _kept: &[()],
         jacobians: &mut [f64],
         block: &mut PointwiseBlock,
     ) {
@@ -126,17 +140,19 @@ where
         t: &[f64],
         y: &[f64],
         u: &[f64],
+        _kept: &[()],
         w: &[f64],
-        _shared: &mut [f64],
-        own: &mut [f64],
+        sums: &mut ParameterSums<'_>,
         block: &mut PointwiseBlock,
     ) {
         let (n, m) = (self.state_len, self.input_len);
         let mut work = condition.workspace();
         for (i, &t) in t.iter().enumerate() {
             let at = At { t, y: &y[i * n..(i + 1) * n], u: &u[i * m..(i + 1) * m] };
-            let sums = Cotangent { y: &mut block.cotangent, u: &mut block.input_sum, p: own };
+            let sums = Cotangent { y: &mut block.cotangent, u: &mut block.input_sum, p: sums.own };
             condition.vjp_into(at, &w[i * n..(i + 1) * n], sums, &mut work);
         }
     }
+
+    fn drain(&self, _condition: &D, _sums: &mut ParameterSums<'_>, _block: &mut PointwiseBlock) {}
 }

@@ -1,6 +1,6 @@
 //! The joint with sealed chambers as a batched field of two states.
 
-use super::{BatchField, BatchNetwork, NetworkBlock, NetworkSums};
+use super::{BatchField, BatchNetwork, NetworkBlock, NetworkSums, ParameterSums};
 use pam_core::simd::Float;
 use pam_core::{Activation, ActivationFunction, JointModel, NetworkForce, SealedMasses};
 
@@ -53,7 +53,13 @@ pub struct MotionBlock<T> {
     weights: Vec<T>,
     network: NetworkBlock<T>,
     sums: NetworkSums<T>,
+    /// Points in the sums.
+    pending: usize,
 }
+
+/// The network's sums are moved to doubles after about this many points: often enough for single
+/// precision, seldom enough to cost nothing.
+const PENDING_POINTS: usize = 2048;
 
 /// Index of the mass m among the shared parameters, counted from the end of the network's.
 pub const MASS: usize = 0;
@@ -95,6 +101,7 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
     type Condition = SealedCondition<T>;
     type Lanes = MotionLanes<T>;
     type Block = MotionBlock<T>;
+    type Kept = T;
 
     fn state_len(&self) -> usize {
         2
@@ -107,6 +114,10 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
     }
     fn condition_len(&self) -> usize {
         2
+    }
+
+    fn kept_len(&self) -> usize {
+        self.network.kept_len()
     }
 
     fn lanes(&self, capacity: usize) -> MotionLanes<T> {
@@ -134,12 +145,13 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
         y: &[f64],
         u: &[f64],
         dy: &mut [f64],
+        kept: &mut [T],
         lanes: &mut MotionLanes<T>,
     ) {
         let points = t.len();
         self.write_input(&y[..2 * points], &mut lanes.input);
         let MotionLanes { biases, input, out, block } = lanes;
-        self.network.values_into(points, biases, input, out, block);
+        self.network.values_into(points, biases, input, out, kept, block);
         let forces = out.chunks_exact(self.network.output_stride());
         let states = y.chunks_exact(2).zip(dy.chunks_exact_mut(2));
         for (((y, dy), force), u) in states.zip(forces).zip(u).take(points) {
@@ -157,6 +169,7 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
             weights: zeros(capacity),
             network: self.network.block(capacity),
             sums: self.network.sums(capacity),
+            pending: 0,
         }
     }
 
@@ -166,14 +179,15 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
         t: &[f64],
         y: &[f64],
         _u: &[f64],
+        kept: &[T],
         jacobians: &mut [f64],
         block: &mut MotionBlock<T>,
     ) {
         let points = t.len();
         self.write_input(&y[..2 * points], &mut block.input);
         let MotionBlock { input, out, ones, slopes, network, .. } = block;
-        self.network.forward_into(points, &condition.bias, input, out, network);
-        self.network.pull_back(points, ones, slopes, network);
+        self.network.forward_into(points, &condition.bias, input, out, kept, network);
+        self.network.pull_back(points, ones, slopes, kept, network);
         let (b, m) = (self.auxiliary_damping_kg_s, self.mass_kg);
         for (j, slope) in jacobians.chunks_exact_mut(4).zip(slopes.chunks_exact(2)).take(points) {
             j[0] = 0.0;
@@ -189,14 +203,13 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
         t: &[f64],
         y: &[f64],
         u: &[f64],
+        kept: &[T],
         w: &[f64],
-        shared: &mut [f64],
-        own: &mut [f64],
+        sums: &mut ParameterSums<'_>,
         block: &mut MotionBlock<T>,
     ) {
-        let points = t.len();
-        let (network_len, m) = (self.network.parameter_len(), self.mass_kg);
-        let (network_shared, physical) = shared.split_at_mut(network_len);
+        let (points, m) = (t.len(), self.mass_kg);
+        let physical = &mut sums.shared[self.network.parameter_len()..];
         let forces = block.out.chunks_exact(self.network.output_stride());
         let states = y.chunks_exact(2).zip(u).zip(w.chunks_exact(2));
         for ((weight, force), ((y, u), w)) in
@@ -207,9 +220,23 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
             physical[MASS] -= w[1] * resultant / (m * m);
             physical[DAMPING] -= w[1] * y[1] / m;
         }
-        let MotionBlock { input, ones, weights, network, sums, .. } = block;
-        self.network.accumulate(points, weights, input, ones, sums, network);
-        self.network.drain_into(sums, &condition.masses, network_shared, own);
+        let MotionBlock { input, ones, weights, network, sums: block_sums, pending, .. } = block;
+        self.network.accumulate(points, weights, input, ones, kept, block_sums, network);
+        *pending += points;
+        if *pending >= PENDING_POINTS {
+            self.drain(condition, sums, block);
+        }
+    }
+
+    fn drain(
+        &self,
+        condition: &SealedCondition<T>,
+        sums: &mut ParameterSums<'_>,
+        block: &mut MotionBlock<T>,
+    ) {
+        let network = &mut sums.shared[..self.network.parameter_len()];
+        self.network.drain_into(&mut block.sums, &condition.masses, network, sums.own);
+        block.pending = 0;
     }
 }
 
@@ -252,13 +279,16 @@ mod tests {
         let mut lanes = motion.lanes(points);
         (0..points).for_each(|k| motion.set_lane(k, &condition, &mut lanes));
         let mut dy = vec![0.0; 2 * points];
-        motion.eval_lanes(&t, &y, &u, &mut dy, &mut lanes);
+        let mut kept = vec![0.0; points * motion.kept_len()];
+        motion.eval_lanes(&t, &y, &u, &mut dy, &mut kept, &mut lanes);
         let mut jacobians = vec![0.0; 4 * points];
         let mut block = motion.block(points);
-        motion.linearise(&condition, &t, &y, &u, &mut jacobians, &mut block);
+        motion.linearise(&condition, &t, &y, &u, &kept, &mut jacobians, &mut block);
         let mut shared = vec![0.0; motion.parameter_len()];
         let mut own = vec![0.0; 2];
-        motion.accumulate(&condition, &t, &y, &u, &w, &mut shared, &mut own, &mut block);
+        let mut sums = ParameterSums { shared: &mut shared, own: &mut own };
+        motion.accumulate(&condition, &t, &y, &u, &kept, &w, &mut sums, &mut block);
+        motion.drain(&condition, &mut sums, &mut block);
 
         let parameters = field.parameters();
         let lift = |p: &[f64]| p.iter().map(|&v| Dual64::constant(v)).collect::<Vec<_>>();

@@ -142,18 +142,9 @@ impl<F: ParametricField, const N: usize> DualField<'_, F, N> {
     /// The field with the parameters from `first` on as variables.
     fn bind(&self, first: usize, parameters: &mut [Chunk<N>]) -> F::With<Chunk<N>> {
         for (k, (number, &value)) in parameters.iter_mut().zip(&self.parameters).enumerate() {
-            *number = variable(k, value, first);
+            *number = Chunk::seeded(value, k, first);
         }
         self.field.with_parameters(parameters)
-    }
-}
-
-/// Argument `k` with the value `value`: a variable if it is one of the `N` from `first` on.
-fn variable<const N: usize>(k: usize, value: f64, first: usize) -> Chunk<N> {
-    if (first..first + N).contains(&k) {
-        Chunk::variable(value, k - first)
-    } else {
-        Chunk::constant(value)
     }
 }
 
@@ -198,7 +189,7 @@ impl<F: ParametricField, const N: usize> DifferentiableField for DualField<'_, F
 
     fn vjp_into(&self, at: At<'_>, w: &[f64], sums: Cotangent<'_>, work: &mut Self::Workspace) {
         for first in (0..sums.y.len() + sums.u.len()).step_by(N) {
-            work.chunk.run(&work.fixed, at, |k, value| variable(k, value, first));
+            work.chunk.run(&work.fixed, at, |k, value| Chunk::seeded(value, k, first));
             let both = sums.y.iter_mut().chain(&mut *sums.u);
             Self::add_columns(&work.chunk.dy, w, both, first);
         }

@@ -2,13 +2,15 @@
 //!
 //! [`DifferentiableField`] is what sensitivity methods ask of a field: products of its Jacobians with
 //! vectors from either side. How these come about is a choice of its own, a [`Differentiation`]: by a
-//! tape ([`ByTape`]), by dual numbers ([`ByDual`]), or by hand. Any method goes with any
+//! tape ([`ByTape`]), by dual numbers ([`ByDual`]), or by hand ([`ByHand`]). Any method goes with any
 //! differentiation.
 
 mod dual;
+mod hand;
 mod tape;
 
 pub use dual::{ByChunk, ByDual, DualField, DualWorkspace};
+pub use hand::{ByHand, HandJoint, HandWorkspace};
 pub use tape::{ByTape, TapeWorkspace, TapedField};
 
 /// Where a field is evaluated: time (s), state and input.

@@ -8,9 +8,10 @@ use pam_core::{ParametricField, VectorField};
 ///
 /// A workspace records the parameters, and what the field makes of them when it is bound to them, once.
 /// Each product then records one evaluation, sweeps over it (and over the few operations of the
-/// binding) and throws it away. A product from the left costs about as much as five evaluations
-/// whatever the number of parameters; a network's weights are used where they lie. Nothing is allocated
-/// from the second product on.
+/// binding) and throws it away; nothing is allocated from the second product on. A network's weights
+/// are used where they lie. For the joint with a 96×96 network and its 9900 parameters a product from
+/// the left takes 11 µs with leaky ReLU and 20 µs with tanh, where a plain evaluation takes 0.9 and 2.1;
+/// one from the right takes about the same. [`batch`](crate::batch) is faster for many points at once.
 ///
 /// ```
 /// use pam_autodiff::{At, ByTape, Cotangent, DifferentiableField, Differentiation};

@@ -17,7 +17,7 @@ use std::fmt;
 /// Arithmetic and functions are the true complex ones, continued from the real axis: `abs` is `±z` by
 /// the sign of the real part, and where the real function is undefined (`ln` of a negative number,
 /// `asin` of 2) the result is not a number, as in a plain run. It runs any function that is generic
-/// over the scalar; see [`complex_step`](crate::finite_difference::complex_step) for derivatives.
+/// over the scalar; see [`ComplexDifference`](crate::ComplexDifference) for derivatives.
 ///
 /// ```
 /// use num_dual::DualNum;
@@ -213,7 +213,7 @@ impl DualNum for ComplexStep {
     }
     fn ln_1p(&self) -> Self {
         let (x, h) = (self.re, self.im);
-        let re = if x.abs() < 1.0 {
+        let re = if x.abs() < 0.5 {
             0.5 * (x * (2.0 + x) + h * h).ln_1p()
         } else {
             (1.0 + x).hypot(h).ln()
@@ -258,15 +258,16 @@ impl DualNum for ComplexStep {
         Self::new(re, 0.25 * (4.0 * h * r * r).ln_1p())
     }
     fn atan2(&self, other: Self) -> Self {
-        // The angle differs from the arctangent of the quotient by a constant, and the quotient is
-        // taken such that its size stays below one.
-        let whole = self.re.atan2(other.re);
-        let im = if other.re.abs() >= self.re.abs() {
-            (*self / other).atan().im
+        // The angle differs from an arctangent by quarter turns, which the real parts tell; the quotient
+        // is taken such that its size stays below one.
+        let arctangent = if other.re.abs() >= self.re.abs() {
+            (*self / other).atan()
         } else {
-            -(other / *self).atan().im
+            -(other / *self).atan()
         };
-        Self::new(whole, im)
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let turns = ((self.re.atan2(other.re) - arctangent.re) / quarter).round();
+        arctangent + turns * quarter
     }
     fn sinh(&self) -> Self {
         let (sin, cos) = self.im.sin_cos();

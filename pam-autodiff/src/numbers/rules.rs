@@ -39,7 +39,9 @@ pub(crate) fn exp2<T: Scalar>(x: T) -> Rule<T> {
 }
 
 pub(crate) fn exp_m1<T: Scalar>(x: T) -> Rule<T> {
-    (x.exp_m1(), x.exp())
+    let value = x.exp_m1();
+    // The sum saves an exponential, but would cancel for large negative arguments.
+    (value, if value.real() > -0.5 { value + one::<T>() } else { x.exp() })
 }
 
 pub(crate) fn ln<T: Scalar>(x: T) -> Rule<T> {

@@ -30,7 +30,27 @@ pub(super) enum Operand {
     Constant { values: usize },
 }
 
+/// The `len` values of an operand, from those of all nodes and those that were gathered.
+fn operand_values<'a, T>(
+    operand: Operand,
+    len: usize,
+    by_node: &'a [T],
+    gathered: &'a [T],
+) -> &'a [T] {
+    match operand {
+        Operand::Range(first) => &by_node[first..first + len],
+        Operand::Gathered { values, .. } | Operand::Constant { values } => {
+            &gathered[values..values + len]
+        }
+    }
+}
+
 impl<T: Element> Arena<T> {
+    /// The values of an operand of `len` numbers.
+    pub(super) fn values_of(&self, operand: Operand, len: usize) -> &[T] {
+        operand_values(operand, len, &self.values, &self.gathered_values)
+    }
+
     /// Records a layer and writes its outputs.
     pub(super) fn affine(
         &mut self,
@@ -40,6 +60,10 @@ impl<T: Element> Arena<T> {
         out: &mut [Var<T>],
     ) {
         let before = self.lengths();
+        let idle = self.id() == 0;
+        if idle && columns.iter().chain(bias).chain(input).any(|var| !var.is_constant()) {
+            wrong_tape();
+        }
         let (weights, bias) = (self.operand(columns), self.operand(bias));
         let layer = Affine {
             outputs: out.len(),
@@ -54,12 +78,7 @@ impl<T: Element> Arena<T> {
         let _fits = node(self.values.len());
         let id = self.id();
         let (earlier, outputs) = self.values.split_at_mut(first);
-        let place = |operand: Operand, len: usize| match operand {
-            Operand::Range(first) => &earlier[first..first + len],
-            Operand::Gathered { values, .. } | Operand::Constant { values } => {
-                &self.gathered_values[values..values + len]
-            }
-        };
+        let place = |operand, len| operand_values(operand, len, earlier, &self.gathered_values);
         T::affine_into(
             place(layer.weights, columns.len()),
             place(layer.bias, out.len()),
@@ -76,16 +95,21 @@ impl<T: Element> Arena<T> {
                 Var::at(value, (first + k) as u32, id)
             };
         }
-        if constant {
+        if idle {
+            // An idle arena is never dropped, so it must not own memory.
+            *self = Self::idle();
+        } else if constant {
             self.rewind(before);
         }
     }
 
     /// Finds out where `vars` lie and gathers them if need be.
     fn operand(&mut self, vars: &[Var<T>]) -> Operand {
-        let first = vars.first().map_or(0, |var| var.node());
-        if first != 0 && self.lie_side_by_side(first, vars) {
-            return Operand::Range(first as usize);
+        if let Some(&first) = vars.first()
+            && first.tape() == self.id()
+            && Var::lie_side_by_side(first, vars)
+        {
+            return Operand::Range(first.node() as usize);
         }
         let (nodes, values) = (self.gathered_nodes.len(), self.gathered_values.len());
         self.gathered_values.extend(vars.iter().map(|var| var.value()));
@@ -97,22 +121,5 @@ impl<T: Element> Arena<T> {
         }
         self.gathered_nodes.extend(vars.iter().map(|var| var.node()));
         Operand::Gathered { nodes, values }
-    }
-
-    /// Whether `vars` are the nodes from `first` on. The comparison runs over every weight of every
-    /// layer in every run, so it goes without branches inside a stretch.
-    fn lie_side_by_side(&self, first: u32, vars: &[Var<T>]) -> bool {
-        let mut expected = first;
-        for stretch in vars.chunks(64) {
-            let mut differences = 0;
-            for (var, k) in stretch.iter().zip(expected..) {
-                differences |= (var.node() ^ k) | (var.tape() ^ self.id());
-            }
-            if differences != 0 {
-                return false;
-            }
-            expected += stretch.len() as u32;
-        }
-        true
     }
 }

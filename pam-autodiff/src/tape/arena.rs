@@ -4,7 +4,7 @@
 //! the order of recording. A scalar operation is an [`Operation`]; many variables at once, or a dense
 //! layer, are one [`Block`] of consecutive nodes. Between two blocks all nodes are operations.
 
-use super::affine::{Affine, Operand};
+use super::affine::Affine;
 use super::{Element, Var};
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -130,16 +130,6 @@ impl<T: Element> Arena<T> {
         self.blocks.clear();
         self.gathered_nodes.clear();
         self.gathered_values.clear();
-    }
-
-    /// The values of an operand of `len` numbers.
-    pub(super) fn values_of(&self, operand: Operand, len: usize) -> &[T] {
-        match operand {
-            Operand::Range(first) => &self.values[first..first + len],
-            Operand::Gathered { values, .. } | Operand::Constant { values } => {
-                &self.gathered_values[values..values + len]
-            }
-        }
     }
 
     /// Records one operation.

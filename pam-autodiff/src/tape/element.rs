@@ -4,6 +4,7 @@ use super::arena::Arena;
 use num_dual::Dual64;
 use pam_core::Scalar;
 use std::cell::RefCell;
+use std::mem::ManuallyDrop;
 
 /// A number that a [`Tape`](super::Tape) can hold: `f64`, `f32`, or [`Dual64`] for forward over
 /// reverse. Sealed, because each needs a place of its own in the thread.
@@ -28,11 +29,13 @@ macro_rules! element {
         impl Place for $type {
             #[inline]
             fn with<R>(f: impl FnOnce(&mut Arena<Self>) -> R) -> R {
+                // Without a destructor the access is a plain load. There is nothing to drop: when a
+                // thread ends no tape records, and the idle arena owns no memory.
                 thread_local! {
-                    static RECORDING: RefCell<Arena<$type>> =
-                        const { RefCell::new(Arena::idle()) };
+                    static RECORDING: ManuallyDrop<RefCell<Arena<$type>>> =
+                        const { ManuallyDrop::new(RefCell::new(Arena::idle())) };
                 }
-                RECORDING.with_borrow_mut(f)
+                RECORDING.with(|recording| f(&mut recording.borrow_mut()))
             }
             #[inline]
             fn vanishes(&self) -> bool {

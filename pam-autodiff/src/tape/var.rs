@@ -30,10 +30,9 @@ use std::marker::PhantomData;
 #[derive(Debug, Clone, Copy)]
 pub struct Var<T: Element = f64> {
     value: T,
-    /// 0 for a constant.
-    node: u32,
-    /// 0 for a constant.
-    tape: u32,
+    /// Tape and node, 32 bits each; 0 for a constant. One number, because all weights of a layer are
+    /// compared with their expected places in every run.
+    place: u64,
     thread: PhantomData<*const ()>,
 }
 
@@ -53,22 +52,41 @@ impl<T: Element> Var<T> {
     /// Whether nothing that was recorded led to this number.
     #[inline]
     pub fn is_constant(self) -> bool {
-        self.node == 0
+        self.place == 0
     }
 
     #[inline]
     pub(super) fn at(value: T, node: u32, tape: u32) -> Self {
-        Self { value, node, tape, thread: PhantomData }
+        Self { value, place: u64::from(tape) << 32 | u64::from(node), thread: PhantomData }
     }
 
+    /// 0 for a constant.
     #[inline]
     pub(super) fn node(self) -> u32 {
-        self.node
+        self.place as u32
     }
 
+    /// 0 for a constant.
     #[inline]
     pub(super) fn tape(self) -> u32 {
-        self.tape
+        (self.place >> 32) as u32
+    }
+
+    /// Whether `vars` are consecutive results of one tape from `first` on.
+    pub(super) fn lie_side_by_side(first: Self, vars: &[Self]) -> bool {
+        let mut expected = first.place;
+        for stretch in vars.chunks(64) {
+            // No branch within a stretch, so that it runs on vectors.
+            let mut differences = 0;
+            for (var, place) in stretch.iter().zip(expected..) {
+                differences |= var.place ^ place;
+            }
+            if differences != 0 {
+                return false;
+            }
+            expected += stretch.len() as u64;
+        }
+        true
     }
 
     /// The node, none for a constant.
@@ -77,10 +95,10 @@ impl<T: Element> Var<T> {
         if self.is_constant() {
             return None;
         }
-        if self.tape != tape {
+        if self.tape() != tape {
             wrong_tape();
         }
-        Some(self.node as usize)
+        Some(self.node() as usize)
     }
 }
 
@@ -107,10 +125,10 @@ impl<T: Element> ChainRule for Var<T> {
             return Self::constant_of(value);
         }
         T::with(|arena: &mut Arena<T>| {
-            if self.tape != arena.id() {
+            if self.tape() != arena.id() {
                 wrong_tape();
             }
-            arena.push(value, [self.node, 0], [slope, T::zero()])
+            arena.push(value, [self.node(), 0], [slope, T::zero()])
         })
     }
     #[inline]
@@ -122,10 +140,10 @@ impl<T: Element> ChainRule for Var<T> {
             return other.chain(value, d_other);
         }
         T::with(|arena: &mut Arena<T>| {
-            if self.tape != arena.id() || other.tape != arena.id() {
+            if self.tape() != arena.id() || other.tape() != arena.id() {
                 wrong_tape();
             }
-            arena.push(value, [self.node, other.node], [d_self, d_other])
+            arena.push(value, [self.node(), other.node()], [d_self, d_other])
         })
     }
 }
@@ -146,6 +164,6 @@ impl<T: Element> Scalar for Var<T> {
 
 impl<T: Element> fmt::Display for Var<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} (node {})", self.value, self.node)
+        write!(f, "{} (node {})", self.value, self.node())
     }
 }

@@ -19,6 +19,10 @@ impl Default for LeakyRelu {
 impl ActivationFunction for LeakyRelu {
     const PIECEWISE_LINEAR: bool = true;
 
+    fn rectifier_slope(&self) -> Option<f64> {
+        (0.0..=1.0).contains(&self.slope).then_some(self.slope)
+    }
+
     #[inline]
     fn value<S: Scalar>(&self, z: S) -> S {
         if z.real() > 0.0 { z } else { z.scaled(self.slope) }

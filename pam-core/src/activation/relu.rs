@@ -10,6 +10,10 @@ pub struct Relu;
 impl ActivationFunction for Relu {
     const PIECEWISE_LINEAR: bool = true;
 
+    fn rectifier_slope(&self) -> Option<f64> {
+        Some(0.0)
+    }
+
     #[inline]
     fn value<S: Scalar>(&self, z: S) -> S {
         if z.real() > 0.0 { z } else { S::zero() }

@@ -33,6 +33,20 @@ pub trait Float: Scalar<Primitive = Self> + DualNumFloat + Default + Send + Sync
     /// `a + b`.
     fn plus<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
 
+    /// `a b`.
+    fn times<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+
+    /// The larger of each pair.
+    fn larger<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+
+    /// `x` where `gate` is positive, else `slope · x`.
+    fn gated<S: Simd>(
+        simd: S,
+        gate: Self::Vector<S>,
+        x: Self::Vector<S>,
+        slope: Self::Vector<S>,
+    ) -> Self::Vector<S>;
+
     /// The sum over the lanes.
     fn across<S: Simd>(simd: S, a: Self::Vector<S>) -> Self;
 
@@ -66,7 +80,7 @@ macro_rules! float {
     ($float:ident, $bits:ident, $shift:literal, $bias:literal, $magic:expr, $limit:literal,
      $ln2_high:expr, $ln2_low:expr, $series:expr,
      $vector:ident, $lanes:ident, $split:ident, $split_mut:ident, $splat:ident, $fma:ident,
-     $add:ident, $across:ident, $load:ident, $store:ident) => {
+     $add:ident, $mul:ident, $max:ident, $greater:ident, $select:ident, $across:ident, $load:ident, $store:ident) => {
         impl Float for $float {
             type Vector<S: Simd> = S::$vector;
             const NAME: &'static str = stringify!($float);
@@ -94,6 +108,24 @@ macro_rules! float {
             #[inline(always)]
             fn plus<S: Simd>(simd: S, a: S::$vector, b: S::$vector) -> S::$vector {
                 simd.$add(a, b)
+            }
+            #[inline(always)]
+            fn times<S: Simd>(simd: S, a: S::$vector, b: S::$vector) -> S::$vector {
+                simd.$mul(a, b)
+            }
+            #[inline(always)]
+            fn larger<S: Simd>(simd: S, a: S::$vector, b: S::$vector) -> S::$vector {
+                simd.$max(a, b)
+            }
+            #[inline(always)]
+            fn gated<S: Simd>(
+                simd: S,
+                gate: S::$vector,
+                x: S::$vector,
+                slope: S::$vector,
+            ) -> S::$vector {
+                let positive = simd.$greater(gate, simd.$splat(0.0));
+                simd.$select(positive, x, simd.$mul(x, slope))
             }
             #[inline(always)]
             fn across<S: Simd>(simd: S, a: S::$vector) -> Self {
@@ -180,6 +212,10 @@ float!(
     splat_f64s,
     mul_add_e_f64s,
     add_f64s,
+    mul_f64s,
+    max_f64s,
+    greater_than_f64s,
+    select_f64s,
     reduce_sum_f64s,
     partial_load_f64s,
     partial_store_f64s
@@ -201,6 +237,10 @@ float!(
     splat_f32s,
     mul_add_e_f32s,
     add_f32s,
+    mul_f32s,
+    max_f32s,
+    greater_than_f32s,
+    select_f32s,
     reduce_sum_f32s,
     partial_load_f32s,
     partial_store_f32s

@@ -1,4 +1,4 @@
-//! The matrix product of batched networks, `C = start + A B`.
+//! The matrix product of batched networks, `C = finish(start + A B)`.
 //!
 //! Network layers are small (some tens of rows) and batches are long, so `A` stays in cache and is
 //! read as it lies; nothing is packed. A tile of `C`, several vectors of rows by a few columns,
@@ -10,6 +10,9 @@
 
 use super::{Float, arch};
 use pulp::{Simd, WithSimd};
+
+/// Inner dimension that is worked off at once when the second factor lies row by row.
+const PIECE: usize = 64;
 
 /// Where the second factor `B` lies in its slice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,7 +34,26 @@ pub enum Start<'a, T> {
     Columns(&'a [T]),
 }
 
-/// One product `C = start + A B` with `A` `[rows, inner]` and `C` `[rows, columns]` column by column.
+/// What is done to the sums before they are stored.
+#[derive(Debug, Clone, Copy)]
+pub enum Finish<'a, T> {
+    /// Nothing.
+    Store,
+    /// Each is multiplied by a number of the same place, `[columns][rows]`.
+    Multiply(&'a [T]),
+    /// Each is multiplied by the slope of a rectifier whose values, `[columns][rows]`, are given: by
+    /// `slope` where they are not positive.
+    Gate {
+        /// Values of the rectifier.
+        values: &'a [T],
+        /// Its slope for negative arguments.
+        slope: T,
+    },
+    /// `max(z, slope · z)`: a leaky rectifier for slopes from 0 to 1.
+    Rectify(T),
+}
+
+/// One product `C = finish(start + A B)` with `A` `[rows, inner]` and `C` `[rows, columns]` column by column.
 #[derive(Debug)]
 pub struct Product<'a, T> {
     /// Rows of `A` and `C`; a multiple of [`PAD`](super::PAD).
@@ -50,7 +72,9 @@ pub struct Product<'a, T> {
     pub b_stride: usize,
     /// What the sums begin with.
     pub start: Start<'a, T>,
-    /// The sum; its columns are `rows` apart.
+    /// What is done to the sums at last.
+    pub finish: Finish<'a, T>,
+    /// The result; its columns are `rows` apart.
     pub c: &'a mut [T],
 }
 
@@ -66,57 +90,92 @@ impl<T: Float> Product<'_, T> {
     }
 
     /// A tile of `V` vectors of rows from row `i` by `N` columns from column `j`.
+    ///
+    /// Plain indices, and no closures but what is surely inlined: the compiler keeps the sums in
+    /// registers only if it sees each of them by name.
+    #[allow(clippy::needless_range_loop)]
     #[inline(always)]
     fn tile<S: Simd, const V: usize, const N: usize>(&mut self, simd: S, i: usize, j: usize) {
-        let width = V * T::lanes::<S>();
-        let rows = self.rows;
-        let column = |c: &[T]| -> [T::Vector<S>; V] {
-            let (c, _) = T::split::<S>(&c[..width]);
-            std::array::from_fn(|v| c[v])
-        };
-        let mut sums: [[T::Vector<S>; V]; N] = match self.start {
-            Start::Held => std::array::from_fn(|n| column(&self.c[(j + n) * rows + i..])),
-            Start::Zero => [[T::splat(simd, T::default()); V]; N],
-            Start::Columns(c) if c.len() == rows => [column(&c[i..]); N],
-            Start::Columns(c) => std::array::from_fn(|n| column(&c[(j + n) * rows + i..])),
-        };
-        let a_vectors = |k: usize| -> &[T::Vector<S>; V] {
-            let (a, _) = T::split::<S>(&self.a[k * rows + i..][..width]);
-            a.try_into().expect("a tile is V vectors high")
-        };
-        let multiply =
-            |sums: &mut [[T::Vector<S>; V]; N], a: &[T::Vector<S>; V], n: usize, b: T| {
-                let b = T::splat(simd, b);
-                for v in 0..V {
-                    sums[n][v] = T::fused(simd, a[v], b, sums[n][v]);
+        let (a, b, rows, inner, b_stride) = (self.a, self.b, self.rows, self.inner, self.b_stride);
+        let place = |n: usize| (j + n) * rows + i;
+        let mut sums = [[T::splat(simd, T::default()); V]; N];
+        match self.start {
+            Start::Zero => {}
+            Start::Held => {
+                for n in 0..N {
+                    sums[n] = *vectors::<S, T, V>(self.c, place(n));
                 }
-            };
+            }
+            Start::Columns(c) => {
+                let each = c.len() != rows;
+                for n in 0..N {
+                    sums[n] = *vectors::<S, T, V>(c, if each { place(n) } else { i });
+                }
+            }
+        }
         match self.layout {
             Layout::Columns => {
-                let columns: [&[T]; N] =
-                    std::array::from_fn(|n| &self.b[(j + n) * self.b_stride..][..self.inner]);
-                for k in 0..self.inner {
-                    let a = a_vectors(k);
+                let mut columns = [b; N];
+                for n in 0..N {
+                    columns[n] = &b[(j + n) * b_stride..][..inner];
+                }
+                for k in 0..inner {
+                    let a = vectors::<S, T, V>(a, k * rows + i);
                     for n in 0..N {
-                        multiply(&mut sums, a, n, columns[n][k]);
+                        let b = T::splat(simd, columns[n][k]);
+                        for v in 0..V {
+                            sums[n][v] = T::fused(simd, a[v], b, sums[n][v]);
+                        }
                     }
                 }
             }
             Layout::Rows => {
-                for k in 0..self.inner {
-                    let a = a_vectors(k);
-                    let row: &[T; N] = self.b[k * self.b_stride + j..][..N]
-                        .try_into()
-                        .expect("a tile is N columns wide");
+                for k in 0..inner {
+                    let a = vectors::<S, T, V>(a, k * rows + i);
+                    let row = &b[k * b_stride + j..][..N];
                     for n in 0..N {
-                        multiply(&mut sums, a, n, row[n]);
+                        let b = T::splat(simd, row[n]);
+                        for v in 0..V {
+                            sums[n][v] = T::fused(simd, a[v], b, sums[n][v]);
+                        }
                     }
                 }
             }
         }
-        for (n, sum) in sums.iter().enumerate() {
-            let (c, _) = T::split_mut::<S>(&mut self.c[(j + n) * rows + i..][..width]);
-            c.copy_from_slice(sum);
+        match self.finish {
+            Finish::Store => {}
+            Finish::Multiply(factors) => {
+                for n in 0..N {
+                    let factors = vectors::<S, T, V>(factors, place(n));
+                    for v in 0..V {
+                        sums[n][v] = T::times(simd, sums[n][v], factors[v]);
+                    }
+                }
+            }
+            Finish::Gate { values, slope } => {
+                let slope = T::splat(simd, slope);
+                for n in 0..N {
+                    let gates = vectors::<S, T, V>(values, place(n));
+                    for v in 0..V {
+                        sums[n][v] = T::gated(simd, gates[v], sums[n][v], slope);
+                    }
+                }
+            }
+            Finish::Rectify(slope) => {
+                let slope = T::splat(simd, slope);
+                for n in 0..N {
+                    for v in 0..V {
+                        let z = sums[n][v];
+                        sums[n][v] = T::larger(simd, z, T::times(simd, z, slope));
+                    }
+                }
+            }
+        }
+        for n in 0..N {
+            let start = place(n);
+            let (c, _) = T::split_mut::<S>(&mut self.c[start..start + V * T::lanes::<S>()]);
+            let c: &mut [T::Vector<S>; V] = c.try_into().expect("a tile is V vectors high");
+            *c = sums[n];
         }
     }
 
@@ -152,6 +211,32 @@ impl<T: Float> WithSimd for Product<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
+        // A long inner dimension is a batch: it is cut, so that a piece of both factors stays in the
+        // first cache while all tiles use it. The order of each sum stays the same.
+        let whole = self.inner;
+        let (a, b, finish) = (self.a, self.b, self.finish);
+        let rows_of_b = self.layout == Layout::Rows;
+        let piece = if rows_of_b { PIECE } else { whole.max(1) };
+        let mut first = 0;
+        loop {
+            let last = first + piece >= whole;
+            self.inner = if last { whole - first } else { piece };
+            self.a = &a[first * self.rows..];
+            self.b = if rows_of_b { &b[first * self.b_stride..] } else { b };
+            self.finish = if last { finish } else { Finish::Store };
+            self.all_columns(simd);
+            if last {
+                return;
+            }
+            self.start = Start::Held;
+            first += piece;
+        }
+    }
+}
+
+impl<T: Float> Product<'_, T> {
+    #[inline(always)]
+    fn all_columns<S: Simd>(&mut self, simd: S) {
         let mut j = 0;
         while j + 4 <= self.columns {
             self.stripe::<S, 4>(simd, j);
@@ -167,6 +252,13 @@ impl<T: Float> WithSimd for Product<'_, T> {
     }
 }
 
+/// `V` vectors from place `start` on.
+#[inline(always)]
+fn vectors<S: Simd, T: Float, const V: usize>(slice: &[T], start: usize) -> &[T::Vector<S>; V] {
+    let (vectors, _) = T::split::<S>(&slice[start..start + V * T::lanes::<S>()]);
+    vectors.try_into().expect("a tile is V vectors high")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -180,7 +272,7 @@ mod tests {
         #[test]
         fn equals_the_plain_sum(
             vectors in 1_usize..9,
-            inner in 0_usize..40,
+            inner in 0_usize..200,
             columns in 0_usize..11,
             by_rows in any::<bool>(),
             seed in 0_u32..1000,
@@ -199,9 +291,28 @@ mod tests {
                 Start::Columns(&start[..rows.min(start.len())]),
             ] {
                 let mut c = held.clone();
-                let (a, b) = (&a, &b);
-                Product { rows, inner, columns, a, b, layout, b_stride, start: begin, c: &mut c }
-                    .run();
+                let (a, b, start_with) = (&a, &b, begin);
+                let product = |finish, c: &mut Vec<f64>| {
+                    let start = start_with;
+                    Product { rows, inner, columns, a, b, layout, b_stride, start, finish, c }
+                        .run();
+                };
+                product(Finish::Store, &mut c);
+                let mut finished = held.clone();
+                product(Finish::Multiply(&start), &mut finished);
+                for (f, (c, s)) in finished.iter().zip(c.iter().zip(&start)) {
+                    prop_assert_eq!(*f, c * s);
+                }
+                finished.copy_from_slice(&held);
+                product(Finish::Gate { values: &start, slope: 0.1 }, &mut finished);
+                for (f, (c, s)) in finished.iter().zip(c.iter().zip(&start)) {
+                    prop_assert_eq!(*f, if *s > 0.0 { *c } else { c * 0.1 });
+                }
+                finished.copy_from_slice(&held);
+                product(Finish::Rectify(0.1), &mut finished);
+                for (f, c) in finished.iter().zip(&c) {
+                    prop_assert_eq!(*f, if *c > 0.0 { *c } else { 0.1 * c });
+                }
                 for j in 0..columns {
                     for i in 0..rows {
                         let b_at = |k| if by_rows { b[k * columns + j] } else { b[j * inner + k] };
@@ -212,7 +323,7 @@ mod tests {
                             Start::Columns(c) if c.len() == rows => c[i],
                             Start::Columns(c) => c[j * rows + i],
                         };
-                        prop_assert!((c[j * rows + i] - first - sum).abs() < 1e-12);
+                        prop_assert!((c[j * rows + i] - first - sum).abs() < 1e-11);
                     }
                 }
             }
@@ -227,9 +338,9 @@ mod tests {
         let b: Vec<f32> = (0..inner * columns).map(|k| value(4, k) as f32).collect();
         let product = |b: &[f32], columns: usize| {
             let mut c = vec![0.0; rows * columns];
-            let (layout, start) = (Layout::Columns, Start::Zero);
-            Product { rows, inner, columns, a: &a, b, layout, b_stride: inner, start, c: &mut c }
-                .run();
+            let (a, c_mut, b_stride) = (&a[..], &mut c[..], inner);
+            let (layout, start, finish) = (Layout::Columns, Start::Zero, Finish::Store);
+            Product { rows, inner, columns, a, b, layout, b_stride, start, finish, c: c_mut }.run();
             c
         };
         let together = product(&b, columns);

@@ -3,7 +3,9 @@
 use super::{LaneProblem, LaneTrajectory, Lanes};
 use crate::controller::StepController;
 use crate::input::{Input, Side};
+use crate::tableau::{InterpolantTable, Tableau};
 use pam_autodiff::BatchField;
+use pam_autodiff::batch::ParameterSums;
 use std::ops::Range;
 
 /// Memory of one adjoint.
@@ -25,16 +27,22 @@ pub(super) struct AdjointMemory<M> {
     /// Cotangent of a first derivative that is the closing one of the step before.
     carry: Vec<f64>,
     product: Vec<f64>,
+    interpolant: InterpolantTable,
+    /// Interpolation weights of one observation.
+    weights: Vec<f64>,
 }
 
 impl<M> AdjointMemory<M> {
     pub(super) fn new<B: BatchField<Block = M>>(
         field: &B,
-        derivatives: usize,
+        tableau: &Tableau,
         points: usize,
     ) -> Self {
         let (n, m) = (field.state_len(), field.input_len());
+        let interpolant = InterpolantTable::new(tableau);
         Self {
+            weights: vec![0.0; interpolant.len()],
+            interpolant,
             block: field.block(points),
             points,
             t: vec![0.0; points],
@@ -42,7 +50,7 @@ impl<M> AdjointMemory<M> {
             u: vec![0.0; points * m],
             jacobians: vec![0.0; points * n * n],
             w: vec![0.0; points * n],
-            k: vec![0.0; derivatives * n],
+            k: vec![0.0; tableau.derivatives() * n],
             y_end: vec![0.0; n],
             y_start: vec![0.0; n],
             carry: vec![0.0; n],
@@ -53,8 +61,7 @@ impl<M> AdjointMemory<M> {
 
 /// Sums that an adjoint adds to.
 pub(super) struct AdjointSums<'a> {
-    pub(super) shared: &'a mut [f64],
-    pub(super) own: &'a mut [f64],
+    pub(super) parameters: ParameterSums<'a>,
     pub(super) initial_state: &'a mut [f64],
 }
 
@@ -63,7 +70,7 @@ pub(super) struct Adjoint<'a, 'p, B: BatchField, I, C> {
     pub(super) settings: &'a Lanes<C>,
     pub(super) field: &'a B,
     pub(super) problem: &'a LaneProblem<'p, B::Condition, I>,
-    pub(super) trajectory: &'a LaneTrajectory,
+    pub(super) trajectory: &'a LaneTrajectory<B::Kept>,
     /// `[observations, states]`.
     pub(super) cotangents: &'a [f64],
 }
@@ -82,27 +89,40 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
         memory.carry.fill(0.0);
         let mut last = self.trajectory.steps();
         let mut linearised = 0;
+        let mut kept = &self.trajectory.kept[..];
         while last > 0 {
             let steps = last.saturating_sub(steps_at_once)..last;
             last = steps.start;
             let points = self.gather(steps.clone(), memory);
             let AdjointMemory { t, y, u, jacobians, block, .. } = memory;
             let (t, y) = (&t[..points], &y[..points * n]);
-            self.field.linearise(&self.problem.condition, t, y, u, jacobians, block);
-            self.recurse(steps, points, &mut observation, memory);
+            let own = kept.len().saturating_sub(points * self.field.kept_len());
+            let (before, own) = kept.split_at(own);
+            kept = before;
+            self.field.linearise(&self.problem.condition, t, y, u, own, jacobians, block);
+            // The number of states as a constant keeps the few numbers of a state in registers.
+            let recurse = match n {
+                1 => Self::recurse::<1>,
+                2 => Self::recurse::<2>,
+                3 => Self::recurse::<3>,
+                4 => Self::recurse::<4>,
+                _ => Self::recurse::<0>,
+            };
+            recurse(self, steps, points, &mut observation, memory);
             let AdjointMemory { t, y, u, w, block, .. } = memory;
             self.field.accumulate(
                 &self.problem.condition,
                 &t[..points],
                 &y[..points * n],
                 u,
+                own,
                 &w[..points * n],
-                sums.shared,
-                sums.own,
+                &mut sums.parameters,
                 block,
             );
             linearised += points;
         }
+        self.field.drain(&self.problem.condition, &mut sums.parameters, &mut memory.block);
         // What is left is observed at the start itself.
         for cotangent in self.cotangents[..observation * n].chunks_exact(n) {
             add(&mut memory.y_end, cotangent);
@@ -154,8 +174,9 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
         point
     }
 
-    /// The recursion through the steps of a block, from its end to its start.
-    fn recurse(
+    /// The recursion through the steps of a block, from its end to its start, for `N` states, or any
+    /// number if `N` is zero.
+    fn recurse<const N: usize>(
         &self,
         steps: Range<usize>,
         points: usize,
@@ -163,10 +184,21 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
         memory: &mut AdjointMemory<B::Block>,
     ) {
         let tableau = &self.settings.tableau;
-        let n = self.field.state_len();
+        let n = if N == 0 { self.field.state_len() } else { N };
         let (s, times) = (tableau.stages(), self.trajectory.times_s());
         let observe_s = self.problem.observe_s;
-        let AdjointMemory { jacobians, w, k, y_end, y_start, carry, product, .. } = memory;
+        let AdjointMemory {
+            jacobians,
+            w,
+            k,
+            y_end,
+            y_start,
+            carry,
+            product,
+            interpolant,
+            weights,
+            ..
+        } = memory;
         let mut point = points;
         for step in steps.rev() {
             let (t0, t1) = (times[step], times[step + 1]);
@@ -183,8 +215,8 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
                     continue;
                 }
                 add(y_start, cotangent);
-                for (i, k) in k.chunks_exact_mut(n).enumerate() {
-                    let weight = h * tableau.interpolation_weight(i, (t - t0) / h);
+                interpolant.weights_into((t - t0) / h, h, weights);
+                for (k, weight) in k.chunks_exact_mut(n).zip(&*weights) {
                     for (k, &c) in k.iter_mut().zip(cotangent) {
                         *k += weight * c;
                     }

@@ -12,17 +12,25 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const STOP_SLACK: f64 = 1e-6;
 
 /// What one trajectory became.
-#[derive(Debug, Default)]
-pub(super) struct Slot {
-    pub(super) trajectory: LaneTrajectory,
+#[derive(Debug)]
+pub(super) struct Slot<K> {
+    pub(super) trajectory: LaneTrajectory<K>,
     pub(super) failure: Option<LaneFailure>,
 }
 
+impl<K: Default> Default for Slot<K> {
+    fn default() -> Self {
+        Self { trajectory: LaneTrajectory::default(), failure: None }
+    }
+}
+
 /// The problems that wait for a lane, and the place of each result.
-pub(super) struct Queue<'q, 'p, K, I> {
-    pub(super) problems: &'q [LaneProblem<'p, K, I>],
-    pub(super) slots: &'q [Mutex<Slot>],
+pub(super) struct Queue<'q, 'p, B: BatchField, I> {
+    pub(super) problems: &'q [LaneProblem<'p, B::Condition, I>],
+    pub(super) slots: &'q [Mutex<Slot<B::Kept>>],
     pub(super) next: AtomicUsize,
+    /// Bytes that each trajectory may keep for its adjoint, if it is to keep any.
+    pub(super) keep_bytes: Option<usize>,
 }
 
 /// Bookkeeping of one lane.
@@ -48,11 +56,11 @@ struct Lane {
 
 /// Memory of one thread, for `capacity` lanes.
 #[derive(Debug)]
-pub(super) struct ForwardMemory<L> {
+pub(super) struct ForwardMemory<L, K> {
     capacity: usize,
     lanes: Vec<Lane>,
     field: L,
-    trajectories: Vec<LaneTrajectory>,
+    trajectories: Vec<LaneTrajectory<K>>,
     /// `[derivatives][lane][state]`.
     k: Vec<f64>,
     y: Vec<f64>,
@@ -62,10 +70,12 @@ pub(super) struct ForwardMemory<L> {
     t: Vec<f64>,
     /// Step of each lane, once for each state.
     h: Vec<f64>,
+    /// What the evaluations of the step left, `[derivatives][lane][kept_len]`; empty if nothing is kept.
+    kept: Vec<K>,
 }
 
-impl<L> ForwardMemory<L> {
-    pub(super) fn new<B: BatchField<Lanes = L>>(
+impl<L, K: Copy + Default> ForwardMemory<L, K> {
+    pub(super) fn new<B: BatchField<Lanes = L, Kept = K>>(
         field: &B,
         derivatives: usize,
         capacity: usize,
@@ -84,6 +94,7 @@ impl<L> ForwardMemory<L> {
             u: zeros(capacity * m),
             t: zeros(capacity),
             h: zeros(capacity * n),
+            kept: vec![K::default(); derivatives * capacity * field.kept_len()],
         }
     }
 
@@ -96,8 +107,8 @@ impl<L> ForwardMemory<L> {
 pub(super) struct Forward<'a, 'q, 'p, B: BatchField, I, C> {
     pub(super) settings: &'a Lanes<C>,
     pub(super) field: &'a B,
-    pub(super) queue: &'a Queue<'q, 'p, B::Condition, I>,
-    pub(super) memory: &'a mut ForwardMemory<B::Lanes>,
+    pub(super) queue: &'a Queue<'q, 'p, B, I>,
+    pub(super) memory: &'a mut ForwardMemory<B::Lanes, B::Kept>,
 }
 
 impl<B, I, C> Forward<'_, '_, '_, B, I, C>
@@ -133,7 +144,8 @@ where
         let mut slot = self.queue.slots[index].lock().expect("no lane panics");
         slot.failure = None;
         let derivatives = self.settings.tableau.derivatives();
-        slot.trajectory.restart(derivatives, problem.t0, &problem.y0);
+        let keeps = self.queue.keep_bytes.is_some() && self.field.kept_len() > 0;
+        slot.trajectory.restart(derivatives, problem.t0, &problem.y0, keeps);
         if let Err(why) = self.settings.check(problem, n, m) {
             let kind = FailureKind::Request(why);
             slot.failure = Some(LaneFailure { problem: index, kind, time_s: problem.t0 });
@@ -166,7 +178,11 @@ where
         let (len, stride) = (memory.lanes.len(), memory.capacity * n);
         let dy = &mut memory.k[i * stride..][..len * n];
         let y = &memory.scratch[..len * n];
-        self.field.eval_lanes(&memory.t[..len], y, &memory.u[..len * m], dy, &mut memory.field);
+        let width = if self.queue.keep_bytes.is_some() { self.field.kept_len() } else { 0 };
+        let start = i * memory.capacity * width;
+        let kept = &mut memory.kept[start..start + len * width];
+        let (t, u) = (&memory.t[..len], &memory.u[..len * m]);
+        self.field.eval_lanes(t, y, u, dy, kept, &mut memory.field);
     }
 
     /// Sets time and input of a lane.
@@ -182,17 +198,18 @@ where
         let n = self.field.state_len();
         let len = self.memory.lanes.len();
         let mut missing = 0;
-        for lane in 0..len {
-            let state = &mut self.memory.lanes[lane];
+        for (lane, trajectory) in self.memory.lanes.iter_mut().zip(&mut self.memory.trajectories) {
             // A rejected step keeps its first derivative, and how it came about.
-            state.fresh |= state.needs_first;
-            missing += usize::from(state.needs_first);
-            self.memory.trajectories[lane].evaluations += usize::from(state.needs_first);
-            let t = state.t;
-            self.set_input(lane, t, Side::Right);
+            lane.fresh |= lane.needs_first;
+            missing += usize::from(lane.needs_first);
+            trajectory.evaluations += usize::from(lane.needs_first);
         }
         if missing == 0 {
             return;
+        }
+        for lane in 0..len {
+            let t = self.memory.lanes[lane].t;
+            self.set_input(lane, t, Side::Right);
         }
         self.memory.scratch[..len * n].copy_from_slice(&self.memory.y[..len * n]);
         if missing == len {
@@ -201,10 +218,13 @@ where
             // Into the last derivative, which nobody needs at the start of a step.
             let last = self.settings.tableau.stages();
             self.evaluate(last);
-            let stride = self.memory.capacity * n;
-            for lane in (0..len).filter(|&l| self.memory.lanes[l].needs_first) {
-                let from = last * stride + lane * n;
-                self.memory.k.copy_within(from..from + n, lane * n);
+            let width = self.field.kept_len();
+            let memory = &mut *self.memory;
+            for lane in (0..len).filter(|&l| memory.lanes[l].needs_first) {
+                let from = (last * memory.capacity + lane) * n;
+                memory.k.copy_within(from..from + n, lane * n);
+                let from = (last * memory.capacity + lane) * width;
+                memory.kept.copy_within(from..from + width, lane * width);
             }
         }
         for lane in &mut self.memory.lanes {
@@ -413,7 +433,16 @@ where
             return fail(lane, FailureKind::NonFinite { step_s: taken });
         }
         let derivatives = memory.k.chunks_exact(stride).map(|k| &k[range.clone()]);
-        memory.trajectories[index].push(lane.t_new, y_new, derivatives, lane.fresh, closed);
+        let trajectory = &mut memory.trajectories[index];
+        trajectory.push(lane.t_new, y_new, derivatives, lane.fresh, closed);
+        if let Some(limit) = self.queue.keep_bytes {
+            let width = self.field.kept_len();
+            let first = if lane.fresh { 0 } else { 1 };
+            for i in first..tableau.stages() + usize::from(closed) {
+                let start = (i * memory.capacity + index) * width;
+                trajectory.keep(&memory.kept[start..start + width], limit);
+            }
+        }
         if at_end {
             return Some(None);
         }
@@ -457,6 +486,10 @@ where
         let stride = memory.capacity * n;
         for k in memory.k.chunks_exact_mut(stride) {
             k.copy_within(from.clone(), to);
+        }
+        let width = self.field.kept_len();
+        for kept in memory.kept.chunks_exact_mut((memory.capacity * width).max(1)) {
+            kept.copy_within(last * width..(last + 1) * width, index * width);
         }
     }
 }

@@ -6,6 +6,7 @@ use super::{LaneFailure, LaneProblem, LaneTrajectory, Lanes};
 use crate::controller::StepController;
 use crate::input::Input;
 use pam_autodiff::BatchField;
+use pam_autodiff::batch::ParameterSums;
 use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicUsize;
@@ -13,8 +14,8 @@ use std::sync::atomic::AtomicUsize;
 /// Memory that is kept between calls, so that a repeated solve or gradient allocates next to nothing.
 #[derive(Debug)]
 pub struct LaneMemory<B: BatchField> {
-    slots: Vec<Mutex<Slot>>,
-    forward: Mutex<Vec<ForwardMemory<B::Lanes>>>,
+    slots: Vec<Mutex<Slot<B::Kept>>>,
+    forward: Mutex<Vec<ForwardMemory<B::Lanes, B::Kept>>>,
     adjoint: Mutex<Vec<AdjointMemory<B::Block>>>,
     results: Vec<Mutex<OneResult>>,
 }
@@ -82,7 +83,7 @@ impl<C: StepController + Sync> Lanes<C> {
         B: BatchField,
         I: Input<f64> + Sync,
     {
-        self.forward(field, problems, memory);
+        self.forward(field, problems, memory, false);
         memory.slots[..problems.len()]
             .iter_mut()
             .filter_map(|slot| slot.get_mut().expect("no lane panics").failure.clone())
@@ -95,6 +96,7 @@ impl<C: StepController + Sync> Lanes<C> {
         field: &B,
         problems: &[LaneProblem<'_, B::Condition, I>],
         memory: &mut LaneMemory<B>,
+        keep: bool,
     ) where
         B: BatchField,
         I: Input<f64> + Sync,
@@ -110,7 +112,12 @@ impl<C: StepController + Sync> Lanes<C> {
         while pool.len() < threads {
             pool.push(ForwardMemory::new(field, derivatives, capacity));
         }
-        let queue = Queue { problems, slots: &memory.slots, next: AtomicUsize::new(0) };
+        let queue = Queue {
+            problems,
+            slots: &memory.slots,
+            next: AtomicUsize::new(0),
+            keep_bytes: keep.then(|| self.keep_bytes / problems.len().max(1)),
+        };
         pool[..threads]
             .par_iter_mut()
             .for_each(|memory| Forward { settings: self, field, queue: &queue, memory }.run());
@@ -163,7 +170,7 @@ impl<C: StepController + Sync> Lanes<C> {
         B: BatchField,
         I: Input<f64> + Sync,
     {
-        self.forward(field, problems, memory);
+        self.forward(field, problems, memory, backward);
         if memory.results.len() < problems.len() {
             memory.results.resize_with(problems.len(), Mutex::default);
         }
@@ -184,12 +191,13 @@ impl<C: StepController + Sync> Lanes<C> {
             if !backward {
                 return;
             }
-            let mut own = adjoint.lock().expect("no lane panics").pop().unwrap_or_else(|| {
-                AdjointMemory::new(field, self.tableau.derivatives(), self.block_points)
-            });
+            let mut own = adjoint
+                .lock()
+                .expect("no lane panics")
+                .pop()
+                .unwrap_or_else(|| AdjointMemory::new(field, &self.tableau, self.block_points));
             let mut sums = AdjointSums {
-                shared: &mut result.shared,
-                own: &mut result.own,
+                parameters: ParameterSums { shared: &mut result.shared, own: &mut result.own },
                 initial_state: &mut result.initial_state,
             };
             let cotangents = &result.cotangents;
@@ -227,7 +235,7 @@ impl OneResult {
 }
 
 impl LaneGradient {
-    fn add(&mut self, slot: &Slot, result: &OneResult) {
+    fn add<K: Copy>(&mut self, slot: &Slot<K>, result: &OneResult) {
         self.values.push(result.value);
         self.own.push(result.own.clone());
         self.initial_state.push(result.initial_state.clone());
@@ -252,7 +260,7 @@ impl<B: BatchField> LaneMemory<B> {
     ///
     /// # Panics
     /// If there was no such problem.
-    pub fn trajectory(&mut self, problem: usize) -> &LaneTrajectory {
+    pub fn trajectory(&mut self, problem: usize) -> &LaneTrajectory<B::Kept> {
         &self.slots[problem].get_mut().expect("no lane panics").trajectory
     }
 

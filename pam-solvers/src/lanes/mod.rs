@@ -65,14 +65,22 @@ pub struct Lanes<C> {
     controller: C,
     width: usize,
     block_points: usize,
+    keep_bytes: usize,
     max_steps: usize,
 }
 
 impl<C: StepController + Sync> Lanes<C> {
-    /// A method and a controller; up to 16 lanes a thread, blocks of 256 points, at most 10 million
-    /// steps a trajectory.
+    /// A method and a controller; up to 16 lanes a thread, blocks of 256 points, 2 GiB for what
+    /// evaluations leave for the adjoint, at most 10 million steps a trajectory.
     pub fn new(tableau: Tableau, controller: C) -> Self {
-        Self { tableau, controller, width: 16, block_points: 256, max_steps: 10_000_000 }
+        Self {
+            tableau,
+            controller,
+            width: 16,
+            block_points: 256,
+            keep_bytes: 2 << 30,
+            max_steps: 10_000_000,
+        }
     }
 
     /// The largest number of lanes of one thread.
@@ -86,6 +94,14 @@ impl<C: StepController + Sync> Lanes<C> {
     #[must_use]
     pub fn with_block_points(mut self, points: usize) -> Self {
         self.block_points = points.max(self.tableau.derivatives());
+        self
+    }
+
+    /// Memory for what the evaluations of all trajectories leave for the adjoint (bytes). A trajectory
+    /// that needs more than its share is evaluated again on the way back, with the same result.
+    #[must_use]
+    pub fn with_keep_bytes(mut self, bytes: usize) -> Self {
+        self.keep_bytes = bytes;
         self
     }
 

@@ -1,8 +1,8 @@
-use crate::tableau::Tableau;
+use crate::tableau::{InterpolantTable, Tableau};
 
 /// All accepted steps of one trajectory: what its adjoint and its dense output need.
 #[derive(Debug, Clone, Default)]
-pub struct LaneTrajectory {
+pub struct LaneTrajectory<K = ()> {
     state_len: usize,
     derivatives: usize,
     /// Step ends, one more than steps, s.
@@ -15,6 +15,10 @@ pub struct LaneTrajectory {
     pub(super) fresh: Vec<bool>,
     /// Per step: whether its closing derivative was evaluated.
     pub(super) closed: Vec<bool>,
+    /// What the evaluations left for their linearisation, `[points, kept_len]` in the order of the
+    /// adjoint's points; empty if it was too much to keep.
+    pub(super) kept: Vec<K>,
+    pub(super) keeps: bool,
     /// Rejected steps.
     pub rejected: usize,
     /// Evaluations of the field that this trajectory needed. (A lane takes part in a few more where
@@ -22,9 +26,9 @@ pub struct LaneTrajectory {
     pub evaluations: usize,
 }
 
-impl LaneTrajectory {
+impl<K: Copy> LaneTrajectory<K> {
     /// Empties the trajectory and starts it anew; keeps its memory.
-    pub(super) fn restart(&mut self, derivatives: usize, t0: f64, y0: &[f64]) {
+    pub(super) fn restart(&mut self, derivatives: usize, t0: f64, y0: &[f64], keeps: bool) {
         self.state_len = y0.len();
         self.derivatives = derivatives;
         self.times_s.clear();
@@ -32,6 +36,8 @@ impl LaneTrajectory {
         self.k.clear();
         self.fresh.clear();
         self.closed.clear();
+        self.kept.clear();
+        self.keeps = keeps;
         self.rejected = 0;
         self.evaluations = 0;
         self.times_s.push(t0);
@@ -54,6 +60,19 @@ impl LaneTrajectory {
         }
         self.fresh.push(fresh);
         self.closed.push(closed);
+    }
+
+    /// Keeps what one evaluation of the last step left, as long as all of it is within `limit` bytes.
+    pub(super) fn keep(&mut self, kept: &[K], limit: usize) {
+        if !self.keeps {
+            return;
+        }
+        if (self.kept.len() + kept.len()) * size_of::<K>() > limit {
+            self.kept = Vec::new();
+            self.keeps = false;
+        } else {
+            self.kept.extend_from_slice(kept);
+        }
     }
 
     /// Number of steps.
@@ -83,37 +102,56 @@ impl LaneTrajectory {
     /// Bytes that the steps take.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        8 * (self.times_s.len() + self.states.len() + self.k.len()) + 2 * self.fresh.len()
+        8 * (self.times_s.len() + self.states.len() + self.k.len())
+            + 2 * self.fresh.len()
+            + size_of_val(&self.kept[..])
     }
 
     /// Writes the states at `times_s` (increasing) to `out`, `[times, states]`. Times past the end of a
     /// trajectory that stopped early are left as they are; the number of written times is returned.
     pub(super) fn observe(&self, tableau: &Tableau, times_s: &[f64], out: &mut [f64]) -> usize {
-        let n = self.state_len;
+        // The number of states as a constant keeps the few numbers of a state in registers.
+        match self.state_len {
+            1 => self.observe_states::<1>(tableau, times_s, out),
+            2 => self.observe_states::<2>(tableau, times_s, out),
+            3 => self.observe_states::<3>(tableau, times_s, out),
+            4 => self.observe_states::<4>(tableau, times_s, out),
+            _ => self.observe_states::<0>(tableau, times_s, out),
+        }
+    }
+
+    /// [`observe`](Self::observe) for `N` states, or any number if `N` is zero.
+    fn observe_states<const N: usize>(
+        &self,
+        tableau: &Tableau,
+        times_s: &[f64],
+        out: &mut [f64],
+    ) -> usize {
+        let n = if N == 0 { self.state_len } else { N };
         let mut step = 0;
-        let mut weights = vec![0.0; self.derivatives];
+        let table = InterpolantTable::new(tableau);
+        let mut weights = vec![0.0; table.len()];
         for (i, (&t, out)) in times_s.iter().zip(out.chunks_exact_mut(n)).enumerate() {
             while step < self.steps() && self.times_s[step + 1] < t {
                 step += 1;
             }
             if t == self.times_s[step] {
-                out.copy_from_slice(self.state(step));
+                out.copy_from_slice(&self.states[step * n..(step + 1) * n]);
                 continue;
             }
             if step == self.steps() {
                 return i;
             }
             if t == self.times_s[step + 1] {
-                out.copy_from_slice(self.state(step + 1));
+                out.copy_from_slice(&self.states[(step + 1) * n..(step + 2) * n]);
                 continue;
             }
             let (start, h) = (self.times_s[step], self.times_s[step + 1] - self.times_s[step]);
-            let theta = (t - start) / h;
-            for (i, w) in weights.iter_mut().enumerate() {
-                *w = h * tableau.interpolation_weight(i, theta);
-            }
-            out.copy_from_slice(self.state(step));
-            for (k, &w) in self.derivatives(step).chunks_exact(n).zip(&weights) {
+            table.weights_into((t - start) / h, h, &mut weights);
+            out.copy_from_slice(&self.states[step * n..(step + 1) * n]);
+            let width = self.derivatives * n;
+            let k = &self.k[step * width..(step + 1) * width];
+            for (k, &w) in k.chunks_exact(n).zip(&weights) {
                 for (o, &k) in out.iter_mut().zip(k) {
                     *o += w * k;
                 }

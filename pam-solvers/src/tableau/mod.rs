@@ -9,9 +9,12 @@
 
 mod bogacki_shampine3;
 mod dormand_prince5;
+mod interpolant;
 mod polynomial;
 mod rk4;
 mod tsit5;
+
+pub use interpolant::InterpolantTable;
 
 use pam_core::{ModelError, Scalar};
 use polynomial::hermite;

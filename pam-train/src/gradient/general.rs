@@ -141,8 +141,11 @@ fn with_integrator<F: ParametricForce, C: StepController + Clone + 'static>(
     };
     let back = || integrator.clone();
     let directions = || task.list(field.parameter_len());
-    let difference =
-        || FiniteDifference::new(Central { h: DIFFERENCE_STEP }).with_directions(directions());
+    let difference = || {
+        FiniteDifference::new(Central { h: DIFFERENCE_STEP })
+            .with_floors([1.0; 3])
+            .with_directions(directions())
+    };
     let method: Box<dyn GradientMethod<Field<'_, F>, Force<'_>>> = match choice {
         GradientChoice::Adjoint => Box::new(DiscreteAdjoint::new(ByTape)),
         GradientChoice::Forward => {

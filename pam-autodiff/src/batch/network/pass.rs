@@ -2,7 +2,7 @@
 
 use super::{BatchNetwork, NetworkSums};
 use pam_core::ActivationFunction;
-use pam_core::simd::gemm::{Layout, Product, Start};
+use pam_core::simd::gemm::{Finish, Layout, Product, Start};
 use pam_core::simd::{Float, arch};
 use pulp::{Simd, WithSimd};
 
@@ -41,10 +41,18 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         }
     }
 
+    /// How many numbers of a point [`values_into`](Self::values_into) keeps: the hidden layers but the
+    /// first, which is cheap to compute again.
+    #[must_use]
+    pub fn kept_len(&self) -> usize {
+        self.layers[..self.hidden()].iter().skip(1).map(|l| l.output_stride).sum()
+    }
+
     /// Values only: writes the outputs of `points` points to `out`, `[points, output_stride]`.
     ///
     /// `input` is `[points, input_stride]`; `bias` is the (folded) first bias, one for all points or
-    /// one for each.
+    /// one for each. Unless `kept` is empty it receives, `[points, kept_len]`, what lets
+    /// [`forward_into`](Self::forward_into) do without the large products.
     ///
     /// # Panics
     /// If a slice is too short for `points`, or these are more than the block holds.
@@ -54,12 +62,36 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         bias: &[T],
         input: &[T],
         out: &mut [T],
+        kept: &mut [T],
         block: &mut NetworkBlock<T>,
     ) {
-        self.forward(points, bias, input, out, block, false);
+        let rectifier = self.rectifier();
+        let kept_len = self.kept_len();
+        let mut offset = 0;
+        for k in 0..self.hidden() {
+            let finish = rectifier.map_or(Finish::Store, Finish::Rectify);
+            self.layer_product(k, points, bias, input, finish, block);
+            let layer = &self.layers[k];
+            let values = &mut block.values[k][..points * layer.output_stride];
+            if k > 0 && !kept.is_empty() {
+                // Of a rectifier the value tells all; else what the activation is applied to.
+                let width = layer.output_stride;
+                for (from, to) in
+                    values.chunks_exact(width).zip(kept.chunks_exact_mut(kept_len.max(1)))
+                {
+                    to[offset..offset + width].copy_from_slice(from);
+                }
+                offset += width;
+            }
+            if rectifier.is_none() {
+                self.activation.apply_to_batch(values);
+            }
+        }
+        self.output_layer(points, bias, input, out, &[], block);
     }
 
-    /// Like [`values_into`](Self::values_into), and keeps in `block` what the other passes need.
+    /// Like [`values_into`](Self::values_into), and leaves in `block` what the other passes need.
+    /// `kept` is what was kept of these points, or empty.
     ///
     /// # Panics
     /// As [`values_into`](Self::values_into).
@@ -69,73 +101,136 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         bias: &[T],
         input: &[T],
         out: &mut [T],
+        kept: &[T],
         block: &mut NetworkBlock<T>,
     ) {
-        self.forward(points, bias, input, out, block, true);
+        let rectifier = self.rectifier();
+        let kept_len = self.kept_len();
+        let mut offset = 0;
+        for k in 0..self.hidden() {
+            let width = self.layers[k].output_stride;
+            let len = points * width;
+            if k == 0 || kept.is_empty() {
+                let finish = rectifier.map_or(Finish::Store, Finish::Rectify);
+                self.layer_product(k, points, bias, input, finish, block);
+            } else if !self.stays_kept(k, kept) {
+                let kept = kept.chunks_exact(kept_len.max(1)).map(|p| &p[offset..offset + width]);
+                for (to, from) in block.values[k][..len].chunks_exact_mut(width).zip(kept) {
+                    to.copy_from_slice(from);
+                }
+                offset += width;
+            }
+            if rectifier.is_none() {
+                let (values, slopes) = (&mut block.values[k][..len], &mut block.slopes[k][..len]);
+                self.activation.apply_to_batch_with_slopes(values, slopes);
+            }
+        }
+        self.output_layer(points, bias, input, out, kept, block);
     }
 
-    fn forward(
+    /// Whether the values of hidden layer `k` are read where they were kept: for a rectifier, whose
+    /// values say all, if it is the only layer there.
+    fn stays_kept(&self, k: usize, kept: &[T]) -> bool {
+        k == 1 && self.hidden() == 2 && !kept.is_empty() && self.rectifier().is_some()
+    }
+
+    /// The values of hidden layer `k`.
+    fn hidden_values<'b>(&self, k: usize, kept: &'b [T], values: &'b [Vec<T>]) -> &'b [T] {
+        if self.stays_kept(k, kept) { kept } else { &values[k] }
+    }
+
+    /// The slope of a rectifier that the product itself can apply.
+    fn rectifier(&self) -> Option<T> {
+        self.activation.rectifier_slope().map(T::narrow)
+    }
+
+    /// The product of hidden layer `k` into its values.
+    fn layer_product(
+        &self,
+        k: usize,
+        points: usize,
+        bias: &[T],
+        input: &[T],
+        finish: Finish<'_, T>,
+        block: &mut NetworkBlock<T>,
+    ) {
+        assert!(points <= block.capacity, "{points} points do not fit the block");
+        let layer = &self.layers[k];
+        let (done, rest) = block.values.split_at_mut(k);
+        Product {
+            rows: layer.output_stride,
+            inner: layer.inputs,
+            columns: points,
+            a: &layer.columns,
+            b: if k == 0 { input } else { &done[k - 1] },
+            layout: Layout::Columns,
+            b_stride: layer.input_stride,
+            start: Start::Columns(self.start(k, points, bias)),
+            finish,
+            c: &mut rest[0],
+        }
+        .run();
+    }
+
+    /// The bias that layer `k` starts from.
+    fn start<'b>(&'b self, k: usize, points: usize, bias: &'b [T]) -> &'b [T] {
+        let layer = &self.layers[k];
+        match k {
+            0 if bias.len() >= points * layer.output_stride => bias,
+            0 => &bias[..layer.output_stride],
+            _ => &layer.bias,
+        }
+    }
+
+    /// The last layer, which has no activation.
+    fn output_layer(
         &self,
         points: usize,
         bias: &[T],
         input: &[T],
         out: &mut [T],
-        block: &mut NetworkBlock<T>,
-        keep: bool,
+        kept: &[T],
+        block: &NetworkBlock<T>,
     ) {
-        assert!(points <= block.capacity, "{points} points do not fit the block");
-        let last = self.hidden();
-        for (k, layer) in self.layers.iter().enumerate() {
-            let len = points * layer.output_stride;
-            let (done, rest) = block.values.split_at_mut(k.min(last));
-            let source = if k == 0 { input } else { &done[k - 1] };
-            let target = if k == last { &mut out[..len] } else { &mut rest[0][..len] };
-            let bias = if k == 0 { bias } else { &layer.bias };
-            if 0 < k && k == last && layer.outputs < 4 {
-                self.few_outputs(points, bias, source, target);
-                break;
-            }
-            Product {
-                rows: layer.output_stride,
-                inner: layer.inputs,
-                columns: points,
-                a: &layer.columns,
-                b: source,
-                layout: Layout::Columns,
-                b_stride: layer.input_stride,
-                start: Start::Columns(bias),
-                c: target,
-            }
-            .run();
-            if k == last {
-                break;
-            }
-            if keep {
-                let slopes = &mut block.slopes[k][..len];
-                self.activation.apply_to_batch_with_slopes(target, slopes);
-            } else {
-                self.activation.apply_to_batch(target);
-            }
+        let (last, layer) = (self.hidden(), self.last());
+        let source =
+            if last == 0 { input } else { self.hidden_values(last - 1, kept, &block.values) };
+        if last > 0 && layer.outputs < 4 {
+            self.few_outputs(points, source, out);
+            return;
         }
+        Product {
+            rows: layer.output_stride,
+            inner: layer.inputs,
+            columns: points,
+            a: &layer.columns,
+            b: source,
+            layout: Layout::Columns,
+            b_stride: layer.input_stride,
+            start: Start::Columns(self.start(last, points, bias)),
+            finish: Finish::Store,
+            c: out,
+        }
+        .run();
     }
 
     /// The last layer when it has so few outputs that dot products are cheaper.
-    fn few_outputs(&self, points: usize, bias: &[T], source: &[T], target: &mut [T]) {
+    fn few_outputs(&self, points: usize, source: &[T], target: &mut [T]) {
         let layer = self.last();
         arch().dispatch(Dots {
             points,
             vectors: &layer.rows,
             source,
             stride: layer.input_stride,
-            start: &bias[..layer.outputs],
+            start: &layer.bias[..layer.outputs],
             target,
             out_stride: layer.output_stride,
         });
     }
 
     /// From cotangents of the outputs, `[points, outputs]`, to cotangents of the inputs,
-    /// `[points, inputs]`, after [`forward_into`](Self::forward_into). Keeps the cotangents of the
-    /// layers for [`accumulate`](Self::accumulate).
+    /// `[points, inputs]`, after [`forward_into`](Self::forward_into) with the same `kept`. Holds the
+    /// cotangents of the layers for [`accumulate`](Self::accumulate).
     ///
     /// # Panics
     /// If a slice is too short.
@@ -144,6 +239,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         points: usize,
         cotangent: &[T],
         input_cotangent: &mut [T],
+        kept: &[T],
         block: &mut NetworkBlock<T>,
     ) {
         let last = self.hidden();
@@ -166,10 +262,10 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                 layout: Layout::Columns,
                 b_stride,
                 start: Start::Zero,
+                finish: self.slopes_of(k - 1, kept, &block.values, &block.slopes),
                 c: target,
             }
             .run();
-            arch().dispatch(Multiply { values: target, factors: &block.slopes[k - 1][..len] });
         }
         let first = &self.layers[0];
         let target = &mut input_cotangent[..points * first.inputs];
@@ -199,18 +295,34 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         });
     }
 
+    /// Multiplication by the slopes of hidden layer `k`.
+    fn slopes_of<'b>(
+        &self,
+        k: usize,
+        kept: &'b [T],
+        values: &'b [Vec<T>],
+        slopes: &'b [Vec<T>],
+    ) -> Finish<'b, T> {
+        match self.rectifier() {
+            Some(slope) => Finish::Gate { values: self.hidden_values(k, kept, values), slope },
+            None => Finish::Multiply(&slopes[k]),
+        }
+    }
+
     /// Adds the weight cotangents of all points, each weighed by `weights[point]`, to `sums`. To be
-    /// called once after [`pull_back`](Self::pull_back) with the same `input` and `cotangent`; it uses
-    /// up the kept cotangents.
+    /// called once after [`pull_back`](Self::pull_back) with the same `input`, `cotangent` and `kept`; it
+    /// uses up the cotangents held.
     ///
     /// # Panics
     /// If a slice is too short.
+    #[allow(clippy::too_many_arguments)]
     pub fn accumulate(
         &self,
         points: usize,
         weights: &[T],
         input: &[T],
         cotangent: &[T],
+        kept: &[T],
         sums: &mut NetworkSums<T>,
         block: &mut NetworkBlock<T>,
     ) {
@@ -220,7 +332,8 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
             let cotangents = &mut block.cotangents[k][..points * layer.output_stride];
             let stride = layer.output_stride;
             arch().dispatch(Weigh { values: cotangents, weights, stride });
-            let source = if k == 0 { input } else { &block.values[k - 1][..] };
+            let source =
+                if k == 0 { input } else { self.hidden_values(k - 1, kept, &block.values) };
             let add = |b: &[T], columns: usize, b_stride: usize, c: &mut [T]| {
                 Product {
                     rows: layer.output_stride,
@@ -231,6 +344,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                     layout: Layout::Rows,
                     b_stride,
                     start: Start::Held,
+                    finish: Finish::Store,
                     c,
                 }
                 .run();
@@ -250,7 +364,8 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                 *b += *w;
             }
         }
-        let source = if last == 0 { input } else { &block.values[last - 1][..] };
+        let source =
+            if last == 0 { input } else { self.hidden_values(last - 1, kept, &block.values) };
         // The last layer's sum is kept row by row: its outputs are few and would be mostly padding.
         Product {
             rows: layer.input_stride,
@@ -261,14 +376,15 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
             layout: Layout::Rows,
             b_stride: layer.outputs,
             start: Start::Held,
+            finish: Finish::Store,
             c: &mut sums.weights[last],
         }
         .run();
     }
 
     /// From tangents of the inputs, `[points, input_stride]`, to tangents of the outputs,
-    /// `[points, output_stride]`, after [`forward_into`](Self::forward_into); weights and constants do
-    /// not change. Uses up the kept cotangents.
+    /// `[points, output_stride]`, after [`forward_into`](Self::forward_into) without `kept`; weights and constants do
+    /// not change. Uses up the cotangents held.
     ///
     /// # Panics
     /// If a slice is too short.
@@ -294,35 +410,20 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                 layout: Layout::Columns,
                 b_stride: layer.input_stride,
                 start: Start::Zero,
+                finish: if k < last {
+                    self.slopes_of(k, &[], &block.values, &block.slopes)
+                } else {
+                    Finish::Store
+                },
                 c: target,
             }
             .run();
-            if k < last {
-                arch().dispatch(Multiply { values: target, factors: &block.slopes[k][..len] });
-            }
         }
     }
 }
 
 fn zeros<T: Float>(len: usize) -> Vec<T> {
     vec![T::default(); len]
-}
-
-/// `values *= factors`, elementwise.
-struct Multiply<'a, T> {
-    values: &'a mut [T],
-    factors: &'a [T],
-}
-
-impl<T: Float> WithSimd for Multiply<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        for (v, &f) in self.values.iter_mut().zip(self.factors) {
-            *v *= f;
-        }
-    }
 }
 
 /// Each point times its weight.

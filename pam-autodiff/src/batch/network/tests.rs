@@ -89,24 +89,34 @@ impl Case {
         };
         let (n, bias) = (self.points, network.fold(&self.constants));
         let (input, cotangent) = (spread(&self.input), narrow(&self.cotangent));
+        let weights = narrow(&self.weights);
         let mut block = network.block(n);
         let mut out = vec![T::default(); n * network.output_stride()];
         let mut again = out.clone();
-        network.values_into(n, &bias, &input, &mut again, &mut block);
-        network.forward_into(n, &bias, &input, &mut out, &mut block);
-        assert_eq!(out, again, "with and without keeping");
+        let mut kept = vec![T::default(); n * network.kept_len()];
+        network.values_into(n, &bias, &input, &mut again, &mut kept, &mut block);
+        network.forward_into(n, &bias, &input, &mut out, &[], &mut block);
+        assert_eq!(out, again, "with and without slopes");
+        let pull = |kept: &[T], block: &mut NetworkBlock<T>, out: &mut [T]| {
+            network.forward_into(n, &bias, &input, out, kept, block);
+            let mut pulled = vec![T::default(); n * network.inputs()];
+            network.pull_back(n, &cotangent, &mut pulled, kept, block);
+            let mut sums = network.sums(n);
+            network.accumulate(n, &weights, &input, &cotangent, kept, &mut sums, block);
+            let mut parameters = vec![0.0; network.parameter_len()];
+            let mut constants = vec![0.0; self.constants.len()];
+            network.drain_into(&mut sums, &self.constants, &mut parameters, &mut constants);
+            let pulled: Vec<f64> = pulled.iter().map(|x| x.widen()).collect();
+            (pulled, parameters, constants)
+        };
+        let (pulled, parameters, constants) = pull(&[], &mut block, &mut out);
+        let from_kept = pull(&kept, &mut network.block(n), &mut out);
+        assert_eq!(out, again, "from what was kept");
+        assert_eq!((&pulled, &parameters, &constants), (&from_kept.0, &from_kept.1, &from_kept.2));
+        network.forward_into(n, &bias, &input, &mut out, &[], &mut block);
         let values = tight(&out);
         network.push_forward(n, &spread(&self.tangent), &mut out, &mut block);
         let pushed = tight(&out);
-        let mut pulled = vec![T::default(); n * network.inputs()];
-        network.pull_back(n, &cotangent, &mut pulled, &mut block);
-        let mut sums = network.sums(n);
-        let weights = narrow(&self.weights);
-        network.accumulate(n, &weights, &input, &cotangent, &mut sums, &mut block);
-        let mut parameters = vec![0.0; network.parameter_len()];
-        let mut constants = vec![0.0; self.constants.len()];
-        network.drain_into(&mut sums, &self.constants, &mut parameters, &mut constants);
-        let pulled = pulled.iter().map(|x| x.widen()).collect();
         Passes { values, pushed, pulled, parameters, constants }
     }
 
