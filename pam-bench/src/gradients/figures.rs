@@ -13,7 +13,7 @@ pub type Captioned = (String, String);
 const SIZE: (u32, u32) = (520, 340);
 
 /// Methods with a line of their own, in the order of their colours.
-const METHODS: [&str; 9] = [
+const METHODS: [&str; 10] = [
     "adjoint",
     "interpolating",
     "quadrature",
@@ -23,7 +23,10 @@ const METHODS: [&str; 9] = [
     "tape",
     "dual",
     "fd",
+    BY_HAND,
 ];
+/// The adjoint with the field differentiated by hand; all others are drawn by tape.
+const BY_HAND: &str = "adjoint / hand";
 
 /// The colour of a method, the same in all figures.
 fn role(method: &str) -> Role {
@@ -43,9 +46,12 @@ fn by_method<'a>(
     point: impl Fn(&Row) -> Option<(f64, f64)>,
 ) -> LineFigure {
     for method in METHODS {
-        let rows = rows.clone().filter(|row| {
-            row.method == method && row.differentiation != "dual" && row.failure.is_none()
-        });
+        let is_method = |row: &Row| match row.differentiation.as_str() {
+            "hand" => row.method_text() == method,
+            "dual" => false,
+            _ => row.method == method,
+        };
+        let rows = rows.clone().filter(|row| is_method(row) && row.failure.is_none());
         let mut points: Vec<(f64, f64)> = rows.filter_map(&point).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         if !points.is_empty() {
@@ -165,7 +171,7 @@ pub fn traps(result: &StudyResult) -> Vec<Captioned> {
             by_method(figure, stiff.iter().copied(), |row| Some((row.rtol?, row.gradient_error?)));
         let failed: Vec<String> = stiff
             .iter()
-            .filter(|row| row.failure.is_some() && row.differentiation != "dual")
+            .filter(|row| row.failure.is_some() && row.differentiation == "tape")
             .map(|row| format!("{} at {}", row.method, row.steps_text()))
             .collect();
         let failed = if failed.is_empty() { "none".to_owned() } else { failed.join(", ") };
@@ -186,7 +192,7 @@ pub fn horizon(result: &StudyResult) -> Vec<Captioned> {
     let errors = by_method(errors, continuous, |row| Some((row.horizon_s, row.gradient_error?)));
     let failed: Vec<String> = rows
         .clone()
-        .filter(|row| row.failure.is_some())
+        .filter(|row| row.failure.is_some() && row.differentiation == "tape")
         .map(|row| format!("{} at {} s", row.method, row.horizon_s))
         .collect();
     let mut caption = "Error growth at a fixed tolerance.".to_owned();

@@ -221,29 +221,34 @@ pub fn parameters(result: &StudyResult) -> Vec<String> {
     let at = |method: &str| {
         result
             .part(parts::PARAMETERS)
-            .find(|row| row.parameters == most && row.method == method)
+            .find(|row| row.parameters == most && row.method_text() == method)
             .and_then(|row| Some((row.seconds?, row.memory_bytes())))
     };
-    let Some((adjoint, bytes)) = at("adjoint") else { return Vec::new() };
-    let others: Vec<String> = ["tape", "dual", "fd", "forward"]
+    let reference = ["adjoint / hand", "adjoint / tape"]
         .into_iter()
-        .filter_map(|method| {
-            let (seconds, _) = at(method)?;
-            Some(format!("{method} {} times", significant(seconds / adjoint)))
-        })
-        .collect();
+        .find_map(|method| Some((method, at(method)?)));
+    let Some((name, (adjoint, bytes))) = reference else { return Vec::new() };
+    let others: Vec<String> =
+        ["adjoint / tape", "interpolating / hand", "tape", "dual", "fd", "forward / hand"]
+            .into_iter()
+            .filter(|method| *method != name)
+            .filter_map(|method| {
+                let (seconds, _) = at(method)?;
+                Some(format!("{method} {}", significant(seconds / adjoint)))
+            })
+            .collect();
+    if others.is_empty() {
+        return Vec::new();
+    }
     let tape = at("tape").map_or(String::new(), |(_, tape)| {
         format!(
-            " The tape through the solver needs {}, the adjoint {}.",
+            " The tape through the solver needs {} of memory, this adjoint {}.",
             bytes_text(tape),
             bytes_text(bytes)
         )
     });
-    if others.is_empty() {
-        return Vec::new();
-    }
     vec![format!(
-        "With {most} parameters the adjoint takes {}; in its time: {}.{tape}",
+        "With {most} parameters {name} takes {}. As multiples of it: {}.{tape}",
         seconds_text(Some(adjoint)),
         others.join(", ")
     )]

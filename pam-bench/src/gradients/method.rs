@@ -1,8 +1,8 @@
 //! The methods that are compared.
 
 use super::solver::{AnyIntegrator, Solver};
-use pam_autodiff::{ByDual, ByTape, Differentiation};
-use pam_core::ParametricField;
+use pam_autodiff::{ByDual, ByHand, ByTape, Differentiation};
+use pam_core::{JointField, NetworkForce, ParametricField};
 use pam_solvers::ParametricInput;
 use pam_solvers::sensitivity::{
     Backsolve, Checkpointing, DiscreteAdjoint, DualThroughSolver, FiniteDifference,
@@ -27,6 +27,7 @@ pub enum Kind {
 }
 
 type Boxed<F, I> = Box<dyn GradientMethod<F, I>>;
+type Build<F, I> = Box<dyn Fn(&Solver) -> Boxed<F, I>>;
 
 /// A method with one differentiation of the field.
 pub struct Method<F, I> {
@@ -36,7 +37,7 @@ pub struct Method<F, I> {
     pub differentiation: String,
     /// What it may be expected to return.
     pub kind: Kind,
-    build: Box<dyn Fn(&Solver) -> Boxed<F, I>>,
+    build: Build<F, I>,
 }
 
 impl<F, I> Method<F, I> {
@@ -83,15 +84,22 @@ where
     methods
 }
 
-/// Every method that cost does not forbid where there are thousands of parameters: the field
-/// differentiated by a tape only.
+/// Every method for a joint with a network, which is also differentiated by hand.
 #[must_use]
-pub fn for_many_parameters<F, I>() -> Vec<Method<F, I>>
+pub fn of_joint<I>() -> Vec<Method<JointField<f64, NetworkForce<f64>>, I>>
 where
-    F: ParametricField + 'static,
     I: ParametricInput + 'static,
 {
-    all().into_iter().filter(|m| m.differentiation != "dual").collect()
+    let mut methods = by(ByHand);
+    methods.extend(all());
+    methods
+}
+
+/// The methods that cost does not forbid where there are thousands of parameters: the field is not
+/// differentiated by dual numbers.
+#[must_use]
+pub fn for_many_parameters<F, I>(methods: Vec<Method<F, I>>) -> Vec<Method<F, I>> {
+    methods.into_iter().filter(|method| method.differentiation != "dual").collect()
 }
 
 /// The exact adjoint with several checkpointings.
@@ -122,7 +130,9 @@ macro_rules! backward {
     };
 }
 
-fn by<F, I, D>(how: D) -> Vec<Method<F, I>>
+/// Every method that differentiates the field, by `how`.
+#[must_use]
+pub fn by<F, I, D>(how: D) -> Vec<Method<F, I>>
 where
     F: ParametricField + 'static,
     I: ParametricInput + 'static,

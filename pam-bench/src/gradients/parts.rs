@@ -4,7 +4,7 @@ use super::case::Case;
 use super::cells::Grid;
 use super::conditions::ConditionGrid;
 use super::lanes::LaneGrid;
-use super::method::{Method, all, checkpointings, for_many_parameters};
+use super::method::{Method, all, checkpointings, for_many_parameters, of_joint};
 use super::problems::{joint, linear, quartic, stiff, van_der_pol};
 use super::solver::Solver;
 use super::study::Study;
@@ -93,8 +93,8 @@ fn grid(mut study: Study, tolerance: &[f64], horizons_s: &[f64], activations: &[
     let tsit5 = tolerances(&Tableau::tsit5(), tolerance);
     // The trap shows with a method of low order; Tsit5 integrates both polynomials exactly.
     let bs3 = tolerances(&Tableau::bogacki_shampine3(), tolerance);
-    let mut of_joint = tsit5.clone();
-    of_joint.push(Solver::constant(Tableau::rk4(), FIVE_MS));
+    let mut joint_solvers = tsit5.clone();
+    joint_solvers.push(Solver::constant(Tableau::rk4(), FIVE_MS));
     for &horizon_s in horizons_s {
         // The small problems have their own scale of time.
         let (long, short) = (10.0 * horizon_s, horizon_s);
@@ -105,7 +105,7 @@ fn grid(mut study: Study, tolerance: &[f64], horizons_s: &[f64], activations: &[
             .with(cells(GRID, stiff::case(short), all(), &tsit5));
         for name in activations {
             let case = joint::case(activation(name), SMALL, horizon_s);
-            study = study.with(cells(GRID, case, all(), &of_joint));
+            study = study.with(cells(GRID, case, of_joint(), &joint_solvers));
         }
     }
     study
@@ -126,7 +126,7 @@ fn steps(mut study: Study, steps_ms: &[f64], horizon_s: f64) -> Study {
             .flat_map(|tableau| steps_ms.iter().map(move |&ms| (tableau, ms)))
             .map(|(tableau, ms)| solver(tableau, ms))
             .collect();
-        study = study.with(cells(STEPS, case, only(all(), &["adjoint"]), &solvers));
+        study = study.with(cells(STEPS, case, taped(all(), "adjoint"), &solvers));
     }
     study
 }
@@ -135,7 +135,7 @@ fn horizons(mut study: Study, horizons_s: &[f64]) -> Study {
     for &horizon_s in horizons_s {
         let case = joint::case(activation("tanh"), SMALL, horizon_s);
         let solvers = [Solver::adaptive(Tableau::tsit5(), 1e-6)];
-        study = study.with(cells(HORIZON, case, for_many_parameters(), &solvers));
+        study = study.with(cells(HORIZON, case, for_many_parameters(of_joint()), &solvers));
     }
     study
 }
@@ -148,7 +148,7 @@ fn parameters(mut study: Study, widths: &[usize], horizon_s: f64) -> Study {
         } else {
             joint::case(activation("leaky_relu"), width, horizon_s)
         };
-        study = study.with(cells(PARAMETERS, case, for_many_parameters(), &solvers));
+        study = study.with(cells(PARAMETERS, case, for_many_parameters(of_joint()), &solvers));
     }
     study
 }
@@ -177,10 +177,7 @@ fn checkpoints(study: Study, horizon_s: f64) -> Study {
     study.with(cells(CHECKPOINTS, case, checkpointings(&choices), &solvers))
 }
 
-/// The methods of these names, differentiated by a tape where there is a choice.
-fn only<F, I>(methods: Vec<Method<F, I>>, names: &[&str]) -> Vec<Method<F, I>> {
-    methods
-        .into_iter()
-        .filter(|m| names.contains(&m.name.as_str()) && m.differentiation != "dual")
-        .collect()
+/// The methods of this name, differentiated by a tape.
+fn taped<F, I>(methods: Vec<Method<F, I>>, name: &str) -> Vec<Method<F, I>> {
+    methods.into_iter().filter(|m| m.name == name && m.differentiation == "tape").collect()
 }

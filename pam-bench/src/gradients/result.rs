@@ -87,7 +87,7 @@ impl Row {
     #[must_use]
     pub fn method_text(&self) -> String {
         match self.differentiation.as_str() {
-            "tape" | "dual" => format!("{} / {}", self.method, self.differentiation),
+            "hand" | "tape" | "dual" => format!("{} / {}", self.method, self.differentiation),
             _ => self.method.clone(),
         }
     }

@@ -74,7 +74,8 @@ pub fn bytes_text(bytes: usize) -> String {
 pub fn tables(result: &StudyResult) -> Vec<Table> {
     let mut tables = of_grid(result);
     tables.extend(of_activations(result));
-    let parts: [(&str, &str, fn(&Row) -> String); 5] = [
+    type Content = fn(&Row) -> String;
+    let parts: [(&str, &str, Content); 5] = [
         (parts::STEPS, "Runge–Kutta methods at constant steps", Row::problem_text),
         (parts::HORIZON, "Against the horizon", |row| format!("{} s", row.horizon_s)),
         (parts::PARAMETERS, "Against the number of parameters", |row| row.parameters.to_string()),

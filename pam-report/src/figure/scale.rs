@@ -148,7 +148,7 @@ mod tests {
     fn marks_are_round_numbers() {
         assert_eq!(linear_marks(-0.1, 1.05, 5), [0.0, 0.5, 1.0]);
         assert_eq!(logarithmic_marks(-8.2, -3.9, 8), [-8.0, -7.0, -6.0, -5.0, -4.0]);
-        assert_eq!(logarithmic_marks(-12.5, 3.0, 4), [-12.0, -8.0, -4.0, 0.0]);
+        assert_eq!(logarithmic_marks(-12.5, 3.0, 4), [-10.0, -5.0, 0.0]);
         let few: Vec<String> =
             logarithmic_marks(-0.4, 1.1, 8).into_iter().map(power_label).collect();
         assert_eq!(few, ["0.5", "1", "2", "5", "10"]);

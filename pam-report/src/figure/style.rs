@@ -29,10 +29,10 @@ pub enum Role {
 }
 
 impl Role {
-    /// The colour (Okabe and Ito's palette without its yellow, then a grey and a brown).
+    /// The colour (Okabe and Ito's palette, its yellow last and darker, after a grey and a brown).
     #[must_use]
     pub fn colour(self) -> RGBColor {
-        const PALETTE: [RGBColor; 9] = [
+        const PALETTE: [RGBColor; 10] = [
             RGBColor(0, 114, 178),
             RGBColor(230, 159, 0),
             RGBColor(0, 158, 115),
@@ -42,6 +42,7 @@ impl Role {
             RGBColor(0, 0, 0),
             RGBColor(150, 150, 150),
             RGBColor(146, 73, 0),
+            RGBColor(180, 165, 0),
         ];
         match self {
             Self::Measured => RGBColor(64, 64, 64),
