@@ -38,7 +38,7 @@ pub fn full() -> Study {
     let study = Study::new();
     let study = grid(study, &[1e-4, 1e-6, 1e-8], &[0.4, 1.0], Activation::NAMES);
     let study = steps(study, &[20.0, 10.0, 5.0, 2.0, 1.0, 0.5], 1.0);
-    let study = horizons(study, &[0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0]);
+    let study = horizons(study, &[0.125, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0]);
     let study = parameters(study, &[8, 16, 32, 64, 96], 0.05);
     let study = lanes(study, &[32, 96], &[1, 4, 16], 1.0);
     checkpoints(study, 10.0)

@@ -90,6 +90,9 @@ pub fn tables(result: &StudyResult) -> Vec<Table> {
         if let Some(row) = rows.first() {
             let title = match part {
                 parts::STEPS => title.to_owned(),
+                parts::PARAMETERS => {
+                    format!("{title}: {} s, {}, {}", row.horizon_s, row.solver, row.steps_text())
+                }
                 parts::LANES => format!("{title}: {} s, {}", row.horizon_s, row.steps_text()),
                 _ => format!("{title}: {}, {}", row.solver, row.steps_text()),
             };
