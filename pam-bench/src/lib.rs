@@ -1,7 +1,11 @@
-//! What the benchmarks work on: the published weights, and recordings of the published length.
-//!
-//! Run all with `cargo bench -p pam-bench`. The weights are read from the reference data, whose
-//! folder is `../shared` beside the workspace or named by the environment variable `PAM_SHARED`.
+//! Benchmarks: the comparison of gradient methods ([`gradients`]), the memory that work really takes
+//! ([`memory`]), and what the timings of `cargo bench -p pam-bench` work on: the published weights, and
+//! recordings of the published length. The weights are read from the reference data, whose folder is
+//! `../shared` beside the workspace or named by the environment variable `PAM_SHARED`; the comparison of
+//! gradient methods needs none.
+
+pub mod gradients;
+pub mod memory;
 
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, MN_PER_N, tendon_force_mn_per_a};
 use pam_core::{AnyForce, JointModel, NetworkForce, SealedMasses};

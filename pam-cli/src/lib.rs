@@ -14,6 +14,8 @@ pub mod run_record;
 pub use arguments::{Arguments, Command};
 pub use console::Console;
 pub use error::CliError;
+/// The allocator with which a program can say how much memory its work takes.
+pub use pam_bench::memory::CountingAllocator;
 
 use std::process::ExitCode;
 
@@ -48,6 +50,7 @@ fn dispatch(arguments: &Arguments) -> Result<ExitCode, CliError> {
         Some(Command::Convert(a)) => commands::convert::run(a, &console),
         Some(Command::Simulate(a)) => commands::simulate::run(a, global, &console),
         Some(Command::Gradient(a)) => commands::gradient::run(a, global, &console),
+        Some(Command::Bench(a)) => commands::bench::run(a, global, &console),
         Some(Command::Evaluate(a)) => commands::evaluate::run(a, global, &console),
     }
 }

@@ -14,6 +14,6 @@ pub mod page;
 pub mod simulation;
 
 pub use evaluation::{EvaluationContext, evaluation_report};
-pub use figure::{ColourMap, LineFigure, Role, Series};
+pub use figure::{ColourMap, LineFigure, Role, Scale, Series};
 pub use gradient::{GradientBlock, GradientReport, gradient_report};
 pub use simulation::simulation_report;

@@ -62,7 +62,12 @@ impl ColourMap {
             .x_label_area_size(40 * SCALE)
             .y_label_area_size(62 * SCALE)
             .build_cartesian_2d(x0..x1, y0..y1)?;
-        draw_axes(&mut chart, (&self.x_label, &self.y_label), (8, 8))?;
+        draw_axes(
+            &mut chart,
+            (&self.x_label, &self.y_label),
+            (8, 8),
+            (&|v| tick_label(v, x1 - x0), &|v| tick_label(v, y1 - y0)),
+        )?;
         let columns = (self.points.len() as f64).sqrt().clamp(4.0, 15.0);
         let half = (f64::from(self.size.0.min(self.size.1)) * 0.3 / columns).max(4.0) as i32;
         let half = half * SCALE as i32;

@@ -1,6 +1,6 @@
 //! One look for all figures.
 
-use plotters::coord::types::RangedCoordf64;
+use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
 
 /// Figures are drawn at this multiple of their size and scaled down by the page, because the drawing
@@ -29,16 +29,20 @@ pub enum Role {
 }
 
 impl Role {
-    /// The colour (Okabe and Ito's palette).
+    /// The colour (Okabe and Ito's palette, its yellow last and darker, after a grey and a brown).
     #[must_use]
     pub fn colour(self) -> RGBColor {
-        const PALETTE: [RGBColor; 6] = [
+        const PALETTE: [RGBColor; 10] = [
             RGBColor(0, 114, 178),
             RGBColor(230, 159, 0),
             RGBColor(0, 158, 115),
             RGBColor(204, 121, 167),
             RGBColor(86, 180, 233),
             RGBColor(213, 94, 0),
+            RGBColor(0, 0, 0),
+            RGBColor(150, 150, 150),
+            RGBColor(146, 73, 0),
+            RGBColor(180, 165, 0),
         ];
         match self {
             Self::Measured => RGBColor(64, 64, 64),
@@ -76,14 +80,18 @@ pub(super) fn padded_range(values: impl Iterator<Item = f64>, margin: f64) -> (f
 }
 
 /// Axes, grid and labels of a figure. `labels` are those of the two axes, `ticks` about how many marks
-/// each has.
-pub(super) fn draw_axes(
-    chart: &mut ChartContext<'_, SVGBackend<'_>, Cartesian2d<RangedCoordf64, RangedCoordf64>>,
+/// each has, `formats` how these are written.
+pub(super) fn draw_axes<X, Y>(
+    chart: &mut ChartContext<'_, SVGBackend<'_>, Cartesian2d<X, Y>>,
     labels: (&str, &str),
     ticks: (usize, usize),
-) -> Result<(), Box<dyn std::error::Error>> {
+    formats: (&dyn Fn(f64) -> String, &dyn Fn(f64) -> String),
+) -> Result<(), Box<dyn std::error::Error>>
+where
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
     let text = ("sans-serif", TEXT * SCALE).into_font().color(&INK);
-    let (x_range, y_range) = (chart.x_range(), chart.y_range());
     chart
         .configure_mesh()
         .x_desc(labels.0)
@@ -95,8 +103,8 @@ pub(super) fn draw_axes(
         .max_light_lines(0)
         .x_labels(ticks.0)
         .y_labels(ticks.1)
-        .x_label_formatter(&|v| tick_label(*v, x_range.end - x_range.start))
-        .y_label_formatter(&|v| tick_label(*v, y_range.end - y_range.start))
+        .x_label_formatter(&|v| formats.0(*v))
+        .y_label_formatter(&|v| formats.1(*v))
         .draw()?;
     Ok(())
 }
