@@ -71,7 +71,7 @@ pub fn gradient_report(report: &GradientReport) -> String {
     let drawn = || report.recordings.iter().filter(|(_, _, states)| !states.is_empty());
     let body = html! {
         div class="cards" {
-            (card(&format!("{:.6e}", report.loss), "loss"))
+            (card(&number(report.loss, 4), "loss"))
             (card(&format!("{} s", number(report.seconds, 4)), "value and gradient"))
             @if let Some(error) = report.x_error_mm {
                 (card(&format!("{error:.2e} mm"), "largest error of x"))
