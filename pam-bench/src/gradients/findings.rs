@@ -5,12 +5,12 @@ use super::method::Kind;
 use super::parts::{self, FIVE_MS};
 use super::problems::{joint, quartic, stiff};
 use super::result::{Row, StudyResult};
-use super::table::{bytes_text, error_text, longest, seconds_text};
+use super::table::{bytes_text, error_text, longest, seconds_text, shown};
 
 /// All findings, in the order of the report.
 #[must_use]
 pub fn findings(result: &StudyResult) -> Vec<String> {
-    [exactness, order, stiffness, trap, horizon, parameters, lanes, checkpoints]
+    [exactness, order, kinks, stiffness, trap, horizon, parameters, lanes, checkpoints]
         .into_iter()
         .flat_map(|of| of(result))
         .collect()
@@ -122,6 +122,36 @@ fn of_two_solvers(result: &StudyResult, case: (&str, &str)) -> Option<String> {
         );
     }
     Some(text + ".")
+}
+
+/// The gradient of steps over kinks, against adjoints that choose steps of their own.
+#[must_use]
+pub fn kinks(result: &StudyResult) -> Vec<String> {
+    let error = |activation: &str, method: &str| {
+        shown(result)
+            .find(|row| {
+                row.activation.as_deref() == Some(activation) && row.method_text() == method
+            })
+            .and_then(|row| Some((row.gradient_error?, row)))
+    };
+    let texts: Vec<String> = ["leaky_relu", "tanh"]
+        .into_iter()
+        .filter_map(|activation| {
+            let (exact, row) = error(activation, "adjoint / tape")?;
+            let (continuous, _) = error(activation, "interpolating / tape")?;
+            Some(format!("{activation} at {}: {exact:.0e} and {continuous:.0e}", row.steps_text()))
+        })
+        .collect();
+    if texts.is_empty() {
+        return Vec::new();
+    }
+    vec![format!(
+        "Where a step crosses a kink the derivative of the step is off by its length, though the state is \
+         as accurate as asked: the exact gradient of the steps taken is then far from the truth, and an \
+         adjoint that chooses its own steps is closer. Distances from the truth, discrete and interpolating \
+         adjoint of the joint: {}.",
+        texts.join("; ")
+    )]
 }
 
 /// What becomes of the state that is integrated back.

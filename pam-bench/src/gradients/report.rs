@@ -42,6 +42,7 @@ pub fn report(result: &StudyResult, made_by: &str) -> String {
                 }
             }
             div class="grid" { @for (svg, caption) in figures::precision(result) { (figure(svg, &caption)) } }
+            (paragraphs(&findings::kinks(result)))
             (paragraphs(&findings::stiffness(result)))
             (paragraphs(&findings::trap(result)))
             div class="grid" { @for (svg, caption) in figures::traps(result) { (figure(svg, &caption)) } }
