@@ -5,7 +5,8 @@ use crate::error::SolveError;
 use crate::grid::Grid;
 use crate::input::Input;
 use crate::observer::StepObserver;
-use crate::run::{self, Run};
+use crate::request::{check_control, check_term};
+use crate::run::Run;
 use crate::save_at::SaveAt;
 use crate::solution::Solution;
 use crate::tableau::Tableau;
@@ -132,26 +133,7 @@ impl<C: StepController + ?Sized> Integrator<C> {
         F: VectorField<S>,
         I: Input<S>,
     {
-        run::check_request(term, (t0, t1), y0, save_at)?;
-        if let Some(tolerances) = self.controller.tolerances() {
-            if self.tableau.error.is_none() {
-                return Err(format!(
-                    "{} has no error estimate; give it a constant step",
-                    self.tableau.name
-                ));
-            }
-            if !tolerances.is_valid() {
-                return Err("tolerances must be positive numbers".into());
-            }
-            if tolerances.state_len().is_some_and(|len| len != y0.len()) {
-                return Err("there must be one absolute tolerance for each state".into());
-            }
-        }
-        match self.controller.initial_step_s() {
-            Some(h) if !(h.is_finite() && h > 0.0) => {
-                Err(format!("a step of {h} s is not positive and finite"))
-            }
-            _ => Ok(()),
-        }
+        check_term(term, (t0, t1), y0, save_at)?;
+        check_control(&self.controller, &self.tableau, y0.len())
     }
 }

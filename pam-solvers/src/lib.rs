@@ -45,11 +45,13 @@ pub mod lanes;
 mod observer;
 mod recorder;
 pub mod replay;
+mod request;
 mod run;
 pub mod save_at;
 pub mod sensitivity;
 pub mod solution;
 mod step;
+mod stepping;
 pub mod tableau;
 pub mod term;
 

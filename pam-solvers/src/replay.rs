@@ -4,7 +4,7 @@ use crate::error::{FailureKind, SolveError};
 use crate::grid::Grid;
 use crate::input::Input;
 use crate::recorder::Recorder;
-use crate::run::check_request;
+use crate::request::check_term;
 use crate::save_at::SaveAt;
 use crate::solution::Solution;
 use crate::step::Workspace;
@@ -38,7 +38,7 @@ where
     let (Some(&t0), Some(&t1)) = (grid.times_s().first(), grid.times_s().last()) else {
         return Err(SolveError::request("the grid was never recorded".into(), 0.0, y0));
     };
-    if let Err(why) = check_request(term, (t0, t1), y0, save_at) {
+    if let Err(why) = check_term(term, (t0, t1), y0, save_at) {
         return Err(SolveError::request(why, t0, y0));
     }
     let mut recorder = Recorder::new(save_at, y0.len());

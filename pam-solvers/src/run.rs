@@ -9,54 +9,9 @@ use crate::recorder::Recorder;
 use crate::save_at::SaveAt;
 use crate::solution::Solution;
 use crate::step::Workspace;
+use crate::stepping;
 use crate::term::Term;
 use pam_core::{Scalar, VectorField};
-
-/// A step this close to a stop, relative to its size, ends at the stop.
-const STOP_SLACK: f64 = 1e-6;
-
-/// Whether interval, initial state, input and times to save at fit each other; says what does not.
-pub(crate) fn check_request<S, F, I>(
-    term: &Term<F, I>,
-    (t0, t1): (f64, f64),
-    y0: &[S],
-    save_at: SaveAt<'_>,
-) -> Result<(), String>
-where
-    S: Scalar,
-    F: VectorField<S>,
-    I: Input<S>,
-{
-    if !(t0.is_finite() && t1.is_finite() && t1 >= t0) {
-        return Err(format!("the interval [{t0}, {t1}] s is not ordered and finite"));
-    }
-    if y0.is_empty() || y0.len() != term.field.state_len() {
-        return Err(format!(
-            "the field has {} states, the initial state has {}",
-            term.field.state_len(),
-            y0.len()
-        ));
-    }
-    if let Some(i) = y0.iter().position(|v| !v.real().is_finite()) {
-        return Err(format!("initial state {i} is {}", y0[i].real()));
-    }
-    if term.input.input_len() != term.field.input_len() {
-        return Err(format!(
-            "the field takes {} inputs, {} are given",
-            term.field.input_len(),
-            term.input.input_len()
-        ));
-    }
-    if let SaveAt::Times(times) = save_at {
-        if times.windows(2).any(|w| w[0].partial_cmp(&w[1]) != Some(std::cmp::Ordering::Less)) {
-            return Err("the times to save at must increase".into());
-        }
-        if times.iter().any(|t| !(t0..=t1).contains(t)) {
-            return Err(format!("a time to save at is outside [{t0}, {t1}] s"));
-        }
-    }
-    Ok(())
-}
 
 /// One solve in progress.
 pub(crate) struct Run<'a, S, F, I, C: ?Sized, O> {
@@ -123,7 +78,7 @@ where
             steps += 1;
             h = h.min(controller.largest_step_s());
             let (stop, jump) = self.stop_after(t, &mut next_stop);
-            let ends_at_stop = t + h * (1.0 + STOP_SLACK) >= stop;
+            let ends_at_stop = stepping::reaches(t, h, stop);
             let t_new = if ends_at_stop { stop } else { t + h };
             let taken = t_new - t;
             if !ends_at_stop && taken <= 4.0 * f64::EPSILON * t.abs() {
@@ -198,31 +153,20 @@ where
         (stop, jump == stop)
     }
 
-    /// First step from the sizes of state, derivative and second derivative (Hairer, Nørsett and
-    /// Wanner, *Solving Ordinary Differential Equations I*, section II.4).
+    /// First step from an Euler step of trial; see [`stepping::first_step`].
     fn estimate_first_step(&mut self) -> f64 {
         let span = self.t1 - self.t0;
         let Some(tolerances) = self.integrator.controller.tolerances() else { return span };
         let n = self.work.y.len();
         let y = &self.work.y;
-        let d0 = tolerances.norm(y, y, y);
-        let d1 = tolerances.norm(&self.work.k[..n], y, y);
-        let h0 = if d0 < 1e-5 || d1 < 1e-5 { 1e-6 } else { 0.01 * d0 / d1 };
-        let h0 = h0.min(span);
+        let h0 = stepping::probe_step(tolerances, y, &self.work.k[..n], span);
         self.work.euler_probe(self.term, self.t0, h0);
         for (s, &k) in self.work.scratch.iter_mut().zip(&self.work.k[..n]) {
             *s -= k;
         }
-        let y = &self.work.y;
-        let d2 = tolerances.norm(&self.work.scratch, y, y) / h0;
-        let largest = d1.max(d2);
-        let h1 = if largest <= 1e-15 {
-            (h0 * 1e-3).max(1e-6)
-        } else {
-            (0.01 / largest).powf(1.0 / self.integrator.tableau.order as f64)
-        };
-        let h = h1.min(100.0 * h0);
-        if h.is_finite() && h > 0.0 { h.min(span) } else { h0 }
+        let (y, k) = (&self.work.y, &self.work.k[..n]);
+        let order = self.integrator.tableau.order;
+        stepping::first_step(tolerances, y, k, &self.work.scratch, (h0, span), order)
     }
 
     fn fail(self, kind: FailureKind, t: f64) -> Box<SolveError<S>> {

@@ -3,6 +3,7 @@
 use super::{LaneProblem, LaneTrajectory, Lanes};
 use crate::controller::StepController;
 use crate::input::{Input, Side};
+use crate::step::{combine_into, node};
 use crate::tableau::{InterpolantTable, Tableau};
 use pam_autodiff::BatchField;
 use pam_autodiff::batch::ParameterSums;
@@ -153,18 +154,9 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
                 memory.y[range].copy_from_slice(y0);
             }
             for i in 1..tableau.stages() {
-                let c = tableau.c[i];
-                let (t, side) = if c == 1.0 { (t1, Side::Left) } else { (t0 + c * h, Side::Right) };
+                let (t, side) = node(tableau.c[i], t0, t1);
                 let range = place(t, side);
-                let y = &mut memory.y[range];
-                y.copy_from_slice(y0);
-                for (k, &a) in k.chunks_exact(n).zip(&tableau.a[i]) {
-                    if a != 0.0 {
-                        for (y, &k) in y.iter_mut().zip(k) {
-                            *y += k * (h * a);
-                        }
-                    }
-                }
+                combine_into(&tableau.a[i], h, y0, k, &mut memory.y[range]);
             }
             if trajectory.closed[step] {
                 let range = place(t1, Side::Left);

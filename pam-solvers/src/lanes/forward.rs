@@ -4,12 +4,11 @@ use super::{LaneFailure, LaneProblem, LaneTrajectory, Lanes};
 use crate::controller::StepController;
 use crate::error::FailureKind;
 use crate::input::{Input, Side};
+use crate::step::node;
+use crate::stepping;
 use pam_autodiff::BatchField;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// A step this close to a stop, relative to its size, ends at the stop.
-const STOP_SLACK: f64 = 1e-6;
 
 /// What one trajectory became.
 #[derive(Debug)]
@@ -232,9 +231,8 @@ where
         }
     }
 
-    /// The first step of the lanes from `first` on: given, or estimated from the sizes of state,
-    /// derivative and second derivative (Hairer, Nørsett and Wanner, *Solving Ordinary Differential
-    /// Equations I*, section II.4).
+    /// The first step of the lanes from `first` on: given, or estimated (see
+    /// [`stepping::first_step`]).
     fn first_steps(&mut self, first: usize) {
         let settings = self.settings;
         let n = self.field.state_len();
@@ -258,9 +256,8 @@ where
         for lane in first..len {
             let range = lane * n..(lane + 1) * n;
             let (y, k) = (&memory.y[range.clone()], &memory.k[range.clone()]);
-            let (d0, d1) = (tolerances.norm(y, y, y), tolerances.norm(k, y, y));
-            let h0 = if d0 < 1e-5 || d1 < 1e-5 { 1e-6 } else { 0.01 * d0 / d1 };
-            let h0 = h0.min(span(&memory.lanes[lane], self.queue.problems));
+            let span = span(&memory.lanes[lane], self.queue.problems);
+            let h0 = stepping::probe_step(tolerances, y, k, span);
             memory.lanes[lane].h = h0;
             memory.trajectories[lane].evaluations += 1;
             for (s, &k) in memory.scratch[range.clone()].iter_mut().zip(&memory.k[range]) {
@@ -276,19 +273,12 @@ where
             for i in range.clone() {
                 memory.scratch[i] = memory.k[last * stride + i] - memory.k[i];
             }
-            let y = &memory.y[range.clone()];
-            let h0 = memory.lanes[lane].h;
-            let d1 = tolerances.norm(&memory.k[range.clone()], y, y);
-            let d2 = tolerances.norm(&memory.scratch[range], y, y) / h0;
-            let largest = d1.max(d2);
-            let h1 = if largest <= 1e-15 {
-                (h0 * 1e-3).max(1e-6)
-            } else {
-                (0.01 / largest).powf(1.0 / settings.tableau.order as f64)
-            };
-            let h = h1.min(100.0 * h0);
+            let (y, k) = (&memory.y[range.clone()], &memory.k[range.clone()]);
             let span = span(&memory.lanes[lane], self.queue.problems);
-            memory.lanes[lane].h = if h.is_finite() && h > 0.0 { h.min(span) } else { h0 };
+            let (h0, order) = (memory.lanes[lane].h, settings.tableau.order);
+            let change = &memory.scratch[range];
+            memory.lanes[lane].h =
+                stepping::first_step(tolerances, y, k, change, (h0, span), order);
         }
     }
 
@@ -301,7 +291,7 @@ where
             lane.h = lane.h.min(self.settings.controller.largest_step_s());
             let jump = problem.input.next_jump(lane.t).unwrap_or(f64::INFINITY);
             let stop = jump.min(problem.t1);
-            lane.ends_at_stop = lane.t + lane.h * (1.0 + STOP_SLACK) >= stop;
+            lane.ends_at_stop = stepping::reaches(lane.t, lane.h, stop);
             lane.t_new = if lane.ends_at_stop { stop } else { lane.t + lane.h };
             lane.jumps = lane.ends_at_stop && jump == stop;
             lane.interpolates =
@@ -321,12 +311,8 @@ where
             let c = tableau.c[i];
             for lane in 0..len {
                 let Lane { t, t_new, .. } = self.memory.lanes[lane];
-                // Only a node at exactly 1 touches a jump at the end of the step.
-                if c == 1.0 {
-                    self.set_input(lane, t_new, Side::Left);
-                } else {
-                    self.set_input(lane, t + c * (t_new - t), Side::Right);
-                }
+                let (t, side) = node(c, t, t_new);
+                self.set_input(lane, t, side);
             }
             self.evaluate(i);
         }

@@ -26,6 +26,7 @@ pub use trajectory::LaneTrajectory;
 use crate::controller::StepController;
 use crate::error::FailureKind;
 use crate::input::Input;
+use crate::request::{Lengths, check_control, check_problem};
 use crate::tableau::Tableau;
 use thiserror::Error;
 
@@ -123,35 +124,13 @@ impl<C: StepController + Sync> Lanes<C> {
         state_len: usize,
         input_len: usize,
     ) -> Result<(), String> {
-        let (t0, t1) = (problem.t0, problem.t1);
-        if !(t0.is_finite() && t1.is_finite() && t1 >= t0) {
-            return Err(format!("the interval [{t0}, {t1}] s is not ordered and finite"));
-        }
-        if problem.y0.len() != state_len || problem.y0.iter().any(|y| !y.is_finite()) {
-            return Err(format!("the initial state must be {state_len} finite numbers"));
-        }
-        if problem.input.input_len() != input_len {
-            return Err(format!("the field takes {input_len} inputs"));
-        }
-        let times = problem.observe_s;
-        if times.windows(2).any(|w| w[0].partial_cmp(&w[1]) != Some(std::cmp::Ordering::Less))
-            || times.iter().any(|t| !(t0..=t1).contains(t))
-        {
-            return Err("observation times must increase within the interval".into());
-        }
-        match self.controller.tolerances() {
-            Some(_) if self.tableau.error.is_none() => {
-                Err(format!("{} has no error estimate; give it a constant step", self.tableau.name))
-            }
-            Some(t) if !t.is_valid() || t.state_len().is_some_and(|n| n != state_len) => {
-                Err("tolerances must be positive numbers, one or one for each state".into())
-            }
-            _ => match self.controller.initial_step_s() {
-                Some(h) if !(h.is_finite() && h > 0.0) => {
-                    Err(format!("a step of {h} s is not positive and finite"))
-                }
-                _ => Ok(()),
-            },
-        }
+        let lengths = Lengths {
+            states: state_len,
+            inputs: input_len,
+            given_inputs: problem.input.input_len(),
+        };
+        let interval = (problem.t0, problem.t1);
+        check_problem(lengths, interval, &problem.y0, Some(problem.observe_s))?;
+        check_control(&self.controller, &self.tableau, state_len)
     }
 }
