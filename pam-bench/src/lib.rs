@@ -189,7 +189,9 @@ pub fn raw_log_text() -> String {
                 current_a: current + 0.05 * noise(),
                 commanded_psi: [45.0, 45.0],
                 measured_psi: [45.0 + 2.0 * current + 0.01 * noise(), 45.0 - 2.0 * current],
+                valves: [-1; 2],
                 sync: t >= 0.0,
+                ..Row::default()
             }
         })
         .collect();

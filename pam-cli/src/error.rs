@@ -12,6 +12,9 @@ pub enum CliError {
     /// A model cannot be built as asked.
     #[error(transparent)]
     Model(#[from] pam_core::ModelError),
+    /// The virtual rig cannot do what is asked.
+    #[error(transparent)]
+    Rig(#[from] pam_rig::RigError),
     /// Options contradict each other or name something that does not exist.
     #[error("{0}")]
     Usage(String),

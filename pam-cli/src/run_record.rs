@@ -41,3 +41,9 @@ pub fn write_json(path: &Path, value: &Value) -> Result<(), CliError> {
     write_atomic(path, format!("{value:#}\n").as_bytes())?;
     Ok(())
 }
+
+/// First line of a log that the virtual rig makes.
+#[must_use]
+pub fn rig_note(seed: u64) -> String {
+    format!("made by the virtual rig of pam {}, seed {seed}", env!("CARGO_PKG_VERSION"))
+}

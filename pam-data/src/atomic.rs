@@ -4,6 +4,9 @@ use crate::error::DataError;
 use std::io::Write;
 use std::path::Path;
 
+/// How the names of files begin that are being written. A program that is killed may leave them.
+pub const TEMPORARY_PREFIX: &str = ".pam-";
+
 /// Writes `bytes` to `path`: into a temporary file beside it that is then renamed, so that no reader
 /// and no crash ever sees half a file. Folders that do not exist are made.
 ///
@@ -17,7 +20,7 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), DataError> {
     };
     std::fs::create_dir_all(folder).map_err(io)?;
     let mut file = tempfile::Builder::new()
-        .prefix(".pam-")
+        .prefix(TEMPORARY_PREFIX)
         .permissions(default_permissions())
         .tempfile_in(folder)
         .map_err(io)?;

@@ -113,6 +113,19 @@ pub struct LoadOptions {
     pub pressure_reference: PressureReference,
 }
 
+/// How the names of files end that hold the truth behind a made-up log. They are sealed:
+/// [`open_recordings`] refuses them and folders are expanded without them.
+pub const TRUTH_SUFFIX: &str = ".truth.npz";
+
+fn is_truth(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().ends_with(TRUTH_SUFFIX))
+}
+
+/// Hidden files, among them those that a killed program left half written.
+fn is_hidden(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'))
+}
+
 /// Samples per second of a `.mat` run, whose file does not say.
 const MAT_RATE_HZ: f64 = 1000.0;
 
@@ -121,6 +134,12 @@ const MAT_RATE_HZ: f64 = 1000.0;
 /// # Errors
 /// [`DataError`] naming file, line and column.
 pub fn open_recordings(path: &Path, options: &LoadOptions) -> Result<Vec<Recording>, DataError> {
+    if is_truth(path) {
+        return Err(DataError::file(
+            path,
+            "this is the sealed truth behind a made-up log; give the log itself",
+        ));
+    }
     let taken = match FileKind::of(path)? {
         FileKind::RawLog => {
             return recordings_from_raw_log(&RawLog::read(path)?, &options.raw_log);
@@ -139,7 +158,7 @@ pub fn open_recordings(path: &Path, options: &LoadOptions) -> Result<Vec<Recordi
 }
 
 /// Expands folders into the recordings they hold (not recursively), sorted by name; files are kept
-/// as given. Files of other kinds inside a folder are passed over.
+/// as given. Hidden files and files of other kinds inside a folder are passed over.
 ///
 /// # Errors
 /// [`DataError`] if a path cannot be read or a folder holds no recording.
@@ -154,8 +173,10 @@ pub fn collect_paths(paths: &[PathBuf]) -> Result<Vec<PathBuf>, DataError> {
         let mut found = Vec::new();
         for entry in std::fs::read_dir(path).map_err(io)? {
             let file = entry.map_err(io)?.path();
-            let holds_recording =
-                file.is_file() && FileKind::of(&file).is_ok_and(|kind| kind.holds_recording(&file));
+            let holds_recording = file.is_file()
+                && !is_truth(&file)
+                && !is_hidden(&file)
+                && FileKind::of(&file).is_ok_and(|kind| kind.holds_recording(&file));
             if holds_recording {
                 found.push(file);
             }

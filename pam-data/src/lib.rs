@@ -25,7 +25,7 @@ pub mod models;
 pub mod preprocess;
 pub mod recording;
 
-pub use detect::{FileKind, LoadOptions, collect_paths, open_recordings};
+pub use detect::{FileKind, LoadOptions, TRUTH_SUFFIX, collect_paths, open_recordings};
 pub use error::DataError;
 pub use formats::raw_log::RawLog;
 pub use masses::{MassChoice, MassOrigin, MuscleSurfaces, resolve_masses};

@@ -29,7 +29,27 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
     let mut recording = Recording::empty(path);
     let masses = read_header(path, bytes, &mut recording)?;
+    let values = parse_columns(path, bytes, NAMES)?;
+    columns::finish(recording, values, masses)
+}
 
+/// Reads columns of any CSV file by their names; the first must increase from row to row.
+///
+/// # Errors
+/// As [`read`], naming file, line and column.
+pub fn read_columns<const N: usize>(
+    path: &Path,
+    wanted: [&str; N],
+) -> Result<[Vec<f64>; N], DataError> {
+    let bytes = read_bytes(path)?;
+    parse_columns(path, bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes), wanted)
+}
+
+fn parse_columns<const N: usize>(
+    path: &Path,
+    bytes: &[u8],
+    wanted: [&str; N],
+) -> Result<[Vec<f64>; N], DataError> {
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
@@ -40,8 +60,8 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
     if names.iter().all(str::is_empty) {
         return Err(DataError::file(path, "the file is empty: no line of column names"));
     }
-    let mut places = [0; NAMES.len()];
-    for (place, name) in places.iter_mut().zip(NAMES) {
+    let mut places = [0; N];
+    for (place, name) in places.iter_mut().zip(wanted) {
         *place = names.iter().position(|n| n == name).ok_or_else(|| {
             DataError::line(
                 path,
@@ -49,13 +69,13 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
                 format!(
                     "column `{name}` is missing; the columns here are [{}], needed are {}",
                     names.iter().collect::<Vec<_>>().join(", "),
-                    NAMES.join(",")
+                    wanted.join(",")
                 ),
             )
         })?;
     }
 
-    let mut values: [Vec<f64>; NAMES.len()] = Default::default();
+    let mut values = [const { Vec::new() }; N];
     let mut record = csv::ByteRecord::new();
     while reader.read_byte_record(&mut record).map_err(|e| csv_error(path, &e))? {
         // A record's own position lies before the comments that precede it, the reader's after its
@@ -73,7 +93,7 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
                 ),
             ));
         }
-        for ((&place, name), column) in places.iter().zip(NAMES).zip(&mut values) {
+        for ((&place, name), column) in places.iter().zip(wanted).zip(&mut values) {
             let cell = std::str::from_utf8(&record[place]).unwrap_or("(not text)");
             let value: f64 = cell.parse().map_err(|_| {
                 DataError::cell(path, line, name, format!("`{cell}` is not a number"))
@@ -94,7 +114,7 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
             return Err(DataError::cell(
                 path,
                 line,
-                "time_s",
+                wanted[0],
                 format!("{now} s does not come after {before} s (a repeated frame?)"),
             ));
         }
@@ -102,7 +122,7 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
     if values[0].is_empty() {
         return Err(DataError::file(path, "no data rows: the file holds only a header"));
     }
-    columns::finish(recording, values, masses)
+    Ok(values)
 }
 
 fn csv_error(path: &Path, error: &csv::Error) -> DataError {

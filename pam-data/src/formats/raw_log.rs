@@ -233,11 +233,15 @@ pub struct Row {
     pub command: f64,
     /// Motor current, A.
     pub current_a: f64,
+    /// Pressure of the reservoir, psi gauge.
+    pub reservoir_psi: f64,
     /// Commanded pressures of flexor and extensor, psi gauge.
     pub commanded_psi: [f64; 2],
     /// Measured pressures of flexor and extensor, psi gauge.
     pub measured_psi: [f64; 2],
-    /// Whether the excitation runs.
+    /// What the valves of flexor and extensor do: −1 shut, 1 inflating, 2 exhausting.
+    pub valves: [i8; 2],
+    /// Whether the controller runs.
     pub sync: bool,
 }
 
@@ -255,15 +259,17 @@ pub fn to_text(note: &str, rate_hz: f64, first_frame: u64, rows: &[Row]) -> Stri
     for (frame, r) in (first_frame..).zip(rows) {
         let _ = writeln!(
             out,
-            "{frame}\t{:.6}\t{:.6}\t{:.6}\t{:.6}\t{:.6}\t{:.6}\t-1\t{:.6}\t{:.6}\t-1\t{}\t",
+            "{frame}\t{:.6}\t{:.6}\t{:.6}\t{:.6}\t{:.6}\t{:.6}\t{}\t{:.6}\t{:.6}\t{}\t{}\t",
             r.angle_deg,
             r.command,
             r.current_a,
-            0.0,
+            r.reservoir_psi,
             r.commanded_psi[0],
             r.measured_psi[0],
+            r.valves[0],
             r.commanded_psi[1],
             r.measured_psi[1],
+            r.valves[1],
             u8::from(r.sync)
         );
     }

@@ -1,0 +1,5 @@
+//! Effects in the gas.
+
+pub mod geometry_coefficient;
+pub mod leak;
+pub mod polytropic_gas;

@@ -1,0 +1,68 @@
+//! A rate-independent loop with memory.
+
+use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon};
+use crate::plant::Plant;
+
+/// The effect.
+pub const INFO: EffectInfo = EffectInfo {
+    id: "hysteresis",
+    group: Group::Mechanics,
+    what: "rate-independent loop with memory (Maxwell slip): saturates at force_n after slip_mm of travel",
+    parameters: &[
+        ParameterInfo::new("force_n", 20.0, [0.0, 500.0]),
+        ParameterInfo::new("slip_mm", 0.5, [1e-3, 20.0]),
+    ],
+    build: |v| {
+        Box::new(Hysteresis {
+            force_n: v[0],
+            slip_mm: v[1],
+            last_mm: None,
+            elements: [0.0; ELEMENTS],
+        })
+    },
+};
+
+const ELEMENTS: usize = 8;
+
+/// Elements of equal limit whose slip distances are spread evenly up to `slip_mm`.
+struct Hysteresis {
+    force_n: f64,
+    slip_mm: f64,
+    last_mm: Option<f64>,
+    elements: [f64; ELEMENTS],
+}
+
+impl Phenomenon for Hysteresis {
+    fn joint_force_n(&mut self, _clock: &Clock, plant: &Plant) -> f64 {
+        let now = plant.displacement_mm();
+        let travel = now - self.last_mm.replace(now).unwrap_or(now);
+        let limit = self.force_n / ELEMENTS as f64;
+        for (j, z) in self.elements.iter_mut().enumerate() {
+            let slip_mm = self.slip_mm * (j + 1) as f64 / ELEMENTS as f64;
+            *z = (*z + limit / slip_mm * travel).clamp(-limit, limit);
+        }
+        -self.elements.iter().sum::<f64>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::{Plant, PlantParameters};
+
+    #[test]
+    fn it_saturates_after_the_slip_and_remembers() {
+        let mut plant = Plant::new(&PlantParameters::default(), Default::default(), &[]);
+        let mut effect = (INFO.build)(&[20.0, 0.5]);
+        let clock = Clock { time_s: 0.0, step_s: 1e-4, sealed_g: None };
+        let mut at = |x: f64| {
+            plant.place(x, 0.0);
+            effect.joint_force_n(&clock, &plant)
+        };
+        assert_eq!(at(0.0), 0.0);
+        assert!(at(0.45) > -20.0);
+        assert!((at(0.5) + 20.0).abs() < 1e-12);
+        assert!((at(3.0) + 20.0).abs() < 1e-12);
+        assert!((at(2.0) - 20.0).abs() < 1e-12);
+    }
+}

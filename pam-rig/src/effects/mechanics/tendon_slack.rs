@@ -1,0 +1,41 @@
+//! Beyond a displacement one tendon is slack.
+
+use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon, SetUp};
+use crate::plant::Plant;
+
+/// The effect.
+pub const INFO: EffectInfo = EffectInfo {
+    id: "tendon_slack",
+    group: Group::Mechanics,
+    what: "beyond ±displacement_mm one chamber stops following x and a share of the stiffness is gone",
+    parameters: &[
+        ParameterInfo::new("displacement_mm", 1.0, [0.0, 20.0]),
+        ParameterInfo::new("stiffness_loss", 0.4, [0.0, 1.0]),
+    ],
+    build: |v| Box::new(TendonSlack { displacement_mm: v[0], stiffness_loss: v[1] }),
+};
+
+/// The volume of the muscle that shortens stays where it is beyond the displacement; the elastic
+/// restoring force f loses the share of its further growth, `loss · (f(x) − f(±displacement))`.
+struct TendonSlack {
+    displacement_mm: f64,
+    stiffness_loss: f64,
+}
+
+impl Phenomenon for TendonSlack {
+    fn set_up(&self, setup: &mut SetUp) {
+        for law in &mut setup.laws {
+            law.largest_contraction_mm = law.largest_contraction_mm.min(self.displacement_mm);
+        }
+    }
+
+    fn joint_force_n(&mut self, _clock: &Clock, plant: &Plant) -> f64 {
+        let x = plant.displacement_mm();
+        if x.abs() <= self.displacement_mm {
+            return 0.0;
+        }
+        let masses = [0, 1].map(|i| plant.muscles()[i].air.mass_g);
+        let force = |x: f64| plant.elastic_restoring_force_n(x, masses);
+        self.stiffness_loss * (force(x) - force(self.displacement_mm.copysign(x)))
+    }
+}

@@ -1,0 +1,50 @@
+//! Effects in actuation and sensing.
+
+pub mod actuation_delay;
+pub mod force_gain;
+pub mod force_saturation;
+pub mod position_gain;
+pub mod position_offset;
+pub mod pressure_bias;
+pub mod pressure_delay;
+pub mod pressure_gain;
+pub mod pressure_sensor_lag;
+
+use std::collections::VecDeque;
+
+/// A delay line over samples of equal distance that interpolates between them.
+struct DelayLine {
+    delay_s: f64,
+    last: VecDeque<f64>,
+}
+
+impl DelayLine {
+    fn new(delay_s: f64) -> Self {
+        Self { delay_s, last: VecDeque::new() }
+    }
+
+    /// Takes the value of now and gives that of `delay_s` ago; before the first one, the first one.
+    fn pass(&mut self, value: f64, step_s: f64) -> f64 {
+        self.last.push_front(value);
+        let steps = self.delay_s / step_s;
+        let whole = steps.floor() as usize;
+        let part = steps - steps.floor();
+        self.last.truncate(whole + 2);
+        let at = |i: usize| self.last.get(i).or(self.last.back()).copied().unwrap_or(value);
+        at(whole) + part * (at(whole + 1) - at(whole))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::DelayLine;
+
+    #[test]
+    fn a_delay_line_gives_the_past() {
+        let mut line = DelayLine::new(2.5e-3);
+        let out: Vec<f64> = (0..6).map(|k| line.pass(f64::from(k), 1e-3)).collect();
+        assert_eq!(out, [0.0, 0.0, 0.0, 0.5, 1.5, 2.5]);
+        let mut none = DelayLine::new(0.0);
+        assert_eq!(none.pass(3.0, 1e-3), 3.0);
+    }
+}

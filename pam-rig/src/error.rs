@@ -1,0 +1,53 @@
+//! What can go wrong with a rig.
+
+use crate::effects::EffectError;
+use pam_data::DataError;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// An error of the rig.
+#[derive(Debug, Error)]
+pub enum RigError {
+    /// A parameter is impossible.
+    #[error("`{field}` = {value}: {message}")]
+    Parameter {
+        /// Where, as a path of field names.
+        field: String,
+        /// The value.
+        value: f64,
+        /// What is wrong and what to do.
+        message: String,
+    },
+    /// A settings or protocol file is wrong.
+    #[error("{}:{line}: {message}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Line, counted from one.
+        line: usize,
+        /// What is wrong and what to do.
+        message: String,
+    },
+    /// A protocol that was not read from a file is wrong.
+    #[error("protocol `{name}`: {message}")]
+    Protocol {
+        /// Its name.
+        name: String,
+        /// What is wrong and what to do.
+        message: String,
+    },
+    /// The folder already holds something else.
+    #[error("{}: {message}", folder.display())]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// What is wrong and what to do.
+        message: String,
+    },
+    /// An effect as written is wrong.
+    #[error(transparent)]
+    Effect(#[from] EffectError),
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    Data(#[from] DataError),
+}

@@ -1,0 +1,179 @@
+//! A folder of recordings: made in parallel, resumable, never with half a log.
+
+use crate::error::RigError;
+use crate::protocol::{Protocol, Run};
+use crate::record::{Recorded, record};
+use crate::rig::RigParameters;
+use crate::truth::Truth;
+use pam_data::DataError;
+use pam_data::atomic::write_atomic;
+use rayon::prelude::*;
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Name of the file with everything that was hidden and set; sealed like the truth of each recording.
+pub const SETTINGS_FILE: &str = "truth.json";
+
+/// What is to be recorded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Session {
+    /// The rig.
+    pub rig: RigParameters,
+    /// The protocol.
+    pub protocol: Protocol,
+    /// Seed of all noise.
+    pub seed: u64,
+    /// Whether the truth of each sample is written beside each log.
+    pub truth: bool,
+    /// First line of each log.
+    pub note: String,
+}
+
+/// One recording of a folder.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Entry {
+    /// Its name.
+    pub name: String,
+    /// Its log.
+    pub log: PathBuf,
+    /// What was made; `None` if the log was there already.
+    #[serde(skip)]
+    pub made: Option<Outline>,
+}
+
+/// A recording in numbers, from its log's side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outline {
+    /// Measured pressures when the excitation began, psi gauge.
+    pub sealed_psi: [f64; 2],
+    /// Smallest and largest measured displacement from then on, mm.
+    pub displacement_mm: [f64; 2],
+    /// Frames of the log.
+    pub frames: usize,
+}
+
+impl Outline {
+    fn of(recorded: &Recorded, protocol: &Protocol, pulley_radius_mm: f64) -> Self {
+        let excited = (protocol.duration_s() * recorded.rate_hz).round() as usize;
+        let rows = &recorded.rows[recorded.rows.len().saturating_sub(excited)..];
+        let x = || rows.iter().map(|r| -r.angle_deg.to_radians() * pulley_radius_mm);
+        Self {
+            sealed_psi: rows.first().map_or([f64::NAN; 2], |r| r.measured_psi),
+            displacement_mm: [x().fold(f64::MAX, f64::min), x().fold(f64::MIN, f64::max)],
+            frames: recorded.rows.len(),
+        }
+    }
+}
+
+impl Session {
+    /// Everything that determines the bytes of the recordings.
+    ///
+    /// # Errors
+    /// [`RigError::Data`] if a value cannot be written as JSON (it can).
+    pub fn settings(&self) -> Result<Value, RigError> {
+        let value = |v: Result<Value, serde_json::Error>| {
+            v.map_err(|e| DataError::Io { path: SETTINGS_FILE.into(), source: e.into() })
+        };
+        Ok(json!({
+            "program": format!("pam-rig {}", env!("CARGO_PKG_VERSION")),
+            "seed": self.seed,
+            "truth_of_samples": self.truth,
+            "note": self.note,
+            "protocol": value(serde_json::to_value(&self.protocol))?,
+            "rig": value(serde_json::to_value(&self.rig))?,
+        }))
+    }
+
+    /// Makes all recordings in a folder, on all threads. `progress` is told each that is done.
+    ///
+    /// Every file is complete or absent. The settings are written first, the truth before its log; a
+    /// log that is there was finished, so a session that was interrupted goes on where it stopped
+    /// when it is made again with the same settings. Bytes depend on settings and seed alone.
+    ///
+    /// # Errors
+    /// [`RigError::Folder`] if the folder holds recordings made with other settings (unless
+    /// `overwrite`), [`RigError`] if the settings are impossible or a file cannot be written.
+    pub fn record_into(
+        &self,
+        folder: &Path,
+        overwrite: bool,
+        progress: &(dyn Fn(&Entry) + Sync),
+    ) -> Result<Vec<Entry>, RigError> {
+        let runs = self.protocol.runs()?;
+        let resumes = self.claim(folder, &runs, overwrite)?;
+        runs.into_par_iter()
+            .map(|run| {
+                let entry = self.record_one(folder, run, resumes)?;
+                progress(&entry);
+                Ok(entry)
+            })
+            .collect()
+    }
+
+    fn record_one(&self, folder: &Path, run: Run, resumes: bool) -> Result<Entry, RigError> {
+        let log = folder.join(&run.name);
+        let truth = Truth::path_for(&log);
+        if resumes && log.exists() && (truth.exists() || !self.truth) {
+            return Ok(Entry { name: run.name, log, made: None });
+        }
+        let recorded = record(&self.rig, &self.protocol, &run, self.seed)?;
+        if self.truth {
+            recorded.truth.write(&truth)?;
+        }
+        write_atomic(&log, recorded.log_text(&self.note).as_bytes())?;
+        let radius = self.rig.sensors.encoder.pulley_radius_mm;
+        let outline = Outline::of(&recorded, &self.protocol, radius);
+        Ok(Entry { name: run.name, log, made: Some(outline) })
+    }
+
+    /// Takes a folder: writes the settings, or checks that those there are the same. Says whether
+    /// recordings that are there count.
+    fn claim(&self, folder: &Path, runs: &[Run], overwrite: bool) -> Result<bool, RigError> {
+        let path = folder.join(SETTINGS_FILE);
+        let settings = format!("{:#}\n", self.settings()?);
+        let fail = |message: &str| {
+            Err(RigError::Folder { folder: folder.to_owned(), message: message.to_owned() })
+        };
+        match std::fs::read_to_string(&path) {
+            Ok(there) if there == settings => {
+                remove_leftovers(folder);
+                return Ok(true);
+            }
+            Ok(_) if !overwrite => {
+                return fail(
+                    "holds recordings made with other settings; give another folder, or --overwrite",
+                );
+            }
+            Err(_) if !overwrite && runs.iter().any(|run| folder.join(&run.name).exists()) => {
+                return fail(
+                    "holds logs of these names that this program did not make; give another folder, \
+                     or --overwrite",
+                );
+            }
+            _ => {}
+        }
+        // Logs of other settings must not be taken for those of these.
+        for run in runs {
+            let log = folder.join(&run.name);
+            for file in [Truth::path_for(&log), log] {
+                if file.exists() {
+                    std::fs::remove_file(&file)
+                        .map_err(|source| DataError::Io { path: file, source })?;
+                }
+            }
+        }
+        write_atomic(&path, settings.as_bytes())?;
+        Ok(false)
+    }
+}
+
+/// Removes the temporary files of a session that was killed while writing.
+fn remove_leftovers(folder: &Path) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        if entry.file_name().to_string_lossy().starts_with(pam_data::atomic::TEMPORARY_PREFIX) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}

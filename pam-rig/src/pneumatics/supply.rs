@@ -1,0 +1,72 @@
+//! The reservoir that feeds both muscles.
+
+use crate::plant::gas::{GAS_CONSTANT, ROOM_K};
+use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
+use serde::{Deserialize, Serialize};
+
+/// Parameters of the reservoir.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SupplyParameters {
+    /// Pressure that the regulator holds, psi gauge (96.7 in the published excerpt of a log).
+    pub pressure_psi: f64,
+    /// Volume of the reservoir, mm³.
+    pub volume_mm3: f64,
+    /// Time in which the regulator makes up for most of a loss, s.
+    pub recovery_s: f64,
+}
+
+impl Default for SupplyParameters {
+    fn default() -> Self {
+        Self { pressure_psi: 96.7, volume_mm3: 4e5, recovery_s: 0.5 }
+    }
+}
+
+/// The reservoir, at room temperature.
+#[derive(Debug, Clone, Copy)]
+pub struct Supply {
+    parameters: SupplyParameters,
+    pressure_kpa: f64,
+}
+
+impl Supply {
+    /// A full reservoir.
+    #[must_use]
+    pub fn new(parameters: SupplyParameters) -> Self {
+        Self { parameters, pressure_kpa: Self::set_kpa(&parameters) }
+    }
+
+    fn set_kpa(p: &SupplyParameters) -> f64 {
+        p.pressure_psi * KPA_PER_PSI + ATMOSPHERE_KPA
+    }
+
+    /// Pressure, kPa absolute.
+    #[must_use]
+    pub fn pressure_kpa(&self) -> f64 {
+        self.pressure_kpa
+    }
+
+    /// Gives `mass_g` of air and is refilled for a time.
+    pub fn give(&mut self, mass_g: f64, time_s: f64) {
+        let p = &self.parameters;
+        self.pressure_kpa -= mass_g * GAS_CONSTANT * ROOM_K / p.volume_mm3;
+        let set = Self::set_kpa(p);
+        self.pressure_kpa = set + (self.pressure_kpa - set) * (-time_s / p.recovery_s).exp();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_taken_is_made_up_for() {
+        let mut supply = Supply::new(SupplyParameters::default());
+        let full = supply.pressure_kpa();
+        supply.give(0.05, 0.0);
+        // 0.05 g in 400 cm³ are 0.05 · 8.47e7 / 4e5 = 10.6 kPa.
+        assert!((full - supply.pressure_kpa() - 10.5875).abs() < 1e-9);
+        supply.give(0.0, 5.0);
+        assert!(full - supply.pressure_kpa() < 1e-3);
+    }
+}

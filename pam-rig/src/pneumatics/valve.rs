@@ -1,0 +1,181 @@
+//! Solenoid valves with sonic conductance.
+
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+
+/// Density of air at the reference atmosphere of ISO 8778 (100 kPa, 20 °C, 65 % humidity), g/dm³.
+const REFERENCE_DENSITY_G_DM3: f64 = 1.185;
+/// Temperature of the reference atmosphere, K.
+const REFERENCE_K: f64 = 293.15;
+/// Pressure ratio above which the flow is taken as linear, so that it is smooth at equal pressures.
+const LINEAR_FROM: f64 = 0.999;
+
+/// Mass flow through an orifice, g/s (ISO 6358-1:2013, equations 1 and 2):
+///
+/// ```text
+/// ṁ = C ρ₀ p₁ √(T₀/T₁) · { 1                              p₂/p₁ ≤ b
+///                         { √(1 − ((p₂/p₁ − b)/(1 − b))²)  else
+/// ```
+///
+/// `conductance` C in dm³/(s·bar), pressures absolute in kPa, upstream temperature in K; `p₂ ≤ p₁`.
+#[must_use]
+pub fn iso_6358_flow_g_s(
+    conductance: f64,
+    critical_ratio: f64,
+    upstream_kpa: f64,
+    upstream_k: f64,
+    downstream_kpa: f64,
+) -> f64 {
+    let ratio = downstream_kpa / upstream_kpa;
+    if ratio >= 1.0 {
+        return 0.0;
+    }
+    let subsonic = |ratio: f64| {
+        let place = ((ratio - critical_ratio) / (1.0 - critical_ratio)).max(0.0);
+        (1.0 - place * place).sqrt()
+    };
+    let share = if ratio > LINEAR_FROM {
+        subsonic(LINEAR_FROM) * (1.0 - ratio) / (1.0 - LINEAR_FROM)
+    } else {
+        subsonic(ratio)
+    };
+    let choked = conductance
+        * REFERENCE_DENSITY_G_DM3
+        * (1e-2 * upstream_kpa)
+        * (REFERENCE_K / upstream_k).sqrt();
+    choked * share
+}
+
+/// Parameters of a pair of valves.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ValveParameters {
+    /// Sonic conductance of valve and tube from the supply into the muscle, dm³/(s·bar).
+    pub inflate_conductance: f64,
+    /// Sonic conductance out of the muscle, dm³/(s·bar).
+    pub exhaust_conductance: f64,
+    /// Critical pressure ratio b.
+    pub critical_ratio: f64,
+    /// Time from command to opening and to closing, ms.
+    pub response_ms: f64,
+}
+
+/// Conductances from the slew rate that the published tracking runs need, see `docs/rig.md`.
+impl Default for ValveParameters {
+    fn default() -> Self {
+        Self {
+            inflate_conductance: 0.020,
+            exhaust_conductance: 0.020,
+            critical_ratio: 0.3,
+            response_ms: 2.0,
+        }
+    }
+}
+
+/// What the valves of a muscle do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Opening {
+    /// Both shut.
+    #[default]
+    Shut,
+    /// Open to the supply.
+    Inflate,
+    /// Open to the room.
+    Exhaust,
+}
+
+/// The valves of one muscle, which follow their command late.
+#[derive(Debug, Clone)]
+pub struct Valve {
+    parameters: ValveParameters,
+    pending: VecDeque<Opening>,
+    delay_steps: usize,
+}
+
+impl Valve {
+    /// Shut valves, stepped every `step_s`.
+    #[must_use]
+    pub fn new(parameters: ValveParameters, step_s: f64) -> Self {
+        let delay_steps = (1e-3 * parameters.response_ms / step_s).round() as usize;
+        Self { parameters, pending: VecDeque::new(), delay_steps }
+    }
+
+    /// Flow into the muscle during a step (g/s, negative when it leaves) for a command, and of that
+    /// what the supply gives.
+    pub fn flow_g_s(
+        &mut self,
+        command: Opening,
+        supply: (f64, f64),
+        muscle: (f64, f64),
+        room_kpa: f64,
+    ) -> (f64, f64) {
+        self.pending.push_back(command);
+        let now = if self.pending.len() > self.delay_steps {
+            self.pending.pop_front().unwrap_or_default()
+        } else {
+            Opening::Shut
+        };
+        let p = &self.parameters;
+        match now {
+            Opening::Shut => (0.0, 0.0),
+            Opening::Inflate => {
+                let flow = iso_6358_flow_g_s(
+                    p.inflate_conductance,
+                    p.critical_ratio,
+                    supply.0,
+                    supply.1,
+                    muscle.0,
+                );
+                (flow, flow)
+            }
+            Opening::Exhaust => {
+                let flow = iso_6358_flow_g_s(
+                    p.exhaust_conductance,
+                    p.critical_ratio,
+                    muscle.0,
+                    muscle.1,
+                    room_kpa,
+                );
+                (-flow, 0.0)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    /// The definition of C: at the reference temperature a choked orifice passes C dm³/s of
+    /// reference air for every bar upstream.
+    #[test]
+    fn choked_flow_is_conductance_times_pressure() {
+        let flow = iso_6358_flow_g_s(0.1, 0.3, 600.0, 293.15, 150.0);
+        assert_relative_eq!(flow, 0.1 * 1.185 * 6.0, max_relative = 1e-12);
+    }
+
+    #[test]
+    fn subsonic_flow_falls_on_an_ellipse_to_zero() {
+        let choked = iso_6358_flow_g_s(0.1, 0.3, 600.0, 293.15, 180.0);
+        let half = iso_6358_flow_g_s(0.1, 0.3, 600.0, 293.15, 600.0 * 0.65);
+        assert_relative_eq!(half / choked, (1.0_f64 - 0.25).sqrt(), max_relative = 1e-12);
+        assert_eq!(iso_6358_flow_g_s(0.1, 0.3, 600.0, 293.15, 600.0), 0.0);
+        let (below, above) = (
+            iso_6358_flow_g_s(0.1, 0.3, 600.0, 300.0, 599.399),
+            iso_6358_flow_g_s(0.1, 0.3, 600.0, 300.0, 599.401),
+        );
+        assert_relative_eq!(below, above, max_relative = 1e-2);
+    }
+
+    #[test]
+    fn valves_follow_their_command_late() {
+        let mut valve =
+            Valve::new(ValveParameters { response_ms: 2.0, ..Default::default() }, 1e-3);
+        let flows: Vec<f64> = [Opening::Inflate, Opening::Shut, Opening::Shut, Opening::Shut]
+            .map(|c| valve.flow_g_s(c, (700.0, 295.0), (200.0, 295.0), 101.0).0)
+            .to_vec();
+        assert_eq!(flows[..2], [0.0, 0.0]);
+        assert!(flows[2] > 0.0 && flows[3] == 0.0);
+    }
+}

@@ -1,0 +1,88 @@
+//! Protocols that come with the rig.
+
+use super::Protocol;
+use crate::error::RigError;
+use std::path::Path;
+
+/// Names and texts.
+const TEXTS: [(&str, &str); 4] = [
+    ("paper", include_str!("../../protocols/paper.toml")),
+    ("validation", include_str!("../../protocols/validation.toml")),
+    ("pulses", include_str!("../../protocols/pulses.toml")),
+    ("tracking", include_str!("../../protocols/tracking.toml")),
+];
+
+impl Protocol {
+    /// Names of the protocols that come with the rig.
+    pub const BUILT_IN: [&'static str; 4] = [TEXTS[0].0, TEXTS[1].0, TEXTS[2].0, TEXTS[3].0];
+
+    /// The TOML text of a protocol that comes with the rig, to start one's own from.
+    #[must_use]
+    pub fn built_in_text(name: &str) -> Option<&'static str> {
+        TEXTS.iter().find(|(n, _)| *n == name).map(|(_, text)| *text)
+    }
+
+    /// The training excitation of the published rig at the 29 training conditions.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self::built_in("paper").expect("a protocol that comes with the rig")
+    }
+
+    /// A protocol that comes with the rig.
+    ///
+    /// # Errors
+    /// [`RigError::Protocol`] that lists the names.
+    pub fn built_in(name: &str) -> Result<Self, RigError> {
+        let text = Self::built_in_text(name).ok_or_else(|| RigError::Protocol {
+            name: name.to_owned(),
+            message: format!(
+                "neither a file nor one of the protocols that come with the rig: {}",
+                Self::BUILT_IN.join(", ")
+            ),
+        })?;
+        Self::parse(text, Path::new(name))
+    }
+
+    /// A protocol by the name of a built-in one or the path of a file.
+    ///
+    /// # Errors
+    /// [`RigError`] naming file, line and field.
+    pub fn open(name: &str) -> Result<Self, RigError> {
+        let path = Path::new(name);
+        if Self::built_in_text(name).is_none() && (path.exists() || name.ends_with(".toml")) {
+            Self::read(path)
+        } else {
+            Self::built_in(name)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_built_in_protocol_is_sound() {
+        for name in Protocol::BUILT_IN {
+            let protocol = Protocol::built_in(name).unwrap();
+            assert_eq!(protocol.name, name);
+            assert!(!protocol.runs().unwrap().is_empty());
+        }
+    }
+
+    /// Section VI of the source: 0.5 Hz for 0–40 s, 1 Hz for 40–60 s, 2 Hz for 60–70 s, each at 1 A
+    /// and at 1.5 A.
+    #[test]
+    fn the_paper_excitation_is_the_published_one() {
+        let paper = Protocol::paper();
+        assert_eq!(paper.duration_s(), 70.0);
+        assert_eq!(paper.runs().unwrap().len(), 29);
+        for (peak_s, current) in
+            [(0.5, 1.0), (20.5, 1.5), (40.25, 1.0), (50.25, 1.5), (60.125, 1.0), (65.125, 1.5)]
+        {
+            assert!((paper.current_a(peak_s, 0) - current).abs() < 1e-9, "{peak_s}");
+        }
+        assert_eq!(paper.current_a(-1.0, 0), 0.0);
+        assert_eq!(paper.current_a(70.0, 0), 0.0);
+    }
+}

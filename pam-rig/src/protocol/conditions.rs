@@ -1,0 +1,146 @@
+//! Pairs of sealed pressures.
+
+use serde::{Deserialize, Serialize};
+
+/// The 29 training conditions (psi gauge, flexor and extensor) in the order of the published
+/// curriculum (Wang and Realmuto 2026, table II).
+pub const TRAINING_PSI: [[u8; 2]; 29] = [
+    [10, 10],
+    [45, 45],
+    [80, 80],
+    [40, 50],
+    [50, 40],
+    [30, 60],
+    [60, 30],
+    [20, 70],
+    [70, 20],
+    [10, 80],
+    [80, 10],
+    [45, 30],
+    [45, 60],
+    [30, 45],
+    [60, 45],
+    [45, 20],
+    [45, 70],
+    [20, 45],
+    [70, 45],
+    [45, 10],
+    [45, 80],
+    [10, 45],
+    [80, 45],
+    [20, 20],
+    [30, 30],
+    [40, 40],
+    [50, 50],
+    [60, 60],
+    [70, 70],
+];
+
+/// A set of conditions that has a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ConditionSet {
+    /// The 29 training conditions.
+    Train,
+    /// All 225 pairs of 10, 15, …, 80 psi.
+    Grid,
+    /// The 15 equal pairs of the grid.
+    Symmetric,
+}
+
+/// At which sealed pressures a protocol is run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Conditions {
+    /// A named set.
+    Set(ConditionSet),
+    /// Pairs of whole psi gauge, flexor and extensor.
+    List(Vec<[u8; 2]>),
+}
+
+impl Conditions {
+    /// The pairs, psi gauge.
+    #[must_use]
+    pub fn psi(&self) -> Vec<[u8; 2]> {
+        let steps = || (10..=80_u8).step_by(5);
+        match self {
+            Self::Set(ConditionSet::Train) => TRAINING_PSI.to_vec(),
+            Self::Set(ConditionSet::Grid) => {
+                steps().flat_map(|f| steps().map(move |e| [f, e])).collect()
+            }
+            Self::Set(ConditionSet::Symmetric) => steps().map(|p| [p, p]).collect(),
+            Self::List(list) => list.clone(),
+        }
+    }
+
+    /// Reads `train`, `grid`, `symmetric` or pairs like `30/60,45/45`.
+    ///
+    /// # Errors
+    /// A message that says what is expected.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        match text.trim() {
+            "train" => return Ok(Self::Set(ConditionSet::Train)),
+            "grid" => return Ok(Self::Set(ConditionSet::Grid)),
+            "symmetric" => return Ok(Self::Set(ConditionSet::Symmetric)),
+            _ => {}
+        }
+        let pair = |part: &str| {
+            let (f, e) = part.split_once('/')?;
+            Some([f.trim().parse().ok()?, e.trim().parse().ok()?])
+        };
+        let pairs: Option<Vec<_>> = text.split(',').map(pair).collect();
+        let list = Self::List(pairs.ok_or_else(|| {
+            format!(
+                "`{text}` is neither train, grid, symmetric nor a list of whole psi like 30/60,45/45"
+            )
+        })?);
+        list.check()?;
+        Ok(list)
+    }
+
+    /// Checks a list.
+    ///
+    /// # Errors
+    /// A message if it is empty, repeats a pair, or asks for more than the supply gives.
+    pub fn check(&self) -> Result<(), String> {
+        let psi = self.psi();
+        if psi.is_empty() {
+            return Err("the list of conditions is empty".into());
+        }
+        for (i, pair) in psi.iter().enumerate() {
+            if let Some(p) = pair.iter().find(|&&p| p > 90) {
+                return Err(format!("{p} psi is more than the supply can give (90 psi)"));
+            }
+            if psi[..i].contains(pair) {
+                return Err(format!("the pair {}/{} is there twice", pair[0], pair[1]));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_training_conditions_are_part_of_the_grid() {
+        let grid = Conditions::Set(ConditionSet::Grid).psi();
+        assert_eq!(grid.len(), 225);
+        assert!(TRAINING_PSI.iter().all(|c| grid.contains(c)));
+        assert!(Conditions::List(TRAINING_PSI.to_vec()).check().is_ok());
+    }
+
+    #[test]
+    fn lists_are_read_and_checked() {
+        assert_eq!(Conditions::parse("30/60, 45/45").unwrap().psi(), [[30, 60], [45, 45]]);
+        for (text, why) in [
+            ("30-60", "30/60,45/45"),
+            ("30/99", "supply"),
+            ("30/60,30/60", "twice"),
+            ("", "neither"),
+        ] {
+            assert!(Conditions::parse(text).unwrap_err().contains(why), "{text}");
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! A protocol carried out on a rig: logs and their truth.
+
+use crate::error::RigError;
+use crate::protocol::{Protocol, Run};
+use crate::rig::{Command, PressureCommand, Rig, RigParameters};
+use crate::truth::Truth;
+use pam_data::formats::raw_log::{self, Row};
+
+/// Time at the head of a log before the controller starts, s.
+const IDLE_S: f64 = 0.05;
+
+/// A recording as the rig made it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recorded {
+    /// Its name, that of its log.
+    pub name: String,
+    /// Nominal frames per second.
+    pub rate_hz: f64,
+    /// The log's rows.
+    pub rows: Vec<Row>,
+    /// What is true.
+    pub truth: Truth,
+}
+
+impl Recorded {
+    /// The log's text.
+    #[must_use]
+    pub fn log_text(&self, note: &str) -> String {
+        raw_log::to_text(note, self.rate_hz, 0, &self.rows)
+    }
+}
+
+/// The seed of a run: the recordings of a folder differ in their noise, and each is the same in
+/// whatever company it is made.
+#[must_use]
+pub fn seed_of(seed: u64, name: &str) -> u64 {
+    // FNV-1a over the name.
+    let start = 0xcbf2_9ce4_8422_2325_u64 ^ seed;
+    name.bytes().fold(start, |hash, b| (hash ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3))
+}
+
+/// Carries out one run.
+///
+/// The log begins with the controller idle, then the servo inflates the muscles from room pressure,
+/// the valves close, the joint rests, and at time zero the tracks of the protocol begin.
+///
+/// # Errors
+/// [`RigError::Parameter`] if the rig's parameters are impossible.
+pub fn record(
+    parameters: &RigParameters,
+    protocol: &Protocol,
+    run: &Run,
+    seed: u64,
+) -> Result<Recorded, RigError> {
+    let seed = seed_of(seed, &run.name);
+    let rate_hz = parameters.sensors.clock.rate_hz;
+    let frames = |time_s: f64| (time_s * rate_hz).round() as usize;
+    let lead = &protocol.lead_in;
+    let (idle, inflate, rest) = (frames(IDLE_S), frames(lead.inflate_s), frames(lead.rest_s));
+    let before = idle + inflate + rest;
+    let sample_s = parameters.sensors.clock.sample_s();
+    let start_s = -(before as f64) * sample_s;
+    let mut rig = Rig::new(parameters, seed, start_s)?;
+    let total = before + frames(protocol.duration_s());
+    let mut recorded = Recorded {
+        name: run.name.clone(),
+        rate_hz,
+        rows: Vec::with_capacity(total),
+        truth: Truth { start_s, sample_s, rows: Vec::with_capacity(total) },
+    };
+    // Driven pressures begin where the servo left them; sealed muscles are sealed before.
+    let driven = !protocol.pressure.is_empty();
+    for frame in 0..total {
+        // The controller counts on its own clock.
+        let time_s = (frame as f64 - before as f64) / rate_hz;
+        let pressure = if frame < idle {
+            PressureCommand::Sealed
+        } else if frame < before {
+            let inflating = frame < idle + inflate || driven;
+            if inflating { PressureCommand::Servo(run.start_psi) } else { PressureCommand::Sealed }
+        } else {
+            protocol.targets_psi(time_s).map_or(PressureCommand::Sealed, PressureCommand::Servo)
+        };
+        let current_a = if frame < before { 0.0 } else { protocol.current_a(time_s, seed) };
+        let mut made = rig.tick(&Command { current_a, pressure });
+        if frame < idle {
+            made.row.command = 0.0;
+            made.row.sync = false;
+        }
+        recorded.rows.push(made.row);
+        recorded.truth.rows.push(made.truth);
+    }
+    Ok(recorded)
+}
