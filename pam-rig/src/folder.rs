@@ -2,11 +2,12 @@
 
 use crate::error::RigError;
 use crate::protocol::{Protocol, Run};
-use crate::record::{Recorded, record};
-use crate::rig::RigParameters;
+use crate::record::record;
+use crate::rig::{Rig, RigParameters};
 use crate::truth::Truth;
 use pam_data::DataError;
 use pam_data::atomic::write_atomic;
+use pam_data::formats::raw_log::RawLog;
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -37,33 +38,15 @@ pub struct Entry {
     pub name: String,
     /// Its log.
     pub log: PathBuf,
-    /// What was made; `None` if the log was there already.
-    #[serde(skip)]
-    pub made: Option<Outline>,
-}
-
-/// A recording in numbers, from its log's side.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Outline {
     /// Measured pressures when the excitation began, psi gauge.
     pub sealed_psi: [f64; 2],
     /// Smallest and largest measured displacement from then on, mm.
     pub displacement_mm: [f64; 2],
     /// Frames of the log.
     pub frames: usize,
-}
-
-impl Outline {
-    fn of(recorded: &Recorded, protocol: &Protocol, pulley_radius_mm: f64) -> Self {
-        let excited = (protocol.duration_s() * recorded.rate_hz).round() as usize;
-        let rows = &recorded.rows[recorded.rows.len().saturating_sub(excited)..];
-        let x = || rows.iter().map(|r| -r.angle_deg.to_radians() * pulley_radius_mm);
-        Self {
-            sealed_psi: rows.first().map_or([f64::NAN; 2], |r| r.measured_psi),
-            displacement_mm: [x().fold(f64::MAX, f64::min), x().fold(f64::MIN, f64::max)],
-            frames: recorded.rows.len(),
-        }
-    }
+    /// Whether the log was there already.
+    #[serde(skip)]
+    pub was_there: bool,
 }
 
 impl Session {
@@ -101,6 +84,8 @@ impl Session {
         progress: &(dyn Fn(&Entry) + Sync),
     ) -> Result<Vec<Entry>, RigError> {
         let runs = self.protocol.runs()?;
+        // What is impossible is told before anything is written.
+        Rig::new(&self.rig, self.seed, 0.0)?;
         let resumes = self.claim(folder, &runs, overwrite)?;
         runs.into_par_iter()
             .map(|run| {
@@ -112,19 +97,46 @@ impl Session {
     }
 
     fn record_one(&self, folder: &Path, run: Run, resumes: bool) -> Result<Entry, RigError> {
-        let log = folder.join(&run.name);
-        let truth = Truth::path_for(&log);
-        if resumes && log.exists() && (truth.exists() || !self.truth) {
-            return Ok(Entry { name: run.name, log, made: None });
+        let path = folder.join(&run.name);
+        let truth = Truth::path_for(&path);
+        if resumes && path.exists() && (truth.exists() || !self.truth) {
+            let log = RawLog::read(&path)?;
+            let psi = [log.pressure_flexor_psi(), log.pressure_extensor_psi()];
+            return Ok(self.entry(run.name, path, log.angle_deg(), psi, true));
         }
         let recorded = record(&self.rig, &self.protocol, &run, self.seed)?;
         if self.truth {
             recorded.truth.write(&truth)?;
         }
-        write_atomic(&log, recorded.log_text(&self.note).as_bytes())?;
+        let text = recorded.log_text(&self.note);
+        write_atomic(&path, text.as_bytes())?;
+        // From the log's text, so that a recording looks the same when it is found again.
+        let log = RawLog::parse(&path, text.as_bytes())?;
+        let psi = [log.pressure_flexor_psi(), log.pressure_extensor_psi()];
+        Ok(self.entry(run.name, path, log.angle_deg(), psi, false))
+    }
+
+    fn entry(
+        &self,
+        name: String,
+        log: PathBuf,
+        angle_deg: &[f64],
+        psi: [&[f64]; 2],
+        was_there: bool,
+    ) -> Entry {
+        let rate_hz = self.rig.sensors.clock.rate_hz;
+        let excited = (self.protocol.duration_s() * rate_hz).round() as usize;
+        let start = angle_deg.len().saturating_sub(excited);
         let radius = self.rig.sensors.encoder.pulley_radius_mm;
-        let outline = Outline::of(&recorded, &self.protocol, radius);
-        Ok(Entry { name: run.name, log, made: Some(outline) })
+        let x = || angle_deg[start..].iter().map(|a| -a.to_radians() * radius);
+        Entry {
+            name,
+            log,
+            sealed_psi: psi.map(|p| p.get(start).copied().unwrap_or(f64::NAN)),
+            displacement_mm: [x().fold(f64::MAX, f64::min), x().fold(f64::MIN, f64::max)],
+            frames: angle_deg.len(),
+            was_there,
+        }
     }
 
     /// Takes a folder: writes the settings, or checks that those there are the same. Says whether

@@ -46,7 +46,7 @@ pub mod truth;
 
 pub use effects::{Effect, EffectInfo};
 pub use error::RigError;
-pub use folder::{Entry, Outline, Session};
+pub use folder::{Entry, Session};
 pub use protocol::{Conditions, Protocol, Run};
 pub use record::{Recorded, record};
 pub use rig::{Command, Frame, PressureCommand, Rig, RigParameters};

@@ -10,7 +10,7 @@ use crate::protocol::{Protocol, Run};
 use crate::record::record;
 use crate::rig::RigParameters;
 use crate::sensors::SensorParameters;
-use pam_core::units::{ATMOSPHERE_KPA, GAS_COEFFICIENT_KPA_MM3_PER_G, KPA_PER_PSI};
+use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -29,7 +29,7 @@ pub struct Observable {
     pub rig: f64,
 }
 
-/// The published network's own answers: its force at the gas law's masses.
+/// The published network's own answers: its force at the gas law's masses, and its free run.
 const NETWORK: &str = "published weights";
 const PAPER: &str = "Wang and Realmuto 2026";
 
@@ -195,7 +195,7 @@ pub fn observables(p: &PlantParameters) -> Result<Vec<Observable>, RigError> {
     }
     let [slow, fast] = excursions_mm(p, [45, 45])?;
     push("displacement at 200 N, 0.5 Hz, 412 kPa (±)".into(), "mm", 1.13, NETWORK, slow);
-    push("displacement at 200 N, 2 Hz, 412 kPa (±)".into(), "mm", 2.0, PAPER, fast);
+    push("displacement at 200 N, 2 Hz, 412 kPa (±)".into(), "mm", 2.17, NETWORK, fast);
     for (psi, published) in
         [([60.0, 30.0], 1.08), ([30.0, 60.0], -1.21), ([45.0, 10.0], 1.29), ([80.0, 10.0], 2.54)]
     {
@@ -209,11 +209,6 @@ pub fn observables(p: &PlantParameters) -> Result<Vec<Observable>, RigError> {
         let what = format!("delay of the measured pressure at {frequency} Hz, 308/515 kPa");
         push(what, "ms", published, PAPER, rig);
     }
-    let plant = sealed(p, even(45.0));
-    let mass = plant.muscles()[0].air.mass_g;
-    let surface =
-        kpa(45.0) * plant.muscles()[0].gas_volume_mm3(0.0) / GAS_COEFFICIENT_KPA_MM3_PER_G;
-    debug_assert!((mass - surface).abs() < 1e-9);
     push(
         "deformation coefficient nu of an isothermal model".into(),
         "1",

@@ -6,6 +6,7 @@ use crate::plant::gas::ROOM_K;
 use crate::plant::{Drive, Plant, PlantParameters, VolumeLaw};
 use crate::pneumatics::{Opening, PneumaticsParameters, Servo, Supply, Valve};
 use crate::sensors::{PressureSensor, SensorParameters};
+use crate::toml_file;
 use crate::truth::TruthRow;
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
 use pam_data::formats::raw_log::Row;
@@ -13,6 +14,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 
 /// Everything that describes a rig.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -40,6 +42,25 @@ impl Default for RigParameters {
             sensors: SensorParameters::default(),
             effects: Vec::new(),
         }
+    }
+}
+
+impl RigParameters {
+    /// Reads parameters from a TOML file; what it leaves out has its default.
+    ///
+    /// # Errors
+    /// [`RigError`] naming file and line.
+    pub fn read(path: &Path) -> Result<Self, RigError> {
+        toml_file::parse(&toml_file::text(path)?, path)
+    }
+
+    /// The parameters as TOML text.
+    ///
+    /// # Panics
+    /// Never: every parameter can be written as TOML.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("parameters are plain tables")
     }
 }
 
@@ -275,5 +296,24 @@ fn valve_code(opening: Opening) -> i8 {
         Opening::Shut => -1,
         Opening::Inflate => 1,
         Opening::Exhaust => 2,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_survive_their_file() {
+        let mut rig = RigParameters::default();
+        rig.effects.push("creep".parse().unwrap());
+        rig.plant.heat = crate::plant::HeatExchange::Isothermal;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rig.toml");
+        std::fs::write(&path, rig.to_toml()).unwrap();
+        assert_eq!(RigParameters::read(&path).unwrap(), rig);
+        std::fs::write(&path, "[plant]\n\nmass = 3\n").unwrap();
+        let message = RigParameters::read(&path).unwrap_err().to_string();
+        assert!(message.contains("rig.toml:3: unknown field `mass`"), "{message}");
     }
 }

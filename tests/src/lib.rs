@@ -1,6 +1,7 @@
-//! Helpers of the whole-system tests. The Rust code of the README and of the notebooks is compiled and
+//! Helpers of the whole-system tests. The Rust code of the README, of `docs/rig.md` and of the notebooks is compiled and
 //! run as documentation tests of this crate.
 #![doc = include_str!("../../README.md")]
+#![doc = include_str!("../../docs/rig.md")]
 #![doc = include_str!(concat!(env!("OUT_DIR"), "/notebooks.md"))]
 
 use std::path::{Path, PathBuf};

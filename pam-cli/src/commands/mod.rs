@@ -5,4 +5,5 @@ pub mod convert;
 pub mod evaluate;
 pub mod gradient;
 pub mod inspect;
+pub mod rig;
 pub mod simulate;

@@ -35,6 +35,12 @@ pub enum Group {
 }
 
 impl Group {
+    /// Whether its effects are in the shared vocabulary.
+    #[must_use]
+    pub fn is_listed(self) -> bool {
+        self != Self::Unlisted
+    }
+
     /// In words.
     #[must_use]
     pub fn label(self) -> &'static str {

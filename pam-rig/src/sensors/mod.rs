@@ -69,7 +69,13 @@ impl SensorParameters {
     /// Everything ideal.
     #[must_use]
     pub fn ideal() -> Self {
-        Part::ALL.iter().fold(Self::default(), |sensors, (_, part)| sensors.with_ideal(*part))
+        Self::default().all_ideal()
+    }
+
+    /// The same with all parts ideal.
+    #[must_use]
+    pub fn all_ideal(self) -> Self {
+        Part::ALL.iter().fold(self, |sensors, (_, part)| sensors.with_ideal(*part))
     }
 
     /// The same with one part ideal.

@@ -1,5 +1,9 @@
 //! The command line.
 
+mod rig;
+
+pub use rig::{RigCommand, RigObservablesArguments, RigProtocolArguments, RigRecordArguments};
+
 use crate::options::{DataOptions, ModelOptions, SolverOptions, StepOptions};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -29,6 +33,8 @@ Examples:
       --pressures 412,412 --out run.csv         a run that was never measured
   pam gradient --model model.eqx --data logs/ --out gradient.npz
                                                 loss and exact gradient, for checking others
+  pam rig record --conditions 30/60,45/45 --effect coulomb_friction:force_n=20 --out logs
+                                                made-up recordings with a hidden effect
   pam bench gradients --quick --out bench       compare gradient methods: error, time, memory
   pam convert model.eqx model.safetensors       published weights to the framework's format
 
@@ -72,6 +78,9 @@ pub enum Command {
     Evaluate(EvaluateArguments),
     /// Loss of a model on recordings, and its gradient with respect to every parameter
     Gradient(GradientArguments),
+    /// The virtual rig: make recordings whose truth is known
+    #[command(subcommand)]
+    Rig(RigCommand),
     /// Compare methods with each other
     #[command(subcommand)]
     Bench(BenchCommand),

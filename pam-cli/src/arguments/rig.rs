@@ -1,0 +1,69 @@
+//! Arguments of `pam rig`.
+
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+/// What the virtual rig does.
+#[derive(Debug, Subcommand)]
+pub enum RigCommand {
+    /// Carry out a protocol and write raw logs, with the sealed truth beside them
+    Record(RigRecordArguments),
+    /// List what can be hidden in the rig, with parameters and units
+    ListEffects,
+    /// Print a protocol as TOML, to start one's own from; without a name, list them
+    Protocol(RigProtocolArguments),
+    /// Print the rig's parameters as TOML, for --rig
+    Parameters,
+    /// Measure on the rig what is published about the joint
+    Observables(RigObservablesArguments),
+}
+
+/// Arguments of `pam rig record`.
+#[derive(Debug, Args)]
+pub struct RigRecordArguments {
+    /// A protocol that comes with the rig (paper, validation, pulses, tracking), or a TOML file
+    #[arg(long, default_value = "paper", value_name = "NAME|FILE")]
+    pub protocol: String,
+    /// Sealed pressures instead of the protocol's: train (29), grid (225), symmetric (15), or pairs of
+    /// psi gauge like 30/60,45/45 (flexor/extensor)
+    #[arg(long, value_name = "SET|PAIRS")]
+    pub conditions: Option<String>,
+    /// Parameters of the rig, a TOML file; what it leaves out has its default
+    #[arg(long, value_name = "FILE")]
+    pub rig: Option<PathBuf>,
+    /// Hide an effect, with or without its parameters: coulomb_friction:force_n=20. Can be repeated
+    #[arg(long = "effect", value_name = "ID[:NAME=VALUE,…]")]
+    pub effects: Vec<String>,
+    /// Parts to make ideal, separated by commas: motor, encoder, pressure-lag, pressure-noise, current,
+    /// clock, or all
+    #[arg(long, value_delimiter = ',', value_name = "PARTS")]
+    pub ideal: Vec<String>,
+    /// Write no truth of the samples, only the settings
+    #[arg(long)]
+    pub no_truth: bool,
+    /// Replace recordings that were made with other settings
+    #[arg(long)]
+    pub overwrite: bool,
+    /// Folder for the logs; recordings of an interrupted run that are there are kept
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Also write a report with figures
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+}
+
+/// Arguments of `pam rig protocol`.
+#[derive(Debug, Args)]
+pub struct RigProtocolArguments {
+    /// paper, validation, pulses or tracking
+    #[arg(value_name = "NAME")]
+    pub name: Option<String>,
+}
+
+/// Arguments of `pam rig observables`.
+#[derive(Debug, Args)]
+pub struct RigObservablesArguments {
+    /// Parameters of the rig, a TOML file
+    #[arg(long, value_name = "FILE")]
+    pub rig: Option<PathBuf>,
+}

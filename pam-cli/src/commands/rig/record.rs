@@ -1,0 +1,138 @@
+//! `pam rig record`.
+
+use super::rig;
+use crate::arguments::{GlobalOptions, RigRecordArguments};
+use crate::console::{Console, table};
+use crate::error::CliError;
+use crate::run_record::{self, made_by};
+use pam_data::atomic::write_atomic;
+use pam_data::{LoadOptions, Recording, open_recordings};
+use pam_report::page::number;
+use pam_report::{RecordedRun, recordings_report};
+use pam_rig::folder::SETTINGS_FILE;
+use pam_rig::sensors::Part;
+use pam_rig::{Conditions, Entry, Protocol, RigParameters, Session};
+use serde_json::json;
+
+/// Most rows of the printed table; the rest is in the files.
+const MOST_ROWS: usize = 30;
+/// Recordings whose time series are drawn.
+const MOST_DRAWN: usize = 4;
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CliError`] naming file and line, or the option.
+pub(super) fn run(
+    arguments: &RigRecordArguments,
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<(), CliError> {
+    let session = session(arguments, global.seed)?;
+    let names = session.protocol.runs()?.into_iter().map(|r| r.name).collect::<Vec<_>>();
+    let bar = console.progress(names.len(), "recording");
+    let entries = session.record_into(&arguments.out, arguments.overwrite, &|_| bar.inc(1))?;
+    bar.finish_and_clear();
+    // What was hidden stands in the sealed settings alone.
+    let configuration = json!({
+        "protocol": session.protocol,
+        "recordings": names,
+        "rig": SETTINGS_FILE,
+    });
+    run_record::write(&arguments.out, "rig record", global.seed, &configuration)?;
+    if let Some(path) = &arguments.report {
+        write_atomic(path, report(&session, &entries)?.as_bytes())?;
+    }
+    console.json(&json!({ "recordings": entries, "settings": arguments.out.join(SETTINGS_FILE) }));
+    console.text(summary(&session, &entries));
+    Ok(())
+}
+
+/// What the arguments ask for.
+fn session(arguments: &RigRecordArguments, seed: u64) -> Result<Session, CliError> {
+    let mut rig: RigParameters = rig(arguments.rig.as_deref())?;
+    for text in &arguments.effects {
+        rig.effects.push(text.parse().map_err(pam_rig::RigError::from)?);
+    }
+    for name in &arguments.ideal {
+        rig.sensors = match (name.as_str(), Part::from_name(name)) {
+            ("all", _) => rig.sensors.all_ideal(),
+            (_, Some(part)) => rig.sensors.with_ideal(part),
+            (_, None) => {
+                let names: Vec<_> = Part::ALL.iter().map(|(n, _)| *n).collect();
+                return Err(CliError::Usage(format!(
+                    "--ideal {name}: there are {}, and all",
+                    names.join(", ")
+                )));
+            }
+        };
+    }
+    let mut protocol = Protocol::open(&arguments.protocol)?;
+    if let Some(text) = &arguments.conditions {
+        let conditions = Conditions::parse(text)
+            .map_err(|why| CliError::Usage(format!("--conditions: {why}")))?;
+        if protocol.conditions.replace(conditions).is_none() {
+            return Err(CliError::Usage(format!(
+                "--conditions: the protocol `{}` drives the pressures itself",
+                protocol.name
+            )));
+        }
+    }
+    let note = run_record::rig_note(seed);
+    Ok(Session { rig, protocol, seed, truth: !arguments.no_truth, note })
+}
+
+fn summary(session: &Session, entries: &[Entry]) -> String {
+    let mut rows = vec![
+        ["recording", "flexor (psi)", "extensor (psi)", "x from (mm)", "to (mm)", "frames"]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    for e in entries.iter().take(MOST_ROWS) {
+        let [flexor, extensor] = e.sealed_psi;
+        let [low, high] = e.displacement_mm;
+        let mut row = vec![e.name.clone()];
+        row.extend([(flexor, 2), (extensor, 2), (low, 3), (high, 3)].map(|(v, d)| number(v, d)));
+        row.push(e.frames.to_string());
+        rows.push(row);
+    }
+    if entries.len() > MOST_ROWS {
+        rows.push(vec![format!("… {} more", entries.len() - MOST_ROWS)]);
+    }
+    let mut text = table(&rows);
+    let kept = entries.iter().filter(|e| e.was_there).count();
+    if kept > 0 {
+        text += &format!("\n\n  {kept} of {} recordings were there already.", entries.len());
+    }
+    let hidden: Vec<String> = session.rig.effects.iter().map(ToString::to_string).collect();
+    if !hidden.is_empty() {
+        text += &format!("\n\n  hidden: {}", hidden.join("; "));
+    }
+    text
+}
+
+/// The report: all recordings in numbers, some of them drawn as the loader reads them.
+fn report(session: &Session, entries: &[Entry]) -> Result<String, CliError> {
+    let runs: Vec<RecordedRun> = entries
+        .iter()
+        .map(|e| RecordedRun {
+            name: e.name.clone(),
+            sealed_psi: e.sealed_psi,
+            displacement_mm: e.displacement_mm,
+            frames: e.frames,
+        })
+        .collect();
+    let step = entries.len().div_ceil(MOST_DRAWN).max(1);
+    let mut drawn: Vec<Recording> = Vec::new();
+    for entry in entries.iter().step_by(step) {
+        drawn.extend(open_recordings(&entry.log, &LoadOptions::default())?);
+    }
+    let lead = format!(
+        "Protocol {}, {} recording(s) of {:.0} s, seed {}. What was hidden stands in {SETTINGS_FILE}.",
+        session.protocol.name,
+        entries.len(),
+        session.protocol.duration_s(),
+        session.seed
+    );
+    Ok(recordings_report("Recordings of the virtual rig", &lead, &runs, &drawn, &made_by()))
+}
