@@ -50,13 +50,50 @@ pub enum ConditionSet {
 
 /// At which sealed pressures a protocol is run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, try_from = "Written")]
 pub enum Conditions {
     /// A named set.
     Set(ConditionSet),
     /// Pairs of whole psi gauge, flexor and extensor.
     List(Vec<[u8; 2]>),
 }
+
+/// Conditions as a file writes them.
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected \"train\", \"grid\", \"symmetric\" or a list of pairs like [[30, 60]]"
+)]
+enum Written {
+    Name(String),
+    List(Vec<Vec<f64>>),
+}
+
+impl TryFrom<Written> for Conditions {
+    type Error = String;
+
+    fn try_from(written: Written) -> Result<Self, String> {
+        let list = match written {
+            Written::Name(name) => return Self::parse(&name),
+            Written::List(list) => list,
+        };
+        let whole = |p: f64| {
+            ((0.0..=f64::from(LARGEST_PSI)).contains(&p) && p.fract() == 0.0)
+                .then_some(p as u8)
+                .ok_or_else(|| {
+                    format!("conditions: {p} is not a whole number of 0 to {LARGEST_PSI} psi")
+                })
+        };
+        let pair = |pair: Vec<f64>| match pair[..] {
+            [f, e] => Ok([whole(f)?, whole(e)?]),
+            _ => Err(format!("conditions: {pair:?} is not a pair of flexor and extensor")),
+        };
+        list.into_iter().map(pair).collect::<Result<_, _>>().map(Self::List)
+    }
+}
+
+/// The largest pressure that the supply gives for sure, psi gauge.
+const LARGEST_PSI: u8 = 90;
 
 impl Conditions {
     /// The pairs, psi gauge.
@@ -108,8 +145,10 @@ impl Conditions {
             return Err("the list of conditions is empty".into());
         }
         for (i, pair) in psi.iter().enumerate() {
-            if let Some(p) = pair.iter().find(|&&p| p > 90) {
-                return Err(format!("{p} psi is more than the supply can give (90 psi)"));
+            if let Some(p) = pair.iter().find(|&&p| p > LARGEST_PSI) {
+                return Err(format!(
+                    "{p} psi is more than the supply can give ({LARGEST_PSI} psi)"
+                ));
             }
             if psi[..i].contains(pair) {
                 return Err(format!("the pair {}/{} is there twice", pair[0], pair[1]));

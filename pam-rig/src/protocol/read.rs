@@ -124,8 +124,21 @@ mod tests {
             ),
             (
                 format!("name = \"a\"\nconditions = [[30, 99]]\n{SINE}duration_s = 1.0"),
-                "p.toml:2: conditions: 99 psi",
+                "p.toml:2: conditions: 99 is not a whole number",
             ),
+            (
+                format!("name = \"a\"\nconditions = [[30]]\n{SINE}duration_s = 1.0"),
+                "[30.0] is not a pair",
+            ),
+            (
+                format!("name = \"a\"\nconditions = [[30, 12.5]]\n{SINE}duration_s = 1.0"),
+                "12.5 is not a whole",
+            ),
+            (
+                format!("name = \"a\"\nconditions = \"all\"\n{SINE}duration_s = 1.0"),
+                "`all` is neither train",
+            ),
+            (format!("name = \"a\"\nconditions = 3\n{SINE}duration_s = 1.0"), "expected \"train\""),
             ("name = \"a\nconditions".to_owned(), "p.toml:"),
         ] {
             let message = message(&text);
