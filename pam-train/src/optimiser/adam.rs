@@ -1,0 +1,99 @@
+//! Adam and AdamW.
+
+use serde::{Deserialize, Serialize};
+
+/// Settings of Adam (Kingma and Ba 2015); with a weight decay AdamW (Loshchilov and Hutter 2019).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdamSettings {
+    /// Decay of the mean of gradients.
+    pub beta1: f64,
+    /// Decay of the mean of squared gradients.
+    pub beta2: f64,
+    /// Added to the root of the latter.
+    pub epsilon: f64,
+    /// Share by which coordinates shrink in a step of rate one, apart from the gradient.
+    pub weight_decay: f64,
+}
+
+impl Default for AdamSettings {
+    fn default() -> Self {
+        Self { beta1: 0.9, beta2: 0.999, epsilon: 1e-8, weight_decay: 0.0 }
+    }
+}
+
+/// Adam in operation:
+///
+/// ```text
+/// m ← β₁ m + (1 − β₁) g,   v ← β₂ v + (1 − β₂) g²
+/// θ ← θ − rate · [ m/(1 − β₁ᵗ) / (√(v/(1 − β₂ᵗ)) + ε) + decay · θ ]
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Adam {
+    /// Settings.
+    pub settings: AdamSettings,
+    steps: u64,
+    mean: Vec<f64>,
+    square: Vec<f64>,
+}
+
+impl Adam {
+    /// Adam for `len` coordinates.
+    #[must_use]
+    pub fn new(settings: AdamSettings, len: usize) -> Self {
+        Self { settings, steps: 0, mean: vec![0.0; len], square: vec![0.0; len] }
+    }
+
+    /// Moves `at` by one step.
+    ///
+    /// # Panics
+    /// If lengths differ.
+    pub fn step(&mut self, at: &mut [f64], gradient: &[f64], rate: f64) {
+        assert_eq!((at.len(), gradient.len()), (self.mean.len(), self.mean.len()));
+        let AdamSettings { beta1, beta2, epsilon, weight_decay } = self.settings;
+        self.steps += 1;
+        let t = i32::try_from(self.steps).unwrap_or(i32::MAX);
+        let (c1, c2) = (1.0 - beta1.powi(t), 1.0 - beta2.powi(t));
+        for (((x, &g), m), v) in
+            at.iter_mut().zip(gradient).zip(&mut self.mean).zip(&mut self.square)
+        {
+            *m = beta1 * *m + (1.0 - beta1) * g;
+            *v = beta2 * *v + (1.0 - beta2) * g * g;
+            *x -= rate * ((*m / c1) / ((*v / c2).sqrt() + epsilon) + weight_decay * *x);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The first step has the length of the rate in every coordinate, whatever the gradient's scale.
+    #[test]
+    fn the_first_step_is_the_rate() {
+        let mut adam = Adam::new(AdamSettings::default(), 2);
+        let mut at = [1.0, 1.0];
+        adam.step(&mut at, &[1e-3, -50.0], 0.1);
+        assert!((at[0] - 0.9).abs() < 1e-5 && (at[1] - 1.1).abs() < 1e-8);
+    }
+
+    #[test]
+    fn it_finds_the_minimum_of_a_bad_quadratic() {
+        let mut adam = Adam::new(AdamSettings::default(), 2);
+        let mut at = [3.0, -2.0];
+        for k in 0..4000 {
+            let g = [2.0 * at[0], 2e4 * at[1]];
+            adam.step(&mut at, &g, 0.05 / (1.0 + f64::from(k) / 100.0));
+        }
+        assert!(at.iter().all(|x| x.abs() < 1e-3), "{at:?}");
+    }
+
+    #[test]
+    fn weight_decay_is_apart_from_the_gradient() {
+        let settings = AdamSettings { weight_decay: 0.1, ..AdamSettings::default() };
+        let mut adam = Adam::new(settings, 1);
+        let mut at = [2.0];
+        adam.step(&mut at, &[0.0], 0.5);
+        assert!((at[0] - 1.9).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,191 @@
+//! Mass and force from accelerations.
+
+use crate::coordinates::{Coordinates, NetworkJoint};
+use crate::evaluation::Subject;
+use crate::optimiser::{Adam, AdamSettings};
+use pam_autodiff::batch::BatchNetwork;
+use pam_core::{ParametricForce, RawParameters, Scalar};
+use pam_data::preprocess::{LowPass, gradient};
+use pam_data::recording::median_step_s;
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Derivative matching: `m ẍ + B ẋ + f_θ(x, ẋ, m_f, m_e) = F` is regressed on smoothed data, with the
+/// network and m free, by Adam over shuffled batches with a rate that falls as a cosine.
+///
+/// Displacement and force are smoothed alike, so that what is linear in the equation is not biased.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DerivativeMatching {
+    /// Cutoff of the smoothing, Hz: a first-order low-pass, forward and back, twice.
+    pub cutoff_hz: f64,
+    /// Distance of the points that are regressed on, s.
+    pub spacing_s: f64,
+    /// Points in a batch.
+    pub batch: usize,
+    /// Passes over all points.
+    pub passes: usize,
+    /// Rate at the start.
+    pub rate: f64,
+}
+
+impl Default for DerivativeMatching {
+    fn default() -> Self {
+        Self { cutoff_hz: 20.0, spacing_s: 0.01, batch: 2048, passes: 30, rate: 3e-3 }
+    }
+}
+
+/// What derivative matching found.
+#[derive(Debug, Clone)]
+pub struct Matched {
+    /// The coordinates.
+    pub at: Vec<f64>,
+    /// Root mean square of the force that is left, N.
+    pub rms_n: f64,
+    /// Points that were regressed on.
+    pub points: usize,
+}
+
+/// One point of the regression, in the units of the model.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    input: [f64; 4],
+    acceleration: f64,
+    force_mn: f64,
+}
+
+/// Points of one task; partial sums are added in the order of the tasks.
+const CHUNK: usize = 256;
+
+impl DerivativeMatching {
+    /// Regresses from coordinates on. `progress` is told each pass that is done and its residual (N).
+    #[must_use]
+    pub fn run(
+        &self,
+        coordinates: &Coordinates,
+        start: &[f64],
+        subjects: &[Subject],
+        seed: u64,
+        progress: &dyn Fn(usize, f64),
+    ) -> Matched {
+        let mut points: Vec<Point> = subjects.iter().flat_map(|s| self.points(s)).collect();
+        let scale = {
+            let square = points.iter().map(|p| p.force_mn * p.force_mn).sum::<f64>();
+            (square / points.len().max(1) as f64).max(f64::MIN_POSITIVE)
+        };
+        let mut at = start.to_vec();
+        let mut adam = Adam::new(AdamSettings::default(), at.len());
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let batch = self.batch.clamp(1, points.len().max(1));
+        let batches = points.len() / batch;
+        let total = (self.passes * batches).max(1);
+        let mut rms_n = f64::NAN;
+        for pass in 0..self.passes {
+            points.shuffle(&mut random);
+            let mut sum = 0.0;
+            for (k, part) in points.chunks_exact(batch).enumerate() {
+                let model = coordinates.model(&at);
+                let (loss, gradient) = value_and_gradient(coordinates, &model, part, scale);
+                let done = (pass * batches + k) as f64 / total as f64;
+                let rate = 0.5 * self.rate * (1.0 + (std::f64::consts::PI * done).cos());
+                adam.step(&mut at, &gradient, rate);
+                sum += loss;
+            }
+            rms_n = 1e-3 * (scale * sum / batches.max(1) as f64).sqrt();
+            progress(pass + 1, rms_n);
+        }
+        Matched { at, rms_n, points: points.len() }
+    }
+
+    fn points(&self, subject: &Subject) -> Vec<Point> {
+        let r = &subject.recording;
+        let step = median_step_s(&r.time_s);
+        let smooth = |values: &[f64]| match LowPass::new(self.cutoff_hz, 1.0 / step) {
+            Some(filter) if values.len() >= LowPass::shortest() => {
+                filter.forward_backward(&filter.forward_backward(values))
+            }
+            _ => values.to_vec(),
+        };
+        let x = smooth(&r.displacement_mm);
+        let force = smooth(&r.force_mn);
+        let v = gradient(&x, step);
+        let a = gradient(&v, step);
+        let stride = ((self.spacing_s / step).round() as usize).max(1);
+        // The ends of a filtered column are made up.
+        let edge = (2.0 / (self.cutoff_hz.max(0.1) * step)).ceil() as usize;
+        (edge..r.len().saturating_sub(edge))
+            .step_by(stride)
+            .map(|k| Point {
+                input: [subject.masses.flexor_g, subject.masses.extensor_g, x[k], v[k]],
+                acceleration: a[k],
+                force_mn: force[k],
+            })
+            .collect()
+    }
+}
+
+/// Mean squared residual over `scale`, and its gradient by the coordinates.
+fn value_and_gradient(
+    coordinates: &Coordinates,
+    model: &NetworkJoint,
+    points: &[Point],
+    scale: f64,
+) -> (f64, Vec<f64>) {
+    let mass = model.physical().mass_kg;
+    let damping = coordinates.auxiliary_damping_kg_s();
+    let network = BatchNetwork::<f32>::new(model.force.mlp(), 0);
+    let bias = network.fold(&[]);
+    let per_point = 1.0 / (points.len() as f64 * scale);
+    let parts: Vec<(f64, f64, Vec<f64>)> = points
+        .par_chunks(CHUNK)
+        .map(|part| {
+            let n = part.len();
+            let (stride, out_stride) = (network.input_stride(), network.output_stride());
+            let mut input = vec![0.0_f32; n * stride];
+            for (row, p) in input.chunks_exact_mut(stride).zip(part) {
+                for (to, from) in row.iter_mut().zip(p.input) {
+                    *to = from as f32;
+                }
+            }
+            let mut block = network.block(n);
+            let mut out = vec![0.0_f32; n * out_stride];
+            network.forward_into(n, &bias, &input, &mut out, &[], &mut block);
+            let (mut loss, mut by_mass) = (0.0, 0.0);
+            let mut cotangent = vec![0.0_f32; n];
+            for ((p, force), c) in part.iter().zip(out.chunks_exact(out_stride)).zip(&mut cotangent)
+            {
+                let inertia = mass * p.acceleration + damping * p.input[3];
+                let residual = p.force_mn - inertia - f64::from(force[0]);
+                loss += residual * residual;
+                by_mass -= 2.0 * residual * p.acceleration;
+                *c = (-2.0 * residual) as f32;
+            }
+            let mut input_cotangent = vec![0.0_f32; n * network.inputs()];
+            network.pull_back(n, &cotangent, &mut input_cotangent, &[], &mut block);
+            let ones = vec![1.0_f32; n];
+            let mut sums = network.sums(n);
+            network.accumulate(n, &ones, &input, &cotangent, &[], &mut sums, &mut block);
+            let mut by = vec![0.0; network.parameter_len()];
+            network.drain_into(&mut sums, &[], &mut by, &mut []);
+            (loss, by_mass, by)
+        })
+        .collect();
+    let mut total = vec![0.0; model.force.parameter_len()];
+    let (mut loss, mut by_mass) = (0.0, 0.0);
+    for (part_loss, part_mass, part) in &parts {
+        loss += part_loss;
+        by_mass += part_mass;
+        for (t, p) in total.iter_mut().zip(part) {
+            *t += p * per_point;
+        }
+    }
+    let raw = RawParameters {
+        mass: by_mass * per_point * model.raw.mass.sigmoid(),
+        gas_coefficient: 0.0,
+        deformation: 0.0,
+    };
+    (loss * per_point, coordinates.gradient_of(model, &total, &raw))
+}

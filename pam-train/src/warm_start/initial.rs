@@ -1,0 +1,70 @@
+//! Networks of random weights.
+
+use pam_core::force::Dense;
+use pam_core::{Activation, Mlp, ModelError, NetworkForce};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+/// How weights are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Initialisation {
+    /// Uniform in ±√(6/inputs), biases zero (He et al. 2015).
+    #[default]
+    He,
+    /// Weights and biases uniform in ±1/√inputs, as the published code's library does.
+    InverseRoot,
+}
+
+/// A force network with hidden layers of the given widths and random weights.
+///
+/// # Errors
+/// [`ModelError::Shape`] if a width is zero.
+pub fn random_network(
+    hidden: &[usize],
+    activation: Activation,
+    initialisation: Initialisation,
+    seed: u64,
+) -> Result<NetworkForce<f64>, ModelError> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let inputs = [NetworkForce::<f64>::INPUTS].into_iter().chain(hidden.iter().copied());
+    let outputs = hidden.iter().copied().chain([1]);
+    let layers = inputs.zip(outputs).map(|(n, m)| {
+        let fan = n.max(1) as f64;
+        let (weight, bias) = match initialisation {
+            Initialisation::He => ((6.0 / fan).sqrt(), 0.0),
+            Initialisation::InverseRoot => (fan.sqrt().recip(), fan.sqrt().recip()),
+        };
+        let mut draw = |reach: f64| reach * (2.0 * random.random::<f64>() - 1.0);
+        let weights: Vec<f64> = (0..n * m).map(|_| draw(weight)).collect();
+        let biases = (0..m).map(|_| draw(bias)).collect();
+        Dense::from_rows(&weights, biases)
+    });
+    NetworkForce::new(Mlp::new(layers.collect::<Result<_, _>>()?, activation)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_have_the_spread_that_keeps_activations_alive() {
+        let relu = Activation::from_name("relu").unwrap();
+        let force = random_network(&[400, 400], relu, Initialisation::He, 1).unwrap();
+        let layer = &force.mlp().layers()[1];
+        let weights = layer.weight_columns();
+        let square = weights.iter().map(|w| w * w).sum::<f64>() / weights.len() as f64;
+        assert!((square * 400.0 - 2.0).abs() < 0.05, "variance 2/inputs: {square}");
+        assert!(layer.bias().iter().all(|b| *b == 0.0));
+    }
+
+    #[test]
+    fn the_seed_decides() {
+        let relu = Activation::from_name("relu").unwrap();
+        let draw = |seed| random_network(&[8], relu, Initialisation::InverseRoot, seed).unwrap();
+        assert_eq!(draw(3), draw(3));
+        assert_ne!(draw(3), draw(4));
+        assert!(random_network(&[0], relu, Initialisation::He, 1).is_err());
+    }
+}
