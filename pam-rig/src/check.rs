@@ -2,7 +2,7 @@
 
 use crate::effects::SetUp;
 use crate::error::RigError;
-use crate::plant::{HeatExchange, MuscleParameters};
+use crate::plant::{DryFriction, HeatExchange, MuscleParameters};
 use crate::rig::RigParameters;
 
 /// Checks the parameters of a rig, and of its plant after the effects had their say.
@@ -29,6 +29,8 @@ pub(crate) fn rig(p: &RigParameters, setup: &SetUp) -> Result<(), RigError> {
         positive("plant.heat.conduction.scale", scale)?;
     }
     positive("plant.friction.velocity_mm_s", plant.friction.velocity_mm_s)?;
+    friction("plant.friction", &plant.friction)?;
+    setup.frictions.iter().try_for_each(|f| friction("effect", f))?;
     let s = &p.sensors;
     let not_negative = [
         ("plant.viscous_ns_m", plant.viscous_ns_m),
@@ -110,6 +112,15 @@ fn muscle(place: &str, p: &MuscleParameters) -> Result<(), RigError> {
         if !(value.is_finite() && value >= 0.0) {
             return Err(error(&field(name), value, "must be a number that is not negative"));
         }
+    }
+    Ok(())
+}
+
+fn friction(place: &str, p: &DryFriction) -> Result<(), RigError> {
+    // Otherwise a joint that stops under a force between the two would be driven back by friction.
+    if p.static_n < p.coulomb_n {
+        let why = "friction at rest must not be below coulomb_n, that of sliding";
+        return Err(error(&format!("{place}.static_n"), p.static_n, why));
     }
     Ok(())
 }

@@ -1,0 +1,9 @@
+//! The plant obeys what every joint obeys: balances, inequalities, limits and orders of convergence.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod convergence;
+mod energy;
+mod gas;
+mod slack;
+mod sticking;
