@@ -8,7 +8,7 @@ fn tolerance(o: &Observable) -> f64 {
     match o.what.split_whitespace().next().unwrap_or_default() {
         "stiffness" => 0.06 * o.published,
         "equivalent" => 0.06 * o.published,
-        "displacement" => 0.12 * o.published,
+        "displacement" => 0.2 * o.published,
         "rest" => 0.35,
         "delay" => 8.0,
         "deformation" => 0.4,

@@ -40,7 +40,7 @@ fn bytes(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 fn record_on(threads: usize, session: &Session, folder: &Path) -> Vec<(String, bool)> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let entries = pool.install(|| session.record_into(folder, false, &|_| {})).unwrap();
-    entries.into_iter().map(|e| (e.name, e.made.is_some())).collect()
+    entries.into_iter().map(|e| (e.name, !e.was_there)).collect()
 }
 
 #[test]
