@@ -1,24 +1,14 @@
-//! Losses: how far a predicted trajectory is from the measured one.
+//! The squared error.
 
+use super::{TrajectoryLoss, weighted_mean};
+use crate::settings::{SettingsError, require_weights};
 use pam_core::ModelError;
 use pam_data::Recording;
-
-/// A loss of one trajectory in all four channels `[x, ẋ, P_f, P_e]` (mm, mm/s, kPa, kPa).
-///
-/// The loss of a data set is the mean over its recordings.
-pub trait TrajectoryLoss: Sync {
-    /// Returns the loss of `predicted`, one row for each sample of `measured`, and writes its
-    /// derivative with respect to `predicted` to `cotangents`.
-    fn value_and_cotangents(
-        &self,
-        measured: &Recording,
-        predicted: &[[f64; 4]],
-        cotangents: &mut [[f64; 4]],
-    ) -> f64;
-}
+use serde::{Deserialize, Serialize};
 
 /// `Σ_c weight_c · mean_k (predicted_kc − measured_kc)²` over the channels `[x, ẋ, P_f, P_e]`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SquaredError {
     /// Weight of each channel, in the inverse square of its unit.
     pub weights: [f64; 4],
@@ -41,6 +31,14 @@ impl SquaredError {
     #[must_use]
     pub fn published() -> Self {
         Self { weights: [50.0, 50.0, 0.5, 0.5] }
+    }
+
+    /// Checks that weights are finite and not negative.
+    ///
+    /// # Errors
+    /// [`SettingsError`] otherwise.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        require_weights("the squared error", &self.weights)
     }
 
     /// The loss of this name.
@@ -67,21 +65,31 @@ impl TrajectoryLoss for SquaredError {
         predicted: &[[f64; 4]],
         cotangents: &mut [[f64; 4]],
     ) -> f64 {
-        let scale = 1.0 / predicted.len().max(1) as f64;
-        let mut sums = [0.0; 4];
-        for (k, (p, c)) in predicted.iter().zip(cotangents).enumerate() {
-            let m = [
-                measured.displacement_mm[k],
-                measured.velocity_mm_s[k],
-                measured.pressure_flexor_kpa[k],
-                measured.pressure_extensor_kpa[k],
-            ];
-            for i in 0..4 {
-                let error = p[i] - m[i];
-                sums[i] += error * error;
-                c[i] = 2.0 * scale * self.weights[i] * error;
-            }
+        weighted_mean(self.weights, measured, predicted, cotangents, |_, e| (e * e, 2.0 * e))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{assert_cotangents, constant_recording};
+    use super::*;
+
+    #[test]
+    fn cotangents_are_the_derivative() {
+        for seed in 0..5 {
+            assert_cotangents(&SquaredError { weights: [3.0, 0.2, 1.0, 0.0] }, seed);
         }
-        scale * sums.iter().zip(self.weights).map(|(s, w)| s * w).sum::<f64>()
+    }
+
+    /// Errors 1, 2, 3, 4 in every sample: 100·(1 + 4) + (9 + 16) as the paper writes it.
+    #[test]
+    fn known_errors_have_the_value_of_the_formula() {
+        let measured = constant_recording(7, [0.0, 0.0, 200.0, 200.0]);
+        let predicted = [[1.0, -2.0, 203.0, 196.0]; 7];
+        let value = |loss: SquaredError| {
+            loss.value_and_cotangents(&measured, &predicted, &mut [[f64::NAN; 4]; 7])
+        };
+        assert!((value(SquaredError::paper()) - 525.0).abs() < 1e-10);
+        assert!((value(SquaredError::published()) - 262.5).abs() < 1e-10);
     }
 }

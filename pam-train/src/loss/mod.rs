@@ -1,0 +1,102 @@
+//! Losses: how far a predicted trajectory is from the measured one.
+//!
+//! One loss a file: [`SquaredError`], [`Normalised`], [`Huber`] and, around any of them, [`Masked`].
+//! A closure over `(measured, predicted, cotangents)` that returns the value is a loss as well. To add
+//! one that configuration files name, write its file and add a line to [`AnyLoss`].
+
+mod any;
+mod huber;
+mod masked;
+mod normalised;
+mod squared;
+#[cfg(test)]
+mod testing;
+
+pub use any::AnyLoss;
+pub use huber::{Huber, HuberForm};
+pub use masked::Masked;
+pub use normalised::Normalised;
+pub use squared::SquaredError;
+
+use pam_data::Recording;
+
+/// A loss of one trajectory in all four channels `[x, ẋ, P_f, P_e]` (mm, mm/s, kPa, kPa).
+///
+/// The loss of a data set is the mean over its recordings.
+pub trait TrajectoryLoss: Sync {
+    /// Returns the loss of `predicted`, one row for each sample of `measured`, and writes its
+    /// derivative with respect to `predicted` to `cotangents`.
+    fn value_and_cotangents(
+        &self,
+        measured: &Recording,
+        predicted: &[[f64; 4]],
+        cotangents: &mut [[f64; 4]],
+    ) -> f64;
+}
+
+impl<F> TrajectoryLoss for F
+where
+    F: Fn(&Recording, &[[f64; 4]], &mut [[f64; 4]]) -> f64 + Sync,
+{
+    fn value_and_cotangents(
+        &self,
+        measured: &Recording,
+        predicted: &[[f64; 4]],
+        cotangents: &mut [[f64; 4]],
+    ) -> f64 {
+        self(measured, predicted, cotangents)
+    }
+}
+
+/// `Σ_c weight_c · mean_k φ_c(predicted_kc − measured_kc)` for a function of channel and error that
+/// returns `φ` and `φ'`; the form of all losses that treat samples alike.
+fn weighted_mean(
+    weights: [f64; 4],
+    measured: &Recording,
+    predicted: &[[f64; 4]],
+    cotangents: &mut [[f64; 4]],
+    function: impl Fn(usize, f64) -> (f64, f64),
+) -> f64 {
+    let scale = 1.0 / predicted.len().max(1) as f64;
+    let mut sums = [0.0; 4];
+    for (k, (p, c)) in predicted.iter().zip(cotangents).enumerate() {
+        let m = [
+            measured.displacement_mm[k],
+            measured.velocity_mm_s[k],
+            measured.pressure_flexor_kpa[k],
+            measured.pressure_extensor_kpa[k],
+        ];
+        for i in 0..4 {
+            let (value, slope) = function(i, p[i] - m[i]);
+            sums[i] += value;
+            c[i] = scale * weights[i] * slope;
+        }
+    }
+    scale * sums.iter().zip(weights).map(|(s, w)| s * w).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::{assert_cotangents, noisy, random_recording};
+    use super::*;
+
+    /// `mean (x̂ − x)⁴`, written down on the spot.
+    #[test]
+    fn closures_are_losses() {
+        let quartic = |m: &Recording, p: &[[f64; 4]], c: &mut [[f64; 4]]| {
+            let scale = 1.0 / p.len() as f64;
+            let mut value = 0.0;
+            for ((p, c), x) in p.iter().zip(c).zip(&m.displacement_mm) {
+                *c = [4.0 * scale * (p[0] - x).powi(3), 0.0, 0.0, 0.0];
+                value += scale * (p[0] - x).powi(4);
+            }
+            value
+        };
+        assert_cotangents(&quartic, 5);
+        let measured = random_recording(9, 1);
+        let predicted = noisy(&measured, 2);
+        let loss: &dyn TrajectoryLoss = &quartic;
+        let value = loss.value_and_cotangents(&measured, &predicted, &mut [[0.0; 4]; 9]);
+        assert!(value > 0.0);
+    }
+}

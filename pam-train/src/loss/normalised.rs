@@ -1,0 +1,104 @@
+//! The squared error in units of the measured variance.
+
+use super::{TrajectoryLoss, weighted_mean};
+use crate::settings::{SettingsError, require_weights};
+use pam_data::{Channel, Recording};
+use serde::{Deserialize, Serialize};
+
+/// `Σ_c weight_c · Σ_k (predicted_kc − measured_kc)² / Σ_k (measured_kc − mean_c)²`, which is
+/// `Σ_c weight_c (1 − R²_c)` with the [`r2`](crate::metrics::r2) of each channel of the recording.
+///
+/// No unit is left, so that equal weights ask for equal shares of explained variance, in channels as
+/// well as in recordings. A channel that does not vary in a recording has no R² and adds nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Normalised {
+    /// Weight of each channel `[x, ẋ, P_f, P_e]`, without unit; one each by default.
+    pub weights: [f64; 4],
+}
+
+impl Default for Normalised {
+    fn default() -> Self {
+        Self { weights: [1.0; 4] }
+    }
+}
+
+impl Normalised {
+    /// Checks that weights are finite and not negative.
+    ///
+    /// # Errors
+    /// [`SettingsError`] otherwise.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        require_weights("the normalised error", &self.weights)
+    }
+}
+
+/// Mean squared distance from the mean.
+fn variance(values: &[f64]) -> f64 {
+    let share = 1.0 / values.len().max(1) as f64;
+    let mean = share * values.iter().sum::<f64>();
+    share * values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>()
+}
+
+impl TrajectoryLoss for Normalised {
+    fn value_and_cotangents(
+        &self,
+        measured: &Recording,
+        predicted: &[[f64; 4]],
+        cotangents: &mut [[f64; 4]],
+    ) -> f64 {
+        let weights = std::array::from_fn(|i| {
+            let values = measured.channel(Channel::ALL[i]);
+            let variance = variance(values);
+            // The mean of equal numbers may be off by rounding: their variance is not quite zero then.
+            let varies = values.iter().any(|v| *v != values[0]);
+            if varies && variance > 0.0 { self.weights[i] / variance } else { 0.0 }
+        });
+        weighted_mean(weights, measured, predicted, cotangents, |_, e| (e * e, 2.0 * e))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{assert_cotangents, noisy, random_recording};
+    use super::*;
+    use crate::metrics::r2;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn cotangents_are_the_derivative() {
+        for seed in 0..5 {
+            assert_cotangents(&Normalised { weights: [3.0, 0.2, 1.0, 0.0] }, seed);
+        }
+    }
+
+    #[test]
+    fn it_is_what_r2_lacks_to_one() {
+        let measured = random_recording(40, 8);
+        let predicted = noisy(&measured, 9);
+        let weights = [1.0, 2.0, 3.0, 4.0];
+        let expected: f64 = (0..4)
+            .map(|i| {
+                let column: Vec<f64> = predicted.iter().map(|p| p[i]).collect();
+                weights[i] * (1.0 - r2(measured.channel(Channel::ALL[i]), &column))
+            })
+            .sum();
+        let mut cotangents = vec![[0.0; 4]; 40];
+        let value =
+            Normalised { weights }.value_and_cotangents(&measured, &predicted, &mut cotangents);
+        assert_relative_eq!(value, expected, max_relative = 1e-12);
+    }
+
+    #[test]
+    fn a_constant_channel_adds_nothing() {
+        let mut measured = random_recording(10, 1);
+        // Ten times 0.1 is not one: the mean is not exact.
+        measured.displacement_mm = vec![0.1; 10];
+        let predicted = noisy(&measured, 2);
+        let mut cotangents = vec![[f64::NAN; 4]; 10];
+        let weights = [1.0, 0.0, 0.0, 0.0];
+        let loss = Normalised { weights };
+        assert_eq!(loss.value_and_cotangents(&measured, &predicted, &mut cotangents), 0.0);
+        assert!(cotangents.iter().all(|c| *c == [0.0; 4]));
+    }
+}
