@@ -101,38 +101,7 @@ pub fn recording(
     (recording, masses)
 }
 
-/// The 29 training conditions of the paper: gauge pressures of flexor and extensor, psi.
-pub const TRAINING_PSI: [(f64, f64); 29] = [
-    (10., 10.),
-    (45., 45.),
-    (80., 80.),
-    (40., 50.),
-    (50., 40.),
-    (30., 60.),
-    (60., 30.),
-    (20., 70.),
-    (70., 20.),
-    (10., 80.),
-    (80., 10.),
-    (45., 30.),
-    (45., 60.),
-    (30., 45.),
-    (60., 45.),
-    (45., 20.),
-    (45., 70.),
-    (20., 45.),
-    (70., 45.),
-    (45., 10.),
-    (45., 80.),
-    (10., 45.),
-    (80., 45.),
-    (20., 20.),
-    (30., 30.),
-    (40., 40.),
-    (50., 50.),
-    (60., 60.),
-    (70., 70.),
-];
+pub use pam_data::conditions::TRAINING_PSI;
 
 /// The first `count` training conditions under the published excitation for `seconds`, as `model`
 /// answers to it; no noise.
@@ -149,11 +118,11 @@ pub fn training_set(
     let template = template.slice(0..((seconds * 1000.0) as usize).min(SAMPLES));
     TRAINING_PSI[..count]
         .par_iter()
-        .map(|&(flexor, extensor)| {
-            let kpa = [flexor, extensor].map(|psi| psi * KPA_PER_PSI + ATMOSPHERE_KPA);
+        .map(|&condition| {
+            let kpa = condition.map(|psi| f64::from(psi) * KPA_PER_PSI + ATMOSPHERE_KPA);
             let masses = model.gas_law_masses(0.0, kpa);
             let mut start = template.clone();
-            start.name = format!("nn_{flexor:02.0}{extensor:02.0}");
+            start.name = pam_data::conditions::name_of(condition);
             start.pressure_flexor_kpa[0] = kpa[0];
             start.pressure_extensor_kpa[0] = kpa[1];
             let settings = SolverSettings::default();

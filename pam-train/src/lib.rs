@@ -9,23 +9,38 @@
 //! - [`gradient`]: loss and gradient of a model on recordings;
 //! - [`coordinates`]: the numbers that an optimiser moves;
 //! - [`optimiser`]: what moves them;
-//! - [`warm_start`]: where they start from.
+//! - [`schedule`]: how their rate changes, and when they stop;
+//! - [`regulariser`]: what training makes small besides the loss;
+//! - [`warm_start`]: where they start from;
+//! - [`curriculum`]: how a model is trained, as data;
+//! - [`training`]: a curriculum at work, checkpoints, the files of a run;
+//! - [`events`]: curves for TensorBoard.
 
 pub mod balance;
 pub mod coordinates;
+pub mod curriculum;
 pub mod evaluation;
+pub mod events;
 pub mod gradient;
 pub mod loss;
 pub mod metrics;
 pub mod optimiser;
 pub mod predict;
+pub mod regulariser;
+pub mod schedule;
 pub mod segments;
+mod settings;
+pub mod training;
 pub mod warm_start;
 
 pub use balance::ForceBalance;
 pub use evaluation::{Evaluation, RecordingEvaluation, Subject, evaluate};
+pub use events::{EVENT_FILE_NAME, EventFile, ScalarEvent};
 pub use gradient::{GradientChoice, JointGradient, SealedGradient};
-pub use loss::{SquaredError, TrajectoryLoss};
+pub use loss::{AnyLoss, SquaredError, TrajectoryLoss};
 pub use metrics::{PerChannel, Scores};
 pub use predict::{PredictError, Prediction, SolverSettings, StepChoice, predict};
+pub use regulariser::{AnyRegulariser, Regulariser};
+pub use schedule::{EarlyStop, Rate, Schedule};
 pub use segments::{Segment, frequency_segments};
+pub use settings::SettingsError;

@@ -56,8 +56,8 @@ impl ConditionGrid {
         let times = super::case::evenly(count, self.horizon_s);
         let problems: Vec<_> = TRAINING_PSI
             .iter()
-            .map(|&(flexor, extensor)| {
-                let kpa = [flexor, extensor].map(|psi| psi * KPA_PER_PSI + ATMOSPHERE_KPA);
+            .map(|condition| {
+                let kpa = condition.map(|psi| f64::from(psi) * KPA_PER_PSI + ATMOSPHERE_KPA);
                 LaneProblem {
                     condition: motion.condition(self.model.gas_law_masses(0.0, kpa)),
                     input: InputFn::new(1, drive),

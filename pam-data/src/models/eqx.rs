@@ -80,6 +80,8 @@ pub fn read(path: &Path) -> Result<SavedModel, DataError> {
             provenance: format!("published weights, file {name}.eqx"),
             name,
             trained: true,
+            // The file does not say; the weights that are published were trained on these.
+            trained_on: crate::conditions::training_names(),
             source: Some(path.to_owned()),
         },
     })

@@ -17,6 +17,8 @@ pub struct ModelInfo {
     pub provenance: String,
     /// Whether it was fitted to data; decides how masses are found by default.
     pub trained: bool,
+    /// Names of the recordings it was fitted to, if they are known.
+    pub trained_on: Vec<String>,
     /// The file it was read from, if any.
     pub source: Option<PathBuf>,
 }
@@ -43,6 +45,14 @@ pub fn load_model(path: &Path) -> Result<SavedModel, DataError> {
             format!("a model was expected (.safetensors or .eqx), this is {other}"),
         )),
     }
+}
+
+/// Reads a model of the framework's format from memory; `path` is for messages.
+///
+/// # Errors
+/// As [`load_model`].
+pub fn parse_model(path: &Path, bytes: &[u8]) -> Result<SavedModel, DataError> {
+    safetensors_file::parse(path, bytes)
 }
 
 /// Writes a model in the format of the extension: `.safetensors` or `.eqx`.

@@ -14,7 +14,7 @@
 //! ([`StoredForce`](pam_core::StoredForce)). float32 tensors are read as well.
 //!
 //! Metadata: `format` = `pam-model`, `format_version`, `force`, `inputs`, `output`, `units`, `sign`,
-//! `name`, `provenance`, `trained`, and the settings of the force: `activation` and
+//! `name`, `provenance`, `trained`, `trained_on` (names of recordings, JSON), and the settings of the force: `activation` and
 //! `activation_parameters` (JSON) for a network.
 
 use super::{ModelInfo, SavedModel};
@@ -57,6 +57,7 @@ pub fn write(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
         ("name", saved.info.name.clone()),
         ("provenance", saved.info.provenance.clone()),
         ("trained", saved.info.trained.to_string()),
+        ("trained_on", serde_json::json!(saved.info.trained_on).to_string()),
     ];
     let parts = model.force.to_parts();
     tensors.extend(parts.tensors);
@@ -96,11 +97,18 @@ fn serialise(tensors: &[(String, Tensor)], meta: &[(&str, String)]) -> Vec<u8> {
 /// # Errors
 /// [`DataError::File`] naming the tensor or metadata entry that is missing or wrong.
 pub fn read(path: &Path) -> Result<SavedModel, DataError> {
-    let bytes = read_bytes(path)?;
+    parse(path, &read_bytes(path)?)
+}
+
+/// Reads a model from memory; `path` is for messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(path: &Path, bytes: &[u8]) -> Result<SavedModel, DataError> {
     let fail = |message: String| DataError::file(path, message);
-    let file = SafeTensors::deserialize(&bytes)
+    let file = SafeTensors::deserialize(bytes)
         .map_err(|e| fail(format!("not a readable safetensors file ({e}); it may be truncated")))?;
-    let (_, header) = SafeTensors::read_metadata(&bytes).map_err(|e| fail(e.to_string()))?;
+    let (_, header) = SafeTensors::read_metadata(bytes).map_err(|e| fail(e.to_string()))?;
     let meta: HashMap<String, String> = header.metadata().clone().unwrap_or_default();
     let entry = |key: &str| meta.get(key).map(String::as_str);
     if entry("format") != Some(FORMAT) {
@@ -152,6 +160,9 @@ pub fn read(path: &Path) -> Result<SavedModel, DataError> {
             name: entry("name").unwrap_or_default().to_owned(),
             provenance: entry("provenance").unwrap_or_default().to_owned(),
             trained: entry("trained") == Some("true"),
+            trained_on: entry("trained_on")
+                .and_then(|names| serde_json::from_str(names).ok())
+                .unwrap_or_default(),
             source: Some(path.to_owned()),
         },
     })

@@ -1,40 +1,7 @@
 //! Pairs of sealed pressures.
 
+use pam_data::conditions::TRAINING_PSI;
 use serde::{Deserialize, Serialize};
-
-/// The 29 training conditions (psi gauge, flexor and extensor) in the order of the published
-/// curriculum (Wang and Realmuto 2026, table II).
-pub const TRAINING_PSI: [[u8; 2]; 29] = [
-    [10, 10],
-    [45, 45],
-    [80, 80],
-    [40, 50],
-    [50, 40],
-    [30, 60],
-    [60, 30],
-    [20, 70],
-    [70, 20],
-    [10, 80],
-    [80, 10],
-    [45, 30],
-    [45, 60],
-    [30, 45],
-    [60, 45],
-    [45, 20],
-    [45, 70],
-    [20, 45],
-    [70, 45],
-    [45, 10],
-    [45, 80],
-    [10, 45],
-    [80, 45],
-    [20, 20],
-    [30, 30],
-    [40, 40],
-    [50, 50],
-    [60, 60],
-    [70, 70],
-];
 
 /// A set of conditions that has a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -26,12 +26,13 @@ mod pressure;
 mod read;
 mod table;
 
-pub use conditions::{ConditionSet, Conditions, TRAINING_PSI};
+pub use conditions::{ConditionSet, Conditions};
 pub use current::CurrentSegment;
 pub use pressure::PressureSegment;
 pub use table::Table;
 
 use crate::error::RigError;
+use pam_data::conditions::name_of;
 use serde::{Deserialize, Serialize};
 
 /// Edges fall on samples whose times carry rounding, s.
@@ -113,7 +114,7 @@ impl Protocol {
             (Some(conditions), None) => {
                 let suffix = self.suffix.as_ref().map_or(String::new(), |s| format!("_{s}"));
                 let run = |[f, e]: [u8; 2]| Run {
-                    name: format!("nn_{f:02}{e:02}{suffix}"),
+                    name: format!("{}{suffix}", name_of([f, e])),
                     start_psi: [f64::from(f), f64::from(e)],
                 };
                 Ok(conditions.psi().into_iter().map(run).collect())

@@ -1,4 +1,5 @@
 use super::{Input, ParametricInput, Side};
+use pam_core::ModelError;
 use pam_core::Scalar;
 use std::borrow::Cow;
 use thiserror::Error;
@@ -35,6 +36,19 @@ impl Interpolation {
             Self::Ramp => "ramp",
             Self::Cubic => "cubic",
         }
+    }
+
+    /// The interpolation of this name.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownName`] with the names that exist.
+    pub fn from_name(name: &str) -> Result<Self, ModelError> {
+        let all = [Self::Hold, Self::Linear, Self::Ramp, Self::Cubic];
+        all.into_iter().find(|i| i.name() == name).ok_or_else(|| ModelError::UnknownName {
+            kind: "reading of the input",
+            name: name.to_owned(),
+            known: Self::NAMES.join(", "),
+        })
     }
 }
 

@@ -95,7 +95,7 @@ impl Coordinates {
     #[must_use]
     pub fn of(&self, model: &NetworkJoint) -> Vec<f64> {
         let mut at = model.force.parameters();
-        self.scaling.to_coordinates(&self.template.force, &mut at);
+        self.scaling.scale_weights(&self.template.force, &mut at);
         let p = model.physical();
         at.extend(match self.form {
             PhysicalForm::Logarithm => [p.mass_kg.ln(), p.gas_coefficient.ln(), p.deformation.ln()],
@@ -114,7 +114,7 @@ impl Coordinates {
     pub fn model(&self, at: &[f64]) -> NetworkJoint {
         let (network, physical) = at.split_at(at.len() - PHYSICAL);
         let mut weights = network.to_vec();
-        self.scaling.to_weights(&self.template.force, &mut weights);
+        self.scaling.unscale_weights(&self.template.force, &mut weights);
         let mut model = self.template.clone();
         model.force = self.template.force.with_parameters(&weights);
         model.raw = match self.form {

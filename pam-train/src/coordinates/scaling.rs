@@ -63,7 +63,7 @@ impl Scaling {
     }
 
     /// From weights of the network to those of the scaled one, in place.
-    pub(super) fn to_coordinates(&self, network: &NetworkForce<f64>, at: &mut [f64]) {
+    pub(super) fn scale_weights(&self, network: &NetworkForce<f64>, at: &mut [f64]) {
         let (n, _) = first(network);
         let (columns, bias) = at[..5 * n].split_at_mut(4 * n);
         for (i, column) in columns.chunks_exact_mut(n).enumerate() {
@@ -76,7 +76,7 @@ impl Scaling {
     }
 
     /// From weights of the scaled network to those of the network, in place.
-    pub(super) fn to_weights(&self, network: &NetworkForce<f64>, at: &mut [f64]) {
+    pub(super) fn unscale_weights(&self, network: &NetworkForce<f64>, at: &mut [f64]) {
         let (n, _) = first(network);
         let (columns, bias) = at[..5 * n].split_at_mut(4 * n);
         for (i, column) in columns.chunks_exact_mut(n).enumerate() {

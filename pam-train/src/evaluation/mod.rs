@@ -24,6 +24,14 @@ pub struct Subject {
     pub origin: MassOrigin,
 }
 
+impl Subject {
+    /// What is known of the recording, without its samples.
+    #[must_use]
+    pub fn clone_without_samples(&self) -> Self {
+        Self { recording: self.recording.without_samples(), ..*self }
+    }
+}
+
 /// Predicts every recording from its first sample and scores the predictions, in parallel on the
 /// current thread pool. Results stand in the order of the subjects and do not depend on the number
 /// of threads. `done` is called after each recording.

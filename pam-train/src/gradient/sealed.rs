@@ -9,6 +9,7 @@ use pam_autodiff::batch::SealedMotion;
 use pam_autodiff::batch::sealed_motion::{DAMPING, MASS};
 use pam_core::simd::Float;
 use pam_core::{Activation, JointModel, NetworkForce, RawParameters, Scalar, SealedMasses};
+use pam_data::Recording;
 use pam_solvers::input::InputError;
 use pam_solvers::{
     ConstantStep, LaneGradient, LaneMemory, LaneProblem, Lanes, PidController, SampledInput,
@@ -26,6 +27,15 @@ pub struct SealedGradient<T: Float> {
     settings: SolverSettings,
     memory: LaneMemory<SealedMotion<T>>,
     gas: Vec<Mutex<GasBuffers>>,
+}
+
+/// A loss of one recording, by its index: as
+/// [`value_and_cotangents`](TrajectoryLoss::value_and_cotangents) with the index in front.
+pub type IndexedLoss<'a> =
+    dyn Fn(usize, &Recording, &[[f64; 4]], &mut [[f64; 4]]) -> f64 + Sync + 'a;
+
+fn measured_starts(subjects: &[Subject]) -> Vec<[f64; 4]> {
+    subjects.iter().map(|s| s.recording.initial_state()).collect()
 }
 
 /// Full states and their cotangents of one recording.
@@ -55,7 +65,47 @@ impl<T: Float> SealedGradient<T> {
         subjects: &[Subject],
         loss: &dyn TrajectoryLoss,
     ) -> Result<JointGradient, InputError> {
-        self.run(model, subjects, loss, true)
+        let starts = measured_starts(subjects);
+        let loss = |_: usize, m: &Recording, p: &[[f64; 4]], c: &mut [[f64; 4]]| {
+            loss.value_and_cotangents(m, p, c)
+        };
+        self.run(model, subjects, &starts, &loss, true)
+    }
+
+    /// As [`value_and_gradient`](Self::value_and_gradient), with the recordings predicted from states
+    /// of the caller's (mm, mm/s, kPa, kPa), and a loss that knows the index of the recording.
+    ///
+    /// # Errors
+    /// As [`value_and_gradient`](Self::value_and_gradient).
+    ///
+    /// # Panics
+    /// If there are not as many starts as recordings.
+    pub fn value_and_gradient_from(
+        &mut self,
+        model: &JointModel<f64, NetworkForce<f64>>,
+        subjects: &[Subject],
+        starts: &[[f64; 4]],
+        loss: &IndexedLoss<'_>,
+    ) -> Result<JointGradient, InputError> {
+        self.run(model, subjects, starts, loss, true)
+    }
+
+    /// As [`value_and_gradient_from`](Self::value_and_gradient_from) without the gradient, which is
+    /// of no meaning in the result.
+    ///
+    /// # Errors
+    /// As [`value_and_gradient`](Self::value_and_gradient).
+    ///
+    /// # Panics
+    /// If there are not as many starts as recordings.
+    pub fn values_from(
+        &mut self,
+        model: &JointModel<f64, NetworkForce<f64>>,
+        subjects: &[Subject],
+        starts: &[[f64; 4]],
+        loss: &IndexedLoss<'_>,
+    ) -> Result<JointGradient, InputError> {
+        self.run(model, subjects, starts, loss, false)
     }
 
     /// The mean loss alone.
@@ -68,25 +118,30 @@ impl<T: Float> SealedGradient<T> {
         subjects: &[Subject],
         loss: &dyn TrajectoryLoss,
     ) -> Result<f64, InputError> {
-        Ok(self.run(model, subjects, loss, false)?.value)
+        let starts = measured_starts(subjects);
+        let loss = |_: usize, m: &Recording, p: &[[f64; 4]], c: &mut [[f64; 4]]| {
+            loss.value_and_cotangents(m, p, c)
+        };
+        Ok(self.run(model, subjects, &starts, &loss, false)?.value)
     }
 
     fn run(
         &mut self,
         model: &JointModel<f64, NetworkForce<f64>>,
         subjects: &[Subject],
-        loss: &dyn TrajectoryLoss,
+        starts: &[[f64; 4]],
+        loss: &IndexedLoss<'_>,
         backward: bool,
     ) -> Result<JointGradient, InputError> {
         let tableau = self.settings.tableau.clone();
         match self.settings.step {
             StepChoice::Constant { step_s } => {
                 let lanes = Lanes::new(tableau, ConstantStep::new(step_s));
-                self.with_lanes(&lanes, model, subjects, loss, backward)
+                self.with_lanes(&lanes, model, subjects, starts, loss, backward)
             }
             StepChoice::Adaptive { rtol, atol } => {
                 let lanes = Lanes::new(tableau, PidController::new(rtol, atol));
-                self.with_lanes(&lanes, model, subjects, loss, backward)
+                self.with_lanes(&lanes, model, subjects, starts, loss, backward)
             }
         }
     }
@@ -96,16 +151,18 @@ impl<T: Float> SealedGradient<T> {
         lanes: &Lanes<C>,
         model: &JointModel<f64, NetworkForce<f64>>,
         subjects: &[Subject],
-        loss: &dyn TrajectoryLoss,
+        starts: &[[f64; 4]],
+        loss: &IndexedLoss<'_>,
         backward: bool,
     ) -> Result<JointGradient, InputError> {
+        assert_eq!(starts.len(), subjects.len(), "one start for each recording");
         let motion = SealedMotion::<T, Activation>::new(model, &model.force);
         let problems = subjects
             .iter()
-            .map(|s| {
+            .zip(starts)
+            .map(|(s, y0)| {
                 let r = &s.recording;
                 let (t0, t1) = r.span_s();
-                let y0 = r.initial_state();
                 Ok(LaneProblem {
                     condition: motion.condition(s.masses),
                     input: SampledInput::new(&r.time_s, &r.force_mn, self.settings.interpolation)?,
@@ -123,13 +180,13 @@ impl<T: Float> SealedGradient<T> {
         let one = |index: usize, observed: &[f64], cotangents: &mut [f64]| {
             let subject = &subjects[index];
             let measured = &subject.recording;
-            let gas = SealedGas::new(model, subject.masses, measured.initial_state());
+            let gas = SealedGas::new(model, subject.masses, starts[index]);
             let mut own = buffers[index].lock().expect("no loss panics");
             let own = &mut *own;
             own.states.resize(measured.len(), [0.0; 4]);
             own.cotangents.resize(measured.len(), [0.0; 4]);
             gas.complete(observed, &mut own.states);
-            let value = loss.value_and_cotangents(measured, &own.states, &mut own.cotangents);
+            let value = loss(index, measured, &own.states, &mut own.cotangents);
             if backward {
                 own.gas = gas.pull_back(observed, &own.cotangents, cotangents);
             }

@@ -26,15 +26,15 @@ pub struct DerivativeMatching {
     pub spacing_s: f64,
     /// Points in a batch.
     pub batch: usize,
-    /// Passes over all points.
-    pub passes: usize,
+    /// Steps of the optimiser.
+    pub steps: usize,
     /// Rate at the start.
     pub rate: f64,
 }
 
 impl Default for DerivativeMatching {
     fn default() -> Self {
-        Self { cutoff_hz: 20.0, spacing_s: 0.01, batch: 2048, passes: 30, rate: 3e-3 }
+        Self { cutoff_hz: 20.0, spacing_s: 0.01, batch: 2048, steps: 3000, rate: 3e-3 }
     }
 }
 
@@ -61,7 +61,7 @@ struct Point {
 const CHUNK: usize = 256;
 
 impl DerivativeMatching {
-    /// Regresses from coordinates on. `progress` is told each pass that is done and its residual (N).
+    /// Regresses from coordinates on. `progress` is told each step that is done and the residual (N).
     #[must_use]
     pub fn run(
         &self,
@@ -80,23 +80,25 @@ impl DerivativeMatching {
         let mut adam = Adam::new(AdamSettings::default(), at.len());
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let batch = self.batch.clamp(1, points.len().max(1));
-        let batches = points.len() / batch;
-        let total = (self.passes * batches).max(1);
-        let mut rms_n = f64::NAN;
-        for pass in 0..self.passes {
-            points.shuffle(&mut random);
-            let mut sum = 0.0;
-            for (k, part) in points.chunks_exact(batch).enumerate() {
-                let model = coordinates.model(&at);
-                let (loss, gradient) = value_and_gradient(coordinates, &model, part, scale);
-                let done = (pass * batches + k) as f64 / total as f64;
-                let rate = 0.5 * self.rate * (1.0 + (std::f64::consts::PI * done).cos());
-                adam.step(&mut at, &gradient, rate);
-                sum += loss;
+        let mut next = points.len();
+        let mut recent = 0.0;
+        for step in 0..if points.is_empty() { 0 } else { self.steps } {
+            if next + batch > points.len() {
+                points.shuffle(&mut random);
+                next = 0;
             }
-            rms_n = 1e-3 * (scale * sum / batches.max(1) as f64).sqrt();
-            progress(pass + 1, rms_n);
+            let part = &points[next..next + batch];
+            next += batch;
+            let model = coordinates.model(&at);
+            let (loss, gradient) = value_and_gradient(coordinates, &model, part, scale);
+            let done = step as f64 / self.steps as f64;
+            let rate = 0.5 * self.rate * (1.0 + (std::f64::consts::PI * done).cos());
+            adam.step(&mut at, &gradient, rate);
+            // A running mean over about fifty batches.
+            recent = if step == 0 { loss } else { recent + 0.02 * (loss - recent) };
+            progress(step + 1, 1e-3 * (scale * recent).sqrt());
         }
+        let rms_n = 1e-3 * (scale * recent).sqrt();
         Matched { at, rms_n, points: points.len() }
     }
 

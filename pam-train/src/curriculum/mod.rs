@@ -1,0 +1,73 @@
+//! How a model is trained, as data.
+//!
+//! A [`Curriculum`] is a TOML file: the network to start from, the recordings, and stages that follow
+//! each other, each from the best parameters of the one before. What a stage does not say is taken
+//! from the curriculum. Those that come with the crate are in [`Curriculum::BUILT_IN`]; `pam train NAME
+//! --print` shows them.
+
+mod builtin;
+mod overrides;
+mod settings;
+mod stage;
+
+pub use overrides::CurriculumError;
+pub use settings::{
+    CoordinateSettings, DataSettings, ModelSettings, Precision, Selection, SelectionSet,
+    SolverChoice, StartModel,
+};
+pub use stage::{DerivativeStage, GasStage, Shooting, SolveStage, Stage};
+
+use crate::loss::AnyLoss;
+use crate::optimiser::OptimiserSettings;
+use crate::regulariser::AnyRegulariser;
+use crate::schedule::Schedule;
+use serde::{Deserialize, Serialize};
+
+/// A way to train.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Curriculum {
+    /// Its name.
+    pub name: String,
+    /// The network to start from.
+    #[serde(default)]
+    pub model: ModelSettings,
+    /// Which recordings.
+    #[serde(default)]
+    pub data: DataSettings,
+    /// What is moved, and in which form.
+    #[serde(default)]
+    pub coordinates: CoordinateSettings,
+    /// How the equations are solved.
+    #[serde(default)]
+    pub solver: SolverChoice,
+    /// The loss.
+    #[serde(default)]
+    pub loss: AnyLoss,
+    /// What is added to the loss.
+    #[serde(default, skip_serializing_if = "Vec::is_empty", rename = "regulariser")]
+    pub regularisers: Vec<AnyRegulariser>,
+    /// The optimiser.
+    #[serde(default)]
+    pub optimiser: OptimiserSettings,
+    /// Learning rate at the start of a stage.
+    #[serde(default = "default_rate")]
+    pub rate: f64,
+    /// How the rate changes within a stage.
+    #[serde(default)]
+    pub schedule: Schedule,
+    /// Largest norm of the gradient; longer ones are cut.
+    #[serde(default = "default_clip")]
+    pub clip: f64,
+    /// The stages.
+    #[serde(rename = "stage")]
+    pub stages: Vec<Stage>,
+}
+
+fn default_rate() -> f64 {
+    1e-4
+}
+
+fn default_clip() -> f64 {
+    1.0
+}

@@ -1,0 +1,192 @@
+//! Curricula from text, with single values overridden.
+
+use super::Curriculum;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+use toml::{Table, Value};
+
+/// A curriculum that cannot be used.
+#[derive(Debug, Error)]
+pub enum CurriculumError {
+    /// The file cannot be read.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A place in the file is wrong.
+    #[error("{}:{line}: {message}", path.display())]
+    Place {
+        /// The file.
+        path: PathBuf,
+        /// Line, counted from one.
+        line: usize,
+        /// What is wrong.
+        message: String,
+    },
+    /// An override is wrong.
+    #[error("--set {text}: {message}")]
+    Override {
+        /// The override as written.
+        text: String,
+        /// What is wrong and what to do.
+        message: String,
+    },
+    /// No curriculum has this name.
+    #[error("`{name}` is neither a file nor a curriculum that comes with the program: {known}")]
+    Unknown {
+        /// The name.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// What it asks for makes no sense.
+    #[error("curriculum `{name}`: {message}")]
+    Sense {
+        /// Its name.
+        name: String,
+        /// What is wrong and what to do.
+        message: String,
+    },
+}
+
+impl Curriculum {
+    /// Reads a curriculum from TOML text, with overrides like `rate=3e-4` or `stage.2.epochs=50`
+    /// (stages count from zero); `path` is for messages.
+    ///
+    /// # Errors
+    /// [`CurriculumError`] naming file and line, or the override.
+    pub fn parse(text: &str, path: &Path, overrides: &[String]) -> Result<Self, CurriculumError> {
+        let place = |e: &toml::de::Error| {
+            let offset = e.span().map_or(0, |span| span.start);
+            CurriculumError::Place {
+                path: path.to_owned(),
+                line: 1 + text.bytes().take(offset).filter(|&b| b == b'\n').count(),
+                message: e.message().replace('\n', "; "),
+            }
+        };
+        let plain: Self = toml::from_str(text).map_err(|e| place(&e))?;
+        let mut curriculum = plain;
+        if !overrides.is_empty() {
+            let mut table: Table = toml::from_str(text).map_err(|e| place(&e))?;
+            for change in overrides {
+                let fail =
+                    |message: String| CurriculumError::Override { text: change.clone(), message };
+                set(&mut table, change).map_err(fail)?;
+                // Each is checked by itself, so that the message names the one that is wrong.
+                curriculum = Self::deserialize_table(&table).map_err(fail)?;
+            }
+        }
+        curriculum.check()?;
+        Ok(curriculum)
+    }
+
+    fn deserialize_table(table: &Table) -> Result<Self, String> {
+        Value::Table(table.clone()).try_into().map_err(|e: toml::de::Error| e.message().to_owned())
+    }
+
+    /// Opens a curriculum by the name of a built-in one or the path of a file.
+    ///
+    /// # Errors
+    /// [`CurriculumError`].
+    pub fn open(name: &str, overrides: &[String]) -> Result<Self, CurriculumError> {
+        let path = Path::new(name);
+        if let Some(text) = Self::built_in_text(name) {
+            return Self::parse(text, path, overrides);
+        }
+        if !path.exists() && !name.ends_with(".toml") {
+            return Err(CurriculumError::Unknown {
+                name: name.to_owned(),
+                known: Self::BUILT_IN.join(", "),
+            });
+        }
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| CurriculumError::Io { path: path.to_owned(), source })?;
+        Self::parse(&text, path, overrides)
+    }
+
+    /// The curriculum as TOML text.
+    ///
+    /// # Panics
+    /// Never: every part of a curriculum can be written as TOML.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a curriculum is made of plain tables")
+    }
+}
+
+/// Sets one value of a table: `a.b.0.c = value`, the value in TOML, or as text if it is none.
+fn set(table: &mut Table, change: &str) -> Result<(), String> {
+    let (path, text) = change.split_once('=').ok_or("write it as key=value")?;
+    let text = text.trim();
+    let value = toml::from_str::<Table>(&format!("v = {text}"))
+        .ok()
+        .and_then(|mut t| t.remove("v"))
+        .unwrap_or_else(|| Value::String(text.to_owned()));
+    let keys: Vec<&str> = path.trim().split('.').collect();
+    let (last, parents) = keys.split_last().ok_or("the key is missing")?;
+    let mut at = table;
+    let mut rest = parents.iter().peekable();
+    while let Some(key) = rest.next() {
+        let next = at.entry((*key).to_owned()).or_insert_with(|| Value::Table(Table::new()));
+        let next = match next {
+            Value::Array(items) => {
+                let index = rest.next().ok_or_else(|| format!("`{key}` is a list: {key}.0.…"))?;
+                let len = items.len();
+                index.parse::<usize>().ok().and_then(|i| items.get_mut(i)).ok_or_else(|| {
+                    format!("`{key}` has the places 0 to {}", len.saturating_sub(1))
+                })?
+            }
+            other => other,
+        };
+        at = next.as_table_mut().ok_or_else(|| format!("`{key}` holds no values of its own"))?;
+    }
+    at.insert((*last).to_owned(), value);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn open(overrides: &[&str]) -> Result<Curriculum, CurriculumError> {
+        let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
+        Curriculum::open("recommended", &overrides)
+    }
+
+    #[test]
+    fn every_built_in_curriculum_is_sound_and_survives_its_text() {
+        for name in Curriculum::BUILT_IN {
+            let curriculum = Curriculum::open(name, &[]).unwrap();
+            assert_eq!(curriculum.name, name);
+            let back = Curriculum::parse(&curriculum.to_toml(), Path::new("x"), &[]).unwrap();
+            assert_eq!(back, curriculum);
+        }
+    }
+
+    #[test]
+    fn overrides_reach_every_depth() {
+        let c = open(&["rate=3e-3", "model.activation=tanh", "stage.1.matching.steps=7"]).unwrap();
+        assert_eq!(c.rate, 3e-3);
+        assert_eq!(c.model.activation, "tanh");
+        let super::super::Stage::Derivatives(stage) = &c.stages[1] else {
+            panic!("{:?}", c.stages[1])
+        };
+        assert_eq!(stage.matching.steps, 7);
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        let message = |o: &str| open(&[o]).unwrap_err().to_string();
+        assert!(message("rate").contains("key=value"));
+        assert!(message("rates=1").contains("--set rates=1: unknown field `rates`"));
+        assert!(message("stage.9.epochs=1").contains("places 0 to"));
+        assert!(message("rate=-1").contains("rate"));
+        assert!(message("model.activation=sinus").contains("sinus"));
+        let text = "name = \"a\"\n[[stage]]\nkind = \"solve\"\nname = \"b\"\nepoch = 3\n";
+        let message = Curriculum::parse(text, Path::new("c.toml"), &[]).unwrap_err().to_string();
+        assert!(message.contains("c.toml:") && message.contains("epoch"), "{message}");
+    }
+}

@@ -1,0 +1,214 @@
+//! Parts of a curriculum that hold for all its stages.
+
+use crate::coordinates::{Frozen, PhysicalForm};
+use crate::predict::{SolverSettings, StepChoice};
+use crate::warm_start::Initialisation;
+use pam_core::ModelError;
+use pam_data::conditions::{TRAINING_PSI, name_of};
+use pam_solvers::{Interpolation, Tableau};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// The network to start from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ModelSettings {
+    /// Random weights, or a model file.
+    pub start: StartModel,
+    /// Widths of the hidden layers of a random network.
+    pub hidden: Vec<usize>,
+    /// Its activation.
+    pub activation: String,
+    /// How its weights are drawn.
+    pub initialisation: Initialisation,
+}
+
+impl Default for ModelSettings {
+    fn default() -> Self {
+        Self {
+            start: StartModel::Random,
+            hidden: vec![96, 96],
+            activation: "leaky_relu".into(),
+            initialisation: Initialisation::He,
+        }
+    }
+}
+
+/// Where the first parameters come from.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StartModel {
+    /// Random weights and datasheet parameters.
+    #[default]
+    Random,
+    /// A model file with a network.
+    File(PathBuf),
+}
+
+/// Which recordings of a data set: all, the 29 training conditions, none, those that are not trained
+/// on, or a list of names. A name is that of a recording (`nn_3060`) or its pressures (`3060`).
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "expected \"all\", \"train\", \"rest\", \"none\" or a list of names")]
+pub enum Selection {
+    /// `all`, `train`, `rest` or `none`.
+    Set(SelectionSet),
+    /// Names.
+    Names(Vec<String>),
+}
+
+/// A selection that has a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SelectionSet {
+    /// All recordings.
+    All,
+    /// The 29 training conditions of the published curriculum.
+    Train,
+    /// What is not trained on.
+    Rest,
+    /// None.
+    None,
+}
+
+/// Which recordings are trained on and which are held out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DataSettings {
+    /// Recordings to train on.
+    pub train: Selection,
+    /// Recordings to score on, never trained on.
+    pub held_out: Selection,
+}
+
+impl Default for DataSettings {
+    fn default() -> Self {
+        Self {
+            train: Selection::Set(SelectionSet::Train),
+            held_out: Selection::Set(SelectionSet::Rest),
+        }
+    }
+}
+
+impl Selection {
+    /// Whether a recording is selected; `trained` says whether it is trained on.
+    #[must_use]
+    pub fn takes(&self, name: &str, trained: bool) -> bool {
+        let code = name.strip_prefix("nn_").unwrap_or(name);
+        match self {
+            Self::Set(SelectionSet::All) => true,
+            Self::Set(SelectionSet::None) => false,
+            Self::Set(SelectionSet::Rest) => !trained,
+            Self::Set(SelectionSet::Train) => {
+                let code = code.get(..4).unwrap_or_default();
+                TRAINING_PSI.iter().any(|c| name_of(*c)[3..] == *code)
+            }
+            Self::Names(names) => names.iter().any(|n| n == name || n == code),
+        }
+    }
+}
+
+/// What is moved, and in which form.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CoordinateSettings {
+    /// Whether the network's weights are those between scaled inputs and a scaled output.
+    pub scaled: bool,
+    /// Form of the physical parameters.
+    pub physical: PhysicalForm,
+    /// What stays as it is. C is tied to the masses, which come from the same gas law: a factor of it
+    /// changes nothing that is measured.
+    pub frozen: Frozen,
+}
+
+impl Default for CoordinateSettings {
+    fn default() -> Self {
+        Self {
+            scaled: true,
+            physical: PhysicalForm::Logarithm,
+            frozen: Frozen { gas_coefficient: true, ..Frozen::default() },
+        }
+    }
+}
+
+/// Float of the network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Precision {
+    /// Single.
+    #[default]
+    F32,
+    /// Double.
+    F64,
+}
+
+/// How the equations are solved while training.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SolverChoice {
+    /// Runge–Kutta method: tsit5, rk4, bs3, dp5.
+    pub method: String,
+    /// Constant steps of this length, ms; adaptive if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_ms: Option<f64>,
+    /// Relative and absolute tolerance of adaptive steps.
+    pub tolerance: f64,
+    /// How the force is read between samples: zoh, linear, cubic, ramp.
+    pub input: String,
+    /// Float of the network.
+    pub precision: Precision,
+}
+
+/// The cheapest that meets the published path's accuracy: on 70 s of the published excitation the
+/// largest error of x is 0.018 mm against 0.025 mm (`docs/peers.md`).
+impl Default for SolverChoice {
+    fn default() -> Self {
+        Self {
+            method: "bs3".into(),
+            step_ms: None,
+            tolerance: 1e-3,
+            input: "ramp".into(),
+            precision: Precision::F32,
+        }
+    }
+}
+
+impl SolverChoice {
+    /// The settings of a solve.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownName`] or [`ModelError::NotPositive`].
+    pub fn settings(&self) -> Result<SolverSettings, ModelError> {
+        let step = match self.step_ms {
+            Some(ms) => {
+                ModelError::require_positive("solver.step_ms", ms)?;
+                StepChoice::Constant { step_s: 1e-3 * ms }
+            }
+            None => {
+                ModelError::require_positive("solver.tolerance", self.tolerance)?;
+                StepChoice::Adaptive { rtol: self.tolerance, atol: self.tolerance }
+            }
+        };
+        Ok(SolverSettings {
+            tableau: Tableau::from_name(&self.method)?,
+            step,
+            interpolation: Interpolation::from_name(&self.input)?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn selections_take_what_they_say() {
+        let train = Selection::Set(SelectionSet::Train);
+        assert!(train.takes("nn_3060", false) && train.takes("nn_3060_validation", false));
+        assert!(!train.takes("nn_3065", false));
+        assert!(Selection::Set(SelectionSet::Rest).takes("nn_3065", false));
+        assert!(!Selection::Set(SelectionSet::Rest).takes("nn_3060", true));
+        let names = Selection::Names(vec!["3065".into(), "run1".into()]);
+        assert!(names.takes("nn_3065", false) && names.takes("run1", false));
+        assert!(!names.takes("run2", false));
+    }
+}

@@ -1,0 +1,96 @@
+//! Loss, gradient and scores in single or double precision.
+
+use crate::coordinates::NetworkJoint;
+use crate::curriculum::Precision;
+use crate::evaluation::Subject;
+use crate::gradient::sealed::IndexedLoss;
+use crate::gradient::{JointGradient, SealedGradient};
+use crate::metrics::r2;
+use crate::predict::SolverSettings;
+use pam_data::{Channel, Recording};
+use pam_solvers::input::InputError;
+
+/// The fast gradient in either precision.
+#[derive(Debug)]
+pub enum Engine {
+    /// Single precision in the network.
+    F32(SealedGradient<f32>),
+    /// Double precision.
+    F64(SealedGradient<f64>),
+}
+
+impl Engine {
+    /// An engine for the settings of a stage.
+    #[must_use]
+    pub fn new(settings: SolverSettings, precision: Precision) -> Self {
+        match precision {
+            Precision::F32 => Self::F32(SealedGradient::new(settings)),
+            Precision::F64 => Self::F64(SealedGradient::new(settings)),
+        }
+    }
+
+    /// See [`SealedGradient::value_and_gradient_from`].
+    ///
+    /// # Errors
+    /// [`InputError`] if a recording cannot drive a solve.
+    pub fn value_and_gradient(
+        &mut self,
+        model: &NetworkJoint,
+        subjects: &[Subject],
+        starts: &[[f64; 4]],
+        loss: &IndexedLoss<'_>,
+    ) -> Result<JointGradient, InputError> {
+        match self {
+            Self::F32(g) => g.value_and_gradient_from(model, subjects, starts, loss),
+            Self::F64(g) => g.value_and_gradient_from(model, subjects, starts, loss),
+        }
+    }
+
+    /// Predicted states of a recording from the last call.
+    pub fn predicted(&mut self, index: usize) -> &[[f64; 4]] {
+        match self {
+            Self::F32(g) => g.predicted(index),
+            Self::F64(g) => g.predicted(index),
+        }
+    }
+
+    /// Mean R² of `[x, ẋ, P_f, P_e]` over recordings that are predicted to their end from their first
+    /// sample; `None` where no recording gives one.
+    ///
+    /// # Errors
+    /// [`InputError`] if a recording cannot drive a solve.
+    pub fn mean_r2(
+        &mut self,
+        model: &NetworkJoint,
+        subjects: &[Subject],
+    ) -> Result<[Option<f64>; 4], InputError> {
+        let zero = |_: usize, _: &Recording, _: &[[f64; 4]], _: &mut [[f64; 4]]| 0.0;
+        let (mut sums, mut counts) = ([0.0; 4], [0.0; 4]);
+        // In portions, because the predicted states of all recordings stay in memory.
+        for portion in subjects.chunks(PORTION) {
+            let starts: Vec<_> = portion.iter().map(|s| s.recording.initial_state()).collect();
+            let failures = match self {
+                Self::F32(g) => g.values_from(model, portion, &starts, &zero)?.failures,
+                Self::F64(g) => g.values_from(model, portion, &starts, &zero)?.failures,
+            };
+            for (i, s) in portion.iter().enumerate() {
+                if failures.iter().any(|f| f.problem == i) {
+                    continue;
+                }
+                let states = self.predicted(i);
+                for (c, channel) in Channel::ALL.into_iter().enumerate() {
+                    let predicted: Vec<f64> = states.iter().map(|y| y[c]).collect();
+                    let value = r2(s.recording.channel(channel), &predicted);
+                    if value.is_finite() {
+                        sums[c] += value;
+                        counts[c] += 1.0;
+                    }
+                }
+            }
+        }
+        Ok(std::array::from_fn(|c| (counts[c] > 0.0).then(|| sums[c] / counts[c])))
+    }
+}
+
+/// Recordings that are scored at a time.
+const PORTION: usize = 32;

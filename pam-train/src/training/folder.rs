@@ -1,0 +1,299 @@
+//! The files of a run.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `curriculum.toml` | the curriculum with all overrides |
+//! | `checkpoint.json` | the state, every few seconds and at the end of each stage |
+//! | `metrics.csv` | one row an epoch |
+//! | `events.out.tfevents.pam` | the same for TensorBoard |
+//! | `stages/NN.safetensors` | the best model of each stage |
+//! | `model.safetensors` | the trained model |
+//!
+//! Every file is complete or absent, but for rows at the end of `metrics.csv` that are younger than the
+//! checkpoint; a run that is resumed drops them and makes them again.
+
+use super::state::{EpochRow, StageResult, TrainingState};
+use super::trainer::{Trainer, TrainingError};
+use crate::events::EventFile;
+use pam_core::AnyForce;
+use pam_data::atomic::write_atomic;
+use pam_data::models::safetensors_file;
+use pam_data::{DataError, ModelInfo, SavedModel};
+use serde::{Deserialize, Serialize};
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+/// How a run is kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunSettings {
+    /// Time between checkpoints.
+    pub checkpoint_every: Duration,
+    /// Name of the trained model.
+    pub model_name: String,
+    /// Program, version and commit.
+    pub made_by: String,
+}
+
+/// What became of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrainedRun {
+    /// Whether all stages were done; if not, it was asked to stop and can be resumed.
+    pub finished: bool,
+    /// What the stages reached.
+    pub results: Vec<StageResult>,
+    /// What happened.
+    pub events: Vec<String>,
+    /// All epochs.
+    pub rows: Vec<EpochRow>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Checkpoint {
+    format: u32,
+    seed: u64,
+    data: String,
+    state: TrainingState,
+}
+
+const FORMAT: u32 = 1;
+
+/// The folder of a run.
+#[derive(Debug)]
+pub struct RunFolder {
+    path: PathBuf,
+}
+
+impl RunFolder {
+    /// The folder at a path; it need not exist.
+    #[must_use]
+    pub fn new(path: &Path) -> Self {
+        Self { path: path.to_owned() }
+    }
+
+    /// A file of the folder.
+    #[must_use]
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Whether a run was begun here.
+    #[must_use]
+    pub fn has_checkpoint(&self) -> bool {
+        self.file("checkpoint.json").exists()
+    }
+
+    /// The curriculum of the run that was begun here, as text.
+    ///
+    /// # Errors
+    /// [`DataError::Io`].
+    pub fn curriculum_text(&self) -> Result<String, DataError> {
+        let path = self.file("curriculum.toml");
+        std::fs::read_to_string(&path).map_err(|source| DataError::Io { path, source })
+    }
+
+    fn load(&self, trainer: &mut Trainer) -> Result<(), TrainingError> {
+        let path = self.file("checkpoint.json");
+        let io = |source| DataError::Io { path: path.clone(), source };
+        let bytes = std::fs::read(&path).map_err(io)?;
+        let checkpoint: Checkpoint = serde_json::from_slice(&bytes).map_err(|e| io(e.into()))?;
+        let fail = |what: &str| TrainingError::Curriculum(format!("{}: {what}", path.display()));
+        if checkpoint.format != FORMAT {
+            return Err(fail("written by another version of the program"));
+        }
+        if checkpoint.seed != trainer.seed {
+            return Err(fail(&format!("the run was begun with --seed {}", checkpoint.seed)));
+        }
+        if checkpoint.data != trainer.fingerprint() {
+            return Err(fail("the run was begun on other recordings"));
+        }
+        trainer.resume(checkpoint.state)
+    }
+
+    fn save(&self, trainer: &Trainer) -> Result<(), TrainingError> {
+        let checkpoint = Checkpoint {
+            format: FORMAT,
+            seed: trainer.seed,
+            data: trainer.fingerprint(),
+            state: trainer.state().clone(),
+        };
+        let path = self.file("checkpoint.json");
+        let bytes = serde_json::to_vec(&checkpoint)
+            .map_err(|e| DataError::Io { path: path.clone(), source: e.into() })?;
+        Ok(write_atomic(&path, &bytes)?)
+    }
+
+    fn save_model(
+        &self,
+        name: &str,
+        trainer: &Trainer,
+        settings: &RunSettings,
+    ) -> Result<(), TrainingError> {
+        let model = trainer.model();
+        let curriculum = trainer.curriculum();
+        let saved = SavedModel {
+            model: model.map(|v| v, |force| AnyForce::Network(force.clone())),
+            info: ModelInfo {
+                name: settings.model_name.clone(),
+                provenance: format!(
+                    "{}: curriculum {}, seed {}, trained on {} recordings",
+                    settings.made_by,
+                    curriculum.name,
+                    trainer.seed,
+                    trainer.trained_on().len()
+                ),
+                trained: true,
+                trained_on: trainer.trained_on(),
+                source: None,
+            },
+        };
+        Ok(safetensors_file::write(&self.file(name), &saved)?)
+    }
+
+    /// Rows of `metrics.csv` up to an epoch.
+    fn rows_until(&self, epochs: usize) -> Result<Vec<EpochRow>, TrainingError> {
+        let path = self.file("metrics.csv");
+        if !path.exists() {
+            return Ok(Vec::new());
+        }
+        let text = std::fs::read_to_string(&path)
+            .map_err(|source| DataError::Io { path: path.clone(), source })?;
+        // The last row of a killed run may be cut short: whatever does not read is made again.
+        Ok(text.lines().skip(1).map_while(row_from).filter(|r| r.total_epoch <= epochs).collect())
+    }
+}
+
+const HEADER: &str =
+    "stage,epoch,total_epoch,loss,rate,gradient_norm,mass_kg,deformation,seconds\n";
+
+fn line_of(row: &EpochRow) -> String {
+    format!(
+        "{},{},{},{},{},{},{},{},{:.6}\n",
+        row.stage,
+        row.epoch,
+        row.total_epoch,
+        row.loss,
+        row.rate,
+        row.gradient_norm,
+        row.mass_kg,
+        row.deformation,
+        row.seconds
+    )
+}
+
+fn row_from(line: &str) -> Option<EpochRow> {
+    let cells: Vec<&str> = line.split(',').collect();
+    let [stage, epoch, total, loss, rate, norm, mass, deformation, seconds] = cells[..] else {
+        return None;
+    };
+    Some(EpochRow {
+        stage: stage.parse().ok()?,
+        epoch: epoch.parse().ok()?,
+        total_epoch: total.parse().ok()?,
+        loss: loss.parse().ok()?,
+        rate: rate.parse().ok()?,
+        gradient_norm: norm.parse().ok()?,
+        mass_kg: mass.parse().ok()?,
+        deformation: deformation.parse().ok()?,
+        seconds: seconds.parse().ok()?,
+    })
+}
+
+/// Carries a curriculum out in a folder. With `resume` it goes on from the checkpoint there.
+/// `observe` is told every epoch; when `stop` becomes true the running epoch is finished, the state
+/// saved, and the run can be resumed.
+///
+/// # Errors
+/// [`TrainingError`]; what was reached is saved before.
+pub fn train_into(
+    trainer: &mut Trainer,
+    folder: &RunFolder,
+    settings: &RunSettings,
+    resume: bool,
+    stop: &AtomicBool,
+    observe: &mut dyn FnMut(&EpochRow, &TrainingState),
+) -> Result<TrainedRun, TrainingError> {
+    if resume {
+        folder.load(trainer)?;
+    } else {
+        write_atomic(&folder.file("curriculum.toml"), trainer.curriculum().to_toml().as_bytes())?;
+    }
+    let mut rows = folder.rows_until(if resume { trainer.state().epochs } else { 0 })?;
+    let mut text = HEADER.to_owned();
+    rows.iter().for_each(|row| text += &line_of(row));
+    let metrics_path = folder.file("metrics.csv");
+    write_atomic(&metrics_path, text.as_bytes())?;
+    let io = |source| DataError::Io { path: metrics_path.clone(), source };
+    let mut metrics = std::fs::OpenOptions::new().append(true).open(&metrics_path).map_err(io)?;
+    let mut events = EventFile::rewrite(
+        &folder.file(EVENTS),
+        &rows.iter().flat_map(scalars).collect::<Vec<_>>(),
+    )?;
+    if !resume {
+        folder.save(trainer)?;
+    }
+
+    let mut saved = Instant::now();
+    let mut pending = String::new();
+    let outcome = loop {
+        if trainer.is_done() {
+            break Ok(true);
+        }
+        if stop.load(Ordering::Relaxed) {
+            break Ok(false);
+        }
+        let stages_done = trainer.state().results.len();
+        let row = match trainer.advance() {
+            Ok(Some(row)) => row,
+            Ok(None) => break Ok(true),
+            Err(e) => break Err(e),
+        };
+        observe(&row, trainer.state());
+        let _ = write!(pending, "{}", line_of(&row));
+        for (tag, step, time, value) in scalars(&row) {
+            events.scalar(&tag, step, time, value)?;
+        }
+        rows.push(row);
+        let stage_over = trainer.state().results.len() > stages_done;
+        if stage_over {
+            let name = format!("stages/{:02}.safetensors", trainer.state().results.len());
+            folder.save_model(&name, trainer, settings)?;
+        }
+        if stage_over || saved.elapsed() >= settings.checkpoint_every {
+            metrics.write_all(pending.as_bytes()).map_err(io)?;
+            pending.clear();
+            events.flush()?;
+            folder.save(trainer)?;
+            saved = Instant::now();
+        }
+    };
+    metrics.write_all(pending.as_bytes()).map_err(io)?;
+    events.flush()?;
+    folder.save(trainer)?;
+    let finished = outcome?;
+    if finished {
+        folder.save_model("model.safetensors", trainer, settings)?;
+    }
+    let state = trainer.state();
+    Ok(TrainedRun { finished, results: state.results.clone(), events: state.events.clone(), rows })
+}
+
+const EVENTS: &str = "events.out.tfevents.pam";
+
+/// A row for TensorBoard: tag, step, time, value.
+fn scalars(row: &EpochRow) -> Vec<(String, i64, f64, f32)> {
+    let time = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
+    let step = row.total_epoch as i64;
+    [
+        ("loss", row.loss),
+        ("rate", row.rate),
+        ("gradient_norm", row.gradient_norm),
+        ("mass_kg", row.mass_kg),
+        ("deformation", row.deformation),
+        ("epoch_seconds", row.seconds),
+    ]
+    .map(|(tag, value)| (tag.to_owned(), step, time, value as f32))
+    .to_vec()
+}

@@ -1,0 +1,129 @@
+//! The state of a training run.
+
+use crate::coordinates::Scaling;
+use crate::optimiser::{Adam, Lbfgs};
+use crate::schedule::{EarlyStop, Rate};
+use serde::{Deserialize, Serialize};
+
+/// The optimiser of the running stage.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OptimiserState {
+    /// Adam or AdamW.
+    Adam(Adam),
+    /// L-BFGS.
+    Lbfgs(Lbfgs),
+}
+
+/// The best coordinates of a stage.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Best {
+    /// Their loss.
+    pub loss: f64,
+    /// The coordinates.
+    pub at: Vec<f64>,
+    /// The epoch of the stage that began with them.
+    pub epoch: usize,
+}
+
+/// Trainable starts of windows.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Starts {
+    /// States `[x, ẋ, P_f, P_e]` at the starts (mm, mm/s, kPa, kPa).
+    pub states: Vec<[f64; 4]>,
+    /// Their optimiser.
+    pub optimiser: Adam,
+}
+
+/// What moves within a stage that is trained through the solver.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StageState {
+    /// Epochs done.
+    pub epoch: usize,
+    /// Coordinates at the start, from which the masses were computed.
+    pub start: Vec<f64>,
+    /// The optimiser.
+    pub optimiser: OptimiserState,
+    /// The learning rate.
+    pub rate: Rate,
+    /// When to stop.
+    pub stop: Option<EarlyStop>,
+    /// Whether the stage has nothing left to gain.
+    pub stopped: bool,
+    /// Factor of the rate after rollbacks.
+    pub reduction: f64,
+    /// Rollbacks in a row.
+    pub rollbacks: usize,
+    /// Last coordinates and optimiser whose solves all ended.
+    pub sound: Option<(Vec<f64>, OptimiserState)>,
+    /// The best so far.
+    pub best: Option<Best>,
+    /// Trainable starts, if the stage has them.
+    pub starts: Option<Starts>,
+    /// Loss of the first epoch.
+    pub first_loss: Option<f64>,
+    /// Time spent, s.
+    pub seconds: f64,
+}
+
+/// What a finished stage reached.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StageResult {
+    /// Its name.
+    pub name: String,
+    /// Epochs.
+    pub epochs: usize,
+    /// Time, s.
+    pub seconds: f64,
+    /// Loss of the first epoch (of a regression: the residual force in N, or pressure in kPa).
+    pub first_loss: Option<f64>,
+    /// Best loss.
+    pub best_loss: f64,
+    /// Mean R² of `[x, ẋ, P_f, P_e]` over its recordings.
+    pub r2_train: [Option<f64>; 4],
+    /// Mean R² over the held-out recordings.
+    pub r2_held_out: [Option<f64>; 4],
+}
+
+/// Everything that decides how training goes on. Training from a state that was saved and read back
+/// gives the same bits as training that went on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrainingState {
+    /// Index of the running stage; the number of stages when all are done.
+    pub stage: usize,
+    /// Epochs done in all stages.
+    pub epochs: usize,
+    /// The coordinates.
+    pub at: Vec<f64>,
+    /// Scale of inputs and output of the network.
+    pub scaling: Scaling,
+    /// Within the running stage; absent between stages.
+    pub within: Option<StageState>,
+    /// What finished stages reached.
+    pub results: Vec<StageResult>,
+    /// What happened that a reader should know.
+    pub events: Vec<String>,
+}
+
+/// One epoch in numbers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EpochRow {
+    /// Index of the stage.
+    pub stage: usize,
+    /// Epoch of the stage, from one.
+    pub epoch: usize,
+    /// Epoch of the run, from one.
+    pub total_epoch: usize,
+    /// The loss, regularisers included.
+    pub loss: f64,
+    /// The learning rate.
+    pub rate: f64,
+    /// Norm of the gradient before it was cut.
+    pub gradient_norm: f64,
+    /// Reflected mass, kg.
+    pub mass_kg: f64,
+    /// Deformation coefficient.
+    pub deformation: f64,
+    /// Time of the epoch, s.
+    pub seconds: f64,
+}
