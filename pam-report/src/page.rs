@@ -13,7 +13,9 @@ h1 { font-size: 1.7rem; margin: 0 0 .3rem; overflow-wrap: anywhere; } h2 { font-
 .scroll { overflow-x: auto; } table { border-collapse: collapse; font-size: .87rem; margin: .6rem 0; }
 th, td { padding: .28rem .5rem; text-align: right; border-bottom: 1px solid #e6e6e6; white-space: nowrap; }
 th { border-bottom: 2px solid #bbb; font-weight: 600; } th:first-child, td:first-child { text-align: left; }
-td.text { text-align: left; }
+td.text, th.text { text-align: left; } td.wrap { white-space: normal; min-width: 8rem; }
+th.empty { border: 0; } th.group { text-align: center; border-bottom: 1px solid #bbb; }
+tr.mean td { font-weight: 600; background: #f5f6f8; }
 .cards { display: flex; flex-wrap: wrap; gap: .8rem; margin: 1rem 0; } .card { border: 1px solid #ddd;
   border-radius: 8px; padding: .6rem 1rem; min-width: 7.5rem; } .card b { display: block; font-size: 1.45rem; }
 .card span { color: #555; font-size: .85rem; }

@@ -60,7 +60,12 @@ fn maps(runs: &[RecordedRun]) -> Markup {
 fn map(runs: &[RecordedRun], label: &str, value: impl Fn(&RecordedRun) -> f64) -> Markup {
     let points: Vec<MapPoint> = runs
         .iter()
-        .map(|r| MapPoint { x: r.sealed_psi[0], y: r.sealed_psi[1], value: value(r) })
+        .map(|r| MapPoint {
+            x: r.sealed_psi[0],
+            y: r.sealed_psi[1],
+            value: value(r),
+            ringed: false,
+        })
         .collect();
     let values = || points.iter().map(|p| p.value).filter(|v| v.is_finite());
     let limits = (values().fold(f64::MAX, f64::min), values().fold(f64::MIN, f64::max));
@@ -71,6 +76,7 @@ fn map(runs: &[RecordedRun], label: &str, value: impl Fn(&RecordedRun) -> f64) -
         y_label: "extensor (psi gauge)".into(),
         value_label: label.into(),
         points,
+        ring_label: String::new(),
         limits,
         size: (520, 400),
     };

@@ -6,7 +6,11 @@ use maud::{Markup, html};
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
 use pam_train::RecordingEvaluation;
 
-pub(super) fn maps(recordings: &[RecordingEvaluation]) -> Markup {
+/// R² and RMSE of the displacement over both planes; recordings for which `trained_on` holds are ringed.
+pub(super) fn maps(
+    recordings: &[RecordingEvaluation],
+    trained_on: impl Fn(&RecordingEvaluation) -> bool + Copy,
+) -> Markup {
     let pressures = |r: &RecordingEvaluation| match r.recording.command_psi {
         Some([f, e]) => [f, e].map(|p| p * KPA_PER_PSI + ATMOSPHERE_KPA),
         None => {
@@ -31,16 +35,22 @@ pub(super) fn maps(recordings: &[RecordingEvaluation]) -> Markup {
     let rmse_scale = ("RMSE of displacement (mm)", (0.0, largest.max(1e-6)));
     html! {
         div.grid {
-            (map(recordings, pressures, r2, pressure_axes, r2_scale))
-            (map(recordings, masses, r2, mass_axes, r2_scale))
-            (map(recordings, pressures, rmse, pressure_axes, rmse_scale))
-            (map(recordings, masses, rmse, mass_axes, rmse_scale))
+            (map(recordings, trained_on, pressures, r2, pressure_axes, r2_scale))
+            (map(recordings, trained_on, masses, r2, mass_axes, r2_scale))
+            (map(recordings, trained_on, pressures, rmse, pressure_axes, rmse_scale))
+            (map(recordings, trained_on, masses, rmse, mass_axes, rmse_scale))
+        }
+        @let ringed = recordings.iter().filter(|r| trained_on(r)).count();
+        @if ringed > 0 {
+            p.sub { "Circles: the " (ringed) " of " (recordings.len()) " conditions that the model was "
+                "trained on." }
         }
     }
 }
 
 fn map(
     recordings: &[RecordingEvaluation],
+    trained_on: impl Fn(&RecordingEvaluation) -> bool,
     place: impl Fn(&RecordingEvaluation) -> [f64; 2],
     value: impl Fn(&RecordingEvaluation) -> f64,
     (x_label, y_label): (&str, &str),
@@ -50,7 +60,7 @@ fn map(
         .iter()
         .map(|r| {
             let [x, y] = place(r);
-            MapPoint { x, y, value: value(r) }
+            MapPoint { x, y, value: value(r), ringed: trained_on(r) }
         })
         .collect();
     let map = ColourMap {
@@ -59,6 +69,7 @@ fn map(
         y_label: y_label.into(),
         value_label: value_label.into(),
         points,
+        ring_label: "trained on".into(),
         limits,
         size: (520, 400),
     };

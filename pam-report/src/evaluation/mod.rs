@@ -2,12 +2,17 @@
 
 mod maps;
 mod recording;
+mod split;
 mod story;
 
+use crate::force_curves::force_curves;
 use crate::page::{card, number, page};
+use crate::parameters::parameter_table;
 use maud::{Markup, html};
+use pam_core::{ForceModel, JointModel};
 use pam_data::{Channel, ModelInfo};
-use pam_train::{Evaluation, RecordingEvaluation};
+use pam_train::{Evaluation, RecordingEvaluation, Scores};
+use split::Split;
 
 /// Recordings that get figures of their own; of a larger set the worst, middle and best third of
 /// this many.
@@ -22,14 +27,22 @@ pub struct EvaluationContext {
     pub model_line: String,
     /// The solver settings in one line.
     pub solver_line: String,
+    /// Names of the recordings that the model was trained on; empty if that is not known.
+    pub trained_on: Vec<String>,
     /// Program and version for the footer.
     pub made_by: String,
 }
 
-/// The report as HTML text.
+/// The report of an evaluation of `model` as HTML text.
 #[must_use]
-pub fn evaluation_report(evaluation: &Evaluation, context: &EvaluationContext) -> String {
+pub fn evaluation_report<F: ForceModel<f64>>(
+    evaluation: &Evaluation,
+    model: &JointModel<f64, F>,
+    context: &EvaluationContext,
+) -> String {
     let mean = &evaluation.mean;
+    let split = Split::new(&evaluation.recordings, &context.trained_on);
+    let trained_on = |r: &RecordingEvaluation| split.trained_on(&r.recording.name);
     let detailed = choose_detailed(&evaluation.recordings);
     let body = html! {
         div.cards {
@@ -40,6 +53,7 @@ pub fn evaluation_report(evaluation: &Evaluation, context: &EvaluationContext) -
             (card(&number(mean.rmse.x, 3), "mean RMSE displacement (mm)"))
             (card(&evaluation.recordings.len().to_string(), "recording(s) predicted"))
         }
+        (split.cards())
         p { "Every prediction starts from the first sample of its recording and is driven by the "
             "measured force alone. " (context.model_line) " Solved with " (context.solver_line) "." }
         @if !evaluation.failed.is_empty() { (failures(evaluation)) }
@@ -47,15 +61,18 @@ pub fn evaluation_report(evaluation: &Evaluation, context: &EvaluationContext) -
         (story::sentences(evaluation))
         h2 { "Error over the operating points" }
         @if evaluation.recordings.len() > 1 {
-            (maps::maps(&evaluation.recordings))
+            (maps::maps(&evaluation.recordings, trained_on))
         } @else {
             details {
                 summary { "One recording is one point of each plane; a data set fills them" }
-                (maps::maps(&evaluation.recordings))
+                (maps::maps(&evaluation.recordings, trained_on))
             }
         }
+        h2 { "Learned force" }
+        (force_curves(model))
+        (parameter_table(model))
         h2 { "Recordings" }
-        (table(&evaluation.recordings))
+        (table(evaluation, &split))
         @for (i, r) in detailed.iter().enumerate() {
             h2 { "Recording " (r.recording.name) }
             (recording::section(r, i))
@@ -84,25 +101,36 @@ fn failures(evaluation: &Evaluation) -> Markup {
     }
 }
 
-fn table(recordings: &[RecordingEvaluation]) -> Markup {
+fn table(evaluation: &Evaluation, split: &Split<'_>) -> Markup {
+    let scores = |s: &Scores| {
+        html! {
+            @for c in Channel::ALL { td { (number(s.r2.get(c), 4)) } }
+            @for c in Channel::ALL { td { (number(s.rmse.get(c), 4)) } }
+        }
+    };
+    let means = split.means();
+    let mean_of_all = ("mean".to_owned(), evaluation.mean);
     html! {
         div.scroll { table {
             tr {
-                th { "recording" } th { "m_f (g)" } th { "m_e (g)" } th { "masses" }
+                th { "recording" } th { "m_f (g)" } th { "m_e (g)" } th.text { "masses" }
                 @for c in Channel::ALL { th { "R² " (c.key()) } }
                 @for c in Channel::ALL { th { "RMSE " (c.key()) " (" (c.unit()) ")" } }
             }
-            @for r in recordings {
+            @for r in &evaluation.recordings {
                 tr {
-                    td { (r.recording.name) }
+                    td { (r.recording.name) @if split.trained_on(&r.recording.name) { " ○" } }
                     td { (number(r.masses.flexor_g, 5)) }
                     td { (number(r.masses.extensor_g, 5)) }
                     td.text { (r.origin.label()) }
-                    @for c in Channel::ALL { td { (number(r.scores.r2.get(c), 4)) } }
-                    @for c in Channel::ALL { td { (number(r.scores.rmse.get(c), 4)) } }
+                    (scores(&r.scores))
                 }
             }
+            @for (name, mean) in std::iter::once(&mean_of_all).chain(&means) {
+                tr.mean { td colspan="4" { (name) } (scores(mean)) }
+            }
         } }
+        @if split.is_known() { p.sub { "○: the model was trained on this recording." } }
     }
 }
 

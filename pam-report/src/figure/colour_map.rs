@@ -1,5 +1,10 @@
+use super::header::text_width;
 use super::style::{INK, SCALE, TEXT, TITLE, at_nominal_size, draw_axes, padded_range, tick_label};
+use plotters::coord::ranged1d::Ranged;
 use plotters::prelude::*;
+
+/// Radius of a ring in half widths of its square: just outside the corners.
+const RING: f64 = 1.5;
 
 /// A measured point of a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -10,6 +15,8 @@ pub struct MapPoint {
     pub y: f64,
     /// Value shown as colour; points without a finite value are drawn hollow.
     pub value: f64,
+    /// Whether a circle is drawn around the point.
+    pub ringed: bool,
 }
 
 /// Values over a plane, as coloured squares with a colour bar.
@@ -25,6 +32,8 @@ pub struct ColourMap {
     pub value_label: String,
     /// The points.
     pub points: Vec<MapPoint>,
+    /// What the circles mean, for the legend; no entry if empty or if no point has one.
+    pub ring_label: String,
     /// Values at the ends of the colour scale; values outside take the end's colour.
     pub limits: (f64, f64),
     /// Width and height, px.
@@ -48,6 +57,32 @@ impl ColourMap {
         ViridisRGB::get_color_normalized(value.clamp(low, high), low, high)
     }
 
+    /// Half the width of a square, px of the drawing: as large as leaves neighbours apart.
+    fn half_width<X, Y>(&self, area: &DrawingArea<SVGBackend<'_>, Cartesian2d<X, Y>>) -> i32
+    where
+        X: Ranged<ValueType = f64>,
+        Y: Ranged<ValueType = f64>,
+    {
+        let (smallest, largest) = (3.0, 11.0);
+        let places: Vec<(i32, i32)> =
+            self.points.iter().map(|p| area.map_coordinate(&(p.x, p.y))).collect();
+        // Repetitions of one condition lie on each other whatever the size.
+        let mut nearest: Vec<i32> = places
+            .iter()
+            .filter_map(|a| {
+                let distances = places.iter().map(|b| (a.0 - b.0).abs().max((a.1 - b.1).abs()));
+                distances.filter(|d| *d > 2 * SCALE as i32).min()
+            })
+            .collect();
+        nearest.sort_unstable();
+        // A few pairs may lie closer than the rest.
+        let pitch = nearest.get(nearest.len() / 10).copied().unwrap_or(i32::MAX);
+        let ringed = self.points.iter().any(|p| p.ringed);
+        let share = if ringed { 0.5 / RING } else { 0.42 };
+        let (low, high) = (smallest * f64::from(SCALE), largest * f64::from(SCALE));
+        (f64::from(pitch) * share).clamp(low, high) as i32
+    }
+
     fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
         let (width, height) = (self.size.0 * SCALE, self.size.1 * SCALE);
         let root = SVGBackend::with_string(svg, (width, height)).into_drawing_area();
@@ -68,9 +103,7 @@ impl ColourMap {
             (8, 8),
             (&|v| tick_label(v, x1 - x0), &|v| tick_label(v, y1 - y0)),
         )?;
-        let columns = (self.points.len() as f64).sqrt().clamp(4.0, 15.0);
-        let half = (f64::from(self.size.0.min(self.size.1)) * 0.3 / columns).max(4.0) as i32;
-        let half = half * SCALE as i32;
+        let half = self.half_width(chart.plotting_area());
         chart.draw_series(self.points.iter().map(|p| {
             let style = if p.value.is_finite() {
                 self.colour(p.value).filled()
@@ -79,6 +112,19 @@ impl ColourMap {
             };
             EmptyElement::at((p.x, p.y)) + Rectangle::new([(-half, -half), (half, half)], style)
         }))?;
+        let ringed = || self.points.iter().filter(|p| p.ringed);
+        let ring = INK.stroke_width(SCALE + SCALE / 2);
+        let radius = (f64::from(half) * RING) as i32;
+        chart.draw_series(ringed().map(|p| Circle::new((p.x, p.y), radius, ring)))?;
+        if !self.ring_label.is_empty() && ringed().next().is_some() {
+            let text = ("sans-serif", TEXT * SCALE).into_font().color(&INK);
+            let scale = SCALE as i32;
+            let right = self.size.0 as i32 - 8;
+            let left = (right - text_width(&self.ring_label, TEXT) as i32) * scale;
+            root.draw(&Text::new(self.ring_label.clone(), (left, 10 * scale), text))?;
+            let centre = (left - 12 * scale, (9 + TEXT as i32 / 2) * scale);
+            root.draw(&Circle::new(centre, 6 * scale, ring))?;
+        }
         self.draw_bar(&bar)?;
         root.present()?;
         Ok(())
@@ -114,5 +160,55 @@ impl ColourMap {
             .y_label_formatter(&|v| tick_label(*v, high - low))
             .draw()?;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn map(ringed: impl Fn(usize) -> bool) -> ColourMap {
+        let point = |k: usize| {
+            let (x, y) = (100.0 + 35.0 * (k % 15) as f64, 100.0 + 35.0 * (k / 15) as f64);
+            MapPoint { x, y, value: k as f64 / 225.0, ringed: ringed(k) }
+        };
+        ColourMap {
+            title: "Map".into(),
+            x_label: "x".into(),
+            y_label: "y".into(),
+            value_label: "value".into(),
+            points: (0..225).map(point).collect(),
+            ring_label: "trained on".into(),
+            limits: (0.0, 1.0),
+            size: (520, 400),
+        }
+    }
+
+    /// Centres and radii of the circles, those of the rings with the legend's last.
+    fn circles(svg: &str) -> Vec<[f64; 3]> {
+        let number = |text: &str, name: &str| {
+            let rest = text.split(&format!("{name}=\"")).nth(1).unwrap();
+            rest.split('"').next().unwrap().parse().unwrap()
+        };
+        svg.split("<circle").skip(1).map(|c| ["cx", "cy", "r"].map(|n| number(c, n))).collect()
+    }
+
+    #[test]
+    fn rings_stand_around_their_points_only() {
+        let svg = map(|k| k % 16 == 0).to_svg();
+        let rings = circles(&svg);
+        assert_eq!(rings.len(), 15 + 1, "the diagonal and the legend");
+        assert!(svg.contains("trained on"));
+        for pair in rings[..15].windows(2) {
+            assert!(pair[1][0] > pair[0][0] && pair[1][1] < pair[0][1], "up the diagonal");
+            let distance = (pair[1][0] - pair[0][0]).max(pair[0][1] - pair[1][1]);
+            assert!(pair[0][2] <= 0.5 * distance + 1.0, "neighbours do not touch");
+        }
+    }
+
+    #[test]
+    fn without_rings_there_is_no_legend() {
+        let svg = map(|_| false).to_svg();
+        assert!(circles(&svg).is_empty() && !svg.contains("trained on"));
     }
 }

@@ -1,16 +1,31 @@
+use super::header::{draw_header, text_width};
 use super::scale::Scale;
-use super::style::{INK, Role, SCALE, TEXT, TITLE, at_nominal_size, draw_axes};
+use super::style::{BAND, Role, SCALE, Stroke, TEXT, at_nominal_size, draw_axes};
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// One line of a figure.
 #[derive(Debug, Clone)]
 pub struct Series {
     /// Name in the legend; no entry if empty.
     pub label: String,
-    /// Points in the order they are joined.
+    /// Points in the order they are joined; a lone point has a mark.
     pub points: Vec<(f64, f64)>,
     /// What the line stands for.
     pub role: Role,
+    /// How it is drawn.
+    pub stroke: Stroke,
+}
+
+/// A stretch of the horizontal axis; every other one has a ground of its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Band {
+    /// Where it begins.
+    pub from: f64,
+    /// Where it ends.
+    pub to: f64,
+    /// Name at its top, left out where the stretch is too narrow for it.
+    pub label: String,
 }
 
 /// A figure of lines.
@@ -30,6 +45,10 @@ pub struct LineFigure {
     pub marks: bool,
     /// The lines, drawn in order.
     pub series: Vec<Series>,
+    /// Dotted lines over the whole height, behind the series.
+    pub verticals: Vec<(f64, Role)>,
+    /// Stretches of the horizontal axis, behind everything.
+    pub bands: Vec<Band>,
     /// Width, px.
     pub width: u32,
     /// Height, px.
@@ -48,6 +67,8 @@ impl LineFigure {
             y_scale: Scale::Linear,
             marks: false,
             series: Vec::new(),
+            verticals: Vec::new(),
+            bands: Vec::new(),
             width,
             height,
         }
@@ -69,8 +90,34 @@ impl LineFigure {
 
     /// Adds a line.
     #[must_use]
-    pub fn with(mut self, label: &str, role: Role, points: Vec<(f64, f64)>) -> Self {
-        self.series.push(Series { label: label.into(), points, role });
+    pub fn with(self, label: &str, role: Role, points: Vec<(f64, f64)>) -> Self {
+        self.with_stroke(label, role, Stroke::Solid, points)
+    }
+
+    /// Adds a line of some stroke.
+    #[must_use]
+    pub fn with_stroke(
+        mut self,
+        label: &str,
+        role: Role,
+        stroke: Stroke,
+        points: Vec<(f64, f64)>,
+    ) -> Self {
+        self.series.push(Series { label: label.into(), points, role, stroke });
+        self
+    }
+
+    /// Adds a dotted line over the whole height at `x`.
+    #[must_use]
+    pub fn with_vertical(mut self, x: f64, role: Role) -> Self {
+        self.verticals.push((x, role));
+        self
+    }
+
+    /// The figure with these bands; the second, the fourth and so on have a ground of their own.
+    #[must_use]
+    pub fn with_bands(mut self, bands: Vec<Band>) -> Self {
+        self.bands = bands;
         self
     }
 
@@ -93,11 +140,17 @@ impl LineFigure {
         let finite = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
         let places = || self.series.iter().flat_map(|s| &s.points).map(place).filter(finite);
         let ticks = ((self.width / 70).max(3) as usize, (self.height / 38).max(3) as usize);
-        let margin = if self.marks { 0.04 } else { 0.01 };
-        let x_axis = self.x_scale.axis(places().map(|p| p.0), margin, ticks.0);
-        let y_axis = self.y_scale.axis(places().map(|p| p.1), 0.06, ticks.1);
+        // Bands begin and end where they do in figures without marks.
+        let margin = if self.marks && self.bands.is_empty() { 0.04 } else { 0.01 };
+        let edges = self.bands.iter().flat_map(|b| [b.from, b.to]).map(|x| self.x_scale.place(x));
+        let x_axis = self.x_scale.axis(places().map(|p| p.0).chain(edges), margin, ticks.0);
+        // The names of bands stand above the lines.
+        let named = f64::from(TEXT + 6) / f64::from(self.height.max(160) - 85);
+        let margin = if self.bands.is_empty() { 0.06 } else { named.max(0.06) };
+        let y_axis = self.y_scale.axis(places().map(|p| p.1), margin, ticks.1);
         let spans = (x_axis.span(), y_axis.span());
-        let header = self.draw_header(&root)?;
+        let (x_range, y_range) = ((x_axis.low, x_axis.high), (y_axis.low, y_axis.high));
+        let header = draw_header(&root, &self.title, &self.series, self.width)?;
         let mut builder = ChartBuilder::on(&root);
         builder
             .margin(8 * SCALE)
@@ -106,74 +159,61 @@ impl LineFigure {
             .x_label_area_size(40 * SCALE)
             .y_label_area_size(62 * SCALE);
         let mut chart = builder.build_cartesian_2d(x_axis, y_axis)?;
+        let bands = || {
+            let place = |x: f64| self.x_scale.place(x).clamp(x_range.0, x_range.1);
+            let placed = self.bands.iter().enumerate();
+            placed
+                .map(move |(k, band)| (k, band, place(band.from), place(band.to)))
+                .filter(|(_, _, from, to)| from.is_finite() && to.is_finite())
+        };
+        chart.draw_series(bands().filter(|(k, ..)| k % 2 == 1).map(|(_, _, from, to)| {
+            Rectangle::new([(from, y_range.0), (to, y_range.1)], BAND.filled())
+        }))?;
         draw_axes(
             &mut chart,
             (&self.x_label, &self.y_label),
             ticks,
             (&|v| self.x_scale.label(v, spans.0), &|v| self.y_scale.label(v, spans.1)),
         )?;
+        let shown = f64::from(self.width.saturating_sub(62 + 16 + 16)) / spans.0;
+        let text = ("sans-serif", TEXT * SCALE).into_font().color(&Role::Neutral.colour());
+        let text = text.pos(Pos::new(HPos::Center, VPos::Top));
+        chart.draw_series(
+            bands()
+                .filter(|(_, band, from, to)| (to - from) * shown > text_width(&band.label, TEXT))
+                .map(|(_, band, from, to)| {
+                    Text::new(band.label.clone(), (0.5 * (from + to), y_range.1), text.clone())
+                }),
+        )?;
+        let (dash, gap) = (SCALE, 3 * SCALE);
+        for (x, role) in &self.verticals {
+            let x = self.x_scale.place(*x);
+            if (x_range.0..=x_range.1).contains(&x) {
+                let style = role.colour().stroke_width(SCALE);
+                let line = [(x, y_range.0), (x, y_range.1)];
+                chart.draw_series(DashedLineSeries::new(line, dash, gap, style))?;
+            }
+        }
         for series in &self.series {
             let colour = series.role.colour();
             let points = || series.points.iter().map(place).filter(finite);
-            chart.draw_series(LineSeries::new(points(), colour.stroke_width(SCALE + 1)))?;
-            if self.marks {
+            match series.stroke.pattern() {
+                None => {
+                    let style = colour.stroke_width(SCALE + 1);
+                    chart.draw_series(LineSeries::new(points(), style))?
+                }
+                Some((dash, gap)) => {
+                    let style = colour.stroke_width(SCALE);
+                    chart.draw_series(DashedLineSeries::new(points(), dash, gap, style))?
+                }
+            };
+            if self.marks || series.points.len() == 1 {
                 let mark = |p| Circle::new(p, 3 * SCALE, colour.filled());
                 chart.draw_series(points().map(mark))?;
             }
         }
         root.present()?;
         Ok(())
-    }
-
-    /// Title at the left and legend at the right, above the axes where they hide nothing, the legend in
-    /// as many rows as it needs. Returns the height of it all.
-    fn draw_header(
-        &self,
-        root: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
-    ) -> Result<u32, Box<dyn std::error::Error>> {
-        let scale = SCALE as i32;
-        // Text is drawn by the reader's browser; its width can only be estimated.
-        let width = |text: &str, size: u32| {
-            (text.chars().count() as f64 * f64::from(size) * 0.56) as i32 * scale
-        };
-        let left = 70 * scale;
-        let title = ("sans-serif", TITLE * SCALE).into_font().color(&INK);
-        root.draw(&Text::new(self.title.clone(), (left, 8 * scale), title))?;
-        let text = ("sans-serif", TEXT * SCALE).into_font().color(&INK);
-        let gap = 42 * scale;
-        let entries: Vec<&Series> = self.series.iter().filter(|s| !s.label.is_empty()).collect();
-        let whole = (self.width as i32 - 16) * scale;
-        // The first row shares its line with the title.
-        let mut room = whole - left - width(&self.title, TITLE);
-        let mut rows: Vec<Vec<&Series>> = vec![Vec::new()];
-        for entry in entries {
-            let needed = width(&entry.label, TEXT) + gap;
-            if needed > room {
-                rows.push(Vec::new());
-                room = whole - left;
-            }
-            room -= needed;
-            if let Some(row) = rows.last_mut() {
-                row.push(entry);
-            }
-        }
-        let mut baseline = 8 * scale;
-        let height = (TEXT as i32 + 7) * scale;
-        for row in &rows {
-            let mut right = whole;
-            for series in row.iter().rev() {
-                right -= width(&series.label, TEXT);
-                root.draw(&Text::new(series.label.clone(), (right, baseline), text.clone()))?;
-                let middle = baseline + (TEXT as i32 * scale) / 2;
-                let line = [(right - 26 * scale, middle), (right - 6 * scale, middle)];
-                let style = series.role.colour().stroke_width(2 * SCALE);
-                root.draw(&PathElement::new(line, style))?;
-                right -= gap;
-            }
-            baseline += height;
-        }
-        let extra = (rows.len() as u32 - 1) * height.unsigned_abs();
-        Ok((TITLE + 14) * SCALE + extra)
     }
 }
 
@@ -195,6 +235,24 @@ mod tests {
         }
         let empty = LineFigure::new("", "", "", 300, 200).to_svg();
         assert!(empty.ends_with("</svg>\n"));
+    }
+
+    #[test]
+    fn bands_verticals_and_lone_points_are_drawn() {
+        let band = |from, to, label: &str| Band { from, to, label: label.into() };
+        let figure = LineFigure::new("", "x", "y", 300, 200)
+            .with_stroke("", Role::Residual, Stroke::Dashed, vec![(0.0, 0.0), (10.0, 1.0)])
+            .with("", Role::Category(2), vec![(5.0, 0.5)])
+            .with_bands(vec![band(0.0, 5.0, "one"), band(5.0, 9.9, "two"), band(9.9, 10.0, "six")])
+            .with_vertical(2.0, Role::Category(5))
+            .with_vertical(99.0, Role::Category(1));
+        let svg = figure.to_svg();
+        assert_eq!(svg.matches("<circle").count(), 1);
+        assert_eq!(svg.matches("#F1F4F8").count(), 1, "every other band");
+        assert!(svg.contains("one") && svg.contains("two") && !svg.contains("six"));
+        assert!(svg.matches("#0072B2").count() > 5, "dashes");
+        assert!(svg.matches("#D55E00").count() > 5, "dots of the vertical line");
+        assert!(!svg.contains("#E69F00"), "outside the axis");
     }
 
     #[test]

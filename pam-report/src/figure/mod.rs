@@ -2,12 +2,13 @@
 
 mod colour_map;
 mod decimate;
+mod header;
 mod line;
 mod scale;
 mod style;
 
 pub use colour_map::{ColourMap, MapPoint};
 pub use decimate::{envelope, thin};
-pub use line::{LineFigure, Series};
+pub use line::{Band, LineFigure, Series};
 pub use scale::Scale;
-pub use style::Role;
+pub use style::{Role, Stroke};

@@ -14,6 +14,8 @@ pub(super) const TITLE: u32 = 15;
 
 pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
 pub(super) const GRID: RGBColor = RGBColor(228, 228, 228);
+/// Ground of every other band; the grid is drawn over it.
+pub(super) const BAND: RGBColor = RGBColor(241, 244, 248);
 
 /// What a line stands for; decides its colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,6 +28,31 @@ pub enum Role {
     Residual,
     /// One of several equals, by number.
     Category(usize),
+    /// Something beside the data: a rule, a sample in the legend.
+    Neutral,
+}
+
+/// How a line is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Stroke {
+    /// Without gaps.
+    #[default]
+    Solid,
+    /// In dashes.
+    Dashed,
+    /// In dots.
+    Dotted,
+}
+
+impl Stroke {
+    /// Lengths of a dash and of the gap after it, px of the drawing; none for a solid line.
+    pub(super) fn pattern(self) -> Option<(u32, u32)> {
+        match self {
+            Self::Solid => None,
+            Self::Dashed => Some((6 * SCALE, 4 * SCALE)),
+            Self::Dotted => Some((SCALE + 1, 3 * SCALE)),
+        }
+    }
 }
 
 impl Role {
@@ -49,6 +76,7 @@ impl Role {
             Self::Predicted => RGBColor(213, 94, 0),
             Self::Residual => RGBColor(0, 114, 178),
             Self::Category(i) => PALETTE[i % PALETTE.len()],
+            Self::Neutral => RGBColor(110, 110, 110),
         }
     }
 }
