@@ -15,6 +15,12 @@ pub enum CliError {
     /// The virtual rig cannot do what is asked.
     #[error(transparent)]
     Rig(#[from] pam_rig::RigError),
+    /// A curriculum cannot be read.
+    #[error(transparent)]
+    Curriculum(#[from] pam_train::curriculum::CurriculumError),
+    /// Training cannot begin or go on.
+    #[error(transparent)]
+    Training(#[from] pam_train::training::TrainingError),
     /// Options contradict each other or name something that does not exist.
     #[error("{0}")]
     Usage(String),

@@ -1,7 +1,8 @@
 //! The `pam` command, as a library: argument types and thin commands over the other crates.
 //!
 //! Exit codes: 0 for success, 1 for an error in input, model or output, 2 for wrong usage, 3 when
-//! the command finished but some recordings could not be predicted to their end.
+//! the command finished but some recordings could not be predicted to their end, 130 when it was
+//! interrupted and can be resumed.
 
 pub mod arguments;
 pub mod commands;
@@ -21,6 +22,9 @@ use std::process::ExitCode;
 
 /// Exit code when some recordings could not be predicted to their end.
 pub const PARTIAL: u8 = 3;
+
+/// Exit code when a signal asked to stop, and what was reached is saved.
+pub const INTERRUPTED: u8 = 130;
 
 /// Runs a command line and reports its errors on the error stream.
 #[must_use]
@@ -50,6 +54,7 @@ fn dispatch(arguments: &Arguments) -> Result<ExitCode, CliError> {
         Some(Command::Convert(a)) => commands::convert::run(a, &console),
         Some(Command::Simulate(a)) => commands::simulate::run(a, global, &console),
         Some(Command::Gradient(a)) => commands::gradient::run(a, global, &console),
+        Some(Command::Train(a)) => commands::train::run(a, global, &console),
         Some(Command::Rig(a)) => commands::rig::run(a, global, &console),
         Some(Command::Bench(a)) => commands::bench::run(a, global, &console),
         Some(Command::Evaluate(a)) => commands::evaluate::run(a, global, &console),

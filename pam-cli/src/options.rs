@@ -6,12 +6,18 @@ use pam_core::{Activation, AnyForce, JointModel, Mlp, NetworkForce, SpringDamper
 use pam_data::formats::mat_run::PressureReference;
 use pam_data::{
     LoadOptions, MassChoice, ModelInfo, MuscleSurfaces, Recording, SavedModel, load_model,
-    open_recordings, resolve_masses,
+    open_recordings, parse_model, resolve_masses,
 };
 use pam_solvers::{Interpolation, Tableau};
 use pam_train::{SolverSettings, StepChoice, Subject};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+
+/// Name of the trained model that comes with the program.
+pub const DEFAULT_MODEL: &str = "default";
+
+/// Trained on recordings of the virtual rig; `docs/training.md` has the commands that made it.
+const DEFAULT_MODEL_BYTES: &[u8] = include_bytes!("../models/default.safetensors");
 
 /// Name of the built-in physics-only model.
 pub const SPRING_DAMPER: &str = "spring-damper";
@@ -19,8 +25,9 @@ pub const SPRING_DAMPER: &str = "spring-damper";
 /// Which model.
 #[derive(Debug, Clone, Args)]
 pub struct ModelOptions {
-    /// Model file (.safetensors, .eqx), or `spring-damper` for the built-in physics-only model
-    #[arg(long, value_name = "MODEL")]
+    /// Model file (.safetensors, .eqx), `default` for the trained model that comes with the program, or
+    /// `spring-damper` for the physics-only one
+    #[arg(long, value_name = "MODEL", default_value = DEFAULT_MODEL)]
     pub model: PathBuf,
     /// Activation of an .eqx network, which the file does not name [default: leaky_relu]
     #[arg(long, value_name = "NAME")]
@@ -36,7 +43,11 @@ impl ModelOptions {
         if self.model == Path::new(SPRING_DAMPER) {
             return Ok(built_in_spring_damper());
         }
-        let mut saved = load_model(&self.model)?;
+        let mut saved = if self.model == Path::new(DEFAULT_MODEL) {
+            parse_model(&self.model, DEFAULT_MODEL_BYTES)?
+        } else {
+            load_model(&self.model)?
+        };
         if let Some(name) = &self.activation {
             let AnyForce::Network(force) = &saved.model.force else {
                 return Err(CliError::Usage("--activation is for networks".into()));
@@ -61,6 +72,7 @@ pub fn built_in_spring_damper() -> SavedModel {
                          and damping, no friction, nothing fitted"
                     .into(),
             trained: false,
+            trained_on: Vec::new(),
             source: None,
         },
     }
@@ -175,9 +187,33 @@ impl DataOptions {
         saved: &SavedModel,
         read: &(dyn Fn() + Sync),
     ) -> Result<Vec<Subject>, CliError> {
+        let surfaces = self.load_surfaces()?;
+        let mut subjects = Vec::new();
+        for recording in self.recordings(paths, read)? {
+            let (masses, origin) = resolve_masses(
+                &recording,
+                &saved.model,
+                saved.info.trained,
+                self.mass_choice(),
+                surfaces.as_ref(),
+            )?;
+            subjects.push(Subject { recording, masses, origin });
+        }
+        Ok(subjects)
+    }
+
+    /// Reads recordings in parallel, in the order of the files, each with a name of its own.
+    /// `read` is called after each file.
+    ///
+    /// # Errors
+    /// [`CliError::Data`] naming file, line and column.
+    pub fn recordings(
+        &self,
+        paths: &[PathBuf],
+        read: &(dyn Fn() + Sync),
+    ) -> Result<Vec<Recording>, CliError> {
         use rayon::prelude::*;
         let options = self.load_options()?;
-        let surfaces = self.load_surfaces()?;
         let files: Vec<Result<Vec<Recording>, _>> = paths
             .par_iter()
             .map(|path| {
@@ -186,11 +222,10 @@ impl DataOptions {
                 recordings
             })
             .collect();
-        let mut subjects = Vec::new();
+        let mut all: Vec<Recording> = Vec::new();
         for recordings in files {
             for mut recording in recordings? {
-                let taken =
-                    |name: &str| subjects.iter().any(|s: &Subject| s.recording.name == name);
+                let taken = |name: &str| all.iter().any(|r| r.name == name);
                 if taken(&recording.name) {
                     let base = recording.name.clone();
                     recording.name = (2..)
@@ -198,17 +233,10 @@ impl DataOptions {
                         .find(|name| !taken(name))
                         .unwrap_or(base);
                 }
-                let (masses, origin) = resolve_masses(
-                    &recording,
-                    &saved.model,
-                    saved.info.trained,
-                    self.mass_choice(),
-                    surfaces.as_ref(),
-                )?;
-                subjects.push(Subject { recording, masses, origin });
+                all.push(recording);
             }
         }
-        Ok(subjects)
+        Ok(all)
     }
 
     /// The options as JSON, for run folders.

@@ -1,8 +1,11 @@
 //! The command line.
 
 mod rig;
+mod train;
 
 pub use rig::{RigCommand, RigObservablesArguments, RigProtocolArguments, RigRecordArguments};
+
+pub use train::TrainArguments;
 
 use crate::options::{DataOptions, ModelOptions, SolverOptions, StepOptions};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -35,10 +38,12 @@ Examples:
                                                 loss and exact gradient, for checking others
   pam rig record --conditions 30/60,45/45 --effect coulomb_friction:force_n=20 --out logs
                                                 made-up recordings with a hidden effect
+  pam train --data logs --out run               train on recordings; run/model.safetensors
   pam bench gradients --quick --out bench       compare gradient methods: error, time, memory
   pam convert model.eqx model.safetensors       published weights to the framework's format
 
-Exit codes: 0 success, 1 error, 2 wrong usage, 3 some recordings could not be predicted.";
+Exit codes: 0 success, 1 error, 2 wrong usage, 3 some recordings could not be predicted,
+130 interrupted.";
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
@@ -78,6 +83,8 @@ pub enum Command {
     Evaluate(EvaluateArguments),
     /// Loss of a model on recordings, and its gradient with respect to every parameter
     Gradient(GradientArguments),
+    /// Train a model on recordings by a curriculum
+    Train(TrainArguments),
     /// The virtual rig: make recordings whose truth is known
     #[command(subcommand)]
     Rig(RigCommand),

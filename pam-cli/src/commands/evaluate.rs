@@ -85,11 +85,13 @@ pub fn evaluate_into(
         model: saved.info.clone(),
         model_line: describe_model(saved),
         solver_line: settings.describe(),
+        trained_on: saved.info.trained_on.clone(),
         made_by: made_by(),
     };
     let json = result_json(&evaluation, saved, settings);
     write_json(&folder.join("evaluation.json"), &json)?;
-    write_atomic(&folder.join("report.html"), evaluation_report(&evaluation, &context).as_bytes())?;
+    let report = evaluation_report(&evaluation, &saved.model, &context);
+    write_atomic(&folder.join("report.html"), report.as_bytes())?;
     Ok(Outcome { evaluation, json })
 }
 

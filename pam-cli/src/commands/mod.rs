@@ -7,3 +7,4 @@ pub mod gradient;
 pub mod inspect;
 pub mod rig;
 pub mod simulate;
+pub mod train;

@@ -1,0 +1,35 @@
+//! Arguments of `pam train`.
+
+use crate::options::DataOptions;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Arguments of `pam train`.
+#[derive(Debug, Args)]
+pub struct TrainArguments {
+    /// A curriculum: recommended, paper, horizons or shooting, or a TOML file
+    #[arg(default_value = "recommended", value_name = "NAME|FILE")]
+    pub curriculum: String,
+    /// Recordings, or folders of them; the curriculum says which are trained on and which held out
+    #[arg(long, num_args = 1.., required_unless_present = "print", value_name = "PATH")]
+    pub data: Vec<PathBuf>,
+    /// Folder of the run
+    #[arg(long, required_unless_present = "print", value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Override a value of the curriculum: rate=3e-4, stage.2.epochs=50 (stages count from zero). Can be
+    /// repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+    /// Go on with the run in the folder, from its last checkpoint and with its curriculum
+    #[arg(long, conflicts_with = "overrides")]
+    pub resume: bool,
+    /// Seconds between checkpoints
+    #[arg(long, default_value_t = 10.0, value_name = "S")]
+    pub checkpoint_s: f64,
+    /// Print the curriculum as TOML and do nothing
+    #[arg(long)]
+    pub print: bool,
+    /// How recordings are read.
+    #[command(flatten)]
+    pub reading: DataOptions,
+}

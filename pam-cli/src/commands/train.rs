@@ -1,0 +1,234 @@
+//! `pam train`.
+
+use crate::INTERRUPTED;
+use crate::arguments::{GlobalOptions, TrainArguments};
+use crate::console::{Console, table};
+use crate::error::CliError;
+use crate::run_record::{self, made_by, write_json};
+use pam_data::atomic::write_atomic;
+use pam_data::collect_paths;
+use pam_report::page::number;
+use pam_report::training::{EpochRow, StageRow};
+use pam_report::{TrainingReport, force_curves, training_report};
+use pam_train::curriculum::{Curriculum, Stage};
+use pam_train::training::{
+    RunFolder, RunSettings, StageResult, TrainedRun, Trainer, TrainingError, train_into,
+};
+use serde_json::{Value, json};
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CliError`] naming file and line, the option, or stage, epoch and recording.
+pub fn run(
+    arguments: &TrainArguments,
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<ExitCode, CliError> {
+    if arguments.print {
+        let curriculum = Curriculum::open(&arguments.curriculum, &arguments.overrides)?;
+        console.json(&serde_json::to_value(&curriculum).unwrap_or(Value::Null));
+        console.text(curriculum.to_toml().trim_end());
+        return Ok(ExitCode::SUCCESS);
+    }
+    let out = arguments.out.as_deref().unwrap_or(Path::new("."));
+    let folder = RunFolder::new(out);
+    let curriculum = curriculum(arguments, &folder)?;
+    if !(arguments.checkpoint_s.is_finite() && arguments.checkpoint_s >= 0.0) {
+        return Err(CliError::Usage("--checkpoint-s must not be negative".into()));
+    }
+
+    let paths = collect_paths(&arguments.data)?;
+    let bar = console.progress(paths.len(), "reading");
+    let recordings = arguments.reading.recordings(&paths, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    let surfaces = arguments.reading.load_surfaces()?;
+    let mut trainer = Trainer::new(curriculum, recordings, surfaces, global.seed)?;
+    console.text(format!(
+        "{}: {} recordings to train on, {} held out.",
+        trainer.curriculum().name,
+        trainer.trained_on().len(),
+        trainer.held_out_len()
+    ));
+
+    let settings = RunSettings {
+        checkpoint_every: Duration::from_secs_f64(arguments.checkpoint_s),
+        model_name: format!("hybrid joint, {} (seed {})", trainer.curriculum().name, global.seed),
+        made_by: made_by(),
+    };
+    let configuration = json!({
+        "curriculum": trainer.curriculum(),
+        "data": arguments.data,
+        "reading": arguments.reading.to_json()?,
+    });
+    run_record::write(out, "train", global.seed, &configuration)?;
+    let trained = train(&mut trainer, &folder, &settings, arguments.resume, console)?;
+    finish(&trainer, &trained, out, console)
+}
+
+/// The curriculum of the arguments, or that of the run that is resumed.
+fn curriculum(arguments: &TrainArguments, folder: &RunFolder) -> Result<Curriculum, CliError> {
+    if arguments.resume {
+        if !folder.has_checkpoint() {
+            return Err(CliError::Usage(
+                "--resume: no run was begun in the folder of --out".into(),
+            ));
+        }
+        let path = folder.file("curriculum.toml");
+        return Ok(Curriculum::parse(&folder.curriculum_text()?, &path, &[])?);
+    }
+    if folder.has_checkpoint() {
+        return Err(CliError::Usage(
+            "the folder of --out holds a run; give another one, or --resume".into(),
+        ));
+    }
+    Ok(Curriculum::open(&arguments.curriculum, &arguments.overrides)?)
+}
+
+fn train(
+    trainer: &mut Trainer,
+    folder: &RunFolder,
+    settings: &RunSettings,
+    resume: bool,
+    console: &Console,
+) -> Result<TrainedRun, TrainingError> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&stop);
+    // A second signal ends the program at once; the last checkpoint stays.
+    let _ = ctrlc::set_handler(move || {
+        if asked.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(INTERRUPTED));
+        }
+    });
+    let total: usize = trainer.curriculum().stages.iter().map(|s| s.epochs()).sum();
+    let bar = console.progress(total, "training");
+    let names: Vec<(String, usize)> =
+        trainer.curriculum().stages.iter().map(|s| (s.name().to_owned(), s.epochs())).collect();
+    let mut told = trainer.state().results.len();
+    let mut events = 0;
+    let trained = train_into(trainer, folder, settings, resume, &stop, &mut |row, state| {
+        // Stages that stop early count as done.
+        let before: usize = names[..row.stage].iter().map(|(_, epochs)| epochs).sum();
+        bar.set_position((before + row.epoch) as u64);
+        bar.set_message(format!("{}  loss {:.4}", names[row.stage].0, row.loss));
+        for event in &state.events[events.min(state.events.len())..] {
+            bar.suspend(|| console.warn(event));
+        }
+        events = state.events.len();
+        for result in &state.results[told.min(state.results.len())..] {
+            bar.suspend(|| console.text(stage_line(result)));
+        }
+        told = state.results.len();
+    });
+    bar.finish_and_clear();
+    trained
+}
+
+/// What a stage reached, in a line.
+fn stage_line(r: &StageResult) -> String {
+    let r2 = |values: &[Option<f64>; 4]| {
+        let cells: Vec<String> =
+            values.iter().map(|v| v.map_or("–".into(), |v| format!("{v:.4}"))).collect();
+        cells.join(" ")
+    };
+    format!(
+        "  {} ({} epochs, {:.1} s): loss {:.5}, R² x v pf pe: trained on {}, held out {}",
+        r.name,
+        r.epochs,
+        r.seconds,
+        r.best_loss,
+        r2(&r.r2_train),
+        r2(&r.r2_held_out)
+    )
+}
+
+fn finish(
+    trainer: &Trainer,
+    trained: &TrainedRun,
+    out: &Path,
+    console: &Console,
+) -> Result<ExitCode, CliError> {
+    let p = trainer.model().physical();
+    let value = json!({
+        "finished": trained.finished,
+        "stages": trained.results,
+        "events": trained.events,
+        "trained_on": trainer.trained_on(),
+        "parameters": {
+            "mass_kg": p.mass_kg,
+            "gas_coefficient_kpa_mm3_per_g": p.gas_coefficient,
+            "deformation": p.deformation,
+        },
+        "made_by": made_by(),
+    });
+    write_json(&out.join("training.json"), &value)?;
+    write_atomic(&out.join("report.html"), report(trainer, trained).as_bytes())?;
+    console.json(&value);
+    if !trained.finished {
+        console.text(format!("interrupted; go on with --resume --out {}", out.display()));
+        return Ok(ExitCode::from(INTERRUPTED));
+    }
+    let rows = [
+        vec!["parameter".to_owned(), "value".to_owned(), "unit".to_owned()],
+        vec!["reflected mass m".to_owned(), number(p.mass_kg, 2), "kg".to_owned()],
+        vec!["deformation ν".to_owned(), number(p.deformation, 4), "1".to_owned()],
+    ];
+    console.text(format!(
+        "\n{}\n\nmodel: {}\nreport: {}",
+        table(&rows),
+        out.join("model.safetensors").display(),
+        out.join("report.html").display()
+    ));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The report of a run.
+fn report(trainer: &Trainer, trained: &TrainedRun) -> String {
+    let numbers = |r2: [Option<f64>; 4]| r2.map(|v| v.unwrap_or(f64::NAN));
+    let stages = trained.results.iter().map(|r| StageRow {
+        name: r.name.clone(),
+        epochs: r.epochs,
+        seconds: r.seconds,
+        loss_first: r.first_loss.unwrap_or(f64::NAN),
+        loss_best: r.best_loss,
+        r2_train: numbers(r.r2_train),
+        r2_held: r.r2_held_out.iter().any(Option::is_some).then(|| numbers(r.r2_held_out)),
+    });
+    // Residuals of regressions are no losses.
+    let solved = |stage: usize| matches!(trainer.curriculum().stages[stage], Stage::Solve(_));
+    let history = trained.rows.iter().filter(|row| solved(row.stage)).map(|row| EpochRow {
+        stage: row.stage,
+        epoch: row.total_epoch,
+        loss: row.loss,
+        rate: row.rate,
+        gradient_norm: row.gradient_norm,
+        held_r2: None,
+    });
+    let model = trainer.model();
+    let p = model.physical();
+    let curriculum = trainer.curriculum();
+    let report = TrainingReport {
+        title: format!("Training by the curriculum {}", curriculum.name),
+        lead: format!(
+            "{} recordings trained on, {} held out; {}.",
+            trainer.trained_on().len(),
+            trainer.held_out_len(),
+            if trained.finished { "all stages done" } else { "interrupted" }
+        ),
+        made_by: made_by(),
+        stages: stages.collect(),
+        history: history.collect(),
+        events: trained.events.clone(),
+        parameters: vec![
+            ("reflected mass m".into(), "kg".into(), p.mass_kg, None),
+            ("gas coefficient C".into(), "kPa·mm³/g".into(), p.gas_coefficient, None),
+            ("deformation ν".into(), "1".into(), p.deformation, None),
+        ],
+    };
+    training_report(&report, &[("Learned force", force_curves(&model))])
+}

@@ -1,0 +1,204 @@
+//! Training through the program: it learns, repeats to the bit, survives being killed, and says what is
+//! wrong.
+
+use pam_tests::{run, stdout_of, text};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::LazyLock;
+use std::time::{Duration, Instant};
+
+const PAM: &str = env!("CARGO_BIN_EXE_pam-under-test");
+
+/// Five recordings of the rig, shortened, without sensor errors; four to train on, one held out.
+static DATA: LazyLock<(tempfile::TempDir, PathBuf)> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().unwrap();
+    let protocol = folder.path().join("p.toml");
+    let sine = |f: f64, s: f64| {
+        format!(
+            "[[current]]\nkind = \"sine\"\namplitude_a = 1.5\nfrequency_hz = {f}\nduration_s = {s}\n"
+        )
+    };
+    let conditions = "[[30, 60], [60, 30], [45, 45], [80, 80], [55, 40]]";
+    let text_of =
+        format!("name = \"t\"\nconditions = {conditions}\n{}{}", sine(0.5, 4.0), sine(2.0, 2.0));
+    std::fs::write(&protocol, text_of).unwrap();
+    let out = folder.path().join("logs");
+    let arguments =
+        ["rig", "record", "--ideal", "all", "--no-truth", "--quiet", "--protocol", text(&protocol)];
+    let status = Command::new(PAM).args(arguments).arg("--out").arg(&out).status().unwrap();
+    assert!(status.success());
+    (folder, out)
+});
+
+/// A short curriculum over them.
+const SHORT: &str = "name = \"short\"\nrate = 1e-4\n[model]\nhidden = [32, 32]\n\
+    [[stage]]\nkind = \"gas\"\nname = \"gas\"\n\
+    [[stage]]\nkind = \"derivatives\"\nname = \"derivatives\"\nmatching = { steps = 600, batch = 256 }\n\
+    [[stage]]\nkind = \"solve\"\nname = \"windows\"\nhorizon_s = 1.0\nbatch = 8\nepochs = 6\n\
+    [[stage]]\nkind = \"solve\"\nname = \"shooting\"\nhorizon_s = 1.0\nshooting = {}\nepochs = 6\n\
+    [[stage]]\nkind = \"solve\"\nname = \"whole\"\nepochs = 12\n";
+
+fn curriculum(folder: &Path) -> String {
+    let path = folder.join("short.toml");
+    std::fs::write(&path, SHORT).unwrap();
+    text(&path).to_owned()
+}
+
+fn train(curriculum: &str, out: &Path, more: &[&str]) -> std::process::Output {
+    let base = ["train", curriculum, "--data", text(&DATA.1), "--out", text(out), "--json"];
+    run(PAM, &[&base[..], more].concat())
+}
+
+fn trained(curriculum: &str, out: &Path, more: &[&str]) -> Value {
+    let output = train(curriculum, out, more);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn model(out: &Path) -> Vec<u8> {
+    std::fs::read(out.join("model.safetensors")).unwrap()
+}
+
+#[test]
+fn random_weights_become_a_model_that_predicts_what_it_has_not_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let json = trained("recommended", &out, &["--set", "data.held_out=[\"5540\"]"]);
+    assert_eq!(json["trained_on"].as_array().unwrap().len(), 4);
+    let last = json["stages"].as_array().unwrap().last().unwrap();
+    for (key, least) in [("r2_train", 0.97), ("r2_held_out", 0.9)] {
+        let x = last[key][0].as_f64().unwrap();
+        assert!(x > least, "{key}: {x}");
+    }
+    // The rig's own inertia is 315 kg.
+    let mass = json["parameters"]["mass_kg"].as_f64().unwrap();
+    assert!((mass / 315.0 - 1.0).abs() < 0.03, "{mass} kg");
+    for file in
+        ["curriculum.toml", "run.json", "metrics.csv", "training.json", "stages/03.safetensors"]
+    {
+        assert!(out.join(file).exists(), "{file}");
+    }
+    // The model is one that every other command takes.
+    let printed = stdout_of(PAM, &["inspect", text(&out.join("model.safetensors")), "--json"]);
+    assert!(printed.contains("recommended"));
+}
+
+#[test]
+fn the_seed_decides_and_the_threads_do_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let short = curriculum(folder.path());
+    let [a, b, c] = ["a", "b", "c"].map(|n| folder.path().join(n));
+    trained(&short, &a, &["--threads", "1"]);
+    trained(&short, &b, &["--threads", "2"]);
+    trained(&short, &c, &["--seed", "2"]);
+    for stage in 1..=5 {
+        let file = format!("stages/{stage:02}.safetensors");
+        let read = |out: &Path| std::fs::read(out.join(&file)).unwrap();
+        assert!(read(&a) == read(&b), "{file}");
+    }
+    assert!(model(&a) == model(&b));
+    assert!(model(&a) != model(&c));
+}
+
+/// Kills a run at several moments, as `kill -9` does, and resumes it every time.
+#[test]
+fn a_run_that_is_killed_and_resumed_ends_with_the_same_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    let short = curriculum(folder.path());
+    let [whole, cut] = ["whole", "cut"].map(|n| folder.path().join(n));
+    let begun = Instant::now();
+    trained(&short, &whole, &["--checkpoint-s", "0"]);
+    let time = begun.elapsed();
+    let mut kills = 0;
+    for part in 1..=40 {
+        let mut command = Command::new(PAM);
+        command.args(["train", &short, "--data", text(&DATA.1), "--out", text(&cut)]);
+        command.args(["--checkpoint-s", "0", "--quiet"]);
+        if cut.join("checkpoint.json").exists() {
+            command.arg("--resume");
+        } else if cut.exists() {
+            std::fs::remove_dir_all(&cut).unwrap();
+        }
+        let mut child = command.stderr(Stdio::null()).spawn().unwrap();
+        // Ever later, so that the run comes to its end.
+        let patience = time.mul_f64(0.25 + 0.05 * f64::from(part));
+        let begun = Instant::now();
+        let ended = loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                break Some(status);
+            }
+            if begun.elapsed() > patience {
+                break None;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        };
+        if let Some(status) = ended {
+            assert!(status.success());
+            break;
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        kills += 1;
+    }
+    assert!(kills > 0, "nothing was killed");
+    assert!(model(&whole) == model(&cut), "after {kills} kills");
+    let rows = |out: &Path| {
+        let metrics = std::fs::read_to_string(out.join("metrics.csv")).unwrap();
+        // All but the time of the epoch.
+        metrics.lines().map(|l| l.rsplit_once(',').unwrap().0.to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(rows(&whole), rows(&cut));
+}
+
+#[test]
+fn a_rate_that_is_too_high_is_rolled_back_and_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let short = curriculum(folder.path());
+    let out = folder.path().join("run");
+    let json = trained(&short, &out, &["--set", "stage.4.rate=0.3", "--set", "stage.4.epochs=30"]);
+    let events = json["events"].as_array().unwrap();
+    let told = events.iter().any(|e| {
+        let e = e.as_str().unwrap();
+        e.contains("stage `whole`") && e.contains("nn_") && e.contains("rolled back")
+    });
+    assert!(told, "{events:?}");
+    let last = json["stages"].as_array().unwrap().last().unwrap();
+    assert!(last["r2_train"][0].as_f64().unwrap() > 0.9, "{last}");
+}
+
+#[test]
+fn what_is_wrong_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let fails = |curriculum: &str, more: &[&str], expected: &str| {
+        let output = train(curriculum, &out, more);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success(), "{curriculum} {more:?}");
+        assert!(message.contains(expected), "{curriculum} {more:?}: {message}");
+    };
+    fails("recomended", &[], "recommended, paper, horizons, shooting");
+    fails("recommended", &["--set", "rates=1"], "unknown field `rates`");
+    fails("recommended", &["--set", "data.train=[\"9999\"]"], "selects none");
+    fails("recommended", &["--resume"], "no run was begun");
+    let file = folder.path().join("c.toml");
+    std::fs::write(&file, "name = \"a\"\n\n[[stage]]\nkind = \"solved\"\n").unwrap();
+    fails(text(&file), &[], "c.toml:4: unknown variant `solved`");
+    let short = curriculum(folder.path());
+    trained(&short, &out, &[]);
+    fails(&short, &[], "holds a run");
+    fails(&short, &["--resume", "--seed", "7"], "begun with --seed 1");
+}
+
+#[test]
+fn every_curriculum_can_be_printed_and_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["recommended", "paper", "horizons", "shooting"] {
+        let printed = stdout_of(PAM, &["train", name, "--print"]);
+        let file = folder.path().join(format!("{name}.toml"));
+        std::fs::write(&file, &printed).unwrap();
+        assert_eq!(stdout_of(PAM, &["train", text(&file), "--print"]), printed);
+    }
+    assert_eq!(stdout_of(PAM, &["train", "paper", "--print"]).matches("[[stage]]").count(), 16);
+}
