@@ -61,7 +61,9 @@ impl Curriculum {
             if s.epochs == 0 || s.batch == Some(0) {
                 return fail(format!("stage `{name}`: epochs and batch must be at least one"));
             }
-            if s.rate.is_some_and(|r| !positive(r)) || s.clip.is_some_and(|c| !(c > 0.0)) {
+            if s.rate.is_some_and(|r| !positive(r))
+                || s.clip.is_some_and(|c| c.is_nan() || c <= 0.0)
+            {
                 return fail(format!("stage `{name}`: rate and clip must be positive"));
             }
             if s.horizon_s.is_some_and(|h| !positive(h)) {

@@ -289,9 +289,7 @@ impl Trainer {
             let len = self.coordinates.len();
             let settings = s.optimiser.as_ref().unwrap_or(&self.curriculum.optimiser);
             let optimiser = match (settings, settings.adam()) {
-                (OptimiserSettings::Lbfgs(l), _) => {
-                    OptimiserState::Lbfgs(Lbfgs::new(l.clone(), len))
-                }
+                (OptimiserSettings::Lbfgs(l), _) => OptimiserState::Lbfgs(Lbfgs::new(*l, len)),
                 (_, adam) => OptimiserState::Adam(Adam::new(adam.unwrap_or_default(), len)),
             };
             let windows = &self.stage.as_ref().expect("just made").windows;
@@ -304,7 +302,7 @@ impl Trainer {
                 epoch: 0,
                 start: self.state.at.clone(),
                 optimiser,
-                rate: Rate::new(schedule.clone()),
+                rate: Rate::new(*schedule),
                 stop: s.patience.map(EarlyStop::new),
                 stopped: false,
                 reduction: 1.0,
