@@ -5,5 +5,6 @@ mod common;
 mod convergence;
 mod energy;
 mod gas;
+mod newton;
 mod slack;
 mod sticking;
