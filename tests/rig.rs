@@ -143,8 +143,10 @@ fn a_folder_of_other_settings_is_left_alone() {
     assert_eq!(output.status.code(), Some(1));
     assert!(message.contains("other settings") && message.contains("--overwrite"), "{message}");
     assert_eq!(files(&out), before);
-    record(&protocol, &out, &["--seed", "9", "--overwrite"]);
-    assert_ne!(files(&out)["nn_3060"], before["nn_3060"]);
+    record(&protocol, &out, &["--seed", "9", "--overwrite", "--conditions", "30/60"]);
+    let after = files(&out);
+    assert_ne!(after["nn_3060"], before["nn_3060"]);
+    assert!(!after.contains_key("nn_4545"), "a recording of other settings is left");
 }
 
 #[test]

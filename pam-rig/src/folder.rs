@@ -147,12 +147,15 @@ impl Session {
         let fail = |message: &str| {
             Err(RigError::Folder { folder: folder.to_owned(), message: message.to_owned() })
         };
+        // Recordings of the settings that are replaced must not be taken for those of these.
+        let mut replaced: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
         match std::fs::read_to_string(&path) {
             Ok(there) if there == settings => {
                 remove_leftovers(folder);
                 return Ok(true);
             }
-            Ok(_) if !overwrite => {
+            Ok(there) if overwrite => replaced.extend(names_in(&there)),
+            Ok(_) => {
                 return fail(
                     "holds recordings made with other settings; give another folder, or --overwrite",
                 );
@@ -165,9 +168,8 @@ impl Session {
             }
             _ => {}
         }
-        // Logs of other settings must not be taken for those of these.
-        for run in runs {
-            let log = folder.join(&run.name);
+        for name in replaced {
+            let log = folder.join(name);
             for file in [Truth::path_for(&log), log] {
                 if file.exists() {
                     std::fs::remove_file(&file)
@@ -178,6 +180,15 @@ impl Session {
         write_atomic(&path, settings.as_bytes())?;
         Ok(false)
     }
+}
+
+/// Names of the recordings that settings ask for; none if they are not understood.
+fn names_in(settings: &str) -> Vec<String> {
+    serde_json::from_str::<Value>(settings)
+        .ok()
+        .and_then(|v| serde_json::from_value::<Protocol>(v["protocol"].clone()).ok())
+        .and_then(|protocol| protocol.runs().ok())
+        .map_or_else(Vec::new, |runs| runs.into_iter().map(|run| run.name).collect())
 }
 
 /// Removes the temporary files of a session that was killed while writing.

@@ -6,7 +6,7 @@ use pam_rig::plant::PlantParameters;
 /// How far an observable may be off, by what it is.
 fn tolerance(o: &Observable) -> f64 {
     match o.what.split_whitespace().next().unwrap_or_default() {
-        "stiffness" => 0.06 * o.published,
+        "stiffness" => 0.07 * o.published,
         "equivalent" => 0.06 * o.published,
         "displacement" => 0.2 * o.published,
         "rest" => 0.35,
