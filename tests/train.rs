@@ -67,7 +67,7 @@ fn random_weights_become_a_model_that_predicts_what_it_has_not_seen() {
     let [logs, out] = ["logs", "run"].map(|n| folder.path().join(n));
     let conditions = "10/10,45/45,80/80,30/60,60/30,70/20,20/70,50/50,55/40";
     let recorded = ["rig", "record", "--ideal", "all", "--no-truth", "--conditions", conditions];
-    stdout_of(PAM, &[&recorded[..], &["--out", text(&logs)]].concat());
+    let _ = stdout_of(PAM, &[&recorded[..], &["--out", text(&logs)]].concat());
     let arguments = ["train", "--data", text(&logs), "--out", text(&out), "--json"];
     let shorter = ["--set", "stage.2.epochs=20"];
     let printed = stdout_of(PAM, &[&arguments[..], &shorter].concat());
