@@ -14,8 +14,8 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use std::time::Instant;
 
-/// Rollbacks in a row after which training gives up.
-const MOST_ROLLBACKS: usize = 30;
+/// Share of the rate after rollbacks below which a stage is ended.
+const SMALLEST_REDUCTION: f64 = 1e-6;
 
 /// What one step found.
 struct Step {
@@ -114,7 +114,6 @@ impl Trainer {
         if let Some(why) = failure {
             self.roll_back(&why, rate)?;
         } else {
-            within.rollbacks = 0;
             within.first_loss.get_or_insert(loss_sum);
             if loss_sum < last_loss {
                 within.best = Some(Best { loss: loss_sum, at: scored_at, epoch });
@@ -152,11 +151,13 @@ impl Trainer {
                  with a shorter horizon_s, or with auxiliary_damping"
             )));
         };
-        within.rollbacks += 1;
-        if within.rollbacks > MOST_ROLLBACKS {
-            return Err(diverged(format!(
-                "{why}, and {MOST_ROLLBACKS} halvings of the rate did not help"
-            )));
+        if within.reduction < SMALLEST_REDUCTION {
+            within.stopped = true;
+            self.state.events.push(format!(
+                "stage `{stage}`, epoch {epoch}: {why}, and no smaller rate helps; the stage ends with \
+                 its best"
+            ));
+            return Ok(());
         }
         self.state.at = at;
         within.optimiser = optimiser;

@@ -52,8 +52,6 @@ pub struct StageState {
     pub stopped: bool,
     /// Factor of the rate after rollbacks.
     pub reduction: f64,
-    /// Rollbacks in a row.
-    pub rollbacks: usize,
     /// Last coordinates and optimiser whose solves all ended.
     pub sound: Option<(Vec<f64>, OptimiserState)>,
     /// The best so far.

@@ -31,7 +31,7 @@ pub enum TrainingError {
     /// A recording cannot drive a solve.
     #[error(transparent)]
     Input(#[from] InputError),
-    /// The solves diverge and no smaller rate helps.
+    /// The solves diverge where a stage starts.
     #[error("stage `{stage}`, epoch {epoch}: {message}")]
     Diverged {
         /// The stage.
@@ -306,7 +306,6 @@ impl Trainer {
                 stop: s.patience.map(EarlyStop::new),
                 stopped: false,
                 reduction: 1.0,
-                rollbacks: 0,
                 sound: None,
                 best: None,
                 starts,
