@@ -57,6 +57,13 @@ pub fn r2(measured: &[f64], predicted: &[f64]) -> f64 {
     if total > 0.0 { 1.0 - residual / total } else { f64::NAN }
 }
 
+/// Mean squared distance from the mean; 0 if there are no values.
+pub(crate) fn variance(values: &[f64]) -> f64 {
+    let share = 1.0 / values.len().max(1) as f64;
+    let mean = share * values.iter().sum::<f64>();
+    share * values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>()
+}
+
 /// Root-mean-square error, in the unit of the values; NaN if there are none.
 #[must_use]
 pub fn rmse(measured: &[f64], predicted: &[f64]) -> f64 {

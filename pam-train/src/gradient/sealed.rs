@@ -34,6 +34,15 @@ pub struct SealedGradient<T: Float> {
 pub type IndexedLoss<'a> =
     dyn Fn(usize, &Recording, &[[f64; 4]], &mut [[f64; 4]]) -> f64 + Sync + 'a;
 
+/// A loss that is the same for all recordings.
+fn of_any_index(
+    loss: &dyn TrajectoryLoss,
+) -> impl Fn(usize, &Recording, &[[f64; 4]], &mut [[f64; 4]]) -> f64 + Sync {
+    move |_, measured, predicted, cotangents| {
+        loss.value_and_cotangents(measured, predicted, cotangents)
+    }
+}
+
 fn measured_starts(subjects: &[Subject]) -> Vec<[f64; 4]> {
     subjects.iter().map(|s| s.recording.initial_state()).collect()
 }
@@ -66,10 +75,7 @@ impl<T: Float> SealedGradient<T> {
         loss: &dyn TrajectoryLoss,
     ) -> Result<JointGradient, InputError> {
         let starts = measured_starts(subjects);
-        let loss = |_: usize, m: &Recording, p: &[[f64; 4]], c: &mut [[f64; 4]]| {
-            loss.value_and_cotangents(m, p, c)
-        };
-        self.run(model, subjects, &starts, &loss, true)
+        self.run(model, subjects, &starts, &of_any_index(loss), true)
     }
 
     /// As [`value_and_gradient`](Self::value_and_gradient), with the recordings predicted from states
@@ -119,10 +125,7 @@ impl<T: Float> SealedGradient<T> {
         loss: &dyn TrajectoryLoss,
     ) -> Result<f64, InputError> {
         let starts = measured_starts(subjects);
-        let loss = |_: usize, m: &Recording, p: &[[f64; 4]], c: &mut [[f64; 4]]| {
-            loss.value_and_cotangents(m, p, c)
-        };
-        Ok(self.run(model, subjects, &starts, &loss, false)?.value)
+        Ok(self.run(model, subjects, &starts, &of_any_index(loss), false)?.value)
     }
 
     fn run(

@@ -1,6 +1,7 @@
 //! The squared error in units of the measured variance.
 
 use super::{TrajectoryLoss, weighted_mean};
+use crate::metrics::variance;
 use crate::settings::{SettingsError, require_weights};
 use pam_data::{Channel, Recording};
 use serde::{Deserialize, Serialize};
@@ -31,13 +32,6 @@ impl Normalised {
     pub fn check(&self) -> Result<(), SettingsError> {
         require_weights("the normalised error", &self.weights)
     }
-}
-
-/// Mean squared distance from the mean.
-fn variance(values: &[f64]) -> f64 {
-    let share = 1.0 / values.len().max(1) as f64;
-    let mean = share * values.iter().sum::<f64>();
-    share * values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>()
 }
 
 impl TrajectoryLoss for Normalised {

@@ -222,11 +222,11 @@ impl Trainer {
                 };
                 fitted_model.raw = physical.to_raw();
                 self.state.at = self.with_network_kept(&fitted_model);
-                self.regressed(&s.name, begun, fitted.rms_kpa, &subjects).map(Some)
+                self.regressed(&s.name, begun, fitted.rms_kpa, subjects).map(Some)
             }
             Stage::Derivatives(s) => {
                 self.coordinates.set_auxiliary_damping(0.0);
-                let subjects = self.with_masses(&select(&self.train, s.recordings.as_ref()))?;
+                let subjects = self.selected(s.recordings.as_ref())?;
                 let matched = s.matching.run(
                     &self.coordinates,
                     &self.state.at,
@@ -235,7 +235,7 @@ impl Trainer {
                     &|_, _| {},
                 );
                 self.state.at = matched.at;
-                self.regressed(&s.name, begun, matched.rms_n, &subjects).map(Some)
+                self.regressed(&s.name, begun, matched.rms_n, subjects).map(Some)
             }
             Stage::Solve(s) => {
                 self.enter(&s)?;
@@ -257,26 +257,20 @@ impl Trainer {
         at
     }
 
-    /// Subjects with masses by the gas law of the model as it is (files and surfaces win).
-    fn with_masses(&self, subjects: &[Subject]) -> Result<Vec<Subject>, TrainingError> {
+    /// The recordings of a selection with masses by the gas law of the model that the stage starts from
+    /// (files and surfaces win).
+    fn selected(&self, selection: Option<&Selection>) -> Result<Vec<Subject>, TrainingError> {
         let at = self.state.within.as_ref().map_or(&self.state.at, |w| &w.start);
-        let model = self.coordinates.model(at);
-        subjects
-            .iter()
-            .map(|s| match s.origin {
-                MassOrigin::GasLaw => {
-                    subject(s.recording.clone(), &model, true, self.surfaces.as_ref())
-                }
-                _ => Ok(s.clone()),
-            })
-            .collect()
+        let mut subjects = select(&self.train, selection);
+        update_masses(&mut subjects, &self.coordinates.model(at), self.surfaces.as_ref())?;
+        Ok(subjects)
     }
 
     /// Makes ready what a stage needs.
     fn enter(&mut self, s: &SolveStage) -> Result<(), TrainingError> {
         self.coordinates.set_auxiliary_damping(s.auxiliary_damping);
         if self.stage.is_none() {
-            let subjects = self.with_masses(&select(&self.train, s.recordings.as_ref()))?;
+            let subjects = self.selected(s.recordings.as_ref())?;
             let solver = s.solver.as_ref().unwrap_or(&self.curriculum.solver);
             self.stage = Some(Prepared {
                 loss: s.loss.clone().unwrap_or_else(|| self.curriculum.loss.clone()),
@@ -318,7 +312,7 @@ impl Trainer {
 
     /// Ends a stage with its best coordinates.
     fn leave(&mut self, s: &SolveStage) -> Result<(), TrainingError> {
-        let subjects = self.with_masses(&select(&self.train, s.recordings.as_ref()))?;
+        let subjects = select(&self.train, s.recordings.as_ref());
         let within = self.state.within.take().expect("a running stage");
         self.stage = None;
         let (loss, at) = within.best.map_or((f64::NAN, self.state.at.clone()), |b| (b.loss, b.at));
@@ -333,7 +327,7 @@ impl Trainer {
                 r2_train: [None; 4],
                 r2_held_out: [None; 4],
             },
-            &subjects,
+            subjects,
         )
     }
 
@@ -343,7 +337,7 @@ impl Trainer {
         name: &str,
         begun: Instant,
         residual: f64,
-        subjects: &[Subject],
+        subjects: Vec<Subject>,
     ) -> Result<EpochRow, TrainingError> {
         let physical = self.model().physical();
         self.state.epochs += 1;
@@ -375,7 +369,7 @@ impl Trainer {
     fn finish(
         &mut self,
         mut result: StageResult,
-        subjects: &[Subject],
+        mut subjects: Vec<Subject>,
     ) -> Result<(), TrainingError> {
         let solver = &self.curriculum.solver;
         let mut engine = Engine::new(solver.settings()?, solver.precision);
@@ -383,8 +377,11 @@ impl Trainer {
         // Pressures alone say nothing of the force.
         let predicts = !matches!(self.curriculum.stages[self.state.stage], Stage::Gas(_));
         if predicts {
-            result.r2_train = engine.mean_r2(&model, &self.with_masses(subjects)?)?;
-            result.r2_held_out = engine.mean_r2(&model, &self.with_masses(&self.held_out)?)?;
+            let surfaces = self.surfaces.as_ref();
+            update_masses(&mut subjects, &model, surfaces)?;
+            update_masses(&mut self.held_out, &model, surfaces)?;
+            result.r2_train = engine.mean_r2(&model, &subjects)?;
+            result.r2_held_out = engine.mean_r2(&model, &self.held_out)?;
         }
         self.state.results.push(result);
         self.state.stage += 1;
@@ -397,6 +394,19 @@ fn select(subjects: &[Subject], selection: Option<&Selection>) -> Vec<Subject> {
     let takes =
         |s: &&Subject| selection.is_none_or(|selection| selection.takes(&s.recording.name, true));
     subjects.iter().filter(takes).cloned().collect()
+}
+
+/// Computes anew the masses that come from the gas law.
+fn update_masses(
+    subjects: &mut [Subject],
+    model: &NetworkJoint,
+    surfaces: Option<&MuscleSurfaces>,
+) -> Result<(), TrainingError> {
+    for s in subjects.iter_mut().filter(|s| s.origin == MassOrigin::GasLaw) {
+        (s.masses, s.origin) =
+            pam_data::resolve_masses(&s.recording, model, true, MassChoice::Auto, surfaces)?;
+    }
+    Ok(())
 }
 
 /// A recording with its masses.

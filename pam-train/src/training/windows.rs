@@ -1,6 +1,7 @@
 //! What a stage trains on: whole recordings, or windows of them.
 
 use crate::evaluation::Subject;
+use crate::metrics::variance;
 use pam_data::Channel;
 
 /// Windows of recordings, each overlapping the next one in one sample.
@@ -21,7 +22,9 @@ impl Windows {
     pub fn of(subjects: &[Subject], horizon_s: Option<f64>) -> Self {
         let mut windows = Self { subjects: Vec::new(), next: Vec::new(), variance: Vec::new() };
         for s in subjects {
-            let variance = Channel::ALL.map(|c| variance(s.recording.channel(c)));
+            // A channel that does not vary has no gap that could be weighed.
+            let variance =
+                Channel::ALL.map(|c| variance(s.recording.channel(c)).max(f64::MIN_POSITIVE));
             let cuts = cuts(&s.recording.time_s, horizon_s);
             for (k, pair) in cuts.windows(2).enumerate() {
                 let recording = if cuts.len() == 2 {
@@ -59,13 +62,6 @@ fn cuts(time_s: &[f64], horizon_s: Option<f64>) -> Vec<usize> {
         cuts.push(at);
     }
     cuts
-}
-
-fn variance(values: &[f64]) -> f64 {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let sum: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
-    (sum / n).max(f64::MIN_POSITIVE)
 }
 
 #[cfg(test)]
