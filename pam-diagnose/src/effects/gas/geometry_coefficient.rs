@@ -1,0 +1,32 @@
+//! The deformation coefficient is off.
+
+use crate::effects::{ChamberLaw, Effect, EffectInfo, Evidence, Group, ParameterInfo};
+use pam_core::Scalar;
+
+const INFO: EffectInfo = EffectInfo {
+    id: "geometry_coefficient",
+    group: Group::Gas,
+    what: "deformation coefficient nu that is off by a factor",
+    parameters: &[ParameterInfo::linear("relative", [-0.6, 2.0])],
+    switches: &["force_feedback"],
+    excited_by: "motion far from the middle, where the exponent and the geometry differ",
+};
+
+/// `ν (1 + relative)` in the volumes, with or without the force of the changed pressure on the joint.
+#[derive(Debug, Clone, Copy)]
+pub struct GeometryCoefficient;
+
+impl Effect for GeometryCoefficient {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn starts(&self, _evidence: &Evidence) -> Vec<Vec<f64>> {
+        vec![vec![0.0, 0.0], vec![0.0, 1.0]]
+    }
+
+    fn chamber<S: Scalar>(&self, p: &[S], law: &mut ChamberLaw<S>) {
+        law.deformation_factor = law.deformation_factor * (p[0] + S::constant(1.0));
+        law.feeds_back |= p[1].real() > 0.5;
+    }
+}

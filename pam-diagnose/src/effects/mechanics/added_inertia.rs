@@ -1,0 +1,31 @@
+//! Mass that the model lacks.
+
+use crate::effects::{Effect, EffectInfo, Evidence, Group, ParameterInfo};
+use pam_core::Scalar;
+
+const INFO: EffectInfo = EffectInfo {
+    id: "added_inertia",
+    group: Group::Mechanics,
+    what: "reflected mass that the model lacks",
+    parameters: &[ParameterInfo::linear("mass_kg", [-150.0, 5e3])],
+    switches: &[],
+    excited_by: "fast motion",
+};
+
+/// Inertia `m + mass_kg`.
+#[derive(Debug, Clone, Copy)]
+pub struct AddedInertia;
+
+impl Effect for AddedInertia {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn starts(&self, _evidence: &Evidence) -> Vec<Vec<f64>> {
+        vec![vec![0.0]]
+    }
+
+    fn inertia_kg<S: Scalar>(&self, p: &[S]) -> S {
+        p[0]
+    }
+}

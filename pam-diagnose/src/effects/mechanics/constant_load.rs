@@ -1,0 +1,32 @@
+//! A steady force.
+
+use crate::effects::{Effect, EffectInfo, Evidence, Group, ParameterInfo, Point};
+use pam_core::Scalar;
+use pam_core::units::MN_PER_N;
+
+const INFO: EffectInfo = EffectInfo {
+    id: "constant_load",
+    group: Group::Mechanics,
+    what: "steady force on the joint",
+    parameters: &[ParameterInfo::linear("force_n", [-1e3, 1e3])],
+    switches: &[],
+    excited_by: "any motion; told from a position offset by a wide range of pressures",
+};
+
+/// Force `force_n` in the direction of +x.
+#[derive(Debug, Clone, Copy)]
+pub struct ConstantLoad;
+
+impl Effect for ConstantLoad {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn starts(&self, _evidence: &Evidence) -> Vec<Vec<f64>> {
+        vec![vec![0.0]]
+    }
+
+    fn force_mn<S: Scalar>(&self, p: &[S], _at: &Point<'_, S>, _memory: &[S]) -> S {
+        p[0].scaled(MN_PER_N)
+    }
+}

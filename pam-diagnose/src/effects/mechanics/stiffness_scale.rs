@@ -1,0 +1,31 @@
+//! The restoring force is off by a factor.
+
+use crate::effects::{Effect, EffectInfo, Evidence, Group, ParameterInfo, Point};
+use pam_core::Scalar;
+
+const INFO: EffectInfo = EffectInfo {
+    id: "stiffness_scale",
+    group: Group::Mechanics,
+    what: "restoring force that is off by a constant factor",
+    parameters: &[ParameterInfo::linear("relative", [-0.9, 5.0])],
+    switches: &[],
+    excited_by: "motion at frequencies far apart",
+};
+
+/// Restoring force `f · (1 + relative)`.
+#[derive(Debug, Clone, Copy)]
+pub struct StiffnessScale;
+
+impl Effect for StiffnessScale {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn starts(&self, _evidence: &Evidence) -> Vec<Vec<f64>> {
+        vec![vec![0.0]]
+    }
+
+    fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {
+        -(p[0] * at.restoring_mn)
+    }
+}

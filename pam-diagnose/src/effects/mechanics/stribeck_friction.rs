@@ -1,0 +1,46 @@
+//! Dry friction that is higher near standstill.
+
+use crate::effects::{Effect, EffectInfo, Evidence, Group, ParameterInfo};
+use pam_core::Scalar;
+use pam_core::units::MN_PER_N;
+
+const INFO: EffectInfo = EffectInfo {
+    id: "stribeck_friction",
+    group: Group::Mechanics,
+    what: "dry friction that is higher near standstill",
+    parameters: &[
+        ParameterInfo::linear("coulomb_n", [0.0, 1e3]),
+        ParameterInfo::linear("static_n", [0.0, 1e3]),
+        ParameterInfo::scale("velocity_mm_s", [0.02, 100.0]),
+    ],
+    switches: &[],
+    excited_by: "slow reversals and slow creeping motion",
+};
+
+/// Limit `coulomb + (static − coulomb) exp(−(ẋ/velocity)²)`, set-valued at rest (Armstrong-Hélouvry,
+/// Dupont and Canudas de Wit 1994).
+#[derive(Debug, Clone, Copy)]
+pub struct StribeckFriction;
+
+impl Effect for StribeckFriction {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn starts(&self, evidence: &Evidence) -> Vec<Vec<f64>> {
+        let force = evidence.force_n;
+        let speeds = [0.05, 0.3];
+        let shares = [(0.04, 0.08), (0.1, 0.2)];
+        shares
+            .iter()
+            .flat_map(|(sliding, breaking)| {
+                speeds.map(|s| vec![sliding * force, breaking * force, s * evidence.speed_mm_s])
+            })
+            .collect()
+    }
+
+    fn dry_friction_mn<S: Scalar>(&self, p: &[S], v: S) -> S {
+        let ratio = v / p[2];
+        (p[0] + (p[1] - p[0]) * (-(ratio * ratio)).exp()).scaled(MN_PER_N)
+    }
+}

@@ -1,0 +1,148 @@
+//! What is fitted.
+
+use crate::effects::{AnyEffect, EffectScalar, ParameterInfo};
+use crate::simulation::Nuisances;
+
+/// Uncertain numbers of one recording, as deviations from what was measured.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Local {
+    /// Displacement at the start, mm.
+    pub start_mm: f64,
+    /// Velocity at the start, mm/s.
+    pub start_mm_s: f64,
+    /// Logarithms of the factors on the sealed masses.
+    pub log_air: [f64; 2],
+    /// Offsets of the pressures, which start from one noisy sample, kPa.
+    pub offset_kpa: [f64; 2],
+}
+
+impl Local {
+    /// Number of values.
+    pub const LEN: usize = 6;
+    /// Values that enter the simulation; the offsets behind them are added to its result.
+    pub const SIMULATED: usize = 4;
+
+    /// The values in order.
+    #[must_use]
+    pub fn values(&self) -> [f64; Self::LEN] {
+        let (m, p) = (self.log_air, self.offset_kpa);
+        [self.start_mm, self.start_mm_s, m[0], m[1], p[0], p[1]]
+    }
+
+    /// From values in order.
+    #[must_use]
+    pub fn from_values(v: &[f64]) -> Self {
+        Self { start_mm: v[0], start_mm_s: v[1], log_air: [v[2], v[3]], offset_kpa: [v[4], v[5]] }
+    }
+}
+
+/// Effects with their values, and the uncertain numbers.
+#[derive(Debug, Clone)]
+pub struct Hypothesis<'e> {
+    /// Effects; the first [`fixed`](Self::fixed) of them are not fitted.
+    pub effects: Vec<&'e dyn AnyEffect>,
+    /// Number of leading effects that stay as they are.
+    pub fixed: usize,
+    /// Parameters and switches of each effect in turn.
+    pub values: Vec<f64>,
+    /// Logarithm of the factor on the model's mass and on its deformation coefficient.
+    pub log_model: [f64; 2],
+    /// Uncertain numbers of each trial.
+    pub locals: Vec<Local>,
+}
+
+impl<'e> Hypothesis<'e> {
+    /// The base model with effects that are not fitted, for a number of trials.
+    #[must_use]
+    pub fn base(fixed: &[(&'e dyn AnyEffect, Vec<f64>)], trials: usize) -> Self {
+        Self {
+            effects: fixed.iter().map(|f| f.0).collect(),
+            fixed: fixed.len(),
+            values: fixed.iter().flat_map(|f| f.1.iter().copied()).collect(),
+            log_model: [0.0; 2],
+            locals: vec![Local::default(); trials],
+        }
+    }
+
+    /// The same with one more effect to be fitted.
+    #[must_use]
+    pub fn with(&self, effect: &'e dyn AnyEffect, values: &[f64]) -> Self {
+        let mut more = self.clone();
+        more.effects.push(effect);
+        more.values.extend_from_slice(values);
+        more
+    }
+
+    /// The same without the fitted effect at this place.
+    #[must_use]
+    pub fn without(&self, place: usize) -> Self {
+        let mut less = self.clone();
+        let at = self.fixed + place;
+        let range = self.value_range(at);
+        less.effects.remove(at);
+        less.values.drain(range);
+        less
+    }
+
+    /// Where the values of effect `at` lie.
+    #[must_use]
+    pub fn value_range(&self, at: usize) -> std::ops::Range<usize> {
+        let first: usize = self.effects[..at].iter().map(|e| e.info().value_len()).sum();
+        first..first + self.effects[at].info().value_len()
+    }
+
+    /// The effects that are fitted, with their values.
+    pub fn fitted(&self) -> impl Iterator<Item = (&'e dyn AnyEffect, &[f64])> {
+        (self.fixed..self.effects.len())
+            .map(|at| (self.effects[at], &self.values[self.value_range(at)]))
+    }
+
+    /// Ids of the fitted effects.
+    #[must_use]
+    pub fn ids(&self) -> Vec<&'static str> {
+        self.effects[self.fixed..].iter().map(|e| e.info().id).collect()
+    }
+
+    /// The fitted parameters: index into the values, and what is known of them.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<(usize, ParameterInfo)> {
+        (self.fixed..self.effects.len())
+            .flat_map(|at| {
+                let first = self.value_range(at).start;
+                let infos = self.effects[at].info().parameters;
+                infos.iter().enumerate().map(move |(i, &info)| (first + i, info))
+            })
+            .collect()
+    }
+
+    /// Number of fitted parameters of effects.
+    #[must_use]
+    pub fn parameter_len(&self) -> usize {
+        self.effects[self.fixed..].iter().map(|e| e.info().parameters.len()).sum()
+    }
+
+    /// The uncertain numbers of a trial over any scalar.
+    #[must_use]
+    pub fn nuisances<S: EffectScalar>(&self, trial: usize) -> Nuisances<S> {
+        let local = self.locals[trial];
+        let c = S::constant;
+        Nuisances {
+            log_mass: c(self.log_model[0]),
+            log_deformation: c(self.log_model[1]),
+            start_mm: c(local.start_mm),
+            start_mm_s: c(local.start_mm_s),
+            log_air: local.log_air.map(c),
+        }
+    }
+}
+
+/// A value in the coordinate in which it is fitted.
+pub(crate) fn coordinate(value: f64, info: ParameterInfo) -> f64 {
+    if info.logarithmic { value.max(1e-300).ln() } else { value }
+}
+
+/// The inverse of [`coordinate`], kept inside the parameter's range.
+pub(crate) fn from_coordinate(at: f64, info: ParameterInfo) -> f64 {
+    let value = if info.logarithmic { at.exp() } else { at };
+    value.clamp(info.range[0], info.range[1])
+}

@@ -1,0 +1,22 @@
+//! Fits of effects through the simulation, by Gauss–Newton with the exact sensitivities of the steps
+//! taken.
+//!
+//! A [`Problem`] is a set of trials with the rows that count; [`Hypothesis`] is what is fitted: effects
+//! with their values, and what the recordings leave uncertain (the model's own numbers, initial states,
+//! sealed masses, offsets of the first pressure readings), each tied to its measured value by a
+//! tolerance. [`Problem::fit`] moves a hypothesis to its best fit, [`Problem::covariance`] says how sure
+//! its numbers are.
+
+mod covariance;
+mod hypothesis;
+mod likelihood;
+mod linearise;
+mod normal;
+mod problem;
+mod solve;
+
+pub use covariance::Interval;
+pub use hypothesis::{Hypothesis, Local};
+pub use likelihood::{CHANNELS, ChannelErrors, Floors};
+pub use problem::{Problem, Tolerances};
+pub use solve::Fit;

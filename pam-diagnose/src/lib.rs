@@ -1,0 +1,4 @@
+//! Diagnosis.
+pub mod effects;
+pub mod fit;
+pub mod simulation;

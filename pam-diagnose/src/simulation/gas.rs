@@ -1,0 +1,95 @@
+//! The air of both chambers under a changed gas law.
+
+use super::run::Base;
+use crate::effects::ChamberLaw;
+use pam_core::Scalar;
+use pam_core::units::ATMOSPHERE_KPA;
+
+/// Both chambers with their law.
+#[derive(Debug, Clone, Copy)]
+pub struct Chambers<'a, S> {
+    base: &'a Base<S>,
+    law: ChamberLaw<S>,
+    sealed_mm3: [S; 2],
+}
+
+impl<S: Scalar> ChamberLaw<S> {
+    /// The law of the base model.
+    #[must_use]
+    pub fn plain() -> Self {
+        Self {
+            deformation_factor: S::constant(1.0),
+            exponent: S::constant(1.0),
+            contraction_limit_mm: None,
+            leak_per_s: [S::zero(); 2],
+            feeds_back: false,
+        }
+    }
+}
+
+impl<'a, S: Scalar> Chambers<'a, S> {
+    /// Chambers that were sealed at displacement `sealed_mm`.
+    #[must_use]
+    pub fn new(base: &'a Base<S>, law: ChamberLaw<S>, sealed_mm: S) -> Self {
+        let mut chambers = Self { base, law, sealed_mm3: [S::constant(1.0); 2] };
+        chambers.sealed_mm3 = chambers.volumes_mm3(sealed_mm);
+        chambers
+    }
+
+    fn volumes_mm3(&self, x: S) -> [S; 2] {
+        let nu = self.base.deformation * self.law.deformation_factor;
+        let geometry = &self.base.geometry;
+        match self.law.contraction_limit_mm {
+            None => {
+                let v = geometry.volumes(x, nu);
+                [v.flexor_mm3, v.extensor_mm3]
+            }
+            Some(limit) => [
+                geometry.volumes(x.minimum(limit), nu).flexor_mm3,
+                geometry.volumes(x.maximum(-limit), nu).extensor_mm3,
+            ],
+        }
+    }
+
+    /// `C/V_s · (V_s/V(x))ⁿ`: pressure per mass at displacement `x`, kPa/g.
+    pub fn pressures_per_mass(&self, x: S) -> [S; 2] {
+        let volumes = self.volumes_mm3(x);
+        let c = self.base.gas_coefficient;
+        let n = self.law.exponent;
+        let plain = S::NDERIV == 0 && n.real() == 1.0;
+        [0, 1].map(|i| {
+            let ratio = self.sealed_mm3[i] / volumes[i];
+            let power = if plain { ratio } else { (n * ratio.ln()).exp() };
+            (power / self.sealed_mm3[i]).scaled(c)
+        })
+    }
+
+    /// Force on the joint (mN, towards +x) of the pressures by which this law differs from the base
+    /// model's, `Σ ΔP_i dV_i/dx`, for masses in g.
+    pub fn feedback_mn(&self, x: S, masses_g: [S; 2]) -> S {
+        if !self.law.feeds_back {
+            return S::zero();
+        }
+        let v = self.base.geometry.volumes(x, self.base.deformation);
+        let here = self.pressures_per_mass(x);
+        let c = self.base.gas_coefficient;
+        let difference = |i: usize, volume: S| masses_g[i] * (here[i] - volume.recip().scaled(c));
+        difference(0, v.flexor_mm3) * v.flexor_slope_mm2
+            + difference(1, v.extensor_mm3) * v.extensor_slope_mm2
+    }
+
+    /// Whether air is lost.
+    #[must_use]
+    pub fn leaks(&self) -> bool {
+        S::NDERIV > 0 || self.law.leak_per_s.iter().any(|r| r.real() != 0.0)
+    }
+
+    /// Air after a step at displacement `x`, g.
+    pub fn leaked(&self, x: S, step_s: f64, masses_g: [S; 2]) -> [S; 2] {
+        let per_mass = self.pressures_per_mass(x);
+        [0, 1].map(|i| {
+            let excess = masses_g[i] - S::constant(ATMOSPHERE_KPA) / per_mass[i];
+            masses_g[i] - (self.law.leak_per_s[i] * excess).scaled(step_s)
+        })
+    }
+}

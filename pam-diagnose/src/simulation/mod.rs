@@ -1,0 +1,22 @@
+//! The extended joint, simulated fast enough to fit hundreds of candidates.
+//!
+//! A [`Trial`] is a recording made ready: its force on a uniform grid, its measured channels, its
+//! reading at rest, and the base model's force at its sealed masses as a [`ForceTable`] over (x, ẋ). With
+//! frozen weights and sealed air the network is a function of two numbers, so a table costs a few
+//! nanoseconds where the network costs hundreds, and carries derivatives as easily.
+//!
+//! [`simulate`] marches a trial with any effects over any [`EffectScalar`](crate::effects::EffectScalar):
+//! Runge–Kutta steps of fourth order for the smooth part, and dry friction as a set-valued force that
+//! holds the joint exactly still (Moreau's time stepping).
+
+mod gas;
+mod input;
+mod run;
+mod table;
+mod trial;
+
+pub use gas::Chambers;
+pub use input::FineForce;
+pub use run::{Base, Diverged, Nuisances, Trajectory, simulate};
+pub use table::{Air, ForceTable};
+pub use trial::{Trial, TrialSource};

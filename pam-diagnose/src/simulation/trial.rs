@@ -1,0 +1,101 @@
+//! A recording made ready for simulation.
+
+use super::input::{FineForce, resampled};
+use super::table::ForceTable;
+use crate::effects::Rest;
+use pam_core::{ForceModel, JointModel, SealedMasses};
+use pam_data::{Channel, MassOrigin};
+use pam_train::Subject;
+
+/// Where a trial came from.
+#[derive(Debug, Clone)]
+pub struct TrialSource {
+    /// Name of the recording.
+    pub name: String,
+    /// Commanded gauge pressures, psi, if the name tells.
+    pub command_psi: Option<[f64; 2]>,
+    /// Where the masses came from.
+    pub origin: MassOrigin,
+    /// Time of the first sample, s.
+    pub start_s: f64,
+}
+
+/// A recording on the uniform grid of the simulation.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    /// Where it came from.
+    pub source: TrialSource,
+    /// Time between two grid points, s.
+    pub step_s: f64,
+    /// The force at half steps.
+    pub force: FineForce,
+    /// Measured channels at the grid points, in the order of the state: mm, mm/s, kPa, kPa.
+    pub measured: [Vec<f64>; 4],
+    /// Readings at rest and at the first sample, as measured.
+    pub rest: Rest<f64>,
+    /// Measured velocity at the first sample, mm/s.
+    pub start_mm_s: f64,
+    /// Masses by the measured sealed pressures (or as given), g.
+    pub masses: SealedMasses,
+    /// The base model's force at these masses.
+    pub table: ForceTable,
+}
+
+impl Trial {
+    /// Step of the simulation, s.
+    pub const STEP_S: f64 = 4e-3;
+
+    /// Prepares a recording: force and channels on the grid, and the force table over one and a half times
+    /// the measured range.
+    #[must_use]
+    pub fn new<F: ForceModel<f64> + Sync>(model: &JointModel<f64, F>, subject: &Subject) -> Self {
+        let r = &subject.recording;
+        let (t0, t1) = r.span_s();
+        let points = ((t1 - t0) / Self::STEP_S + 1e-6).floor() as usize + 1;
+        let measured = Channel::ALL
+            .map(|c| resampled(&r.time_s, r.channel(c), t0, Self::STEP_S, points.max(2)));
+        let sealed = r.reading_at_rest();
+        let [x0, v0, pf0, pe0] = r.initial_state();
+        let rest = Rest {
+            sealed_mm: sealed.displacement_mm,
+            sealed_kpa: [sealed.pressure_flexor_kpa, sealed.pressure_extensor_kpa],
+            start_mm: x0,
+            start_kpa: [pf0, pe0],
+        };
+        let around = |values: &[f64]| {
+            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let margin = 0.25 * (high - low) + 0.5;
+            [low - margin, high + margin]
+        };
+        let table =
+            ForceTable::new(model, subject.masses, around(&measured[0]), around(&measured[1]));
+        Self {
+            source: TrialSource {
+                name: r.name.clone(),
+                command_psi: r.command_psi,
+                origin: subject.origin,
+                start_s: t0,
+            },
+            step_s: Self::STEP_S,
+            force: FineForce::new(r, 0.5 * Self::STEP_S, 2 * points.max(2)),
+            measured,
+            rest,
+            start_mm_s: v0,
+            masses: subject.masses,
+            table,
+        }
+    }
+
+    /// Number of grid points.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.measured[0].len()
+    }
+
+    /// Length, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.step_s * (self.points() - 1) as f64
+    }
+}
