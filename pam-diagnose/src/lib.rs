@@ -1,4 +1,5 @@
 //! Diagnosis.
 pub mod effects;
 pub mod fit;
+pub mod search;
 pub mod simulation;

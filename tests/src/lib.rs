@@ -5,6 +5,8 @@
 #![doc = include_str!("../../docs/training.md")]
 #![doc = include_str!(concat!(env!("OUT_DIR"), "/notebooks.md"))]
 
+pub mod plant;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

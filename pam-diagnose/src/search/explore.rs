@@ -1,0 +1,92 @@
+//! Candidates against each other.
+
+use super::split::Split;
+use crate::effects::{AnyEffect, Evidence};
+use crate::fit::{ChannelErrors, Fit, Hypothesis};
+use rayon::prelude::*;
+
+/// A fitted hypothesis with its judgement.
+#[derive(Debug, Clone)]
+pub struct Scored<'e> {
+    /// The fit.
+    pub fit: Fit<'e>,
+    /// Errors on held-out rows.
+    pub held: ChannelErrors,
+    /// Minus two times the log-likelihood of all rows, with the tie and complexity costs.
+    pub total: f64,
+}
+
+/// Everything that a search needs.
+#[derive(Debug)]
+pub struct Search<'a, 'e> {
+    /// What is fitted and what judges.
+    pub split: Split<'a>,
+    /// Candidates.
+    pub candidates: Vec<&'e dyn AnyEffect>,
+    /// Magnitudes for starting values.
+    pub evidence: Evidence,
+}
+
+/// Iterations from each starting value before the best one is followed.
+const SCREENING: usize = 2;
+/// Iterations to the best fit.
+const CONVERGING: usize = 10;
+
+impl<'e> Search<'_, 'e> {
+    /// Judges a fit on the held-out rows; `None` if the simulation diverges there.
+    #[must_use]
+    pub fn score(&self, fit: Fit<'e>) -> Option<Scored<'e>> {
+        let held = self.split.held_errors(&fit.hypothesis).ok()?;
+        let problem = &self.split.train;
+        let rows = (fit.errors.rows + held.rows) as f64;
+        let complexity = fit.hypothesis.parameter_len() as f64 * (rows / 25.0).max(2.0).ln();
+        let judged = held.rows as f64 / 25.0 * held.deviance(&problem.floors);
+        Some(Scored { total: fit.cost + judged + complexity, held, fit })
+    }
+
+    /// The base model with its uncertain numbers fitted.
+    #[must_use]
+    pub fn base(&self, fixed: &[(&'e dyn AnyEffect, Vec<f64>)]) -> Option<Scored<'e>> {
+        let start = Hypothesis::base(fixed, self.split.train.len());
+        self.split.train.fit(start, CONVERGING).ok().and_then(|fit| self.score(fit))
+    }
+
+    /// Adds each candidate in turn to a hypothesis, from all its starting values, and follows the best start
+    /// of the `keep` most promising candidates to the end. Best first.
+    #[must_use]
+    pub fn extend(&self, from: &Hypothesis<'e>, keep: usize) -> Vec<Scored<'e>> {
+        let present = from.ids();
+        let starts: Vec<(usize, Vec<f64>)> = self
+            .candidates
+            .iter()
+            .enumerate()
+            .filter(|(_, c)| !present.contains(&c.info().id))
+            .flat_map(|(i, c)| c.starts(&self.evidence).into_iter().map(move |s| (i, s)))
+            .collect();
+        let screened: Vec<Option<(usize, Fit<'e>)>> = starts
+            .into_par_iter()
+            .map(|(i, values)| {
+                let start = from.with(self.candidates[i], &values);
+                self.split.train.fit(start, SCREENING).ok().map(|fit| (i, fit))
+            })
+            .collect();
+        let mut best: Vec<Option<Fit<'e>>> = vec![None; self.candidates.len()];
+        for (i, fit) in screened.into_iter().flatten() {
+            if best[i].as_ref().is_none_or(|b| fit.cost < b.cost) {
+                best[i] = Some(fit);
+            }
+        }
+        let mut promising: Vec<Fit<'e>> = best.into_iter().flatten().collect();
+        promising.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        promising.truncate(keep);
+        let mut scored: Vec<Scored<'e>> = promising
+            .into_par_iter()
+            .filter_map(|fit| {
+                let fit = self.split.train.fit(fit.hypothesis, CONVERGING).ok()?;
+                self.score(fit)
+            })
+            .collect();
+        scored.sort_by(|a, b| a.total.total_cmp(&b.total));
+        scored
+    }
+}

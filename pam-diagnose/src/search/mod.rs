@@ -1,0 +1,12 @@
+//! Which effects explain the residual: every candidate refitted through the simulation, alone and beside
+//! others, and held against recordings that took no part.
+
+mod evidence;
+mod explore;
+mod floors;
+mod split;
+
+pub use evidence::gather;
+pub use explore::{Scored, Search};
+pub use floors::noise_floors;
+pub use split::Split;
