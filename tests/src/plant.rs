@@ -1,7 +1,6 @@
 //! A plant made of a hybrid model, with an effect that is hidden in what its sensors write.
 //!
-//! It knows nothing of the diagnosis: equations are written out here once more, marched by a
-//! semi-implicit Euler rule in steps of 0.2 ms, with the network itself and exact sticking.
+//! It knows nothing of the diagnosis: equations are written out here once more, marched by x, with the network itself and exact sticking.
 
 use pam_core::units::ATMOSPHERE_KPA;
 use pam_core::{AnyForce, ForceInput, ForceModel, JointModel, SealedMasses};
@@ -214,6 +213,7 @@ pub fn record(
             drive += 1e3 * n * (TAU * e.or("periodic_disturbance", "frequency_hz", 1.3) * t).sin();
         }
         for _ in 0..SUBSTEPS {
+            x += 0.5 * dt * v;
             let f = force_at(x, v, masses);
             let mut restoring = f
                 * (1.0 + e.or("stiffness_scale", "relative", 0.0))
@@ -252,7 +252,7 @@ pub fn record(
             let free = v + dt * total / mass;
             let hold = dt * dry / mass;
             v = if free.abs() <= hold { 0.0 } else { free - hold.copysign(free) };
-            x += dt * v;
+            x += 0.5 * dt * v;
             for i in 0..2 {
                 let rate = e.or("leak", ["flexor_rate_per_s", "extensor_rate_per_s"][i], 0.0);
                 masses[i] -= dt * rate * masses[i] * (1.0 - ATMOSPHERE_KPA / pressures[i]);

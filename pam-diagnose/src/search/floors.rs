@@ -4,10 +4,10 @@ use crate::fit::{CHANNELS, Floors};
 use crate::simulation::Trial;
 
 /// A model is not asked to be better than this share of a channel's own variation.
-const RELATIVE_FLOOR: f64 = 2e-3;
+const RELATIVE_FLOOR: f64 = 4e-3;
 
 /// The level below which an error is no error, for each fitted channel: the noise of a row mean, joined by
-/// 0.2 % of the channel's variation, which stands for what solver, grid and filters leave.
+/// 0.4 % of the channel's variation, which stands for what solver, grid and filters leave.
 ///
 /// The noise is read from third differences of row means, in which a motion of a few hertz has all but
 /// vanished; the median of their sizes is not moved by the few rows with reversals. Their variance is

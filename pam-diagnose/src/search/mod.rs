@@ -4,9 +4,11 @@
 mod evidence;
 mod explore;
 mod floors;
+mod forward;
 mod split;
 
 pub use evidence::gather;
 pub use explore::{Scored, Search};
 pub use floors::noise_floors;
+pub use forward::{Acceptance, Findings};
 pub use split::Split;
