@@ -21,6 +21,9 @@ pub enum CliError {
     /// Training cannot begin or go on.
     #[error(transparent)]
     Training(#[from] pam_train::training::TrainingError),
+    /// A diagnosis cannot be made.
+    #[error(transparent)]
+    Diagnose(#[from] pam_diagnose::DiagnoseError),
     /// Options contradict each other or name something that does not exist.
     #[error("{0}")]
     Usage(String),

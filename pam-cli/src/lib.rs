@@ -55,6 +55,7 @@ fn dispatch(arguments: &Arguments) -> Result<ExitCode, CliError> {
         Some(Command::Simulate(a)) => commands::simulate::run(a, global, &console),
         Some(Command::Gradient(a)) => commands::gradient::run(a, global, &console),
         Some(Command::Train(a)) => commands::train::run(a, global, &console),
+        Some(Command::Diagnose(a)) => commands::diagnose::run(a, global, &console),
         Some(Command::Rig(a)) => commands::rig::run(a, global, &console),
         Some(Command::Bench(a)) => commands::bench::run(a, global, &console),
         Some(Command::Evaluate(a)) => commands::evaluate::run(a, global, &console),

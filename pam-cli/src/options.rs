@@ -8,6 +8,7 @@ use pam_data::{
     LoadOptions, MassChoice, ModelInfo, MuscleSurfaces, Recording, SavedModel, load_model,
     open_recordings, parse_model, resolve_masses,
 };
+use pam_diagnose::Extended;
 use pam_solvers::{Interpolation, Tableau};
 use pam_train::{SolverSettings, StepChoice, Subject};
 use serde_json::{Value, json};
@@ -35,11 +36,29 @@ pub struct ModelOptions {
 }
 
 impl ModelOptions {
-    /// Loads the model.
+    /// Loads the model for a command that does not know effects.
+    ///
+    /// # Errors
+    /// As [`load_extended`](Self::load_extended), and [`CliError::Usage`] for an extended model.
+    pub fn load(&self) -> Result<SavedModel, CliError> {
+        let saved = self.load_extended()?;
+        if saved.info.effects.is_empty() {
+            return Ok(saved);
+        }
+        let effects: Vec<&str> = saved.info.effects.iter().map(|e| e.effect.as_str()).collect();
+        Err(CliError::Usage(format!(
+            "{} is extended by {}, which this command does not know; evaluate, simulate, inspect and \
+             diagnose do",
+            self.model.display(),
+            effects.join(", ")
+        )))
+    }
+
+    /// Loads the model with its effects, if it has any.
     ///
     /// # Errors
     /// [`CliError`] naming the file or the option.
-    pub fn load(&self) -> Result<SavedModel, CliError> {
+    pub fn load_extended(&self) -> Result<SavedModel, CliError> {
         if self.model == Path::new(SPRING_DAMPER) {
             return Ok(built_in_spring_damper());
         }
@@ -73,6 +92,7 @@ pub fn built_in_spring_damper() -> SavedModel {
                     .into(),
             trained: false,
             trained_on: Vec::new(),
+            effects: Vec::new(),
             source: None,
         },
     }
@@ -82,8 +102,14 @@ pub fn built_in_spring_damper() -> SavedModel {
 #[must_use]
 pub fn describe_model(saved: &SavedModel) -> String {
     let p = saved.model.physical();
+    let effects = Extended::from_saved(saved.clone())
+        .map(|e| e.describe_effects())
+        .ok()
+        .filter(|text| !text.is_empty())
+        .map(|text| format!(" Extended by {text}."))
+        .unwrap_or_default();
     format!(
-        "Force: {}; m = {:.3} kg, C = {:.4e} kPa·mm³/g, ν = {:.4}.",
+        "Force: {}; m = {:.3} kg, C = {:.4e} kPa·mm³/g, ν = {:.4}.{effects}",
         saved.model.force.describe(),
         p.mass_kg,
         p.gas_coefficient,

@@ -30,6 +30,6 @@ pub use detect::{FileKind, LoadOptions, TRUTH_SUFFIX, collect_paths, open_record
 pub use error::DataError;
 pub use formats::raw_log::RawLog;
 pub use masses::{MassChoice, MassOrigin, MuscleSurfaces, resolve_masses};
-pub use models::{ModelInfo, SavedModel, load_model, parse_model};
+pub use models::{ModelInfo, SavedModel, StoredEffect, load_model, parse_model};
 pub use preprocess::RawLogOptions;
 pub use recording::{Channel, Recording, SealedReading};

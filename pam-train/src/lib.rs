@@ -34,12 +34,12 @@ pub mod training;
 pub mod warm_start;
 
 pub use balance::ForceBalance;
-pub use evaluation::{Evaluation, RecordingEvaluation, Subject, evaluate};
+pub use evaluation::{Evaluation, RecordingEvaluation, Subject, evaluate, evaluate_with};
 pub use events::{EVENT_FILE_NAME, EventFile, ScalarEvent};
 pub use gradient::{GradientChoice, JointGradient, SealedGradient};
 pub use loss::{AnyLoss, SquaredError, TrajectoryLoss};
 pub use metrics::{PerChannel, Scores};
-pub use predict::{PredictError, Prediction, SolverSettings, StepChoice, predict};
+pub use predict::{PredictError, Prediction, Predictor, SolverSettings, StepChoice, predict};
 pub use regulariser::{AnyRegulariser, Regulariser};
 pub use schedule::{EarlyStop, Rate, Schedule};
 pub use segments::{Segment, frequency_segments};

@@ -130,6 +130,31 @@ pub struct PredictError {
     pub partial: Prediction,
 }
 
+/// Whatever predicts a recording from its first sample: a joint model, or one with more parts.
+pub trait Predictor: Sync {
+    /// The prediction at the recording's sample times, driven by its measured force alone.
+    ///
+    /// # Errors
+    /// [`PredictError`] with the recording's name, the time and what was predicted until then.
+    fn predict(
+        &self,
+        recording: &Recording,
+        masses: SealedMasses,
+        settings: &SolverSettings,
+    ) -> Result<Prediction, Box<PredictError>>;
+}
+
+impl<F: ForceModel<f64> + Sync> Predictor for JointModel<f64, F> {
+    fn predict(
+        &self,
+        recording: &Recording,
+        masses: SealedMasses,
+        settings: &SolverSettings,
+    ) -> Result<Prediction, Box<PredictError>> {
+        predict(self, recording, masses, settings)
+    }
+}
+
 /// Predicts a recording from its first sample, driven by its measured force alone.
 ///
 /// # Errors

@@ -1,8 +1,10 @@
 //! The command line.
 
+mod diagnose;
 mod rig;
 mod train;
 
+pub use diagnose::DiagnoseArguments;
 pub use rig::{RigCommand, RigObservablesArguments, RigProtocolArguments, RigRecordArguments};
 
 pub use train::TrainArguments;
@@ -38,6 +40,8 @@ Examples:
                                                 loss and exact gradient, for checking others
   pam rig record --conditions 30/60,45/45 --effect coulomb_friction:force_n=20 --out logs
                                                 made-up recordings with a hidden effect
+  pam diagnose --model model.eqx --data logs --out found
+                                                name what the model gets wrong there
   pam train --data logs --out run               train on recordings; run/model.safetensors
   pam bench gradients --quick --out bench       compare gradient methods: error, time, memory
   pam convert model.eqx model.safetensors       published weights to the framework's format
@@ -85,6 +89,8 @@ pub enum Command {
     Gradient(GradientArguments),
     /// Train a model on recordings by a curriculum
     Train(TrainArguments),
+    /// Show what a model gets wrong on recordings, name the cause, and measure what naming gains
+    Diagnose(DiagnoseArguments),
     /// The virtual rig: make recordings whose truth is known
     #[command(subcommand)]
     Rig(RigCommand),

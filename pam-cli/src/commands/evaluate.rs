@@ -9,9 +9,10 @@ use crate::run_record::{self, made_by, write_json};
 use pam_data::atomic::write_atomic;
 use pam_data::formats::csv_columns;
 use pam_data::{Channel, SavedModel, collect_paths};
+use pam_diagnose::Extended;
 use pam_report::page::number;
 use pam_report::{EvaluationContext, evaluation_report};
-use pam_train::{Evaluation, SolverSettings, Subject, evaluate};
+use pam_train::{Evaluation, SolverSettings, Subject, evaluate_with};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -27,7 +28,7 @@ pub fn run(
     console: &Console,
 ) -> Result<ExitCode, CliError> {
     let settings = arguments.solver.settings()?;
-    let saved = arguments.model.load()?;
+    let saved = arguments.model.load_extended()?;
     let paths = collect_paths(&arguments.data)?;
     let reading = console.progress(paths.len(), "reading");
     let subjects = arguments.reading.subjects(&paths, &saved, &|| reading.inc(1))?;
@@ -59,7 +60,7 @@ pub struct Outcome {
 /// Evaluates and writes `evaluation.json`, `report.html` and `predictions/NAME.csv` into a folder.
 ///
 /// # Errors
-/// [`CliError::Data`] if a file cannot be written.
+/// [`CliError`] if a file cannot be written, or the model has an effect that is not known.
 pub fn evaluate_into(
     folder: &Path,
     saved: &SavedModel,
@@ -68,7 +69,8 @@ pub fn evaluate_into(
     console: &Console,
 ) -> Result<Outcome, CliError> {
     let bar = console.progress(subjects.len(), "predicting");
-    let evaluation = evaluate(&saved.model, subjects, settings, &|| bar.inc(1));
+    let extended = Extended::from_saved(saved.clone())?;
+    let evaluation = evaluate_with(&extended, &saved.model, subjects, settings, &|| bar.inc(1));
     bar.finish_and_clear();
 
     let bar = console.progress(evaluation.recordings.len(), "writing");
@@ -105,6 +107,7 @@ fn result_json(evaluation: &Evaluation, saved: &SavedModel, settings: &SolverSet
         "mass_kg": p.mass_kg,
         "gas_coefficient_kpa_mm3_per_g": p.gas_coefficient,
         "deformation": p.deformation,
+        "effects": saved.info.effects,
     });
     value["solver"] = json!(settings.describe());
     value["made_by"] = json!(made_by());

@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod convert;
+pub mod diagnose;
 pub mod evaluate;
 pub mod gradient;
 pub mod inspect;

@@ -11,9 +11,10 @@ use pam_core::SealedMasses;
 use pam_core::units::MN_PER_N;
 use pam_data::atomic::write_atomic;
 use pam_data::{MassOrigin, Recording, SavedModel};
+use pam_diagnose::Extended;
 use pam_report::simulation_report;
 use pam_solvers::Statistics;
-use pam_train::{SolverSettings, Subject, predict};
+use pam_train::{Predictor, SolverSettings, Subject};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -32,7 +33,7 @@ pub fn run(
     console: &Console,
 ) -> Result<ExitCode, CliError> {
     let settings = arguments.solver.settings()?;
-    let saved = arguments.model.load()?;
+    let saved = arguments.model.load_extended()?;
     let subjects = match &arguments.data {
         Some(path) => arguments.reading.subjects(std::slice::from_ref(path), &saved, &|| {})?,
         None => vec![made_up(arguments, &saved)?],
@@ -79,11 +80,14 @@ impl Run {
         subject: &Subject,
         settings: &SolverSettings,
     ) -> Result<Self, CliError> {
-        let (prediction, failure) =
-            match predict(&saved.model, &subject.recording, subject.masses, settings) {
-                Ok(prediction) => (prediction, None),
-                Err(e) => (e.partial, Some(e.why)),
-            };
+        let (prediction, failure) = match Extended::from_saved(saved.clone())?.predict(
+            &subject.recording,
+            subject.masses,
+            settings,
+        ) {
+            Ok(prediction) => (prediction, None),
+            Err(e) => (e.partial, Some(e.why)),
+        };
         if prediction.is_empty() {
             return Err(CliError::Usage(failure.unwrap_or_else(|| "nothing was simulated".into())));
         }

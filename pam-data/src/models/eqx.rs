@@ -82,6 +82,7 @@ pub fn read(path: &Path) -> Result<SavedModel, DataError> {
             trained: true,
             // The file does not say; the weights that are published were trained on these.
             trained_on: crate::conditions::training_names(),
+            effects: Vec::new(),
             source: Some(path.to_owned()),
         },
     })
@@ -102,6 +103,9 @@ pub fn write(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
     }
     if saved.model.auxiliary_damping_kg_s != 0.0 {
         return Err(fail("auxiliary damping"));
+    }
+    if !saved.info.effects.is_empty() {
+        return Err(fail("effects of an extended model"));
     }
     let mut out = Vec::new();
     let io = |e: std::io::Error| DataError::io(path, e);

@@ -14,7 +14,7 @@
 //! ([`StoredForce`](pam_core::StoredForce)). float32 tensors are read as well.
 //!
 //! Metadata: `format` = `pam-model`, `format_version`, `force`, `inputs`, `output`, `units`, `sign`,
-//! `name`, `provenance`, `trained`, `trained_on` (names of recordings, JSON), and the settings of the force: `activation` and
+//! `name`, `provenance`, `trained`, `trained_on` (names of recordings, JSON), `effects` (of an extended model, JSON), and the settings of the force: `activation` and
 //! `activation_parameters` (JSON) for a network.
 
 use super::{ModelInfo, SavedModel};
@@ -59,6 +59,9 @@ pub fn write(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
         ("trained", saved.info.trained.to_string()),
         ("trained_on", serde_json::json!(saved.info.trained_on).to_string()),
     ];
+    if !saved.info.effects.is_empty() {
+        meta.push(("effects", serde_json::json!(saved.info.effects).to_string()));
+    }
     let parts = model.force.to_parts();
     tensors.extend(parts.tensors);
     meta.extend(parts.settings.iter().map(|(k, v)| (k.as_str(), v.clone())));
@@ -154,6 +157,11 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<SavedModel, DataError> {
         force,
     };
     model.validate().map_err(|e| fail(e.to_string()))?;
+    let effects = match entry("effects") {
+        None => Vec::new(),
+        Some(json) => serde_json::from_str(json)
+            .map_err(|e| fail(format!("metadata `effects` cannot be read: {e}")))?,
+    };
     Ok(SavedModel {
         model,
         info: ModelInfo {
@@ -163,6 +171,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<SavedModel, DataError> {
             trained_on: entry("trained_on")
                 .and_then(|names| serde_json::from_str(names).ok())
                 .unwrap_or_default(),
+            effects,
             source: Some(path.to_owned()),
         },
     })

@@ -40,6 +40,9 @@ pub struct Problem<'a> {
     pub floors: Floors,
     /// How far uncertain numbers may go.
     pub tolerances: Tolerances,
+    /// Whether the steady offset of a pressure, up to twice its tolerance, is no error. Trials that only
+    /// judge have no fitted offset, and their predictions start from one noisy sample.
+    pub forgive_offsets: bool,
 }
 
 /// Grid points that are averaged into one row.
@@ -65,7 +68,14 @@ impl<'a> Problem<'a> {
                 whole_rows(from..t.points())
             })
             .collect();
-        Self { trials, windows, base, floors, tolerances: Tolerances::default() }
+        Self {
+            trials,
+            windows,
+            base,
+            floors,
+            tolerances: Tolerances::default(),
+            forgive_offsets: false,
+        }
     }
 
     /// The same trials with other windows, each cut to whole rows.
@@ -151,7 +161,14 @@ impl<'a> Problem<'a> {
         let each: Result<Vec<ChannelErrors>, Diverged> = (0..self.len())
             .into_par_iter()
             .map(|i| {
-                let residuals = self.residuals(hypothesis, i)?;
+                let mut residuals = self.residuals(hypothesis, i)?;
+                if self.forgive_offsets {
+                    let most = 2.0 * self.tolerances.offset_kpa;
+                    for r in &mut residuals[1..] {
+                        let mean = r.iter().sum::<f64>() / r.len().max(1) as f64;
+                        r.iter_mut().for_each(|v| *v -= mean.clamp(-most, most));
+                    }
+                }
                 let rows = residuals[0].len();
                 Ok(ChannelErrors { sums: residuals.map(|r| r.iter().map(|v| v * v).sum()), rows })
             })

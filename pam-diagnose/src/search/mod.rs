@@ -1,14 +1,18 @@
 //! Which effects explain the residual: every candidate refitted through the simulation, alone and beside
 //! others, and held against recordings that took no part.
 
+mod constancy;
 mod evidence;
 mod explore;
 mod floors;
 mod forward;
+mod reference;
 mod split;
 
+pub use constancy::Constancy;
 pub use evidence::gather;
 pub use explore::{Scored, Search};
 pub use floors::noise_floors;
 pub use forward::{Acceptance, Findings};
+pub use reference::Reference;
 pub use split::Split;

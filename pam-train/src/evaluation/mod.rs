@@ -6,7 +6,7 @@ pub use result::{Evaluation, FailedRecording, RecordingEvaluation, SegmentScores
 
 use crate::balance::ForceBalance;
 use crate::metrics::{PerChannel, Scores};
-use crate::predict::{SolverSettings, predict};
+use crate::predict::{Predictor, SolverSettings};
 use crate::segments::{Segment, frequency_segments};
 use pam_core::units::MN_PER_N;
 use pam_core::{ForceModel, JointModel, SealedMasses};
@@ -43,10 +43,21 @@ pub fn evaluate<F: ForceModel<f64> + Sync>(
     settings: &SolverSettings,
     done: &(dyn Fn() + Sync),
 ) -> Evaluation {
+    evaluate_with(model, model, subjects, settings, done)
+}
+
+/// [`evaluate`] with predictions of any [`Predictor`]; the balance of forces is that of `joint`.
+pub fn evaluate_with<F: ForceModel<f64> + Sync>(
+    predictor: &dyn Predictor,
+    joint: &JointModel<f64, F>,
+    subjects: Vec<Subject>,
+    settings: &SolverSettings,
+    done: &(dyn Fn() + Sync),
+) -> Evaluation {
     let results: Vec<_> = subjects
         .into_par_iter()
         .map(|subject| {
-            let result = evaluate_one(model, subject, settings);
+            let result = evaluate_one(predictor, joint, subject, settings);
             done();
             result
         })
@@ -64,12 +75,13 @@ pub fn evaluate<F: ForceModel<f64> + Sync>(
 }
 
 fn evaluate_one<F: ForceModel<f64>>(
-    model: &JointModel<f64, F>,
+    predictor: &dyn Predictor,
+    joint: &JointModel<f64, F>,
     subject: Subject,
     settings: &SolverSettings,
 ) -> Result<RecordingEvaluation, FailedRecording> {
     let Subject { recording, masses, origin } = subject;
-    let prediction = predict(model, &recording, masses, settings).map_err(|e| FailedRecording {
+    let prediction = predictor.predict(&recording, masses, settings).map_err(|e| FailedRecording {
         name: recording.name.clone(),
         why: e.why,
         reached_s: e.partial.len().checked_sub(1).map(|i| recording.time_s[i]),
@@ -81,7 +93,7 @@ fn evaluate_one<F: ForceModel<f64>>(
     Ok(RecordingEvaluation {
         scores: Scores::over(&recording, &prediction.channels, 0..recording.len()),
         segments,
-        balance: ForceBalance::of(model, &recording, masses),
+        balance: ForceBalance::of(joint, &recording, masses),
         masses,
         origin,
         prediction,

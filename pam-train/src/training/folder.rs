@@ -146,6 +146,7 @@ impl RunFolder {
                 ),
                 trained: true,
                 trained_on: trainer.trained_on(),
+                effects: Vec::new(),
                 source: None,
             },
         };

@@ -1,0 +1,153 @@
+//! `pam diagnose`.
+
+use crate::arguments::{DiagnoseArguments, GlobalOptions};
+use crate::console::Console;
+use crate::error::CliError;
+use crate::options::describe_model;
+use crate::run_record::{self, made_by, write_json};
+use indicatif::ProgressBar;
+use pam_data::atomic::write_atomic;
+use pam_data::models::save_model;
+use pam_data::{SavedModel, collect_paths};
+use pam_diagnose::effects::{ALL, by_id};
+use pam_diagnose::report::{ReportContext, diagnosis_report, verdict_sentence};
+use pam_diagnose::{Diagnosis, Extended, Options, Sets, Stage, diagnose};
+use pam_train::Subject;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CliError`] naming file, line and column, or the option. A verdict is no error.
+pub fn run(
+    arguments: &DiagnoseArguments,
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<ExitCode, CliError> {
+    let options = options(arguments, global.seed)?;
+    let saved = arguments.model.load_extended()?;
+    let read = |paths: &[PathBuf]| -> Result<Option<Vec<Subject>>, CliError> {
+        if paths.is_empty() {
+            return Ok(None);
+        }
+        let paths = collect_paths(paths)?;
+        let bar = console.progress(paths.len(), "reading");
+        let subjects = arguments.reading.subjects(&paths, &saved, &|| bar.inc(1))?;
+        bar.finish_and_clear();
+        subjects.iter().for_each(|s| console.notes(&s.recording));
+        Ok(Some(subjects))
+    };
+    let data = read(&arguments.data)?.unwrap_or_default();
+    let heldout = read(&arguments.heldout)?;
+    let healthy = read(&arguments.healthy)?;
+    let sets = Sets { data: &data, heldout: heldout.as_deref(), healthy: healthy.as_deref() };
+    let diagnosis = diagnose_into(&arguments.out, &saved, &sets, &options, console)?;
+    let configuration = json!({
+        "model": arguments.model.model,
+        "data": arguments.data,
+        "heldout": arguments.heldout,
+        "healthy": arguments.healthy,
+        "effects": options.candidates.iter().map(|e| e.info().id).collect::<Vec<_>>(),
+        "max_effects": arguments.max_effects,
+        "reading": arguments.reading.to_json()?,
+    });
+    run_record::write(&arguments.out, "diagnose", global.seed, &configuration)?;
+    finish(&diagnosis, &arguments.out, console);
+    Ok(ExitCode::SUCCESS)
+}
+
+fn options(arguments: &DiagnoseArguments, seed: u64) -> Result<Options, CliError> {
+    if arguments.max_effects == 0 {
+        return Err(CliError::Usage("--max-effects must be at least 1".into()));
+    }
+    let mut options = Options { most: arguments.max_effects, seed, ..Options::default() };
+    if !arguments.effects.is_empty() {
+        options.candidates = arguments
+            .effects
+            .iter()
+            .map(|id| {
+                by_id(id.trim()).ok_or_else(|| {
+                    let known: Vec<_> = ALL.iter().map(|e| e.info().id).collect();
+                    CliError::Usage(format!(
+                        "--effects: there is no effect `{id}`; there are {}",
+                        known.join(", ")
+                    ))
+                })
+            })
+            .collect::<Result<_, _>>()?;
+    }
+    Ok(options)
+}
+
+/// Diagnoses and writes `diagnosis.json`, `report.html` and `model.safetensors` into a folder.
+///
+/// # Errors
+/// [`CliError`] if there is too little data, the model diverges, or a file cannot be written.
+pub fn diagnose_into(
+    folder: &Path,
+    saved: &SavedModel,
+    sets: &Sets<'_>,
+    options: &Options,
+    console: &Console,
+) -> Result<Diagnosis, CliError> {
+    let model = Extended::from_saved(saved.clone())?;
+    let bar = console.progress(1000, "diagnosing");
+    let diagnosis = diagnose(&model, sets, options, &|stage, share| show(&bar, stage, share))?;
+    bar.finish_and_clear();
+    let mut extended = diagnosis.extended.to_saved();
+    if !diagnosis.causes.is_empty() {
+        extended.info.provenance = format!("{}; extended by a diagnosis", saved.info.provenance);
+    }
+    let path = folder.join("model.safetensors");
+    save_model(&path, &extended)?;
+    write_json(&folder.join("diagnosis.json"), &diagnosis.to_json("model.safetensors"))?;
+    let context = ReportContext {
+        model: saved.info.name.clone(),
+        model_line: describe_model(saved),
+        made_by: made_by(),
+    };
+    let report = diagnosis_report(&diagnosis, &context);
+    write_atomic(&folder.join("report.html"), report.as_bytes())?;
+    Ok(diagnosis)
+}
+
+fn show(bar: &ProgressBar, stage: Stage, share: f64) {
+    let (from, to, what) = match stage {
+        Stage::Preparing => (0.0, 0.05, "preparing"),
+        Stage::Healthy => (0.05, 0.35, "what is ordinary"),
+        Stage::Searching => (0.35, 0.9, "trying causes"),
+        Stage::Judging => (0.9, 1.0, "judging"),
+    };
+    bar.set_message(what);
+    bar.set_position((1000.0 * (from + share * (to - from))) as u64);
+}
+
+/// Prints what was found.
+pub fn finish(diagnosis: &Diagnosis, folder: &Path, console: &Console) {
+    console.json(&diagnosis.to_json(&folder.join("model.safetensors").display().to_string()));
+    console.text(format!("{}\n\n{}", diagnosis.verdict, verdict_sentence(diagnosis)));
+    for cause in &diagnosis.causes {
+        if !cause.confusable_with.is_empty() {
+            console.text(format!(
+                "{} is confusable with {} in these recordings.",
+                cause.effect,
+                cause.confusable_with.join(", ")
+            ));
+        }
+    }
+    let g = &diagnosis.gain;
+    console.text(format!(
+        "\n{}\nx: RMSE {:.4} -> {:.4} mm, R² {:.4} -> {:.4}; overall error {:+.0} % [{:.0}, {:.0}].",
+        diagnosis.held_out.sentence(),
+        g.x.rmse_before,
+        g.x.rmse_after,
+        g.x.r2_before,
+        g.x.r2_after,
+        -100.0 * g.overall.error_reduction,
+        -100.0 * g.overall.ci95[1],
+        -100.0 * g.overall.ci95[0],
+    ));
+    console.text(format!("\nreport: {}", folder.join("report.html").display()));
+}

@@ -1,0 +1,20 @@
+//! From recordings to a verdict.
+//!
+//! [`diagnose`] does what the command does: it keeps recordings aside, learns from healthy ones what is
+//! ordinary, tells what is wrong, searches causes, weighs the verdict, and measures the gain on what it kept
+//! aside. Every part of it is public and can be put together in another way.
+
+mod cause;
+mod gain;
+mod json;
+mod ordinary;
+mod run;
+mod sets;
+mod verdict;
+
+pub use cause::{Cause, Rank};
+pub use gain::{ChannelGain, Gain, GroupGain, OverallGain};
+pub use ordinary::Ordinary;
+pub use run::{Diagnosis, Options, Stage, Trace, diagnose};
+pub use sets::{HeldOut, Sets};
+pub use verdict::Verdict;

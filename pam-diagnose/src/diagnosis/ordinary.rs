@@ -1,0 +1,72 @@
+//! What is ordinary: the error of the model on recordings on which it was validated.
+
+use super::run::Options;
+use super::sets::Prepared;
+use crate::effects::AnyEffect;
+use crate::error::DiagnoseError;
+use crate::extended::{Active, Extended};
+use crate::fit::{ChannelErrors, Floors};
+use crate::search::{Search, gather, noise_floors};
+use pam_train::Subject;
+
+/// Effects and error level of healthy recordings. A model that misses something small everywhere misses it
+/// in the data under diagnosis as well; that is not what is asked for.
+#[derive(Debug, Clone)]
+pub struct Ordinary {
+    /// Effects that the healthy recordings show; part of the model from there on.
+    pub effects: Vec<Active>,
+    /// Root mean square errors that are left then: mm, kPa, kPa.
+    pub rms: [f64; 3],
+    /// Names of the healthy recordings.
+    pub recordings: Vec<String>,
+}
+
+impl Ordinary {
+    /// Learns what is ordinary.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the recordings are too short or the model diverges on them.
+    pub fn learn(
+        model: &Extended,
+        healthy: &[Subject],
+        options: &Options,
+        done: &(dyn Fn(f64) + Sync),
+    ) -> Result<Self, DiagnoseError> {
+        let prepared = Prepared::new(model, healthy, None, options.seed)?;
+        let floors = noise_floors(&prepared.all());
+        let search = Search {
+            split: prepared.split(model.base(), floors),
+            // Effects of the vocabulary only: a candidate of the user's is what is asked about.
+            candidates: crate::effects::ALL.iter().map(|e| *e as &dyn AnyEffect).collect(),
+            evidence: gather(&prepared.train(), &model.base()),
+        };
+        let parts = model.parts();
+        let fixed: Vec<(&dyn AnyEffect, Vec<f64>)> =
+            parts.iter().map(|(e, v)| (*e as &dyn AnyEffect, v.clone())).collect();
+        let found = search.run(&fixed, options.most.max(2), &options.acceptance, done).ok_or_else(
+            || DiagnoseError::TooLittle("the model diverges on the healthy recordings".into()),
+        )?;
+        let effects = found
+            .best
+            .fit
+            .hypothesis
+            .fitted()
+            .filter_map(|(e, values)| {
+                let effect = crate::effects::by_id(e.info().id)?;
+                Some(Active { effect, values: values.to_vec() })
+            })
+            .collect();
+        let left: ChannelErrors = found.best.fit.errors.and(&found.best.held);
+        Ok(Self {
+            effects,
+            rms: left.mean().map(f64::sqrt),
+            recordings: prepared.all().iter().map(|t| t.source.name.clone()).collect(),
+        })
+    }
+
+    /// Floors with what is ordinary on top of the noise.
+    #[must_use]
+    pub fn floors(&self, noise: Floors) -> Floors {
+        Floors([0, 1, 2].map(|c| noise.0[c].hypot(self.rms[c])))
+    }
+}

@@ -1,0 +1,286 @@
+//! The whole diagnosis.
+
+use super::cause::{Cause, Rank, floor_level, level, ranking, share, words};
+use super::gain::Gain;
+use super::ordinary::Ordinary;
+use super::sets::{HeldOut, Prepared, Sets};
+use super::verdict::{Verdict, weigh};
+use crate::effects::{ALL, AnyEffect};
+use crate::error::DiagnoseError;
+use crate::extended::{Active, Extended};
+use crate::fit::{Floors, Hypothesis};
+use crate::residual::ResidualStory;
+use crate::search::{Acceptance, Findings, Reference, Scored, Search, gather, noise_floors};
+
+/// How a diagnosis is made.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Effects that may be named.
+    pub candidates: Vec<&'static dyn AnyEffect>,
+    /// Most effects that are named together.
+    pub most: usize,
+    /// When an effect earns its place.
+    pub acceptance: Acceptance,
+    /// Seed of what is kept aside and of the bootstrap.
+    pub seed: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { candidates: ALL.to_vec(), most: 3, acceptance: Acceptance::default(), seed: 1 }
+    }
+}
+
+/// What a diagnosis is busy with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Tabulating the model's force for each recording.
+    Preparing,
+    /// Learning what is ordinary.
+    Healthy,
+    /// Trying candidates.
+    Searching,
+    /// Weighing alternatives and measuring the gain.
+    Judging,
+}
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    /// The outcome.
+    pub verdict: Verdict,
+    /// Named causes, in the order in which they earned their place.
+    pub causes: Vec<Cause>,
+    /// Every candidate alone, best first.
+    pub ranking: Vec<Rank>,
+    /// What is wrong before any cause is named.
+    pub residual: ResidualStory,
+    /// What is left after.
+    pub left: ResidualStory,
+    /// Errors before and after on what was kept aside.
+    pub gain: Gain,
+    /// Share of the held-out error above the floors that a flexible correction without names removes.
+    pub ceiling: f64,
+    /// Share of the same error that the named causes remove.
+    pub removed: f64,
+    /// The model with what is ordinary and the named causes; the given model if none is named.
+    pub extended: Extended,
+    /// What is ordinary, if healthy recordings were given.
+    pub ordinary: Option<Ordinary>,
+    /// What took no part in naming.
+    pub held_out: HeldOut,
+    /// Names of the recordings that were fitted.
+    pub fitted: Vec<String>,
+    /// Errors that count as explained.
+    pub floors: Floors,
+    /// The held-out recordings before and after, for figures.
+    pub traces: Vec<Trace>,
+}
+
+/// A held-out recording with both predictions, on the grid of the simulation.
+#[derive(Debug, Clone)]
+pub struct Trace {
+    /// Its name.
+    pub name: String,
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Force, N.
+    pub force_n: Vec<f64>,
+    /// Measured channels: mm, mm/s, kPa, kPa.
+    pub measured: [Vec<f64>; 4],
+    /// Predicted before.
+    pub before: [Vec<f64>; 4],
+    /// Predicted after.
+    pub after: [Vec<f64>; 4],
+}
+
+/// Diagnoses recordings with a model. The same seed gives the same answer at any number of threads.
+///
+/// # Errors
+/// [`DiagnoseError`] if there is too little data, or the model itself diverges on them. That nothing is
+/// found, or nothing is explained, is no error.
+pub fn diagnose(
+    model: &Extended,
+    sets: &Sets<'_>,
+    options: &Options,
+    progress: &(dyn Fn(Stage, f64) + Sync),
+) -> Result<Diagnosis, DiagnoseError> {
+    progress(Stage::Preparing, 0.0);
+    let prepared = Prepared::new(model, sets.data, sets.heldout, options.seed)?;
+    let noise = noise_floors(&prepared.all());
+    let ordinary = match sets.healthy {
+        Some(healthy) => {
+            Some(Ordinary::learn(model, healthy, options, &|s| progress(Stage::Healthy, s))?)
+        }
+        None => None,
+    };
+    let floors = ordinary.as_ref().map_or(noise, |o| o.floors(noise));
+    let start = model.with(ordinary.iter().flat_map(|o| o.effects.iter().cloned()));
+    let fixed: Vec<(&dyn AnyEffect, Vec<f64>)> =
+        start.parts().into_iter().map(|(e, v)| (e as &dyn AnyEffect, v)).collect();
+    let search = Search {
+        split: prepared.split(model.base(), floors),
+        candidates: options.candidates.iter().map(|e| *e as &dyn AnyEffect).collect(),
+        evidence: gather(&prepared.train(), &model.base()),
+    };
+    // The plain model must be able to run at all.
+    search.split.train.errors(&Hypothesis::base(&fixed, search.split.train.len()))?;
+    let found = search
+        .run(&fixed, options.most, &options.acceptance, &|s| progress(Stage::Searching, s))
+        .ok_or_else(|| {
+            DiagnoseError::TooLittle("the model diverges on the recordings kept aside".into())
+        })?;
+    progress(Stage::Judging, 0.0);
+    judge(model, &start, &fixed, &prepared, &search, &found, ordinary, options)
+}
+
+#[allow(clippy::too_many_arguments)]
+fn judge<'e>(
+    model: &Extended,
+    start: &Extended,
+    fixed: &[(&'e dyn AnyEffect, Vec<f64>)],
+    prepared: &Prepared,
+    search: &Search<'_, 'e>,
+    found: &Findings<'e>,
+    ordinary: Option<Ordinary>,
+    options: &Options,
+) -> Result<Diagnosis, DiagnoseError> {
+    let split = &search.split;
+    let floors = split.held.floors;
+    let reference = Reference::learn(split, &found.base.fit.hypothesis, &floors);
+    let base_level = level(&found.base, &floors);
+    let held_base = found.base.held.in_floors(&floors);
+    let explainable = reference.map_or(3.0, |r| r.held.in_floors(&floors) / held_base * base_level);
+    let mut best = found.best.clone();
+    let mut verdict = weigh(
+        base_level,
+        level(&best, &floors),
+        explainable.min(base_level),
+        best.fit.hypothesis.ids().len(),
+    );
+    if verdict == Verdict::Unexplained {
+        best = found.base.clone();
+    }
+    let causes = causes(search, found, &best)?;
+    if causes.is_empty() && verdict == Verdict::Explained {
+        verdict = Verdict::Unexplained;
+    }
+    let plain = |h: &Hypothesis<'e>| Hypothesis {
+        effects: h.effects.clone(),
+        fixed: h.fixed,
+        values: h.values.clone(),
+        ..Hypothesis::base(&[], split.held.len())
+    };
+    let before = Hypothesis::base(fixed, split.held.len());
+    let after = plain(&best.fit.hypothesis);
+    let gain = Gain::measure(&split.held, &before, &after, options.seed);
+    let named: Vec<Active> = best
+        .fit
+        .hypothesis
+        .fitted()
+        .filter_map(|(e, values)| {
+            let effect = options.candidates.iter().find(|c| c.info().id == e.info().id)?;
+            Some(Active { effect: *effect, values: values.to_vec() })
+        })
+        .collect();
+    let extended = if named.is_empty() { model.clone() } else { start.with(named) };
+    let held_level = |s: &Scored<'_>| s.held.in_floors(&floors);
+    let lowest = floor_level(held_level(&best));
+    Ok(Diagnosis {
+        verdict,
+        causes,
+        ranking: ranking(&found.base, &found.singles, &floors),
+        residual: ResidualStory::of(
+            &split.train,
+            &Hypothesis::base(fixed, split.train.len()),
+            &floors,
+        ),
+        left: ResidualStory::of(&split.train, &best.fit.hypothesis, &floors),
+        gain,
+        ceiling: reference.map_or(0.0, |r| share(held_base, r.held.in_floors(&floors), lowest)),
+        removed: share(held_base, held_level(&best), lowest),
+        extended,
+        ordinary,
+        held_out: prepared.held_out.clone(),
+        fitted: prepared.train().iter().map(|t| t.source.name.clone()).collect(),
+        floors,
+        traces: traces(search, &before, &after),
+    })
+}
+
+fn causes<'e>(
+    search: &Search<'_, 'e>,
+    found: &Findings<'e>,
+    best: &Scored<'e>,
+) -> Result<Vec<Cause>, DiagnoseError> {
+    let members = best.fit.hypothesis.ids().len();
+    if members == 0 {
+        return Ok(Vec::new());
+    }
+    let floors = &search.split.held.floors;
+    let mut intervals = search.split.train.intervals(&best.fit)?.into_iter();
+    let named_level = level(best, floors);
+    let lowest = floor_level(named_level);
+    let fitted: Vec<&dyn AnyEffect> = best.fit.hypothesis.fitted().map(|f| f.0).collect();
+    Ok((0..members)
+        .map(|place| {
+            let (effect, what, excited_by) = words(fitted[place]);
+            let parameters = fitted[place].info().parameters;
+            let parameters =
+                parameters.iter().map(|p| p.name).zip(intervals.by_ref().take(parameters.len()));
+            let parameters = parameters.collect();
+            let without = if members == 1 {
+                level(&found.base, floors)
+            } else {
+                let less = best.fit.hypothesis.without(place);
+                let scored = search.split.train.fit(less, 6).ok().and_then(|f| search.score(f));
+                scored.map_or(named_level, |s| level(&s, floors))
+            };
+            let whole = (level(&found.base, floors) - lowest).max(1e-9);
+            Cause {
+                effect,
+                what,
+                parameters,
+                share_of_error_removed: ((without - named_level) / whole).clamp(0.0, 1.0),
+                confusable_with: search.confusable(&found.base, best, place, &found.singles),
+                excited_by,
+                constancy: search.constancy(best, place),
+            }
+        })
+        .collect())
+}
+
+fn traces<'e>(
+    search: &Search<'_, 'e>,
+    before: &Hypothesis<'e>,
+    after: &Hypothesis<'e>,
+) -> Vec<Trace> {
+    let problem = &search.split.held;
+    (0..problem.len())
+        .filter_map(|i| {
+            let (t, window) = (problem.trials[i], problem.windows[i].clone());
+            let run = |h: &Hypothesis<'e>| {
+                let mut out = crate::simulation::Trajectory::default();
+                problem.simulate(h, i, &mut out).ok()?;
+                Some(out.channels.map(|c| c[window.clone()].to_vec()))
+            };
+            let force = t.force.values_mn();
+            Some(Trace {
+                name: t.source.name.clone(),
+                time_s: window.clone().map(|k| t.source.start_s + k as f64 * t.step_s).collect(),
+                force_n: window.clone().map(|k| force[2 * k] / pam_core::units::MN_PER_N).collect(),
+                measured: [0, 1, 2, 3].map(|c| t.measured[c][window.clone()].to_vec()),
+                before: run(before)?,
+                after: run(after)?,
+            })
+        })
+        .collect()
+}
+
+impl Diagnosis {
+    /// Ids of the named causes.
+    #[must_use]
+    pub fn named(&self) -> Vec<&'static str> {
+        self.causes.iter().map(|c| c.effect).collect()
+    }
+}

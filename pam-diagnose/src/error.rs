@@ -1,0 +1,25 @@
+//! What can go wrong.
+
+use crate::simulation::Diverged;
+use thiserror::Error;
+
+/// A diagnosis that cannot be made.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum DiagnoseError {
+    /// An effect is not known, or its values are wrong.
+    #[error("effect `{id}`: {message}")]
+    Effect {
+        /// Its id.
+        id: String,
+        /// What is wrong and what to do.
+        message: String,
+    },
+    /// There is too little data.
+    #[error("{0}")]
+    TooLittle(String),
+    /// The model's own simulation diverges.
+    #[error(
+        "{0}; the model is not of this joint, or the data are not in the units of their format"
+    )]
+    Diverges(#[from] Diverged),
+}

@@ -1,0 +1,104 @@
+//! At which frequencies a residual lives.
+
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// A spectral line.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Line {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Share of the residual's power in it, 0 to 1.
+    pub share: f64,
+    /// Share of the force's power at the same frequency.
+    pub share_of_force: f64,
+}
+
+/// Mean spectra of a residual and of the force over all recordings.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Spectrum {
+    /// Frequencies, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Power of the residual, normalised to a sum of one.
+    pub residual: Vec<f64>,
+    /// Power of the force, normalised to a sum of one.
+    pub force: Vec<f64>,
+}
+
+/// Highest frequency, Hz.
+const HIGHEST_HZ: f64 = 8.0;
+/// Length of a piece, s.
+const PIECE_S: f64 = 8.0;
+
+impl Spectrum {
+    /// Spectra of rows that are `row_s` apart, by averaged periodograms of pieces of 8 s with Hann's
+    /// window (Welch 1967).
+    pub(super) fn new(row_s: f64, residuals: &[&[f64]], forces: &[Vec<f64>]) -> Self {
+        let piece = (PIECE_S / row_s).round() as usize;
+        let lines = (HIGHEST_HZ * PIECE_S) as usize;
+        let table: Vec<(f64, f64)> = (0..piece)
+            .map(|k| {
+                let angle = TAU * k as f64 / piece as f64;
+                (angle.cos(), angle.sin())
+            })
+            .collect();
+        let power = |series: &[&[f64]]| -> Vec<f64> {
+            let mut sum = vec![0.0; lines];
+            for s in series {
+                for part in s.windows(piece).step_by((piece / 2).max(1)) {
+                    let mean = part.iter().sum::<f64>() / piece as f64;
+                    let windowed: Vec<f64> = part
+                        .iter()
+                        .zip(&table)
+                        .map(|(v, (c, _))| (v - mean) * 0.5 * (1.0 - c))
+                        .collect();
+                    for (j, out) in sum.iter_mut().enumerate() {
+                        let (mut re, mut im) = (0.0, 0.0);
+                        let mut at = 0;
+                        for v in &windowed {
+                            re += v * table[at].0;
+                            im -= v * table[at].1;
+                            at = (at + j + 1) % piece;
+                        }
+                        *out += re * re + im * im;
+                    }
+                }
+            }
+            let total: f64 = sum.iter().sum();
+            sum.iter().map(|v| if total > 0.0 { v / total } else { 0.0 }).collect()
+        };
+        let forces: Vec<&[f64]> = forces.iter().map(Vec::as_slice).collect();
+        Self {
+            frequency_hz: (1..=lines).map(|j| j as f64 / PIECE_S).collect(),
+            residual: power(residuals),
+            force: power(&forces),
+        }
+    }
+
+    /// The strongest lines of the residual, each with its neighbours (a window's main lobe).
+    #[must_use]
+    pub fn lines(&self, count: usize) -> Vec<Line> {
+        let n = self.residual.len();
+        let lobe = |p: &[f64], j: usize| p[j.saturating_sub(1)..(j + 2).min(n)].iter().sum::<f64>();
+        let mut peaks: Vec<Line> = (0..n)
+            .filter(|&j| {
+                let near = &self.residual[j.saturating_sub(1)..(j + 2).min(n)];
+                self.residual[j] > 0.0 && near.iter().all(|v| *v <= self.residual[j])
+            })
+            .map(|j| Line {
+                frequency_hz: self.frequency_hz[j],
+                share: lobe(&self.residual, j),
+                share_of_force: lobe(&self.force, j),
+            })
+            .collect();
+        peaks.sort_by(|a, b| b.share.total_cmp(&a.share));
+        peaks.truncate(count);
+        peaks
+    }
+
+    /// The strongest line at a frequency that the force hardly has.
+    #[must_use]
+    pub fn foreign_line(&self) -> Option<Line> {
+        self.lines(8).into_iter().find(|l| l.share > 0.2 && l.share_of_force < 0.02 * l.share)
+    }
+}
