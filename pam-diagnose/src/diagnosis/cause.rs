@@ -76,7 +76,7 @@ impl<'e> Search<'_, 'e> {
             let Some(less) = self.split.train.fit(less, 6).ok().and_then(|f| self.score(f)) else {
                 return Vec::new();
             };
-            (level(&less, floors), self.extend(&less.fit.hypothesis, 8))
+            (level(&less, floors), self.beside(&less.fit.hypothesis, singles, 8))
         };
         let named = level(best, floors);
         let gained = share(without, named, floor_level(named));

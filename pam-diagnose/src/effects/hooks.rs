@@ -93,6 +93,13 @@ pub trait Effect: Send + Sync + 'static {
     /// the simulation must not vanish there; scales (gaps, lengths, times) are spread over a grid.
     fn starts(&self, evidence: &Evidence) -> Vec<Vec<f64>>;
 
+    /// Whether fitted values still are this effect. Where they reach the limit at which it is only another
+    /// one by this name (a loop of no slip is dry friction), or contradict its sign, the name is refuted.
+    fn stands(&self, values: &[f64], evidence: &Evidence) -> bool {
+        let _ = (values, evidence);
+        true
+    }
+
     /// Number of remembered values.
     fn memory_len(&self) -> usize {
         0

@@ -21,19 +21,27 @@ pub struct ParameterInfo {
     pub range: [f64; 2],
     /// Whether the parameter is a scale that is fitted by its logarithm.
     pub logarithmic: bool,
+    /// The value at which the effect is absent, if this parameter alone can switch it off.
+    pub off: Option<f64>,
 }
 
 impl ParameterInfo {
-    /// A parameter that is fitted as it is.
+    /// A parameter that is fitted as it is and whose effect is absent at zero.
     #[must_use]
     pub const fn linear(name: &'static str, range: [f64; 2]) -> Self {
-        Self { name, range, logarithmic: false }
+        Self { name, range, logarithmic: false, off: Some(0.0) }
+    }
+
+    /// The same parameter with another value at which the effect is absent, or none.
+    #[must_use]
+    pub const fn off_at(self, off: Option<f64>) -> Self {
+        Self { off, ..self }
     }
 
     /// A positive scale (a length, a time, a cutoff) that is fitted by its logarithm.
     #[must_use]
     pub const fn scale(name: &'static str, range: [f64; 2]) -> Self {
-        Self { name, range, logarithmic: true }
+        Self { name, range, logarithmic: true, off: None }
     }
 }
 
@@ -51,6 +59,8 @@ pub struct EffectInfo {
     /// Fixed switches behind the parameters: variants of the effect that are tried beside each other
     /// and are not fitted.
     pub switches: &'static [&'static str],
+    /// Whether it changes the gas law of the chambers.
+    pub air: bool,
     /// Which excitation brings it out, for designs and for sentences.
     pub excited_by: &'static str,
 }

@@ -74,6 +74,8 @@ pub trait AnyEffect: EffectOver<f64> + EffectOver<Derivatives> + Send + Sync {
     fn info(&self) -> &'static EffectInfo;
     /// Values from which a fit may start.
     fn starts(&self, evidence: &Evidence) -> Vec<Vec<f64>>;
+    /// Whether fitted values still are this effect.
+    fn stands(&self, values: &[f64], evidence: &Evidence) -> bool;
     /// Number of remembered values.
     fn memory_len(&self) -> usize;
 }
@@ -84,6 +86,9 @@ impl<E: Effect> AnyEffect for E {
     }
     fn starts(&self, evidence: &Evidence) -> Vec<Vec<f64>> {
         Effect::starts(self, evidence)
+    }
+    fn stands(&self, values: &[f64], evidence: &Evidence) -> bool {
+        Effect::stands(self, values, evidence)
     }
     fn memory_len(&self) -> usize {
         Effect::memory_len(self)

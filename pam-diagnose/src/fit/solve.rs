@@ -23,6 +23,18 @@ pub struct Fit<'e> {
     pub converged: bool,
 }
 
+impl Fit<'_> {
+    /// Number of scales (lengths, times, cutoffs) that ended at the limit of their range.
+    #[must_use]
+    pub fn scales_at_limit(&self) -> usize {
+        let parameters = self.hypothesis.parameters();
+        let scale = |name: &&&str| {
+            parameters.iter().any(|(_, info)| info.logarithmic && info.name == **name)
+        };
+        self.at_limit.iter().filter(scale).count()
+    }
+}
+
 /// Rows that count as one independent observation, for the balance between data and ties: half a
 /// second. Misfit of a model is correlated over about that long.
 const ROWS_PER_OBSERVATION: f64 = 25.0;

@@ -27,8 +27,12 @@ pub struct Search<'a, 'e> {
     pub evidence: Evidence,
 }
 
-/// Iterations from each starting value before the best one is followed.
+/// Iterations from each starting value before the best one of a candidate is followed.
 const SCREENING: usize = 2;
+/// The same beside other effects, where candidates start from their fit alone.
+const SCREENING_BESIDE: usize = 1;
+/// What a scale at the end of its range costs: the name stands for something else there.
+const LIMIT_COST: f64 = 12.0;
 /// Iterations to the best fit.
 const CONVERGING: usize = 10;
 
@@ -41,7 +45,8 @@ impl<'e> Search<'_, 'e> {
         let rows = (fit.errors.rows + held.rows) as f64;
         let complexity = fit.hypothesis.parameter_len() as f64 * (rows / 25.0).max(2.0).ln();
         let judged = held.rows as f64 / 25.0 * held.deviance(&problem.floors);
-        Some(Scored { total: fit.cost + judged + complexity, held, fit })
+        let limits = LIMIT_COST * fit.scales_at_limit() as f64;
+        Some(Scored { total: fit.cost + judged + complexity + limits, held, fit })
     }
 
     /// The base model with its uncertain numbers fitted.
@@ -51,23 +56,64 @@ impl<'e> Search<'_, 'e> {
         self.split.train.fit(start, CONVERGING).ok().and_then(|fit| self.score(fit))
     }
 
-    /// Adds each candidate in turn to a hypothesis, from all its starting values, and follows the best start
-    /// of the `keep` most promising candidates to the end. Best first.
+    /// Adds each candidate in turn to the base, from all its starting values, and follows the best start of
+    /// each to the end. Best first.
     #[must_use]
-    pub fn extend(&self, from: &Hypothesis<'e>, keep: usize) -> Vec<Scored<'e>> {
+    pub fn singles(&self, base: &Hypothesis<'e>) -> Vec<Scored<'e>> {
+        let starts = |_: &dyn AnyEffect, all: Vec<Vec<f64>>| all;
+        self.extend(base, &starts, SCREENING, self.candidates.len())
+    }
+
+    /// Adds each candidate in turn to a set, from where it fits alone, and follows the `keep` most promising
+    /// to the end. Best first.
+    #[must_use]
+    pub fn beside(
+        &self,
+        set: &Hypothesis<'e>,
+        singles: &[Scored<'e>],
+        keep: usize,
+    ) -> Vec<Scored<'e>> {
+        let starts = |effect: &dyn AnyEffect, all: Vec<Vec<f64>>| {
+            let alone = singles
+                .iter()
+                .filter(|s| s.fit.at_limit.is_empty())
+                .filter_map(|s| s.fit.hypothesis.fitted().last())
+                .find(|(e, _)| e.info().id == effect.info().id);
+            match alone {
+                Some((_, values)) => vec![values.to_vec()],
+                None => all.into_iter().take(3).collect(),
+            }
+        };
+        self.extend(set, &starts, SCREENING_BESIDE, keep)
+    }
+
+    /// Whether every fitted effect still is what its name says.
+    fn stands(&self, hypothesis: &Hypothesis<'e>) -> bool {
+        hypothesis.fitted().all(|(effect, values)| effect.stands(values, &self.evidence))
+    }
+
+    fn extend(
+        &self,
+        from: &Hypothesis<'e>,
+        choose: &(dyn Fn(&dyn AnyEffect, Vec<Vec<f64>>) -> Vec<Vec<f64>> + Sync),
+        screening: usize,
+        keep: usize,
+    ) -> Vec<Scored<'e>> {
         let present = from.ids();
         let starts: Vec<(usize, Vec<f64>)> = self
             .candidates
             .iter()
             .enumerate()
             .filter(|(_, c)| !present.contains(&c.info().id))
-            .flat_map(|(i, c)| c.starts(&self.evidence).into_iter().map(move |s| (i, s)))
+            .flat_map(|(i, c)| {
+                choose(*c, c.starts(&self.evidence)).into_iter().map(move |s| (i, s))
+            })
             .collect();
         let screened: Vec<Option<(usize, Fit<'e>)>> = starts
             .into_par_iter()
             .map(|(i, values)| {
                 let start = from.with(self.candidates[i], &values);
-                self.split.train.fit(start, SCREENING).ok().map(|fit| (i, fit))
+                self.split.train.fit(start, screening).ok().map(|fit| (i, fit))
             })
             .collect();
         let mut best: Vec<Option<Fit<'e>>> = vec![None; self.candidates.len()];
@@ -83,7 +129,7 @@ impl<'e> Search<'_, 'e> {
             .into_par_iter()
             .filter_map(|fit| {
                 let fit = self.split.train.fit(fit.hypothesis, CONVERGING).ok()?;
-                self.score(fit)
+                self.stands(&fit.hypothesis).then(|| self.score(fit)).flatten()
             })
             .collect();
         scored.sort_by(|a, b| a.total.total_cmp(&b.total));

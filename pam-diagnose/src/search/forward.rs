@@ -1,7 +1,8 @@
 //! Sets of effects: forward in a beam, then backward.
 
 use super::explore::{Scored, Search};
-use crate::effects::AnyEffect;
+use crate::effects::{AnyEffect, ParameterInfo};
+use crate::fit::Interval;
 use rayon::prelude::*;
 
 /// When an effect earns its place.
@@ -71,7 +72,7 @@ impl<'e> Search<'_, 'e> {
     ) -> Option<Findings<'e>> {
         let base = self.base(fixed)?;
         done(0.05);
-        let singles = self.extend(&base.fit.hypothesis, self.candidates.len());
+        let singles = self.singles(&base.fit.hypothesis);
         done(0.3);
         let mut best = base.clone();
         let mut others = singles.clone();
@@ -89,7 +90,7 @@ impl<'e> Search<'_, 'e> {
             }
             let mut next: Vec<Scored<'e>> = Vec::new();
             for set in &beam {
-                for scored in self.extend(&set.fit.hypothesis, FOLLOWED) {
+                for scored in self.beside(&set.fit.hypothesis, &singles, FOLLOWED) {
                     let mut ids = scored.fit.hypothesis.ids();
                     ids.sort_unstable();
                     let known = next.iter_mut().find(|s| {
@@ -120,10 +121,45 @@ impl<'e> Search<'_, 'e> {
             beam = next.into_iter().take(BEAM).collect();
             done(0.3 + 0.6 * size as f64 / most as f64);
         }
-        best = self.backward(best, asked);
+        best = self.significant(self.backward(best, asked), asked);
         others.sort_by(|a, b| a.total.total_cmp(&b.total));
         done(1.0);
         Some(Findings { base, singles, best, others })
+    }
+
+    /// Drops members whose own parameters do not say that they are there: every parameter that could switch
+    /// the effect off has an interval that holds that value, or a scale has no interval to speak of.
+    fn significant(&self, mut best: Scored<'e>, asked: &Acceptance) -> Scored<'e> {
+        while let Some(place) = self.insignificant(&best) {
+            let less = best.fit.hypothesis.without(place);
+            let refitted = self.split.train.fit(less, 8).ok().and_then(|fit| self.score(fit));
+            match refitted {
+                Some(less) => best = self.backward(less, asked),
+                None => break,
+            }
+        }
+        best
+    }
+
+    fn insignificant(&self, scored: &Scored<'e>) -> Option<usize> {
+        let intervals = self.split.train.intervals(&scored.fit).ok()?;
+        let mut at = 0;
+        for (place, (effect, _)) in scored.fit.hypothesis.fitted().enumerate() {
+            let parameters = effect.info().parameters;
+            let own = &intervals[at..at + parameters.len()];
+            at += parameters.len();
+            let pairs = || parameters.iter().zip(own);
+            let holds_off = |p: &ParameterInfo, i: &Interval| {
+                p.off.is_none_or(|off| i.ci95[0] <= off && off <= i.ci95[1])
+            };
+            let switchable = parameters.iter().any(|p| p.off.is_some());
+            let absent = switchable && pairs().all(|(p, i)| holds_off(p, i));
+            let vague = pairs().any(|(p, i)| p.logarithmic && !(i.ci95[1] <= 100.0 * i.ci95[0]));
+            if absent || vague {
+                return Some(place);
+            }
+        }
+        None
     }
 
     /// Drops members that are not worth their place once the others are there.

@@ -10,6 +10,8 @@ use pam_core::units::ATMOSPHERE_KPA;
 pub struct Chambers<'a, S> {
     base: &'a Base<S>,
     law: ChamberLaw<S>,
+    /// Whether an effect changes the law; otherwise the plain law is computed, which costs less.
+    changed: bool,
     sealed_mm3: [S; 2],
 }
 
@@ -30,8 +32,8 @@ impl<S: Scalar> ChamberLaw<S> {
 impl<'a, S: Scalar> Chambers<'a, S> {
     /// Chambers that were sealed at displacement `sealed_mm`.
     #[must_use]
-    pub fn new(base: &'a Base<S>, law: ChamberLaw<S>, sealed_mm: S) -> Self {
-        let mut chambers = Self { base, law, sealed_mm3: [S::constant(1.0); 2] };
+    pub fn new(base: &'a Base<S>, law: ChamberLaw<S>, changed: bool, sealed_mm: S) -> Self {
+        let mut chambers = Self { base, law, changed, sealed_mm3: [S::constant(1.0); 2] };
         chambers.sealed_mm3 = chambers.volumes_mm3(sealed_mm);
         chambers
     }
@@ -55,19 +57,20 @@ impl<'a, S: Scalar> Chambers<'a, S> {
     pub fn pressures_per_mass(&self, x: S) -> [S; 2] {
         let volumes = self.volumes_mm3(x);
         let c = self.base.gas_coefficient;
+        if !self.changed {
+            return volumes.map(|v| v.recip().scaled(c));
+        }
         let n = self.law.exponent;
-        let plain = S::NDERIV == 0 && n.real() == 1.0;
         [0, 1].map(|i| {
             let ratio = self.sealed_mm3[i] / volumes[i];
-            let power = if plain { ratio } else { (n * ratio.ln()).exp() };
-            (power / self.sealed_mm3[i]).scaled(c)
+            ((n * ratio.ln()).exp() / self.sealed_mm3[i]).scaled(c)
         })
     }
 
     /// Force on the joint (mN, towards +x) of the pressures by which this law differs from the base
     /// model's, `Σ ΔP_i dV_i/dx`, for masses in g.
     pub fn feedback_mn(&self, x: S, masses_g: [S; 2]) -> S {
-        if !self.law.feeds_back {
+        if !(self.changed && self.law.feeds_back) {
             return S::zero();
         }
         let v = self.base.geometry.volumes(x, self.base.deformation);
@@ -81,7 +84,7 @@ impl<'a, S: Scalar> Chambers<'a, S> {
     /// Whether air is lost.
     #[must_use]
     pub fn leaks(&self) -> bool {
-        S::NDERIV > 0 || self.law.leak_per_s.iter().any(|r| r.real() != 0.0)
+        self.changed
     }
 
     /// Air after a step at displacement `x`, g.

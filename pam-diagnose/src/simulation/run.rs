@@ -131,7 +131,8 @@ pub fn simulate<S: EffectScalar>(
         damping_kg_s: base.damping_kg_s,
         geometry: base.geometry,
     };
-    let mut march = March::new(trial, &base, &parts, nuisances, first_memory);
+    let air = effects.iter().any(|e| e.info().air);
+    let mut march = March::new(trial, &base, &parts, air, nuisances, first_memory);
     march.run(out)?;
     let [x, v, pf, pe] = &mut out.channels;
     let mut seen = Observed {
@@ -184,6 +185,7 @@ impl<'a, S: EffectScalar> March<'a, S> {
         trial: &'a Trial,
         base: &'a Base<S>,
         parts: &'a [Part<'a, S>],
+        air_changed: bool,
         nuisances: &Nuisances<S>,
         memory_len: usize,
     ) -> Self {
@@ -222,7 +224,7 @@ impl<'a, S: EffectScalar> March<'a, S> {
             trial,
             base,
             parts,
-            chambers: Chambers::new(base, law, rest.sealed_mm),
+            chambers: Chambers::new(base, law, air_changed, rest.sealed_mm),
             inverse_mass: total_mass.recip(),
             total_mass,
             delayed: S::NDERIV > 0 || delay_s.real() != 0.0,

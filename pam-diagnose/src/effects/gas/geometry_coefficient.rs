@@ -9,6 +9,7 @@ const INFO: EffectInfo = EffectInfo {
     what: "deformation coefficient nu that is off by a factor",
     parameters: &[ParameterInfo::linear("relative", [-0.6, 2.0])],
     switches: &["force_feedback"],
+    air: true,
     excited_by: "motion far from the middle, where the exponent and the geometry differ",
 };
 

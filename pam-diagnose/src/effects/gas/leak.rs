@@ -12,6 +12,7 @@ const INFO: EffectInfo = EffectInfo {
         ParameterInfo::linear("extensor_rate_per_s", [0.0, 1.0]),
     ],
     switches: &[],
+    air: true,
     excited_by: "a long recording at high pressure",
 };
 

@@ -7,8 +7,9 @@ const INFO: EffectInfo = EffectInfo {
     id: "polytropic_gas",
     group: Group::Gas,
     what: "pressure that follows a higher power of the volume",
-    parameters: &[ParameterInfo::linear("exponent", [0.5, 2.0])],
+    parameters: &[ParameterInfo::linear("exponent", [0.5, 2.0]).off_at(Some(1.0))],
     switches: &["force_feedback"],
+    air: true,
     excited_by: "motion far from the middle, where the exponent and the geometry differ",
 };
 

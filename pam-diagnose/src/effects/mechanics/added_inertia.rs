@@ -9,6 +9,7 @@ const INFO: EffectInfo = EffectInfo {
     what: "reflected mass that the model lacks",
     parameters: &[ParameterInfo::linear("mass_kg", [-150.0, 5e3])],
     switches: &[],
+    air: false,
     excited_by: "fast motion",
 };
 

@@ -9,6 +9,7 @@ const INFO: EffectInfo = EffectInfo {
     what: "play between joint and encoder",
     parameters: &[ParameterInfo::linear("gap_mm", [0.0, 20.0])],
     switches: &[],
+    air: false,
     excited_by: "reversals at several amplitudes",
 };
 

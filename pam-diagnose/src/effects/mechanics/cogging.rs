@@ -13,6 +13,7 @@ const INFO: EffectInfo = EffectInfo {
         ParameterInfo::scale("pitch_mm", [0.02, 50.0]),
     ],
     switches: &[],
+    air: false,
     excited_by: "slow motion over the whole range",
 };
 
@@ -31,6 +32,11 @@ impl Effect for Cogging {
             .into_iter()
             .map(|(pitch, force)| vec![-force, pitch])
             .collect()
+    }
+
+    fn stands(&self, values: &[f64], evidence: &Evidence) -> bool {
+        // A period longer than the travel is only another shape of the stiffness.
+        values[1] <= 2.0 * evidence.travel_mm
     }
 
     fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {

@@ -10,6 +10,7 @@ const INFO: EffectInfo = EffectInfo {
     what: "steady force on the joint",
     parameters: &[ParameterInfo::linear("force_n", [-1e3, 1e3])],
     switches: &[],
+    air: false,
     excited_by: "any motion; told from a position offset by a wide range of pressures",
 };
 

@@ -10,6 +10,7 @@ const INFO: EffectInfo = EffectInfo {
     what: "dry friction that opposes the motion and sticks",
     parameters: &[ParameterInfo::linear("force_n", [0.0, 1e3])],
     switches: &[],
+    air: false,
     excited_by: "reversals of a slow motion",
 };
 

@@ -13,6 +13,7 @@ const INFO: EffectInfo = EffectInfo {
         ParameterInfo::scale("time_constant_s", [0.02, 1e3]),
     ],
     switches: &[],
+    air: false,
     excited_by: "a step that is held, or motion at frequencies far apart",
 };
 
@@ -29,6 +30,12 @@ impl Effect for Creep {
         let stiffness = 0.05 * evidence.stiffness_n_mm;
         let times = [0.05, 0.4, 3.0, 20.0];
         times.map(|t| vec![stiffness, t]).to_vec()
+    }
+
+    fn stands(&self, values: &[f64], evidence: &Evidence) -> bool {
+        let _ = evidence;
+        // Shorter than two hundredths of a second it is viscous damping.
+        values[1] >= 0.03
     }
 
     fn memory_len(&self) -> usize {

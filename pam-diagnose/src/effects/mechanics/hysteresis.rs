@@ -13,6 +13,7 @@ const INFO: EffectInfo = EffectInfo {
         ParameterInfo::scale("slip_mm", [5e-3, 20.0]),
     ],
     switches: &["bouc_wen_exponent"],
+    air: false,
     excited_by: "motion of several amplitudes, with inner loops",
 };
 
@@ -35,10 +36,15 @@ impl Effect for Hysteresis {
     }
 
     fn starts(&self, evidence: &Evidence) -> Vec<Vec<f64>> {
-        let slips = [0.03, 0.15, 0.6].map(|share| share * evidence.travel_mm);
+        let slips = [0.06, 0.4].map(|share| share * evidence.travel_mm);
         let shapes = [0.0, 1.0, 2.0];
         let force = 0.12 * evidence.force_n;
         shapes.iter().flat_map(|&shape| slips.map(|slip| vec![force, slip, shape])).collect()
+    }
+
+    fn stands(&self, values: &[f64], evidence: &Evidence) -> bool {
+        // A loop that saturates at once is dry friction; one that never does is a spring.
+        (0.05..10.0).contains(&(values[1] / evidence.travel_mm))
     }
 
     fn memory_len(&self) -> usize {

@@ -9,6 +9,7 @@ const INFO: EffectInfo = EffectInfo {
     what: "restoring force that changes slowly with time",
     parameters: &[ParameterInfo::linear("relative_per_min", [-0.9, 10.0])],
     switches: &[],
+    air: false,
     excited_by: "a long recording, or the same motion at its two ends",
 };
 

@@ -9,6 +9,7 @@ const INFO: EffectInfo = EffectInfo {
     what: "restoring force that is off by a constant factor",
     parameters: &[ParameterInfo::linear("relative", [-0.9, 5.0])],
     switches: &[],
+    air: false,
     excited_by: "motion at frequencies far apart",
 };
 

@@ -14,6 +14,7 @@ const INFO: EffectInfo = EffectInfo {
         ParameterInfo::scale("velocity_mm_s", [0.02, 100.0]),
     ],
     switches: &[],
+    air: false,
     excited_by: "slow reversals and slow creeping motion",
 };
 
@@ -37,6 +38,11 @@ impl Effect for StribeckFriction {
                 speeds.map(|s| vec![sliding * force, breaking * force, s * evidence.speed_mm_s])
             })
             .collect()
+    }
+
+    fn stands(&self, values: &[f64], evidence: &Evidence) -> bool {
+        // Higher near standstill by definition, and not only in the last micrometres per second.
+        values[1] >= values[0] && values[2] >= 5e-4 * evidence.speed_mm_s
     }
 
     fn dry_friction_mn<S: Scalar>(&self, p: &[S], v: S) -> S {

@@ -8,10 +8,11 @@ const INFO: EffectInfo = EffectInfo {
     group: Group::Mechanics,
     what: "one tendon is slack beyond a displacement",
     parameters: &[
-        ParameterInfo::linear("displacement_mm", [0.0, 20.0]),
+        ParameterInfo::linear("displacement_mm", [0.0, 20.0]).off_at(None),
         ParameterInfo::linear("stiffness_loss", [0.0, 1.0]),
     ],
     switches: &[],
+    air: true,
     excited_by: "motion beyond the slack displacement, to both sides",
 };
 
@@ -28,6 +29,10 @@ impl Effect for TendonSlack {
     fn starts(&self, evidence: &Evidence) -> Vec<Vec<f64>> {
         let travel = evidence.travel_mm;
         [0.3, 0.6, 0.85].map(|share| vec![share * travel, 0.25]).to_vec()
+    }
+
+    fn stands(&self, values: &[f64], evidence: &Evidence) -> bool {
+        values[0] < evidence.travel_mm * 1.2
     }
 
     fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {

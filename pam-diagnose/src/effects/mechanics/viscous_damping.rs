@@ -9,6 +9,7 @@ const INFO: EffectInfo = EffectInfo {
     what: "force proportional to the velocity",
     parameters: &[ParameterInfo::linear("coefficient_ns_m", [-5e3, 1e5])],
     switches: &[],
+    air: false,
     excited_by: "fast motion",
 };
 

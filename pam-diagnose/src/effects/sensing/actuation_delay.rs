@@ -9,6 +9,7 @@ const INFO: EffectInfo = EffectInfo {
     what: "force that follows the recorded one late",
     parameters: &[ParameterInfo::linear("delay_ms", [0.0, 500.0])],
     switches: &[],
+    air: false,
     excited_by: "fast motion",
 };
 

@@ -9,6 +9,7 @@ const INFO: EffectInfo = EffectInfo {
     what: "real force that differs from the commanded one by a factor",
     parameters: &[ParameterInfo::linear("relative", [-0.9, 5.0])],
     switches: &[],
+    air: false,
     excited_by: "motion at frequencies far apart",
 };
 

@@ -8,8 +8,9 @@ const INFO: EffectInfo = EffectInfo {
     id: "force_saturation",
     group: Group::Sensing,
     what: "force that is clipped",
-    parameters: &[ParameterInfo::linear("force_n", [1.0, 1e5])],
+    parameters: &[ParameterInfo::linear("force_n", [1.0, 1e5]).off_at(None)],
     switches: &[],
+    air: false,
     excited_by: "amplitudes below and above the limit",
 };
 
@@ -24,6 +25,10 @@ impl Effect for ForceSaturation {
 
     fn starts(&self, evidence: &Evidence) -> Vec<Vec<f64>> {
         [0.5, 0.75, 0.92].map(|share| vec![share * evidence.peak_force_n]).to_vec()
+    }
+
+    fn stands(&self, values: &[f64], evidence: &Evidence) -> bool {
+        values[0] < 0.995 * evidence.peak_force_n
     }
 
     fn drive<S: Scalar>(&self, p: &[S], force_mn: S) -> S {

@@ -9,6 +9,7 @@ const INFO: EffectInfo = EffectInfo {
     what: "position sensor that is off by a factor",
     parameters: &[ParameterInfo::linear("relative", [-0.9, 5.0])],
     switches: &[],
+    air: false,
     excited_by: "motion at frequencies far apart",
 };
 

@@ -9,6 +9,7 @@ const INFO: EffectInfo = EffectInfo {
     what: "offset of the position sensor",
     parameters: &[ParameterInfo::linear("offset_mm", [-20.0, 20.0])],
     switches: &[],
+    air: false,
     excited_by: "any motion; told from a steady force by a wide range of pressures",
 };
 

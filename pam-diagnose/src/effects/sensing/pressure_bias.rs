@@ -8,10 +8,11 @@ const INFO: EffectInfo = EffectInfo {
     group: Group::Sensing,
     what: "offset of the pressure sensors",
     parameters: &[
-        ParameterInfo::linear("flexor_kpa", [-300.0, 300.0]),
-        ParameterInfo::linear("extensor_kpa", [-300.0, 300.0]),
+        ParameterInfo::linear("flexor_kpa", [-60.0, 60.0]),
+        ParameterInfo::linear("extensor_kpa", [-60.0, 60.0]),
     ],
     switches: &[],
+    air: false,
     excited_by: "a wide range of pressures",
 };
 

@@ -9,6 +9,7 @@ const INFO: EffectInfo = EffectInfo {
     what: "pure delay of the pressure sensors",
     parameters: &[ParameterInfo::linear("delay_ms", [0.0, 500.0])],
     switches: &[],
+    air: false,
     excited_by: "fast and slow motion: lag and delay differ in amplitude",
 };
 

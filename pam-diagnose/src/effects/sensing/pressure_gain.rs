@@ -9,10 +9,11 @@ const INFO: EffectInfo = EffectInfo {
     group: Group::Sensing,
     what: "pressure sensors that are off by a factor",
     parameters: &[
-        ParameterInfo::linear("flexor_relative", [-0.9, 5.0]),
-        ParameterInfo::linear("extensor_relative", [-0.9, 5.0]),
+        ParameterInfo::linear("flexor_relative", [-0.25, 0.25]),
+        ParameterInfo::linear("extensor_relative", [-0.25, 0.25]),
     ],
     switches: &[],
+    air: false,
     excited_by: "a wide range of pressures",
 };
 

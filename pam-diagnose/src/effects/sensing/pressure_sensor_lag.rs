@@ -9,6 +9,7 @@ const INFO: EffectInfo = EffectInfo {
     what: "first-order lag of the pressure sensors",
     parameters: &[ParameterInfo::scale("cutoff_hz", [0.05, 200.0])],
     switches: &[],
+    air: false,
     excited_by: "fast and slow motion: lag and delay differ in amplitude",
 };
 
