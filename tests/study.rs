@@ -1,67 +1,160 @@
-use pam_data::*; use pam_train::*; use pam_diagnose::{effects, simulation::*, fit::*, search::*};
-use pam_tests::plant::{self, *};
-use std::time::Instant; use std::path::Path;
-use rayon::prelude::*;
-fn parse(s: &str) -> Vec<Hidden> {
-    s.split('+').filter(|s| !s.is_empty() && *s != "none").map(|e| { let (id, p) = e.split_once(':').unwrap_or((e, "")); 
-      hidden(id, &p.split(',').filter(|s| !s.is_empty()).map(|kv| { let (k, v) = kv.split_once('=').unwrap(); (k, v.parse::<f64>().unwrap()) }).collect::<Vec<_>>()) }).collect()
-}
-fn rms(e: &ChannelErrors) -> [f64; 3] { e.mean().map(|m| (m.sqrt() * 1e4).round() / 1e4) }
-fn rig(effects: &str, conditions: &[[f64; 2]], ideal: bool, seed: u64, share: f64) -> Vec<Recording> {
-    let dir = tempfile::tempdir().unwrap();
-    let mut parameters = pam_rig::RigParameters::default();
-    if ideal { parameters.sensors = pam_rig::sensors::SensorParameters::ideal(); }
-    parameters.effects = effects.split('+').filter(|s| !s.is_empty() && *s != "none").map(|e| e.parse().unwrap()).collect();
-    let mut protocol = pam_rig::Protocol::paper();
-    for c in &mut protocol.current { if let pam_rig::protocol::CurrentSegment::Sine { duration_s, .. } = c { *duration_s *= share } }
-    protocol.conditions = Some(pam_rig::Conditions::List(conditions.iter().map(|c| c.map(|v| v as u8)).collect()));
-    let session = pam_rig::Session { rig: parameters, protocol, seed, truth: false, note: String::new() };
-    session.record_into(dir.path(), true, &|_| {}).unwrap();
-    let mut paths = collect_paths(&[dir.path().to_owned()]).unwrap(); paths.sort();
-    paths.par_iter().map(|p| open_recordings(p, &LoadOptions::default()).unwrap().remove(0)).collect()
-}
+//! The confusion matrix and the detection curves of the diagnosis, printed as tables.
+//!
+//! `cargo run --release -p pam-tests --example study -- plant|rig|rig-ideal WHAT…` with WHAT one of
+//! `all@STRENGTH`, `pairs`, `nulls`, `unlisted`, or effects as the rig's command line writes them, several
+//! joined by `+`. `PAM_STUDY_SEEDS` sets the number of seeds (1), `PAM_STUDY_SHARE` the share of the published
+//! excitation's times (0.3).
+
+use pam_data::{SavedModel, load_model, parse_model};
+use pam_diagnose::Diagnosis;
+use pam_tests::diagnose::{as_text, at_strength, diagnosed, plant_runs, rig_runs, vocabulary};
+use pam_tests::plant::{Hidden, Noise, excitation, hidden};
+use pam_train::Subject;
+use std::path::Path;
+use std::time::Instant;
+
+const PLANT: [[f64; 2]; 3] = [[45.0, 45.0], [30.0, 60.0], [70.0, 60.0]];
+const RIG: [[u8; 2]; 3] = [[45, 45], [30, 60], [70, 60]];
+const HEALTHY: [[u8; 2]; 4] = [[45, 45], [60, 30], [60, 60], [40, 70]];
+
+/// Pairs and triples that are hidden together.
+pub const SETS: [&[&str]; 13] = [
+    &["coulomb_friction", "pressure_delay"],
+    &["hysteresis", "leak"],
+    &["viscous_damping", "position_gain"],
+    &["stiffness_scale", "backlash"],
+    &["added_inertia", "pressure_gain"],
+    &["creep", "actuation_delay"],
+    &["constant_load", "geometry_coefficient"],
+    &["force_saturation", "pressure_sensor_lag"],
+    &["cogging", "stiffness_drift"],
+    &["tendon_slack", "position_offset"],
+    &["coulomb_friction", "leak", "backlash"],
+    &["viscous_damping", "pressure_delay", "constant_load"],
+    &["stiffness_scale", "pressure_bias", "cogging"],
+];
+
 fn main() {
-    let mut args = std::env::args().skip(1);
-    let mode = args.next().unwrap();
-    let most: usize = args.next().unwrap().parse().unwrap();
-    let share: f64 = args.next().unwrap().parse().unwrap();
-    let saved = if mode == "plant" { load_model(&pam_tests::published_weights()).unwrap() } else { load_model(Path::new("pam-cli/models/default.safetensors")).unwrap() };
-    let conditions = [[45.0, 45.0], [30.0, 60.0], [70.0, 60.0]];
-    let subject = |r: Recording| { let masses = plant::masses(&saved.model, &r); Subject { recording: r, masses, origin: MassOrigin::GasLaw } };
-    let base = Base::of(&saved.model);
-    // healthy for the rig
-    let mut fixed: Vec<(&dyn effects::AnyEffect, Vec<f64>)> = vec![];
-    let mut healthy_floor = [0.0; 3];
-    if mode.starts_with("rig") {
-        let hc = [[45.0, 45.0], [30.0, 60.0], [60.0, 30.0], [70.0, 60.0], [40.0, 70.0]];
-        let trials: Vec<Trial> = rig("", &hc, mode == "rigideal", 99, share).into_iter().map(|r| Trial::new(&saved.model, &subject(r))).collect();
-        let all: Vec<&Trial> = trials.iter().collect();
-        let floors = noise_floors(&all);
-        let split = Split { train: Problem::new(trials[..3].iter(), base, 0.5, floors), held: Problem::new(trials[3..].iter(), base, 0.5, floors), same_trials: false };
-        let search = Search { evidence: gather(&all[..3], &base), split, candidates: effects::ALL.to_vec() };
-        let f = search.run(&[], 3, &Acceptance::default(), &|_| {}).unwrap();
-        println!("healthy: base {:?}/{:?} floors {:?}", rms(&f.base.fit.errors), rms(&f.base.held), floors.0);
-        println!("   best {:?} {:?} -> {:?} / {:?}", f.best.fit.hypothesis.ids(), f.best.fit.hypothesis.values, rms(&f.best.fit.errors), rms(&f.best.held));
-        fixed = f.best.fit.hypothesis.fitted().map(|(e, v)| (e, v.to_vec())).collect();
-        healthy_floor = rms(&f.best.fit.errors.and(&f.best.held));
-    }
-    for spec in args {
-        let subjects: Vec<Subject> = if mode == "plant" {
-            let h = parse(&spec);
-            conditions.par_iter().enumerate().map(|(i, &psi)| subject(plant::record(&saved.model, &format!("nn_{}{}", psi[0], psi[1]), psi, &excitation(share), &h, Noise::default(), 7 + i as u64))).collect()
-        } else { rig(&spec, &conditions, mode == "rigideal", 5, share).into_iter().map(subject).collect() };
-        let t = Instant::now();
-        let trials: Vec<Trial> = subjects.iter().map(|s| Trial::new(&saved.model, s)).collect();
-        let all: Vec<&Trial> = trials.iter().collect();
-        let mut floors = noise_floors(&all);
-        for c in 0..3 { floors.0[c] = floors.0[c].hypot(healthy_floor[c]); }
-        let split = Split { train: Problem::new(trials[..2].iter(), base, 0.5, floors), held: Problem::new(trials[2..].iter(), base, 0.5, floors), same_trials: false };
-        let search = Search { evidence: gather(&all[..2], &base), split, candidates: effects::ALL.to_vec() };
-        let f = search.run(&fixed, most, &Acceptance::default(), &|_| {}).unwrap();
-        println!("{spec} {:.1?} base {:?}/{:?} floors {:?}", t.elapsed(), rms(&f.base.fit.errors), rms(&f.base.held), floors.0.map(|f| (f*1e4).round()/1e4));
-        println!("   BEST {:?} {:?} -> {:?} / {:?} lim {:?}", f.best.fit.hypothesis.ids(), f.best.fit.hypothesis.values, rms(&f.best.fit.errors), rms(&f.best.held), f.best.fit.at_limit);
-        for s in f.singles.iter().take(3) {
-            println!("     {:?} {:?} held {:?} total {:.0} (base {:.0}) lim {:?}", s.fit.hypothesis.ids(), s.fit.hypothesis.values, rms(&s.held), s.total, f.base.total, s.fit.at_limit);
+    let mut arguments = std::env::args().skip(1);
+    let source = arguments.next().expect("plant, rig or rig-ideal");
+    let number = |name: &str, otherwise: f64| {
+        std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(otherwise)
+    };
+    let seeds = number("PAM_STUDY_SEEDS", 1.0) as u64;
+    let share = number("PAM_STUDY_SHARE", 0.3);
+    let saved: SavedModel = if source == "plant" {
+        load_model(&pam_tests::published_weights()).expect("the published weights")
+    } else {
+        let bytes = include_bytes!("../pam-cli/models/default.safetensors");
+        parse_model(Path::new("default"), bytes).expect("the default model")
+    };
+    let ideal = source == "rig-ideal";
+    let healthy: Option<Vec<Subject>> =
+        (source != "plant").then(|| rig_runs(&saved, &HEALTHY, share, &[], ideal, 99));
+    let mut total = 0;
+    let mut right = 0;
+    for what in arguments {
+        for set in cases(&what) {
+            for seed in 1..=seeds {
+                let data = if source == "plant" {
+                    plant_runs(&saved, &PLANT, &excitation(share), &set, Noise::default(), seed)
+                } else {
+                    let texts: Vec<String> = set.iter().map(as_text).collect();
+                    let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
+                    rig_runs(&saved, &RIG, share, &texts, ideal, seed)
+                };
+                let start = Instant::now();
+                let d = diagnosed(&saved, &data, healthy.as_deref(), seed);
+                total += 1;
+                right += usize::from(print(&set, &d, seed, start.elapsed().as_secs_f64()));
+            }
         }
     }
+    println!("{right} of {total} right");
+}
+
+fn cases(what: &str) -> Vec<Vec<Hidden>> {
+    if let Some(strength) = what.strip_prefix("all@") {
+        let strength: f64 = strength.parse().expect("a strength");
+        return vocabulary().iter().map(|v| vec![at_strength(v.0, strength)]).collect();
+    }
+    match what {
+        "pairs" => SETS.iter().map(|s| s.iter().map(|id| at_strength(id, 1.0)).collect()).collect(),
+        "nulls" => vec![vec![]],
+        "unlisted" => vec![
+            vec![hidden("periodic_disturbance", &[("force_n", 12.0), ("frequency_hz", 1.37)])],
+            vec![hidden("chamber_crosstalk", &[("rate_per_s", 4e-3)])],
+            vec![hidden("tendon_slip", &[("time_s", 9.0), ("slip_mm", 0.4)])],
+            vec![hidden("sensor_gain_jump", &[("time_s", 8.0), ("relative", 0.06)])],
+            vec![hidden("encoder_freeze", &[("period_s", 3.3), ("duration_s", 0.3)])],
+            vec![hidden("valve_glitch", &[("time_s", 9.0), ("mass_mg", 6.0)])],
+        ],
+        _ => vec![what.split('+').map(parse).collect()],
+    }
+}
+
+fn parse(text: &str) -> Hidden {
+    let (id, rest) = text.split_once(':').unwrap_or((text, ""));
+    let values: Vec<(&str, f64)> = rest
+        .split(',')
+        .filter_map(|kv| kv.split_once('='))
+        .map(|(k, v)| (k, v.parse().expect("a number")))
+        .collect();
+    hidden(id, &values)
+}
+
+/// Prints one case and says whether it came out right: every hidden effect named or confusable with a named
+/// one, or nothing named where nothing listed is hidden.
+fn print(set: &[Hidden], d: &Diagnosis, seed: u64, seconds: f64) -> bool {
+    let listed = |id: &str| vocabulary().iter().any(|v| v.0 == id);
+    let exact = set.iter().all(|h| d.causes.iter().any(|c| c.effect == h.0));
+    let found = |h: &Hidden| {
+        d.causes
+            .iter()
+            .any(|c| c.effect == h.0 || c.confusable_with.iter().any(|other| *other == h.0))
+    };
+    let right = if set.iter().any(|h| !listed(&h.0)) {
+        d.verdict != pam_diagnose::Verdict::Explained
+    } else if set.is_empty() {
+        d.verdict == pam_diagnose::Verdict::NothingFound
+    } else {
+        set.iter().all(found) && d.causes.len() == set.len()
+    };
+    let truth: Vec<String> = set.iter().map(as_text).collect();
+    println!(
+        "{} {} seed {seed} {seconds:.1} s | {} | {}",
+        if !right {
+            "WRONG"
+        } else if exact {
+            "ok   "
+        } else {
+            "near "
+        },
+        truth.join(" + "),
+        d.verdict,
+        d.causes
+            .iter()
+            .map(|c| {
+                let values: Vec<String> = c
+                    .parameters
+                    .iter()
+                    .map(|(n, i)| {
+                        format!("{n} {:.4} [{:.4}, {:.4}]", i.value, i.ci95[0], i.ci95[1])
+                    })
+                    .collect();
+                format!("{} ({}) ~{:?}", c.effect, values.join(", "), c.confusable_with)
+            })
+            .collect::<Vec<_>>()
+            .join(" + ")
+    );
+    println!(
+        "      removed {:.3}, any correction {:.3}, overall gain {:.2} [{:.2}, {:.2}], best alone {:?}",
+        d.removed,
+        d.ceiling,
+        d.gain.overall.error_reduction,
+        d.gain.overall.ci95[0],
+        d.gain.overall.ci95[1],
+        d.ranking.iter().take(3).map(|r| (r.effect, (r.score * 100.0).round())).collect::<Vec<_>>()
+    );
+    right
 }

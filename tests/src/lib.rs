@@ -5,6 +5,7 @@
 #![doc = include_str!("../../docs/training.md")]
 #![doc = include_str!(concat!(env!("OUT_DIR"), "/notebooks.md"))]
 
+pub mod diagnose;
 pub mod plant;
 
 use std::path::{Path, PathBuf};

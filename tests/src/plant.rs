@@ -147,8 +147,7 @@ pub fn record(
     let mut recording = Recording::empty(Path::new(name));
     let mut history: Vec<[f64; 2]> = Vec::new();
     let bias = ["flexor_kpa", "extensor_kpa"].map(|n| e.or("pressure_bias", n, 0.0));
-    let gain =
-        ["flexor_relative", "extensor_relative"].map(|n| e.or("pressure_gain", n, 0.0));
+    let gain = ["flexor_relative", "extensor_relative"].map(|n| e.or("pressure_gain", n, 0.0));
     let offset = e.or("position_offset", "offset_mm", 0.0);
     let mut sealed = [0.0; 3];
     // A hundred samples at rest, then the excitation.
@@ -222,8 +221,7 @@ pub fn record(
                 if x.abs() > d {
                     let edge = d.copysign(x);
                     let loss = e.or("tendon_slack", "stiffness_loss", 0.0);
-                    restoring -=
-                        loss * (force_at(x, 0.0, masses) - force_at(edge, 0.0, masses));
+                    restoring -= loss * (force_at(x, 0.0, masses) - force_at(edge, 0.0, masses));
                 }
             }
             let mut total = drive + load - restoring;

@@ -108,7 +108,7 @@ impl Problem<'_> {
                 }
                 damping *= 12.0;
             }
-            if gained < 0.02 {
+            if gained < 0.05 {
                 converged = true;
                 break;
             }

@@ -88,7 +88,7 @@ impl<'e> Search<'_, 'e> {
     }
 
     /// Whether every fitted effect still is what its name says.
-    fn stands(&self, hypothesis: &Hypothesis<'e>) -> bool {
+    pub(super) fn stands(&self, hypothesis: &Hypothesis<'e>) -> bool {
         hypothesis.fitted().all(|(effect, values)| effect.stands(values, &self.evidence))
     }
 

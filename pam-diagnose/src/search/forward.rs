@@ -35,6 +35,8 @@ pub struct Findings<'e> {
 
 /// Sets that are extended at each size.
 const BEAM: usize = 3;
+/// Iterations for the chosen set.
+const POLISHING: usize = 20;
 /// Candidates that are followed to the end beside a set.
 const FOLLOWED: usize = 6;
 
@@ -121,10 +123,39 @@ impl<'e> Search<'_, 'e> {
             beam = next.into_iter().take(BEAM).collect();
             done(0.3 + 0.6 * size as f64 / most as f64);
         }
-        best = self.significant(self.backward(best, asked), asked);
+        best = self.polish(self.significant(self.backward(best, asked), asked));
         others.sort_by(|a, b| a.total.total_cmp(&b.total));
         done(1.0);
         Some(Findings { base, singles, best, others })
+    }
+
+    /// Follows the chosen set to the end, from where it is and from every starting value of each member: scales
+    /// have several valleys.
+    fn polish(&self, best: Scored<'e>) -> Scored<'e> {
+        let h = &best.fit.hypothesis;
+        let mut starts = vec![h.clone()];
+        for at in h.fixed..h.effects.len() {
+            let all = h.effects[at].starts(&self.evidence);
+            if all.len() > 1 {
+                starts.extend(all.into_iter().map(|values| {
+                    let mut other = h.clone();
+                    other.values[h.value_range(at)].copy_from_slice(&values);
+                    other
+                }));
+            }
+        }
+        if h.ids().is_empty() {
+            return best;
+        }
+        starts
+            .into_par_iter()
+            .filter_map(|start| {
+                let fit = self.split.train.fit(start, POLISHING).ok()?;
+                self.stands(&fit.hypothesis).then(|| self.score(fit)).flatten()
+            })
+            .collect::<Vec<_>>()
+            .into_iter()
+            .fold(best, |best, other| if other.total < best.total { other } else { best })
     }
 
     /// Drops members whose own parameters do not say that they are there: every parameter that could switch

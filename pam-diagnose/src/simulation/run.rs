@@ -227,7 +227,7 @@ impl<'a, S: EffectScalar> March<'a, S> {
             chambers: Chambers::new(base, law, air_changed, rest.sealed_mm),
             inverse_mass: total_mass.recip(),
             total_mass,
-            delayed: S::NDERIV > 0 || delay_s.real() != 0.0,
+            delayed: delay_s.real() != 0.0,
             delay_s,
             start_kpa: rest.start_kpa,
             x,

@@ -31,12 +31,15 @@ pub struct ForceTable {
     columns: usize,
     rows: usize,
     masses: SealedMasses,
-    /// Force, slopes and curvatures along m_f and m_e; row by row of equal x.
-    nodes: Vec<[f64; 5]>,
+    /// Force, row by row of equal x.
+    values: Vec<f64>,
+    /// Slopes along m_f and m_e, curvatures along both, in every [`SLOPE_COLUMNS`]-th column.
+    slopes: Vec<[f64; 4]>,
+    slope_columns: usize,
 }
 
 impl ForceTable {
-    /// Tabulates a model's force where `|x − middle|` and `|ẋ|` stay in the given ranges.
+    /// Tabulates a model's force where x and ẋ stay in the given ranges.
     #[must_use]
     pub fn new<F: ForceModel<f64> + Sync>(
         model: &JointModel<f64, F>,
@@ -44,16 +47,20 @@ impl ForceTable {
         x_range: [f64; 2],
         v_range: [f64; 2],
     ) -> Self {
-        let axis = |range: [f64; 2], spacing: f64| {
+        let axis = |range: [f64; 2], spacing: f64, multiple: usize| {
             let cells = ((range[1] - range[0]) / spacing).ceil().max(1.0);
-            let cells = cells.min((MOST_NODES - 1) as f64);
-            ((range[1] - range[0]) / cells, cells as usize + 1)
+            let cells = (cells.min((MOST_NODES - 1) as f64) as usize).next_multiple_of(multiple);
+            ((range[1] - range[0]) / cells as f64, cells + 1)
         };
-        let (x_spacing, rows) = axis(x_range, SPACING_MM);
-        let (v_spacing, columns) = axis(v_range, SPACING_MM_S);
+        let (x_spacing, rows) = axis(x_range, SPACING_MM, 1);
+        let (v_spacing, columns) = axis(v_range, SPACING_MM_S, SLOPE_COLUMNS);
+        let slope_columns = (columns - 1) / SLOPE_COLUMNS + 1;
         let force = &model.force;
-        let mut nodes = vec![[0.0; 5]; rows * columns];
-        nodes.par_chunks_mut(columns).enumerate().for_each(|(i, row)| {
+        let mut values = vec![0.0; rows * columns];
+        let mut slopes = vec![[0.0; 4]; rows * slope_columns];
+        let value_rows = values.par_chunks_mut(columns);
+        let both = value_rows.zip(slopes.par_chunks_mut(slope_columns)).enumerate();
+        both.for_each(|(i, (row, slope_row))| {
             let mut work = vec![0.0; force.work_len()];
             let mut at = |j: usize, flexor: f64, extensor: f64| {
                 let input = ForceInput {
@@ -64,12 +71,12 @@ impl ForceTable {
                 };
                 force.restoring_force_mn(&input, &mut work)
             };
-            for (j, node) in row.iter_mut().enumerate() {
-                node[0] = at(j, 1.0, 1.0);
+            for (j, value) in row.iter_mut().enumerate() {
+                *value = at(j, 1.0, 1.0);
             }
-            let mut known = 0;
-            for j in (0..columns).filter(|j| j % SLOPE_COLUMNS == 0 || j + 1 == columns) {
-                let centre = row[j][0];
+            for (k, slope) in slope_row.iter_mut().enumerate() {
+                let j = k * SLOPE_COLUMNS;
+                let centre = row[j];
                 let mut along = |change: [f64; 2], mass: f64| {
                     let up = at(j, 1.0 + change[0], 1.0 + change[1]);
                     let down = at(j, 1.0 - change[0], 1.0 - change[1]);
@@ -78,14 +85,7 @@ impl ForceTable {
                 };
                 let flexor = along([MASS_STEP, 0.0], masses.flexor_g);
                 let extensor = along([0.0, MASS_STEP], masses.extensor_g);
-                row[j] = [centre, flexor[0], extensor[0], flexor[1], extensor[1]];
-                for between in known + 1..j {
-                    let share = (between - known) as f64 / (j - known) as f64;
-                    for q in 1..5 {
-                        row[between][q] = row[known][q] + share * (row[j][q] - row[known][q]);
-                    }
-                }
-                known = j;
+                *slope = [flexor[0], extensor[0], flexor[1], extensor[1]];
             }
         });
         Self {
@@ -96,7 +96,9 @@ impl ForceTable {
             columns,
             rows,
             masses,
-            nodes,
+            values,
+            slopes,
+            slope_columns,
         }
     }
 
@@ -111,37 +113,45 @@ impl ForceTable {
     pub fn force_mn<S: Scalar>(&self, x: S, v: S, change_g: [S; 2]) -> S {
         let cell = |value: f64, start: f64, spacing: f64, nodes: usize| {
             let position = (value - start) / spacing;
-            let whole = position.floor().clamp(0.0, (nodes - 2) as f64);
-            (whole as usize, position - whole)
+            // Truncation is the floor of what is not negative.
+            let whole = position.clamp(0.0, (nodes - 2) as f64) as usize;
+            (whole, position - whole as f64)
         };
         let (i, a) = cell(x.real(), self.x_start, self.x_spacing, self.rows);
         let (j, b) = cell(v.real(), self.v_start, self.v_spacing, self.columns);
-        let low = &self.nodes[i * self.columns + j..];
-        let high = &self.nodes[(i + 1) * self.columns + j..];
-        let (n00, n01, n10, n11) = (&low[0], &low[1], &high[0], &high[1]);
-        let blend = |k: usize| {
-            let left = n00[k] + b * (n01[k] - n00[k]);
-            let right = n10[k] + b * (n11[k] - n10[k]);
-            left + a * (right - left)
-        };
+        let low = &self.values[i * self.columns + j..];
+        let high = &self.values[(i + 1) * self.columns + j..];
+        let (n00, n01, n10, n11) = (low[0], low[1], high[0], high[1]);
+        let left = n00 + b * (n01 - n00);
+        let right = n10 + b * (n11 - n10);
+        let mut value = left + a * (right - left);
         let (d0, d1) = (change_g[0].real(), change_g[1].real());
-        let (mut slope_0, mut slope_1) = (blend(1), blend(2));
-        let mut value = blend(0);
-        if d0 != 0.0 || d1 != 0.0 {
-            let (c0, c1) = (blend(3), blend(4));
-            value += d0 * (slope_0 + 0.5 * c0 * d0) + d1 * (slope_1 + 0.5 * c1 * d1);
-            slope_0 += c0 * d0;
-            slope_1 += c1 * d1;
+        if S::NDERIV == 0 && d0 == 0.0 && d1 == 0.0 {
+            return S::constant(value);
         }
+        let (slope_0, slope_1) = {
+            let k = (j / SLOPE_COLUMNS).min(self.slope_columns - 2);
+            let b = (j as f64 + b) / SLOPE_COLUMNS as f64 - k as f64;
+            let low = &self.slopes[i * self.slope_columns + k..];
+            let high = &self.slopes[(i + 1) * self.slope_columns + k..];
+            let blend = |q: usize| {
+                let left = low[0][q] + b * (low[1][q] - low[0][q]);
+                let right = high[0][q] + b * (high[1][q] - high[0][q]);
+                left + a * (right - left)
+            };
+            let (s0, s1, c0, c1) = (blend(0), blend(1), blend(2), blend(3));
+            value += d0 * (s0 + 0.5 * c0 * d0) + d1 * (s1 + 0.5 * c1 * d1);
+            (s0 + c0 * d0, s1 + c1 * d1)
+        };
         if S::NDERIV == 0 {
             return S::constant(value);
         }
         let per_x = {
-            let (bottom, top) = (n10[0] - n00[0], n11[0] - n01[0]);
+            let (bottom, top) = (n10 - n00, n11 - n01);
             (bottom + b * (top - bottom)) / self.x_spacing
         };
         let per_v = {
-            let (left, right) = (n01[0] - n00[0], n11[0] - n10[0]);
+            let (left, right) = (n01 - n00, n11 - n10);
             (left + a * (right - left)) / self.v_spacing
         };
         // What has no real part carries the derivatives alone.
