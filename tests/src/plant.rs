@@ -18,7 +18,8 @@ const RATE_HZ: f64 = 1000.0;
 const ENCODER_MM: f64 = 0.010_546;
 
 /// A hidden effect: id and parameters by the names of `effects.md`. Also ids that are not on the list:
-/// `periodic_disturbance`, `gain_jump`, `crosstalk`, `offset_jump`.
+/// `periodic_disturbance`, `chamber_crosstalk`, `tendon_slip` (the encoder's zero jumps), `sensor_gain_jump` (of
+/// the flexor's), `encoder_freeze`, `valve_glitch`.
 pub type Hidden = (String, BTreeMap<String, f64>);
 
 /// An effect from its id and parameters.
@@ -144,6 +145,8 @@ pub fn record(
     let (mut damper, mut loop_z) = (rest, 0.0_f64);
     let mut shown = rest;
     let mut lag = kpa;
+    let mut frozen = rest;
+    let mut glitched = false;
     let mut recording = Recording::empty(Path::new(name));
     let mut history: Vec<[f64; 2]> = Vec::new();
     let bias = ["flexor_kpa", "extensor_kpa"].map(|n| e.or("pressure_bias", n, 0.0));
@@ -161,10 +164,20 @@ pub fn record(
         let half = 0.5 * e.or("backlash", "gap_mm", 0.0);
         shown = shown.clamp(x - half, x + half);
         let mut seen_x = shown * (1.0 + e.or("position_gain", "relative", 0.0)) + offset;
-        if let Some(at) = e.get("offset_jump", "time_s") {
+        if let Some(at) = e.get("tendon_slip", "time_s") {
             if t > at {
-                seen_x += e.or("offset_jump", "slip_mm", 0.0);
+                seen_x += e.or("tendon_slip", "slip_mm", 0.0);
             }
+        }
+        if let Some(period) = e.get("encoder_freeze", "period_s") {
+            if t > period && t % period < e.or("encoder_freeze", "duration_s", 0.0) {
+                seen_x = frozen;
+            }
+            frozen = seen_x;
+        }
+        if e.get("valve_glitch", "time_s").is_some_and(|at| t > at) && !glitched {
+            masses[0] += 1e-3 * e.or("valve_glitch", "mass_mg", 0.0);
+            glitched = true;
         }
         let mut seen_p = pressures;
         if let Some(cutoff) = e.get("pressure_sensor_lag", "cutoff_hz") {
@@ -181,9 +194,9 @@ pub fn record(
         }
         for i in 0..2 {
             let mut relative = gain[i];
-            if let Some(at) = e.get("gain_jump", "time_s") {
+            if let Some(at) = e.get("sensor_gain_jump", "time_s") {
                 if t > at && i == 0 {
-                    relative += e.or("gain_jump", "relative", 0.0);
+                    relative += e.or("sensor_gain_jump", "relative", 0.0);
                 }
             }
             seen_p[i] += relative * (seen_p[i] - ATMOSPHERE_KPA) + bias[i];
@@ -255,7 +268,7 @@ pub fn record(
                 let rate = e.or("leak", ["flexor_rate_per_s", "extensor_rate_per_s"][i], 0.0);
                 masses[i] -= dt * rate * masses[i] * (1.0 - ATMOSPHERE_KPA / pressures[i]);
             }
-            if let Some(rate) = e.get("crosstalk", "rate_per_s") {
+            if let Some(rate) = e.get("chamber_crosstalk", "rate_per_s") {
                 let flow = dt * rate * masses[0] * (pressures[0] - pressures[1]) / pressures[0];
                 masses[0] -= flow;
                 masses[1] += flow;

@@ -35,6 +35,8 @@ pub struct Findings<'e> {
 
 /// Sets that are extended at each size.
 const BEAM: usize = 3;
+/// Level (see [`Search::level`]) below which nothing more is asked.
+const SATISFIED: f64 = 6.0;
 /// Iterations for the chosen set.
 const POLISHING: usize = 20;
 /// Candidates that are followed to the end beside a set.
@@ -51,12 +53,10 @@ impl<'e> Search<'_, 'e> {
         held >= asked.held_drop && total >= asked.total_drop
     }
 
-    /// How far the held-out errors are above the floors, `Σ_c ln((MSE_c + floor_c²)/(2 floor_c²))`.
+    /// Squared error of all rows in units of the floors; three for a residual at the floors.
     #[must_use]
-    pub fn above_floor(&self, scored: &Scored<'e>) -> f64 {
-        let floors = &self.split.held.floors;
-        let lowest: f64 = floors.0.iter().map(|f| (2.0 * f * f).ln()).sum();
-        scored.held.deviance(floors) - lowest
+    pub fn level(&self, scored: &Scored<'e>) -> f64 {
+        scored.fit.errors.and(&scored.held).in_floors(&self.split.held.floors)
     }
 
     /// Searches for the set of at most `most` effects that explains best what the base model and the fixed
@@ -87,7 +87,7 @@ impl<'e> Search<'_, 'e> {
         for size in 2..=most {
             // A pair may show what neither shows alone; beyond that, only a set that grew grows on.
             let grown = best.fit.hypothesis.ids().len() + 1 == size;
-            if !(grown || size == 2) || self.above_floor(&best) < 0.5 || beam.is_empty() {
+            if !(grown || size == 2) || self.level(&best) < SATISFIED || beam.is_empty() {
                 break;
             }
             let mut next: Vec<Scored<'e>> = Vec::new();
