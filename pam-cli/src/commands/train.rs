@@ -207,7 +207,7 @@ fn report(trainer: &Trainer, trained: &TrainedRun) -> String {
         loss: row.loss,
         rate: row.rate,
         gradient_norm: row.gradient_norm,
-        held_r2: None,
+        held_r2: row.r2_held_out.map(|r2| r2[0]),
     });
     let model = trainer.model();
     let p = model.physical();

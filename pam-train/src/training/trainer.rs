@@ -54,6 +54,8 @@ pub struct Trainer {
     held_out: Vec<Subject>,
     surfaces: Option<MuscleSurfaces>,
     pub(super) stage: Option<Prepared>,
+    /// Keeps its memory from one score to the next.
+    scoring: Option<Engine>,
 }
 
 /// What a stage needs and a checkpoint does not hold.
@@ -126,7 +128,17 @@ impl Trainer {
             results: Vec::new(),
             events: Vec::new(),
         };
-        Ok(Self { curriculum, seed, coordinates, state, train, held_out, surfaces, stage: None })
+        Ok(Self {
+            curriculum,
+            seed,
+            coordinates,
+            state,
+            train,
+            held_out,
+            surfaces,
+            stage: None,
+            scoring: None,
+        })
     }
 
     /// Goes on from a state that was saved.
@@ -239,7 +251,12 @@ impl Trainer {
             }
             Stage::Solve(s) => {
                 self.enter(&s)?;
-                let row = self.epoch(begun)?;
+                let mut row = self.epoch(begun)?;
+                if self.curriculum.score_every.is_some_and(|n| row.epoch.is_multiple_of(n)) {
+                    let scores = self.score_held_out()?;
+                    row.r2_held_out =
+                        (!self.held_out.is_empty()).then(|| scores.map(|v| v.unwrap_or(f64::NAN)));
+                }
                 let within = self.state.within.as_ref().expect("entered");
                 if within.epoch >= s.epochs || within.stopped {
                     self.leave(&s)?;
@@ -350,6 +367,7 @@ impl Trainer {
             gradient_norm: 0.0,
             mass_kg: physical.mass_kg,
             deformation: physical.deformation,
+            r2_held_out: None,
             seconds: begun.elapsed().as_secs_f64(),
         };
         let result = StageResult {
@@ -377,15 +395,23 @@ impl Trainer {
         // Pressures alone say nothing of the force.
         let predicts = !matches!(self.curriculum.stages[self.state.stage], Stage::Gas(_));
         if predicts {
-            let surfaces = self.surfaces.as_ref();
-            update_masses(&mut subjects, &model, surfaces)?;
-            update_masses(&mut self.held_out, &model, surfaces)?;
+            update_masses(&mut subjects, &model, self.surfaces.as_ref())?;
             result.r2_train = engine.mean_r2(&model, &subjects)?;
-            result.r2_held_out = engine.mean_r2(&model, &self.held_out)?;
+            result.r2_held_out = self.score_held_out()?;
         }
         self.state.results.push(result);
         self.state.stage += 1;
         Ok(())
+    }
+
+    /// Mean R² over the held-out recordings with the coordinates as they are.
+    fn score_held_out(&mut self) -> Result<[Option<f64>; 4], TrainingError> {
+        let solver = &self.curriculum.solver;
+        let engine = Engine::new(solver.settings()?, solver.precision);
+        let engine = self.scoring.get_or_insert(engine);
+        let model = self.coordinates.model(&self.state.at);
+        update_masses(&mut self.held_out, &model, self.surfaces.as_ref())?;
+        Ok(engine.mean_r2(&model, &self.held_out)?)
     }
 }
 
