@@ -6,6 +6,7 @@ use super::windows::Windows;
 use crate::coordinates::{Coordinates, NetworkJoint, Scaling};
 use crate::curriculum::{Curriculum, Selection, SolveStage, Stage, StartModel};
 use crate::evaluation::Subject;
+use crate::identification::{Identification, identify_deformation, identify_mass};
 use crate::loss::AnyLoss;
 use crate::optimiser::{Adam, AdamSettings, Lbfgs, OptimiserSettings};
 use crate::schedule::{EarlyStop, Rate};
@@ -210,6 +211,28 @@ impl Trainer {
         let mut model = self.coordinates.model(&self.state.at);
         model.auxiliary_damping_kg_s = 0.0;
         model
+    }
+
+    /// What the training recordings say of the physical parameters of the model as it is now. As long as
+    /// a derivative-matching stage.
+    ///
+    /// # Errors
+    /// [`TrainingError::Data`] if masses cannot be made.
+    pub fn identify(&self) -> Result<Identification, TrainingError> {
+        let model = self.model();
+        let mut subjects = self.train.clone();
+        update_masses(&mut subjects, &model, self.surfaces.as_ref())?;
+        let stages = self.curriculum.stages.iter().rev();
+        let matching = stages.filter_map(|s| match s {
+            Stage::Derivatives(s) => Some(s.matching),
+            _ => None,
+        });
+        let matching = { matching }.next().unwrap_or_default();
+        let nu = model.physical().deformation;
+        Ok(Identification {
+            mass: identify_mass(&model, &subjects, &matching, self.seed),
+            deformation: identify_deformation(&subjects, &model.geometry, nu),
+        })
     }
 
     /// Does the next epoch, or the next stage that has none. `None` when all is done.

@@ -49,12 +49,15 @@ pub struct Matched {
     pub points: usize,
 }
 
-/// One point of the regression, in the units of the model.
-#[derive(Debug, Clone, Copy)]
-struct Point {
-    input: [f64; 4],
-    acceleration: f64,
-    force_mn: f64,
+/// One point of the regression.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// `(m_f, m_e, x, ẋ)` in g, g, mm, mm/s.
+    pub input: [f64; 4],
+    /// ẍ, mm/s².
+    pub acceleration: f64,
+    /// F, mN.
+    pub force_mn: f64,
 }
 
 /// Points of one task; partial sums are added in the order of the tasks.
@@ -71,7 +74,20 @@ impl DerivativeMatching {
         seed: u64,
         progress: &dyn Fn(usize, f64),
     ) -> Matched {
-        let mut points: Vec<Point> = subjects.iter().flat_map(|s| self.points(s)).collect();
+        let points = subjects.iter().flat_map(|s| self.points(s)).collect();
+        self.regress(coordinates, start, points, seed, progress)
+    }
+
+    /// As [`run`](Self::run), on points of the caller's.
+    #[must_use]
+    pub fn regress(
+        &self,
+        coordinates: &Coordinates,
+        start: &[f64],
+        mut points: Vec<Point>,
+        seed: u64,
+        progress: &dyn Fn(usize, f64),
+    ) -> Matched {
         let scale = {
             let square = points.iter().map(|p| p.force_mn * p.force_mn).sum::<f64>();
             (square / points.len().max(1) as f64).max(f64::MIN_POSITIVE)
@@ -102,7 +118,9 @@ impl DerivativeMatching {
         Matched { at, rms_n, points: points.len() }
     }
 
-    fn points(&self, subject: &Subject) -> Vec<Point> {
+    /// The points of a recording: smoothed, differentiated, thinned out.
+    #[must_use]
+    pub fn points(&self, subject: &Subject) -> Vec<Point> {
         let r = &subject.recording;
         let step = median_step_s(&r.time_s);
         let smooth = |values: &[f64]| match LowPass::new(self.cutoff_hz, 1.0 / step) {
