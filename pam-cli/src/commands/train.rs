@@ -182,7 +182,8 @@ fn finish(
         console.text(format!("interrupted; go on with --resume --out {}", out.display()));
         return Ok(ExitCode::from(INTERRUPTED));
     }
-    let mut cells = vec![["parameter", "value", "standard error", "unit"].map(str::to_owned).to_vec()];
+    let mut cells =
+        vec![["parameter", "value", "standard error", "unit"].map(str::to_owned).to_vec()];
     // C is told in the report; no data of the joint alone fix it.
     for row in rows.iter().filter(|row| !row.name.starts_with("gas")) {
         let error = row.standard_error.map_or("–".into(), |e| format!("± {}", number(e, 4)));
@@ -218,7 +219,8 @@ fn parameter_rows(trainer: &Trainer, found: Option<&Identification>) -> Vec<Para
     let fixed = |is: bool| is.then(|| "fixed".to_owned());
     let mass = found.map(|f| &f.mass).filter(|_| !frozen.mass);
     let deformation = found.map(|f| &f.deformation).filter(|_| !frozen.deformation);
-    let gas = "not identified: pressures show its product with the masses, which come from the same law";
+    let gas =
+        "not identified: pressures show its product with the masses, which come from the same law";
     vec![
         row(
             "reflected mass m",

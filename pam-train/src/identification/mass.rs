@@ -1,21 +1,11 @@
-//! The reflected mass.
-//!
-//! In `F = m ẍ + f(x, ẋ, m_f, m_e)` with a free function f only that part of ẍ says something of m that
-//! is no function of f's inputs. Steady sines come close to leaving none: on one ellipse of frequency ω,
-//! `ẍ = −ω² x`. The regression of a partially linear model (Robinson 1988) makes this exact:
-//!
-//! ```text
-//! e = ẍ − E[ẍ | x, ẋ, m_f, m_e],   r = F − m ẍ − f,   δ = Σ e r / Σ e²
-//! ```
-//!
-//! The expectation is fitted by a network of f's own shape. Because e is orthogonal to what f can become,
-//! errors of f enter δ in second order only (Chernozhukov et al. 2018).
+//! The reflected mass, by what of the acceleration the force's inputs do not tell; the method is that of
+//! [`own_acceleration`](crate::warm_start::own_acceleration).
 
 use super::by_groups;
-use crate::coordinates::{Coordinates, Frozen, NetworkJoint, PHYSICAL, PhysicalForm, Scaling};
+use crate::coordinates::{Coordinates, Frozen, NetworkJoint, PhysicalForm, Scaling};
 use crate::evaluation::Subject;
 use crate::warm_start::derivative_matching::{DerivativeMatching, Point};
-use pam_core::{ForceInput, ForceModel};
+use crate::warm_start::own_acceleration::own_accelerations;
 use serde::Serialize;
 
 /// What the data say of m.
@@ -71,52 +61,35 @@ pub fn identify_mass(
     matching: &DerivativeMatching,
     seed: u64,
 ) -> MassEstimate {
-    let points: Vec<Vec<Point>> = subjects.iter().map(|s| matching.points(s)).collect();
-    let mass = model.physical().mass_kg;
+    let recordings: Vec<Vec<Point>> = subjects.iter().map(|s| matching.points(s)).collect();
+    let points = recordings.concat();
     let scaling = Scaling::of_data(subjects);
-    // The regression of the acceleration is that of a force without inertia.
-    let square = points.iter().flatten().map(|p| p.acceleration * p.acceleration).sum::<f64>();
-    let count = points.iter().map(Vec::len).sum::<usize>().max(1) as f64;
-    let unit = scaling.force_mn / (square / count).sqrt().max(f64::MIN_POSITIVE);
-    let targets = points
-        .iter()
-        .flatten()
-        .map(|p| Point { acceleration: 0.0, force_mn: unit * p.acceleration, ..*p })
-        .collect();
-    let frozen = Frozen { mass: true, gas_coefficient: true, deformation: true, network: false };
-    let mut template = model.clone();
-    template.auxiliary_damping_kg_s = 0.0;
     let coordinates =
-        Coordinates::new(template, scaling, PhysicalForm::Logarithm, frozen);
-    let start = coordinates.of(model);
-    debug_assert!(start.len() > PHYSICAL);
-    let expected = coordinates.model(&matching.regress(&coordinates, &start, targets, seed, &|_, _| {}).at);
+        Coordinates::new(model.clone(), scaling, PhysicalForm::Logarithm, Frozen::default());
+    let at = coordinates.of(model);
+    let own = own_accelerations(matching, &coordinates, &at, &points, seed);
 
-    let mut work = vec![0.0; model.force.work_len()];
-    let mut force = |of: &NetworkJoint, p: &Point| {
-        let [mass_flexor_g, mass_extensor_g, displacement_mm, velocity_mm_s] = p.input;
-        let at = ForceInput { displacement_mm, velocity_mm_s, mass_flexor_g, mass_extensor_g };
-        of.force.restoring_force_mn(&at, &mut work)
-    };
-    let (mut own_square, mut residual_square) = (0.0, 0.0);
-    let groups: Vec<(f64, f64)> = points
+    let mut rest = &own[..];
+    let groups: Vec<(f64, f64)> = recordings
         .iter()
-        .map(|recording| {
-            recording.iter().fold((0.0, 0.0), |sum, p| {
-                let own = p.acceleration - force(&expected, p) / unit;
-                let residual = p.force_mn - mass * p.acceleration - force(model, p);
-                own_square += own * own;
-                residual_square += residual * residual;
-                (sum.0 + own * residual, sum.1 + own * own)
+        .map(|r| {
+            let (these, after) = rest.split_at(r.len());
+            rest = after;
+            these.iter().fold((0.0, 0.0), |s, o| {
+                (s.0 + o.acceleration * o.residual_mn, s.1 + o.acceleration * o.acceleration)
             })
         })
         .collect();
     let (correction_kg, standard_error_kg) = by_groups(&groups);
+    let mean = |sum: f64| sum / points.len().max(1) as f64;
+    let own_square: f64 = own.iter().map(|o| o.acceleration * o.acceleration).sum();
+    let square: f64 = points.iter().map(|p| p.acceleration * p.acceleration).sum();
+    let left: f64 = own.iter().map(|o| o.residual_mn * o.residual_mn).sum();
     MassEstimate {
-        mass_kg: mass,
+        mass_kg: model.physical().mass_kg,
         correction_kg,
         standard_error_kg,
         unexplained_share: own_square / square.max(f64::MIN_POSITIVE),
-        residual_n: 1e-3 * (residual_square / count).sqrt(),
+        residual_n: 1e-3 * mean(left).sqrt(),
     }
 }

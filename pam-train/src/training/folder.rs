@@ -171,7 +171,8 @@ const HEADER: &str = "stage,epoch,total_epoch,loss,rate,gradient_norm,mass_kg,de
 
 fn line_of(row: &EpochRow) -> String {
     // Empty where it was not scored.
-    let scores = row.r2_held_out.map_or([const { String::new() }; 4], |r2| r2.map(|v| v.to_string()));
+    let scores =
+        row.r2_held_out.map_or([const { String::new() }; 4], |r2| r2.map(|v| v.to_string()));
     format!(
         "{},{},{},{},{},{},{},{},{},{:.6}\n",
         row.stage,
@@ -189,7 +190,8 @@ fn line_of(row: &EpochRow) -> String {
 
 fn row_from(line: &str) -> Option<EpochRow> {
     let cells: Vec<&str> = line.split(',').collect();
-    let [stage, epoch, total, loss, rate, norm, mass, deformation, x, v, pf, pe, seconds] = cells[..]
+    let [stage, epoch, total, loss, rate, norm, mass, deformation, x, v, pf, pe, seconds] =
+        cells[..]
     else {
         return None;
     };

@@ -44,6 +44,10 @@ pub enum TrainingError {
     },
 }
 
+/// Steps of the regression that tells what of the acceleration is its own: errors of it are of second
+/// order in the result.
+const IDENTIFICATION_STEPS: usize = 4000;
+
 /// A curriculum at work.
 #[derive(Debug)]
 pub struct Trainer {
@@ -213,8 +217,8 @@ impl Trainer {
         model
     }
 
-    /// What the training recordings say of the physical parameters of the model as it is now. As long as
-    /// a derivative-matching stage.
+    /// What the training recordings say of the physical parameters of the model as it is now. Takes
+    /// some seconds.
     ///
     /// # Errors
     /// [`TrainingError::Data`] if masses cannot be made.
@@ -227,7 +231,8 @@ impl Trainer {
             Stage::Derivatives(s) => Some(s.matching),
             _ => None,
         });
-        let matching = { matching }.next().unwrap_or_default();
+        let mut matching = { matching }.next().unwrap_or_default();
+        matching.steps = matching.steps.min(IDENTIFICATION_STEPS);
         let nu = model.physical().deformation;
         Ok(Identification {
             mass: identify_mass(&model, &subjects, &matching, self.seed),
