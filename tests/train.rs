@@ -127,7 +127,8 @@ fn equivalent_deformation(rig: &toml::Table) -> f64 {
     // of the braid, and the chamber at L₀ is bore and dead volume.
     let area = std::f64::consts::PI * (of("diameter_mm") / 2.0).powi(2);
     let slope = area * (3.0 - angle.cos().powi(-2)) / angle.tan().powi(2);
-    let volume = std::f64::consts::PI * (of("bore_mm") / 2.0).powi(2) * length + of("dead_volume_mm3");
+    let volume =
+        std::f64::consts::PI * (of("bore_mm") / 2.0).powi(2) * length + of("dead_volume_mm3");
     0.5 * (1.0 + length * slope / volume)
 }
 
@@ -145,17 +146,24 @@ fn parameters_come_out_with_errors_where_the_data_identify_them() {
         let [file, out] = ["toml", "logs"].map(|e| folder.path().join(format!("{name}.{e}")));
         std::fs::write(&file, rig.to_string()).unwrap();
         let conditions = "10/10,45/45,80/80,30/60,60/30,40/50,50/40,20/20,60/60";
-        let arguments = ["rig", "record", "--ideal", "all", "--no-truth", "--conditions", conditions];
-        let _ = stdout_of(PAM, &[&arguments[..], &["--rig", text(&file), "--out", text(&out)]].concat());
+        let arguments =
+            ["rig", "record", "--ideal", "all", "--no-truth", "--conditions", conditions];
+        let _ = stdout_of(
+            PAM,
+            &[&arguments[..], &["--rig", text(&file), "--out", text(&out)]].concat(),
+        );
         out
     };
     let learn = |data: &Path, name: &str| -> Value {
         let out = folder.path().join(name);
         let arguments = ["train", "--data", text(data), "--out", text(&out), "--json"];
         let fewer = ["--set", "stage.2.epochs=10", "--set", "data.held_out=none"];
-        let steps = ["--set", "stage.1.matching.steps=3000", "--set", "stage.1.matching.mass_steps=2000"];
+        let steps =
+            ["--set", "stage.1.matching.steps=3000", "--set", "stage.1.matching.mass_steps=2000"];
         let printed = stdout_of(PAM, &[&arguments[..], &fewer, &steps].concat());
-        assert!(std::fs::read_to_string(out.join("report.html")).unwrap().contains("standard error"));
+        assert!(
+            std::fs::read_to_string(out.join("report.html")).unwrap().contains("standard error")
+        );
         serde_json::from_str(&printed).unwrap()
     };
     let conduction = record(&rig, "conduction");

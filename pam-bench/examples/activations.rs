@@ -10,6 +10,7 @@
 //! Each folder of the first argument is a run. The second argument is where the recordings are, the
 //! third where the figures go.
 
+use pam_core::ParametricForce;
 use pam_data::conditions::{TRAINING_PSI, name_of};
 use pam_data::{LoadOptions, MassChoice, collect_paths, open_recordings, resolve_masses};
 use pam_report::{LineFigure, Role, Scale};
@@ -22,6 +23,8 @@ use std::path::{Path, PathBuf};
 
 /// Recordings that gradients are compared on.
 const RECORDINGS: usize = 4;
+/// Factor of all weights where gradients are compared.
+const PERTURBED: f64 = 1.02;
 /// Tolerance of the reference.
 const REFERENCE: f64 = 1e-8;
 
@@ -109,7 +112,9 @@ fn gradient_errors(folder: &Path, data: &Path) -> Result<Vec<(f64, f64, usize)>,
     let pam_core::AnyForce::Network(force) = &saved.model.force else {
         return Err("no network".into());
     };
-    let model: NetworkJoint = saved.model.clone().map(|v| v, |_| force.clone());
+    // At the trained weights the gradient is what noise leaves of it.
+    let weights: Vec<f64> = force.parameters().iter().map(|w| PERTURBED * w).collect();
+    let model: NetworkJoint = saved.model.clone().map(|v| v, |_| force.with_parameters(&weights));
     let names: Vec<String> =
         TRAINING_PSI.iter().rev().take(RECORDINGS).map(|c| name_of(*c)).collect();
     let mut subjects = Vec::new();
