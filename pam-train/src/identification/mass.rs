@@ -26,6 +26,8 @@ pub struct MassEstimate {
 /// Smallest share of the acceleration that must be its own for m to count as identified: below it a
 /// force that is wrong by a thousandth is as good as a change of m by a tenth.
 const LEAST_SHARE: f64 = 1e-3;
+/// Relative correction that is worth telling, if it is significant.
+const LEAST_CONTRADICTION: f64 = 0.01;
 /// Largest relative standard error of a mass that counts as identified.
 const LARGEST_ERROR: f64 = 0.1;
 
@@ -43,7 +45,10 @@ impl MassEstimate {
                 100.0 * self.unexplained_share
             ));
         }
-        (self.correction_kg.abs() > 3.0 * error).then(|| {
+        let contradiction = self.correction_kg.abs();
+        let told =
+            contradiction > 3.0 * error && contradiction > LEAST_CONTRADICTION * self.mass_kg;
+        told.then(|| {
             format!(
                 "the balance of forces alone says {:.1} kg: the trained force has taken on inertia, \
                  or the model lacks a force",
