@@ -30,6 +30,8 @@ const REFERENCE: f64 = 1e-8;
 
 /// One row of `metrics.csv` that was scored: time of training (s), R² of x and v on held-out recordings.
 type Scored = (f64, f64, f64);
+/// Tolerance, error of the gradient relative to the one at [`REFERENCE`], evaluations of the network.
+type AtTolerance = (f64, f64, usize);
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -106,8 +108,8 @@ fn scored(path: &Path) -> Result<Vec<Scored>, Box<dyn Error>> {
     Ok(all)
 }
 
-/// Tolerance, error of the gradient relative to the one at [`REFERENCE`], evaluations of the network.
-fn gradient_errors(folder: &Path, data: &Path) -> Result<Vec<(f64, f64, usize)>, Box<dyn Error>> {
+/// Gradients at the perturbed weights of a run, by tolerance.
+fn gradient_errors(folder: &Path, data: &Path) -> Result<Vec<AtTolerance>, Box<dyn Error>> {
     let saved = pam_data::load_model(&folder.join("model.safetensors"))?;
     let pam_core::AnyForce::Network(force) = &saved.model.force else {
         return Err("no network".into());
