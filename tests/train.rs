@@ -39,6 +39,30 @@ const SHORT: &str = "name = \"short\"\nrate = 1e-4\n[model]\nhidden = [32, 32]\n
     [[stage]]\nkind = \"solve\"\nname = \"shooting\"\nhorizon_s = 1.0\nshooting = {}\nepochs = 6\n\
     [[stage]]\nkind = \"solve\"\nname = \"whole\"\nepochs = 12\n";
 
+/// Held-out scores appear in the epochs that `score_every` says, and nothing else changes.
+#[test]
+fn scores_while_training_change_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let short = curriculum(folder.path());
+    let [plain, scored] = ["plain", "scored"].map(|n| folder.path().join(n));
+    trained(&short, &plain, &[]);
+    let json = trained(&short, &scored, &["--set", "score_every=4"]);
+    assert!(model(&plain) == model(&scored));
+    let metrics = std::fs::read_to_string(scored.join("metrics.csv")).unwrap();
+    let mut lines = metrics.lines().map(|l| l.split(',').collect::<Vec<_>>());
+    let header = lines.next().unwrap();
+    let column = |name: &str| header.iter().position(|h| *h == name).unwrap();
+    let (stage, epoch, x) = (column("stage"), column("epoch"), column("held_out_r2_x"));
+    let whole: Vec<(usize, f64)> = lines
+        .filter(|l| l[stage] == "4" && !l[x].is_empty())
+        .map(|l| (l[epoch].parse().unwrap(), l[x].parse().unwrap()))
+        .collect();
+    assert_eq!(whole.iter().map(|s| s.0).collect::<Vec<_>>(), [4, 8, 12]);
+    // The stage ends with its best epoch's parameters, which scores around it come close to.
+    let last = json["stages"][4]["r2_held_out"][0].as_f64().unwrap();
+    assert!(whole.iter().any(|s| (s.1 - last).abs() < 0.05), "{whole:?}, {last}");
+}
+
 fn curriculum(folder: &Path) -> String {
     let path = folder.join("short.toml");
     std::fs::write(&path, SHORT).unwrap();
@@ -89,6 +113,92 @@ fn random_weights_become_a_model_that_predicts_what_it_has_not_seen() {
     // The model is one that every other command takes.
     let printed = stdout_of(PAM, &["inspect", text(&out.join("model.safetensors")), "--json"]);
     assert!(printed.contains("recommended"));
+}
+
+/// The deformation coefficient with which an isothermal cylinder of the datasheet's size shows the
+/// rig's relative change of volume at x = 0, from the rig's parameters as they are printed: strands of
+/// length b in n turns enclose `(b² − L²) L/(4 π n²)` (Chou and Hannaford 1996), to which bore and dead
+/// volume add, and the cylinder has `d ln V/dx = (2 ν − 1)/L₀`.
+fn equivalent_deformation(rig: &toml::Table) -> f64 {
+    let braid = rig["plant"]["flexor"]["braid"].as_table().unwrap();
+    let of = |name: &str| braid[name].as_float().unwrap();
+    let (length, angle) = (of("length_mm"), of("angle_deg").to_radians());
+    // One turn of the braid is a right triangle: b = L/cos α, n π D = b sin α; then dV/dL at L₀ is that
+    // of the braid, and the chamber at L₀ is bore and dead volume.
+    let area = std::f64::consts::PI * (of("diameter_mm") / 2.0).powi(2);
+    let slope = area * (3.0 - angle.cos().powi(-2)) / angle.tan().powi(2);
+    let volume =
+        std::f64::consts::PI * (of("bore_mm") / 2.0).powi(2) * length + of("dead_volume_mm3");
+    0.5 * (1.0 + length * slope / volume)
+}
+
+/// A rig whose air stays at room temperature and that has no dry friction is what the model's equations
+/// say: m and ν come out, and their standard errors say how well. With the rig's own heat exchange ν does
+/// not mean anything, and that is said.
+#[test]
+fn parameters_come_out_with_errors_where_the_data_identify_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = stdout_of(PAM, &["rig", "parameters"]);
+    let mut rig: toml::Table = printed.parse().unwrap();
+    let truth = (rig["plant"]["mass_kg"].as_float().unwrap(), equivalent_deformation(&rig));
+    assert!((truth.1 - 3.42).abs() < 0.01, "docs/rig.md: {}", truth.1);
+    let record = |rig: &toml::Table, name: &str| {
+        let [file, out] = ["toml", "logs"].map(|e| folder.path().join(format!("{name}.{e}")));
+        std::fs::write(&file, rig.to_string()).unwrap();
+        let conditions = "10/10,45/45,80/80,30/60,60/30,40/50,50/40,20/20,60/60";
+        let arguments =
+            ["rig", "record", "--ideal", "all", "--no-truth", "--conditions", conditions];
+        let _ = stdout_of(
+            PAM,
+            &[&arguments[..], &["--rig", text(&file), "--out", text(&out)]].concat(),
+        );
+        out
+    };
+    let learn = |data: &Path, name: &str| -> Value {
+        let out = folder.path().join(name);
+        let arguments = ["train", "--data", text(data), "--out", text(&out), "--json"];
+        let fewer = ["--set", "stage.2.epochs=10", "--set", "data.held_out=none"];
+        let steps =
+            ["--set", "stage.1.matching.steps=3000", "--set", "stage.1.matching.mass_steps=2000"];
+        let printed = stdout_of(PAM, &[&arguments[..], &fewer, &steps].concat());
+        assert!(
+            std::fs::read_to_string(out.join("report.html")).unwrap().contains("standard error")
+        );
+        serde_json::from_str(&printed).unwrap()
+    };
+    let conduction = record(&rig, "conduction");
+
+    let plant = rig["plant"].as_table_mut().unwrap();
+    plant.insert("heat".into(), "isothermal".into());
+    for name in ["coulomb_n", "static_n"] {
+        plant["friction"].as_table_mut().unwrap().insert(name.into(), 0.0.into());
+    }
+    for muscle in ["flexor", "extensor"] {
+        let losses = plant[muscle]["losses"].as_table_mut().unwrap();
+        for name in ["dry_n", "dry_n_per_kpa"] {
+            losses.insert(name.into(), 0.0.into());
+        }
+    }
+    let json = learn(&record(&rig, "isothermal"), "run");
+    let found = |pointer: &str| json.pointer(pointer).and_then(Value::as_f64).unwrap();
+    let mass = (found("/parameters/mass_kg"), found("/identification/mass/standard_error_kg"));
+    let nu =
+        (found("/parameters/deformation"), found("/identification/deformation/standard_error"));
+    for (what, (value, error), truth) in [("m", mass, truth.0), ("nu", nu, truth.1)] {
+        let off = (value - truth).abs();
+        assert!(off < 0.03 * truth, "{what}: {value} ± {error}, not {truth}");
+        assert!(off < 4.0 * error, "{what}: {value} ± {error}, not {truth}");
+        assert!(error < 0.02 * truth, "{what}: {value} ± {error}");
+    }
+    assert_eq!(json["identification"]["deformation_doubt"], Value::Null);
+
+    let json = learn(&conduction, "warm");
+    let doubt = json["identification"]["deformation_doubt"].as_str().unwrap();
+    assert!(doubt.starts_with("not identified") && doubt.contains("at 2.000 Hz"), "{doubt}");
+    // Faster air is less isothermal, which an isothermal model takes for a larger ν.
+    let by = json["identification"]["deformation"]["by_frequency"].as_array().unwrap();
+    let nus: Vec<f64> = by.iter().map(|f| f["deformation"].as_f64().unwrap()).collect();
+    assert!(nus.len() == 3 && nus.is_sorted() && nus[0] > truth.1, "{nus:?}");
 }
 
 #[test]

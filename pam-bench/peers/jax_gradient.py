@@ -1,4 +1,4 @@
-"""Times value and gradient of the training loss in JAX; prints one JSON line a run.
+"""Times value and gradient of the training loss in JAX, or whole epochs; prints one JSON line a run.
 
 Variants: `published` (the published code path), `rk4-scan` and `rk4-adjoint` (hand-written, all
 recordings as lanes), `diffrax-adaptive`.
@@ -64,6 +64,21 @@ class Program:
         total = lambda *parts: sum(np.asarray(part) for part in parts)
         return jax.tree.map(total, *results)
 
+    def parameters(self):
+        """The parameters as arrays of the host, in double precision."""
+        import jax
+
+        return jax.tree.map(lambda a: np.asarray(a, np.float64), self.calls[0][2][0])
+
+    def set_parameters(self, parameters):
+        """Puts parameters on the devices, in the formats of those that are there."""
+        import jax
+
+        for i, (gradient, motion, (old, batch)) in enumerate(self.calls):
+            like = jax.tree.map(lambda a, o: np.asarray(a, o.dtype), parameters, old)
+            device = next(iter(jax.tree.leaves(old)[0].devices()))
+            self.calls[i] = gradient, motion, (jax.device_put(like, device), batch)
+
     def displacements(self):
         """x at all samples of all recordings."""
         return np.concatenate(
@@ -126,6 +141,55 @@ def measure(program, repeat):
     return result, seconds
 
 
+class Adam:
+    """Adam (Kingma and Ba 2015) with the gradient cut to norm one, on the host."""
+
+    def __init__(self, parameters, rate):
+        """No steps done."""
+        import jax
+
+        self.rate = rate
+        self.steps = 0
+        self.mean = jax.tree.map(np.zeros_like, parameters)
+        self.square = jax.tree.map(np.zeros_like, parameters)
+
+    def step(self, parameters, gradient):
+        """The parameters after one step."""
+        import jax
+
+        gradient = jax.tree.map(lambda g: np.asarray(g, np.float64), gradient)
+        norm = np.sqrt(sum(float(np.sum(g * g)) for g in jax.tree.leaves(gradient)))
+        cut = min(1.0, 1.0 / norm)
+        self.steps += 1
+        self.mean = jax.tree.map(lambda m, g: 0.9 * m + 0.1 * cut * g, self.mean, gradient)
+        self.square = jax.tree.map(
+            lambda v, g: 0.999 * v + 0.001 * (cut * g) ** 2, self.square, gradient
+        )
+        first, second = 1.0 - 0.9**self.steps, 1.0 - 0.999**self.steps
+        return jax.tree.map(
+            lambda p, m, v: p - self.rate * (m / first) / (np.sqrt(v / second) + 1e-8),
+            parameters,
+            self.mean,
+            self.square,
+        )
+
+
+def measure_epochs(program, repeat, rate):
+    """Losses and seconds of `repeat` epochs, each value, gradient and update, after two that are not
+    timed."""
+    parameters = program.parameters()
+    adam = Adam(parameters, rate)
+    losses, seconds = [], []
+    for _ in range(repeat + 2):
+        start = time.perf_counter()
+        loss, gradient = program.value_and_gradient()
+        parameters = adam.step(parameters, gradient)
+        program.set_parameters(parameters)
+        seconds.append(time.perf_counter() - start)
+        losses.append(float(loss))
+    return losses, seconds[2:]
+
+
 def write_gradient(path, loss, gradient):
     """Writes loss and gradient in double precision."""
     double = lambda a: np.asarray(a, np.float64)
@@ -144,6 +208,15 @@ def run(options):
     devices = device_count(options, recordings.count)
     prepare_jax(options.precision, options.threads, devices)
     program, told = build(options, model, recordings, devices)
+    if options.epochs_at is not None:
+        losses, seconds = measure_epochs(program, options.repeat, options.epochs_at)
+        return {
+            "variant": options.variant,
+            "precision": options.precision,
+            "recordings": recordings.count,
+            "epoch_s": statistics.median(seconds),
+            "losses": losses,
+        }
     (loss, gradient), seconds = measure(program, options.repeat)
     if options.out:
         write_gradient(options.out, loss, gradient)
@@ -193,6 +266,9 @@ def parse(arguments):
         help="CPU devices that share the recordings (default: one a core)",
     )
     parser.add_argument("--repeat", type=positive, default=5)
+    parser.add_argument(
+        "--epochs-at", type=float, metavar="RATE", help="time whole epochs with Adam at this rate"
+    )
     parser.add_argument("--reference", type=Path, metavar="FILE.npz")
     parser.add_argument("--out", type=Path, metavar="FILE.npz", help="where the gradient goes")
     return parser.parse_args(arguments)

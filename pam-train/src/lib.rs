@@ -14,6 +14,7 @@
 //! - [`warm_start`]: where they start from;
 //! - [`curriculum`]: how a model is trained, as data;
 //! - [`training`]: a curriculum at work, checkpoints, the files of a run;
+//! - [`identification`]: standard errors of the physical parameters;
 //! - [`events`]: curves for TensorBoard.
 
 pub mod balance;
@@ -22,6 +23,7 @@ pub mod curriculum;
 pub mod evaluation;
 pub mod events;
 pub mod gradient;
+pub mod identification;
 pub mod loss;
 pub mod metrics;
 pub mod optimiser;

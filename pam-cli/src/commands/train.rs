@@ -8,9 +8,10 @@ use crate::run_record::{self, made_by, write_json};
 use pam_data::atomic::write_atomic;
 use pam_data::collect_paths;
 use pam_report::page::number;
-use pam_report::training::{EpochRow, StageRow};
+use pam_report::training::{EpochRow, ParameterRow, StageRow};
 use pam_report::{TrainingReport, force_curves, training_report};
 use pam_train::curriculum::{Curriculum, Stage};
+use pam_train::identification::{DeformationEstimate, Identification, MassEstimate};
 use pam_train::training::{
     RunFolder, RunSettings, StageResult, TrainedRun, Trainer, TrainingError, train_into,
 };
@@ -154,6 +155,8 @@ fn finish(
     console: &Console,
 ) -> Result<ExitCode, CliError> {
     let p = trainer.model().physical();
+    let found = if trained.finished { Some(trainer.identify()?) } else { None };
+    let rows = parameter_rows(trainer, found.as_ref());
     let value = json!({
         "finished": trained.finished,
         "stages": trained.results,
@@ -164,31 +167,81 @@ fn finish(
             "gas_coefficient_kpa_mm3_per_g": p.gas_coefficient,
             "deformation": p.deformation,
         },
+        "identification": found.as_ref().map(|found| json!({
+            "mass": found.mass,
+            "mass_doubt": found.mass.doubt(),
+            "deformation": found.deformation,
+            "deformation_doubt": found.deformation.doubt(),
+        })),
         "made_by": made_by(),
     });
     write_json(&out.join("training.json"), &value)?;
-    write_atomic(&out.join("report.html"), report(trainer, trained).as_bytes())?;
+    write_atomic(&out.join("report.html"), report(trainer, trained, rows.clone()).as_bytes())?;
     console.json(&value);
     if !trained.finished {
         console.text(format!("interrupted; go on with --resume --out {}", out.display()));
         return Ok(ExitCode::from(INTERRUPTED));
     }
-    let rows = [
-        vec!["parameter".to_owned(), "value".to_owned(), "unit".to_owned()],
-        vec!["reflected mass m".to_owned(), number(p.mass_kg, 2), "kg".to_owned()],
-        vec!["deformation ν".to_owned(), number(p.deformation, 4), "1".to_owned()],
-    ];
+    let mut cells =
+        vec![["parameter", "value", "standard error", "unit"].map(str::to_owned).to_vec()];
+    // C is told in the report; no data of the joint alone fix it.
+    for row in rows.iter().filter(|row| !row.name.starts_with("gas")) {
+        let error = row.standard_error.map_or("–".into(), |e| format!("± {}", number(e, 4)));
+        cells.push(vec![row.name.clone(), number(row.value, 4), error, row.unit.clone()]);
+    }
+    let notes: String = rows
+        .iter()
+        .filter(|row| !row.name.starts_with("gas") && !row.note.is_empty())
+        .map(|row| format!("\n  {}: {}", row.name, row.note))
+        .collect();
     console.text(format!(
-        "\n{}\n\nmodel: {}\nreport: {}",
-        table(&rows),
+        "\n{}{notes}\n\nmodel: {}\nreport: {}",
+        table(&cells),
         out.join("model.safetensors").display(),
         out.join("report.html").display()
     ));
     Ok(ExitCode::SUCCESS)
 }
 
+/// Values, standard errors and doubts.
+fn parameter_rows(trainer: &Trainer, found: Option<&Identification>) -> Vec<ParameterRow> {
+    let p = trainer.model().physical();
+    let frozen = trainer.curriculum().coordinates.frozen;
+    let row = |name: &str, unit: &str, value: f64, error: Option<f64>, note: Option<String>| {
+        ParameterRow {
+            name: name.into(),
+            unit: unit.into(),
+            value,
+            standard_error: error,
+            note: note.unwrap_or_default(),
+        }
+    };
+    let fixed = |is: bool| is.then(|| "fixed".to_owned());
+    let mass = found.map(|f| &f.mass).filter(|_| !frozen.mass);
+    let deformation = found.map(|f| &f.deformation).filter(|_| !frozen.deformation);
+    let gas =
+        "not identified: pressures show its product with the masses, which come from the same law";
+    vec![
+        row(
+            "reflected mass m",
+            "kg",
+            p.mass_kg,
+            mass.and_then(|m| m.standard_error_kg),
+            fixed(frozen.mass).or(mass.and_then(MassEstimate::doubt)),
+        ),
+        row("gas coefficient C", "kPa·mm³/g", p.gas_coefficient, None, Some(gas.into())),
+        row(
+            "deformation ν",
+            "1",
+            p.deformation,
+            deformation.and_then(|d| d.standard_error),
+            fixed(frozen.deformation).or(deformation.and_then(DeformationEstimate::doubt)),
+        ),
+    ]
+}
+
 /// The report of a run.
-fn report(trainer: &Trainer, trained: &TrainedRun) -> String {
+fn report(trainer: &Trainer, trained: &TrainedRun, parameters: Vec<ParameterRow>) -> String {
     let numbers = |r2: [Option<f64>; 4]| r2.map(|v| v.unwrap_or(f64::NAN));
     let stages = trained.results.iter().map(|r| StageRow {
         name: r.name.clone(),
@@ -207,10 +260,9 @@ fn report(trainer: &Trainer, trained: &TrainedRun) -> String {
         loss: row.loss,
         rate: row.rate,
         gradient_norm: row.gradient_norm,
-        held_r2: None,
+        held_r2: row.r2_held_out.map(|r2| r2[0]),
     });
     let model = trainer.model();
-    let p = model.physical();
     let curriculum = trainer.curriculum();
     let report = TrainingReport {
         title: format!("Training by the curriculum {}", curriculum.name),
@@ -224,11 +276,7 @@ fn report(trainer: &Trainer, trained: &TrainedRun) -> String {
         stages: stages.collect(),
         history: history.collect(),
         events: trained.events.clone(),
-        parameters: vec![
-            ("reflected mass m".into(), "kg".into(), p.mass_kg, None),
-            ("gas coefficient C".into(), "kPa·mm³/g".into(), p.gas_coefficient, None),
-            ("deformation ν".into(), "1".into(), p.deformation, None),
-        ],
+        parameters,
     };
     training_report(&report, &[("Learned force", force_curves(&model))])
 }

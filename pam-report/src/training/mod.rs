@@ -57,8 +57,23 @@ pub struct TrainingReport {
     pub history: Vec<EpochRow>,
     /// What happened besides, in sentences: rollbacks and the like.
     pub events: Vec<String>,
-    /// Parameters after training: name, unit, value, standard error if known.
-    pub parameters: Vec<(String, String, f64, Option<f64>)>,
+    /// Parameters after training.
+    pub parameters: Vec<ParameterRow>,
+}
+
+/// A physical parameter after training.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParameterRow {
+    /// Name and symbol.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// Value.
+    pub value: f64,
+    /// Standard error, if there is one.
+    pub standard_error: Option<f64>,
+    /// What a reader should know: whether the data identify it at all.
+    pub note: String,
 }
 
 /// The report as HTML text. `sections` are further parts with their headings, made by this crate.
@@ -142,15 +157,19 @@ fn stage_table(stages: &[StageRow]) -> Markup {
     }
 }
 
-fn parameters(rows: &[(String, String, f64, Option<f64>)]) -> Markup {
+fn parameters(rows: &[ParameterRow]) -> Markup {
     html! {
         div.scroll { table {
-            tr { th { "parameter" } th.text { "unit" } th { "value" } th { "standard error" } }
-            @for (name, unit, value, error) in rows {
+            tr { th { "parameter" } th.text { "unit" } th { "value" } th { "standard error" } th.text {} }
+            @for row in rows {
                 tr {
-                    td { (name) } td.text { (unit) }
-                    td { (significant(*value, 6)) }
-                    td { @if let Some(error) = error { "± " (significant(*error, 2)) } @else { "–" } }
+                    td { (row.name) } td.text { (row.unit) }
+                    td { (significant(row.value, 6)) }
+                    td {
+                        @if let Some(error) = row.standard_error { "± " (significant(error, 2)) }
+                        @else { "–" }
+                    }
+                    td class="text wrap" { (row.note) }
                 }
             }
         } }
@@ -214,8 +233,20 @@ mod tests {
             history: (0..40).map(epoch).collect(),
             events: vec!["Epoch 7 was <rolled back>.".into()],
             parameters: vec![
-                ("m".into(), "kg".into(), 304.648_28, Some(0.213)),
-                ("C".into(), "kPa·mm³/g".into(), 8.47e7, None),
+                ParameterRow {
+                    name: "m".into(),
+                    unit: "kg".into(),
+                    value: 304.648_28,
+                    standard_error: Some(0.213),
+                    note: String::new(),
+                },
+                ParameterRow {
+                    name: "C".into(),
+                    unit: "kPa·mm³/g".into(),
+                    value: 8.47e7,
+                    standard_error: None,
+                    note: "not <identified>".into(),
+                },
             ],
         }
     }
@@ -231,6 +262,7 @@ mod tests {
             "<td>0.880</td>",
             "304.648",
             "± 0.21",
+            "not &lt;identified&gt;",
             "8.47000e7",
             "Epoch 7 was &lt;rolled back&gt;.",
             "trusted <b>markup</b>",

@@ -68,6 +68,18 @@ impl Coordinates {
         Self { template, scaling, form, frozen }
     }
 
+    /// The same coordinates with other groups that stay as they are.
+    #[must_use]
+    pub fn with_frozen(&self, frozen: Frozen) -> Self {
+        Self { frozen, ..self.clone() }
+    }
+
+    /// Which groups stay as they are.
+    #[must_use]
+    pub fn frozen(&self) -> Frozen {
+        self.frozen
+    }
+
     /// Number of coordinates.
     #[must_use]
     pub fn len(&self) -> usize {

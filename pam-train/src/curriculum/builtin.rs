@@ -32,6 +32,11 @@ impl Curriculum {
         if !positive(self.rate) || self.clip.is_nan() || self.clip <= 0.0 {
             return fail(format!("rate = {} and clip = {} must be positive", self.rate, self.clip));
         }
+        if self.score_every == Some(0) {
+            return fail(
+                "score_every must be at least one; leave it out for ends of stages only".into(),
+            );
+        }
         if let Err(e) = Activation::from_name(&self.model.activation) {
             return fail(format!("model.activation: {e}"));
         }

@@ -59,6 +59,10 @@ pub struct Curriculum {
     /// Largest norm of the gradient; longer ones are cut.
     #[serde(default = "default_clip")]
     pub clip: f64,
+    /// Epochs of a stage that is trained through the solver after each of which the held-out recordings
+    /// are predicted and scored; at the ends of stages only if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub score_every: Option<usize>,
     /// The stages.
     #[serde(rename = "stage")]
     pub stages: Vec<Stage>,

@@ -134,6 +134,7 @@ impl Trainer {
             gradient_norm: norm,
             mass_kg: physical.mass_kg,
             deformation: physical.deformation,
+            r2_held_out: None,
             seconds: begun.elapsed().as_secs_f64(),
         })
     }

@@ -166,12 +166,15 @@ impl RunFolder {
     }
 }
 
-const HEADER: &str =
-    "stage,epoch,total_epoch,loss,rate,gradient_norm,mass_kg,deformation,seconds\n";
+const HEADER: &str = "stage,epoch,total_epoch,loss,rate,gradient_norm,mass_kg,deformation,\
+    held_out_r2_x,held_out_r2_v,held_out_r2_pf,held_out_r2_pe,seconds\n";
 
 fn line_of(row: &EpochRow) -> String {
+    // Empty where it was not scored.
+    let scores =
+        row.r2_held_out.map_or([const { String::new() }; 4], |r2| r2.map(|v| v.to_string()));
     format!(
-        "{},{},{},{},{},{},{},{},{:.6}\n",
+        "{},{},{},{},{},{},{},{},{},{:.6}\n",
         row.stage,
         row.epoch,
         row.total_epoch,
@@ -180,14 +183,22 @@ fn line_of(row: &EpochRow) -> String {
         row.gradient_norm,
         row.mass_kg,
         row.deformation,
+        scores.join(","),
         row.seconds
     )
 }
 
 fn row_from(line: &str) -> Option<EpochRow> {
     let cells: Vec<&str> = line.split(',').collect();
-    let [stage, epoch, total, loss, rate, norm, mass, deformation, seconds] = cells[..] else {
+    let [stage, epoch, total, loss, rate, norm, mass, deformation, x, v, pf, pe, seconds] =
+        cells[..]
+    else {
         return None;
+    };
+    let r2_held_out = if x.is_empty() {
+        None
+    } else {
+        Some([x.parse().ok()?, v.parse().ok()?, pf.parse().ok()?, pe.parse().ok()?])
     };
     Some(EpochRow {
         stage: stage.parse().ok()?,
@@ -198,6 +209,7 @@ fn row_from(line: &str) -> Option<EpochRow> {
         gradient_norm: norm.parse().ok()?,
         mass_kg: mass.parse().ok()?,
         deformation: deformation.parse().ok()?,
+        r2_held_out,
         seconds: seconds.parse().ok()?,
     })
 }
@@ -287,6 +299,9 @@ const EVENTS: &str = "events.out.tfevents.pam";
 fn scalars(row: &EpochRow) -> Vec<(String, i64, f64, f32)> {
     let time = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
     let step = row.total_epoch as i64;
+    let held_out = row.r2_held_out.into_iter().flat_map(|r2| {
+        ["held_out/r2_x", "held_out/r2_v", "held_out/r2_pf", "held_out/r2_pe"].into_iter().zip(r2)
+    });
     [
         ("loss", row.loss),
         ("rate", row.rate),
@@ -295,6 +310,8 @@ fn scalars(row: &EpochRow) -> Vec<(String, i64, f64, f32)> {
         ("deformation", row.deformation),
         ("epoch_seconds", row.seconds),
     ]
+    .into_iter()
+    .chain(held_out)
     .map(|(tag, value)| (tag.to_owned(), step, time, value as f32))
-    .to_vec()
+    .collect()
 }

@@ -122,6 +122,9 @@ pub struct EpochRow {
     pub mass_kg: f64,
     /// Deformation coefficient.
     pub deformation: f64,
-    /// Time of the epoch, s.
+    /// Mean R² of `[x, ẋ, P_f, P_e]` over the held-out recordings with the coordinates that the epoch
+    /// ends with, if it is one that is scored (`score_every`) and there are any.
+    pub r2_held_out: Option<[f64; 4]>,
+    /// Time of the epoch without scoring, s.
     pub seconds: f64,
 }

@@ -6,6 +6,7 @@ use super::windows::Windows;
 use crate::coordinates::{Coordinates, NetworkJoint, Scaling};
 use crate::curriculum::{Curriculum, Selection, SolveStage, Stage, StartModel};
 use crate::evaluation::Subject;
+use crate::identification::{Identification, identify_deformation, identify_mass};
 use crate::loss::AnyLoss;
 use crate::optimiser::{Adam, AdamSettings, Lbfgs, OptimiserSettings};
 use crate::schedule::{EarlyStop, Rate};
@@ -43,6 +44,10 @@ pub enum TrainingError {
     },
 }
 
+/// Steps of the regression that tells what of the acceleration is its own: errors of it are of second
+/// order in the result.
+const IDENTIFICATION_STEPS: usize = 4000;
+
 /// A curriculum at work.
 #[derive(Debug)]
 pub struct Trainer {
@@ -54,6 +59,8 @@ pub struct Trainer {
     held_out: Vec<Subject>,
     surfaces: Option<MuscleSurfaces>,
     pub(super) stage: Option<Prepared>,
+    /// Keeps its memory from one score to the next.
+    scoring: Option<Engine>,
 }
 
 /// What a stage needs and a checkpoint does not hold.
@@ -126,7 +133,17 @@ impl Trainer {
             results: Vec::new(),
             events: Vec::new(),
         };
-        Ok(Self { curriculum, seed, coordinates, state, train, held_out, surfaces, stage: None })
+        Ok(Self {
+            curriculum,
+            seed,
+            coordinates,
+            state,
+            train,
+            held_out,
+            surfaces,
+            stage: None,
+            scoring: None,
+        })
     }
 
     /// Goes on from a state that was saved.
@@ -200,6 +217,29 @@ impl Trainer {
         model
     }
 
+    /// What the training recordings say of the physical parameters of the model as it is now. Takes
+    /// some seconds.
+    ///
+    /// # Errors
+    /// [`TrainingError::Data`] if masses cannot be made.
+    pub fn identify(&self) -> Result<Identification, TrainingError> {
+        let model = self.model();
+        let mut subjects = self.train.clone();
+        update_masses(&mut subjects, &model, self.surfaces.as_ref())?;
+        let stages = self.curriculum.stages.iter().rev();
+        let matching = stages.filter_map(|s| match s {
+            Stage::Derivatives(s) => Some(s.matching),
+            _ => None,
+        });
+        let mut matching = { matching }.next().unwrap_or_default();
+        matching.steps = matching.steps.min(IDENTIFICATION_STEPS);
+        let nu = model.physical().deformation;
+        Ok(Identification {
+            mass: identify_mass(&model, &subjects, &matching, self.seed),
+            deformation: identify_deformation(&subjects, &model.geometry, nu),
+        })
+    }
+
     /// Does the next epoch, or the next stage that has none. `None` when all is done.
     ///
     /// # Errors
@@ -239,7 +279,12 @@ impl Trainer {
             }
             Stage::Solve(s) => {
                 self.enter(&s)?;
-                let row = self.epoch(begun)?;
+                let mut row = self.epoch(begun)?;
+                if self.curriculum.score_every.is_some_and(|n| row.epoch.is_multiple_of(n)) {
+                    let scores = self.score_held_out()?;
+                    row.r2_held_out =
+                        (!self.held_out.is_empty()).then(|| scores.map(|v| v.unwrap_or(f64::NAN)));
+                }
                 let within = self.state.within.as_ref().expect("entered");
                 if within.epoch >= s.epochs || within.stopped {
                     self.leave(&s)?;
@@ -350,6 +395,7 @@ impl Trainer {
             gradient_norm: 0.0,
             mass_kg: physical.mass_kg,
             deformation: physical.deformation,
+            r2_held_out: None,
             seconds: begun.elapsed().as_secs_f64(),
         };
         let result = StageResult {
@@ -377,15 +423,23 @@ impl Trainer {
         // Pressures alone say nothing of the force.
         let predicts = !matches!(self.curriculum.stages[self.state.stage], Stage::Gas(_));
         if predicts {
-            let surfaces = self.surfaces.as_ref();
-            update_masses(&mut subjects, &model, surfaces)?;
-            update_masses(&mut self.held_out, &model, surfaces)?;
+            update_masses(&mut subjects, &model, self.surfaces.as_ref())?;
             result.r2_train = engine.mean_r2(&model, &subjects)?;
-            result.r2_held_out = engine.mean_r2(&model, &self.held_out)?;
+            result.r2_held_out = self.score_held_out()?;
         }
         self.state.results.push(result);
         self.state.stage += 1;
         Ok(())
+    }
+
+    /// Mean R² over the held-out recordings with the coordinates as they are.
+    fn score_held_out(&mut self) -> Result<[Option<f64>; 4], TrainingError> {
+        let solver = &self.curriculum.solver;
+        let engine = Engine::new(solver.settings()?, solver.precision);
+        let engine = self.scoring.get_or_insert(engine);
+        let model = self.coordinates.model(&self.state.at);
+        update_masses(&mut self.held_out, &model, self.surfaces.as_ref())?;
+        Ok(engine.mean_r2(&model, &self.held_out)?)
     }
 }
 

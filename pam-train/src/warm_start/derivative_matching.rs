@@ -1,6 +1,7 @@
 //! Mass and force from accelerations.
 
-use crate::coordinates::{Coordinates, NetworkJoint};
+use super::own_acceleration::{mass_correction_kg, own_accelerations};
+use crate::coordinates::{Coordinates, Frozen, NetworkJoint, PHYSICAL};
 use crate::evaluation::Subject;
 use crate::optimiser::{Adam, AdamSettings};
 use pam_autodiff::batch::BatchNetwork;
@@ -16,6 +17,9 @@ use serde::{Deserialize, Serialize};
 /// Derivative matching: `m ẍ + B ẋ + f_θ(x, ẋ, m_f, m_e) = F` is regressed on smoothed data, with the
 /// network and m free, by Adam over shuffled batches with a rate that falls as a cosine.
 ///
+/// With `mass_steps` m is corrected afterwards by what of the acceleration no force could explain, and the
+/// force regressed again.
+///
 /// Displacement and force are smoothed alike, so that what is linear in the equation is not biased.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -30,11 +34,22 @@ pub struct DerivativeMatching {
     pub steps: usize,
     /// Rate at the start.
     pub rate: f64,
+    /// Steps of the regression of the acceleration by which m is corrected, and of that of the force with
+    /// the corrected m that follows; see [`own_acceleration`](super::own_acceleration). Zero leaves m as
+    /// the joint regression finds it.
+    pub mass_steps: usize,
 }
 
 impl Default for DerivativeMatching {
     fn default() -> Self {
-        Self { cutoff_hz: 20.0, spacing_s: 0.01, batch: 2048, steps: 3000, rate: 3e-3 }
+        Self {
+            cutoff_hz: 20.0,
+            spacing_s: 0.01,
+            batch: 2048,
+            steps: 3000,
+            rate: 3e-3,
+            mass_steps: 0,
+        }
     }
 }
 
@@ -49,13 +64,21 @@ pub struct Matched {
     pub points: usize,
 }
 
-/// One point of the regression, in the units of the model.
-#[derive(Debug, Clone, Copy)]
-struct Point {
-    input: [f64; 4],
-    acceleration: f64,
-    force_mn: f64,
+/// One point of the regression.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// `(m_f, m_e, x, ẋ)` in g, g, mm, mm/s.
+    pub input: [f64; 4],
+    /// ẍ, mm/s².
+    pub acceleration: f64,
+    /// F, mN.
+    pub force_mn: f64,
 }
+
+/// Share of the rate with which the regression with the corrected mass begins.
+const RATE_SHARE: f64 = 0.3;
+/// Share of m that one correction changes it by at most.
+const LARGEST_CORRECTION: f64 = 0.5;
 
 /// Points of one task; partial sums are added in the order of the tasks.
 const CHUNK: usize = 256;
@@ -71,7 +94,42 @@ impl DerivativeMatching {
         seed: u64,
         progress: &dyn Fn(usize, f64),
     ) -> Matched {
-        let mut points: Vec<Point> = subjects.iter().flat_map(|s| self.points(s)).collect();
+        let points: Vec<Point> = subjects.iter().flat_map(|s| self.points(s)).collect();
+        let joint = self.regress(coordinates, start, points.clone(), seed, progress);
+        if self.mass_steps == 0 || points.is_empty() || coordinates.frozen().mass {
+            return joint;
+        }
+        let again = Self { steps: self.mass_steps, ..*self };
+        let own = own_accelerations(&again, coordinates, &joint.at, &points, seed);
+        let mut model = coordinates.model(&joint.at);
+        let mut physical = model.physical();
+        let most = LARGEST_CORRECTION * physical.mass_kg;
+        physical.mass_kg += mass_correction_kg(&own).clamp(-most, most);
+        model.raw = physical.to_raw();
+        let held = coordinates.with_frozen(Frozen { mass: true, ..coordinates.frozen() });
+        // Only the mass changes: the network stays as it is, to the bit.
+        let mut at = joint.at;
+        let mass = at.len() - PHYSICAL;
+        at[mass] = coordinates.of(&model)[mass];
+        Self { rate: RATE_SHARE * again.rate, ..again }.regress(
+            &held,
+            &at,
+            points,
+            seed ^ 1,
+            progress,
+        )
+    }
+
+    /// As [`run`](Self::run), on points of the caller's.
+    #[must_use]
+    pub fn regress(
+        &self,
+        coordinates: &Coordinates,
+        start: &[f64],
+        mut points: Vec<Point>,
+        seed: u64,
+        progress: &dyn Fn(usize, f64),
+    ) -> Matched {
         let scale = {
             let square = points.iter().map(|p| p.force_mn * p.force_mn).sum::<f64>();
             (square / points.len().max(1) as f64).max(f64::MIN_POSITIVE)
@@ -102,7 +160,9 @@ impl DerivativeMatching {
         Matched { at, rms_n, points: points.len() }
     }
 
-    fn points(&self, subject: &Subject) -> Vec<Point> {
+    /// The points of a recording: smoothed, differentiated, thinned out.
+    #[must_use]
+    pub fn points(&self, subject: &Subject) -> Vec<Point> {
         let r = &subject.recording;
         let step = median_step_s(&r.time_s);
         let smooth = |values: &[f64]| match LowPass::new(self.cutoff_hz, 1.0 / step) {

@@ -3,21 +3,40 @@
 use crate::evaluation::Subject;
 use num_dual::Dual64;
 use pam_core::{MuscleGeometry, Scalar};
+use std::ops::Range;
 
-/// A deformation coefficient fitted to pressures.
+/// A deformation coefficient fitted to pressures. Its standard error is a matter of
+/// [`identification`](crate::identification::deformation).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FittedDeformation {
     /// ν.
     pub deformation: f64,
-    /// What its least-squares problem gives as its standard error, with the residuals taken as
-    /// independent from one half cycle of 1 Hz to the next.
-    pub standard_error: f64,
     /// Root mean square of the residuals, kPa.
     pub rms_kpa: f64,
 }
 
-/// Correlated stretch of a residual, s.
-const CORRELATION_S: f64 = 0.5;
+/// Samples of a recording.
+#[derive(Debug, Clone)]
+pub struct Stretch<'a> {
+    /// The recording.
+    pub subject: &'a Subject,
+    /// The samples.
+    pub range: Range<usize>,
+}
+
+/// Sums of the least-squares problem over one stretch, with errors `e` (kPa) and slopes
+/// `s = ∂P/∂ν` of the predicted pressures.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DeformationSums {
+    /// Σ s e.
+    pub slope_error: f64,
+    /// Σ s².
+    pub slope_square: f64,
+    /// Σ e².
+    pub error_square: f64,
+    /// Number of pressures.
+    pub count: f64,
+}
 
 /// Fits ν so that the sealed gas `P = P(0) V(x(0))/V(x)` follows the measured pressures along the
 /// measured displacements, in least squares by Gauss and Newton. C and the masses drop out: they are
@@ -28,41 +47,39 @@ pub fn fit_deformation(
     geometry: &MuscleGeometry,
     start: f64,
 ) -> FittedDeformation {
+    let stretches: Vec<Stretch<'_>> =
+        subjects.iter().map(|s| Stretch { subject: s, range: 0..s.recording.len() }).collect();
+    let (deformation, sums) = deformation_of(&stretches, geometry, start);
+    let (square, count) =
+        sums.iter().fold((0.0, 0.0), |t, s| (t.0 + s.error_square, t.1 + s.count));
+    FittedDeformation { deformation, rms_kpa: (square / f64::max(count, 1.0)).sqrt() }
+}
+
+/// The same over stretches of recordings; returns ν and the sums of each stretch there. A stretch is
+/// predicted from the first sample of its recording.
+#[must_use]
+pub fn deformation_of(
+    stretches: &[Stretch<'_>],
+    geometry: &MuscleGeometry,
+    start: f64,
+) -> (f64, Vec<DeformationSums>) {
+    let at = |nu: f64| stretches.iter().map(|s| sums_of(s, geometry, nu)).collect::<Vec<_>>();
     let mut nu = start;
-    let mut sums = Sums::default();
     for _ in 0..50 {
-        sums = Sums::default();
-        for s in subjects {
-            add(&mut sums, s, geometry, nu);
-        }
-        let step = sums.slope_error / sums.slope_square.max(f64::MIN_POSITIVE);
-        let next = (nu + step).max(0.6);
+        let (error, square) =
+            at(nu).iter().fold((0.0, 0.0), |t, s| (t.0 + s.slope_error, t.1 + s.slope_square));
+        let next = (nu + error / f64::max(square, f64::MIN_POSITIVE)).max(0.6);
         let moved = (next - nu).abs();
         nu = next;
         if moved < 1e-12 * nu {
             break;
         }
     }
-    let variance = sums.error_square / sums.count.max(1.0);
-    let correlated = (sums.count / (2.0 * sums.duration_s.max(1e-9)) * CORRELATION_S).max(1.0);
-    FittedDeformation {
-        deformation: nu,
-        standard_error: (variance * correlated / sums.slope_square.max(f64::MIN_POSITIVE)).sqrt(),
-        rms_kpa: variance.sqrt(),
-    }
+    (nu, at(nu))
 }
 
-#[derive(Default)]
-struct Sums {
-    slope_error: f64,
-    slope_square: f64,
-    error_square: f64,
-    count: f64,
-    duration_s: f64,
-}
-
-fn add(sums: &mut Sums, subject: &Subject, geometry: &MuscleGeometry, nu: f64) {
-    let r = &subject.recording;
+fn sums_of(stretch: &Stretch<'_>, geometry: &MuscleGeometry, nu: f64) -> DeformationSums {
+    let r = &stretch.subject.recording;
     let dual = Dual64::new(nu, 1.0);
     let volumes = |x: f64| {
         let v = geometry.volumes(Dual64::constant(x), dual);
@@ -70,8 +87,9 @@ fn add(sums: &mut Sums, subject: &Subject, geometry: &MuscleGeometry, nu: f64) {
     };
     let start = volumes(r.displacement_mm[0]);
     let columns = [&r.pressure_flexor_kpa, &r.pressure_extensor_kpa];
-    for (k, &x) in r.displacement_mm.iter().enumerate() {
-        let now = volumes(x);
+    let mut sums = DeformationSums::default();
+    for k in stretch.range.clone() {
+        let now = volumes(r.displacement_mm[k]);
         for i in 0..2 {
             let predicted = start[i] / now[i] * columns[i][0];
             let error = columns[i][k] - predicted.re;
@@ -81,6 +99,5 @@ fn add(sums: &mut Sums, subject: &Subject, geometry: &MuscleGeometry, nu: f64) {
             sums.count += 1.0;
         }
     }
-    let (from, to) = r.span_s();
-    sums.duration_s += to - from;
+    sums
 }

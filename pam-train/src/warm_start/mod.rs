@@ -8,6 +8,7 @@
 pub mod derivative_matching;
 pub mod gas;
 mod initial;
+pub mod own_acceleration;
 
 pub use derivative_matching::{DerivativeMatching, Matched};
 pub use gas::{FittedDeformation, fit_deformation};

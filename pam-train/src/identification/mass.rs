@@ -1,0 +1,100 @@
+//! The reflected mass, by what of the acceleration the force's inputs do not tell; the method is that of
+//! [`own_acceleration`](crate::warm_start::own_acceleration).
+
+use super::by_groups;
+use crate::coordinates::{Coordinates, Frozen, NetworkJoint, PhysicalForm, Scaling};
+use crate::evaluation::Subject;
+use crate::warm_start::derivative_matching::{DerivativeMatching, Point};
+use crate::warm_start::own_acceleration::own_accelerations;
+use serde::Serialize;
+
+/// What the data say of m.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MassEstimate {
+    /// The model's m, kg.
+    pub mass_kg: f64,
+    /// What the balance of forces would change it by, kg: δ.
+    pub correction_kg: f64,
+    /// Standard error over recordings, kg; none for fewer than two recordings.
+    pub standard_error_kg: Option<f64>,
+    /// Share of the acceleration's variance that the force's inputs do not tell.
+    pub unexplained_share: f64,
+    /// Root mean square of the force that is left, N.
+    pub residual_n: f64,
+}
+
+/// Smallest share of the acceleration that must be its own for m to count as identified: below it a
+/// force that is wrong by a thousandth is as good as a change of m by a tenth.
+const LEAST_SHARE: f64 = 1e-3;
+/// Relative correction that is worth telling, if it is significant.
+const LEAST_CONTRADICTION: f64 = 0.01;
+/// Largest relative standard error of a mass that counts as identified.
+const LARGEST_ERROR: f64 = 0.1;
+
+impl MassEstimate {
+    /// Why m is not identified, if it is not.
+    #[must_use]
+    pub fn doubt(&self) -> Option<String> {
+        let Some(error) = self.standard_error_kg else {
+            return Some("no standard error: it takes two recordings".into());
+        };
+        if self.unexplained_share < LEAST_SHARE || error > LARGEST_ERROR * self.mass_kg {
+            return Some(format!(
+                "not identified: all but {:.2} % of the acceleration is a function of the force's \
+                 inputs; excite with several amplitudes and frequencies at once",
+                100.0 * self.unexplained_share
+            ));
+        }
+        let contradiction = self.correction_kg.abs();
+        let told =
+            contradiction > 3.0 * error && contradiction > LEAST_CONTRADICTION * self.mass_kg;
+        told.then(|| {
+            format!(
+                "the balance of forces alone says {:.1} kg: the trained force has taken on inertia, \
+                 or the model lacks a force",
+                self.mass_kg + self.correction_kg
+            )
+        })
+    }
+}
+
+/// What recordings say of a model's m.
+#[must_use]
+pub fn identify_mass(
+    model: &NetworkJoint,
+    subjects: &[Subject],
+    matching: &DerivativeMatching,
+    seed: u64,
+) -> MassEstimate {
+    let recordings: Vec<Vec<Point>> = subjects.iter().map(|s| matching.points(s)).collect();
+    let points = recordings.concat();
+    let scaling = Scaling::of_data(subjects);
+    let coordinates =
+        Coordinates::new(model.clone(), scaling, PhysicalForm::Logarithm, Frozen::default());
+    let at = coordinates.of(model);
+    let own = own_accelerations(matching, &coordinates, &at, &points, seed);
+
+    let mut rest = &own[..];
+    let groups: Vec<(f64, f64)> = recordings
+        .iter()
+        .map(|r| {
+            let (these, after) = rest.split_at(r.len());
+            rest = after;
+            these.iter().fold((0.0, 0.0), |s, o| {
+                (s.0 + o.acceleration * o.residual_mn, s.1 + o.acceleration * o.acceleration)
+            })
+        })
+        .collect();
+    let (correction_kg, standard_error_kg) = by_groups(&groups);
+    let mean = |sum: f64| sum / points.len().max(1) as f64;
+    let own_square: f64 = own.iter().map(|o| o.acceleration * o.acceleration).sum();
+    let square: f64 = points.iter().map(|p| p.acceleration * p.acceleration).sum();
+    let left: f64 = own.iter().map(|o| o.residual_mn * o.residual_mn).sum();
+    MassEstimate {
+        mass_kg: model.physical().mass_kg,
+        correction_kg,
+        standard_error_kg,
+        unexplained_share: own_square / square.max(f64::MIN_POSITIVE),
+        residual_n: 1e-3 * mean(left).sqrt(),
+    }
+}
