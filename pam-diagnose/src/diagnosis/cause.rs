@@ -25,6 +25,19 @@ pub struct Cause {
     pub constancy: Option<Constancy>,
 }
 
+/// Spread of a cause's value over parts of the recordings beyond which the name only mimics another cause.
+const MIMICS: f64 = 0.6;
+
+impl Cause {
+    /// Whether the effect has no common value in the parts of the recordings, and does not explain the error
+    /// either: a jump or an event that the name takes the mean of.
+    #[must_use]
+    pub fn mimics(&self) -> bool {
+        let spread = self.constancy.as_ref().map_or(0.0, |c| c.relative_spread);
+        spread > MIMICS && self.share_of_error_removed < 0.8
+    }
+}
+
 /// A candidate alone.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rank {
@@ -39,7 +52,7 @@ pub struct Rank {
 }
 
 /// An effect counts as confusable if it removes at least this share of what the named one removes.
-const NEARLY: f64 = 0.9;
+const NEARLY: f64 = 0.85;
 
 /// Errors on all rows in units of the floors.
 pub(super) fn level(scored: &Scored<'_>, floors: &Floors) -> f64 {

@@ -161,7 +161,13 @@ fn judge<'e>(
     if verdict == Verdict::Unexplained {
         best = found.base.clone();
     }
-    let causes = causes(search, found, &best)?;
+    let mut causes = causes(search, found, &best)?;
+    if causes.iter().any(Cause::mimics) {
+        // One of the names stands for something that it is not; the others were fitted beside it.
+        best = found.base.clone();
+        causes.clear();
+        verdict = Verdict::Unexplained;
+    }
     if causes.is_empty() && verdict == Verdict::Explained {
         verdict = Verdict::Unexplained;
     }

@@ -81,11 +81,12 @@ fn evaluate_one<F: ForceModel<f64>>(
     settings: &SolverSettings,
 ) -> Result<RecordingEvaluation, FailedRecording> {
     let Subject { recording, masses, origin } = subject;
-    let prediction = predictor.predict(&recording, masses, settings).map_err(|e| FailedRecording {
-        name: recording.name.clone(),
-        why: e.why,
-        reached_s: e.partial.len().checked_sub(1).map(|i| recording.time_s[i]),
-    })?;
+    let prediction =
+        predictor.predict(&recording, masses, settings).map_err(|e| FailedRecording {
+            name: recording.name.clone(),
+            why: e.why,
+            reached_s: e.partial.len().checked_sub(1).map(|i| recording.time_s[i]),
+        })?;
     let segments = frequency_segments(&recording.time_s, &recording.force_mn)
         .into_iter()
         .map(|segment| score_segment(&recording, &prediction.channels, segment))
