@@ -1,23 +1,45 @@
-//! The main job on no data at all: the virtual rig makes a recording, the physics-only model predicts
-//! it, and the report shows what the model misses.
+//! The main job on no data at all: the virtual rig records with an effect hidden in it, the default model
+//! predicts, the diagnosis names what is hidden, and the report shows the gain.
 
 use crate::arguments::{DemoArguments, GlobalOptions};
-use crate::commands::evaluate::evaluate_into;
+use crate::commands::diagnose::{diagnose_into, finish};
 use crate::console::Console;
 use crate::error::CliError;
-use crate::options::built_in_spring_damper;
+use crate::options::default_model;
 use crate::run_record;
-use pam_data::{LoadOptions, MassChoice, open_recordings, resolve_masses};
+use pam_data::{LoadOptions, collect_paths};
+use pam_data::{MassChoice, SavedModel, open_recordings, resolve_masses};
+use pam_diagnose::{Options, Sets};
 use pam_rig::protocol::CurrentSegment;
 use pam_rig::{Conditions, Protocol, RigParameters, Session};
-use pam_train::{SolverSettings, Subject};
-use rand::{RngExt, SeedableRng};
+use pam_train::Subject;
+use rand::SeedableRng;
+use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Excitation: frequency (Hz), length at 1 A and at 1.5 A (s). The published one, shortened.
 const EXCITATION: [(f64, f64); 3] = [(0.5, 6.0), (1.0, 3.0), (2.0, 2.0)];
+
+/// Sealed pressures of the recordings in question and of the healthy ones, psi.
+const CONDITIONS: [[u8; 2]; 3] = [[45, 45], [30, 60], [70, 60]];
+const HEALTHY: [[u8; 2]; 3] = [[45, 45], [60, 30], [60, 60]];
+
+/// What may be hidden.
+const HIDDEN: [&str; 10] = [
+    "coulomb_friction:force_n=20",
+    "viscous_damping:coefficient_ns_m=1500",
+    "backlash:gap_mm=0.15",
+    "tendon_slack:displacement_mm=0.9,stiffness_loss=0.3",
+    "stiffness_drift:relative_per_min=0.3",
+    "leak:flexor_rate_per_s=2e-3,extensor_rate_per_s=1e-3",
+    "force_gain:relative=-0.12",
+    "force_saturation:force_n=150",
+    "actuation_delay:delay_ms=18",
+    "position_gain:relative=0.08",
+];
 
 /// Runs the demo.
 ///
@@ -29,51 +51,56 @@ pub fn run(
     console: &Console,
 ) -> Result<ExitCode, CliError> {
     let folder = &arguments.out;
-    let session = session(global.seed);
-    let runs = session.protocol.runs()?;
-    let [psi, _] = runs[0].start_psi;
+    let mut random = ChaCha8Rng::seed_from_u64(global.seed);
+    let hidden = HIDDEN.choose(&mut random).copied().unwrap_or(HIDDEN[0]);
+    let saved = default_model()?;
     console.text(format!(
-        "The virtual rig (seed {}) records a run: both muscles at {psi:.0} psi, torque at 0.5, 1 and \
-         2 Hz.",
+        "The virtual rig (seed {}) records a healthy joint and one in which something is hidden: three \
+         pressures each, torque at 0.5, 1 and 2 Hz.",
         global.seed
     ));
-    session.record_into(folder, true, &|_| {})?;
-
-    let saved = built_in_spring_damper();
-    let mut subjects = Vec::new();
-    for recording in open_recordings(&folder.join(&runs[0].name), &LoadOptions::default())? {
-        let (masses, origin) =
-            resolve_masses(&recording, &saved.model, false, MassChoice::GasLaw, None)?;
-        subjects.push(Subject { recording, masses, origin });
-    }
-    console.text(
-        "A linear spring–damper, which knows the joint's datasheet and no friction, predicts it.\n",
-    );
-    let settings = SolverSettings::default();
-    let outcome = evaluate_into(folder, &saved, subjects, &settings, console)?;
-    let configuration = json!({ "rig": session.settings()?, "solver": settings.describe() });
-    run_record::write(folder, "demo", global.seed, &configuration)?;
-    Ok(outcome.finish(folder, console))
+    let healthy = recorded(&folder.join("healthy"), &HEALTHY, None, global.seed + 1, &saved)?;
+    let data = recorded(&folder.join("logs"), &CONDITIONS, Some(hidden), global.seed, &saved)?;
+    console.text("The default model predicts; the diagnosis asks what it gets wrong, and why.\n");
+    let sets = Sets { data: &data, heldout: None, healthy: Some(&healthy) };
+    let options = Options { seed: global.seed, ..Options::default() };
+    let diagnosis = diagnose_into(folder, &saved, &sets, &options, console)?;
+    run_record::write(folder, "demo", global.seed, &json!({ "hidden": hidden }))?;
+    console.text(format!("Hidden in the logs was {hidden}.\n"));
+    finish(&diagnosis, folder, console);
+    Ok(ExitCode::SUCCESS)
 }
 
-/// A short run of the published excitation at a pressure that the seed chooses.
-fn session(seed: u64) -> Session {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let psi = 5 * random.random_range(5..=12_u8);
+/// Records a short run of the published excitation at each pressure and reads the logs.
+fn recorded(
+    folder: &Path,
+    conditions: &[[u8; 2]],
+    hidden: Option<&str>,
+    seed: u64,
+    saved: &SavedModel,
+) -> Result<Vec<Subject>, CliError> {
     let sines = EXCITATION.iter().flat_map(|&(frequency_hz, duration_s)| {
         [1.0, 1.5].map(|amplitude_a| CurrentSegment::Sine { amplitude_a, frequency_hz, duration_s })
     });
     let protocol = Protocol {
         name: "demo".into(),
-        conditions: Some(Conditions::List(vec![[psi, psi]])),
+        conditions: Some(Conditions::List(conditions.to_vec())),
         current: sines.collect(),
         ..Protocol::paper()
     };
-    Session {
-        rig: RigParameters::default(),
-        protocol,
-        seed,
-        truth: true,
-        note: run_record::rig_note(seed),
+    let effects: Result<Vec<pam_rig::effects::Effect>, _> =
+        hidden.iter().map(|text| text.parse()).collect();
+    let effects = effects.map_err(|e| CliError::Usage(format!("the demo's effect: {e}")))?;
+    let rig = RigParameters { effects, ..RigParameters::default() };
+    let session = Session { rig, protocol, seed, truth: true, note: run_record::rig_note(seed) };
+    session.record_into(folder, true, &|_| {})?;
+    let mut subjects = Vec::new();
+    for path in collect_paths(&[folder.to_owned()])? {
+        for recording in open_recordings(&path, &LoadOptions::default())? {
+            let (masses, origin) =
+                resolve_masses(&recording, &saved.model, true, MassChoice::GasLaw, None)?;
+            subjects.push(Subject { recording, masses, origin });
+        }
     }
+    Ok(subjects)
 }

@@ -79,6 +79,14 @@ impl ModelOptions {
     }
 }
 
+/// The trained model that comes with the program.
+///
+/// # Errors
+/// [`CliError::Data`] if it cannot be read, which a build would have to be broken for.
+pub fn default_model() -> Result<SavedModel, CliError> {
+    Ok(parse_model(Path::new(DEFAULT_MODEL), DEFAULT_MODEL_BYTES)?)
+}
+
 /// The physics-only model: datasheet parameters and the published stiffness as a straight line.
 #[must_use]
 pub fn built_in_spring_damper() -> SavedModel {

@@ -1,4 +1,5 @@
 //! Diagnosis.
+pub mod design;
 pub mod diagnosis;
 pub mod effects;
 pub mod error;

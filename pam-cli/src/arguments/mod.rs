@@ -15,8 +15,8 @@ use std::path::PathBuf;
 
 /// Hybrid neural ODEs of an antagonistic pneumatic-muscle joint.
 ///
-/// Without a command, a small recording is made, predicted by a physics-only model, and reported in
-/// ./pam-demo: the whole path on no data at all.
+/// Without a command, the virtual rig records a joint in which an effect is hidden, and the diagnosis of
+/// the default model names it; the report is ./pam-demo/report.html.
 #[derive(Debug, Parser)]
 #[command(name = "pam", version, max_term_width = 100, after_help = AFTER_HELP)]
 pub struct Arguments {
@@ -30,7 +30,7 @@ pub struct Arguments {
 
 const AFTER_HELP: &str = "\
 Examples:
-  pam                                           make, predict and report a demo recording
+  pam                                           hide an effect in rig data, find it, report it
   pam inspect nn_3060 model.eqx                 what is in these files
   pam evaluate --model model.eqx --data logs/ --out out
                                                 predict all logs, score them, write out/report.html
@@ -97,7 +97,7 @@ pub enum Command {
     /// Compare methods with each other
     #[command(subcommand)]
     Bench(BenchCommand),
-    /// Make a recording, predict it and report: what runs without a command
+    /// Hide an effect in recordings of the rig and find it: what runs without a command
     Demo(DemoArguments),
 }
 

@@ -12,6 +12,8 @@ use pam_data::{SavedModel, collect_paths};
 use pam_diagnose::effects::{ALL, by_id};
 use pam_diagnose::report::{ReportContext, diagnosis_report, verdict_sentence};
 use pam_diagnose::{Diagnosis, Extended, Options, Sets, Stage, diagnose};
+use pam_rig::protocol::CurrentSegment;
+use pam_rig::{Conditions, Protocol};
 use pam_train::Subject;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -54,6 +56,9 @@ pub fn run(
         "reading": arguments.reading.to_json()?,
     });
     run_record::write(&arguments.out, "diagnose", global.seed, &configuration)?;
+    if arguments.design {
+        write_design(&diagnosis, &arguments.out, console)?;
+    }
     finish(&diagnosis, &arguments.out, console);
     Ok(ExitCode::SUCCESS)
 }
@@ -111,6 +116,41 @@ pub fn diagnose_into(
     let report = diagnosis_report(&diagnosis, &context);
     write_atomic(&folder.join("report.html"), report.as_bytes())?;
     Ok(diagnosis)
+}
+
+/// Writes `design.toml`, a protocol for the rig, and `design.json`, how well each excitation separates.
+fn write_design(diagnosis: &Diagnosis, folder: &Path, console: &Console) -> Result<(), CliError> {
+    let all = diagnosis.design();
+    write_json(&folder.join("design.json"), &json!(all))?;
+    let Some(best) = all.first() else {
+        console.text("Nothing is confusable: there is no experiment to design.");
+        return Ok(());
+    };
+    let per_ampere = pam_core::units::tendon_force_mn_per_a() / pam_core::units::MN_PER_N;
+    let protocol = Protocol {
+        name: "design".into(),
+        conditions: Some(Conditions::List(best.psi.iter().map(|p| p.map(|v| v as u8)).collect())),
+        current: best
+            .excitation
+            .pieces
+            .iter()
+            .map(|&[force_n, frequency_hz, duration_s]| CurrentSegment::Sine {
+                amplitude_a: (1e3 * force_n / per_ampere).round() / 1e3,
+                frequency_hz,
+                duration_s,
+            })
+            .collect(),
+        ..Protocol::paper()
+    };
+    let path = folder.join("design.toml");
+    write_atomic(&path, protocol.to_toml().as_bytes())?;
+    console.text(format!(
+        "Excitation that separates best ({}; {:.1} times what counts as explained): {}\n",
+        best.excitation.name,
+        best.least(),
+        path.display()
+    ));
+    Ok(())
 }
 
 fn show(bar: &ProgressBar, stage: Stage, share: f64) {

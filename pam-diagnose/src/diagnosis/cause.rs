@@ -1,6 +1,7 @@
 //! A named cause.
 
 use crate::effects::AnyEffect;
+use crate::extended::Active;
 use crate::fit::{Floors, Interval};
 use crate::search::{Constancy, Scored, Search};
 use serde::Serialize;
@@ -19,6 +20,9 @@ pub struct Cause {
     pub share_of_error_removed: f64,
     /// Effects that explain nearly as much in its place.
     pub confusable_with: Vec<&'static str>,
+    /// The same effects with their fitted values.
+    #[serde(skip)]
+    pub alternatives: Vec<Active>,
     /// Which excitation brings it out.
     pub excited_by: &'static str,
     /// Its value in parts of the recordings.
@@ -71,14 +75,15 @@ pub(super) fn floor_level(best: f64) -> f64 {
 }
 
 impl<'e> Search<'_, 'e> {
-    /// Candidates that explain nearly as much in place of the effect at `place` of a set.
+    /// Candidates that explain nearly as much in place of the effect at `place` of a set, with the values that
+    /// they take there.
     pub(super) fn confusable(
         &self,
         base: &Scored<'e>,
         best: &Scored<'e>,
         place: usize,
         singles: &[Scored<'e>],
-    ) -> Vec<&'static str> {
+    ) -> Vec<Active> {
         let floors = &self.split.held.floors;
         let members = best.fit.hypothesis.ids().len();
         let own = best.fit.hypothesis.ids()[place];
@@ -96,10 +101,12 @@ impl<'e> Search<'_, 'e> {
         alternatives
             .iter()
             .filter_map(|s| {
-                let id = *s.fit.hypothesis.ids().last()?;
+                let (effect, values) = s.fit.hypothesis.fitted().last()?;
+                let id = effect.info().id;
                 let taken = best.fit.hypothesis.ids().contains(&id);
                 let near = share(without, level(s, floors), floor_level(named)) >= NEARLY * gained;
-                (id != own && !taken && near).then_some(id)
+                let effect = crate::effects::by_id(id)?;
+                (id != own && !taken && near).then(|| Active { effect, values: values.to_vec() })
             })
             .collect()
     }

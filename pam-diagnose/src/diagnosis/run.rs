@@ -5,7 +5,8 @@ use super::gain::Gain;
 use super::ordinary::Ordinary;
 use super::sets::{HeldOut, Prepared, Sets};
 use super::verdict::{Verdict, weigh};
-use crate::effects::{ALL, AnyEffect};
+use crate::design::{Separation, separate};
+use crate::effects::{ALL, AnyEffect, Evidence};
 use crate::error::DiagnoseError;
 use crate::extended::{Active, Extended};
 use crate::fit::{Floors, Hypothesis};
@@ -73,6 +74,8 @@ pub struct Diagnosis {
     pub fitted: Vec<String>,
     /// Errors that count as explained.
     pub floors: Floors,
+    /// Magnitudes of the fitted recordings.
+    pub evidence: Evidence,
     /// The held-out recordings before and after, for figures.
     pub traces: Vec<Trace>,
 }
@@ -152,24 +155,27 @@ fn judge<'e>(
     let held_base = found.base.held.in_floors(&floors);
     let explainable = reference.map_or(3.0, |r| r.held.in_floors(&floors) / held_base * base_level);
     let mut best = found.best.clone();
-    let mut verdict = weigh(
-        base_level,
-        level(&best, &floors),
-        explainable.min(base_level),
-        best.fit.hypothesis.ids().len(),
-    );
+    let weighed = |s: &Scored<'e>| {
+        let named = s.fit.hypothesis.ids().len();
+        weigh(base_level, level(s, &floors), explainable.min(base_level), named)
+    };
+    let mut causes = causes(search, found, &best)?;
+    // A name that stands for something it is not goes; the others are fitted again without it.
+    while let Some(place) = causes.iter().position(Cause::mimics) {
+        let less = best.fit.hypothesis.without(place);
+        best = match split.train.fit(less, 10).ok().and_then(|fit| search.score(fit)) {
+            Some(less) if !less.fit.hypothesis.ids().is_empty() => less,
+            _ => found.base.clone(),
+        };
+        causes = self::causes(search, found, &best)?;
+    }
+    let mut verdict = weighed(&best);
+    if verdict == Verdict::NothingFound && !found.best.fit.hypothesis.ids().is_empty() {
+        verdict = Verdict::Unexplained;
+    }
     if verdict == Verdict::Unexplained {
         best = found.base.clone();
-    }
-    let mut causes = causes(search, found, &best)?;
-    if causes.iter().any(Cause::mimics) {
-        // One of the names stands for something that it is not; the others were fitted beside it.
-        best = found.base.clone();
         causes.clear();
-        verdict = Verdict::Unexplained;
-    }
-    if causes.is_empty() && verdict == Verdict::Explained {
-        verdict = Verdict::Unexplained;
     }
     let plain = |h: &Hypothesis<'e>| Hypothesis {
         effects: h.effects.clone(),
@@ -210,6 +216,7 @@ fn judge<'e>(
         held_out: prepared.held_out.clone(),
         fitted: prepared.train().iter().map(|t| t.source.name.clone()).collect(),
         floors,
+        evidence: search.evidence.clone(),
         traces: traces(search, &before, &after),
     })
 }
@@ -243,12 +250,14 @@ fn causes<'e>(
                 scored.map_or(named_level, |s| level(&s, floors))
             };
             let whole = (level(&found.base, floors) - lowest).max(1e-9);
+            let alternatives = search.confusable(&found.base, best, place, &found.singles);
             Cause {
                 effect,
                 what,
                 parameters,
                 share_of_error_removed: ((without - named_level) / whole).clamp(0.0, 1.0),
-                confusable_with: search.confusable(&found.base, best, place, &found.singles),
+                confusable_with: alternatives.iter().map(|a| a.effect.info().id).collect(),
+                alternatives,
                 excited_by,
                 constancy: search.constancy(best, place),
             }
@@ -284,6 +293,18 @@ fn traces<'e>(
 }
 
 impl Diagnosis {
+    /// Excitations that would tell the first confusable cause from its alternatives, best first; empty if
+    /// nothing is confusable.
+    #[must_use]
+    pub fn design(&self) -> Vec<Separation> {
+        let confused = self.causes.iter().find(|c| !c.alternatives.is_empty());
+        let Some(cause) = confused else { return Vec::new() };
+        let own = self.extended.effects.iter().rfind(|a| a.effect.info().id == cause.effect);
+        own.map_or_else(Vec::new, |own| {
+            separate(&self.extended, own, &cause.alternatives, &self.evidence, &self.floors)
+        })
+    }
+
     /// Ids of the named causes.
     #[must_use]
     pub fn named(&self) -> Vec<&'static str> {

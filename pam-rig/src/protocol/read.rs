@@ -28,6 +28,15 @@ impl Protocol {
         Self::parse(&toml_file::text(path)?, path)
     }
 
+    /// The protocol as a file that [`read`](Self::read) takes.
+    ///
+    /// # Panics
+    /// Never: a protocol is plain tables.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a protocol is plain tables")
+    }
+
     /// Reads a protocol from text; `path` is for messages and the place of its tables.
     ///
     /// # Errors
