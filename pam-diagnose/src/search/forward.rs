@@ -16,7 +16,7 @@ pub struct Acceptance {
 
 impl Default for Acceptance {
     fn default() -> Self {
-        Self { held_drop: 0.08, total_drop: 20.0 }
+        Self { held_drop: 0.08, total_drop: 12.0 }
     }
 }
 
