@@ -1,0 +1,282 @@
+//! The diagnosis on data with something hidden in them: by a plant that is the published model, by the
+//! virtual rig, and by nature (the published real run).
+
+use pam_data::{SavedModel, load_model};
+use pam_diagnose::{Diagnosis, Verdict};
+use pam_tests::diagnose::{at_strength, diagnosed, plant_runs};
+use pam_tests::plant::{Hidden, Noise, excitation, hidden};
+use pam_tests::{published_weights, run, shared, stdout_of, text};
+use serde_json::Value;
+use std::path::Path;
+
+const PAM: &str = env!("CARGO_BIN_EXE_pam-under-test");
+const CONDITIONS: [[f64; 2]; 3] = [[45.0, 45.0], [30.0, 60.0], [70.0, 60.0]];
+const SHARE: f64 = 0.3;
+
+fn published() -> SavedModel {
+    load_model(&published_weights()).unwrap()
+}
+
+fn found(effects: &[Hidden], noise: Noise, seed: u64) -> Diagnosis {
+    let saved = published();
+    let data = plant_runs(&saved, &CONDITIONS, &excitation(SHARE), effects, noise, seed);
+    diagnosed(&saved, &data, None, seed)
+}
+
+/// Whether a parameter is within 10 % of the truth or its interval holds it.
+fn recovered(d: &Diagnosis, id: &str, name: &str, truth: f64) -> bool {
+    d.causes.iter().filter(|c| c.effect == id).any(|c| {
+        c.parameters.iter().any(|(n, i)| {
+            let inside = i.ci95[0] <= truth && truth <= i.ci95[1];
+            *n == name && (inside || (i.value - truth).abs() <= 0.1 * truth.abs())
+        })
+    })
+}
+
+#[test]
+fn single_effects_are_named_with_their_magnitudes() {
+    let ids = [
+        "coulomb_friction",
+        "stribeck_friction",
+        "viscous_damping",
+        "creep",
+        "backlash",
+        "tendon_slack",
+        "leak",
+        "polytropic_gas",
+        "actuation_delay",
+        "pressure_sensor_lag",
+        "pressure_bias",
+        "position_offset",
+    ];
+    for id in ids {
+        let effect = at_strength(id, 1.0);
+        let d = found(std::slice::from_ref(&effect), Noise::default(), 3);
+        assert_eq!(d.verdict, Verdict::Explained, "{id}");
+        assert_eq!(d.named(), [id]);
+        for (name, truth) in &effect.1 {
+            assert!(recovered(&d, id, name, *truth), "{id}: {name} = {truth}, {:?}", d.causes[0]);
+        }
+        assert!(d.gain.overall.ci95[0] > 0.0, "{id}: {:?}", d.gain.overall);
+        assert!(d.removed > 0.9, "{id}: {}", d.removed);
+    }
+}
+
+#[test]
+fn effects_that_act_together_are_all_named() {
+    let sets: [&[&str]; 4] = [
+        &["coulomb_friction", "pressure_delay"],
+        &["viscous_damping", "position_gain"],
+        &["force_saturation", "pressure_sensor_lag"],
+        &["coulomb_friction", "leak", "backlash"],
+    ];
+    for ids in sets {
+        let effects: Vec<Hidden> = ids.iter().map(|id| at_strength(id, 1.0)).collect();
+        let d = found(&effects, Noise::default(), 4);
+        let mut named = d.named();
+        named.sort_unstable();
+        let mut truth = ids.to_vec();
+        truth.sort_unstable();
+        assert_eq!(named, truth);
+        assert_eq!(d.verdict, Verdict::Explained);
+    }
+}
+
+#[test]
+fn nothing_is_found_where_nothing_is_hidden() {
+    for (seed, factor) in [(11, 0.3), (12, 1.0), (13, 1.0), (14, 3.0)] {
+        let n = Noise::default();
+        let noise = Noise {
+            displacement_mm: factor * n.displacement_mm,
+            pressure_kpa: factor * n.pressure_kpa,
+            force_n: factor * n.force_n,
+        };
+        let d = found(&[], noise, seed);
+        assert_eq!(d.verdict, Verdict::NothingFound, "seed {seed}: {:?}", d.named());
+        assert!(d.causes.is_empty());
+        assert!(d.extended.effects.is_empty(), "the model stays as it is");
+    }
+}
+
+#[test]
+fn what_is_not_listed_gets_no_name_but_a_description() {
+    let periodic = hidden("periodic_disturbance", &[("force_n", 12.0), ("frequency_hz", 1.37)]);
+    let d = found(&[periodic], Noise::default(), 5);
+    assert_eq!(d.verdict, Verdict::Unexplained);
+    assert!(d.causes.is_empty());
+    let told = &d.residual.description;
+    assert!(told.contains("where the force has none"), "{told}");
+    let line = d.residual.channels[0].spectrum.foreign_line().unwrap();
+    assert!((line.frequency_hz - 1.37).abs() < 0.13, "{line:?}");
+
+    let slip = hidden("tendon_slip", &[("time_s", 9.0), ("slip_mm", 0.4)]);
+    let d = found(&[slip], Noise::default(), 5);
+    assert_ne!(d.verdict, Verdict::Explained);
+    let profile = &d.residual.channels[0].profiles[0].1;
+    let jump = profile.jump.expect("the jump is seen");
+    assert!((jump.time_s - 9.0).abs() < 0.5, "{jump:?}");
+    assert!((jump.after - jump.before - 0.4).abs() < 0.05, "{jump:?}");
+
+    for id in ["chamber_crosstalk", "sensor_gain_jump", "valve_glitch"] {
+        let effect = match id {
+            "chamber_crosstalk" => hidden(id, &[("rate_per_s", 4e-3)]),
+            "sensor_gain_jump" => hidden(id, &[("time_s", 8.0), ("relative", 0.06)]),
+            _ => hidden(id, &[("time_s", 9.0), ("mass_mg", 6.0)]),
+        };
+        let d = found(&[effect], Noise::default(), 5);
+        assert!(
+            matches!(d.verdict, Verdict::Unexplained | Verdict::PartlyExplained),
+            "{id}: {} {:?}",
+            d.verdict,
+            d.named()
+        );
+    }
+}
+
+fn read_json(path: &Path) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+#[test]
+fn the_real_run_shows_dry_friction() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("found");
+    let (model, data) = (published_weights(), shared("pneu-sim/data.mat"));
+    let printed = stdout_of(
+        PAM,
+        &["diagnose", "--model", text(&model), "--data", text(&data), "--out", text(&out)],
+    );
+    assert!(printed.contains("friction"), "{printed}");
+    let d = read_json(&out.join("diagnosis.json"));
+    let cause = &d["causes"][0];
+    let force = match cause["effect"].as_str().unwrap() {
+        "coulomb_friction" => "force_n",
+        "stribeck_friction" => "static_n",
+        other => panic!("the first cause is {other}"),
+    };
+    let force = cause["parameters"][force]["value"].as_f64().unwrap();
+    assert!((30.0..=60.0).contains(&force), "{force} N");
+    let x = &d["gain"]["x"];
+    let (before, after) = (x["rmse_before"].as_f64().unwrap(), x["rmse_after"].as_f64().unwrap());
+    assert!(after <= 0.3 * before, "{before} -> {after} mm");
+    assert!(d["gain"]["overall"]["ci95"][0].as_f64().unwrap() > 0.0);
+    assert_eq!(d["held_out"]["kind"], "last_part");
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    for part in ["1. What is wrong", "2. Why", "3. What changes", "4. What it gains"] {
+        assert!(report.contains(part), "{part}");
+    }
+
+    // The extended model works where models are taken.
+    let extended = out.join("model.safetensors");
+    let scores = folder.path().join("scores");
+    let _ = stdout_of(
+        PAM,
+        &["evaluate", "--model", text(&extended), "--data", text(&data), "--out", text(&scores)],
+    );
+    let plain = folder.path().join("plain");
+    let _ = stdout_of(
+        PAM,
+        &["evaluate", "--model", text(&model), "--data", text(&data), "--out", text(&plain)],
+    );
+    let rmse = |folder: &Path| {
+        read_json(&folder.join("evaluation.json"))["mean"]["rmse"]["x"].as_f64().unwrap()
+    };
+    assert!(rmse(&scores) < 0.4 * rmse(&plain), "{} {}", rmse(&scores), rmse(&plain));
+    let refused = run(
+        PAM,
+        &["gradient", "--model", text(&extended), "--data", text(&data), "--out", "g.npz"],
+    );
+    assert!(!refused.status.success());
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("extended by"));
+}
+
+#[test]
+fn an_effect_hidden_by_the_rig_is_found_beside_healthy_recordings() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let protocol = at("short.toml");
+    let sines: String = [(0.5, 6.0), (1.0, 3.0), (2.0, 2.0)]
+        .iter()
+        .flat_map(|(f, t)| [1.0, 1.5].map(|a| format!(
+            "[[current]]\nkind = \"sine\"\namplitude_a = {a}\nfrequency_hz = {f}\nduration_s = {t}\n"
+        )))
+        .collect();
+    std::fs::write(&protocol, format!("name = \"short\"\nconditions = [[45, 45]]\n{sines}"))
+        .unwrap();
+    let record = |out: &Path, conditions: &str, effect: Option<&str>, seed: &str| {
+        let mut arguments = vec![
+            "rig",
+            "record",
+            "--protocol",
+            text(&protocol),
+            "--conditions",
+            conditions,
+            "--seed",
+            seed,
+            "--out",
+            text(out),
+            "--quiet",
+        ];
+        if let Some(effect) = effect {
+            arguments.extend(["--effect", effect]);
+        }
+        let _ = stdout_of(PAM, &arguments);
+    };
+    let (healthy, data, found) = (at("healthy"), at("data"), at("found"));
+    record(&healthy, "45/45,60/30,60/60", None, "21");
+    record(&data, "45/45,30/60,70/60", Some("viscous_damping:coefficient_ns_m=1500"), "22");
+    let arguments = [
+        "diagnose",
+        "--data",
+        text(&data),
+        "--healthy",
+        text(&healthy),
+        "--out",
+        text(&found),
+        "--json",
+    ];
+    let d: Value = serde_json::from_str(&stdout_of(PAM, &arguments)).unwrap();
+    // Only now is the truth opened.
+    let truth = read_json(&data.join("truth.json"));
+    assert!(truth.to_string().contains("viscous_damping"), "{truth}");
+    assert_eq!(d["causes"][0]["effect"], "viscous_damping", "{d}");
+    let value = d["causes"][0]["parameters"]["coefficient_ns_m"]["value"].as_f64().unwrap();
+    assert!((value - 1500.0).abs() < 150.0, "{value}");
+
+    // The same seed gives the same answer at any number of threads.
+    let again = at("again");
+    let single = [
+        "diagnose",
+        "--data",
+        text(&data),
+        "--healthy",
+        text(&healthy),
+        "--out",
+        text(&again),
+        "--quiet",
+        "--threads",
+        "1",
+    ];
+    let _ = stdout_of(PAM, &single);
+    let bytes = |folder: &Path| std::fs::read(folder.join("diagnosis.json")).unwrap();
+    assert_eq!(bytes(&found), bytes(&again));
+}
+
+#[test]
+fn wrong_usage_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let data = shared("pneu-sim/data.mat");
+    let fails = |more: &[&str], says: &str| {
+        let mut arguments = vec!["diagnose", "--data", text(&data), "--out", text(&out)];
+        arguments.extend(more);
+        let output = run(PAM, &arguments);
+        assert!(!output.status.success());
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(errors.contains(says), "{errors}");
+        assert!(!out.exists(), "nothing is written");
+    };
+    fails(&["--effects", "coulomb_friction,warp"], "there is no effect `warp`");
+    fails(&["--max-effects", "0"], "at least 1");
+    fails(&["--healthy", "/nowhere"], "/nowhere");
+}
