@@ -96,10 +96,12 @@ pub fn diagnosed(
         .expect("a diagnosis")
 }
 
-/// Typical magnitudes of every listed effect for a study: id, parameters at medium strength, and those
-/// that grow with the strength.
+/// An effect at medium strength: id, parameters, and the names of those that grow with the strength.
+pub type Medium = (&'static str, Vec<(&'static str, f64)>, &'static [&'static str]);
+
+/// Typical magnitudes of every listed effect for a study.
 #[must_use]
-pub fn vocabulary() -> Vec<(&'static str, Vec<(&'static str, f64)>, &'static [&'static str])> {
+pub fn vocabulary() -> Vec<Medium> {
     vec![
         ("coulomb_friction", vec![("force_n", 12.0)], &["force_n"]),
         (

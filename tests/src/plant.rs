@@ -164,10 +164,8 @@ pub fn record(
         let half = 0.5 * e.or("backlash", "gap_mm", 0.0);
         shown = shown.clamp(x - half, x + half);
         let mut seen_x = shown * (1.0 + e.or("position_gain", "relative", 0.0)) + offset;
-        if let Some(at) = e.get("tendon_slip", "time_s") {
-            if t > at {
-                seen_x += e.or("tendon_slip", "slip_mm", 0.0);
-            }
+        if e.get("tendon_slip", "time_s").is_some_and(|at| t > at) {
+            seen_x += e.or("tendon_slip", "slip_mm", 0.0);
         }
         if let Some(period) = e.get("encoder_freeze", "period_s") {
             if t > period && t % period < e.or("encoder_freeze", "duration_s", 0.0) {
@@ -184,8 +182,8 @@ pub fn record(
             let share = 1.0 - (-TAU * cutoff / RATE_HZ).exp();
             for i in 0..2 {
                 lag[i] += share * (seen_p[i] - lag[i]);
-                seen_p[i] = lag[i];
             }
+            seen_p = lag;
         }
         history.push(seen_p);
         if let Some(ms) = e.get("pressure_delay", "delay_ms") {
@@ -194,10 +192,8 @@ pub fn record(
         }
         for i in 0..2 {
             let mut relative = gain[i];
-            if let Some(at) = e.get("sensor_gain_jump", "time_s") {
-                if t > at && i == 0 {
-                    relative += e.or("sensor_gain_jump", "relative", 0.0);
-                }
+            if i == 0 && e.get("sensor_gain_jump", "time_s").is_some_and(|at| t > at) {
+                relative += e.or("sensor_gain_jump", "relative", 0.0);
             }
             seen_p[i] += relative * (seen_p[i] - ATMOSPHERE_KPA) + bias[i];
             seen_p[i] += noise.pressure_kpa * normal();
@@ -230,12 +226,12 @@ pub fn record(
             let mut restoring = f
                 * (1.0 + e.or("stiffness_scale", "relative", 0.0))
                 * (1.0 + e.or("stiffness_drift", "relative_per_min", 0.0) * t / 60.0);
-            if let Some(d) = slack {
-                if x.abs() > d {
-                    let edge = d.copysign(x);
-                    let loss = e.or("tendon_slack", "stiffness_loss", 0.0);
-                    restoring -= loss * (force_at(x, 0.0, masses) - force_at(edge, 0.0, masses));
-                }
+            if let Some(d) = slack
+                && x.abs() > d
+            {
+                let edge = d.copysign(x);
+                let loss = e.or("tendon_slack", "stiffness_loss", 0.0);
+                restoring -= loss * (force_at(x, 0.0, masses) - force_at(edge, 0.0, masses));
             }
             let mut total = drive + load - restoring;
             total -= e.or("viscous_damping", "coefficient_ns_m", 0.0) * v;

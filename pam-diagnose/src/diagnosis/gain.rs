@@ -74,6 +74,9 @@ struct Block {
     total: [f64; 4],
 }
 
+/// Blocks of a trial, and its sums by frequency of excitation.
+type TrialSums = (Vec<Block>, Vec<(String, Block)>);
+
 impl Block {
     fn add(&mut self, other: &Self) {
         self.points += other.points;
@@ -110,7 +113,7 @@ impl Gain {
         after: &Hypothesis<'_>,
         seed: u64,
     ) -> Self {
-        let trials: Vec<(Vec<Block>, Vec<(String, Block)>)> = (0..problem.len())
+        let trials: Vec<TrialSums> = (0..problem.len())
             .into_par_iter()
             .filter_map(|i| {
                 let (mut old, mut new) = (Trajectory::default(), Trajectory::default());
@@ -199,19 +202,19 @@ fn blocks(
     trial: usize,
     old: &Trajectory<f64>,
     new: &Trajectory<f64>,
-) -> (Vec<Block>, Vec<(String, Block)>) {
+) -> TrialSums {
     let t = problem.trials[trial];
     let window = problem.windows[trial].clone();
     let means = [0, 1, 2, 3]
         .map(|c| t.measured[c][window.clone()].iter().sum::<f64>() / window.len().max(1) as f64);
     let sum = |points: std::ops::Range<usize>| {
         let mut block = Block { points: points.len() as f64, ..Block::default() };
-        for c in 0..4 {
+        for (c, mean) in means.iter().enumerate() {
             for k in points.clone() {
                 let y = t.measured[c][k];
                 block.before[c] += (y - old.channels[c][k]).powi(2);
                 block.after[c] += (y - new.channels[c][k]).powi(2);
-                block.total[c] += (y - means[c]).powi(2);
+                block.total[c] += (y - mean).powi(2);
             }
         }
         block

@@ -85,9 +85,8 @@ impl Evidence {
             }
             for j in i + 1..4 {
                 let factor = normal[j][i] / pivot;
-                for k in i..4 {
-                    normal[j][k] -= factor * normal[i][k];
-                }
+                let pivot_row = normal[i];
+                normal[j].iter_mut().zip(pivot_row).for_each(|(n, p)| *n -= factor * p);
                 right[j] -= factor * right[i];
             }
         }

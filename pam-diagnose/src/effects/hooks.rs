@@ -74,9 +74,9 @@ impl<S: Scalar> Observed<'_, S> {
     pub fn renew_velocity(&mut self) {
         let (x, v) = (&*self.displacement_mm, &mut *self.velocity_mm_s);
         let last = x.len() - 1;
-        for k in 0..=last {
+        for (k, v) in v.iter_mut().enumerate() {
             let (a, b) = (k.saturating_sub(1), (k + 1).min(last));
-            v[k] = (x[b] - x[a]).scaled(1.0 / ((b - a).max(1) as f64 * self.step_s));
+            *v = (x[b] - x[a]).scaled(1.0 / ((b - a).max(1) as f64 * self.step_s));
         }
     }
 }

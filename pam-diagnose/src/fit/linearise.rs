@@ -87,8 +87,8 @@ impl Problem<'_> {
         for i in 0..unknowns {
             for j in 0..=i {
                 let mut sum = 0.0;
-                for c in 0..3 {
-                    sum += weights[c] * dot(&s.columns[i][c], &s.columns[j][c]);
+                for (c, weight) in weights.iter().enumerate() {
+                    sum += weight * dot(&s.columns[i][c], &s.columns[j][c]);
                 }
                 gram[i * unknowns + j] = sum;
                 gram[j * unknowns + i] = sum;

@@ -4,7 +4,7 @@
 //! A [`Problem`] is a set of trials with the rows that count; [`Hypothesis`] is what is fitted: effects
 //! with their values, and what the recordings leave uncertain (the model's own numbers, initial states,
 //! sealed masses, offsets of the first pressure readings), each tied to its measured value by a
-//! tolerance. [`Problem::fit`] moves a hypothesis to its best fit, [`Problem::covariance`] says how sure
+//! tolerance. [`Problem::fit`] moves a hypothesis to its best fit, [`Problem::intervals`] says how sure
 //! its numbers are.
 
 mod covariance;

@@ -27,6 +27,9 @@ pub struct Search<'a, 'e> {
     pub evidence: Evidence,
 }
 
+/// Which of an effect's starting values are tried.
+type Choice<'c> = dyn Fn(&dyn AnyEffect, Vec<Vec<f64>>) -> Vec<Vec<f64>> + Sync + 'c;
+
 /// Iterations from each starting value before the best one of a candidate is followed.
 const SCREENING: usize = 2;
 /// The same beside other effects, where candidates start from their fit alone.
@@ -95,7 +98,7 @@ impl<'e> Search<'_, 'e> {
     fn extend(
         &self,
         from: &Hypothesis<'e>,
-        choose: &(dyn Fn(&dyn AnyEffect, Vec<Vec<f64>>) -> Vec<Vec<f64>> + Sync),
+        choose: &Choice<'_>,
         screening: usize,
         keep: usize,
     ) -> Vec<Scored<'e>> {

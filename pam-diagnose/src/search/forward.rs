@@ -185,7 +185,9 @@ impl<'e> Search<'_, 'e> {
             };
             let switchable = parameters.iter().any(|p| p.off.is_some());
             let absent = switchable && pairs().all(|(p, i)| holds_off(p, i));
-            let vague = pairs().any(|(p, i)| p.logarithmic && !(i.ci95[1] <= 100.0 * i.ci95[0]));
+            // An interval without a number is vague as well.
+            let narrow = |i: &Interval| i.ci95[1] <= 100.0 * i.ci95[0];
+            let vague = pairs().any(|(p, i)| p.logarithmic && !narrow(i));
             if absent || vague {
                 return Some(place);
             }

@@ -217,7 +217,7 @@ impl<'a, S: EffectScalar> March<'a, S> {
             }
         }
         for (air, log) in air_g.iter_mut().zip(nuisances.log_air) {
-            *air = *air * log.exp();
+            *air *= log.exp();
         }
         let total_mass = base.mass_kg + inertia;
         Self {

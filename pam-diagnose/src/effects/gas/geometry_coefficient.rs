@@ -27,7 +27,7 @@ impl Effect for GeometryCoefficient {
     }
 
     fn chamber<S: Scalar>(&self, p: &[S], law: &mut ChamberLaw<S>) {
-        law.deformation_factor = law.deformation_factor * (p[0] + S::constant(1.0));
+        law.deformation_factor *= p[0] + S::constant(1.0);
         law.feeds_back |= p[1].real() > 0.5;
     }
 }

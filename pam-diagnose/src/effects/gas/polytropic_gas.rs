@@ -27,7 +27,7 @@ impl Effect for PolytropicGas {
     }
 
     fn chamber<S: Scalar>(&self, p: &[S], law: &mut ChamberLaw<S>) {
-        law.exponent = law.exponent * p[0];
+        law.exponent *= p[0];
         law.feeds_back |= p[1].real() > 0.5;
     }
 }

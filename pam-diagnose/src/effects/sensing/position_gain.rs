@@ -28,14 +28,14 @@ impl Effect for PositionGain {
 
     fn rest<S: Scalar>(&self, p: &[S], rest: &mut Rest<S>) {
         let gain = p[0] + S::constant(1.0);
-        rest.sealed_mm = rest.sealed_mm / gain;
-        rest.start_mm = rest.start_mm / gain;
+        rest.sealed_mm /= gain;
+        rest.start_mm /= gain;
     }
 
     fn observe<S: Scalar>(&self, p: &[S], seen: &mut Observed<'_, S>) {
         let gain = p[0] + S::constant(1.0);
         for value in seen.displacement_mm.iter_mut().chain(seen.velocity_mm_s.iter_mut()) {
-            *value = *value * gain;
+            *value *= gain;
         }
     }
 }

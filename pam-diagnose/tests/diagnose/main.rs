@@ -1,0 +1,18 @@
+//! The parts of the diagnosis against equations written out here, against an exact solver, and against
+//! themselves (derivatives, files, threads).
+
+mod complex;
+mod joint;
+
+mod base;
+mod biases;
+mod coverage;
+mod files;
+mod friction;
+mod gas;
+mod loops;
+mod mechanics;
+mod published;
+mod sensing;
+mod sensitivities;
+mod threads;

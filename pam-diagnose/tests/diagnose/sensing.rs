@@ -1,0 +1,113 @@
+//! What the sensors show.
+
+use super::complex::{Complex, line};
+use super::joint::{P, Run, driven, linear, linear_run, run, subject, volumes};
+use pam_core::units::ATMOSPHERE_KPA;
+use pam_data::MassOrigin;
+use std::f64::consts::TAU;
+
+const HERTZ: f64 = 1.0;
+
+fn drive(t: f64) -> f64 {
+    120.0 * (TAU * HERTZ * t).sin()
+}
+
+fn by_law(x: f64, effects: &[(&str, &[f64])]) -> Run {
+    let model = linear();
+    run(&model, &subject(&model, driven(8.0, x, drive), MassOrigin::GasLaw), effects)
+}
+
+/// Ratio of the pressures' Fourier lines with an effect to those without, at a harmonic.
+fn transfer(effects: &[(&str, &[f64])], harmonic: f64) -> [Complex; 2] {
+    let plain = linear_run(8.0, 0.0, drive, &[]);
+    let seen = linear_run(8.0, 0.0, drive, effects);
+    let of =
+        |run: &Run, i: usize| line(&run.p[i], run.step_s, HERTZ * harmonic, 3 * harmonic as usize);
+    [0, 1].map(|i| of(&seen, i) / of(&plain, i))
+}
+
+/// `1/(1 + j f/f_c)`, at the fundamental and at the second harmonic that the volumes make. The lag is exact for
+/// straight lines between grid points: (ω h)²/12.
+#[test]
+fn the_lag_is_a_first_order_low_pass() {
+    for cutoff in [1.0, 3.0, 10.0] {
+        for harmonic in [1.0, 2.0] {
+            let expected = Complex::real(1.0) / Complex(1.0, HERTZ * harmonic / cutoff);
+            for ratio in transfer(&[("pressure_sensor_lag", &[cutoff])], harmonic) {
+                let miss = (ratio + expected * Complex::real(-1.0)).size();
+                assert!(miss < 5e-4, "{cutoff} Hz, harmonic {harmonic}: {miss}");
+            }
+        }
+    }
+}
+
+/// `exp(−j ω d)`, between grid points by straight lines: (ω h)²/8.
+#[test]
+fn the_delay_turns_the_phase_and_keeps_the_amplitude() {
+    for delay in [3.0, 25.0, 40.0] {
+        for harmonic in [1.0, 2.0] {
+            let expected = Complex::turn(-TAU * HERTZ * harmonic * 1e-3 * delay);
+            for ratio in transfer(&[("pressure_delay", &[delay])], harmonic) {
+                let miss = (ratio + expected * Complex::real(-1.0)).size();
+                assert!(miss < 5e-4, "{delay} ms, harmonic {harmonic}: {miss}");
+            }
+        }
+    }
+}
+
+/// Measured gauge is `(1 + r)` times true gauge, also in the sealed reading from which the masses follow: the
+/// swing is `(1 + r)` times that of the true, smaller or larger, mass.
+#[test]
+fn pressure_gain_acts_on_gauge_pressures() {
+    let relative = [0.1, -0.06];
+    let plain = by_law(0.0, &[]);
+    let seen = by_law(0.0, &[("pressure_gain", &relative)]);
+    for (i, relative) in relative.into_iter().enumerate() {
+        let gain = 1.0 + relative;
+        let true_kpa = ATMOSPHERE_KPA + (P - ATMOSPHERE_KPA) / gain;
+        for k in 0..plain.x.len() {
+            let expected = P + (plain.p[i][k] - P) * gain * true_kpa / P;
+            assert!((seen.p[i][k] - expected).abs() < 1e-9 * P, "{k}");
+        }
+    }
+}
+
+/// Offset: the joint is at `measured − o`. A linear joint that is really at rest at zero shows `x + o`.
+#[test]
+fn a_position_offset_is_added_to_the_true_position() {
+    let plain = by_law(0.0, &[]);
+    let seen = by_law(0.15, &[("position_offset", &[0.15])]);
+    for k in 0..plain.x.len() {
+        assert!((seen.x[k] - plain.x[k] - 0.15).abs() < 1e-9);
+        assert!((seen.v[k] - plain.v[k]).abs() < 1e-9);
+        // True volumes: as if sealed at zero, to the same pressures.
+        assert!((seen.p[0][k] - plain.p[0][k]).abs() < 1e-9 * P, "{k}");
+    }
+}
+
+/// Gain: measured displacement and velocity are `(1 + r)` times the true ones, the air knows the true ones.
+#[test]
+fn a_position_gain_multiplies_the_true_position() {
+    let plain = by_law(0.0, &[]);
+    let seen = by_law(0.0, &[("position_gain", &[0.08])]);
+    let nu = linear().physical().deformation;
+    let (rest, _) = volumes(0.0, nu);
+    for k in 0..plain.x.len() {
+        assert!((seen.x[k] - 1.08 * plain.x[k]).abs() < 1e-9);
+        assert!((seen.v[k] - 1.08 * plain.v[k]).abs() < 1e-9);
+        let (now, _) = volumes(seen.x[k] / 1.08, nu);
+        assert!((seen.p[0][k] - P * rest[0] / now[0]).abs() < 1e-9 * P);
+    }
+}
+
+/// A bias of the sensors shifts every sample by itself.
+#[test]
+fn a_pressure_bias_is_added() {
+    // The rest of the measured first sample is true pressure and bias; nothing moves.
+    let model = linear();
+    let still = subject(&model, driven(6.0, 0.0, |_| 0.0), MassOrigin::GasLaw);
+    let seen = run(&model, &still, &[("pressure_bias", &[12.0, -7.0])]);
+    for series in &seen.p {
+        assert!(series.iter().all(|p| (p - P).abs() < 1e-9 * P));
+    }
+}
