@@ -1,7 +1,8 @@
 //! From a learned joint model to commands and back.
 //!
 //! - [`motion`]: desired motions and stiffnesses;
-//! - [`synthesis`]: the air masses and pressures that give them, exactly and fast.
+//! - [`synthesis`]: the air masses and pressures that give them, exactly and fast;
+//! - [`export`]: plans and networks for controllers.
 //!
 //! ```
 //! use pam_control::motion::{MotionSpec, StiffnessProfile};
@@ -22,6 +23,7 @@
 //! ```
 
 pub mod error;
+pub mod export;
 pub mod motion;
 pub mod synthesis;
 
