@@ -2,7 +2,10 @@
 //!
 //! - [`motion`]: desired motions and stiffnesses;
 //! - [`synthesis`]: the air masses and pressures that give them, exactly and fast;
-//! - [`export`]: plans and networks for controllers.
+//! - [`export`]: plans and networks for controllers;
+//! - [`execution`]: plans carried out on a joint, with and without perturbations;
+//! - [`identification`]: stiffness and damping from the response to a pulse;
+//! - [`equilibrium_point`]: the classical model beside the learned one; [`statistics`]: paired t-test.
 //!
 //! ```
 //! use pam_control::motion::{MotionSpec, StiffnessProfile};
@@ -22,9 +25,13 @@
 //! # Ok::<(), pam_control::ControlError>(())
 //! ```
 
+pub mod equilibrium_point;
 pub mod error;
+pub mod execution;
 pub mod export;
+pub mod identification;
 pub mod motion;
+pub mod statistics;
 pub mod synthesis;
 
 pub use error::ControlError;
