@@ -10,6 +10,7 @@ pub mod console;
 pub mod demo;
 pub mod error;
 pub mod options;
+pub mod rig_joint;
 pub mod run_record;
 
 pub use arguments::{Arguments, Command};

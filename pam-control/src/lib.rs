@@ -28,6 +28,7 @@
 pub mod equilibrium_point;
 pub mod error;
 pub mod execution;
+pub mod experiments;
 pub mod export;
 pub mod identification;
 pub mod motion;

@@ -67,3 +67,9 @@ impl<J: Joint + ?Sized> Joint for &mut J {
         (**self).tick(command)
     }
 }
+
+impl<J: Joint + ?Sized> Joint for Box<J> {
+    fn tick(&mut self, command: &JointCommand) -> Reading {
+        (**self).tick(command)
+    }
+}
