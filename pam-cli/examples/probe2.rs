@@ -15,7 +15,7 @@ fn main() {
     for r in tracking::track(&model, s, &tracking::published_cases(), 1, &make, &||{}).unwrap() {
         println!("{:9} {:9} A {} f {} K {} rmse {:.3} pub {:.3}  p {:.1} kPa, missed {}/{}", r.case.shape, r.case.series, r.case.amplitude_mm, r.case.frequency_hz, r.case.stiffness_n_mm, r.rmse_mm, r.case.published_mm, r.pressure_rmse_kpa, r.plan.nearest_stiffness, r.plan.samples);
     } }
-    let shape = PulseShape::default();
+    let w: f64 = std::env::args().nth(3).map_or(0.3, |v| v.parse().unwrap()); let f: f64 = std::env::args().nth(4).map_or(90.0, |v| v.parse().unwrap()); let shape = PulseShape{window_s: w, force_n: f, ..PulseShape::default()};
     let t = stiffness::staircase_targets(&stiffness::STAIRCASE_N_MM).unwrap();
     let plan = Plan::new(&model, t, s).unwrap();
     for i in stiffness::staircase(&Commands::from(&plan), 6, &shape, m, 1, &make).unwrap() {
@@ -24,12 +24,12 @@ fn main() {
     let t = comparison::targets().unwrap();
     let plan = Plan::new(&model, t.clone(), s).unwrap();
     println!("{:?}", plan.summary());
-    let (rows, _) = comparison::rows(&Commands::from(&plan), &shape, m, 2, 1, &make).unwrap();
+    let (rows, _) = comparison::rows(&Commands::from(&plan), &shape, m, 6, 1, &make).unwrap();
     for r in &rows { println!("NN {} {:.2?} {:.2?} {:.2} {:?}", r.nominal_n_mm, r.at_rest_n_mm, r.at_speed_n_mm, r.delta_percent, r.test); }
     let mut obs = vec![];
     for p in pam_data::collect_paths(&["/tmp/rig-logs".into()]).unwrap() { for r in pam_data::open_recordings(&p, &Default::default()).unwrap() { obs.push(observe(&r).unwrap()); } }
     let ep = EquilibriumPoint::fit(&obs).unwrap();
     println!("{} {ep:?}", obs.len());
-    let (rows, _) = comparison::rows(&ep.commands(&t), &shape, m, 2, 1, &make).unwrap();
+    let (rows, _) = comparison::rows(&ep.commands(&t), &shape, m, 6, 1, &make).unwrap();
     for r in &rows { println!("EP {} {:.2?} {:.2?} {:.2} {:?}", r.nominal_n_mm, r.at_rest_n_mm, r.at_speed_n_mm, r.delta_percent, r.test); }
 }

@@ -43,9 +43,9 @@ pub const PUBLISHED: [[[f64; 5]; 3]; 2] = [
     ],
 ];
 
-/// Runs the cycle `repeats` times with commands and makes the table's rows. A pair is the mean of peak and
-/// trough of one cycle and the centre of the same cycle; pulses of both directions count as pairs of
-/// their own.
+/// Runs the cycle `repeats` times with commands and makes the table's rows. A pair is the mean at peaks
+/// and troughs of two cycles in a row and the mean at their centres, each over both directions: dry friction
+/// adds to the resistance against a push that turns the motion round, and takes nothing from one along it.
 ///
 /// # Errors
 /// As [`cycle`].
@@ -65,19 +65,22 @@ pub fn rows(
     for nominal in CYCLE_N_MM {
         let mut pairs = Vec::new();
         for run in &runs {
-            let at = |cycle: usize, place: &str| -> Vec<f64> {
-                run.iter()
-                    .filter(|i| i.record.pulse.place == place)
-                    .filter(|i| (i.record.commanded_n_mm - nominal).abs() < 0.5)
-                    .filter(|i| (i.record.pulse.time_s / 10.0 - 1e-9) as usize == cycle)
-                    .map(|i| i.estimate.stiffness_n_mm)
-                    .collect()
-            };
-            for cycle in 0..CYCLES_A_LEVEL * CYCLE_N_MM.len() {
-                let rest = [at(cycle, "peak"), at(cycle, "trough")].concat();
-                let (rest, speed) = (mean_and_deviation(&rest).0, at(cycle, "centre"));
-                if let ([speed], true) = (&speed[..], rest.is_finite()) {
-                    pairs.push([rest, *speed]);
+            // Two cycles in a row hold a pulse of each direction at each place.
+            for first in (0..CYCLES_A_LEVEL - 1).step_by(2) {
+                let at = |places: &[&str]| -> Vec<f64> {
+                    run.iter()
+                        .filter(|i| places.contains(&i.record.pulse.place))
+                        .filter(|i| (i.record.commanded_n_mm - nominal).abs() < 0.5)
+                        .filter(|i| {
+                            let within = (i.record.pulse.time_s / 10.0) as usize % CYCLES_A_LEVEL;
+                            (first..first + 2).contains(&within)
+                        })
+                        .map(|i| i.estimate.stiffness_n_mm)
+                        .collect()
+                };
+                let (rest, speed) = (at(&["peak", "trough"]), at(&["centre"]));
+                if rest.len() == 4 && speed.len() == 2 {
+                    pairs.push([rest, speed].map(|k| mean_and_deviation(&k).0));
                 }
             }
         }

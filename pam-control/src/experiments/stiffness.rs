@@ -109,9 +109,7 @@ pub fn cycle(
     seed: u64,
     make: MakeJoint<'_>,
 ) -> Result<Vec<Identified>, ControlError> {
-    let cycles = (commands.duration_s() / 10.0).round() as usize;
     let mut joint = make(seed, commands.pressures_kpa(0.0));
-    let mut pulses = cycling_pulses(10.0, 0, cycles);
-    pulses.retain(|p| p.time_s + shape.window_s < commands.duration_s());
+    let pulses = cycling_pulses(10.0, CYCLE_N_MM.len(), CYCLES_A_LEVEL);
     identify_all(perturb(&mut joint, commands, SETTLE_S, &pulses, shape), mass_kg)
 }

@@ -1,14 +1,16 @@
 use crate::execution::Pulse;
 
-/// Pulses at peak, centre and trough of a sine `sin(2π t / period)`, in every cycle from `first` to
-/// `last`; their direction changes from cycle to cycle. In every other pair of cycles the centre is that
-/// of the way down.
+/// Pulses at peak, centre and trough of a sine `sin(2π t / period)`, in each of `cycles` cycles of every
+/// one of `levels` levels. Within a level the direction changes from cycle to cycle; in every other pair of
+/// cycles the centre is that of the way down.
 #[must_use]
-pub fn cycling_pulses(period_s: f64, first: usize, last: usize) -> Vec<Pulse> {
-    (first..last)
+pub fn cycling_pulses(period_s: f64, levels: usize, cycles: usize) -> Vec<Pulse> {
+    (0..levels * cycles)
         .flat_map(|cycle| {
-            let direction = if cycle % 2 == 0 { 1.0 } else { -1.0 };
-            let centre = if cycle / 2 % 2 == 0 { 1.0 } else { 0.5 };
+            let within = cycle % cycles.max(1);
+            let direction = if within % 2 == 0 { 1.0 } else { -1.0 };
+            // The way up passes the centre at the end of a cycle, the way down in its middle.
+            let centre = if within / 2 % 2 == 0 { 0.98 } else { 0.5 };
             let mut places = [(0.25_f64, "peak"), (centre, "centre"), (0.75, "trough")];
             places.sort_by(|a, b| a.0.total_cmp(&b.0));
             places.map(|(phase, place)| Pulse {

@@ -5,7 +5,7 @@ use super::newton::{Lane, march};
 use super::problem::{Outcome, Solution, SynthesisSettings, Target};
 use super::rectifier::{RectifierNetwork, RectifierStencil};
 use super::stencil::{Evaluator, Inertia, Local};
-use super::trace::{Chords, Traced, Vertex, grid_nodes, trace};
+use super::trace::{Chords, Traced, Vertex, grid_nodes, nearest_around, trace};
 use crate::error::ControlError;
 use pam_core::{AnyForce, JointModel, SealedMasses};
 use rayon::prelude::*;
@@ -13,6 +13,9 @@ use rayon::prelude::*;
 /// Samples of a lane that are solved one after the other; the first one of each starts from the lane
 /// before.
 const LANE_SAMPLES: usize = 128;
+
+/// Samples over which the nearest stiffness is carried on before the whole curve is followed again.
+const MOST_CARRIED: usize = 15;
 
 /// Finds the air for motions and stiffnesses.
 ///
@@ -156,6 +159,7 @@ impl<B: ForceBatch> Synthesiser<B> {
         let mut evaluator = self.evaluator(lanes.len());
         let mut tracing = self.evaluator(1);
         let solutions = std::cell::RefCell::new(vec![None; targets.len()]);
+        let mut since_traced = vec![0; targets.len()];
         march(
             &mut evaluator,
             targets,
@@ -163,12 +167,60 @@ impl<B: ForceBatch> Synthesiser<B> {
             lanes,
             |k, u, local| solutions.borrow_mut()[k] = Some(reached(u, local)),
             |k, hint| {
-                let (u, solution) = self.settle(&targets[k], hint, &mut tracing);
+                let before = k.checked_sub(1).filter(|_| k % LANE_SAMPLES != 0);
+                let before = before.and_then(|b| solutions.borrow()[b].map(|s| (targets[b], s)));
+                let carried = before.filter(|_| since_traced[k - 1] < MOST_CARRIED).and_then(
+                    |(target, solution)| {
+                        // A target that is held is followed along its curve once.
+                        if (Target { time_s: targets[k].time_s, ..target }) == targets[k] {
+                            return Some(solution);
+                        }
+                        self.carry(&targets[k], &solution, &mut tracing)
+                    },
+                );
+                let solution = match carried {
+                    Some(solution) => {
+                        let held = before.is_some_and(|(_, s)| s == solution);
+                        since_traced[k] = since_traced[k - 1] + usize::from(!held);
+                        solution
+                    }
+                    None => self.settle(&targets[k], hint, &mut tracing).1,
+                };
                 solutions.borrow_mut()[k] = Some(solution);
-                u
+                [solution.masses.flexor_g, solution.masses.extensor_g]
             },
         );
-        solutions.into_inner().into_iter().flatten().collect()
+        let mut solutions = solutions.into_inner();
+        self.verify_carried(targets, &since_traced, &mut solutions, &mut tracing);
+        solutions.into_iter().flatten().collect()
+    }
+
+    /// Follows the whole curve at the end of every stretch of carried samples; where it leads elsewhere,
+    /// the whole stretch is solved anew.
+    fn verify_carried(
+        &self,
+        targets: &[Target],
+        since_traced: &[usize],
+        solutions: &mut [Option<Solution>],
+        evaluator: &mut Evaluator<'_, B>,
+    ) {
+        let hint = |s: &Option<Solution>| s.map_or([0.0; 2], |s| [s.masses.flexor_g, s.masses.extensor_g]);
+        for end in 0..targets.len() {
+            let goes_on = since_traced.get(end + 1).is_some_and(|n| *n > 0);
+            if since_traced[end] == 0 || goes_on {
+                continue;
+            }
+            let (_, found) = self.settle(&targets[end], hint(&solutions[end]), evaluator);
+            let same = solutions[end]
+                .is_some_and(|s| (s.stiffness_n_mm - found.stiffness_n_mm).abs() <= 1e-6);
+            solutions[end] = Some(found);
+            if same {
+                continue;
+            }
+            for k in (0..end).rev().take_while(|&k| since_traced[k] > 0) {
+                solutions[k] = Some(self.settle(&targets[k], hint(&solutions[k]), evaluator).1);
+            }
+        }
     }
 
     /// The whole curve of a target.
@@ -219,6 +271,42 @@ impl<B: ForceBatch> Synthesiser<B> {
             reachable_n_mm: traced.range_n_mm,
         };
         (vertex.u, solution)
+    }
+
+    /// Carries the nearest stiffness of the sample before to a target: the curve is followed a little way
+    /// on both sides. None if K̂ still comes nearer at an end of that way, or K_d is crossed.
+    fn carry(
+        &self,
+        target: &Target,
+        before: &Solution,
+        evaluator: &mut Evaluator<'_, B>,
+    ) -> Option<Solution> {
+        if before.outcome != Outcome::NearestStiffness {
+            return None;
+        }
+        let from = [before.masses.flexor_g, before.masses.extensor_g];
+        let found = match &self.rectifier {
+            Some(network) => {
+                let mut stencil = RectifierStencil::new(network, &self.settings);
+                stencil.aim(target, self.inertia);
+                nearest_around(&mut stencil, target, from, &self.settings)
+            }
+            None => {
+                let local = |u| evaluator.at(target, u);
+                let mut chords = Chords::new(&self.settings.bounds, local);
+                nearest_around(&mut chords, target, from, &self.settings)
+            }
+        }?;
+        let [low, high] = before.reachable_n_mm?;
+        let k = found.local.k;
+        let range = if k < target.stiffness_n_mm { [low, k] } else { [k, high] };
+        Some(Solution {
+            masses: masses(found.u),
+            stiffness_n_mm: k,
+            residual_mn: found.local.g,
+            outcome: Outcome::NearestStiffness,
+            reachable_n_mm: Some(range),
+        })
     }
 
     /// The masses of the grid that miss a motion's acceleration by least.

@@ -20,7 +20,7 @@ const MOST_PIECES: usize = 20_000;
 /// How far past a kink the next piece begins, as a share of the bounds' width.
 const PAST: f64 = 1e-11;
 /// Length of a chord of a smooth curve, as a share of the bounds' width.
-const CHORD: f64 = 1.0 / 100.0;
+const CHORD: f64 = 1.0 / 32.0;
 
 /// `g` and K̂ of one target over the masses.
 pub(super) trait Landscape {
@@ -94,6 +94,54 @@ pub(super) fn trace(
     traced
 }
 
+/// Pieces that are followed on each side around a point, and how far, as a share of the bounds' width.
+const AROUND: (usize, f64) = (24, 0.04);
+
+/// The point of the curve around `from` whose K̂ is nearest to K_d; none if that is an end of the way
+/// looked at, within the bounds, or if K_d is reached.
+pub(super) fn nearest_around(
+    landscape: &mut impl Landscape,
+    target: &Target,
+    from: [f64; 2],
+    settings: &SynthesisSettings,
+) -> Option<Vertex> {
+    let mut walker = Walker { landscape, target, settings };
+    let start = walker.settle(from, None);
+    let (pieces, share) = AROUND;
+    let limits = Limits {
+        pieces,
+        way_g: share * settings.bounds.width_g(),
+        chord_g: share / 8.0 * settings.bounds.width_g(),
+    };
+    let (mut path, _) = walker.walk(start, -1.0, limits);
+    path.reverse();
+    let (forth, _) = walker.walk(start, 1.0, limits);
+    path.extend_from_slice(forth.get(1..)?);
+    let mut traced =
+        Traced { solutions: Vec::new(), nearest: None, range_n_mm: None, branches: Vec::new() };
+    walker.collect(&path, &mut traced);
+    let nearest = traced.nearest?;
+    let on_wall = |v: &Vertex| {
+        let MassBounds { least_g, most_g } = settings.bounds;
+        v.u.iter().any(|m| [least_g, most_g].iter().any(|w| (m - w).abs() < 1e-9 * (most_g - least_g)))
+    };
+    let [first, .., last] = &path[..] else { return None };
+    let at_an_end = [first, last].iter().any(|end| end.u == nearest.u);
+    (traced.solutions.is_empty() && (!at_an_end || on_wall(&nearest))).then_some(nearest)
+}
+
+/// How far a branch is followed.
+#[derive(Debug, Clone, Copy)]
+struct Limits {
+    pieces: usize,
+    way_g: f64,
+    /// Longest piece.
+    chord_g: f64,
+}
+
+/// To its end.
+const WHOLE: Limits = Limits { pieces: MOST_PIECES, way_g: f64::INFINITY, chord_g: f64::INFINITY };
+
 /// Edges of the grid that a straight piece crosses.
 fn crossings(bounds: &MassBounds, from: [f64; 2], to: [f64; 2], crossed: &mut Vec<[usize; 2]>) {
     let side = CELLS + 1;
@@ -162,22 +210,23 @@ impl<L: Landscape> Walker<'_, L> {
 
     /// The branch through a point, from one end to the other.
     fn follow(&mut self, start: Vertex) -> Vec<Vertex> {
-        let (mut back, closed) = self.walk(start, -1.0);
+        let (mut back, closed) = self.walk(start, -1.0, WHOLE);
         if closed {
             return back;
         }
-        let (forth, _) = self.walk(start, 1.0);
+        let (forth, _) = self.walk(start, 1.0, WHOLE);
         back.reverse();
         back.extend_from_slice(&forth[1..]);
         back
     }
 
-    /// Goes along the curve from a point until it leaves the bounds or comes back (true).
-    fn walk(&mut self, start: Vertex, side: f64) -> (Vec<Vertex>, bool) {
+    /// Goes along the curve from a point until it leaves the bounds or comes back (true), or meets a limit.
+    fn walk(&mut self, start: Vertex, side: f64, limits: Limits) -> (Vec<Vertex>, bool) {
         let bounds = self.settings.bounds;
         let mut here = self.vertex(start.u);
         let mut path = vec![here];
-        while path.len() < MOST_PIECES {
+        let mut way_g = 0.0;
+        while path.len() <= limits.pieces && way_g < limits.way_g {
             let [a, b] = here.local.dg;
             let norm = a.hypot(b);
             if !(norm.is_finite() && norm > 0.0) {
@@ -185,7 +234,7 @@ impl<L: Landscape> Walker<'_, L> {
             }
             let direction = [-side * b / norm, side * a / norm];
             let past = PAST * bounds.width_g();
-            let reach = self.landscape.reach(direction) + past;
+            let reach = (self.landscape.reach(direction) + past).min(limits.chord_g);
             let (room, wall) = room(&bounds, here.u, direction);
             if room <= 0.0 {
                 break;
@@ -194,6 +243,7 @@ impl<L: Landscape> Walker<'_, L> {
             let there = self.settle(along(here.u, direction, reach.min(room)), last.then_some(wall));
             let from_start = distance_to_piece(start.u, here.u, there.u);
             let closed = path.len() > 3 && from_start <= 10.0 * past;
+            way_g += reach;
             path.push(there);
             if last || closed {
                 return (path, closed);
