@@ -5,6 +5,8 @@
 //! - [`export`]: plans and networks for controllers;
 //! - [`execution`]: plans carried out on a joint, with and without perturbations;
 //! - [`identification`]: stiffness and damping from the response to a pulse;
+//! - [`stiffness`]: maps of stiffness and damping, reachable ranges;
+//! - [`experiments`]: the published tests; [`report`]: what commands show;
 //! - [`equilibrium_point`]: the classical model beside the learned one; [`statistics`]: paired t-test.
 //!
 //! ```
@@ -32,7 +34,9 @@ pub mod experiments;
 pub mod export;
 pub mod identification;
 pub mod motion;
+pub mod report;
 pub mod statistics;
+pub mod stiffness;
 pub mod synthesis;
 
 pub use error::ControlError;

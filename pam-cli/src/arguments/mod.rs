@@ -1,7 +1,12 @@
 //! The command line.
 
+mod control;
 mod rig;
 mod train;
+
+pub use control::{
+    BoundsOptions, IdentifyArguments, IdentifySchedule, PlanArguments, StiffnessArguments, TrackArguments,
+};
 
 pub use rig::{RigCommand, RigObservablesArguments, RigProtocolArguments, RigRecordArguments};
 
@@ -39,6 +44,9 @@ Examples:
   pam rig record --conditions 30/60,45/45 --effect coulomb_friction:force_n=20 --out logs
                                                 made-up recordings with a hidden effect
   pam train --data logs --out run               train on recordings; run/model.safetensors
+  pam plan --model model.eqx --motion sine:A=1,f=0.1 --stiffness 150 --out plan
+                                                pressures for a motion and a stiffness
+  pam identify --schedule staircase --out id    is the stiffness what was commanded?
   pam bench gradients --quick --out bench       compare gradient methods: error, time, memory
   pam convert model.eqx model.safetensors       published weights to the framework's format
 
@@ -85,6 +93,14 @@ pub enum Command {
     Gradient(GradientArguments),
     /// Train a model on recordings by a curriculum
     Train(TrainArguments),
+    /// Stiffness and damping of a model over its inputs, and what stiffness can be reached
+    Stiffness(StiffnessArguments),
+    /// Find the air and the pressures for a motion and a stiffness
+    Plan(PlanArguments),
+    /// Carry plans out on the virtual rig: the published tracking tests
+    Track(TrackArguments),
+    /// Identify stiffness and damping from pulses, on the virtual rig or in recordings
+    Identify(IdentifyArguments),
     /// The virtual rig: make recordings whose truth is known
     #[command(subcommand)]
     Rig(RigCommand),

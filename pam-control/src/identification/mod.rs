@@ -25,9 +25,11 @@
 //! ```
 
 mod fit;
+mod recording;
 mod response;
 mod schedule;
 
 pub use fit::{Estimate, identify};
+pub use recording::pulses_in_recording;
 pub use response::{Response, simulate};
 pub use schedule::{cycling_pulses, staircase_pulses};

@@ -1,3 +1,5 @@
+//! What is asked of the synthesis, and what it answers.
+
 use crate::error::ControlError;
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
 use pam_core::{JointModel, SealedMasses};
