@@ -60,6 +60,7 @@ fn dispatch(arguments: &Arguments) -> Result<ExitCode, CliError> {
         Some(Command::Plan(a)) => commands::control::plan::run(a, global, &console),
         Some(Command::Track(a)) => commands::control::track::run(a, global, &console),
         Some(Command::Identify(a)) => commands::control::identify::run(a, global, &console),
+        Some(Command::Replan(a)) => commands::control::replan::run(a, global, &console),
         Some(Command::Rig(a)) => commands::rig::run(a, global, &console),
         Some(Command::Bench(a)) => commands::bench::run(a, global, &console),
         Some(Command::Evaluate(a)) => commands::evaluate::run(a, global, &console),

@@ -133,3 +133,38 @@ pub struct IdentifyArguments {
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
 }
+
+/// Arguments of `pam replan`.
+#[derive(Debug, Args)]
+pub struct ReplanArguments {
+    /// The model.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// The bounds.
+    #[command(flatten)]
+    pub bounds: BoundsOptions,
+    /// The motion, as for `pam plan`
+    #[arg(long, value_name = "SPEC|FILE.csv", default_value = "sine:A=0.5,f=0.1,duration=12")]
+    pub motion: String,
+    /// The stiffness, as for `pam plan`
+    #[arg(long, value_name = "SPEC", default_value = "150")]
+    pub stiffness: String,
+    /// Load step, N
+    #[arg(long, value_name = "N", default_value_t = 40.0, allow_negative_numbers = true)]
+    pub load: f64,
+    /// When the load steps, s
+    #[arg(long, value_name = "S", default_value_t = 4.0, allow_negative_numbers = true)]
+    pub load_at: f64,
+    /// Change of the wanted displacement that the table does not know, mm
+    #[arg(long, value_name = "MM", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub shift: f64,
+    /// When the wanted displacement changes, s
+    #[arg(long, value_name = "S", default_value_t = 8.0, allow_negative_numbers = true)]
+    pub shift_at: f64,
+    /// Parameters of the rig, a TOML file
+    #[arg(long, value_name = "FILE")]
+    pub rig: Option<PathBuf>,
+    /// Folder for replan.csv, replan.json, report.html and run.json
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}

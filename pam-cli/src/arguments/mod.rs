@@ -5,7 +5,7 @@ mod rig;
 mod train;
 
 pub use control::{
-    BoundsOptions, IdentifyArguments, IdentifySchedule, PlanArguments, StiffnessArguments, TrackArguments,
+    BoundsOptions, IdentifyArguments, IdentifySchedule, PlanArguments, ReplanArguments, StiffnessArguments, TrackArguments,
 };
 
 pub use rig::{RigCommand, RigObservablesArguments, RigProtocolArguments, RigRecordArguments};
@@ -101,6 +101,8 @@ pub enum Command {
     Track(TrackArguments),
     /// Identify stiffness and damping from pulses, on the virtual rig or in recordings
     Identify(IdentifyArguments),
+    /// Replan while the joint moves, against a load step or a changed target, on the virtual rig
+    Replan(ReplanArguments),
     /// The virtual rig: make recordings whose truth is known
     #[command(subcommand)]
     Rig(RigCommand),

@@ -2,6 +2,7 @@
 
 pub mod identify;
 pub mod plan;
+pub mod replan;
 pub mod stiffness;
 pub mod track;
 
