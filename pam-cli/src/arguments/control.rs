@@ -121,7 +121,7 @@ pub struct IdentifyArguments {
     #[arg(long, value_name = "FILE")]
     pub rig: Option<PathBuf>,
     /// Force of the pulses, N
-    #[arg(long, value_name = "N", default_value_t = 83.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = 90.0, allow_negative_numbers = true)]
     pub pulse_force: f64,
     /// Time from the start of a pulse that counts, ms
     #[arg(long, value_name = "MS", default_value_t = 150.0, allow_negative_numbers = true)]

@@ -16,7 +16,7 @@ pub struct PulseShape {
 
 impl Default for PulseShape {
     fn default() -> Self {
-        Self { force_n: 83.0, width_s: 0.15, window_s: 0.15, before_s: 0.06 }
+        Self { force_n: 90.0, width_s: 0.15, window_s: 0.15, before_s: 0.06 }
     }
 }
 

@@ -66,7 +66,10 @@ pub fn run(
         "settings": settings,
     });
     run_record::write(out, "plan", global.seed, &configuration)?;
-    console.json(&value);
+    // The time is no result: it is told, not written.
+    let mut told = value;
+    told["microseconds_a_sample"] = json!(1e6 * seconds / summary.samples as f64);
+    console.json(&told);
     console.text(format!(
         "{} samples in {:.3} s ({:.1} µs each): residual at most {:.1e} mN, stiffness {:.1} to {:.1} N/mm,\n\
          air {:.4} to {:.4} g, pressures {:.0} to {:.0} kPa -> {}",
