@@ -15,6 +15,9 @@ pub enum CliError {
     /// The virtual rig cannot do what is asked.
     #[error(transparent)]
     Rig(#[from] pam_rig::RigError),
+    /// Something cannot be planned, carried out or identified.
+    #[error(transparent)]
+    Control(#[from] pam_control::ControlError),
     /// A curriculum cannot be read.
     #[error(transparent)]
     Curriculum(#[from] pam_train::curriculum::CurriculumError),

@@ -10,6 +10,7 @@ pub mod console;
 pub mod demo;
 pub mod error;
 pub mod options;
+pub mod rig_joint;
 pub mod run_record;
 
 pub use arguments::{Arguments, Command};
@@ -56,6 +57,11 @@ fn dispatch(arguments: &Arguments) -> Result<ExitCode, CliError> {
         Some(Command::Gradient(a)) => commands::gradient::run(a, global, &console),
         Some(Command::Train(a)) => commands::train::run(a, global, &console),
         Some(Command::Diagnose(a)) => commands::diagnose::run(a, global, &console),
+        Some(Command::Stiffness(a)) => commands::control::stiffness::run(a, global, &console),
+        Some(Command::Plan(a)) => commands::control::plan::run(a, global, &console),
+        Some(Command::Track(a)) => commands::control::track::run(a, global, &console),
+        Some(Command::Identify(a)) => commands::control::identify::run(a, global, &console),
+        Some(Command::Replan(a)) => commands::control::replan::run(a, global, &console),
         Some(Command::Rig(a)) => commands::rig::run(a, global, &console),
         Some(Command::Bench(a)) => commands::bench::run(a, global, &console),
         Some(Command::Evaluate(a)) => commands::evaluate::run(a, global, &console),

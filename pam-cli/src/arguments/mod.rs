@@ -1,9 +1,14 @@
 //! The command line.
 
+mod control;
 mod diagnose;
 mod rig;
 mod train;
 
+pub use control::{
+    BoundsOptions, IdentifyArguments, IdentifySchedule, PlanArguments, ReplanArguments,
+    StiffnessArguments, TrackArguments,
+};
 pub use diagnose::DiagnoseArguments;
 pub use rig::{RigCommand, RigObservablesArguments, RigProtocolArguments, RigRecordArguments};
 
@@ -43,6 +48,9 @@ Examples:
   pam diagnose --model model.eqx --data logs --out found
                                                 name what the model gets wrong there
   pam train --data logs --out run               train on recordings; run/model.safetensors
+  pam plan --model model.eqx --motion sine:A=1,f=0.1 --stiffness 150 --out plan
+                                                pressures for a motion and a stiffness
+  pam identify --schedule staircase --out id    is the stiffness what was commanded?
   pam bench gradients --quick --out bench       compare gradient methods: error, time, memory
   pam convert model.eqx model.safetensors       published weights to the framework's format
 
@@ -91,6 +99,16 @@ pub enum Command {
     Train(TrainArguments),
     /// Show what a model gets wrong on recordings, name the cause, and measure what naming gains
     Diagnose(DiagnoseArguments),
+    /// Stiffness and damping of a model over its inputs, and what stiffness can be reached
+    Stiffness(StiffnessArguments),
+    /// Find the air and the pressures for a motion and a stiffness
+    Plan(PlanArguments),
+    /// Carry plans out on the virtual rig: the published tracking tests
+    Track(TrackArguments),
+    /// Identify stiffness and damping from pulses, on the virtual rig or in recordings
+    Identify(IdentifyArguments),
+    /// Replan while the joint moves, against a load step or a changed target, on the virtual rig
+    Replan(ReplanArguments),
     /// The virtual rig: make recordings whose truth is known
     #[command(subcommand)]
     Rig(RigCommand),

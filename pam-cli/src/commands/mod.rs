@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 pub mod bench;
+pub mod control;
 pub mod convert;
 pub mod diagnose;
 pub mod evaluate;

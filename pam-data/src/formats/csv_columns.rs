@@ -45,6 +45,20 @@ pub fn read_columns<const N: usize>(
     parse_columns(path, bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes), wanted)
 }
 
+/// The names of a CSV file's columns.
+///
+/// # Errors
+/// [`DataError`] if the file cannot be read or its first line is no line of names.
+pub fn column_names(path: &Path) -> Result<Vec<String>, DataError> {
+    let bytes = read_bytes(path)?;
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes));
+    let names = reader.headers().map_err(|e| csv_error(path, &e))?;
+    Ok(names.iter().map(str::to_owned).collect())
+}
+
 fn parse_columns<const N: usize>(
     path: &Path,
     bytes: &[u8],

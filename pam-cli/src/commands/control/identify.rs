@@ -1,0 +1,273 @@
+//! `pam identify`.
+
+use super::{maker, rig};
+use crate::arguments::{GlobalOptions, IdentifyArguments, IdentifySchedule};
+use crate::console::{Console, table};
+use crate::error::CliError;
+use crate::run_record::{self, made_by, write_json};
+use pam_control::equilibrium_point::{EquilibriumPoint, observe};
+use pam_control::execution::{Commands, PulseShape};
+use pam_control::experiments::stiffness::{
+    Identified, STAIRCASE_N_MM, staircase, staircase_targets,
+};
+use pam_control::experiments::{comparison, stiffness};
+use pam_control::identification::pulses_in_recording;
+use pam_control::report::{IdentificationReport, identification_report};
+use pam_control::statistics::mean_and_deviation;
+use pam_control::synthesis::{Plan, PlanSummary};
+use pam_data::atomic::write_atomic;
+use pam_data::{LoadOptions, Recording, SavedModel, collect_paths, open_recordings};
+use pam_report::page::number;
+use pam_rig::{Protocol, RigParameters, record};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CliError`] naming the option, or file and line.
+pub fn run(
+    arguments: &IdentifyArguments,
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<ExitCode, CliError> {
+    let saved = arguments.model.load()?;
+    let settings = arguments.bounds.settings(&saved.model)?;
+    let shape = PulseShape {
+        force_n: arguments.pulse_force,
+        window_s: 1e-3 * arguments.window,
+        ..PulseShape::default()
+    };
+    if !(shape.force_n.is_finite() && shape.force_n != 0.0) {
+        return Err(CliError::Usage("--pulse-force must be finite and not zero".into()));
+    }
+    if !(0.05..=5.0).contains(&shape.window_s) {
+        return Err(CliError::Usage("--window must lie between 50 and 5000 ms".into()));
+    }
+    let mass_kg = saved.model.physical().mass_kg;
+    let mut report = IdentificationReport {
+        title: "Identified stiffness".into(),
+        made_by: made_by(),
+        lead: format!("M = {mass_kg:.1} kg; pulses of {} N.", shape.force_n),
+        ..IdentificationReport::default()
+    };
+    let mut extra = json!({});
+    if arguments.data.is_empty() {
+        let rig = rig(arguments.rig.as_deref())?;
+        let plan = |targets| Plan::new(&saved.model, targets, settings);
+        let make = maker(&rig);
+        match arguments.schedule {
+            IdentifySchedule::Staircase => {
+                let plan = plan(staircase_targets(&STAIRCASE_N_MM)?)?;
+                warn_of_plan(&plan.summary(), console);
+                let commands = Commands::from(&plan);
+                let levels = STAIRCASE_N_MM.len();
+                report.pulses = staircase(&commands, levels, &shape, mass_kg, global.seed, &make)?;
+            }
+            IdentifySchedule::Cycle => {
+                let plan = plan(comparison::targets()?)?;
+                warn_of_plan(&plan.summary(), console);
+                let commands = Commands::from(&plan);
+                report.pulses = stiffness::cycle(&commands, &shape, mass_kg, global.seed, &make)?;
+            }
+            IdentifySchedule::Compare => {
+                let targets = comparison::targets()?;
+                let plan = plan(targets.clone())?;
+                warn_of_plan(&plan.summary(), console);
+                let repeats = arguments.repeats as usize;
+                let model = equilibrium_point(arguments, &rig, global.seed, console)?;
+                let commands = [Commands::from(&plan), model.commands(&targets)];
+                let names = [saved.info.name.clone(), "equilibrium point".to_owned()];
+                for (commands, name) in commands.iter().zip(names) {
+                    let (rows, pulses) =
+                        comparison::rows(commands, &shape, mass_kg, repeats, global.seed, &make)?;
+                    report.tables.push((name, rows));
+                    if report.pulses.is_empty() {
+                        report.pulses = pulses;
+                    }
+                }
+                extra = json!({ "equilibrium_point": model });
+            }
+        }
+    } else {
+        report.pulses = from_recordings(&arguments.data, &shape, mass_kg)?;
+    }
+    finish(&report, &extra, arguments, &saved, global, console)
+}
+
+fn warn_of_plan(plan: &PlanSummary, console: &Console) {
+    if plan.nearest_stiffness > 0 {
+        console.warn(format!(
+            "{} of {} planned samples hold the nearest stiffness, at most {:.2} N/mm off",
+            plan.nearest_stiffness, plan.samples, plan.largest_stiffness_error_n_mm
+        ));
+    }
+}
+
+/// The equilibrium-point model of given recordings, or of the training conditions on the rig.
+fn equilibrium_point(
+    arguments: &IdentifyArguments,
+    rig: &RigParameters,
+    seed: u64,
+    console: &Console,
+) -> Result<EquilibriumPoint, CliError> {
+    let recordings: Vec<Recording> = if arguments.recordings.is_empty() {
+        let protocol = Protocol::paper();
+        let runs = protocol.runs()?;
+        let bar = console.progress(runs.len(), "recording");
+        let folder = tempfile::tempdir()
+            .map_err(|e| CliError::Usage(format!("no folder for recordings: {e}")))?;
+        let made = runs
+            .par_iter()
+            .map(|run| {
+                let path = folder.path().join(&run.name);
+                let log =
+                    record(rig, &protocol, run, seed)?.log_text("for the equilibrium-point model");
+                write_atomic(&path, log.as_bytes())?;
+                bar.inc(1);
+                Ok(open_recordings(&path, &LoadOptions::default())?)
+            })
+            .collect::<Result<Vec<_>, CliError>>()?;
+        bar.finish_and_clear();
+        made.into_iter().flatten().collect()
+    } else {
+        read(&arguments.recordings)?
+    };
+    let observations = recordings.iter().map(observe).collect::<Result<Vec<_>, _>>()?;
+    Ok(EquilibriumPoint::fit(&observations)?)
+}
+
+fn read(paths: &[std::path::PathBuf]) -> Result<Vec<Recording>, CliError> {
+    let mut all = Vec::new();
+    for path in collect_paths(paths)? {
+        all.extend(open_recordings(&path, &LoadOptions::default())?);
+    }
+    Ok(all)
+}
+
+fn from_recordings(
+    paths: &[std::path::PathBuf],
+    shape: &PulseShape,
+    mass_kg: f64,
+) -> Result<Vec<Identified>, CliError> {
+    let mut pulses = Vec::new();
+    for recording in read(paths)? {
+        let records = pulses_in_recording(&recording, shape)?;
+        pulses.extend(stiffness::identify_all(records, mass_kg)?);
+    }
+    Ok(pulses)
+}
+
+fn finish(
+    report: &IdentificationReport,
+    extra: &Value,
+    arguments: &IdentifyArguments,
+    saved: &SavedModel,
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<ExitCode, CliError> {
+    let out: &Path = &arguments.out;
+    let estimates: Vec<Value> = report
+        .pulses
+        .iter()
+        .map(|i| {
+            json!({
+                "pulse": i.record.pulse,
+                "commanded_n_mm": i.record.commanded_n_mm,
+                "estimate": i.estimate,
+            })
+        })
+        .collect();
+    let tables: Vec<Value> =
+        report.tables.iter().map(|(name, rows)| json!({ "model": name, "rows": rows })).collect();
+    let value = json!({
+        "mass_kg": saved.model.physical().mass_kg,
+        "pulses": estimates,
+        "tables": tables,
+        "more": extra,
+        "made_by": made_by(),
+    });
+    write_json(&out.join("identify.json"), &value)?;
+    let mut text = String::from(
+        "time_s,place,direction,commanded_n_mm,stiffness_n_mm,stiffness_low_n_mm,stiffness_high_n_mm,\
+         damping_kg_s,rmse_mm,peak_mm\n",
+    );
+    for i in &report.pulses {
+        let (p, e) = (&i.record.pulse, &i.estimate);
+        text += &format!(
+            "{},{},{},{},{},{},{},{},{},{}\n",
+            p.time_s,
+            p.place,
+            p.direction,
+            i.record.commanded_n_mm,
+            e.stiffness_n_mm,
+            e.stiffness_interval_n_mm[0],
+            e.stiffness_interval_n_mm[1],
+            e.damping_kg_s,
+            e.rmse_mm,
+            e.peak_mm
+        );
+    }
+    write_atomic(&out.join("pulses.csv"), text.as_bytes())?;
+    write_atomic(&out.join("report.html"), identification_report(report).as_bytes())?;
+    let configuration = json!({
+        "model": arguments.model.model,
+        "schedule": format!("{:?}", arguments.schedule).to_lowercase(),
+        "data": arguments.data,
+        "recordings": arguments.recordings,
+        "pulse_force_n": arguments.pulse_force,
+        "window_ms": arguments.window,
+        "repeats": arguments.repeats,
+    });
+    run_record::write(out, "identify", global.seed, &configuration)?;
+    console.json(&value);
+    console.text(levels(&report.pulses));
+    for (name, rows) in &report.tables {
+        console.text(format!("\n{name}"));
+        let mut cells =
+            vec![["nominal", "K at rest", "K at speed", "Δ (%)", "p"].map(str::to_owned).to_vec()];
+        for r in rows {
+            cells.push(vec![
+                number(r.nominal_n_mm, 0),
+                number(r.at_rest_n_mm[0], 2),
+                number(r.at_speed_n_mm[0], 2),
+                number(r.delta_percent, 2),
+                r.test.map_or("–".into(), |t| format!("{:.2e}", t.p)),
+            ]);
+        }
+        console.text(table(&cells));
+    }
+    console.text(format!("\nreport: {}", out.join("report.html").display()));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Mean stiffness and peak of each commanded level.
+fn levels(pulses: &[Identified]) -> String {
+    let mut commanded: Vec<f64> = pulses.iter().map(|i| i.record.commanded_n_mm).collect();
+    commanded.sort_by(f64::total_cmp);
+    commanded.dedup_by(|a, b| a.total_cmp(b).is_eq());
+    let mut rows = vec![
+        ["commanded (N/mm)", "K (N/mm)", "±", "B (kg/s)", "peak (mm)", "pulses"]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    for level in commanded {
+        let of: Vec<&Identified> =
+            pulses.iter().filter(|i| i.record.commanded_n_mm.total_cmp(&level).is_eq()).collect();
+        let mean = |f: fn(&Identified) -> f64| {
+            mean_and_deviation(&of.iter().map(|i| f(i)).collect::<Vec<_>>())
+        };
+        let (k, deviation) = mean(|i| i.estimate.stiffness_n_mm);
+        rows.push(vec![
+            number(level, 1),
+            number(k, 1),
+            number(deviation, 1),
+            number(mean(|i| i.estimate.damping_kg_s).0, 0),
+            number(mean(|i| i.estimate.peak_mm).0, 3),
+            of.len().to_string(),
+        ]);
+    }
+    table(&rows)
+}

@@ -1,0 +1,55 @@
+//! Commands that plan, carry out and identify.
+
+pub mod identify;
+pub mod plan;
+pub mod replan;
+pub mod stiffness;
+pub mod track;
+
+use crate::arguments::BoundsOptions;
+use crate::error::CliError;
+use crate::rig_joint::RigJoint;
+use pam_control::execution::Joint;
+use pam_control::synthesis::{MassBounds, SynthesisSettings};
+use pam_core::{AnyForce, JointModel};
+use pam_rig::RigParameters;
+use std::path::Path;
+
+impl BoundsOptions {
+    /// The settings of the synthesis.
+    ///
+    /// # Errors
+    /// [`CliError`] naming the option.
+    pub fn settings(
+        &self,
+        model: &JointModel<f64, AnyForce<f64>>,
+    ) -> Result<SynthesisSettings, CliError> {
+        let bounds = match self.mass_bounds.as_deref() {
+            None => MassBounds::trained(model),
+            Some([least, most]) => MassBounds::new(*least, *most)?,
+            Some(_) => {
+                return Err(CliError::Usage("--mass-bounds takes two numbers, LEAST,MOST".into()));
+            }
+        };
+        let settings = SynthesisSettings {
+            stiffness_step_mm: self.stiffness_step,
+            ..SynthesisSettings::published(bounds)
+        };
+        settings.validate()?;
+        Ok(settings)
+    }
+}
+
+/// The rig of a file or the default one, checked.
+fn rig(path: Option<&Path>) -> Result<RigParameters, CliError> {
+    let rig = path.map_or_else(|| Ok(RigParameters::default()), RigParameters::read)?;
+    RigJoint::new(&rig, 1, [400.0; 2])?;
+    Ok(rig)
+}
+
+/// Makes joints of rigs whose parameters were checked.
+fn maker(rig: &RigParameters) -> impl Fn(u64, [f64; 2]) -> Box<dyn Joint> + Sync + '_ {
+    |seed, pressures| {
+        Box::new(RigJoint::new(rig, seed, pressures).expect("the parameters were checked"))
+    }
+}

@@ -1,0 +1,192 @@
+//! `pam replan`.
+
+use super::rig;
+use crate::arguments::{GlobalOptions, ReplanArguments};
+use crate::console::{Console, table};
+use crate::error::CliError;
+use crate::rig_joint::RigJoint;
+use crate::run_record::{self, made_by, write_json};
+use pam_control::execution::{Commands, follow};
+use pam_control::motion::{Motion, MotionPoint, MotionSpec, StiffnessProfile};
+use pam_control::replanning::{ReplanSettings, Replanned, follow_replanning};
+use pam_control::report::{ReplanReport, replan_report};
+use pam_control::synthesis::{Plan, plan::targets};
+use pam_data::atomic::write_atomic;
+use pam_report::page::number;
+use serde_json::json;
+use std::process::ExitCode;
+
+/// How long the servo holds the first pressures, s.
+const SETTLE_S: f64 = 4.0;
+
+/// A motion that is moved away from some time on, within a tenth of a second.
+struct Shifted<'a> {
+    motion: &'a dyn Motion,
+    shift_mm: f64,
+    at_s: f64,
+}
+
+impl Motion for Shifted<'_> {
+    fn at(&self, time_s: f64) -> MotionPoint {
+        let point = self.motion.at(time_s);
+        let way = pam_control::motion::MinimumJerk {
+            from_mm: 0.0,
+            to_mm: self.shift_mm,
+            duration_s: 0.1,
+            delay_s: self.at_s,
+        }
+        .at(time_s);
+        MotionPoint {
+            displacement_mm: point.displacement_mm + way.displacement_mm,
+            velocity_mm_s: point.velocity_mm_s + way.velocity_mm_s,
+            acceleration_mm_s2: point.acceleration_mm_s2 + way.acceleration_mm_s2,
+        }
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CliError`] naming the option or file.
+pub fn run(
+    arguments: &ReplanArguments,
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<ExitCode, CliError> {
+    let saved = arguments.model.load()?;
+    let settings = arguments.bounds.settings(&saved.model)?;
+    let rig = rig(arguments.rig.as_deref())?;
+    for (option, value) in [
+        ("--load", arguments.load),
+        ("--load-at", arguments.load_at),
+        ("--shift", arguments.shift),
+        ("--shift-at", arguments.shift_at),
+    ] {
+        if !value.is_finite() {
+            return Err(CliError::Usage(format!("{option} {value}: it must be finite")));
+        }
+    }
+    let spec = MotionSpec::parse(&arguments.motion)?;
+    let stiffness = StiffnessProfile::parse(&arguments.stiffness)?;
+    let plan = Plan::new(&saved.model, targets(&spec, Some(&stiffness), 0.0, 1000.0)?, settings)?;
+    let commands = Commands::from(&plan);
+    let total = |time_s: f64| {
+        let row = ((time_s * 1000.0).max(0.0) as usize).min(plan.solutions.len() - 1);
+        let m = plan.solutions[row].masses;
+        m.flexor_g + m.extensor_g
+    };
+    let first = commands.pressures_kpa(0.0);
+    let load = |t: f64| if t >= arguments.load_at { arguments.load } else { 0.0 };
+    let motion =
+        Shifted { motion: &*spec.motion, shift_mm: arguments.shift, at_s: arguments.shift_at };
+
+    let mut joint = RigJoint::new(&rig, global.seed, first)?;
+    let followed = follow(&mut joint, &commands, SETTLE_S, load);
+    let mut tabled = Replanned {
+        time_s: followed.time_s.clone(),
+        wanted_mm: followed.time_s.iter().map(|&t| motion.at(t).displacement_mm).collect(),
+        measured_mm: followed.measured_mm.clone(),
+        ..Replanned::default()
+    };
+    tabled.masses_g =
+        plan.solutions.iter().map(|s| [s.masses.flexor_g, s.masses.extensor_g]).collect();
+    let replan_settings = ReplanSettings::default();
+    let mut joint = RigJoint::new(&rig, global.seed, first)?;
+    let replanned = follow_replanning(
+        &mut joint,
+        &saved.model,
+        replan_settings,
+        settings.bounds,
+        (&motion, spec.duration_s),
+        total,
+        (first, SETTLE_S),
+        load,
+    )?;
+
+    let end = spec.duration_s + 1.0;
+    let mut stretches = vec![("whole", [0.0, end])];
+    if arguments.load != 0.0 {
+        stretches.push(("before the load", [0.0, arguments.load_at]));
+        stretches.push(("from the load on", [arguments.load_at, end]));
+    }
+    if arguments.shift != 0.0 {
+        stretches.push(("from the changed target on", [arguments.shift_at, end]));
+    }
+    let rows: Vec<_> = stretches
+        .iter()
+        .map(|(name, stretch)| {
+            let [a, b] = [tabled.rmse_mm(*stretch), replanned.rmse_mm(*stretch)];
+            (*name, a, b)
+        })
+        .collect();
+    let quantiles = [0.5, 0.99, 1.0].map(|q| 1e6 * replanned.decision_quantile_s(q));
+    let horizon_ms = 1e3 * replan_settings.horizon.steps as f64 * replan_settings.horizon.step_s;
+    let value = json!({
+        "rmse_mm": rows.iter().map(|(name, table, replanned)| json!({
+            "stretch": name, "table": table, "replanned": replanned, "ratio": table / replanned,
+        })).collect::<Vec<_>>(),
+        "decision_us": { "median": quantiles[0], "p99": quantiles[1], "largest": quantiles[2] },
+        "horizon_ms": horizon_ms,
+        "settings": replan_settings,
+        "made_by": made_by(),
+    });
+    let out = &arguments.out;
+    write_json(&out.join("replan.json"), &value)?;
+    let mut text = String::from("time_s,wanted_mm,table_mm,replanned_mm,unexplained_n\n");
+    for k in 0..replanned.time_s.len().min(tabled.time_s.len()) {
+        text += &format!(
+            "{},{},{},{},{}\n",
+            replanned.time_s[k],
+            replanned.wanted_mm[k],
+            tabled.measured_mm[k],
+            replanned.measured_mm[k],
+            replanned.unexplained_n[k]
+        );
+    }
+    write_atomic(&out.join("replan.csv"), text.as_bytes())?;
+    let report = ReplanReport {
+        lead: format!(
+            "{}; load of {} N at {} s; target changed by {} mm at {} s. Horizon {horizon_ms:.0} ms, a \
+             decision every millisecond: median {:.0} µs, 99 % within {:.0} µs.",
+            saved.info.name,
+            arguments.load,
+            arguments.load_at,
+            arguments.shift,
+            arguments.shift_at,
+            quantiles[0],
+            quantiles[1]
+        ),
+        made_by: made_by(),
+        rows: rows.iter().map(|(n, a, b)| ((*n).to_owned(), *a, *b)).collect(),
+        table: tabled,
+        replanned,
+    };
+    write_atomic(&out.join("report.html"), replan_report(&report).as_bytes())?;
+    let configuration = json!({
+        "model": arguments.model.model,
+        "motion": arguments.motion,
+        "stiffness": arguments.stiffness,
+        "load_n": arguments.load,
+        "load_at_s": arguments.load_at,
+        "shift_mm": arguments.shift,
+        "shift_at_s": arguments.shift_at,
+        "settings": replan_settings,
+        "rig": rig,
+    });
+    run_record::write(out, "replan", global.seed, &configuration)?;
+    console.json(&value);
+    let mut cells = vec![["RMSE (mm)", "table", "replanned", "ratio"].map(str::to_owned).to_vec()];
+    for (name, a, b) in &rows {
+        cells.push(vec![(*name).into(), number(*a, 4), number(*b, 4), number(a / b, 1)]);
+    }
+    console.text(table(&cells));
+    console.text(format!(
+        "\n  a decision: median {:.0} µs, 99 % within {:.0} µs, at most {:.0} µs; horizon {horizon_ms:.0} ms\
+         \n\nreport: {}",
+        quantiles[0],
+        quantiles[1],
+        quantiles[2],
+        out.join("report.html").display()
+    ));
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,118 @@
+//! `pam stiffness`.
+
+use crate::arguments::{GlobalOptions, StiffnessArguments};
+use crate::console::{Console, table};
+use crate::error::CliError;
+use crate::options::describe_model;
+use crate::run_record::{self, made_by, write_json};
+use pam_control::report::stiffness_report;
+use pam_control::stiffness::{Grid, map, profile, reachable};
+use pam_core::SealedMasses;
+use pam_data::atomic::write_atomic;
+use serde_json::json;
+use std::fmt::Write;
+use std::process::ExitCode;
+
+/// Masses of each muscle in the map.
+const MASSES: usize = 13;
+/// Displacements in the map, and in the range.
+const PLACES: usize = 13;
+const RANGE_PLACES: usize = 61;
+/// Points of a profile: close enough for kinks.
+const PROFILE_POINTS: usize = 1201;
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CliError`] naming the option or file.
+pub fn run(
+    arguments: &StiffnessArguments,
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<ExitCode, CliError> {
+    let saved = arguments.model.load()?;
+    let settings = arguments.bounds.settings(&saved.model)?;
+    let reach = arguments.reach;
+    if !(reach.is_finite() && reach > 0.0) {
+        return Err(CliError::Usage(format!("--reach {reach}: it must be positive and finite")));
+    }
+    let places = |n: usize| {
+        (0..n).map(|k| reach * (2.0 * k as f64 / (n - 1) as f64 - 1.0)).collect::<Vec<_>>()
+    };
+    let bounds = settings.bounds;
+    let mass = |k: usize| bounds.least_g + bounds.width_g() * k as f64 / (MASSES - 1) as f64;
+    let pair = |flexor_g: f64, extensor_g: f64| SealedMasses { flexor_g, extensor_g };
+    let masses = (0..MASSES).flat_map(|i| (0..MASSES).map(move |j| pair(mass(i), mass(j))));
+    let velocities_mm_s = arguments.velocities.clone();
+    let grid = Grid { displacements_mm: places(PLACES), velocities_mm_s, masses: masses.collect() };
+    let h = settings.stiffness_step_mm;
+    let ranges = reachable(&saved.model, &places(RANGE_PLACES), &arguments.velocities, settings)?;
+    let points = map(&saved.model, &grid, h);
+    let profiles: Vec<_> = [170.27, 411.59, 652.91]
+        .into_iter()
+        .map(|kpa| {
+            let masses = saved.model.gas_law_masses(0.0, [kpa; 2]);
+            let points = profile(&saved.model, masses, 0.0, [-reach, reach], PROFILE_POINTS, h);
+            (format!("{kpa:.0} kPa in both muscles at x = 0, at rest, h = {h} mm"), points)
+        })
+        .collect();
+    let out = &arguments.out;
+    let mut text = String::from(
+        "displacement_mm,velocity_mm_s,mass_flexor_g,mass_extensor_g,force_n,exact_n_mm,damping_kg_s,\
+         forward_n_mm,central_n_mm,four_point_n_mm,richardson_n_mm\n",
+    );
+    for p in &points {
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{},{},{},{},{},{},{}",
+            p.displacement_mm,
+            p.velocity_mm_s,
+            p.mass_flexor_g,
+            p.mass_extensor_g,
+            p.force_n,
+            p.exact_n_mm,
+            p.damping_kg_s,
+            p.forward_n_mm,
+            p.central_n_mm,
+            p.four_point_n_mm,
+            p.richardson_n_mm
+        );
+    }
+    write_atomic(&out.join("map.csv"), text.as_bytes())?;
+    let mut text = String::from("displacement_mm,velocity_mm_s,least_n_mm,largest_n_mm\n");
+    for r in &ranges {
+        let [low, high] =
+            r.stiffness_n_mm.map_or([String::new(), String::new()], |s| s.map(|v| v.to_string()));
+        let _ = writeln!(text, "{},{},{low},{high}", r.displacement_mm, r.velocity_mm_s);
+    }
+    write_atomic(&out.join("range.csv"), text.as_bytes())?;
+    let lead = format!("{} {}", saved.info.name, describe_model(&saved));
+    let report = stiffness_report(&points, &profiles, &ranges, &lead, &made_by());
+    write_atomic(&out.join("report.html"), report.as_bytes())?;
+    let value = json!({ "reachable": ranges, "settings": settings, "made_by": made_by() });
+    write_json(&out.join("stiffness.json"), &value)?;
+    let configuration = json!({
+        "model": arguments.model.model,
+        "reach_mm": reach,
+        "velocities_mm_s": arguments.velocities,
+        "settings": settings,
+    });
+    run_record::write(out, "stiffness", global.seed, &configuration)?;
+    console.json(&value);
+    let mut rows =
+        vec![["x (mm)", "v (mm/s)", "least (N/mm)", "largest (N/mm)"].map(str::to_owned).to_vec()];
+    for r in ranges.iter().filter(|r| (r.displacement_mm / reach * 6.0).fract().abs() < 1e-9) {
+        let cells =
+            r.stiffness_n_mm.map_or(["–".into(), "–".into()], |s| s.map(|v| format!("{v:.1}")));
+        let [low, high] = cells;
+        rows.push(vec![
+            format!("{:.2}", r.displacement_mm),
+            format!("{}", r.velocity_mm_s),
+            low,
+            high,
+        ]);
+    }
+    console.text(table(&rows));
+    console.text(format!("\nreport: {}", out.join("report.html").display()));
+    Ok(ExitCode::SUCCESS)
+}

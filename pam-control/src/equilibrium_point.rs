@@ -1,0 +1,219 @@
+//! The equilibrium-point model: position from the difference of the pressures, stiffness from their sum.
+//!
+//! ```text
+//! x0 = α1 (P_f − P_e) + α0        K = β1 (P_f + P_e) + β0
+//! ```
+//!
+//! (Wang and Realmuto 2026, section V-E). It is fitted to the equilibria and stiffnesses of recordings with
+//! sealed muscles, and inverted to commands in closed form.
+
+use crate::error::ControlError;
+use crate::execution::Commands;
+use crate::statistics::line;
+use crate::synthesis::Target;
+use pam_core::units::MN_PER_N;
+use pam_data::Recording;
+use serde::Serialize;
+
+/// What one recording says of the joint at its pressures.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Observation {
+    /// The recording.
+    pub name: String,
+    /// Pressures at rest, flexor and extensor, kPa absolute.
+    pub pressures_kpa: [f64; 2],
+    /// Equilibrium position, mm.
+    pub equilibrium_mm: f64,
+    /// Stiffness, N/mm.
+    pub stiffness_n_mm: f64,
+}
+
+/// The model.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct EquilibriumPoint {
+    /// α1, mm/kPa.
+    pub position_per_kpa: f64,
+    /// α0, mm.
+    pub position_mm: f64,
+    /// β1, N/(mm·kPa).
+    pub stiffness_per_kpa: f64,
+    /// β0, N/mm.
+    pub stiffness_n_mm: f64,
+    /// R² of both lines.
+    pub r2: [f64; 2],
+}
+
+/// Equilibrium and stiffness of a recording: the least-squares fit of
+/// `M ẍ + B ẋ + K (x − x0) = F_e` with M, B, K and x0 free.
+///
+/// # Errors
+/// [`ControlError::Insufficient`] if the recording does not move.
+pub fn observe(recording: &Recording) -> Result<Observation, ControlError> {
+    let (x, v, t) = (&recording.displacement_mm, &recording.velocity_mm_s, &recording.time_s);
+    let reach = 10;
+    let mut normal = [[0.0; 5]; 4];
+    for k in reach..x.len().saturating_sub(reach) {
+        let acceleration = (v[k + reach] - v[k - reach]) / (t[k + reach] - t[k - reach]);
+        let row = [acceleration, v[k], x[k], 1.0, recording.force_mn[k]];
+        for i in 0..4 {
+            for j in 0..5 {
+                normal[i][j] += row[i] * row[j];
+            }
+        }
+    }
+    let insufficient = || {
+        ControlError::Insufficient(format!(
+            "recording {} does not move enough to show its stiffness",
+            recording.name
+        ))
+    };
+    let [_, _, stiffness, offset] = solve4(normal).ok_or_else(insufficient)?;
+    let rest = recording.reading_at_rest();
+    if !(stiffness.is_finite() && stiffness > 0.0) {
+        return Err(insufficient());
+    }
+    Ok(Observation {
+        name: recording.name.clone(),
+        pressures_kpa: [rest.pressure_flexor_kpa, rest.pressure_extensor_kpa],
+        equilibrium_mm: -offset / stiffness,
+        stiffness_n_mm: stiffness / MN_PER_N,
+    })
+}
+
+/// Gaussian elimination with pivots; none if the matrix is singular.
+fn solve4(mut m: [[f64; 5]; 4]) -> Option<[f64; 4]> {
+    let scale: [f64; 4] = std::array::from_fn(|i| m[i][i].sqrt());
+    if scale.iter().any(|s| !(*s > 0.0)) {
+        return None;
+    }
+    for i in 0..4 {
+        for j in 0..4 {
+            m[i][j] /= scale[i] * scale[j];
+        }
+        m[i][4] /= scale[i];
+    }
+    for c in 0..4 {
+        let pivot = (c..4).max_by(|&a, &b| m[a][c].abs().total_cmp(&m[b][c].abs()))?;
+        m.swap(c, pivot);
+        if m[c][c].abs() < 1e-12 {
+            return None;
+        }
+        for r in 0..4 {
+            if r != c {
+                let factor = m[r][c] / m[c][c];
+                for j in c..5 {
+                    m[r][j] -= factor * m[c][j];
+                }
+            }
+        }
+    }
+    Some(std::array::from_fn(|i| m[i][4] / m[i][i] / scale[i]))
+}
+
+impl EquilibriumPoint {
+    /// The model of least squares.
+    ///
+    /// # Errors
+    /// [`ControlError::Insufficient`] for fewer than three observations, or pressures that do not vary.
+    pub fn fit(observations: &[Observation]) -> Result<Self, ControlError> {
+        let pairs = |x: &dyn Fn([f64; 2]) -> f64, y: &dyn Fn(&Observation) -> f64| {
+            line(&observations.iter().map(|o| [x(o.pressures_kpa), y(o)]).collect::<Vec<_>>())
+        };
+        let [position_per_kpa, position_mm, r2_position] =
+            pairs(&|[f, e]| f - e, &|o| o.equilibrium_mm);
+        let [stiffness_per_kpa, stiffness_n_mm, r2_stiffness] =
+            pairs(&|[f, e]| f + e, &|o| o.stiffness_n_mm);
+        let usable = position_per_kpa.is_finite()
+            && position_per_kpa != 0.0
+            && stiffness_per_kpa.is_finite()
+            && stiffness_per_kpa != 0.0;
+        if observations.len() < 3 || !usable {
+            return Err(ControlError::Insufficient(format!(
+                "{} recordings give no equilibrium-point model: sums and differences of their pressures \
+                 must vary",
+                observations.len()
+            )));
+        }
+        Ok(Self {
+            position_per_kpa,
+            position_mm,
+            stiffness_per_kpa,
+            stiffness_n_mm,
+            r2: [r2_position, r2_stiffness],
+        })
+    }
+
+    /// The pressures for a position and a stiffness, kPa absolute.
+    #[must_use]
+    pub fn pressures_kpa(&self, displacement_mm: f64, stiffness_n_mm: f64) -> [f64; 2] {
+        let difference = (displacement_mm - self.position_mm) / self.position_per_kpa;
+        let sum = (stiffness_n_mm - self.stiffness_n_mm) / self.stiffness_per_kpa;
+        [0.5 * (sum + difference), 0.5 * (sum - difference)]
+    }
+
+    /// Commands for targets at equal times.
+    #[must_use]
+    pub fn commands(&self, targets: &[Target]) -> Commands {
+        let step_s = match targets {
+            [a, b, ..] => b.time_s - a.time_s,
+            _ => crate::execution::SAMPLE_S,
+        };
+        Commands {
+            step_s,
+            displacement_mm: targets.iter().map(|t| t.displacement_mm).collect(),
+            stiffness_n_mm: targets.iter().map(|t| t.stiffness_n_mm).collect(),
+            pressures_kpa: targets
+                .iter()
+                .map(|t| self.pressures_kpa(t.displacement_mm, t.stiffness_n_mm))
+                .collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_straight_joint_is_found_and_inverted() {
+        let truth = EquilibriumPoint {
+            position_per_kpa: 0.006,
+            position_mm: -0.05,
+            stiffness_per_kpa: 0.05,
+            stiffness_n_mm: 110.0,
+            r2: [1.0; 2],
+        };
+        let observations: Vec<Observation> = [[200.0, 300.0], [400.0, 400.0], [600.0, 350.0]]
+            .into_iter()
+            .map(|[f, e]| {
+                let (k, x0) = (0.05 * (f + e) + 110.0, 0.006 * (f - e) - 0.05);
+                let mut r = Recording::empty(std::path::Path::new("made"));
+                r.time_s = (0..4000).map(|i| f64::from(i) * 1e-3).collect();
+                let omega = 4.0;
+                for t in &r.time_s {
+                    let x = 0.5 * (omega * t).sin() + 0.1 * (1.7 * omega * t).cos();
+                    let v =
+                        0.5 * omega * (omega * t).cos() - 0.17 * omega * (1.7 * omega * t).sin();
+                    let a = -0.5 * omega * omega * (omega * t).sin()
+                        - 0.1 * (1.7 * omega).powi(2) * (1.7 * omega * t).cos();
+                    r.displacement_mm.push(x);
+                    r.velocity_mm_s.push(v);
+                    r.force_mn.push(300.0 * a + 6000.0 * v + 1e3 * k * (x - x0));
+                    r.pressure_flexor_kpa.push(f);
+                    r.pressure_extensor_kpa.push(e);
+                }
+                let o = observe(&r).unwrap();
+                assert!(
+                    (o.stiffness_n_mm - k).abs() < 1e-2 && (o.equilibrium_mm - x0).abs() < 1e-4
+                );
+                o
+            })
+            .collect();
+        let found = EquilibriumPoint::fit(&observations).unwrap();
+        assert!((found.stiffness_per_kpa - truth.stiffness_per_kpa).abs() < 1e-4);
+        let [f, e] = truth.pressures_kpa(0.7, 150.0);
+        assert!((0.05 * (f + e) + 110.0 - 150.0).abs() < 1e-12);
+        assert!((0.006 * (f - e) - 0.05 - 0.7).abs() < 1e-12);
+        assert!(EquilibriumPoint::fit(&observations[..2]).is_err());
+    }
+}

@@ -1,0 +1,129 @@
+//! Tracking: how well a joint follows plans.
+
+use super::{MakeJoint, SETTLE_S};
+use crate::error::ControlError;
+use crate::execution::{Commands, Followed, follow};
+use crate::motion::{MotionSpec, StiffnessProfile};
+use crate::synthesis::{Plan, PlanSummary, SynthesisSettings, plan};
+use pam_core::{AnyForce, JointModel};
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// One test.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrackingCase {
+    /// `sine` or `triangle`.
+    pub shape: &'static str,
+    /// What is varied in its series.
+    pub series: &'static str,
+    /// Amplitude, mm.
+    pub amplitude_mm: f64,
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Stiffness, N/mm.
+    pub stiffness_n_mm: f64,
+    /// Published root mean square error, mm.
+    pub published_mm: f64,
+}
+
+/// The published tests with their errors (Wang and Realmuto 2026, section V-B). The amplitude series is at
+/// 0.1 Hz and 150 N/mm, the frequency series at 1 mm and 150 N/mm, the stiffness series at 1 mm and 0.1 Hz.
+#[must_use]
+pub fn published_cases() -> Vec<TrackingCase> {
+    let amplitudes = [0.5, 1.0, 1.5, 2.0];
+    let frequencies = [0.1, 0.25, 0.5, 0.75, 1.0];
+    let stiffnesses = [140.0, 150.0, 160.0];
+    let errors = [
+        (
+            "sine",
+            [0.151, 0.139, 0.113, 0.108],
+            [0.127, 0.094, 0.067, 0.190, 0.375],
+            [0.180, 0.151, 0.142],
+        ),
+        (
+            "triangle",
+            [0.109, 0.113, 0.115, 0.138],
+            [0.128, 0.078, 0.120, 0.249, 0.300],
+            [0.132, 0.131, 0.134],
+        ),
+    ];
+    let mut cases = Vec::new();
+    for (shape, by_amplitude, by_frequency, by_stiffness) in errors {
+        let case = |series, amplitude_mm, frequency_hz, stiffness_n_mm, published_mm| {
+            TrackingCase { shape, series, amplitude_mm, frequency_hz, stiffness_n_mm, published_mm }
+        };
+        for (a, e) in amplitudes.into_iter().zip(by_amplitude) {
+            cases.push(case("amplitude", a, 0.1, 150.0, e));
+        }
+        for (f, e) in frequencies.into_iter().zip(by_frequency) {
+            cases.push(case("frequency", 1.0, f, 150.0, e));
+        }
+        for (k, e) in stiffnesses.into_iter().zip(by_stiffness) {
+            cases.push(case("stiffness", 1.0, 0.1, k, e));
+        }
+    }
+    cases
+}
+
+/// What a test gave.
+#[derive(Debug, Clone)]
+pub struct TrackingResult {
+    /// The test.
+    pub case: TrackingCase,
+    /// The plan.
+    pub plan: PlanSummary,
+    /// Root mean square error from the second period on, mm.
+    pub rmse_mm: f64,
+    /// Root mean square error of the pressures (measured less commanded), kPa.
+    pub pressure_rmse_kpa: f64,
+    /// What the joint did.
+    pub followed: Followed,
+}
+
+/// Plans, carries out and scores tests; the first period (at least two seconds) is left out of the
+/// score, then two periods and at least ten seconds count.
+///
+/// # Errors
+/// [`ControlError`] if a test cannot be planned.
+pub fn track(
+    model: &JointModel<f64, AnyForce<f64>>,
+    settings: SynthesisSettings,
+    cases: &[TrackingCase],
+    seed: u64,
+    make: MakeJoint<'_>,
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<TrackingResult>, ControlError> {
+    cases
+        .par_iter()
+        .map(|case| {
+            let period = 1.0 / case.frequency_hz;
+            let lead = period * (2.0 / period).ceil().max(1.0);
+            let length = lead + period * (10.0 / period).ceil().max(2.0);
+            let text = format!(
+                "{}:A={},f={},duration={length}",
+                case.shape, case.amplitude_mm, case.frequency_hz
+            );
+            let motion = MotionSpec::parse(&text)?;
+            let stiffness = StiffnessProfile::Constant(case.stiffness_n_mm);
+            let targets = plan::targets(&motion, Some(&stiffness), 0.0, 1000.0)?;
+            let plan = Plan::new(model, targets, settings)?;
+            let commands = Commands::from(&plan);
+            let mut joint = make(seed, commands.pressures_kpa(0.0));
+            let followed = follow(&mut joint, &commands, SETTLE_S, |_| 0.0);
+            let errors = followed
+                .commanded_kpa
+                .iter()
+                .zip(&followed.pressures_kpa)
+                .flat_map(|(c, p)| [c[0] - p[0], c[1] - p[1]]);
+            let squares: f64 = errors.map(|e| e * e).sum();
+            done();
+            Ok(TrackingResult {
+                case: case.clone(),
+                plan: plan.summary(),
+                rmse_mm: followed.rmse_mm(lead),
+                pressure_rmse_kpa: (squares / (2 * followed.time_s.len()) as f64).sqrt(),
+                followed,
+            })
+        })
+        .collect()
+}

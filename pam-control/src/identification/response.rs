@@ -1,0 +1,86 @@
+use crate::execution::{PulseRecord, SAMPLE_S};
+use pam_core::Scalar;
+use pam_core::units::MN_PER_N;
+
+/// A measured response to a known force.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Response {
+    /// Mass M, kg.
+    pub mass_kg: f64,
+    /// Time between samples, s.
+    pub sample_s: f64,
+    /// Displacement at the start x0, mm.
+    pub start_mm: f64,
+    /// Velocity at the start ẋ0, mm/s.
+    pub start_mm_s: f64,
+    /// Acceleration at the start ẍ0, mm/s².
+    pub start_mm_s2: f64,
+    /// Force from the start on, held from sample to sample, N.
+    pub force_n: Vec<f64>,
+    /// Measured displacement at the same times, mm.
+    pub displacement_mm: Vec<f64>,
+}
+
+impl Response {
+    /// The response of a recorded pulse. Displacement and velocity at its start are those of a straight
+    /// line through the samples before it; the acceleration is taken as zero (0.4 mm/s² at most in the
+    /// published motion, 0.1 N).
+    #[must_use]
+    pub fn of_pulse(record: &PulseRecord, mass_kg: f64) -> Self {
+        let before = &record.displacement_mm[..=record.start];
+        let (start_mm, slope) = line_at_end(before);
+        Self {
+            mass_kg,
+            sample_s: SAMPLE_S,
+            start_mm,
+            start_mm_s: slope / SAMPLE_S,
+            start_mm_s2: 0.0,
+            force_n: record.force_n[record.start..].to_vec(),
+            displacement_mm: record.displacement_mm[record.start..].to_vec(),
+        }
+    }
+}
+
+/// Value at the last point and slope per point of the straight line through equally spaced values.
+fn line_at_end(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let middle = 0.5 * (n - 1.0);
+    let (mut product, mut square) = (0.0, 0.0);
+    for (k, v) in values.iter().enumerate() {
+        let t = k as f64 - middle;
+        product += t * (v - mean);
+        square += t * t;
+    }
+    let slope = if square > 0.0 { product / square } else { 0.0 };
+    (mean + slope * middle, slope)
+}
+
+/// Displacements that a stiffness (N/mm) and a damping (kg/s) give, mm: classical Runge–Kutta steps of
+/// one sample.
+#[must_use]
+pub fn simulate<S: Scalar>(response: &Response, stiffness_n_mm: S, damping_kg_s: S) -> Vec<S> {
+    let stiffness = stiffness_n_mm.scaled(MN_PER_N);
+    let (h, inverse_mass) = (response.sample_s, 1.0 / response.mass_kg);
+    let rate = |x: S, v: S, force_mn: f64| {
+        let springs = -(stiffness * x) - damping_kg_s * (v - S::constant(response.start_mm_s));
+        (
+            v,
+            (springs + S::constant(force_mn)).scaled(inverse_mass)
+                + S::constant(response.start_mm_s2),
+        )
+    };
+    let (mut x, mut v) = (S::zero(), S::constant(response.start_mm_s));
+    let mut out = Vec::with_capacity(response.force_n.len());
+    for &force_n in &response.force_n {
+        out.push(x + S::constant(response.start_mm));
+        let f = force_n * MN_PER_N;
+        let (a1, b1) = rate(x, v, f);
+        let (a2, b2) = rate(x + a1.scaled(0.5 * h), v + b1.scaled(0.5 * h), f);
+        let (a3, b3) = rate(x + a2.scaled(0.5 * h), v + b2.scaled(0.5 * h), f);
+        let (a4, b4) = rate(x + a3.scaled(h), v + b3.scaled(h), f);
+        x += (a1 + a2.scaled(2.0) + a3.scaled(2.0) + a4).scaled(h / 6.0);
+        v += (b1 + b2.scaled(2.0) + b3.scaled(2.0) + b4).scaled(h / 6.0);
+    }
+    out
+}

@@ -1,0 +1,122 @@
+use crate::experiments::comparison::{ComparisonRow, PUBLISHED};
+use crate::experiments::stiffness::Identified;
+use maud::{Markup, html};
+use pam_report::figure::{LineFigure, Role, Stroke};
+use pam_report::page::{figure, number, page};
+
+/// What the report shows.
+#[derive(Debug, Clone, Default)]
+pub struct IdentificationReport {
+    /// Title of the page.
+    pub title: String,
+    /// What was done.
+    pub lead: String,
+    /// Program and version.
+    pub made_by: String,
+    /// Perturbations with their estimates.
+    pub pulses: Vec<Identified>,
+    /// Tables of the comparison with the names of their models.
+    pub tables: Vec<(String, Vec<ComparisonRow>)>,
+}
+
+/// Identified stiffness beside the commanded one, responses, and the comparison's table.
+#[must_use]
+pub fn identification_report(report: &IdentificationReport) -> String {
+    let mut sorted: Vec<&Identified> = report.pulses.iter().collect();
+    sorted.sort_by(|a, b| a.record.commanded_n_mm.total_cmp(&b.record.commanded_n_mm));
+    let along = |direction: f64| {
+        sorted
+            .iter()
+            .filter(|i| i.record.pulse.direction * direction > 0.0)
+            .map(|i| (i.record.commanded_n_mm, i.estimate.stiffness_n_mm))
+            .collect::<Vec<_>>()
+    };
+    let diagonal: Vec<(f64, f64)> =
+        sorted.iter().map(|i| (i.record.commanded_n_mm, i.record.commanded_n_mm)).collect();
+    let scatter = LineFigure::new("", "commanded (N/mm)", "identified (N/mm)", 500, 360)
+        .with_marks()
+        .with("push along +x", Role::Category(0), along(1.0))
+        .with("push against x", Role::Category(1), along(-1.0))
+        .with_stroke("commanded", Role::Neutral, Stroke::Dashed, diagonal)
+        .to_svg();
+    let body = html! {
+        @if !report.pulses.is_empty() {
+            div.grid {
+                (figure(scatter, "Identified stiffness over the commanded one."))
+                (figure(responses(&sorted), "Responses from their start, sign of the push taken out."))
+            }
+        }
+        @for (k, (name, rows)) in report.tables.iter().enumerate() {
+            h2 { (name) }
+            (comparison_table(rows, k))
+        }
+        @if !report.pulses.is_empty() {
+            h2 { "Pulses" }
+            div.scroll { table {
+                tr {
+                    th { "time (s)" } th { "place" } th { "push" } th { "commanded (N/mm)" }
+                    th { "K (N/mm)" } th { "95 %" } th { "B (kg/s)" } th { "fit (mm)" } th { "peak (mm)" }
+                }
+                @for i in report.pulses.iter().take(200) {
+                    tr {
+                        td { (number(i.record.pulse.time_s, 2)) } td { (i.record.pulse.place) }
+                        td { (if i.record.pulse.direction > 0.0 { "+" } else { "−" }) }
+                        td { (number(i.record.commanded_n_mm, 1)) }
+                        td { (number(i.estimate.stiffness_n_mm, 1)) }
+                        td { (number(i.estimate.stiffness_interval_n_mm[0], 1)) "–" (number(i.estimate.stiffness_interval_n_mm[1], 1)) }
+                        td { (number(i.estimate.damping_kg_s, 0)) }
+                        td { (number(i.estimate.rmse_mm, 4)) } td { (number(i.estimate.peak_mm, 3)) }
+                    }
+                }
+            } }
+        }
+    };
+    page(&report.title, &report.lead, &body, &report.made_by)
+}
+
+fn responses(sorted: &[&Identified]) -> String {
+    let mut plot = LineFigure::new("", "time (ms)", "|x − x0| (mm)", 500, 360);
+    let mut last = f64::NAN;
+    let mut colour = 0;
+    for i in sorted {
+        if i.record.commanded_n_mm == last {
+            continue;
+        }
+        last = i.record.commanded_n_mm;
+        let from = i.record.displacement_mm[i.record.start];
+        let points = i.record.displacement_mm[i.record.start..]
+            .iter()
+            .enumerate()
+            .map(|(k, x)| (k as f64, i.record.pulse.direction * (x - from)))
+            .collect();
+        plot = plot.with(&format!("{last:.0}"), Role::Category(colour), points);
+        colour += 1;
+        if colour > 7 {
+            break;
+        }
+    }
+    plot.to_svg()
+}
+
+fn comparison_table(rows: &[ComparisonRow], model: usize) -> Markup {
+    html! {
+        div.scroll { table {
+            tr {
+                th { "nominal" } th { "K at rest" } th { "K at speed" } th { "Δ (%)" } th { "p" } th { "pairs" }
+                th { "published: at rest" } th { "at speed" } th { "Δ (%)" } th { "p" }
+            }
+            @for (row, published) in rows.iter().zip(PUBLISHED[model.min(1)]) {
+                tr {
+                    td { (row.nominal_n_mm) }
+                    td { (number(row.at_rest_n_mm[0], 2)) " ± " (number(row.at_rest_n_mm[1], 2)) }
+                    td { (number(row.at_speed_n_mm[0], 2)) " ± " (number(row.at_speed_n_mm[1], 2)) }
+                    td { (number(row.delta_percent, 2)) }
+                    td { (row.test.map_or("–".into(), |t| format!("{:.2e}", t.p))) }
+                    td { (row.pairs.len()) }
+                    td { (published[1]) } td { (published[2]) } td { (published[3]) }
+                    td { (format!("{:.2e}", published[4])) }
+                }
+            }
+        } }
+    }
+}

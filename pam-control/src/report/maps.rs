@@ -1,0 +1,94 @@
+use crate::stiffness::{Reachable, StiffnessPoint};
+use maud::html;
+use pam_report::figure::{ColourMap, LineFigure, MapPoint, Role, Stroke};
+use pam_report::page::{figure, page, wide_figure};
+
+/// Maps of stiffness and damping over the masses at x = 0, profiles along x with every scheme, and the
+/// reachable range over the position.
+#[must_use]
+pub fn stiffness_report(
+    map: &[StiffnessPoint],
+    profiles: &[(String, Vec<StiffnessPoint>)],
+    reachable: &[Reachable],
+    lead: &str,
+    made_by: &str,
+) -> String {
+    let plane = |v: f64, label: &str, value: fn(&StiffnessPoint) -> f64| {
+        let points: Vec<MapPoint> = map
+            .iter()
+            .filter(|p| p.displacement_mm == 0.0 && p.velocity_mm_s == v)
+            .map(|p| MapPoint {
+                x: p.mass_flexor_g,
+                y: p.mass_extensor_g,
+                value: value(p),
+                ringed: false,
+            })
+            .collect();
+        let ends = points
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p.value), b.max(p.value)));
+        ColourMap {
+            title: format!("{label}, x = 0, v = {v} mm/s"),
+            x_label: "flexor air (g)".into(),
+            y_label: "extensor air (g)".into(),
+            value_label: label.into(),
+            points,
+            ring_label: String::new(),
+            limits: ends,
+            size: (500, 380),
+        }
+        .to_svg()
+    };
+    let mut velocities: Vec<f64> = map.iter().map(|p| p.velocity_mm_s).collect();
+    velocities.sort_by(f64::total_cmp);
+    velocities.dedup();
+    let mut range = LineFigure::new("", "x (mm)", "reachable K̂ (N/mm)", 1040, 320);
+    for (k, v) in velocities.iter().enumerate() {
+        let end = |i: usize| {
+            reachable
+                .iter()
+                .filter(|r| r.velocity_mm_s == *v)
+                .filter_map(|r| r.stiffness_n_mm.map(|s| (r.displacement_mm, s[i])))
+                .collect::<Vec<_>>()
+        };
+        range = range.with(&format!("v = {v} mm/s"), Role::Category(k), end(1)).with(
+            "",
+            Role::Category(k),
+            end(0),
+        );
+    }
+    let schemes = |points: &[StiffnessPoint]| {
+        let series = |f: fn(&StiffnessPoint) -> f64| {
+            points.iter().map(|p| (p.displacement_mm, f(p))).collect::<Vec<_>>()
+        };
+        LineFigure::new("", "x (mm)", "stiffness (N/mm)", 1040, 300)
+            .with("exact", Role::Measured, series(|p| p.exact_n_mm))
+            .with_stroke("forward", Role::Category(3), Stroke::Dotted, series(|p| p.forward_n_mm))
+            .with_stroke("central", Role::Category(2), Stroke::Dashed, series(|p| p.central_n_mm))
+            .with_stroke(
+                "Richardson",
+                Role::Category(4),
+                Stroke::Dashed,
+                series(|p| p.richardson_n_mm),
+            )
+            .with("four-point, smoothed", Role::Predicted, series(|p| p.four_point_n_mm))
+            .to_svg()
+    };
+    let body = html! {
+        h2 { "Reachable stiffness" }
+        (wide_figure(range.to_svg(), "Least and largest smoothed stiffness of unaccelerated motion within the mass bounds."))
+        h2 { "Exact against smoothed" }
+        @for (name, points) in profiles {
+            (wide_figure(schemes(points), name))
+        }
+        h2 { "Over the masses" }
+        div.grid {
+            @for v in &velocities {
+                (figure(plane(*v, "K̂ (N/mm)", |p| p.four_point_n_mm), ""))
+                (figure(plane(*v, "exact K (N/mm)", |p| p.exact_n_mm), ""))
+                (figure(plane(*v, "damping (kg/s)", |p| p.damping_kg_s), ""))
+            }
+        }
+    };
+    page("Stiffness and damping", lead, &body, made_by)
+}

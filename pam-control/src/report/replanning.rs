@@ -1,0 +1,56 @@
+use super::over_time;
+use crate::replanning::Replanned;
+use maud::html;
+use pam_report::figure::Role;
+use pam_report::page::{number, page, wide_figure};
+
+/// What the report shows.
+#[derive(Debug, Clone)]
+pub struct ReplanReport {
+    /// What was done.
+    pub lead: String,
+    /// Program and version.
+    pub made_by: String,
+    /// Stretches of time with both errors (mm): table, replanned.
+    pub rows: Vec<(String, f64, f64)>,
+    /// The joint under the lookup table.
+    pub table: Replanned,
+    /// The joint under replanning.
+    pub replanned: Replanned,
+}
+
+/// Both motions beside each other, errors, and what the controller believed.
+#[must_use]
+pub fn replan_report(report: &ReplanReport) -> String {
+    let (t, r) = (&report.table, &report.replanned);
+    let error = |m: &Replanned| {
+        m.wanted_mm.iter().zip(&m.measured_mm).map(|(w, x)| x - w).collect::<Vec<_>>()
+    };
+    let (flexor, extensor) = (Role::Category(0), Role::Category(1));
+    let decisions: Vec<f64> = r.decision_s.iter().map(|s| 1e6 * s).collect();
+    let body = html! {
+        div.scroll { table {
+            tr { th { "RMSE (mm)" } th { "lookup table" } th { "replanned" } th { "ratio" } }
+            @for (name, a, b) in &report.rows {
+                tr { td { (name) } td { (number(*a, 4)) } td { (number(*b, 4)) } td { (number(a / b, 1)) } }
+            }
+        } }
+        (wide_figure(over_time("x (mm)", &r.time_s, &[
+            ("wanted", Role::Measured, r.wanted_mm.clone()),
+            ("lookup table", Role::Category(0), t.measured_mm.clone()),
+            ("replanned", Role::Predicted, r.measured_mm.clone()),
+        ]), ""))
+        (wide_figure(over_time("error (mm)", &r.time_s, &[
+            ("lookup table", Role::Category(0), error(t)),
+            ("replanned", Role::Predicted, error(r)),
+        ]), ""))
+        (wide_figure(over_time("unexplained force (N)", &r.time_s, &[("", Role::Predicted, r.unexplained_n.clone())]),
+            "What the observer believes acts besides the model: load, dry friction, warm air."))
+        (wide_figure(over_time("air (g)", &r.time_s, &[
+            ("flexor", flexor, r.masses_g.iter().map(|m| m[0]).collect()),
+            ("extensor", extensor, r.masses_g.iter().map(|m| m[1]).collect()),
+        ]), ""))
+        (wide_figure(over_time("decision (µs)", &r.time_s, &[("", Role::Neutral, decisions)]), ""))
+    };
+    page("Replanning against the lookup table", &report.lead, &body, &report.made_by)
+}

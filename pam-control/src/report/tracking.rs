@@ -1,0 +1,73 @@
+use super::over_time;
+use crate::experiments::tracking::TrackingResult;
+use maud::html;
+use pam_report::figure::{LineFigure, Role, Stroke};
+use pam_report::page::{figure, number, page, wide_figure};
+
+/// Errors of all tests beside the published ones, and what the joint did in some of them.
+#[must_use]
+pub fn tracking_report(results: &[TrackingResult], lead: &str, made_by: &str) -> String {
+    let curve = |shape: &str, series: &str| {
+        let of = |r: &&TrackingResult| r.case.shape == shape && r.case.series == series;
+        let x = |r: &TrackingResult| match series {
+            "amplitude" => r.case.amplitude_mm,
+            "frequency" => r.case.frequency_hz,
+            _ => r.case.stiffness_n_mm,
+        };
+        let label = match series {
+            "amplitude" => "amplitude (mm)",
+            "frequency" => "frequency (Hz)",
+            _ => "stiffness (N/mm)",
+        };
+        let points = |y: fn(&TrackingResult) -> f64| {
+            results.iter().filter(of).map(|r| (x(r), y(r))).collect::<Vec<_>>()
+        };
+        if results.iter().filter(of).count() == 0 {
+            return None;
+        }
+        Some(
+            LineFigure::new(shape, label, "RMSE (mm)", 340, 260)
+                .with_marks()
+                .with("rig", Role::Predicted, points(|r| r.rmse_mm))
+                .with_stroke(
+                    "published",
+                    Role::Measured,
+                    Stroke::Dashed,
+                    points(|r| r.case.published_mm),
+                )
+                .to_svg(),
+        )
+    };
+    let body = html! {
+        div class="grid three" {
+            @for shape in ["sine", "triangle"] {
+                @for series in ["amplitude", "frequency", "stiffness"] {
+                    @if let Some(svg) = curve(shape, series) { (figure(svg, "")) }
+                }
+            }
+        }
+        div.scroll { table {
+            tr {
+                th { "motion" } th { "varied" } th { "A (mm)" } th { "f (Hz)" } th { "K (N/mm)" }
+                th { "RMSE (mm)" } th { "published (mm)" } th { "pressure RMSE (kPa)" }
+                th { "stiffness not reached (samples)" }
+            }
+            @for r in results {
+                tr {
+                    td { (r.case.shape) } td { (r.case.series) } td { (r.case.amplitude_mm) }
+                    td { (r.case.frequency_hz) } td { (r.case.stiffness_n_mm) }
+                    td { (number(r.rmse_mm, 3)) } td { (number(r.case.published_mm, 3)) }
+                    td { (number(r.pressure_rmse_kpa, 1)) } td { (r.plan.nearest_stiffness) }
+                }
+            }
+        } }
+        @for r in results.iter().filter(|r| r.case.series == "frequency") {
+            h3 { (r.case.shape) ", " (r.case.frequency_hz) " Hz" }
+            (wide_figure(over_time("x (mm)", &r.followed.time_s, &[
+                ("wanted", Role::Measured, r.followed.wanted_mm.clone()),
+                ("measured", Role::Predicted, r.followed.measured_mm.clone()),
+            ]), ""))
+        }
+    };
+    page("Tracking on the virtual rig", lead, &body, made_by)
+}

@@ -1,0 +1,337 @@
+//! Targets to masses.
+
+use super::batch::{AnyBatch, ForceBatch};
+use super::newton::{Lane, march};
+use super::problem::{Outcome, Solution, SynthesisSettings, Target};
+use super::rectifier::{RectifierNetwork, RectifierStencil};
+use super::stencil::{Evaluator, Inertia, Local};
+use super::trace::{Chords, Traced, Vertex, grid_nodes, nearest_around, trace};
+use crate::error::ControlError;
+use pam_core::{AnyForce, JointModel, SealedMasses};
+use rayon::prelude::*;
+
+/// Samples of a lane that are solved one after the other; the first one of each starts from the lane
+/// before.
+const LANE_SAMPLES: usize = 128;
+
+/// Samples over which the nearest stiffness is carried on before the whole curve is followed again.
+const MOST_CARRIED: usize = 15;
+
+/// Finds the air for motions and stiffnesses.
+///
+/// At each target
+///
+/// ```text
+/// min (K̂(x_d, ẋ_d, m_f, m_e) − K_d)²   subject to   |m ẍ_d + f(x_d, ẋ_d, m_f, m_e) + B ẋ_d − F_e| ≤ ε
+/// ```
+///
+/// within the mass bounds (Wang and Realmuto 2026, section II-E). The constraint is a curve in the plane
+/// of the masses; K̂ = K_d cuts it in points. [Newton's method](super) on both equations, started from the
+/// sample before, finds them for many samples side by side; where it does not, the whole curve is
+/// followed. Results do not depend on the number of threads.
+#[derive(Debug, Clone)]
+pub struct Synthesiser<B = AnyBatch> {
+    batch: B,
+    rectifier: Option<RectifierNetwork>,
+    inertia: Inertia,
+    settings: SynthesisSettings,
+}
+
+impl Synthesiser<AnyBatch> {
+    /// For a model whose force has a name.
+    ///
+    /// # Errors
+    /// [`ControlError::Value`] if the settings are impossible.
+    pub fn new(
+        model: &JointModel<f64, AnyForce<f64>>,
+        settings: SynthesisSettings,
+    ) -> Result<Self, ControlError> {
+        let mut made = Self::with_batch(model, AnyBatch::new(&model.force), settings)?;
+        if let AnyForce::Network(network) = &model.force {
+            made.rectifier = RectifierNetwork::new(network);
+        }
+        Ok(made)
+    }
+}
+
+impl<B: ForceBatch> Synthesiser<B> {
+    /// For any force that can be evaluated in batches; the model gives mass and damping.
+    ///
+    /// # Errors
+    /// [`ControlError::Value`] if the settings are impossible.
+    pub fn with_batch<F>(
+        model: &JointModel<f64, F>,
+        batch: B,
+        settings: SynthesisSettings,
+    ) -> Result<Self, ControlError> {
+        settings.validate()?;
+        let inertia = Inertia {
+            mass_kg: model.physical().mass_kg,
+            damping_kg_s: model.auxiliary_damping_kg_s,
+        };
+        Ok(Self { batch, rectifier: None, inertia, settings })
+    }
+
+    /// The settings.
+    #[must_use]
+    pub fn settings(&self) -> &SynthesisSettings {
+        &self.settings
+    }
+
+    /// The air for each target of a trajectory.
+    ///
+    /// # Errors
+    /// [`ControlError::Value`] naming the first number that is not finite or positive.
+    pub fn solve(&self, targets: &[Target]) -> Result<Vec<Solution>, ControlError> {
+        targets.iter().try_for_each(Target::validate)?;
+        let starts = self.starts(targets);
+        let group = self.settings.lanes;
+        let samples = group * LANE_SAMPLES;
+        let groups: Vec<Vec<Solution>> = starts
+            .par_chunks(group)
+            .enumerate()
+            .map(|(k, starts)| {
+                let from = k * samples;
+                let stretch = &targets[from..(from + samples).min(targets.len())];
+                self.solve_group(stretch, starts)
+            })
+            .collect();
+        Ok(groups.into_iter().flatten().collect())
+    }
+
+    /// The reachable stiffness of a motion's point: least and largest K̂ with which the dynamics hold,
+    /// N/mm; none if no masses give the acceleration. `K_d` of the target does not matter.
+    #[must_use]
+    pub fn reachable_n_mm(&self, target: &Target) -> Option<[f64; 2]> {
+        let mut evaluator = self.evaluator(1);
+        self.trace(target, &mut evaluator).range_n_mm
+    }
+
+    /// The curve of masses that give a motion's point its acceleration, branch by branch: pairs of masses
+    /// with K̂ (N/mm).
+    #[must_use]
+    pub fn curve(&self, target: &Target) -> Vec<Vec<(SealedMasses, f64)>> {
+        let mut evaluator = self.evaluator(1);
+        let point = |v: &Vertex| (masses(v.u), v.local.k);
+        let traced = self.trace(target, &mut evaluator);
+        traced.branches.iter().map(|b| b.iter().map(point).collect()).collect()
+    }
+
+    fn evaluator(&self, lanes: usize) -> Evaluator<'_, B> {
+        Evaluator::new(&self.batch, self.inertia, &self.settings, lanes.max(8))
+    }
+
+    /// Masses from which each lane starts: the solutions of their first samples, each carried on to the
+    /// next lane, so that all lanes lie on the same branch.
+    fn starts(&self, targets: &[Target]) -> Vec<[f64; 2]> {
+        let firsts: Vec<Target> = targets.iter().copied().step_by(LANE_SAMPLES).collect();
+        let bounds = self.settings.bounds;
+        let middle = [0.5 * (bounds.least_g + bounds.most_g); 2];
+        let mut starts = vec![middle; firsts.len()];
+        let mut evaluator = self.evaluator(1);
+        let mut tracing = self.evaluator(1);
+        let lane = vec![Lane::new(0, firsts.len(), middle)];
+        let mut fallback = Vec::new();
+        march(
+            &mut evaluator,
+            &firsts,
+            &self.settings,
+            lane,
+            |k, u, _| starts[k] = u,
+            |k, hint| {
+                let (u, _) = self.settle(&firsts[k], hint, &mut tracing);
+                fallback.push((k, u));
+                u
+            },
+        );
+        for (k, u) in fallback {
+            starts[k] = u;
+        }
+        starts
+    }
+
+    fn solve_group(&self, targets: &[Target], starts: &[[f64; 2]]) -> Vec<Solution> {
+        let lanes = starts.iter().enumerate().map(|(k, &start)| {
+            let from = k * LANE_SAMPLES;
+            Lane::new(from, (from + LANE_SAMPLES).min(targets.len()), start)
+        });
+        let lanes: Vec<Lane> = lanes.collect();
+        let mut evaluator = self.evaluator(lanes.len());
+        let mut tracing = self.evaluator(1);
+        let solutions = std::cell::RefCell::new(vec![None; targets.len()]);
+        let mut since_traced = vec![0; targets.len()];
+        march(
+            &mut evaluator,
+            targets,
+            &self.settings,
+            lanes,
+            |k, u, local| solutions.borrow_mut()[k] = Some(reached(u, local)),
+            |k, hint| {
+                let before = k.checked_sub(1).filter(|_| k % LANE_SAMPLES != 0);
+                let before = before.and_then(|b| solutions.borrow()[b].map(|s| (targets[b], s)));
+                let carried = before.filter(|_| since_traced[k - 1] < MOST_CARRIED).and_then(
+                    |(target, solution)| {
+                        // A target that is held is followed along its curve once.
+                        if (Target { time_s: targets[k].time_s, ..target }) == targets[k] {
+                            return Some(solution);
+                        }
+                        self.carry(&targets[k], &solution, &mut tracing)
+                    },
+                );
+                let solution = match carried {
+                    Some(solution) => {
+                        let held = before.is_some_and(|(_, s)| s == solution);
+                        since_traced[k] = since_traced[k - 1] + usize::from(!held);
+                        solution
+                    }
+                    None => self.settle(&targets[k], hint, &mut tracing).1,
+                };
+                solutions.borrow_mut()[k] = Some(solution);
+                [solution.masses.flexor_g, solution.masses.extensor_g]
+            },
+        );
+        let mut solutions = solutions.into_inner();
+        self.verify_carried(targets, &since_traced, &mut solutions, &mut tracing);
+        solutions.into_iter().flatten().collect()
+    }
+
+    /// Follows the whole curve at the end of every stretch of carried samples; where it leads elsewhere,
+    /// the whole stretch is solved anew.
+    fn verify_carried(
+        &self,
+        targets: &[Target],
+        since_traced: &[usize],
+        solutions: &mut [Option<Solution>],
+        evaluator: &mut Evaluator<'_, B>,
+    ) {
+        let hint =
+            |s: &Option<Solution>| s.map_or([0.0; 2], |s| [s.masses.flexor_g, s.masses.extensor_g]);
+        for end in 0..targets.len() {
+            let goes_on = since_traced.get(end + 1).is_some_and(|n| *n > 0);
+            if since_traced[end] == 0 || goes_on {
+                continue;
+            }
+            let (_, found) = self.settle(&targets[end], hint(&solutions[end]), evaluator);
+            let same = solutions[end]
+                .is_some_and(|s| (s.stiffness_n_mm - found.stiffness_n_mm).abs() <= 1e-6);
+            solutions[end] = Some(found);
+            if same {
+                continue;
+            }
+            for k in (0..end).rev().take_while(|&k| since_traced[k] > 0) {
+                solutions[k] = Some(self.settle(&targets[k], hint(&solutions[k]), evaluator).1);
+            }
+        }
+    }
+
+    /// The whole curve of a target.
+    fn trace(&self, target: &Target, evaluator: &mut Evaluator<'_, B>) -> Traced {
+        let mut signs = Vec::new();
+        evaluator.balances(target, &grid_nodes(&self.settings.bounds), &mut signs);
+        match &self.rectifier {
+            Some(network) => {
+                let mut stencil = RectifierStencil::new(network, &self.settings);
+                stencil.aim(target, self.inertia);
+                trace(&mut stencil, target, &signs, &self.settings)
+            }
+            None => {
+                let local = |u| evaluator.at(target, u);
+                let mut chords = Chords::new(&self.settings.bounds, local);
+                trace(&mut chords, target, &signs, &self.settings)
+            }
+        }
+    }
+
+    /// Solves one target by following its curve; of several solutions the one nearest to `hint`.
+    fn settle(
+        &self,
+        target: &Target,
+        hint: [f64; 2],
+        evaluator: &mut Evaluator<'_, B>,
+    ) -> ([f64; 2], Solution) {
+        let traced = self.trace(target, evaluator);
+        let away = |v: &&Vertex| (v.u[0] - hint[0]).hypot(v.u[1] - hint[1]);
+        let nearest_solution =
+            traced.solutions.iter().min_by(|a, b| away(a).total_cmp(&away(b))).copied();
+        if let Some(v) = nearest_solution {
+            return (v.u, reached(v.u, v.local));
+        }
+        let (vertex, outcome) = match traced.nearest {
+            Some(v) => {
+                let miss = (v.local.k - target.stiffness_n_mm).abs();
+                let close = miss <= self.settings.stiffness_tolerance_n_mm;
+                (v, if close { Outcome::Reached } else { Outcome::NearestStiffness })
+            }
+            None => (self.least_missing(target, evaluator), Outcome::MotionUnreachable),
+        };
+        let solution = Solution {
+            masses: masses(vertex.u),
+            stiffness_n_mm: vertex.local.k,
+            residual_mn: vertex.local.g,
+            outcome,
+            reachable_n_mm: traced.range_n_mm,
+        };
+        (vertex.u, solution)
+    }
+
+    /// Carries the nearest stiffness of the sample before to a target: the curve is followed a little way
+    /// on both sides. None if K̂ still comes nearer at an end of that way, or K_d is crossed.
+    fn carry(
+        &self,
+        target: &Target,
+        before: &Solution,
+        evaluator: &mut Evaluator<'_, B>,
+    ) -> Option<Solution> {
+        if before.outcome != Outcome::NearestStiffness {
+            return None;
+        }
+        let from = [before.masses.flexor_g, before.masses.extensor_g];
+        let found = match &self.rectifier {
+            Some(network) => {
+                let mut stencil = RectifierStencil::new(network, &self.settings);
+                stencil.aim(target, self.inertia);
+                nearest_around(&mut stencil, target, from, &self.settings)
+            }
+            None => {
+                let local = |u| evaluator.at(target, u);
+                let mut chords = Chords::new(&self.settings.bounds, local);
+                nearest_around(&mut chords, target, from, &self.settings)
+            }
+        }?;
+        let [low, high] = before.reachable_n_mm?;
+        let k = found.local.k;
+        let range = if k < target.stiffness_n_mm { [low, k] } else { [k, high] };
+        Some(Solution {
+            masses: masses(found.u),
+            stiffness_n_mm: k,
+            residual_mn: found.local.g,
+            outcome: Outcome::NearestStiffness,
+            reachable_n_mm: Some(range),
+        })
+    }
+
+    /// The masses of the grid that miss a motion's acceleration by least.
+    fn least_missing(&self, target: &Target, evaluator: &mut Evaluator<'_, B>) -> Vertex {
+        let nodes = grid_nodes(&self.settings.bounds);
+        let mut balances = Vec::new();
+        evaluator.balances(target, &nodes, &mut balances);
+        let best =
+            (0..nodes.len()).min_by(|&a, &b| balances[a].abs().total_cmp(&balances[b].abs()));
+        let u = nodes[best.unwrap_or(0)];
+        Vertex { u, local: evaluator.at(target, u) }
+    }
+}
+
+fn masses([flexor_g, extensor_g]: [f64; 2]) -> SealedMasses {
+    SealedMasses { flexor_g, extensor_g }
+}
+
+fn reached(u: [f64; 2], local: Local) -> Solution {
+    Solution {
+        masses: masses(u),
+        stiffness_n_mm: local.k,
+        residual_mn: local.g,
+        outcome: Outcome::Reached,
+        reachable_n_mm: None,
+    }
+}
