@@ -17,8 +17,8 @@
 //!   residuals on features are not used for names: in a free run the whole trajectory answers to a
 //!   missing force, and misfit that lies on the lines of the excitation correlates with anything.
 //! * **Fast enough to try them all.** With frozen weights and sealed air the network is a function of
-//!   (x, ẋ) alone. [`simulation`] tabulates it once for each recording and then takes some
-//!   milliseconds for a run of 70 s, also with eight derivatives.
+//!   (x, ẋ) alone. [`simulation`] tabulates it once for each recording; reading the table costs nanoseconds
+//!   where the network costs hundreds.
 //! * **What was not fitted judges.** Sets of effects grow in a beam and shrink again; each member must earn
 //!   its place on recordings, or parts of one, that took no part in the fit ([`search`]).
 //! * **A name can be refused.** The [`Verdict`] is `nothing_found` where the error is at the level of noise,

@@ -1,8 +1,9 @@
-//! Helpers of the whole-system tests. The Rust code of the README, of `docs/rig.md`, of `docs/training.md` and of the notebooks is compiled and
-//! run as documentation tests of this crate.
+//! Helpers of the whole-system tests. The Rust code of the README, of `docs/rig.md`, of `docs/training.md`, of
+//! `docs/diagnosis.md` and of the notebooks is compiled and run as documentation tests of this crate.
 #![doc = include_str!("../../README.md")]
 #![doc = include_str!("../../docs/rig.md")]
 #![doc = include_str!("../../docs/training.md")]
+#![doc = include_str!("../../docs/diagnosis.md")]
 #![doc = include_str!(concat!(env!("OUT_DIR"), "/notebooks.md"))]
 
 pub mod diagnose;
