@@ -63,7 +63,14 @@ fn gradients(
 
 /// The model of a file whose force is a network.
 fn network(path: &Path) -> Result<JointModel<f64, NetworkForce<f64>>, CliError> {
-    let model = load_model(path)?.model;
+    let saved = load_model(path)?;
+    if !saved.info.effects.is_empty() {
+        return Err(CliError::Usage(format!(
+            "--model {} is extended by effects, which this comparison does not know",
+            path.display()
+        )));
+    }
+    let model = saved.model;
     match &model.force {
         AnyForce::Network(force) => Ok(model.map(|v| v, |_| force.clone())),
         _ => Err(CliError::Usage(format!("--model {} holds no network", path.display()))),

@@ -129,30 +129,36 @@ impl ForceTable {
         if S::NDERIV == 0 && d0 == 0.0 && d1 == 0.0 {
             return S::constant(value);
         }
-        let (slope_0, slope_1) = {
-            let k = (j / SLOPE_COLUMNS).min(self.slope_columns - 2);
-            let b = (j as f64 + b) / SLOPE_COLUMNS as f64 - k as f64;
-            let low = &self.slopes[i * self.slope_columns + k..];
-            let high = &self.slopes[(i + 1) * self.slope_columns + k..];
-            let blend = |q: usize| {
-                let left = low[0][q] + b * (low[1][q] - low[0][q]);
-                let right = high[0][q] + b * (high[1][q] - high[0][q]);
-                left + a * (right - left)
-            };
-            let (s0, s1, c0, c1) = (blend(0), blend(1), blend(2), blend(3));
-            value += d0 * (s0 + 0.5 * c0 * d0) + d1 * (s1 + 0.5 * c1 * d1);
-            (s0 + c0 * d0, s1 + c1 * d1)
+        // What more air adds, node by node: a parabola along each mass.
+        let k = (j / SLOPE_COLUMNS).min(self.slope_columns - 2);
+        let c = (j as f64 + b) / SLOPE_COLUMNS as f64 - k as f64;
+        let low = &self.slopes[i * self.slope_columns + k..];
+        let high = &self.slopes[(i + 1) * self.slope_columns + k..];
+        let added = |node: &[f64; 4]| {
+            d0 * (node[0] + 0.5 * node[2] * d0) + d1 * (node[1] + 0.5 * node[3] * d1)
         };
+        let (a00, a01, a10, a11) = (added(&low[0]), added(&low[1]), added(&high[0]), added(&high[1]));
+        let (below, above) = (a00 + c * (a01 - a00), a10 + c * (a11 - a10));
+        value += below + a * (above - below);
         if S::NDERIV == 0 {
             return S::constant(value);
         }
+        let blend = |q: usize| {
+            let left = low[0][q] + c * (low[1][q] - low[0][q]);
+            let right = high[0][q] + c * (high[1][q] - high[0][q]);
+            left + a * (right - left)
+        };
+        let slope_0 = blend(0) + blend(2) * d0;
+        let slope_1 = blend(1) + blend(3) * d1;
         let per_x = {
             let (bottom, top) = (n10 - n00, n11 - n01);
-            (bottom + b * (top - bottom)) / self.x_spacing
+            (bottom + b * (top - bottom) + above - below) / self.x_spacing
         };
         let per_v = {
             let (left, right) = (n01 - n00, n11 - n10);
-            (left + a * (right - left)) / self.v_spacing
+            let own = (left + a * (right - left)) / self.v_spacing;
+            let (left, right) = (a01 - a00, a11 - a10);
+            own + (left + a * (right - left)) / (self.v_spacing * SLOPE_COLUMNS as f64)
         };
         // What has no real part carries the derivatives alone.
         let tail = |s: S| s - S::constant(s.real());
