@@ -32,6 +32,11 @@ fn main() {
     times.sort_by(f64::total_cmp);
     let at = |share: f64| times[(share * (times.len() - 1) as f64) as usize];
     let horizon_ms = 1e3 * settings.horizon.steps as f64 * settings.horizon.step_s;
-    println!("a decision, horizon {horizon_ms:.0} ms, {} flows: median {:.1} µs, p99 {:.1} µs, p99.9 {:.1} µs",
-        2 * settings.horizon.steps, at(0.5), at(0.99), at(0.999));
+    println!(
+        "a decision, horizon {horizon_ms:.0} ms, {} flows: median {:.1} µs, p99 {:.1} µs, p99.9 {:.1} µs",
+        2 * settings.horizon.steps,
+        at(0.5),
+        at(0.99),
+        at(0.999)
+    );
 }

@@ -83,7 +83,7 @@ pub fn observe(recording: &Recording) -> Result<Observation, ControlError> {
 /// Gaussian elimination with pivots; none if the matrix is singular.
 fn solve4(mut m: [[f64; 5]; 4]) -> Option<[f64; 4]> {
     let scale: [f64; 4] = std::array::from_fn(|i| m[i][i].sqrt());
-    if scale.iter().any(|s| !(*s > 0.0)) {
+    if !scale.iter().all(|s| *s > 0.0) {
         return None;
     }
     for i in 0..4 {
@@ -101,8 +101,9 @@ fn solve4(mut m: [[f64; 5]; 4]) -> Option<[f64; 4]> {
         for r in 0..4 {
             if r != c {
                 let factor = m[r][c] / m[c][c];
-                for j in c..5 {
-                    m[r][j] -= factor * m[c][j];
+                let pivot_row = m[c];
+                for (value, pivot) in m[r].iter_mut().zip(pivot_row).skip(c) {
+                    *value -= factor * pivot;
                 }
             }
         }
@@ -192,7 +193,8 @@ mod tests {
                 let omega = 4.0;
                 for t in &r.time_s {
                     let x = 0.5 * (omega * t).sin() + 0.1 * (1.7 * omega * t).cos();
-                    let v = 0.5 * omega * (omega * t).cos() - 0.17 * omega * (1.7 * omega * t).sin();
+                    let v =
+                        0.5 * omega * (omega * t).cos() - 0.17 * omega * (1.7 * omega * t).sin();
                     let a = -0.5 * omega * omega * (omega * t).sin()
                         - 0.1 * (1.7 * omega).powi(2) * (1.7 * omega * t).cos();
                     r.displacement_mm.push(x);
@@ -202,7 +204,9 @@ mod tests {
                     r.pressure_extensor_kpa.push(e);
                 }
                 let o = observe(&r).unwrap();
-                assert!((o.stiffness_n_mm - k).abs() < 1e-2 && (o.equilibrium_mm - x0).abs() < 1e-4);
+                assert!(
+                    (o.stiffness_n_mm - k).abs() < 1e-2 && (o.equilibrium_mm - x0).abs() < 1e-4
+                );
                 o
             })
             .collect();

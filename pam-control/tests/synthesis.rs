@@ -29,8 +29,7 @@ fn force(model: &Model, masses: SealedMasses, x: f64, v: f64) -> f64 {
 fn check(model: &Model, target: &Target, masses: SealedMasses) -> (f64, f64) {
     let (x, v) = (target.displacement_mm, target.velocity_mm_s);
     let f = |offset: f64| force(model, masses, x + offset, v);
-    let balance =
-        model.physical().mass_kg * target.acceleration_mm_s2 + f(0.0) - target.load_mn;
+    let balance = model.physical().mass_kg * target.acceleration_mm_s2 + f(0.0) - target.load_mn;
     (balance, (f(2.0) + f(1.0) - f(-1.0) - f(-2.0)) / (6.0 * MN_PER_N))
 }
 
@@ -80,19 +79,19 @@ fn published_motions_are_met_to_the_tolerance() {
 fn the_published_stiffness_range_comes_out() {
     let model = published();
     let bounds = MassBounds::new(0.02, 0.14).unwrap();
-    let synthesiser =
-        Synthesiser::new(&model, SynthesisSettings::published(bounds)).unwrap();
+    let synthesiser = Synthesiser::new(&model, SynthesisSettings::published(bounds)).unwrap();
     let branches = synthesiser.curve(&at_rest(0.0, 150.0));
     assert_eq!(branches.len(), 1);
     let stiffness_at = |flexor_g: f64| {
-        let pair = branches[0].windows(2).find(|pair| {
-            (pair[0].0.flexor_g - flexor_g) * (pair[1].0.flexor_g - flexor_g) <= 0.0
-        });
+        let pair = branches[0]
+            .windows(2)
+            .find(|pair| (pair[0].0.flexor_g - flexor_g) * (pair[1].0.flexor_g - flexor_g) <= 0.0);
         let [a, b] = pair.unwrap() else { panic!("a pair") };
         let share = (flexor_g - a.0.flexor_g) / (b.0.flexor_g - a.0.flexor_g);
         a.1 + share * (b.1 - a.1)
     };
-    let inside = branches[0].iter().filter(|(m, _)| (0.031_527_2..=0.121_101_5).contains(&m.flexor_g));
+    let inside =
+        branches[0].iter().filter(|(m, _)| (0.031_527_2..=0.121_101_5).contains(&m.flexor_g));
     let ends = [stiffness_at(0.031_527_2), stiffness_at(0.121_101_5)];
     let (low, high) = inside
         .map(|(_, k)| *k)
@@ -105,9 +104,8 @@ fn the_published_stiffness_range_comes_out() {
 /// extensor masses at which the dynamics change sign between neighbours of a fine grid.
 fn dense_search(model: &Model, target: &Target, bounds: MassBounds, n: usize) -> Option<f64> {
     let place = |k: usize, n: usize| bounds.least_g + bounds.width_g() * k as f64 / n as f64;
-    let balance = |f: f64, e: f64| {
-        check(model, target, SealedMasses { flexor_g: f, extensor_g: e }).0
-    };
+    let balance =
+        |f: f64, e: f64| check(model, target, SealedMasses { flexor_g: f, extensor_g: e }).0;
     let mut best: Option<f64> = None;
     for i in 0..=n {
         let f = place(i, n);
@@ -151,8 +149,7 @@ fn assert_no_worse_than_dense(model: &Model, target: &Target, bounds: MassBounds
 fn no_dense_search_finds_a_nearer_stiffness() {
     let model = published();
     let bounds = MassBounds::trained(&model);
-    for (x, v, k) in
-        [(0.0, 0.0, 150.0), (0.3, 5.0, 170.0), (-1.5, 0.0, 120.0), (2.0, -3.0, 160.0)]
+    for (x, v, k) in [(0.0, 0.0, 150.0), (0.3, 5.0, 170.0), (-1.5, 0.0, 120.0), (2.0, -3.0, 160.0)]
     {
         let target = Target { velocity_mm_s: v, ..at_rest(x, k) };
         assert_no_worse_than_dense(&model, &target, bounds, 60);
@@ -233,7 +230,8 @@ fn a_general_optimiser_agrees() {
             200,
             None,
         );
-        let (_, u, value) = found.unwrap_or_else(|(_, u, value)| (slsqp::SuccessStatus::Success, u, value));
+        let (_, u, value) =
+            found.unwrap_or_else(|(_, u, value)| (slsqp::SuccessStatus::Success, u, value));
         assert!(value < 1e-4, "SLSQP ends at {value} (N/mm)²");
         let theirs = masses(&u);
         assert!((theirs.flexor_g - ours.masses.flexor_g).abs() < 2e-5, "{theirs:?} {ours:?}");
@@ -249,8 +247,8 @@ fn a_spring_has_its_closed_form() {
     let targets = motion("sine:A=0.5,f=0.5,x0=0.1", 150.0, 100.0);
     for (t, s) in targets.iter().zip(solve(&model, &targets, MassBounds::trained(&model))) {
         let total = (150e3 - spring.stiffness_mn_mm) / spring.stiffness_per_mass_mn_mm_g;
-        let wanted_force =
-            -model.physical().mass_kg * t.acceleration_mm_s2 - spring.damping_kg_s * t.velocity_mm_s;
+        let wanted_force = -model.physical().mass_kg * t.acceleration_mm_s2
+            - spring.damping_kg_s * t.velocity_mm_s;
         let difference = (t.displacement_mm - wanted_force / 150e3) / 30.0;
         assert_eq!(s.outcome, Outcome::Reached);
         assert!((s.masses.flexor_g + s.masses.extensor_g - total).abs() < 1e-9);

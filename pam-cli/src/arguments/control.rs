@@ -9,7 +9,13 @@ use std::path::PathBuf;
 pub struct BoundsOptions {
     /// Least and most air in a muscle, g [default: what 10 and 80 psi gauge hold at x = 0]. What lies
     /// outside the default is flagged as extrapolation
-    #[arg(long, value_name = "LEAST,MOST", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "LEAST,MOST",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true
+    )]
     pub mass_bounds: Option<Vec<f64>>,
     /// Step h of the stiffness estimate, mm
     #[arg(long, value_name = "MM", default_value_t = 1.0, allow_negative_numbers = true)]
@@ -105,7 +111,13 @@ pub struct IdentifyArguments {
     #[command(flatten)]
     pub model: ModelOptions,
     /// What is carried out on the virtual rig
-    #[arg(long, value_enum, default_value = "staircase", value_name = "NAME", conflicts_with = "data")]
+    #[arg(
+        long,
+        value_enum,
+        default_value = "staircase",
+        value_name = "NAME",
+        conflicts_with = "data"
+    )]
     pub schedule: IdentifySchedule,
     /// Identify from recordings instead: every pulse of force in them that follows 50 ms without
     #[arg(long, num_args = 1.., value_name = "PATH")]

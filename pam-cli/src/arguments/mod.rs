@@ -5,7 +5,8 @@ mod rig;
 mod train;
 
 pub use control::{
-    BoundsOptions, IdentifyArguments, IdentifySchedule, PlanArguments, ReplanArguments, StiffnessArguments, TrackArguments,
+    BoundsOptions, IdentifyArguments, IdentifySchedule, PlanArguments, ReplanArguments,
+    StiffnessArguments, TrackArguments,
 };
 
 pub use rig::{RigCommand, RigObservablesArguments, RigProtocolArguments, RigRecordArguments};

@@ -34,18 +34,23 @@ pub fn published_cases() -> Vec<TrackingCase> {
     let frequencies = [0.1, 0.25, 0.5, 0.75, 1.0];
     let stiffnesses = [140.0, 150.0, 160.0];
     let errors = [
-        ("sine", [0.151, 0.139, 0.113, 0.108], [0.127, 0.094, 0.067, 0.190, 0.375], [0.180, 0.151, 0.142]),
-        ("triangle", [0.109, 0.113, 0.115, 0.138], [0.128, 0.078, 0.120, 0.249, 0.300], [0.132, 0.131, 0.134]),
+        (
+            "sine",
+            [0.151, 0.139, 0.113, 0.108],
+            [0.127, 0.094, 0.067, 0.190, 0.375],
+            [0.180, 0.151, 0.142],
+        ),
+        (
+            "triangle",
+            [0.109, 0.113, 0.115, 0.138],
+            [0.128, 0.078, 0.120, 0.249, 0.300],
+            [0.132, 0.131, 0.134],
+        ),
     ];
     let mut cases = Vec::new();
     for (shape, by_amplitude, by_frequency, by_stiffness) in errors {
-        let case = |series, amplitude_mm, frequency_hz, stiffness_n_mm, published_mm| TrackingCase {
-            shape,
-            series,
-            amplitude_mm,
-            frequency_hz,
-            stiffness_n_mm,
-            published_mm,
+        let case = |series, amplitude_mm, frequency_hz, stiffness_n_mm, published_mm| {
+            TrackingCase { shape, series, amplitude_mm, frequency_hz, stiffness_n_mm, published_mm }
         };
         for (a, e) in amplitudes.into_iter().zip(by_amplitude) {
             cases.push(case("amplitude", a, 0.1, 150.0, e));

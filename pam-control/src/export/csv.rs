@@ -7,7 +7,8 @@ use std::fmt::Write;
 /// dynamics, and in the last two columns whether stiffness and training range are kept.
 #[must_use]
 pub fn table_csv(plan: &Plan) -> String {
-    let mut text = format!("time_s,{},residual_mn,stiffness_reached,extrapolated\n", COLUMNS.join(","));
+    let mut text =
+        format!("time_s,{},residual_mn,stiffness_reached,extrapolated\n", COLUMNS.join(","));
     for (sample, (target, solution)) in plan.targets.iter().zip(&plan.solutions).enumerate() {
         let _ = write!(text, "{}", target.time_s);
         for value in row(plan, sample) {

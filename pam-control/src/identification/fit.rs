@@ -56,7 +56,8 @@ fn pattern_search(response: &Response, mut best: [f64; 2]) -> [f64; 2] {
             let p = [best[0] + d[0], (best[1] + d[1]).max(0.0)];
             (cost(response, p), p)
         });
-        let (found, p) = tries.into_iter().fold((f64::INFINITY, best), |a, b| if b.0 < a.0 { b } else { a });
+        let (found, p) =
+            tries.into_iter().fold((f64::INFINITY, best), |a, b| if b.0 < a.0 { b } else { a });
         if found < value {
             (value, best) = (found, p);
         } else {
@@ -205,7 +206,9 @@ mod tests {
                 // Twelve uniform numbers make a normal one.
                 let normal: f64 = (0..12)
                     .map(|_| {
-                        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                        state = state
+                            .wrapping_mul(6364136223846793005)
+                            .wrapping_add(1442695040888963407);
                         (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
                     })
                     .sum();

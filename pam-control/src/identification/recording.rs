@@ -44,7 +44,10 @@ pub fn pulses_in_recording(
                 commanded_n_mm: f64::NAN,
                 displacement_mm: recording.displacement_mm[range.clone()].to_vec(),
                 force_n: force_n[range].to_vec(),
-                pressures_kpa: [recording.pressure_flexor_kpa[k], recording.pressure_extensor_kpa[k]],
+                pressures_kpa: [
+                    recording.pressure_flexor_kpa[k],
+                    recording.pressure_extensor_kpa[k],
+                ],
                 start: before,
             });
             k += window;

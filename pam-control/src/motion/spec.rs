@@ -54,9 +54,10 @@ impl<'a> Words<'a> {
     pub(super) fn finish(self) -> Result<(), ControlError> {
         match self.values.keys().next() {
             None => Ok(()),
-            Some(key) => {
-                Err(ControlError::spec(self.text, format!("`{key}` is not a parameter of {}", self.kind)))
-            }
+            Some(key) => Err(ControlError::spec(
+                self.text,
+                format!("`{key}` is not a parameter of {}", self.kind),
+            )),
         }
     }
 }
@@ -93,7 +94,8 @@ impl MotionSpec {
             return Ok(Self { motion, duration_s, period_s: None, table: Some(table) });
         }
         let mut words = Words::parse(text)?;
-        let (motion, default_s, period_s): (Box<dyn Motion + Send + Sync>, _, _) = match words.kind {
+        let (motion, default_s, period_s): (Box<dyn Motion + Send + Sync>, _, _) = match words.kind
+        {
             kind @ ("sine" | "triangle") => {
                 let amplitude_mm = words.take("A")?;
                 let frequency_hz = words.take_positive("f")?;

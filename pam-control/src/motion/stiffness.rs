@@ -45,9 +45,9 @@ impl StiffnessProfile {
                 .split_once(",hold=")
                 .ok_or_else(|| ControlError::spec(text, "write steps:140/150/160,hold=SECONDS"))?;
             let number = |t: &str| {
-                t.trim().parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0).ok_or_else(|| {
-                    ControlError::spec(text, format!("`{}` is not a positive number", t.trim()))
-                })
+                t.trim().parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0).ok_or_else(
+                    || ControlError::spec(text, format!("`{}` is not a positive number", t.trim())),
+                )
             };
             let values_n_mm = list.split('/').map(number).collect::<Result<Vec<_>, _>>()?;
             return Ok(Self::Steps { values_n_mm, hold_s: number(hold)? });

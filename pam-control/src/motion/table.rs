@@ -98,7 +98,8 @@ impl Motion for MotionTable {
         let x = [self.displacements_mm[row], self.displacements_mm[row + 1]];
         let m = [self.bends[row], self.bends[row + 1]];
         let sixth = step * step / 6.0;
-        let spline = a * x[0] + b * x[1] + sixth * ((a.powi(3) - a) * m[0] + (b.powi(3) - b) * m[1]);
+        let spline =
+            a * x[0] + b * x[1] + sixth * ((a.powi(3) - a) * m[0] + (b.powi(3) - b) * m[1]);
         let slope = (x[1] - x[0]) / step
             + step / 6.0 * ((1.0 - 3.0 * a * a) * m[0] + (3.0 * b * b - 1.0) * m[1]);
         let given = |column: &Option<Vec<f64>>, otherwise: f64| {

@@ -184,8 +184,7 @@ mod tests {
             };
             let constraints: Vec<Vec<f64>> =
                 (0..n).map(|i| one(i, 1.0)).chain((0..n).map(|i| one(i, -1.0))).collect();
-            let bounds: Vec<f64> =
-                high.iter().copied().chain(low.iter().map(|l| -l)).collect();
+            let bounds: Vec<f64> = high.iter().copied().chain(low.iter().map(|l| -l)).collect();
             let settings = DefaultSettingsBuilder::default().verbose(false).build().unwrap();
             let mut solver = DefaultSolver::new(
                 &p,

@@ -229,16 +229,14 @@ impl<B: ForceBatch> Horizon<B> {
         }
         // The state without any flow, and its slopes along each flow so far.
         let mut free = start;
-        for k in 0..n {
+        for (k, r) in references[..n].iter().enumerate() {
             let Step { a, b, c } = self.steps[k];
             free = affine(&a, free, c);
             for column in &mut self.columns[..k] {
-                *column = [0, 1, 2, 3].map(|r| {
-                    [0, 1].map(|i| (0..4).map(|j| a[r][j] * column[j][i]).sum())
-                });
+                *column = [0, 1, 2, 3]
+                    .map(|r| [0, 1].map(|i| (0..4).map(|j| a[r][j] * column[j][i]).sum()));
             }
             self.columns[k] = b;
-            let r = &references[k];
             let misses = [
                 free[0] - r.displacement_mm,
                 free[1] - r.velocity_mm_s,
@@ -288,7 +286,8 @@ fn affine(a: &Matrix, s: State, c: State) -> State {
 
 /// `s⁺ = e^{aT} s + ∫₀ᵀ e^{aτ} dτ (g u + c)` by its series; `g` lets the flows into the masses.
 fn discretise(a: &Matrix, c: State, step_s: f64) -> Step {
-    let identity: Matrix = std::array::from_fn(|r| std::array::from_fn(|j| f64::from(u8::from(r == j))));
+    let identity: Matrix =
+        std::array::from_fn(|r| std::array::from_fn(|j| f64::from(u8::from(r == j))));
     let (mut exponential, mut integral, mut term) = (identity, identity, identity);
 
     for n in 1..=7 {
@@ -324,12 +323,7 @@ mod tests {
     /// A step of the linear joint against a hundred thousand small ones.
     #[test]
     fn a_step_is_the_solution_of_the_equations() {
-        let a = [
-            [0.0, 1.0, 0.0, 0.0],
-            [-490.0, -21.0, 15e3, -14e3],
-            [0.0; 4],
-            [0.0; 4],
-        ];
+        let a = [[0.0, 1.0, 0.0, 0.0], [-490.0, -21.0, 15e3, -14e3], [0.0; 4], [0.0; 4]];
         let (c, u) = ([0.0, 30.0, 0.0, 0.0], [0.1, -0.05]);
         let step = discretise(&a, c, 0.01);
         let mut s = [0.3, -1.0, 0.06, 0.07];

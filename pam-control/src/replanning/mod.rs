@@ -18,6 +18,6 @@ pub mod horizon;
 pub mod modulator;
 pub mod observer;
 
-pub use controller::{Replanned, Replanner, ReplanSettings, follow_replanning};
+pub use controller::{ReplanSettings, Replanned, Replanner, follow_replanning};
 pub use flow::ValveModel;
 pub use horizon::{Horizon, HorizonSettings, Reference};

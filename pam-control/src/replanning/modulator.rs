@@ -15,7 +15,12 @@ pub struct Modulator {
 impl Modulator {
     /// What the valves do in the next sample for a wanted flow (g/s), and the flow that this gives by the
     /// model, g/s.
-    pub fn decide(&mut self, wanted_g_s: f64, pressure_kpa: f64, valves: &ValveModel) -> (Valve, f64) {
+    pub fn decide(
+        &mut self,
+        wanted_g_s: f64,
+        pressure_kpa: f64,
+        valves: &ValveModel,
+    ) -> (Valve, f64) {
         let (inflow, outflow) = (valves.inflow_g_s(pressure_kpa), valves.outflow_g_s(pressure_kpa));
         // What cannot be had within a horizon is not owed for ever.
         let most = 4.0 * valves.shortest_s * inflow.max(outflow).max(1e-6);

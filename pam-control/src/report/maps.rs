@@ -17,11 +17,16 @@ pub fn stiffness_report(
         let points: Vec<MapPoint> = map
             .iter()
             .filter(|p| p.displacement_mm == 0.0 && p.velocity_mm_s == v)
-            .map(|p| MapPoint { x: p.mass_flexor_g, y: p.mass_extensor_g, value: value(p), ringed: false })
+            .map(|p| MapPoint {
+                x: p.mass_flexor_g,
+                y: p.mass_extensor_g,
+                value: value(p),
+                ringed: false,
+            })
             .collect();
-        let ends = points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| {
-            (a.min(p.value), b.max(p.value))
-        });
+        let ends = points
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p.value), b.max(p.value)));
         ColourMap {
             title: format!("{label}, x = 0, v = {v} mm/s"),
             x_label: "flexor air (g)".into(),
@@ -46,9 +51,11 @@ pub fn stiffness_report(
                 .filter_map(|r| r.stiffness_n_mm.map(|s| (r.displacement_mm, s[i])))
                 .collect::<Vec<_>>()
         };
-        range = range
-            .with(&format!("v = {v} mm/s"), Role::Category(k), end(1))
-            .with("", Role::Category(k), end(0));
+        range = range.with(&format!("v = {v} mm/s"), Role::Category(k), end(1)).with(
+            "",
+            Role::Category(k),
+            end(0),
+        );
     }
     let schemes = |points: &[StiffnessPoint]| {
         let series = |f: fn(&StiffnessPoint) -> f64| {
@@ -58,7 +65,12 @@ pub fn stiffness_report(
             .with("exact", Role::Measured, series(|p| p.exact_n_mm))
             .with_stroke("forward", Role::Category(3), Stroke::Dotted, series(|p| p.forward_n_mm))
             .with_stroke("central", Role::Category(2), Stroke::Dashed, series(|p| p.central_n_mm))
-            .with_stroke("Richardson", Role::Category(4), Stroke::Dashed, series(|p| p.richardson_n_mm))
+            .with_stroke(
+                "Richardson",
+                Role::Category(4),
+                Stroke::Dashed,
+                series(|p| p.richardson_n_mm),
+            )
             .with("four-point, smoothed", Role::Predicted, series(|p| p.four_point_n_mm))
             .to_svg()
     };

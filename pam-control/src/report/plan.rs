@@ -10,7 +10,8 @@ pub fn plan_report(plan: &Plan, title: &str, lead: &str, made_by: &str) -> Strin
     let s = plan.summary();
     let time: Vec<f64> = plan.targets.iter().map(|t| t.time_s).collect();
     let target = |f: fn(&crate::synthesis::Target) -> f64| plan.targets.iter().map(f).collect();
-    let solution = |f: fn(&crate::synthesis::Solution) -> f64| plan.solutions.iter().map(f).collect();
+    let solution =
+        |f: fn(&crate::synthesis::Solution) -> f64| plan.solutions.iter().map(f).collect();
     let pressure = |i: usize| plan.pressures_kpa.iter().map(|p| p[i]).collect();
     let (flexor, extensor) = (Role::Category(0), Role::Category(1));
     let body = html! {

@@ -29,7 +29,12 @@ pub fn tracking_report(results: &[TrackingResult], lead: &str, made_by: &str) ->
             LineFigure::new(shape, label, "RMSE (mm)", 340, 260)
                 .with_marks()
                 .with("rig", Role::Predicted, points(|r| r.rmse_mm))
-                .with_stroke("published", Role::Measured, Stroke::Dashed, points(|r| r.case.published_mm))
+                .with_stroke(
+                    "published",
+                    Role::Measured,
+                    Stroke::Dashed,
+                    points(|r| r.case.published_mm),
+                )
                 .to_svg(),
         )
     };

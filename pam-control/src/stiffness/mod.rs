@@ -66,7 +66,9 @@ pub fn map(
         .flat_map_iter(|masses| {
             let dual = &dual;
             grid.velocities_mm_s.iter().flat_map(move |&v| {
-                grid.displacements_mm.iter().map(move |&x| point(model, dual, x, v, *masses, step_mm))
+                grid.displacements_mm
+                    .iter()
+                    .map(move |&x| point(model, dual, x, v, *masses, step_mm))
             })
         })
         .collect()
@@ -87,7 +89,8 @@ fn point(
         mass_extensor_g: masses.extensor_g,
     };
     let exact = linearise(dual, &at);
-    let by = |scheme: &dyn DifferenceScheme| stiffness_by_difference_n_mm(&model.force, &at, scheme);
+    let by =
+        |scheme: &dyn DifferenceScheme| stiffness_by_difference_n_mm(&model.force, &at, scheme);
     StiffnessPoint {
         displacement_mm,
         velocity_mm_s,
@@ -116,7 +119,8 @@ pub fn profile(
     let last = points.saturating_sub(1).max(1) as f64;
     let displacements_mm =
         (0..points).map(|k| from_mm + (to_mm - from_mm) * k as f64 / last).collect();
-    let grid = Grid { displacements_mm, velocities_mm_s: vec![velocity_mm_s], masses: vec![masses] };
+    let grid =
+        Grid { displacements_mm, velocities_mm_s: vec![velocity_mm_s], masses: vec![masses] };
     map(model, &grid, step_mm)
 }
 

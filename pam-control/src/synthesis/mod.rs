@@ -20,7 +20,5 @@ mod trace;
 
 pub use batch::{AnyBatch, ForceBatch, NetworkBatch, Pointwise};
 pub use plan::{Plan, PlanSummary};
-pub use problem::{
-    MassBounds, Outcome, Solution, SynthesisSettings, TRAINED_KPA, Target,
-};
+pub use problem::{MassBounds, Outcome, Solution, SynthesisSettings, TRAINED_KPA, Target};
 pub use solver::Synthesiser;

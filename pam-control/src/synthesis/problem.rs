@@ -146,7 +146,10 @@ impl SynthesisSettings {
     pub fn validate(&self) -> Result<(), ControlError> {
         ControlError::require_positive("stiffness step h (mm)", self.stiffness_step_mm)?;
         ControlError::require_positive("tolerance (mN)", self.tolerance_mn)?;
-        ControlError::require_positive("stiffness tolerance (N/mm)", self.stiffness_tolerance_n_mm)?;
+        ControlError::require_positive(
+            "stiffness tolerance (N/mm)",
+            self.stiffness_tolerance_n_mm,
+        )?;
         ControlError::require_positive("lanes", self.lanes as f64)?;
         MassBounds::new(self.bounds.least_g, self.bounds.most_g).map(|_| ())
     }

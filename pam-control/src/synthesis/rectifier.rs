@@ -92,7 +92,8 @@ pub(super) struct RectifierStencil<'a> {
 
 impl<'a> RectifierStencil<'a> {
     pub(super) fn new(network: &'a RectifierNetwork, settings: &SynthesisSettings) -> Self {
-        let rows = std::iter::once(network.first_rows()).chain(network.hidden.iter().map(|h| h.rows));
+        let rows =
+            std::iter::once(network.first_rows()).chain(network.hidden.iter().map(|h| h.rows));
         let widest = rows.clone().max().unwrap_or(0);
         Self {
             network,

@@ -204,7 +204,8 @@ impl<B: ForceBatch> Synthesiser<B> {
         solutions: &mut [Option<Solution>],
         evaluator: &mut Evaluator<'_, B>,
     ) {
-        let hint = |s: &Option<Solution>| s.map_or([0.0; 2], |s| [s.masses.flexor_g, s.masses.extensor_g]);
+        let hint =
+            |s: &Option<Solution>| s.map_or([0.0; 2], |s| [s.masses.flexor_g, s.masses.extensor_g]);
         for end in 0..targets.len() {
             let goes_on = since_traced.get(end + 1).is_some_and(|n| *n > 0);
             if since_traced[end] == 0 || goes_on {
@@ -314,7 +315,8 @@ impl<B: ForceBatch> Synthesiser<B> {
         let nodes = grid_nodes(&self.settings.bounds);
         let mut balances = Vec::new();
         evaluator.balances(target, &nodes, &mut balances);
-        let best = (0..nodes.len()).min_by(|&a, &b| balances[a].abs().total_cmp(&balances[b].abs()));
+        let best =
+            (0..nodes.len()).min_by(|&a, &b| balances[a].abs().total_cmp(&balances[b].abs()));
         let u = nodes[best.unwrap_or(0)];
         Vertex { u, local: evaluator.at(target, u) }
     }

@@ -34,8 +34,7 @@ impl Local {
         step_mm: f64,
     ) -> Self {
         let scale = 1.0 / (6.0 * step_mm * MN_PER_N);
-        let mut local =
-            Self { g: inertial_mn + forces_mn[0], dg: slope(0), ..Self::default() };
+        let mut local = Self { g: inertial_mn + forces_mn[0], dg: slope(0), ..Self::default() };
         for p in 1..POINTS {
             let [by_f, by_e] = slope(p);
             local.k += SIGNS[p] * scale * forces_mn[p];

@@ -123,7 +123,8 @@ pub(super) fn nearest_around(
     let nearest = traced.nearest?;
     let on_wall = |v: &Vertex| {
         let MassBounds { least_g, most_g } = settings.bounds;
-        v.u.iter().any(|m| [least_g, most_g].iter().any(|w| (m - w).abs() < 1e-9 * (most_g - least_g)))
+        v.u.iter()
+            .any(|m| [least_g, most_g].iter().any(|w| (m - w).abs() < 1e-9 * (most_g - least_g)))
     };
     let [first, .., last] = &path[..] else { return None };
     let at_an_end = [first, last].iter().any(|end| end.u == nearest.u);
@@ -149,7 +150,9 @@ fn crossings(bounds: &MassBounds, from: [f64; 2], to: [f64; 2], crossed: &mut Ve
     for axis in 0..2 {
         let (a, b) = (cell(from[axis]), cell(to[axis]));
         let (low, high) = if a < b { (a, b) } else { (b, a) };
-        for line in (low - 1e-6).ceil().max(0.0) as usize..=((high + 1e-6).floor() as usize).min(CELLS) {
+        for line in
+            (low - 1e-6).ceil().max(0.0) as usize..=((high + 1e-6).floor() as usize).min(CELLS)
+        {
             let share = if b == a { 0.0 } else { ((line as f64 - a) / (b - a)).clamp(0.0, 1.0) };
             let other = cell(from[1 - axis] + share * (to[1 - axis] - from[1 - axis]));
             for place in [other - 1e-6, other + 1e-6] {
@@ -240,7 +243,8 @@ impl<L: Landscape> Walker<'_, L> {
                 break;
             }
             let last = room <= reach;
-            let there = self.settle(along(here.u, direction, reach.min(room)), last.then_some(wall));
+            let there =
+                self.settle(along(here.u, direction, reach.min(room)), last.then_some(wall));
             let from_start = distance_to_piece(start.u, here.u, there.u);
             let closed = path.len() > 3 && from_start <= 10.0 * past;
             way_g += reach;

@@ -7,7 +7,9 @@ use crate::error::CliError;
 use crate::run_record::{self, made_by, write_json};
 use pam_control::equilibrium_point::{EquilibriumPoint, observe};
 use pam_control::execution::{Commands, PulseShape};
-use pam_control::experiments::stiffness::{Identified, STAIRCASE_N_MM, staircase, staircase_targets};
+use pam_control::experiments::stiffness::{
+    Identified, STAIRCASE_N_MM, staircase, staircase_targets,
+};
 use pam_control::experiments::{comparison, stiffness};
 use pam_control::identification::pulses_in_recording;
 use pam_control::report::{IdentificationReport, identification_report};
@@ -121,7 +123,8 @@ fn equilibrium_point(
             .par_iter()
             .map(|run| {
                 let path = folder.path().join(&run.name);
-                let log = record(rig, &protocol, run, seed)?.log_text("for the equilibrium-point model");
+                let log =
+                    record(rig, &protocol, run, seed)?.log_text("for the equilibrium-point model");
                 write_atomic(&path, log.as_bytes())?;
                 bar.inc(1);
                 Ok(open_recordings(&path, &LoadOptions::default())?)
@@ -177,11 +180,8 @@ fn finish(
             })
         })
         .collect();
-    let tables: Vec<Value> = report
-        .tables
-        .iter()
-        .map(|(name, rows)| json!({ "model": name, "rows": rows }))
-        .collect();
+    let tables: Vec<Value> =
+        report.tables.iter().map(|(name, rows)| json!({ "model": name, "rows": rows })).collect();
     let value = json!({
         "mass_kg": saved.model.physical().mass_kg,
         "pulses": estimates,
@@ -226,9 +226,8 @@ fn finish(
     console.text(levels(&report.pulses));
     for (name, rows) in &report.tables {
         console.text(format!("\n{name}"));
-        let mut cells = vec![
-            ["nominal", "K at rest", "K at speed", "Δ (%)", "p"].map(str::to_owned).to_vec(),
-        ];
+        let mut cells =
+            vec![["nominal", "K at rest", "K at speed", "Δ (%)", "p"].map(str::to_owned).to_vec()];
         for r in rows {
             cells.push(vec![
                 number(r.nominal_n_mm, 0),
@@ -255,10 +254,8 @@ fn levels(pulses: &[Identified]) -> String {
             .to_vec(),
     ];
     for level in commanded {
-        let of: Vec<&Identified> = pulses
-            .iter()
-            .filter(|i| i.record.commanded_n_mm.total_cmp(&level).is_eq())
-            .collect();
+        let of: Vec<&Identified> =
+            pulses.iter().filter(|i| i.record.commanded_n_mm.total_cmp(&level).is_eq()).collect();
         let mean = |f: fn(&Identified) -> f64| {
             mean_and_deviation(&of.iter().map(|i| f(i)).collect::<Vec<_>>())
         };

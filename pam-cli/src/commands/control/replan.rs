@@ -68,8 +68,7 @@ pub fn run(
     }
     let spec = MotionSpec::parse(&arguments.motion)?;
     let stiffness = StiffnessProfile::parse(&arguments.stiffness)?;
-    let plan =
-        Plan::new(&saved.model, targets(&spec, Some(&stiffness), 0.0, 1000.0)?, settings)?;
+    let plan = Plan::new(&saved.model, targets(&spec, Some(&stiffness), 0.0, 1000.0)?, settings)?;
     let commands = Commands::from(&plan);
     let total = |time_s: f64| {
         let row = ((time_s * 1000.0).max(0.0) as usize).min(plan.solutions.len() - 1);
@@ -89,11 +88,8 @@ pub fn run(
         measured_mm: followed.measured_mm.clone(),
         ..Replanned::default()
     };
-    tabled.masses_g = plan
-        .solutions
-        .iter()
-        .map(|s| [s.masses.flexor_g, s.masses.extensor_g])
-        .collect();
+    tabled.masses_g =
+        plan.solutions.iter().map(|s| [s.masses.flexor_g, s.masses.extensor_g]).collect();
     let replan_settings = ReplanSettings::default();
     let mut joint = RigJoint::new(&rig, global.seed, first)?;
     let replanned = follow_replanning(
@@ -179,9 +175,7 @@ pub fn run(
     });
     run_record::write(out, "replan", global.seed, &configuration)?;
     console.json(&value);
-    let mut cells = vec![
-        ["RMSE (mm)", "table", "replanned", "ratio"].map(str::to_owned).to_vec(),
-    ];
+    let mut cells = vec![["RMSE (mm)", "table", "replanned", "ratio"].map(str::to_owned).to_vec()];
     for (name, a, b) in &rows {
         cells.push(vec![(*name).into(), number(*a, 4), number(*b, 4), number(a / b, 1)]);
     }

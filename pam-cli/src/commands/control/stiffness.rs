@@ -46,15 +46,13 @@ pub fn run(
     let velocities_mm_s = arguments.velocities.clone();
     let grid = Grid { displacements_mm: places(PLACES), velocities_mm_s, masses: masses.collect() };
     let h = settings.stiffness_step_mm;
-    let ranges =
-        reachable(&saved.model, &places(RANGE_PLACES), &arguments.velocities, settings)?;
+    let ranges = reachable(&saved.model, &places(RANGE_PLACES), &arguments.velocities, settings)?;
     let points = map(&saved.model, &grid, h);
     let profiles: Vec<_> = [170.27, 411.59, 652.91]
         .into_iter()
         .map(|kpa| {
             let masses = saved.model.gas_law_masses(0.0, [kpa; 2]);
-            let points =
-                profile(&saved.model, masses, 0.0, [-reach, reach], PROFILE_POINTS, h);
+            let points = profile(&saved.model, masses, 0.0, [-reach, reach], PROFILE_POINTS, h);
             (format!("{kpa:.0} kPa in both muscles at x = 0, at rest, h = {h} mm"), points)
         })
         .collect();
@@ -101,11 +99,11 @@ pub fn run(
     });
     run_record::write(out, "stiffness", global.seed, &configuration)?;
     console.json(&value);
-    let mut rows = vec![
-        ["x (mm)", "v (mm/s)", "least (N/mm)", "largest (N/mm)"].map(str::to_owned).to_vec(),
-    ];
+    let mut rows =
+        vec![["x (mm)", "v (mm/s)", "least (N/mm)", "largest (N/mm)"].map(str::to_owned).to_vec()];
     for r in ranges.iter().filter(|r| (r.displacement_mm / reach * 6.0).fract().abs() < 1e-9) {
-        let cells = r.stiffness_n_mm.map_or(["–".into(), "–".into()], |s| s.map(|v| format!("{v:.1}")));
+        let cells =
+            r.stiffness_n_mm.map_or(["–".into(), "–".into()], |s| s.map(|v| format!("{v:.1}")));
         let [low, high] = cells;
         rows.push(vec![
             format!("{:.2}", r.displacement_mm),

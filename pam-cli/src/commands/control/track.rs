@@ -87,7 +87,10 @@ pub fn run(
          second period on.",
         saved.info.name, global.seed
     );
-    write_atomic(&out.join("report.html"), tracking_report(&results, &lead, &made_by()).as_bytes())?;
+    write_atomic(
+        &out.join("report.html"),
+        tracking_report(&results, &lead, &made_by()).as_bytes(),
+    )?;
     let configuration = json!({
         "model": arguments.model.model,
         "settings": settings,
