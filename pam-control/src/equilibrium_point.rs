@@ -83,7 +83,7 @@ pub fn observe(recording: &Recording) -> Result<Observation, ControlError> {
 /// Gaussian elimination with pivots; none if the matrix is singular.
 fn solve4(mut m: [[f64; 5]; 4]) -> Option<[f64; 4]> {
     let scale: [f64; 4] = std::array::from_fn(|i| m[i][i].sqrt());
-    if scale.iter().any(|s| !(*s > 0.0)) {
+    if !scale.iter().all(|s| *s > 0.0) {
         return None;
     }
     for i in 0..4 {
@@ -101,8 +101,9 @@ fn solve4(mut m: [[f64; 5]; 4]) -> Option<[f64; 4]> {
         for r in 0..4 {
             if r != c {
                 let factor = m[r][c] / m[c][c];
-                for j in c..5 {
-                    m[r][j] -= factor * m[c][j];
+                let pivot_row = m[c];
+                for (value, pivot) in m[r].iter_mut().zip(pivot_row).skip(c) {
+                    *value -= factor * pivot;
                 }
             }
         }

@@ -4,6 +4,7 @@ use super::MakeJoint;
 use super::stiffness::{CYCLE_N_MM, CYCLES_A_LEVEL, Identified, cycle, cycle_targets};
 use crate::error::ControlError;
 use crate::execution::{Commands, PulseShape};
+use crate::identification::{Response, identify};
 use crate::statistics::{PairedTest, mean_and_deviation, paired_t_test};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -43,9 +44,12 @@ pub const PUBLISHED: [[[f64; 5]; 3]; 2] = [
     ],
 ];
 
-/// Runs the cycle `repeats` times with commands and makes the table's rows. A pair is the mean at peaks
-/// and troughs of two cycles in a row and the mean at their centres, each over both directions: dry friction
-/// adds to the resistance against a push that turns the motion round, and takes nothing from one along it.
+/// Runs the cycle `repeats` times with commands and makes the table's rows.
+///
+/// At each place the pushes of both directions, from two cycles in a row, give one stiffness, from
+/// [half the difference](Response::half_difference) of their responses: averaging the stiffnesses of single
+/// pushes instead would favour large ones, since a response is inverse to its stiffness. A pair is the mean
+/// of peak and trough beside the centre of the same cycles.
 ///
 /// # Errors
 /// As [`cycle`].
@@ -67,20 +71,26 @@ pub fn rows(
         for run in &runs {
             // Two cycles in a row hold a pulse of each direction at each place.
             for first in (0..CYCLES_A_LEVEL - 1).step_by(2) {
-                let at = |places: &[&str]| -> Vec<f64> {
-                    run.iter()
-                        .filter(|i| places.contains(&i.record.pulse.place))
-                        .filter(|i| (i.record.commanded_n_mm - nominal).abs() < 0.5)
-                        .filter(|i| {
-                            let within = (i.record.pulse.time_s / 10.0) as usize % CYCLES_A_LEVEL;
-                            (first..first + 2).contains(&within)
+                let at = |place: &str| -> Option<f64> {
+                    let of = |direction: f64| {
+                        run.iter().find(|i| {
+                            let pulse = &i.record.pulse;
+                            let within = (pulse.time_s / 10.0) as usize % CYCLES_A_LEVEL;
+                            pulse.place == place
+                                && pulse.direction == direction
+                                && (i.record.commanded_n_mm - nominal).abs() < 0.5
+                                && (first..first + 2).contains(&within)
                         })
-                        .map(|i| i.estimate.stiffness_n_mm)
-                        .collect()
+                    };
+                    let [push, opposite] =
+                        [of(1.0)?, of(-1.0)?].map(|i| Response::of_pulse(&i.record, mass_kg));
+                    let both = Response::half_difference(&push, &opposite);
+                    identify(&both).ok().map(|e| e.stiffness_n_mm)
                 };
-                let (rest, speed) = (at(&["peak", "trough"]), at(&["centre"]));
-                if rest.len() == 4 && speed.len() == 2 {
-                    pairs.push([rest, speed].map(|k| mean_and_deviation(&k).0));
+                if let (Some(peak), Some(trough), Some(centre)) =
+                    (at("peak"), at("trough"), at("centre"))
+                {
+                    pairs.push([0.5 * (peak + trough), centre]);
                 }
             }
         }

@@ -41,6 +41,31 @@ impl Response {
     }
 }
 
+impl Response {
+    /// Half the difference of the responses to a push and to the opposite one: what the joint does by itself
+    /// after its valves have shut (warm air cools, a motion runs out) and the even part of dry friction
+    /// are in both and cancel.
+    #[must_use]
+    pub fn half_difference(push: &Self, opposite: &Self) -> Self {
+        let half = |a: f64, b: f64| 0.5 * (a - b);
+        let force_n = push.force_n.iter().zip(&opposite.force_n).map(|(a, b)| half(*a, *b));
+        let displacement_mm = push
+            .displacement_mm
+            .iter()
+            .zip(&opposite.displacement_mm)
+            .map(|(a, b)| half(a - push.start_mm, b - opposite.start_mm));
+        Self {
+            mass_kg: push.mass_kg,
+            sample_s: push.sample_s,
+            start_mm: 0.0,
+            start_mm_s: half(push.start_mm_s, opposite.start_mm_s),
+            start_mm_s2: half(push.start_mm_s2, opposite.start_mm_s2),
+            force_n: force_n.collect(),
+            displacement_mm: displacement_mm.collect(),
+        }
+    }
+}
+
 /// Value at the last point and slope per point of the straight line through equally spaced values.
 fn line_at_end(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;

@@ -8,9 +8,9 @@ pub fn cycling_pulses(period_s: f64, levels: usize, cycles: usize) -> Vec<Pulse>
     (0..levels * cycles)
         .flat_map(|cycle| {
             let within = cycle % cycles.max(1);
-            let direction = if within % 2 == 0 { 1.0 } else { -1.0 };
+            let direction = if within.is_multiple_of(2) { 1.0 } else { -1.0 };
             // The way up passes the centre at the end of a cycle, the way down in its middle.
-            let centre = if within / 2 % 2 == 0 { 0.98 } else { 0.5 };
+            let centre = if (within / 2).is_multiple_of(2) { 0.98 } else { 0.5 };
             let mut places = [(0.25_f64, "peak"), (centre, "centre"), (0.75, "trough")];
             places.sort_by(|a, b| a.0.total_cmp(&b.0));
             places.map(|(phase, place)| Pulse {

@@ -229,7 +229,7 @@ impl<B: ForceBatch> Horizon<B> {
         }
         // The state without any flow, and its slopes along each flow so far.
         let mut free = start;
-        for k in 0..n {
+        for (k, r) in references[..n].iter().enumerate() {
             let Step { a, b, c } = self.steps[k];
             free = affine(&a, free, c);
             for column in &mut self.columns[..k] {
@@ -237,7 +237,6 @@ impl<B: ForceBatch> Horizon<B> {
                     .map(|r| [0, 1].map(|i| (0..4).map(|j| a[r][j] * column[j][i]).sum()));
             }
             self.columns[k] = b;
-            let r = &references[k];
             let misses = [
                 free[0] - r.displacement_mm,
                 free[1] - r.velocity_mm_s,

@@ -27,18 +27,21 @@ pub fn identification_report(report: &IdentificationReport) -> String {
     let along = |direction: f64| {
         sorted
             .iter()
-            .filter(|i| i.record.pulse.direction * direction > 0.0)
+            .filter(move |i| i.record.pulse.direction * direction > 0.0)
             .map(|i| (i.record.commanded_n_mm, i.estimate.stiffness_n_mm))
-            .collect::<Vec<_>>()
     };
     let diagonal: Vec<(f64, f64)> =
         sorted.iter().map(|i| (i.record.commanded_n_mm, i.record.commanded_n_mm)).collect();
-    let scatter = LineFigure::new("", "commanded (N/mm)", "identified (N/mm)", 500, 360)
-        .with_marks()
-        .with("push along +x", Role::Category(0), along(1.0))
-        .with("push against x", Role::Category(1), along(-1.0))
-        .with_stroke("commanded", Role::Neutral, Stroke::Dashed, diagonal)
-        .to_svg();
+    let mut scatter = LineFigure::new("", "commanded (N/mm)", "identified (N/mm)", 500, 360)
+        .with("mean, push along +x", Role::Category(0), means(along(1.0)))
+        .with("mean, push against x", Role::Category(1), means(along(-1.0)))
+        .with_stroke("commanded", Role::Neutral, Stroke::Dashed, diagonal);
+    for (direction, role) in [(1.0, Role::Category(0)), (-1.0, Role::Category(1))] {
+        for point in along(direction) {
+            scatter = scatter.with("", role, vec![point]);
+        }
+    }
+    let scatter = scatter.to_svg();
     let body = html! {
         @if !report.pulses.is_empty() {
             div.grid {
@@ -72,6 +75,18 @@ pub fn identification_report(report: &IdentificationReport) -> String {
         }
     };
     page(&report.title, &report.lead, &body, &report.made_by)
+}
+
+/// The mean of each run of equal commands.
+fn means(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+    let mut groups: Vec<(f64, f64, f64)> = Vec::new();
+    for (x, y) in points {
+        match groups.last_mut() {
+            Some((level, sum, count)) if *level == x => (*sum, *count) = (*sum + y, *count + 1.0),
+            _ => groups.push((x, y, 1.0)),
+        }
+    }
+    groups.into_iter().map(|(x, sum, count)| (x, sum / count)).collect()
 }
 
 fn responses(sorted: &[&Identified]) -> String {

@@ -1,7 +1,7 @@
 //! Newton's method along trajectories, several of them side by side.
 //!
 //! At a reachable target both `g(u) = 0` and `K̂(u) = K_d` hold: two equations for the two masses. The
-//! solution of one sample, carried on in a straight line, starts the next one. A network of rectifiers is
+//! solutions of three samples, carried on along a parabola, start the next one. A network of rectifiers is
 //! piecewise affine, so Newton's method ends after one step once it has found the right piece; its
 //! solution has the objective zero and is therefore a global minimum. Where it fails, the curve is
 //! followed instead (see [`trace`](super::trace)).
@@ -59,7 +59,8 @@ pub(super) struct Lane {
     next: usize,
     end: usize,
     u: [f64; 2],
-    last: Option<[f64; 2]>,
+    /// The last two solutions, the latest first.
+    last: [Option<[f64; 2]>; 2],
     steps: usize,
     outside: usize,
 }
@@ -67,16 +68,17 @@ pub(super) struct Lane {
 impl Lane {
     /// A lane over the samples `start..end` that begins from a guess.
     pub(super) fn new(start: usize, end: usize, guess: [f64; 2]) -> Self {
-        Self { next: start, end, u: guess, last: None, steps: 0, outside: 0 }
+        Self { next: start, end, u: guess, last: [None; 2], steps: 0, outside: 0 }
     }
 
     /// Goes on to the next sample from a solution of this one.
     fn advance(&mut self, solution: [f64; 2], bounds: &MassBounds) {
         let ahead = match self.last {
-            Some(last) => [0, 1].map(|i| 2.0 * solution[i] - last[i]),
-            None => solution,
+            [Some(a), Some(b)] => [0, 1].map(|i| 3.0 * (solution[i] - a[i]) + b[i]),
+            [Some(a), None] => [0, 1].map(|i| 2.0 * solution[i] - a[i]),
+            _ => solution,
         };
-        self.last = Some(solution);
+        self.last = [Some(solution), self.last[0]];
         self.u = bounds.clamp(ahead);
         self.next += 1;
         (self.steps, self.outside) = (0, 0);
@@ -120,7 +122,7 @@ pub(super) fn march<B: ForceBatch>(
                 solved(lane.next, lane.u, *local);
                 lane.advance(lane.u, &settings.bounds);
             } else if !lane.improve(local, target, &settings.bounds) {
-                let hint = lane.last.unwrap_or(lane.u);
+                let hint = lane.last[0].unwrap_or(lane.u);
                 let u = otherwise(lane.next, hint);
                 lane.advance(u, &settings.bounds);
             }

@@ -1,5 +1,5 @@
 //! What the tests share.
-#![allow(dead_code, missing_docs)]
+#![allow(dead_code)]
 
 use pam_control::synthesis::Target;
 use pam_core::activation::Activation;
@@ -7,7 +7,7 @@ use pam_core::force::Dense;
 use pam_core::{AnyForce, JointModel, Mlp, NetworkForce};
 use std::path::PathBuf;
 
-pub fn shared(name: &str) -> PathBuf {
+pub(crate) fn shared(name: &str) -> PathBuf {
     let folder = std::env::var_os("PAM_SHARED").map_or_else(
         || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"),
         PathBuf::from,
@@ -15,12 +15,12 @@ pub fn shared(name: &str) -> PathBuf {
     folder.join(name)
 }
 
-pub fn published() -> JointModel<f64, AnyForce<f64>> {
+pub(crate) fn published() -> JointModel<f64, AnyForce<f64>> {
     pam_data::load_model(&shared("pneu-sim/hybrid_model_puresine_16.eqx")).unwrap().model
 }
 
 /// A target at rest.
-pub fn at_rest(displacement_mm: f64, stiffness_n_mm: f64) -> Target {
+pub(crate) fn at_rest(displacement_mm: f64, stiffness_n_mm: f64) -> Target {
     Target {
         time_s: 0.0,
         displacement_mm,
@@ -33,7 +33,7 @@ pub fn at_rest(displacement_mm: f64, stiffness_n_mm: f64) -> Target {
 
 /// A network that is no physical joint: forces of some newtons that wind about in the masses, so that
 /// the consistent masses form several branches and K̂ has many extremes.
-pub fn winding(activation: &str, seed: f64) -> JointModel<f64, AnyForce<f64>> {
+pub(crate) fn winding(activation: &str, seed: f64) -> JointModel<f64, AnyForce<f64>> {
     let value = |k: usize| ((seed + k as f64 * 1.313).sin() * 917.13).fract();
     let layer = |inputs: usize, outputs: usize, scales: &[f64], bias: f64, from: usize| {
         let weights: Vec<f64> = (0..inputs * outputs)

@@ -137,7 +137,8 @@ impl ForceTable {
         let added = |node: &[f64; 4]| {
             d0 * (node[0] + 0.5 * node[2] * d0) + d1 * (node[1] + 0.5 * node[3] * d1)
         };
-        let (a00, a01, a10, a11) = (added(&low[0]), added(&low[1]), added(&high[0]), added(&high[1]));
+        let (a00, a01, a10, a11) =
+            (added(&low[0]), added(&low[1]), added(&high[0]), added(&high[1]));
         let (below, above) = (a00 + c * (a01 - a00), a10 + c * (a11 - a10));
         value += below + a * (above - below);
         if S::NDERIV == 0 {
