@@ -33,10 +33,10 @@ fn the_default_needs_nothing_and_repeats_from_its_seed() {
         let out = folder.path().join(name);
         let arguments = ["demo", "--out", text(&out), "--seed", seed, "--threads", threads];
         let printed = stdout_of(PAM, &arguments);
-        assert!(printed.contains("R² x") && printed.contains("report"), "{printed}");
+        assert!(printed.contains("Hidden in the logs") && printed.contains("report"), "{printed}");
         assert!(printed.lines().count() < 25, "one screen");
         let files = contents(&out);
-        assert!(files.contains_key("report.html") && files.contains_key("evaluation.json"));
+        assert!(files.contains_key("report.html") && files.contains_key("diagnosis.json"));
         runs.push(files);
     }
     // The recording is named by its file; only the folder's name differs.
@@ -48,7 +48,7 @@ fn the_default_needs_nothing_and_repeats_from_its_seed() {
             .collect::<BTreeMap<_, _>>()
     };
     assert_eq!(without_folder(&runs[0], "a"), without_folder(&runs[1], "b"));
-    assert_ne!(runs[0]["evaluation.json"], runs[2]["evaluation.json"]);
+    assert_ne!(runs[0]["diagnosis.json"], runs[2]["diagnosis.json"]);
 }
 
 #[test]
