@@ -34,7 +34,7 @@ pub struct PlanArguments {
     #[arg(long, value_name = "SPEC|FILE.csv")]
     pub motion: String,
     /// 150, sine:mean=150,A=10,f=0.1, or steps:140/150/160,hold=50 (N/mm, Hz, s)
-    #[arg(long, value_name = "SPEC")]
+    #[arg(long, value_name = "SPEC", allow_negative_numbers = true)]
     pub stiffness: Option<String>,
     /// External force that is expected, N
     #[arg(long, value_name = "N", default_value_t = 0.0, allow_negative_numbers = true)]
@@ -159,7 +159,7 @@ pub struct ReplanArguments {
     #[arg(long, value_name = "SPEC|FILE.csv", default_value = "sine:A=0.5,f=0.1,duration=12")]
     pub motion: String,
     /// The stiffness, as for `pam plan`
-    #[arg(long, value_name = "SPEC", default_value = "150")]
+    #[arg(long, value_name = "SPEC", default_value = "150", allow_negative_numbers = true)]
     pub stiffness: String,
     /// Load step, N
     #[arg(long, value_name = "N", default_value_t = 40.0, allow_negative_numbers = true)]
