@@ -65,6 +65,17 @@ pub struct SealedReading {
     pub pressure_extensor_kpa: f64,
 }
 
+/// The zero-phase low-pass behind a recording's columns: what a simulation must go through before it is
+/// compared with them. A filter and a nonlinear joint do not commute, so the joint is simulated with the
+/// force before the filter, and its outputs are filtered as the data were.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LowPassed {
+    /// Cutoffs of x, ẋ, P_f, P_e, Hz; `None` where nothing was filtered.
+    pub cutoff_hz: [Option<f64>; 4],
+    /// The force before its filter, mN, if that is known and differs from the recorded one.
+    pub force_mn: Option<Vec<f64>>,
+}
+
 /// One run of the joint: six columns of equal length, and what is known of their origin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
@@ -90,6 +101,8 @@ pub struct Recording {
     pub sealed: Option<SealedReading>,
     /// Commanded gauge pressures of flexor and extensor, psi, from the name `nn_FFEE`.
     pub command_psi: Option<[f64; 2]>,
+    /// The low-pass between sensors and columns, where it is known.
+    pub low_passed: LowPassed,
     /// What was done to the data between file and recording.
     pub preprocessing: String,
     /// What a reader should know: gaps, decisions, doubts.
@@ -155,6 +168,7 @@ impl Recording {
                 self.len()
             ));
         }
+        let before = self.low_passed.force_mn.as_ref().unwrap_or(&self.force_mn);
         let columns = [
             ("time_s", &self.time_s),
             ("displacement_mm", &self.displacement_mm),
@@ -162,6 +176,7 @@ impl Recording {
             ("pressure_flexor_kpa", &self.pressure_flexor_kpa),
             ("pressure_extensor_kpa", &self.pressure_extensor_kpa),
             ("force_n", &self.force_mn),
+            ("force_n before the filter", before),
         ];
         for (name, values) in columns {
             if values.len() != self.len() {
@@ -209,6 +224,10 @@ impl Recording {
             pressure_flexor_kpa: cut(&self.pressure_flexor_kpa),
             pressure_extensor_kpa: cut(&self.pressure_extensor_kpa),
             force_mn: cut(&self.force_mn),
+            low_passed: LowPassed {
+                cutoff_hz: self.low_passed.cutoff_hz,
+                force_mn: self.low_passed.force_mn.as_deref().map(cut),
+            },
             ..self.without_samples()
         }
     }
@@ -247,6 +266,7 @@ impl Recording {
             force_mn: Vec::new(),
             given_masses: None,
             sealed: None,
+            low_passed: LowPassed::default(),
             preprocessing: String::new(),
             notes: Vec::new(),
         }

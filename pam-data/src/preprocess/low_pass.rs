@@ -1,3 +1,4 @@
+use pam_core::Scalar;
 use std::f64::consts::PI;
 
 /// A first-order Butterworth low-pass, run forward and back so that it shifts no phase.
@@ -39,28 +40,28 @@ impl LowPass {
     /// # Panics
     /// If there are fewer than [`shortest`](LowPass::shortest) samples.
     #[must_use]
-    pub fn forward_backward(&self, values: &[f64]) -> Vec<f64> {
+    pub fn forward_backward<S: Scalar>(&self, values: &[S]) -> Vec<S> {
         let (n, pad) = (values.len(), Self::PADDING);
         assert!(n > pad, "{n} samples are too few to filter");
         let (first, last) = (values[0], values[n - 1]);
         let mut extended = Vec::with_capacity(n + 2 * pad);
-        extended.extend((1..=pad).rev().map(|i| 2.0 * first - values[i]));
+        extended.extend((1..=pad).rev().map(|i| first.scaled(2.0) - values[i]));
         extended.extend_from_slice(values);
-        extended.extend((1..=pad).map(|i| 2.0 * last - values[n - 1 - i]));
+        extended.extend((1..=pad).map(|i| last.scaled(2.0) - values[n - 1 - i]));
         self.run(extended.iter_mut());
         self.run(extended.iter_mut().rev());
         extended[pad..pad + n].to_vec()
     }
 
     /// One pass in place, started in the steady state of the first value.
-    fn run<'a>(&self, values: impl Iterator<Item = &'a mut f64>) {
+    fn run<'a, S: Scalar + 'a>(&self, values: impl Iterator<Item = &'a mut S>) {
         let Self { b, a } = *self;
         let mut state = None;
         for v in values {
             let x = *v;
-            let z = state.unwrap_or((1.0 - b) * x);
-            let y = b * x + z;
-            state = Some(b * x - a * y);
+            let z = state.unwrap_or(x.scaled(1.0 - b));
+            let y = x.scaled(b) + z;
+            state = Some(x.scaled(b) - y.scaled(a));
             *v = y;
         }
     }

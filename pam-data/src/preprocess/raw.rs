@@ -1,7 +1,7 @@
 use super::{LowPass, RawLogOptions, gradient, gradient_at_times};
 use crate::error::DataError;
 use crate::formats::raw_log::RawLog;
-use crate::recording::{Recording, SealedReading, median_step_s, split_at_gaps};
+use crate::recording::{LowPassed, Recording, SealedReading, median_step_s, split_at_gaps};
 
 /// Turns a raw log into recordings: one, or one for each stretch between gaps of the frame counter.
 ///
@@ -117,6 +117,10 @@ pub fn refilter(mut recording: Recording, cutoff_hz: f64) -> Result<Recording, D
                 format!("{} samples are too few to filter", recording.len()),
             ));
         }
+        recording.low_passed = LowPassed {
+            cutoff_hz: [Some(cutoff_hz); 4],
+            force_mn: Some(recording.force_mn.clone()),
+        };
         for column in [
             &mut recording.displacement_mm,
             &mut recording.force_mn,

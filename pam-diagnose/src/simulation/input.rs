@@ -3,7 +3,7 @@
 use pam_core::Scalar;
 use pam_data::Recording;
 
-/// The recorded force as straight lines between the middles of its holds (which follows a held force to
+/// The recorded force (before its low-pass, if that is known) as straight lines between the middles of its holds (which follows a held force to
 /// second order), on a grid of half a step.
 #[derive(Debug, Clone)]
 pub struct FineForce {
@@ -18,7 +18,8 @@ impl FineForce {
     pub fn new(recording: &Recording, spacing_s: f64, count: usize) -> Self {
         let t = &recording.time_s;
         let hold = 0.5 * pam_data::recording::median_step_s(t);
-        let values_mn = resampled(t, &recording.force_mn, t[0] - hold, spacing_s, count);
+        let force_mn = recording.low_passed.force_mn.as_ref().unwrap_or(&recording.force_mn);
+        let values_mn = resampled(t, force_mn, t[0] - hold, spacing_s, count);
         Self { values_mn, spacing_s }
     }
 

@@ -8,6 +8,7 @@ use crate::effects::{
 };
 use pam_core::{JointModel, MuscleGeometry};
 use pam_data::MassOrigin;
+use pam_data::preprocess::LowPass;
 use thiserror::Error;
 
 /// The base model's own numbers.
@@ -143,6 +144,11 @@ pub fn simulate<S: EffectScalar>(
     };
     for part in &parts {
         part.effect.observe(part.p, &mut seen);
+    }
+    for (channel, low_pass) in out.channels.iter_mut().zip(&trial.low_pass) {
+        if let Some(low_pass) = low_pass.filter(|_| channel.len() >= LowPass::shortest()) {
+            *channel = low_pass.forward_backward(channel);
+        }
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use super::input::{FineForce, resampled};
 use super::table::ForceTable;
 use crate::effects::Rest;
 use pam_core::{ForceModel, JointModel, SealedMasses};
+use pam_data::preprocess::LowPass;
 use pam_data::{Channel, MassOrigin};
 use pam_train::Subject;
 
@@ -29,6 +30,8 @@ pub struct Trial {
     pub step_s: f64,
     /// The force at half steps.
     pub force: FineForce,
+    /// The low-pass that the measured channels went through, for the grid; simulated ones follow.
+    pub low_pass: [Option<LowPass>; 4],
     /// Measured channels at the grid points, in the order of the state: mm, mm/s, kPa, kPa.
     pub measured: [Vec<f64>; 4],
     /// Readings at rest and at the first sample, as measured.
@@ -79,6 +82,10 @@ impl Trial {
             },
             step_s: Self::STEP_S,
             force: FineForce::new(r, 0.5 * Self::STEP_S, 2 * points.max(2)),
+            low_pass: r
+                .low_passed
+                .cutoff_hz
+                .map(|cutoff| cutoff.and_then(|hz| LowPass::new(hz, 1.0 / Self::STEP_S))),
             measured,
             rest,
             start_mm_s: v0,

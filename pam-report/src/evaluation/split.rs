@@ -88,6 +88,7 @@ mod tests {
                 given_masses: None,
                 sealed: None,
                 command_psi: Some([10.0 * k as f64, 20.0]),
+                low_passed: Default::default(),
                 preprocessing: String::new(),
                 notes: Vec::new(),
                 time_s: t,
