@@ -3,13 +3,16 @@
 //! `cargo run --release -p pam-tests --example study -- plant|rig|rig-ideal WHAT…` with WHAT one of
 //! `all@STRENGTH`, `pairs`, `nulls`, `unlisted`, or effects as the rig's command line writes them, several
 //! joined by `+`. `PAM_STUDY_SEEDS` sets the number of seeds (1), `PAM_STUDY_SHARE` the share of the published
-//! excitation's times (0.3).
+//! excitation's times (0.3), `PAM_STUDY_HEALTHY=0` leaves the rig's healthy recordings out. With
+//! `PAM_STUDY_CSV=FILE` every hidden effect becomes a row of a table.
 
 use pam_data::{SavedModel, load_model, parse_model};
 use pam_diagnose::Diagnosis;
+use pam_diagnose::fit::Interval;
 use pam_tests::diagnose::{as_text, at_strength, diagnosed, plant_runs, rig_runs, vocabulary};
 use pam_tests::plant::{Hidden, Noise, excitation, hidden};
 use pam_train::Subject;
+use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
@@ -49,10 +52,13 @@ fn main() {
         parse_model(Path::new("default"), bytes).expect("the default model")
     };
     let ideal = source == "rig-ideal";
-    let healthy: Option<Vec<Subject>> =
-        (source != "plant").then(|| rig_runs(&saved, &HEALTHY, share, &[], ideal, 99));
+    let healthy: Option<Vec<Subject>> = (source != "plant"
+        && number("PAM_STUDY_HEALTHY", 1.0) != 0.0)
+        .then(|| rig_runs(&saved, &HEALTHY, share, &[], ideal, 99));
+    let mut table = std::env::var("PAM_STUDY_CSV").ok().map(Table::create);
     let mut total = 0;
     let mut right = 0;
+    let mut estimates = Estimates::default();
     for what in arguments {
         for set in cases(&what) {
             for seed in 1..=seeds {
@@ -67,10 +73,99 @@ fn main() {
                 let d = diagnosed(&saved, &data, healthy.as_deref(), seed);
                 total += 1;
                 right += usize::from(print(&set, &d, seed, start.elapsed().as_secs_f64()));
+                estimates.count(&set, &d);
+                if let Some(table) = &mut table {
+                    table.write(&source, &what, &set, &d, seed);
+                }
             }
         }
     }
     println!("{right} of {total} right");
+    println!(
+        "{} of {} parameters within 10 % or inside their interval, {} inside, {} within 10 %",
+        estimates.good, estimates.all, estimates.inside, estimates.near
+    );
+}
+
+/// How estimates of named effects compare with the truth.
+#[derive(Default)]
+struct Estimates {
+    all: usize,
+    good: usize,
+    inside: usize,
+    near: usize,
+}
+
+/// Estimates of the parameters of an effect that was hidden and named: name, truth, interval.
+fn estimates<'d>(hidden: &Hidden, d: &'d Diagnosis) -> Vec<(&'d str, f64, Interval)> {
+    let Some(cause) = d.causes.iter().find(|c| c.effect == hidden.0) else { return Vec::new() };
+    cause
+        .parameters
+        .iter()
+        .filter_map(|(name, interval)| Some((*name, *hidden.1.get(*name)?, *interval)))
+        .collect()
+}
+
+fn inside(truth: f64, i: &Interval) -> bool {
+    (i.ci95[0]..=i.ci95[1]).contains(&truth)
+}
+
+fn near(truth: f64, i: &Interval) -> bool {
+    (i.value - truth).abs() <= 0.1 * truth.abs()
+}
+
+impl Estimates {
+    fn count(&mut self, set: &[Hidden], d: &Diagnosis) {
+        for (_, truth, i) in set.iter().flat_map(|h| estimates(h, d)) {
+            self.all += 1;
+            self.inside += usize::from(inside(truth, &i));
+            self.near += usize::from(near(truth, &i));
+            self.good += usize::from(inside(truth, &i) || near(truth, &i));
+        }
+    }
+}
+
+/// The table of a study: one row for each hidden effect of each case.
+struct Table(std::fs::File);
+
+impl Table {
+    fn create(path: String) -> Self {
+        let mut file = std::fs::File::create(&path).expect("a place for the table");
+        writeln!(
+            file,
+            "source,case,hidden,seed,verdict,named,confusable,parameter,truth,value,low,high,gain,gain_low,gain_high"
+        )
+        .expect("room for the table");
+        Self(file)
+    }
+
+    fn write(&mut self, source: &str, case: &str, set: &[Hidden], d: &Diagnosis, seed: u64) {
+        let named: Vec<&str> = d.causes.iter().map(|c| c.effect).collect();
+        let confusable: Vec<&str> =
+            d.causes.iter().flat_map(|c| c.confusable_with.iter().copied()).collect();
+        let (named, confusable) = (named.join("+"), confusable.join("+"));
+        let g = &d.gain.overall;
+        let nothing = [("none".to_owned(), Default::default())];
+        for hidden in if set.is_empty() { &nothing } else { set } {
+            let found = estimates(hidden, d);
+            let parameters: Vec<String> = if found.is_empty() {
+                vec![",,,,".into()]
+            } else {
+                let row = |(name, truth, i): &(&str, f64, Interval)| {
+                    format!("{name},{truth},{:.6},{:.6},{:.6}", i.value, i.ci95[0], i.ci95[1])
+                };
+                found.iter().map(row).collect()
+            };
+            for p in parameters {
+                writeln!(
+                    self.0,
+                    "{source},{case},{},{seed},{},{named},{confusable},{p},{:.4},{:.4},{:.4}",
+                    hidden.0, d.verdict, g.error_reduction, g.ci95[0], g.ci95[1]
+                )
+                .expect("room for the table");
+            }
+        }
+    }
 }
 
 fn cases(what: &str) -> Vec<Vec<Hidden>> {

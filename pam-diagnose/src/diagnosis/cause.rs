@@ -75,15 +75,15 @@ pub(super) fn floor_level(best: f64) -> f64 {
 }
 
 impl<'e> Search<'_, 'e> {
-    /// Candidates that explain nearly as much in place of the effect at `place` of a set, with the values that
-    /// they take there.
+    /// Ids of candidates that explain nearly as much in place of the effect at `place` of a set, with the
+    /// values that they take there.
     pub(super) fn confusable(
         &self,
         base: &Scored<'e>,
         best: &Scored<'e>,
         place: usize,
         singles: &[Scored<'e>],
-    ) -> Vec<Active> {
+    ) -> Vec<(&'static str, Vec<f64>)> {
         let floors = &self.split.held.floors;
         let members = best.fit.hypothesis.ids().len();
         let own = best.fit.hypothesis.ids()[place];
@@ -105,8 +105,7 @@ impl<'e> Search<'_, 'e> {
                 let id = effect.info().id;
                 let taken = best.fit.hypothesis.ids().contains(&id);
                 let near = share(without, level(s, floors), floor_level(named)) >= NEARLY * gained;
-                let effect = crate::effects::by_id(id)?;
-                (id != own && !taken && near).then(|| Active { effect, values: values.to_vec() })
+                (id != own && !taken && near).then(|| (id, values.to_vec()))
             })
             .collect()
     }

@@ -68,6 +68,13 @@ impl Diagnosis {
             "residual": { "channels": channels, "description": self.residual.description },
             "gain": self.gain,
             "ceiling": { "any_correction": self.ceiling, "named": self.removed },
+            "chance": self.chance.map(|c| json!({
+                "share_q95": c.share_q95,
+                "largest_share": c.largest_share,
+                "p_value": c.p_value,
+                "draws": c.draws,
+                "named_share": self.explained,
+            })),
             "ordinary": ordinary,
             "fitted": self.fitted,
             "held_out": self.held_out,

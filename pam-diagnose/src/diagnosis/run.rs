@@ -11,7 +11,9 @@ use crate::error::DiagnoseError;
 use crate::extended::{Active, Extended};
 use crate::fit::{Floors, Hypothesis};
 use crate::residual::ResidualStory;
-use crate::search::{Acceptance, Findings, Reference, Scored, Search, gather, noise_floors};
+use crate::search::{
+    Acceptance, Chance, Findings, Reference, Scored, Search, gather, noise_floors,
+};
 
 /// How a diagnosis is made.
 #[derive(Debug, Clone)]
@@ -29,6 +31,14 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self { candidates: ALL.to_vec(), most: 3, acceptance: Acceptance::default(), seed: 1 }
+    }
+}
+
+impl Options {
+    /// The candidate with this id.
+    #[must_use]
+    pub fn candidate(&self, id: &str) -> Option<&'static dyn AnyEffect> {
+        self.candidates.iter().copied().find(|c| c.info().id == id)
     }
 }
 
@@ -66,6 +76,10 @@ pub struct Diagnosis {
     pub removed: f64,
     /// The model with what is ordinary and the named causes; the given model if none is named.
     pub extended: Extended,
+    /// What candidates explain by chance; absent if there is no residual.
+    pub chance: Option<Chance>,
+    /// Share of the weighted residual of the fitted recordings that the named causes explain.
+    pub explained: f64,
     /// What is ordinary, if healthy recordings were given.
     pub ordinary: Option<Ordinary>,
     /// What took no part in naming.
@@ -159,7 +173,7 @@ fn judge<'e>(
         let named = s.fit.hypothesis.ids().len();
         weigh(base_level, level(s, &floors), explainable.min(base_level), named)
     };
-    let mut causes = causes(search, found, &best)?;
+    let mut causes = causes(search, found, &best, options)?;
     // A name that stands for something it is not goes; the others are fitted again without it.
     while let Some(place) = causes.iter().position(Cause::mimics) {
         let less = best.fit.hypothesis.without(place);
@@ -167,7 +181,15 @@ fn judge<'e>(
             Some(less) if !less.fit.hypothesis.ids().is_empty() => less,
             _ => found.base.clone(),
         };
-        causes = self::causes(search, found, &best)?;
+        causes = self::causes(search, found, &best, options)?;
+    }
+    // Names that explain no more than the luckiest candidate would by chance are no names.
+    let chance = search.chance(&found.base, options.seed);
+    let members = best.fit.hypothesis.ids().len();
+    let explained = search.explained(&found.base, &best);
+    if chance.is_some_and(|c| members > 0 && explained <= c.of_set(members)) {
+        best = found.base.clone();
+        causes.clear();
     }
     let mut verdict = weighed(&best);
     if verdict == Verdict::NothingFound && !found.best.fit.hypothesis.ids().is_empty() {
@@ -191,8 +213,7 @@ fn judge<'e>(
         .hypothesis
         .fitted()
         .filter_map(|(e, values)| {
-            let effect = options.candidates.iter().find(|c| c.info().id == e.info().id)?;
-            Some(Active { effect: *effect, values: values.to_vec() })
+            Some(Active { effect: options.candidate(e.info().id)?, values: values.to_vec() })
         })
         .collect();
     let extended = if named.is_empty() { model.clone() } else { start.with(named) };
@@ -212,6 +233,8 @@ fn judge<'e>(
         ceiling: reference.map_or(0.0, |r| share(held_base, r.held.in_floors(&floors), lowest)),
         removed: share(held_base, held_level(&best), lowest),
         extended,
+        chance,
+        explained: search.explained(&found.base, &best),
         ordinary,
         held_out: prepared.held_out.clone(),
         fitted: prepared.train().iter().map(|t| t.source.name.clone()).collect(),
@@ -225,6 +248,7 @@ fn causes<'e>(
     search: &Search<'_, 'e>,
     found: &Findings<'e>,
     best: &Scored<'e>,
+    options: &Options,
 ) -> Result<Vec<Cause>, DiagnoseError> {
     let members = best.fit.hypothesis.ids().len();
     if members == 0 {
@@ -250,7 +274,11 @@ fn causes<'e>(
                 scored.map_or(named_level, |s| level(&s, floors))
             };
             let whole = (level(&found.base, floors) - lowest).max(1e-9);
-            let alternatives = search.confusable(&found.base, best, place, &found.singles);
+            let alternatives: Vec<Active> = search
+                .confusable(&found.base, best, place, &found.singles)
+                .into_iter()
+                .filter_map(|(id, values)| Some(Active { effect: options.candidate(id)?, values }))
+                .collect();
             Cause {
                 effect,
                 what,

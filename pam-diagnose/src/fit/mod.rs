@@ -18,6 +18,7 @@ mod solve;
 pub use covariance::Interval;
 pub use hypothesis::{Hypothesis, Local};
 pub use likelihood::{CHANNELS, ChannelErrors, Floors};
+pub(crate) use linearise::Sensitivities;
 pub(crate) use problem::{BLOCK_S, POINTS_PER_ROW};
 pub use problem::{Problem, Tolerances};
 pub use solve::Fit;

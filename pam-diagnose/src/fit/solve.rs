@@ -59,7 +59,7 @@ impl Problem<'_> {
     }
 
     /// Weights of the channels at given errors.
-    fn weights(&self, errors: &ChannelErrors) -> [f64; 3] {
+    pub(crate) fn weights(&self, errors: &ChannelErrors) -> [f64; 3] {
         let mean = errors.mean();
         [0, 1, 2].map(|c| {
             let floor = self.floors.0[c];

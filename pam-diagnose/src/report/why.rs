@@ -15,6 +15,17 @@ pub(super) fn section(d: &Diagnosis) -> Markup {
             " of the error above the noise on the recordings kept aside; the named causes remove "
             (format!("{:.0} %", 100.0 * d.removed)) "."
         }
+        @if let Some(c) = &d.chance {
+            p {
+                "With the signs of its blocks drawn at random, the same residual lets the luckiest single candidate \
+                 explain up to " (format!("{:.0} %", 100.0 * c.share_q95)) " of it (95 % of " (c.draws)
+                " draws); in the recordings the best one explains " (format!("{:.0} %", 100.0 * c.largest_share))
+                " to first order (p = " (format!("{:.3}", c.p_value)) ")"
+                @if d.causes.is_empty() { "." } @else {
+                    ", and the named causes " (format!("{:.0} %", 100.0 * d.explained)) "."
+                }
+            }
+        }
         @for c in &d.causes {
             h3 { (c.effect) }
             p {

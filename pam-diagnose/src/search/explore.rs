@@ -67,8 +67,8 @@ impl<'e> Search<'_, 'e> {
         self.extend(base, &starts, SCREENING, self.candidates.len())
     }
 
-    /// Adds each candidate in turn to a set, from where it fits alone, and follows the `keep` most promising
-    /// to the end. Best first.
+    /// Adds each candidate in turn to a set, from where it fits alone and from its first starting values, and
+    /// follows the `keep` most promising to the end. Best first.
     #[must_use]
     pub fn beside(
         &self,
@@ -82,8 +82,13 @@ impl<'e> Search<'_, 'e> {
                 .filter(|s| s.fit.at_limit.is_empty())
                 .filter_map(|s| s.fit.hypothesis.fitted().last())
                 .find(|(e, _)| e.info().id == effect.info().id);
+            // Alone, a scale may have settled in a valley that another cause has dug.
+            let scales = effect.info().parameters.iter().any(|p| p.logarithmic);
             match alone {
-                Some((_, values)) => vec![values.to_vec()],
+                Some((_, values)) if !scales => vec![values.to_vec()],
+                Some((_, values)) => {
+                    std::iter::once(values.to_vec()).chain(all.into_iter().take(2)).collect()
+                }
                 None => all.into_iter().take(3).collect(),
             }
         };

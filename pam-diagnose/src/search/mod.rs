@@ -1,6 +1,7 @@
 //! Which effects explain the residual: every candidate refitted through the simulation, alone and beside
 //! others, and held against recordings that took no part.
 
+mod chance;
 mod constancy;
 mod evidence;
 mod explore;
@@ -9,6 +10,7 @@ mod forward;
 mod reference;
 mod split;
 
+pub use chance::Chance;
 pub use constancy::Constancy;
 pub use evidence::gather;
 pub use explore::{Scored, Search};
