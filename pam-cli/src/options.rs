@@ -36,22 +36,21 @@ pub struct ModelOptions {
 }
 
 impl ModelOptions {
-    /// Loads the model for a command that does not know effects.
+    /// Loads the model for a command that does not know effects. Of an extended model it takes the plain one
+    /// that comes nearest, and says on standard error what became of the effects.
     ///
     /// # Errors
-    /// As [`load_extended`](Self::load_extended), and [`CliError::Usage`] for an extended model.
+    /// As [`load_extended`](Self::load_extended).
     pub fn load(&self) -> Result<SavedModel, CliError> {
         let saved = self.load_extended()?;
         if saved.info.effects.is_empty() {
             return Ok(saved);
         }
-        let effects: Vec<&str> = saved.info.effects.iter().map(|e| e.effect.as_str()).collect();
-        Err(CliError::Usage(format!(
-            "{} is extended by {}, which this command does not know; evaluate, simulate, inspect and \
-             diagnose do",
-            self.model.display(),
-            effects.join(", ")
-        )))
+        let plain = Extended::from_saved(saved)?.plain();
+        if let Some(sentence) = plain.sentence() {
+            eprintln!("{}: {sentence}", self.model.display());
+        }
+        Ok(plain.saved)
     }
 
     /// Loads the model with its effects, if it has any.

@@ -107,4 +107,4 @@ pub mod simulation;
 
 pub use diagnosis::{Diagnosis, Options, Sets, Stage, Verdict, diagnose};
 pub use error::DiagnoseError;
-pub use extended::{Active, Extended};
+pub use extended::{Active, Extended, Plain};

@@ -142,6 +142,10 @@ pub struct ConvertArguments {
     /// .csv or .npz for a recording, .safetensors or .eqx for a model
     #[arg(value_name = "OUT")]
     pub output: PathBuf,
+    /// Write an extended model without its effects: those that the model's own numbers can hold become part
+    /// of them, exactly
+    #[arg(long)]
+    pub plain: bool,
     /// How recordings are read.
     #[command(flatten)]
     pub data: DataOptions,

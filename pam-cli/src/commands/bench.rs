@@ -66,7 +66,7 @@ fn network(path: &Path) -> Result<JointModel<f64, NetworkForce<f64>>, CliError> 
     let saved = load_model(path)?;
     if !saved.info.effects.is_empty() {
         return Err(CliError::Usage(format!(
-            "--model {} is extended by effects, which this comparison does not know",
+            "--model {} is extended by effects; `pam convert --plain` makes a plain one of it",
             path.display()
         )));
     }

@@ -6,6 +6,7 @@ use crate::error::CliError;
 use pam_data::formats::{csv_columns, npz_columns};
 use pam_data::models::save_model;
 use pam_data::{FileKind, Recording, load_model, open_recordings};
+use pam_diagnose::Extended;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -18,7 +19,15 @@ pub fn run(arguments: &ConvertArguments, console: &Console) -> Result<ExitCode, 
     let (input, output) = (&arguments.input, &arguments.output);
     let written = match FileKind::of(input)? {
         FileKind::Eqx | FileKind::Safetensors => {
-            save_model(output, &load_model(input)?)?;
+            let mut saved = load_model(input)?;
+            if arguments.plain {
+                let plain = Extended::from_saved(saved)?.plain();
+                if let Some(sentence) = plain.sentence() {
+                    console.text(sentence);
+                }
+                saved = plain.saved;
+            }
+            save_model(output, &saved)?;
             vec![output.clone()]
         }
         _ => {

@@ -58,6 +58,18 @@ macro_rules! forces {
                 }
             }
 
+            /// The force times a factor; `None` if its numbers cannot hold that.
+            #[must_use]
+            pub fn scaled(&self, factor: f64) -> Option<Self> {
+                match self { $(Self::$variant(m) => m.scaled(factor).map(Self::$variant)),+ }
+            }
+
+            /// The force with a constant (mN) added; `None` if its numbers cannot hold that.
+            #[must_use]
+            pub fn shifted(&self, offset_mn: f64) -> Option<Self> {
+                match self { $(Self::$variant(m) => m.shifted(offset_mn).map(Self::$variant)),+ }
+            }
+
             /// The model in a few words.
             #[must_use]
             pub fn describe(&self) -> String {

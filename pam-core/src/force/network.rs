@@ -59,9 +59,29 @@ impl<S: Scalar, A: ActivationFunction> ForceModel<S> for NetworkForce<S, A> {
     }
 }
 
+impl NetworkForce<f64> {
+    /// The same network with other numbers in its last layer.
+    fn with_output(&self, weight: impl Fn(f64) -> f64, bias: impl Fn(f64) -> f64) -> Option<Self> {
+        let (last, before) = self.mlp.layers().split_last()?;
+        let weights: Vec<f64> = last.weight_rows().into_iter().map(weight).collect();
+        let biases = last.bias().iter().copied().map(bias).collect();
+        let mut layers = before.to_vec();
+        layers.push(Dense::from_rows(&weights, biases).ok()?);
+        Self::new(Mlp::new(layers, self.mlp.activation().clone()).ok()?).ok()
+    }
+}
+
 /// Tensors `weight_k` of shape `[outputs, inputs]` and `bias_k` of shape `[outputs]` for each layer;
 /// settings `activation` (name) and `activation_parameters` (JSON).
 impl StoredForce for NetworkForce<f64> {
+    fn scaled(&self, factor: f64) -> Option<Self> {
+        self.with_output(|w| factor * w, |b| factor * b)
+    }
+
+    fn shifted(&self, offset_mn: f64) -> Option<Self> {
+        self.with_output(|w| w, |b| b + offset_mn)
+    }
+
     fn to_parts(&self) -> ForceParts {
         let mut parts = ForceParts::default();
         for (k, layer) in self.mlp.layers().iter().enumerate() {

@@ -75,6 +75,13 @@ impl<S: Scalar> ForceModel<S> for SpringDamper<S> {
 
 /// One tensor `spring_damper` of four numbers: stiffness, stiffness per mass, shift per mass, damping.
 impl StoredForce for SpringDamper<f64> {
+    fn scaled(&self, factor: f64) -> Option<Self> {
+        Some(Self {
+            shift_per_mass_mm_g: self.shift_per_mass_mm_g,
+            ..self.map(|number| factor * number)
+        })
+    }
+
     fn to_parts(&self) -> ForceParts {
         let mut parts = ForceParts::default();
         parts.push_tensor(

@@ -75,4 +75,18 @@ pub trait StoredForce: Sized {
 
     /// The model in a few words.
     fn describe(&self) -> String;
+
+    /// The force times a factor, if the model's numbers can hold that.
+    #[must_use]
+    fn scaled(&self, factor: f64) -> Option<Self> {
+        let _ = factor;
+        None
+    }
+
+    /// The force with a constant (mN) added, if the model's numbers can hold that.
+    #[must_use]
+    fn shifted(&self, offset_mn: f64) -> Option<Self> {
+        let _ = offset_mn;
+        None
+    }
 }

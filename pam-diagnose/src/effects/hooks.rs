@@ -1,7 +1,7 @@
 //! Where an effect can act.
 
-use super::{EffectInfo, Evidence};
-use pam_core::Scalar;
+use super::{EffectInfo, Evidence, Group};
+use pam_core::{AnyForce, JointModel, Scalar};
 
 /// The base model's restoring force of one recording.
 pub trait Restoring<S> {
@@ -79,6 +79,17 @@ impl<S: Scalar> Observed<'_, S> {
             *v = (x[b] - x[a]).scaled(1.0 / ((b - a).max(1) as f64 * self.step_s));
         }
     }
+}
+
+/// What becomes of an effect in a model without effects.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Absorbed {
+    /// The model's own numbers hold it, exactly.
+    Exactly,
+    /// It is of the instruments: the joint itself is as the model has it.
+    OfInstruments,
+    /// The model cannot hold it.
+    LeftOut,
 }
 
 /// A known effect as a part of a model.
@@ -159,5 +170,14 @@ pub trait Effect: Send + Sync + 'static {
     /// Turns true series into measured ones.
     fn observe<S: Scalar>(&self, p: &[S], seen: &mut Observed<'_, S>) {
         let _ = (p, seen);
+    }
+
+    /// Moves the effect into the numbers of a model without effects, where that can hold it.
+    fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed {
+        let _ = (values, joint);
+        match self.info().group {
+            Group::Sensing => Absorbed::OfInstruments,
+            Group::Mechanics | Group::Gas => Absorbed::LeftOut,
+        }
     }
 }

@@ -22,7 +22,7 @@ mod sensing;
 
 pub use evidence::{Evidence, EvidenceSample};
 pub use gas::{GeometryCoefficient, Leak, PolytropicGas};
-pub use hooks::{ChamberLaw, Effect, Observed, Point, Rest, Restoring};
+pub use hooks::{Absorbed, ChamberLaw, Effect, Observed, Point, Rest, Restoring};
 pub use info::{EffectInfo, Group, ParameterInfo};
 pub use mechanics::{
     AddedInertia, Backlash, Cogging, ConstantLoad, CoulombFriction, Creep, Hysteresis,

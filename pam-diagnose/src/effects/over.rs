@@ -1,9 +1,9 @@
 //! Effects behind a pointer: the generic hooks of [`Effect`] for each scalar that the diagnosis runs
 //! with.
 
-use super::{ChamberLaw, Effect, EffectInfo, Evidence, Observed, Point, Rest};
+use super::{Absorbed, ChamberLaw, Effect, EffectInfo, Evidence, Observed, Point, Rest};
 use pam_autodiff::Chunk;
-use pam_core::Scalar;
+use pam_core::{AnyForce, JointModel, Scalar};
 
 /// Number of derivatives that one simulation carries.
 pub const WIDTH: usize = 8;
@@ -78,6 +78,8 @@ pub trait AnyEffect: EffectOver<f64> + EffectOver<Derivatives> + Send + Sync {
     fn stands(&self, values: &[f64], evidence: &Evidence) -> bool;
     /// Number of remembered values.
     fn memory_len(&self) -> usize;
+    /// Moves the effect into a model without effects, where that can hold it.
+    fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed;
 }
 
 impl<E: Effect> AnyEffect for E {
@@ -92,6 +94,9 @@ impl<E: Effect> AnyEffect for E {
     }
     fn memory_len(&self) -> usize {
         Effect::memory_len(self)
+    }
+    fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed {
+        Effect::absorb(self, values, joint)
     }
 }
 

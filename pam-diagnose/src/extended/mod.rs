@@ -4,9 +4,11 @@
 //! it, predicts recordings like any model ([`Predictor`]), and its effects are fitted with
 //! [`refit`](Extended::refit).
 
+mod plain;
 mod predict;
 mod refit;
 
+pub use plain::Plain;
 pub(crate) use refit::BURN_IN_S;
 
 use crate::effects::{ALL, AnyEffect, by_id};

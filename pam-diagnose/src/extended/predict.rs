@@ -1,12 +1,15 @@
 use super::Extended;
 use crate::effects::AnyEffect;
-use crate::simulation::{Nuisances, Trajectory, Trial, simulate};
+use crate::simulation::{Nuisances, Trajectory, Trial, range_of, simulate};
 use pam_core::SealedMasses;
-use pam_data::{MassOrigin, Recording};
+use pam_data::{Channel, MassOrigin, Recording};
 use pam_solvers::Statistics;
 use pam_train::{
     PerChannel, PredictError, Prediction, Predictor, SolverSettings, Subject, predict,
 };
+
+/// How often the table of the force is widened for a motion that leaves it.
+const WIDENINGS: usize = 8;
 
 /// Without effects the model is solved as the settings say. With effects it is marched by the steps of
 /// [`simulate`] (4 ms, fourth order, sticking friction), which the settings do not change.
@@ -34,14 +37,30 @@ impl Predictor for Extended {
             && same(law.extensor_g, masses.extensor_g);
         let origin = if by_law { MassOrigin::GasLaw } else { MassOrigin::Given };
         let subject = Subject { recording: recording.clone(), masses, origin };
-        let trial = Trial::new(&self.joint, &subject);
         let effects: Vec<&dyn AnyEffect> =
             self.effects.iter().map(|a| a.effect as &dyn AnyEffect).collect();
         let values: Vec<f64> = self.effects.iter().flat_map(|a| a.values.clone()).collect();
         let mut out = Trajectory::default();
         let base = self.base();
-        let reached =
-            simulate::<f64>(&trial, &base, &effects, &values, &Nuisances::none(), &mut out);
+        let mut ranges = [Channel::X, Channel::V].map(|c| range_of(recording.channel(c)));
+        let mut left = WIDENINGS;
+        // Where the motion goes is not known if it was not measured: the table grows until it is inside.
+        let (trial, reached) = loop {
+            let trial = Trial::over(&self.joint, &subject, ranges);
+            let reached =
+                simulate::<f64>(&trial, &base, &effects, &values, &Nuisances::none(), &mut out);
+            let mut inside = true;
+            for (range, channel) in ranges.iter_mut().zip(&out.channels) {
+                let [low, high] = range_of(channel);
+                let margin = 0.2 * (range[1] - range[0]) + 0.4;
+                inside &= range[0] - margin <= low && high <= range[1] + margin;
+                *range = [range[0].min(low), range[1].max(high)];
+            }
+            left -= 1;
+            if inside || left == 0 || ranges.iter().flatten().any(|v| !v.is_finite()) {
+                break (trial, reached);
+            }
+        };
         let t0 = recording.time_s[0];
         let end = match reached {
             Ok(()) => f64::INFINITY,

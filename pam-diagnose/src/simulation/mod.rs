@@ -19,4 +19,5 @@ pub use gas::Chambers;
 pub use input::FineForce;
 pub use run::{Base, Diverged, Nuisances, Trajectory, simulate};
 pub use table::{Air, ForceTable};
+pub(crate) use trial::range_of;
 pub use trial::{Trial, TrialSource};

@@ -53,6 +53,18 @@ impl Trial {
     #[must_use]
     pub fn new<F: ForceModel<f64> + Sync>(model: &JointModel<f64, F>, subject: &Subject) -> Self {
         let r = &subject.recording;
+        Self::over(model, subject, [Channel::X, Channel::V].map(|c| range_of(r.channel(c))))
+    }
+
+    /// As [`new`](Self::new) with the table over one and a half times given ranges of displacement (mm) and
+    /// velocity (mm/s), for a motion that has not been measured.
+    #[must_use]
+    pub fn over<F: ForceModel<f64> + Sync>(
+        model: &JointModel<f64, F>,
+        subject: &Subject,
+        ranges: [[f64; 2]; 2],
+    ) -> Self {
+        let r = &subject.recording;
         let (t0, t1) = r.span_s();
         let points = ((t1 - t0) / Self::STEP_S + 1e-6).floor() as usize + 1;
         let measured = Channel::ALL
@@ -65,14 +77,11 @@ impl Trial {
             start_mm: x0,
             start_kpa: [pf0, pe0],
         };
-        let around = |values: &[f64]| {
-            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let around = |[low, high]: [f64; 2]| {
             let margin = 0.25 * (high - low) + 0.5;
             [low - margin, high + margin]
         };
-        let table =
-            ForceTable::new(model, subject.masses, around(&measured[0]), around(&measured[1]));
+        let table = ForceTable::new(model, subject.masses, around(ranges[0]), around(ranges[1]));
         Self {
             source: TrialSource {
                 name: r.name.clone(),
@@ -105,4 +114,11 @@ impl Trial {
     pub fn duration_s(&self) -> f64 {
         self.step_s * (self.points() - 1) as f64
     }
+}
+
+/// Least and greatest value.
+pub(crate) fn range_of(values: &[f64]) -> [f64; 2] {
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    [low, high]
 }

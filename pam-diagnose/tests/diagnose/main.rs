@@ -12,6 +12,7 @@ mod friction;
 mod gas;
 mod loops;
 mod mechanics;
+mod plain;
 mod published;
 mod sensing;
 mod sensitivities;

@@ -487,6 +487,13 @@ fn start_model(curriculum: &Curriculum, seed: u64) -> Result<(NetworkJoint, bool
         }
         StartModel::File(path) => {
             let saved = load_model(path)?;
+            if !saved.info.effects.is_empty() {
+                return Err(TrainingError::Curriculum(format!(
+                    "{} is extended by effects, which training does not move; `pam convert --plain` makes a \
+                     plain model of it",
+                    path.display()
+                )));
+            }
             let AnyForce::Network(force) = &saved.model.force else {
                 return Err(TrainingError::Curriculum(format!(
                     "{} holds no network to train",

@@ -1,7 +1,7 @@
 //! The deformation coefficient is off.
 
-use crate::effects::{ChamberLaw, Effect, EffectInfo, Evidence, Group, ParameterInfo};
-use pam_core::Scalar;
+use crate::effects::{Absorbed, ChamberLaw, Effect, EffectInfo, Evidence, Group, ParameterInfo};
+use pam_core::{AnyForce, JointModel, PhysicalParameters, Scalar};
 
 const INFO: EffectInfo = EffectInfo {
     id: "geometry_coefficient",
@@ -29,5 +29,16 @@ impl Effect for GeometryCoefficient {
     fn chamber<S: Scalar>(&self, p: &[S], law: &mut ChamberLaw<S>) {
         law.deformation_factor *= p[0] + S::constant(1.0);
         law.feeds_back |= p[1].real() > 0.5;
+    }
+
+    fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed {
+        // The force of the changed pressures on the joint is none of the network's.
+        if values[1] > 0.5 {
+            return Absorbed::LeftOut;
+        }
+        let physical = joint.physical();
+        let deformation = physical.deformation * (1.0 + values[0]);
+        joint.raw = PhysicalParameters { deformation, ..physical }.to_raw();
+        Absorbed::Exactly
     }
 }

@@ -1,7 +1,7 @@
 //! Mass that the model lacks.
 
-use crate::effects::{Effect, EffectInfo, Evidence, Group, ParameterInfo};
-use pam_core::Scalar;
+use crate::effects::{Absorbed, Effect, EffectInfo, Evidence, Group, ParameterInfo};
+use pam_core::{AnyForce, JointModel, PhysicalParameters, Scalar};
 
 const INFO: EffectInfo = EffectInfo {
     id: "added_inertia",
@@ -28,5 +28,12 @@ impl Effect for AddedInertia {
 
     fn inertia_kg<S: Scalar>(&self, p: &[S]) -> S {
         p[0]
+    }
+
+    fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed {
+        let physical = joint.physical();
+        let mass_kg = physical.mass_kg + values[0];
+        joint.raw = PhysicalParameters { mass_kg, ..physical }.to_raw();
+        Absorbed::Exactly
     }
 }

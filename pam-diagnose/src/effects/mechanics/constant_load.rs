@@ -1,8 +1,8 @@
 //! A steady force.
 
-use crate::effects::{Effect, EffectInfo, Evidence, Group, ParameterInfo, Point};
-use pam_core::Scalar;
+use crate::effects::{Absorbed, Effect, EffectInfo, Evidence, Group, ParameterInfo, Point};
 use pam_core::units::MN_PER_N;
+use pam_core::{AnyForce, JointModel, Scalar};
 
 const INFO: EffectInfo = EffectInfo {
     id: "constant_load",
@@ -29,5 +29,16 @@ impl Effect for ConstantLoad {
 
     fn force_mn<S: Scalar>(&self, p: &[S], _at: &Point<'_, S>, _memory: &[S]) -> S {
         p[0].scaled(MN_PER_N)
+    }
+
+    fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed {
+        // The restoring force is on the other side of the equation of motion.
+        match joint.force.shifted(-values[0] * MN_PER_N) {
+            Some(force) => {
+                joint.force = force;
+                Absorbed::Exactly
+            }
+            None => Absorbed::LeftOut,
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! The restoring force is off by a factor.
 
-use crate::effects::{Effect, EffectInfo, Evidence, Group, ParameterInfo, Point};
-use pam_core::Scalar;
+use crate::effects::{Absorbed, Effect, EffectInfo, Evidence, Group, ParameterInfo, Point};
+use pam_core::{AnyForce, JointModel, Scalar};
 
 const INFO: EffectInfo = EffectInfo {
     id: "stiffness_scale",
@@ -28,5 +28,15 @@ impl Effect for StiffnessScale {
 
     fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {
         -(p[0] * at.restoring_mn)
+    }
+
+    fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed {
+        match joint.force.scaled(1.0 + values[0]) {
+            Some(force) => {
+                joint.force = force;
+                Absorbed::Exactly
+            }
+            None => Absorbed::LeftOut,
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! A force proportional to the velocity.
 
-use crate::effects::{Effect, EffectInfo, Evidence, Group, ParameterInfo, Point};
-use pam_core::Scalar;
+use crate::effects::{Absorbed, Effect, EffectInfo, Evidence, Group, ParameterInfo, Point};
+use pam_core::{AnyForce, JointModel, Scalar};
 
 const INFO: EffectInfo = EffectInfo {
     id: "viscous_damping",
@@ -29,5 +29,10 @@ impl Effect for ViscousDamping {
     fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {
         // 1 N·s/m = 1 mN·s/mm.
         -(p[0] * at.velocity_mm_s)
+    }
+
+    fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed {
+        joint.auxiliary_damping_kg_s += values[0];
+        Absorbed::Exactly
     }
 }
