@@ -6,6 +6,9 @@ use crate::error::ControlError;
 use crate::execution::{Commands, PulseShape};
 use crate::identification::{Response, identify};
 use crate::statistics::{PairedTest, mean_and_deviation, paired_t_test};
+use crate::synthesis::Target;
+use pam_core::units::MN_PER_N;
+use pam_core::{ForceInput, ForceModel, JointModel, SealedMasses};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -27,6 +30,74 @@ pub struct ComparisonRow {
     pub test: Option<PairedTest>,
     /// The pairs, N/mm.
     pub pairs: Vec<[f64; 2]>,
+    /// What the learned force itself says of these commands.
+    pub expected: Option<Expected>,
+}
+
+/// Stiffness of the learned force under commands, N/mm: what of a difference between rest and speed is the
+/// place, since the joint rests at the ends and moves at the centre, and what is the velocity.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Expected {
+    /// At peak and trough, at rest.
+    pub ends_n_mm: f64,
+    /// At the centre, as if at rest.
+    pub centre_n_mm: f64,
+    /// At the centre, moving either way.
+    pub centre_moving_n_mm: f64,
+}
+
+/// Displacement over which [`expected`] takes its slope, mm: about as far as a pulse moves the joint.
+const SLOPE_MM: f64 = 0.5;
+
+/// What a force says of commands, for each nominal stiffness: the slope over ±0.5 mm at the air that the
+/// commanded pressures hold.
+#[must_use]
+pub fn expected<F: ForceModel<f64>>(
+    model: &JointModel<f64, F>,
+    targets: &[Target],
+    commands: &Commands,
+) -> Vec<Option<Expected>> {
+    let mut work = vec![0.0; model.force.work_len()];
+    let mut slope = |x: f64, v: f64, masses: SealedMasses| {
+        let mut force = |x: f64| {
+            let input = ForceInput {
+                mass_flexor_g: masses.flexor_g,
+                mass_extensor_g: masses.extensor_g,
+                displacement_mm: x,
+                velocity_mm_s: v,
+            };
+            model.force.restoring_force_mn(&input, &mut work)
+        };
+        (force(x + SLOPE_MM) - force(x - SLOPE_MM)) / (2.0 * SLOPE_MM * MN_PER_N)
+    };
+    CYCLE_N_MM
+        .iter()
+        .map(|&nominal| {
+            let of_level = || {
+                let rows = targets.iter().zip(&commands.pressures_kpa);
+                rows.filter(|(t, _)| (t.stiffness_n_mm - nominal).abs() < 0.5)
+            };
+            let largest =
+                |f: fn(&Target) -> f64| of_level().map(|(t, _)| f(t).abs()).fold(0.0_f64, f64::max);
+            let (x_max, v_max) = (largest(|t| t.displacement_mm), largest(|t| t.velocity_mm_s));
+            let (mut ends, mut centre, mut moving) = (Vec::new(), Vec::new(), Vec::new());
+            for (t, &pressures) in of_level() {
+                let masses = model.gas_law_masses(t.displacement_mm, pressures);
+                if t.displacement_mm.abs() > 0.999 * x_max {
+                    ends.push(slope(t.displacement_mm, 0.0, masses));
+                } else if t.velocity_mm_s.abs() > 0.999 * v_max {
+                    centre.push(slope(t.displacement_mm, 0.0, masses));
+                    moving.push(slope(t.displacement_mm, t.velocity_mm_s, masses));
+                }
+            }
+            let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+            (!ends.is_empty() && !centre.is_empty()).then(|| Expected {
+                ends_n_mm: mean(&ends),
+                centre_n_mm: mean(&centre),
+                centre_moving_n_mm: mean(&moving),
+            })
+        })
+        .collect()
 }
 
 /// The published table: nominal, K at rest, K at speed, Δ %, p; the learned model before the
@@ -108,6 +179,7 @@ pub fn rows(
             delta_percent: 100.0 * difference / THEORETICAL_RANGE_N_MM,
             test: paired_t_test(&pairs).ok(),
             pairs,
+            expected: None,
         });
     }
     Ok((rows, runs.into_iter().flatten().collect()))
@@ -117,6 +189,6 @@ pub fn rows(
 ///
 /// # Errors
 /// As [`cycle_targets`].
-pub fn targets() -> Result<Vec<crate::synthesis::Target>, ControlError> {
+pub fn targets() -> Result<Vec<Target>, ControlError> {
     cycle_targets(&CYCLE_N_MM, CYCLES_A_LEVEL)
 }

@@ -4,10 +4,13 @@ use super::run::Options;
 use super::sets::Prepared;
 use crate::effects::AnyEffect;
 use crate::error::DiagnoseError;
+use crate::extended::BURN_IN_S;
 use crate::extended::{Active, Extended};
-use crate::fit::{ChannelErrors, Floors};
+use crate::fit::{ChannelErrors, Floors, Hypothesis, Problem};
 use crate::search::{Search, gather, noise_floors};
+use crate::simulation::Base;
 use pam_train::Subject;
+use std::sync::Arc;
 
 /// Effects and error level of healthy recordings. A model that misses something small everywhere misses it
 /// in the data under diagnosis as well; that is not what is asked for.
@@ -19,6 +22,8 @@ pub struct Ordinary {
     pub rms: [f64; 3],
     /// Names of the healthy recordings.
     pub recordings: Vec<String>,
+    /// The recordings themselves.
+    pub(super) prepared: Arc<Prepared>,
 }
 
 impl Ordinary {
@@ -61,6 +66,7 @@ impl Ordinary {
             effects,
             rms: left.mean().map(f64::sqrt),
             recordings: prepared.all().iter().map(|t| t.source.name.clone()).collect(),
+            prepared: Arc::new(prepared),
         })
     }
 
@@ -68,5 +74,23 @@ impl Ordinary {
     #[must_use]
     pub fn floors(&self, noise: Floors) -> Floors {
         Floors([0, 1, 2].map(|c| noise.0[c].hypot(self.rms[c])))
+    }
+
+    /// What an effect seems to be on the healthy recordings, where it is not: its fitted values beside the
+    /// ordinary effects, with scales as they were found. `None` if it cannot be fitted there.
+    pub(super) fn apparent(
+        &self,
+        base: Base<f64>,
+        fixed: &[(&dyn AnyEffect, Vec<f64>)],
+        effect: &dyn AnyEffect,
+        values: &[f64],
+    ) -> Option<Vec<f64>> {
+        let trials = self.prepared.all();
+        let floors = noise_floors(&trials);
+        let problem = Problem::new(trials.iter().copied(), base, BURN_IN_S, floors);
+        let start = Hypothesis::base(fixed, trials.len()).with(effect, values);
+        let fit = problem.fit(start, 6).ok()?;
+        let h = &fit.hypothesis;
+        Some(h.values[h.value_range(h.effects.len() - 1)].to_vec())
     }
 }

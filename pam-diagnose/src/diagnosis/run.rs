@@ -9,10 +9,10 @@ use crate::design::{Separation, separate};
 use crate::effects::{ALL, AnyEffect, Evidence};
 use crate::error::DiagnoseError;
 use crate::extended::{Active, Extended};
-use crate::fit::{Floors, Hypothesis};
+use crate::fit::{Floors, Hypothesis, Interval};
 use crate::residual::ResidualStory;
 use crate::search::{
-    Acceptance, Chance, Findings, Reference, Scored, Search, gather, noise_floors,
+    Acceptance, Chance, Constancy, Findings, Reference, Scored, Search, gather, noise_floors,
 };
 
 /// How a diagnosis is made.
@@ -60,7 +60,7 @@ pub enum Stage {
 pub struct Diagnosis {
     /// The outcome.
     pub verdict: Verdict,
-    /// Named causes, in the order in which they earned their place.
+    /// Named causes, the largest share of the error first.
     pub causes: Vec<Cause>,
     /// Every candidate alone, best first.
     pub ranking: Vec<Rank>,
@@ -173,7 +173,8 @@ fn judge<'e>(
         let named = s.fit.hypothesis.ids().len();
         weigh(base_level, level(s, &floors), explainable.min(base_level), named)
     };
-    let mut causes = causes(search, found, &best, options)?;
+    let context = Context { fixed, ordinary: ordinary.as_ref(), options };
+    let mut causes = causes(search, found, &best, &context)?;
     // A name that stands for something it is not goes; the others are fitted again without it.
     while let Some(place) = causes.iter().position(Cause::mimics) {
         let less = best.fit.hypothesis.without(place);
@@ -181,7 +182,7 @@ fn judge<'e>(
             Some(less) if !less.fit.hypothesis.ids().is_empty() => less,
             _ => found.base.clone(),
         };
-        causes = self::causes(search, found, &best, options)?;
+        causes = self::causes(search, found, &best, &context)?;
     }
     // Names that explain no more than the luckiest candidate would by chance are no names.
     let chance = search.chance(&found.base, options.seed);
@@ -216,6 +217,7 @@ fn judge<'e>(
             Some(Active { effect: options.candidate(e.info().id)?, values: values.to_vec() })
         })
         .collect();
+    causes.sort_by(|a, b| b.share_of_error_removed.total_cmp(&a.share_of_error_removed));
     let extended = if named.is_empty() { model.clone() } else { start.with(named) };
     let held_level = |s: &Scored<'_>| s.held.in_floors(&floors);
     let lowest = floor_level(held_level(&best));
@@ -244,11 +246,18 @@ fn judge<'e>(
     })
 }
 
+/// What the weighing of causes needs besides the search.
+struct Context<'c, 'e> {
+    fixed: &'c [(&'e dyn AnyEffect, Vec<f64>)],
+    ordinary: Option<&'c Ordinary>,
+    options: &'c Options,
+}
+
 fn causes<'e>(
     search: &Search<'_, 'e>,
     found: &Findings<'e>,
     best: &Scored<'e>,
-    options: &Options,
+    context: &Context<'_, 'e>,
 ) -> Result<Vec<Cause>, DiagnoseError> {
     let members = best.fit.hypothesis.ids().len();
     if members == 0 {
@@ -262,10 +271,11 @@ fn causes<'e>(
     Ok((0..members)
         .map(|place| {
             let (effect, what, excited_by) = words(fitted[place]);
-            let parameters = fitted[place].info().parameters;
+            let own: Vec<Interval> =
+                intervals.by_ref().take(fitted[place].info().parameters.len()).collect();
+            let constancy = search.constancy(best, place);
             let parameters =
-                parameters.iter().map(|p| p.name).zip(intervals.by_ref().take(parameters.len()));
-            let parameters = parameters.collect();
+                honest_intervals(search, best, place, &own, constancy.as_ref(), context);
             let without = if members == 1 {
                 level(&found.base, floors)
             } else {
@@ -277,7 +287,9 @@ fn causes<'e>(
             let alternatives: Vec<Active> = search
                 .confusable(&found.base, best, place, &found.singles)
                 .into_iter()
-                .filter_map(|(id, values)| Some(Active { effect: options.candidate(id)?, values }))
+                .filter_map(|(id, values)| {
+                    Some(Active { effect: context.options.candidate(id)?, values })
+                })
                 .collect();
             Cause {
                 effect,
@@ -287,10 +299,50 @@ fn causes<'e>(
                 confusable_with: alternatives.iter().map(|a| a.effect.info().id).collect(),
                 alternatives,
                 excited_by,
-                constancy: search.constancy(best, place),
+                constancy,
             }
         })
         .collect())
+}
+
+/// The intervals of an effect's parameters with what the scatter of the residuals does not show: errors of the
+/// model that change from part to part, what the effect seems to be on healthy recordings, and other shapes
+/// of the same effect that fit as well.
+fn honest_intervals<'e>(
+    search: &Search<'_, 'e>,
+    best: &Scored<'e>,
+    place: usize,
+    own: &[Interval],
+    constancy: Option<&Constancy>,
+    context: &Context<'_, 'e>,
+) -> Vec<(&'static str, Interval)> {
+    let h = &best.fit.hypothesis;
+    let at = h.fixed + place;
+    let (effect, values) = (h.effects[at], &h.values[h.value_range(at)]);
+    let infos = effect.info().parameters;
+    let apparent = context
+        .ordinary
+        .and_then(|o| o.apparent(search.split.train.base, context.fixed, effect, values));
+    let mut intervals: Vec<Interval> = own
+        .iter()
+        .zip(infos)
+        .enumerate()
+        .map(|(k, (interval, info))| {
+            let parts = constancy.and_then(|c| c.half_widths.get(k)).copied().unwrap_or(0.0);
+            let healthy = match (&apparent, info.off) {
+                (Some(seems), Some(off)) => 1.96 * (seems[k] - off).abs(),
+                _ => 0.0,
+            };
+            // A healthy recording cannot make more of a number than the number itself.
+            interval.widened(parts.hypot(healthy.min(interval.value.abs())), *info)
+        })
+        .collect();
+    for shape in search.other_shapes(best, place) {
+        for (interval, value) in intervals.iter_mut().zip(shape) {
+            interval.ci95 = [interval.ci95[0].min(value), interval.ci95[1].max(value)];
+        }
+    }
+    infos.iter().map(|p| p.name).zip(intervals).collect()
 }
 
 fn traces<'e>(

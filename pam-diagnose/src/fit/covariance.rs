@@ -3,6 +3,7 @@
 use super::hypothesis::coordinate;
 use super::problem::Problem;
 use super::solve::Fit;
+use crate::effects::ParameterInfo;
 use crate::simulation::Diverged;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
@@ -15,6 +16,21 @@ pub struct Interval {
     pub value: f64,
     /// Lower and upper end.
     pub ci95: [f64; 2],
+}
+
+impl Interval {
+    /// The interval with another independent source of error, as half its own 95 % interval in the coordinate
+    /// in which the parameter is fitted.
+    #[must_use]
+    pub fn widened(&self, half_width: f64, info: ParameterInfo) -> Self {
+        let middle = coordinate(self.value, info);
+        let end = |end: f64, sign: f64| {
+            let own = (coordinate(end, info) - middle).abs();
+            let both = middle + sign * own.hypot(half_width);
+            if info.logarithmic { both.exp() } else { both }
+        };
+        Self { value: self.value, ci95: [end(self.ci95[0], -1.0), end(self.ci95[1], 1.0)] }
+    }
 }
 
 impl Problem<'_> {

@@ -16,6 +16,7 @@ mod problem;
 mod solve;
 
 pub use covariance::Interval;
+pub(crate) use hypothesis::coordinate;
 pub use hypothesis::{Hypothesis, Local};
 pub use likelihood::{CHANNELS, ChannelErrors, Floors};
 pub(crate) use linearise::Sensitivities;

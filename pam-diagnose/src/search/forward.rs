@@ -37,6 +37,8 @@ pub struct Findings<'e> {
 const BEAM: usize = 3;
 /// Level (see [`Search::level`]) below which nothing more is asked.
 const SATISFIED: f64 = 6.0;
+/// Difference of the cost below which two shapes of one effect fit equally well.
+const AS_WELL: f64 = 12.0;
 /// Iterations for the chosen set.
 const POLISHING: usize = 20;
 /// Candidates that are followed to the end beside a set.
@@ -156,6 +158,35 @@ impl<'e> Search<'_, 'e> {
             .collect::<Vec<_>>()
             .into_iter()
             .fold(best, |best, other| if other.total < best.total { other } else { best })
+    }
+
+    /// Values that the effect at `place` takes in those of its other shapes (switches) that fit the data as
+    /// well: within the cost at which one parameter is worth it.
+    #[must_use]
+    pub fn other_shapes(&self, best: &Scored<'e>, place: usize) -> Vec<Vec<f64>> {
+        let h = &best.fit.hypothesis;
+        let at = h.fixed + place;
+        let info = h.effects[at].info();
+        let switches = info.parameters.len()..info.value_len();
+        let own = &h.values[h.value_range(at)];
+        let mut tried: Vec<Vec<f64>> = vec![own[switches.clone()].to_vec()];
+        let mut found = Vec::new();
+        for start in h.effects[at].starts(&self.evidence) {
+            let shape = start[switches.clone()].to_vec();
+            if tried.contains(&shape) {
+                continue;
+            }
+            tried.push(shape.clone());
+            let mut other = h.clone();
+            let range = other.value_range(at);
+            other.values[range][switches.clone()].copy_from_slice(&shape);
+            let fit = self.split.train.fit(other, 8).ok().and_then(|fit| self.score(fit));
+            if let Some(s) = fit.filter(|s| s.total < best.total + AS_WELL) {
+                let h = &s.fit.hypothesis;
+                found.push(h.values[h.value_range(at)].to_vec());
+            }
+        }
+        found
     }
 
     /// Drops members whose own parameters do not say that they are there: every parameter that could switch

@@ -81,8 +81,12 @@ pub fn run(
                 let commands = [Commands::from(&plan), model.commands(&targets)];
                 let names = [saved.info.name.clone(), "equilibrium point".to_owned()];
                 for (commands, name) in commands.iter().zip(names) {
-                    let (rows, pulses) =
+                    let (mut rows, pulses) =
                         comparison::rows(commands, &shape, mass_kg, repeats, global.seed, &make)?;
+                    let expected = comparison::expected(&saved.model, &targets, commands);
+                    for (row, expected) in rows.iter_mut().zip(expected) {
+                        row.expected = expected;
+                    }
                     report.tables.push((name, rows));
                     if report.pulses.is_empty() {
                         report.pulses = pulses;
