@@ -20,9 +20,6 @@ use std::path::Path;
 /// Deformation coefficient of the published trained model.
 const TRAINED_DEFORMATION: f64 = 3.690_974;
 
-/// Cutoff of the zero-phase low-pass through which the makers put x, Hz.
-const MAKERS_CUTOFF_HZ: f64 = 3.0;
-
 /// What zero means in a pressure column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PressureReference {
@@ -82,7 +79,6 @@ pub fn read(
     };
     recording.pressure_flexor_kpa = p1.iter().map(|p| p + offset).collect();
     recording.pressure_extensor_kpa = p2.iter().map(|p| p + offset).collect();
-    recording.low_passed.cutoff_hz[0] = Some(MAKERS_CUTOFF_HZ);
     recording.preprocessing =
         "as in the file (x low-passed forward and back at 3 Hz, dx at 20 Hz by its makers)".into();
     recording.validate()?;
