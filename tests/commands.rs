@@ -300,3 +300,73 @@ fn help_teaches() {
     }
     assert_eq!(run(PAM, &["evaluate"]).status.code(), Some(2));
 }
+
+/// The list of checks, and what is missing in it, for a person and for a script.
+#[test]
+fn doctor_finds_what_is_missing() {
+    let checks: Value =
+        serde_json::from_str(&stdout_of(PAM, &["doctor", "--json", "--shared", text(&shared(""))]))
+            .unwrap();
+    assert_eq!(checks["healthy"], true);
+    let outcome = |checks: &Value, what: &str| {
+        let all = checks["checks"].as_array().unwrap();
+        all.iter().find(|c| c["what"] == what).unwrap()["outcome"].clone()
+    };
+    assert_eq!(outcome(&checks, "reference data"), "ok");
+    assert_eq!(outcome(&checks, "default model"), "ok");
+
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "").unwrap();
+    // A file is no folder to write in, and an empty folder holds no reference data.
+    let output = run(
+        PAM,
+        &["doctor", "--json", "--shared", text(folder.path()), "--out", text(&file.join("below"))],
+    );
+    assert_eq!(output.status.code(), Some(1));
+    let checks: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(outcome(&checks, "write access"), "failure");
+    assert_eq!(outcome(&checks, "reference data"), "warning");
+}
+
+#[test]
+fn shells_and_man_know_every_command() {
+    for shell in ["bash", "zsh", "fish"] {
+        let script = stdout_of(PAM, &["completions", shell]);
+        assert!(script.contains("diagnose") && script.contains("--healthy"), "{shell}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let _ = stdout_of(PAM, &["man", "--out", text(folder.path())]);
+    let page = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    assert!(page("pam.1").contains("diagnose"));
+    assert!(page("pam-rig-record.1").contains("conditions"));
+}
+
+/// A plain model of an extended one: its load is part of the network's numbers.
+#[test]
+fn an_extended_model_becomes_a_plain_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let mut saved = pam_data::load_model(&published_weights()).unwrap();
+    let plain_force = saved.model.force.clone();
+    for (effect, value) in [("constant_load", 12.0), ("coulomb_friction", 20.0)] {
+        saved.info.effects.push(pam_data::StoredEffect {
+            effect: effect.into(),
+            values: [("force_n".to_owned(), value)].into(),
+        });
+    }
+    pam_data::models::save_model(&path("extended.safetensors"), &saved).unwrap();
+    let told = stdout_of(
+        PAM,
+        &[
+            "convert",
+            "--plain",
+            text(&path("extended.safetensors")),
+            text(&path("plain.safetensors")),
+        ],
+    );
+    assert!(told.contains("coulomb_friction is left out"), "{told}");
+    let plain = pam_data::load_model(&path("plain.safetensors")).unwrap();
+    assert!(plain.info.effects.is_empty());
+    assert_eq!(Some(plain.model.force), plain_force.shifted(-12_000.0));
+}

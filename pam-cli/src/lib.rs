@@ -64,6 +64,9 @@ fn dispatch(arguments: &Arguments) -> Result<ExitCode, CliError> {
         Some(Command::Replan(a)) => commands::control::replan::run(a, global, &console),
         Some(Command::Rig(a)) => commands::rig::run(a, global, &console),
         Some(Command::Bench(a)) => commands::bench::run(a, global, &console),
+        Some(Command::Doctor(a)) => commands::doctor::run(a, &console),
+        Some(Command::Completions(a)) => commands::shell::completions(a),
+        Some(Command::Man(a)) => commands::shell::man(a, &console),
         Some(Command::Evaluate(a)) => commands::evaluate::run(a, global, &console),
     }
 }

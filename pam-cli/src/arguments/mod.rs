@@ -117,6 +117,39 @@ pub enum Command {
     Bench(BenchCommand),
     /// Hide an effect in recordings of the rig and find it: what runs without a command
     Demo(DemoArguments),
+    /// Check this machine: version, threads, vector instructions, write access, reference data
+    Doctor(DoctorArguments),
+    /// Print a completion script for a shell: `pam completions bash > /etc/bash_completion.d/pam`
+    Completions(CompletionsArguments),
+    /// Write manual pages, one a command
+    Man(ManArguments),
+}
+
+/// Arguments of `pam doctor`.
+#[derive(Debug, Args)]
+pub struct DoctorArguments {
+    /// Folder of the reference data [default: PAM_SHARED, or ../shared]
+    #[arg(long, value_name = "DIR")]
+    pub shared: Option<PathBuf>,
+    /// A folder in which runs are to be written [default: the current one]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+/// Arguments of `pam completions`.
+#[derive(Debug, Args)]
+pub struct CompletionsArguments {
+    /// The shell
+    #[arg(value_name = "SHELL")]
+    pub shell: clap_complete::Shell,
+}
+
+/// Arguments of `pam man`.
+#[derive(Debug, Args)]
+pub struct ManArguments {
+    /// Folder for pam.1 and one page a command
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
 }
 
 /// Arguments of `pam inspect`.

@@ -1,0 +1,87 @@
+//! Hybrid neural ODEs of a joint that an antagonistic pair of pneumatic artificial muscles moves: all layers of
+//! the framework behind one name.
+//!
+//! | module | crate | what it is for |
+//! |---|---|---|
+//! | [`core`] | `pam-core` | scalars, activations, force models, the vector field |
+//! | [`autodiff`] | `pam-autodiff` | duals, tape, finite differences, exact ∂f/∂x |
+//! | [`solvers`] | `pam-solvers` | Runge–Kutta methods, adjoints, lanes |
+//! | [`data`] | `pam-data` | recordings, models, their files |
+//! | [`rig`] | `pam-rig` | a virtual rig whose truth is known |
+//! | [`train`] | `pam-train` | losses, optimisers, curricula, predictions, scores |
+//! | [`report`] | `pam-report` | figures and self-contained HTML |
+//! | [`diagnose`] | `pam-diagnose` | what a model gets wrong, why, and what knowing it gains |
+//! | [`control`] | `pam-control` | stiffness, planning, identification, replanning |
+//!
+//! The [`prelude`] has what most programs begin with. A damped oscillator from closures, solved:
+//!
+//! ```
+//! use pam::prelude::*;
+//!
+//! let field = FieldFn::new(2, 0, |_t, y: &[f64], _u: &[f64], dy: &mut [f64]| {
+//!     dy[0] = y[1];
+//!     dy[1] = -4.0 * y[0] - 0.1 * y[1];
+//! });
+//! let solution = Integrator::new(Tableau::tsit5(), PidController::new(1e-9, 1e-9)).solve(
+//!     &Term::new(field, NoInput),
+//!     0.0,
+//!     5.0,
+//!     &[1.0, 0.0],
+//!     SaveAt::End,
+//! )?;
+//! let (damping, rate) = (0.05_f64, (4.0_f64 - 0.0025).sqrt());
+//! let exact = (-damping * 5.0).exp() * ((rate * 5.0).cos() + damping / rate * (rate * 5.0).sin());
+//! assert!((solution.state(0)[0] - exact).abs() < 1e-7);
+//! # Ok::<(), Box<pam::solvers::SolveError<f64>>>(())
+//! ```
+//!
+//! The shipped kind of model, its stiffness and where a force takes it:
+//!
+//! ```
+//! use num_dual::Dual64;
+//! use pam::prelude::*;
+//!
+//! let model = JointModel::datasheet(SpringDamper::<f64>::published()); // any ForceModel goes here
+//! let masses = model.gas_law_masses(0.0, [412.0, 412.0]);              // kPa absolute, at x = 0
+//! let at = ForceInput {
+//!     displacement_mm: 0.0, velocity_mm_s: 0.0,
+//!     mass_flexor_g: masses.flexor_g, mass_extensor_g: masses.extensor_g,
+//! };
+//! let slope = linearise(&model.force.map(Dual64::constant), &at);      // exact, by dual numbers
+//! assert!((slope.stiffness_n_mm - 150.0).abs() < 20.0);
+//! ```
+
+pub use pam_autodiff as autodiff;
+pub use pam_control as control;
+pub use pam_core as core;
+pub use pam_data as data;
+pub use pam_diagnose as diagnose;
+pub use pam_report as report;
+pub use pam_rig as rig;
+pub use pam_solvers as solvers;
+pub use pam_train as train;
+
+/// What most programs begin with.
+pub mod prelude {
+    pub use pam_autodiff::linearise;
+    pub use pam_core::{
+        Activation, AnyForce, FieldFn, ForceInput, ForceModel, JointModel, Mlp, NetworkForce,
+        ParametricField, Scalar, SealedMasses, SpringDamper, VectorField,
+    };
+    pub use pam_data::{
+        Channel, LoadOptions, MassChoice, Recording, SavedModel, collect_paths, load_model,
+        models::save_model, open_recordings, resolve_masses,
+    };
+    pub use pam_diagnose::effects::{AnyEffect, Effect, EffectInfo, ParameterInfo, by_id};
+    pub use pam_diagnose::{Active, Diagnosis, Extended, Options, Sets, Verdict, diagnose};
+    pub use pam_report::{LineFigure, Role};
+    pub use pam_rig::{Conditions, Protocol, RigParameters, Session};
+    pub use pam_solvers::sensitivity::{DiscreteAdjoint, GradientMethod, Problem};
+    pub use pam_solvers::{
+        Constant, Integrator, NoInput, PidController, SaveAt, Solution, Tableau, Term,
+    };
+    pub use pam_train::{
+        Evaluation, Predictor, SolverSettings, Subject, TrajectoryLoss, evaluate, evaluate_with,
+        predict,
+    };
+}
