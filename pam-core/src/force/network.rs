@@ -67,7 +67,7 @@ impl NetworkForce<f64> {
         let biases = last.bias().iter().copied().map(bias).collect();
         let mut layers = before.to_vec();
         layers.push(Dense::from_rows(&weights, biases).ok()?);
-        Self::new(Mlp::new(layers, self.mlp.activation().clone()).ok()?).ok()
+        Self::new(Mlp::new(layers, *self.mlp.activation()).ok()?).ok()
     }
 }
 
