@@ -59,6 +59,9 @@ fn single_effects_are_named_with_their_magnitudes() {
         }
         assert!(d.gain.overall.ci95[0] > 0.0, "{id}: {:?}", d.gain.overall);
         assert!(d.removed > 0.9, "{id}: {}", d.removed);
+        // What explains it explains more than luck would.
+        let chance = d.chance.expect("there is a residual");
+        assert!(chance.p_value < 0.05 && d.explained > chance.share_q95, "{id}: {chance:?}");
     }
 }
 
@@ -84,6 +87,7 @@ fn effects_that_act_together_are_all_named() {
 
 #[test]
 fn nothing_is_found_where_nothing_is_hidden() {
+    let mut p_values = Vec::new();
     for (seed, factor) in [(11, 0.3), (12, 1.0), (13, 1.0), (14, 3.0)] {
         let n = Noise::default();
         let noise = Noise {
@@ -95,7 +99,9 @@ fn nothing_is_found_where_nothing_is_hidden() {
         assert_eq!(d.verdict, Verdict::NothingFound, "seed {seed}: {:?}", d.named());
         assert!(d.causes.is_empty());
         assert!(d.extended.effects.is_empty(), "the model stays as it is");
+        p_values.extend(d.chance.map(|c| c.p_value));
     }
+    assert!(p_values.iter().any(|&p| p > 0.05), "chance would explain as much: {p_values:?}");
 }
 
 #[test]
