@@ -1,0 +1,552 @@
+//! The patterns of a network on a plane, found as they are needed and kept.
+
+use crate::cell::{Cell, Clip, HalfPlane, Window};
+use crate::network::{LANES, PiecewiseNetwork, Plane};
+use pam_core::simd::arch;
+use pulp::{Simd, WithSimd};
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
+/// No pattern.
+pub(crate) const NONE: u32 = u32::MAX;
+/// A pattern this many flips away from one that was computed afresh is computed afresh, so that
+/// rounding does not build up.
+const LONGEST_CHAIN: u16 = 32;
+/// Half-planes that miss the cell by less than this part of its size count as its sides.
+const SIDE_TOLERANCE: f64 = 1e-9;
+
+/// Up to [`LANES`] sides of a cell. Unused places have an infinite margin.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub(crate) struct Sides {
+    pub(crate) alpha: [f64; LANES],
+    pub(crate) beta: [f64; LANES],
+    pub(crate) gamma: [f64; LANES],
+    /// The unit that changes sign across the side.
+    pub(crate) unit: [u32; LANES],
+    /// The pattern behind the side, if it is known.
+    pub(crate) neighbour: [u32; LANES],
+}
+
+impl Sides {
+    const EMPTY: Self = Self {
+        alpha: [f64::INFINITY; LANES],
+        beta: [0.0; LANES],
+        gamma: [0.0; LANES],
+        unit: [NONE; LANES],
+        neighbour: [NONE; LANES],
+    };
+
+    #[inline(always)]
+    pub(crate) fn half_plane(&self, lane: usize) -> HalfPlane {
+        HalfPlane { alpha: self.alpha[lane], beta: self.beta[lane], gamma: self.gamma[lane] }
+    }
+}
+
+/// One activation pattern.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pattern {
+    /// The force in the pattern, `a + b p + c r`.
+    pub(crate) force: [f64; 3],
+    /// First block of its sides.
+    pub(crate) sides: u32,
+    pub(crate) side_blocks: u32,
+    hash: u64,
+    /// Another pattern with the same hash.
+    same_hash: u32,
+    chain: u16,
+}
+
+/// Hashes are used as they are.
+#[derive(Default)]
+struct Identity(u64);
+
+impl Hasher for Identity {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+    fn write(&mut self, _: &[u8]) {
+        unreachable!("only u64 keys are hashed")
+    }
+    fn write_u64(&mut self, value: u64) {
+        self.0 = value;
+    }
+}
+
+type Index = HashMap<u64, u32, BuildHasherDefault<Identity>>;
+
+/// The patterns of a network on a plane. Memory is kept when the atlas is restarted.
+#[derive(Debug)]
+pub(crate) struct Atlas<'n> {
+    pub(crate) network: &'n PiecewiseNetwork,
+    pub(crate) plane: Plane,
+    pub(crate) window: Window,
+    store: AtlasMemory,
+}
+
+/// The memory of an [`Atlas`].
+#[derive(Debug, Default)]
+pub(crate) struct AtlasMemory {
+    pub(crate) patterns: Vec<Pattern>,
+    pub(crate) sides: Vec<Sides>,
+    /// Pre-activations `α | β | γ` of every unit, pattern by pattern.
+    tables: Vec<f64>,
+    /// Signs of the units, pattern by pattern.
+    bits: Vec<u64>,
+    index: Index,
+    first: [Vec<f64>; 3],
+    scratch: Scratch,
+}
+
+#[derive(Debug, Default)]
+struct Scratch {
+    table: Vec<f64>,
+    bits: Vec<u64>,
+    slopes: Vec<f64>,
+    change: Vec<f64>,
+    next_change: Vec<f64>,
+    signed: Vec<f64>,
+    processed: Vec<u32>,
+    forced: Vec<u32>,
+    cell: Cell,
+    units: Vec<u32>,
+}
+
+fn word(unit: usize) -> (usize, u64) {
+    (unit / 64, 1 << (unit % 64))
+}
+
+/// A well-mixed number for each unit (splitmix64); a pattern's hash is the exclusive or of those of its
+/// positive units.
+fn unit_hash(unit: usize) -> u64 {
+    let mut z = (unit as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+impl<'n> Atlas<'n> {
+    /// An empty atlas in the memory of an earlier one.
+    pub(crate) fn new(
+        network: &'n PiecewiseNetwork,
+        plane: Plane,
+        window: Window,
+        mut store: AtlasMemory,
+    ) -> Self {
+        store.patterns.clear();
+        store.sides.clear();
+        store.tables.clear();
+        store.bits.clear();
+        store.index.clear();
+        store.first = network.first_layer(&plane);
+        store.scratch.units.clear();
+        store.scratch.units.extend(network.real_units().map(|u| u as u32));
+        Self { network, plane, window, store }
+    }
+
+    pub(crate) fn into_memory(self) -> AtlasMemory {
+        self.store
+    }
+
+    #[inline(always)]
+    pub(crate) fn len(&self) -> usize {
+        self.store.patterns.len()
+    }
+
+    #[inline(always)]
+    pub(crate) fn pattern(&self, id: u32) -> &Pattern {
+        &self.store.patterns[id as usize]
+    }
+
+    #[inline(always)]
+    pub(crate) fn sides(&self, pattern: &Pattern) -> &[Sides] {
+        &self.store.sides[pattern.sides as usize..][..pattern.side_blocks as usize]
+    }
+
+    /// The table `α | β | γ` of a pattern.
+    pub(crate) fn table(&self, id: u32) -> &[f64] {
+        let len = 3 * self.network.units();
+        &self.store.tables[id as usize * len..][..len]
+    }
+
+    fn words(&self) -> usize {
+        self.network.units().div_ceil(64)
+    }
+
+    /// Whether a unit is positive in a pattern.
+    pub(crate) fn is_positive(&self, id: u32, unit: usize) -> bool {
+        let (w, bit) = word(unit);
+        self.store.bits[id as usize * self.words() + w] & bit != 0
+    }
+
+    /// Writes the slope of each unit in a pattern.
+    pub(crate) fn slopes_into(&self, id: u32, slopes: &mut Vec<f64>) {
+        let words = self.words();
+        let bits = &self.store.bits[id as usize * words..][..words];
+        write_slopes(bits, self.network.slope, self.network.units(), slopes);
+    }
+
+    /// The pattern at a point; a unit that is zero there counts as negative.
+    pub(crate) fn at(&mut self, point: [f64; 2]) -> u32 {
+        let network = self.network;
+        let (units, words) = (network.units(), self.words());
+        let scratch = &mut self.store.scratch;
+        scratch.table.clear();
+        scratch.table.resize(3 * units, 0.0);
+        scratch.bits.clear();
+        scratch.bits.resize(words, 0);
+        scratch.slopes.clear();
+        scratch.slopes.resize(units, network.slope);
+        let mut start = 0;
+        let mut hash = 0;
+        for (l, layer) in network.hidden.iter().enumerate() {
+            build_layer(network, l, start, &self.store.first, scratch);
+            let (alpha, rest) = scratch.table.split_at(units);
+            let (beta, gamma) = rest.split_at(units);
+            for unit in start..start + layer.outputs {
+                let z = alpha[unit] + beta[unit] * point[0] + gamma[unit] * point[1];
+                if z > 0.0 {
+                    let (w, bit) = word(unit);
+                    scratch.bits[w] |= bit;
+                    scratch.slopes[unit] = 1.0;
+                    hash ^= unit_hash(unit);
+                }
+            }
+            start += layer.stride;
+        }
+        match self.find(hash) {
+            Some(id) => id,
+            None => self.insert(hash, 0),
+        }
+    }
+
+    /// The pattern with the scratch's bits.
+    fn find(&self, hash: u64) -> Option<u32> {
+        let words = self.words();
+        let mut id = *self.store.index.get(&hash)?;
+        while id != NONE {
+            if self.store.bits[id as usize * words..][..words] == self.store.scratch.bits[..] {
+                return Some(id);
+            }
+            id = self.store.patterns[id as usize].same_hash;
+        }
+        None
+    }
+
+    /// The pattern behind a side of `id`.
+    #[inline(always)]
+    pub(crate) fn behind(&mut self, id: u32, block: usize, lane: usize) -> u32 {
+        let first = self.store.patterns[id as usize].sides as usize;
+        let known = self.store.sides[first + block].neighbour[lane];
+        if known != NONE { known } else { self.look_behind(id, block, lane) }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn look_behind(&mut self, id: u32, block: usize, lane: usize) -> u32 {
+        let words = self.words();
+        let old = self.store.patterns[id as usize];
+        let place = old.sides as usize + block;
+        let unit = self.store.sides[place].unit[lane];
+        let (w, bit) = word(unit as usize);
+        let scratch = &mut self.store.scratch;
+        scratch.bits.clear();
+        scratch.bits.extend_from_slice(&self.store.bits[id as usize * words..][..words]);
+        scratch.bits[w] ^= bit;
+        let hash = old.hash ^ unit_hash(unit as usize);
+        let new = match self.find(hash) {
+            Some(new) => new,
+            None => {
+                self.flip(id, unit as usize);
+                let chain = if old.chain >= LONGEST_CHAIN { 0 } else { old.chain + 1 };
+                self.insert(hash, chain)
+            }
+        };
+        self.store.sides[place].neighbour[lane] = new;
+        new
+    }
+
+    /// Makes the scratch's table that of pattern `id` with one unit flipped; its bits are set already.
+    fn flip(&mut self, id: u32, unit: usize) {
+        let network = self.network;
+        let units = network.units();
+        let chain = self.store.patterns[id as usize].chain;
+        let len = 3 * units;
+        let store = &mut self.store;
+        write_slopes(&store.scratch.bits, network.slope, units, &mut store.scratch.slopes);
+        store.scratch.table.clear();
+        if chain >= LONGEST_CHAIN {
+            store.scratch.table.resize(len, 0.0);
+            let mut start = 0;
+            for (l, layer) in network.hidden.iter().enumerate() {
+                build_layer(network, l, start, &store.first, &mut store.scratch);
+                start += layer.stride;
+            }
+            return;
+        }
+        store.scratch.table.extend_from_slice(&store.tables[id as usize * len..][..len]);
+        arch().dispatch(RankOne { network, unit, scratch: &mut store.scratch });
+    }
+
+    /// Keeps the pattern of the scratch.
+    fn insert(&mut self, hash: u64, chain: u16) -> u32 {
+        let id = self.store.patterns.len() as u32;
+        let units = self.network.units();
+        let store = &mut self.store;
+        let force = output(self.network, &store.scratch);
+        let first = store.sides.len() as u32;
+        find_sides(units, &self.window, &mut store.scratch, &mut store.sides);
+        store.tables.extend_from_slice(&store.scratch.table);
+        store.bits.extend_from_slice(&store.scratch.bits);
+        let same_hash = store.index.insert(hash, id).unwrap_or(NONE);
+        let side_blocks = store.sides.len() as u32 - first;
+        store.patterns.push(Pattern { force, sides: first, side_blocks, hash, same_hash, chain });
+        id
+    }
+
+    /// The polygon of a pattern within the window, counter-clockwise; empty if nothing of it is there.
+    pub(crate) fn polygon(&mut self, id: u32) -> Vec<[f64; 2]> {
+        let pattern = self.store.patterns[id as usize];
+        let cell = &mut self.store.scratch.cell;
+        cell.restart(&self.window);
+        for sides in &self.store.sides[pattern.sides as usize..][..pattern.side_blocks as usize] {
+            for lane in (0..LANES).filter(|&l| sides.unit[l] != NONE) {
+                if cell.clip(&sides.half_plane(lane)) == Clip::Nothing {
+                    return Vec::new();
+                }
+            }
+        }
+        cell.vertices.clone()
+    }
+}
+
+fn write_slopes(bits: &[u64], slope: f64, units: usize, slopes: &mut Vec<f64>) {
+    slopes.clear();
+    slopes.extend((0..units).map(|unit| {
+        let (w, bit) = word(unit);
+        if bits[w] & bit != 0 { 1.0 } else { slope }
+    }));
+}
+
+/// Computes the pre-activations of layer `l` from those of the one before it.
+fn build_layer(
+    network: &PiecewiseNetwork,
+    l: usize,
+    start: usize,
+    first: &[Vec<f64>; 3],
+    scratch: &mut Scratch,
+) {
+    arch().dispatch(BuildLayer { network, l, start, first, scratch });
+}
+
+struct BuildLayer<'a> {
+    network: &'a PiecewiseNetwork,
+    l: usize,
+    start: usize,
+    first: &'a [Vec<f64>; 3],
+    scratch: &'a mut Scratch,
+}
+
+impl WithSimd for BuildLayer<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let Self { network, l, start, first, scratch } = self;
+        let units = network.units();
+        let layer = &network.hidden[l];
+        for (k, first) in first.iter().enumerate() {
+            let table = &mut scratch.table[k * units..(k + 1) * units];
+            let (before, here) = table.split_at_mut(start);
+            let here = &mut here[..layer.stride];
+            if l == 0 {
+                here.copy_from_slice(first);
+                continue;
+            }
+            if k == 0 {
+                here.copy_from_slice(&layer.bias);
+            } else {
+                here.fill(0.0);
+            }
+            let from = start - network.hidden[l - 1].stride;
+            let inputs = before[from..].iter().zip(&scratch.slopes[from..]);
+            for ((z, slope), column) in inputs.zip(layer.columns.chunks_exact(layer.stride)) {
+                let h = z * slope;
+                for (o, w) in here.iter_mut().zip(column) {
+                    *o += h * w;
+                }
+            }
+        }
+    }
+}
+
+/// The change of all tables when one unit changes its slope: its change `Δd (α, β, γ)` times a vector
+/// that goes through the layers once.
+struct RankOne<'a> {
+    network: &'a PiecewiseNetwork,
+    unit: usize,
+    scratch: &'a mut Scratch,
+}
+
+impl WithSimd for RankOne<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let Self { network, unit, scratch } = self;
+        let units = network.units();
+        let (mut start, mut l) = (0, 0);
+        while unit >= start + network.hidden[l].stride {
+            start += network.hidden[l].stride;
+            l += 1;
+        }
+        let change = (1.0 - network.slope) * if scratch.slopes[unit] == 1.0 { 1.0 } else { -1.0 };
+        let own: [f64; 3] = std::array::from_fn(|k| scratch.table[k * units + unit]);
+        let mut next = start + network.hidden[l].stride;
+        for (depth, layer) in network.hidden.iter().enumerate().skip(l + 1) {
+            scratch.next_change.clear();
+            if depth == l + 1 {
+                let column = &layer.columns[(unit - start) * layer.stride..][..layer.stride];
+                scratch.next_change.extend(column.iter().map(|w| w * change));
+            } else {
+                scratch.next_change.resize(layer.stride, 0.0);
+                let slopes = &scratch.slopes[next - network.hidden[depth - 1].stride..];
+                let inputs = scratch.change.iter().zip(slopes);
+                for ((r, slope), column) in inputs.zip(layer.columns.chunks_exact(layer.stride)) {
+                    let r = r * slope;
+                    for (o, w) in scratch.next_change.iter_mut().zip(column) {
+                        *o += r * w;
+                    }
+                }
+            }
+            std::mem::swap(&mut scratch.change, &mut scratch.next_change);
+            for (k, own) in own.iter().enumerate() {
+                let table = &mut scratch.table[k * units + next..][..layer.stride];
+                for (z, r) in table.iter_mut().zip(&scratch.change) {
+                    *z += r * own;
+                }
+            }
+            next += layer.stride;
+        }
+    }
+}
+
+/// The affine force of the scratch's table.
+fn output(network: &PiecewiseNetwork, scratch: &Scratch) -> [f64; 3] {
+    let units = network.units();
+    let start = units - network.output.len();
+    let sum = |k: usize| -> f64 {
+        let z = &scratch.table[k * units + start..(k + 1) * units];
+        let terms = z.iter().zip(&scratch.slopes[start..]).zip(&network.output);
+        terms.map(|((z, slope), w)| z * slope * w).sum()
+    };
+    [network.output_bias + sum(0), sum(1), sum(2)]
+}
+
+/// Finds the sides of the cell of the scratch's table: clips a window with the half-plane that comes
+/// closest to the middle of what is left, until none can cut the rectangle around it.
+fn find_sides(units: usize, window: &Window, scratch: &mut Scratch, out: &mut Vec<Sides>) {
+    let Scratch { table, bits, signed, processed, forced, cell, units: real, .. } = scratch;
+    signed.clear();
+    signed.resize(3 * units, 0.0);
+    signed[..units].fill(f64::INFINITY);
+    for &unit in &*real {
+        let unit = unit as usize;
+        let (w, bit) = word(unit);
+        let sign = if bits[w] & bit != 0 { 1.0 } else { -1.0 };
+        let (beta, gamma) = (table[units + unit], table[2 * units + unit]);
+        if beta != 0.0 || gamma != 0.0 {
+            signed[unit] = sign * table[unit];
+            signed[units + unit] = sign * beta;
+            signed[2 * units + unit] = sign * gamma;
+        }
+    }
+    processed.clear();
+    forced.clear();
+    cell.restart(window);
+    loop {
+        let (middle, half) = cell.bounds();
+        let (ratio, unit) = arch().dispatch(Closest { signed, units, middle, half });
+        if ratio >= 1.0 + SIDE_TOLERANCE || unit == usize::MAX {
+            break;
+        }
+        let plane = HalfPlane {
+            alpha: signed[unit],
+            beta: signed[units + unit],
+            gamma: signed[2 * units + unit],
+        };
+        if cell.clip(&plane) == Clip::Nothing {
+            forced.push(unit as u32);
+        }
+        processed.push(unit as u32);
+        signed[unit] = f64::INFINITY;
+    }
+    let (_, half) = cell.bounds();
+    let mut sides = Sides::EMPTY;
+    let mut lane = 0;
+    for &unit in &*processed {
+        let u = unit as usize;
+        let (beta, gamma) = (signed[units + u], signed[2 * units + u]);
+        let (w, bit) = word(u);
+        let sign = if bits[w] & bit != 0 { 1.0 } else { -1.0 };
+        let plane = HalfPlane { alpha: sign * table[u], beta, gamma };
+        let least = cell.vertices.iter().map(|&v| plane.margin(v)).fold(f64::INFINITY, f64::min);
+        let reach = beta.abs() * half[0] + gamma.abs() * half[1];
+        if least > SIDE_TOLERANCE * reach && !forced.contains(&unit) {
+            continue;
+        }
+        if lane == LANES {
+            out.push(sides);
+            (sides, lane) = (Sides::EMPTY, 0);
+        }
+        sides.alpha[lane] = plane.alpha;
+        sides.beta[lane] = beta;
+        sides.gamma[lane] = gamma;
+        sides.unit[lane] = unit;
+        lane += 1;
+    }
+    out.push(sides);
+}
+
+/// The unit whose border comes closest to the middle of a rectangle, in parts of its reach over the
+/// rectangle: a ratio of one or more means that it does not enter it.
+struct Closest<'a> {
+    signed: &'a [f64],
+    units: usize,
+    middle: [f64; 2],
+    half: [f64; 2],
+}
+
+impl WithSimd for Closest<'_> {
+    type Output = (f64, usize);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> (f64, usize) {
+        let Self { signed, units, middle, half } = self;
+        let (alpha, rest) = signed.split_at(units);
+        let (beta, gamma) = rest.split_at(units);
+        let (alpha, _) = alpha.as_chunks::<LANES>();
+        let (beta, _) = beta.as_chunks::<LANES>();
+        let (gamma, _) = gamma.as_chunks::<LANES>();
+        let mut best = [f64::INFINITY; LANES];
+        let mut at = [f64::MAX; LANES];
+        for (chunk, ((a, b), c)) in alpha.iter().zip(beta).zip(gamma).enumerate() {
+            let chunk = chunk as f64;
+            for i in 0..LANES {
+                let margin = a[i] + b[i] * middle[0] + c[i] * middle[1];
+                let reach = b[i].abs() * half[0] + c[i].abs() * half[1];
+                let ratio = margin / reach;
+                let closer = ratio < best[i];
+                best[i] = if closer { ratio } else { best[i] };
+                at[i] = if closer { chunk } else { at[i] };
+            }
+        }
+        let mut found = (f64::INFINITY, usize::MAX);
+        for i in 0..LANES {
+            if best[i] < found.0 {
+                found = (best[i], at[i] as usize * LANES + i);
+            }
+        }
+        found
+    }
+}

@@ -1,0 +1,256 @@
+//! The linear oscillator in closed form.
+//!
+//! Inside one pattern the motion obeys `ẍ + ζ ẋ + κ x = w₀ + w₁ τ`. Everything that a step and its
+//! derivatives need follows from two functions: the impulse response `s`, with
+//! `s̈ + ζ ṡ + κ s = 0`, `s(0) = 0`, `ṡ(0) = 1`, and its convolution with itself, `q = s ∗ s`, with
+//! `q̈ + ζ q̇ + κ q = s`. Let `e_k` and `q_k` be their `k`-fold integrals from zero (derivatives for
+//! negative `k`). Integrating the two equations gives
+//!
+//! ```text
+//! e_k = h^{k+1}/(k+1)! − ζ e_{k+1} − κ e_{k+2}
+//! q_k = e_{k+2}        − ζ q_{k+1} − κ q_{k+2}
+//! ```
+//!
+//! Run downwards from a `k` whose terms are below rounding, this is the matrix exponential by its
+//! series in nested form. Real, double and complex eigenvalues are the same to it, nothing cancels, and
+//! nothing is divided by a discriminant; steps are kept so short that the roots' moduli times the step
+//! stay below one half.
+
+/// Largest product of a step and the spectral bound ρ of a pattern.
+pub(crate) const REACH: f64 = 0.5;
+/// Longest series, reached at [`REACH`].
+pub(crate) const LONGEST: usize = 18;
+
+/// `1 / n`.
+const INVERSE: [f64; LONGEST + 4] = {
+    let mut inverse = [0.0; LONGEST + 4];
+    let mut n = 1;
+    while n < inverse.len() {
+        inverse[n] = 1.0 / n as f64;
+        n += 1;
+    }
+    inverse
+};
+
+/// A bound on the moduli of the roots of `λ² + ζ λ + κ`.
+#[inline(always)]
+pub(crate) fn spectral_bound(kappa: f64, zeta: f64) -> f64 {
+    0.5 * (zeta.abs() + (zeta * zeta + 4.0 * kappa.abs()).sqrt())
+}
+
+/// Terms of the series after which those of a step with `rho · h = reach` are below rounding.
+pub(crate) fn terms(reach: f64) -> usize {
+    let (mut n, mut term) = (0, 1.0);
+    while term > 1e-18 && n < LONGEST - 3 {
+        n += 1;
+        term *= reach / n as f64;
+    }
+    n + 3
+}
+
+/// The functions `e_k`, `k = −1 … 2`, at one step.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Response {
+    pub(crate) rate: f64,
+    pub(crate) impulse: f64,
+    pub(crate) step: f64,
+    pub(crate) ramp: f64,
+}
+
+/// The functions `q_k`, `k = −2 … 2`, at one step: what the moments of costate and state need.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Squared {
+    pub(crate) curve: f64,
+    pub(crate) rate: f64,
+    pub(crate) value: f64,
+    pub(crate) once: f64,
+    pub(crate) twice: f64,
+}
+
+/// `hⁿ / n!` for `n = 0 … count`.
+#[inline(always)]
+fn powers(h: f64, count: usize) -> [f64; LONGEST + 4] {
+    let mut p = [0.0; LONGEST + 4];
+    p[0] = 1.0;
+    for n in 1..=count {
+        p[n] = p[n - 1] * (h * INVERSE[n]);
+    }
+    p
+}
+
+impl Response {
+    #[inline(always)]
+    pub(crate) fn new(kappa: f64, zeta: f64, h: f64, terms: usize) -> Self {
+        let p = powers(h, terms + 1);
+        let (mut e1, mut e2) = (0.0, 0.0); // e_{k+1}, e_{k+2}
+        for k in (3..=terms).rev() {
+            (e1, e2) = (p[k + 1] - zeta * e1 - kappa * e2, e1);
+        }
+        let ramp = p[3] - zeta * e1 - kappa * e2;
+        let step = p[2] - zeta * ramp - kappa * e1;
+        let impulse = p[1] - zeta * step - kappa * ramp;
+        Self { rate: 1.0 - zeta * impulse - kappa * step, impulse, step, ramp }
+    }
+
+    #[inline(always)]
+    pub(crate) fn with_square(kappa: f64, zeta: f64, h: f64, terms: usize) -> (Self, Squared) {
+        let p = powers(h, terms + 1);
+        let (mut e1, mut e2) = (0.0, 0.0);
+        let (mut q1, mut q2) = (0.0, 0.0); // q_{k+1}, q_{k+2}, with k two behind that of e
+        for k in (0..=terms).rev() {
+            (e1, e2) = (p[k + 1] - zeta * e1 - kappa * e2, e1);
+            if k >= 5 {
+                (q1, q2) = (e1 - zeta * q1 - kappa * q2, q1);
+            } else {
+                break;
+            }
+        }
+        // Here e1 = e_4 and e2 = e_5, q1 = q_3 and q2 = q_4.
+        let e4 = e1;
+        let e3 = p[4] - zeta * e4 - kappa * e2;
+        let ramp = p[3] - zeta * e3 - kappa * e4;
+        let step = p[2] - zeta * ramp - kappa * e3;
+        let impulse = p[1] - zeta * step - kappa * ramp;
+        let rate = 1.0 - zeta * impulse - kappa * step;
+        let twice = e4 - zeta * q1 - kappa * q2;
+        let once = e3 - zeta * twice - kappa * q1;
+        let value = ramp - zeta * once - kappa * twice;
+        let q_rate = step - zeta * value - kappa * once;
+        let curve = impulse - zeta * q_rate - kappa * value;
+        (
+            Self { rate, impulse, step, ramp },
+            Squared { curve, rate: q_rate, value, once, twice },
+        )
+    }
+
+    /// Displacement and velocity after the step, from those before it, the acceleration before it and
+    /// the rate `w₁` of the forcing.
+    #[inline(always)]
+    pub(crate) fn advance(&self, kappa: f64, h: f64, [x, v]: [f64; 2], acceleration: f64, rate: f64) -> [f64; 2] {
+        let slope = rate - kappa * v;
+        [
+            x + h * v + self.step * acceleration + self.ramp * slope,
+            v + self.impulse * acceleration + self.step * slope,
+        ]
+    }
+
+    /// A costate `(λ_x, λ_v)` before the step from the one after it: the transpose of the propagator.
+    #[inline(always)]
+    pub(crate) fn pull_back(&self, kappa: f64, [lx, lv]: [f64; 2]) -> [f64; 2] {
+        let even = 1.0 - kappa * self.step;
+        [even * lx - kappa * self.impulse * lv, self.impulse * lx + self.rate * lv]
+    }
+}
+
+/// Integrals over a step of the velocity's costate `λ_v` times `1`, `τ`, `x` and `ẋ`.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct StepMoments {
+    pub(crate) one: f64,
+    pub(crate) time: f64,
+    pub(crate) x: f64,
+    pub(crate) v: f64,
+}
+
+impl StepMoments {
+    /// For the state `[x, ẋ]` and forcing `w₀ + w₁ τ` from the step's start and the costate at its end.
+    #[inline(always)]
+    pub(crate) fn new(
+        (e, q): (&Response, &Squared),
+        (kappa, zeta): (f64, f64),
+        [x, v]: [f64; 2],
+        [w0, w1]: [f64; 2],
+        [lx, lv]: [f64; 2],
+    ) -> Self {
+        // What a unit of force along x(t), or along ẋ(t), does to the end state.
+        let by_x = [
+            (q.rate + zeta * q.value) * x + q.value * v + q.once * w0 + q.twice * w1,
+            (q.curve + zeta * q.rate) * x + q.rate * v + q.value * w0 + q.once * w1,
+        ];
+        let by_v = [
+            q.rate * v + q.value * (w0 - kappa * x) + q.once * w1,
+            q.curve * v + q.rate * (w0 - kappa * x) + q.value * w1,
+        ];
+        Self {
+            one: lx * e.step + lv * e.impulse,
+            time: lx * e.ramp + lv * e.step,
+            x: lx * by_x[0] + lv * by_x[1],
+            v: lx * by_v[0] + lv * by_v[1],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// RK4 in many steps of `y' = rhs(t, y)`.
+    fn integrate<const N: usize>(
+        mut y: [f64; N],
+        h: f64,
+        rhs: impl Fn(f64, &[f64; N]) -> [f64; N],
+    ) -> [f64; N] {
+        let steps = 4000;
+        let d = h / f64::from(steps);
+        let add = |y: &[f64; N], k: &[f64; N], s: f64| std::array::from_fn(|i| y[i] + s * k[i]);
+        for step in 0..steps {
+            let t = f64::from(step) * d;
+            let k1 = rhs(t, &y);
+            let k2 = rhs(t + d / 2.0, &add(&y, &k1, d / 2.0));
+            let k3 = rhs(t + d / 2.0, &add(&y, &k2, d / 2.0));
+            let k4 = rhs(t + d, &add(&y, &k3, d));
+            y = std::array::from_fn(|i| {
+                y[i] + d / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
+            });
+        }
+        y
+    }
+
+    const CASES: [(f64, f64); 6] =
+        [(400.0, 3.0), (100.0, 20.0), (100.0, 20.000_000_01), (5.0, 24.0), (-60.0, 1.0), (0.0, 0.0)];
+
+    #[test]
+    fn steps_solve_the_oscillator() {
+        for (kappa, zeta) in CASES {
+            let h = REACH / spectral_bound(kappa, zeta).max(10.0);
+            let (x, v, w0, w1) = (0.7, -3.0, 40.0, 500.0);
+            let terms = terms(spectral_bound(kappa, zeta) * h);
+            let (e, _) = Response::with_square(kappa, zeta, h, terms);
+            let plain = Response::new(kappa, zeta, h, terms);
+            assert!((e.ramp - plain.ramp).abs() < 1e-16 && (e.rate - plain.rate).abs() < 1e-15);
+            let ours = e.advance(kappa, h, [x, v], w0 - kappa * x - zeta * v, w1);
+            let reference = integrate([x, v], h, |t, y| {
+                [y[1], w0 + w1 * t - kappa * y[0] - zeta * y[1]]
+            });
+            for (a, b) in ours.iter().zip(reference) {
+                assert!((a - b).abs() < 3e-13 * (1.0 + b.abs()), "{kappa} {zeta}: {a} {b}");
+            }
+        }
+    }
+
+    /// The moments are those of the linear forms `λᵀ δ(h)`, where `δ` is driven by 1, τ, x and ẋ.
+    #[test]
+    fn moments_are_responses_to_the_state() {
+        for (kappa, zeta) in CASES {
+            let h = REACH / spectral_bound(kappa, zeta).max(10.0);
+            let terms = terms(spectral_bound(kappa, zeta) * h);
+            let (e, q) = Response::with_square(kappa, zeta, h, terms);
+            let (state, w, l) = ([0.7, -3.0], [40.0, 500.0], [0.3, -1.2]);
+            let m = StepMoments::new((&e, &q), (kappa, zeta), state, w, l);
+            let ends = integrate([state[0], state[1], 0., 0., 0., 0., 0., 0., 0., 0.], h, |t, y| {
+                let by = |i: usize, f: f64| [y[i + 1], f - kappa * y[i] - zeta * y[i + 1]];
+                let [a, b, c, d] = [by(2, 1.0), by(4, t), by(6, y[0]), by(8, y[1])];
+                let acceleration = w[0] + w[1] * t - kappa * y[0] - zeta * y[1];
+                [y[1], acceleration, a[0], a[1], b[0], b[1], c[0], c[1], d[0], d[1]]
+            });
+            for (i, ours) in [m.one, m.time, m.x, m.v].into_iter().enumerate() {
+                let reference = l[0] * ends[2 + 2 * i] + l[1] * ends[3 + 2 * i];
+                assert!((ours - reference).abs() < 1e-13 * (1.0 + reference.abs()), "{kappa} {i}");
+            }
+            let back = e.pull_back(kappa, l);
+            for (i, unit) in [[1.0, 0.0], [0.0, 1.0]].into_iter().enumerate() {
+                let end = integrate(unit, h, |_, y| [y[1], -kappa * y[0] - zeta * y[1]]);
+                assert!((back[i] - l[0] * end[0] - l[1] * end[1]).abs() < 1e-12);
+            }
+        }
+    }
+}

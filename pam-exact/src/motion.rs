@@ -1,0 +1,143 @@
+//! The motion of the joint inside each pattern.
+
+use crate::atlas::{Atlas, AtlasMemory};
+use crate::cell::Window;
+use crate::fundamental::{REACH, Response, Squared, spectral_bound, terms};
+use crate::network::{PiecewiseNetwork, Plane};
+
+/// Where trajectories are followed: far outside of anything the joint can do, so that a trajectory
+/// that leaves it has diverged.
+pub(crate) const WINDOW: Window = Window { first: [-1e5, 1e5], second: [-1e7, 1e7] };
+
+/// A joint whose restoring force is a network of rectifiers, with sealed air: `m ẍ = u − f(x, ẋ) − B ẋ`.
+#[derive(Debug, Clone)]
+pub struct ExactMotion {
+    /// The network.
+    pub network: PiecewiseNetwork,
+    /// Reflected mass m, kg.
+    pub mass_kg: f64,
+    /// Auxiliary damping B, kg/s.
+    pub auxiliary_damping_kg_s: f64,
+}
+
+/// `ẍ + ζ ẋ + κ x = (u − a)/m` with all that a step needs.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub(crate) struct Law {
+    pub(crate) kappa: f64,
+    pub(crate) zeta: f64,
+    /// The constant part of the force, mN.
+    pub(crate) offset_mn: f64,
+    /// The longest step, s.
+    pub(crate) longest_s: f64,
+    /// Terms of the series for steps up to the usual one.
+    pub(crate) terms: u32,
+    pub(crate) sides: u32,
+    pub(crate) side_blocks: u32,
+    /// The usual step.
+    pub(crate) usual: Response,
+    pub(crate) squared: Squared,
+    /// `|jerk| ≤ Σ of these × (|ẇ|, |v|, |acceleration|)` over the usual step.
+    pub(crate) jerk: [f64; 3],
+}
+
+/// Bound of the jerk over a step of length `h` from the forcing's slope, the velocity and the
+/// acceleration at its start.
+///
+/// `j̇` aside, `|j| ≤ |w₁| + |κ||v| + |ζ||a|` at any time, with `|a| ≤ |a₀| + h j` and
+/// `|v| ≤ |v₀| + h |a|`; solved for the largest `|j|`.
+#[inline(always)]
+pub(crate) fn jerk_bound(kappa: f64, zeta: f64, h: f64) -> [f64; 3] {
+    let (k, z) = (kappa.abs(), zeta.abs());
+    let scale = 1.0 / (1.0 - h * (k * h + z));
+    [scale, scale * k, scale * (k * h + z)]
+}
+
+impl Law {
+    fn new(motion: &ExactMotion, force: [f64; 3], sides: u32, side_blocks: u32, usual_s: f64) -> Self {
+        let kappa = force[1] / motion.mass_kg;
+        let zeta = (force[2] + motion.auxiliary_damping_kg_s) / motion.mass_kg;
+        let rho = spectral_bound(kappa, zeta);
+        let longest_s = REACH / rho;
+        let h = usual_s.min(longest_s);
+        let terms = terms(rho * h);
+        let (usual, squared) = Response::with_square(kappa, zeta, h, terms);
+        Self {
+            kappa,
+            zeta,
+            offset_mn: force[0],
+            longest_s,
+            terms: terms as u32,
+            sides,
+            side_blocks,
+            usual,
+            squared,
+            jerk: jerk_bound(kappa, zeta, h),
+        }
+    }
+}
+
+/// The patterns of one recording and the law of motion in each.
+#[derive(Debug)]
+pub(crate) struct Laws<'n> {
+    pub(crate) motion: &'n ExactMotion,
+    pub(crate) atlas: Atlas<'n>,
+    pub(crate) laws: Vec<Law>,
+    /// The length of most pieces, s.
+    pub(crate) usual_s: f64,
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct LawMemory {
+    atlas: AtlasMemory,
+    laws: Vec<Law>,
+}
+
+impl<'n> Laws<'n> {
+    pub(crate) fn new(
+        motion: &'n ExactMotion,
+        masses_g: [f64; 2],
+        usual_s: f64,
+        memory: LawMemory,
+    ) -> Self {
+        let LawMemory { atlas, mut laws } = memory;
+        laws.clear();
+        let atlas = Atlas::new(&motion.network, Plane::of_motion(masses_g), WINDOW, atlas);
+        Self { motion, atlas, laws, usual_s }
+    }
+
+    pub(crate) fn into_memory(self) -> LawMemory {
+        LawMemory { atlas: self.atlas.into_memory(), laws: self.laws }
+    }
+
+    /// Adds the laws of new patterns.
+    #[inline(always)]
+    fn catch_up(&mut self) {
+        if self.laws.len() < self.atlas.len() {
+            self.add_laws();
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn add_laws(&mut self) {
+        for id in self.laws.len()..self.atlas.len() {
+            let p = self.atlas.pattern(id as u32);
+            let law = Law::new(self.motion, p.force, p.sides, p.side_blocks, self.usual_s);
+            self.laws.push(law);
+        }
+    }
+
+    pub(crate) fn at(&mut self, point: [f64; 2]) -> u32 {
+        let id = self.atlas.at(point);
+        self.catch_up();
+        id
+    }
+
+    #[inline(always)]
+    pub(crate) fn behind(&mut self, id: u32, block: usize, lane: usize) -> u32 {
+        let new = self.atlas.behind(id, block, lane);
+        self.catch_up();
+        new
+    }
+}

@@ -1,0 +1,147 @@
+//! A network of rectifiers, seen from a plane of two of its inputs.
+
+use pam_core::force::NetworkForce;
+use pam_core::{Activation, ActivationFunction, ModelError};
+
+/// Rows are padded to whole vectors of the widest instruction set.
+pub(crate) const LANES: usize = 8;
+
+/// One layer with its columns padded.
+#[derive(Debug, Clone)]
+pub(crate) struct Layer {
+    pub(crate) inputs: usize,
+    pub(crate) outputs: usize,
+    /// Length of a padded column.
+    pub(crate) stride: usize,
+    /// Columns one after the other, each padded with zeros.
+    pub(crate) columns: Vec<f64>,
+    /// The bias, padded with zeros.
+    pub(crate) bias: Vec<f64>,
+}
+
+/// A force network `(m_f, m_e, x, ẋ) → f` of rectifiers `σ(z) = max(z, s z)`, `0 ≤ s ≤ 1`.
+///
+/// Inside one *activation pattern*, the set of units whose argument is positive, the network is affine
+/// in its inputs.
+#[derive(Debug, Clone)]
+pub struct PiecewiseNetwork {
+    /// Hidden layers.
+    pub(crate) hidden: Vec<Layer>,
+    /// Weights of the output, padded like the last hidden layer.
+    pub(crate) output: Vec<f64>,
+    pub(crate) output_bias: f64,
+    pub(crate) slope: f64,
+}
+
+impl PiecewiseNetwork {
+    /// Whether the exact methods apply to this network: its activation is a rectifier, and it has a
+    /// hidden layer.
+    #[must_use]
+    pub fn applies_to(force: &NetworkForce<f64>) -> bool {
+        force.mlp().activation().rectifier_slope().is_some() && force.mlp().layers().len() > 1
+    }
+
+    /// Takes the weights of a force network.
+    ///
+    /// # Errors
+    /// [`ModelError::Shape`] if the activation is not a rectifier or there is no hidden layer.
+    pub fn new(force: &NetworkForce<f64, Activation>) -> Result<Self, ModelError> {
+        let mlp = force.mlp();
+        let Some(slope) = mlp.activation().rectifier_slope() else {
+            return Err(ModelError::Shape(format!(
+                "the exact method needs a network of LeakyReLU or ReLU, this one has {}",
+                mlp.activation()
+            )));
+        };
+        let layers = mlp.layers();
+        let Some((last, hidden)) = layers.split_last().filter(|(_, hidden)| !hidden.is_empty())
+        else {
+            return Err(ModelError::Shape("the exact method needs a hidden layer".into()));
+        };
+        let padded = |values: &[f64], stride: usize| {
+            let mut column = values.to_vec();
+            column.resize(stride, 0.0);
+            column
+        };
+        let hidden: Vec<Layer> = hidden
+            .iter()
+            .map(|layer| {
+                let outputs = layer.outputs();
+                let stride = outputs.next_multiple_of(LANES);
+                let columns = layer.weight_columns().chunks_exact(outputs);
+                Layer {
+                    inputs: layer.inputs(),
+                    outputs,
+                    stride,
+                    columns: columns.flat_map(|c| padded(c, stride)).collect(),
+                    bias: padded(layer.bias(), stride),
+                }
+            })
+            .collect();
+        let stride = hidden[hidden.len() - 1].stride;
+        Ok(Self {
+            output: padded(last.weight_columns(), stride),
+            output_bias: last.bias()[0],
+            hidden,
+            slope,
+        })
+    }
+
+    /// Hidden units, padding included: the length of a table of pre-activations.
+    pub(crate) fn units(&self) -> usize {
+        self.hidden.iter().map(|l| l.stride).sum()
+    }
+
+    /// Number of weights and biases.
+    #[must_use]
+    pub fn parameter_len(&self) -> usize {
+        let hidden: usize = self.hidden.iter().map(|l| (l.inputs + 1) * l.outputs).sum();
+        hidden + self.hidden[self.hidden.len() - 1].outputs + 1
+    }
+
+    /// Units that exist, layer by layer, as indices into a table.
+    pub(crate) fn real_units(&self) -> impl Iterator<Item = usize> + '_ {
+        let mut start = 0;
+        self.hidden.iter().flat_map(move |layer| {
+            let first = start;
+            start += layer.stride;
+            first..first + layer.outputs
+        })
+    }
+
+    /// The first layer's pre-activations on a plane, `(α, β, γ)`.
+    pub(crate) fn first_layer(&self, plane: &Plane) -> [Vec<f64>; 3] {
+        let first = &self.hidden[0];
+        let column = |i: usize| first.columns[i * first.stride..(i + 1) * first.stride].to_vec();
+        let mut alpha = first.bias.clone();
+        for (i, &value) in plane.origin.iter().enumerate() {
+            for (a, w) in alpha.iter_mut().zip(column(i)) {
+                *a += w * value;
+            }
+        }
+        [alpha, column(plane.axes[0]), column(plane.axes[1])]
+    }
+}
+
+/// A plane in the space of a network's inputs `(m_f, m_e, x, ẋ)`: two inputs move, the others are held.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// The held inputs; zero for those that move.
+    pub origin: [f64; 4],
+    /// Indices of the two inputs that move.
+    pub axes: [usize; 2],
+}
+
+impl Plane {
+    /// The plane of displacement and velocity at sealed masses (g).
+    #[must_use]
+    pub fn of_motion(masses_g: [f64; 2]) -> Self {
+        Self { origin: [masses_g[0], masses_g[1], 0.0, 0.0], axes: [2, 3] }
+    }
+
+    /// The plane of the two air masses at a displacement (mm) and a velocity (mm/s).
+    #[must_use]
+    pub fn of_masses(displacement_mm: f64, velocity_mm_s: f64) -> Self {
+        Self { origin: [0.0, 0.0, displacement_mm, velocity_mm_s], axes: [0, 1] }
+    }
+}

@@ -1,0 +1,68 @@
+//! The published joint, its training conditions and its excitation.
+
+#![allow(dead_code)]
+
+pub mod landing;
+
+use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, tendon_force_mn_per_a};
+use pam_core::{AnyForce, JointModel, NetworkForce, SealedMasses};
+use pam_exact::{ExactMotion, PiecewiseNetwork};
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+
+pub type Joint = JointModel<f64, NetworkForce<f64>>;
+
+pub fn published() -> Joint {
+    let shared = std::env::var_os("PAM_SHARED")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
+    let path = shared.join("pneu-sim/hybrid_model_puresine_16.eqx");
+    let model = pam_data::load_model(&path).expect("the reference data (PAM_SHARED)").model;
+    let AnyForce::Network(force) = &model.force else { panic!("the force is a network") };
+    model.map(|v| v, |_| force.clone())
+}
+
+/// Every weight × 1.02, raw m × 1.05: where gradients are compared.
+pub fn perturbed() -> Joint {
+    let mut model = published().map(|v| v, |force| force.map(|w| 1.02 * w));
+    model.raw.mass *= 1.05;
+    model
+}
+
+pub fn motion(model: &Joint) -> ExactMotion {
+    ExactMotion {
+        network: PiecewiseNetwork::new(&model.force).unwrap(),
+        mass_kg: model.physical().mass_kg,
+        auxiliary_damping_kg_s: model.auxiliary_damping_kg_s,
+    }
+}
+
+/// The masses of the first `count` training conditions.
+pub fn masses(count: usize) -> Vec<SealedMasses> {
+    let model = published();
+    pam_data::conditions::TRAINING_PSI[..count]
+        .iter()
+        .map(|condition| {
+            let kpa = condition.map(|psi| f64::from(psi) * KPA_PER_PSI + ATMOSPHERE_KPA);
+            model.gas_law_masses(0.0, kpa)
+        })
+        .collect()
+}
+
+/// Times (s) at 1 kHz and the published excitation (mN), for `samples` samples from `from_s` on.
+pub fn excitation(from_s: f64, samples: usize) -> (Vec<f64>, Vec<f64>) {
+    let times: Vec<f64> = (0..samples).map(|k| k as f64 * 1e-3).collect();
+    let force = times
+        .iter()
+        .map(|t| {
+            let t = t + from_s;
+            let (start, frequency, middle) = match t {
+                t if t < 40.0 => (0.0, 0.5, 20.0),
+                t if t < 60.0 => (40.0, 1.0, 50.0),
+                _ => (60.0, 2.0, 65.0),
+            };
+            let amplitude = if t < middle { 1.0 } else { 1.5 };
+            tendon_force_mn_per_a() * amplitude * (TAU * frequency * (t - start)).sin()
+        })
+        .collect();
+    (times, force)
+}

@@ -1,0 +1,178 @@
+//! The published weights: exact solutions against Runge–Kutta steps that land on every kink, and exact
+//! gradients against differences of exact values.
+
+mod common;
+
+use common::landing::Landing;
+use pam_core::{ParametricForce, SealedMasses};
+use pam_exact::{ExactProblem, ExactSolver, ForceSignal};
+use pam_solvers::Interpolation;
+
+fn problem<'a>(
+    times: &'a [f64],
+    force: &'a [f64],
+    interpolation: Interpolation,
+    masses: SealedMasses,
+) -> ExactProblem<'a> {
+    ExactProblem {
+        masses,
+        signal: ForceSignal { times_s: times, force_mn: force, interpolation },
+        t0: times[0],
+        t1: times[times.len() - 1],
+        y0: [0.0, 0.0],
+        observe_s: times,
+    }
+}
+
+/// Largest difference in x (mm) between the exact solver and the reference.
+fn worst(conditions: &[usize], samples: usize, longest_s: f64) -> f64 {
+    let model = common::published();
+    let motion = common::motion(&model);
+    let (times, force) = common::excitation(30.0, samples);
+    let masses = common::masses(29);
+    let mut worst = 0.0_f64;
+    for &condition in conditions {
+        for interpolation in [Interpolation::Hold, Interpolation::Linear] {
+            let problem = problem(&times, &force, interpolation, masses[condition]);
+            let mut solver = ExactSolver::new();
+            assert_eq!(solver.solve(&motion, &[problem]), vec![]);
+            let linear = interpolation == Interpolation::Linear;
+            let reference = Landing::new(&model, masses[condition])
+                .solve(&times, &force, linear, longest_s);
+            let exact = solver.observed(0).as_chunks::<2>().0;
+            let off = exact.iter().zip(&reference).map(|(a, b)| (a[0] - b[0]).abs());
+            let off = off.fold(0.0, f64::max);
+            println!("condition {condition} {}: {off:.2e} mm, {:?}", interpolation.name(), solver.statistics(0));
+            worst = worst.max(off);
+        }
+    }
+    worst
+}
+
+#[test]
+fn equals_runge_kutta_that_lands_on_every_kink() {
+    assert!(worst(&[0, 7, 25], 1500, 2.5e-4) < 1e-9);
+}
+
+#[test]
+#[ignore = "minutes: all conditions, 12 s"]
+fn equals_runge_kutta_on_all_conditions() {
+    let all: Vec<usize> = (0..29).collect();
+    assert!(worst(&all, 12_000, 1.25e-4) < 1e-9);
+}
+
+/// Shorter steps see crossings at other places; the solution stays.
+#[test]
+fn halving_the_checks_changes_nothing() {
+    let motion = common::motion(&common::published());
+    let (times, force) = common::excitation(36.0, 8000);
+    for masses in [common::masses(29)[3], common::masses(29)[20]] {
+        let problem = problem(&times, &force, Interpolation::Hold, masses);
+        let solve = |longest: f64| {
+            let mut solver = ExactSolver::new().with_longest_step(longest);
+            solver.solve(&motion, &[problem]);
+            solver.observed(0).to_vec()
+        };
+        let whole = solve(1.0);
+        for longest in [5e-4, 1.7e-4] {
+            let off = whole.iter().zip(solve(longest)).step_by(2).map(|(a, b)| (a - b).abs());
+            let off = off.fold(0.0, f64::max);
+            assert!(off < 1e-11, "{longest} s: {off:e} mm");
+        }
+    }
+}
+
+fn squares(_: usize, states: &[f64], cotangents: &mut [f64]) -> f64 {
+    for (c, s) in cotangents.iter_mut().zip(states) {
+        *c = 2.0 * s;
+    }
+    states.iter().map(|s| s * s).sum()
+}
+
+/// Every kind of number against central differences of exact values: weights of all layers, m, B, air
+/// masses and the initial state.
+#[test]
+fn gradient_is_that_of_the_exact_value() {
+    let mut model = common::perturbed();
+    model.auxiliary_damping_kg_s = 700.0;
+    let (times, force) = common::excitation(38.0, 3000);
+    for interpolation in [Interpolation::Hold, Interpolation::Linear, Interpolation::Ramp] {
+        let start = problem(&times, &force, interpolation, common::masses(29)[5]);
+        let start = ExactProblem { y0: [0.4, -3.0], ..start };
+        let value = |model: &common::Joint, problem: &ExactProblem<'_>| {
+            let motion = common::motion(model);
+            let result = ExactSolver::new().value(&motion, &[*problem], &squares);
+            assert!(result.failures.is_empty());
+            result.value
+        };
+        let motion = common::motion(&model);
+        let gradient = ExactSolver::new().value_and_gradient(&motion, &[start], &squares);
+        assert_eq!(gradient.value, value(&model, &start));
+        let weights = ParametricForce::parameters(&model.force);
+        assert_eq!(gradient.shared.len(), weights.len() + 2);
+        let scale = weights
+            .iter()
+            .zip(&gradient.shared)
+            .map(|(w, g)| (w * g).abs())
+            .fold(0.0, f64::max);
+        let check = |name: String, exact: f64, at: f64, difference: &dyn Fn(f64) -> f64| {
+            let h = 1e-6 * at.abs().max(1e-3);
+            let fd = (difference(h) - difference(-h)) / (2.0 * h);
+            let off = (exact - fd).abs() * at.abs().max(1e-3);
+            let size = scale.max((exact * at).abs());
+            assert!(off < 2e-7 * size, "{name}: {exact} {fd}, off by {:e}", off / size);
+        };
+        for i in (0..weights.len()).step_by(331).chain(weights.len() - 3..weights.len()) {
+            check(format!("weight {i}"), gradient.shared[i], weights[i], &|h| {
+                let mut moved = weights.clone();
+                moved[i] += h;
+                let force = model.force.with_parameters(&moved);
+                value(&model.map(|v| v, |_| force.clone()), &start)
+            });
+        }
+        let len = weights.len();
+        let with = |mass_kg: f64, damping: f64| {
+            let mut motion = common::motion(&model);
+            motion.mass_kg += mass_kg;
+            motion.auxiliary_damping_kg_s += damping;
+            ExactSolver::new().value(&motion, &[start], &squares).value
+        };
+        check("m".into(), gradient.shared[len], motion.mass_kg, &|h| with(h, 0.0));
+        check("B".into(), gradient.shared[len + 1], 700.0, &|h| with(0.0, h));
+        for i in 0..2 {
+            let masses = [start.masses.flexor_g, start.masses.extensor_g];
+            check(format!("air {i}"), gradient.own[0][i], masses[i], &|h| {
+                let mut m = masses;
+                m[i] += h;
+                let masses = SealedMasses { flexor_g: m[0], extensor_g: m[1] };
+                value(&model, &ExactProblem { masses, ..start })
+            });
+            check(format!("start {i}"), gradient.initial_state[0][i], start.y0[i], &|h| {
+                let mut y0 = start.y0;
+                y0[i] += h;
+                value(&model, &ExactProblem { y0, ..start })
+            });
+        }
+    }
+}
+
+/// The same bits at one thread and at three.
+#[test]
+fn results_do_not_depend_on_threads() {
+    let motion = common::motion(&common::perturbed());
+    let (times, force) = common::excitation(0.0, 1000);
+    let problems: Vec<_> = common::masses(7)
+        .into_iter()
+        .map(|masses| problem(&times, &force, Interpolation::Hold, masses))
+        .collect();
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut solver = ExactSolver::new();
+            solver.value_and_gradient(&motion, &problems, &squares);
+            // Again, in memory that holds other recordings' patterns.
+            solver.value_and_gradient(&motion, &problems, &squares)
+        })
+    };
+    assert_eq!(run(1), run(3));
+}
