@@ -142,13 +142,13 @@ impl PullBack<'_, '_> {
             let (own, rest) = sums.split_at((layer.inputs + 1) * layer.stride);
             sums = rest;
             for column in own.chunks_exact(layer.stride) {
-                for (o, g) in out.by_ref().zip(&column[..layer.outputs]) {
+                for (g, o) in column[..layer.outputs].iter().zip(out.by_ref()) {
                     *o += g;
                 }
             }
         }
         let outputs = network.hidden[network.hidden.len() - 1].outputs;
-        for (o, g) in out.by_ref().zip(&sums[..outputs]) {
+        for (g, o) in sums[..outputs].iter().zip(out.by_ref()) {
             *o += g;
         }
         if let Some(o) = out.next() {

@@ -49,9 +49,9 @@ impl Margin {
         (value, slope)
     }
 
-    /// Slope at the start.
-    pub(crate) fn start_slope(&self) -> f64 {
-        self.c[1]
+    /// Says that the motion starts on the border itself.
+    pub(crate) fn start_at_zero(&mut self) {
+        self.c[0] = 0.0;
     }
 
     /// A bound of `|g̈|` over `[0, end]`.

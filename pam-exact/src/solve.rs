@@ -1,6 +1,6 @@
 //! The forward solve: closed-form steps from piece to piece of the force, cut where a unit changes sign.
 
-use crate::atlas::Sides;
+use crate::atlas::{NONE, Sides};
 use crate::event::{COEFFICIENTS, Margin};
 use crate::forcing::Piece;
 use crate::fundamental::{Response, spectral_bound, terms};
@@ -196,6 +196,7 @@ impl Solve<'_, '_> {
         let length_s = if same { usual_s } else { piece.length_s };
         let mut into_s = 0.0;
         let mut at_once = 0;
+        let mut entered = NONE;
         while into_s < length_s {
             let law = self.laws.laws[*pattern as usize];
             let force_mn = piece.force_mn + piece.rate_mn_s * into_s;
@@ -214,12 +215,13 @@ impl Solve<'_, '_> {
                 if usual { law.usual } else { Response::new(law.kappa, law.zeta, h, terms) };
             let end = response.advance(law.kappa, h, *state, a, w[1]);
             let step = Step { law: &law, from: *state, end, a, rate: w[1], h, terms };
-            match self.first_exit(*pattern, &step, at_once > MOST_AT_ONCE) {
+            match self.first_exit(*pattern, &step, entered, at_once > MOST_AT_ONCE) {
                 None => {
                     self.keep(*state, force_mn, if usual { 0.0 } else { h }, *pattern, index);
                     *state = end;
                     into_s = if whole { length_s } else { into_s + h };
                     at_once = 0;
+                    entered = NONE;
                 }
                 Some(exit) => {
                     if exit.after_s > 0.0 {
@@ -232,6 +234,7 @@ impl Solve<'_, '_> {
                     } else {
                         at_once += 1;
                     }
+                    entered = exit.unit;
                     *pattern = self.laws.behind(*pattern, exit.block, exit.lane);
                     self.statistics.crossings += 1;
                 }
@@ -255,9 +258,16 @@ impl Solve<'_, '_> {
         }
     }
 
-    /// The first side that the motion crosses in a step.
+    /// The first side that the motion crosses in a step. `entered` is the unit whose border was crossed
+    /// just before.
     #[inline(always)]
-    fn first_exit(&self, pattern: u32, step: &Step<'_>, on_border: bool) -> Option<Exit> {
+    fn first_exit(
+        &self,
+        pattern: u32,
+        step: &Step<'_>,
+        entered: u32,
+        on_border: bool,
+    ) -> Option<Exit> {
         let law = step.law;
         let bound = jerk_bound(law.kappa, law.zeta, step.h);
         let jerk =
@@ -278,13 +288,17 @@ impl Solve<'_, '_> {
                 }
                 let d = derivatives.get_or_insert_with(|| step.derivatives());
                 let line = [sides.alpha[lane], sides.beta[lane], sides.gamma[lane]];
-                let margin = Margin::new(line, d, step.terms.min(COEFFICIENTS));
+                let mut margin = Margin::new(line, d, step.terms.min(COEFFICIENTS));
+                if sides.unit[lane] == entered {
+                    // The tables of two patterns agree on their common border to rounding only.
+                    margin.start_at_zero();
+                }
                 if on_border && before[lane] <= 64.0 * margin.noise() {
                     continue;
                 }
                 if let Some(after_s) = margin.first_exit(limit) {
                     if found.is_none_or(|f| after_s < f.after_s) {
-                        found = Some(Exit { after_s, block, lane });
+                        found = Some(Exit { after_s, block, lane, unit: sides.unit[lane] });
                         limit = after_s;
                         if after_s == 0.0 {
                             return found;
@@ -302,6 +316,7 @@ struct Exit {
     after_s: f64,
     block: usize,
     lane: usize,
+    unit: u32,
 }
 
 /// A step whose crossings are looked for.
