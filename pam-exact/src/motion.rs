@@ -4,6 +4,7 @@ use crate::atlas::{Atlas, AtlasMemory};
 use crate::cell::Window;
 use crate::fundamental::{REACH, Response, Squared, spectral_bound, terms};
 use crate::network::{PiecewiseNetwork, Plane};
+use pam_core::{ForceModel, JointModel, ModelError};
 
 /// Where trajectories are followed: far outside of anything the joint can do, so that a trajectory
 /// that leaves it has diverged.
@@ -18,6 +19,20 @@ pub struct ExactMotion {
     pub mass_kg: f64,
     /// Auxiliary damping B, kg/s.
     pub auxiliary_damping_kg_s: f64,
+}
+
+impl ExactMotion {
+    /// The motion of a joint.
+    ///
+    /// # Errors
+    /// [`ModelError::Shape`] if its force is no network of rectifiers.
+    pub fn new<F: ForceModel<f64>>(model: &JointModel<f64, F>) -> Result<Self, ModelError> {
+        Ok(Self {
+            network: PiecewiseNetwork::new(&model.force)?,
+            mass_kg: model.physical().mass_kg,
+            auxiliary_damping_kg_s: model.auxiliary_damping_kg_s,
+        })
+    }
 }
 
 /// `ẍ + ζ ẋ + κ x = (u − a)/m` with all that a step needs.

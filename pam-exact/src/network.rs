@@ -1,7 +1,6 @@
 //! A network of rectifiers, seen from a plane of two of its inputs.
 
-use pam_core::force::NetworkForce;
-use pam_core::{Activation, ActivationFunction, ModelError};
+use pam_core::{ForceModel, ModelError, RectifierLayers};
 
 /// Rows are padded to whole vectors of the widest instruction set.
 pub(crate) const LANES: usize = 8;
@@ -34,29 +33,26 @@ pub struct PiecewiseNetwork {
 }
 
 impl PiecewiseNetwork {
-    /// Whether the exact methods apply to this network: its activation is a rectifier, and it has a
-    /// hidden layer.
+    /// Whether the exact methods apply to this force: it is a network of rectifiers.
     #[must_use]
-    pub fn applies_to(force: &NetworkForce<f64>) -> bool {
-        force.mlp().activation().rectifier_slope().is_some() && force.mlp().layers().len() > 1
+    pub fn applies_to(force: &impl ForceModel<f64>) -> bool {
+        force.rectifier_layers().is_some()
     }
 
     /// Takes the weights of a force network.
     ///
     /// # Errors
-    /// [`ModelError::Shape`] if the activation is not a rectifier or there is no hidden layer.
-    pub fn new(force: &NetworkForce<f64, Activation>) -> Result<Self, ModelError> {
-        let mlp = force.mlp();
-        let Some(slope) = mlp.activation().rectifier_slope() else {
-            return Err(ModelError::Shape(format!(
-                "the exact method needs a network of LeakyReLU or ReLU, this one has {}",
-                mlp.activation()
-            )));
+    /// [`ModelError::Shape`] if the force is no network of rectifiers, or it has no hidden layer.
+    pub fn new(force: &impl ForceModel<f64>) -> Result<Self, ModelError> {
+        let Some(RectifierLayers { layers, slope }) = force.rectifier_layers() else {
+            return Err(ModelError::Shape(
+                "the exact method needs a network of leaky_relu or relu with a hidden layer; take a \
+                 general solver for this force"
+                    .into(),
+            ));
         };
-        let layers = mlp.layers();
-        let Some((last, hidden)) = layers.split_last().filter(|(_, hidden)| !hidden.is_empty())
-        else {
-            return Err(ModelError::Shape("the exact method needs a hidden layer".into()));
+        let Some((last, hidden)) = layers.split_last() else {
+            return Err(ModelError::Shape("a network needs at least one layer".into()));
         };
         let padded = |values: &[f64], stride: usize| {
             let mut column = values.to_vec();

@@ -1,8 +1,10 @@
 //! Free-run prediction of a recording.
 
+use crate::gradient::pressures::SealedGas;
 use crate::metrics::PerChannel;
-use pam_core::{ForceModel, JointModel, SealedMasses};
+use pam_core::{ForceModel, JointModel, ModelError, SealedMasses};
 use pam_data::Recording;
+use pam_exact::{ExactMotion, ExactProblem, ExactSolver, ForceSignal, PiecewiseNetwork};
 use pam_solvers::{
     ConstantStep, Integrator, Interpolation, PidController, SampledInput, SaveAt, Solution,
     SolveError, Statistics, Tableau, Term,
@@ -26,6 +28,9 @@ pub enum StepChoice {
         /// Absolute tolerance, in the units of the states.
         atol: f64,
     },
+    /// No steps: closed-form pieces of a network of rectifiers (see [`pam_exact`]). Of the settings only
+    /// the reading of the input counts, and it may not be cubic.
+    Exact,
 }
 
 /// With which method, steps and reading of the input a recording is predicted.
@@ -51,10 +56,25 @@ impl Default for SolverSettings {
 }
 
 impl SolverSettings {
+    /// The exact method with this reading of the force.
+    #[must_use]
+    pub fn exact(interpolation: Interpolation) -> Self {
+        Self { step: StepChoice::Exact, interpolation, ..Self::default() }
+    }
+
+    /// Whether the exact method applies to a force that is read as in these settings.
+    #[must_use]
+    pub fn exact_applies_to(&self, force: &impl ForceModel<f64>) -> bool {
+        self.interpolation != Interpolation::Cubic && PiecewiseNetwork::applies_to(force)
+    }
+
     /// The settings in one line, for reports.
     #[must_use]
     pub fn describe(&self) -> String {
         let step = match self.step {
+            StepChoice::Exact => {
+                return format!("exact pieces, force read as {}", self.interpolation.name());
+            }
             StepChoice::Constant { step_s } => format!("constant steps of {} ms", step_s * 1e3),
             StepChoice::Adaptive { rtol, atol } => {
                 format!("adaptive, rtol {rtol:e}, atol {atol:e}")
@@ -174,12 +194,21 @@ pub fn predict<F: ForceModel<f64>>(
     let times = &recording.time_s;
     let input = SampledInput::new(times, &recording.force_mn, settings.interpolation)
         .map_err(|e| fail(e.to_string(), nothing()))?;
+    if settings.step == StepChoice::Exact {
+        let (prediction, stopped) =
+            exact(model, recording, masses, settings).map_err(|e| fail(e.to_string(), nothing()))?;
+        return match stopped {
+            None => within_limits(model, recording, prediction),
+            Some(why) => Err(fail(why, prediction)),
+        };
+    }
     let term = Term::new(model.sealed(masses), input);
     let (t0, t1) = recording.span_s();
     let y0 = recording.initial_state();
     let save = SaveAt::Times(times);
     let tableau = settings.tableau.clone();
     let solved: Result<_, Box<SolveError<f64>>> = match settings.step {
+        StepChoice::Exact => unreachable!("the exact method has returned"),
         StepChoice::Constant { step_s } => {
             Integrator::new(tableau, ConstantStep::new(step_s)).solve(&term, t0, t1, &y0, save)
         }
@@ -189,22 +218,78 @@ pub fn predict<F: ForceModel<f64>>(
     };
     match solved {
         Ok(solution) => {
-            let mut prediction = Prediction::from_solution(&solution);
-            // Past this limit the cylinder model has no chamber left; the equations would go on.
-            let limit = model.geometry.displacement_limit_mm(model.physical().deformation);
-            match prediction.channels.x.iter().position(|x| x.abs() >= limit) {
-                None => Ok(prediction),
-                Some(i) => {
-                    let why = format!(
-                        "x = {:.1} mm at t = {:.4} s is past ±{limit:.1} mm, where a chamber has no \
-                         volume left; the force or the model is not of this joint",
-                        prediction.channels.x[i], times[i]
-                    );
-                    prediction.truncate(i);
-                    Err(fail(why, prediction))
-                }
-            }
+            within_limits(model, recording, Prediction::from_solution(&solution))
         }
         Err(e) => Err(fail(e.to_string(), Prediction::from_solution(&e.partial))),
+    }
+}
+
+/// Passes on a prediction that stays where both chambers have a volume. Past the limit the cylinder
+/// model has no chamber left; the equations would go on.
+fn within_limits<F>(
+    model: &JointModel<f64, F>,
+    recording: &Recording,
+    mut prediction: Prediction,
+) -> Result<Prediction, Box<PredictError>> {
+    let limit = model.geometry.displacement_limit_mm(model.physical().deformation);
+    match prediction.channels.x.iter().position(|x| x.abs() >= limit) {
+        None => Ok(prediction),
+        Some(i) => {
+            let why = format!(
+                "x = {:.1} mm at t = {:.4} s is past ±{limit:.1} mm, where a chamber has no volume \
+                 left; the force or the model is not of this joint",
+                prediction.channels.x[i], recording.time_s[i]
+            );
+            prediction.truncate(i);
+            Err(Box::new(PredictError { name: recording.name.clone(), why, partial: prediction }))
+        }
+    }
+}
+
+/// The exact prediction, and why it stopped early if it did.
+fn exact<F: ForceModel<f64>>(
+    model: &JointModel<f64, F>,
+    recording: &Recording,
+    masses: SealedMasses,
+    settings: &SolverSettings,
+) -> Result<(Prediction, Option<String>), ModelError> {
+    let motion = ExactMotion::new(model)?;
+    let y0 = recording.initial_state();
+    let problem = exact_problem(recording, masses, settings, y0);
+    let mut solver = ExactSolver::new();
+    let failures = solver.solve(&motion, &[problem]);
+    let counts = solver.statistics(0);
+    let reached = failures.first().map_or(f64::INFINITY, |f| f.time_s);
+    let mut states = vec![[0.0; 4]; recording.len()];
+    SealedGas::new(model, masses, y0).complete(solver.observed(0), &mut states);
+    let column = |c: usize| states.iter().map(|y| y[c]).collect();
+    let mut prediction = Prediction {
+        channels: PerChannel { x: column(0), v: column(1), pf: column(2), pe: column(3) },
+        statistics: Statistics { accepted: counts.segments, ..Statistics::default() },
+    };
+    prediction.truncate(recording.time_s.partition_point(|&t| t <= reached));
+    let stopped = failures.first().map(|f| f.kind.describe(f.time_s));
+    Ok((prediction, stopped))
+}
+
+/// What the exact solver needs of a recording that starts at `y0`.
+pub(crate) fn exact_problem<'a>(
+    recording: &'a Recording,
+    masses: SealedMasses,
+    settings: &SolverSettings,
+    y0: [f64; 4],
+) -> ExactProblem<'a> {
+    let (t0, t1) = recording.span_s();
+    ExactProblem {
+        masses,
+        signal: ForceSignal {
+            times_s: &recording.time_s,
+            force_mn: &recording.force_mn,
+            interpolation: settings.interpolation,
+        },
+        t0,
+        t1,
+        y0: [y0[0], y0[1]],
+        observe_s: &recording.time_s,
     }
 }

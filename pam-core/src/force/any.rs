@@ -1,4 +1,6 @@
-use super::{ForceInput, ForceModel, ForceParts, NetworkForce, SpringDamper, StoredForce};
+use super::{
+    ForceInput, ForceModel, ForceParts, NetworkForce, RectifierLayers, SpringDamper, StoredForce,
+};
 use crate::error::ModelError;
 use crate::scalar::Scalar;
 
@@ -30,6 +32,9 @@ macro_rules! forces {
             }
             fn work_len(&self) -> usize {
                 match self { $(Self::$variant(m) => m.work_len()),+ }
+            }
+            fn rectifier_layers(&self) -> Option<RectifierLayers<'_, S>> {
+                match self { $(Self::$variant(m) => m.rectifier_layers()),+ }
             }
         }
 

@@ -35,6 +35,21 @@ pub trait ForceModel<S: Scalar> {
     fn work_len(&self) -> usize {
         0
     }
+
+    /// The layers, if the force is a network of rectifiers with the inputs `(m_f, m_e, x, ẋ)` and at
+    /// least one hidden layer: it is then piecewise affine, and exact methods apply.
+    fn rectifier_layers(&self) -> Option<RectifierLayers<'_, S>> {
+        None
+    }
+}
+
+/// A network of rectifiers `max(z, slope · z)`, the last layer without one.
+#[derive(Debug, Clone, Copy)]
+pub struct RectifierLayers<'a, S> {
+    /// The layers, first to last.
+    pub layers: &'a [Dense<S>],
+    /// The slope for negative `z`, from 0 to 1.
+    pub slope: f64,
 }
 
 impl<S: Scalar, F: ForceModel<S> + ?Sized> ForceModel<S> for &F {
@@ -44,6 +59,9 @@ impl<S: Scalar, F: ForceModel<S> + ?Sized> ForceModel<S> for &F {
     fn work_len(&self) -> usize {
         (**self).work_len()
     }
+    fn rectifier_layers(&self) -> Option<RectifierLayers<'_, S>> {
+        (**self).rectifier_layers()
+    }
 }
 
 impl<S: Scalar, F: ForceModel<S> + ?Sized> ForceModel<S> for Box<F> {
@@ -52,5 +70,8 @@ impl<S: Scalar, F: ForceModel<S> + ?Sized> ForceModel<S> for Box<F> {
     }
     fn work_len(&self) -> usize {
         (**self).work_len()
+    }
+    fn rectifier_layers(&self) -> Option<RectifierLayers<'_, S>> {
+        (**self).rectifier_layers()
     }
 }

@@ -1,4 +1,4 @@
-use super::{Dense, ForceInput, ForceModel, ForceParts, Mlp, StoredForce};
+use super::{Dense, ForceInput, ForceModel, ForceParts, Mlp, RectifierLayers, StoredForce};
 use crate::activation::{Activation, ActivationFunction};
 use crate::error::ModelError;
 use crate::scalar::Scalar;
@@ -56,6 +56,12 @@ impl<S: Scalar, A: ActivationFunction> ForceModel<S> for NetworkForce<S, A> {
 
     fn work_len(&self) -> usize {
         self.mlp.work_len()
+    }
+
+    fn rectifier_layers(&self) -> Option<RectifierLayers<'_, S>> {
+        let layers = self.mlp.layers();
+        let slope = self.mlp.activation().rectifier_slope()?;
+        (layers.len() > 1).then_some(RectifierLayers { layers, slope })
     }
 }
 

@@ -6,7 +6,7 @@ pub mod landing;
 
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, tendon_force_mn_per_a};
 use pam_core::{AnyForce, JointModel, NetworkForce, SealedMasses};
-use pam_exact::{ExactMotion, PiecewiseNetwork};
+use pam_exact::ExactMotion;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
@@ -29,11 +29,7 @@ pub fn perturbed() -> Joint {
 }
 
 pub fn motion(model: &Joint) -> ExactMotion {
-    ExactMotion {
-        network: PiecewiseNetwork::new(&model.force).unwrap(),
-        mass_kg: model.physical().mass_kg,
-        auxiliary_damping_kg_s: model.auxiliary_damping_kg_s,
-    }
+    ExactMotion::new(model).unwrap()
 }
 
 /// The masses of the first `count` training conditions.

@@ -145,7 +145,8 @@ pub enum Precision {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SolverChoice {
-    /// Runge–Kutta method: tsit5, rk4, bs3, dp5.
+    /// Runge–Kutta method: tsit5, rk4, bs3, dp5; or `exact` for the closed form of networks of
+    /// leaky_relu or relu, which needs no steps, runs in doubles and takes any input but cubic.
     pub method: String,
     /// Constant steps of this length, ms; adaptive if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -178,6 +179,15 @@ impl SolverChoice {
     /// # Errors
     /// [`ModelError::UnknownName`] or [`ModelError::NotPositive`].
     pub fn settings(&self) -> Result<SolverSettings, ModelError> {
+        if self.method == "exact" {
+            let interpolation = Interpolation::from_name(&self.input)?;
+            if interpolation == Interpolation::Cubic {
+                return Err(ModelError::Shape(
+                    "solver.method exact takes input zoh, linear or ramp, not cubic".into(),
+                ));
+            }
+            return Ok(SolverSettings::exact(interpolation));
+        }
         let step = match self.step_ms {
             Some(ms) => {
                 ModelError::require_positive("solver.step_ms", ms)?;

@@ -15,7 +15,7 @@ use pam_solvers::sensitivity::{
     Gradient, GradientMethod, InterpolatingAdjoint, Problem, QuadratureAdjoint, TapeThroughSolver,
 };
 use pam_solvers::{
-    ConstantStep, Fixed, Integrator, LaneFailure, PidController, SampledInput, StepController,
+    ConstantStep, FailureKind, Fixed, Integrator, LaneFailure, PidController, SampledInput, StepController,
 };
 use rayon::prelude::*;
 use std::ops::Range;
@@ -110,6 +110,13 @@ fn one<F: ParametricForce>(
     let field = model.sealed(subject.masses);
     let tableau = settings.tableau.clone();
     Ok(match settings.step {
+        StepChoice::Exact => Err(LaneFailure {
+            problem: task.subject,
+            kind: FailureKind::Request(
+                "the exact method has a gradient of its own and takes no other method's".into(),
+            ),
+            time_s: r.span_s().0,
+        }),
         StepChoice::Constant { step_s } => {
             let integrator = Integrator::new(tableau, ConstantStep::new(step_s));
             with_integrator(choice, (&field, &input), r, &integrator, loss, task)
@@ -147,7 +154,7 @@ fn with_integrator<F: ParametricForce, C: StepController + Clone + 'static>(
             .with_directions(directions())
     };
     let method: Box<dyn GradientMethod<Field<'_, F>, Force<'_>>> = match choice {
-        GradientChoice::Adjoint => Box::new(DiscreteAdjoint::new(ByTape)),
+        GradientChoice::Adjoint | GradientChoice::Exact => Box::new(DiscreteAdjoint::new(ByTape)),
         GradientChoice::Forward => {
             Box::new(ForwardSensitivity::new(ByTape).with_directions(directions()))
         }

@@ -6,6 +6,8 @@ use pam_core::ModelError;
 pub enum GradientChoice {
     /// Exact adjoint of the accepted steps.
     Adjoint,
+    /// Closed-form pieces of a network of rectifiers, and their transposes.
+    Exact,
     /// Tangents of the accepted steps, one for each number.
     Forward,
     /// Continuous adjoint, the state solved back with it.
@@ -26,6 +28,7 @@ impl GradientChoice {
     /// Every choice with its name in files and on the command line.
     pub const ALL: &'static [(&'static str, Self)] = &[
         ("adjoint", Self::Adjoint),
+        ("exact", Self::Exact),
         ("forward", Self::Forward),
         ("backsolve", Self::Backsolve),
         ("interpolating", Self::Interpolating),

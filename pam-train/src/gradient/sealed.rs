@@ -4,15 +4,16 @@ use super::pressures::{GasCotangents, SealedGas};
 use super::{GradientStatistics, JointGradient};
 use crate::evaluation::Subject;
 use crate::loss::TrajectoryLoss;
-use crate::predict::{SolverSettings, StepChoice};
+use crate::predict::{SolverSettings, StepChoice, exact_problem};
 use pam_autodiff::batch::SealedMotion;
 use pam_autodiff::batch::sealed_motion::{DAMPING, MASS};
 use pam_core::simd::Float;
 use pam_core::{Activation, JointModel, NetworkForce, RawParameters, Scalar, SealedMasses};
 use pam_data::Recording;
+use pam_exact::{ExactMotion, ExactSolver};
 use pam_solvers::input::InputError;
 use pam_solvers::{
-    ConstantStep, LaneGradient, LaneMemory, LaneProblem, Lanes, PidController, SampledInput,
+    ConstantStep, FailureKind, LaneFailure, LaneGradient, LaneMemory, LaneProblem, Lanes, PidController, SampledInput,
     StepController,
 };
 use std::sync::Mutex;
@@ -20,12 +21,14 @@ use std::sync::Mutex;
 /// Value and gradient of a loss over recordings, again and again for changing models. Keeps its
 /// memory between calls; the network runs in `T`, everything else in doubles.
 ///
+/// With [`StepChoice::Exact`] steps and derivatives are in closed form, and everything runs in doubles.
 /// Under error control the tolerances hold for the motion `[x, ẋ]`; the pressures follow from it
 /// exactly.
 #[derive(Debug)]
 pub struct SealedGradient<T: Float> {
     settings: SolverSettings,
     memory: LaneMemory<SealedMotion<T>>,
+    exact: ExactSolver,
     gas: Vec<Mutex<GasBuffers>>,
 }
 
@@ -55,11 +58,64 @@ struct GasBuffers {
     gas: GasCotangents,
 }
 
+/// The loss of an observed motion `[times, (x, ẋ)]`: pressures are added, and their cotangents pulled
+/// back.
+fn observed_loss<'a>(
+    buffers: &'a [Mutex<GasBuffers>],
+    model: &'a JointModel<f64, NetworkForce<f64>>,
+    subjects: &'a [Subject],
+    starts: &'a [[f64; 4]],
+    loss: &'a IndexedLoss<'_>,
+    backward: bool,
+) -> impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync + 'a {
+    move |index, observed, cotangents| {
+        let subject = &subjects[index];
+        let measured = &subject.recording;
+        let gas = SealedGas::new(model, subject.masses, starts[index]);
+        let mut own = buffers[index].lock().expect("no loss panics");
+        let own = &mut *own;
+        own.states.resize(measured.len(), [0.0; 4]);
+        own.cotangents.resize(measured.len(), [0.0; 4]);
+        gas.complete(observed, &mut own.states);
+        let value = loss(index, measured, &own.states, &mut own.cotangents);
+        if backward {
+            own.gas = gas.pull_back(observed, &own.cotangents, cotangents);
+        }
+        value
+    }
+}
+
+/// The gradient of a request that no recording can meet.
+fn refused(
+    model: &JointModel<f64, NetworkForce<f64>>,
+    subjects: &[Subject],
+    why: &str,
+) -> LaneGradient {
+    let failure = |problem: usize| LaneFailure {
+        problem,
+        kind: FailureKind::Request(why.to_owned()),
+        time_s: subjects[problem].recording.span_s().0,
+    };
+    LaneGradient {
+        values: vec![f64::NAN; subjects.len()],
+        shared: vec![0.0; model.force.mlp().parameter_count() + 2],
+        own: vec![vec![0.0; 2]; subjects.len()],
+        initial_state: vec![vec![0.0; 2]; subjects.len()],
+        failures: (0..subjects.len()).map(failure).collect(),
+        ..LaneGradient::default()
+    }
+}
+
 impl<T: Float> SealedGradient<T> {
     /// Gradients by the given method, steps and reading of the input.
     #[must_use]
     pub fn new(settings: SolverSettings) -> Self {
-        Self { settings, memory: LaneMemory::default(), gas: Vec::new() }
+        Self {
+            settings,
+            memory: LaneMemory::default(),
+            exact: ExactSolver::new(),
+            gas: Vec::new(),
+        }
     }
 
     /// Value and gradient of the mean loss of `model` over `subjects`, each predicted from its first
@@ -138,6 +194,7 @@ impl<T: Float> SealedGradient<T> {
     ) -> Result<JointGradient, InputError> {
         let tableau = self.settings.tableau.clone();
         match self.settings.step {
+            StepChoice::Exact => Ok(self.exact(model, subjects, starts, loss, backward)),
             StepChoice::Constant { step_s } => {
                 let lanes = Lanes::new(tableau, ConstantStep::new(step_s));
                 self.with_lanes(&lanes, model, subjects, starts, loss, backward)
@@ -176,32 +233,55 @@ impl<T: Float> SealedGradient<T> {
                 })
             })
             .collect::<Result<Vec<_>, InputError>>()?;
-        if self.gas.len() < subjects.len() {
-            self.gas.resize_with(subjects.len(), Mutex::default);
-        }
-        let buffers = &self.gas;
-        let one = |index: usize, observed: &[f64], cotangents: &mut [f64]| {
-            let subject = &subjects[index];
-            let measured = &subject.recording;
-            let gas = SealedGas::new(model, subject.masses, starts[index]);
-            let mut own = buffers[index].lock().expect("no loss panics");
-            let own = &mut *own;
-            own.states.resize(measured.len(), [0.0; 4]);
-            own.cotangents.resize(measured.len(), [0.0; 4]);
-            gas.complete(observed, &mut own.states);
-            let value = loss(index, measured, &own.states, &mut own.cotangents);
+        self.reserve(subjects.len());
+        let gradient = {
+            let one = observed_loss(&self.gas, model, subjects, starts, loss, backward);
+            let memory = &mut self.memory;
             if backward {
-                own.gas = gas.pull_back(observed, &own.cotangents, cotangents);
+                lanes.value_and_gradient(&motion, &problems, &one, memory)
+            } else {
+                lanes.value(&motion, &problems, &one, memory)
             }
-            value
-        };
-        let memory = &mut self.memory;
-        let gradient = if backward {
-            lanes.value_and_gradient(&motion, &problems, &one, memory)
-        } else {
-            lanes.value(&motion, &problems, &one, memory)
         };
         Ok(self.assemble(model, gradient))
+    }
+
+    /// As [`with_lanes`](Self::with_lanes), in closed form. A force that is no network of rectifiers is
+    /// a failure of every recording.
+    fn exact(
+        &mut self,
+        model: &JointModel<f64, NetworkForce<f64>>,
+        subjects: &[Subject],
+        starts: &[[f64; 4]],
+        loss: &IndexedLoss<'_>,
+        backward: bool,
+    ) -> JointGradient {
+        assert_eq!(starts.len(), subjects.len(), "one start for each recording");
+        self.reserve(subjects.len());
+        let gradient = match ExactMotion::new(model) {
+            Ok(motion) => {
+                let problems: Vec<_> = subjects
+                    .iter()
+                    .zip(starts)
+                    .map(|(s, y0)| exact_problem(&s.recording, s.masses, &self.settings, *y0))
+                    .collect();
+                let one = observed_loss(&self.gas, model, subjects, starts, loss, backward);
+                if backward {
+                    self.exact.value_and_gradient(&motion, &problems, &one)
+                } else {
+                    self.exact.value(&motion, &problems, &one)
+                }
+            }
+            Err(why) => refused(model, subjects, &why.to_string()),
+        };
+        self.assemble(model, gradient)
+    }
+
+    /// Makes room for the pressures of this many recordings.
+    fn reserve(&mut self, recordings: usize) {
+        if self.gas.len() < recordings {
+            self.gas.resize_with(recordings, Mutex::default);
+        }
     }
 
     /// Joins the motion's gradient with that of the pressures.
