@@ -304,13 +304,17 @@ pub enum InputArgument {
 /// With which method the equations are solved.
 #[derive(Debug, Clone, Args)]
 pub struct SolverOptions {
-    /// Runge–Kutta method: tsit5, rk4, bs3, dp5
-    #[arg(long, alias = "solver", default_value = "tsit5", value_name = "NAME")]
+    /// exact (closed form, for networks of leaky_relu or relu), a Runge–Kutta method (tsit5, rk4, bs3,
+    /// dp5), or auto: exact where it applies and no steps or tolerances are given, else tsit5
+    #[arg(long, alias = "solver", default_value = AUTO, value_name = "NAME")]
     pub method: String,
     /// Steps and input.
     #[command(flatten)]
     pub steps: StepOptions,
 }
+
+/// Tolerances that are not given.
+const DEFAULT_TOLERANCE: f64 = 1e-6;
 
 /// How steps are chosen and the force is read.
 #[derive(Debug, Clone, Args)]
@@ -319,35 +323,74 @@ pub struct StepOptions {
     #[arg(long, value_name = "MS", allow_negative_numbers = true, conflicts_with_all = ["rtol", "atol"])]
     pub step_ms: Option<f64>,
     /// Relative tolerance of the error control
-    #[arg(long, default_value_t = 1e-6, allow_negative_numbers = true, value_name = "R")]
+    #[arg(long, default_value_t = DEFAULT_TOLERANCE, allow_negative_numbers = true, value_name = "R")]
     pub rtol: f64,
     /// Absolute tolerance of the error control, in mm, mm/s and kPa
-    #[arg(long, default_value_t = 1e-6, allow_negative_numbers = true, value_name = "A")]
+    #[arg(long, default_value_t = DEFAULT_TOLERANCE, allow_negative_numbers = true, value_name = "A")]
     pub atol: f64,
     /// How the measured force is read between samples
     #[arg(long, value_enum, default_value = "zoh", value_name = "HOW")]
     pub input: InputArgument,
 }
 
-impl SolverOptions {
-    /// The settings.
-    ///
-    /// # Errors
-    /// As [`StepOptions::settings`].
-    pub fn settings(&self) -> Result<SolverSettings, CliError> {
-        self.steps.settings(&self.method)
-    }
+/// Takes the exact method where it applies.
+pub const AUTO: &str = "auto";
+/// The closed form of networks of rectifiers.
+pub const EXACT: &str = "exact";
 
-    /// The settings as JSON, for run folders.
+impl SolverOptions {
+    /// The settings for a model.
     ///
     /// # Errors
-    /// As [`settings`](SolverOptions::settings).
-    pub fn to_json(&self) -> Result<Value, CliError> {
-        Ok(solver_json(&self.settings()?))
+    /// As [`StepOptions::settings_for`].
+    pub fn settings_for(&self, saved: &SavedModel) -> Result<SolverSettings, CliError> {
+        self.steps.settings_for(&self.method, saved)
     }
 }
 
 impl StepOptions {
+    /// Whether steps or tolerances are asked for.
+    #[must_use]
+    pub fn are_given(&self) -> bool {
+        self.step_ms.is_some() || self.rtol != DEFAULT_TOLERANCE || self.atol != DEFAULT_TOLERANCE
+    }
+
+    /// The settings for a model and a method: `exact`, `auto` or a Runge–Kutta method.
+    ///
+    /// # Errors
+    /// As [`settings`](Self::settings), and [`CliError::Usage`] if the exact method is asked for where
+    /// it does not apply.
+    pub fn settings_for(
+        &self,
+        method: &str,
+        saved: &SavedModel,
+    ) -> Result<SolverSettings, CliError> {
+        let general = self.settings(if [AUTO, EXACT].contains(&method) { "tsit5" } else { method })?;
+        let exact = SolverSettings::exact(general.interpolation);
+        let applies = general.exact_applies_to(&saved.model.force) && saved.info.effects.is_empty();
+        match method {
+            AUTO if applies && !self.are_given() => Ok(exact),
+            EXACT if self.are_given() => Err(CliError::Usage(
+                "--method exact takes no steps and has no error to control: drop --step-ms, --rtol \
+                 and --atol"
+                    .into(),
+            )),
+            EXACT if !saved.info.effects.is_empty() => Err(CliError::Usage(
+                "--method exact: the model is extended by effects, which are not piecewise affine".into(),
+            )),
+            EXACT if general.interpolation == Interpolation::Cubic => Err(CliError::Usage(
+                "--method exact reads the force as zoh, linear or ramp, not cubic".into(),
+            )),
+            EXACT if !applies => Err(CliError::Usage(format!(
+                "--method exact is for networks of leaky_relu or relu; this model is a {}; leave \
+                 --method out",
+                saved.model.force.describe()
+            ))),
+            EXACT => Ok(exact),
+            _ => Ok(general),
+        }
+    }
+
     /// The settings for the Runge–Kutta method of this name.
     ///
     /// # Errors
@@ -387,6 +430,9 @@ impl StepOptions {
 /// Solver settings as JSON, for run folders.
 #[must_use]
 pub fn solver_json(settings: &SolverSettings) -> Value {
+    if settings.step == StepChoice::Exact {
+        return json!({ "method": EXACT, "input": settings.interpolation.name() });
+    }
     json!({
         "method": settings.tableau.name,
         "step": settings.step,

@@ -278,13 +278,14 @@ pub struct GradientArguments {
     /// averages)
     #[arg(long, default_value = "paper", value_name = "NAME")]
     pub loss: String,
-    /// Gradient method: adjoint (exact, fast), tape, dual, forward and fd (exact steps, slow), or
-    /// backsolve, interpolating and quadrature (continuous adjoints, exact up to tolerances)
-    #[arg(long, default_value = "adjoint", value_name = "NAME")]
+    /// Gradient method: exact (closed form, for networks of leaky_relu or relu), adjoint (of the steps,
+    /// fast), tape, dual, forward and fd (of the steps, slow), backsolve, interpolating and quadrature
+    /// (continuous adjoints, exact up to tolerances), or auto: exact where it applies, else adjoint
+    #[arg(long, default_value = "auto", value_name = "NAME")]
     pub method: String,
-    /// Runge–Kutta method: tsit5, rk4, bs3, dp5
-    #[arg(long, default_value = "tsit5", value_name = "NAME")]
-    pub solver: String,
+    /// Runge–Kutta method: tsit5, rk4, bs3, dp5 [default: tsit5]
+    #[arg(long, value_name = "NAME")]
+    pub solver: Option<String>,
     /// Float of the network; f32 goes with the adjoint of a network
     #[arg(long, value_enum, default_value = "f64", value_name = "FLOAT")]
     pub precision: PrecisionArgument,

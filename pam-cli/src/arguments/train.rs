@@ -20,6 +20,10 @@ pub struct TrainArguments {
     /// repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
+    /// How the equations are solved: exact (leaky_relu or relu), tsit5, rk4, bs3, dp5, or auto; the same
+    /// as --set solver.method=NAME
+    #[arg(long, value_name = "NAME", conflicts_with = "resume")]
+    pub method: Option<String>,
     /// Go on with the run in the folder, from its last checkpoint and with its curriculum
     #[arg(long, conflicts_with = "overrides")]
     pub resume: bool,

@@ -4,7 +4,7 @@ use crate::PARTIAL;
 use crate::arguments::{EvaluateArguments, GlobalOptions};
 use crate::console::{Console, table};
 use crate::error::CliError;
-use crate::options::describe_model;
+use crate::options::{describe_model, solver_json};
 use crate::run_record::{self, made_by, write_json};
 use pam_data::atomic::write_atomic;
 use pam_data::formats::csv_columns;
@@ -27,8 +27,8 @@ pub fn run(
     global: &GlobalOptions,
     console: &Console,
 ) -> Result<ExitCode, CliError> {
-    let settings = arguments.solver.settings()?;
     let saved = arguments.model.load_extended()?;
+    let settings = arguments.solver.settings_for(&saved)?;
     let paths = collect_paths(&arguments.data)?;
     let reading = console.progress(paths.len(), "reading");
     let subjects = arguments.reading.subjects(&paths, &saved, &|| reading.inc(1))?;
@@ -41,7 +41,7 @@ pub fn run(
         "activation": arguments.model.activation,
         "data": arguments.data,
         "reading": arguments.reading.to_json()?,
-        "solver": arguments.solver.to_json()?,
+        "solver": solver_json(&settings),
     });
     let outcome = evaluate_into(&arguments.out, &saved, subjects, &settings, console)?;
     run_record::write(&arguments.out, "evaluate", global.seed, &configuration)?;

@@ -4,7 +4,7 @@ use crate::PARTIAL;
 use crate::arguments::{GlobalOptions, GradientArguments, PrecisionArgument};
 use crate::console::{Console, table};
 use crate::error::CliError;
-use crate::options::{describe_model, solver_json};
+use crate::options::{AUTO, EXACT, describe_model, solver_json};
 use crate::run_record::made_by;
 use pam_core::simd::Float;
 use pam_core::{AnyForce, JointModel, NetworkForce, ParametricForce};
@@ -14,7 +14,8 @@ use pam_data::{DataError, SavedModel, collect_paths};
 use pam_report::{GradientBlock, GradientReport, gradient_report};
 use pam_train::gradient::general;
 use pam_train::{
-    GradientChoice, JointGradient, SealedGradient, SolverSettings, SquaredError, Subject,
+    GradientChoice, JointGradient, SealedGradient, SolverSettings, SquaredError, StepChoice,
+    Subject,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -31,13 +32,12 @@ pub fn run(
     global: &GlobalOptions,
     console: &Console,
 ) -> Result<ExitCode, CliError> {
-    let settings = arguments.steps.settings(&arguments.solver)?;
     let loss = SquaredError::from_name(&arguments.loss)?;
-    let choice = GradientChoice::from_name(&arguments.method)?;
     if arguments.out.extension().is_none_or(|e| e != "npz") {
         return Err(CliError::Usage(format!("--out {} must end in .npz", arguments.out.display())));
     }
     let saved = arguments.model.load()?;
+    let (settings, choice) = how(arguments, &saved)?;
     let paths = collect_paths(&arguments.data)?;
     let reading = console.progress(paths.len(), "reading");
     let subjects = arguments.reading.subjects(&paths, &saved, &|| reading.inc(1))?;
@@ -53,6 +53,37 @@ pub fn run(
     let measured = work.measure(console)?;
     let x_error = reference.map(|r| largest_error_mm(&r, &measured.gradient));
     work.finish(&measured, x_error, global, console)
+}
+
+/// Steps and gradient method. Without a word on either the exact method is taken where it applies, else
+/// the adjoint of tsit5.
+fn how(
+    arguments: &GradientArguments,
+    saved: &SavedModel,
+) -> Result<(SolverSettings, GradientChoice), CliError> {
+    let solver = arguments.solver.as_deref();
+    let single = arguments.precision == PrecisionArgument::F32;
+    match arguments.method.as_str() {
+        EXACT if solver.is_some_and(|s| s != EXACT) => Err(CliError::Usage(
+            "--method exact solves in closed form; drop --solver".into(),
+        )),
+        EXACT if single => {
+            Err(CliError::Usage("--method exact runs in doubles; drop --precision".into()))
+        }
+        EXACT => Ok((arguments.steps.settings_for(EXACT, saved)?, GradientChoice::Exact)),
+        AUTO if solver.is_none() && !single => {
+            let settings = arguments.steps.settings_for(AUTO, saved)?;
+            let exact = settings.step == StepChoice::Exact;
+            Ok((settings, if exact { GradientChoice::Exact } else { GradientChoice::Adjoint }))
+        }
+        method => {
+            let choice = match method {
+                AUTO => GradientChoice::Adjoint,
+                _ => GradientChoice::from_name(method)?,
+            };
+            Ok((arguments.steps.settings(solver.unwrap_or("tsit5"))?, choice))
+        }
+    }
 }
 
 /// What is to be differentiated, and how.
@@ -75,7 +106,9 @@ impl Work<'_> {
     fn measure(&self, console: &Console) -> Result<Measured, CliError> {
         let single = self.arguments.precision == PrecisionArgument::F32;
         match &self.saved.model.force {
-            AnyForce::Network(force) if self.choice == GradientChoice::Adjoint => {
+            AnyForce::Network(force)
+                if matches!(self.choice, GradientChoice::Adjoint | GradientChoice::Exact) =>
+            {
                 let model = self.saved.model.map(|v| v, |_| force.clone());
                 if single { self.fast::<f32>(&model) } else { self.fast::<f64>(&model) }
             }

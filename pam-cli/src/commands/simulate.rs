@@ -32,8 +32,8 @@ pub fn run(
     global: &GlobalOptions,
     console: &Console,
 ) -> Result<ExitCode, CliError> {
-    let settings = arguments.solver.settings()?;
     let saved = arguments.model.load_extended()?;
+    let settings = arguments.solver.settings_for(&saved)?;
     let subjects = match &arguments.data {
         Some(path) => arguments.reading.subjects(std::slice::from_ref(path), &saved, &|| {})?,
         None => vec![made_up(arguments, &saved)?],

@@ -32,7 +32,7 @@ pub fn run(
     console: &Console,
 ) -> Result<ExitCode, CliError> {
     if arguments.print {
-        let curriculum = Curriculum::open(&arguments.curriculum, &arguments.overrides)?;
+        let curriculum = Curriculum::open(&arguments.curriculum, &overrides(arguments))?;
         console.json(&serde_json::to_value(&curriculum).unwrap_or(Value::Null));
         console.text(curriculum.to_toml().trim_end());
         return Ok(ExitCode::SUCCESS);
@@ -88,7 +88,13 @@ fn curriculum(arguments: &TrainArguments, folder: &RunFolder) -> Result<Curricul
             "the folder of --out holds a run; give another one, or --resume".into(),
         ));
     }
-    Ok(Curriculum::open(&arguments.curriculum, &arguments.overrides)?)
+    Ok(Curriculum::open(&arguments.curriculum, &overrides(arguments))?)
+}
+
+/// What is changed in the curriculum, the method first.
+fn overrides(arguments: &TrainArguments) -> Vec<String> {
+    let method = arguments.method.iter().map(|name| format!("solver.method={name}"));
+    method.chain(arguments.overrides.iter().cloned()).collect()
 }
 
 fn train(

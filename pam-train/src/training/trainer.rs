@@ -320,7 +320,10 @@ impl Trainer {
             self.stage = Some(Prepared {
                 loss: s.loss.clone().unwrap_or_else(|| self.curriculum.loss.clone()),
                 windows: Windows::of(&subjects, s.horizon_s),
-                engine: Engine::new(solver.settings()?, solver.precision),
+                engine: Engine::new(
+                    solver.settings_for(&self.coordinates.model(&self.state.at).force)?,
+                    solver.precision,
+                ),
                 settings: s.clone(),
             });
         }
@@ -418,8 +421,8 @@ impl Trainer {
         mut subjects: Vec<Subject>,
     ) -> Result<(), TrainingError> {
         let solver = &self.curriculum.solver;
-        let mut engine = Engine::new(solver.settings()?, solver.precision);
         let model = self.coordinates.model(&self.state.at);
+        let mut engine = Engine::new(solver.settings_for(&model.force)?, solver.precision);
         // Pressures alone say nothing of the force.
         let predicts = !matches!(self.curriculum.stages[self.state.stage], Stage::Gas(_));
         if predicts {
@@ -435,9 +438,9 @@ impl Trainer {
     /// Mean R² over the held-out recordings with the coordinates as they are.
     fn score_held_out(&mut self) -> Result<[Option<f64>; 4], TrainingError> {
         let solver = &self.curriculum.solver;
-        let engine = Engine::new(solver.settings()?, solver.precision);
-        let engine = self.scoring.get_or_insert(engine);
         let model = self.coordinates.model(&self.state.at);
+        let engine = Engine::new(solver.settings_for(&model.force)?, solver.precision);
+        let engine = self.scoring.get_or_insert(engine);
         update_masses(&mut self.held_out, &model, self.surfaces.as_ref())?;
         Ok(engine.mean_r2(&model, &self.held_out)?)
     }
