@@ -26,11 +26,15 @@ GRADIENTS.append("grad_raw")
 YARDSTICK = ("rk4-adjoint", "f64")
 """Program and precision whose gradient the others are held against."""
 
+ADJOINT = ("--method", "adjoint", "--solver")
+
 PAM = {
-    "pam": lambda step_ms: ["--solver", "rk4", "--input", "linear", "--step-ms", step_ms],
-    "pam-bs3": lambda _: ["--solver", "bs3", "--input", "ramp", "--rtol", 1e-3, "--atol", 1e-3],
+    "pam": lambda step_ms: [*ADJOINT, "rk4", "--input", "linear", "--step-ms", step_ms],
+    "pam-bs3": lambda _: [*ADJOINT, "bs3", "--input", "ramp", "--rtol", 1e-3, "--atol", 1e-3],
+    "pam-exact": lambda _: ["--method", "exact", "--input", "zoh"],
 }
-"""The steps and input of the JAX programs, and the fewest evaluations at no more error than theirs."""
+"""The steps and input of the JAX programs, the fewest evaluations at no more error than theirs, and the
+closed form."""
 
 FAST = (
     ("pam", "f32"),
@@ -39,6 +43,7 @@ FAST = (
     ("rk4-scan", "f32"),
     ("rk4-adjoint", "mixed"),
     ("rk4-scan", "mixed"),
+    ("pam-exact", "f64"),
     ("pam", "f64"),
     ("pam-bs3", "f64"),
     ("rk4-adjoint", "f64"),
@@ -150,7 +155,7 @@ class Bench:
     def measure_pam(self, case, shared, out):
         """Seconds and error of the Rust program."""
         options = self.options
-        settings = ["--method", "adjoint", "--repeat", options.repeat]
+        settings = ["--repeat", options.repeat]
         settings += PAM[case.program](options.step_ms)
         call([options.pam, "gradient", *shared, *settings])
         told = read_arrays(out, ("value_and_grad_s", "x_error_mm"))

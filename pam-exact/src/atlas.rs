@@ -79,8 +79,7 @@ type Index = HashMap<u64, u32, BuildHasherDefault<Identity>>;
 #[derive(Debug)]
 pub(crate) struct Atlas<'n> {
     pub(crate) network: &'n PiecewiseNetwork,
-    pub(crate) plane: Plane,
-    pub(crate) window: Window,
+    window: Window,
     store: AtlasMemory,
 }
 
@@ -141,7 +140,7 @@ impl<'n> Atlas<'n> {
         store.first = network.first_layer(&plane);
         store.scratch.units.clear();
         store.scratch.units.extend(network.real_units().map(|u| u as u32));
-        Self { network, plane, window, store }
+        Self { network, window, store }
     }
 
     pub(crate) fn into_memory(self) -> AtlasMemory {
@@ -171,12 +170,6 @@ impl<'n> Atlas<'n> {
 
     fn words(&self) -> usize {
         self.network.units().div_ceil(64)
-    }
-
-    /// Whether a unit is positive in a pattern.
-    pub(crate) fn is_positive(&self, id: u32, unit: usize) -> bool {
-        let (w, bit) = word(unit);
-        self.store.bits[id as usize * self.words() + w] & bit != 0
     }
 
     /// Writes the slope of each unit in a pattern.

@@ -129,19 +129,6 @@ impl Cell {
         let half = |i: usize| 0.5 * (high[i] - low[i]);
         ([low[0] + half(0), low[1] + half(1)], [half(0), half(1)])
     }
-
-    /// The area, by the shoelace formula about the first vertex.
-    pub(crate) fn area(&self) -> f64 {
-        let o = self.vertices[0];
-        let about = |v: [f64; 2]| [v[0] - o[0], v[1] - o[1]];
-        self.vertices
-            .windows(2)
-            .map(|w| {
-                let (a, b) = (about(w[0]), about(w[1]));
-                0.5 * (a[0] * b[1] - a[1] * b[0])
-            })
-            .sum()
-    }
 }
 
 #[cfg(test)]
@@ -152,14 +139,14 @@ mod tests {
     fn a_square_is_cut_to_a_triangle() {
         let mut cell = Cell::default();
         cell.restart(&Window { first: [0.0, 1.0], second: [0.0, 1.0] });
-        assert!((cell.area() - 1.0).abs() < 1e-15);
+        assert!((crate::partition::area(&cell.vertices) - 1.0).abs() < 1e-15);
         let diagonal = HalfPlane { alpha: 1.0, beta: -1.0, gamma: -1.0 };
         assert_eq!(cell.clip(&diagonal), Clip::Cut);
-        assert!((cell.area() - 0.5).abs() < 1e-15);
+        assert!((crate::partition::area(&cell.vertices) - 0.5).abs() < 1e-15);
         assert_eq!(cell.clip(&diagonal), Clip::Whole);
         let away = HalfPlane { alpha: -3.0, beta: 1.0, gamma: 1.0 };
         assert_eq!(cell.clip(&away), Clip::Nothing);
-        assert!((cell.area() - 0.5).abs() < 1e-15);
+        assert!((crate::partition::area(&cell.vertices) - 0.5).abs() < 1e-15);
     }
 
     /// Two borders that meet far from the corners of a huge window still meet exactly.

@@ -47,8 +47,6 @@ pub(crate) struct Law {
     pub(crate) longest_s: f64,
     /// Terms of the series for steps up to the usual one.
     pub(crate) terms: u32,
-    pub(crate) sides: u32,
-    pub(crate) side_blocks: u32,
     /// The usual step.
     pub(crate) usual: Response,
     pub(crate) squared: Squared,
@@ -69,7 +67,7 @@ pub(crate) fn jerk_bound(kappa: f64, zeta: f64, h: f64) -> [f64; 3] {
 }
 
 impl Law {
-    fn new(motion: &ExactMotion, force: [f64; 3], sides: u32, side_blocks: u32, usual_s: f64) -> Self {
+    fn new(motion: &ExactMotion, force: [f64; 3], usual_s: f64) -> Self {
         let kappa = force[1] / motion.mass_kg;
         let zeta = (force[2] + motion.auxiliary_damping_kg_s) / motion.mass_kg;
         let rho = spectral_bound(kappa, zeta);
@@ -83,8 +81,6 @@ impl Law {
             offset_mn: force[0],
             longest_s,
             terms: terms as u32,
-            sides,
-            side_blocks,
             usual,
             squared,
             jerk: jerk_bound(kappa, zeta, h),
@@ -138,7 +134,7 @@ impl<'n> Laws<'n> {
     fn add_laws(&mut self) {
         for id in self.laws.len()..self.atlas.len() {
             let p = self.atlas.pattern(id as u32);
-            let law = Law::new(self.motion, p.force, p.sides, p.side_blocks, self.usual_s);
+            let law = Law::new(self.motion, p.force, self.usual_s);
             self.laws.push(law);
         }
     }

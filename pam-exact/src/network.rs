@@ -105,6 +105,26 @@ impl PiecewiseNetwork {
         })
     }
 
+    /// The force at one input `(m_f, m_e, x, ẋ)`, mN, layer by layer.
+    #[must_use]
+    pub fn force_mn(&self, input: [f64; 4]) -> f64 {
+        let mut values = input.to_vec();
+        for layer in &self.hidden {
+            let mut out = layer.bias.clone();
+            for (value, column) in values.iter().zip(layer.columns.chunks_exact(layer.stride)) {
+                for (o, w) in out.iter_mut().zip(column) {
+                    *o += value * w;
+                }
+            }
+            for o in &mut out {
+                *o = if *o > 0.0 { *o } else { self.slope * *o };
+            }
+            out.truncate(layer.outputs);
+            values = out;
+        }
+        self.output_bias + self.output.iter().zip(&values).map(|(w, v)| w * v).sum::<f64>()
+    }
+
     /// The first layer's pre-activations on a plane, `(α, β, γ)`.
     pub(crate) fn first_layer(&self, plane: &Plane) -> [Vec<f64>; 3] {
         let first = &self.hidden[0];

@@ -1,0 +1,125 @@
+//! The polygons in which a network is affine.
+
+use crate::atlas::{Atlas, AtlasMemory, NONE};
+use crate::cell::Window;
+use crate::network::{LANES, PiecewiseNetwork, Plane};
+
+/// One polygon of a plane on which the force is `a + b p + c r`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polygon {
+    /// Corners, counter-clockwise, in the units of the plane's axes.
+    pub corners: Vec<[f64; 2]>,
+    /// The force, `[a, b, c]`: on the plane of motion b is the stiffness in mN/mm and c the damping in
+    /// kg/s.
+    pub force: [f64; 3],
+    /// Area, in the units of the axes.
+    pub area: f64,
+}
+
+/// All polygons of a network within a window.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Partition {
+    /// The window.
+    pub window: Window,
+    /// The polygons that reach into it.
+    pub polygons: Vec<Polygon>,
+    /// Area of the window less that of all polygons, over that of the window: what is missing. Zero to
+    /// rounding says that every polygon was found.
+    pub missing: f64,
+}
+
+/// What [`Partition::new`] finds nothing smaller than, in parts of the window's area: corners where
+/// rounding leaves nothing of a polygon.
+const NOTHING: f64 = 1e-15;
+
+impl Partition {
+    /// Finds all polygons of `network` on `plane` within `window`, from one to its neighbours across
+    /// each side. Stops at `most` polygons; [`missing`](Self::missing) then says how much is left out.
+    #[must_use]
+    pub fn new(network: &PiecewiseNetwork, plane: Plane, window: Window, most: usize) -> Self {
+        Partitioner::default().partition(network, plane, window, most)
+    }
+
+    /// The polygon at a point.
+    #[must_use]
+    pub fn at(&self, point: [f64; 2]) -> Option<&Polygon> {
+        self.polygons.iter().find(|p| p.contains(point))
+    }
+}
+
+impl Polygon {
+    /// Whether a point lies in the polygon or on its border.
+    #[must_use]
+    pub fn contains(&self, [p, r]: [f64; 2]) -> bool {
+        let count = self.corners.len();
+        (0..count).all(|k| {
+            let (a, b) = (self.corners[k], self.corners[(k + 1) % count]);
+            (b[0] - a[0]) * (r - a[1]) - (b[1] - a[1]) * (p - a[0]) >= 0.0
+        })
+    }
+
+    /// The force at a point by the polygon's affine piece, mN.
+    #[must_use]
+    pub fn force_mn(&self, [p, r]: [f64; 2]) -> f64 {
+        self.force[0] + self.force[1] * p + self.force[2] * r
+    }
+}
+
+/// Finds partitions again and again in the same memory.
+#[derive(Debug, Default)]
+pub struct Partitioner {
+    memory: AtlasMemory,
+}
+
+impl Partitioner {
+    /// See [`Partition::new`].
+    #[must_use]
+    pub fn partition(
+        &mut self,
+        network: &PiecewiseNetwork,
+        plane: Plane,
+        window: Window,
+        most: usize,
+    ) -> Partition {
+        let mut atlas = Atlas::new(network, plane, window, std::mem::take(&mut self.memory));
+        let middle = |range: [f64; 2]| 0.5 * (range[0] + range[1]);
+        atlas.at([middle(window.first), middle(window.second)]);
+        let whole = (window.first[1] - window.first[0]) * (window.second[1] - window.second[0]);
+        let mut polygons = Vec::new();
+        let mut covered = 0.0;
+        let mut id = 0;
+        // Patterns are numbered as they are found, so this visits each once.
+        while (id as usize) < atlas.len() && polygons.len() < most {
+            let corners = atlas.polygon(id);
+            let area = area(&corners);
+            if area > NOTHING * whole {
+                covered += area;
+                polygons.push(Polygon { corners, force: atlas.pattern(id).force, area });
+                let blocks = atlas.pattern(id).side_blocks as usize;
+                for block in 0..blocks {
+                    for lane in 0..LANES {
+                        if atlas.sides(atlas.pattern(id))[block].unit[lane] != NONE {
+                            atlas.behind(id, block, lane);
+                        }
+                    }
+                }
+            }
+            id += 1;
+        }
+        self.memory = atlas.into_memory();
+        Partition { window, polygons, missing: 1.0 - covered / whole }
+    }
+}
+
+/// The area of a polygon about its first corner.
+pub(crate) fn area(corners: &[[f64; 2]]) -> f64 {
+    let Some(&o) = corners.first() else { return 0.0 };
+    let about = |v: [f64; 2]| [v[0] - o[0], v[1] - o[1]];
+    corners
+        .windows(2)
+        .map(|w| {
+            let (a, b) = (about(w[0]), about(w[1]));
+            0.5 * (a[0] * b[1] - a[1] * b[0])
+        })
+        .sum()
+}
