@@ -105,10 +105,11 @@ struct Scratch {
     change: Vec<f64>,
     next_change: Vec<f64>,
     signed: Vec<f64>,
-    processed: Vec<u32>,
-    forced: Vec<u32>,
+    /// Units of the places in `signed`.
+    candidates: Vec<u32>,
+    /// Units whose borders were tried, and whether they left nothing.
+    processed: Vec<(u32, HalfPlane, bool)>,
     cell: Cell,
-    units: Vec<u32>,
 }
 
 fn word(unit: usize) -> (usize, u64) {
@@ -138,8 +139,6 @@ impl<'n> Atlas<'n> {
         store.bits.clear();
         store.index.clear();
         store.first = network.first_layer(&plane);
-        store.scratch.units.clear();
-        store.scratch.units.extend(network.real_units().map(|u| u as u32));
         Self { network, window, store }
     }
 
@@ -314,11 +313,29 @@ impl<'n> Atlas<'n> {
 }
 
 fn write_slopes(bits: &[u64], slope: f64, units: usize, slopes: &mut Vec<f64>) {
-    slopes.clear();
-    slopes.extend((0..units).map(|unit| {
-        let (w, bit) = word(unit);
-        if bits[w] & bit != 0 { 1.0 } else { slope }
-    }));
+    arch().dispatch(Slopes { bits, slope, units, slopes });
+}
+
+struct Slopes<'a> {
+    bits: &'a [u64],
+    slope: f64,
+    units: usize,
+    slopes: &'a mut Vec<f64>,
+}
+
+impl WithSimd for Slopes<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        self.slopes.clear();
+        self.slopes.resize(self.units, self.slope);
+        for (block, bits) in self.slopes.chunks_mut(64).zip(self.bits) {
+            for (i, value) in block.iter_mut().enumerate() {
+                *value = if (bits >> i) & 1 == 1 { 1.0 } else { self.slope };
+            }
+        }
+    }
 }
 
 /// Computes the pre-activations of layer `l` from those of the one before it.
@@ -426,66 +443,73 @@ impl WithSimd for RankOne<'_> {
 
 /// The affine force of the scratch's table.
 fn output(network: &PiecewiseNetwork, scratch: &Scratch) -> [f64; 3] {
-    let units = network.units();
-    let start = units - network.output.len();
-    let sum = |k: usize| -> f64 {
-        let z = &scratch.table[k * units + start..(k + 1) * units];
-        let terms = z.iter().zip(&scratch.slopes[start..]).zip(&network.output);
-        terms.map(|((z, slope), w)| z * slope * w).sum()
-    };
-    [network.output_bias + sum(0), sum(1), sum(2)]
+    arch().dispatch(Output { network, scratch })
+}
+
+struct Output<'a> {
+    network: &'a PiecewiseNetwork,
+    scratch: &'a Scratch,
+}
+
+impl WithSimd for Output<'_> {
+    type Output = [f64; 3];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> [f64; 3] {
+        let Self { network, scratch } = self;
+        let units = network.units();
+        let start = units - network.output.len();
+        let (slopes, _) = scratch.slopes[start..units].as_chunks::<LANES>();
+        let (weights, _) = network.output.as_chunks::<LANES>();
+        let sum = |k: usize| -> f64 {
+            let (z, _) = scratch.table[k * units + start..(k + 1) * units].as_chunks::<LANES>();
+            let mut sums = [0.0; LANES];
+            for ((z, slope), w) in z.iter().zip(slopes).zip(weights) {
+                for i in 0..LANES {
+                    sums[i] += z[i] * slope[i] * w[i];
+                }
+            }
+            sums.iter().sum()
+        };
+        [network.output_bias + sum(0), sum(1), sum(2)]
+    }
 }
 
 /// Finds the sides of the cell of the scratch's table: clips a window with the half-plane that comes
 /// closest to the middle of what is left, until none can cut the rectangle around it.
 fn find_sides(units: usize, window: &Window, scratch: &mut Scratch, out: &mut Vec<Sides>) {
-    let Scratch { table, bits, signed, processed, forced, cell, units: real, .. } = scratch;
-    signed.clear();
-    signed.resize(3 * units, 0.0);
-    signed[..units].fill(f64::INFINITY);
-    for &unit in &*real {
-        let unit = unit as usize;
-        let (w, bit) = word(unit);
-        let sign = if bits[w] & bit != 0 { 1.0 } else { -1.0 };
-        let (beta, gamma) = (table[units + unit], table[2 * units + unit]);
-        if beta != 0.0 || gamma != 0.0 {
-            signed[unit] = sign * table[unit];
-            signed[units + unit] = sign * beta;
-            signed[2 * units + unit] = sign * gamma;
-        }
-    }
+    let Scratch { table, bits, signed, candidates, processed, cell, .. } = scratch;
+    arch().dispatch(Orient { units, table, bits, signed });
+    candidates.clear();
+    candidates.extend(0..units as u32);
     processed.clear();
-    forced.clear();
     cell.restart(window);
+    let mut len = units;
+    let mut round = 0;
     loop {
         let (middle, half) = cell.bounds();
-        let (ratio, unit) = arch().dispatch(Closest { signed, units, middle, half });
-        if ratio >= 1.0 + SIDE_TOLERANCE || unit == usize::MAX {
-            break;
+        round += 1;
+        if round % COMPACT_EVERY == 0 {
+            len = compact(signed, candidates, units, len, middle, half);
         }
+        let found = arch().dispatch(Closest { signed, units, len, middle, half });
+        let Some(place) = found else { break };
         let plane = HalfPlane {
-            alpha: signed[unit],
-            beta: signed[units + unit],
-            gamma: signed[2 * units + unit],
+            alpha: signed[place],
+            beta: signed[units + place],
+            gamma: signed[2 * units + place],
         };
-        if cell.clip(&plane) == Clip::Nothing {
-            forced.push(unit as u32);
-        }
-        processed.push(unit as u32);
-        signed[unit] = f64::INFINITY;
+        let nothing = cell.clip(&plane) == Clip::Nothing;
+        processed.push((candidates[place], plane, nothing));
+        signed[place] = f64::INFINITY;
     }
     let (_, half) = cell.bounds();
     let mut sides = Sides::EMPTY;
     let mut lane = 0;
-    for &unit in &*processed {
-        let u = unit as usize;
-        let (beta, gamma) = (signed[units + u], signed[2 * units + u]);
-        let (w, bit) = word(u);
-        let sign = if bits[w] & bit != 0 { 1.0 } else { -1.0 };
-        let plane = HalfPlane { alpha: sign * table[u], beta, gamma };
+    for &(unit, plane, forced) in &*processed {
         let least = cell.vertices.iter().map(|&v| plane.margin(v)).fold(f64::INFINITY, f64::min);
-        let reach = beta.abs() * half[0] + gamma.abs() * half[1];
-        if least > SIDE_TOLERANCE * reach && !forced.contains(&unit) {
+        let reach = plane.beta.abs() * half[0] + plane.gamma.abs() * half[1];
+        if least > SIDE_TOLERANCE * reach && !forced {
             continue;
         }
         if lane == LANES {
@@ -493,51 +517,115 @@ fn find_sides(units: usize, window: &Window, scratch: &mut Scratch, out: &mut Ve
             (sides, lane) = (Sides::EMPTY, 0);
         }
         sides.alpha[lane] = plane.alpha;
-        sides.beta[lane] = beta;
-        sides.gamma[lane] = gamma;
+        sides.beta[lane] = plane.beta;
+        sides.gamma[lane] = plane.gamma;
         sides.unit[lane] = unit;
         lane += 1;
     }
     out.push(sides);
 }
 
-/// The unit whose border comes closest to the middle of a rectangle, in parts of its reach over the
-/// rectangle: a ratio of one or more means that it does not enter it.
+/// Rounds of clipping after which the half-planes that can cut no more are dropped.
+const COMPACT_EVERY: usize = 4;
+
+/// Turns the pre-activations so that all are positive inside the cell.
+struct Orient<'a> {
+    units: usize,
+    table: &'a [f64],
+    bits: &'a [u64],
+    signed: &'a mut Vec<f64>,
+}
+
+impl WithSimd for Orient<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let Self { units, table, bits, signed } = self;
+        signed.clear();
+        signed.extend_from_slice(table);
+        for part in signed.chunks_exact_mut(units) {
+            for (block, bits) in part.chunks_mut(64).zip(bits) {
+                for (i, value) in block.iter_mut().enumerate() {
+                    let negative = !(bits >> i) & 1;
+                    *value = f64::from_bits(value.to_bits() ^ (negative << 63));
+                }
+            }
+        }
+    }
+}
+
+/// Moves the half-planes that still enter a rectangle to the front, and returns how many these are, up
+/// to a whole vector.
+fn compact(
+    signed: &mut [f64],
+    candidates: &mut [u32],
+    units: usize,
+    len: usize,
+    middle: [f64; 2],
+    half: [f64; 2],
+) -> usize {
+    let mut kept = 0;
+    for i in 0..len {
+        let (alpha, beta, gamma) = (signed[i], signed[units + i], signed[2 * units + i]);
+        let margin = alpha + beta * middle[0] + gamma * middle[1];
+        let reach = beta.abs() * half[0] + gamma.abs() * half[1];
+        if margin < (1.0 + SIDE_TOLERANCE) * reach {
+            signed[kept] = alpha;
+            signed[units + kept] = beta;
+            signed[2 * units + kept] = gamma;
+            candidates[kept] = candidates[i];
+            kept += 1;
+        }
+    }
+    let whole = kept.next_multiple_of(LANES).min(units);
+    signed[kept..whole].fill(f64::INFINITY);
+    whole
+}
+
+/// The half-plane whose border comes closest to the middle of a rectangle, in parts of its reach over
+/// the rectangle, of those that enter it. (Half-planes that reach nowhere never do.)
 struct Closest<'a> {
     signed: &'a [f64],
     units: usize,
+    len: usize,
     middle: [f64; 2],
     half: [f64; 2],
 }
 
 impl WithSimd for Closest<'_> {
-    type Output = (f64, usize);
+    type Output = Option<usize>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) -> (f64, usize) {
-        let Self { signed, units, middle, half } = self;
+    fn with_simd<S: Simd>(self, _simd: S) -> Option<usize> {
+        let Self { signed, units, len, middle, half } = self;
         let (alpha, rest) = signed.split_at(units);
         let (beta, gamma) = rest.split_at(units);
-        let (alpha, _) = alpha.as_chunks::<LANES>();
-        let (beta, _) = beta.as_chunks::<LANES>();
-        let (gamma, _) = gamma.as_chunks::<LANES>();
-        let mut best = [f64::INFINITY; LANES];
-        let mut at = [f64::MAX; LANES];
+        let (alpha, _) = alpha[..len].as_chunks::<LANES>();
+        let (beta, _) = beta[..len].as_chunks::<LANES>();
+        let (gamma, _) = gamma[..len].as_chunks::<LANES>();
+        // The least ratio margin : reach of each lane, as a fraction, so that nothing is divided.
+        let mut best = [1.0 + SIDE_TOLERANCE; LANES];
+        let mut best_reach = [1.0; LANES];
+        let mut at = [-1.0; LANES];
         for (chunk, ((a, b), c)) in alpha.iter().zip(beta).zip(gamma).enumerate() {
             let chunk = chunk as f64;
             for i in 0..LANES {
                 let margin = a[i] + b[i] * middle[0] + c[i] * middle[1];
                 let reach = b[i].abs() * half[0] + c[i].abs() * half[1];
-                let ratio = margin / reach;
-                let closer = ratio < best[i];
-                best[i] = if closer { ratio } else { best[i] };
+                let closer = margin * best_reach[i] < best[i] * reach;
+                best[i] = if closer { margin } else { best[i] };
+                best_reach[i] = if closer { reach } else { best_reach[i] };
                 at[i] = if closer { chunk } else { at[i] };
             }
         }
-        let mut found = (f64::INFINITY, usize::MAX);
+        let mut found = None;
+        let mut least = f64::INFINITY;
         for i in 0..LANES {
-            if best[i] < found.0 {
-                found = (best[i], at[i] as usize * LANES + i);
+            let ratio = best[i] / best_reach[i];
+            if at[i] >= 0.0 && ratio < least {
+                least = ratio;
+                found = Some(at[i] as usize * LANES + i);
             }
         }
         found

@@ -72,15 +72,31 @@ impl Margin {
     /// Cannot miss: a part of the step is dropped only if the values at its ends and the bound of the
     /// curvature prove that the margin stays positive in between, or that it is monotonic. Excursions
     /// below rounding are touches, not crossings.
+    #[inline(always)]
     pub(crate) fn first_exit(&self, end: f64) -> Option<f64> {
         let curvature = self.curvature(end);
         let start = self.c[0];
         if start < -self.noise || (start <= self.noise && self.c[1] < 0.0) {
             return Some(0.0);
         }
+        let least = self.c[1] - curvature * end;
+        if least > 0.0 {
+            return None; // rises throughout
+        }
+        let last = self.value(end);
+        if self.c[1] + curvature * end < 0.0 {
+            // Falls throughout.
+            return (last < 0.0).then(|| self.root(0.0, end, start.max(0.0), last));
+        }
+        self.search(end, start.max(0.0), last, curvature)
+    }
+
+    /// The first exit of a margin that may turn within the step.
+    #[inline(never)]
+    fn search(&self, end: f64, start: f64, last: f64, curvature: f64) -> Option<f64> {
         let mut parts = [(0.0, 0.0, 0.0, 0.0); DEPTH];
         let mut count = 1;
-        parts[0] = (0.0, end, start.max(0.0), self.value(end));
+        parts[0] = (0.0, end, start, last);
         while count > 0 {
             count -= 1;
             let (a, b, ga, gb) = parts[count];
@@ -126,6 +142,15 @@ impl Margin {
     #[inline(always)]
     fn root(&self, mut a: f64, mut b: f64, ga: f64, gb: f64) -> f64 {
         let mut t = a + (b - a) * (ga / (ga - gb));
+        if a == 0.0 {
+            // From the start of a step its parabola says more than the chord.
+            let (c1, c2) = (self.c[1], self.c[2]);
+            let root = c1 * c1 - 4.0 * c2 * self.c[0];
+            let guess = 2.0 * self.c[0] / (root.max(0.0).sqrt() - c1);
+            if guess > a && guess < b {
+                t = guess;
+            }
+        }
         for _ in 0..60 {
             let (g, slope) = self.value_and_slope(t);
             if g >= 0.0 {

@@ -76,8 +76,17 @@ impl ForceSignal<'_> {
             };
             let end = observed.min(knot).min(t1);
             let (force_mn, rate_mn_s) = self.line(t, next_knot.checked_sub(1));
-            let parts = ((end - t) / longest_s).ceil().max(1.0);
-            let length_s = (end - t) / parts;
+            let whole = end - t;
+            if whole <= longest_s {
+                let observed = end == observed;
+                pieces.push(Piece { start_s: t, length_s: whole, force_mn, rate_mn_s, observed });
+                next_observed += usize::from(observed);
+                next_knot += usize::from(end == knot);
+                t = end;
+                continue;
+            }
+            let parts = (whole / longest_s).ceil();
+            let length_s = whole / parts;
             for part in 0..parts as usize {
                 let into = part as f64 * length_s;
                 pieces.push(Piece {

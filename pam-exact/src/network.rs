@@ -95,16 +95,6 @@ impl PiecewiseNetwork {
         hidden + self.hidden[self.hidden.len() - 1].outputs + 1
     }
 
-    /// Units that exist, layer by layer, as indices into a table.
-    pub(crate) fn real_units(&self) -> impl Iterator<Item = usize> + '_ {
-        let mut start = 0;
-        self.hidden.iter().flat_map(move |layer| {
-            let first = start;
-            start += layer.stride;
-            first..first + layer.outputs
-        })
-    }
-
     /// The force at one input `(m_f, m_e, x, ẋ)`, mN, layer by layer.
     #[must_use]
     pub fn force_mn(&self, input: [f64; 4]) -> f64 {
