@@ -36,15 +36,15 @@ impl Margin {
 
     #[inline(always)]
     fn value(&self, t: f64) -> f64 {
-        self.c[..self.len].iter().rev().fold(0.0, |sum, c| sum * t + c)
+        self.c[..self.len].iter().rev().fold(0.0, |sum: f64, c| sum.mul_add(t, *c))
     }
 
     #[inline(always)]
     fn value_and_slope(&self, t: f64) -> (f64, f64) {
-        let (mut value, mut slope) = (0.0, 0.0);
+        let (mut value, mut slope) = (0.0_f64, 0.0_f64);
         for c in self.c[..self.len].iter().rev() {
-            slope = slope * t + value;
-            value = value * t + c;
+            slope = slope.mul_add(t, value);
+            value = value.mul_add(t, *c);
         }
         (value, slope)
     }

@@ -39,6 +39,7 @@ pub(crate) fn spectral_bound(kappa: f64, zeta: f64) -> f64 {
 }
 
 /// Terms of the series after which those of a step with `rho · h = reach` are below rounding.
+#[inline(always)]
 pub(crate) fn terms(reach: f64) -> usize {
     let (mut n, mut term) = (0, 1.0);
     while term > 1e-18 && n < LONGEST - 3 {
@@ -67,59 +68,48 @@ pub(crate) struct Squared {
     pub(crate) twice: f64,
 }
 
-/// `hⁿ / n!` for `n = 0 … count`.
-#[inline(always)]
-fn powers(h: f64, count: usize) -> [f64; LONGEST + 4] {
-    let mut p = [0.0; LONGEST + 4];
-    p[0] = 1.0;
-    for n in 1..=count {
-        p[n] = p[n - 1] * (h * INVERSE[n]);
-    }
-    p
-}
-
 impl Response {
-    #[inline(always)]
-    pub(crate) fn new(kappa: f64, zeta: f64, h: f64, terms: usize) -> Self {
-        let p = powers(h, terms + 1);
-        let (mut e1, mut e2) = (0.0, 0.0); // e_{k+1}, e_{k+2}
-        for k in (3..=terms).rev() {
-            (e1, e2) = (p[k + 1] - zeta * e1 - kappa * e2, e1);
-        }
-        let ramp = p[3] - zeta * e1 - kappa * e2;
-        let step = p[2] - zeta * ramp - kappa * e1;
-        let impulse = p[1] - zeta * step - kappa * ramp;
-        Self { rate: 1.0 - zeta * impulse - kappa * step, impulse, step, ramp }
-    }
-
+    /// Both families at a step of length `h`.
+    ///
+    /// The recurrences run on the ratios `e_k (k+1)!/h^{k+1}` and `q_k (k+3)!/h^{k+3}`, which start at one
+    /// and need no powers of `h`.
     #[inline(always)]
     pub(crate) fn with_square(kappa: f64, zeta: f64, h: f64, terms: usize) -> (Self, Squared) {
-        let p = powers(h, terms + 1);
-        let (mut e1, mut e2) = (0.0, 0.0);
-        let (mut q1, mut q2) = (0.0, 0.0); // q_{k+1}, q_{k+2}, with k two behind that of e
-        for k in (0..=terms).rev() {
-            (e1, e2) = (p[k + 1] - zeta * e1 - kappa * e2, e1);
-            if k >= 5 {
-                (q1, q2) = (e1 - zeta * q1 - kappa * q2, q1);
-            } else {
-                break;
-            }
+        let (a, b) = (-zeta * h, -kappa * h * h);
+        // Ratios of e_{k+1}, e_{k+2}; of q_{k-1}, q_k where k − 2 is the index of the step's q.
+        let (mut r1, mut r2) = (1.0, 1.0);
+        let (mut s1, mut s2) = (1.0, 1.0);
+        let ratio = |start: f64, k: usize, one: f64, two: f64| {
+            let near = a * INVERSE[k];
+            let far = b * INVERSE[k] * INVERSE[k + 1];
+            far.mul_add(two, near.mul_add(one, start))
+        };
+        for k in (5..terms).rev() {
+            (r1, r2) = (ratio(1.0, k + 2, r1, r2), r1);
+            (s1, s2) = (ratio(r1, k + 2, s1, s2), s1);
         }
-        // Here e1 = e_4 and e2 = e_5, q1 = q_3 and q2 = q_4.
-        let e4 = e1;
-        let e3 = p[4] - zeta * e4 - kappa * e2;
-        let ramp = p[3] - zeta * e3 - kappa * e4;
-        let step = p[2] - zeta * ramp - kappa * e3;
-        let impulse = p[1] - zeta * step - kappa * ramp;
-        let rate = 1.0 - zeta * impulse - kappa * step;
-        let twice = e4 - zeta * q1 - kappa * q2;
-        let once = e3 - zeta * twice - kappa * q1;
-        let value = ramp - zeta * once - kappa * twice;
-        let q_rate = step - zeta * value - kappa * once;
-        let curve = impulse - zeta * q_rate - kappa * value;
+        // Here r1 = e_5, s1 = q_3 and so on, as ratios.
+        let e4 = ratio(1.0, 6, r1, r2);
+        let e3 = ratio(1.0, 5, e4, r1);
+        let e2 = ratio(1.0, 4, e3, e4);
+        let e1 = ratio(1.0, 3, e2, e3);
+        let e0 = ratio(1.0, 2, e1, e2);
+        let q2 = ratio(e4, 6, s1, s2);
+        let q1 = ratio(e3, 5, q2, s1);
+        let q0 = ratio(e2, 4, q1, q2);
+        let q_rate = ratio(e1, 3, q0, q1);
+        let p = [h, h * h / 2.0, h * h * h / 6.0, h * h * h * h / 24.0, h * h * h * h * h / 120.0];
+        let (impulse, step, ramp) = (p[0] * e0, p[1] * e1, p[2] * e2);
+        let (value, rate) = (p[2] * q0, p[1] * q_rate);
         (
-            Self { rate, impulse, step, ramp },
-            Squared { curve, rate: q_rate, value, once, twice },
+            Self { rate: 1.0 - zeta * impulse - kappa * step, impulse, step, ramp },
+            Squared {
+                curve: impulse - zeta * rate - kappa * value,
+                rate,
+                value,
+                once: p[3] * q1,
+                twice: p[4] * q2,
+            },
         )
     }
 
@@ -215,8 +205,6 @@ mod tests {
             let (x, v, w0, w1) = (0.7, -3.0, 40.0, 500.0);
             let terms = terms(spectral_bound(kappa, zeta) * h);
             let (e, _) = Response::with_square(kappa, zeta, h, terms);
-            let plain = Response::new(kappa, zeta, h, terms);
-            assert!((e.ramp - plain.ramp).abs() < 1e-16 && (e.rate - plain.rate).abs() < 1e-15);
             let ours = e.advance(kappa, h, [x, v], w0 - kappa * x - zeta * v, w1);
             let reference = integrate([x, v], h, |t, y| {
                 [y[1], w0 + w1 * t - kappa * y[0] - zeta * y[1]]

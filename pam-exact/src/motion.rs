@@ -4,7 +4,9 @@ use crate::atlas::{Atlas, AtlasMemory};
 use crate::cell::Window;
 use crate::fundamental::{REACH, Response, Squared, spectral_bound, terms};
 use crate::network::{PiecewiseNetwork, Plane};
+use pam_core::simd::arch;
 use pam_core::{ForceModel, JointModel, ModelError};
+use pulp::{Simd, WithSimd};
 
 /// Where trajectories are followed: far outside of anything the joint can do, so that a trajectory
 /// that leaves it has diverged.
@@ -67,6 +69,7 @@ pub(crate) fn jerk_bound(kappa: f64, zeta: f64, h: f64) -> [f64; 3] {
 }
 
 impl Law {
+    #[inline(always)]
     fn new(motion: &ExactMotion, force: [f64; 3], usual_s: f64) -> Self {
         let kappa = force[1] / motion.mass_kg;
         let zeta = (force[2] + motion.auxiliary_damping_kg_s) / motion.mass_kg;
@@ -132,13 +135,26 @@ impl<'n> Laws<'n> {
     #[cold]
     #[inline(never)]
     fn add_laws(&mut self) {
-        for id in self.laws.len()..self.atlas.len() {
-            let p = self.atlas.pattern(id as u32);
-            let law = Law::new(self.motion, p.force, self.usual_s);
-            self.laws.push(law);
+        arch().dispatch(AddLaws(self));
+    }
+}
+
+struct AddLaws<'a, 'n>(&'a mut Laws<'n>);
+
+impl WithSimd for AddLaws<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let Self(laws) = self;
+        for id in laws.laws.len()..laws.atlas.len() {
+            let force = laws.atlas.pattern(id as u32).force;
+            laws.laws.push(Law::new(laws.motion, force, laws.usual_s));
         }
     }
+}
 
+impl Laws<'_> {
     pub(crate) fn at(&mut self, point: [f64; 2]) -> u32 {
         let id = self.atlas.at(point);
         self.catch_up();

@@ -3,7 +3,7 @@
 use crate::atlas::{NONE, Sides};
 use crate::event::{COEFFICIENTS, Margin};
 use crate::forcing::Piece;
-use crate::fundamental::{Response, spectral_bound, terms};
+use crate::fundamental::{spectral_bound, terms};
 use crate::motion::{Law, Laws, WINDOW, jerk_bound};
 use crate::network::LANES;
 use pam_core::simd::arch;
@@ -211,10 +211,13 @@ impl Solve<'_, '_> {
             } else {
                 terms(spectral_bound(law.kappa, law.zeta) * h)
             };
-            let response =
-                if usual { law.usual } else { Response::new(law.kappa, law.zeta, h, terms) };
-            let end = response.advance(law.kappa, h, *state, a, w[1]);
-            let step = Step { law: &law, from: *state, end, a, rate: w[1], h, terms };
+            let series = Series::new(&law, *state, a, w[1], terms.min(COEFFICIENTS));
+            let end = if usual {
+                law.usual.advance(law.kappa, h, *state, a, w[1])
+            } else {
+                series.at(h)
+            };
+            let step = Step { law: &law, from: *state, end, a, rate: w[1], h, series };
             match self.first_exit(*pattern, &step, entered, at_once > MOST_AT_ONCE) {
                 None => {
                     self.keep(*state, force_mn, if usual { 0.0 } else { h }, *pattern, index);
@@ -226,9 +229,7 @@ impl Solve<'_, '_> {
                 Some(exit) => {
                     if exit.after_s > 0.0 {
                         self.keep(*state, force_mn, exit.after_s, *pattern, index);
-                        let response =
-                            Response::new(law.kappa, law.zeta, exit.after_s, terms);
-                        *state = response.advance(law.kappa, exit.after_s, *state, a, w[1]);
+                        *state = step.series.at(exit.after_s);
                         into_s += exit.after_s;
                         at_once = 0;
                     } else {
@@ -275,7 +276,6 @@ impl Solve<'_, '_> {
         let reach = chord(step.h);
         let off = [reach * (step.a.abs() + step.h * jerk), reach * jerk];
         let mut found: Option<Exit> = None;
-        let mut derivatives = None;
         let mut limit = step.h;
         for (block, sides) in self.laws.atlas.sides(self.laws.atlas.pattern(pattern)).iter().enumerate() {
             let before = margins(sides, step.from);
@@ -286,9 +286,8 @@ impl Solve<'_, '_> {
                 if least > far {
                     continue;
                 }
-                let d = derivatives.get_or_insert_with(|| step.derivatives());
                 let line = [sides.alpha[lane], sides.beta[lane], sides.gamma[lane]];
-                let mut margin = Margin::new(line, d, step.terms.min(COEFFICIENTS));
+                let mut margin = Margin::new(line, &step.series.d, step.series.len);
                 if sides.unit[lane] == entered {
                     // The tables of two patterns agree on their common border to rounding only.
                     margin.start_at_zero();
@@ -327,26 +326,52 @@ struct Step<'a> {
     a: f64,
     rate: f64,
     h: f64,
-    terms: usize,
+    series: Series,
 }
 
-impl Step<'_> {
-    /// The derivatives of x at the start over the factorials.
+/// The displacement as a power series in the time from the start of a step.
+struct Series {
+    /// Derivatives over factorials; one more than `len`.
+    d: [f64; COEFFICIENTS + 1],
+    len: usize,
+}
+
+impl Series {
     #[inline(always)]
-    fn derivatives(&self) -> [f64; COEFFICIENTS + 1] {
-        let (kappa, zeta) = (self.law.kappa, self.law.zeta);
+    fn new(law: &Law, [x, v]: [f64; 2], a: f64, rate: f64, len: usize) -> Self {
+        let (kappa, zeta) = (law.kappa, law.zeta);
         let mut d = [0.0; COEFFICIENTS + 1];
-        let (mut two_before, mut before) = (self.a, self.rate - kappa * self.from[1] - zeta * self.a);
-        d[0] = self.from[0];
-        d[1] = self.from[1];
-        d[2] = 0.5 * self.a;
-        let mut factorial = 1.0 / 6.0;
-        d[3] = factorial * before;
-        for n in 4..=self.terms.min(COEFFICIENTS) {
-            (two_before, before) = (before, -zeta * before - kappa * two_before);
-            factorial /= n as f64;
-            d[n] = factorial * before;
+        let (mut two_before, mut before) = (a, rate - kappa * v - zeta * a);
+        d[0] = x;
+        d[1] = v;
+        d[2] = 0.5 * a;
+        d[3] = INVERSE_FACTORIAL[3] * before;
+        for n in 4..=len {
+            (two_before, before) = (before, (-zeta).mul_add(before, -kappa * two_before));
+            d[n] = INVERSE_FACTORIAL[n] * before;
         }
-        d
+        Self { d, len }
+    }
+
+    /// Displacement and velocity after `t`.
+    #[inline(always)]
+    fn at(&self, t: f64) -> [f64; 2] {
+        let (mut x, mut v) = (0.0_f64, 0.0_f64);
+        for &d in self.d[..=self.len].iter().rev() {
+            v = v.mul_add(t, x);
+            x = x.mul_add(t, d);
+        }
+        [x, v]
     }
 }
+
+/// `1 / n!`.
+const INVERSE_FACTORIAL: [f64; COEFFICIENTS + 1] = {
+    let mut inverse = [1.0; COEFFICIENTS + 1];
+    let mut n = 1;
+    while n < inverse.len() {
+        inverse[n] = inverse[n - 1] / n as f64;
+        n += 1;
+    }
+    inverse
+};
