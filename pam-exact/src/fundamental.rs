@@ -132,6 +132,26 @@ impl Response {
     }
 }
 
+/// What unit accelerations along `x(τ)`, and along `ẋ(τ)`, do to displacement and velocity at the end of
+/// a step.
+#[inline(always)]
+pub(crate) fn responses(
+    q: &Squared,
+    (kappa, zeta): (f64, f64),
+    [x, v]: [f64; 2],
+    [w0, w1]: [f64; 2],
+) -> ([f64; 2], [f64; 2]) {
+    let by_x = [
+        (q.rate + zeta * q.value) * x + q.value * v + q.once * w0 + q.twice * w1,
+        (q.curve + zeta * q.rate) * x + q.rate * v + q.value * w0 + q.once * w1,
+    ];
+    let by_v = [
+        q.rate * v + q.value * (w0 - kappa * x) + q.once * w1,
+        q.curve * v + q.rate * (w0 - kappa * x) + q.value * w1,
+    ];
+    (by_x, by_v)
+}
+
 /// Integrals over a step of the velocity's costate `λ_v` times `1`, `τ`, `x` and `ẋ`.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct StepMoments {
@@ -151,15 +171,7 @@ impl StepMoments {
         [w0, w1]: [f64; 2],
         [lx, lv]: [f64; 2],
     ) -> Self {
-        // What a unit of force along x(t), or along ẋ(t), does to the end state.
-        let by_x = [
-            (q.rate + zeta * q.value) * x + q.value * v + q.once * w0 + q.twice * w1,
-            (q.curve + zeta * q.rate) * x + q.rate * v + q.value * w0 + q.once * w1,
-        ];
-        let by_v = [
-            q.rate * v + q.value * (w0 - kappa * x) + q.once * w1,
-            q.curve * v + q.rate * (w0 - kappa * x) + q.value * w1,
-        ];
+        let (by_x, by_v) = responses(q, (kappa, zeta), [x, v], [w0, w1]);
         Self {
             one: lx * e.step + lv * e.impulse,
             time: lx * e.ramp + lv * e.step,

@@ -296,6 +296,43 @@ impl Worker {
     }
 }
 
+/// A trajectory with all its segments.
+#[derive(Debug)]
+pub(crate) struct Follow<'n> {
+    pub(crate) laws: Laws<'n>,
+    pub(crate) pieces: Vec<Piece>,
+    pub(crate) segments: Vec<Segment>,
+}
+
+impl<'n> Follow<'n> {
+    /// Solves a problem and keeps everything.
+    pub(crate) fn new(
+        motion: &'n ExactMotion,
+        problem: &ExactProblem<'_>,
+    ) -> Result<Self, LaneFailure> {
+        let failed = |kind, time_s| LaneFailure { problem: 0, kind, time_s };
+        problem.check().map_err(|why| failed(FailureKind::Request(why), problem.t0))?;
+        let mut pieces = Vec::new();
+        let span = (problem.t0, problem.t1);
+        problem.signal.pieces_into(span, problem.observe_s, f64::INFINITY, &mut pieces);
+        let masses_g = [problem.masses.flexor_g, problem.masses.extensor_g];
+        let mut laws = Laws::new(motion, masses_g, usual_length(&pieces), LawMemory::default());
+        let mut segments = Vec::new();
+        Solve {
+            laws: &mut laws,
+            pieces: &pieces,
+            start: problem.y0,
+            segments: Some(&mut segments),
+            observed: &mut vec![0.0; 2 * problem.observe_s.len()],
+            most_crossings: MOST_CROSSINGS,
+            statistics: &mut ExactStatistics::default(),
+        }
+        .run()
+        .map_err(|stopped| failed(stopped.kind, stopped.time_s))?;
+        Ok(Self { laws, pieces, segments })
+    }
+}
+
 /// The length that most pieces have: the median.
 fn usual_length(pieces: &[Piece]) -> f64 {
     // A few are enough: lengths differ by rounding, or the recording is irregular and none is usual.

@@ -5,7 +5,9 @@ mod common;
 
 use common::landing::Landing;
 use pam_core::{ParametricForce, SealedMasses};
-use pam_exact::{ExactProblem, ExactSolver, ForceSignal};
+use pam_exact::{
+    ExactDirection, ExactProblem, ExactSolver, ForceSignal, forward_sensitivities,
+};
 use pam_solvers::Interpolation;
 
 fn problem<'a>(
@@ -175,4 +177,55 @@ fn results_do_not_depend_on_threads() {
         })
     };
     assert_eq!(run(1), run(3));
+}
+
+/// Forward sensitivities and the gradient are two ways to the same number: the derivative of the sum of
+/// squares along a direction of everything.
+#[test]
+fn sensitivities_and_gradient_agree() {
+    let mut model = common::perturbed();
+    model.auxiliary_damping_kg_s = 300.0;
+    let motion = common::motion(&model);
+    let (times, force) = common::excitation(41.0, 2500);
+    for interpolation in [Interpolation::Hold, Interpolation::Ramp] {
+        let problem = problem(&times, &force, interpolation, common::masses(29)[9]);
+        let problem = ExactProblem { y0: [0.1, 2.0], ..problem };
+        let mut solver = ExactSolver::new();
+        let gradient = solver.value_and_gradient(&motion, &[problem], &squares);
+        let states = solver.observed(0).to_vec();
+        let len = motion.network.parameter_len();
+        let directions = [
+            ExactDirection {
+                network: (0..len).map(|k| (0.1 * k as f64).sin()).collect(),
+                ..ExactDirection::default()
+            },
+            ExactDirection {
+                mass_kg: 1.0,
+                damping_kg_s: -30.0,
+                masses_g: [1e-4, 3e-4],
+                start: [0.01, -0.2],
+                ..ExactDirection::default()
+            },
+        ];
+        let found = forward_sensitivities(&motion, &problem, &directions).unwrap();
+        for (direction, tangents) in directions.iter().zip(&found) {
+            let forward: f64 = states
+                .as_chunks::<2>()
+                .0
+                .iter()
+                .zip(tangents)
+                .map(|(y, d)| 2.0 * (y[0] * d[0] + y[1] * d[1]))
+                .sum();
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let backward = dot(&gradient.shared, &direction.network)
+                + gradient.shared[len] * direction.mass_kg
+                + gradient.shared[len + 1] * direction.damping_kg_s
+                + dot(&gradient.own[0], &direction.masses_g)
+                + dot(&gradient.initial_state[0], &direction.start);
+            assert!(
+                (forward - backward).abs() < 1e-9 * backward.abs(),
+                "{forward} {backward}"
+            );
+        }
+    }
 }

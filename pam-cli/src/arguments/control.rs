@@ -22,6 +22,15 @@ pub struct BoundsOptions {
     pub stiffness_step: f64,
 }
 
+/// How masses are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PlanMethod {
+    /// Newton's method, and the curve of consistent masses where that fails
+    Auto,
+    /// All polygons of the masses, with a certificate
+    Exact,
+}
+
 /// Arguments of `pam plan`.
 #[derive(Debug, Args)]
 pub struct PlanArguments {
@@ -42,6 +51,10 @@ pub struct PlanArguments {
     /// Samples per second
     #[arg(long, value_name = "HZ", default_value_t = 1000.0, allow_negative_numbers = true)]
     pub rate: f64,
+    /// auto follows the curve of consistent masses, microseconds a sample; exact goes through all
+    /// polygons of the masses (leaky_relu or relu), milliseconds a sample, and proves the optimum
+    #[arg(long, value_enum, default_value = "auto", value_name = "NAME")]
+    pub method: PlanMethod,
     /// The bounds.
     #[command(flatten)]
     pub bounds: BoundsOptions,

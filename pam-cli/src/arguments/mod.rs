@@ -6,6 +6,7 @@ mod rig;
 mod train;
 
 pub use control::{
+    PlanMethod,
     BoundsOptions, IdentifyArguments, IdentifySchedule, PlanArguments, ReplanArguments,
     StiffnessArguments, TrackArguments,
 };

@@ -3,12 +3,14 @@
 //! - [`problem`]: targets, bounds, settings, solutions;
 //! - [`batch`]: forces and their slopes for many points at once;
 //! - [`solver`]: the structured solver, [`Synthesiser`];
+//! - [`certified`]: the global optimum with a proof, [`CertifiedSynthesiser`];
 //! - [`plan`]: a whole trajectory with its pressure commands, [`Plan`].
 //!
 //! Inside: the stencil of K̂, Newton's method in lanes, and the curve of dynamically consistent masses,
 //! followed piece by piece.
 
 pub mod batch;
+pub mod certified;
 mod newton;
 
 pub mod plan;
@@ -19,6 +21,7 @@ mod stencil;
 mod trace;
 
 pub use batch::{AnyBatch, ForceBatch, NetworkBatch, Pointwise};
+pub use certified::CertifiedSynthesiser;
 pub use plan::{Plan, PlanSummary};
 pub use problem::{MassBounds, Outcome, Solution, SynthesisSettings, TRAINED_KPA, Target};
 pub use solver::Synthesiser;

@@ -1,11 +1,13 @@
 //! A trajectory with its air and its pressure commands.
 
 use super::problem::{MassBounds, Outcome, Solution, SynthesisSettings, Target};
+use super::certified::CertifiedSynthesiser;
 use super::solver::Synthesiser;
 use crate::error::ControlError;
 use crate::motion::{MotionSpec, StiffnessProfile};
 use pam_core::units::MN_PER_N;
 use pam_core::{AnyForce, JointModel};
+use pam_exact::Certificate;
 use serde::Serialize;
 
 /// Samples of a motion, as targets for the synthesis.
@@ -82,6 +84,30 @@ impl Plan {
         settings: SynthesisSettings,
     ) -> Result<Self, ControlError> {
         let solutions = Synthesiser::new(model, settings)?.solve(&targets)?;
+        Self::of_solutions(model, targets, solutions)
+    }
+
+    /// As [`new`](Self::new), every sample the global optimum, with its certificate; for networks of
+    /// rectifiers.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and [`ControlError::Insufficient`] for another force.
+    pub fn certified(
+        model: &JointModel<f64, AnyForce<f64>>,
+        targets: Vec<Target>,
+        settings: SynthesisSettings,
+    ) -> Result<(Self, Vec<Certificate>), ControlError> {
+        let solved = CertifiedSynthesiser::new(model, settings)?.solve(&targets)?;
+        let (solutions, certificates) = solved.into_iter().unzip();
+        Ok((Self::of_solutions(model, targets, solutions)?, certificates))
+    }
+
+    /// Adds pressures to solutions; a motion that cannot be had is an error.
+    fn of_solutions(
+        model: &JointModel<f64, AnyForce<f64>>,
+        targets: Vec<Target>,
+        solutions: Vec<Solution>,
+    ) -> Result<Self, ControlError> {
         let mut missed = targets
             .iter()
             .zip(&solutions)

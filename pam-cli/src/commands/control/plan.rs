@@ -1,7 +1,7 @@
 //! `pam plan`.
 
 use crate::PARTIAL;
-use crate::arguments::{GlobalOptions, PlanArguments};
+use crate::arguments::{GlobalOptions, PlanArguments, PlanMethod};
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::describe_model;
@@ -11,6 +11,7 @@ use pam_control::motion::{MotionSpec, StiffnessProfile};
 use pam_control::report::plan_report;
 use pam_control::synthesis::{Outcome, Plan, plan::targets};
 use pam_core::AnyForce;
+use pam_exact::Certificate;
 use pam_data::atomic::write_atomic;
 use serde_json::json;
 use std::process::ExitCode;
@@ -34,7 +35,10 @@ pub fn run(
     let stiffness = arguments.stiffness.as_deref().map(StiffnessProfile::parse).transpose()?;
     let targets = targets(&motion, stiffness.as_ref(), arguments.load, arguments.rate)?;
     let start = Instant::now();
-    let plan = Plan::new(&saved.model, targets, settings)?;
+    let (plan, certificates) = match arguments.method {
+        PlanMethod::Auto => (Plan::new(&saved.model, targets, settings)?, Vec::new()),
+        PlanMethod::Exact => Plan::certified(&saved.model, targets, settings)?,
+    };
     let seconds = start.elapsed().as_secs_f64();
     let out = &arguments.out;
     write_atomic(&out.join("table.csv"), table_csv(&plan).as_bytes())?;
@@ -54,6 +58,7 @@ pub fn run(
         "summary": summary,
         "settings": settings,
         "unreached": stretches,
+        "certificate": certificate_json(&certificates),
         "made_by": made_by(),
     });
     write_json(&out.join("plan.json"), &value)?;
@@ -85,6 +90,14 @@ pub fn run(
         summary.pressure_kpa[1],
         out.display()
     ));
+    if !certificates.is_empty() {
+        let complete = certificates.iter().filter(|c| c.is_complete()).count();
+        console.text(format!(
+            "certificate: {complete} of {} samples are the global optimum (the polygons of the masses \
+             fill the bounds)",
+            certificates.len()
+        ));
+    }
     if summary.extrapolated > 0 {
         console.warn(format!(
             "{} samples hold air outside the {:.4} to {:.4} g of the training conditions: the model \
@@ -107,6 +120,25 @@ pub fn run(
         ));
     }
     Ok(ExitCode::from(PARTIAL))
+}
+
+/// What proves the samples of an exact plan; null for others.
+fn certificate_json(certificates: &[Certificate]) -> serde_json::Value {
+    if certificates.is_empty() {
+        return serde_json::Value::Null;
+    }
+    let count = certificates.len() as f64;
+    let mean = |of: fn(&Certificate) -> usize| {
+        certificates.iter().map(|c| of(c) as f64).sum::<f64>() / count
+    };
+    json!({
+        "complete": certificates.iter().filter(|c| c.is_complete()).count(),
+        "samples": certificates.len(),
+        "largest_missing_area": certificates.iter().map(|c| c.missing.abs()).fold(0.0, f64::max),
+        "mean_polygons": mean(|c| c.polygons),
+        "mean_segments": mean(|c| c.segments),
+        "mean_pieces": mean(|c| c.pieces),
+    })
 }
 
 /// A stretch of samples whose stiffness cannot be reached.

@@ -1,0 +1,158 @@
+//! Exact forward sensitivities: tangents by the propagators themselves.
+//!
+//! Inside a pattern a tangent obeys `δ̈ + ζ δ̇ + κ δ = p(τ)`, where the forcing `p` is affine in time, in
+//! `x(τ)` and in `ẋ(τ)`; its response has the same closed form as the moments of the adjoint. At a
+//! crossing nothing is added: the field is continuous across the border, so moving the crossing time
+//! changes the state by nothing to first order (the saltation matrix is the identity).
+
+use crate::atlas::Atlas;
+use crate::fundamental::{Response, responses, spectral_bound, terms};
+use crate::gradient::{ExactProblem, Follow};
+use crate::motion::ExactMotion;
+use pam_solvers::LaneFailure;
+
+/// A direction in which everything that a motion depends on moves.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ExactDirection {
+    /// Of the network's parameters, in the order of [`ParametricForce`](pam_core::ParametricForce);
+    /// empty for none.
+    pub network: Vec<f64>,
+    /// Of m, kg.
+    pub mass_kg: f64,
+    /// Of B, kg/s.
+    pub damping_kg_s: f64,
+    /// Of m_f and m_e, g.
+    pub masses_g: [f64; 2],
+    /// Of the initial displacement (mm) and velocity (mm/s).
+    pub start: [f64; 2],
+}
+
+/// The derivatives of the observed states of `problem` along `directions`: for each direction
+/// `[x, ẋ]` at every observation.
+///
+/// # Errors
+/// [`LaneFailure`] if the request is inconsistent or the solve stops early; its problem is 0.
+///
+/// # Panics
+/// If a direction has another number of network parameters than the network, and not none.
+pub fn forward_sensitivities(
+    motion: &ExactMotion,
+    problem: &ExactProblem<'_>,
+    directions: &[ExactDirection],
+) -> Result<Vec<Vec<[f64; 2]>>, LaneFailure> {
+    let follow = Follow::new(motion, problem)?;
+    Ok(directions.iter().map(|d| one(&follow, motion, problem, d)).collect())
+}
+
+fn one(
+    follow: &Follow<'_>,
+    motion: &ExactMotion,
+    problem: &ExactProblem<'_>,
+    direction: &ExactDirection,
+) -> Vec<[f64; 2]> {
+    let mass = motion.mass_kg;
+    let at_start = problem.observe_s.partition_point(|&t| t <= problem.t0);
+    let mut out = vec![direction.start; at_start];
+    let mut delta = direction.start;
+    let masses_g = [problem.masses.flexor_g, problem.masses.extensor_g];
+    let mut known: Vec<Option<[f64; 3]>> = vec![None; follow.laws.laws.len()];
+    for (index, s) in follow.segments.iter().enumerate() {
+        let law = &follow.laws.laws[s.pattern as usize];
+        let piece = &follow.pieces[s.piece as usize];
+        let by_force = *known[s.pattern as usize].get_or_insert_with(|| {
+            affine_tangent(&follow.laws.atlas, s.pattern, masses_g, direction)
+        });
+        let own;
+        let (e, q, h) = if s.length_s == 0.0 {
+            (&law.usual, &law.squared, follow.laws.usual_s)
+        } else {
+            let count = terms(spectral_bound(law.kappa, law.zeta) * s.length_s);
+            own = Response::with_square(law.kappa, law.zeta, s.length_s, count);
+            (&own.0, &own.1, s.length_s)
+        };
+        let w = [(s.force_mn - law.offset_mn) / mass, piece.rate_mn_s / mass];
+        let (by_x, by_v) = responses(q, (law.kappa, law.zeta), [s.x, s.v], w);
+        // ẍ = w₀ + w₁ τ − κ x − ζ ẋ; a heavier joint divides all of it by more.
+        let heavier = direction.mass_kg / mass;
+        let constant = -by_force[0] / mass - heavier * w[0];
+        let ramp = -heavier * w[1];
+        let along_x = -by_force[1] / mass + heavier * law.kappa;
+        let along_v = -(by_force[2] + direction.damping_kg_s) / mass + heavier * law.zeta;
+        let free = -law.kappa * delta[0] - law.zeta * delta[1];
+        let end = e.advance(law.kappa, h, delta, free + constant, ramp);
+        delta = [
+            end[0] + along_x * by_x[0] + along_v * by_v[0],
+            end[1] + along_x * by_x[1] + along_v * by_v[1],
+        ];
+        let ends = follow.segments.get(index + 1).is_none_or(|next| next.piece != s.piece);
+        if ends && piece.observed {
+            out.push(delta);
+        }
+    }
+    out
+}
+
+/// The tangent of a pattern's affine force `a + b x + c ẋ` along a direction of weights and masses.
+fn affine_tangent(
+    atlas: &Atlas<'_>,
+    pattern: u32,
+    masses_g: [f64; 2],
+    direction: &ExactDirection,
+) -> [f64; 3] {
+    let network = atlas.network;
+    let units = network.units();
+    let mut slopes = Vec::new();
+    atlas.slopes_into(pattern, &mut slopes);
+    let table = atlas.table(pattern);
+    // The inputs as affine functions of x and ẋ, with their tangents.
+    let mut inputs: Vec<[f64; 3]> = vec![
+        [masses_g[0], 0.0, 0.0],
+        [masses_g[1], 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+    ];
+    let [m_f, m_e] = direction.masses_g;
+    let mut tangents = vec![[m_f, 0.0, 0.0], [m_e, 0.0, 0.0], [0.0; 3], [0.0; 3]];
+    let none = direction.network.is_empty();
+    assert!(none || direction.network.len() == network.parameter_len(), "one number a parameter");
+    let mut rest = &direction.network[..];
+    let mut take = |len: usize| {
+        let (own, after) = rest.split_at(if none { 0 } else { len });
+        rest = after;
+        own
+    };
+    let mut start = 0;
+    for layer in &network.hidden {
+        let mut out = vec![[0.0; 3]; layer.outputs];
+        let weights = take(layer.inputs * layer.outputs);
+        for (i, (value, tangent)) in inputs.iter().zip(&tangents).enumerate() {
+            for (j, out) in out.iter_mut().enumerate() {
+                let w = layer.columns[i * layer.stride + j];
+                let dw = if none { 0.0 } else { weights[i * layer.outputs + j] };
+                for k in 0..3 {
+                    out[k] += w * tangent[k] + dw * value[k];
+                }
+            }
+        }
+        for (out, db) in out.iter_mut().zip(take(layer.outputs)) {
+            out[0] += db;
+        }
+        let value = |j: usize| -> [f64; 3] {
+            std::array::from_fn(|k| slopes[start + j] * table[k * units + start + j])
+        };
+        inputs = (0..layer.outputs).map(value).collect();
+        tangents =
+            out.iter().enumerate().map(|(j, t)| t.map(|t| slopes[start + j] * t)).collect();
+        start += layer.stride;
+    }
+    let mut out = [0.0; 3];
+    let weights = take(inputs.len());
+    for (j, (value, tangent)) in inputs.iter().zip(&tangents).enumerate() {
+        let dw = if none { 0.0 } else { weights[j] };
+        for k in 0..3 {
+            out[k] += network.output[j] * tangent[k] + dw * value[k];
+        }
+    }
+    out[0] += take(1).first().copied().unwrap_or(0.0);
+    out
+}
