@@ -365,7 +365,8 @@ impl StepOptions {
         method: &str,
         saved: &SavedModel,
     ) -> Result<SolverSettings, CliError> {
-        let general = self.settings(if [AUTO, EXACT].contains(&method) { "tsit5" } else { method })?;
+        let general =
+            self.settings(if [AUTO, EXACT].contains(&method) { "tsit5" } else { method })?;
         let exact = SolverSettings::exact(general.interpolation);
         let applies = general.exact_applies_to(&saved.model.force) && saved.info.effects.is_empty();
         match method {

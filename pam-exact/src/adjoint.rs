@@ -73,7 +73,8 @@ impl WithSimd for Adjoint<'_, '_> {
                         costate[1] += self.cotangents[2 * observation + 1];
                     }
                 }
-                let w = [(s.force_mn - law.offset_mn) * inverse_mass, piece.rate_mn_s * inverse_mass];
+                let w =
+                    [(s.force_mn - law.offset_mn) * inverse_mass, piece.rate_mn_s * inverse_mass];
                 let own_step;
                 let (e, q) = if s.length_s == 0.0 {
                     (&law.usual, &law.squared)
@@ -181,9 +182,10 @@ impl WithSimd for PullBackAll<'_, '_, '_> {
             let (alpha, rest) = table.split_at(units);
             let (beta, gamma) = rest.split_at(units);
             gathered.clear();
-            gathered.extend((0..units).map(|i| {
-                slopes[i] * (alpha[i] * m[0] + beta[i] * m[1] + gamma[i] * m[2])
-            }));
+            gathered.extend(
+                (0..units)
+                    .map(|i| slopes[i] * (alpha[i] * m[0] + beta[i] * m[1] + gamma[i] * m[2])),
+            );
             let mut place = sums.len() - network.output.len() - 1;
             let mut start = units - network.output.len();
             for (o, g) in sums[place..].iter_mut().zip(&gathered[start..]) {
@@ -203,7 +205,8 @@ impl WithSimd for PullBackAll<'_, '_, '_> {
                     for (column, value) in columns.chunks_exact_mut(layer.stride).zip(inputs) {
                         add_scaled(column, carried, value);
                     }
-                    for (sum, column) in masses.iter_mut().zip(layer.columns.chunks_exact(layer.stride))
+                    for (sum, column) in
+                        masses.iter_mut().zip(layer.columns.chunks_exact(layer.stride))
                     {
                         *sum += m[0] * dot(column, carried);
                     }

@@ -19,7 +19,11 @@ impl Margin {
     /// The margin `α + β x(τ) + γ ẋ(τ)` of a motion with derivatives `d` at the start; `d[n]` is
     /// already divided by `n!`.
     #[inline(always)]
-    pub(crate) fn new([alpha, beta, gamma]: [f64; 3], d: &[f64; COEFFICIENTS + 1], len: usize) -> Self {
+    pub(crate) fn new(
+        [alpha, beta, gamma]: [f64; 3],
+        d: &[f64; COEFFICIENTS + 1],
+        len: usize,
+    ) -> Self {
         let mut c = [0.0; COEFFICIENTS];
         for n in 0..len {
             c[n] = beta * d[n] + gamma * ((n + 1) as f64 * d[n + 1]);

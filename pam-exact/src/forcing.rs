@@ -69,11 +69,8 @@ impl ForceSignal<'_> {
         }
         while t < t1 {
             let observed = observe_s.get(next_observed).copied().unwrap_or(f64::INFINITY);
-            let knot = if next_knot < self.times_s.len() {
-                self.knot(next_knot)
-            } else {
-                f64::INFINITY
-            };
+            let knot =
+                if next_knot < self.times_s.len() { self.knot(next_knot) } else { f64::INFINITY };
             let end = observed.min(knot).min(t1);
             let (force_mn, rate_mn_s) = self.line(t, next_knot.checked_sub(1));
             let whole = end - t;
@@ -112,7 +109,8 @@ mod tests {
     /// Force at both ends of every piece equals that of the general solvers' input.
     #[test]
     fn pieces_are_the_input_of_the_general_solvers() {
-        let times: Vec<f64> = (0..40).map(|k| 0.1 * f64::from(k) + 0.01 * f64::from(k % 3)).collect();
+        let times: Vec<f64> =
+            (0..40).map(|k| 0.1 * f64::from(k) + 0.01 * f64::from(k % 3)).collect();
         let force: Vec<f64> = times.iter().map(|t| 1e3 * (3.0 * t).sin()).collect();
         let observe: Vec<f64> = (0..25).map(|k| -0.05 + 0.17 * f64::from(k)).collect();
         for interpolation in [Interpolation::Hold, Interpolation::Linear, Interpolation::Ramp] {

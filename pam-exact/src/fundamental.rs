@@ -116,7 +116,14 @@ impl Response {
     /// Displacement and velocity after the step, from those before it, the acceleration before it and
     /// the rate `w₁` of the forcing.
     #[inline(always)]
-    pub(crate) fn advance(&self, kappa: f64, h: f64, [x, v]: [f64; 2], acceleration: f64, rate: f64) -> [f64; 2] {
+    pub(crate) fn advance(
+        &self,
+        kappa: f64,
+        h: f64,
+        [x, v]: [f64; 2],
+        acceleration: f64,
+        rate: f64,
+    ) -> [f64; 2] {
         let slope = rate - kappa * v;
         [
             x + h * v + self.step * acceleration + self.ramp * slope,
@@ -207,8 +214,14 @@ mod tests {
         y
     }
 
-    const CASES: [(f64, f64); 6] =
-        [(400.0, 3.0), (100.0, 20.0), (100.0, 20.000_000_01), (5.0, 24.0), (-60.0, 1.0), (0.0, 0.0)];
+    const CASES: [(f64, f64); 6] = [
+        (400.0, 3.0),
+        (100.0, 20.0),
+        (100.0, 20.000_000_01),
+        (5.0, 24.0),
+        (-60.0, 1.0),
+        (0.0, 0.0),
+    ];
 
     #[test]
     fn steps_solve_the_oscillator() {
@@ -218,9 +231,8 @@ mod tests {
             let terms = terms(spectral_bound(kappa, zeta) * h);
             let (e, _) = Response::with_square(kappa, zeta, h, terms);
             let ours = e.advance(kappa, h, [x, v], w0 - kappa * x - zeta * v, w1);
-            let reference = integrate([x, v], h, |t, y| {
-                [y[1], w0 + w1 * t - kappa * y[0] - zeta * y[1]]
-            });
+            let reference =
+                integrate([x, v], h, |t, y| [y[1], w0 + w1 * t - kappa * y[0] - zeta * y[1]]);
             for (a, b) in ours.iter().zip(reference) {
                 assert!((a - b).abs() < 3e-13 * (1.0 + b.abs()), "{kappa} {zeta}: {a} {b}");
             }
@@ -236,12 +248,13 @@ mod tests {
             let (e, q) = Response::with_square(kappa, zeta, h, terms);
             let (state, w, l) = ([0.7, -3.0], [40.0, 500.0], [0.3, -1.2]);
             let m = StepMoments::new((&e, &q), (kappa, zeta), state, w, l);
-            let ends = integrate([state[0], state[1], 0., 0., 0., 0., 0., 0., 0., 0.], h, |t, y| {
-                let by = |i: usize, f: f64| [y[i + 1], f - kappa * y[i] - zeta * y[i + 1]];
-                let [a, b, c, d] = [by(2, 1.0), by(4, t), by(6, y[0]), by(8, y[1])];
-                let acceleration = w[0] + w[1] * t - kappa * y[0] - zeta * y[1];
-                [y[1], acceleration, a[0], a[1], b[0], b[1], c[0], c[1], d[0], d[1]]
-            });
+            let ends =
+                integrate([state[0], state[1], 0., 0., 0., 0., 0., 0., 0., 0.], h, |t, y| {
+                    let by = |i: usize, f: f64| [y[i + 1], f - kappa * y[i] - zeta * y[i + 1]];
+                    let [a, b, c, d] = [by(2, 1.0), by(4, t), by(6, y[0]), by(8, y[1])];
+                    let acceleration = w[0] + w[1] * t - kappa * y[0] - zeta * y[1];
+                    [y[1], acceleration, a[0], a[1], b[0], b[1], c[0], c[1], d[0], d[1]]
+                });
             for (i, ours) in [m.one, m.time, m.x, m.v].into_iter().enumerate() {
                 let reference = l[0] * ends[2 + 2 * i] + l[1] * ends[3 + 2 * i];
                 assert!((ours - reference).abs() < 1e-13 * (1.0 + reference.abs()), "{kappa} {i}");

@@ -78,7 +78,10 @@ impl ExactProblem<'_> {
                 .into());
         }
         if !(self.t0 <= self.t1 && self.t1.is_finite()) {
-            return Err(format!("the interval from {} to {} s does not run forward", self.t0, self.t1));
+            return Err(format!(
+                "the interval from {} to {} s does not run forward",
+                self.t0, self.t1
+            ));
         }
         if !self.y0.iter().chain(force_mn).all(|v| v.is_finite()) {
             return Err("the initial state or the force is infinite or NaN".into());
@@ -139,7 +142,11 @@ impl ExactSolver {
     }
 
     /// Solves all problems; the observed states are read with [`observed`](Self::observed).
-    pub fn solve(&mut self, motion: &ExactMotion, problems: &[ExactProblem<'_>]) -> Vec<LaneFailure> {
+    pub fn solve(
+        &mut self,
+        motion: &ExactMotion,
+        problems: &[ExactProblem<'_>],
+    ) -> Vec<LaneFailure> {
         self.run(motion, problems, &|_, _, _| 0.0, false).failures
     }
 
@@ -235,10 +242,9 @@ impl Worker {
         zero(&mut result.states, 2 * observations);
         zero(&mut result.cotangents, 2 * observations);
         zero(&mut result.shared, motion.network.parameter_len() + 2);
-        problem.check().map_err(|why| Stopped {
-            kind: FailureKind::Request(why),
-            time_s: problem.t0,
-        })?;
+        problem
+            .check()
+            .map_err(|why| Stopped { kind: FailureKind::Request(why), time_s: problem.t0 })?;
         let span = (problem.t0, problem.t1);
         problem.signal.pieces_into(span, problem.observe_s, longest_s, &mut self.pieces);
         let masses_g = [problem.masses.flexor_g, problem.masses.extensor_g];

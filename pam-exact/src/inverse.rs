@@ -126,7 +126,8 @@ impl InverseSolver {
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         let (mut segments, mut pieces) = (0, 0);
         for polygon in &partition.polygons {
-            let Some([from, to]) = level_segment(&polygon.corners, &polygon.force, problem.force_mn)
+            let Some([from, to]) =
+                level_segment(&polygon.corners, &polygon.force, problem.force_mn)
             else {
                 continue;
             };
@@ -147,9 +148,9 @@ impl InverseSolver {
                 let masses_g = [from[0] + t * (to[0] - from[0]), from[1] + t * (to[1] - from[1])];
                 let miss = (stiffness - problem.stiffness_mn_mm).abs();
                 let away = (masses_g[0] - hint[0]).hypot(masses_g[1] - hint[1]);
-                let better = best.as_ref().is_none_or(|b| {
-                    miss < b.miss || (miss == b.miss && away < b.away)
-                });
+                let better = best
+                    .as_ref()
+                    .is_none_or(|b| miss < b.miss || (miss == b.miss && away < b.away));
                 if better {
                     best = Some(Best { masses_g, stiffness, miss, away });
                 }
@@ -269,9 +270,7 @@ fn walk_line(atlas: &mut Atlas<'_>, from: [f64; 2], to: [f64; 2], out: &mut Vec<
             }
         }
         let [a, b, c] = pattern.force;
-        let value = |t: f64| {
-            a + b * (from[0] + t * along[0]) + c * (from[1] + t * along[1])
-        };
+        let value = |t: f64| a + b * (from[0] + t * along[0]) + c * (from[1] + t * along[1]);
         if exit.0 > t || out.is_empty() {
             out.push((t, value(t)));
         }

@@ -105,12 +105,8 @@ fn affine_tangent(
     atlas.slopes_into(pattern, &mut slopes);
     let table = atlas.table(pattern);
     // The inputs as affine functions of x and ẋ, with their tangents.
-    let mut inputs: Vec<[f64; 3]> = vec![
-        [masses_g[0], 0.0, 0.0],
-        [masses_g[1], 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.0, 0.0, 1.0],
-    ];
+    let mut inputs: Vec<[f64; 3]> =
+        vec![[masses_g[0], 0.0, 0.0], [masses_g[1], 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let [m_f, m_e] = direction.masses_g;
     let mut tangents = vec![[m_f, 0.0, 0.0], [m_e, 0.0, 0.0], [0.0; 3], [0.0; 3]];
     let none = direction.network.is_empty();
@@ -141,8 +137,7 @@ fn affine_tangent(
             std::array::from_fn(|k| slopes[start + j] * table[k * units + start + j])
         };
         inputs = (0..layer.outputs).map(value).collect();
-        tangents =
-            out.iter().enumerate().map(|(j, t)| t.map(|t| slopes[start + j] * t)).collect();
+        tangents = out.iter().enumerate().map(|(j, t)| t.map(|t| slopes[start + j] * t)).collect();
         start += layer.stride;
     }
     let mut out = [0.0; 3];

@@ -212,11 +212,8 @@ impl Solve<'_, '_> {
                 terms(spectral_bound(law.kappa, law.zeta) * h)
             };
             let series = Series::new(&law, *state, a, w[1], terms.min(COEFFICIENTS));
-            let end = if usual {
-                law.usual.advance(law.kappa, h, *state, a, w[1])
-            } else {
-                series.at(h)
-            };
+            let end =
+                if usual { law.usual.advance(law.kappa, h, *state, a, w[1]) } else { series.at(h) };
             let step = Step { law: &law, from: *state, end, a, rate: w[1], h, series };
             match self.first_exit(*pattern, &step, entered, at_once > MOST_AT_ONCE) {
                 None => {
@@ -277,7 +274,9 @@ impl Solve<'_, '_> {
         let off = [reach * (step.a.abs() + step.h * jerk), reach * jerk];
         let mut found: Option<Exit> = None;
         let mut limit = step.h;
-        for (block, sides) in self.laws.atlas.sides(self.laws.atlas.pattern(pattern)).iter().enumerate() {
+        for (block, sides) in
+            self.laws.atlas.sides(self.laws.atlas.pattern(pattern)).iter().enumerate()
+        {
             let before = margins(sides, step.from);
             let after = margins(sides, step.end);
             for lane in 0..LANES {

@@ -2,9 +2,7 @@
 
 mod common;
 
-use pam_exact::{
-    InverseProblem, InverseSolver, Partition, PiecewiseNetwork, Plane, Window,
-};
+use pam_exact::{InverseProblem, InverseSolver, Partition, PiecewiseNetwork, Plane, Window};
 
 const MASSES_G: [f64; 2] = [0.0315, 0.1211];
 
@@ -33,9 +31,8 @@ fn polygons_fill_the_plane_of_motion() {
 
 /// K̂ at two masses, from the network.
 fn stiffness(network: &PiecewiseNetwork, p: &InverseProblem, [m_f, m_e]: [f64; 2]) -> f64 {
-    let f = |k: f64| {
-        network.force_mn([m_f, m_e, p.displacement_mm + k * p.step_mm, p.velocity_mm_s])
-    };
+    let f =
+        |k: f64| network.force_mn([m_f, m_e, p.displacement_mm + k * p.step_mm, p.velocity_mm_s]);
     (f(2.0) + f(1.0) - f(-1.0) - f(-2.0)) / (6.0 * p.step_mm)
 }
 
@@ -46,9 +43,8 @@ fn grid(network: &PiecewiseNetwork, p: &InverseProblem, count: usize) -> f64 {
         network.force_mn([m[0], m[1], p.displacement_mm, p.velocity_mm_s]) - p.force_mn
     };
     let least_on = |m_f: f64| {
-        let at = |k: usize| {
-            MASSES_G[0] + (MASSES_G[1] - MASSES_G[0]) * k as f64 / (count - 1) as f64
-        };
+        let at =
+            |k: usize| MASSES_G[0] + (MASSES_G[1] - MASSES_G[0]) * k as f64 / (count - 1) as f64;
         let mut least = f64::INFINITY;
         let mut before = force([m_f, at(0)]);
         for k in 1..count {

@@ -5,9 +5,7 @@ mod common;
 
 use common::landing::Landing;
 use pam_core::{ParametricForce, SealedMasses};
-use pam_exact::{
-    ExactDirection, ExactProblem, ExactSolver, ForceSignal, forward_sensitivities,
-};
+use pam_exact::{ExactDirection, ExactProblem, ExactSolver, ForceSignal, forward_sensitivities};
 use pam_solvers::Interpolation;
 
 fn problem<'a>(
@@ -39,12 +37,16 @@ fn worst(conditions: &[usize], samples: usize, longest_s: f64) -> f64 {
             let mut solver = ExactSolver::new();
             assert_eq!(solver.solve(&motion, &[problem]), vec![]);
             let linear = interpolation == Interpolation::Linear;
-            let reference = Landing::new(&model, masses[condition])
-                .solve(&times, &force, linear, longest_s);
+            let reference =
+                Landing::new(&model, masses[condition]).solve(&times, &force, linear, longest_s);
             let exact = solver.observed(0).as_chunks::<2>().0;
             let off = exact.iter().zip(&reference).map(|(a, b)| (a[0] - b[0]).abs());
             let off = off.fold(0.0, f64::max);
-            println!("condition {condition} {}: {off:.2e} mm, {:?}", interpolation.name(), solver.statistics(0));
+            println!(
+                "condition {condition} {}: {off:.2e} mm, {:?}",
+                interpolation.name(),
+                solver.statistics(0)
+            );
             worst = worst.max(off);
         }
     }
@@ -112,11 +114,8 @@ fn gradient_is_that_of_the_exact_value() {
         assert_eq!(gradient.value, value(&model, &start));
         let weights = ParametricForce::parameters(&model.force);
         assert_eq!(gradient.shared.len(), weights.len() + 2);
-        let scale = weights
-            .iter()
-            .zip(&gradient.shared)
-            .map(|(w, g)| (w * g).abs())
-            .fold(0.0, f64::max);
+        let scale =
+            weights.iter().zip(&gradient.shared).map(|(w, g)| (w * g).abs()).fold(0.0, f64::max);
         let check = |name: String, exact: f64, at: f64, difference: &dyn Fn(f64) -> f64| {
             let h = 1e-6 * at.abs().max(1e-3);
             let fd = (difference(h) - difference(-h)) / (2.0 * h);
@@ -222,10 +221,7 @@ fn sensitivities_and_gradient_agree() {
                 + gradient.shared[len + 1] * direction.damping_kg_s
                 + dot(&gradient.own[0], &direction.masses_g)
                 + dot(&gradient.initial_state[0], &direction.start);
-            assert!(
-                (forward - backward).abs() < 1e-9 * backward.abs(),
-                "{forward} {backward}"
-            );
+            assert!((forward - backward).abs() < 1e-9 * backward.abs(), "{forward} {backward}");
         }
     }
 }

@@ -195,8 +195,8 @@ pub fn predict<F: ForceModel<f64>>(
     let input = SampledInput::new(times, &recording.force_mn, settings.interpolation)
         .map_err(|e| fail(e.to_string(), nothing()))?;
     if settings.step == StepChoice::Exact {
-        let (prediction, stopped) =
-            exact(model, recording, masses, settings).map_err(|e| fail(e.to_string(), nothing()))?;
+        let (prediction, stopped) = exact(model, recording, masses, settings)
+            .map_err(|e| fail(e.to_string(), nothing()))?;
         return match stopped {
             None => within_limits(model, recording, prediction),
             Some(why) => Err(fail(why, prediction)),
@@ -217,9 +217,7 @@ pub fn predict<F: ForceModel<f64>>(
         }
     };
     match solved {
-        Ok(solution) => {
-            within_limits(model, recording, Prediction::from_solution(&solution))
-        }
+        Ok(solution) => within_limits(model, recording, Prediction::from_solution(&solution)),
         Err(e) => Err(fail(e.to_string(), Prediction::from_solution(&e.partial))),
     }
 }

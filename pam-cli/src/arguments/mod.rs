@@ -6,8 +6,7 @@ mod rig;
 mod train;
 
 pub use control::{
-    PlanMethod,
-    BoundsOptions, IdentifyArguments, IdentifySchedule, PlanArguments, ReplanArguments,
+    BoundsOptions, IdentifyArguments, IdentifySchedule, PlanArguments, PlanMethod, ReplanArguments,
     StiffnessArguments, TrackArguments,
 };
 pub use diagnose::DiagnoseArguments;

@@ -64,9 +64,9 @@ fn how(
     let solver = arguments.solver.as_deref();
     let single = arguments.precision == PrecisionArgument::F32;
     match arguments.method.as_str() {
-        EXACT if solver.is_some_and(|s| s != EXACT) => Err(CliError::Usage(
-            "--method exact solves in closed form; drop --solver".into(),
-        )),
+        EXACT if solver.is_some_and(|s| s != EXACT) => {
+            Err(CliError::Usage("--method exact solves in closed form; drop --solver".into()))
+        }
         EXACT if single => {
             Err(CliError::Usage("--method exact runs in doubles; drop --precision".into()))
         }

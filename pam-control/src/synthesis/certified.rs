@@ -129,7 +129,8 @@ mod tests {
             })
             .collect();
         let general = Synthesiser::new(&model, settings).unwrap().solve(&targets).unwrap();
-        let certified = CertifiedSynthesiser::new(&model, settings).unwrap().solve(&targets).unwrap();
+        let certified =
+            CertifiedSynthesiser::new(&model, settings).unwrap().solve(&targets).unwrap();
         for ((t, g), (c, proof)) in targets.iter().zip(&general).zip(&certified) {
             assert!(proof.is_complete(), "{proof:?}");
             assert!(c.residual_mn.abs() < 1e-6, "{c:?}");

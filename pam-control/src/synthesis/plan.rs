@@ -1,7 +1,7 @@
 //! A trajectory with its air and its pressure commands.
 
-use super::problem::{MassBounds, Outcome, Solution, SynthesisSettings, Target};
 use super::certified::CertifiedSynthesiser;
+use super::problem::{MassBounds, Outcome, Solution, SynthesisSettings, Target};
 use super::solver::Synthesiser;
 use crate::error::ControlError;
 use crate::motion::{MotionSpec, StiffnessProfile};

@@ -15,10 +15,11 @@ const A: [[f64; 5]; 5] = [
     [19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0, 0.0],
     [9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0],
 ];
-const B: [f64; 6] = [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0];
+const B: [f64; 6] =
+    [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0];
 const C: [f64; 6] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0];
 
-pub struct Landing<'a> {
+pub(crate) struct Landing<'a> {
     model: &'a Joint,
     mass_kg: f64,
     masses: SealedMasses,
@@ -26,7 +27,7 @@ pub struct Landing<'a> {
 }
 
 impl<'a> Landing<'a> {
-    pub fn new(model: &'a Joint, masses: SealedMasses) -> Self {
+    pub(crate) fn new(model: &'a Joint, masses: SealedMasses) -> Self {
         use pam_core::ActivationFunction;
         let slope = model.force.mlp().activation().rectifier_slope().unwrap();
         Self { model, mass_kg: model.physical().mass_kg, masses, slope }
@@ -78,7 +79,13 @@ impl<'a> Landing<'a> {
 
     /// Displacement and velocity at every sample, steps of at most `longest_s`, the force held or
     /// linear between samples.
-    pub fn solve(&self, times: &[f64], force: &[f64], linear: bool, longest_s: f64) -> Vec<[f64; 2]> {
+    pub(crate) fn solve(
+        &self,
+        times: &[f64],
+        force: &[f64],
+        linear: bool,
+        longest_s: f64,
+    ) -> Vec<[f64; 2]> {
         let mut y = [0.0, 0.0];
         let mut out = vec![y];
         let (mut z, mut after) = (Vec::new(), Vec::new());

@@ -2,7 +2,7 @@
 
 #![allow(dead_code)]
 
-pub mod landing;
+pub(crate) mod landing;
 
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, tendon_force_mn_per_a};
 use pam_core::{AnyForce, JointModel, NetworkForce, SealedMasses};
@@ -10,9 +10,9 @@ use pam_exact::ExactMotion;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-pub type Joint = JointModel<f64, NetworkForce<f64>>;
+pub(crate) type Joint = JointModel<f64, NetworkForce<f64>>;
 
-pub fn published() -> Joint {
+pub(crate) fn published() -> Joint {
     let shared = std::env::var_os("PAM_SHARED")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
     let path = shared.join("pneu-sim/hybrid_model_puresine_16.eqx");
@@ -22,18 +22,18 @@ pub fn published() -> Joint {
 }
 
 /// Every weight × 1.02, raw m × 1.05: where gradients are compared.
-pub fn perturbed() -> Joint {
+pub(crate) fn perturbed() -> Joint {
     let mut model = published().map(|v| v, |force| force.map(|w| 1.02 * w));
     model.raw.mass *= 1.05;
     model
 }
 
-pub fn motion(model: &Joint) -> ExactMotion {
+pub(crate) fn motion(model: &Joint) -> ExactMotion {
     ExactMotion::new(model).unwrap()
 }
 
 /// The masses of the first `count` training conditions.
-pub fn masses(count: usize) -> Vec<SealedMasses> {
+pub(crate) fn masses(count: usize) -> Vec<SealedMasses> {
     let model = published();
     pam_data::conditions::TRAINING_PSI[..count]
         .iter()
@@ -45,7 +45,7 @@ pub fn masses(count: usize) -> Vec<SealedMasses> {
 }
 
 /// Times (s) at 1 kHz and the published excitation (mN), for `samples` samples from `from_s` on.
-pub fn excitation(from_s: f64, samples: usize) -> (Vec<f64>, Vec<f64>) {
+pub(crate) fn excitation(from_s: f64, samples: usize) -> (Vec<f64>, Vec<f64>) {
     let times: Vec<f64> = (0..samples).map(|k| k as f64 * 1e-3).collect();
     let force = times
         .iter()

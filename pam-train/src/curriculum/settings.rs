@@ -179,10 +179,7 @@ impl SolverChoice {
     ///
     /// # Errors
     /// As [`settings`](Self::settings).
-    pub fn settings_for(
-        &self,
-        force: &impl ForceModel<f64>,
-    ) -> Result<SolverSettings, ModelError> {
+    pub fn settings_for(&self, force: &impl ForceModel<f64>) -> Result<SolverSettings, ModelError> {
         let general = self.settings()?;
         let auto = self.method == "auto" && self.step_ms.is_none();
         Ok(if auto && general.exact_applies_to(force) {

@@ -15,7 +15,8 @@ use pam_solvers::sensitivity::{
     Gradient, GradientMethod, InterpolatingAdjoint, Problem, QuadratureAdjoint, TapeThroughSolver,
 };
 use pam_solvers::{
-    ConstantStep, FailureKind, Fixed, Integrator, LaneFailure, PidController, SampledInput, StepController,
+    ConstantStep, FailureKind, Fixed, Integrator, LaneFailure, PidController, SampledInput,
+    StepController,
 };
 use rayon::prelude::*;
 use std::ops::Range;

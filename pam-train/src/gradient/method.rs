@@ -28,7 +28,6 @@ impl GradientChoice {
     /// Every choice with its name in files and on the command line.
     pub const ALL: &'static [(&'static str, Self)] = &[
         ("adjoint", Self::Adjoint),
-        ("exact", Self::Exact),
         ("forward", Self::Forward),
         ("backsolve", Self::Backsolve),
         ("interpolating", Self::Interpolating),
@@ -36,6 +35,7 @@ impl GradientChoice {
         ("tape", Self::Tape),
         ("dual", Self::Dual),
         ("fd", Self::FiniteDifference),
+        ("exact", Self::Exact),
     ];
 
     /// The choice of this name.

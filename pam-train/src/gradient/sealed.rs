@@ -13,8 +13,8 @@ use pam_data::Recording;
 use pam_exact::{ExactMotion, ExactSolver};
 use pam_solvers::input::InputError;
 use pam_solvers::{
-    ConstantStep, FailureKind, LaneFailure, LaneGradient, LaneMemory, LaneProblem, Lanes, PidController, SampledInput,
-    StepController,
+    ConstantStep, FailureKind, LaneFailure, LaneGradient, LaneMemory, LaneProblem, Lanes,
+    PidController, SampledInput, StepController,
 };
 use std::sync::Mutex;
 
@@ -110,12 +110,7 @@ impl<T: Float> SealedGradient<T> {
     /// Gradients by the given method, steps and reading of the input.
     #[must_use]
     pub fn new(settings: SolverSettings) -> Self {
-        Self {
-            settings,
-            memory: LaneMemory::default(),
-            exact: ExactSolver::new(),
-            gas: Vec::new(),
-        }
+        Self { settings, memory: LaneMemory::default(), exact: ExactSolver::new(), gas: Vec::new() }
     }
 
     /// Value and gradient of the mean loss of `model` over `subjects`, each predicted from its first
