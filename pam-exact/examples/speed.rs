@@ -30,8 +30,7 @@ fn random_joint(width: usize, hidden: usize) -> common::Joint {
     let sizes = [0.05, 0.05, 0.7, 12.0];
     let mut layers = Vec::new();
     let first: Vec<f64> = (0..4 * width).map(|k| next() / sizes[k % 4]).collect();
-    let bias =
-        first.chunks_exact(4).map(|w| -0.08 * (w[0] + w[1]) + next()).collect::<Vec<f64>>();
+    let bias = first.chunks_exact(4).map(|w| -0.08 * (w[0] + w[1]) + next()).collect::<Vec<f64>>();
     // Two units carry x and ẋ through all layers.
     let carry = |rows: &mut [f64], bias: &mut [f64], inputs: usize, from: [usize; 2]| {
         for (unit, column) in from.into_iter().enumerate() {
@@ -53,8 +52,7 @@ fn random_joint(width: usize, hidden: usize) -> common::Joint {
         carry(&mut rows, &mut biases, width, [0, 1]);
         layers.push(Dense::from_rows(&rows, biases).expect("layers fit"));
     }
-    let mut last: Vec<f64> =
-        (0..width).map(|_| 2e4 / (width as f64).sqrt() * next()).collect();
+    let mut last: Vec<f64> = (0..width).map(|_| 2e4 / (width as f64).sqrt() * next()).collect();
     last[0] = 150e3;
     last[1] = 6500.0;
     let offset = -1e3 * (last[0] + last[1]);

@@ -294,13 +294,12 @@ impl Solve<'_, '_> {
                 if on_border && before[lane] <= 64.0 * margin.noise() {
                     continue;
                 }
-                if let Some(after_s) = margin.first_exit(limit) {
-                    if found.is_none_or(|f| after_s < f.after_s) {
-                        found = Some(Exit { after_s, block, lane, unit: sides.unit[lane] });
-                        limit = after_s;
-                        if after_s == 0.0 {
-                            return found;
-                        }
+                let exit = margin.first_exit(limit);
+                if let Some(after_s) = exit.filter(|t| found.is_none_or(|f| *t < f.after_s)) {
+                    found = Some(Exit { after_s, block, lane, unit: sides.unit[lane] });
+                    limit = after_s;
+                    if after_s == 0.0 {
+                        return found;
                     }
                 }
             }

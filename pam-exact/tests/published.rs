@@ -26,9 +26,14 @@ fn problem<'a>(
 
 /// Largest difference in x (mm) between the exact solver and the reference.
 fn worst(conditions: &[usize], samples: usize, longest_s: f64) -> f64 {
+    worst_from(30.0, conditions, samples, longest_s)
+}
+
+/// The same from another time of the excitation on, s.
+fn worst_from(from_s: f64, conditions: &[usize], samples: usize, longest_s: f64) -> f64 {
     let model = common::published();
     let motion = common::motion(&model);
-    let (times, force) = common::excitation(30.0, samples);
+    let (times, force) = common::excitation(from_s, samples);
     let masses = common::masses(29);
     let mut worst = 0.0_f64;
     for &condition in conditions {
@@ -56,6 +61,12 @@ fn worst(conditions: &[usize], samples: usize, longest_s: f64) -> f64 {
 #[test]
 fn equals_runge_kutta_that_lands_on_every_kink() {
     assert!(worst(&[0, 7, 25], 1500, 2.5e-4) < 1e-9);
+}
+
+#[test]
+#[ignore = "minutes: a whole recording of 70 s"]
+fn equals_runge_kutta_on_a_whole_recording() {
+    assert!(worst_from(0.0, &[0], 70_000, 2.5e-4) < 1e-9);
 }
 
 #[test]

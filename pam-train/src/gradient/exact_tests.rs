@@ -19,8 +19,7 @@ fn joint() -> (JointModel<f64, NetworkForce<f64>>, Vec<Subject>) {
         .collect();
     let bias = (0..12).map(|k| 0.5 * number(k + 70)).chain([1e2, 1e3]).collect();
     let hidden = Dense::from_rows(&rows, bias).unwrap();
-    let last: Vec<f64> =
-        (0..12).map(|k| 8e3 * number(k + 99)).chain([150e3, 5e3]).collect();
+    let last: Vec<f64> = (0..12).map(|k| 8e3 * number(k + 99)).chain([150e3, 5e3]).collect();
     let output = Dense::from_rows(&last, vec![-150e3 * 1e2 - 5e3 * 1e3]).unwrap();
     let activation = Activation::from_name("leaky_relu").unwrap();
     let force = NetworkForce::new(Mlp::new(vec![hidden, output], activation).unwrap()).unwrap();
