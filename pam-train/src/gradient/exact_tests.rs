@@ -39,7 +39,7 @@ fn joint() -> (JointModel<f64, NetworkForce<f64>>, Vec<Subject>) {
 }
 
 fn fine(interpolation: Interpolation) -> SolverSettings {
-    let step = StepChoice::Constant { step_s: 1e-4 };
+    let step = StepChoice::Constant { step_s: 2e-5 };
     SolverSettings { tableau: Tableau::rk4(), step, interpolation }
 }
 
