@@ -6,6 +6,7 @@
 //! | [`core`] | `pam-core` | scalars, activations, force models, the vector field |
 //! | [`autodiff`] | `pam-autodiff` | duals, tape, finite differences, exact ∂f/∂x |
 //! | [`solvers`] | `pam-solvers` | Runge–Kutta methods, adjoints, lanes |
+//! | [`exact`] | `pam-exact` | closed form of networks of LeakyReLU and ReLU |
 //! | [`data`] | `pam-data` | recordings, models, their files |
 //! | [`rig`] | `pam-rig` | a virtual rig whose truth is known |
 //! | [`train`] | `pam-train` | losses, optimisers, curricula, predictions, scores |
@@ -56,6 +57,7 @@ pub use pam_control as control;
 pub use pam_core as core;
 pub use pam_data as data;
 pub use pam_diagnose as diagnose;
+pub use pam_exact as exact;
 pub use pam_report as report;
 pub use pam_rig as rig;
 pub use pam_solvers as solvers;
