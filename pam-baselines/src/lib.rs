@@ -10,10 +10,12 @@
 
 pub mod comparison;
 pub mod error;
+pub mod gru;
 pub mod joint;
 pub mod koopman;
 pub mod method;
 pub mod points;
+pub mod pytorch;
 pub mod registry;
 pub mod regression;
 pub mod spring_damper;

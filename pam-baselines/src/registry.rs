@@ -41,6 +41,8 @@ macro_rules! methods {
 methods! {
     /// Koopman/EDMDc.
     "koopman" => Koopman(crate::koopman::Koopman),
+    /// Gated recurrent units.
+    "gru" => Gru(crate::gru::Gru),
     /// Linear spring and damper.
     "spring_damper" => SpringDamper(crate::spring_damper::LinearJoint),
 }

@@ -13,6 +13,8 @@ mod fit;
 mod published;
 mod stability;
 
+pub(crate) use fit::common_step_s;
+
 pub use dictionary::Dictionary;
 pub use published::read_published;
 pub use stability::{Mode, Stability};
