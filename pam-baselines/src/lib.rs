@@ -9,15 +9,19 @@
 //!   [`pytorch`]: checkpoints of PyTorch.
 
 pub mod comparison;
+pub mod equilibrium_point;
 pub mod error;
 pub mod gru;
+pub mod hybrid;
 pub mod joint;
+pub mod kang;
 pub mod koopman;
 pub mod method;
 pub mod points;
 pub mod pytorch;
 pub mod registry;
 pub mod regression;
+pub mod sparse_force;
 pub mod spring_damper;
 
 pub use comparison::{Comparison, ComparisonConfig, compare};

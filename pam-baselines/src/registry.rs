@@ -39,10 +39,18 @@ macro_rules! methods {
 }
 
 methods! {
+    /// Two analytical muscles.
+    "kang" => Kang(crate::kang::Kang),
     /// Koopman/EDMDc.
     "koopman" => Koopman(crate::koopman::Koopman),
     /// Gated recurrent units.
     "gru" => Gru(crate::gru::Gru),
     /// Linear spring and damper.
     "spring_damper" => SpringDamper(crate::spring_damper::LinearJoint),
+    /// Published line of stiffness and position over the pressures.
+    "equilibrium_point" => EquilibriumPoint(crate::equilibrium_point::EquilibriumModel),
+    /// Sparse polynomial force.
+    "sparse_force" => SparseForce(crate::sparse_force::SparseForce),
+    /// Joint with a learned force.
+    "hybrid" => Hybrid(crate::hybrid::Hybrid),
 }
