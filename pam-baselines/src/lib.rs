@@ -17,6 +17,7 @@ pub mod joint;
 pub mod kang;
 pub mod koopman;
 pub mod method;
+pub mod neural_ode;
 pub mod points;
 pub mod pytorch;
 pub mod registry;

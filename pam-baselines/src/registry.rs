@@ -45,6 +45,8 @@ methods! {
     "koopman" => Koopman(crate::koopman::Koopman),
     /// Gated recurrent units.
     "gru" => Gru(crate::gru::Gru),
+    /// Neural ODE without physics.
+    "neural_ode" => NeuralOde(crate::neural_ode::NeuralOde),
     /// Linear spring and damper.
     "spring_damper" => SpringDamper(crate::spring_damper::LinearJoint),
     /// Published line of stiffness and position over the pressures.

@@ -20,21 +20,7 @@ impl Koopman {
         let begun = Instant::now();
         let recordings: Vec<&Recording> = subjects.iter().map(|s| &s.recording).collect();
         let step_s = common_step_s(&recordings).map_err(fail)?;
-        let columns = |c: Channel| recordings.iter().map(move |r| r.channel(c)).collect::<Vec<_>>();
-        let stats = Channel::ALL.map(|c| mean_and_deviation(&columns(c)));
-        let forces: Vec<&[f64]> = recordings.iter().map(|r| &r.force_mn[..]).collect();
-        let (input_mean, input_deviation) = mean_and_deviation(&forces);
-        let state =
-            Standard { mean: stats.map(|s| s.0), deviation: stats.map(|s| s.1) };
-        let input = Standard { mean: [input_mean], deviation: [input_deviation] };
-        for (what, deviation) in ["x", "ẋ", "P_f", "P_e", "F"]
-            .iter()
-            .zip(state.deviation.iter().chain(&input.deviation))
-        {
-            if !(*deviation > 0.0) {
-                return Err(fail(format!("{what} does not vary over the training recordings")));
-            }
-        }
+        let (state, input) = standard_of(&recordings).map_err(fail)?;
 
         let terms = self.dictionary.len();
         let parts: Vec<Moments> = recordings
@@ -103,6 +89,27 @@ pub(crate) fn common_step_s(recordings: &[&Recording]) -> Result<f64, String> {
         }
     }
     Ok(step)
+}
+
+/// Standardisation of state and force over recordings.
+pub(crate) fn standard_of(
+    recordings: &[&Recording],
+) -> Result<(Standard<4>, Standard<1>), String> {
+    let stats = Channel::ALL.map(|c| {
+        let columns: Vec<&[f64]> = recordings.iter().map(|r| r.channel(c)).collect();
+        mean_and_deviation(&columns)
+    });
+    let forces: Vec<&[f64]> = recordings.iter().map(|r| &r.force_mn[..]).collect();
+    let (mean, deviation) = mean_and_deviation(&forces);
+    let state = Standard { mean: stats.map(|s| s.0), deviation: stats.map(|s| s.1) };
+    let input = Standard { mean: [mean], deviation: [deviation] };
+    let all = state.deviation.iter().chain(&input.deviation);
+    for (what, deviation) in ["x", "ẋ", "P_f", "P_e", "F"].iter().zip(all) {
+        if !(*deviation > 0.0) {
+            return Err(format!("{what} does not vary over the training recordings"));
+        }
+    }
+    Ok((state, input))
 }
 
 /// Mean and standard deviation over several columns, in two passes.

@@ -13,7 +13,7 @@ mod fit;
 mod published;
 mod stability;
 
-pub(crate) use fit::common_step_s;
+pub(crate) use fit::{common_step_s, standard_of};
 
 pub use dictionary::Dictionary;
 pub use published::read_published;
