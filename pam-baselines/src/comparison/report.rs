@@ -85,9 +85,9 @@ impl Comparison {
                     th { "model" }
                     @for _ in 0..2 { th { "training" } th { "held out" } th { "held-out median" } }
                 }
-                @for m in self.models.iter().map(|m| &m.result) {
+                @for (k, m) in self.models.iter().map(|m| &m.result).enumerate() {
                     tr {
-                        td { (m.name) @if m.needs == Needs::Pressures { "*" } }
+                        td { (k + 1) ". " (m.name) @if m.needs == Needs::Pressures { "*" } }
                         @for both in [&m.cold, &m.warm] {
                             td { (summary_text(&both.train.displacement)) }
                             td { (summary_text(&both.held_out.displacement)) }
@@ -103,7 +103,7 @@ impl Comparison {
     }
 
     fn bars(&self) -> String {
-        let mut figure = LineFigure::new("", "model, in the order of the table", "R² of x", 1040, 360);
+        let mut figure = LineFigure::new("", "model, by its number in the table", "R² of x", 1040, 360);
         let sets: [(&str, f64, Role, fn(&super::ModelResult) -> &SetScores); 4] = [
             ("training, cold", -0.24, Role::Category(0), |m| &m.cold.train),
             ("held out, cold", -0.08, Role::Category(1), |m| &m.cold.held_out),

@@ -15,6 +15,9 @@ pub struct Mode {
     pub frequency_hz: Option<f64>,
 }
 
+/// Modes that grow by less than this a step count as constant.
+const GROWTH: f64 = 1e-6;
+
 /// Eigenvalues of the maps that predictions follow.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Stability {
@@ -45,8 +48,8 @@ impl Stability {
                 map.chunks_exact(n + 1).flat_map(|row| row[..n].iter().copied()).collect();
             modes_of(n, &square, model.step_s)
         });
-        // The constant maps to itself: its mode is exactly one and does not grow.
-        let grows = |m: &&Mode| m.magnitude > 1.0 + 1e-9;
+        // The constant maps to itself up to the ridge: its mode is one and does not grow.
+        let grows = |m: &&Mode| m.magnitude > 1.0 + GROWTH;
         Self {
             relifted_radius: [radius(modes.last()), radius(modes.first())],
             relifted: modes.into_iter().next().unwrap_or_default(),

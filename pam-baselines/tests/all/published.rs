@@ -1,20 +1,14 @@
 //! The published files: their predictions are those of NumPy and PyTorch, stored by
 //! `pam-bench/peers/gru_fixture.py`.
 
+use crate::shared;
 use pam_baselines::gru::{self, BatchGradient, INPUTS, Network, Window};
 use pam_baselines::koopman::{Dictionary, read_published};
 use pam_baselines::method::FittedModel;
 use serde_json::Value;
-use std::path::PathBuf;
-
-fn shared(name: &str) -> PathBuf {
-    let root = std::env::var_os("PAM_SHARED")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
-    root.join("pneu-sim").join(name)
-}
 
 fn peers() -> Value {
-    let text = include_str!("fixtures/published_peers.json");
+    let text = include_str!("../fixtures/published_peers.json");
     serde_json::from_str(text).unwrap()
 }
 
@@ -34,7 +28,7 @@ fn window(shift: usize) -> Vec<[f32; INPUTS]> {
 
 #[test]
 fn koopman_steps_are_those_of_numpy() {
-    let model = read_published(&shared("koopman_model.npz")).unwrap();
+    let model = read_published(&shared("pneu-sim/koopman_model.npz")).unwrap();
     assert_eq!(model.dictionary, Dictionary::Linear);
     assert_eq!(model.map.len(), 4 * 6);
     let expected = &peers()["koopman"];
@@ -54,7 +48,7 @@ fn koopman_steps_are_those_of_numpy() {
 
 #[test]
 fn gru_outputs_are_those_of_pytorch() {
-    let model = gru::read_checkpoint(&shared("gru_model_1_checkpoint.pt")).unwrap();
+    let model = gru::read_checkpoint(&shared("pneu-sim/gru_model_1_checkpoint.pt")).unwrap();
     let expected = &peers()["gru"];
     // 3·96 rows of 5 + 96 and of 96 + 96 inputs with two biases each, 96·97 and 4·97 of the head.
     assert_eq!(model.parameter_count(), 288 * (101 + 2) + 288 * (192 + 2) + 96 * 97 + 4 * 97);
@@ -77,7 +71,7 @@ fn gru_outputs_are_those_of_pytorch() {
 
 #[test]
 fn gru_loss_and_gradient_are_those_of_pytorch() {
-    let model = gru::read_checkpoint(&shared("gru_model_1_checkpoint.pt")).unwrap();
+    let model = gru::read_checkpoint(&shared("pneu-sim/gru_model_1_checkpoint.pt")).unwrap();
     let expected = &peers()["gru"];
     let data: Vec<Vec<[f32; INPUTS]>> = [0, 7, 14].map(window).to_vec();
     let windows: Vec<Window<'_, f32>> = data.iter().map(|s| Window { samples: s }).collect();
@@ -97,10 +91,10 @@ fn gru_loss_and_gradient_are_those_of_pytorch() {
 fn damaged_checkpoints_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("broken.pt");
-    let bytes = std::fs::read(shared("gru_model_1_checkpoint.pt")).unwrap();
+    let bytes = std::fs::read(shared("pneu-sim/gru_model_1_checkpoint.pt")).unwrap();
     std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
     let message = gru::read_checkpoint(&path).unwrap_err().to_string();
     assert!(message.contains("broken.pt"), "{message}");
-    let message = gru::read_checkpoint(&shared("koopman_model.npz")).unwrap_err().to_string();
+    let message = gru::read_checkpoint(&shared("pneu-sim/koopman_model.npz")).unwrap_err().to_string();
     assert!(message.contains("data.pkl"), "{message}");
 }
