@@ -15,7 +15,9 @@ fn main() {
         .map(|w| {
             (0..200)
                 .map(|t| {
-                    std::array::from_fn(|c| (0.05 * t as f32 + 0.7 * w as f32 + 0.9 * c as f32).sin())
+                    std::array::from_fn(|c| {
+                        (0.05 * t as f32 + 0.7 * w as f32 + 0.9 * c as f32).sin()
+                    })
                 })
                 .collect()
         })

@@ -43,9 +43,10 @@ pub struct EquilibriumForce {
 impl EquilibriumForce {
     fn stiffness_and_rest<S: Scalar>(&self, flexor_kpa: S, extensor_kpa: S) -> (S, S) {
         let p = &self.point;
-        let rest = (flexor_kpa - extensor_kpa).scaled(p.position_per_kpa) + S::constant(p.position_mm);
-        let stiffness = (flexor_kpa + extensor_kpa).scaled(p.stiffness_per_kpa)
-            + S::constant(p.stiffness_n_mm);
+        let rest =
+            (flexor_kpa - extensor_kpa).scaled(p.position_per_kpa) + S::constant(p.position_mm);
+        let stiffness =
+            (flexor_kpa + extensor_kpa).scaled(p.stiffness_per_kpa) + S::constant(p.stiffness_n_mm);
         (stiffness.scaled(MN_PER_N), rest)
     }
 }

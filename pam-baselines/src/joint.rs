@@ -6,7 +6,9 @@
 use crate::method::{FittedModel, Run, Stopped, Structure, Trajectory};
 use num_dual::Dual64;
 use pam_autodiff::linearise;
-use pam_core::{ForceInput, ForceModel, JointModel, MuscleGeometry, PhysicalParameters, SealedMasses};
+use pam_core::{
+    ForceInput, ForceModel, JointModel, MuscleGeometry, PhysicalParameters, SealedMasses,
+};
 use pam_data::formats::npz::Array;
 use pam_data::{MassChoice, Recording, resolve_masses};
 use pam_train::curriculum::SolverChoice;
@@ -67,7 +69,6 @@ impl<F: JointForce> JointBaseline<F> {
             .map(|(masses, _)| masses)
             .map_err(|e| Stopped { why: e.to_string() })
     }
-
 }
 
 impl<F: JointForce> FittedModel for JointBaseline<F> {

@@ -11,9 +11,7 @@ use crate::error::BaselineError;
 use pam_core::{ForceInput, SealedMasses};
 use pam_data::formats::npz::Array;
 use pam_data::{MuscleSurfaces, Recording};
-use pam_train::{
-    PerChannel, PredictError, Prediction, Predictor, SolverSettings, Subject,
-};
+use pam_train::{PerChannel, PredictError, Prediction, Predictor, SolverSettings, Subject};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -107,8 +107,10 @@ impl Moments {
         let right = Mat::from_fn(n, self.targets, |j, t| at(n + t, j));
         let factor = gram.llt(Side::Lower).ok()?;
         let solved = factor.solve(&right);
-        let map: Vec<f64> =
-            (0..self.targets).flat_map(|t| (0..n).map(move |j| (t, j))).map(|(t, j)| solved[(j, t)]).collect();
+        let map: Vec<f64> = (0..self.targets)
+            .flat_map(|t| (0..n).map(move |j| (t, j)))
+            .map(|(t, j)| solved[(j, t)])
+            .collect();
         map.iter().all(|v| v.is_finite()).then_some(map)
     }
 }

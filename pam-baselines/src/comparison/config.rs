@@ -137,9 +137,8 @@ impl ComparisonConfig {
                     return Err(place(start, format!("`name` must be a text, not {other}")));
                 }
             };
-            let method: AnyMethod = toml::Value::Table(table)
-                .try_into()
-                .map_err(|e: toml::de::Error| at(&e, start))?;
+            let method: AnyMethod =
+                toml::Value::Table(table).try_into().map_err(|e: toml::de::Error| at(&e, start))?;
             method
                 .method()
                 .check()

@@ -97,7 +97,9 @@ impl Comparison {
     /// One row a recording, model and start.
     #[must_use]
     pub fn recordings_csv(&self) -> String {
-        let mut csv = String::from("model,start,set,recording,r2_x,r2_v,r2_pf,r2_pe,rmse_x_mm,shown_stiffness_n_mm,stopped\n");
+        let mut csv = String::from(
+            "model,start,set,recording,r2_x,r2_v,r2_pf,r2_pe,rmse_x_mm,shown_stiffness_n_mm,stopped\n",
+        );
         let cell = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v}"));
         for m in self.models.iter().map(|m| &m.result) {
             for (start, both) in [("cold", &m.cold), ("warm", &m.warm)] {

@@ -62,7 +62,8 @@ impl Comparison {
                 .filter_map(|m| Some((value(&m.result)?, m.result.name.as_str())))
                 .max_by(|a, b| a.0.total_cmp(&b.0))
         };
-        let all_finish = |s: &SetScores| s.displacement.mean.filter(|_| s.displacement.stopped == 0);
+        let all_finish =
+            |s: &SetScores| s.displacement.mean.filter(|_| s.displacement.stopped == 0);
         html! {
             div.cards {
                 @if let Some((r2, name)) = best(&|m| all_finish(&m.cold.held_out)) {
@@ -103,7 +104,8 @@ impl Comparison {
     }
 
     fn bars(&self) -> String {
-        let mut figure = LineFigure::new("", "model, by its number in the table", "R² of x", 1040, 360);
+        let mut figure =
+            LineFigure::new("", "model, by its number in the table", "R² of x", 1040, 360);
         let sets: [(&str, f64, Role, fn(&super::ModelResult) -> &SetScores); 4] = [
             ("training, cold", -0.24, Role::Category(0), |m| &m.cold.train),
             ("held out, cold", -0.08, Role::Category(1), |m| &m.cold.held_out),
@@ -152,7 +154,8 @@ impl Comparison {
 
     fn frequency_figure(&self) -> String {
         let mut figure =
-            LineFigure::new("", "excitation frequency (Hz)", "mean R² of x", 1040, 360).with_marks();
+            LineFigure::new("", "excitation frequency (Hz)", "mean R² of x", 1040, 360)
+                .with_marks();
         for (k, m) in self.models.iter().enumerate() {
             let set = self.set_for_frequencies(&m.result);
             let points: Vec<(f64, f64)> = set
@@ -185,7 +188,8 @@ impl Comparison {
         figure = figure.with("measured", Role::Measured, points(measured));
         for (k, m) in self.models.iter().enumerate() {
             if let Some(d) = m.drawn.iter().find(|d| d.recording == recording) {
-                figure = figure.with_stroke(&m.result.name, Role::Category(k), stroke(k), points(d));
+                figure =
+                    figure.with_stroke(&m.result.name, Role::Category(k), stroke(k), points(d));
             }
         }
         figure.to_svg()

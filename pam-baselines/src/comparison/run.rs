@@ -58,10 +58,7 @@ const DRAWN_POINTS: usize = 7000;
 ///
 /// # Errors
 /// [`BaselineError::Unfit`] if there is nothing to fit to, or a recording is shorter than the warm-up.
-pub fn split(
-    config: &ComparisonConfig,
-    subjects: Vec<Subject>,
-) -> Result<Split, BaselineError> {
+pub fn split(config: &ComparisonConfig, subjects: Vec<Subject>) -> Result<Split, BaselineError> {
     let mut sets = Split::default();
     for subject in subjects {
         let r = &subject.recording;
@@ -139,10 +136,9 @@ pub fn compare(
             .fit(&training, &|share| event(Event::Fitting(&model.name, share)))?;
         let fit_s = begun.elapsed().as_secs_f64();
         let begun = Instant::now();
-        let (result, drawn) =
-            context.score(&model.name, model.method.kind(), &*fitted, &|share| {
-                event(Event::Predicting(&model.name, share));
-            });
+        let (result, drawn) = context.score(&model.name, model.method.kind(), &*fitted, &|share| {
+            event(Event::Predicting(&model.name, share));
+        });
         let times = ModelTimes { fit_s, predict_s: begun.elapsed().as_secs_f64() };
         let finished = FinishedModel { result, times, drawn };
         if let (Some(path), Some((folder, _))) = (path, keep) {
@@ -276,9 +272,9 @@ impl Context<'_> {
             .collect();
         let shown: Vec<Option<f64>> = scores.iter().map(|s| s.shown_stiffness_n_mm).collect();
         let known = || direct.iter().flatten().copied();
-        let range = known().next().map(|first| {
-            known().fold([first, first], |[low, high], k| [low.min(k), high.max(k)])
-        });
+        let range = known()
+            .next()
+            .map(|first| known().fold([first, first], |[low, high], k| [low.min(k), high.max(k)]));
         Mechanics {
             force_r2: force_r2(model, subjects),
             stiffness_error_percent: error(&direct),

@@ -45,9 +45,8 @@ pub fn read_checkpoint(path: &Path) -> Result<GruModel, BaselineError> {
     }
     let five = |name: &str| -> Result<[f64; INPUTS], BaselineError> {
         let values = checkpoint.vector(name)?;
-        let values: [f32; INPUTS] = values
-            .try_into()
-            .map_err(|_| fail(format!("`{name}` must hold {INPUTS} numbers")))?;
+        let values: [f32; INPUTS] =
+            values.try_into().map_err(|_| fail(format!("`{name}` must hold {INPUTS} numbers")))?;
         Ok(values.map(f64::from))
     };
     let scaling = Scaling { low: five("input_scaler_min")?, high: five("input_scaler_max")? };

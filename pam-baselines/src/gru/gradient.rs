@@ -159,9 +159,8 @@ impl<T: Float> Tape<T> {
             network.head_forward(n, &self.hidden, &mut self.head_inner[kept], out);
         }
         // Errors become cotangents only now: predictions were inputs until here.
-        for (k, block) in self.out[..self.horizon * n * OUT_STRIDE]
-            .chunks_exact_mut(n * OUT_STRIDE)
-            .enumerate()
+        for (k, block) in
+            self.out[..self.horizon * n * OUT_STRIDE].chunks_exact_mut(n * OUT_STRIDE).enumerate()
         {
             for (column, window) in block.chunks_exact_mut(OUT_STRIDE).zip(windows) {
                 let measured = &window.samples[self.warm_up + k];

@@ -39,11 +39,7 @@ impl GruModel {
     /// Feeds `history` (scaled measured samples, the last one being the present) from hidden states of
     /// zero, then predicts recursively under `forces` (scaled): scaled states, one more than forces.
     #[must_use]
-    pub fn predict_scaled(
-        &self,
-        history: &[[f32; INPUTS]],
-        forces: &[f32],
-    ) -> Vec<[f32; OUTPUTS]> {
+    pub fn predict_scaled(&self, history: &[[f32; INPUTS]], forces: &[f32]) -> Vec<[f32; OUTPUTS]> {
         let mut running = Running::new(&self.network, 1);
         for input in history {
             running.feed(&self.network, &[*input]);
@@ -64,7 +60,8 @@ impl GruModel {
     fn predict(&self, runs: &[Run<'_>], told: &dyn Fn(f64)) -> Vec<Result<Trajectory, Stopped>> {
         let n = runs.len();
         let mut running = Running::new(&self.network, n);
-        let input = |run: &Run<'_>, k: usize| self.scaling.input(run.recording, k).map(|v| v as f32);
+        let input =
+            |run: &Run<'_>, k: usize| self.scaling.input(run.recording, k).map(|v| v as f32);
         // What is known until the start. A run that knows its first sample only has rested there.
         for back in (0..self.warm_up).rev() {
             let inputs: Vec<[f32; INPUTS]> =

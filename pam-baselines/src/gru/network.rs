@@ -136,7 +136,13 @@ impl<T: Float> Network<T> {
     }
 
     /// One recurrent layer: from `stack` `[x; h]` to the new hidden state, keeping the gates.
-    pub(super) fn layer_forward(&self, l: usize, lanes: usize, stack: &[T], keep: LayerStep<'_, T>) {
+    pub(super) fn layer_forward(
+        &self,
+        l: usize,
+        lanes: usize,
+        stack: &[T],
+        keep: LayerStep<'_, T>,
+    ) {
         let (layer, h) = (&self.layers[l], self.shape.hidden);
         let stride = layer.inputs + h;
         let LayerStep { gates, new, new_hidden, hidden } = keep;

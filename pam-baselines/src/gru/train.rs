@@ -1,10 +1,10 @@
 //! Training on windows of recordings.
 
+use super::Gru;
 use super::gradient::{Tape, Window};
 use super::network::Network;
 use super::parameters::{INPUTS, Shape};
 use super::scaling::Scaling;
-use super::Gru;
 use crate::error::BaselineError;
 use crate::method::go_on;
 use pam_train::Subject;
@@ -193,7 +193,11 @@ mod tests {
         let shape = Shape { hidden: 16, layers: 2 };
         let network = Network::<f32>::new(shape, &shape.random(2));
         let data: Vec<Vec<[f32; INPUTS]>> = (0..70)
-            .map(|w| (0..8).map(|t| std::array::from_fn(|c| ((w * 7 + t * 3 + c) as f32).sin())).collect())
+            .map(|w| {
+                (0..8)
+                    .map(|t| std::array::from_fn(|c| ((w * 7 + t * 3 + c) as f32).sin()))
+                    .collect()
+            })
             .collect();
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

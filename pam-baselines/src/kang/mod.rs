@@ -189,9 +189,7 @@ impl Method for Kang {
     }
 
     fn check(&self) -> Result<(), String> {
-        for (name, value) in
-            [("reach_mm", self.reach_mm), ("mass_kg", self.mass_kg)]
-        {
+        for (name, value) in [("reach_mm", self.reach_mm), ("mass_kg", self.mass_kg)] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(format!("{name} = {value} must be positive and finite"));
             }

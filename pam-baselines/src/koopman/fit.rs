@@ -92,9 +92,7 @@ pub(crate) fn common_step_s(recordings: &[&Recording]) -> Result<f64, String> {
 }
 
 /// Standardisation of state and force over recordings.
-pub(crate) fn standard_of(
-    recordings: &[&Recording],
-) -> Result<(Standard<4>, Standard<1>), String> {
+pub(crate) fn standard_of(recordings: &[&Recording]) -> Result<(Standard<4>, Standard<1>), String> {
     let stats = Channel::ALL.map(|c| {
         let columns: Vec<&[f64]> = recordings.iter().map(|r| r.channel(c)).collect();
         mean_and_deviation(&columns)

@@ -19,7 +19,10 @@ pub fn read_published(path: &Path) -> Result<KoopmanModel, BaselineError> {
     };
     let map = take("K")?;
     let [4, columns] = map.shape[..] else {
-        return Err(BaselineError::file(path, format!("`K` has shape {:?}, not [4, n]", map.shape)));
+        return Err(BaselineError::file(
+            path,
+            format!("`K` has shape {:?}, not [4, n]", map.shape),
+        ));
     };
     let dictionary = usize::try_from(columns)
         .ok()

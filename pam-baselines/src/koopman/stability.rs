@@ -36,10 +36,8 @@ impl Stability {
     /// The stability of a model around these states.
     #[must_use]
     pub fn of(model: &KoopmanModel, states: &[[f64; 4]]) -> Self {
-        let mut modes: Vec<Vec<Mode>> = states
-            .iter()
-            .map(|s| modes_of(4, &jacobian(model, s), model.step_s))
-            .collect();
+        let mut modes: Vec<Vec<Mode>> =
+            states.iter().map(|s| modes_of(4, &jacobian(model, s), model.step_s)).collect();
         modes.sort_by(|a, b| b[0].magnitude.total_cmp(&a[0].magnitude));
         let radius = |m: Option<&Vec<Mode>>| m.map_or(f64::NAN, |m| m[0].magnitude);
         let lifted = model.lifted_map.as_ref().map(|map| {
@@ -92,10 +90,9 @@ fn modes_of(n: usize, matrix: &[f64], step_s: Option<f64>) -> Vec<Mode> {
             let magnitude = value.re.hypot(value.im);
             Mode {
                 magnitude,
-                time_constant_s: step_s
-                    .map(|h| -h / magnitude.ln())
-                    .filter(|t| t.is_finite()),
-                frequency_hz: step_s.map(|h| value.im.atan2(value.re).abs() / (std::f64::consts::TAU * h)),
+                time_constant_s: step_s.map(|h| -h / magnitude.ln()).filter(|t| t.is_finite()),
+                frequency_hz: step_s
+                    .map(|h| value.im.atan2(value.re).abs() / (std::f64::consts::TAU * h)),
             }
         })
         .collect();

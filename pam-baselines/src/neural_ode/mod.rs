@@ -113,9 +113,8 @@ impl Method for NeuralOde {
                 i += 1;
             }
             let r = recordings[i];
-            let at = |j: usize| {
-                state.apply(&Channel::ALL.map(|c| r.channel(c)[j])).map(|v| v as f32)
-            };
+            let at =
+                |j: usize| state.apply(&Channel::ALL.map(|c| r.channel(c)[j])).map(|v| v as f32);
             let half = self.samples_per_step / 2;
             Window {
                 states: (0..=self.steps_per_window)
@@ -190,7 +189,8 @@ fn typical_rates(
     let mut rates = [0.0; STATES];
     for (c, rate) in Channel::ALL.into_iter().zip(&mut rates) {
         let (mut sum, mut count) = (0.0, 0.0_f64);
-        let scale = state.deviation[Channel::ALL.iter().position(|d| *d == c).unwrap_or(0)] * step_s;
+        let scale =
+            state.deviation[Channel::ALL.iter().position(|d| *d == c).unwrap_or(0)] * step_s;
         for r in recordings {
             let column = r.channel(c);
             for k in (stride..column.len()).step_by(stride) {

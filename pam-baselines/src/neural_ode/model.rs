@@ -55,7 +55,10 @@ impl FittedModel for NeuralOdeModel {
         let own = median_step_s(&r.time_s);
         if (own - self.sample_s).abs() > 0.01 * self.sample_s {
             return Err(Stopped {
-                why: format!("samples are {own} s apart; the field was trained with {} s", self.sample_s),
+                why: format!(
+                    "samples are {own} s apart; the field was trained with {} s",
+                    self.sample_s
+                ),
             });
         }
         let m = self.samples_per_step;
@@ -90,9 +93,8 @@ impl FittedModel for NeuralOdeModel {
             let k2 = self.rate(&along(&z, &k1, 0.5 * h), u1, &mut work);
             let k3 = self.rate(&along(&z, &k2, 0.5 * h), u1, &mut work);
             let k4 = self.rate(&along(&z, &k3, h), u2, &mut work);
-            let next: [f64; STATES] = std::array::from_fn(|c| {
-                z[c] + h / 6.0 * (k1[c] + 2.0 * (k2[c] + k3[c]) + k4[c])
-            });
+            let next: [f64; STATES] =
+                std::array::from_fn(|c| z[c] + h / 6.0 * (k1[c] + 2.0 * (k2[c] + k3[c]) + k4[c]));
             let end = self.rate(&next, u2, &mut work);
             for j in 1..=m.min(last - at) {
                 let s = j as f64 / m as f64;

@@ -71,7 +71,8 @@ impl<T: Float> Field<T> {
             let w = &numbers[at..at + inputs * outputs];
             let b = &numbers[at + inputs * outputs..][..outputs];
             at += (inputs + 1) * outputs;
-            let (rows, columns) = (outputs.next_multiple_of(STRIDE), inputs.next_multiple_of(STRIDE));
+            let (rows, columns) =
+                (outputs.next_multiple_of(STRIDE), inputs.next_multiple_of(STRIDE));
             forward[k] = vec![T::default(); rows * inputs];
             back[k] = vec![T::default(); columns * outputs];
             for o in 0..outputs {

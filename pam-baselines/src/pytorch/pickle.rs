@@ -212,7 +212,8 @@ impl Machine<'_> {
             }
             0x93 => {
                 let (name, module) = (self.pop()?, self.pop()?);
-                let (Node::Text(module), Node::Text(name)) = (&self.nodes[module], &self.nodes[name])
+                let (Node::Text(module), Node::Text(name)) =
+                    (&self.nodes[module], &self.nodes[name])
                 else {
                     return Err("a global without a name".into());
                 };
@@ -251,7 +252,8 @@ impl Machine<'_> {
             b'R' | 0x81 => {
                 let (arguments, function) = (self.pop()?, self.pop()?);
                 // A dictionary is the one call that has contents later on.
-                let dict = matches!(&self.nodes[function], Node::Global(_, name) if name == "OrderedDict");
+                let dict =
+                    matches!(&self.nodes[function], Node::Global(_, name) if name == "OrderedDict");
                 self.push(if dict {
                     Node::Dict(Vec::new())
                 } else {

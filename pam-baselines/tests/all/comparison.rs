@@ -113,15 +113,27 @@ fn models_that_hold_the_truth_predict_it_and_others_do_not() {
         m.result.cold.held_out.displacement
     };
     // Both forms hold the linear joint; what is left is smoothing, and for the first the bilinear law.
-    assert!(held("Linear spring–damper").mean.unwrap() > 0.9995, "{:?}", held("Linear spring–damper"));
-    assert!(held("Sparse force (SINDy)").mean.unwrap() > 0.999, "{:?}", held("Sparse force (SINDy)"));
+    assert!(
+        held("Linear spring–damper").mean.unwrap() > 0.9995,
+        "{:?}",
+        held("Linear spring–damper")
+    );
+    assert!(
+        held("Sparse force (SINDy)").mean.unwrap() > 0.999,
+        "{:?}",
+        held("Sparse force (SINDy)")
+    );
     // The line of stiffness over pressures is nearly that over masses.
     assert!(held("Equilibrium point").mean.unwrap() > 0.9);
     // Muscles of another make pull this joint elsewhere.
     assert!(held("Kang analytical").mean.is_none_or(|m| m < 0.9));
 
     let spring = &c.models.iter().find(|m| m.result.kind == "spring_damper").unwrap().result;
-    assert!((spring.details["mass_kg"].as_f64().unwrap() - 300.0).abs() < 3.0, "{}", spring.details);
+    assert!(
+        (spring.details["mass_kg"].as_f64().unwrap() - 300.0).abs() < 3.0,
+        "{}",
+        spring.details
+    );
     assert!((spring.details["deformation"].as_f64().unwrap() - 3.7).abs() < 0.02);
     assert!(spring.mechanics.stiffness_error_percent.unwrap() < 2.0, "{:?}", spring.mechanics);
     assert!(spring.mechanics.force_r2.unwrap() > 0.999);

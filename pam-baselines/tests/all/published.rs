@@ -52,7 +52,8 @@ fn gru_outputs_are_those_of_pytorch() {
     let expected = &peers()["gru"];
     // 3·96 rows of 5 + 96 and of 96 + 96 inputs with two biases each, 96·97 and 4·97 of the head.
     assert_eq!(model.parameter_count(), 288 * (101 + 2) + 288 * (192 + 2) + 96 * 97 + 4 * 97);
-    for (name, own) in [("input_scaler_min", model.scaling.low), ("input_scaler_max", model.scaling.high)]
+    for (name, own) in
+        [("input_scaler_min", model.scaling.low), ("input_scaler_max", model.scaling.high)]
     {
         assert_eq!(numbers(&expected[name]), own);
     }
@@ -77,7 +78,8 @@ fn gru_loss_and_gradient_are_those_of_pytorch() {
     let windows: Vec<Window<'_, f32>> = data.iter().map(|s| Window { samples: s }).collect();
     let network = Network::<f32>::new(model.network.shape, &model.numbers);
     let mut gradient = vec![0.0; model.numbers.len()];
-    let loss = BatchGradient::new(&network, 3, 100, 100).run(&network, &windows, Some(&mut gradient));
+    let loss =
+        BatchGradient::new(&network, 3, 100, 100).run(&network, &windows, Some(&mut gradient));
     let torch = expected["loss"].as_f64().unwrap();
     assert!((loss - torch).abs() < 1e-5 * torch, "{loss} {torch}");
     for part in network.shape.parts() {
@@ -95,6 +97,7 @@ fn damaged_checkpoints_are_told() {
     std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
     let message = gru::read_checkpoint(&path).unwrap_err().to_string();
     assert!(message.contains("broken.pt"), "{message}");
-    let message = gru::read_checkpoint(&shared("pneu-sim/koopman_model.npz")).unwrap_err().to_string();
+    let message =
+        gru::read_checkpoint(&shared("pneu-sim/koopman_model.npz")).unwrap_err().to_string();
     assert!(message.contains("data.pkl"), "{message}");
 }

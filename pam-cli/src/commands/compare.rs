@@ -116,7 +116,8 @@ fn write_files(comparison: &Comparison, out: &Path) -> Result<(), CliError> {
 }
 
 fn rows(comparison: &Comparison) -> Vec<Vec<String>> {
-    let head = ["R² of x", "train, cold", "held out, cold", "train, warm", "held out, warm", "fit (s)"];
+    let head =
+        ["R² of x", "train, cold", "held out, cold", "train, warm", "held out, warm", "fit (s)"];
     let mut rows = vec![head.map(str::to_owned).to_vec()];
     rows.extend(comparison.models.iter().map(|m| {
         let r = &m.result;
