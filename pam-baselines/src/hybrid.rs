@@ -84,8 +84,8 @@ impl Method for Hybrid {
         curriculum.data.held_out = Selection::Set(SelectionSet::None);
         let total: usize = curriculum.stages.iter().map(|s| s.epochs()).sum();
         let recordings = training.subjects.iter().map(|s| s.recording.clone()).collect();
-        let mut trainer =
-            Trainer::new(curriculum, recordings, training.surfaces.cloned(), training.seed)?;
+        // Masses by the gas law, as in every prediction: the surfaces may be those of another muscle.
+        let mut trainer = Trainer::new(curriculum, recordings, None, training.seed)?;
         while let Some(row) = trainer.advance()? {
             go_on(progress, row.total_epoch as f64 / total.max(1) as f64)?;
         }
