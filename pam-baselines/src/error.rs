@@ -22,9 +22,6 @@ pub enum BaselineError {
     /// The equilibrium-point model cannot be fitted.
     #[error(transparent)]
     Control(#[from] pam_control::ControlError),
-    /// The rig's muscle cannot be tested.
-    #[error(transparent)]
-    Rig(#[from] pam_rig::RigError),
     /// The configuration file cannot be read.
     #[error("{}: {source}", path.display())]
     Io {

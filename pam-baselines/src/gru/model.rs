@@ -15,8 +15,6 @@ use std::collections::BTreeMap;
 
 /// Recordings of one task.
 const LANES: usize = 16;
-/// Steps after which progress is told.
-const TOLD_EVERY: usize = 5000;
 
 /// A trained network.
 #[derive(Debug, Clone)]
@@ -57,7 +55,7 @@ impl GruModel {
     }
 
     /// Predicts a few runs side by side.
-    fn predict(&self, runs: &[Run<'_>], told: &dyn Fn(f64)) -> Vec<Result<Trajectory, Stopped>> {
+    fn predict(&self, runs: &[Run<'_>]) -> Vec<Result<Trajectory, Stopped>> {
         let n = runs.len();
         let mut running = Running::new(&self.network, n);
         let input =
@@ -101,9 +99,6 @@ impl GruModel {
                 }
             }
             running.feed(&self.network, &inputs);
-            if k % TOLD_EVERY == 0 {
-                told(k as f64 / longest as f64);
-            }
         }
         results
     }
@@ -122,7 +117,7 @@ impl GruModel {
 impl FittedModel for GruModel {
     fn simulate(&self, run: &Run<'_>) -> Result<Trajectory, Stopped> {
         self.check_step(run)?;
-        self.predict(&[*run], &|_| {}).pop().expect("one run, one result")
+        self.predict(&[*run]).pop().expect("one run, one result")
     }
 
     fn simulate_all(
@@ -133,7 +128,7 @@ impl FittedModel for GruModel {
         runs.par_chunks(LANES)
             .flat_map_iter(|part| {
                 let results = match part.iter().try_for_each(|run| self.check_step(run)) {
-                    Ok(()) => self.predict(part, &|_| {}),
+                    Ok(()) => self.predict(part),
                     Err(_) => part.iter().map(|run| self.simulate(run)).collect(),
                 };
                 done(part.len());
