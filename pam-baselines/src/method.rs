@@ -225,6 +225,16 @@ impl Predictor for FreeRun<'_> {
 /// The largest displacement (mm) that counts as a motion of the joint; past it a prediction has diverged.
 pub const LARGEST_DISPLACEMENT_MM: f64 = 100.0;
 
+/// Whether a displacement is none of the joint's, NaN included.
+pub(crate) fn out_of_range(x_mm: f64) -> bool {
+    x_mm.is_nan() || x_mm.abs() >= LARGEST_DISPLACEMENT_MM
+}
+
+/// Whether a number is positive; NaN is not.
+pub(crate) fn is_positive(value: f64) -> bool {
+    value > 0.0
+}
+
 /// A prediction that left the range of the joint.
 pub(crate) fn diverged(run: &Run<'_>, sample: usize, x: f64) -> Stopped {
     Stopped {

@@ -10,7 +10,7 @@
 
 use crate::error::BaselineError;
 use crate::joint::{JointBaseline, JointForce, gas_of, masses_of};
-use crate::method::{FittedModel, Method, Structure, TrainingSet, go_on};
+use crate::method::{FittedModel, Method, Structure, TrainingSet, go_on, is_positive};
 use crate::points::motion_points;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
@@ -67,10 +67,10 @@ impl<S: Scalar> ForceModel<S> for Polynomial<S> {
             let mut term = *c;
             for (s, e) in scaled.iter().zip(exponents) {
                 for _ in 0..*e {
-                    term = term * *s;
+                    term *= *s;
                 }
             }
-            force = force + term;
+            force += term;
         }
         force
     }
@@ -220,7 +220,7 @@ impl Method for SparseForce {
                 gram[a * n + b]
             };
             let size: Vec<f64> = (0..kept.len()).map(|i| at(i, i).sqrt()).collect();
-            if size.iter().any(|s| !(*s > 0.0)) {
+            if size.iter().any(|s| !is_positive(*s)) {
                 return None;
             }
             let matrix = Mat::from_fn(kept.len(), kept.len(), |i, j| {
@@ -250,7 +250,10 @@ impl Method for SparseForce {
             kept = strong;
             found = solve(&kept).ok_or_else(dependent)?;
         }
-        if kept.first() != Some(&0) || !(found[0] > 0.0) || !found.iter().all(|c| c.is_finite()) {
+        if kept.first() != Some(&0)
+            || !is_positive(found[0])
+            || !found.iter().all(|c| c.is_finite())
+        {
             return Err(dependent());
         }
         physical.mass_kg = found[0];

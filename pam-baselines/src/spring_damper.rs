@@ -9,7 +9,7 @@
 
 use crate::error::BaselineError;
 use crate::joint::{JointBaseline, JointForce, gas_of, masses_of};
-use crate::method::{FittedModel, Method, Structure, TrainingSet};
+use crate::method::{FittedModel, Method, Structure, TrainingSet, is_positive};
 use crate::points::motion_points;
 use crate::regression::least_squares;
 use num_dual::Dual64;
@@ -119,7 +119,7 @@ impl Method for LinearJoint {
         let second = rows(Some(shift));
         let second = second.into_iter().map(|([a, v, x, xs, ..], f)| ([a, v, x, xs], f));
         let [mass, damping, k0, k1] = least_squares(second, 0.0).ok_or_else(dependent)?;
-        if !(mass > 0.0 && shift.is_finite()) {
+        if !(is_positive(mass) && shift.is_finite()) {
             return Err(dependent());
         }
         physical.mass_kg = mass;

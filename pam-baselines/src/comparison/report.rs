@@ -11,6 +11,9 @@ use pam_report::page::{card, number, page, wide_figure};
 /// Smallest R² that is drawn: below it a model is of no use, and the rest would be squeezed.
 const LOWEST_R2: f64 = -1.0;
 
+/// One of the four sets of scores of a model.
+type Choice = fn(&super::ModelResult) -> &SetScores;
+
 impl Comparison {
     /// The report as one HTML file.
     #[must_use]
@@ -106,7 +109,7 @@ impl Comparison {
     fn bars(&self) -> String {
         let mut figure =
             LineFigure::new("", "model, by its number in the table", "R² of x", 1040, 360);
-        let sets: [(&str, f64, Role, fn(&super::ModelResult) -> &SetScores); 4] = [
+        let sets: [(&str, f64, Role, Choice); 4] = [
             ("training, cold", -0.24, Role::Category(0), |m| &m.cold.train),
             ("held out, cold", -0.08, Role::Category(1), |m| &m.cold.held_out),
             ("training, warm", 0.08, Role::Category(2), |m| &m.warm.train),

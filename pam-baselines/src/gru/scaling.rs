@@ -30,7 +30,7 @@ impl Scaling {
             }
         }
         for c in 0..INPUTS {
-            if !(scaling.high[c] > scaling.low[c]) {
+            if scaling.high[c] <= scaling.low[c] {
                 scaling.high[c] = scaling.low[c] + 1.0;
             }
         }

@@ -20,8 +20,8 @@ pub use samples::{MuscleSample, of_map, of_rig, of_surfaces};
 
 use crate::error::BaselineError;
 use crate::method::{
-    FittedModel, LARGEST_DISPLACEMENT_MM, Method, Needs, Run, Stopped, Structure, TrainingSet,
-    Trajectory, diverged,
+    FittedModel, Method, Needs, Run, Stopped, Structure, TrainingSet, Trajectory, diverged,
+    out_of_range,
 };
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_core::{ForceInput, MuscleGeometry, PhysicalParameters};
@@ -108,7 +108,7 @@ impl FittedModel for KangJoint {
             let force = r.force_mn[k] - self.muscles_mn(x, v, pressures) - self.damping_kg_s * v;
             v += step_s * force / self.mass_kg;
             x += step_s * v;
-            if !(x.abs() < LARGEST_DISPLACEMENT_MM) {
+            if out_of_range(x) {
                 return Err(diverged(run, k + 1 - run.start, x));
             }
             out.x.push(x);

@@ -2,6 +2,7 @@
 
 use super::{Koopman, KoopmanModel, Rollout, Stability, Standard};
 use crate::error::BaselineError;
+use crate::method::is_positive;
 use crate::regression::Moments;
 use pam_data::recording::median_step_s;
 use pam_data::{Channel, Recording};
@@ -103,7 +104,7 @@ pub(crate) fn standard_of(recordings: &[&Recording]) -> Result<(Standard<4>, Sta
     let input = Standard { mean: [mean], deviation: [deviation] };
     let all = state.deviation.iter().chain(&input.deviation);
     for (what, deviation) in ["x", "ẋ", "P_f", "P_e", "F"].iter().zip(all) {
-        if !(*deviation > 0.0) {
+        if !is_positive(*deviation) {
             return Err(format!("{what} does not vary over the training recordings"));
         }
     }

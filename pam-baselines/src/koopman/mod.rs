@@ -21,8 +21,7 @@ pub use stability::{Mode, Stability};
 
 use crate::error::BaselineError;
 use crate::method::{
-    FittedModel, LARGEST_DISPLACEMENT_MM, Method, Run, Stopped, Structure, TrainingSet, Trajectory,
-    diverged,
+    FittedModel, Method, Run, Stopped, Structure, TrainingSet, Trajectory, diverged, out_of_range,
 };
 use pam_data::formats::npz::Array;
 use pam_data::recording::median_step_s;
@@ -139,7 +138,7 @@ impl KoopmanModel {
         for k in 0..steps {
             let [position, velocity, pf, pe] =
                 if k == 0 { run.state() } else { self.state.invert(&x) };
-            if !(position.abs() < LARGEST_DISPLACEMENT_MM) {
+            if out_of_range(position) {
                 return Err(diverged(run, k, position));
             }
             out.x.push(position);

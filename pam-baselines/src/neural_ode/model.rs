@@ -2,9 +2,7 @@
 
 use super::network::{Field, STATES, STRIDE};
 use crate::koopman::Standard;
-use crate::method::{
-    FittedModel, LARGEST_DISPLACEMENT_MM, Run, Stopped, Structure, Trajectory, diverged,
-};
+use crate::method::{FittedModel, Run, Stopped, Structure, Trajectory, diverged, out_of_range};
 use pam_data::formats::npz::Array;
 use pam_data::recording::median_step_s;
 use serde_json::{Value, json};
@@ -72,7 +70,7 @@ impl FittedModel for NeuralOdeModel {
         let force = |k: usize| self.input.apply(&[r.force_mn[k.min(last)]])[0];
         let mut out = Trajectory::from_fn(|_| Vec::with_capacity(run.len()));
         let mut push = |k: usize, state: [f64; 4]| {
-            if !(state[0].abs() < LARGEST_DISPLACEMENT_MM) {
+            if out_of_range(state[0]) {
                 return Err(diverged(run, k, state[0]));
             }
             out.x.push(state[0]);
