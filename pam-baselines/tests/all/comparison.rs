@@ -129,11 +129,10 @@ fn models_that_hold_the_truth_predict_it_and_others_do_not() {
     assert!(held("Kang analytical").mean.is_none_or(|m| m < 0.9));
 
     let spring = &c.models.iter().find(|m| m.result.kind == "spring_damper").unwrap().result;
-    assert!(
-        (spring.details["mass_kg"].as_f64().unwrap() - 300.0).abs() < 3.0,
-        "{}",
-        spring.details
-    );
+    // The joint was driven by a held force, half a sample (2 ms) behind the one that is regressed on: what
+    // that looks like is an inertia of m + B h/2 = 300 + 6500 · 0.002 kg.
+    let mass = spring.details["mass_kg"].as_f64().unwrap();
+    assert!((mass - 313.0).abs() < 2.0, "{}", spring.details);
     assert!((spring.details["deformation"].as_f64().unwrap() - 3.7).abs() < 0.02);
     assert!(spring.mechanics.stiffness_error_percent.unwrap() < 2.0, "{:?}", spring.mechanics);
     assert!(spring.mechanics.force_r2.unwrap() > 0.999);
