@@ -27,6 +27,9 @@ pub enum CliError {
     /// A diagnosis cannot be made.
     #[error(transparent)]
     Diagnose(#[from] pam_diagnose::DiagnoseError),
+    /// A baseline cannot be fitted, or a comparison not made.
+    #[error(transparent)]
+    Baseline(#[from] pam_baselines::BaselineError),
     /// Options contradict each other or name something that does not exist.
     #[error("{0}")]
     Usage(String),

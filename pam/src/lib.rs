@@ -13,6 +13,7 @@
 //! | [`report`] | `pam-report` | figures and self-contained HTML |
 //! | [`diagnose`] | `pam-diagnose` | what a model gets wrong, why, and what knowing it gains |
 //! | [`control`] | `pam-control` | stiffness, planning, identification, replanning |
+//! | [`baselines`] | `pam-baselines` | Kang, Koopman, GRU and others beside the hybrid model |
 //!
 //! The [`prelude`] has what most programs begin with. A damped oscillator from closures, solved:
 //!
@@ -53,6 +54,7 @@
 //! ```
 
 pub use pam_autodiff as autodiff;
+pub use pam_baselines as baselines;
 pub use pam_control as control;
 pub use pam_core as core;
 pub use pam_data as data;

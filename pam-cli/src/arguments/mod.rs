@@ -1,10 +1,12 @@
 //! The command line.
 
+mod compare;
 mod control;
 mod diagnose;
 mod rig;
 mod train;
 
+pub use compare::CompareArguments;
 pub use control::{
     BoundsOptions, IdentifyArguments, IdentifySchedule, PlanArguments, PlanMethod, ReplanArguments,
     StiffnessArguments, TrackArguments,
@@ -51,6 +53,7 @@ Examples:
   pam plan --model model.eqx --motion sine:A=1,f=0.1 --stiffness 150 --out plan
                                                 pressures for a motion and a stiffness
   pam identify --schedule staircase --out id    is the stiffness what was commanded?
+  pam compare models.toml --out compared        baselines beside the hybrid model, one split for all
   pam bench gradients --quick --out bench       compare gradient methods: error, time, memory
   pam convert model.eqx model.safetensors       published weights to the framework's format
 
@@ -112,6 +115,8 @@ pub enum Command {
     /// The virtual rig: make recordings whose truth is known
     #[command(subcommand)]
     Rig(RigCommand),
+    /// Compare models on one split of the data: baselines beside the hybrid model
+    Compare(CompareArguments),
     /// Compare methods with each other
     #[command(subcommand)]
     Bench(BenchCommand),

@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 pub mod bench;
+pub mod compare;
 pub mod control;
 pub mod convert;
 pub mod diagnose;

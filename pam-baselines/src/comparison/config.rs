@@ -1,0 +1,208 @@
+//! What is compared, as data.
+
+use crate::error::BaselineError;
+use crate::registry::AnyMethod;
+use pam_train::curriculum::{Selection, SelectionSet};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// Recordings and how they are split: the same split for every model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DataConfig {
+    /// Files or folders, relative to the configuration file.
+    pub recordings: Vec<PathBuf>,
+    /// Recordings to fit to; the 29 published conditions by default.
+    #[serde(default = "train")]
+    pub train: Selection,
+    /// Recordings to score on, never fitted to; the rest by default.
+    #[serde(default = "rest")]
+    pub held_out: Selection,
+    /// Measured surfaces of a single muscle (`poly44_all_fits.mat`), for models of single muscles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surfaces: Option<PathBuf>,
+}
+
+fn train() -> Selection {
+    Selection::Set(SelectionSet::Train)
+}
+
+fn rest() -> Selection {
+    Selection::Set(SelectionSet::Rest)
+}
+
+/// How models are scored.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct EvaluationConfig {
+    /// Samples at the start of each recording that a warm-started prediction knows. Cold-started ones know
+    /// the first sample only; both are scored on the samples after these.
+    pub warm_up: usize,
+    /// Recordings whose trajectories are drawn; the first held-out one if empty.
+    pub figures: Vec<String>,
+}
+
+impl Default for EvaluationConfig {
+    fn default() -> Self {
+        Self { warm_up: 100, figures: Vec::new() }
+    }
+}
+
+/// One model of the comparison.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ModelConfig {
+    /// Name in tables, unlike all others.
+    pub name: String,
+    /// How it is made.
+    #[serde(flatten)]
+    pub method: AnyMethod,
+}
+
+/// A comparison.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ComparisonConfig {
+    /// Its name.
+    pub name: String,
+    /// Recordings.
+    pub data: DataConfig,
+    /// How models are scored.
+    pub evaluation: EvaluationConfig,
+    /// The models.
+    #[serde(rename = "model")]
+    pub models: Vec<ModelConfig>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Raw {
+    #[serde(default)]
+    name: Option<String>,
+    data: DataConfig,
+    #[serde(default)]
+    evaluation: EvaluationConfig,
+    model: Vec<toml::Spanned<toml::Table>>,
+}
+
+impl ComparisonConfig {
+    /// A configuration with every kind of model and its default settings, as TOML text.
+    #[must_use]
+    pub fn example() -> String {
+        let mut text = String::from(
+            "# Recordings, relative to this file, and how they are split: the same for all models.\n[data]\n\
+             recordings = [\"logs\"]\n# train = \"train\"         # the 29 published conditions; \"all\", or names\n\
+             # held_out = \"rest\"\n# surfaces = \"poly44_all_fits.mat\"  # single-muscle data of kind = \"kang\"\n\n\
+             # [evaluation]\n# warm_up = 100           # samples that warm starts know\n\
+             # figures = [\"nn_3065\"]  # recordings to draw\n",
+        );
+        for method in AnyMethod::defaults() {
+            let settings = toml::to_string(&method).unwrap_or_default();
+            text.push_str("\n[[model]]\n");
+            text.push_str(&settings);
+        }
+        text
+    }
+
+    /// Reads a configuration file; paths in it are relative to it.
+    ///
+    /// # Errors
+    /// [`BaselineError`] with the line.
+    pub fn open(path: &Path) -> Result<Self, BaselineError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| BaselineError::Io { path: path.to_owned(), source })?;
+        Self::parse(&text, path)
+    }
+
+    /// Reads a configuration from text; `path` is for messages and relative paths.
+    ///
+    /// # Errors
+    /// [`BaselineError::Place`] with the line.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, BaselineError> {
+        let place = |offset: usize, message: String| BaselineError::Place {
+            path: path.to_owned(),
+            line: 1 + text.bytes().take(offset).filter(|&b| b == b'\n').count(),
+            message,
+        };
+        let at = |e: &toml::de::Error, otherwise: usize| {
+            place(e.span().map_or(otherwise, |s| s.start), e.message().replace('\n', "; "))
+        };
+        let raw: Raw = toml::from_str(text).map_err(|e| at(&e, 0))?;
+        let mut models: Vec<ModelConfig> = Vec::new();
+        for spanned in raw.model {
+            let start = spanned.span().start;
+            let mut table = spanned.into_inner();
+            let name = match table.remove("name") {
+                None => None,
+                Some(toml::Value::String(name)) => Some(name),
+                Some(other) => {
+                    return Err(place(start, format!("`name` must be a text, not {other}")));
+                }
+            };
+            let method: AnyMethod =
+                toml::Value::Table(table).try_into().map_err(|e: toml::de::Error| at(&e, start))?;
+            method
+                .method()
+                .check()
+                .map_err(|why| place(start, format!("{}: {why}", method.kind())))?;
+            let name = name.unwrap_or_else(|| method.method().title());
+            if models.iter().any(|m| m.name == name) {
+                return Err(place(
+                    start,
+                    format!("two models are called `{name}`; give one a `name` of its own"),
+                ));
+            }
+            models.push(ModelConfig { name, method });
+        }
+        if models.is_empty() {
+            return Err(place(0, "there is no [[model]]".into()));
+        }
+        let mut data = raw.data;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        for p in data.recordings.iter_mut().chain(&mut data.surfaces) {
+            *p = folder.join(&*p);
+        }
+        let name = raw.name.unwrap_or_else(|| {
+            path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned())
+        });
+        Ok(Self { name, data, evaluation: raw.evaluation, models })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<ComparisonConfig, String> {
+        ComparisonConfig::parse(text, Path::new("here/c.toml")).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn defaults_names_and_paths() {
+        let c = parse(
+            "[data]\nrecordings = [\"logs\"]\n[[model]]\nkind = \"koopman\"\n[[model]]\nkind = \
+             \"koopman\"\ndictionary = \"linear\"\n",
+        )
+        .unwrap();
+        assert_eq!(c.name, "c");
+        assert_eq!(c.data.recordings, [Path::new("here/logs")]);
+        assert_eq!(c.evaluation.warm_up, 100);
+        assert_eq!(c.models[1].name, "Koopman, linear");
+    }
+
+    #[test]
+    fn mistakes_are_told_with_their_line() {
+        let data = "[data]\nrecordings = [\"logs\"]\n";
+        for (text, line, part) in [
+            (format!("{data}[[model]]\nkind = \"kopman\"\n"), 3, "koopman"),
+            (format!("{data}[[model]]\nkind = \"koopman\"\nrigde = 1\n"), 3, "rigde"),
+            (format!("{data}[[model]]\nkind = \"koopman\"\nridge = -1.0\n"), 3, "ridge"),
+            (format!("{data}model = []\n"), 3, "unknown field"),
+            ("[data]\nrecordings = 3\n".to_owned(), 2, "sequence"),
+        ] {
+            let message = parse(&text).unwrap_err();
+            assert!(message.contains(&format!("c.toml:{line}:")), "{message}");
+            assert!(message.contains(part), "{message}");
+        }
+        let twice = "[[model]]\nkind = \"koopman\"\n";
+        assert!(parse(&format!("{data}{twice}{twice}")).unwrap_err().contains("name"));
+    }
+}

@@ -1,0 +1,186 @@
+//! Ridge regression on many rows, from their moments.
+//!
+//! ```text
+//! min_K Σ_k |y_k − K φ_k|² + λ |K|²      K = (Σ y φᵀ) (Σ φ φᵀ + λ I)⁻¹
+//! ```
+//!
+//! The moments are matrix products over blocks of rows; blocks are summed in their order, so the result
+//! does not depend on the number of threads.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use pam_core::simd::gemm::{Finish, Layout, Product, Start};
+use pam_core::simd::padded;
+
+/// Rows that are worked off at once.
+pub const BLOCK: usize = 512;
+
+/// Second moments of features and targets.
+#[derive(Debug, Clone)]
+pub struct Moments {
+    features: usize,
+    targets: usize,
+    /// Distance of rows in a block.
+    stride: usize,
+    /// `[features][stride]`: features by all, column by column.
+    sums: Vec<f64>,
+    block: Vec<f64>,
+    filled: usize,
+    rows: usize,
+}
+
+impl Moments {
+    /// Moments of rows of `features` and `targets` numbers.
+    #[must_use]
+    pub fn new(features: usize, targets: usize) -> Self {
+        let stride = padded(features + targets);
+        Self {
+            features,
+            targets,
+            stride,
+            sums: vec![0.0; stride * features],
+            block: vec![0.0; stride * BLOCK],
+            filled: 0,
+            rows: 0,
+        }
+    }
+
+    /// Adds a row that `fill` writes: features, then targets.
+    pub fn add(&mut self, fill: impl FnOnce(&mut [f64], &mut [f64])) {
+        let row = &mut self.block[self.filled * self.stride..][..self.stride];
+        let (features, rest) = row.split_at_mut(self.features);
+        fill(features, &mut rest[..self.targets]);
+        self.filled += 1;
+        self.rows += 1;
+        if self.filled == BLOCK {
+            self.flush();
+        }
+    }
+
+    /// Takes up rows that are not summed yet.
+    fn flush(&mut self) {
+        if self.filled == 0 {
+            return;
+        }
+        Product {
+            rows: self.stride,
+            inner: self.filled,
+            columns: self.features,
+            a: &self.block,
+            b: &self.block,
+            layout: Layout::Rows,
+            b_stride: self.stride,
+            start: Start::Held,
+            finish: Finish::Store,
+            c: &mut self.sums,
+        }
+        .run();
+        self.filled = 0;
+    }
+
+    /// Adds the moments of other rows.
+    pub fn merge(&mut self, mut other: Self) {
+        self.flush();
+        other.flush();
+        for (a, b) in self.sums.iter_mut().zip(&other.sums) {
+            *a += b;
+        }
+        self.rows += other.rows;
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// The map from features to targets, row by row `[targets][features]`; `None` if the moments are
+    /// singular.
+    #[must_use]
+    pub fn solve(&mut self, ridge: f64) -> Option<Vec<f64>> {
+        self.flush();
+        let n = self.features;
+        let at = |i: usize, j: usize| self.sums[j * self.stride + i];
+        let gram = Mat::from_fn(n, n, |i, j| {
+            0.5 * (at(i, j) + at(j, i)) + if i == j { ridge } else { 0.0 }
+        });
+        let right = Mat::from_fn(n, self.targets, |j, t| at(n + t, j));
+        let factor = gram.llt(Side::Lower).ok()?;
+        let solved = factor.solve(&right);
+        let map: Vec<f64> = (0..self.targets)
+            .flat_map(|t| (0..n).map(move |j| (t, j)))
+            .map(|(t, j)| solved[(j, t)])
+            .collect();
+        map.iter().all(|v| v.is_finite()).then_some(map)
+    }
+}
+
+/// Least squares of one target on a few features with a ridge that is relative to their mean squares;
+/// `None` if they are dependent. `rows` yields features with their target.
+#[must_use]
+pub fn least_squares<const N: usize>(
+    rows: impl Iterator<Item = ([f64; N], f64)>,
+    relative_ridge: f64,
+) -> Option<[f64; N]> {
+    let mut gram = [[0.0; N]; N];
+    let mut right = [0.0; N];
+    for (row, y) in rows {
+        for i in 0..N {
+            for j in 0..N {
+                gram[i][j] += row[i] * row[j];
+            }
+            right[i] += row[i] * y;
+        }
+    }
+    let scale: [f64; N] = std::array::from_fn(|i| gram[i][i].sqrt());
+    if scale.iter().any(|s| !(s.is_finite() && *s > 0.0)) {
+        return None;
+    }
+    let matrix = Mat::from_fn(N, N, |i, j| {
+        gram[i][j] / (scale[i] * scale[j]) + if i == j { relative_ridge } else { 0.0 }
+    });
+    let right = Mat::from_fn(N, 1, |i, _| right[i] / scale[i]);
+    let solved = matrix.llt(Side::Lower).ok()?.solve(&right);
+    let found: [f64; N] = std::array::from_fn(|i| solved[(i, 0)] / scale[i]);
+    found.iter().all(|v| v.is_finite()).then_some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A linear map is found again from exact rows, in as many blocks as it takes.
+    #[test]
+    fn an_exact_map_is_found() {
+        let map = [[1.0, -2.0, 0.5], [0.0, 3.0, -1.0]];
+        let row = |k: usize| {
+            let t = k as f64 * 0.37;
+            [1.0, t.sin(), (1.7 * t).cos()]
+        };
+        let mut moments = Moments::new(3, 2);
+        let mut other = Moments::new(3, 2);
+        for k in 0..1400 {
+            let part = if k < 900 { &mut moments } else { &mut other };
+            part.add(|f, y| {
+                f.copy_from_slice(&row(k));
+                for (y, m) in y.iter_mut().zip(&map) {
+                    *y = m.iter().zip(row(k)).map(|(m, r)| m * r).sum();
+                }
+            });
+        }
+        moments.merge(other);
+        assert_eq!(moments.rows(), 1400);
+        let found = moments.solve(0.0).unwrap();
+        for (f, m) in found.iter().zip(map.iter().flatten()) {
+            assert!((f - m).abs() < 1e-12, "{f} {m}");
+        }
+    }
+
+    #[test]
+    fn dependent_features_need_a_ridge() {
+        let rows = || (0..50).map(|k| ([f64::from(k), 2.0 * f64::from(k)], f64::from(5 * k)));
+        assert!(least_squares(rows(), 0.0).is_none_or(|f| (f[0] + 2.0 * f[1] - 5.0).abs() < 1e-3));
+        let [a, b] = least_squares(rows(), 1e-9).unwrap();
+        assert!((a + 2.0 * b - 5.0).abs() < 1e-6);
+    }
+}

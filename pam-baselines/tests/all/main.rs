@@ -1,0 +1,17 @@
+//! Tests against published files, measured muscles and joints that are known exactly.
+
+mod comparison;
+mod kang;
+mod published;
+
+use std::path::PathBuf;
+
+/// A file of the reference data.
+fn shared(name: &str) -> PathBuf {
+    std::env::var_os("PAM_SHARED")
+        .map_or_else(
+            || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"),
+            PathBuf::from,
+        )
+        .join(name)
+}

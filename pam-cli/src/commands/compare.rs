@@ -1,0 +1,132 @@
+//! `pam compare`.
+
+use crate::arguments::{CompareArguments, GlobalOptions};
+use crate::console::{Console, table};
+use crate::error::CliError;
+use crate::options::built_in_spring_damper;
+use crate::run_record::{self, made_by, write_json};
+use pam_baselines::comparison::files::{seconds, summary_text};
+use pam_baselines::comparison::{Comparison, ComparisonConfig, Event, compare, split};
+use pam_data::atomic::write_atomic;
+use pam_data::{MuscleSurfaces, collect_paths};
+use serde_json::json;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CliError`] naming file and line, or the model that cannot be fitted.
+pub fn run(
+    arguments: &CompareArguments,
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<ExitCode, CliError> {
+    if arguments.print {
+        console.text(ComparisonConfig::example().trim_end());
+        return Ok(ExitCode::SUCCESS);
+    }
+    let (Some(path), Some(out)) = (&arguments.config, &arguments.out) else {
+        return Err(CliError::Usage("give CONFIG.toml and --out DIR".into()));
+    };
+    let config = ComparisonConfig::open(path)?;
+    let surfaces = config.data.surfaces.as_deref().map(MuscleSurfaces::read).transpose()?;
+    let paths = collect_paths(&config.data.recordings)?;
+    let bar = console.progress(paths.len(), "reading");
+    // Masses for models without a gas law of their own; the others find theirs.
+    let subjects = arguments.reading.subjects(&paths, &built_in_spring_damper(), &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    let sets = split(&config, subjects)?;
+    console.text(format!(
+        "{}: {} models, {} recordings to fit to, {} held out.",
+        config.name,
+        config.models.len(),
+        sets.train.len(),
+        sets.held_out.len()
+    ));
+    run_record::write(
+        out,
+        "compare",
+        global.seed,
+        &json!({ "comparison": config, "reading": arguments.reading.to_json()? }),
+    )?;
+
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&stop);
+    // A second signal ends the program at once; models that are done stay.
+    let _ = ctrlc::set_handler(move || {
+        if asked.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(crate::INTERRUPTED));
+        }
+    });
+    let bar = console.progress(1000, "comparing");
+    let event = |event: Event<'_>| {
+        match event {
+            Event::Fitting(name, share) => {
+                bar.set_message(format!("fitting {name}"));
+                bar.set_position((1000.0 * share) as u64);
+            }
+            Event::Predicting(name, share) => {
+                bar.set_message(format!("predicting, {name}"));
+                bar.set_position((1000.0 * share) as u64);
+            }
+            Event::Done(m) => bar.suspend(|| {
+                console.text(format!(
+                    "  {}: R² of x held out {}, fitted in {} s",
+                    m.result.name,
+                    summary_text(&m.result.cold.held_out.displacement),
+                    seconds(m.times.fit_s)
+                ));
+            }),
+            Event::Kept(name) => bar.suspend(|| console.text(format!("  {name}: was done"))),
+        }
+        !stop.load(Ordering::Relaxed)
+    };
+    let keep = Some((out.as_path(), arguments.resume));
+    let compared = compare(&config, &sets, surfaces.as_ref(), global.seed, keep, &event);
+    bar.finish_and_clear();
+    let comparison = match compared {
+        Err(pam_baselines::BaselineError::Interrupted) => {
+            console.text(format!("interrupted; go on with --resume --out {}", out.display()));
+            return Ok(ExitCode::from(crate::INTERRUPTED));
+        }
+        other => other?,
+    };
+    write_files(&comparison, out)?;
+    console.json(&json!({ "comparison": comparison.to_json(), "times": comparison.times_json() }));
+    console.text(format!(
+        "\n{}\n\ntable: {}\nreport: {}",
+        table(&rows(&comparison)),
+        out.join("table.csv").display(),
+        out.join("report.html").display()
+    ));
+    Ok(ExitCode::SUCCESS)
+}
+
+fn write_files(comparison: &Comparison, out: &Path) -> Result<(), CliError> {
+    write_json(&out.join("comparison.json"), &comparison.to_json())?;
+    write_json(&out.join("times.json"), &comparison.times_json())?;
+    write_atomic(&out.join("table.csv"), comparison.to_csv().as_bytes())?;
+    write_atomic(&out.join("recordings.csv"), comparison.recordings_csv().as_bytes())?;
+    write_atomic(&out.join("table.tex"), comparison.to_latex().as_bytes())?;
+    write_atomic(&out.join("report.html"), comparison.report(&made_by()).as_bytes())?;
+    Ok(())
+}
+
+fn rows(comparison: &Comparison) -> Vec<Vec<String>> {
+    let head =
+        ["R² of x", "train, cold", "held out, cold", "train, warm", "held out, warm", "fit (s)"];
+    let mut rows = vec![head.map(str::to_owned).to_vec()];
+    rows.extend(comparison.models.iter().map(|m| {
+        let r = &m.result;
+        let sets = [&r.cold.train, &r.cold.held_out, &r.warm.train, &r.warm.held_out];
+        let scores = sets.iter().map(|s| summary_text(&s.displacement));
+        let mut row = vec![r.name.clone()];
+        row.extend(scores);
+        row.push(seconds(m.times.fit_s));
+        row
+    }));
+    rows
+}
