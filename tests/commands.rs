@@ -333,7 +333,7 @@ fn doctor_finds_what_is_missing() {
 fn shells_and_man_know_every_command() {
     for shell in ["bash", "zsh", "fish"] {
         let script = stdout_of(PAM, &["completions", shell]);
-        assert!(script.contains("diagnose") && script.contains("--healthy"), "{shell}");
+        assert!(script.contains("diagnose") && script.contains("healthy"), "{shell}");
     }
     let folder = tempfile::tempdir().unwrap();
     let _ = stdout_of(PAM, &["man", "--out", text(folder.path())]);

@@ -3,8 +3,9 @@
 //! `cargo run --release -p pam-tests --example study -- plant|rig|rig-ideal WHAT…` with WHAT one of
 //! `all@STRENGTH`, `pairs`, `nulls`, `unlisted`, or effects as the rig's command line writes them, several
 //! joined by `+`. `PAM_STUDY_SEEDS` sets the number of seeds (1), `PAM_STUDY_SHARE` the share of the published
-//! excitation's times (0.3), `PAM_STUDY_HEALTHY=0` leaves the rig's healthy recordings out. With
-//! `PAM_STUDY_CSV=FILE` every hidden effect becomes a row of a table.
+//! excitation's times (0.3), `PAM_STUDY_HEALTHY=0` leaves the rig's healthy recordings out,
+//! `PAM_STUDY_NOISE` multiplies the noise of the plant's sensors (1), `PAM_STUDY_MODEL` is the model with which the
+//! rig's recordings are diagnosed. With `PAM_STUDY_CSV=FILE` every hidden effect becomes a row of a table.
 
 use pam_data::{SavedModel, load_model, parse_model};
 use pam_diagnose::Diagnosis;
@@ -45,8 +46,11 @@ fn main() {
     };
     let seeds = number("PAM_STUDY_SEEDS", 1.0) as u64;
     let share = number("PAM_STUDY_SHARE", 0.3);
+    let noise = noise(number("PAM_STUDY_NOISE", 1.0));
     let saved: SavedModel = if source == "plant" {
         load_model(&pam_tests::published_weights()).expect("the published weights")
+    } else if let Ok(path) = std::env::var("PAM_STUDY_MODEL") {
+        load_model(Path::new(&path)).expect("a model")
     } else {
         let bytes = include_bytes!("../pam-cli/models/default.safetensors");
         parse_model(Path::new("default"), bytes).expect("the default model")
@@ -63,7 +67,7 @@ fn main() {
         for set in cases(&what) {
             for seed in 1..=seeds {
                 let data = if source == "plant" {
-                    plant_runs(&saved, &PLANT, &excitation(share), &set, Noise::default(), seed)
+                    plant_runs(&saved, &PLANT, &excitation(share), &set, noise, seed)
                 } else {
                     let texts: Vec<String> = set.iter().map(as_text).collect();
                     let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
@@ -165,6 +169,15 @@ impl Table {
                 .expect("room for the table");
             }
         }
+    }
+}
+
+fn noise(factor: f64) -> Noise {
+    let n = Noise::default();
+    Noise {
+        displacement_mm: factor * n.displacement_mm,
+        pressure_kpa: factor * n.pressure_kpa,
+        force_n: factor * n.force_n,
     }
 }
 

@@ -8,7 +8,7 @@ use pam_data::{MassOrigin, Recording};
 use pam_train::{Predictor, SolverSettings, Subject, predict};
 use std::path::Path;
 
-/// Recordings of a linear joint under sines of 0.5, 1 and 2 Hz, 8 s at 250 Hz, at several pressures.
+/// Recordings of a linear joint under sines of 0.5, 1 and 2 Hz, 10 s at 250 Hz, at several pressures.
 fn recordings() -> Vec<Recording> {
     let mut force = SpringDamper::constant(60e3, 6500.0);
     force.stiffness_per_mass_mn_mm_g = 400e3;
@@ -23,9 +23,9 @@ fn recordings() -> Vec<Recording> {
         .map(|[f, e]| {
             let kpa = |p: i32| f64::from(p) * 6.89476 + 101.325;
             let mut r = Recording::empty(Path::new(&format!("nn_{f}{e}")));
-            for k in 0..2000 {
+            for k in 0..2500 {
                 let t = f64::from(k) * 4e-3;
-                let frequency = [0.5, 0.5, 1.0, 2.0][k as usize / 500];
+                let frequency = [0.5, 0.5, 0.5, 1.0, 2.0][k as usize / 500];
                 r.time_s.push(t);
                 r.force_mn.push(1.4e5 * (std::f64::consts::TAU * frequency * t).sin());
             }
@@ -33,10 +33,10 @@ fn recordings() -> Vec<Recording> {
             let masses = model.gas_law_masses(0.0, [kpa(*f), kpa(*e)]);
             let x = 8.0 * (masses.flexor_g - masses.extensor_g);
             let [pf, pe] = model.gas_law_pressures_kpa(x, masses);
-            r.displacement_mm = vec![x; 2000];
-            r.velocity_mm_s = vec![0.0; 2000];
-            r.pressure_flexor_kpa = vec![pf; 2000];
-            r.pressure_extensor_kpa = vec![pe; 2000];
+            r.displacement_mm = vec![x; 2500];
+            r.velocity_mm_s = vec![0.0; 2500];
+            r.pressure_flexor_kpa = vec![pf; 2500];
+            r.pressure_extensor_kpa = vec![pe; 2500];
             let settings = SolverSettings::default();
             let p = predict(&model, &r, masses, &settings).unwrap();
             p.to_recording(&r, masses)

@@ -2,7 +2,7 @@
 
 use super::explore::{Scored, Search};
 use crate::effects::AnyEffect;
-use crate::fit::Sensitivities;
+use crate::fit::{Sensitivities, Tolerances};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use rand::{RngExt, SeedableRng};
@@ -12,9 +12,10 @@ use serde::Serialize;
 
 /// How much of the residual the luckiest candidate explains when none is at work.
 ///
-/// The score of a candidate is the share of the weighted residual that its change of the simulation (from
-/// each of its starting values, so that effects whose derivative vanishes at "off" have one as well), cleared
-/// of what the uncertain numbers of model and recordings can imitate, explains by least squares:
+/// The score of a candidate is the share of the weighted residual that a direction of its own, cleared of
+/// what the uncertain numbers of model and recordings can imitate, explains by least squares. Its directions
+/// are the derivatives by its parameters at its first starting values, and the change of the simulation at
+/// each of them, which effects have as well whose derivative vanishes at "off":
 /// `s = (Σ_b d_b)² / (‖Δ‖² ‖r‖²)` with `d_b` the inner product over a block of time. Under the null, blocks
 /// have the residual's own size, colour and dependence on the motion, but no common sign: the score is drawn
 /// again with random signs of the blocks (a wild block bootstrap, Mammen 1993), and the largest over all
@@ -44,13 +45,16 @@ const DRAWS: usize = 400;
 /// Fewest blocks into which the rows are parted.
 const BLOCKS: usize = 24;
 
+/// A direction in the rows of x, P_f and P_e; absent if it cannot be simulated.
+type Direction = Option<[Vec<f64>; 3]>;
+
 /// Inner products of one trial, block by block.
 struct Products {
     /// `Zᵀ W r` of each block for the uncertain numbers Z.
     uncertain: Vec<Vec<f64>>,
     /// `Δᵀ W r` of each block for each candidate.
     candidates: Vec<Vec<f64>>,
-    /// `Zᵀ W Z`.
+    /// `Zᵀ W Z`, with the ties of the uncertain numbers on the diagonal.
     gram: Vec<Vec<f64>>,
     /// `Zᵀ W Δ` of each candidate.
     cross: Vec<Vec<f64>>,
@@ -90,17 +94,33 @@ impl<'e> Search<'_, 'e> {
             .into_par_iter()
             .map(|i| {
                 let s = problem.sensitivities(h, i).ok()?;
-                let changes: Vec<Option<[Vec<f64>; 3]>> = starts
+                let changes: Vec<Vec<Direction>> = starts
                     .par_iter()
-                    .map(|(effect, values)| {
-                        let with = problem.residuals(&h.with(*effect, values), i).ok()?;
-                        let change = |c: usize| {
-                            s.residuals[c].iter().zip(&with[c]).map(|(a, b)| a - b).collect()
-                        };
-                        Some([0, 1, 2].map(change))
+                    .enumerate()
+                    .map(|(k, (effect, values))| {
+                        let with = h.with(*effect, values);
+                        let first = k == 0 || starts[k - 1].0.info().id != effect.info().id;
+                        let parameters = effect.info().parameters.len();
+                        let mut directions = vec![None; 1 + if first { parameters } else { 0 }];
+                        if let Ok(r) = problem.residuals(&with, i) {
+                            let change = |c: usize| {
+                                s.residuals[c].iter().zip(&r[c]).map(|(a, b)| a - b).collect()
+                            };
+                            directions[0] = Some([0, 1, 2].map(change));
+                        }
+                        if first && let Ok(there) = problem.sensitivities(&with, i) {
+                            let before = h.parameter_len();
+                            for (to, column) in
+                                directions[1..].iter_mut().zip(&there.columns[before..])
+                            {
+                                *to = Some(column.clone());
+                            }
+                        }
+                        directions
                     })
                     .collect();
-                Some(products(&s, &changes, weights, block))
+                let changes: Vec<Direction> = changes.into_iter().flatten().collect();
+                Some(products(&s, &changes, weights, block, &problem.tolerances))
             })
             .collect();
         let trials = trials?;
@@ -108,7 +128,7 @@ impl<'e> Search<'_, 'e> {
         if residual <= 0.0 {
             return None;
         }
-        let scores = cleared(&trials, starts.len());
+        let scores = cleared(&trials);
         let largest = |signs: &mut dyn FnMut() -> f64| {
             let signs: Vec<f64> = (0..scores.blocks).map(|_| signs()).collect();
             scores
@@ -138,9 +158,10 @@ impl<'e> Search<'_, 'e> {
 
 fn products(
     s: &Sensitivities,
-    changes: &[Option<[Vec<f64>; 3]>],
+    changes: &[Direction],
     weights: [f64; 3],
     block: usize,
+    tolerances: &Tolerances,
 ) -> Products {
     let dot = |a: &[Vec<f64>; 3], b: &[Vec<f64>; 3], from: usize, to: usize| -> f64 {
         (0..3)
@@ -159,17 +180,27 @@ fn products(
             .collect()
     };
     let nothing = [const { Vec::new() }; 3];
-    let of = |change: &Option<[Vec<f64>; 3]>| change.clone().unwrap_or_else(|| nothing.clone());
+    let of = |change: &Direction| change.clone().unwrap_or_else(|| nothing.clone());
     let changes: Vec<[Vec<f64>; 3]> = changes.iter().map(of).collect();
     let against = |a: &[Vec<f64>; 3]| s.columns.iter().map(|z| dot(z, a, 0, rows)).collect();
     Products {
         uncertain: s.columns.iter().map(in_blocks).collect(),
         candidates: changes.iter().map(in_blocks).collect(),
-        gram: s.columns.iter().map(against).collect(),
+        gram: tied(s.columns.iter().map(against).collect(), tolerances),
         cross: changes.iter().map(against).collect(),
         size: changes.iter().map(|a| dot(a, a, 0, rows)).collect(),
         residual: dot(&s.residuals, &s.residuals, 0, rows),
     }
+}
+
+/// Adds what ties the uncertain numbers to their measured values, in the order of the columns: the model's
+/// two, then the trial's own.
+fn tied(mut gram: Vec<Vec<f64>>, t: &Tolerances) -> Vec<Vec<f64>> {
+    let own = [t.start_mm, t.start_mm_s, t.air, t.air, t.offset_kpa, t.offset_kpa];
+    for (i, scale) in [t.model; 2].into_iter().chain(own).enumerate() {
+        gram[i][i] += 1.0 / (scale * scale);
+    }
+    gram
 }
 
 /// Inner products of each candidate with the residual, block by block over all trials, and its size; both
@@ -179,7 +210,8 @@ struct Cleared {
     blocks: usize,
 }
 
-fn cleared(trials: &[Products], candidates: usize) -> Cleared {
+fn cleared(trials: &[Products]) -> Cleared {
+    let candidates = trials.first().map_or(0, |t| t.size.len());
     let blocks = trials.iter().map(|t| t.uncertain.first().map_or(0, Vec::len)).sum();
     let parts: Vec<Vec<(Vec<f64>, f64)>> = trials
         .iter()
@@ -215,7 +247,7 @@ fn cleared(trials: &[Products], candidates: usize) -> Cleared {
             let size: f64 = parts.iter().map(|p| p[k].1).sum();
             let whole: f64 = trials.iter().map(|t| t.size[k]).sum();
             // What the uncertain numbers imitate to the last digits has no score of its own.
-            (size > 1e-6 * whole).then_some((d, size))
+            (size > 1e-6 * whole && size > 0.0).then_some((d, size))
         })
         .collect();
     Cleared { each, blocks }

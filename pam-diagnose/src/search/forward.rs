@@ -1,7 +1,7 @@
 //! Sets of effects: forward in a beam, then backward.
 
 use super::explore::{Scored, Search};
-use crate::effects::{AnyEffect, ParameterInfo};
+use crate::effects::{AnyEffect, EffectScalar, ParameterInfo};
 use crate::fit::Interval;
 use rayon::prelude::*;
 
@@ -39,6 +39,8 @@ const BEAM: usize = 3;
 const SATISFIED: f64 = 6.0;
 /// Difference of the cost below which two shapes of one effect fit equally well.
 const AS_WELL: f64 = 12.0;
+/// Factors of the numbers of dry friction from which the chosen set is followed again.
+const RUGGED: [f64; 2] = [0.75, 1.33];
 /// Iterations for the chosen set.
 const POLISHING: usize = 20;
 /// Candidates that are followed to the end beside a set.
@@ -131,8 +133,9 @@ impl<'e> Search<'_, 'e> {
         Some(Findings { base, singles, best, others })
     }
 
-    /// Follows the chosen set to the end, from where it is and from every starting value of each member: scales
-    /// have several valleys.
+    /// Follows the chosen set to the end, from where it is, from every starting value of each member (scales have
+    /// several valleys), and with the numbers of dry friction made smaller and larger: where the joint sticks
+    /// and slips, the errors are rugged in them.
     fn polish(&self, best: Scored<'e>) -> Scored<'e> {
         let h = &best.fit.hypothesis;
         let mut starts = vec![h.clone()];
@@ -148,6 +151,17 @@ impl<'e> Search<'_, 'e> {
         }
         if h.ids().is_empty() {
             return best;
+        }
+        for at in h.fixed..h.effects.len() {
+            let values = &h.values[h.value_range(at)];
+            let sticks = f64::over(h.effects[at]).dry_friction_mn(values, 0.0) > 0.0;
+            for k in 0..if sticks { h.effects[at].info().parameters.len() } else { 0 } {
+                starts.extend(RUGGED.map(|factor| {
+                    let mut other = h.clone();
+                    other.values[h.value_range(at).start + k] *= factor;
+                    other
+                }));
+            }
         }
         starts
             .into_par_iter()

@@ -52,8 +52,7 @@ impl Trial {
     /// the measured range.
     #[must_use]
     pub fn new<F: ForceModel<f64> + Sync>(model: &JointModel<f64, F>, subject: &Subject) -> Self {
-        let r = &subject.recording;
-        Self::over(model, subject, [Channel::X, Channel::V].map(|c| range_of(r.channel(c))))
+        Self::with_table_over(model, subject, None)
     }
 
     /// As [`new`](Self::new) with the table over one and a half times given ranges of displacement (mm) and
@@ -63,6 +62,14 @@ impl Trial {
         model: &JointModel<f64, F>,
         subject: &Subject,
         ranges: [[f64; 2]; 2],
+    ) -> Self {
+        Self::with_table_over(model, subject, Some(ranges))
+    }
+
+    fn with_table_over<F: ForceModel<f64> + Sync>(
+        model: &JointModel<f64, F>,
+        subject: &Subject,
+        ranges: Option<[[f64; 2]; 2]>,
     ) -> Self {
         let r = &subject.recording;
         let (t0, t1) = r.span_s();
@@ -77,6 +84,7 @@ impl Trial {
             start_mm: x0,
             start_kpa: [pf0, pe0],
         };
+        let ranges = ranges.unwrap_or_else(|| [range_of(&measured[0]), range_of(&measured[1])]);
         let around = |[low, high]: [f64; 2]| {
             let margin = 0.25 * (high - low) + 0.5;
             [low - margin, high + margin]

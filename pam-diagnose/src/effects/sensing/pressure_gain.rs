@@ -27,6 +27,11 @@ impl Effect for PressureGain {
         &INFO
     }
 
+    fn stands(&self, values: &[f64], _evidence: &Evidence) -> bool {
+        // A sensor that is off by a fifth is broken, not out of calibration.
+        values.iter().all(|relative| relative.abs() <= 0.2)
+    }
+
     fn starts(&self, _evidence: &Evidence) -> Vec<Vec<f64>> {
         vec![vec![0.0, 0.0]]
     }
