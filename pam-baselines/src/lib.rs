@@ -24,6 +24,7 @@ pub mod registry;
 pub mod regression;
 pub mod sparse_force;
 pub mod spring_damper;
+mod tanh;
 
 pub use comparison::{Comparison, ComparisonConfig, compare};
 pub use error::BaselineError;

@@ -2,6 +2,7 @@
 
 use super::network::{LayerStep, Network, OUT_STRIDE};
 use super::parameters::{INPUTS, OUTPUTS};
+use crate::tanh::TanhBack;
 use pam_core::simd::gemm::{Finish, Layout, Product, Start};
 use pam_core::simd::{Float, arch, padded};
 use pulp::{Simd, WithSimd};
@@ -322,24 +323,6 @@ fn multiply<T: Float>(
 ) {
     let (layout, finish) = (Layout::Columns, Finish::Store);
     Product { rows, inner, columns, a, b, layout, b_stride, start, finish, c }.run();
-}
-
-/// Cotangents of the argument of a tanh from those of its values.
-struct TanhBack<'a, T> {
-    values: &'a [T],
-    cotangents: &'a mut [T],
-}
-
-impl<T: Float> WithSimd for TanhBack<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        let one = T::narrow(1.0);
-        for (c, u) in self.cotangents.iter_mut().zip(self.values) {
-            *c *= one - *u * *u;
-        }
-    }
 }
 
 /// Cotangents of the sums of one step from that of its hidden state, which becomes the direct part of the

@@ -9,6 +9,7 @@
 //! (Cho et al. 2014 in the form of PyTorch, with the reset gate after the product.) Lanes are columns.
 
 use super::parameters::{INPUTS, OUTPUTS, Shape};
+use crate::tanh::Tanh;
 use pam_core::simd::gemm::{Finish, Layout, Product, Start};
 use pam_core::simd::{Float, arch, math, padded};
 use pulp::{Simd, WithSimd};
@@ -228,21 +229,6 @@ impl<T: Float> WithSimd for Gates<'_, T> {
                 new[i] = n;
                 to[i] = z[i].fma(old[i] - n, n);
             }
-        }
-    }
-}
-
-struct Tanh<'a, T> {
-    z: &'a mut [T],
-}
-
-impl<T: Float> WithSimd for Tanh<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        for z in self.z.iter_mut() {
-            *z = math::tanh(*z);
         }
     }
 }

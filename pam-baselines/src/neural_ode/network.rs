@@ -6,9 +6,9 @@
 //!
 //! with the scaled state z, the scaled force u, and rates s that give the network outputs of order one.
 
+use crate::tanh::{Tanh, TanhBack};
 use pam_core::simd::gemm::{Finish, Layout, Product, Start};
-use pam_core::simd::{Float, arch, math};
-use pulp::{Simd, WithSimd};
+use pam_core::simd::{Float, arch};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -204,38 +204,6 @@ impl<T: Float> Field<T> {
                 }
             }
             at += outs;
-        }
-    }
-}
-
-struct Tanh<'a, T> {
-    z: &'a mut [T],
-}
-
-impl<T: Float> WithSimd for Tanh<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        for z in self.z.iter_mut() {
-            *z = math::tanh(*z);
-        }
-    }
-}
-
-struct TanhBack<'a, T> {
-    values: &'a [T],
-    cotangents: &'a mut [T],
-}
-
-impl<T: Float> WithSimd for TanhBack<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        let one = T::narrow(1.0);
-        for (c, u) in self.cotangents.iter_mut().zip(self.values) {
-            *c *= one - *u * *u;
         }
     }
 }

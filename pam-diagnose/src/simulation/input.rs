@@ -3,8 +3,8 @@
 use pam_core::Scalar;
 use pam_data::Recording;
 
-/// The recorded force (before its low-pass, if that is known) as straight lines between the middles of its holds (which follows a held force to
-/// second order), on a grid of half a step.
+/// The recorded force (before its low-pass, if that is known) as straight lines between the middles of its
+/// holds (which follows a held force to second order), on a grid of half a step.
 #[derive(Debug, Clone)]
 pub struct FineForce {
     values_mn: Vec<f64>,
