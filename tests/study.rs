@@ -5,15 +5,16 @@
 //! joined by `+`. `PAM_STUDY_SEEDS` sets the number of seeds (1), `PAM_STUDY_SHARE` the share of the published
 //! excitation's times (0.3), `PAM_STUDY_HEALTHY=0` leaves the rig's healthy recordings out,
 //! `PAM_STUDY_NOISE` multiplies the noise of the plant's sensors (1), `PAM_STUDY_MODEL` is the model with which the
-//! rig's recordings are diagnosed. With `PAM_STUDY_CSV=FILE` every hidden effect becomes a row of a table.
+//! rig's recordings are diagnosed. With `PAM_STUDY_CSV=FILE` every hidden effect becomes a row of a table;
+//! `study -- tables FILE…` sums such tables up.
 
 use pam_data::{SavedModel, load_model, parse_model};
 use pam_diagnose::Diagnosis;
 use pam_diagnose::fit::Interval;
 use pam_tests::diagnose::{as_text, at_strength, diagnosed, plant_runs, rig_runs, vocabulary};
 use pam_tests::plant::{Hidden, Noise, excitation, hidden};
+use pam_tests::tables::{Row, tables};
 use pam_train::Subject;
-use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
@@ -40,7 +41,12 @@ pub const SETS: [&[&str]; 13] = [
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
-    let source = arguments.next().expect("plant, rig or rig-ideal");
+    let source = arguments.next().expect("plant, rig, rig-ideal or tables");
+    if source == "tables" {
+        let rows: Vec<Row> = arguments.flat_map(|path| Row::read(Path::new(&path))).collect();
+        print!("{}", tables(&rows));
+        return;
+    }
     let number = |name: &str, otherwise: f64| {
         std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(otherwise)
     };
@@ -129,47 +135,61 @@ impl Estimates {
     }
 }
 
-/// The table of a study: one row for each hidden effect of each case.
-struct Table(std::fs::File);
+/// The table of a study, written case by case.
+struct Table(csv::Writer<std::fs::File>);
 
 impl Table {
     fn create(path: String) -> Self {
-        let mut file = std::fs::File::create(&path).expect("a place for the table");
-        writeln!(
-            file,
-            "source,case,hidden,seed,verdict,named,confusable,parameter,truth,value,low,high,gain,gain_low,gain_high"
-        )
-        .expect("room for the table");
-        Self(file)
+        Self(csv::Writer::from_path(path).expect("a place for the table"))
     }
 
     fn write(&mut self, source: &str, case: &str, set: &[Hidden], d: &Diagnosis, seed: u64) {
-        let named: Vec<&str> = d.causes.iter().map(|c| c.effect).collect();
-        let confusable: Vec<&str> =
-            d.causes.iter().flat_map(|c| c.confusable_with.iter().copied()).collect();
-        let (named, confusable) = (named.join("+"), confusable.join("+"));
+        let join = |ids: Vec<&str>| ids.join("+");
+        let named = join(d.named());
+        let confusable =
+            join(d.causes.iter().flat_map(|c| c.confusable_with.iter().copied()).collect());
         let g = &d.gain.overall;
         let nothing = [("none".to_owned(), Default::default())];
         for hidden in if set.is_empty() { &nothing } else { set } {
-            let found = estimates(hidden, d);
-            let parameters: Vec<String> = if found.is_empty() {
-                vec![",,,,".into()]
-            } else {
-                let row = |(name, truth, i): &(&str, f64, Interval)| {
-                    format!("{name},{truth},{:.6},{:.6},{:.6}", i.value, i.ci95[0], i.ci95[1])
-                };
-                found.iter().map(row).collect()
+            let row = Row {
+                source: source.into(),
+                case: case.into(),
+                hidden: hidden.0.clone(),
+                seed,
+                over_noise: over_noise(d),
+                verdict: d.verdict.to_string(),
+                named: named.clone(),
+                confusable: confusable.clone(),
+                gain: g.error_reduction,
+                gain_low: g.ci95[0],
+                gain_high: g.ci95[1],
+                ..Row::default()
             };
-            for p in parameters {
-                writeln!(
-                    self.0,
-                    "{source},{case},{},{seed},{},{named},{confusable},{p},{:.4},{:.4},{:.4}",
-                    hidden.0, d.verdict, g.error_reduction, g.ci95[0], g.ci95[1]
-                )
-                .expect("room for the table");
+            let found = estimates(hidden, d);
+            let with = |(name, truth, i): &(&str, f64, Interval)| Row {
+                parameter: (*name).to_owned(),
+                truth: Some(*truth),
+                value: Some(i.value),
+                low: Some(i.ci95[0]),
+                high: Some(i.ci95[1]),
+                ..row.clone()
+            };
+            let mut rows: Vec<Row> = found.iter().map(with).collect();
+            if rows.is_empty() {
+                rows.push(row);
+            }
+            for row in rows {
+                self.0.serialize(row).expect("room for the table");
             }
         }
+        self.0.flush().expect("room for the table");
     }
+}
+
+/// Residual of the plain model over what the data's noise allows, root mean square over x, P_f and P_e.
+fn over_noise(d: &Diagnosis) -> f64 {
+    let square: f64 = d.residual.channels.iter().map(|c| (c.rms / c.floor).powi(2)).sum();
+    (square / d.residual.channels.len() as f64).sqrt()
 }
 
 fn noise(factor: f64) -> Noise {

@@ -8,6 +8,7 @@
 
 pub mod diagnose;
 pub mod plant;
+pub mod tables;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -77,6 +77,7 @@ impl Diagnosis {
             })),
             "ordinary": ordinary,
             "fitted": self.fitted,
+            "judged_by": self.judged_by,
             "held_out": self.held_out,
             "model": model,
         })

@@ -1,13 +1,12 @@
 //! What is ordinary: the error of the model on recordings on which it was validated.
 
 use super::run::Options;
-use super::sets::Prepared;
+use super::sets::{Blind, Prepared};
 use crate::effects::AnyEffect;
 use crate::error::DiagnoseError;
-use crate::extended::BURN_IN_S;
 use crate::extended::{Active, Extended};
-use crate::fit::{ChannelErrors, Floors, Hypothesis, Problem};
-use crate::search::{Search, gather, noise_floors};
+use crate::fit::{Floors, Hypothesis};
+use crate::search::{Search, Split, gather, noise_floors};
 use crate::simulation::Base;
 use pam_train::Subject;
 use std::sync::Arc;
@@ -37,13 +36,13 @@ impl Ordinary {
         options: &Options,
         done: &(dyn Fn(f64) + Sync),
     ) -> Result<Self, DiagnoseError> {
-        let prepared = Prepared::new(model, healthy, None, options.seed)?;
-        let floors = noise_floors(&prepared.all());
+        let prepared = Prepared::new(model, healthy, Blind::Nothing, options.seed)?;
+        let floors = noise_floors(&prepared.open());
         let search = Search {
             split: prepared.split(model.base(), floors),
             // Effects of the vocabulary only: a candidate of the user's is what is asked about.
             candidates: crate::effects::ALL.iter().map(|e| *e as &dyn AnyEffect).collect(),
-            evidence: gather(&prepared.train(), &model.base()),
+            evidence: gather(&prepared.open(), &model.base()),
         };
         let parts = model.parts();
         let fixed: Vec<(&dyn AnyEffect, Vec<f64>)> =
@@ -51,8 +50,17 @@ impl Ordinary {
         let found = search.run(&fixed, options.most.max(2), &options.acceptance, done).ok_or_else(
             || DiagnoseError::TooLittle("the model diverges on the healthy recordings".into()),
         )?;
-        let effects = found
-            .best
+        let whole = Search {
+            split: Split::fit_all(prepared.whole(model.base(), floors)),
+            candidates: search.candidates.clone(),
+            evidence: search.evidence.clone(),
+        };
+        let settled = whole.settle(&found, &options.acceptance);
+        // What judges has no uncertain numbers of its own: the level of both, as in the data to come.
+        let level = settled.as_ref().map_or(&found.best, |s| &s.chosen);
+        let left = level.fit.errors.and(&level.held);
+        let best = settled.as_ref().map_or(&found.best, |s| &s.whole);
+        let effects = best
             .fit
             .hypothesis
             .fitted()
@@ -61,11 +69,10 @@ impl Ordinary {
                 Some(Active { effect, values: values.to_vec() })
             })
             .collect();
-        let left: ChannelErrors = found.best.fit.errors.and(&found.best.held);
         Ok(Self {
             effects,
             rms: left.mean().map(f64::sqrt),
-            recordings: prepared.all().iter().map(|t| t.source.name.clone()).collect(),
+            recordings: prepared.open().iter().map(|t| t.source.name.clone()).collect(),
             prepared: Arc::new(prepared),
         })
     }
@@ -85,10 +92,8 @@ impl Ordinary {
         effect: &dyn AnyEffect,
         values: &[f64],
     ) -> Option<Vec<f64>> {
-        let trials = self.prepared.all();
-        let floors = noise_floors(&trials);
-        let problem = Problem::new(trials.iter().copied(), base, BURN_IN_S, floors);
-        let start = Hypothesis::base(fixed, trials.len()).with(effect, values);
+        let problem = self.prepared.whole(base, noise_floors(&self.prepared.open()));
+        let start = Hypothesis::base(fixed, problem.len()).with(effect, values);
         let fit = problem.fit(start, 6).ok()?;
         let h = &fit.hypothesis;
         Some(h.values[h.value_range(h.effects.len() - 1)].to_vec())

@@ -1,19 +1,19 @@
 //! The whole diagnosis.
 
-use super::cause::{Cause, Rank, floor_level, level, ranking, share, words};
+use super::cause::{Cause, Rank, floor_level, ranking, share};
 use super::gain::Gain;
+use super::naming::{Named, Naming};
 use super::ordinary::Ordinary;
-use super::sets::{HeldOut, Prepared, Sets};
-use super::verdict::{Verdict, weigh};
+use super::sets::{Blind, HeldOut, JudgedBy, Prepared, Sets};
+use super::trace::{Trace, traces};
+use super::verdict::Verdict;
 use crate::design::{Separation, separate};
 use crate::effects::{ALL, AnyEffect, Evidence};
 use crate::error::DiagnoseError;
 use crate::extended::{Active, Extended};
-use crate::fit::{Floors, Hypothesis, Interval};
+use crate::fit::{Floors, Hypothesis};
 use crate::residual::ResidualStory;
-use crate::search::{
-    Acceptance, Chance, Constancy, Findings, Reference, Scored, Search, gather, noise_floors,
-};
+use crate::search::{Acceptance, Chance, Reference, Scored, Search, Split, gather, noise_floors};
 
 /// How a diagnosis is made.
 #[derive(Debug, Clone)]
@@ -82,9 +82,11 @@ pub struct Diagnosis {
     pub explained: f64,
     /// What is ordinary, if healthy recordings were given.
     pub ordinary: Option<Ordinary>,
-    /// What took no part in naming.
+    /// What names were chosen by.
+    pub judged_by: JudgedBy,
+    /// What took no part in naming or fitting.
     pub held_out: HeldOut,
-    /// Names of the recordings that were fitted.
+    /// Names of the recordings that were fitted in the end.
     pub fitted: Vec<String>,
     /// Errors that count as explained.
     pub floors: Floors,
@@ -92,23 +94,6 @@ pub struct Diagnosis {
     pub evidence: Evidence,
     /// The held-out recordings before and after, for figures.
     pub traces: Vec<Trace>,
-}
-
-/// A held-out recording with both predictions, on the grid of the simulation.
-#[derive(Debug, Clone)]
-pub struct Trace {
-    /// Its name.
-    pub name: String,
-    /// Time, s.
-    pub time_s: Vec<f64>,
-    /// Force, N.
-    pub force_n: Vec<f64>,
-    /// Measured channels: mm, mm/s, kPa, kPa.
-    pub measured: [Vec<f64>; 4],
-    /// Predicted before.
-    pub before: [Vec<f64>; 4],
-    /// Predicted after.
-    pub after: [Vec<f64>; 4],
 }
 
 /// Diagnoses recordings with a model. The same seed gives the same answer at any number of threads.
@@ -123,8 +108,9 @@ pub fn diagnose(
     progress: &(dyn Fn(Stage, f64) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
     progress(Stage::Preparing, 0.0);
-    let prepared = Prepared::new(model, sets.data, sets.heldout, options.seed)?;
-    let noise = noise_floors(&prepared.all());
+    let blind = sets.heldout.map_or(Blind::Kept, Blind::Given);
+    let prepared = Prepared::new(model, sets.data, blind, options.seed)?;
+    let noise = noise_floors(&prepared.open());
     let ordinary = match sets.healthy {
         Some(healthy) => {
             Some(Ordinary::learn(model, healthy, options, &|s| progress(Stage::Healthy, s))?)
@@ -135,241 +121,98 @@ pub fn diagnose(
     let start = model.with(ordinary.iter().flat_map(|o| o.effects.iter().cloned()));
     let fixed: Vec<(&dyn AnyEffect, Vec<f64>)> =
         start.parts().into_iter().map(|(e, v)| (e as &dyn AnyEffect, v)).collect();
-    let search = Search {
-        split: prepared.split(model.base(), floors),
+    let search = |split| Search {
+        split,
         candidates: options.candidates.iter().map(|e| *e as &dyn AnyEffect).collect(),
-        evidence: gather(&prepared.train(), &model.base()),
+        evidence: gather(&prepared.open(), &model.base()),
     };
+    let choosing = search(prepared.split(model.base(), floors));
+    let whole = search(Split::fit_all(prepared.whole(model.base(), floors)));
     // The plain model must be able to run at all.
-    search.split.train.errors(&Hypothesis::base(&fixed, search.split.train.len()))?;
-    let found = search
+    whole.split.train.errors(&Hypothesis::base(&fixed, whole.split.train.len()))?;
+    let diverges =
+        || DiagnoseError::TooLittle("the model diverges on the recordings to be fitted".into());
+    let found = choosing
         .run(&fixed, options.most, &options.acceptance, &|s| progress(Stage::Searching, s))
-        .ok_or_else(|| {
-            DiagnoseError::TooLittle("the model diverges on the recordings kept aside".into())
-        })?;
+        .ok_or_else(diverges)?;
     progress(Stage::Judging, 0.0);
-    judge(model, &start, &fixed, &prepared, &search, &found, ordinary, options)
+    let base = whole.base(&fixed).ok_or_else(diverges)?;
+    let naming = Naming {
+        choosing: &choosing,
+        whole: &whole,
+        found: &found,
+        base: &base,
+        fixed: &fixed,
+        ordinary: ordinary.as_ref(),
+        options,
+    };
+    let named = naming.named()?;
+    Ok(measured(model, &start, &prepared, &naming, named))
 }
 
-#[allow(clippy::too_many_arguments)]
-fn judge<'e>(
+/// The gain, and what is told of it.
+fn measured<'e>(
     model: &Extended,
     start: &Extended,
-    fixed: &[(&'e dyn AnyEffect, Vec<f64>)],
     prepared: &Prepared,
-    search: &Search<'_, 'e>,
-    found: &Findings<'e>,
-    ordinary: Option<Ordinary>,
-    options: &Options,
-) -> Result<Diagnosis, DiagnoseError> {
-    let split = &search.split;
-    let floors = split.held.floors;
-    let reference = Reference::learn(split, &found.base.fit.hypothesis, &floors);
-    let base_level = level(&found.base, &floors);
-    let held_base = found.base.held.in_floors(&floors);
-    let explainable = reference.map_or(3.0, |r| r.held.in_floors(&floors) / held_base * base_level);
-    let mut best = found.best.clone();
-    let weighed = |s: &Scored<'e>| {
-        let named = s.fit.hypothesis.ids().len();
-        weigh(base_level, level(s, &floors), explainable.min(base_level), named)
-    };
-    let context = Context { fixed, ordinary: ordinary.as_ref(), options };
-    let mut causes = causes(search, found, &best, &context)?;
-    // A name that stands for something it is not goes; the others are fitted again without it.
-    while let Some(place) = causes.iter().position(Cause::mimics) {
-        let less = best.fit.hypothesis.without(place);
-        best = match split.train.fit(less, 10).ok().and_then(|fit| search.score(fit)) {
-            Some(less) if !less.fit.hypothesis.ids().is_empty() => less,
-            _ => found.base.clone(),
-        };
-        causes = self::causes(search, found, &best, &context)?;
-    }
-    // Names that explain no more than the luckiest candidate would by chance are no names.
-    let chance = search.chance(&found.base, options.seed);
-    let members = best.fit.hypothesis.ids().len();
-    let explained = search.explained(&found.base, &best);
-    if chance.is_some_and(|c| members > 0 && explained <= c.of_set(members)) {
-        best = found.base.clone();
-        causes.clear();
-    }
-    let mut verdict = weighed(&best);
-    if verdict == Verdict::NothingFound && !found.best.fit.hypothesis.ids().is_empty() {
-        verdict = Verdict::Unexplained;
-    }
-    if verdict == Verdict::Unexplained {
-        best = found.base.clone();
-        causes.clear();
-    }
+    naming: &Naming<'_, 'e>,
+    named: Named<'e>,
+) -> Diagnosis {
+    let (whole, fixed) = (naming.whole, naming.fixed);
+    let floors = whole.split.train.floors;
+    let best = &named.best;
+    let gain_on = Split { held: prepared.blind(model.base(), floors), ..whole.split.clone() };
     let plain = |h: &Hypothesis<'e>| Hypothesis {
         effects: h.effects.clone(),
         fixed: h.fixed,
         values: h.values.clone(),
-        ..Hypothesis::base(&[], split.held.len())
+        ..Hypothesis::base(&[], gain_on.held.len())
     };
-    let before = Hypothesis::base(fixed, split.held.len());
+    let before = Hypothesis::base(fixed, gain_on.held.len());
     let after = plain(&best.fit.hypothesis);
-    let gain = Gain::measure(&split.held, &before, &after, options.seed);
-    let named: Vec<Active> = best
+    let actives: Vec<Active> = best
         .fit
         .hypothesis
         .fitted()
         .filter_map(|(e, values)| {
-            Some(Active { effect: options.candidate(e.info().id)?, values: values.to_vec() })
+            let effect = naming.options.candidate(e.info().id)?;
+            Some(Active { effect, values: values.to_vec() })
         })
         .collect();
-    causes.sort_by(|a, b| b.share_of_error_removed.total_cmp(&a.share_of_error_removed));
-    let extended = if named.is_empty() { model.clone() } else { start.with(named) };
-    let held_level = |s: &Scored<'_>| s.held.in_floors(&floors);
-    let lowest = floor_level(held_level(&best));
-    Ok(Diagnosis {
-        verdict,
-        causes,
-        ranking: ranking(&found.base, &found.singles, &floors),
+    let extended = if actives.is_empty() { model.clone() } else { start.with(actives) };
+    // Shares of the error on what is blind; a hypothesis that diverges there removes nothing.
+    let level = |s: &Scored<'e>| {
+        gain_on.held_errors(&s.fit.hypothesis).map_or(f64::INFINITY, |e| e.in_floors(&floors))
+    };
+    let (level_before, level_after) = (level(naming.base), level(best));
+    let lowest = floor_level(level_after);
+    let reference = Reference::learn(&gain_on, &naming.base.fit.hypothesis, &floors);
+    let ceiling = reference
+        .map_or(0.0, |r| share(level_before, r.held.in_floors(&floors).min(level_after), lowest));
+    Diagnosis {
+        verdict: named.verdict,
+        causes: named.causes,
+        ranking: ranking(&naming.found.base, &naming.found.singles, &floors),
         residual: ResidualStory::of(
-            &split.train,
-            &Hypothesis::base(fixed, split.train.len()),
+            &whole.split.train,
+            &Hypothesis::base(fixed, whole.split.train.len()),
             &floors,
         ),
-        left: ResidualStory::of(&split.train, &best.fit.hypothesis, &floors),
-        gain,
-        ceiling: reference.map_or(0.0, |r| share(held_base, r.held.in_floors(&floors), lowest)),
-        removed: share(held_base, held_level(&best), lowest),
+        left: ResidualStory::of(&whole.split.train, &best.fit.hypothesis, &floors),
+        gain: Gain::measure(&gain_on.held, &before, &after, naming.options.seed),
+        ceiling,
+        removed: share(level_before, level_after, lowest),
         extended,
-        chance,
-        explained: search.explained(&found.base, &best),
-        ordinary,
-        held_out: prepared.held_out.clone(),
-        fitted: prepared.train().iter().map(|t| t.source.name.clone()).collect(),
+        chance: named.chance,
+        explained: whole.explained(naming.base, best),
+        ordinary: naming.ordinary.cloned(),
+        judged_by: prepared.judged_by.clone(),
+        held_out: prepared.held_out.clone().unwrap_or(HeldOut::Given { recordings: Vec::new() }),
+        fitted: prepared.open().iter().map(|t| t.source.name.clone()).collect(),
         floors,
-        evidence: search.evidence.clone(),
-        traces: traces(search, &before, &after),
-    })
-}
-
-/// What the weighing of causes needs besides the search.
-struct Context<'c, 'e> {
-    fixed: &'c [(&'e dyn AnyEffect, Vec<f64>)],
-    ordinary: Option<&'c Ordinary>,
-    options: &'c Options,
-}
-
-fn causes<'e>(
-    search: &Search<'_, 'e>,
-    found: &Findings<'e>,
-    best: &Scored<'e>,
-    context: &Context<'_, 'e>,
-) -> Result<Vec<Cause>, DiagnoseError> {
-    let members = best.fit.hypothesis.ids().len();
-    if members == 0 {
-        return Ok(Vec::new());
+        evidence: whole.evidence.clone(),
+        traces: traces(&gain_on.held, &before, &after),
     }
-    let floors = &search.split.held.floors;
-    let mut intervals = search.split.train.intervals(&best.fit)?.into_iter();
-    let named_level = level(best, floors);
-    let lowest = floor_level(named_level);
-    let fitted: Vec<&dyn AnyEffect> = best.fit.hypothesis.fitted().map(|f| f.0).collect();
-    Ok((0..members)
-        .map(|place| {
-            let (effect, what, excited_by) = words(fitted[place]);
-            let own: Vec<Interval> =
-                intervals.by_ref().take(fitted[place].info().parameters.len()).collect();
-            let constancy = search.constancy(best, place);
-            let parameters =
-                honest_intervals(search, best, place, &own, constancy.as_ref(), context);
-            let without = if members == 1 {
-                level(&found.base, floors)
-            } else {
-                let less = best.fit.hypothesis.without(place);
-                let scored = search.split.train.fit(less, 6).ok().and_then(|f| search.score(f));
-                scored.map_or(named_level, |s| level(&s, floors))
-            };
-            let whole = (level(&found.base, floors) - lowest).max(1e-9);
-            let alternatives: Vec<Active> = search
-                .confusable(&found.base, best, place, &found.singles)
-                .into_iter()
-                .filter_map(|(id, values)| {
-                    Some(Active { effect: context.options.candidate(id)?, values })
-                })
-                .collect();
-            Cause {
-                effect,
-                what,
-                parameters,
-                share_of_error_removed: ((without - named_level) / whole).clamp(0.0, 1.0),
-                confusable_with: alternatives.iter().map(|a| a.effect.info().id).collect(),
-                alternatives,
-                excited_by,
-                constancy,
-            }
-        })
-        .collect())
-}
-
-/// The intervals of an effect's parameters with what the scatter of the residuals does not show: errors of the
-/// model that change from part to part, what the effect seems to be on healthy recordings, and other shapes
-/// of the same effect that fit as well.
-fn honest_intervals<'e>(
-    search: &Search<'_, 'e>,
-    best: &Scored<'e>,
-    place: usize,
-    own: &[Interval],
-    constancy: Option<&Constancy>,
-    context: &Context<'_, 'e>,
-) -> Vec<(&'static str, Interval)> {
-    let h = &best.fit.hypothesis;
-    let at = h.fixed + place;
-    let (effect, values) = (h.effects[at], &h.values[h.value_range(at)]);
-    let infos = effect.info().parameters;
-    let apparent = context
-        .ordinary
-        .and_then(|o| o.apparent(search.split.train.base, context.fixed, effect, values));
-    let mut intervals: Vec<Interval> = own
-        .iter()
-        .zip(infos)
-        .enumerate()
-        .map(|(k, (interval, info))| {
-            let parts = constancy.and_then(|c| c.half_widths.get(k)).copied().unwrap_or(0.0);
-            let healthy = match (&apparent, info.off) {
-                (Some(seems), Some(off)) => 1.96 * (seems[k] - off).abs(),
-                _ => 0.0,
-            };
-            // A healthy recording cannot make more of a number than the number itself.
-            interval.widened(parts.hypot(healthy.min(interval.value.abs())), *info)
-        })
-        .collect();
-    for shape in search.other_shapes(best, place) {
-        for (interval, value) in intervals.iter_mut().zip(shape) {
-            interval.ci95 = [interval.ci95[0].min(value), interval.ci95[1].max(value)];
-        }
-    }
-    infos.iter().map(|p| p.name).zip(intervals).collect()
-}
-
-fn traces<'e>(
-    search: &Search<'_, 'e>,
-    before: &Hypothesis<'e>,
-    after: &Hypothesis<'e>,
-) -> Vec<Trace> {
-    let problem = &search.split.held;
-    (0..problem.len())
-        .filter_map(|i| {
-            let (t, window) = (problem.trials[i], problem.windows[i].clone());
-            let run = |h: &Hypothesis<'e>| {
-                let mut out = crate::simulation::Trajectory::default();
-                problem.simulate(h, i, &mut out).ok()?;
-                Some(out.channels.map(|c| c[window.clone()].to_vec()))
-            };
-            let force = t.force.values_mn();
-            Some(Trace {
-                name: t.source.name.clone(),
-                time_s: window.clone().map(|k| t.source.start_s + k as f64 * t.step_s).collect(),
-                force_n: window.clone().map(|k| force[2 * k] / pam_core::units::MN_PER_N).collect(),
-                measured: [0, 1, 2, 3].map(|c| t.measured[c][window.clone()].to_vec()),
-                before: run(before)?,
-                after: run(after)?,
-            })
-        })
-        .collect()
 }
 
 impl Diagnosis {

@@ -1,4 +1,4 @@
-//! Which recordings are fitted and which judge.
+//! Which recordings are fitted, which judge names, and which only measure the gain.
 
 use crate::error::DiagnoseError;
 use crate::extended::BURN_IN_S;
@@ -16,13 +16,13 @@ use serde::Serialize;
 pub struct Sets<'a> {
     /// Recordings in which something may be wrong.
     pub data: &'a [Subject],
-    /// Recordings that only judge; kept aside from the data if absent.
+    /// Recordings that only measure the gain; kept aside from the data if absent.
     pub heldout: Option<&'a [Subject]>,
     /// Recordings on which the model was validated: their error is ordinary.
     pub healthy: Option<&'a [Subject]>,
 }
 
-/// What took no part in naming and fitting.
+/// What took no part in naming or fitting: the gain is measured there.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum HeldOut {
@@ -47,38 +47,76 @@ impl HeldOut {
     /// In words.
     #[must_use]
     pub fn sentence(&self) -> String {
+        let measured = |what: &str, recordings: &[String]| {
+            let (n, names) = (recordings.len(), recordings.join(", "));
+            format!(
+                "The gain is measured on {n} {what}, which took no part in naming or fitting: {names}."
+            )
+        };
         match self {
-            Self::Given { recordings } => {
-                format!(
-                    "Judged on {} given recording(s): {}.",
-                    recordings.len(),
-                    recordings.join(", ")
-                )
-            }
-            Self::Kept { recordings } => format!(
-                "{} recording(s) were kept aside to judge: {}.",
-                recordings.len(),
-                recordings.join(", ")
+            Self::Given { recordings } => measured("given recording(s)", recordings),
+            Self::Kept { recordings } => measured("recording(s) that were kept aside", recordings),
+            Self::LastPart { from_s } => format!(
+                "The gain is measured after t = {from_s:.1} s, which took no part in naming or fitting."
             ),
-            Self::LastPart { from_s } => {
-                format!("Everything after t = {from_s:.1} s was kept aside to judge.")
-            }
         }
     }
 }
 
-/// Share of a data set that is kept aside.
+/// What names are chosen by, beside the likelihood of what is fitted. Afterwards everything is fitted to both.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum JudgedBy {
+    /// Recordings of the data that are left out of the fits.
+    Recordings {
+        /// Their names.
+        recordings: Vec<String>,
+    },
+    /// The last third of what may be fitted of the only recording.
+    LastPart {
+        /// Where it begins, s after the first sample.
+        from_s: f64,
+    },
+}
+
+impl JudgedBy {
+    /// In words.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let by = match self {
+            Self::Recordings { recordings } => recordings.join(", "),
+            Self::LastPart { from_s } => format!("what follows t = {from_s:.1} s"),
+        };
+        format!("Names were judged by {by}, left out of the fits until they were chosen.")
+    }
+}
+
+/// Share of a data set that is kept aside for the gain, and of the rest that judges names.
 const KEPT: f64 = 1.0 / 3.0;
 /// Shortest recording that can be parted, s.
 const SHORTEST_S: f64 = 3.0;
 
-/// Trials of one set, and which of them are fitted.
+/// What measures the gain.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Blind<'a> {
+    /// These recordings.
+    Given(&'a [Subject]),
+    /// A part of the data.
+    Kept,
+    /// Nothing: no gain is asked for.
+    Nothing,
+}
+
+/// Trials of one set, and what each is for.
 #[derive(Debug)]
 pub(super) struct Prepared {
-    pub(super) trials: Vec<Trial>,
+    trials: Vec<Trial>,
     train: Vec<usize>,
-    held: Vec<usize>,
-    pub(super) held_out: HeldOut,
+    judge: Vec<usize>,
+    blind: Vec<usize>,
+    pub(super) judged_by: JudgedBy,
+    /// Absent if no gain is asked for.
+    pub(super) held_out: Option<HeldOut>,
 }
 
 impl Prepared {
@@ -86,7 +124,7 @@ impl Prepared {
     pub(super) fn new(
         model: &crate::Extended,
         data: &[Subject],
-        heldout: Option<&[Subject]>,
+        blind: Blind<'_>,
         seed: u64,
     ) -> Result<Self, DiagnoseError> {
         let trial = |s: &Subject| Trial::new(&model.joint, s);
@@ -98,74 +136,124 @@ impl Prepared {
                 short.duration_s()
             )));
         }
-        let n = trials.len();
+        if trials.is_empty() {
+            return Err(DiagnoseError::TooLittle("there are no recordings".into()));
+        }
         let names = |trials: &[Trial], which: &[usize]| {
             which.iter().map(|&i| trials[i].source.name.clone()).collect::<Vec<_>>()
         };
-        let (train, held, held_out) = match heldout {
-            Some(more) => {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut open: Vec<usize> = (0..trials.len()).collect();
+        let (aside, held_out) = match blind {
+            Blind::Given([]) => {
+                return Err(DiagnoseError::TooLittle("there is no held-out recording".into()));
+            }
+            Blind::Given(more) => {
+                let first = trials.len();
                 trials.extend(more.iter().map(trial));
-                let held: Vec<usize> = (n..trials.len()).collect();
-                let recordings = names(&trials, &held);
-                ((0..n).collect(), held, HeldOut::Given { recordings })
+                let aside: Vec<usize> = (first..trials.len()).collect();
+                let recordings = names(&trials, &aside);
+                (aside, Some(HeldOut::Given { recordings }))
             }
-            None if n >= 2 => {
-                let kept = ((KEPT * n as f64).round() as usize).max(1);
-                let mut order: Vec<usize> = (0..n).collect();
-                let mut random = ChaCha8Rng::seed_from_u64(seed);
-                order.shuffle(&mut random);
-                let (held, train) = order.split_at(kept);
-                let (mut held, mut train) = (held.to_vec(), train.to_vec());
-                held.sort_unstable();
-                train.sort_unstable();
-                let recordings = names(&trials, &held);
-                (train, held, HeldOut::Kept { recordings })
+            Blind::Kept if open.len() >= 2 => {
+                let aside = keep(&mut open, &mut random);
+                let recordings = names(&trials, &aside);
+                (aside, Some(HeldOut::Kept { recordings }))
             }
-            None if n == 1 => {
+            Blind::Kept => {
                 let from_s = (1.0 - KEPT) * trials[0].duration_s();
-                (vec![0], vec![0], HeldOut::LastPart { from_s })
+                (vec![0], Some(HeldOut::LastPart { from_s }))
             }
-            None => return Err(DiagnoseError::TooLittle("there are no recordings".into())),
+            Blind::Nothing => (Vec::new(), None),
         };
-        if held.is_empty() || train.is_empty() {
-            return Err(DiagnoseError::TooLittle(
-                "there must be a recording to fit and one to judge by".into(),
-            ));
-        }
-        Ok(Self { trials, train, held, held_out })
+        let (judge, judged_by) = if open.len() >= 2 {
+            let judge = keep(&mut open, &mut random);
+            let recordings = names(&trials, &judge);
+            (judge, JudgedBy::Recordings { recordings })
+        } else {
+            let end_s = match held_out {
+                Some(HeldOut::LastPart { from_s }) => from_s,
+                _ => trials[0].duration_s(),
+            };
+            (vec![0], JudgedBy::LastPart { from_s: (1.0 - KEPT) * end_s })
+        };
+        Ok(Self { trials, train: open, judge, blind: aside, judged_by, held_out })
     }
 
-    /// The trials that are fitted.
-    pub(super) fn train(&self) -> Vec<&Trial> {
-        self.train.iter().map(|&i| &self.trials[i]).collect()
+    /// The trials that may be fitted.
+    pub(super) fn open(&self) -> Vec<&Trial> {
+        let mut which: Vec<usize> = self.train.iter().chain(&self.judge).copied().collect();
+        which.sort_unstable();
+        which.dedup();
+        which.into_iter().map(|i| &self.trials[i]).collect()
     }
 
-    /// All trials.
-    pub(super) fn all(&self) -> Vec<&Trial> {
-        self.trials.iter().collect()
-    }
-
+    /// What names are chosen by.
     pub(super) fn split(&self, base: Base<f64>, floors: Floors) -> Split<'_> {
-        let of = |which: &[usize]| {
-            Problem::new(which.iter().map(|&i| &self.trials[i]), base, BURN_IN_S, floors)
-        };
-        let (train, held) = (of(&self.train), of(&self.held));
-        match self.held_out {
-            HeldOut::LastPart { from_s } => {
-                let point = |t: &Trial| (from_s / t.step_s) as usize;
-                let burn = |t: &Trial| (BURN_IN_S / t.step_s) as usize;
+        let train = self.problem(&self.train, base, floors);
+        let judge = self.problem(&self.judge, base, floors);
+        match self.judged_by {
+            JudgedBy::LastPart { from_s } => {
+                let end = |t: &Trial| self.end_of_open(t);
                 Split {
-                    train: train.with_windows(|_, t| burn(t)..point(t)),
-                    held: held.with_windows(|_, t| point(t)..t.points()),
+                    train: train.with_windows(|_, t| burn_in(t)..point(t, from_s)),
+                    held: judge.with_windows(|_, t| point(t, from_s)..end(t)),
                     same_trials: true,
                 }
             }
-            _ => {
-                let held = Problem { forgive_offsets: true, ..held };
+            JudgedBy::Recordings { .. } => {
+                let held = Problem { forgive_offsets: true, ..judge };
                 Split { train, held, same_trials: false }
             }
         }
     }
+
+    /// Everything that may be fitted, once the names are chosen.
+    pub(super) fn whole(&self, base: Base<f64>, floors: Floors) -> Problem<'_> {
+        Problem::new(self.open(), base, BURN_IN_S, floors)
+            .with_windows(|_, t| burn_in(t)..self.end_of_open(t))
+    }
+
+    /// What measures the gain.
+    pub(super) fn blind(&self, base: Base<f64>, floors: Floors) -> Problem<'_> {
+        let blind = self.problem(&self.blind, base, floors);
+        match self.held_out {
+            Some(HeldOut::LastPart { from_s }) => {
+                blind.with_windows(|_, t| point(t, from_s)..t.points())
+            }
+            _ => Problem { forgive_offsets: true, ..blind },
+        }
+    }
+
+    fn problem(&self, which: &[usize], base: Base<f64>, floors: Floors) -> Problem<'_> {
+        Problem::new(which.iter().map(|&i| &self.trials[i]), base, BURN_IN_S, floors)
+    }
+
+    fn end_of_open(&self, t: &Trial) -> usize {
+        match self.held_out {
+            Some(HeldOut::LastPart { from_s }) => point(t, from_s),
+            _ => t.points(),
+        }
+    }
+}
+
+/// Takes a third of the recordings out, at least one, both lists in their order.
+fn keep(open: &mut Vec<usize>, random: &mut ChaCha8Rng) -> Vec<usize> {
+    let kept = ((KEPT * open.len() as f64).round() as usize).max(1);
+    open.shuffle(random);
+    let mut aside: Vec<usize> = open.drain(..kept).collect();
+    aside.sort_unstable();
+    open.sort_unstable();
+    aside
+}
+
+fn point(t: &Trial, time_s: f64) -> usize {
+    ((time_s / t.step_s) as usize).min(t.points())
+}
+
+/// Where errors begin to count.
+fn burn_in(t: &Trial) -> usize {
+    point(t, BURN_IN_S).min(t.points() / 4)
 }
 
 /// A number of the bootstrap for a seed.

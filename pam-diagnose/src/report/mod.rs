@@ -107,7 +107,7 @@ fn summary(d: &Diagnosis) -> Markup {
             (card(&format!("{:.0} %", 100.0 * g.overall.error_reduction),
                 &format!("less error [{:.0}, {:.0}] %", 100.0 * g.overall.ci95[0], 100.0 * g.overall.ci95[1])))
         }
-        p { "Fitted: " (d.fitted.join(", ")) ". " (d.held_out.sentence()) }
+        p { "Fitted: " (d.fitted.join(", ")) ". " (d.judged_by.sentence()) " " (d.held_out.sentence()) }
         @if let Some(o) = &d.ordinary {
             p {
                 "Ordinary for this model, from healthy recordings (" (o.recordings.join(", ")) "): RMS "

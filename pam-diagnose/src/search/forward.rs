@@ -1,7 +1,7 @@
 //! Sets of effects: forward in a beam, then backward.
 
 use super::explore::{Scored, Search};
-use crate::effects::{AnyEffect, EffectScalar, ParameterInfo};
+use crate::effects::{AnyEffect, ParameterInfo};
 use crate::fit::Interval;
 use rayon::prelude::*;
 
@@ -37,12 +37,6 @@ pub struct Findings<'e> {
 const BEAM: usize = 3;
 /// Level (see [`Search::level`]) below which nothing more is asked.
 const SATISFIED: f64 = 6.0;
-/// Difference of the cost below which two shapes of one effect fit equally well.
-const AS_WELL: f64 = 12.0;
-/// Factors of the numbers of dry friction from which the chosen set is followed again.
-const RUGGED: [f64; 2] = [0.75, 1.33];
-/// Iterations for the chosen set.
-const POLISHING: usize = 20;
 /// Candidates that are followed to the end beside a set.
 const FOLLOWED: usize = 6;
 
@@ -127,80 +121,10 @@ impl<'e> Search<'_, 'e> {
             beam = next.into_iter().take(BEAM).collect();
             done(0.3 + 0.6 * size as f64 / most as f64);
         }
-        best = self.polish(self.significant(self.backward(best, asked), asked));
+        best = self.significant(self.backward(best, asked), asked);
         others.sort_by(|a, b| a.total.total_cmp(&b.total));
         done(1.0);
         Some(Findings { base, singles, best, others })
-    }
-
-    /// Follows the chosen set to the end, from where it is, from every starting value of each member (scales have
-    /// several valleys), and with the numbers of dry friction made smaller and larger: where the joint sticks
-    /// and slips, the errors are rugged in them.
-    fn polish(&self, best: Scored<'e>) -> Scored<'e> {
-        let h = &best.fit.hypothesis;
-        let mut starts = vec![h.clone()];
-        for at in h.fixed..h.effects.len() {
-            let all = h.effects[at].starts(&self.evidence);
-            if all.len() > 1 {
-                starts.extend(all.into_iter().map(|values| {
-                    let mut other = h.clone();
-                    other.values[h.value_range(at)].copy_from_slice(&values);
-                    other
-                }));
-            }
-        }
-        if h.ids().is_empty() {
-            return best;
-        }
-        for at in h.fixed..h.effects.len() {
-            let values = &h.values[h.value_range(at)];
-            let sticks = f64::over(h.effects[at]).dry_friction_mn(values, 0.0) > 0.0;
-            for k in 0..if sticks { h.effects[at].info().parameters.len() } else { 0 } {
-                starts.extend(RUGGED.map(|factor| {
-                    let mut other = h.clone();
-                    other.values[h.value_range(at).start + k] *= factor;
-                    other
-                }));
-            }
-        }
-        starts
-            .into_par_iter()
-            .filter_map(|start| {
-                let fit = self.split.train.fit(start, POLISHING).ok()?;
-                self.stands(&fit.hypothesis).then(|| self.score(fit)).flatten()
-            })
-            .collect::<Vec<_>>()
-            .into_iter()
-            .fold(best, |best, other| if other.total < best.total { other } else { best })
-    }
-
-    /// Values that the effect at `place` takes in those of its other shapes (switches) that fit the data as
-    /// well: within the cost at which one parameter is worth it.
-    #[must_use]
-    pub fn other_shapes(&self, best: &Scored<'e>, place: usize) -> Vec<Vec<f64>> {
-        let h = &best.fit.hypothesis;
-        let at = h.fixed + place;
-        let info = h.effects[at].info();
-        let switches = info.parameters.len()..info.value_len();
-        let own = &h.values[h.value_range(at)];
-        let mut tried: Vec<Vec<f64>> = vec![own[switches.clone()].to_vec()];
-        let mut found = Vec::new();
-        for start in h.effects[at].starts(&self.evidence) {
-            let shape = start[switches.clone()].to_vec();
-            if tried.contains(&shape) {
-                continue;
-            }
-            tried.push(shape.clone());
-            let mut other = h.clone();
-            let range = other.value_range(at);
-            other.values[range][switches.clone()].copy_from_slice(&shape);
-            let fit = self.split.train.fit(other, 8).ok().and_then(|fit| self.score(fit));
-            if let Some(s) = fit.filter(|s| s.total < best.total + AS_WELL) {
-                let h = &s.fit.hypothesis;
-                found.push(h.values[h.value_range(at)].to_vec());
-            }
-        }
-        found
     }
 
     /// Drops members whose own parameters do not say that they are there: every parameter that could switch
@@ -217,7 +141,7 @@ impl<'e> Search<'_, 'e> {
         best
     }
 
-    fn insignificant(&self, scored: &Scored<'e>) -> Option<usize> {
+    pub(super) fn insignificant(&self, scored: &Scored<'e>) -> Option<usize> {
         let intervals = self.split.train.intervals(&scored.fit).ok()?;
         let mut at = 0;
         for (place, (effect, _)) in scored.fit.hypothesis.fitted().enumerate() {

@@ -8,6 +8,7 @@ mod explore;
 mod floors;
 mod forward;
 mod reference;
+mod settle;
 mod split;
 
 pub use chance::Chance;
@@ -17,4 +18,5 @@ pub use explore::{Scored, Search};
 pub use floors::noise_floors;
 pub use forward::{Acceptance, Findings};
 pub use reference::Reference;
+pub use settle::Settled;
 pub use split::Split;

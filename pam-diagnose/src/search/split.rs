@@ -14,7 +14,14 @@ pub struct Split<'a> {
     pub same_trials: bool,
 }
 
-impl Split<'_> {
+impl<'a> Split<'a> {
+    /// Everything is fitted and nothing judges: for names that are chosen already.
+    #[must_use]
+    pub fn fit_all(train: Problem<'a>) -> Self {
+        let held = Problem { trials: Vec::new(), windows: Vec::new(), ..train.clone() };
+        Self { train, held, same_trials: false }
+    }
+
     /// A fitted hypothesis as it stands before the held-out trials: effects and the model's numbers as
     /// fitted, everything of the trials as measured.
     #[must_use]
