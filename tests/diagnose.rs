@@ -2,10 +2,11 @@
 //! virtual rig, and by nature (the published real run).
 
 use pam_data::{SavedModel, load_model};
-use pam_diagnose::{Diagnosis, Verdict};
+use pam_diagnose::{Diagnosis, Extended, Options, Sets, Verdict, diagnose};
 use pam_tests::diagnose::{at_strength, diagnosed, plant_runs};
 use pam_tests::plant::{Hidden, Noise, excitation, hidden};
 use pam_tests::{published_weights, run, shared, stdout_of, text};
+use pam_train::Subject;
 use serde_json::Value;
 use std::path::Path;
 
@@ -63,6 +64,33 @@ fn single_effects_are_named_with_their_magnitudes() {
         let chance = d.chance.expect("there is a residual");
         assert!(chance.p_value < 0.05 && d.explained > chance.share_q95, "{id}: {chance:?}");
     }
+}
+
+/// What measures the gain is blind: other recordings there, even faulty ones, change the gain and nothing else.
+#[test]
+fn recordings_that_measure_the_gain_have_no_say_in_the_names() {
+    let saved = published();
+    let effect = at_strength("backlash", 1.0);
+    let runs = |conditions: &[[f64; 2]], effects: &[Hidden], seed| {
+        plant_runs(&saved, conditions, &excitation(SHARE), effects, Noise::default(), seed)
+    };
+    let data = runs(&CONDITIONS[..2], std::slice::from_ref(&effect), 5);
+    let same = runs(&[[60.0, 60.0]], std::slice::from_ref(&effect), 6);
+    let other = runs(&[[40.0, 20.0]], &[at_strength("leak", 2.0)], 7);
+    let model = Extended::from_saved(saved.clone()).unwrap();
+    let judged = |heldout: &[Subject]| {
+        let sets = Sets { data: &data, heldout: Some(heldout), healthy: None };
+        diagnose(&model, &sets, &Options::default(), &|_, _| {}).unwrap()
+    };
+    let (a, b) = (judged(&same), judged(&other));
+    assert_eq!(a.named(), ["backlash"]);
+    let told = |d: &Diagnosis| {
+        let json = d.to_json("model");
+        ["verdict", "causes", "ranking", "residual", "chance"].map(|key| json[key].clone())
+    };
+    assert_eq!(told(&a), told(&b));
+    assert!(a.gain.overall.ci95[0] > 0.0, "{:?}", a.gain.overall);
+    assert!(b.gain.overall.error_reduction < a.gain.overall.error_reduction);
 }
 
 #[test]

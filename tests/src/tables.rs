@@ -187,8 +187,8 @@ fn detection(rows: &[&Row], out: &mut String) {
                 if own.is_empty() {
                     return String::new();
                 }
-                let found = |c: &&&Row| matches!(c.outcome(), Outcome::Named | Outcome::Confusable);
-                let found = own.iter().filter(found).count();
+                let found = |c: &Row| matches!(c.outcome(), Outcome::Named | Outcome::Confusable);
+                let found = own.iter().filter(|c| found(c)).count();
                 let size = own.iter().map(|c| c.over_noise).sum::<f64>() / own.len() as f64;
                 format!("{:.2} ({size:.1})", found as f64 / own.len() as f64)
             })
@@ -202,8 +202,8 @@ fn detection(rows: &[&Row], out: &mut String) {
 fn numbers(rows: &[&Row], out: &mut String) {
     let with: Vec<(f64, f64, f64, f64)> =
         rows.iter().filter_map(|r| Some((r.truth?, r.value?, r.low?, r.high?))).collect();
-    let inside = |&&(t, _, low, high): &&(f64, f64, f64, f64)| low <= t && t <= high;
-    let near = |&&(t, v, ..): &&(f64, f64, f64, f64)| (v - t).abs() <= 0.1 * t.abs();
+    let inside = |(t, _, low, high): (f64, f64, f64, f64)| low <= t && t <= high;
+    let near = |(t, v, ..): (f64, f64, f64, f64)| (v - t).abs() <= 0.1 * t.abs();
     let cases = cases(rows);
     let named: Vec<&&Row> = cases.iter().filter(|c| !c.named.is_empty()).collect();
     let nulls: Vec<&&Row> = cases.iter().filter(|c| c.hidden == "none").collect();
@@ -211,9 +211,9 @@ fn numbers(rows: &[&Row], out: &mut String) {
         out,
         "Parameters: {} found, {} inside their 95 % interval, {} within 10 %, {} one of both.  ",
         with.len(),
-        with.iter().filter(inside).count(),
-        with.iter().filter(near).count(),
-        with.iter().filter(|p| inside(p) || near(p)).count()
+        with.iter().filter(|p| inside(**p)).count(),
+        with.iter().filter(|p| near(**p)).count(),
+        with.iter().filter(|p| inside(**p) || near(**p)).count()
     );
     let _ = writeln!(
         out,

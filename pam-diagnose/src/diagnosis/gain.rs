@@ -74,8 +74,12 @@ struct Block {
     total: [f64; 4],
 }
 
-/// Blocks of a trial, and its sums by frequency of excitation.
-type TrialSums = (Vec<Block>, Vec<(String, Block)>);
+/// Fewest blocks of one frequency of one trial, and the shortest that a block may be for that, s.
+const FEWEST: usize = 3;
+const SHORTEST_BLOCK_S: f64 = 0.5;
+
+/// One frequency of excitation in a trial, in blocks.
+type Stratum = (String, Vec<Block>);
 
 impl Block {
     fn add(&mut self, other: &Self) {
@@ -85,6 +89,13 @@ impl Block {
             self.after[c] += other.after[c];
             self.total[c] += other.total[c];
         }
+    }
+
+    fn of<'b>(blocks: impl IntoIterator<Item = &'b Self>) -> Self {
+        blocks.into_iter().fold(Self::default(), |mut sum, b| {
+            sum.add(b);
+            sum
+        })
     }
 
     fn rmse(&self, sums: [f64; 4]) -> [f64; 4] {
@@ -105,7 +116,8 @@ impl Gain {
     /// measured starts. A trial on which one of them diverges is left out.
     ///
     /// The bootstrap draws blocks of two seconds with replacement, which keeps the correlation of errors
-    /// inside them.
+    /// inside them, and draws them frequency by frequency and trial by trial: which excitation was run is no
+    /// chance. A short stretch of one frequency is parted into three blocks at least.
     #[must_use]
     pub fn measure(
         problem: &Problem<'_>,
@@ -113,26 +125,25 @@ impl Gain {
         after: &Hypothesis<'_>,
         seed: u64,
     ) -> Self {
-        let trials: Vec<TrialSums> = (0..problem.len())
+        let trials: Vec<(usize, Vec<Stratum>)> = (0..problem.len())
             .into_par_iter()
             .filter_map(|i| {
                 let (mut old, mut new) = (Trajectory::default(), Trajectory::default());
                 problem.simulate(before, i, &mut old).ok()?;
                 problem.simulate(after, i, &mut new).ok()?;
-                Some(blocks(problem, i, &old, &new))
+                Some((i, strata(problem, i, &old, &new)))
             })
             .collect();
-        let all: Vec<Block> = trials.iter().flat_map(|t| t.0.iter().copied()).collect();
-        let whole = all.iter().fold(Block::default(), |mut sum, b| {
-            sum.add(b);
-            sum
-        });
+        let all: Vec<&Stratum> = trials.iter().flat_map(|t| &t.1).collect();
+        let whole = Block::of(all.iter().flat_map(|s| &s.1));
         let mut draw = random(seed);
         let mut reductions: Vec<[f64; 5]> = (0..RESAMPLES)
             .map(|_| {
                 let mut sum = Block::default();
-                for _ in 0..all.len() {
-                    sum.add(&all[draw(all.len())]);
+                for (_, blocks) in &all {
+                    for _ in 0..blocks.len() {
+                        sum.add(&blocks[draw(blocks.len())]);
+                    }
                 }
                 let (old, new) = (sum.rmse(sum.before), sum.rmse(sum.after));
                 let mut out = [0.0; 5];
@@ -164,20 +175,17 @@ impl Gain {
         };
         let by_recording = trials
             .iter()
-            .enumerate()
-            .map(|(i, t)| {
-                let sum = t.0.iter().fold(Block::default(), |mut s, b| {
-                    s.add(b);
-                    s
-                });
-                group(problem.trials[i].source.name.clone(), &sum)
+            .map(|(i, strata)| {
+                let sum = Block::of(strata.iter().flat_map(|s| &s.1));
+                group(problem.trials[*i].source.name.clone(), &sum)
             })
             .collect();
         let mut frequencies: Vec<(String, Block)> = Vec::new();
-        for (name, block) in trials.iter().flat_map(|t| &t.1) {
+        for (name, blocks) in &all {
+            let sum = Block::of(blocks);
             match frequencies.iter_mut().find(|f| f.0 == *name) {
-                Some(known) => known.1.add(block),
-                None => frequencies.push((name.clone(), *block)),
+                Some(known) => known.1.add(&sum),
+                None => frequencies.push((name.clone(), sum)),
             }
         }
         let by_frequency = frequencies.into_iter().map(|(name, b)| group(name, &b)).collect();
@@ -196,13 +204,13 @@ impl Gain {
     }
 }
 
-/// Blocks of a trial, and its sums by frequency of excitation.
-fn blocks(
+/// The frequencies of excitation of a trial, each in blocks.
+fn strata(
     problem: &Problem<'_>,
     trial: usize,
     old: &Trajectory<f64>,
     new: &Trajectory<f64>,
-) -> TrialSums {
+) -> Vec<Stratum> {
     let t = problem.trials[trial];
     let window = problem.windows[trial].clone();
     let means = [0, 1, 2, 3]
@@ -219,17 +227,16 @@ fn blocks(
         }
         block
     };
-    let len = ((BLOCK_S / t.step_s) as usize).max(1);
-    let blocks =
-        window.clone().step_by(len).map(|from| sum(from..(from + len).min(window.end))).collect();
     let times: Vec<f64> = window.clone().map(|k| k as f64 * t.step_s).collect();
     let force: Vec<f64> = window.clone().map(|k| t.force.values_mn()[2 * k]).collect();
-    let segments = frequency_segments(&times, &force)
+    let points = |time_s: f64| ((time_s / t.step_s) as usize).max(1);
+    frequency_segments(&times, &force)
         .into_iter()
         .map(|s| {
-            let range = window.start + s.range.start..window.start + s.range.end;
-            (s.label(), sum(range))
+            let (from, to) = (window.start + s.range.start, window.start + s.range.end);
+            let len = ((to - from) / FEWEST).clamp(points(SHORTEST_BLOCK_S), points(BLOCK_S));
+            let blocks = (from..to).step_by(len).map(|at| sum(at..(at + len).min(to))).collect();
+            (s.label(), blocks)
         })
-        .collect();
-    (blocks, segments)
+        .collect()
 }

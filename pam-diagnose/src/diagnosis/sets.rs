@@ -72,10 +72,11 @@ pub enum JudgedBy {
         /// Their names.
         recordings: Vec<String>,
     },
-    /// The last third of what may be fitted of the only recording.
-    LastPart {
-        /// Where it begins, s after the first sample.
-        from_s: f64,
+    /// With one or two recordings a third of each, the last one of the first and the first one of the second,
+    /// so that both excitations are seen from both sides.
+    Parts {
+        /// Name, and the span in s after the first sample.
+        parts: Vec<(String, [f64; 2])>,
     },
 }
 
@@ -85,7 +86,11 @@ impl JudgedBy {
     pub fn sentence(&self) -> String {
         let by = match self {
             Self::Recordings { recordings } => recordings.join(", "),
-            Self::LastPart { from_s } => format!("what follows t = {from_s:.1} s"),
+            Self::Parts { parts } => parts
+                .iter()
+                .map(|(name, [from, to])| format!("{name} from {from:.1} to {to:.1} s"))
+                .collect::<Vec<_>>()
+                .join(", "),
         };
         format!("Names were judged by {by}, left out of the fits until they were chosen.")
     }
@@ -166,16 +171,23 @@ impl Prepared {
             }
             Blind::Nothing => (Vec::new(), None),
         };
-        let (judge, judged_by) = if open.len() >= 2 {
+        let (judge, judged_by) = if open.len() >= 3 {
             let judge = keep(&mut open, &mut random);
             let recordings = names(&trials, &judge);
             (judge, JudgedBy::Recordings { recordings })
         } else {
-            let end_s = match held_out {
-                Some(HeldOut::LastPart { from_s }) => from_s,
-                _ => trials[0].duration_s(),
+            let part = |(place, &i): (usize, &usize)| {
+                let t = &trials[i];
+                let end_s = match held_out {
+                    Some(HeldOut::LastPart { from_s }) => from_s,
+                    _ => t.duration_s(),
+                };
+                let span =
+                    if place == 0 { [(1.0 - KEPT) * end_s, end_s] } else { [0.0, KEPT * end_s] };
+                (t.source.name.clone(), span)
             };
-            (vec![0], JudgedBy::LastPart { from_s: (1.0 - KEPT) * end_s })
+            let parts = open.iter().enumerate().map(part).collect();
+            (open.clone(), JudgedBy::Parts { parts })
         };
         Ok(Self { trials, train: open, judge, blind: aside, judged_by, held_out })
     }
@@ -192,12 +204,21 @@ impl Prepared {
     pub(super) fn split(&self, base: Base<f64>, floors: Floors) -> Split<'_> {
         let train = self.problem(&self.train, base, floors);
         let judge = self.problem(&self.judge, base, floors);
-        match self.judged_by {
-            JudgedBy::LastPart { from_s } => {
-                let end = |t: &Trial| self.end_of_open(t);
+        match &self.judged_by {
+            JudgedBy::Parts { parts } => {
+                let judged = |i: usize, t: &Trial| {
+                    let [from, to] = parts[i].1.map(|s| point(t, s));
+                    from.max(burn_in(t))..to.min(self.end_of_open(t))
+                };
+                // What judges is at one end; the rest is fitted.
+                let fitted = |i: usize, t: &Trial| {
+                    let judged = judged(i, t);
+                    let (start, end) = (burn_in(t), self.end_of_open(t));
+                    if judged.start <= start { judged.end..end } else { start..judged.start }
+                };
                 Split {
-                    train: train.with_windows(|_, t| burn_in(t)..point(t, from_s)),
-                    held: judge.with_windows(|_, t| point(t, from_s)..end(t)),
+                    train: train.with_windows(fitted),
+                    held: judge.with_windows(judged),
                     same_trials: true,
                 }
             }

@@ -15,7 +15,7 @@ const SHOWN_S: f64 = 12.0;
 pub(super) fn section(d: &Diagnosis) -> Markup {
     let named = !d.causes.is_empty();
     html! {
-        p { (d.held_out.sentence()) " Intervals by block bootstrap, blocks of two seconds." }
+        p { (d.held_out.sentence()) " Intervals by block bootstrap: blocks of two seconds, drawn frequency by frequency." }
         div.scroll { table {
             tr { th { "channel" } th { "RMSE before" } th { "after" } th { "reduction, 95 % interval" } th { "R² before" } th { "after" } }
             @for c in Channel::ALL { @let g = d.gain.channel(c);
