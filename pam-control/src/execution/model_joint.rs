@@ -57,9 +57,8 @@ impl<F: ForceModel<f64>> Joint for ModelJoint<F> {
         let k2 = self.rate(along(k1, 0.5 * h), force_mn);
         let k3 = self.rate(along(k2, 0.5 * h), force_mn);
         let k4 = self.rate(along(k3, h), force_mn);
-        self.state = [0, 1].map(|i| {
-            start[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
-        });
+        self.state =
+            [0, 1].map(|i| start[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
         reading
     }
 }

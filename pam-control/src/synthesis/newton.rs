@@ -159,7 +159,9 @@ pub(super) fn track(
             let target = &targets[lane.next];
             stencil.aim(target);
             let ahead = stencil.extended(lane.u);
-            if let (true, Some([f, e])) = (in_pieces, step(&ahead, target, LONGEST * bounds.width_g())) {
+            if let (true, Some([f, e])) =
+                (in_pieces, step(&ahead, target, LONGEST * bounds.width_g()))
+            {
                 lane.u = bounds.clamp([lane.u[0] + f, lane.u[1] + e]);
             }
             in_pieces = loop {

@@ -288,7 +288,9 @@ impl<B: ForceBatch> Synthesiser<B> {
                 let close = miss <= self.settings.stiffness_tolerance_n_mm;
                 (v, if close { Outcome::Reached } else { Outcome::NearestStiffness })
             }
-            None => (self.least_missing(target, &mut follower.evaluator), Outcome::MotionUnreachable),
+            None => {
+                (self.least_missing(target, &mut follower.evaluator), Outcome::MotionUnreachable)
+            }
         };
         let solution = Solution {
             masses: masses(vertex.u),

@@ -232,8 +232,7 @@ fn finish(
     console.text(levels(&report.pulses, &report.on_model));
     for (name, rows) in &report.tables {
         console.text(format!("\n{name}"));
-        let mut cells =
-            vec![HEADERS.map(str::to_owned).to_vec()];
+        let mut cells = vec![HEADERS.map(str::to_owned).to_vec()];
         for r in rows {
             cells.push(vec![
                 number(r.nominal_n_mm, 0),
