@@ -176,7 +176,7 @@ fn explanation(rows: &[ComparisonRow], model: usize) -> Markup {
                 "The joint rests at the ends of the motion and moves at its centre, so rest and speed are also two \
                  places. The third column carries the same cycle out on the learned joint itself, which has no \
                  friction, noise or servo: what is there already lies in the commands and in what a pulse measures \
-                 (the slope over its own travel, not that over the ±2h of the planned K̂); what the second column has \
+                 (the slope over its own travel and at its own speed, not that over the ±2h of the planned K̂); what the second column has \
                  beyond it is the joint's difference from the model. The next two split what the learned force says of \
                  these commands, as slopes over ±0.5 mm, into place and velocity. The published weights, learned from \
                  the published joint, have +0.3 N/mm from the ends to the centre and −4.4 N/mm from standing to \

@@ -161,50 +161,64 @@ impl<L: Landscape> Walker<'_, L> {
         }
     }
 
-    /// Between the chords of a smooth curve K̂ may come nearer than at their ends: where its slope along the
-    /// curve changes sign between the neighbours of the nearest vertex, that extreme is found by the Illinois
-    /// method.
+    /// Between the vertices of a smooth curve K̂ may come nearer than at them: from the nearest vertex towards the
+    /// side on which K̂ nears K_d, the extreme before the next vertex is found by the Illinois method on the slope
+    /// of K̂ along the curve.
     fn refine_nearest(&mut self, branch: &[Vertex], traced: &mut Traced) {
         let Some(nearest) = traced.nearest else { return };
         let Some(place) = branch.iter().position(|v| v.u == nearest.u) else { return };
-        if place == 0 || place + 1 == branch.len() {
-            return;
-        }
-        let (a, b) = (branch[place - 1], branch[place + 1]);
-        let slope = |v: &Vertex| {
-            let [f, e] = v.local.dg;
-            (v.local.dk[1] * f - v.local.dk[0] * e) / f.hypot(e)
-        };
-        let (mut low, mut high) = (0.0, 1.0);
-        let (mut at_low, mut at_high) = (slope(&a), slope(&b));
-        if at_low * at_high >= 0.0 {
-            return;
-        }
-        let wanted = self.target.stiffness_n_mm;
-        for _ in 0..30 {
-            let share = (low * at_high - high * at_low) / (at_high - at_low);
-            let v = self.settle([0, 1].map(|i| a.u[i] + share * (b.u[i] - a.u[i])), None);
-            let here = slope(&v);
-            let miss = (v.local.k - wanted).abs();
-            let on_curve = v.local.g.abs() <= self.settings.tolerance_mn;
-            if on_curve && traced.nearest.is_none_or(|n| miss < (n.local.k - wanted).abs()) {
-                traced.nearest = Some(v);
-                if let Some([low, high]) = &mut traced.range_n_mm {
-                    *low = low.min(v.local.k);
-                    *high = high.max(v.local.k);
+        let side = (self.target.stiffness_n_mm - nearest.local.k).signum();
+        let neighbours = [place.checked_sub(1), Some(place + 1)];
+        for next in neighbours.into_iter().flatten().filter_map(|k| branch.get(k)) {
+            let way = [next.u[0] - nearest.u[0], next.u[1] - nearest.u[1]];
+            let length_g = way[0].hypot(way[1]);
+            // How fast K̂ nears K_d along the curve in the direction of the way.
+            let approach = |v: &Vertex| {
+                let [f, e] = v.local.dg;
+                let slope = (v.local.dk[1] * f - v.local.dk[0] * e) / f.hypot(e);
+                side * slope * (way[1] * f - way[0] * e).signum()
+            };
+            // A vertex on a wall may have missed the curve.
+            let end = self.settle(next.u, None);
+            self.offer(end, traced);
+            let (mut low, mut high) = (0.0, 1.0);
+            let (mut at_low, mut at_high) = (approach(&nearest), approach(&end));
+            for _ in 0..40 {
+                // What is left to gain is no more than about the slope times the way.
+                if at_low * (high - low) * length_g < 1e-9 || !at_low.is_finite() {
+                    break;
+                }
+                let share = if at_high < 0.0 {
+                    (low * at_high - high * at_low) / (at_high - at_low)
+                } else {
+                    0.5 * (low + high)
+                };
+                let v = self.settle([0, 1].map(|i| nearest.u[i] + share * way[i]), None);
+                self.offer(v, traced);
+                let here = approach(&v);
+                if here > 0.0 && at_high < 0.0 {
+                    (low, at_low) = (share, here);
+                    at_high *= 0.5;
+                } else {
+                    (high, at_high) = (share, here);
+                    if at_high < 0.0 && here.abs() * (high - low) * length_g < 1e-9 {
+                        break;
+                    }
+                    at_low *= if at_high < 0.0 { 0.5 } else { 1.0 };
                 }
             }
-            // What is left to gain is about the slope times half the way to the extreme.
-            let way_g = (high - low) * (b.u[0] - a.u[0]).hypot(b.u[1] - a.u[1]);
-            if here.abs() * way_g < 1e-9 || !here.is_finite() {
-                return;
-            }
-            if here * at_high > 0.0 {
-                (high, at_high) = (share, here);
-                at_low *= 0.5;
-            } else {
-                (low, at_low) = (share, here);
-                at_high *= 0.5;
+        }
+    }
+
+    /// Takes a point of the curve that is nearer to K_d than all before.
+    fn offer(&self, v: Vertex, traced: &mut Traced) {
+        let miss = |v: &Vertex| (v.local.k - self.target.stiffness_n_mm).abs();
+        let on_curve = v.local.g.abs() <= self.settings.tolerance_mn;
+        if on_curve && traced.nearest.is_none_or(|n| miss(&v) < miss(&n)) {
+            traced.nearest = Some(v);
+            if let Some([low, high]) = &mut traced.range_n_mm {
+                *low = low.min(v.local.k);
+                *high = high.max(v.local.k);
             }
         }
     }
