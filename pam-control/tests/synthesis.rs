@@ -315,3 +315,16 @@ fn the_nearest_stiffness_keeps_the_motion() {
     }
     assert!(nearest > 50 && nearest < solutions.len(), "{nearest}");
 }
+
+/// The nearest stiffness of the smooth default model, also where it lies at a wall of the bounds (2.129 s and
+/// 7.121 s) or between the vertices of the curve.
+#[test]
+fn the_default_models_nearest_stiffness_is_the_nearest() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../pam-cli/models/default.safetensors");
+    let model = pam_data::load_model(path.as_ref()).unwrap().model;
+    let bounds = MassBounds::trained(&model);
+    let targets = motion("sine:A=2,f=0.1,duration=9", 150.0, 1000.0);
+    for k in [1600, 1900, 2129, 2500, 3300, 7121, 7123, 8000] {
+        assert_no_worse_than_dense(&model, &targets[k], bounds, 80);
+    }
+}
