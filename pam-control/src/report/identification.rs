@@ -54,10 +54,17 @@ pub fn identification_report(report: &IdentificationReport) -> String {
         scatter = scatter.with("the model itself, mean", Role::Category(2), twins);
     }
     let scatter = scatter.to_svg();
+    let caption = if report.on_model.is_empty() {
+        "Identified stiffness over the commanded one."
+    } else {
+        "Identified stiffness over the commanded one. The line of the model itself is what the same pulses give on \
+         the learned joint: its distance from the dashed line is the pulse's, that of the points from it is the \
+         joint's."
+    };
     let body = html! {
         @if !report.pulses.is_empty() {
             div.grid {
-                (figure(scatter, "Identified stiffness over the commanded one. The line of the model itself is what the same pulses give on the learned joint: its distance from the dashed line is the pulse's, that of the points from it is the joint's."))
+                (figure(scatter, caption))
                 (figure(responses(&sorted), "Responses from their start, sign of the push taken out."))
             }
         }
@@ -158,9 +165,9 @@ fn explanation(rows: &[ComparisonRow], model: usize) -> Markup {
             h3 { "Where the difference comes from (N/mm)" }
             div.scroll { table {
                 tr {
-                    th { "nominal" } th { "speed − rest, here" } th { "on the learned joint itself" }
-                    th { "learned force: from the ends to the centre" }
-                    th { "from standing to moving at the centre" } th { "speed − rest, published" }
+                    th { "nominal" } th { "speed − rest" } th { "on the model" }
+                    th { "ends → centre" }
+                    th { "standing → moving" } th { "published" }
                 }
                 @for ((row, e), published) in all().zip(PUBLISHED[model.min(1)]) {
                     tr {
