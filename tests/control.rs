@@ -180,3 +180,31 @@ fn replanning_beats_the_table() {
     assert!(number(&found["horizon_ms"]) >= 100.0);
     assert!(number(&found["decision_us"]["median"]) < 1000.0);
 }
+
+/// The same when the wanted displacement changes and the table does not know it.
+#[test]
+fn replanning_follows_changed_targets() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("replan");
+    let found =
+        json_of(
+            &[
+                &[
+                    "replan",
+                    "--json",
+                    "--quiet",
+                    "--load",
+                    "0",
+                    "--shift",
+                    "0.5",
+                    "--shift-at",
+                    "4",
+                ][..],
+                &["--out", text(&out)],
+            ]
+            .concat(),
+        );
+    let rows = found["rmse_mm"].as_array().unwrap();
+    let after = rows.iter().find(|r| r["stretch"] == "from the changed target on").unwrap();
+    assert!(number(&after["ratio"]) > 3.0, "{rows:?}");
+}

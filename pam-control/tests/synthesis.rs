@@ -298,3 +298,33 @@ fn what_cannot_be_reached_is_said() {
     assert!(plan.extrapolates(0) && plan.summary().extrapolated > 0);
     assert!(MassBounds::new(0.1, 0.05).is_err());
 }
+
+/// Samples that hold the nearest stiffness hold the motion as exactly as all others, also where the smooth force's
+/// curve ends at a wall of the bounds.
+#[test]
+fn the_nearest_stiffness_keeps_the_motion() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../pam-cli/models/default.safetensors");
+    let model = pam_data::load_model(path.as_ref()).unwrap().model;
+    let targets = motion("sine:A=1,f=0.1,duration=2", 176.0, 100.0);
+    let solutions = solve(&model, &targets, MassBounds::new(0.02, 0.15).unwrap());
+    let mut nearest = 0;
+    for (target, s) in targets.iter().zip(&solutions) {
+        let (balance, _) = check(&model, target, s.masses);
+        assert!(balance.abs() <= 1e-3, "{balance} mN at {} s", target.time_s);
+        nearest += usize::from(s.outcome == Outcome::NearestStiffness);
+    }
+    assert!(nearest > 50 && nearest < solutions.len(), "{nearest}");
+}
+
+/// The nearest stiffness of the smooth default model, also where it lies at a wall of the bounds (2.129 s and
+/// 7.121 s) or between the vertices of the curve.
+#[test]
+fn the_default_models_nearest_stiffness_is_the_nearest() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../pam-cli/models/default.safetensors");
+    let model = pam_data::load_model(path.as_ref()).unwrap().model;
+    let bounds = MassBounds::trained(&model);
+    let targets = motion("sine:A=2,f=0.1,duration=9", 150.0, 1000.0);
+    for k in [1600, 1900, 2129, 2500, 3300, 7121, 7123, 8000] {
+        assert_no_worse_than_dense(&model, &targets[k], bounds, 80);
+    }
+}

@@ -1,15 +1,17 @@
 //! Plans carried out on a joint, sample by sample.
 //!
 //! A [`Joint`] is anything that takes a command and gives a reading once a millisecond: the virtual rig
-//! (in the `pam` command), or hardware. [`follow()`] lets the joint's own pressure servo track a table of
+//! (in the `pam` command), hardware, or the model itself ([`ModelJoint`]). [`follow()`] lets the joint's own pressure servo track a table of
 //! [`Commands`]; [`perturb`] does the same and, at given times, shuts the valves and pushes.
 
 mod commands;
 mod follow;
+mod model_joint;
 mod perturb;
 
 pub use commands::Commands;
 pub use follow::{Followed, follow};
+pub use model_joint::ModelJoint;
 pub use perturb::{Pulse, PulseRecord, PulseShape, perturb};
 
 /// Time between samples, s.

@@ -32,6 +32,17 @@ pub struct ComparisonRow {
     pub pairs: Vec<[f64; 2]>,
     /// What the learned force itself says of these commands.
     pub expected: Option<Expected>,
+    /// K at rest and at speed that the same cycle gives on [the learned joint itself](super::on_model), N/mm:
+    /// how much of a difference lies in the commands and in what a pulse measures.
+    pub on_model_n_mm: Option<[f64; 2]>,
+}
+
+impl ComparisonRow {
+    /// K at speed less K at rest, N/mm.
+    #[must_use]
+    pub fn change_n_mm(&self) -> f64 {
+        self.at_speed_n_mm[0] - self.at_rest_n_mm[0]
+    }
 }
 
 /// Stiffness of the learned force under commands, N/mm: what of a difference between rest and speed is the
@@ -180,9 +191,36 @@ pub fn rows(
             test: paired_t_test(&pairs).ok(),
             pairs,
             expected: None,
+            on_model_n_mm: None,
         });
     }
     Ok((rows, runs.into_iter().flatten().collect()))
+}
+
+/// Adds to rows what the learned model says of their commands: [`expected`], and the same cycle on the model
+/// itself.
+///
+/// # Errors
+/// As [`rows`].
+pub fn explain<F>(
+    rows: &mut [ComparisonRow],
+    model: &JointModel<f64, F>,
+    targets: &[Target],
+    commands: &Commands,
+    shape: &PulseShape,
+) -> Result<(), ControlError>
+where
+    F: ForceModel<f64> + Clone + Send + Sync + 'static,
+{
+    let mass_kg = model.physical().mass_kg;
+    let (twin, _) = self::rows(commands, shape, mass_kg, 1, 0, &super::on_model(model))?;
+    for ((row, twin), expected) in rows.iter_mut().zip(twin).zip(expected(model, targets, commands))
+    {
+        row.expected = expected;
+        row.on_model_n_mm =
+            (!twin.pairs.is_empty()).then(|| [twin.at_rest_n_mm[0], twin.at_speed_n_mm[0]]);
+    }
+    Ok(())
 }
 
 /// The targets of the comparison.

@@ -11,10 +11,23 @@ pub mod comparison;
 pub mod stiffness;
 pub mod tracking;
 
-use crate::execution::Joint;
+use crate::execution::{Joint, ModelJoint};
+use pam_core::{ForceModel, JointModel};
+use std::sync::Arc;
 
 /// Makes a joint for a seed whose muscles hold these pressures (kPa absolute).
 pub type MakeJoint<'a> = &'a (dyn Fn(u64, [f64; 2]) -> Box<dyn Joint> + Sync);
+
+/// Makes [the model itself](ModelJoint) as a joint; seeds do not matter.
+pub fn on_model<F>(
+    model: &JointModel<f64, F>,
+) -> impl Fn(u64, [f64; 2]) -> Box<dyn Joint> + Sync + use<F>
+where
+    F: ForceModel<f64> + Clone + Send + Sync + 'static,
+{
+    let model = Arc::new(model.clone());
+    move |_, pressures| Box::new(ModelJoint::new(Arc::clone(&model), pressures))
+}
 
 /// How long a joint is held at the first commands before a test begins, s.
 pub const SETTLE_S: f64 = 4.0;

@@ -4,6 +4,9 @@ use maud::html;
 use pam_report::figure::Role;
 use pam_report::page::{number, page, wide_figure};
 
+/// Time between decisions, µs.
+const PERIOD_US: f64 = 1000.0;
+
 /// What the report shows.
 #[derive(Debug, Clone)]
 pub struct ReplanReport {
@@ -27,7 +30,8 @@ pub fn replan_report(report: &ReplanReport) -> String {
         m.wanted_mm.iter().zip(&m.measured_mm).map(|(w, x)| x - w).collect::<Vec<_>>()
     };
     let (flexor, extensor) = (Role::Category(0), Role::Category(1));
-    let decisions: Vec<f64> = r.decision_s.iter().map(|s| 1e6 * s).collect();
+    let decisions: Vec<f64> = r.decision_s.iter().map(|s| (1e6 * s).min(PERIOD_US)).collect();
+    let late = r.decision_s.iter().filter(|s| 1e6 * **s > PERIOD_US).count();
     let body = html! {
         div.scroll { table {
             tr { th { "RMSE (mm)" } th { "lookup table" } th { "replanned" } th { "ratio" } }
@@ -50,7 +54,14 @@ pub fn replan_report(report: &ReplanReport) -> String {
             ("flexor", flexor, r.masses_g.iter().map(|m| m[0]).collect()),
             ("extensor", extensor, r.masses_g.iter().map(|m| m[1]).collect()),
         ]), ""))
-        (wide_figure(over_time("decision (µs)", &r.time_s, &[("", Role::Neutral, decisions)]), ""))
+        (wide_figure(
+            over_time("decision (µs)", &r.time_s, &[("", Role::Neutral, decisions)]),
+            &format!(
+                "Longer ones are drawn at 1000 µs, the time between decisions: {late} of {}. On a machine that does \
+                 other work these are decisions during which the program did not run.",
+                r.decision_s.len()
+            ),
+        ))
     };
     page("Replanning against the lookup table", &report.lead, &body, &report.made_by)
 }

@@ -1,6 +1,6 @@
 use super::over_time;
 use crate::experiments::tracking::TrackingResult;
-use maud::html;
+use maud::{Markup, html};
 use pam_report::figure::{LineFigure, Role, Stroke};
 use pam_report::page::{figure, number, page, wide_figure};
 
@@ -61,6 +61,7 @@ pub fn tracking_report(results: &[TrackingResult], lead: &str, made_by: &str) ->
                 }
             }
         } }
+        (differences(results))
         @for r in results.iter().filter(|r| r.case.series == "frequency") {
             h3 { (r.case.shape) ", " (r.case.frequency_hz) " Hz" }
             (wide_figure(over_time("x (mm)", &r.followed.time_s, &[
@@ -70,4 +71,43 @@ pub fn tracking_report(results: &[TrackingResult], lead: &str, made_by: &str) ->
         }
     };
     page("Tracking on the virtual rig", lead, &body, made_by)
+}
+
+/// Why errors differ from the published ones, with the numbers of these tests.
+fn differences(results: &[TrackingResult]) -> Markup {
+    let of = |shape: &'static str| {
+        let mut all: Vec<&TrackingResult> = results
+            .iter()
+            .filter(|r| r.case.shape == shape && r.case.series == "frequency")
+            .collect();
+        all.sort_by(|a, b| a.case.frequency_hz.total_cmp(&b.case.frequency_hz));
+        Some((shape, *all.first()?, *all.last()?))
+    };
+    let spans: Vec<_> = ["sine", "triangle"].into_iter().filter_map(of).collect();
+    let held: usize = results.iter().filter(|r| r.plan.nearest_stiffness > 0).count();
+    html! {
+        @if !spans.is_empty() {
+            h3 { "Why these differ from the published errors" }
+            p {
+                "The error is a matter of the servo: "
+                @for (k, (shape, slow, fast)) in spans.iter().enumerate() {
+                    @if k > 0 { "; " }
+                    "of the " (shape) ", the pressures miss the commanded ones by "
+                    (number(slow.pressure_rmse_kpa, 1)) " kPa (RMS) at " (slow.case.frequency_hz) " Hz and by "
+                    (number(fast.pressure_rmse_kpa, 1)) " kPa at " (fast.case.frequency_hz) " Hz, and the motion by "
+                    (number(slow.rmse_mm, 3)) " and " (number(fast.rmse_mm, 3)) " mm (published "
+                    (number(slow.case.published_mm, 3)) " and " (number(fast.case.published_mm, 3)) ")"
+                }
+                ". Pulses with pauses between them pass a share of the valve's flow only, so the error grows with \
+                 frequency, as published; how early is set by the valves' conductance. At low frequency what is \
+                 left is dry friction: the joint stops short of the peaks (figures below)."
+            }
+        }
+        @if held > 0 {
+            p {
+                "In " (held) " of " (results.len()) " tests the stiffness cannot be had everywhere in the motion; the \
+                 nearest is held there, which the published tests do not report."
+            }
+        }
+    }
 }

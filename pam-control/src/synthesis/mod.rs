@@ -19,6 +19,7 @@ mod rectifier;
 pub mod solver;
 mod stencil;
 mod trace;
+mod walk;
 
 pub use batch::{AnyBatch, ForceBatch, NetworkBatch, Pointwise};
 pub use certified::CertifiedSynthesiser;

@@ -1,14 +1,19 @@
 //! Newton's method along trajectories, several of them side by side.
 //!
-//! At a reachable target both `g(u) = 0` and `K̂(u) = K_d` hold: two equations for the two masses. The
-//! solutions of three samples, carried on along a parabola, start the next one. A network of rectifiers is
-//! piecewise affine, so Newton's method ends after one step once it has found the right piece; its
-//! solution has the objective zero and is therefore a global minimum. Where it fails, the curve is
+//! At a reachable target both `g(u) = 0` and `K̂(u) = K_d` hold: two equations for the two masses. A
+//! solution has the objective zero and is therefore a global minimum. Where the method fails, the curve is
 //! followed instead (see [`trace`](super::trace)).
+//!
+//! A smooth force goes through [`march`]: the solutions of three samples, carried on along a parabola, start
+//! the next one, and all lanes are evaluated together. A network of rectifiers goes through [`track`]: it is
+//! piecewise affine, so from sample to sample its pieces say the next solution exactly until a kink is passed,
+//! and Newton's method ends after one step once it has found the right pieces.
 
 use super::batch::ForceBatch;
 use super::problem::{MassBounds, SynthesisSettings, Target};
+use super::rectifier::RectifierStencil;
 use super::stencil::{Evaluator, Local};
+use super::walk::Landscape;
 
 /// Newton steps for one sample before the curve is followed.
 const MOST_STEPS: usize = 14;
@@ -78,8 +83,14 @@ impl Lane {
             [Some(a), None] => [0, 1].map(|i| 2.0 * solution[i] - a[i]),
             _ => solution,
         };
-        self.last = [Some(solution), self.last[0]];
+        self.arrive(solution);
         self.u = bounds.clamp(ahead);
+    }
+
+    /// Goes on to the next sample and stays at the solution of this one.
+    fn arrive(&mut self, solution: [f64; 2]) {
+        self.last = [Some(solution), self.last[0]];
+        self.u = solution;
         self.next += 1;
         (self.steps, self.outside) = (0, 0);
     }
@@ -128,5 +139,45 @@ pub(super) fn march<B: ForceBatch>(
             }
         }
         lanes.retain(|lane| lane.next < lane.end);
+    }
+}
+
+/// As [`march`], for a network of rectifiers: one lane after the other.
+pub(super) fn track(
+    stencil: &mut RectifierStencil<'_>,
+    targets: &[Target],
+    settings: &SynthesisSettings,
+    lanes: Vec<Lane>,
+    mut solved: impl FnMut(usize, [f64; 2], Local),
+    mut otherwise: impl FnMut(usize, [f64; 2]) -> [f64; 2],
+) {
+    let bounds = &settings.bounds;
+    for mut lane in lanes {
+        stencil.refresh();
+        let mut in_pieces = false;
+        while lane.next < lane.end {
+            let target = &targets[lane.next];
+            stencil.aim(target);
+            let ahead = stencil.extended(lane.u);
+            if let (true, Some([f, e])) =
+                (in_pieces, step(&ahead, target, LONGEST * bounds.width_g()))
+            {
+                lane.u = bounds.clamp([lane.u[0] + f, lane.u[1] + e]);
+            }
+            in_pieces = loop {
+                let local = stencil.at(lane.u);
+                if solves(&local, target, lane.u, settings) {
+                    solved(lane.next, lane.u, local);
+                    lane.arrive(lane.u);
+                    break true;
+                }
+                if !lane.improve(&local, target, bounds) {
+                    let hint = lane.last[0].unwrap_or(lane.u);
+                    let u = otherwise(lane.next, hint);
+                    lane.arrive(u);
+                    break false;
+                }
+            };
+        }
     }
 }

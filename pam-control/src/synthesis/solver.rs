@@ -1,11 +1,12 @@
 //! Targets to masses.
 
 use super::batch::{AnyBatch, ForceBatch};
-use super::newton::{Lane, march};
+use super::newton::{Lane, march, track};
 use super::problem::{Outcome, Solution, SynthesisSettings, Target};
 use super::rectifier::{RectifierNetwork, RectifierStencil};
 use super::stencil::{Evaluator, Inertia, Local};
-use super::trace::{Chords, Traced, Vertex, grid_nodes, nearest_around, trace};
+use super::trace::{Traced, grid_nodes, nearest_around, trace};
+use super::walk::{Chords, Vertex};
 use crate::error::ControlError;
 use pam_core::{AnyForce, JointModel, SealedMasses};
 use rayon::prelude::*;
@@ -17,6 +18,13 @@ const LANE_SAMPLES: usize = 128;
 /// Samples over which the nearest stiffness is carried on before the whole curve is followed again.
 const MOST_CARRIED: usize = 15;
 
+/// What follows curves: a network of rectifiers goes through its stencil, anything else through the evaluator,
+/// which gives the signs on the grid for both.
+struct Follower<'a, B: ForceBatch> {
+    evaluator: Evaluator<'a, B>,
+    stencil: Option<RectifierStencil<'a>>,
+}
+
 /// Finds the air for motions and stiffnesses.
 ///
 /// At each target
@@ -27,8 +35,9 @@ const MOST_CARRIED: usize = 15;
 ///
 /// within the mass bounds (Wang and Realmuto 2026, section II-E). The constraint is a curve in the plane
 /// of the masses; K̂ = K_d cuts it in points. [Newton's method](super) on both equations, started from the
-/// sample before, finds them for many samples side by side; where it does not, the whole curve is
-/// followed. Results do not depend on the number of threads.
+/// sample before, finds them (for smooth forces many samples side by side, for networks of rectifiers from
+/// affine piece to piece); where it does not, the whole curve is followed. Results do not depend on the
+/// number of threads.
 #[derive(Debug, Clone)]
 pub struct Synthesiser<B = AnyBatch> {
     batch: B,
@@ -103,22 +112,46 @@ impl<B: ForceBatch> Synthesiser<B> {
     /// N/mm; none if no masses give the acceleration. `K_d` of the target does not matter.
     #[must_use]
     pub fn reachable_n_mm(&self, target: &Target) -> Option<[f64; 2]> {
-        let mut evaluator = self.evaluator(1);
-        self.trace(target, &mut evaluator).range_n_mm
+        self.trace(target, &mut self.follower()).range_n_mm
     }
 
     /// The curve of masses that give a motion's point its acceleration, branch by branch: pairs of masses
     /// with K̂ (N/mm).
     #[must_use]
     pub fn curve(&self, target: &Target) -> Vec<Vec<(SealedMasses, f64)>> {
-        let mut evaluator = self.evaluator(1);
         let point = |v: &Vertex| (masses(v.u), v.local.k);
-        let traced = self.trace(target, &mut evaluator);
+        let traced = self.trace(target, &mut self.follower());
         traced.branches.iter().map(|b| b.iter().map(point).collect()).collect()
     }
 
     fn evaluator(&self, lanes: usize) -> Evaluator<'_, B> {
         Evaluator::new(&self.batch, self.inertia, &self.settings, lanes.max(8))
+    }
+
+    fn stencil(&self) -> Option<RectifierStencil<'_>> {
+        let network = self.rectifier.as_ref()?;
+        Some(RectifierStencil::new(network, self.inertia, &self.settings))
+    }
+
+    fn follower(&self) -> Follower<'_, B> {
+        Follower { evaluator: self.evaluator(1), stencil: self.stencil() }
+    }
+
+    /// Solves all samples of the lanes, see [`march`].
+    fn sweep(
+        &self,
+        targets: &[Target],
+        lanes: Vec<Lane>,
+        solved: impl FnMut(usize, [f64; 2], Local),
+        otherwise: impl FnMut(usize, [f64; 2]) -> [f64; 2],
+    ) {
+        match &mut self.stencil() {
+            Some(stencil) => track(stencil, targets, &self.settings, lanes, solved, otherwise),
+            None => {
+                let mut evaluator = self.evaluator(lanes.len());
+                march(&mut evaluator, targets, &self.settings, lanes, solved, otherwise);
+            }
+        }
     }
 
     /// Masses from which each lane starts: the solutions of their first samples, each carried on to the
@@ -128,18 +161,15 @@ impl<B: ForceBatch> Synthesiser<B> {
         let bounds = self.settings.bounds;
         let middle = [0.5 * (bounds.least_g + bounds.most_g); 2];
         let mut starts = vec![middle; firsts.len()];
-        let mut evaluator = self.evaluator(1);
-        let mut tracing = self.evaluator(1);
+        let mut follower = self.follower();
         let lane = vec![Lane::new(0, firsts.len(), middle)];
         let mut fallback = Vec::new();
-        march(
-            &mut evaluator,
+        self.sweep(
             &firsts,
-            &self.settings,
             lane,
             |k, u, _| starts[k] = u,
             |k, hint| {
-                let (u, _) = self.settle(&firsts[k], hint, &mut tracing);
+                let (u, _) = self.settle(&firsts[k], hint, &mut follower);
                 fallback.push((k, u));
                 u
             },
@@ -156,14 +186,11 @@ impl<B: ForceBatch> Synthesiser<B> {
             Lane::new(from, (from + LANE_SAMPLES).min(targets.len()), start)
         });
         let lanes: Vec<Lane> = lanes.collect();
-        let mut evaluator = self.evaluator(lanes.len());
-        let mut tracing = self.evaluator(1);
+        let mut follower = self.follower();
         let solutions = std::cell::RefCell::new(vec![None; targets.len()]);
         let mut since_traced = vec![0; targets.len()];
-        march(
-            &mut evaluator,
+        self.sweep(
             targets,
-            &self.settings,
             lanes,
             |k, u, local| solutions.borrow_mut()[k] = Some(reached(u, local)),
             |k, hint| {
@@ -175,7 +202,7 @@ impl<B: ForceBatch> Synthesiser<B> {
                         if (Target { time_s: targets[k].time_s, ..target }) == targets[k] {
                             return Some(solution);
                         }
-                        self.carry(&targets[k], &solution, &mut tracing)
+                        self.carry(&targets[k], &solution, &mut follower)
                     },
                 );
                 let solution = match carried {
@@ -184,14 +211,14 @@ impl<B: ForceBatch> Synthesiser<B> {
                         since_traced[k] = since_traced[k - 1] + usize::from(!held);
                         solution
                     }
-                    None => self.settle(&targets[k], hint, &mut tracing).1,
+                    None => self.settle(&targets[k], hint, &mut follower).1,
                 };
                 solutions.borrow_mut()[k] = Some(solution);
                 [solution.masses.flexor_g, solution.masses.extensor_g]
             },
         );
         let mut solutions = solutions.into_inner();
-        self.verify_carried(targets, &since_traced, &mut solutions, &mut tracing);
+        self.verify_carried(targets, &since_traced, &mut solutions, &mut follower);
         solutions.into_iter().flatten().collect()
     }
 
@@ -202,7 +229,7 @@ impl<B: ForceBatch> Synthesiser<B> {
         targets: &[Target],
         since_traced: &[usize],
         solutions: &mut [Option<Solution>],
-        evaluator: &mut Evaluator<'_, B>,
+        follower: &mut Follower<'_, B>,
     ) {
         let hint =
             |s: &Option<Solution>| s.map_or([0.0; 2], |s| [s.masses.flexor_g, s.masses.extensor_g]);
@@ -211,7 +238,7 @@ impl<B: ForceBatch> Synthesiser<B> {
             if since_traced[end] == 0 || goes_on {
                 continue;
             }
-            let (_, found) = self.settle(&targets[end], hint(&solutions[end]), evaluator);
+            let (_, found) = self.settle(&targets[end], hint(&solutions[end]), follower);
             let same = solutions[end]
                 .is_some_and(|s| (s.stiffness_n_mm - found.stiffness_n_mm).abs() <= 1e-6);
             solutions[end] = Some(found);
@@ -219,23 +246,22 @@ impl<B: ForceBatch> Synthesiser<B> {
                 continue;
             }
             for k in (0..end).rev().take_while(|&k| since_traced[k] > 0) {
-                solutions[k] = Some(self.settle(&targets[k], hint(&solutions[k]), evaluator).1);
+                solutions[k] = Some(self.settle(&targets[k], hint(&solutions[k]), follower).1);
             }
         }
     }
 
     /// The whole curve of a target.
-    fn trace(&self, target: &Target, evaluator: &mut Evaluator<'_, B>) -> Traced {
+    fn trace(&self, target: &Target, follower: &mut Follower<'_, B>) -> Traced {
         let mut signs = Vec::new();
-        evaluator.balances(target, &grid_nodes(&self.settings.bounds), &mut signs);
-        match &self.rectifier {
-            Some(network) => {
-                let mut stencil = RectifierStencil::new(network, &self.settings);
-                stencil.aim(target, self.inertia);
-                trace(&mut stencil, target, &signs, &self.settings)
+        follower.evaluator.balances(target, &grid_nodes(&self.settings.bounds), &mut signs);
+        match &mut follower.stencil {
+            Some(stencil) => {
+                stencil.aim(target);
+                trace(stencil, target, &signs, &self.settings)
             }
             None => {
-                let local = |u| evaluator.at(target, u);
+                let local = |u| follower.evaluator.at(target, u);
                 let mut chords = Chords::new(&self.settings.bounds, local);
                 trace(&mut chords, target, &signs, &self.settings)
             }
@@ -247,9 +273,9 @@ impl<B: ForceBatch> Synthesiser<B> {
         &self,
         target: &Target,
         hint: [f64; 2],
-        evaluator: &mut Evaluator<'_, B>,
+        follower: &mut Follower<'_, B>,
     ) -> ([f64; 2], Solution) {
-        let traced = self.trace(target, evaluator);
+        let traced = self.trace(target, follower);
         let away = |v: &&Vertex| (v.u[0] - hint[0]).hypot(v.u[1] - hint[1]);
         let nearest_solution =
             traced.solutions.iter().min_by(|a, b| away(a).total_cmp(&away(b))).copied();
@@ -262,7 +288,9 @@ impl<B: ForceBatch> Synthesiser<B> {
                 let close = miss <= self.settings.stiffness_tolerance_n_mm;
                 (v, if close { Outcome::Reached } else { Outcome::NearestStiffness })
             }
-            None => (self.least_missing(target, evaluator), Outcome::MotionUnreachable),
+            None => {
+                (self.least_missing(target, &mut follower.evaluator), Outcome::MotionUnreachable)
+            }
         };
         let solution = Solution {
             masses: masses(vertex.u),
@@ -280,20 +308,19 @@ impl<B: ForceBatch> Synthesiser<B> {
         &self,
         target: &Target,
         before: &Solution,
-        evaluator: &mut Evaluator<'_, B>,
+        follower: &mut Follower<'_, B>,
     ) -> Option<Solution> {
         if before.outcome != Outcome::NearestStiffness {
             return None;
         }
         let from = [before.masses.flexor_g, before.masses.extensor_g];
-        let found = match &self.rectifier {
-            Some(network) => {
-                let mut stencil = RectifierStencil::new(network, &self.settings);
-                stencil.aim(target, self.inertia);
-                nearest_around(&mut stencil, target, from, &self.settings)
+        let found = match &mut follower.stencil {
+            Some(stencil) => {
+                stencil.aim(target);
+                nearest_around(stencil, target, from, &self.settings)
             }
             None => {
-                let local = |u| evaluator.at(target, u);
+                let local = |u| follower.evaluator.at(target, u);
                 let mut chords = Chords::new(&self.settings.bounds, local);
                 nearest_around(&mut chords, target, from, &self.settings)
             }

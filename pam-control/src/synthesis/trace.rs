@@ -9,37 +9,11 @@
 //! 3. every crossing of K_d on a piece is a solution; without one, the vertex nearest to K_d is the nearest
 //!    reachable stiffness, and the extremes of K̂ are the reachable range.
 
-use super::newton::{solves, step};
 use super::problem::{MassBounds, SynthesisSettings, Target};
-use super::stencil::Local;
+use super::walk::{Landscape, Limits, Vertex, Walker};
 
 /// Cells of the grid of signs along each mass.
 const CELLS: usize = 16;
-/// Pieces after which a branch is given up.
-const MOST_PIECES: usize = 20_000;
-/// How far past a kink the next piece begins, as a share of the bounds' width.
-const PAST: f64 = 1e-11;
-/// Length of a chord of a smooth curve, as a share of the bounds' width.
-const CHORD: f64 = 1.0 / 32.0;
-
-/// `g` and K̂ of one target over the masses.
-pub(super) trait Landscape {
-    /// What is known at a pair of masses.
-    fn at(&mut self, u: [f64; 2]) -> Local;
-
-    /// How far from the last pair asked for both stay affine along a direction of length one, g.
-    fn reach(&mut self, direction: [f64; 2]) -> f64;
-
-    /// Whether both are piecewise affine, so that the reach is exact.
-    fn is_piecewise_affine(&self) -> bool;
-}
-
-/// A point of the curve.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Vertex {
-    pub(super) u: [f64; 2],
-    pub(super) local: Local,
-}
 
 /// What following the whole curve gave.
 #[derive(Debug, Clone, PartialEq)]
@@ -131,18 +105,6 @@ pub(super) fn nearest_around(
     (traced.solutions.is_empty() && (!at_an_end || on_wall(&nearest))).then_some(nearest)
 }
 
-/// How far a branch is followed.
-#[derive(Debug, Clone, Copy)]
-struct Limits {
-    pieces: usize,
-    way_g: f64,
-    /// Longest piece.
-    chord_g: f64,
-}
-
-/// To its end.
-const WHOLE: Limits = Limits { pieces: MOST_PIECES, way_g: f64::INFINITY, chord_g: f64::INFINITY };
-
 /// Edges of the grid that a straight piece crosses.
 fn crossings(bounds: &MassBounds, from: [f64; 2], to: [f64; 2], crossed: &mut Vec<[usize; 2]>) {
     let side = CELLS + 1;
@@ -170,116 +132,7 @@ fn crossings(bounds: &MassBounds, from: [f64; 2], to: [f64; 2], crossed: &mut Ve
     }
 }
 
-struct Walker<'a, L> {
-    landscape: &'a mut L,
-    target: &'a Target,
-    settings: &'a SynthesisSettings,
-}
-
-fn along(u: [f64; 2], direction: [f64; 2], distance: f64) -> [f64; 2] {
-    [u[0] + distance * direction[0], u[1] + distance * direction[1]]
-}
-
 impl<L: Landscape> Walker<'_, L> {
-    fn vertex(&mut self, u: [f64; 2]) -> Vertex {
-        Vertex { u, local: self.landscape.at(u) }
-    }
-
-    /// A root of `g` between two points at which its signs differ, by the Illinois method.
-    fn root_between(&mut self, from: [f64; 2], to: [f64; 2]) -> Option<Vertex> {
-        let at = |s: f64| [0, 1].map(|i| from[i] + s * (to[i] - from[i]));
-        let (mut low, mut high) = (0.0, 1.0);
-        let (mut g_low, mut g_high) = (self.landscape.at(from).g, self.landscape.at(to).g);
-        for _ in 0..80 {
-            let middle = if (g_high - g_low).abs() > 0.0 {
-                (low * g_high - high * g_low) / (g_high - g_low)
-            } else {
-                0.5 * (low + high)
-            };
-            let found = self.vertex(at(middle));
-            if found.local.g.abs() <= 0.01 * self.settings.tolerance_mn {
-                return Some(found);
-            }
-            if (found.local.g > 0.0) == (g_high > 0.0) {
-                (high, g_high) = (middle, found.local.g);
-                g_low *= 0.5;
-            } else {
-                (low, g_low) = (middle, found.local.g);
-                g_high *= 0.5;
-            }
-        }
-        None
-    }
-
-    /// The branch through a point, from one end to the other.
-    fn follow(&mut self, start: Vertex) -> Vec<Vertex> {
-        let (mut back, closed) = self.walk(start, -1.0, WHOLE);
-        if closed {
-            return back;
-        }
-        let (forth, _) = self.walk(start, 1.0, WHOLE);
-        back.reverse();
-        back.extend_from_slice(&forth[1..]);
-        back
-    }
-
-    /// Goes along the curve from a point until it leaves the bounds or comes back (true), or meets a limit.
-    fn walk(&mut self, start: Vertex, side: f64, limits: Limits) -> (Vec<Vertex>, bool) {
-        let bounds = self.settings.bounds;
-        let mut here = self.vertex(start.u);
-        let mut path = vec![here];
-        let mut way_g = 0.0;
-        while path.len() <= limits.pieces && way_g < limits.way_g {
-            let [a, b] = here.local.dg;
-            let norm = a.hypot(b);
-            if !(norm.is_finite() && norm > 0.0) {
-                break;
-            }
-            let direction = [-side * b / norm, side * a / norm];
-            let past = PAST * bounds.width_g();
-            let reach = (self.landscape.reach(direction) + past).min(limits.chord_g);
-            let (room, wall) = room(&bounds, here.u, direction);
-            if room <= 0.0 {
-                break;
-            }
-            let last = room <= reach;
-            let there =
-                self.settle(along(here.u, direction, reach.min(room)), last.then_some(wall));
-            let from_start = distance_to_piece(start.u, here.u, there.u);
-            let closed = path.len() > 3 && from_start <= 10.0 * past;
-            way_g += reach;
-            path.push(there);
-            if last || closed {
-                return (path, closed);
-            }
-            here = there;
-        }
-        (path, false)
-    }
-
-    /// The point of the curve near `u`; on a wall of the bounds if one is given (the index of the mass
-    /// that stays as it is).
-    fn settle(&mut self, u: [f64; 2], wall: Option<usize>) -> Vertex {
-        let bounds = self.settings.bounds;
-        let mut here = self.vertex(bounds.clamp(u));
-        for _ in 0..8 {
-            if here.local.g.abs() <= 0.02 * self.settings.tolerance_mn {
-                break;
-            }
-            let mut slope = here.local.dg;
-            if let Some(fixed) = wall {
-                slope[fixed] = 0.0;
-            }
-            let squared = slope[0] * slope[0] + slope[1] * slope[1];
-            if squared == 0.0 {
-                break;
-            }
-            let moved = along(here.u, slope, -here.local.g / squared);
-            here = self.vertex(bounds.clamp(moved));
-        }
-        here
-    }
-
     /// Adds a branch's solutions, its nearest point and its range.
     fn collect(&mut self, branch: &[Vertex], traced: &mut Traced) {
         let wanted = self.target.stiffness_n_mm;
@@ -308,98 +161,65 @@ impl<L: Landscape> Walker<'_, L> {
         }
     }
 
-    /// Newton's method on both equations from a good guess.
-    fn polish(&mut self, guess: [f64; 2]) -> Option<Vertex> {
-        let bounds = self.settings.bounds;
-        let mut here = self.vertex(bounds.clamp(guess));
-        for _ in 0..12 {
-            if solves(&here.local, self.target, here.u, self.settings) {
-                return Some(here);
-            }
-            let step = step(&here.local, self.target, CHORD * bounds.width_g())?;
-            here = self.vertex(bounds.clamp(along(here.u, step, 1.0)));
-        }
-        solves(&here.local, self.target, here.u, self.settings).then_some(here)
-    }
-
-    /// Between the chords of a smooth curve K̂ may come nearer than at their ends: a golden-section search
-    /// between the neighbours of the nearest vertex.
+    /// Between the vertices of a smooth curve K̂ may come nearer than at them: from the nearest vertex towards the
+    /// side on which K̂ nears K_d, the extreme before the next vertex is found by the Illinois method on the slope
+    /// of K̂ along the curve.
     fn refine_nearest(&mut self, branch: &[Vertex], traced: &mut Traced) {
         let Some(nearest) = traced.nearest else { return };
         let Some(place) = branch.iter().position(|v| v.u == nearest.u) else { return };
-        if place == 0 || place + 1 == branch.len() {
-            return;
-        }
-        let (a, b) = (branch[place - 1].u, branch[place + 1].u);
-        let wanted = self.target.stiffness_n_mm;
-        let golden = 0.5 * (5_f64.sqrt() - 1.0);
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..40 {
-            let [s, t] = [high - golden * (high - low), low + golden * (high - low)];
-            let [v, w] =
-                [s, t].map(|s| self.settle([0, 1].map(|i| a[i] + s * (b[i] - a[i])), None));
-            let [miss_v, miss_w] = [v, w].map(|v| (v.local.k - wanted).abs());
-            let (better, miss) = if miss_v < miss_w { (v, miss_v) } else { (w, miss_w) };
-            if miss_v < miss_w {
-                high = t;
-            } else {
-                low = s;
-            }
-            if traced.nearest.is_none_or(|n| miss < (n.local.k - wanted).abs()) {
-                traced.nearest = Some(better);
-                if let Some([low, high]) = &mut traced.range_n_mm {
-                    *low = low.min(better.local.k);
-                    *high = high.max(better.local.k);
+        let side = (self.target.stiffness_n_mm - nearest.local.k).signum();
+        let neighbours = [place.checked_sub(1), Some(place + 1)];
+        for next in neighbours.into_iter().flatten().filter_map(|k| branch.get(k)) {
+            let way = [next.u[0] - nearest.u[0], next.u[1] - nearest.u[1]];
+            let length_g = way[0].hypot(way[1]);
+            // How fast K̂ nears K_d along the curve in the direction of the way.
+            let approach = |v: &Vertex| {
+                let [f, e] = v.local.dg;
+                let slope = (v.local.dk[1] * f - v.local.dk[0] * e) / f.hypot(e);
+                side * slope * (way[1] * f - way[0] * e).signum()
+            };
+            // A vertex on a wall may have missed the curve.
+            let end = self.settle(next.u, None);
+            self.offer(end, traced);
+            let (mut low, mut high) = (0.0, 1.0);
+            let (mut at_low, mut at_high) = (approach(&nearest), approach(&end));
+            for _ in 0..40 {
+                // What is left to gain is no more than about the slope times the way.
+                if at_low * (high - low) * length_g < 1e-9 || !at_low.is_finite() {
+                    break;
+                }
+                let share = if at_high < 0.0 {
+                    (low * at_high - high * at_low) / (at_high - at_low)
+                } else {
+                    0.5 * (low + high)
+                };
+                let v = self.settle([0, 1].map(|i| nearest.u[i] + share * way[i]), None);
+                self.offer(v, traced);
+                let here = approach(&v);
+                if here > 0.0 && at_high < 0.0 {
+                    (low, at_low) = (share, here);
+                    at_high *= 0.5;
+                } else {
+                    (high, at_high) = (share, here);
+                    if at_high < 0.0 && here.abs() * (high - low) * length_g < 1e-9 {
+                        break;
+                    }
+                    at_low *= if at_high < 0.0 { 0.5 } else { 1.0 };
                 }
             }
         }
     }
-}
 
-/// How far it is to the bounds along a direction, and which mass meets its bound.
-fn room(bounds: &MassBounds, u: [f64; 2], direction: [f64; 2]) -> (f64, usize) {
-    let to = |i: usize| {
-        let wall = if direction[i] > 0.0 { bounds.most_g } else { bounds.least_g };
-        if direction[i] == 0.0 { f64::INFINITY } else { (wall - u[i]) / direction[i] }
-    };
-    let [f, e] = [to(0), to(1)];
-    if f < e { (f, 0) } else { (e, 1) }
-}
-
-/// Distance of a point to the piece between two others.
-fn distance_to_piece(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
-    let way = [b[0] - a[0], b[1] - a[1]];
-    let squared = way[0] * way[0] + way[1] * way[1];
-    let share = if squared > 0.0 {
-        (((p[0] - a[0]) * way[0] + (p[1] - a[1]) * way[1]) / squared).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    (p[0] - a[0] - share * way[0]).hypot(p[1] - a[1] - share * way[1])
-}
-
-/// Any force, in chords.
-pub(super) struct Chords<F> {
-    pub(super) local: F,
-    pub(super) length_g: f64,
-}
-
-impl<F> Chords<F> {
-    pub(super) fn new(bounds: &MassBounds, local: F) -> Self {
-        Self { local, length_g: CHORD * bounds.width_g() }
-    }
-}
-
-impl<F: FnMut([f64; 2]) -> Local> Landscape for Chords<F> {
-    fn at(&mut self, u: [f64; 2]) -> Local {
-        (self.local)(u)
-    }
-
-    fn reach(&mut self, _direction: [f64; 2]) -> f64 {
-        self.length_g
-    }
-
-    fn is_piecewise_affine(&self) -> bool {
-        false
+    /// Takes a point of the curve that is nearer to K_d than all before.
+    fn offer(&self, v: Vertex, traced: &mut Traced) {
+        let miss = |v: &Vertex| (v.local.k - self.target.stiffness_n_mm).abs();
+        let on_curve = v.local.g.abs() <= self.settings.tolerance_mn;
+        if on_curve && traced.nearest.is_none_or(|n| miss(&v) < miss(&n)) {
+            traced.nearest = Some(v);
+            if let Some([low, high]) = &mut traced.range_n_mm {
+                *low = low.min(v.local.k);
+                *high = high.max(v.local.k);
+            }
+        }
     }
 }

@@ -10,7 +10,7 @@ use pam_control::execution::{Commands, PulseShape};
 use pam_control::experiments::stiffness::{
     Identified, STAIRCASE_N_MM, staircase, staircase_targets,
 };
-use pam_control::experiments::{comparison, stiffness};
+use pam_control::experiments::{comparison, on_model, stiffness};
 use pam_control::identification::pulses_in_recording;
 use pam_control::report::{IdentificationReport, identification_report};
 use pam_control::statistics::mean_and_deviation;
@@ -65,12 +65,16 @@ pub fn run(
                 let commands = Commands::from(&plan);
                 let levels = STAIRCASE_N_MM.len();
                 report.pulses = staircase(&commands, levels, &shape, mass_kg, global.seed, &make)?;
+                let twin = on_model(&saved.model);
+                report.on_model = staircase(&commands, levels, &shape, mass_kg, 0, &twin)?;
             }
             IdentifySchedule::Cycle => {
                 let plan = plan(comparison::targets()?)?;
                 warn_of_plan(&plan.summary(), console);
                 let commands = Commands::from(&plan);
                 report.pulses = stiffness::cycle(&commands, &shape, mass_kg, global.seed, &make)?;
+                let twin = on_model(&saved.model);
+                report.on_model = stiffness::cycle(&commands, &shape, mass_kg, 0, &twin)?;
             }
             IdentifySchedule::Compare => {
                 let targets = comparison::targets()?;
@@ -83,10 +87,7 @@ pub fn run(
                 for (commands, name) in commands.iter().zip(names) {
                     let (mut rows, pulses) =
                         comparison::rows(commands, &shape, mass_kg, repeats, global.seed, &make)?;
-                    let expected = comparison::expected(&saved.model, &targets, commands);
-                    for (row, expected) in rows.iter_mut().zip(expected) {
-                        row.expected = expected;
-                    }
+                    comparison::explain(&mut rows, &saved.model, &targets, commands, &shape)?;
                     report.tables.push((name, rows));
                     if report.pulses.is_empty() {
                         report.pulses = pulses;
@@ -173,22 +174,23 @@ fn finish(
     console: &Console,
 ) -> Result<ExitCode, CliError> {
     let out: &Path = &arguments.out;
-    let estimates: Vec<Value> = report
-        .pulses
-        .iter()
-        .map(|i| {
+    let values = |pulses: &[Identified]| -> Vec<Value> {
+        let value = |i: &Identified| {
             json!({
                 "pulse": i.record.pulse,
                 "commanded_n_mm": i.record.commanded_n_mm,
                 "estimate": i.estimate,
             })
-        })
-        .collect();
+        };
+        pulses.iter().map(value).collect()
+    };
+    let (estimates, on_model) = (values(&report.pulses), values(&report.on_model));
     let tables: Vec<Value> =
         report.tables.iter().map(|(name, rows)| json!({ "model": name, "rows": rows })).collect();
     let value = json!({
         "mass_kg": saved.model.physical().mass_kg,
         "pulses": estimates,
+        "on_model": on_model,
         "tables": tables,
         "more": extra,
         "made_by": made_by(),
@@ -227,11 +229,10 @@ fn finish(
     });
     run_record::write(out, "identify", global.seed, &configuration)?;
     console.json(&value);
-    console.text(levels(&report.pulses));
+    console.text(levels(&report.pulses, &report.on_model));
     for (name, rows) in &report.tables {
         console.text(format!("\n{name}"));
-        let mut cells =
-            vec![["nominal", "K at rest", "K at speed", "Δ (%)", "p"].map(str::to_owned).to_vec()];
+        let mut cells = vec![HEADERS.map(str::to_owned).to_vec()];
         for r in rows {
             cells.push(vec![
                 number(r.nominal_n_mm, 0),
@@ -239,6 +240,8 @@ fn finish(
                 number(r.at_speed_n_mm[0], 2),
                 number(r.delta_percent, 2),
                 r.test.map_or("–".into(), |t| format!("{:.2e}", t.p)),
+                number(r.change_n_mm(), 2),
+                r.on_model_n_mm.map_or("–".into(), |[rest, speed]| number(speed - rest, 2)),
             ]);
         }
         console.text(table(&cells));
@@ -247,13 +250,17 @@ fn finish(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Mean stiffness and peak of each commanded level.
-fn levels(pulses: &[Identified]) -> String {
+/// Columns of a comparison on the screen.
+const HEADERS: [&str; 7] =
+    ["nominal", "K at rest", "K at speed", "Δ (%)", "p", "speed − rest", "on the model"];
+
+/// Mean stiffness and peak of each commanded level; `on_model` are the same pulses on the model itself.
+fn levels(pulses: &[Identified], on_model: &[Identified]) -> String {
     let mut commanded: Vec<f64> = pulses.iter().map(|i| i.record.commanded_n_mm).collect();
     commanded.sort_by(f64::total_cmp);
     commanded.dedup_by(|a, b| a.total_cmp(b).is_eq());
     let mut rows = vec![
-        ["commanded (N/mm)", "K (N/mm)", "±", "B (kg/s)", "peak (mm)", "pulses"]
+        ["commanded (N/mm)", "K (N/mm)", "±", "on the model", "B (kg/s)", "peak (mm)", "pulses"]
             .map(str::to_owned)
             .to_vec(),
     ];
@@ -264,10 +271,16 @@ fn levels(pulses: &[Identified]) -> String {
             mean_and_deviation(&of.iter().map(|i| f(i)).collect::<Vec<_>>())
         };
         let (k, deviation) = mean(|i| i.estimate.stiffness_n_mm);
+        let twin: Vec<f64> = on_model
+            .iter()
+            .filter(|i| i.record.commanded_n_mm.total_cmp(&level).is_eq())
+            .map(|i| i.estimate.stiffness_n_mm)
+            .collect();
         rows.push(vec![
             number(level, 1),
             number(k, 1),
             number(deviation, 1),
+            if twin.is_empty() { "–".into() } else { number(mean_and_deviation(&twin).0, 1) },
             number(mean(|i| i.estimate.damping_kg_s).0, 0),
             number(mean(|i| i.estimate.peak_mm).0, 3),
             of.len().to_string(),

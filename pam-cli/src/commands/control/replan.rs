@@ -146,13 +146,10 @@ pub fn run(
     write_atomic(&out.join("replan.csv"), text.as_bytes())?;
     let report = ReplanReport {
         lead: format!(
-            "{}; load of {} N at {} s; target changed by {} mm at {} s. Horizon {horizon_ms:.0} ms, a \
-             decision every millisecond: median {:.0} µs, 99 % within {:.0} µs.",
+            "{}; {}. Horizon {horizon_ms:.0} ms, a decision every millisecond: median {:.0} µs, 99 % within \
+             {:.0} µs.",
             saved.info.name,
-            arguments.load,
-            arguments.load_at,
-            arguments.shift,
-            arguments.shift_at,
+            disturbances(arguments),
             quantiles[0],
             quantiles[1]
         ),
@@ -189,4 +186,16 @@ pub fn run(
         out.join("report.html").display()
     ));
     Ok(ExitCode::SUCCESS)
+}
+
+/// What the table does not know, in words.
+fn disturbances(arguments: &ReplanArguments) -> String {
+    let mut all = Vec::new();
+    if arguments.load != 0.0 {
+        all.push(format!("load of {} N from {} s on", arguments.load, arguments.load_at));
+    }
+    if arguments.shift != 0.0 {
+        all.push(format!("target moved by {} mm at {} s", arguments.shift, arguments.shift_at));
+    }
+    if all.is_empty() { "nothing disturbs".into() } else { all.join("; ") }
 }
