@@ -75,8 +75,10 @@
 //! ```
 //!
 mod adjoint;
+mod affine;
 mod atlas;
 mod cell;
+mod clip;
 mod event;
 mod forcing;
 mod fundamental;
@@ -85,7 +87,9 @@ mod inverse;
 mod motion;
 mod network;
 mod partition;
+mod pullback;
 mod sensitivity;
+mod sides;
 mod solve;
 
 pub use cell::Window;

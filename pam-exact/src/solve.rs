@@ -1,11 +1,12 @@
 //! The forward solve: closed-form steps from piece to piece of the force, cut where a unit changes sign.
 
-use crate::atlas::{NONE, Sides};
+use crate::atlas::NONE;
 use crate::event::{COEFFICIENTS, Margin};
 use crate::forcing::Piece;
-use crate::fundamental::{spectral_bound, terms};
+use crate::fundamental::{Response, spectral_bound, terms};
 use crate::motion::{Law, Laws, WINDOW, jerk_bound};
 use crate::network::LANES;
+use crate::sides::Sides;
 use pam_core::simd::arch;
 use pam_solvers::FailureKind;
 use pulp::{Simd, WithSimd};
@@ -81,29 +82,34 @@ fn chord(h: f64) -> f64 {
     0.125 * h * h
 }
 
-/// Whether the margins of all sides stay positive over a step, and the margins at its end.
+/// Margins of all sides at a state.
 #[inline(always)]
-fn stays(
-    sides: &Sides,
-    [x, v]: [f64; 2],
-    [dx, dv]: [f64; 2],
+fn margins(sides: &Sides, [x, v]: [f64; 2]) -> [f64; LANES] {
+    std::array::from_fn(|i| sides.gamma[i].mul_add(v, sides.beta[i].mul_add(x, sides.alpha[i])))
+}
+
+/// Whether the margins of all sides stay positive over a step with these margins at its ends, along which
+/// displacement and velocity stray from their chords by `off` at most.
+#[inline(always)]
+fn stay(
+    slopes: &[[f64; LANES]; 2],
+    off: [f64; 2],
     before: &[f64; LANES],
-    after: &mut [f64; LANES],
+    after: &[f64; LANES],
 ) -> bool {
-    let mut fails = 0_u32;
+    let mut fails = 0_u64;
     for i in 0..LANES {
-        let (alpha, beta, gamma) = (sides.alpha[i], sides.beta[i], sides.gamma[i]);
-        let m = alpha + beta * x + gamma * v;
-        after[i] = m;
-        let least = if m < before[i] { m } else { before[i] };
-        fails |= u32::from(least <= beta.abs() * dx + gamma.abs() * dv);
+        let least = if after[i] < before[i] { after[i] } else { before[i] };
+        let far = slopes[0][i].mul_add(off[0], slopes[1][i] * off[1]);
+        fails |= u64::from(least <= far);
     }
     fails == 0
 }
 
+/// Sizes of the slopes of all sides.
 #[inline(always)]
-fn margins(sides: &Sides, [x, v]: [f64; 2]) -> [f64; LANES] {
-    std::array::from_fn(|i| sides.alpha[i] + sides.beta[i] * x + sides.gamma[i] * v)
+fn slopes(sides: &Sides) -> [[f64; LANES]; 2] {
+    [sides.beta.map(f64::abs), sides.gamma.map(f64::abs)]
 }
 
 impl Solve<'_, '_> {
@@ -121,22 +127,20 @@ impl Solve<'_, '_> {
             let sides = self.laws.atlas.sides(self.laws.atlas.pattern(pattern));
             if law.longest_s >= usual_s && sides.len() == 1 {
                 let sides = &sides[0];
+                let slopes = slopes(sides);
+                let reach = chord(usual_s);
                 let mut before = margins(sides, state);
-                let mut after = [0.0; LANES];
                 while let Some(piece) = self.pieces.get(index) {
                     if (piece.length_s - usual_s).abs() > SAME_LENGTH * usual_s {
                         break;
                     }
                     let w0 = (piece.force_mn - law.offset_mn) * inverse_mass;
                     let w1 = piece.rate_mn_s * inverse_mass;
-                    let a = w0 - law.kappa * state[0] - law.zeta * state[1];
+                    let a = law.acceleration(state, w0);
                     let end = law.usual.advance(law.kappa, usual_s, state, a, w1);
-                    let reach = chord(usual_s);
-                    let jerk = law.jerk[0] * w1.abs()
-                        + law.jerk[1] * state[1].abs()
-                        + law.jerk[2] * a.abs();
-                    let off = [reach * (a.abs() + usual_s * jerk), reach * jerk];
-                    if !stays(sides, end, off, &before, &mut after) {
+                    let [a_most, jerk_most] = law.bounds(usual_s, law.jerk, state[1], a, w1);
+                    let after = margins(sides, end);
+                    if !stay(&slopes, [reach * a_most, reach * jerk_most], &before, &after) {
                         break;
                     }
                     if let Some(segments) = &mut self.segments {
@@ -191,7 +195,7 @@ impl Solve<'_, '_> {
         pattern: &mut u32,
     ) -> Result<(), Stopped> {
         let usual_s = self.laws.usual_s;
-        let mass = self.laws.motion.mass_kg;
+        let inverse_mass = 1.0 / self.laws.motion.mass_kg;
         let same = (piece.length_s - usual_s).abs() <= SAME_LENGTH * usual_s;
         let length_s = if same { usual_s } else { piece.length_s };
         let mut into_s = 0.0;
@@ -200,21 +204,24 @@ impl Solve<'_, '_> {
         while into_s < length_s {
             let law = self.laws.laws[*pattern as usize];
             let force_mn = piece.force_mn + piece.rate_mn_s * into_s;
-            let w = [(force_mn - law.offset_mn) / mass, piece.rate_mn_s / mass];
-            let a = w[0] - law.kappa * state[0] - law.zeta * state[1];
+            let w = [(force_mn - law.offset_mn) * inverse_mass, piece.rate_mn_s * inverse_mass];
+            let a = law.acceleration(*state, w[0]);
             let rest = length_s - into_s;
             let whole = rest <= law.longest_s;
             let h = if whole { rest } else { law.longest_s };
             let usual = h == usual_s;
-            let terms = if h <= usual_s {
-                law.terms as usize
+            let (response, bound) = if usual {
+                (law.usual, law.jerk)
+            } else if h <= usual_s {
+                (Response::new(law.kappa, law.zeta, h, law.terms as usize), law.jerk)
             } else {
-                terms(spectral_bound(law.kappa, law.zeta) * h)
+                let terms = terms(spectral_bound(law.kappa, law.zeta) * h);
+                let bound = jerk_bound(law.kappa, law.zeta, h);
+                (Response::new(law.kappa, law.zeta, h, terms), bound)
             };
-            let series = Series::new(&law, *state, a, w[1], terms.min(COEFFICIENTS));
-            let end =
-                if usual { law.usual.advance(law.kappa, h, *state, a, w[1]) } else { series.at(h) };
-            let step = Step { law: &law, from: *state, end, a, rate: w[1], h, series };
+            let end = response.advance(law.kappa, h, *state, a, w[1]);
+            let most = law.bounds(h, bound, state[1], a, w[1]);
+            let step = Step { law: &law, from: *state, end, a, w, h, most };
             match self.first_exit(*pattern, &step, entered, at_once > MOST_AT_ONCE) {
                 None => {
                     self.keep(*state, force_mn, if usual { 0.0 } else { h }, *pattern, index);
@@ -226,14 +233,14 @@ impl Solve<'_, '_> {
                 Some(exit) => {
                     if exit.after_s > 0.0 {
                         self.keep(*state, force_mn, exit.after_s, *pattern, index);
-                        *state = step.series.at(exit.after_s);
+                        *state = exit.state;
                         into_s += exit.after_s;
                         at_once = 0;
                     } else {
                         at_once += 1;
                     }
                     entered = exit.unit;
-                    *pattern = self.laws.behind(*pattern, exit.block, exit.lane);
+                    *pattern = self.laws.behind(*pattern, exit.block, exit.lane, *state);
                     self.statistics.crossings += 1;
                 }
             }
@@ -266,38 +273,31 @@ impl Solve<'_, '_> {
         entered: u32,
         on_border: bool,
     ) -> Option<Exit> {
-        let law = step.law;
-        let bound = jerk_bound(law.kappa, law.zeta, step.h);
-        let jerk =
-            bound[0] * step.rate.abs() + bound[1] * step.from[1].abs() + bound[2] * step.a.abs();
         let reach = chord(step.h);
-        let off = [reach * (step.a.abs() + step.h * jerk), reach * jerk];
+        let off = [reach * step.most[0], reach * step.most[1]];
         let mut found: Option<Exit> = None;
-        let mut limit = step.h;
-        for (block, sides) in
-            self.laws.atlas.sides(self.laws.atlas.pattern(pattern)).iter().enumerate()
-        {
+        let blocks = self.laws.atlas.sides(self.laws.atlas.pattern(pattern));
+        for (block, sides) in blocks.iter().enumerate() {
             let before = margins(sides, step.from);
             let after = margins(sides, step.end);
+            let slopes = slopes(sides);
             for lane in 0..LANES {
-                let least = before[lane].min(after[lane]);
-                let far = sides.beta[lane].abs() * off[0] + sides.gamma[lane].abs() * off[1];
-                if least > far {
+                let far = slopes[0][lane].mul_add(off[0], slopes[1][lane] * off[1]);
+                if before[lane].min(after[lane]) > far {
                     continue;
                 }
-                let line = [sides.alpha[lane], sides.beta[lane], sides.gamma[lane]];
-                let mut margin = Margin::new(line, &step.series.d, step.series.len);
-                if sides.unit[lane] == entered {
-                    // The tables of two patterns agree on their common border to rounding only.
-                    margin.start_at_zero();
-                }
-                if on_border && before[lane] <= 64.0 * margin.noise() {
-                    continue;
-                }
-                let exit = margin.first_exit(limit);
-                if let Some(after_s) = exit.filter(|t| found.is_none_or(|f| *t < f.after_s)) {
-                    found = Some(Exit { after_s, block, lane, unit: sides.unit[lane] });
-                    limit = after_s;
+                let line = Line {
+                    alpha: sides.alpha[lane],
+                    beta: sides.beta[lane],
+                    gamma: sides.gamma[lane],
+                    before: before[lane],
+                    after: after[lane],
+                    entered: sides.unit[lane] == entered,
+                };
+                let limit = found.as_ref().map_or(step.h, |f| f.after_s);
+                let exit = step.exit(&line, limit, on_border);
+                if let Some((after_s, state)) = exit.filter(|e| e.0 < limit || found.is_none()) {
+                    found = Some(Exit { after_s, state, block, lane, unit: sides.unit[lane] });
                     if after_s == 0.0 {
                         return found;
                     }
@@ -311,6 +311,7 @@ impl Solve<'_, '_> {
 #[derive(Debug, Clone, Copy)]
 struct Exit {
     after_s: f64,
+    state: [f64; 2],
     block: usize,
     lane: usize,
     unit: u32,
@@ -321,10 +322,112 @@ struct Step<'a> {
     law: &'a Law,
     from: [f64; 2],
     end: [f64; 2],
+    /// Acceleration at the start.
     a: f64,
-    rate: f64,
+    /// Forcing `w₀ + w₁ τ`.
+    w: [f64; 2],
     h: f64,
-    series: Series,
+    /// Bounds of acceleration and jerk.
+    most: [f64; 2],
+}
+
+/// A side that the motion may cross.
+struct Line {
+    alpha: f64,
+    beta: f64,
+    gamma: f64,
+    /// Margins at both ends of the step.
+    before: f64,
+    after: f64,
+    /// Whether the motion comes from it.
+    entered: bool,
+}
+
+/// A crossing's time is found to this part of the step. The field is continuous across the border, so
+/// what the state loses by an error `δ` of the time is of the order of `δ²`.
+const ROOT_TOLERANCE: f64 = 1e-13;
+/// Newton steps before the root is bracketed.
+const NEWTON_STEPS: usize = 6;
+
+impl Step<'_> {
+    /// Time and state of the first exit across a line up to `limit`.
+    ///
+    /// A margin that falls throughout the step, by a bound of its curvature, has its root found by
+    /// Newton's method on the motion itself; one that rises throughout has none. Any other goes the
+    /// long way.
+    #[inline(always)]
+    fn exit(&self, line: &Line, limit: f64, on_border: bool) -> Option<(f64, [f64; 2])> {
+        let [x, v] = self.from;
+        let curvature = line.beta.abs().mul_add(self.most[0], line.gamma.abs() * self.most[1]);
+        let slope = line.beta.mul_add(v, line.gamma * self.a);
+        let noise = 4.0
+            * f64::EPSILON
+            * (line.alpha.abs() + (line.beta * x).abs() + (line.gamma * v).abs());
+        // The tables of two patterns agree on their common border to rounding only.
+        let start = if line.entered { 0.0 } else { line.before };
+        if start > noise || (line.entered && slope > 0.0) {
+            if slope > curvature * self.h {
+                return None;
+            }
+            if slope < -curvature * self.h {
+                if line.after >= 0.0 {
+                    return None;
+                }
+                if let Some(root) = self.root(line, start, slope, curvature) {
+                    return (root.0 <= limit).then_some(root);
+                }
+            }
+        }
+        self.long_way(line, limit, on_border)
+    }
+
+    /// The root of a margin that falls throughout the step to a negative value.
+    #[inline(always)]
+    fn root(&self, line: &Line, start: f64, slope: f64, curvature: f64) -> Option<(f64, [f64; 2])> {
+        let law = self.law;
+        let [x, v] = self.from;
+        let terms = law.terms_of(self.h);
+        let jerk = (-law.kappa).mul_add(v, (-law.zeta).mul_add(self.a, self.w[1]));
+        let bend = line.beta.mul_add(self.a, line.gamma * jerk);
+        let square = slope.mul_add(slope, -2.0 * bend * start);
+        let mut t = 2.0 * start / (square.max(0.0).sqrt() - slope);
+        for _ in 0..NEWTON_STEPS {
+            if !(t >= 0.0 && t <= self.h) {
+                return None;
+            }
+            let response = Response::new(law.kappa, law.zeta, t, terms);
+            let [xt, vt] = response.advance(law.kappa, t, [x, v], self.a, self.w[1]);
+            let at = law.acceleration([xt, vt], self.w[1].mul_add(t, self.w[0]));
+            let margin = line.gamma.mul_add(vt, line.beta.mul_add(xt, line.alpha));
+            let slope = line.beta.mul_add(vt, line.gamma * at);
+            let dt = -margin / slope;
+            t += dt;
+            if curvature * dt * dt <= ROOT_TOLERANCE * self.h * slope.abs() {
+                // Two terms of Taylor's series are enough for so small a change.
+                let jerk = (-law.kappa).mul_add(vt, (-law.zeta).mul_add(at, self.w[1]));
+                let state =
+                    [dt.mul_add(vt + 0.5 * dt * at, xt), dt.mul_add(at + 0.5 * dt * jerk, vt)];
+                return (t > 0.0 && t <= self.h).then_some((t, state));
+            }
+        }
+        None
+    }
+
+    /// The exit of a margin that may turn within the step.
+    #[cold]
+    #[inline(never)]
+    fn long_way(&self, line: &Line, limit: f64, on_border: bool) -> Option<(f64, [f64; 2])> {
+        let len = self.law.terms_of(self.h).min(COEFFICIENTS);
+        let series = Series::new(self.law, self.from, self.a, self.w[1], len);
+        let mut margin = Margin::new([line.alpha, line.beta, line.gamma], &series.d, series.len);
+        if line.entered {
+            margin.start_at_zero();
+        }
+        if on_border && line.before <= 64.0 * margin.noise() {
+            return None;
+        }
+        margin.first_exit(limit).map(|t| (t, series.at(t)))
+    }
 }
 
 /// The displacement as a power series in the time from the start of a step.
