@@ -57,23 +57,50 @@ pub(crate) type Entry = ([f64; 2], u32);
 #[derive(Debug, Default)]
 pub(crate) struct SideFinder {
     dual: Dual,
-    /// Corners of the hull.
+    /// Corners of the hull: units.
     corners: Vec<u32>,
-    /// Edges of the hull that are not done.
-    edges: Vec<(u32, u32)>,
-    /// Dual points outside of the first hull.
-    outside: Vec<u32>,
+    /// Dual points outside of an edge, edge by edge.
+    outside: Vec<Point>,
+    edges: Vec<Edge>,
     clipper: Clipper,
 }
 
-/// Dual points: those of the units, then of the four sides of the window. Points that are no candidates
-/// any more are NaN.
+/// A dual point and its unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Point {
+    p: f64,
+    r: f64,
+    unit: u32,
+}
+
+/// An edge of the hull, and the range of the points that may be outside of it.
+#[derive(Debug, Clone, Copy)]
+struct Edge {
+    from: Point,
+    to: Point,
+    first: usize,
+    end: usize,
+}
+
+impl Edge {
+    /// The outward normal, and how far along it a point must lie to be outside. Points within
+    /// [`SIDE_TOLERANCE`] of the edge count: their borders come that near a corner of the cell.
+    #[inline(always)]
+    fn border(&self) -> ([f64; 2], f64) {
+        let (a, b) = (self.from, self.to);
+        let normal = [b.r - a.r, a.p - b.p];
+        let at = a.p * normal[0] + a.r * normal[1];
+        (normal, at - SIDE_TOLERANCE * at.abs())
+    }
+}
+
+/// Dual points: those of the units, then of the four sides of the window.
 #[derive(Debug, Default)]
 struct Dual {
     p: Vec<f64>,
     r: Vec<f64>,
-    margin: Vec<f64>,
-    rate: Vec<f64>,
+    /// `±1`, the signs of the units in the pattern.
+    signs: Vec<f64>,
 }
 
 impl SideFinder {
@@ -134,48 +161,81 @@ impl WithSimd for Hull<'_> {
     type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) -> bool {
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
         let Self { finder, window, table, bits, entry: (point, through) } = self;
         let SideFinder { dual, corners, edges, outside, .. } = finder;
-        let Some(middle) = dual.inner_point(window, table, bits, point, through) else {
+        let units = table.len() / 3;
+        dual.signs.resize(units, 0.0);
+        for (block, bits) in dual.signs.chunks_mut(64).zip(bits) {
+            for (i, sign) in block.iter_mut().enumerate() {
+                *sign = if (bits >> i) & 1 == 1 { 1.0 } else { -1.0 };
+            }
+        }
+        let Some(middle) = dual.inner_point(simd, window, table, point, through) else {
             return false;
         };
-        if !dual.place(window, table, bits, middle) {
+        if !dual.place(simd, window, table, middle) {
             return false;
         }
         corners.clear();
         edges.clear();
-        // Extremes along the axes, counter-clockwise; one may be the extreme of several directions.
-        for direction in [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]] {
-            let Some(extreme) = dual.farthest(direction) else { return false };
-            if corners.last() != Some(&extreme) && corners.first() != Some(&extreme) {
-                corners.push(extreme);
+        outside.clear();
+        let extremes = dual.extremes(simd);
+        for (k, &from) in extremes.iter().enumerate() {
+            // One point may be the extreme of two directions, but not of opposite ones.
+            let to = extremes[(k + 1) % 4];
+            if from.unit != to.unit {
+                corners.push(to.unit);
+                edges.push(Edge { from, to, first: 0, end: 0 });
             }
         }
-        let count = corners.len();
-        if count < 2 {
+        if edges.len() < 2 {
             return false;
         }
-        edges.extend((0..count).map(|k| (corners[k], corners[(k + 1) % count])));
-        dual.collect_outside(edges, corners, outside);
-        while let Some((a, b)) = edges.pop() {
-            let (normal, least) = dual.edge(a, b);
-            let mut best = least;
-            let mut found = None;
-            for (place, &i) in outside.iter().enumerate() {
-                let value = dual.p[i as usize] * normal[0] + dual.r[i as usize] * normal[1];
-                if value > best {
-                    (best, found) = (value, Some(place));
-                }
-            }
-            if let Some(place) = found {
-                let new = outside.swap_remove(place);
-                corners.push(new);
-                edges.push((a, new));
-                edges.push((new, b));
+        for edge in &mut *edges {
+            edge.first = outside.len();
+            dual.outside_of(simd, edge, &extremes, outside);
+            edge.end = outside.len();
+        }
+        grow(edges, outside, corners);
+        true
+    }
+}
+
+/// Grows a hull until no point is outside.
+#[inline(always)]
+fn grow(edges: &mut Vec<Edge>, points: &mut [Point], corners: &mut Vec<u32>) {
+    while let Some(edge) = edges.pop() {
+        let points = &mut points[edge.first..edge.end];
+        let (normal, _) = edge.border();
+        let along = |q: &Point| q.p * normal[0] + q.r * normal[1];
+        let mut best = f64::NEG_INFINITY;
+        let mut farthest = None;
+        for (place, q) in points.iter().enumerate() {
+            let value = along(q);
+            if value > best {
+                (best, farthest) = (value, Some(place));
             }
         }
-        true
+        let Some(farthest) = farthest else { continue };
+        let corner = points[farthest];
+        if !corners.contains(&corner.unit) {
+            corners.push(corner.unit);
+        }
+        points.swap(0, farthest);
+        // What is outside of the one new edge to the front, what is outside of the other behind it.
+        let mut end = 1;
+        for new in [Edge { to: corner, ..edge }, Edge { from: corner, ..edge }] {
+            let first = end;
+            let (normal, least) = new.border();
+            for k in first..points.len() {
+                if points[k].p * normal[0] + points[k].r * normal[1] > least {
+                    points.swap(k, end);
+                    end += 1;
+                }
+            }
+            edges.push(Edge { first: edge.first + first, end: edge.first + end, ..new });
+        }
     }
 }
 
@@ -183,197 +243,249 @@ impl Dual {
     /// A point well inside of the cell: half way from `point`, on the border of the unit `through`, to
     /// the next border. `None` if other borders meet at `point`.
     #[inline(always)]
-    fn inner_point(
-        &mut self,
+    fn inner_point<S: Simd>(
+        &self,
+        simd: S,
         window: &Window,
         table: &[f64],
-        bits: &[u64],
         point: [f64; 2],
         through: u32,
     ) -> Option<[f64; 2]> {
         let units = table.len() / 3;
-        let direction = if through == NONE {
-            [0.0, 0.0]
-        } else {
-            let plane = half_plane(table, bits, through as usize);
-            [plane.beta, plane.gamma]
-        };
-        self.margin.resize(units, 0.0);
-        self.rate.resize(units, 0.0);
-        let part = |k: usize| table[k * units..(k + 1) * units].as_chunks::<LANES>().0;
+        let own = |k: usize| self.signs[through as usize] * table[k * units + through as usize];
+        let border = if through == NONE { [0.0; 3] } else { [own(0), own(1), own(2)] };
+        let direction = [border[1], border[2]];
+        let part = |k: usize| S::as_simd_f64s(&table[k * units..(k + 1) * units]).0;
         let (alpha, beta, gamma) = (part(0), part(1), part(2));
-        let margins = self.margin.as_chunks_mut::<LANES>().0;
-        let rates = self.rate.as_chunks_mut::<LANES>().0;
+        let signs = S::as_simd_f64s(&self.signs).0;
+        let zero = simd.splat_f64s(0.0);
+        let splat = |v: f64| simd.splat_f64s(v);
+        let [p, r, dp, dr] = [point[0], point[1], direction[0], direction[1]].map(splat);
+        let through_place = through as usize / S::F64_LANES;
+        // The least margin, and the largest speed per margin, of all borders but that of the entry.
+        let mut least = splat(f64::INFINITY);
+        let mut fastest = zero;
         for chunk in 0..alpha.len() {
-            let first = chunk * LANES;
-            let signs = !(bits[first / 64] >> (first % 64));
-            for i in 0..LANES {
-                let flip = ((signs >> i) & 1) << 63;
-                let turn = |x: f64| f64::from_bits(x.to_bits() ^ flip);
-                let (b, c) = (beta[chunk][i], gamma[chunk][i]);
-                margins[chunk][i] = turn(alpha[chunk][i] + b * point[0] + c * point[1]);
-                rates[chunk][i] = turn(b * direction[0] + c * direction[1]);
+            let value =
+                simd.mul_add_f64s(gamma[chunk], r, simd.mul_add_f64s(beta[chunk], p, alpha[chunk]));
+            let rate = simd.mul_add_f64s(gamma[chunk], dr, simd.mul_f64s(beta[chunk], dp));
+            let margin = simd.mul_f64s(signs[chunk], value);
+            let speed = simd.neg_f64s(simd.div_f64s(rate, value));
+            let (mut margin, mut speed) = (margin, speed);
+            if chunk == through_place {
+                let lane = through as usize % S::F64_LANES;
+                pulp::bytemuck::cast_slice_mut::<S::f64s, f64>(std::slice::from_mut(&mut margin))
+                    [lane] = f64::INFINITY;
+                pulp::bytemuck::cast_slice_mut::<S::f64s, f64>(std::slice::from_mut(&mut speed))
+                    [lane] = 0.0;
             }
+            // Padding and dead units have neither value nor slope: no borders.
+            let real = simd.greater_than_f64s(simd.abs_f64s(value), zero);
+            margin = simd.select_f64s(real, margin, splat(f64::INFINITY));
+            speed = simd.select_f64s(real, speed, zero);
+            least = simd.min_f64s(least, margin);
+            fastest = simd.max_f64s(fastest, speed);
         }
-        if through != NONE {
-            self.margin[through as usize] = f64::INFINITY;
-        }
-        // The least time margin : −rate as a fraction, so that nothing is divided, lane by lane.
-        let mut best = [1.0; LANES];
-        let mut best_speed = [0.0; LANES];
-        let mut least = [f64::INFINITY; LANES];
-        let margins = self.margin.as_chunks::<LANES>().0;
-        for (margin, rate) in margins.iter().zip(self.rate.as_chunks::<LANES>().0) {
-            for i in 0..LANES {
-                let speed = -rate[i];
-                let sooner = speed > 0.0 && margin[i] * best_speed[i] < best[i] * speed;
-                best[i] = if sooner { margin[i] } else { best[i] };
-                best_speed[i] = if sooner { speed } else { best_speed[i] };
-                // Dead units are no borders.
-                let of = if is_border(margin[i]) { margin[i] } else { least[i] };
-                least[i] = if of < least[i] { of } else { least[i] };
-            }
-        }
-        let mut time = f64::INFINITY;
-        for i in 0..LANES {
-            time = if best_speed[i] > 0.0 { time.min(best[i] / best_speed[i]) } else { time };
-        }
-        let least = least.iter().fold(f64::INFINITY, |a, b| a.min(*b));
-        if !(least >= 0.0) {
+        let least = simd.reduce_min_f64s(least);
+        if !(least > 0.0) {
             return None;
         }
-        let mut reach = |value: f64, speed: f64, [low, high]: [f64; 2]| {
-            if speed > 0.0 {
-                time = time.min((high - value) / speed);
-            } else if speed < 0.0 {
-                time = time.min((low - value) / speed);
-            }
-        };
-        reach(point[0], direction[0], window.first);
-        reach(point[1], direction[1], window.second);
         if through == NONE {
-            return (least > 0.0).then_some(point);
+            return Some(point);
+        }
+        let mut time = 1.0 / simd.reduce_max_f64s(fastest);
+        for (i, [low, high]) in [window.first, window.second].into_iter().enumerate() {
+            let room = if direction[i] > 0.0 { high - point[i] } else { low - point[i] };
+            if direction[i] != 0.0 {
+                time = time.min(room / direction[i]);
+            }
         }
         let step = 0.5 * time;
         let middle = [point[0] + step * direction[0], point[1] + step * direction[1]];
         // What the way gains over rounding of the point itself.
         let gain = step * (direction[0] * direction[0] + direction[1] * direction[1]);
-        let plane = half_plane(table, bits, through as usize);
-        let size =
-            plane.alpha.abs() + (plane.beta * point[0]).abs() + (plane.gamma * point[1]).abs();
+        let size = border[0].abs() + (border[1] * point[0]).abs() + (border[2] * point[1]).abs();
         (time.is_finite() && gain > WELL_INSIDE * size).then_some(middle)
     }
 
     /// The dual points seen from `middle`; false if that is no point of the cell, by rounding.
     #[inline(always)]
-    fn place(&mut self, window: &Window, table: &[f64], bits: &[u64], middle: [f64; 2]) -> bool {
+    fn place<S: Simd>(
+        &mut self,
+        simd: S,
+        window: &Window,
+        table: &[f64],
+        middle: [f64; 2],
+    ) -> bool {
         let units = table.len() / 3;
         self.p.resize(units + LANES, f64::NAN);
         self.r.resize(units + LANES, f64::NAN);
-        let part = |k: usize| table[k * units..(k + 1) * units].as_chunks::<LANES>().0;
+        let part = |k: usize| S::as_simd_f64s(&table[k * units..(k + 1) * units]).0;
         let (alpha, beta, gamma) = (part(0), part(1), part(2));
-        let p = self.p.as_chunks_mut::<LANES>().0;
-        let r = self.r.as_chunks_mut::<LANES>().0;
-        let mut misfits = 0;
+        let signs = S::as_simd_f64s(&self.signs).0;
+        let (p, p_window) = self.p.split_at_mut(units);
+        let (r, r_window) = self.r.split_at_mut(units);
+        let (p, r) = (S::as_mut_simd_f64s(p).0, S::as_mut_simd_f64s(r).0);
+        let [x, v] = middle.map(|c| simd.splat_f64s(c));
+        let minus = simd.splat_f64s(-1.0);
+        let mut least = simd.splat_f64s(0.0);
         for chunk in 0..alpha.len() {
-            let first = chunk * LANES;
-            let signs = bits[first / 64] >> (first % 64);
-            for i in 0..LANES {
-                let (b, c) = (beta[chunk][i], gamma[chunk][i]);
-                let margin = alpha[chunk][i] + b * middle[0] + c * middle[1];
-                // Both signs turn margin and normal alike.
-                misfits |= u64::from(margin > 0.0) ^ ((signs >> i) & 1);
-                let scale = -1.0 / margin;
-                p[chunk][i] = b * scale;
-                r[chunk][i] = c * scale;
-            }
+            let (b, c) = (beta[chunk], gamma[chunk]);
+            let value = simd.mul_add_f64s(c, v, simd.mul_add_f64s(b, x, alpha[chunk]));
+            least = simd.min_f64s(least, simd.mul_f64s(signs[chunk], value));
+            // Signs turn margin and normal alike. Padding becomes NaN, which is never an extreme.
+            let scale = simd.div_f64s(minus, value);
+            p[chunk] = simd.mul_f64s(b, scale);
+            r[chunk] = simd.mul_f64s(c, scale);
         }
         let ([p0, p1], [r0, r1]) = (window.first, window.second);
-        p[alpha.len()] = [f64::NAN; LANES];
-        r[alpha.len()] = [f64::NAN; LANES];
-        for (i, q) in [
-            [1.0 / (p1 - middle[0]), 0.0],
-            [0.0, 1.0 / (r1 - middle[1])],
-            [1.0 / (p0 - middle[0]), 0.0],
-            [0.0, 1.0 / (r0 - middle[1])],
-        ]
-        .into_iter()
-        .enumerate()
-        {
-            p[alpha.len()][i] = q[0];
-            r[alpha.len()][i] = q[1];
-        }
-        misfits == 0
+        p_window.fill(f64::NAN);
+        r_window.fill(f64::NAN);
+        p_window[..4].copy_from_slice(&[1.0 / (p1 - middle[0]), 0.0, 1.0 / (p0 - middle[0]), 0.0]);
+        r_window[..4].copy_from_slice(&[0.0, 1.0 / (r1 - middle[1]), 0.0, 1.0 / (r0 - middle[1])]);
+        simd.reduce_min_f64s(least) >= 0.0
     }
 
-    /// The dual point farthest along a direction.
+    fn point(&self, unit: usize) -> Point {
+        Point { p: self.p[unit], r: self.r[unit], unit: unit as u32 }
+    }
+
+    /// The points farthest to the right, up, to the left and down.
     #[inline(always)]
-    fn farthest(&self, [u, w]: [f64; 2]) -> Option<u32> {
-        let mut best = [f64::NEG_INFINITY; LANES];
-        let mut at = [0.0; LANES];
-        let points = self.p.as_chunks::<LANES>().0.iter().zip(self.r.as_chunks::<LANES>().0);
-        for (chunk, (p, r)) in points.enumerate() {
-            let chunk = chunk as f64;
-            for i in 0..LANES {
-                let value = u * p[i] + w * r[i];
-                let farther = value > best[i];
-                best[i] = if farther { value } else { best[i] };
-                at[i] = if farther { chunk } else { at[i] };
+    fn extremes<S: Simd>(&self, simd: S) -> [Point; 4] {
+        let (p, r) = (S::as_simd_f64s(&self.p).0, S::as_simd_f64s(&self.r).0);
+        let mut best = [simd.splat_f64s(f64::NEG_INFINITY); 4];
+        let mut at = [simd.splat_f64s(0.0); 4];
+        for (chunk, (&p, &r)) in p.iter().zip(r).enumerate() {
+            let place = simd.splat_f64s(chunk as f64);
+            for (k, value) in [p, r, simd.neg_f64s(p), simd.neg_f64s(r)].into_iter().enumerate() {
+                let farther = simd.greater_than_f64s(value, best[k]);
+                best[k] = simd.select_f64s(farther, value, best[k]);
+                at[k] = simd.select_f64s(farther, place, at[k]);
             }
         }
-        let mut found = 0;
-        for i in 1..LANES {
-            found = if best[i] > best[found] { i } else { found };
-        }
-        (best[found].is_finite()).then(|| at[found] as u32 * LANES as u32 + found as u32)
+        std::array::from_fn(|k| {
+            let most = simd.reduce_max_f64s(best[k]);
+            let best = pulp::bytemuck::cast_slice::<S::f64s, f64>(&best[k..=k]);
+            let lane = best.iter().position(|&b| b == most).unwrap_or(0);
+            let place = pulp::bytemuck::cast_slice::<S::f64s, f64>(&at[k..=k])[lane];
+            self.point(place as usize * S::F64_LANES + lane)
+        })
     }
 
-    /// The outward normal of the edge from `a` to `b`, and how far along it a point must lie to be
-    /// outside. Points within [`SIDE_TOLERANCE`] of the edge count: their borders come that near a
-    /// corner of the cell.
+    /// Adds the points outside of an edge, but not the corners.
     #[inline(always)]
-    fn edge(&self, a: u32, b: u32) -> ([f64; 2], f64) {
-        let (a, b) = (a as usize, b as usize);
-        let normal = [self.r[b] - self.r[a], self.p[a] - self.p[b]];
-        let at = self.p[a] * normal[0] + self.r[a] * normal[1];
-        (normal, at - SIDE_TOLERANCE * at.abs())
-    }
-
-    /// The dual points outside of a first hull, its corners excepted.
-    #[inline(always)]
-    fn collect_outside(&self, edges: &[(u32, u32)], corners: &[u32], outside: &mut Vec<u32>) {
-        let mut normals = [[0.0; 2]; 4];
-        let mut least = [f64::INFINITY; 4];
-        for (k, &(a, b)) in edges.iter().enumerate() {
-            (normals[k], least[k]) = self.edge(a, b);
-        }
-        outside.clear();
-        let points = self.p.as_chunks::<LANES>().0.iter().zip(self.r.as_chunks::<LANES>().0);
-        for (chunk, (p, r)) in points.enumerate() {
-            let mut beyond = [0.0_f64; LANES];
-            for (normal, least) in normals.iter().zip(&least) {
-                for i in 0..LANES {
-                    let value = p[i] * normal[0] + r[i] * normal[1];
-                    beyond[i] = if value > *least { 1.0 } else { beyond[i] };
-                }
-            }
-            if beyond.iter().sum::<f64>() == 0.0 {
+    fn outside_of<S: Simd>(
+        &self,
+        simd: S,
+        edge: &Edge,
+        corners: &[Point; 4],
+        outside: &mut Vec<Point>,
+    ) {
+        let (normal, least) = edge.border();
+        let [n, m] = normal.map(|c| simd.splat_f64s(c));
+        let border = simd.splat_f64s(least);
+        let (p, r) = (S::as_simd_f64s(&self.p).0, S::as_simd_f64s(&self.r).0);
+        for (chunk, (&p, &r)) in p.iter().zip(r).enumerate() {
+            let value = simd.mul_add_f64s(n, p, simd.mul_f64s(m, r));
+            if none(simd, simd.greater_than_f64s(value, border)) {
                 continue;
             }
-            for (i, beyond) in beyond.iter().enumerate() {
-                let unit = (chunk * LANES + i) as u32;
-                if *beyond > 0.0 && !corners.contains(&unit) {
-                    outside.push(unit);
+            for unit in chunk * S::F64_LANES..(chunk + 1) * S::F64_LANES {
+                let q = self.point(unit);
+                let beyond = q.p * normal[0] + q.r * normal[1] > least;
+                if beyond && corners.iter().all(|c| c.unit != q.unit) {
+                    outside.push(q);
                 }
             }
         }
     }
 }
 
+/// Whether no lane of a mask is set. (Which lane is the first does not mean the same on all instruction
+/// sets.)
 #[inline(always)]
-fn is_border(margin: f64) -> bool {
-    margin.to_bits() << 1 != 0
+pub(crate) fn none<S: Simd>(simd: S, mask: S::m64s) -> bool {
+    simd.first_true_m64s(mask) >= S::F64_LANES
 }
 
 /// The least margin of an inner point, in parts of the size of its terms.
 const WELL_INSIDE: f64 = 1e-10;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers in ±1.
+    fn spread() -> impl FnMut() -> f64 {
+        let mut state = 7_u64;
+        move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
+        }
+    }
+
+    fn units(sides: &[Sides]) -> Vec<u32> {
+        let mut units: Vec<u32> =
+            sides.iter().flat_map(|s| s.unit).filter(|&u| u != NONE).collect();
+        units.sort_unstable();
+        units
+    }
+
+    /// The hull of dual points and clipping find the same sides, seen from inside and from a side.
+    #[test]
+    fn hull_and_clipping_agree() {
+        let mut next = spread();
+        let window = Window { first: [-1e5, 1e5], second: [-1e7, 1e7] };
+        for case in 0..300 {
+            let count = [8, 64, 192][case % 3];
+            let scale = [1.0, 20.0][case % 2];
+            let mut table: Vec<f64> = (0..3 * count).map(|_| next()).collect();
+            table[count..2 * count].iter_mut().for_each(|b| *b *= scale);
+            // Padding.
+            for k in 0..3 {
+                table[k * count + 5] = 0.0;
+            }
+            let at = |u: usize, [p, r]: [f64; 2]| {
+                table[u] + table[count + u] * p + table[2 * count + u] * r
+            };
+            let point = [0.3 * next(), 0.3 * next()];
+            let mut bits = vec![0; count.div_ceil(64)];
+            for u in (0..count).filter(|&u| at(u, point) > 0.0) {
+                bits[u / 64] |= 1 << (u % 64);
+            }
+            let mut finder = SideFinder::default();
+            let mut clipped = Vec::new();
+            finder.clipper.find(&window, &table, &bits, &mut clipped);
+            let mut hull = Vec::new();
+            finder.find(&window, &table, &bits, Some((point, NONE)), &mut hull);
+            assert_eq!(units(&hull), units(&clipped), "from inside, case {case}");
+            // Through each side into the cell behind it, at the side's middle.
+            for &side in units(&hull).iter().take(2) {
+                let mut cell = crate::cell::Cell::default();
+                cell.restart(&window);
+                for s in &hull {
+                    for lane in (0..LANES).filter(|&l| s.unit[l] != NONE) {
+                        cell.clip(&s.half_plane(lane));
+                    }
+                }
+                let plane = half_plane(&table, &bits, side as usize);
+                let on: Vec<_> = (cell.vertices.iter())
+                    .filter(|&&v| plane.margin(v).abs() < 1e-9 * (1.0 + v[0].abs() + v[1].abs()))
+                    .collect();
+                if on.len() != 2 {
+                    continue;
+                }
+                let entry = [0.5 * (on[0][0] + on[1][0]), 0.5 * (on[0][1] + on[1][1])];
+                let mut behind = bits.clone();
+                behind[side as usize / 64] ^= 1 << (side % 64);
+                let (mut one, mut other) = (Vec::new(), Vec::new());
+                finder.find(&window, &table, &behind, Some((entry, side)), &mut one);
+                finder.clipper.find(&window, &table, &behind, &mut other);
+                assert_eq!(units(&one), units(&other), "through {side}, case {case}");
+            }
+        }
+    }
+}

@@ -6,7 +6,7 @@ use crate::forcing::Piece;
 use crate::fundamental::{Response, spectral_bound, terms};
 use crate::motion::{Law, Laws, WINDOW, jerk_bound};
 use crate::network::LANES;
-use crate::sides::Sides;
+use crate::sides::{Sides, none};
 use pam_core::simd::arch;
 use pam_solvers::FailureKind;
 use pulp::{Simd, WithSimd};
@@ -71,8 +71,8 @@ impl WithSimd for Solve<'_, '_> {
     type Output = Result<(), Stopped>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, _simd: S) -> Result<(), Stopped> {
-        self.all_pieces()
+    fn with_simd<S: Simd>(mut self, simd: S) -> Result<(), Stopped> {
+        self.all_pieces(simd)
     }
 }
 
@@ -88,33 +88,41 @@ fn margins(sides: &Sides, [x, v]: [f64; 2]) -> [f64; LANES] {
     std::array::from_fn(|i| sides.gamma[i].mul_add(v, sides.beta[i].mul_add(x, sides.alpha[i])))
 }
 
-/// Whether the margins of all sides stay positive over a step with these margins at its ends, along which
-/// displacement and velocity stray from their chords by `off` at most.
+/// A place before which no side's margin may become negative over a step to the state `end`, along which
+/// displacement and velocity stray from their chords by `off` at most; [`LANES`] if none may. The
+/// margins at the end go to `after`.
 #[inline(always)]
-fn stay(
-    slopes: &[[f64; LANES]; 2],
-    off: [f64; 2],
+fn first_near<S: Simd>(
+    simd: S,
+    sides: &Sides,
     before: &[f64; LANES],
-    after: &[f64; LANES],
-) -> bool {
-    let mut fails = 0_u64;
-    for i in 0..LANES {
-        let least = if after[i] < before[i] { after[i] } else { before[i] };
-        let far = slopes[0][i].mul_add(off[0], slopes[1][i] * off[1]);
-        fails |= u64::from(least <= far);
+    end: [f64; 2],
+    off: [f64; 2],
+    after: &mut [f64; LANES],
+) -> usize {
+    let [x, v] = end.map(|c| simd.splat_f64s(c));
+    let [off_x, off_v] = off.map(|c| simd.splat_f64s(c));
+    let (alpha, beta) = (S::as_simd_f64s(&sides.alpha).0, S::as_simd_f64s(&sides.beta).0);
+    let gamma = S::as_simd_f64s(&sides.gamma).0;
+    let before = S::as_simd_f64s(before).0;
+    let after = S::as_mut_simd_f64s(after).0;
+    let mut first = LANES;
+    for k in (0..alpha.len()).rev() {
+        let (b, c) = (beta[k], gamma[k]);
+        after[k] = simd.mul_add_f64s(c, v, simd.mul_add_f64s(b, x, alpha[k]));
+        let least = simd.min_f64s(before[k], after[k]);
+        let far = simd.mul_f64s(simd.abs_f64s(c), off_v);
+        let far = simd.mul_add_f64s(simd.abs_f64s(b), off_x, far);
+        if !none(simd, simd.less_than_or_equal_f64s(least, far)) {
+            first = k * S::F64_LANES;
+        }
     }
-    fails == 0
-}
-
-/// Sizes of the slopes of all sides.
-#[inline(always)]
-fn slopes(sides: &Sides) -> [[f64; LANES]; 2] {
-    [sides.beta.map(f64::abs), sides.gamma.map(f64::abs)]
+    first
 }
 
 impl Solve<'_, '_> {
     #[inline(always)]
-    fn all_pieces(&mut self) -> Result<(), Stopped> {
+    fn all_pieces<S: Simd>(&mut self, simd: S) -> Result<(), Stopped> {
         let usual_s = self.laws.usual_s;
         let inverse_mass = 1.0 / self.laws.motion.mass_kg;
         let mut state = self.start;
@@ -127,9 +135,9 @@ impl Solve<'_, '_> {
             let sides = self.laws.atlas.sides(self.laws.atlas.pattern(pattern));
             if law.longest_s >= usual_s && sides.len() == 1 {
                 let sides = &sides[0];
-                let slopes = slopes(sides);
                 let reach = chord(usual_s);
                 let mut before = margins(sides, state);
+                let mut after = [0.0; LANES];
                 while let Some(piece) = self.pieces.get(index) {
                     if (piece.length_s - usual_s).abs() > SAME_LENGTH * usual_s {
                         break;
@@ -139,8 +147,8 @@ impl Solve<'_, '_> {
                     let a = law.acceleration(state, w0);
                     let end = law.usual.advance(law.kappa, usual_s, state, a, w1);
                     let [a_most, jerk_most] = law.bounds(usual_s, law.jerk, state[1], a, w1);
-                    let after = margins(sides, end);
-                    if !stay(&slopes, [reach * a_most, reach * jerk_most], &before, &after) {
+                    let off = [reach * a_most, reach * jerk_most];
+                    if first_near(simd, sides, &before, end, off, &mut after) < LANES {
                         break;
                     }
                     if let Some(segments) = &mut self.segments {
@@ -169,7 +177,7 @@ impl Solve<'_, '_> {
                 let kind = FailureKind::NonFinite { step_s: piece.length_s };
                 return Err(Stopped { kind, time_s: piece.start_s });
             }
-            self.one_piece(&piece, index as u32, &mut state, &mut pattern)?;
+            self.one_piece(simd, &piece, index as u32, &mut state, &mut pattern)?;
             if piece.observed {
                 self.observed[2 * observation] = state[0];
                 self.observed[2 * observation + 1] = state[1];
@@ -187,8 +195,9 @@ impl Solve<'_, '_> {
 
     /// One piece with whatever crossings there are.
     #[inline(always)]
-    fn one_piece(
+    fn one_piece<S: Simd>(
         &mut self,
+        simd: S,
         piece: &Piece,
         index: u32,
         state: &mut [f64; 2],
@@ -222,7 +231,7 @@ impl Solve<'_, '_> {
             let end = response.advance(law.kappa, h, *state, a, w[1]);
             let most = law.bounds(h, bound, state[1], a, w[1]);
             let step = Step { law: &law, from: *state, end, a, w, h, most };
-            match self.first_exit(*pattern, &step, entered, at_once > MOST_AT_ONCE) {
+            match self.first_exit(simd, *pattern, &step, entered, at_once > MOST_AT_ONCE) {
                 None => {
                     self.keep(*state, force_mn, if usual { 0.0 } else { h }, *pattern, index);
                     *state = end;
@@ -266,8 +275,9 @@ impl Solve<'_, '_> {
     /// The first side that the motion crosses in a step. `entered` is the unit whose border was crossed
     /// just before.
     #[inline(always)]
-    fn first_exit(
+    fn first_exit<S: Simd>(
         &self,
+        simd: S,
         pattern: u32,
         step: &Step<'_>,
         entered: u32,
@@ -279,10 +289,11 @@ impl Solve<'_, '_> {
         let blocks = self.laws.atlas.sides(self.laws.atlas.pattern(pattern));
         for (block, sides) in blocks.iter().enumerate() {
             let before = margins(sides, step.from);
-            let after = margins(sides, step.end);
-            let slopes = slopes(sides);
-            for lane in 0..LANES {
-                let far = slopes[0][lane].mul_add(off[0], slopes[1][lane] * off[1]);
+            let mut after = [0.0; LANES];
+            let first = first_near(simd, sides, &before, step.end, off, &mut after);
+            for lane in first..LANES {
+                let [b, c] = [sides.beta[lane].abs(), sides.gamma[lane].abs()];
+                let far = b.mul_add(off[0], c * off[1]);
                 if before[lane].min(after[lane]) > far {
                     continue;
                 }
