@@ -182,8 +182,8 @@ impl WithSimd for Hull<'_> {
         outside.clear();
         let extremes = dual.extremes(simd);
         for (k, &from) in extremes.iter().enumerate() {
-            // One point may be the extreme of two directions, but not of opposite ones.
-            let to = extremes[(k + 1) % 4];
+            // One point may be the extreme of several directions next to each other.
+            let to = extremes[(k + 1) % DIRECTIONS];
             if from.unit != to.unit {
                 corners.push(to.unit);
                 edges.push(Edge { from, to, first: 0, end: 0 });
@@ -192,11 +192,7 @@ impl WithSimd for Hull<'_> {
         if edges.len() < 2 {
             return false;
         }
-        for edge in &mut *edges {
-            edge.first = outside.len();
-            dual.outside_of(simd, edge, &extremes, outside);
-            edge.end = outside.len();
-        }
+        dual.outside_of(simd, edges, corners, outside);
         grow(edges, outside, corners);
         true
     }
@@ -350,15 +346,29 @@ impl Dual {
         Point { p: self.p[unit], r: self.r[unit], unit: unit as u32 }
     }
 
-    /// The points farthest to the right, up, to the left and down.
+    /// The points farthest to the right, up, to the left, down, and between these, counter-clockwise.
     #[inline(always)]
-    fn extremes<S: Simd>(&self, simd: S) -> [Point; 4] {
+    fn extremes<S: Simd>(&self, simd: S) -> [Point; DIRECTIONS] {
+        let axes = self.farthest(simd, [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]);
+        // Diagonals of the rectangle around all points, so that its proportions do not matter.
+        let width = axes[0].p - axes[2].p;
+        let height = axes[1].r - axes[3].r;
+        let (u, w) = (height, width);
+        let diagonals = self.farthest(simd, [[u, w], [-u, w], [-u, -w], [u, -w]]);
+        std::array::from_fn(|k| if k % 2 == 0 { axes[k / 2] } else { diagonals[k / 2] })
+    }
+
+    /// The points farthest along four directions.
+    #[inline(always)]
+    fn farthest<S: Simd>(&self, simd: S, directions: [[f64; 2]; 4]) -> [Point; 4] {
         let (p, r) = (S::as_simd_f64s(&self.p).0, S::as_simd_f64s(&self.r).0);
+        let directions = directions.map(|d| d.map(|c| simd.splat_f64s(c)));
         let mut best = [simd.splat_f64s(f64::NEG_INFINITY); 4];
         let mut at = [simd.splat_f64s(0.0); 4];
         for (chunk, (&p, &r)) in p.iter().zip(r).enumerate() {
             let place = simd.splat_f64s(chunk as f64);
-            for (k, value) in [p, r, simd.neg_f64s(p), simd.neg_f64s(r)].into_iter().enumerate() {
+            for (k, [u, w]) in directions.into_iter().enumerate() {
+                let value = simd.mul_add_f64s(u, p, simd.mul_f64s(w, r));
                 let farther = simd.greater_than_f64s(value, best[k]);
                 best[k] = simd.select_f64s(farther, value, best[k]);
                 at[k] = simd.select_f64s(farther, place, at[k]);
@@ -373,31 +383,55 @@ impl Dual {
         })
     }
 
-    /// Adds the points outside of an edge, but not the corners.
+    /// Sorts the points outside of a first hull by its edges.
     #[inline(always)]
     fn outside_of<S: Simd>(
         &self,
         simd: S,
-        edge: &Edge,
-        corners: &[Point; 4],
+        edges: &mut [Edge],
+        corners: &[u32],
         outside: &mut Vec<Point>,
     ) {
-        let (normal, least) = edge.border();
-        let [n, m] = normal.map(|c| simd.splat_f64s(c));
-        let border = simd.splat_f64s(least);
+        let mut borders = [([0.0; 2], f64::INFINITY); DIRECTIONS];
+        for (border, edge) in borders.iter_mut().zip(&*edges) {
+            *border = edge.border();
+        }
+        let borders = &borders[..edges.len()];
+        let splat = |v: f64| simd.splat_f64s(v);
+        let mut lines = [[splat(0.0); 3]; DIRECTIONS];
+        for (line, ([n, m], least)) in lines.iter_mut().zip(borders) {
+            *line = [splat(*n), splat(*m), splat(-least)];
+        }
+        let lines = &lines[..edges.len()];
         let (p, r) = (S::as_simd_f64s(&self.p).0, S::as_simd_f64s(&self.r).0);
         for (chunk, (&p, &r)) in p.iter().zip(r).enumerate() {
-            let value = simd.mul_add_f64s(n, p, simd.mul_f64s(m, r));
-            if none(simd, simd.greater_than_f64s(value, border)) {
+            let mut beyond = splat(-1.0);
+            for &[n, m, least] in lines {
+                let value = simd.mul_add_f64s(n, p, simd.mul_add_f64s(m, r, least));
+                beyond = simd.max_f64s(value, beyond);
+            }
+            // A little more than is outside, since the sums above are rounded another way.
+            if none(simd, simd.greater_than_or_equal_f64s(beyond, splat(0.0))) {
                 continue;
             }
             for unit in chunk * S::F64_LANES..(chunk + 1) * S::F64_LANES {
                 let q = self.point(unit);
-                let beyond = q.p * normal[0] + q.r * normal[1] > least;
-                if beyond && corners.iter().all(|c| c.unit != q.unit) {
+                if !corners.contains(&q.unit) {
                     outside.push(q);
                 }
             }
+        }
+        // Each point to the first edge that it is outside of; what is inside is left behind.
+        let mut first = 0;
+        for (edge, ([n, m], least)) in edges.iter_mut().zip(borders) {
+            edge.first = first;
+            for k in first..outside.len() {
+                if outside[k].p * n + outside[k].r * m > *least {
+                    outside.swap(k, first);
+                    first += 1;
+                }
+            }
+            edge.end = first;
         }
     }
 }
@@ -408,6 +442,9 @@ impl Dual {
 pub(crate) fn none<S: Simd>(simd: S, mask: S::m64s) -> bool {
     simd.first_true_m64s(mask) >= S::F64_LANES
 }
+
+/// Directions whose extremes make the first hull.
+const DIRECTIONS: usize = 8;
 
 /// The least margin of an inner point, in parts of the size of its terms.
 const WELL_INSIDE: f64 = 1e-10;
