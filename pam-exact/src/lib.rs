@@ -14,6 +14,7 @@
 //! |---|---|
 //! | [`PiecewiseNetwork`], [`Plane`] | the network on a plane of two of its inputs |
 //! | [`ExactSolver`] | trajectories, their losses, and gradients by transposed propagators |
+//! | [`ExactTrajectory`] | one solution at any time, with its crossings |
 //! | [`forward_sensitivities`] | tangents by the propagators themselves |
 //! | [`Partition`] | the polygons in which the force is affine: exact maps of stiffness and damping |
 //! | [`InverseSolver`] | air masses for a motion and a stiffness: the global optimum with a certificate |
@@ -91,6 +92,7 @@ mod pullback;
 mod sensitivity;
 mod sides;
 mod solve;
+mod trajectory;
 
 pub use cell::Window;
 pub use forcing::ForceSignal;
@@ -101,3 +103,4 @@ pub use network::{PiecewiseNetwork, Plane};
 pub use partition::{Partition, Partitioner, Polygon};
 pub use sensitivity::{ExactDirection, forward_sensitivities};
 pub use solve::ExactStatistics;
+pub use trajectory::{Crossing, ExactTrajectory};

@@ -275,8 +275,10 @@ impl Dual {
                 pulp::bytemuck::cast_slice_mut::<S::f64s, f64>(std::slice::from_mut(&mut speed))
                     [lane] = 0.0;
             }
-            // Padding and dead units have neither value nor slope: no borders.
-            let real = simd.greater_than_f64s(simd.abs_f64s(value), zero);
+            // Padding has neither value nor slope: no border.
+            let size = simd.add_f64s(simd.abs_f64s(beta[chunk]), simd.abs_f64s(gamma[chunk]));
+            let size = simd.add_f64s(size, simd.abs_f64s(value));
+            let real = simd.greater_than_f64s(size, zero);
             margin = simd.select_f64s(real, margin, splat(f64::INFINITY));
             speed = simd.select_f64s(real, speed, zero);
             least = simd.min_f64s(least, margin);
@@ -287,7 +289,13 @@ impl Dual {
             return None;
         }
         if through == NONE {
-            return Some(point);
+            let clear = (0..units).all(|u| {
+                let [a, b, c] = [table[u], table[units + u], table[2 * units + u]];
+                let terms = [a, b * point[0], c * point[1]];
+                let size: f64 = terms.iter().map(|t| t.abs()).sum();
+                size == 0.0 || terms.iter().sum::<f64>().abs() > WELL_INSIDE * size
+            });
+            return clear.then_some(point);
         }
         let mut time = 1.0 / simd.reduce_max_f64s(fastest);
         for (i, [low, high]) in [window.first, window.second].into_iter().enumerate() {
@@ -485,12 +493,12 @@ mod tests {
             for k in 0..3 {
                 table[k * count + 5] = 0.0;
             }
-            let at = |u: usize, [p, r]: [f64; 2]| {
+            let at = |table: &[f64], u: usize, [p, r]: [f64; 2]| {
                 table[u] + table[count + u] * p + table[2 * count + u] * r
             };
             let point = [0.3 * next(), 0.3 * next()];
             let mut bits = vec![0; count.div_ceil(64)];
-            for u in (0..count).filter(|&u| at(u, point) > 0.0) {
+            for u in (0..count).filter(|&u| at(&table, u, point) > 0.0) {
                 bits[u / 64] |= 1 << (u % 64);
             }
             let mut finder = SideFinder::default();
@@ -499,6 +507,16 @@ mod tests {
             let mut hull = Vec::new();
             finder.find(&window, &table, &bits, Some((point, NONE)), &mut hull);
             assert_eq!(units(&hull), units(&clipped), "from inside, case {case}");
+            // From a point on a border.
+            if case % 7 == 0 {
+                let u = units(&hull)[0] as usize;
+                table[u] -= at(&table, u, point);
+                let (mut one, mut other) = (Vec::new(), Vec::new());
+                finder.find(&window, &table, &bits, Some((point, NONE)), &mut one);
+                finder.clipper.find(&window, &table, &bits, &mut other);
+                assert_eq!(units(&one), units(&other), "from a border, case {case}");
+                continue;
+            }
             // Through each side into the cell behind it, at the side's middle.
             for &side in units(&hull).iter().take(2) {
                 let mut cell = crate::cell::Cell::default();

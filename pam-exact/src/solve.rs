@@ -428,8 +428,25 @@ impl Step<'_> {
     #[cold]
     #[inline(never)]
     fn long_way(&self, line: &Line, limit: f64, on_border: bool) -> Option<(f64, [f64; 2])> {
-        let len = self.law.terms_of(self.h).min(COEFFICIENTS);
-        let series = Series::new(self.law, self.from, self.a, self.w[1], len);
+        arch().dispatch(LongWay { step: self, line, limit, on_border })
+    }
+}
+
+struct LongWay<'a, 's> {
+    step: &'a Step<'s>,
+    line: &'a Line,
+    limit: f64,
+    on_border: bool,
+}
+
+impl WithSimd for LongWay<'_, '_> {
+    type Output = Option<(f64, [f64; 2])>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> Option<(f64, [f64; 2])> {
+        let Self { step, line, limit, on_border } = self;
+        let len = step.law.terms_of(step.h).min(COEFFICIENTS);
+        let series = Series::new(step.law, step.from, step.a, step.w[1], len);
         let mut margin = Margin::new([line.alpha, line.beta, line.gamma], &series.d, series.len);
         if line.entered {
             margin.start_at_zero();
