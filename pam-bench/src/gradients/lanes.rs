@@ -10,7 +10,7 @@ use super::truth::{TIGHT, relative_error};
 use pam_autodiff::ByTape;
 use pam_autodiff::batch::SealedMotion;
 use pam_core::simd::Float;
-use pam_core::{Activation, JointModel, NetworkForce};
+use pam_core::{Activation, ActivationFunction, JointModel, NetworkForce};
 use pam_solvers::sensitivity::{DiscreteAdjoint, GradientMethod, Problem};
 use pam_solvers::{
     ConstantStep, LaneGradient, LaneMemory, LaneProblem, Lanes, SolveError, Tableau,
