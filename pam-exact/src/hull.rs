@@ -214,7 +214,7 @@ impl Dual {
             fastest = simd.max_f64s(fastest, speed);
         }
         let least = simd.reduce_min_f64s(least);
-        if !(least > 0.0) {
+        if least.is_nan() || least <= 0.0 {
             return None;
         }
         if through == NONE {
@@ -359,16 +359,16 @@ impl Dual {
             }
         }
         // Each point to the first edge that it is outside of; what is inside is left behind.
-        let mut first = 0;
+        let mut end = 0;
         for (edge, ([n, m], least)) in edges.iter_mut().zip(borders) {
-            edge.first = first;
-            for k in first..outside.len() {
+            edge.first = end;
+            for k in edge.first..outside.len() {
                 if outside[k].p * n + outside[k].r * m > *least {
-                    outside.swap(k, first);
-                    first += 1;
+                    outside.swap(k, end);
+                    end += 1;
                 }
             }
-            edge.end = first;
+            edge.end = end;
         }
     }
 }
