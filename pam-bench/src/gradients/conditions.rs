@@ -135,7 +135,7 @@ impl ConditionGrid {
         if !solver.solve(motion, &problems).is_empty() {
             return None;
         }
-        let mut x = |index: usize| -> Vec<f64> {
+        let x = |index: usize| -> Vec<f64> {
             solver.observed(index).iter().step_by(2).skip(points).step_by(points).copied().collect()
         };
         Some((0..problems.len()).flat_map(x).collect())
