@@ -131,14 +131,21 @@ def device_count(options, count):
 
 
 def measure(program, repeat):
-    """Loss, gradient and the seconds of `repeat` runs after a first one that is not timed."""
-    program.value_and_gradient()
-    seconds = []
+    """Loss and gradient, and their seconds; see `timed`."""
+    return timed(program.value_and_gradient, repeat)
+
+
+def timed(run, repeat):
+    """Result of a program; of `repeat` runs, after a first one that is not timed, the seconds and the
+    seconds of the processor, all threads together."""
+    run()
+    seconds, processor = [], []
     for _ in range(repeat):
-        start = time.perf_counter()
-        result = program.value_and_gradient()
-        seconds.append(time.perf_counter() - start)
-    return result, seconds
+        start = time.perf_counter(), time.process_time()
+        result = run()
+        seconds.append(time.perf_counter() - start[0])
+        processor.append(time.process_time() - start[1])
+    return result, seconds, processor
 
 
 class Adam:
@@ -217,7 +224,8 @@ def run(options):
             "epoch_s": statistics.median(seconds),
             "losses": losses,
         }
-    (loss, gradient), seconds = measure(program, options.repeat)
+    (loss, gradient), seconds, processor = measure(program, options.repeat)
+    _, forward, forward_processor = timed(program.displacements, options.repeat)
     if options.out:
         write_gradient(options.out, loss, gradient)
     error = None
@@ -234,6 +242,9 @@ def run(options):
         "devices": devices,
         "value_and_grad_s": statistics.median(seconds),
         "fastest_s": min(seconds),
+        "processor_s": min(processor),
+        "forward_s": statistics.median(forward),
+        "forward_processor_s": min(forward_processor),
         "compile_s": program.compile_s,
         "x_error_mm": error,
         "loss": float(loss),

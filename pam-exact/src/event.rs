@@ -96,7 +96,7 @@ impl Margin {
     }
 
     /// The first exit of a margin that may turn within the step.
-    #[inline(never)]
+    #[inline(always)]
     fn search(&self, end: f64, start: f64, last: f64, curvature: f64) -> Option<f64> {
         let mut parts = [(0.0, 0.0, 0.0, 0.0); DEPTH];
         let mut count = 1;
@@ -105,7 +105,8 @@ impl Margin {
             count -= 1;
             let (a, b, ga, gb) = parts[count];
             let width = b - a;
-            if ga.min(gb) > 0.125 * curvature * width * width {
+            // What can be below zero in between is a touch.
+            if ga.min(gb) - 0.125 * curvature * width * width >= -self.noise {
                 continue;
             }
             let (_, slope) = self.value_and_slope(a + 0.5 * width);
@@ -199,6 +200,14 @@ mod tests {
         // Three roots: the first counts.
         let triple = margin(&[0.1 * 0.5 * 0.9, -(0.05 + 0.09 + 0.45), 1.5, -1.0]);
         assert!((triple.first_exit(1.0).unwrap() - 0.1).abs() < 1e-14);
+    }
+
+    /// A motion that rests on the border, without rounding.
+    #[test]
+    fn a_margin_that_stays_zero_is_no_crossing() {
+        let mut rest = margin(&[0.0, 0.0]);
+        rest.noise = 0.0;
+        assert_eq!(rest.first_exit(1.0), None);
     }
 
     #[test]

@@ -51,6 +51,37 @@ impl ForceSignal<'_> {
         (self.force_mn[k] + rate * (t - a), rate)
     }
 
+    /// Pieces from sample to sample, as long as each sample is observed; returns where they end.
+    fn whole_samples_into(
+        &self,
+        t0: f64,
+        t1: f64,
+        observe_s: &[f64],
+        longest_s: f64,
+        pieces: &mut Vec<Piece>,
+    ) -> f64 {
+        let first = self.times_s.partition_point(|&s| s <= t0);
+        if first == 0 || self.times_s[first - 1] != t0 {
+            return t0;
+        }
+        let observed = &observe_s[observe_s.partition_point(|&s| s <= t0)..];
+        let held = self.interpolation == Interpolation::Hold;
+        let starts =
+            self.times_s[first - 1..].windows(2).zip(self.force_mn[first - 1..].windows(2));
+        let mut t = t0;
+        for ((times, force), &at) in starts.zip(observed) {
+            let length_s = times[1] - times[0];
+            if times[1] != at || at > t1 || length_s > longest_s {
+                break;
+            }
+            let rate_mn_s = if held { 0.0 } else { (force[1] - force[0]) / length_s };
+            let [start_s, force_mn] = [times[0], force[0]];
+            pieces.push(Piece { start_s, length_s, force_mn, rate_mn_s, observed: true });
+            t = at;
+        }
+        t
+    }
+
     /// Cuts `[t0, t1]` at the knots and at `observe_s`, and into equal parts no longer than
     /// `longest_s`.
     pub(crate) fn pieces_into(
@@ -66,6 +97,11 @@ impl ForceSignal<'_> {
         let mut next_knot = 0;
         while next_knot < self.times_s.len() && self.knot(next_knot) <= t0 {
             next_knot += 1;
+        }
+        if self.interpolation != Interpolation::Ramp {
+            t = self.whole_samples_into(t, t1, observe_s, longest_s, pieces);
+            next_knot += pieces.len();
+            next_observed += pieces.len();
         }
         while t < t1 {
             let observed = observe_s.get(next_observed).copied().unwrap_or(f64::INFINITY);

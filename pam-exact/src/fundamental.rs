@@ -69,6 +69,27 @@ pub(crate) struct Squared {
 }
 
 impl Response {
+    /// The functions `e_k` alone, at a step of length `h`.
+    #[inline(always)]
+    pub(crate) fn new(kappa: f64, zeta: f64, h: f64, terms: usize) -> Self {
+        let (a, b) = (-zeta * h, -kappa * h * h);
+        let (mut r1, mut r2) = (1.0, 1.0);
+        let ratio = |k: usize, one: f64, two: f64| {
+            let near = a * INVERSE[k];
+            let far = b * (INVERSE[k] * INVERSE[k + 1]);
+            near.mul_add(one, far.mul_add(two, 1.0))
+        };
+        for k in (3..terms - 2).rev() {
+            (r1, r2) = (ratio(k + 2, r1, r2), r1);
+        }
+        let e2 = ratio(4, r1, r2);
+        let e1 = ratio(3, e2, r1);
+        let e0 = ratio(2, e1, e2);
+        let (impulse, step) = (h * e0, 0.5 * h * h * e1);
+        let ramp = h * h * h * (e2 / 6.0);
+        Self { rate: (-zeta).mul_add(impulse, (-kappa).mul_add(step, 1.0)), impulse, step, ramp }
+    }
+
     /// Both families at a step of length `h`.
     ///
     /// The recurrences run on the ratios `e_k (k+1)!/h^{k+1}` and `q_k (k+3)!/h^{k+3}`, which start at one
@@ -82,7 +103,7 @@ impl Response {
         let ratio = |start: f64, k: usize, one: f64, two: f64| {
             let near = a * INVERSE[k];
             let far = b * INVERSE[k] * INVERSE[k + 1];
-            far.mul_add(two, near.mul_add(one, start))
+            near.mul_add(one, far.mul_add(two, start))
         };
         for k in (5..terms).rev() {
             (r1, r2) = (ratio(1.0, k + 2, r1, r2), r1);
@@ -124,10 +145,10 @@ impl Response {
         acceleration: f64,
         rate: f64,
     ) -> [f64; 2] {
-        let slope = rate - kappa * v;
+        let slope = (-kappa).mul_add(v, rate);
         [
-            x + h * v + self.step * acceleration + self.ramp * slope,
-            v + self.impulse * acceleration + self.step * slope,
+            x + self.step.mul_add(acceleration, self.ramp.mul_add(slope, h * v)),
+            v + self.impulse.mul_add(acceleration, self.step * slope),
         ]
     }
 

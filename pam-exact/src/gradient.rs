@@ -1,8 +1,9 @@
 //! Many trajectories, their losses and the gradient of the sum.
 
-use crate::adjoint::{Adjoint, NetworkSums, PatternMoments, PullBack};
+use crate::adjoint::{Adjoint, PatternMoments};
 use crate::forcing::{ForceSignal, Piece};
 use crate::motion::{ExactMotion, LawMemory, Laws};
+use crate::pullback::{NetworkSums, PullBack};
 use crate::solve::{ExactStatistics, Segment, Solve, Stopped};
 use pam_core::SealedMasses;
 use pam_solvers::{FailureKind, Interpolation, LaneFailure, LaneGradient};

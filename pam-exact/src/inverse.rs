@@ -279,7 +279,8 @@ fn walk_line(atlas: &mut Atlas<'_>, from: [f64; 2], to: [f64; 2], out: &mut Vec<
             out.push((1.0, value(1.0)));
             return;
         }
-        id = atlas.behind(id, exit.1, exit.2);
+        let entry = [from[0] + t * along[0], from[1] + t * along[1]];
+        id = atlas.behind(id, exit.1, exit.2, Some(entry));
     }
 }
 

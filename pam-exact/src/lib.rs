@@ -14,6 +14,7 @@
 //! |---|---|
 //! | [`PiecewiseNetwork`], [`Plane`] | the network on a plane of two of its inputs |
 //! | [`ExactSolver`] | trajectories, their losses, and gradients by transposed propagators |
+//! | [`ExactTrajectory`] | one solution at any time, with its crossings |
 //! | [`forward_sensitivities`] | tangents by the propagators themselves |
 //! | [`Partition`] | the polygons in which the force is affine: exact maps of stiffness and damping |
 //! | [`InverseSolver`] | air masses for a motion and a stiffness: the global optimum with a certificate |
@@ -23,24 +24,26 @@
 //! The first layer's kinks are straight lines in the plane, deeper ones are lines inside each pattern, so
 //! a pattern holds in a convex polygon. Its sides, a handful of the network's units, are found once: a
 //! step checks these instead of all units. Every side knows the pattern behind it, so that a crossing is
-//! a look-up; a pattern that is met for the first time is made from its neighbour by a change of rank one.
+//! a look-up; a pattern that is met for the first time is made from its neighbour by a change of rank one,
+//! and its sides are the corners of the hull of its half-planes' dual points.
 //!
 //! # Crossings
 //!
 //! Over a step between samples the motion stays within a known distance of its chord, `h²/8` times a
 //! bound of its second derivative. A side whose margin at both ends exceeds that distance is not crossed.
-//! For the others the margin is a power series in time; an interval is dropped only if the ends and a
-//! bound of the curvature prove it free of roots, otherwise it is halved until the margin is monotonic
-//! there, and the root is found by Newton's method within its bracket. So no crossing above rounding is
-//! missed; touches are no crossings, several crossings at one instant follow one another without time
-//! passing.
+//! A margin that falls throughout the step, by a bound of its curvature, has its root found by Newton's
+//! method on the motion. Any other is a power series in time; an interval is dropped only if the ends and
+//! the bound prove it free of roots, otherwise it is halved until the margin is monotonic there, and the
+//! root is found within its bracket. So no crossing above rounding is missed; touches are no crossings,
+//! several crossings at one instant follow one another without time passing.
 //!
 //! # Gradients
 //!
 //! The field is continuous across kinks, so the costate is too: nothing is added at a crossing. Within a
 //! pattern the force's derivative by any weight is affine in `x` and `ẋ`, so all that the weights need are
 //! three integrals of the velocity's costate times `1`, `x` and `ẋ`, summed over all the time that is spent
-//! in the pattern. One outer product a pattern and layer turns them into the gradient.
+//! in the pattern. One outer product a pattern and layer would turn them into the gradient; for the last
+//! hidden layer sums over subtrees of patterns do with a vector a pattern.
 //!
 //! ```
 //! use pam_core::force::{Dense, Mlp};
@@ -75,18 +78,25 @@
 //! ```
 //!
 mod adjoint;
+mod affine;
 mod atlas;
 mod cell;
+mod clip;
+mod crossing;
 mod event;
 mod forcing;
 mod fundamental;
 mod gradient;
+mod hull;
 mod inverse;
 mod motion;
 mod network;
 mod partition;
+mod pullback;
 mod sensitivity;
+mod sides;
 mod solve;
+mod trajectory;
 
 pub use cell::Window;
 pub use forcing::ForceSignal;
@@ -97,3 +107,4 @@ pub use network::{PiecewiseNetwork, Plane};
 pub use partition::{Partition, Partitioner, Polygon};
 pub use sensitivity::{ExactDirection, forward_sensitivities};
 pub use solve::ExactStatistics;
+pub use trajectory::{Crossing, ExactTrajectory};

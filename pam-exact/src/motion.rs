@@ -2,7 +2,7 @@
 
 use crate::atlas::{Atlas, AtlasMemory};
 use crate::cell::Window;
-use crate::fundamental::{REACH, Response, Squared, spectral_bound, terms};
+use crate::fundamental::{LONGEST, REACH, Response, Squared, spectral_bound, terms};
 use crate::network::{PiecewiseNetwork, Plane};
 use pam_core::simd::arch;
 use pam_core::{ForceModel, JointModel, ModelError};
@@ -47,8 +47,9 @@ pub(crate) struct Law {
     pub(crate) offset_mn: f64,
     /// The longest step, s.
     pub(crate) longest_s: f64,
-    /// Terms of the series for steps up to the usual one.
+    /// Terms of the series for steps up to `covers_s`, the usual one or the longest.
     pub(crate) terms: u32,
+    pub(crate) covers_s: f64,
     /// The usual step.
     pub(crate) usual: Response,
     pub(crate) squared: Squared,
@@ -84,10 +85,34 @@ impl Law {
             offset_mn: force[0],
             longest_s,
             terms: terms as u32,
+            covers_s: h,
             usual,
             squared,
             jerk: jerk_bound(kappa, zeta, h),
         }
+    }
+}
+
+impl Law {
+    /// Acceleration at a state under the forcing `w`.
+    #[inline(always)]
+    pub(crate) fn acceleration(&self, [x, v]: [f64; 2], w: f64) -> f64 {
+        (-self.zeta).mul_add(v, (-self.kappa).mul_add(x, w))
+    }
+
+    /// Bounds of acceleration and jerk over a step of length `h` that begins with velocity `v` and
+    /// acceleration `a`, from [`jerk_bound`].
+    #[inline(always)]
+    pub(crate) fn bounds(&self, h: f64, bound: [f64; 3], v: f64, a: f64, rate: f64) -> [f64; 2] {
+        let a = a.abs();
+        let jerk = bound[2].mul_add(a, bound[1].mul_add(v.abs(), bound[0] * rate.abs()));
+        [h.mul_add(jerk, a), jerk]
+    }
+
+    /// Terms of the series for a step of this length.
+    #[inline(always)]
+    pub(crate) fn terms_of(&self, h: f64) -> usize {
+        if h <= self.covers_s { self.terms as usize } else { LONGEST }
     }
 }
 
@@ -162,8 +187,8 @@ impl Laws<'_> {
     }
 
     #[inline(always)]
-    pub(crate) fn behind(&mut self, id: u32, block: usize, lane: usize) -> u32 {
-        let new = self.atlas.behind(id, block, lane);
+    pub(crate) fn behind(&mut self, id: u32, block: usize, lane: usize, entry: [f64; 2]) -> u32 {
+        let new = self.atlas.behind(id, block, lane, Some(entry));
         self.catch_up();
         new
     }

@@ -29,6 +29,8 @@ pub struct PiecewiseNetwork {
     /// Weights of the output, padded like the last hidden layer.
     pub(crate) output: Vec<f64>,
     pub(crate) output_bias: f64,
+    /// Rows of the last hidden layer, padded like the layer before it; empty if there is none.
+    pub(crate) last_rows: Vec<f64>,
     pub(crate) slope: f64,
 }
 
@@ -78,6 +80,7 @@ impl PiecewiseNetwork {
         Ok(Self {
             output: padded(last.weight_columns(), stride),
             output_bias: last.bias()[0],
+            last_rows: last_rows(&hidden),
             hidden,
             slope,
         })
@@ -127,6 +130,18 @@ impl PiecewiseNetwork {
         }
         [alpha, column(plane.axes[0]), column(plane.axes[1])]
     }
+}
+
+/// The last layer's weights row by row, if there is a layer before it.
+fn last_rows(hidden: &[Layer]) -> Vec<f64> {
+    let [.., before, last] = hidden else { return Vec::new() };
+    let mut rows = vec![0.0; last.stride * before.stride];
+    for (i, column) in last.columns.chunks_exact(last.stride).enumerate() {
+        for (k, w) in column.iter().enumerate() {
+            rows[k * before.stride + i] = *w;
+        }
+    }
+    rows
 }
 
 /// A plane in the space of a network's inputs `(m_f, m_e, x, ẋ)`: two inputs move, the others are held.

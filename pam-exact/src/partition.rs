@@ -1,7 +1,7 @@
 //! The polygons in which a network is affine.
 
 use crate::atlas::{Atlas, AtlasMemory, NONE};
-use crate::cell::Window;
+use crate::cell::{HalfPlane, Window};
 use crate::network::{LANES, PiecewiseNetwork, Plane};
 
 /// One polygon of a plane on which the force is `a + b p + c r`.
@@ -98,8 +98,11 @@ impl Partitioner {
                 let blocks = atlas.pattern(id).side_blocks as usize;
                 for block in 0..blocks {
                     for lane in 0..LANES {
-                        if atlas.sides(atlas.pattern(id))[block].unit[lane] != NONE {
-                            atlas.behind(id, block, lane);
+                        let sides = &atlas.sides(atlas.pattern(id))[block];
+                        if sides.unit[lane] != NONE {
+                            let side = sides.half_plane(lane);
+                            let entry = middle_of_side(&polygons[polygons.len() - 1], &side);
+                            atlas.behind(id, block, lane, entry);
                         }
                     }
                 }
@@ -109,6 +112,18 @@ impl Partitioner {
         self.memory = atlas.into_memory();
         Partition { window, polygons, missing: 1.0 - covered / whole }
     }
+}
+
+/// The middle of the side of a polygon that lies on a half-plane's border.
+fn middle_of_side(polygon: &Polygon, side: &HalfPlane) -> Option<[f64; 2]> {
+    let corners = &polygon.corners;
+    let margin = |k: usize| side.margin(corners[k]).abs();
+    let count = corners.len();
+    let next = |k: usize| (k + 1) % count;
+    let ends = |k: &usize| margin(*k) + margin(next(*k));
+    let k = (0..count).min_by(|a, b| ends(a).total_cmp(&ends(b)))?;
+    let (a, b) = (corners[k], corners[next(k)]);
+    Some([0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])])
 }
 
 /// The area of a polygon about its first corner.

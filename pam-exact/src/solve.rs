@@ -1,11 +1,13 @@
 //! The forward solve: closed-form steps from piece to piece of the force, cut where a unit changes sign.
 
-use crate::atlas::{NONE, Sides};
-use crate::event::{COEFFICIENTS, Margin};
+use crate::atlas::NONE;
+use crate::crossing::{Line, Step};
 use crate::forcing::Piece;
-use crate::fundamental::{spectral_bound, terms};
-use crate::motion::{Law, Laws, WINDOW, jerk_bound};
+use crate::fundamental::{Response, spectral_bound, terms};
+use crate::hull::none;
+use crate::motion::{Laws, WINDOW, jerk_bound};
 use crate::network::LANES;
+use crate::sides::Sides;
 use pam_core::simd::arch;
 use pam_solvers::FailureKind;
 use pulp::{Simd, WithSimd};
@@ -70,8 +72,8 @@ impl WithSimd for Solve<'_, '_> {
     type Output = Result<(), Stopped>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, _simd: S) -> Result<(), Stopped> {
-        self.all_pieces()
+    fn with_simd<S: Simd>(mut self, simd: S) -> Result<(), Stopped> {
+        self.all_pieces(simd)
     }
 }
 
@@ -81,34 +83,47 @@ fn chord(h: f64) -> f64 {
     0.125 * h * h
 }
 
-/// Whether the margins of all sides stay positive over a step, and the margins at its end.
-#[inline(always)]
-fn stays(
-    sides: &Sides,
-    [x, v]: [f64; 2],
-    [dx, dv]: [f64; 2],
-    before: &[f64; LANES],
-    after: &mut [f64; LANES],
-) -> bool {
-    let mut fails = 0_u32;
-    for i in 0..LANES {
-        let (alpha, beta, gamma) = (sides.alpha[i], sides.beta[i], sides.gamma[i]);
-        let m = alpha + beta * x + gamma * v;
-        after[i] = m;
-        let least = if m < before[i] { m } else { before[i] };
-        fails |= u32::from(least <= beta.abs() * dx + gamma.abs() * dv);
-    }
-    fails == 0
-}
-
+/// Margins of all sides at a state.
 #[inline(always)]
 fn margins(sides: &Sides, [x, v]: [f64; 2]) -> [f64; LANES] {
-    std::array::from_fn(|i| sides.alpha[i] + sides.beta[i] * x + sides.gamma[i] * v)
+    std::array::from_fn(|i| sides.gamma[i].mul_add(v, sides.beta[i].mul_add(x, sides.alpha[i])))
+}
+
+/// A place before which no side's margin may become negative over a step to the state `end`, along which
+/// displacement and velocity stray from their chords by `off` at most; [`LANES`] if none may. The
+/// margins at the end go to `after`.
+#[inline(always)]
+fn first_near<S: Simd>(
+    simd: S,
+    sides: &Sides,
+    before: &[f64; LANES],
+    end: [f64; 2],
+    off: [f64; 2],
+    after: &mut [f64; LANES],
+) -> usize {
+    let [x, v] = end.map(|c| simd.splat_f64s(c));
+    let [off_x, off_v] = off.map(|c| simd.splat_f64s(c));
+    let (alpha, beta) = (S::as_simd_f64s(&sides.alpha).0, S::as_simd_f64s(&sides.beta).0);
+    let gamma = S::as_simd_f64s(&sides.gamma).0;
+    let before = S::as_simd_f64s(before).0;
+    let after = S::as_mut_simd_f64s(after).0;
+    let mut first = LANES;
+    for k in (0..alpha.len()).rev() {
+        let (b, c) = (beta[k], gamma[k]);
+        after[k] = simd.mul_add_f64s(c, v, simd.mul_add_f64s(b, x, alpha[k]));
+        let least = simd.min_f64s(before[k], after[k]);
+        let far = simd.mul_f64s(simd.abs_f64s(c), off_v);
+        let far = simd.mul_add_f64s(simd.abs_f64s(b), off_x, far);
+        if !none(simd, simd.less_than_or_equal_f64s(least, far)) {
+            first = k * S::F64_LANES;
+        }
+    }
+    first
 }
 
 impl Solve<'_, '_> {
     #[inline(always)]
-    fn all_pieces(&mut self) -> Result<(), Stopped> {
+    fn all_pieces<S: Simd>(&mut self, simd: S) -> Result<(), Stopped> {
         let usual_s = self.laws.usual_s;
         let inverse_mass = 1.0 / self.laws.motion.mass_kg;
         let mut state = self.start;
@@ -121,6 +136,7 @@ impl Solve<'_, '_> {
             let sides = self.laws.atlas.sides(self.laws.atlas.pattern(pattern));
             if law.longest_s >= usual_s && sides.len() == 1 {
                 let sides = &sides[0];
+                let reach = chord(usual_s);
                 let mut before = margins(sides, state);
                 let mut after = [0.0; LANES];
                 while let Some(piece) = self.pieces.get(index) {
@@ -129,14 +145,11 @@ impl Solve<'_, '_> {
                     }
                     let w0 = (piece.force_mn - law.offset_mn) * inverse_mass;
                     let w1 = piece.rate_mn_s * inverse_mass;
-                    let a = w0 - law.kappa * state[0] - law.zeta * state[1];
+                    let a = law.acceleration(state, w0);
                     let end = law.usual.advance(law.kappa, usual_s, state, a, w1);
-                    let reach = chord(usual_s);
-                    let jerk = law.jerk[0] * w1.abs()
-                        + law.jerk[1] * state[1].abs()
-                        + law.jerk[2] * a.abs();
-                    let off = [reach * (a.abs() + usual_s * jerk), reach * jerk];
-                    if !stays(sides, end, off, &before, &mut after) {
+                    let [a_most, jerk_most] = law.bounds(usual_s, law.jerk, state[1], a, w1);
+                    let off = [reach * a_most, reach * jerk_most];
+                    if first_near(simd, sides, &before, end, off, &mut after) < LANES {
                         break;
                     }
                     if let Some(segments) = &mut self.segments {
@@ -165,7 +178,7 @@ impl Solve<'_, '_> {
                 let kind = FailureKind::NonFinite { step_s: piece.length_s };
                 return Err(Stopped { kind, time_s: piece.start_s });
             }
-            self.one_piece(&piece, index as u32, &mut state, &mut pattern)?;
+            self.one_piece(simd, &piece, index as u32, &mut state, &mut pattern)?;
             if piece.observed {
                 self.observed[2 * observation] = state[0];
                 self.observed[2 * observation + 1] = state[1];
@@ -183,15 +196,16 @@ impl Solve<'_, '_> {
 
     /// One piece with whatever crossings there are.
     #[inline(always)]
-    fn one_piece(
+    fn one_piece<S: Simd>(
         &mut self,
+        simd: S,
         piece: &Piece,
         index: u32,
         state: &mut [f64; 2],
         pattern: &mut u32,
     ) -> Result<(), Stopped> {
         let usual_s = self.laws.usual_s;
-        let mass = self.laws.motion.mass_kg;
+        let inverse_mass = 1.0 / self.laws.motion.mass_kg;
         let same = (piece.length_s - usual_s).abs() <= SAME_LENGTH * usual_s;
         let length_s = if same { usual_s } else { piece.length_s };
         let mut into_s = 0.0;
@@ -200,22 +214,25 @@ impl Solve<'_, '_> {
         while into_s < length_s {
             let law = self.laws.laws[*pattern as usize];
             let force_mn = piece.force_mn + piece.rate_mn_s * into_s;
-            let w = [(force_mn - law.offset_mn) / mass, piece.rate_mn_s / mass];
-            let a = w[0] - law.kappa * state[0] - law.zeta * state[1];
+            let w = [(force_mn - law.offset_mn) * inverse_mass, piece.rate_mn_s * inverse_mass];
+            let a = law.acceleration(*state, w[0]);
             let rest = length_s - into_s;
             let whole = rest <= law.longest_s;
             let h = if whole { rest } else { law.longest_s };
             let usual = h == usual_s;
-            let terms = if h <= usual_s {
-                law.terms as usize
+            let (response, bound) = if usual {
+                (law.usual, law.jerk)
+            } else if h <= usual_s {
+                (Response::new(law.kappa, law.zeta, h, law.terms as usize), law.jerk)
             } else {
-                terms(spectral_bound(law.kappa, law.zeta) * h)
+                let terms = terms(spectral_bound(law.kappa, law.zeta) * h);
+                let bound = jerk_bound(law.kappa, law.zeta, h);
+                (Response::new(law.kappa, law.zeta, h, terms), bound)
             };
-            let series = Series::new(&law, *state, a, w[1], terms.min(COEFFICIENTS));
-            let end =
-                if usual { law.usual.advance(law.kappa, h, *state, a, w[1]) } else { series.at(h) };
-            let step = Step { law: &law, from: *state, end, a, rate: w[1], h, series };
-            match self.first_exit(*pattern, &step, entered, at_once > MOST_AT_ONCE) {
+            let end = response.advance(law.kappa, h, *state, a, w[1]);
+            let most = law.bounds(h, bound, state[1], a, w[1]);
+            let step = Step { law: &law, from: *state, end, a, w, h, most };
+            match self.first_exit(simd, *pattern, &step, entered, at_once > MOST_AT_ONCE) {
                 None => {
                     self.keep(*state, force_mn, if usual { 0.0 } else { h }, *pattern, index);
                     *state = end;
@@ -226,14 +243,14 @@ impl Solve<'_, '_> {
                 Some(exit) => {
                     if exit.after_s > 0.0 {
                         self.keep(*state, force_mn, exit.after_s, *pattern, index);
-                        *state = step.series.at(exit.after_s);
+                        *state = exit.state;
                         into_s += exit.after_s;
                         at_once = 0;
                     } else {
                         at_once += 1;
                     }
                     entered = exit.unit;
-                    *pattern = self.laws.behind(*pattern, exit.block, exit.lane);
+                    *pattern = self.laws.behind(*pattern, exit.block, exit.lane, *state);
                     self.statistics.crossings += 1;
                 }
             }
@@ -259,45 +276,40 @@ impl Solve<'_, '_> {
     /// The first side that the motion crosses in a step. `entered` is the unit whose border was crossed
     /// just before.
     #[inline(always)]
-    fn first_exit(
+    fn first_exit<S: Simd>(
         &self,
+        simd: S,
         pattern: u32,
         step: &Step<'_>,
         entered: u32,
         on_border: bool,
     ) -> Option<Exit> {
-        let law = step.law;
-        let bound = jerk_bound(law.kappa, law.zeta, step.h);
-        let jerk =
-            bound[0] * step.rate.abs() + bound[1] * step.from[1].abs() + bound[2] * step.a.abs();
         let reach = chord(step.h);
-        let off = [reach * (step.a.abs() + step.h * jerk), reach * jerk];
+        let off = [reach * step.most[0], reach * step.most[1]];
         let mut found: Option<Exit> = None;
-        let mut limit = step.h;
-        for (block, sides) in
-            self.laws.atlas.sides(self.laws.atlas.pattern(pattern)).iter().enumerate()
-        {
+        let blocks = self.laws.atlas.sides(self.laws.atlas.pattern(pattern));
+        for (block, sides) in blocks.iter().enumerate() {
             let before = margins(sides, step.from);
-            let after = margins(sides, step.end);
-            for lane in 0..LANES {
-                let least = before[lane].min(after[lane]);
-                let far = sides.beta[lane].abs() * off[0] + sides.gamma[lane].abs() * off[1];
-                if least > far {
+            let mut after = [0.0; LANES];
+            let first = first_near(simd, sides, &before, step.end, off, &mut after);
+            for lane in first..LANES {
+                let [b, c] = [sides.beta[lane].abs(), sides.gamma[lane].abs()];
+                let far = b.mul_add(off[0], c * off[1]);
+                if before[lane].min(after[lane]) > far {
                     continue;
                 }
-                let line = [sides.alpha[lane], sides.beta[lane], sides.gamma[lane]];
-                let mut margin = Margin::new(line, &step.series.d, step.series.len);
-                if sides.unit[lane] == entered {
-                    // The tables of two patterns agree on their common border to rounding only.
-                    margin.start_at_zero();
-                }
-                if on_border && before[lane] <= 64.0 * margin.noise() {
-                    continue;
-                }
-                let exit = margin.first_exit(limit);
-                if let Some(after_s) = exit.filter(|t| found.is_none_or(|f| *t < f.after_s)) {
-                    found = Some(Exit { after_s, block, lane, unit: sides.unit[lane] });
-                    limit = after_s;
+                let line = Line {
+                    alpha: sides.alpha[lane],
+                    beta: sides.beta[lane],
+                    gamma: sides.gamma[lane],
+                    before: before[lane],
+                    after: after[lane],
+                    entered: sides.unit[lane] == entered,
+                };
+                let limit = found.as_ref().map_or(step.h, |f| f.after_s);
+                let exit = step.exit(&line, limit, on_border);
+                if let Some((after_s, state)) = exit.filter(|e| e.0 < limit || found.is_none()) {
+                    found = Some(Exit { after_s, state, block, lane, unit: sides.unit[lane] });
                     if after_s == 0.0 {
                         return found;
                     }
@@ -311,65 +323,8 @@ impl Solve<'_, '_> {
 #[derive(Debug, Clone, Copy)]
 struct Exit {
     after_s: f64,
+    state: [f64; 2],
     block: usize,
     lane: usize,
     unit: u32,
 }
-
-/// A step whose crossings are looked for.
-struct Step<'a> {
-    law: &'a Law,
-    from: [f64; 2],
-    end: [f64; 2],
-    a: f64,
-    rate: f64,
-    h: f64,
-    series: Series,
-}
-
-/// The displacement as a power series in the time from the start of a step.
-struct Series {
-    /// Derivatives over factorials; one more than `len`.
-    d: [f64; COEFFICIENTS + 1],
-    len: usize,
-}
-
-impl Series {
-    #[inline(always)]
-    fn new(law: &Law, [x, v]: [f64; 2], a: f64, rate: f64, len: usize) -> Self {
-        let (kappa, zeta) = (law.kappa, law.zeta);
-        let mut d = [0.0; COEFFICIENTS + 1];
-        let (mut two_before, mut before) = (a, rate - kappa * v - zeta * a);
-        d[0] = x;
-        d[1] = v;
-        d[2] = 0.5 * a;
-        d[3] = INVERSE_FACTORIAL[3] * before;
-        for n in 4..=len {
-            (two_before, before) = (before, (-zeta).mul_add(before, -kappa * two_before));
-            d[n] = INVERSE_FACTORIAL[n] * before;
-        }
-        Self { d, len }
-    }
-
-    /// Displacement and velocity after `t`.
-    #[inline(always)]
-    fn at(&self, t: f64) -> [f64; 2] {
-        let (mut x, mut v) = (0.0_f64, 0.0_f64);
-        for &d in self.d[..=self.len].iter().rev() {
-            v = v.mul_add(t, x);
-            x = x.mul_add(t, d);
-        }
-        [x, v]
-    }
-}
-
-/// `1 / n!`.
-const INVERSE_FACTORIAL: [f64; COEFFICIENTS + 1] = {
-    let mut inverse = [1.0; COEFFICIENTS + 1];
-    let mut n = 1;
-    while n < inverse.len() {
-        inverse[n] = inverse[n - 1] / n as f64;
-        n += 1;
-    }
-    inverse
-};

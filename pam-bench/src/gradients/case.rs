@@ -43,8 +43,11 @@ pub struct Case<F, I> {
     /// Numbers of parameters, in their order, whose gradients are judged apart because their scales
     /// have nothing to do with each other; what is left over is the last group.
     pub groups: Vec<usize>,
-    /// The truth where it is known; otherwise it is computed at a tight tolerance.
+    /// The truth where it is known; otherwise it is computed.
     pub exact: Option<Exact>,
+    /// How the truth is found from kink to kink in closed form, where it can be; `None` from it says that
+    /// it cannot. Otherwise it is computed at a tight tolerance.
+    pub closed_form: Option<Box<dyn Fn() -> Option<Exact>>>,
 }
 
 impl<F, I> Case<F, I> {
@@ -68,6 +71,7 @@ impl<F, I> Case<F, I> {
             loss: Box::new(loss),
             groups: Vec::new(),
             exact: None,
+            closed_form: None,
         }
     }
 

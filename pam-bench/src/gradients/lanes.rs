@@ -10,7 +10,7 @@ use super::truth::{TIGHT, relative_error};
 use pam_autodiff::ByTape;
 use pam_autodiff::batch::SealedMotion;
 use pam_core::simd::Float;
-use pam_core::{Activation, JointModel, NetworkForce};
+use pam_core::{Activation, ActivationFunction, JointModel, NetworkForce};
 use pam_solvers::sensitivity::{DiscreteAdjoint, GradientMethod, Problem};
 use pam_solvers::{
     ConstantStep, LaneGradient, LaneMemory, LaneProblem, Lanes, SolveError, Tableau,
@@ -92,6 +92,22 @@ impl LaneGrid {
         Ok(sum)
     }
 
+    /// The sum in closed form from kink to kink, if the network has kinks.
+    fn in_closed_form(&self, model: &Model, count: usize) -> Option<Sum> {
+        self.activation.rectifier_slope()?;
+        let observations_s = joint::observations_s(self.horizon_s);
+        let weights = model.force.mlp().parameter_count();
+        let mut sum = Sum { value: 0.0, network: vec![0.0; weights], counts: [0; 4] };
+        for index in 0..count {
+            let masses = joint::masses(index);
+            let start = joint::start(model, masses);
+            let truth = joint::kinked(model, masses, start, &observations_s).truth(&on_motion)?;
+            sum.value += truth.value;
+            sum.network.iter_mut().zip(&truth.parameters).for_each(|(sum, g)| *sum += g);
+        }
+        Some(sum)
+    }
+
     /// All at once, the network in `T`.
     fn together<T: Float>(&self, model: &Model, count: usize) -> Result<Sum, String> {
         let motion = SealedMotion::<T, Activation>::new(model, &model.force);
@@ -127,7 +143,7 @@ impl LaneGrid {
         Ok(Sum { value, network: shared, counts })
     }
 
-    /// The row of a sum, held against the same steps one by one and against tight ones.
+    /// The row of a sum, held against the same steps one by one and against the truth.
     fn row(
         &self,
         (method, differentiation): (&str, &str),
@@ -201,8 +217,11 @@ impl Cells for LaneGrid {
             let one_by_one = |solver: &Solver| {
                 self.one_by_one(&model, solver, count).map_err(|e| e.kind.describe(e.time_s))
             };
-            let truths =
-                one_by_one(&self.solver()).and_then(|same| Ok([same, one_by_one(&tight)?]));
+            let truth = || match self.in_closed_form(&model, count) {
+                Some(truth) => Ok(truth),
+                None => one_by_one(&tight),
+            };
+            let truths = one_by_one(&self.solver()).and_then(|same| Ok([same, truth()?]));
             if adjoint {
                 let result = measure(repeat, || one_by_one(&self.solver()));
                 found(self.row(("adjoint", "tape"), count, result, &truths));

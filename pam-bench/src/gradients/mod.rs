@@ -33,6 +33,7 @@ pub mod cells;
 pub mod conditions;
 pub mod figures;
 pub mod findings;
+pub mod kinked;
 pub mod lanes;
 pub mod measure;
 pub mod method;

@@ -22,7 +22,7 @@ pub fn report(result: &StudyResult, made_by: &str) -> String {
                 "Two errors are shown. “Frozen steps”: against the gradient of the steps that the solve took, \
                  by dual numbers through the solver; methods that differentiate the solver have none but \
                  rounding there. (The row “dual” is that same arithmetic.) “Truth”: against the gradient of \
-                 the exact solution, in closed form or at a tolerance of 1e-12; steps that are too long show \
+                 the exact solution, in closed form, from kink to kink where there are kinks, or at a tolerance of 1e-12; steps that are too long show \
                  there, whatever the method. Both are relative, and the largest over the network's weights, \
                  the other parameters, and the initial state."
             }

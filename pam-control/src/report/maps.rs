@@ -1,15 +1,20 @@
-use crate::stiffness::{Reachable, StiffnessPoint};
+use crate::stiffness::{ExactMap, Reachable, StiffnessPoint};
 use maud::html;
-use pam_report::figure::{ColourMap, LineFigure, MapPoint, Role, Stroke};
+use pam_exact::Polygon;
+use pam_report::figure::{
+    ColourMap, LineFigure, MapPoint, PolygonMap, Role, Stroke, ValuedPolygon,
+};
 use pam_report::page::{figure, page, wide_figure};
 
-/// Maps of stiffness and damping over the masses at x = 0, profiles along x with every scheme, and the
-/// reachable range over the position.
+/// Maps of stiffness and damping over the masses at x = 0, profiles along x with every scheme, the
+/// reachable range over the position, and, for networks of rectifiers, the polygons of the plane of motion
+/// in which stiffness and damping are constant.
 #[must_use]
 pub fn stiffness_report(
     map: &[StiffnessPoint],
     profiles: &[(String, Vec<StiffnessPoint>)],
     reachable: &[Reachable],
+    polygons: &[ExactMap],
     lead: &str,
     made_by: &str,
 ) -> String {
@@ -81,6 +86,19 @@ pub fn stiffness_report(
         @for (name, points) in profiles {
             (wide_figure(schemes(points), name))
         }
+        @if !polygons.is_empty() {
+            h2 { "Over displacement and velocity" }
+            p {
+                "The network is one of rectifiers: its force is affine in each of these polygons, so that "
+                "stiffness and damping are constant there. The polygons are exact and fill the plane."
+            }
+            div.grid {
+                @for map in polygons {
+                    (figure(polygon_map(map, "K (N/mm)", |p| 1e-3 * p.force[1]), &caption(map)))
+                    (figure(polygon_map(map, "damping (kg/s)", |p| p.force[2] + map.auxiliary_damping_kg_s), ""))
+                }
+            }
+        }
         h2 { "Over the masses" }
         div.grid {
             @for v in &velocities {
@@ -91,4 +109,46 @@ pub fn stiffness_report(
         }
     };
     page("Stiffness and damping", lead, &body, made_by)
+}
+
+/// What a map of polygons shows.
+fn caption(map: &ExactMap) -> String {
+    format!(
+        "{} polygons; the part of the plane that is not covered: {:.0e}",
+        map.partition.polygons.len(),
+        map.partition.missing.abs()
+    )
+}
+
+/// The polygons of a plane of motion, coloured by a value. The colours end at the values that leave out a
+/// hundredth of the area on either side, since a few small polygons are far off.
+fn polygon_map(map: &ExactMap, label: &str, value: impl Fn(&Polygon) -> f64) -> String {
+    let polygons = &map.partition.polygons;
+    let mut weighted: Vec<(f64, f64)> = polygons.iter().map(|p| (value(p), p.area)).collect();
+    weighted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let whole: f64 = weighted.iter().map(|w| w.1).sum();
+    let at = |part: f64| {
+        let mut below = 0.0;
+        let first = weighted.iter().find(|w| {
+            below += w.1;
+            below >= part * whole
+        });
+        first.map_or(0.0, |w| w.0)
+    };
+    let (low, high) = (at(0.01), at(0.99));
+    let window = map.partition.window;
+    PolygonMap {
+        title: map.name.clone(),
+        x_label: "x (mm)".into(),
+        y_label: "velocity (mm/s)".into(),
+        value_label: label.into(),
+        polygons: polygons
+            .iter()
+            .map(|p| ValuedPolygon { corners: p.corners.clone(), value: value(p) })
+            .collect(),
+        window: [window.first, window.second],
+        limits: if high > low { (low, high) } else { (low - 0.5, low + 0.5) },
+        size: (500, 380),
+    }
+    .to_svg()
 }

@@ -2,7 +2,8 @@
 //!
 //! [`map`] evaluates the exact slopes and the finite-difference schemes over a grid of
 //! (x, ẋ, m_f, m_e); [`profile`] along x for one pair of masses, fine enough to show kinks; [`reachable`]
-//! the range of K̂ that the consistent masses span at each position.
+//! the range of K̂ that the consistent masses span at each position. [`ExactMap`] is the plane of motion cut
+//! into the polygons in which stiffness and damping are constant, for networks of rectifiers.
 
 use crate::error::ControlError;
 use crate::synthesis::{SynthesisSettings, Synthesiser, Target};
@@ -14,6 +15,10 @@ use pam_autodiff::{
 use pam_core::{AnyForce, ForceInput, JointModel, Scalar, SealedMasses};
 use rayon::prelude::*;
 use serde::Serialize;
+
+mod polygons;
+
+pub use polygons::ExactMap;
 
 /// Stiffness at a point by every scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

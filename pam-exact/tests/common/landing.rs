@@ -6,6 +6,8 @@
 
 use super::Joint;
 use pam_core::SealedMasses;
+use pam_core::simd::arch;
+use pulp::{Simd, WithSimd};
 
 /// Dormand and Prince 1980, fifth-order weights.
 const A: [[f64; 5]; 5] = [
@@ -40,13 +42,8 @@ impl<'a> Landing<'a> {
         let mut h = vec![self.masses.flexor_g, self.masses.extensor_g, x, v];
         let layers = self.model.force.mlp().layers();
         for (l, layer) in layers.iter().enumerate() {
-            let n = layer.outputs();
             let mut out = layer.bias().to_vec();
-            for (h, column) in h.iter().zip(layer.weight_columns().chunks_exact(n)) {
-                for (o, w) in out.iter_mut().zip(column) {
-                    *o += h * w;
-                }
-            }
+            arch().dispatch(Layer { columns: layer.weight_columns(), inputs: &h, out: &mut out });
             if l + 1 == layers.len() {
                 return out[0];
             }
@@ -86,6 +83,18 @@ impl<'a> Landing<'a> {
         linear: bool,
         longest_s: f64,
     ) -> Vec<[f64; 2]> {
+        self.solve_and_tell(times, force, linear, longest_s, &mut |_| ())
+    }
+
+    /// As [`solve`](Self::solve); every step that was taken is told.
+    fn solve_and_tell(
+        &self,
+        times: &[f64],
+        force: &[f64],
+        linear: bool,
+        longest_s: f64,
+        tell: &mut dyn FnMut(Taken),
+    ) -> Vec<[f64; 2]> {
         let mut y = [0.0, 0.0];
         let mut out = vec![y];
         let (mut z, mut after) = (Vec::new(), Vec::new());
@@ -114,21 +123,31 @@ impl<'a> Landing<'a> {
                 let (end, margin, _) = least(h);
                 let (_, halfway, _) = least(0.5 * h);
                 if margin >= -tolerance && halfway >= -tolerance {
+                    tell(Taken { y, h, u, flipped: None, sample: last.then_some(k + 1) });
                     y = end;
                     into = if last { length } else { into + h };
                     continue;
                 }
-                // The first length at which a margin is zero; margins at the start are not negative.
+                // The first length at which a margin is zero; margins at the start are not negative. Regula
+                // falsi with halved values (Illinois), which closes in from both sides.
                 let (mut low, mut high) = (0.0, if halfway < -tolerance { 0.5 * h } else { h });
-                while high - low > 1e-17 {
-                    let middle = 0.5 * (low + high);
+                let (mut below, mut above) = (least(low).1.max(0.0), least(high).1);
+                while high - low > 1e-17 && above < -100.0 * tolerance {
+                    let chord = low + (high - low) * below / (below - above);
+                    let middle =
+                        if chord > low && chord < high { chord } else { 0.5 * (low + high) };
                     if middle <= low || middle >= high {
                         break;
                     }
                     let (_, margin, _) = least(middle);
-                    if margin < -tolerance { high = middle } else { low = middle }
+                    if margin < -tolerance {
+                        (high, above, below) = (middle, margin, 0.5 * below);
+                    } else {
+                        (low, below, above) = (middle, margin.max(0.0), 0.5 * above);
+                    }
                 }
                 let (end, _, unit) = least(high);
+                tell(Taken { y, h: high, u, flipped: Some(unit), sample: None });
                 y = end;
                 into += high;
                 branch[unit] = -branch[unit];
@@ -137,4 +156,207 @@ impl<'a> Landing<'a> {
         }
         out
     }
+
+    /// The discrete adjoint of these steps: the derivative of the sum of squares of all states by the
+    /// network's parameters, m, B, both air masses and the initial state, one after the other.
+    ///
+    /// Lengths of steps are held, those up to kinks too. That they move adds nothing in the limit of
+    /// small steps, since the field is continuous at a kink.
+    pub(crate) fn gradient(
+        &self,
+        times: &[f64],
+        force: &[f64],
+        linear: bool,
+        longest_s: f64,
+    ) -> Vec<f64> {
+        let mut steps = Vec::new();
+        let states =
+            self.solve_and_tell(times, force, linear, longest_s, &mut |step| steps.push(step));
+        let layers = self.model.force.mlp().layers();
+        let parameters: usize = layers.iter().map(|l| (l.inputs() + 1) * l.outputs()).sum();
+        let mut gradient = vec![0.0; parameters + 6];
+        let mut z = Vec::new();
+        self.force(0.0, 0.0, None, &mut z);
+        let mut branch = z.clone();
+        for flipped in steps.iter().filter_map(|s| s.flipped) {
+            branch[flipped] = -branch[flipped];
+        }
+        let mut costate = [0.0; 2];
+        for step in steps.iter().rev() {
+            if let Some(sample) = step.sample {
+                costate[0] += 2.0 * states[sample][0];
+                costate[1] += 2.0 * states[sample][1];
+            }
+            if let Some(unit) = step.flipped {
+                branch[unit] = -branch[unit];
+            }
+            costate = self.pull_back(step, &branch, costate, &mut gradient);
+        }
+        gradient[parameters + 4] = costate[0];
+        gradient[parameters + 5] = costate[1];
+        gradient
+    }
+
+    /// The costate before a step from that after it.
+    fn pull_back(
+        &self,
+        step: &Taken,
+        branch: &[f64],
+        costate: [f64; 2],
+        gradient: &mut [f64],
+    ) -> [f64; 2] {
+        let mut z = Vec::new();
+        let Taken { y, h, u, .. } = *step;
+        let damping = self.model.auxiliary_damping_kg_s;
+        let mut at = [y; 6];
+        let mut k = [[0.0; 2]; 6];
+        for stage in 0..6 {
+            for j in 0..stage {
+                at[stage][0] += h * A[stage - 1][j] * k[j][0];
+                at[stage][1] += h * A[stage - 1][j] * k[j][1];
+            }
+            let [x, v] = at[stage];
+            let own = self.force(x, v, Some(branch), &mut z);
+            k[stage] = [v, (u[0] + u[1] * C[stage] * h - own - damping * v) / self.mass_kg];
+        }
+        let others = gradient.len() - 6;
+        let mut before = costate;
+        let mut stages = [[0.0; 2]; 6];
+        for stage in (0..6).rev() {
+            let mut slope = [h * B[stage] * costate[0], h * B[stage] * costate[1]];
+            for later in stage + 1..6 {
+                slope[0] += h * A[later - 1][stage] * stages[later][0];
+                slope[1] += h * A[later - 1][stage] * stages[later][1];
+            }
+            let [x, v] = at[stage];
+            let scale = -slope[1] / self.mass_kg;
+            let inputs = self.pull_back_force([x, v], branch, scale, gradient);
+            gradient[others] -= slope[1] * k[stage][1] / self.mass_kg;
+            gradient[others + 1] += scale * v;
+            gradient[others + 2] += inputs[0];
+            gradient[others + 3] += inputs[1];
+            stages[stage] = [inputs[2], inputs[3] + slope[0] + scale * damping];
+            before[0] += stages[stage][0];
+            before[1] += stages[stage][1];
+        }
+        before
+    }
+
+    /// Adds `scale` times the derivative of the force by all weights, and returns that by its inputs.
+    fn pull_back_force(
+        &self,
+        [x, v]: [f64; 2],
+        branch: &[f64],
+        scale: f64,
+        gradient: &mut [f64],
+    ) -> [f64; 4] {
+        let layers = self.model.force.mlp().layers();
+        let mut values = vec![vec![self.masses.flexor_g, self.masses.extensor_g, x, v]];
+        let mut slopes = Vec::new();
+        let mut first = 0;
+        for layer in &layers[..layers.len() - 1] {
+            let n = layer.outputs();
+            let mut out = layer.bias().to_vec();
+            let inputs = &values[values.len() - 1];
+            arch().dispatch(Layer { columns: layer.weight_columns(), inputs, out: &mut out });
+            let slope: Vec<f64> = branch[first..first + n]
+                .iter()
+                .map(|b| if *b > 0.0 { 1.0 } else { self.slope })
+                .collect();
+            out.iter_mut().zip(&slope).for_each(|(o, s)| *o *= s);
+            first += n;
+            values.push(out);
+            slopes.push(slope);
+        }
+        let mut end = gradient.len() - 6;
+        let mut carried = vec![scale];
+        for (l, layer) in layers.iter().enumerate().rev() {
+            let n = layer.outputs();
+            let place = end - (layer.inputs() + 1) * n;
+            let (columns, bias) = gradient[place..end].split_at_mut(layer.inputs() * n);
+            end = place;
+            bias.iter_mut().zip(&carried).for_each(|(g, c)| *g += c);
+            let mut next = vec![0.0; layer.inputs()];
+            arch().dispatch(LayerBack {
+                columns: layer.weight_columns(),
+                inputs: &values[l],
+                carried: &carried,
+                own: columns,
+                next: &mut next,
+            });
+            if l > 0 {
+                next.iter_mut().zip(&slopes[l - 1]).for_each(|(n, s)| *n *= s);
+            }
+            carried = next;
+        }
+        [carried[0], carried[1], carried[2], carried[3]]
+    }
+}
+
+/// `out += W inputs`, by columns.
+struct Layer<'a> {
+    columns: &'a [f64],
+    inputs: &'a [f64],
+    out: &'a mut [f64],
+}
+
+impl WithSimd for Layer<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        for (h, column) in self.inputs.iter().zip(self.columns.chunks_exact(self.out.len())) {
+            for (o, w) in self.out.iter_mut().zip(column) {
+                *o += h * w;
+            }
+        }
+    }
+}
+
+/// Adds the outer product of what comes into a layer and its outputs' derivatives to the gradient, and
+/// finds the derivatives by what comes in.
+struct LayerBack<'a> {
+    columns: &'a [f64],
+    inputs: &'a [f64],
+    carried: &'a [f64],
+    own: &'a mut [f64],
+    next: &'a mut [f64],
+}
+
+impl WithSimd for LayerBack<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let n = self.carried.len();
+        let columns = self.own.chunks_exact_mut(n).zip(self.columns.chunks_exact(n));
+        for ((value, next), (own, weights)) in self.inputs.iter().zip(self.next).zip(columns) {
+            for (g, c) in own.iter_mut().zip(self.carried) {
+                *g += value * c;
+            }
+            let mut sums = [0.0; 8];
+            let (whole, rest) = weights.as_chunks::<8>();
+            for (w, c) in whole.iter().zip(self.carried.as_chunks::<8>().0) {
+                for i in 0..8 {
+                    sums[i] += w[i] * c[i];
+                }
+            }
+            let tail = &self.carried[n - rest.len()..];
+            *next =
+                sums.iter().sum::<f64>() + rest.iter().zip(tail).map(|(w, c)| w * c).sum::<f64>();
+        }
+    }
+}
+
+/// A step that was taken.
+#[derive(Debug, Clone, Copy)]
+struct Taken {
+    /// State, force and its slope at the start.
+    y: [f64; 2],
+    u: [f64; 2],
+    h: f64,
+    /// The unit that changes its sign at the end.
+    flipped: Option<usize>,
+    /// The sample at the end.
+    sample: Option<usize>,
 }

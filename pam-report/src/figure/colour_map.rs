@@ -1,3 +1,4 @@
+use super::colour_bar::{colour, draw_bar};
 use super::header::text_width;
 use super::style::{INK, SCALE, TEXT, TITLE, at_nominal_size, draw_axes, padded_range, tick_label};
 use plotters::coord::ranged1d::Ranged;
@@ -52,11 +53,6 @@ impl ColourMap {
         at_nominal_size(&svg, self.size.0, self.size.1)
     }
 
-    fn colour(&self, value: f64) -> RGBColor {
-        let (low, high) = self.limits;
-        ViridisRGB::get_color_normalized(value.clamp(low, high), low, high)
-    }
-
     /// Half the width of a square, px of the drawing: as large as leaves neighbours apart.
     fn half_width<X, Y>(&self, area: &DrawingArea<SVGBackend<'_>, Cartesian2d<X, Y>>) -> i32
     where
@@ -106,7 +102,7 @@ impl ColourMap {
         let half = self.half_width(chart.plotting_area());
         chart.draw_series(self.points.iter().map(|p| {
             let style = if p.value.is_finite() {
-                self.colour(p.value).filled()
+                colour(p.value, self.limits).filled()
             } else {
                 INK.stroke_width(SCALE)
             };
@@ -125,40 +121,8 @@ impl ColourMap {
             let centre = (left - 12 * scale, (9 + TEXT as i32 / 2) * scale);
             root.draw(&Circle::new(centre, 6 * scale, ring))?;
         }
-        self.draw_bar(&bar)?;
+        draw_bar(&bar, &self.value_label, self.limits)?;
         root.present()?;
-        Ok(())
-    }
-
-    fn draw_bar(
-        &self,
-        bar: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
-    ) -> Result<(), Box<dyn std::error::Error>> {
-        let (low, high) = self.limits;
-        let text = ("sans-serif", TEXT * SCALE).into_font().color(&INK);
-        let mut chart = ChartBuilder::on(bar)
-            .margin(8 * SCALE)
-            .margin_top(36 * SCALE)
-            .margin_bottom(46 * SCALE)
-            .margin_right(14 * SCALE)
-            .y_label_area_size(58 * SCALE)
-            .build_cartesian_2d(0.0..1.0, low..high)?;
-        let steps = 64;
-        let edge = |k: i32| low + (high - low) * f64::from(k) / f64::from(steps);
-        chart.draw_series((0..steps).map(|k| {
-            let colour = self.colour(0.5 * (edge(k) + edge(k + 1)));
-            Rectangle::new([(0.0, edge(k)), (1.0, edge(k + 1))], colour.filled())
-        }))?;
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .disable_x_axis()
-            .y_desc(&self.value_label)
-            .y_labels(6)
-            .label_style(text.clone())
-            .axis_desc_style(text)
-            .y_label_formatter(&|v| tick_label(*v, high - low))
-            .draw()?;
         Ok(())
     }
 }

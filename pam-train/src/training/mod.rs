@@ -8,6 +8,8 @@
 
 pub mod engine;
 mod epoch;
+#[cfg(test)]
+mod exact_tests;
 pub mod folder;
 pub mod state;
 pub mod trainer;

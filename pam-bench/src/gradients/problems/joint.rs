@@ -2,7 +2,10 @@
 
 use super::network;
 use crate::gradients::case::{Case, evenly, half_squares};
-use pam_core::{Activation, JointField, JointModel, NetworkForce, SealedMasses};
+use crate::gradients::kinked::KinkedJoint;
+use pam_core::{
+    Activation, ActivationFunction, JointField, JointModel, NetworkForce, SealedMasses,
+};
 use pam_solvers::InputFn;
 use std::f64::consts::TAU;
 
@@ -24,7 +27,7 @@ fn drive(t: f64, u: &mut [f64]) {
 }
 
 /// What the motion is held against: about the motion of a straight spring.
-fn target(t: f64) -> [f64; 4] {
+pub(crate) fn target(t: f64) -> [f64; 4] {
     let (x, v) = motion_target(t);
     [x, v, 412.0, 412.0]
 }
@@ -105,11 +108,27 @@ fn with_scales(
     let masses = masses(0);
     let y0 = start(&model, masses);
     let network_len = model.force.mlp().parameter_count();
-    let field = JointField::new(model, pam_core::Chambers::Sealed(masses));
+    let field = JointField::new(model.clone(), pam_core::Chambers::Sealed(masses));
     let loss = half_squares(target, scales);
     let mut case = Case::new(NAME, (field, input()), &y0, observations_s(horizon_s), loss);
     case.activation = Some(activation.name().into());
     case.width = Some(width);
     case.groups = vec![network_len];
+    if activation.rectifier_slope().is_some() {
+        let observations_s = case.observations_s.clone();
+        case.closed_form = Some(Box::new(move || {
+            kinked(&model, masses, y0, &observations_s).truth(&half_squares(target, scales))
+        }));
+    }
     case
+}
+
+/// What finds the truth of a joint with kinks.
+pub(crate) fn kinked<'a>(
+    model: &'a JointModel<f64, NetworkForce<f64>>,
+    masses: SealedMasses,
+    start: [f64; 4],
+    observations_s: &'a [f64],
+) -> KinkedJoint<'a> {
+    KinkedJoint { model, masses, drive, start, observations_s }
 }

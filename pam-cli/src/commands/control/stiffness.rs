@@ -6,7 +6,7 @@ use crate::error::CliError;
 use crate::options::describe_model;
 use crate::run_record::{self, made_by, write_json};
 use pam_control::report::stiffness_report;
-use pam_control::stiffness::{Grid, map, profile, reachable};
+use pam_control::stiffness::{ExactMap, Grid, map, profile, reachable};
 use pam_core::SealedMasses;
 use pam_data::atomic::write_atomic;
 use serde_json::json;
@@ -18,6 +18,10 @@ const MASSES: usize = 13;
 /// Displacements in the map, and in the range.
 const PLACES: usize = 13;
 const RANGE_PLACES: usize = 61;
+/// Pressure in both muscles of profiles and polygons: the ends and the middle of the published range.
+const PRESSURES_KPA: [f64; 3] = [170.27, 411.59, 652.91];
+/// The maps of polygons reach at least to this velocity: that of the published excitation.
+const LEAST_VELOCITY_MM_S: f64 = 20.0;
 /// Points of a profile: close enough for kinks.
 const PROFILE_POINTS: usize = 1201;
 
@@ -48,10 +52,19 @@ pub fn run(
     let h = settings.stiffness_step_mm;
     let ranges = reachable(&saved.model, &places(RANGE_PLACES), &arguments.velocities, settings)?;
     let points = map(&saved.model, &grid, h);
-    let profiles: Vec<_> = [170.27, 411.59, 652.91]
+    let sealed = |kpa: f64| saved.model.gas_law_masses(0.0, [kpa; 2]);
+    let fastest = arguments.velocities.iter().fold(LEAST_VELOCITY_MM_S, |m, v| m.max(v.abs()));
+    let polygons: Vec<ExactMap> = PRESSURES_KPA
+        .into_iter()
+        .filter_map(|kpa| {
+            let name = format!("{kpa:.0} kPa in both muscles at x = 0");
+            ExactMap::new(&saved.model, name, sealed(kpa), [reach, fastest])
+        })
+        .collect();
+    let profiles: Vec<_> = PRESSURES_KPA
         .into_iter()
         .map(|kpa| {
-            let masses = saved.model.gas_law_masses(0.0, [kpa; 2]);
+            let masses = sealed(kpa);
             let points = profile(&saved.model, masses, 0.0, [-reach, reach], PROFILE_POINTS, h);
             (format!("{kpa:.0} kPa in both muscles at x = 0, at rest, h = {h} mm"), points)
         })
@@ -86,8 +99,11 @@ pub fn run(
         let _ = writeln!(text, "{},{},{low},{high}", r.displacement_mm, r.velocity_mm_s);
     }
     write_atomic(&out.join("range.csv"), text.as_bytes())?;
+    if !polygons.is_empty() {
+        write_atomic(&out.join("polygons.csv"), polygons_csv(&polygons).as_bytes())?;
+    }
     let lead = format!("{} {}", saved.info.name, describe_model(&saved));
-    let report = stiffness_report(&points, &profiles, &ranges, &lead, &made_by());
+    let report = stiffness_report(&points, &profiles, &ranges, &polygons, &lead, &made_by());
     write_atomic(&out.join("report.html"), report.as_bytes())?;
     let value = json!({ "reachable": ranges, "settings": settings, "made_by": made_by() });
     write_json(&out.join("stiffness.json"), &value)?;
@@ -115,4 +131,28 @@ pub fn run(
     console.text(table(&rows));
     console.text(format!("\nreport: {}", out.join("report.html").display()));
     Ok(ExitCode::SUCCESS)
+}
+
+/// One line a polygon; its corners as `x v` in mm and mm/s, one after the other.
+fn polygons_csv(maps: &[ExactMap]) -> String {
+    let mut text = String::from(
+        "mass_flexor_g,mass_extensor_g,stiffness_n_mm,damping_kg_s,force_at_origin_n,area,corners\n",
+    );
+    for map in maps {
+        for p in &map.partition.polygons {
+            let corners: Vec<String> = p.corners.iter().map(|[x, v]| format!("{x} {v}")).collect();
+            let _ = writeln!(
+                text,
+                "{},{},{},{},{},{},{}",
+                map.masses.flexor_g,
+                map.masses.extensor_g,
+                1e-3 * p.force[1],
+                p.force[2] + map.auxiliary_damping_kg_s,
+                1e-3 * p.force[0],
+                p.area,
+                corners.join("; ")
+            );
+        }
+    }
+    text
 }

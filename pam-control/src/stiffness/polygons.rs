@@ -1,0 +1,76 @@
+use pam_core::{AnyForce, JointModel, SealedMasses};
+use pam_exact::{Partition, PiecewiseNetwork, Plane, Window};
+
+/// Most polygons of a map.
+const MOST_POLYGONS: usize = 200_000;
+
+/// Stiffness and damping over displacement and velocity as polygons: all pieces of a network of rectifiers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExactMap {
+    /// What the map is of, for its title.
+    pub name: String,
+    /// The air in the muscles.
+    pub masses: SealedMasses,
+    /// Auxiliary damping B that adds to that of the force, kg/s.
+    pub auxiliary_damping_kg_s: f64,
+    /// The polygons: `force[1]` is the stiffness in mN/mm, `force[2]` the damping of the force in kg/s.
+    pub partition: Partition,
+}
+
+impl ExactMap {
+    /// The polygons within `±reach` (mm, mm/s); `None` if the force is no network of rectifiers.
+    #[must_use]
+    pub fn new(
+        model: &JointModel<f64, AnyForce<f64>>,
+        name: String,
+        masses: SealedMasses,
+        reach: [f64; 2],
+    ) -> Option<Self> {
+        let network = PiecewiseNetwork::new(&model.force).ok()?;
+        let plane = Plane::of_motion([masses.flexor_g, masses.extensor_g]);
+        let window = Window { first: [-reach[0], reach[0]], second: [-reach[1], reach[1]] };
+        let partition = Partition::new(&network, plane, window, MOST_POLYGONS);
+        let auxiliary_damping_kg_s = model.auxiliary_damping_kg_s;
+        Some(Self { name, masses, auxiliary_damping_kg_s, partition })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use num_dual::Dual64;
+    use pam_autodiff::linearise;
+    use pam_core::Scalar;
+    use pam_core::force::{Dense, Mlp};
+    use pam_core::{Activation, ForceInput, NetworkForce};
+
+    /// 100 N/mm, and 80 N/mm more where x is positive: two halves, with slopes as by dual numbers.
+    #[test]
+    fn halves_of_a_spring_with_one_kink() {
+        let rows = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0];
+        let hidden = Dense::from_rows(&rows, vec![0.0, 0.0]).unwrap();
+        let output = Dense::from_rows(&[180e3, -100e3], vec![0.0]).unwrap();
+        let mlp = Mlp::new(vec![hidden, output], Activation::from_name("relu").unwrap()).unwrap();
+        let model = JointModel::datasheet(AnyForce::Network(NetworkForce::new(mlp).unwrap()));
+        let masses = SealedMasses { flexor_g: 0.08, extensor_g: 0.08 };
+        let map = ExactMap::new(&model, "two".into(), masses, [2.0, 10.0]).unwrap();
+        assert!(map.partition.missing.abs() < 1e-12);
+        let mut found: Vec<(f64, f64)> =
+            map.partition.polygons.iter().map(|p| (p.force[1], p.area)).collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        assert_eq!(found, [(100e3, 40.0), (180e3, 40.0)]);
+        for polygon in &map.partition.polygons {
+            let count = polygon.corners.len() as f64;
+            let middle: [f64; 2] =
+                std::array::from_fn(|i| polygon.corners.iter().map(|c| c[i]).sum::<f64>() / count);
+            let at = ForceInput {
+                mass_flexor_g: masses.flexor_g,
+                mass_extensor_g: masses.extensor_g,
+                displacement_mm: middle[0],
+                velocity_mm_s: middle[1],
+            };
+            let slopes = linearise(&model.force.map(Dual64::constant), &at);
+            assert!((1e3 * slopes.stiffness_n_mm - polygon.force[1]).abs() < 1e-9);
+        }
+    }
+}
