@@ -139,19 +139,22 @@ fn figure(rows: &[&Mean], axis: &str, metric: &str) -> String {
     let (low, high) = ends(xs.iter().copied());
     let x_scale = if low > 0.0 && high / low >= 8.0 { Scale::Logarithmic } else { Scale::Linear };
     let (least, most) = ends(rows.iter().flat_map(|m| m.by_seed.iter().map(|s| s.1)));
-    let y_scale = if least > 0.0 && most / least >= 50.0 { Scale::Logarithmic } else { Scale::Linear };
+    let y_scale =
+        if least > 0.0 && most / least >= 50.0 { Scale::Logarithmic } else { Scale::Linear };
     let mut figure = LineFigure::new("", &label, metric, 1040, 340).with_scales(x_scale, y_scale);
     let mut seeds: Vec<u64> = rows.iter().flat_map(|m| m.by_seed.iter().map(|s| s.0)).collect();
     seeds.sort_unstable();
     seeds.dedup();
     for seed in seeds {
-        let at = |(x, m): (&f64, &&Mean)| {
-            Some((*x, m.by_seed.iter().find(|s| s.0 == seed)?.1))
-        };
+        let at = |(x, m): (&f64, &&Mean)| Some((*x, m.by_seed.iter().find(|s| s.0 == seed)?.1));
         let points = xs.iter().zip(rows).filter_map(at).collect();
         figure = figure.with_stroke("", Role::Neutral, Stroke::Dashed, points);
     }
-    figure = figure.with("mean", Role::Category(0), xs.iter().copied().zip(rows.iter().map(|m| m.mean)).collect());
+    figure = figure.with(
+        "mean",
+        Role::Category(0),
+        xs.iter().copied().zip(rows.iter().map(|m| m.mean)).collect(),
+    );
     for (x, m) in xs.iter().zip(rows) {
         figure = figure.with("", Role::Category(0), vec![(*x, m.mean)]);
         let values: Vec<f64> = m.by_seed.iter().map(|s| s.1).collect();

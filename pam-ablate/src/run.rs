@@ -223,8 +223,9 @@ fn one(
     std::fs::create_dir_all(&work).map_err(|e| AblateError::io(&work, e))?;
     let progress = |share: f64| observe(Event::Progress(p, share));
     let place = Workplace { folder: &work, stop, progress: &progress };
-    let result = catch_unwind(AssertUnwindSafe(|| pool.install(|| experiment.run(&p.cell, &place))))
-        .unwrap_or_else(|panic| Err(Problem::new(format!("panic: {}", message_of(&*panic)))));
+    let result =
+        catch_unwind(AssertUnwindSafe(|| pool.install(|| experiment.run(&p.cell, &place))))
+            .unwrap_or_else(|panic| Err(Problem::new(format!("panic: {}", message_of(&*panic)))));
     let result = match result {
         Ok(Outcome::Stopped) => {
             claim.stopped()?;

@@ -178,7 +178,8 @@ mod tests {
 
     #[test]
     fn the_normal_approximation_meets_the_exact_count() {
-        let d: Vec<f64> = (1..=60).map(|i| if i % 3 == 0 { -f64::from(i) } else { f64::from(i) }).collect();
+        let d: Vec<f64> =
+            (1..=60).map(|i| if i % 3 == 0 { -f64::from(i) } else { f64::from(i) }).collect();
         let exact = Paired::of(&d).unwrap().p_wilcoxon.unwrap();
         let mut more = d.clone();
         more.push(1e-3);

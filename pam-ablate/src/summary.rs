@@ -140,8 +140,7 @@ impl Summary {
                 }
                 let paired: Vec<(usize, Paired)> = (1..variants.len())
                     .filter_map(|v| {
-                        let d: Vec<f64> =
-                            found.by_seed(v, Some(0)).iter().map(|s| s.1).collect();
+                        let d: Vec<f64> = found.by_seed(v, Some(0)).iter().map(|s| s.1).collect();
                         Some((v, Paired::of(&d)?))
                     })
                     .collect();
@@ -171,8 +170,21 @@ impl Summary {
         let written = "writing into memory cannot fail";
         writer
             .write_record([
-                "axis", "value", "metric", "seeds", "mean", "deviation", "baseline", "pairs",
-                "difference", "interval_low", "interval_high", "t", "p_t", "p_t_holm", "w",
+                "axis",
+                "value",
+                "metric",
+                "seeds",
+                "mean",
+                "deviation",
+                "baseline",
+                "pairs",
+                "difference",
+                "interval_low",
+                "interval_high",
+                "t",
+                "p_t",
+                "p_t_holm",
+                "w",
                 "p_wilcoxon",
             ])
             .expect(written);
@@ -208,9 +220,8 @@ impl Summary {
     /// The difference of a value from the first one of its axis.
     #[must_use]
     pub fn difference(&self, of: &Mean) -> Option<&Difference> {
-        let same = |d: &&Difference| {
-            d.axis == of.axis && d.value == of.value && d.metric == of.metric
-        };
+        let same =
+            |d: &&Difference| d.axis == of.axis && d.value == of.value && d.metric == of.metric;
         self.differences.iter().find(same)
     }
 
@@ -261,7 +272,9 @@ impl Summary {
     /// Difference, interval, p of t and p of Wilcoxon as text; dashes for the first value.
     #[must_use]
     pub fn difference_texts(&self, of: &Mean) -> [String; 4] {
-        let Some(d) = self.difference(of) else { return [const { String::new() }; 4].map(|_| "–".into()) };
+        let Some(d) = self.difference(of) else {
+            return [const { String::new() }; 4].map(|_| "–".into());
+        };
         let p = |p: Option<f64>| p.map_or_else(|| "–".into(), p_text);
         [
             short(d.paired.mean),

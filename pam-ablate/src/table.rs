@@ -43,16 +43,15 @@ impl Table {
         records: &[Option<CellRecord>],
         times: bool,
     ) -> Self {
-        let text = |f: &dyn Fn(usize) -> Option<String>| {
-            Column::Text((0..planned.len()).map(f).collect())
-        };
+        let text =
+            |f: &dyn Fn(usize) -> Option<String>| Column::Text((0..planned.len()).map(f).collect());
         let mut columns = vec![("cell".to_owned(), text(&|i| Some(planned[i].id.clone())))];
         for (a, axis) in sweep.axes.iter().enumerate() {
             let choice = |i: usize| &planned[i].cell.choices[a];
             let numbers: Option<Vec<Option<f64>>> =
                 (0..planned.len()).map(|i| choice(i).number.map(Some)).collect();
-            let column = numbers
-                .map_or_else(|| text(&|i| Some(choice(i).label.clone())), Column::Number);
+            let column =
+                numbers.map_or_else(|| text(&|i| Some(choice(i).label.clone())), Column::Number);
             columns.push((axis.name.clone(), column));
         }
         let seeds = planned.iter().map(|p| p.cell.seed as i64).collect();
@@ -187,4 +186,48 @@ pub fn names(records: &[Option<CellRecord>], times: bool) -> Vec<String> {
         }
     }
     names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
+
+    /// What a reader of Parquet finds is what was written, gaps and all.
+    #[test]
+    fn parquet_and_csv_hold_the_same() {
+        let table = Table {
+            columns: vec![
+                ("model.activation".into(), Column::Text(vec![Some("si, lu".into()), None])),
+                ("seed".into(), Column::Integer(vec![1, -2])),
+                ("loss".into(), Column::Number(vec![None, Some(0.1 + 0.2)])),
+            ],
+        };
+        let bytes = table.to_parquet(Path::new("t")).unwrap();
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), bytes).unwrap();
+        let reader = SerializedFileReader::new(file.reopen().unwrap()).unwrap();
+        let rows: Vec<Vec<(String, Field)>> = reader
+            .get_row_iter(None)
+            .unwrap()
+            .map(|r| r.unwrap().get_column_iter().map(|(n, f)| (n.clone(), f.clone())).collect())
+            .collect();
+        let named = |n: &str, f: Field| (n.to_owned(), f);
+        let expected = [
+            [
+                named("model.activation", Field::Str("si, lu".into())),
+                named("seed", Field::Long(1)),
+                named("loss", Field::Null),
+            ],
+            [
+                named("model.activation", Field::Null),
+                named("seed", Field::Long(-2)),
+                named("loss", Field::Double(0.300_000_000_000_000_04)),
+            ],
+        ];
+        assert_eq!(rows, expected);
+        let csv = "model.activation,seed,loss\n\"si, lu\",1,\n,-2,0.30000000000000004\n";
+        assert_eq!(table.to_csv(), csv);
+    }
 }

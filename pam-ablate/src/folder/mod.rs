@@ -118,7 +118,8 @@ impl SweepFolder {
     }
 }
 
-/// All cells of a sweep with their names; what is wrong with any is found before the first runs.
+/// All cells of a sweep with their names; what is wrong with any is found before the first runs. Draws
+/// of a random search that are alike are one.
 ///
 /// # Errors
 /// [`AblateError::Place`] with the line that sets what makes no sense.
@@ -129,7 +130,11 @@ pub fn plan(sweep: &Sweep, experiment: &dyn Experiment) -> Result<Vec<Planned>, 
         let configuration =
             experiment.configuration(&cell).map_err(|p| located(sweep, &cell, &p))?;
         let id = id_of(&configuration, cell.seed);
-        if let Some(first) = ids.insert(id.clone(), cell.index) {
+        if let Some(&first) = ids.get(&id) {
+            // Draws from short lists may be alike.
+            if sweep.search.is_some() {
+                continue;
+            }
             let first: &Planned = &planned[first];
             return Err(located(
                 sweep,
@@ -141,6 +146,7 @@ pub fn plan(sweep: &Sweep, experiment: &dyn Experiment) -> Result<Vec<Planned>, 
                 )),
             ));
         }
+        ids.insert(id.clone(), planned.len());
         planned.push(Planned { cell, id, configuration });
     }
     Ok(planned)

@@ -32,7 +32,8 @@ impl Cell {
     /// The choices and the seed in a line.
     #[must_use]
     pub fn describe(&self, sweep: &Sweep) -> String {
-        let pair = |(axis, choice): (&super::Axis, &Choice)| format!("{} = {}", axis.name, choice.label);
+        let pair =
+            |(axis, choice): (&super::Axis, &Choice)| format!("{} = {}", axis.name, choice.label);
         let mut parts: Vec<String> = sweep.axes.iter().zip(&self.choices).map(pair).collect();
         parts.push(format!("seed {}", self.seed));
         parts.join(", ")

@@ -112,7 +112,9 @@ impl Places<'_> {
                 return Err(fail("an axis of variants needs a `name`".into()));
             };
             if raw.key.is_some() {
-                return Err(fail("an axis of variants has no `key`; each says what it sets".into()));
+                return Err(fail(
+                    "an axis of variants has no `key`; each says what it sets".into(),
+                ));
             }
             let variant = |v: RawVariant| Variant { name: v.name, set: self.assignments(v.set) };
             let variants: Vec<Variant> = raw.variant.into_iter().map(variant).collect();
@@ -214,8 +216,7 @@ impl Sweep {
         if let Some(search) = raw.search.as_ref().filter(|s| s.get_ref().draws == 0) {
             return Err(places.error(search.span().start, "draws must be at least one"));
         }
-        let experiment_line =
-            raw.experiment.as_ref().map_or(0, |e| places.line(e.span().start));
+        let experiment_line = raw.experiment.as_ref().map_or(0, |e| places.line(e.span().start));
         let stem = || path.file_stem().map(|s| s.to_string_lossy().into_owned());
         Ok(Self {
             name: raw.name.or_else(stem).unwrap_or_default(),
@@ -300,7 +301,9 @@ mod tests {
         assert_eq!(cells[1].seed, 2);
         let distinct: std::collections::BTreeSet<String> = cells
             .iter()
-            .map(|c| format!("{:?} {}", c.choices.iter().map(|h| &h.label).collect::<Vec<_>>(), c.seed))
+            .map(|c| {
+                format!("{:?} {}", c.choices.iter().map(|h| &h.label).collect::<Vec<_>>(), c.seed)
+            })
             .collect();
         assert_eq!(distinct.len(), 12);
         assert_eq!(sweep.name, "s");
@@ -333,7 +336,11 @@ mod tests {
             ("\n[[axis]]\nkey = \"a\"\nvalues = [1,\n 1]\n", 5, "twice"),
             ("[[axis]]\nkey = \"a\"\nuniform = [1.0, 2.0]\n", 1, "range"),
             ("[search]\ndraws = 0\n", 1, "draws"),
-            ("[[axis]]\nkey = \"a\"\nlog_uniform = [0.0, 2.0]\n[search]\ndraws = 1\n", 1, "positive"),
+            (
+                "[[axis]]\nkey = \"a\"\nlog_uniform = [0.0, 2.0]\n[search]\ndraws = 1\n",
+                1,
+                "positive",
+            ),
         ] {
             let message = parse(text).unwrap_err();
             assert!(message.contains(&format!("s.toml:{line}:")), "{text}: {message}");

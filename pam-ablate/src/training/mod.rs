@@ -155,8 +155,7 @@ impl Experiment for TrainingExperiment {
             Vec::new()
         };
         let fail = |e: pam_train::training::TrainingError| Problem::new(e.to_string());
-        let mut trainer =
-            Trainer::new(curriculum, recordings, None, cell.seed).map_err(fail)?;
+        let mut trainer = Trainer::new(curriculum, recordings, None, cell.seed).map_err(fail)?;
         let before: Vec<usize> = trainer
             .curriculum()
             .stages

@@ -115,7 +115,9 @@ impl StiffnessProbe {
             seconds += begun.elapsed().as_secs_f64() / line.len() as f64;
             steps.extend(values.windows(2).map(|p| (p[1] - p[0]).abs()));
             squares.extend(
-                line.iter().zip(&values).map(|(at, v)| (v - stiffness_exact_n_mm(&dual, at)).powi(2)),
+                line.iter()
+                    .zip(&values)
+                    .map(|(at, v)| (v - stiffness_exact_n_mm(&dual, at)).powi(2)),
             );
         }
         let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;

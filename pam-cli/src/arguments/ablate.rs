@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 /// Arguments of `pam ablate`.
 #[derive(Debug, Args)]
-#[command(args_conflicts_with_subcommands = true)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct AblateArguments {
     /// What to do besides running a sweep.
     #[command(subcommand)]

@@ -49,8 +49,11 @@ fn asked(arguments: &AblateArguments) -> Result<Sweep, CliError> {
         sweep.override_with(text)?;
     }
     if !arguments.seeds.is_empty() {
-        sweep.seeds.clone_from(&arguments.seeds);
-        sweep.seeds.dedup();
+        let seeds = &arguments.seeds;
+        if seeds.iter().enumerate().any(|(i, s)| seeds[..i].contains(s)) {
+            return Err(CliError::Usage("--seeds: a seed is there twice".into()));
+        }
+        sweep.seeds.clone_from(seeds);
     }
     if !arguments.data.is_empty() {
         let absolute = |p: &PathBuf| std::path::absolute(p).unwrap_or_else(|_| p.clone());
@@ -254,7 +257,8 @@ impl<'a> Progress<'a> {
         match event {
             Event::Planned(cells, over) => {
                 self.bar.set_length((PARTS * cells as f64) as u64);
-                let over = if over > 0 { format!(", {over} were done before") } else { String::new() };
+                let over =
+                    if over > 0 { format!(", {over} were done before") } else { String::new() };
                 self.console.text(format!("{}: {cells} cells to run{over}.", self.sweep.name));
             }
             Event::Began(p, before) => {

@@ -202,9 +202,9 @@ impl SolverChoice {
         let closed = self.method == "exact";
         match choice {
             GradientChoice::Exact if closed => Ok(None),
-            GradientChoice::Exact => Err(ModelError::Shape(
-                "solver.gradient exact goes with solver.method exact".into(),
-            )),
+            GradientChoice::Exact => {
+                Err(ModelError::Shape("solver.gradient exact goes with solver.method exact".into()))
+            }
             other if closed => Err(ModelError::Shape(format!(
                 "solver.method exact has a gradient of its own, not {}; take method bs3",
                 other.name()

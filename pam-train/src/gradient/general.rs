@@ -164,15 +164,8 @@ fn with_integrator<F: ParametricForce, C: StepController + Clone + 'static>(
     task: &Task,
 ) -> Outcome {
     let (t0, t1) = measured.span_s();
-    let problem = Problem {
-        field,
-        input,
-        t0,
-        t1,
-        y0: start,
-        observations_s: &measured.time_s,
-        integrator,
-    };
+    let problem =
+        Problem { field, input, t0, t1, y0: start, observations_s: &measured.time_s, integrator };
     let back = || integrator.clone();
     let directions = || task.list(field.parameter_len());
     let difference = || {
