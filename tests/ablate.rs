@@ -299,16 +299,18 @@ fn exact_gradients_train_alike_by_whatever_method() {
         .map(|r| r.map(|r| (r[method].to_owned(), r[loss].parse().unwrap())).unwrap())
         .collect();
     assert_eq!(losses.len(), 6);
+    let of = |name: &str| losses.iter().find(|(n, _)| n == name).expect("a method").1;
     for (name, value) in &losses {
-        let bound = match &name[..] {
-            "interpolating" => 1e-2,
-            "fd" => 1e-4,
-            _ => 1e-9,
+        // The fast path has the pressures in closed form, the others solve for them too.
+        let (to, bound) = match &name[..] {
+            "tape" | "dual" | "forward" => ("tape", 1e-6),
+            "interpolating" => ("tape", 1e-2),
+            _ => ("tape", 1e-3),
         };
-        let off = (value / losses[0].1 - 1.0).abs();
-        assert!(off < bound, "{name}: {value}, not {}", losses[0].1);
-        // Another method did run: nothing agrees to the last bit by chance.
-        assert!(name == "adjoint" || off > 0.0, "{name}");
+        let off = (value / of(to) - 1.0).abs();
+        assert!(off < bound, "{name}: {value}, not {}", of(to));
+        // Another method did run: its rounding is another.
+        assert!(name == "adjoint" || *value != of("adjoint"), "{name}");
     }
 }
 

@@ -16,8 +16,8 @@ const SHOWN: usize = 4;
 /// Draws that are listed.
 const LISTED: usize = 30;
 
-/// Writes `results.csv`, `results.parquet`, `times.csv`, `summary.csv`, `summary.json` and
-/// `report.html` from what the folder holds, and returns the summary.
+/// Writes `results.csv`, `results.parquet`, `times.csv`, `summary.csv`, `summary.json`,
+/// `summary.md` and `report.html` from what the folder holds, and returns the summary.
 ///
 /// # Errors
 /// [`AblateError`] if a record cannot be read or a file not be written.
@@ -39,6 +39,8 @@ pub fn write_results(
     write_atomic(&file("summary.csv"), summary.to_csv().as_bytes())?;
     let json = serde_json::to_value(&summary).unwrap_or_default();
     write_atomic(&file("summary.json"), format!("{json:#}\n").as_bytes())?;
+    let tables = summary.to_markdown(&shown(sweep, &summary));
+    write_atomic(&file("summary.md"), tables.as_bytes())?;
     let page = report(sweep, planned, &records, made_by);
     write_atomic(&file("report.html"), page.as_bytes())?;
     Ok(summary)

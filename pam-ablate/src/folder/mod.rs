@@ -9,7 +9,7 @@
 //! | `cells/ID/result.json` | numbers, or why it failed |
 //! | `results.csv`, `results.parquet` | one row a cell, the same bytes every time |
 //! | `times.csv` | times of the cells |
-//! | `summary.csv`, `summary.json` | means and paired differences |
+//! | `summary.csv`, `summary.json`, `summary.md` | means and paired differences |
 //! | `report.html` | tables and figures |
 //!
 //! Several processes on several machines may work in one folder; see [`claim`](self::claim).

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Runs the command.
 ///
@@ -134,17 +134,23 @@ fn code_of(summary: &Summary) -> ExitCode {
     if summary.done == summary.cells { ExitCode::SUCCESS } else { ExitCode::from(PARTIAL) }
 }
 
-/// A flag that signals set; a second signal ends the program at once, and checkpoints stay.
+/// A flag that signals set; another signal later ends the program at once, and checkpoints stay.
 fn stop_flag() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
+    let mut first: Option<Instant> = None;
     let _ = ctrlc::set_handler(move || {
-        if asked.swap(true, Ordering::Relaxed) {
+        asked.store(true, Ordering::Relaxed);
+        // A scheduler sends the same signal by several ways at once.
+        if first.get_or_insert_with(Instant::now).elapsed() > REPEATED {
             std::process::exit(i32::from(INTERRUPTED));
         }
     });
     stop
 }
+
+/// Signals within this time count as one.
+const REPEATED: Duration = Duration::from_secs(2);
 
 fn merged(arguments: &MergeArguments, console: &Console) -> Result<ExitCode, CliError> {
     let sources: Vec<&Path> = arguments.folders.iter().map(PathBuf::as_path).collect();
