@@ -83,9 +83,9 @@ pub fn report(
             p {
                 "Differences are those from the first value, seed by seed: all else alike, averaged over other \
                  axes. Interval: 95 % of the mean difference by Student's t. p: paired t-test, and \
-                 Wilcoxon's signed-rank test, exact, which with n seeds cannot be below 2^(1−n); for the first \
-                 metric of interest, not corrected for looking at several (summary.csv has Holm's correction \
-                 over the values of an axis)."
+                 Wilcoxon's signed-rank test, exact, which with n seeds cannot be below 2^(1−n). Neither is \
+                 corrected for looking at several values and metrics; summary.csv has Holm's correction over \
+                 the values of an axis."
             }
         }
         @if !summary.draws.is_empty() { (search(sweep, &summary)) }
@@ -124,8 +124,7 @@ fn axis_and_metric(summary: &Summary, axis: &str, metric: &str) -> Markup {
                 }
             } }
             @if rows.len() > 1 {
-                (wide_figure(figure(&rows, axis, metric), "Thin: one line a seed. Thick: mean over seeds with its \
-                    95 % interval."))
+                (wide_figure(figure(&rows, axis, metric), "Dashed: one line a seed. Solid: mean over seeds with its 95 % interval."))
             }
         }
     }
