@@ -12,7 +12,7 @@
 //! | `summary.csv`, `summary.json`, `summary.md` | means and paired differences |
 //! | `report.html` | tables and figures |
 //!
-//! Several processes on several machines may work in one folder; see [`claim`](self::claim).
+//! Several processes on several machines may work in one folder; see [`claim`].
 
 pub mod claim;
 mod merge;
