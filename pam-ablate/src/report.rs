@@ -59,7 +59,7 @@ pub fn report(
     let missing = summary.cells - summary.done - summary.failed;
     let shown = shown(sweep, &summary);
     let lead = format!(
-        "{}{} cells with {} seed{} each.",
+        "{}{} cells, {} seed{}.",
         if sweep.question.is_empty() { String::new() } else { format!("{} ", sweep.question) },
         summary.cells,
         sweep.seeds.len(),

@@ -8,7 +8,7 @@ use crate::{INTERRUPTED, PARTIAL};
 use indicatif::ProgressBar;
 use pam_ablate::prelude::*;
 use pam_ablate::slurm::BATCH_SCRIPT;
-use pam_ablate::summary::mean_text;
+use pam_ablate::summary::{mean_text, short};
 use pam_data::LoadOptions;
 use serde_json::json;
 use std::collections::HashMap;
@@ -228,6 +228,17 @@ fn tell(
             rows.push(row);
         }
     }
+    if !summary.draws.is_empty() {
+        let axes = sweep.axes.iter().map(|a| a.name.clone());
+        rows.push(["best".to_owned()].into_iter().chain(axes).chain([metric.clone()]).collect());
+    }
+    for (k, draw) in summary.draws.iter().take(LISTED_DRAWS).enumerate() {
+        let number = |(text, n): (&String, &Option<f64>)| n.map_or_else(|| text.clone(), short);
+        let values = draw.values.iter().zip(&draw.numbers).map(number);
+        rows.push(
+            [(k + 1).to_string()].into_iter().chain(values).chain([short(draw.mean)]).collect(),
+        );
+    }
     let open = summary.cells - summary.done - summary.failed;
     let open = if open > 0 { format!(", {open} not over yet") } else { String::new() };
     let file = |name: &str| folder.path().join(name).display().to_string();
@@ -242,6 +253,9 @@ fn tell(
         file("report.html")
     ));
 }
+
+/// Draws of a random search that are printed.
+const LISTED_DRAWS: usize = 5;
 
 /// A bar over all cells of the process, in thousandths of a cell.
 struct Progress<'a> {
