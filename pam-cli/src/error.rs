@@ -30,6 +30,9 @@ pub enum CliError {
     /// A baseline cannot be fitted, or a comparison not made.
     #[error(transparent)]
     Baseline(#[from] pam_baselines::BaselineError),
+    /// A sweep cannot be read, begun or told.
+    #[error(transparent)]
+    Ablate(#[from] pam_ablate::AblateError),
     /// Options contradict each other or name something that does not exist.
     #[error("{0}")]
     Usage(String),

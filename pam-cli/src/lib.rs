@@ -63,6 +63,7 @@ fn dispatch(arguments: &Arguments) -> Result<ExitCode, CliError> {
         Some(Command::Identify(a)) => commands::control::identify::run(a, global, &console),
         Some(Command::Replan(a)) => commands::control::replan::run(a, global, &console),
         Some(Command::Rig(a)) => commands::rig::run(a, global, &console),
+        Some(Command::Ablate(a)) => commands::ablate::run(a, global, &console),
         Some(Command::Compare(a)) => commands::compare::run(a, global, &console),
         Some(Command::Bench(a)) => commands::bench::run(a, global, &console),
         Some(Command::Doctor(a)) => commands::doctor::run(a, &console),

@@ -13,6 +13,7 @@
 //! | [`report`] | `pam-report` | figures and self-contained HTML |
 //! | [`diagnose`] | `pam-diagnose` | what a model gets wrong, why, and what knowing it gains |
 //! | [`control`] | `pam-control` | stiffness, planning, identification, replanning |
+//! | [`ablate`] | `pam-ablate` | sweeps over any setting, resumable, compared seed by seed |
 //! | [`baselines`] | `pam-baselines` | Kang, Koopman, GRU and others beside the hybrid model |
 //!
 //! The [`prelude`] has what most programs begin with. A damped oscillator from closures, solved:
@@ -53,6 +54,7 @@
 //! assert!((slope.stiffness_n_mm - 150.0).abs() < 20.0);
 //! ```
 
+pub use pam_ablate as ablate;
 pub use pam_autodiff as autodiff;
 pub use pam_baselines as baselines;
 pub use pam_control as control;

@@ -1,11 +1,13 @@
 //! The command line.
 
+mod ablate;
 mod compare;
 mod control;
 mod diagnose;
 mod rig;
 mod train;
 
+pub use ablate::{AblateArguments, AblateCommand, MergeArguments};
 pub use compare::CompareArguments;
 pub use control::{
     BoundsOptions, IdentifyArguments, IdentifySchedule, PlanArguments, PlanMethod, ReplanArguments,
@@ -54,6 +56,8 @@ Examples:
                                                 pressures for a motion and a stiffness
   pam identify --schedule staircase --out id    is the stiffness what was commanded?
   pam compare models.toml --out compared        baselines beside the hybrid model, one split for all
+  pam ablate activations --data logs --out sweep
+                                                ablations: train many, compare seed by seed
   pam bench gradients --quick --out bench       compare gradient methods: error, time, memory
   pam convert model.eqx model.safetensors       published weights to the framework's format
 
@@ -115,6 +119,8 @@ pub enum Command {
     /// The virtual rig: make recordings whose truth is known
     #[command(subcommand)]
     Rig(RigCommand),
+    /// Run a sweep: train a model in every cell of a grid or search, and compare seed by seed
+    Ablate(AblateArguments),
     /// Compare models on one split of the data: baselines beside the hybrid model
     Compare(CompareArguments),
     /// Compare methods with each other

@@ -100,6 +100,13 @@ impl Curriculum {
             if !(s.auxiliary_damping.is_finite() && s.auxiliary_damping >= 0.0) {
                 return fail(format!("stage `{name}`: auxiliary_damping must not be negative"));
             }
+            let solver = s.solver.as_ref().unwrap_or(&self.solver);
+            if s.shooting.is_some() && matches!(solver.gradient_choice(), Ok(Some(_))) {
+                return fail(format!(
+                    "stage `{name}`: shooting takes solver.gradient auto or adjoint, not {}",
+                    solver.gradient
+                ));
+            }
             if let Some(Err(e)) = s.solver.as_ref().map(super::SolverChoice::settings) {
                 return fail(format!("stage `{name}`: solver: {e}"));
             }

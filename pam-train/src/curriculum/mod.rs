@@ -10,7 +10,7 @@ mod overrides;
 mod settings;
 mod stage;
 
-pub use overrides::CurriculumError;
+pub use overrides::{CurriculumError, set_value};
 pub use settings::{
     CoordinateSettings, DataSettings, ModelSettings, Precision, Selection, SelectionSet,
     SolverChoice, StartModel,

@@ -117,7 +117,7 @@ impl Curriculum {
     }
 }
 
-/// Sets one value of a table: `a.b.0.c = value`, the value in TOML, or as text if it is none.
+/// Sets one value of a table from text: `a.b.0.c = value`, the value in TOML, or as text if it is none.
 fn set(table: &mut Table, change: &str) -> Result<(), String> {
     let (path, text) = change.split_once('=').ok_or("write it as key=value")?;
     let text = text.trim();
@@ -125,7 +125,16 @@ fn set(table: &mut Table, change: &str) -> Result<(), String> {
         .ok()
         .and_then(|mut t| t.remove("v"))
         .unwrap_or_else(|| Value::String(text.to_owned()));
-    let keys: Vec<&str> = path.trim().split('.').collect();
+    set_value(table, path.trim(), value)
+}
+
+/// Sets one value of a table by its path, `a.b.0.c`: tables that are not there are made, places of lists
+/// count from zero.
+///
+/// # Errors
+/// Which part of the path leads nowhere.
+pub fn set_value(table: &mut Table, path: &str, value: Value) -> Result<(), String> {
+    let keys: Vec<&str> = path.split('.').collect();
     let (last, parents) = keys.split_last().ok_or("the key is missing")?;
     let mut at = table;
     let mut rest = parents.iter().peekable();

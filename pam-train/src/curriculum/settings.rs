@@ -1,6 +1,7 @@
 //! Parts of a curriculum that hold for all its stages.
 
 use crate::coordinates::{Frozen, PhysicalForm};
+use crate::gradient::GradientChoice;
 use crate::predict::{SolverSettings, StepChoice};
 use crate::warm_start::Initialisation;
 use pam_core::{ForceModel, ModelError};
@@ -158,6 +159,17 @@ pub struct SolverChoice {
     pub input: String,
     /// Float of the network.
     pub precision: Precision,
+    /// How the gradient is found: `auto` for the exact adjoint of the fast path's steps or pieces, or a
+    /// method of [`GradientChoice`] for comparison: adjoint, forward, backsolve, interpolating,
+    /// quadrature, tape, dual, fd. All but `adjoint` run in doubles, recording by recording, and slowly.
+    #[serde(skip_serializing_if = "is_auto")]
+    pub gradient: String,
+}
+
+const AUTO: &str = "auto";
+
+fn is_auto(name: &str) -> bool {
+    name == AUTO
 }
 
 /// The closed form where it applies, elsewhere the cheapest that meets the published path's accuracy: on 70 s of the published excitation the
@@ -170,18 +182,46 @@ impl Default for SolverChoice {
             tolerance: 1e-3,
             input: "ramp".into(),
             precision: Precision::F32,
+            gradient: AUTO.into(),
         }
     }
 }
 
 impl SolverChoice {
+    /// The gradient method besides the fast path's; none for `auto`, `adjoint` and `exact`, which are the
+    /// fast path's own.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownName`], or [`ModelError::Shape`] for a gradient that does not go with the
+    /// method.
+    pub fn gradient_choice(&self) -> Result<Option<GradientChoice>, ModelError> {
+        if self.gradient == AUTO {
+            return Ok(None);
+        }
+        let choice = GradientChoice::from_name(&self.gradient)?;
+        let closed = self.method == "exact";
+        match choice {
+            GradientChoice::Exact if closed => Ok(None),
+            GradientChoice::Exact => {
+                Err(ModelError::Shape("solver.gradient exact goes with solver.method exact".into()))
+            }
+            other if closed => Err(ModelError::Shape(format!(
+                "solver.method exact has a gradient of its own, not {}; take method bs3",
+                other.name()
+            ))),
+            GradientChoice::Adjoint => Ok(None),
+            other => Ok(Some(other)),
+        }
+    }
+
     /// The settings of a solve of this force.
     ///
     /// # Errors
     /// As [`settings`](Self::settings).
     pub fn settings_for(&self, force: &impl ForceModel<f64>) -> Result<SolverSettings, ModelError> {
         let general = self.settings()?;
-        let auto = self.method == "auto" && self.step_ms.is_none();
+        // The closed form has no other gradient than its own.
+        let auto = self.method == AUTO && self.step_ms.is_none() && self.gradient == AUTO;
         Ok(if auto && general.exact_applies_to(force) {
             SolverSettings::exact(general.interpolation)
         } else {
@@ -195,6 +235,7 @@ impl SolverChoice {
     /// [`ModelError::UnknownName`], [`ModelError::NotPositive`], or [`ModelError::Shape`] for a cubic
     /// input with `exact`.
     pub fn settings(&self) -> Result<SolverSettings, ModelError> {
+        self.gradient_choice()?;
         if self.method == "exact" {
             let interpolation = Interpolation::from_name(&self.input)?;
             if interpolation == Interpolation::Cubic {
@@ -215,7 +256,7 @@ impl SolverChoice {
             }
         };
         Ok(SolverSettings {
-            tableau: Tableau::from_name(if self.method == "auto" { "bs3" } else { &self.method })?,
+            tableau: Tableau::from_name(if self.method == AUTO { "bs3" } else { &self.method })?,
             step,
             interpolation: Interpolation::from_name(&self.input)?,
         })

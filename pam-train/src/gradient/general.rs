@@ -1,5 +1,6 @@
 //! Any force model and any gradient method: the joint's four states, recording by recording.
 
+use super::sealed::IndexedLoss;
 use super::{GradientChoice, GradientStatistics, JointGradient};
 use crate::evaluation::Subject;
 use crate::loss::TrajectoryLoss;
@@ -63,8 +64,32 @@ pub fn value_and_gradient<F: ParametricForce + Sync>(
     subjects: &[Subject],
     settings: &SolverSettings,
     loss: &dyn TrajectoryLoss,
+    progress: (&dyn Fn(usize), &(dyn Fn() + Sync)),
+) -> Result<JointGradient, InputError> {
+    let starts: Vec<[f64; 4]> = subjects.iter().map(|s| s.recording.initial_state()).collect();
+    let indexed = |_: usize, measured: &Recording, states: &[[f64; 4]], by: &mut [[f64; 4]]| {
+        loss.value_and_cotangents(measured, states, by)
+    };
+    value_and_gradient_from(choice, model, (subjects, &starts), settings, &indexed, progress)
+}
+
+/// As [`value_and_gradient`], with the recordings predicted from states of the caller's (mm, mm/s, kPa,
+/// kPa), and a loss that knows the index of the recording.
+///
+/// # Errors
+/// As [`value_and_gradient`].
+///
+/// # Panics
+/// If there are not as many starts as recordings.
+pub fn value_and_gradient_from<F: ParametricForce + Sync>(
+    choice: GradientChoice,
+    model: &JointModel<f64, F>,
+    (subjects, starts): (&[Subject], &[[f64; 4]]),
+    settings: &SolverSettings,
+    loss: &IndexedLoss<'_>,
     (planned, done): (&dyn Fn(usize), &(dyn Fn() + Sync)),
 ) -> Result<JointGradient, InputError> {
+    assert_eq!(subjects.len(), starts.len(), "one start for each recording");
     let force_len = model.force.parameter_len();
     let len = force_len + OWN + STATES;
     let at_once = match choice {
@@ -83,7 +108,8 @@ pub fn value_and_gradient<F: ParametricForce + Sync>(
         .par_iter()
         .with_max_len(1)
         .map(|task| {
-            let result = one(choice, model, &subjects[task.subject], settings, loss, task);
+            let start = &starts[task.subject];
+            let result = one(choice, model, (&subjects[task.subject], start), settings, loss, task);
             done();
             result
         })
@@ -101,9 +127,9 @@ type Outcome = Result<Gradient, LaneFailure>;
 fn one<F: ParametricForce>(
     choice: GradientChoice,
     model: &JointModel<f64, F>,
-    subject: &Subject,
+    (subject, start): (&Subject, &[f64; 4]),
     settings: &SolverSettings,
-    loss: &dyn TrajectoryLoss,
+    loss: &IndexedLoss<'_>,
     task: &Task,
 ) -> Result<Outcome, InputError> {
     let r = &subject.recording;
@@ -120,11 +146,11 @@ fn one<F: ParametricForce>(
         }),
         StepChoice::Constant { step_s } => {
             let integrator = Integrator::new(tableau, ConstantStep::new(step_s));
-            with_integrator(choice, (&field, &input), r, &integrator, loss, task)
+            with_integrator(choice, (&field, &input), (r, start), &integrator, loss, task)
         }
         StepChoice::Adaptive { rtol, atol } => {
             let integrator = Integrator::new(tableau, PidController::new(rtol, atol));
-            with_integrator(choice, (&field, &input), r, &integrator, loss, task)
+            with_integrator(choice, (&field, &input), (r, start), &integrator, loss, task)
         }
     })
 }
@@ -132,21 +158,14 @@ fn one<F: ParametricForce>(
 fn with_integrator<F: ParametricForce, C: StepController + Clone + 'static>(
     choice: GradientChoice,
     (field, input): (&Field<'_, F>, &Force<'_>),
-    measured: &Recording,
+    (measured, start): (&Recording, &[f64; 4]),
     integrator: &Integrator<C>,
-    loss: &dyn TrajectoryLoss,
+    loss: &IndexedLoss<'_>,
     task: &Task,
 ) -> Outcome {
     let (t0, t1) = measured.span_s();
-    let problem = Problem {
-        field,
-        input,
-        t0,
-        t1,
-        y0: &measured.initial_state(),
-        observations_s: &measured.time_s,
-        integrator,
-    };
+    let problem =
+        Problem { field, input, t0, t1, y0: start, observations_s: &measured.time_s, integrator };
     let back = || integrator.clone();
     let directions = || task.list(field.parameter_len());
     let difference = || {
@@ -169,7 +188,7 @@ fn with_integrator<F: ParametricForce, C: StepController + Clone + 'static>(
     let mut on_states = |_: &[f64], states: &[f64], cotangents: &mut [f64]| {
         let (states, _) = states.as_chunks::<4>();
         let (cotangents, _) = cotangents.as_chunks_mut::<4>();
-        loss.value_and_cotangents(measured, states, cotangents)
+        loss(task.subject, measured, states, cotangents)
     };
     method.value_and_gradient(&problem, &mut on_states).map_err(|e| LaneFailure {
         problem: task.subject,

@@ -1,28 +1,50 @@
-//! Loss, gradient and scores in single or double precision.
+//! Loss, gradient and scores, by the fast path in single or double precision or by any gradient method.
 
 use crate::coordinates::NetworkJoint;
 use crate::curriculum::Precision;
 use crate::evaluation::Subject;
 use crate::gradient::sealed::IndexedLoss;
-use crate::gradient::{JointGradient, SealedGradient};
+use crate::gradient::{GradientChoice, JointGradient, SealedGradient, general};
 use crate::metrics::r2;
 use crate::predict::SolverSettings;
 use pam_data::{Channel, Recording};
 use pam_solvers::input::InputError;
 
-/// The fast gradient in either precision.
+/// How loss and gradient are found.
 #[derive(Debug)]
 pub enum Engine {
     /// Single precision in the network.
     F32(SealedGradient<f32>),
     /// Double precision.
     F64(SealedGradient<f64>),
+    /// Any gradient method, in doubles, recording by recording; predictions alone by the fast path.
+    General(Box<GeneralEngine>),
+}
+
+/// A gradient method besides the fast path's.
+#[derive(Debug)]
+pub struct GeneralEngine {
+    choice: GradientChoice,
+    settings: SolverSettings,
+    /// Predicted states of the last gradient.
+    states: Vec<Vec<[f64; 4]>>,
+    values: SealedGradient<f64>,
 }
 
 impl Engine {
-    /// An engine for the settings of a stage.
+    /// An engine for the settings of a stage. Without a gradient method the fast path has its own, the
+    /// exact adjoint of its steps or pieces.
     #[must_use]
-    pub fn new(settings: SolverSettings, precision: Precision) -> Self {
+    pub fn new(
+        settings: SolverSettings,
+        precision: Precision,
+        gradient: Option<GradientChoice>,
+    ) -> Self {
+        if let Some(choice) = gradient {
+            let values = SealedGradient::new(settings.clone());
+            let states = Vec::new();
+            return Self::General(Box::new(GeneralEngine { choice, settings, states, values }));
+        }
         match precision {
             Precision::F32 => Self::F32(SealedGradient::new(settings)),
             Precision::F64 => Self::F64(SealedGradient::new(settings)),
@@ -43,12 +65,27 @@ impl Engine {
         match self {
             Self::F32(g) => g.value_and_gradient_from(model, subjects, starts, loss),
             Self::F64(g) => g.value_and_gradient_from(model, subjects, starts, loss),
+            Self::General(g) => {
+                let silent: (&dyn Fn(usize), &(dyn Fn() + Sync)) = (&|_| {}, &|| {});
+                let mut found = general::value_and_gradient_from(
+                    g.choice,
+                    model,
+                    (subjects, starts),
+                    &g.settings,
+                    loss,
+                    silent,
+                )?;
+                g.states = std::mem::take(&mut found.states);
+                Ok(found)
+            }
         }
     }
 
-    /// Predicted states of a recording from the last call.
+    /// Predicted states of a recording from the last call; of methods that keep them for themselves
+    /// there are none.
     pub fn predicted(&mut self, index: usize) -> &[[f64; 4]] {
         match self {
+            Self::General(g) => &g.states[index],
             Self::F32(g) => g.predicted(index),
             Self::F64(g) => g.predicted(index),
         }
@@ -72,12 +109,16 @@ impl Engine {
             let failures = match self {
                 Self::F32(g) => g.values_from(model, portion, &starts, &zero)?.failures,
                 Self::F64(g) => g.values_from(model, portion, &starts, &zero)?.failures,
+                Self::General(g) => g.values.values_from(model, portion, &starts, &zero)?.failures,
             };
             for (i, s) in portion.iter().enumerate() {
                 if failures.iter().any(|f| f.problem == i) {
                     continue;
                 }
-                let states = self.predicted(i);
+                let states = match &mut *self {
+                    Self::General(g) => g.values.predicted(i),
+                    fast => fast.predicted(i),
+                };
                 for (c, channel) in Channel::ALL.into_iter().enumerate() {
                     let predicted: Vec<f64> = states.iter().map(|y| y[c]).collect();
                     let value = r2(s.recording.channel(channel), &predicted);

@@ -323,6 +323,7 @@ impl Trainer {
                 engine: Engine::new(
                     solver.settings_for(&self.coordinates.model(&self.state.at).force)?,
                     solver.precision,
+                    solver.gradient_choice()?,
                 ),
                 settings: s.clone(),
             });
@@ -422,7 +423,7 @@ impl Trainer {
     ) -> Result<(), TrainingError> {
         let solver = &self.curriculum.solver;
         let model = self.coordinates.model(&self.state.at);
-        let mut engine = Engine::new(solver.settings_for(&model.force)?, solver.precision);
+        let mut engine = Engine::new(solver.settings_for(&model.force)?, solver.precision, None);
         // Pressures alone say nothing of the force.
         let predicts = !matches!(self.curriculum.stages[self.state.stage], Stage::Gas(_));
         if predicts {
@@ -439,7 +440,7 @@ impl Trainer {
     fn score_held_out(&mut self) -> Result<[Option<f64>; 4], TrainingError> {
         let solver = &self.curriculum.solver;
         let model = self.coordinates.model(&self.state.at);
-        let engine = Engine::new(solver.settings_for(&model.force)?, solver.precision);
+        let engine = Engine::new(solver.settings_for(&model.force)?, solver.precision, None);
         let engine = self.scoring.get_or_insert(engine);
         update_masses(&mut self.held_out, &model, self.surfaces.as_ref())?;
         Ok(engine.mean_r2(&model, &self.held_out)?)

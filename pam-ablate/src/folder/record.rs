@@ -1,0 +1,114 @@
+//! What is kept of a cell that is over.
+
+use crate::error::AblateError;
+use crate::experiment::{Measurements, Problem};
+use crate::folder::{Planned, SweepFolder};
+use pam_data::atomic::write_atomic;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
+
+/// How a cell ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// With numbers.
+    Done,
+    /// It failed.
+    Failed,
+}
+
+/// A cell that is over.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CellRecord {
+    /// Name of the cell.
+    pub id: String,
+    /// Its seed.
+    pub seed: u64,
+    /// How it ended.
+    pub status: Status,
+    /// Why it failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// Numbers that repeat; null where one is not finite.
+    pub metrics: Map<String, Value>,
+    /// Numbers that do not, s.
+    pub times: Map<String, Value>,
+    /// What a reader should know.
+    #[serde(default)]
+    pub notes: Vec<String>,
+    /// Everything but the seed that decided the numbers.
+    pub configuration: Value,
+    /// Program, version and commit.
+    pub made_by: String,
+}
+
+impl CellRecord {
+    /// The record of a cell.
+    #[must_use]
+    pub fn of(planned: &Planned, result: Result<Measurements, Problem>, made_by: &str) -> Self {
+        let (status, error, found) = match result {
+            Ok(found) => (Status::Done, None, found),
+            Err(problem) => (Status::Failed, Some(problem.message), Measurements::default()),
+        };
+        let map = |list: Vec<(String, f64)>| list.into_iter().map(|(k, v)| (k, json!(v))).collect();
+        Self {
+            id: planned.id.clone(),
+            seed: planned.cell.seed,
+            status,
+            error,
+            metrics: map(found.metrics),
+            times: map(found.times),
+            notes: found.notes,
+            configuration: planned.configuration.clone(),
+            made_by: made_by.to_owned(),
+        }
+    }
+
+    /// A metric, if it was found.
+    #[must_use]
+    pub fn metric(&self, name: &str) -> Option<f64> {
+        self.metrics.get(name).and_then(Value::as_f64)
+    }
+
+    /// A time, if it was taken, s.
+    #[must_use]
+    pub fn time(&self, name: &str) -> Option<f64> {
+        self.times.get(name).and_then(Value::as_f64)
+    }
+}
+
+impl SweepFolder {
+    /// Writes the record of a cell.
+    ///
+    /// # Errors
+    /// [`AblateError::Data`] if it cannot be written.
+    pub fn write_record(&self, record: &CellRecord) -> Result<(), AblateError> {
+        let text = format!("{:#}\n", json!(record));
+        Ok(write_atomic(&self.cell(&record.id).join("result.json"), text.as_bytes())?)
+    }
+
+    /// The record of a cell that is over.
+    ///
+    /// # Errors
+    /// [`AblateError`] if there is a file that cannot be read.
+    pub fn read_record(&self, id: &str) -> Result<Option<CellRecord>, AblateError> {
+        let path = self.cell(id).join("result.json");
+        match std::fs::read_to_string(&path) {
+            Ok(text) => serde_json::from_str(&text).map(Some).map_err(|e| AblateError::Place {
+                path,
+                line: e.line(),
+                message: format!("{e}; remove the cell's folder to have it run again"),
+            }),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            Err(e) => Err(AblateError::io(&path, e)),
+        }
+    }
+
+    /// The records of cells, in their order; absent where a cell is not over.
+    ///
+    /// # Errors
+    /// As [`read_record`](Self::read_record).
+    pub fn records(&self, planned: &[Planned]) -> Result<Vec<Option<CellRecord>>, AblateError> {
+        planned.iter().map(|p| self.read_record(&p.id)).collect()
+    }
+}

@@ -1,0 +1,233 @@
+//! The results of a sweep as a table: one row a cell.
+//!
+//! Columns: `cell`, one for each axis, `seed`, `status` (`done`, `failed`, `missing`), one for each
+//! metric, `error`. CSV and Parquet hold the same; with equal configurations, seeds and data they are the
+//! same bytes every time. Times are in a table of their own.
+
+use crate::error::AblateError;
+use crate::folder::{CellRecord, Planned, Status};
+use crate::sweep::Sweep;
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The values of a column; `None` where there is none.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Column {
+    /// Text.
+    Text(Vec<Option<String>>),
+    /// Whole numbers.
+    Integer(Vec<i64>),
+    /// Numbers.
+    Number(Vec<Option<f64>>),
+}
+
+/// A table: columns of equal length with their names.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// The columns.
+    pub columns: Vec<(String, Column)>,
+}
+
+impl Table {
+    /// The results of cells. `times` asks for their times in place of their metrics.
+    #[must_use]
+    pub fn of(
+        sweep: &Sweep,
+        planned: &[Planned],
+        records: &[Option<CellRecord>],
+        times: bool,
+    ) -> Self {
+        let text =
+            |f: &dyn Fn(usize) -> Option<String>| Column::Text((0..planned.len()).map(f).collect());
+        let mut columns = vec![("cell".to_owned(), text(&|i| Some(planned[i].id.clone())))];
+        for (a, axis) in sweep.axes.iter().enumerate() {
+            let choice = |i: usize| &planned[i].cell.choices[a];
+            let numbers: Option<Vec<Option<f64>>> =
+                (0..planned.len()).map(|i| choice(i).number.map(Some)).collect();
+            let column =
+                numbers.map_or_else(|| text(&|i| Some(choice(i).label.clone())), Column::Number);
+            columns.push((axis.name.clone(), column));
+        }
+        let seeds = planned.iter().map(|p| p.cell.seed as i64).collect();
+        columns.push(("seed".into(), Column::Integer(seeds)));
+        let status = |i: usize| {
+            let text = match records[i].as_ref().map(|r| r.status) {
+                None => "missing",
+                Some(Status::Done) => "done",
+                Some(Status::Failed) => "failed",
+            };
+            Some(text.to_owned())
+        };
+        columns.push(("status".into(), text(&status)));
+        for name in names(records, times) {
+            let value = |r: &Option<CellRecord>| {
+                let r = r.as_ref()?;
+                if times { r.time(&name) } else { r.metric(&name) }
+            };
+            let values = records.iter().map(value).collect();
+            columns.push((name.clone(), Column::Number(values)));
+        }
+        if !times {
+            let error = |i: usize| records[i].as_ref().and_then(|r| r.error.clone());
+            columns.push(("error".into(), text(&error)));
+        }
+        Self { columns }
+    }
+
+    /// The column of a name.
+    #[must_use]
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|(n, _)| n == name).map(|(_, c)| c)
+    }
+
+    fn len(&self) -> usize {
+        self.columns.first().map_or(0, |(_, c)| match c {
+            Column::Text(v) => v.len(),
+            Column::Integer(v) => v.len(),
+            Column::Number(v) => v.len(),
+        })
+    }
+
+    /// The table as CSV (RFC 4180); numbers have as many digits as tell them apart.
+    ///
+    /// # Panics
+    /// Never: writing into memory cannot fail.
+    #[must_use]
+    pub fn to_csv(&self) -> String {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let written = "writing into memory cannot fail";
+        writer.write_record(self.columns.iter().map(|(name, _)| name)).expect(written);
+        for row in 0..self.len() {
+            let cell = |(_, column): &(String, Column)| match column {
+                Column::Text(v) => v[row].clone().unwrap_or_default(),
+                Column::Integer(v) => v[row].to_string(),
+                Column::Number(v) => v[row].map_or_else(String::new, |v| v.to_string()),
+            };
+            writer.write_record(self.columns.iter().map(cell)).expect(written);
+        }
+        String::from_utf8(writer.into_inner().expect(written)).expect("the text is UTF-8")
+    }
+
+    /// The table as Apache Parquet, uncompressed, one row group.
+    ///
+    /// # Errors
+    /// [`AblateError::Folder`] naming `path` if it cannot be encoded.
+    pub fn to_parquet(&self, path: &Path) -> Result<Vec<u8>, AblateError> {
+        self.encode().map_err(|e| AblateError::folder(path, format!("no Parquet: {e}")))
+    }
+
+    fn encode(&self) -> Result<Vec<u8>, ParquetError> {
+        let fields = self.columns.iter().map(|(name, column)| {
+            let (physical, logical, repetition) = match column {
+                Column::Text(_) => {
+                    (Physical::BYTE_ARRAY, Some(LogicalType::String), Repetition::OPTIONAL)
+                }
+                Column::Integer(_) => (Physical::INT64, None, Repetition::REQUIRED),
+                Column::Number(_) => (Physical::DOUBLE, None, Repetition::OPTIONAL),
+            };
+            Type::primitive_type_builder(name, physical)
+                .with_logical_type(logical)
+                .with_repetition(repetition)
+                .build()
+                .map(Arc::new)
+        });
+        let fields = fields.collect::<Result<Vec<_>, _>>()?;
+        let schema = Arc::new(Type::group_type_builder("results").with_fields(fields).build()?);
+        let properties = Arc::new(WriterProperties::builder().build());
+        let mut bytes = Vec::new();
+        let mut writer = SerializedFileWriter::new(&mut bytes, schema, properties)?;
+        let mut group = writer.next_row_group()?;
+        for (_, column) in &self.columns {
+            let mut to = group
+                .next_column()?
+                .ok_or_else(|| ParquetError::General("a column too many".into()))?;
+            match column {
+                Column::Text(v) => {
+                    let values: Vec<ByteArray> =
+                        v.iter().flatten().map(|t| ByteArray::from(t.as_str())).collect();
+                    to.typed::<ByteArrayType>().write_batch(&values, Some(&levels(v)), None)?;
+                }
+                Column::Integer(v) => {
+                    to.typed::<Int64Type>().write_batch(v, None, None)?;
+                }
+                Column::Number(v) => {
+                    let values: Vec<f64> = v.iter().flatten().copied().collect();
+                    to.typed::<DoubleType>().write_batch(&values, Some(&levels(v)), None)?;
+                }
+            }
+            to.close()?;
+        }
+        group.close()?;
+        writer.close()?;
+        Ok(bytes)
+    }
+}
+
+/// Which values are there, as Parquet says it.
+fn levels<T>(values: &[Option<T>]) -> Vec<i16> {
+    values.iter().map(|v| i16::from(v.is_some())).collect()
+}
+
+/// Names of all metrics or times, in the order in which cells first have them.
+#[must_use]
+pub fn names(records: &[Option<CellRecord>], times: bool) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for r in records.iter().flatten() {
+        for name in if times { r.times.keys() } else { r.metrics.keys() } {
+            if !names.contains(name) {
+                names.push(name.clone());
+            }
+        }
+    }
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
+
+    /// What a reader of Parquet finds is what was written, gaps and all.
+    #[test]
+    fn parquet_and_csv_hold_the_same() {
+        let table = Table {
+            columns: vec![
+                ("model.activation".into(), Column::Text(vec![Some("si, lu".into()), None])),
+                ("seed".into(), Column::Integer(vec![1, -2])),
+                ("loss".into(), Column::Number(vec![None, Some(0.1 + 0.2)])),
+            ],
+        };
+        let bytes = table.to_parquet(Path::new("t")).unwrap();
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), bytes).unwrap();
+        let reader = SerializedFileReader::new(file.reopen().unwrap()).unwrap();
+        let rows: Vec<Vec<(String, Field)>> = reader
+            .get_row_iter(None)
+            .unwrap()
+            .map(|r| r.unwrap().get_column_iter().map(|(n, f)| (n.clone(), f.clone())).collect())
+            .collect();
+        let named = |n: &str, f: Field| (n.to_owned(), f);
+        let expected = [
+            [
+                named("model.activation", Field::Str("si, lu".into())),
+                named("seed", Field::Long(1)),
+                named("loss", Field::Null),
+            ],
+            [
+                named("model.activation", Field::Null),
+                named("seed", Field::Long(-2)),
+                named("loss", Field::Double(0.300_000_000_000_000_04)),
+            ],
+        ];
+        assert_eq!(rows, expected);
+        let csv = "model.activation,seed,loss\n\"si, lu\",1,\n,-2,0.30000000000000004\n";
+        assert_eq!(table.to_csv(), csv);
+    }
+}

@@ -1,0 +1,306 @@
+//! `pam ablate`.
+
+use crate::arguments::{AblateArguments, AblateCommand, GlobalOptions, MergeArguments};
+use crate::console::{Console, table};
+use crate::error::CliError;
+use crate::run_record::{self, made_by};
+use crate::{INTERRUPTED, PARTIAL};
+use indicatif::ProgressBar;
+use pam_ablate::prelude::*;
+use pam_ablate::slurm::BATCH_SCRIPT;
+use pam_ablate::summary::{mean_text, short};
+use pam_data::LoadOptions;
+use serde_json::json;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CliError`] naming file and line, the option, or the folder.
+pub fn run(
+    arguments: &AblateArguments,
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<ExitCode, CliError> {
+    match &arguments.command {
+        Some(AblateCommand::Template) => {
+            console.text(BATCH_SCRIPT.trim_end());
+            console.json(&json!({ "script": BATCH_SCRIPT }));
+            Ok(ExitCode::SUCCESS)
+        }
+        Some(AblateCommand::Merge(a)) => merged(a, console),
+        None => sweep(arguments, global, console),
+    }
+}
+
+/// The sweep of the arguments, with what they override.
+fn asked(arguments: &AblateArguments) -> Result<Sweep, CliError> {
+    let mut sweep = match (&arguments.sweep, &arguments.out) {
+        (Some(name), _) => Sweep::open(name)?,
+        (None, Some(out)) => SweepFolder::at(out).sweep()?,
+        (None, None) => return Err(CliError::Usage("give a sweep, or --out of one".into())),
+    };
+    for text in &arguments.overrides {
+        sweep.override_with(text)?;
+    }
+    if !arguments.seeds.is_empty() {
+        let seeds = &arguments.seeds;
+        if seeds.iter().enumerate().any(|(i, s)| seeds[..i].contains(s)) {
+            return Err(CliError::Usage("--seeds: a seed is there twice".into()));
+        }
+        sweep.seeds.clone_from(seeds);
+    }
+    if !arguments.data.is_empty() {
+        let absolute = |p: &PathBuf| std::path::absolute(p).unwrap_or_else(|_| p.clone());
+        let paths: Vec<String> =
+            arguments.data.iter().map(|p| absolute(p).display().to_string()).collect();
+        sweep.experiment.insert("recordings".into(), paths.into());
+    }
+    Ok(sweep)
+}
+
+fn experiment(sweep: &Sweep, load: LoadOptions, arguments: &AblateArguments) -> TrainingExperiment {
+    TrainingExperiment::new(sweep, load, &made_by())
+        .with_checkpoints(Duration::from_secs_f64(arguments.checkpoint_s))
+}
+
+fn sweep(
+    arguments: &AblateArguments,
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<ExitCode, CliError> {
+    if let (true, Some(name)) = (arguments.print, &arguments.sweep) {
+        let text = Sweep::built_in_text(name).map(str::to_owned);
+        let known = Sweep::BUILT_IN.join(", ");
+        let text = text.ok_or_else(|| CliError::Usage(format!("--print is for {known}")))?;
+        console.text(text.trim_end());
+        console.json(&json!({ "sweep": text }));
+        return Ok(ExitCode::SUCCESS);
+    }
+    if !(arguments.checkpoint_s.is_finite() && arguments.checkpoint_s >= 0.0) {
+        return Err(CliError::Usage("--checkpoint-s must not be negative".into()));
+    }
+    let sweep = asked(arguments)?;
+    let experiment = experiment(&sweep, arguments.reading.load_options()?, arguments);
+    let planned = plan(&sweep, &experiment)?;
+    if arguments.list {
+        return list(arguments, &sweep, &planned, console);
+    }
+    let Some(out) = &arguments.out else {
+        return Err(CliError::Usage("give --out DIR".into()));
+    };
+    let folder = SweepFolder::begin(out, &sweep, arguments.extend)?;
+    let configuration = json!({ "sweep": sweep, "reading": arguments.reading.to_json()? });
+    run_record::write(out, "ablate", global.seed, &configuration)?;
+    if arguments.retry_failed {
+        let freed = free_failed(&planned, &folder)?;
+        console.text(format!("{freed} cells that failed are run again."));
+    }
+    let threads = global.threads.unwrap_or_else(pam_threads);
+    let options = RunOptions {
+        shard: arguments.shard,
+        steal: arguments.steal,
+        jobs: arguments.jobs.map_or(threads, usize::from),
+        threads,
+        made_by: made_by(),
+    };
+    let stop = stop_flag();
+    let progress = Progress::new(&sweep, console);
+    let counts = run_cells(&planned, &experiment, &folder, &options, &stop, &|event| {
+        progress.tell(event);
+    });
+    progress.bar.finish_and_clear();
+    let counts = counts?;
+    let summary = write_results(&folder, &sweep, &planned, &made_by())?;
+    let stopped = stop.load(Ordering::Relaxed) && counts.stopped > 0;
+    tell(&folder, &sweep, &summary, Some((counts, stopped)), console);
+    if stopped {
+        console.text(format!("interrupted; the same command goes on with it in {}", out.display()));
+        return Ok(ExitCode::from(INTERRUPTED));
+    }
+    Ok(code_of(&summary))
+}
+
+fn pam_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+fn code_of(summary: &Summary) -> ExitCode {
+    if summary.done == summary.cells { ExitCode::SUCCESS } else { ExitCode::from(PARTIAL) }
+}
+
+/// A flag that signals set; another signal later ends the program at once, and checkpoints stay.
+fn stop_flag() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&stop);
+    let mut first: Option<Instant> = None;
+    let _ = ctrlc::set_handler(move || {
+        asked.store(true, Ordering::Relaxed);
+        // A scheduler sends the same signal by several ways at once.
+        if first.get_or_insert_with(Instant::now).elapsed() > REPEATED {
+            std::process::exit(i32::from(INTERRUPTED));
+        }
+    });
+    stop
+}
+
+/// Signals within this time count as one.
+const REPEATED: Duration = Duration::from_secs(2);
+
+fn merged(arguments: &MergeArguments, console: &Console) -> Result<ExitCode, CliError> {
+    let sources: Vec<&Path> = arguments.folders.iter().map(PathBuf::as_path).collect();
+    let out = match (&arguments.out, &sources[..]) {
+        (Some(out), _) => out.as_path(),
+        (None, [only]) => only,
+        _ => return Err(CliError::Usage("give --out DIR for what is merged".into())),
+    };
+    let sweep = SweepFolder::at(sources[0]).sweep()?;
+    let experiment = TrainingExperiment::new(&sweep, LoadOptions::default(), &made_by());
+    let planned = plan(&sweep, &experiment)?;
+    let folder = SweepFolder::begin(out, &sweep, false)?;
+    merge(&sources, &folder, &sweep, &planned)?;
+    let summary = write_results(&folder, &sweep, &planned, &made_by())?;
+    tell(&folder, &sweep, &summary, None, console);
+    Ok(code_of(&summary))
+}
+
+fn list(
+    arguments: &AblateArguments,
+    sweep: &Sweep,
+    planned: &[Planned],
+    console: &Console,
+) -> Result<ExitCode, CliError> {
+    let records = match &arguments.out {
+        Some(out) => SweepFolder::at(out).records(planned)?,
+        None => vec![None; planned.len()],
+    };
+    let mut rows = vec![["cell", "shard", "status", "settings"].map(str::to_owned).to_vec()];
+    let mut values = Vec::new();
+    for (p, record) in planned.iter().zip(&records) {
+        let status = record.as_ref().map_or(json!("open"), |r| json!(r.status));
+        let status = status.as_str().unwrap_or_default().to_owned();
+        let shard = p.cell.index % arguments.shard.count + 1;
+        values.push(json!({
+            "cell": p.id, "shard": shard, "status": status, "settings": p.cell.describe(sweep),
+        }));
+        rows.push(vec![p.id.clone(), shard.to_string(), status, p.cell.describe(sweep)]);
+    }
+    console.json(&json!({ "cells": values }));
+    console.text(table(&rows));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Results on the console.
+fn tell(
+    folder: &SweepFolder,
+    sweep: &Sweep,
+    summary: &Summary,
+    ran: Option<(RunCounts, bool)>,
+    console: &Console,
+) {
+    let mut value = json!({ "summary": summary, "folder": folder.path(), "made_by": made_by() });
+    if let Some((counts, stopped)) = ran {
+        value["this_process"] = json!({
+            "done": counts.done,
+            "failed": counts.failed,
+            "stopped": counts.stopped,
+            "elsewhere": counts.elsewhere,
+            "interrupted": stopped,
+        });
+    }
+    console.json(&value);
+    let Some(metric) = summary.metrics.first() else {
+        console.text(format!("{}: no cell has ended with numbers", sweep.name));
+        return;
+    };
+    let mut rows = Vec::new();
+    for axis in summary.axes() {
+        let head = [axis, metric, "difference", "95 % interval", "p, t", "p, Wilcoxon"];
+        rows.push(head.map(str::to_owned).to_vec());
+        for m in summary.means.iter().filter(|m| m.axis == axis && m.metric == *metric) {
+            let mut row = vec![m.value.clone(), mean_text(m)];
+            row.extend(summary.difference_texts(m));
+            rows.push(row);
+        }
+    }
+    if !summary.draws.is_empty() {
+        let axes = sweep.axes.iter().map(|a| a.name.clone());
+        rows.push(["best".to_owned()].into_iter().chain(axes).chain([metric.clone()]).collect());
+    }
+    for (k, draw) in summary.draws.iter().take(LISTED_DRAWS).enumerate() {
+        let number = |(text, n): (&String, &Option<f64>)| n.map_or_else(|| text.clone(), short);
+        let values = draw.values.iter().zip(&draw.numbers).map(number);
+        rows.push(
+            [(k + 1).to_string()].into_iter().chain(values).chain([short(draw.mean)]).collect(),
+        );
+    }
+    let open = summary.cells - summary.done - summary.failed;
+    let open = if open > 0 { format!(", {open} not over yet") } else { String::new() };
+    let file = |name: &str| folder.path().join(name).display().to_string();
+    console.text(format!(
+        "\n{}: {} of {} cells done, {} failed{open}.\n\n{}\n\ntable: {}\nreport: {}",
+        sweep.name,
+        summary.done,
+        summary.cells,
+        summary.failed,
+        table(&rows),
+        file("results.csv"),
+        file("report.html")
+    ));
+}
+
+/// Draws of a random search that are printed.
+const LISTED_DRAWS: usize = 5;
+
+/// A bar over all cells of the process, in thousandths of a cell.
+struct Progress<'a> {
+    bar: ProgressBar,
+    shares: Mutex<HashMap<String, f64>>,
+    sweep: &'a Sweep,
+    console: &'a Console,
+}
+
+const PARTS: f64 = 1000.0;
+
+impl<'a> Progress<'a> {
+    fn new(sweep: &'a Sweep, console: &'a Console) -> Self {
+        let bar = console.progress(1, "cells");
+        Self { bar, shares: Mutex::new(HashMap::new()), sweep, console }
+    }
+
+    fn tell(&self, event: Event<'_>) {
+        match event {
+            Event::Planned(cells, over) => {
+                self.bar.set_length((PARTS * cells as f64) as u64);
+                let over =
+                    if over > 0 { format!(", {over} were done before") } else { String::new() };
+                self.console.text(format!("{}: {cells} cells to run{over}.", self.sweep.name));
+            }
+            Event::Began(p, before) => {
+                let again = if before > 0 { ", goes on" } else { "" };
+                self.bar.set_message(format!("{}{again}", p.cell.describe(self.sweep)));
+            }
+            Event::Progress(p, share) => self.set(p, share),
+            Event::Over(p, record) => {
+                self.set(p, 1.0);
+                if let Some(error) = &record.error {
+                    let cell = p.cell.describe(self.sweep);
+                    self.bar.suspend(|| self.console.warn(format!("{cell}: failed: {error}")));
+                }
+            }
+            Event::Elsewhere(p) => self.set(p, 1.0),
+            Event::Stopped(_) => {}
+        }
+    }
+
+    fn set(&self, p: &Planned, share: f64) {
+        let Ok(mut shares) = self.shares.lock() else { return };
+        shares.insert(p.id.clone(), share);
+        self.bar.set_position((PARTS * shares.values().sum::<f64>()) as u64);
+    }
+}
