@@ -1,9 +1,23 @@
-//! Helpers of the whole-system tests. The Rust code of the README, of `docs/rig.md`, of `docs/training.md`, of
-//! `docs/diagnosis.md` and of the notebooks is compiled and run as documentation tests of this crate.
+//! Helpers of the whole-system tests. The Rust code of the README, of the book and of the notebooks is compiled
+//! and run as documentation tests of this crate.
 #![doc = include_str!("../../README.md")]
+#![doc = include_str!("../../docs/introduction.md")]
+#![doc = include_str!("../../docs/tutorial.md")]
+#![doc = include_str!("../../docs/theory.md")]
+#![doc = include_str!("../../docs/other-systems.md")]
+#![doc = include_str!("../../docs/how-to.md")]
 #![doc = include_str!("../../docs/rig.md")]
 #![doc = include_str!("../../docs/training.md")]
 #![doc = include_str!("../../docs/diagnosis.md")]
+#![doc = include_str!("../../docs/control.md")]
+#![doc = include_str!("../../docs/gradients.md")]
+#![doc = include_str!("../../docs/exact.md")]
+#![doc = include_str!("../../docs/compare.md")]
+#![doc = include_str!("../../docs/formats.md")]
+#![doc = include_str!("../../docs/architecture.md")]
+#![doc = include_str!("../../docs/reproduction.md")]
+#![doc = include_str!("../../docs/experiments.md")]
+#![doc = include_str!("../../docs/peers.md")]
 #![doc = include_str!(concat!(env!("OUT_DIR"), "/notebooks.md"))]
 
 pub mod diagnose;

@@ -42,7 +42,7 @@
 //!     .map(|&angle| {
 //!         let real = Term::new(Pendulum { p: [0.0, 0.3, 0.0] }, NoInput); // dry friction is hidden
 //!         let y0 = vec![angle, 0.0];
-//!         let run = integrator.solve(&real, 0.0, 7.98, &y0, SaveAt::Times(&times_s))?;
+//!         let run = integrator.solve(&real, 0.0, 8.0, &y0, SaveAt::Times(&times_s))?;
 //!         let measured = run.component(0).collect();
 //!         Ok(Experiment { name: format!("from {angle} rad"), input: NoInput, initial_state: y0,
 //!             times_s: times_s.clone(), measured })

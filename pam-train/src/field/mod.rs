@@ -37,7 +37,7 @@
 //! let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-8, 1e-8));
 //! let times_s: Vec<f64> = (0..200).map(|k| 0.05 * f64::from(k)).collect();
 //! let truth = Term::new(Pendulum { omega_squared: 9.0, damping: 0.2 }, NoInput);
-//! let run = integrator.solve(&truth, 0.0, 9.95, &[1.0, 0.0], SaveAt::Times(&times_s))?;
+//! let run = integrator.solve(&truth, 0.0, 10.0, &[1.0, 0.0], SaveAt::Times(&times_s))?;
 //!
 //! let measured = Experiment {
 //!     name: "swing".into(), input: NoInput, initial_state: vec![1.0, 0.0],

@@ -12,7 +12,7 @@ macro_rules! losses {
         /// A loss by its name: a table with `kind` and the fields of that loss.
         ///
         /// ```
-        /// # use pam_train::loss::{AnyLoss, TrajectoryLoss};
+        /// # use pam_train::loss::AnyLoss;
         /// let loss: AnyLoss = serde_json::from_str(
         ///     r#"{ "kind": "masked", "every": 4, "of": { "kind": "normalised", "weights": [2, 1, 1, 1] } }"#,
         /// )?;
@@ -61,6 +61,16 @@ impl Default for AnyLoss {
     }
 }
 
+impl AnyLoss {
+    /// Checks the numbers of the loss, and of those that it wraps.
+    ///
+    /// # Errors
+    /// [`SettingsError`] naming the first that is out of range.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        self.with(|loss| loss.check())
+    }
+}
+
 impl TrajectoryLoss for AnyLoss {
     fn value_and_cotangents(
         &self,
@@ -72,7 +82,7 @@ impl TrajectoryLoss for AnyLoss {
     }
 
     fn check(&self) -> Result<(), SettingsError> {
-        self.with(|loss| loss.check())
+        AnyLoss::check(self)
     }
 }
 
