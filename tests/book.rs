@@ -37,7 +37,8 @@ fn pages() -> BTreeSet<String> {
 
 #[test]
 fn every_page_is_in_the_summary_and_tested() {
-    let summary: BTreeSet<String> = links(&read(&root().join("docs/SUMMARY.md"))).into_iter().collect();
+    let summary: BTreeSet<String> =
+        links(&read(&root().join("docs/SUMMARY.md"))).into_iter().collect();
     assert_eq!(summary, pages(), "docs/SUMMARY.md lists the files of docs/");
     let tested = read(&root().join("tests/src/lib.rs"));
     for page in pages() {
@@ -94,8 +95,12 @@ fn notebooks_are_stored_with_their_outputs() {
         let mut figures = 0;
         for cell in notebook["cells"].as_array().expect("cells") {
             let outputs = cell["outputs"].as_array().cloned().unwrap_or_default();
-            figures += outputs.iter().filter(|o| o["data"]["image/svg+xml"].is_array()
-                || o["data"]["image/svg+xml"].is_string()).count();
+            figures += outputs
+                .iter()
+                .filter(|o| {
+                    o["data"]["image/svg+xml"].is_array() || o["data"]["image/svg+xml"].is_string()
+                })
+                .count();
             for output in &outputs {
                 assert_ne!(output["output_type"], "error", "{}: {output}", path.display());
                 assert_ne!(output["name"], "stderr", "{}: {output}", path.display());

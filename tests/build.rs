@@ -1,5 +1,5 @@
-//! Turns the code cells of the notebooks into documentation tests, so that they are compiled and run
-//! without the notebook kernel.
+//! Turns the code cells of every notebook into one function, so that they are compiled and run without the
+//! notebook kernel, all cells of a notebook in one scope.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -7,31 +7,33 @@ use std::path::Path;
 fn main() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../notebooks");
     println!("cargo:rerun-if-changed={}", folder.display());
-    let mut names: Vec<_> = std::fs::read_dir(&folder)
+    let mut paths: Vec<_> = std::fs::read_dir(&folder)
         .expect("the folder of notebooks exists")
         .map(|entry| entry.expect("a readable folder").path())
         .filter(|path| path.extension().is_some_and(|e| e == "ipynb"))
         .collect();
-    names.sort();
-    assert!(!names.is_empty(), "there are notebooks");
-    let mut out = String::new();
-    for path in names {
+    paths.sort();
+    assert!(!paths.is_empty(), "there are notebooks");
+    let (mut modules, mut list) = (String::new(), String::new());
+    for path in paths {
         println!("cargo:rerun-if-changed={}", path.display());
+        let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
         let text = std::fs::read_to_string(&path).expect("a readable notebook");
         let notebook: serde_json::Value = serde_json::from_str(&text).expect("a notebook is JSON");
-        let _ = writeln!(out, "\n# {}\n\n```rust", path.display());
-        for cell in notebook["cells"].as_array().expect("a notebook has cells") {
-            if cell["cell_type"] == "code" {
-                for line in source(&cell["source"]).lines().filter(|l| !l.starts_with(":dep")) {
-                    let _ = writeln!(out, "{line}");
-                }
+        let _ = writeln!(modules, "mod {name} {{\n    pub(super) fn run() -> super::Ran {{");
+        let cells = notebook["cells"].as_array().expect("a notebook has cells");
+        for (k, cell) in cells.iter().enumerate().filter(|(_, c)| c["cell_type"] == "code") {
+            let _ = writeln!(modules, "        super::begin({k});");
+            for line in source(&cell["source"]).lines().filter(|l| !l.starts_with(":dep")) {
+                let _ = writeln!(modules, "{line}");
             }
         }
-        // A cell may use `?`.
-        out.push_str("# Ok::<(), Box<dyn std::error::Error>>(())\n```\n");
+        let _ = writeln!(modules, "        Ok(())\n    }}\n}}\n");
+        let _ = writeln!(list, "    (\"{name}\", {name}::run),");
     }
+    let out = format!("{modules}const NOTEBOOKS: &[(&str, fn() -> Ran)] = &[\n{list}];\n");
     let target = std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR");
-    std::fs::write(Path::new(&target).join("notebooks.md"), out).expect("OUT_DIR is writable");
+    std::fs::write(Path::new(&target).join("notebooks.rs"), out).expect("OUT_DIR is writable");
 }
 
 /// A cell's source: one text, or a list of lines.

@@ -1,5 +1,5 @@
-//! Helpers of the whole-system tests. The Rust code of the README, of the book and of the notebooks is compiled
-//! and run as documentation tests of this crate.
+//! Helpers of the whole-system tests. The Rust code of the README and of the book is compiled and run as
+//! documentation tests of this crate.
 #![doc = include_str!("../../README.md")]
 #![doc = include_str!("../../docs/introduction.md")]
 #![doc = include_str!("../../docs/tutorial.md")]
@@ -18,7 +18,6 @@
 #![doc = include_str!("../../docs/reproduction.md")]
 #![doc = include_str!("../../docs/experiments.md")]
 #![doc = include_str!("../../docs/peers.md")]
-#![doc = include_str!(concat!(env!("OUT_DIR"), "/notebooks.md"))]
 
 pub mod diagnose;
 pub mod plant;
