@@ -5,7 +5,8 @@
 
 use num_dual::HyperDual64;
 use pam_autodiff::{Central, DifferenceScheme, linearise};
-use pam_core::{ForceInput, ForceModel, Mlp, NetworkForce, Scalar, Softplus};
+use pam_core::activation::Softplus;
+use pam_core::{ForceInput, ForceModel, Mlp, NetworkForce, Scalar};
 use pam_core::{ModelError, force::Dense};
 
 fn network<S: Scalar>() -> Result<NetworkForce<S, Softplus>, ModelError> {

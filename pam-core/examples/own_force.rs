@@ -38,7 +38,7 @@ impl ParametricForce for HardeningSpring<f64> {
 }
 
 fn main() {
-    let spring = HardeningSpring { k0: 80e3, k1: 500e3, k3: 4e3, b: 6500.0 };
+    let spring = HardeningSpring::<f64> { k0: 80e3, k1: 500e3, k3: 4e3, b: 6500.0 };
     let model = JointModel::datasheet(spring);
     let masses = model.gas_law_masses(0.0, [412.0, 412.0]); // kPa absolute, sealed at x = 0
     let [pf, pe] = model.gas_law_pressures_kpa(0.0, masses);

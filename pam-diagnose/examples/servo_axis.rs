@@ -18,7 +18,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use std::f64::consts::TAU;
 
-/// Mass (kg), motor constant (N/A), then what may be missing: viscous friction (N·s/mm), dry friction (N),
+/// Moved mass with that of the motor (kg), motor constant (N/A), then what may be missing: viscous friction (N·s/mm), dry friction (N),
 /// cogging (N) and its pitch (mm), a load (N).
 #[derive(Clone, Copy)]
 struct Axis<S>([S; 7]);
@@ -58,8 +58,8 @@ impl ParametricField for Axis<f64> {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-6, 1e-6));
-    let healthy = Axis([2.0, 20.0, 0.05, 0.0, 0.0, 5.0, 0.0]);
-    let worn = Axis([2.0, 20.0, 0.05, 4.0, 3.0, 5.0, 0.0]);
+    let healthy = Axis([60.0, 20.0, 0.05, 0.0, 0.0, 5.0, 0.0]);
+    let worn = Axis([60.0, 20.0, 0.05, 4.0, 3.0, 5.0, 0.0]);
     let noise_mm = 0.02;
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let noise = Normal::new(0.0, noise_mm)?;
@@ -85,7 +85,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // The numbers of the healthy axis, by least squares with intervals.
     let calibration = [record(healthy, 0.8, 0.8)?];
-    let guess = Axis([2.3, 18.0, 0.04, 0.0, 0.0, 5.0, 0.0]);
+    let guess = Axis([66.0, 18.0, 0.04, 0.0, 0.0, 5.0, 0.0]);
     let outputs = Outputs::new([(0, noise_mm)]);
     let problem = FieldProblem {
         field: &guess,
@@ -95,7 +95,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     // The position tells k_F / m and b / m, not all three: the mass is weighed.
     let mut start = guess.parameters();
-    start[0] = 2.0;
+    start[0] = 60.0;
     let free = Some(vec![1, 2]);
     let fit =
         problem.least_squares(&LeastSquares { free, start: Some(start), ..Default::default() })?;

@@ -72,8 +72,8 @@ fn main() -> Result<(), Box<SolveError<f64>>> {
         }
         states.chunks_exact(2).map(|y| share * y[0] * y[0]).sum::<f64>()
     };
-    let problem = |field| Problem {
-        field,
+    let problem = Problem {
+        field: &pendulum,
         input: &drive,
         t0: 0.0,
         t1: 5.0,
@@ -82,13 +82,13 @@ fn main() -> Result<(), Box<SolveError<f64>>> {
         integrator: &integrator,
     };
     let method = DiscreteAdjoint::new(ByTape);
-    let g = method.value_and_gradient(&problem(&pendulum), &mut loss)?;
+    let g = method.value_and_gradient(&problem, &mut loss)?;
     println!("L = {:.6}, dL/dω² = {:.6}, dL/dd = {:.6}", g.value, g.parameters[0], g.parameters[1]);
 
     // It is the slope: a difference of two solves agrees.
     let mut value = |damping: f64| {
         let other = Pendulum { omega_squared: 9.0, damping };
-        method.value_and_gradient(&problem(&other), &mut loss).map(|g| g.value)
+        method.value_and_gradient(&Problem { field: &other, ..problem }, &mut loss).map(|g| g.value)
     };
     let difference = (value(0.2 + 1e-4)? - value(0.2 - 1e-4)?) / 2e-4;
     assert!((g.parameters[1] - difference).abs() < 1e-6, "{} {difference}", g.parameters[1]);

@@ -173,6 +173,11 @@ where
                 let s = method
                     .sensitivities(&self.of(&field, k))
                     .map_err(|error| failed(&self.experiments[k], &error))?;
+                if s.tangents.iter().any(|t| !t.is_finite()) {
+                    let why = "the derivative of its states by a parameter is not finite; look for overflow in \
+                               the field (sinh, cosh, exp of large numbers)";
+                    return Err(failed(&self.experiments[k], &why));
+                }
                 let errors = self.errors(k, &s.states);
                 Ok(self.part(&errors, &s.tangents, free.len(), self.counted(k, until)))
             })
