@@ -1,7 +1,8 @@
 //! A system without muscles, identified and diagnosed: a servo axis with a screw.
 //!
 //! ```text
-//! m v̇ = k_F i − b v − c tanh(v / v_s) − a sin(2π x / pitch) − F₀        states x (mm), v (mm/s), input i (A)
+//! m v̇ = k_F i − b v − c tanh(v / v_s) − a sin(2π x / pitch) − F₀        states x (mm), v (mm/s)
+//! i = 0.1 A/mm (r − x) − 0.02 A s/mm v                                 the servo, input r (mm)
 //! ```
 //!
 //! The model knows mass, motor constant and viscous friction; dry friction and a cogging force are hidden in
@@ -36,7 +37,8 @@ impl<S: Scalar> VectorField<S> for Axis<S> {
     fn eval_into(&self, _t: f64, y: &[S], u: &[S], dy: &mut [S], _work: &mut [S]) {
         let [mass, motor, viscous, dry, cogging, pitch, load] = self.0;
         let (x, v) = (y[0], y[1]);
-        let force_n = motor * u[0]
+        let current_a = (u[0] - x).scaled(0.1) - v.scaled(0.02);
+        let force_n = motor * current_a
             - viscous * v
             - dry * v.scaled(1.0 / SMOOTHED_BELOW_MM_S).tanh()
             - cogging * (x / pitch).scaled(TAU).sin()
@@ -65,17 +67,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let noise = Normal::new(0.0, noise_mm)?;
     let times_s: Vec<f64> = (0..800).map(|k| 0.01 * f64::from(k)).collect();
     let mut record = |axis: Axis<f64>,
-                      ampere: f64,
+                      amplitude_mm: f64,
                       hz: f64|
      -> Result<_, Box<dyn std::error::Error>> {
         let input = InputFn::new(1, move |t: f64, u: &mut [f64]| {
-            u[0] = ampere * ((TAU * hz * t).cos() + 0.5 * (TAU * 2.3 * hz * t).cos());
+            u[0] = amplitude_mm * ((TAU * hz * t).sin() + 0.4 * (TAU * 2.3 * hz * t).sin());
         });
         let y0 = vec![0.0, 0.0];
         let run =
             integrator.solve(&Term::new(axis, input), 0.0, 8.0, &y0, SaveAt::Times(&times_s))?;
         Ok(Experiment {
-            name: format!("{ampere} A at {hz} Hz"),
+            name: format!("{amplitude_mm} mm at {hz} Hz"),
             input,
             initial_state: y0,
             times_s: times_s.clone(),
@@ -84,7 +86,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
 
     // The numbers of the healthy axis, by least squares with intervals.
-    let calibration = [record(healthy, 0.8, 0.8)?];
+    let calibration = [record(healthy, 10.0, 0.5)?];
     let guess = Axis([66.0, 18.0, 0.04, 0.0, 0.0, 5.0, 0.0]);
     let outputs = Outputs::new([(0, noise_mm)]);
     let problem = FieldProblem {
@@ -109,7 +111,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // The worn axis against that model.
     let model = Axis(std::array::from_fn(|i| fit.parameters[i]));
-    let experiments = [record(worn, 0.8, 0.8)?, record(worn, 1.1, 0.5)?, record(worn, 0.6, 1.2)?];
+    let experiments = [record(worn, 10.0, 0.5)?, record(worn, 15.0, 0.3)?, record(worn, 6.0, 0.8)?];
     let problem =
         FieldProblem { field: &model, experiments: &experiments, integrator: &integrator, outputs };
     let candidates = [
@@ -167,7 +169,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     assert!(found.held_rmse[1][0] < 1.2 * noise_mm);
 
     // A healthy axis: nothing is found.
-    let experiments = [record(healthy, 0.8, 0.8)?, record(healthy, 1.1, 0.5)?];
+    let experiments = [record(healthy, 10.0, 0.5)?, record(healthy, 15.0, 0.3)?];
     let problem = FieldProblem { experiments: &experiments, ..problem };
     let nothing = diagnose_field(&problem, &candidates, &FieldOptions::default())?;
     println!("healthy: {}", nothing.verdict);

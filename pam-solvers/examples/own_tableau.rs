@@ -19,14 +19,16 @@ fn three_eighths() -> Result<Tableau, ModelError> {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // ẏ = y cos t has the solution exp(sin t).
-    let field =
-        FieldFn::new(1, 0, |t: f64, y: &[f64], _u: &[f64], dy: &mut [f64]| dy[0] = y[0] * t.cos());
+    // ẍ = −x from (1, 0) has the solution cos t.
+    let field = FieldFn::new(2, 0, |_t: f64, y: &[f64], _u: &[f64], dy: &mut [f64]| {
+        dy[0] = y[1];
+        dy[1] = -y[0];
+    });
     let term = Term::new(field, NoInput);
     let error = |step_s: f64| -> Result<f64, Box<dyn std::error::Error>> {
         let integrator = Integrator::new(three_eighths()?, ConstantStep::new(step_s));
-        let solution = integrator.solve(&term, 0.0, 4.0, &[1.0], SaveAt::End)?;
-        Ok((solution.state(0)[0] - 4.0_f64.sin().exp()).abs())
+        let solution = integrator.solve(&term, 0.0, 4.0, &[1.0, 0.0], SaveAt::End)?;
+        Ok((solution.state(0)[0] - 4.0_f64.cos()).abs())
     };
     let (coarse, fine) = (error(0.05)?, error(0.025)?);
     let order = (coarse / fine).log2();

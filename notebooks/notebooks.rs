@@ -5,7 +5,7 @@
 //! same kinds, the same words, numbers within 5 %. With `--store` they are stored.
 
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
 type Ran = Result<(), Box<dyn std::error::Error>>;
@@ -49,7 +49,7 @@ fn run_cells(name: &str) -> Ran {
 }
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../notebooks")
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
 fn each(store: bool) -> Ran {
@@ -101,7 +101,7 @@ fn by_cell(printed: &str) -> Vec<(usize, String)> {
 fn outputs(text: &str) -> Vec<Value> {
     let mut all = Vec::new();
     let lines = |text: &str| text.split_inclusive('\n').map(str::to_owned).collect::<Vec<_>>();
-    let mut stream = |text: &str, all: &mut Vec<Value>| {
+    let stream = |text: &str, all: &mut Vec<Value>| {
         if !text.is_empty() {
             all.push(json!({ "name": "stdout", "output_type": "stream", "text": lines(text) }));
         }

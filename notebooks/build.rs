@@ -5,9 +5,9 @@ use std::fmt::Write;
 use std::path::Path;
 
 fn main() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../notebooks");
-    println!("cargo:rerun-if-changed={}", folder.display());
-    let mut paths: Vec<_> = std::fs::read_dir(&folder)
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    println!("cargo:rerun-if-changed=build.rs");
+    let mut paths: Vec<_> = std::fs::read_dir(folder)
         .expect("the folder of notebooks exists")
         .map(|entry| entry.expect("a readable folder").path())
         .filter(|path| path.extension().is_some_and(|e| e == "ipynb"))
