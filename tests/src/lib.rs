@@ -1,23 +1,4 @@
-//! Helpers of the whole-system tests. The Rust code of the README and of the book is compiled and run as
-//! documentation tests of this crate.
-#![doc = include_str!("../../README.md")]
-#![doc = include_str!("../../docs/introduction.md")]
-#![doc = include_str!("../../docs/tutorial.md")]
-#![doc = include_str!("../../docs/theory.md")]
-#![doc = include_str!("../../docs/other-systems.md")]
-#![doc = include_str!("../../docs/how-to.md")]
-#![doc = include_str!("../../docs/rig.md")]
-#![doc = include_str!("../../docs/training.md")]
-#![doc = include_str!("../../docs/diagnosis.md")]
-#![doc = include_str!("../../docs/control.md")]
-#![doc = include_str!("../../docs/gradients.md")]
-#![doc = include_str!("../../docs/exact.md")]
-#![doc = include_str!("../../docs/compare.md")]
-#![doc = include_str!("../../docs/formats.md")]
-#![doc = include_str!("../../docs/architecture.md")]
-#![doc = include_str!("../../docs/reproduction.md")]
-#![doc = include_str!("../../docs/experiments.md")]
-#![doc = include_str!("../../docs/peers.md")]
+//! Helpers of the whole-system tests.
 
 pub mod diagnose;
 pub mod plant;
