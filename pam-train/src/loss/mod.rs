@@ -22,6 +22,11 @@ use pam_data::Recording;
 /// A loss of one trajectory in all four channels `[x, ẋ, P_f, P_e]` (mm, mm/s, kPa, kPa).
 ///
 /// The loss of a data set is the mean over its recordings.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no loss of a trajectory",
+    note = "implement `TrajectoryLoss`, or write a closure with all types: \
+            `|measured: &Recording, predicted: &[[f64; 4]], cotangents: &mut [[f64; 4]]| -> f64`"
+)]
 pub trait TrajectoryLoss: Sync {
     /// Returns the loss of `predicted`, one row for each sample of `measured`, and writes its
     /// derivative with respect to `predicted` to `cotangents`.
