@@ -10,6 +10,12 @@ use crate::scalar::Scalar;
 ///
 /// Time is always `f64`: a 70 s recording at 1 kHz is past what `f32` resolves, and times are where
 /// steps are placed, not what is differentiated.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no vector field over `{S}`",
+    label = "a vector field over `{S}` is needed here",
+    note = "implement `VectorField<S>` for it with `impl<S: Scalar>`, or wrap a closure: \
+            `FieldFn::new(states, inputs, |t, y: &[f64], u: &[f64], dy: &mut [f64]| …)`"
+)]
 pub trait VectorField<S: Scalar> {
     /// Number of states.
     fn state_len(&self) -> usize;
@@ -78,6 +84,12 @@ impl<S: Scalar, F: VectorField<S> + ?Sized> VectorField<S> for &F {
 ///     }
 /// }
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "the numbers of `{Self}` cannot be exchanged, so that it cannot be differentiated",
+    label = "a field with parameters is needed here",
+    note = "make the field a struct over its scalar and implement `ParametricField` for the one over `f64`; \
+            a closure (`FieldFn`) can be solved but not differentiated"
+)]
 pub trait ParametricField: VectorField<f64> {
     /// The same field over another scalar.
     type With<S: Scalar>: VectorField<S>;

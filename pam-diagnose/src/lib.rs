@@ -38,6 +38,7 @@
 //! 7. [`diagnosis`]: [`diagnose`], from recordings to verdict, causes and gain; `diagnosis.json`.
 //! 8. [`design`]: the experiment that would tell confusable causes apart.
 //! 9. [`report`]: the same as a page to read.
+//! 10. [`field`]: the same idea for a vector field of any other system.
 //!
 //! # Example
 //!
@@ -99,6 +100,7 @@ pub mod diagnosis;
 pub mod effects;
 pub mod error;
 pub mod extended;
+pub mod field;
 pub mod fit;
 pub mod report;
 pub mod residual;

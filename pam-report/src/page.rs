@@ -26,6 +26,11 @@ figure.wide { overflow-x: auto; } figure.wide svg { min-width: 640px; }
 figcaption { color: #555; font-size: .88rem; } code { background: #f2f2f2; padding: .05rem .3rem; }
 details > summary { cursor: pointer; font-weight: 600; margin: .6rem 0; } footer { color: #777;
   font-size: .85rem; margin-top: 3rem; border-top: 1px solid #ddd; padding-top: .6rem; }
+/* On a phone figures keep readable labels and scroll sideways; cards stand two abreast. */
+@media (max-width: 600px) { body { padding: 1rem .8rem 3rem; } h1 { font-size: 1.4rem; }
+  .cards { display: grid; grid-template-columns: 1fr 1fr; gap: .5rem; } .card { min-width: 0; padding: .4rem .7rem;
+  overflow-wrap: anywhere; } .card b { font-size: 1.2rem; }
+  figure { overflow-x: auto; } figure svg { width: auto; min-width: 440px; max-width: none; } }
 ";
 
 /// A whole report.

@@ -15,6 +15,7 @@
 //! - [`curriculum`]: how a model is trained, as data;
 //! - [`training`]: a curriculum at work, checkpoints, the files of a run;
 //! - [`identification`]: standard errors of the physical parameters;
+//! - [`field`]: training of any vector field, of any number of states;
 //! - [`events`]: curves for TensorBoard.
 
 pub mod balance;
@@ -22,6 +23,7 @@ pub mod coordinates;
 pub mod curriculum;
 pub mod evaluation;
 pub mod events;
+pub mod field;
 pub mod gradient;
 pub mod identification;
 pub mod loss;

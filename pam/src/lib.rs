@@ -41,7 +41,6 @@
 //! The shipped kind of model, its stiffness and where a force takes it:
 //!
 //! ```
-//! use num_dual::Dual64;
 //! use pam::prelude::*;
 //!
 //! let model = JointModel::datasheet(SpringDamper::<f64>::published()); // any ForceModel goes here
@@ -55,6 +54,7 @@
 //! ```
 
 pub use pam_ablate as ablate;
+pub use num_dual;
 pub use pam_autodiff as autodiff;
 pub use pam_baselines as baselines;
 pub use pam_control as control;
@@ -69,6 +69,7 @@ pub use pam_train as train;
 
 /// What most programs begin with.
 pub mod prelude {
+    pub use num_dual::{Dual64, DualNum, HyperDual64};
     pub use pam_autodiff::linearise;
     pub use pam_core::{
         Activation, AnyForce, FieldFn, ForceInput, ForceModel, JointModel, Mlp, NetworkForce,
@@ -84,10 +85,33 @@ pub mod prelude {
     pub use pam_rig::{Conditions, Protocol, RigParameters, Session};
     pub use pam_solvers::sensitivity::{DiscreteAdjoint, GradientMethod, Problem};
     pub use pam_solvers::{
-        Constant, Integrator, NoInput, PidController, SaveAt, Solution, Tableau, Term,
+        Constant, InputFn, Integrator, NoInput, PidController, SaveAt, Solution, Tableau, Term,
     };
     pub use pam_train::{
         Evaluation, Predictor, SolverSettings, Subject, TrajectoryLoss, evaluate, evaluate_with,
         predict,
     };
+}
+
+/// The Rust code of the README and of the book, compiled and run as documentation tests.
+#[cfg(doctest)]
+mod book {
+    #![doc = include_str!("../../README.md")]
+    #![doc = include_str!("../../docs/introduction.md")]
+    #![doc = include_str!("../../docs/tutorial.md")]
+    #![doc = include_str!("../../docs/theory.md")]
+    #![doc = include_str!("../../docs/other-systems.md")]
+    #![doc = include_str!("../../docs/how-to.md")]
+    #![doc = include_str!("../../docs/rig.md")]
+    #![doc = include_str!("../../docs/training.md")]
+    #![doc = include_str!("../../docs/diagnosis.md")]
+    #![doc = include_str!("../../docs/control.md")]
+    #![doc = include_str!("../../docs/gradients.md")]
+    #![doc = include_str!("../../docs/exact.md")]
+    #![doc = include_str!("../../docs/compare.md")]
+    #![doc = include_str!("../../docs/formats.md")]
+    #![doc = include_str!("../../docs/architecture.md")]
+    #![doc = include_str!("../../docs/reproduction.md")]
+    #![doc = include_str!("../../docs/experiments.md")]
+    #![doc = include_str!("../../docs/peers.md")]
 }

@@ -1,10 +1,4 @@
-//! Helpers of the whole-system tests. The Rust code of the README, of `docs/rig.md`, of `docs/training.md`, of
-//! `docs/diagnosis.md` and of the notebooks is compiled and run as documentation tests of this crate.
-#![doc = include_str!("../../README.md")]
-#![doc = include_str!("../../docs/rig.md")]
-#![doc = include_str!("../../docs/training.md")]
-#![doc = include_str!("../../docs/diagnosis.md")]
-#![doc = include_str!(concat!(env!("OUT_DIR"), "/notebooks.md"))]
+//! Helpers of the whole-system tests.
 
 pub mod diagnose;
 pub mod plant;

@@ -36,7 +36,7 @@ pub fn plan_report(plan: &Plan, title: &str, lead: &str, made_by: &str) -> Strin
             ("flexor", flexor, solution(|s| s.masses.flexor_g)),
             ("extensor", extensor, solution(|s| s.masses.extensor_g)),
         ]), ""))
-        (wide_figure(over_time("pressure (kPa)", &time, &[("flexor", flexor, pressure(0)), ("extensor", extensor, pressure(1))]), ""))
+        (wide_figure(over_time("pressure (kPa absolute)", &time, &[("flexor", flexor, pressure(0)), ("extensor", extensor, pressure(1))]), ""))
     };
     page(title, lead, &body, made_by)
 }

@@ -25,6 +25,11 @@ use num_dual::Dual;
 use std::fmt;
 
 /// An elementwise nonlinearity `σ(z)`.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no activation",
+    note = "implement `ActivationFunction` with `fn value<S: Scalar>(&self, z: S) -> S`; the type must be \
+            `Copy + Send + Sync + 'static`"
+)]
 pub trait ActivationFunction: Copy + Send + Sync + 'static {
     /// Whether `σ` is piecewise linear, so that a network of it is piecewise affine.
     const PIECEWISE_LINEAR: bool = false;

@@ -26,6 +26,12 @@ use crate::scalar::Scalar;
 ///
 /// **Sign.** The value is positive where the muscles pull back towards negative `x`. It enters the
 /// dynamics with a minus, `m ẍ = F_e − f − B ẋ`; a stable joint has `∂f/∂x > 0`.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no force model over `{S}`",
+    label = "a restoring force over `{S}` is needed here",
+    note = "implement `ForceModel<S>` for it with `impl<S: Scalar>`; for derivatives pass it with dual \
+            numbers, for example `model.force.map(Dual64::constant)`"
+)]
 pub trait ForceModel<S: Scalar> {
     /// The restoring force in mN at one operating point. `work` holds at least
     /// [`work_len`](ForceModel::work_len) scalars of any content; nothing is allocated.

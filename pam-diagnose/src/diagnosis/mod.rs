@@ -22,3 +22,4 @@ pub use run::{Diagnosis, Options, Stage, diagnose};
 pub use sets::{HeldOut, JudgedBy, Sets};
 pub use trace::Trace;
 pub use verdict::Verdict;
+pub(crate) use verdict::weigh;

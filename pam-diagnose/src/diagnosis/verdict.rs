@@ -39,7 +39,7 @@ const SOMETHING: f64 = 2.5;
 
 /// What the levels (squared errors in units of the floors, three for a residual at the floors) say.
 /// `explainable` is the level that a flexible reference reaches.
-pub(super) fn weigh(base: f64, named: f64, explainable: f64, causes: usize) -> Verdict {
+pub(crate) fn weigh(base: f64, named: f64, explainable: f64, causes: usize) -> Verdict {
     if causes == 0 {
         return if base < 3.0 * SOMETHING { Verdict::NothingFound } else { Verdict::Unexplained };
     }

@@ -9,8 +9,8 @@
 //! which is constant during a step of the simulation and moved by [`Effect::advance`] after it; forces
 //! inside a step are evaluated from the memory at its start and the way since.
 //!
-//! **A new effect** is a type with [`Effect`] in a file of its own, and a line in [`ALL`]; from another
-//! crate it is handed to [`crate::Options::candidates`] beside these.
+//! **A new effect** is a type with [`Effect`] in a file of its own, named in its group's `mod.rs`, and a line
+//! in the list of [`ALL`]; from another crate it is handed to [`crate::Options::candidates`] beside these.
 
 mod evidence;
 mod gas;
@@ -21,49 +21,48 @@ mod over;
 mod sensing;
 
 pub use evidence::{Evidence, EvidenceSample};
-pub use gas::{GeometryCoefficient, Leak, PolytropicGas};
 pub use hooks::{Absorbed, ChamberLaw, Effect, Observed, Point, Rest, Restoring};
 pub use info::{EffectInfo, Group, ParameterInfo};
-pub use mechanics::{
-    AddedInertia, Backlash, Cogging, ConstantLoad, CoulombFriction, Creep, Hysteresis,
-    StiffnessDrift, StiffnessScale, StribeckFriction, TendonSlack, ViscousDamping,
-};
 pub use over::{AnyEffect, Derivatives, EffectOver, EffectScalar, WIDTH};
-pub use sensing::{
-    ActuationDelay, ForceGain, ForceSaturation, PositionGain, PositionOffset, PressureBias,
-    PressureDelay, PressureGain, PressureSensorLag,
-};
 
 #[cfg(doc)]
 use pam_core::Scalar;
 
-/// Every effect of the vocabulary, in its order.
-pub static ALL: &[&dyn AnyEffect] = &[
-    &CoulombFriction,
-    &StribeckFriction,
-    &ViscousDamping,
-    &Hysteresis,
-    &Creep,
-    &ConstantLoad,
-    &AddedInertia,
-    &Backlash,
-    &Cogging,
-    &TendonSlack,
-    &StiffnessDrift,
-    &StiffnessScale,
-    &Leak,
-    &PolytropicGas,
-    &GeometryCoefficient,
-    &ForceGain,
-    &ForceSaturation,
-    &ActuationDelay,
-    &PressureSensorLag,
-    &PressureDelay,
-    &PressureBias,
-    &PressureGain,
-    &PositionOffset,
-    &PositionGain,
-];
+macro_rules! effects {
+    ($($group:ident::$module:ident::$effect:ident),+ $(,)?) => {
+        $(pub use $group::$module::$effect;)+
+
+        /// Every effect of the vocabulary, in its order.
+        pub static ALL: &[&dyn AnyEffect] = &[$(&$effect),+];
+    };
+}
+
+effects! {
+    mechanics::coulomb_friction::CoulombFriction,
+    mechanics::stribeck_friction::StribeckFriction,
+    mechanics::viscous_damping::ViscousDamping,
+    mechanics::hysteresis::Hysteresis,
+    mechanics::creep::Creep,
+    mechanics::constant_load::ConstantLoad,
+    mechanics::added_inertia::AddedInertia,
+    mechanics::backlash::Backlash,
+    mechanics::cogging::Cogging,
+    mechanics::tendon_slack::TendonSlack,
+    mechanics::stiffness_drift::StiffnessDrift,
+    mechanics::stiffness_scale::StiffnessScale,
+    gas::leak::Leak,
+    gas::polytropic_gas::PolytropicGas,
+    gas::geometry_coefficient::GeometryCoefficient,
+    sensing::force_gain::ForceGain,
+    sensing::force_saturation::ForceSaturation,
+    sensing::actuation_delay::ActuationDelay,
+    sensing::pressure_sensor_lag::PressureSensorLag,
+    sensing::pressure_delay::PressureDelay,
+    sensing::pressure_bias::PressureBias,
+    sensing::pressure_gain::PressureGain,
+    sensing::position_offset::PositionOffset,
+    sensing::position_gain::PositionGain,
+}
 
 /// The effect with this id.
 #[must_use]

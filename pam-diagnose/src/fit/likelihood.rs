@@ -38,7 +38,7 @@ impl ChannelErrors {
     /// the floors: `Σ_c ln(MSE_c + floor_c²)`, up to a constant.
     #[must_use]
     pub fn deviance(&self, floors: &Floors) -> f64 {
-        self.mean().iter().zip(floors.0).map(|(m, f)| (m + f * f).ln()).sum()
+        deviance(&self.mean(), &floors.0)
     }
 
     /// Squared error in units of the floors, `Σ_c MSE_c / floor_c²`.
@@ -46,4 +46,9 @@ impl ChannelErrors {
     pub fn in_floors(&self, floors: &Floors) -> f64 {
         self.mean().iter().zip(floors.0).map(|(m, f)| m / (f * f)).sum()
     }
+}
+
+/// `Σ_c ln(MSE_c + floor_c²)` for any number of channels.
+pub(crate) fn deviance(mean_squares: &[f64], floors: &[f64]) -> f64 {
+    mean_squares.iter().zip(floors).map(|(m, f)| (m + f * f).ln()).sum()
 }

@@ -18,6 +18,7 @@ mod solve;
 pub use covariance::Interval;
 pub(crate) use hypothesis::coordinate;
 pub use hypothesis::{Hypothesis, Local};
+pub(crate) use likelihood::deviance;
 pub use likelihood::{CHANNELS, ChannelErrors, Floors};
 pub(crate) use linearise::Sensitivities;
 pub(crate) use problem::{BLOCK_S, POINTS_PER_ROW};

@@ -31,9 +31,9 @@ pub(super) fn section(d: &Diagnosis) -> Markup {
             div.grid {
                 @for dep in c.dependence.iter().filter(|g| g.groups.len() > 2).take(4) {
                     (figure(
-                        LineFigure::new("", &axis(dep.factor), &format!("mean residual {} ({})", c.channel, c.unit), 480, 270)
+                        LineFigure::new("", &axis(dep.factor).0, &format!("mean residual {} ({})", c.channel, c.unit), 480, 270)
                             .with_marks()
-                            .with("", Role::Residual, dep.groups.iter().map(|g| (g[0], g[1])).collect())
+                            .with("", Role::Residual, dep.groups.iter().map(|g| (g[0] * axis(dep.factor).1, g[1])).collect())
                             .to_svg(),
                         &format!("Residual of {} against {}: {:.0} % of its variance.", c.channel, dep.factor, 100.0 * dep.share),
                     ))
@@ -50,16 +50,17 @@ fn worst(d: &Diagnosis) -> Option<&ChannelStory> {
     d.residual.channels.iter().max_by(|a, b| a.ratio().total_cmp(&b.ratio()))
 }
 
-fn axis(factor: &str) -> String {
-    let unit = match factor {
-        "position" | "amplitude of the motion" => "mm",
-        "velocity" => "mm/s",
-        "force" => "mN",
-        "phase in the cycle" => "rad",
-        "time since sealing" => "s",
-        _ => "–",
+/// Label of a factor's axis with its unit, and what its values are multiplied by for that unit.
+fn axis(factor: &str) -> (String, f64) {
+    let (unit, scale) = match factor {
+        "position" | "amplitude of the motion" => ("mm", 1.0),
+        "velocity" => ("mm/s", 1.0),
+        "force" => ("N", 1e-3),
+        "phase in the cycle" => ("rad", 1.0),
+        "time since sealing" => ("s", 1.0),
+        _ => ("–", 1.0),
     };
-    format!("{factor} ({unit})")
+    (format!("{factor} ({unit})"), scale)
 }
 
 fn spectrum(c: &ChannelStory) -> String {

@@ -29,6 +29,8 @@ pub struct Dependence {
 
 /// Groups of equal size.
 const GROUPS: usize = 12;
+/// Residuals are correlated over about half a second: so many rows are one observation.
+const ROWS_PER_OBSERVATION: f64 = 25.0;
 
 /// Values of every factor at the rows of a trial.
 pub(super) fn factors(problem: &Problem<'_>, trial: usize) -> [Vec<f64>; 8] {
@@ -87,7 +89,7 @@ pub(super) fn dependences(
         .iter()
         .zip(&columns)
         .map(|(factor, column)| {
-            let (share, groups) = correlation_ratio(column, &values);
+            let (share, groups) = correlation_ratio(column, &values, ROWS_PER_OBSERVATION);
             Dependence { factor, share, groups }
         })
         .collect();
@@ -95,7 +97,13 @@ pub(super) fn dependences(
     all
 }
 
-fn correlation_ratio(factor: &[f64], values: &[f64]) -> (f64, Vec<[f64; 2]>) {
+/// η² of `values` in groups of `factor`, less what unrelated groups would show if so many rows are one
+/// independent observation; middle and mean of each group.
+pub(crate) fn correlation_ratio(
+    factor: &[f64],
+    values: &[f64],
+    rows_per_observation: f64,
+) -> (f64, Vec<[f64; 2]>) {
     let n = values.len();
     let mean = values.iter().sum::<f64>() / n.max(1) as f64;
     let total: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
@@ -119,8 +127,7 @@ fn correlation_ratio(factor: &[f64], values: &[f64]) -> (f64, Vec<[f64; 2]>) {
             [middle, height]
         })
         .collect();
-    // Residuals are correlated over about half a second: so many rows are one observation.
-    let observations = (n as f64 / 25.0).max(2.0);
+    let observations = (n as f64 / rows_per_observation).max(2.0);
     let by_chance = ((cuts.len() as f64 - 1.0) / observations).min(1.0);
     let share = if total > 0.0 { between / total } else { 0.0 };
     (((share - by_chance) / (1.0 - by_chance).max(1e-9)).max(0.0), groups)

@@ -5,6 +5,7 @@ mod spectrum;
 mod story;
 mod timing;
 
+pub(crate) use dependence::correlation_ratio;
 pub use dependence::{Dependence, FACTORS};
 pub use spectrum::{Line, Spectrum};
 pub use story::{ChannelStory, ResidualStory};

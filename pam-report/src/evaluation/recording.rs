@@ -42,7 +42,7 @@ fn segment_table(segments: &[SegmentScores]) -> Markup {
             tr {
                 th { "excitation" }
                 @for c in Channel::ALL { th { "R² " (c.key()) } }
-                @for c in Channel::ALL { th { "RMSE " (c.key()) } }
+                @for c in Channel::ALL { th { "RMSE " (c.key()) " (" (c.unit()) ")" } }
                 th { "work a cycle (mJ)" } th { "predicted (mJ)" }
             }
             @for s in segments {

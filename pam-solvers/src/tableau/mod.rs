@@ -5,7 +5,7 @@
 //! (first same as last) unless the input jumps there, and it enters error estimate and interpolant.
 //! It is evaluated only when something needs it.
 //!
-//! To add a method: one file with a constructor, one line in [`Tableau::from_name`].
+//! To add a method: one file with a constructor, named below, and one line in the list after [`Tableau`].
 
 mod bogacki_shampine3;
 mod dormand_prince5;
@@ -43,28 +43,38 @@ pub struct Tableau {
     pub interpolant: Vec<Vec<f64>>,
 }
 
-/// Names of the built-in methods.
-pub const NAMES: &[&str] = &["tsit5", "rk4", "bs3", "dp5"];
+macro_rules! tableaux {
+    ($($name:literal => $constructor:ident),+ $(,)?) => {
+        /// Names of the built-in methods.
+        pub const NAMES: &[&str] = &[$($name),+];
+
+        impl Tableau {
+            /// The built-in method of this name.
+            ///
+            /// # Errors
+            /// [`ModelError::UnknownName`] with the names that exist.
+            pub fn from_name(name: &str) -> Result<Self, ModelError> {
+                match name {
+                    $($name => Ok(Self::$constructor()),)+
+                    _ => Err(ModelError::UnknownName {
+                        kind: "method",
+                        name: name.to_owned(),
+                        known: NAMES.join(", "),
+                    }),
+                }
+            }
+        }
+    };
+}
+
+tableaux! {
+    "tsit5" => tsit5,
+    "rk4" => rk4,
+    "bs3" => bogacki_shampine3,
+    "dp5" => dormand_prince5,
+}
 
 impl Tableau {
-    /// The built-in method of this name.
-    ///
-    /// # Errors
-    /// [`ModelError::UnknownName`] with the names that exist.
-    pub fn from_name(name: &str) -> Result<Self, ModelError> {
-        match name {
-            "tsit5" => Ok(Self::tsit5()),
-            "rk4" => Ok(Self::rk4()),
-            "bs3" => Ok(Self::bogacki_shampine3()),
-            "dp5" => Ok(Self::dormand_prince5()),
-            _ => Err(ModelError::UnknownName {
-                kind: "method",
-                name: name.to_owned(),
-                known: NAMES.join(", "),
-            }),
-        }
-    }
-
     /// A method from its nodes, matrix and weights, without error estimate and with the cubic
     /// Hermite interpolant, which any method has.
     ///

@@ -1,37 +1,58 @@
 //! The losses that configuration files name.
 
-use super::{Huber, Masked, Normalised, SquaredError, TrajectoryLoss};
+use super::TrajectoryLoss;
 use crate::settings::SettingsError;
 use pam_data::Recording;
 use serde::{Deserialize, Serialize};
 
-/// A loss by its name: a table with `kind` and the fields of that loss.
-///
-/// ```
-/// # use pam_train::loss::AnyLoss;
-/// let loss: AnyLoss = serde_json::from_str(
-///     r#"{ "kind": "masked", "every": 4, "of": { "kind": "normalised", "weights": [2, 1, 1, 1] } }"#,
-/// )?;
-/// loss.check().expect("weights are not negative");
-/// # Ok::<(), serde_json::Error>(())
-/// ```
-// The nameless variants are structs without fields because a unit variant would let unknown fields
-// pass.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub enum AnyLoss {
-    /// [`SquaredError::paper`].
-    Paper {},
-    /// [`SquaredError::published`], the default.
-    Published {},
+macro_rules! losses {
+    ($($(#[$doc:meta])* $variant:ident($module:ident::$type:ident $(<$of:ty>)?)),+ $(,)?) => {
+        $(pub use super::$module::$type;)+
+
+        /// A loss by its name: a table with `kind` and the fields of that loss.
+        ///
+        /// ```
+        /// # use pam_train::loss::AnyLoss;
+        /// let loss: AnyLoss = serde_json::from_str(
+        ///     r#"{ "kind": "masked", "every": 4, "of": { "kind": "normalised", "weights": [2, 1, 1, 1] } }"#,
+        /// )?;
+        /// loss.check().expect("weights are not negative");
+        /// # Ok::<(), serde_json::Error>(())
+        /// ```
+        // The nameless variants are structs without fields because a unit variant would let unknown
+        // fields pass.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+        pub enum AnyLoss {
+            /// [`SquaredError::paper`].
+            Paper {},
+            /// [`SquaredError::published`], the default.
+            Published {},
+            $($(#[$doc])* $variant($type $(<$of>)?)),+
+        }
+
+        impl AnyLoss {
+            /// The loss behind the name.
+            fn with<T>(&self, f: impl FnOnce(&dyn TrajectoryLoss) -> T) -> T {
+                match self {
+                    Self::Paper {} => f(&SquaredError::paper()),
+                    Self::Published {} => f(&SquaredError::published()),
+                    $(Self::$variant(loss) => f(loss)),+
+                }
+            }
+        }
+    };
+}
+
+losses! {
     /// Squared error with weights of one's own.
-    Squared(SquaredError),
+    Squared(squared::SquaredError),
     /// Squared error over the variance of the channel.
-    Normalised(Normalised),
+    Normalised(normalised::Normalised),
     /// Squared error that grows linearly beyond a threshold.
-    Huber(Huber),
+    Huber(huber::Huber),
     /// Another loss on some of the samples.
-    Masked(Masked<AnyLoss>),
+    Masked(masked::Masked<AnyLoss>),
 }
 
 impl Default for AnyLoss {
@@ -46,16 +67,7 @@ impl AnyLoss {
     /// # Errors
     /// [`SettingsError`] naming the first that is out of range.
     pub fn check(&self) -> Result<(), SettingsError> {
-        match self {
-            Self::Paper {} | Self::Published {} => Ok(()),
-            Self::Squared(loss) => loss.check(),
-            Self::Normalised(loss) => loss.check(),
-            Self::Huber(loss) => loss.check(),
-            Self::Masked(loss) => {
-                loss.check()?;
-                loss.of.check()
-            }
-        }
+        self.with(|loss| loss.check())
     }
 }
 
@@ -66,15 +78,11 @@ impl TrajectoryLoss for AnyLoss {
         predicted: &[[f64; 4]],
         cotangents: &mut [[f64; 4]],
     ) -> f64 {
-        let loss: &dyn TrajectoryLoss = match self {
-            Self::Paper {} => &SquaredError::paper(),
-            Self::Published {} => &SquaredError::published(),
-            Self::Squared(loss) => loss,
-            Self::Normalised(loss) => loss,
-            Self::Huber(loss) => loss,
-            Self::Masked(loss) => loss,
-        };
-        loss.value_and_cotangents(measured, predicted, cotangents)
+        self.with(|loss| loss.value_and_cotangents(measured, predicted, cotangents))
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        AnyLoss::check(self)
     }
 }
 

@@ -34,19 +34,6 @@ pub struct Huber {
     pub weights: [f64; 4],
 }
 
-impl Huber {
-    /// Checks that thresholds are positive and weights not negative.
-    ///
-    /// # Errors
-    /// [`SettingsError`] otherwise.
-    pub fn check(&self) -> Result<(), SettingsError> {
-        require(self.thresholds.iter().all(|d| d.is_finite() && *d > 0.0), || {
-            format!("thresholds must be positive and finite, got {:?}", self.thresholds)
-        })?;
-        require_weights("the Huber loss", &self.weights)
-    }
-}
-
 impl HuberForm {
     /// `φ` and `φ'` of an error for a threshold.
     fn value_and_slope(self, error: f64, threshold: f64) -> (f64, f64) {
@@ -66,6 +53,13 @@ impl HuberForm {
 }
 
 impl TrajectoryLoss for Huber {
+    fn check(&self) -> Result<(), SettingsError> {
+        require(self.thresholds.iter().all(|d| d.is_finite() && *d > 0.0), || {
+            format!("thresholds must be positive and finite, got {:?}", self.thresholds)
+        })?;
+        require_weights("the Huber loss", &self.weights)
+    }
+
     fn value_and_cotangents(
         &self,
         measured: &Recording,

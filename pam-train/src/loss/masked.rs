@@ -31,17 +31,6 @@ fn one() -> usize {
 const SLACK_S: f64 = 1e-9;
 
 impl<L: ?Sized> Masked<L> {
-    /// Checks that `every` is positive and that intervals end after they begin.
-    ///
-    /// # Errors
-    /// [`SettingsError`] otherwise.
-    pub fn check(&self) -> Result<(), SettingsError> {
-        require(self.every > 0, || "every 0th sample is none; `every` must be positive".into())?;
-        require(self.intervals_s.iter().all(|[from, to]| from <= to), || {
-            format!("an interval must end after it begins, got {:?}", self.intervals_s)
-        })
-    }
-
     /// Indices of the samples that count.
     #[must_use]
     pub fn samples(&self, time_s: &[f64]) -> Vec<usize> {
@@ -69,6 +58,14 @@ fn selected(recording: &Recording, samples: &[usize]) -> Recording {
 }
 
 impl<L: TrajectoryLoss + ?Sized> TrajectoryLoss for Masked<L> {
+    fn check(&self) -> Result<(), SettingsError> {
+        require(self.every > 0, || "every 0th sample is none; `every` must be positive".into())?;
+        require(self.intervals_s.iter().all(|[from, to]| from <= to), || {
+            format!("an interval must end after it begins, got {:?}", self.intervals_s)
+        })?;
+        self.of.check()
+    }
+
     fn value_and_cotangents(
         &self,
         measured: &Recording,

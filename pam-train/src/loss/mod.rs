@@ -2,7 +2,8 @@
 //!
 //! One loss a file: [`SquaredError`], [`Normalised`], [`Huber`] and, around any of them, [`Masked`].
 //! A closure over `(measured, predicted, cotangents)` that returns the value is a loss as well. To add
-//! one that configuration files name, write its file and add a line to [`AnyLoss`].
+//! one that configuration files name, write its file, name the file below, and add a line to the list of
+//! [`AnyLoss`].
 
 mod any;
 mod huber;
@@ -12,17 +13,20 @@ mod squared;
 #[cfg(test)]
 mod testing;
 
-pub use any::AnyLoss;
-pub use huber::{Huber, HuberForm};
-pub use masked::Masked;
-pub use normalised::Normalised;
-pub use squared::SquaredError;
+pub use any::*;
+pub use huber::HuberForm;
 
+use crate::settings::SettingsError;
 use pam_data::Recording;
 
 /// A loss of one trajectory in all four channels `[x, ẋ, P_f, P_e]` (mm, mm/s, kPa, kPa).
 ///
 /// The loss of a data set is the mean over its recordings.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no loss of a trajectory",
+    note = "implement `TrajectoryLoss`, or write a closure with all types: \
+            `|measured: &Recording, predicted: &[[f64; 4]], cotangents: &mut [[f64; 4]]| -> f64`"
+)]
 pub trait TrajectoryLoss: Sync {
     /// Returns the loss of `predicted`, one row for each sample of `measured`, and writes its
     /// derivative with respect to `predicted` to `cotangents`.
@@ -32,6 +36,14 @@ pub trait TrajectoryLoss: Sync {
         predicted: &[[f64; 4]],
         cotangents: &mut [[f64; 4]],
     ) -> f64;
+
+    /// Checks the numbers of the loss, and of those that it wraps.
+    ///
+    /// # Errors
+    /// [`SettingsError`] naming the first that is out of range.
+    fn check(&self) -> Result<(), SettingsError> {
+        Ok(())
+    }
 }
 
 impl<F> TrajectoryLoss for F

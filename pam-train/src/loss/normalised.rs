@@ -24,17 +24,11 @@ impl Default for Normalised {
     }
 }
 
-impl Normalised {
-    /// Checks that weights are finite and not negative.
-    ///
-    /// # Errors
-    /// [`SettingsError`] otherwise.
-    pub fn check(&self) -> Result<(), SettingsError> {
+impl TrajectoryLoss for Normalised {
+    fn check(&self) -> Result<(), SettingsError> {
         require_weights("the normalised error", &self.weights)
     }
-}
 
-impl TrajectoryLoss for Normalised {
     fn value_and_cotangents(
         &self,
         measured: &Recording,

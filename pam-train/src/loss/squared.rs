@@ -33,14 +33,6 @@ impl SquaredError {
         Self { weights: [50.0, 50.0, 0.5, 0.5] }
     }
 
-    /// Checks that weights are finite and not negative.
-    ///
-    /// # Errors
-    /// [`SettingsError`] otherwise.
-    pub fn check(&self) -> Result<(), SettingsError> {
-        require_weights("the squared error", &self.weights)
-    }
-
     /// The loss of this name.
     ///
     /// # Errors
@@ -59,6 +51,10 @@ impl SquaredError {
 }
 
 impl TrajectoryLoss for SquaredError {
+    fn check(&self) -> Result<(), SettingsError> {
+        require_weights("the squared error", &self.weights)
+    }
+
     fn value_and_cotangents(
         &self,
         measured: &Recording,

@@ -1,9 +1,5 @@
 //! Effects in the air.
 
-mod geometry_coefficient;
-mod leak;
-mod polytropic_gas;
-
-pub use geometry_coefficient::GeometryCoefficient;
-pub use leak::Leak;
-pub use polytropic_gas::PolytropicGas;
+pub(super) mod geometry_coefficient;
+pub(super) mod leak;
+pub(super) mod polytropic_gas;

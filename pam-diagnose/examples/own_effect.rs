@@ -1,0 +1,87 @@
+//! An effect of one's own: drag that grows with the square of the speed.
+//!
+//! The type is handed to the diagnosis beside the vocabulary. To ship it, put it into
+//! `pam-diagnose/src/effects/mechanics/quadratic_drag.rs` and add two lines: `pub(super) mod quadratic_drag;`
+//! in `mechanics/mod.rs` and `mechanics::quadratic_drag::QuadraticDrag,` in the list of `effects/mod.rs`.
+
+use pam_core::{AnyForce, JointModel, Scalar, SpringDamper, units::MN_PER_N};
+use pam_data::{MassOrigin, ModelInfo, Recording};
+use pam_diagnose::effects::{
+    AnyEffect, Effect, EffectInfo, Evidence, Group, ParameterInfo, Point, by_id,
+};
+use pam_diagnose::{Active, Extended, Options, Sets, Verdict, diagnose};
+use pam_train::{Predictor, SolverSettings, Subject};
+use std::f64::consts::TAU;
+
+const INFO: EffectInfo = EffectInfo {
+    id: "quadratic_drag",
+    group: Group::Mechanics,
+    what: "drag that grows with the square of the speed",
+    parameters: &[ParameterInfo::linear("drag_n_s2_mm2", [0.0, 10.0])],
+    switches: &[],
+    air: false,
+    excited_by: "fast motion",
+};
+
+/// Force `−drag v |v|`.
+#[derive(Debug, Clone, Copy)]
+struct QuadraticDrag;
+
+impl Effect for QuadraticDrag {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn starts(&self, _evidence: &Evidence) -> Vec<Vec<f64>> {
+        vec![vec![0.05]]
+    }
+
+    fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {
+        let v = at.velocity_mm_s;
+        -(p[0] * v * v.abs()).scaled(MN_PER_N)
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let joint = JointModel::datasheet(AnyForce::from(SpringDamper::published()));
+    let masses = joint.gas_law_masses(0.0, [412.0, 412.0]); // kPa absolute, sealed at x = 0
+    let model = Extended { joint, info: ModelInfo::default(), effects: Vec::new() };
+
+    // The plant has the drag, the model does not know of it.
+    let plant = model.with([Active { effect: &QuadraticDrag, values: vec![0.3] }]);
+    let mut data = Vec::new();
+    for (hz, newton) in [(0.5, 90.0), (2.0, 120.0), (1.0, 150.0)] {
+        let time_s: Vec<f64> = (0..2000).map(|k| 4e-3 * f64::from(k)).collect();
+        let command = Recording {
+            displacement_mm: vec![0.0; time_s.len()],
+            velocity_mm_s: vec![0.0; time_s.len()],
+            pressure_flexor_kpa: vec![412.0; time_s.len()],
+            pressure_extensor_kpa: vec![412.0; time_s.len()],
+            force_mn: time_s.iter().map(|t| 1e3 * newton * (TAU * hz * t).sin()).collect(),
+            time_s,
+            ..Recording::empty("made up".as_ref())
+        };
+        let run = plant.predict(&command, masses, &SolverSettings::default())?;
+        let recording = run.to_recording(&command, masses);
+        data.push(Subject { recording, masses, origin: MassOrigin::Given });
+    }
+
+    let listed = ["coulomb_friction", "viscous_damping", "constant_load", "stiffness_scale"];
+    let mut candidates: Vec<&dyn AnyEffect> =
+        listed.iter().filter_map(|id| by_id(id)).map(|e| e as _).collect();
+    candidates.push(&QuadraticDrag);
+    let options = Options { candidates, ..Options::default() };
+    let found = diagnose(
+        &model,
+        &Sets { data: &data, heldout: None, healthy: None },
+        &options,
+        &|_, _| {},
+    )?;
+    println!("{}: {:?}", found.verdict, found.named());
+    assert_eq!(found.verdict, Verdict::Explained);
+    assert_eq!(found.named(), ["quadratic_drag"]);
+    let (name, drag) = found.causes[0].parameters[0];
+    println!("{name} = {:.4} [{:.4}, {:.4}]", drag.value, drag.ci95[0], drag.ci95[1]);
+    assert!((drag.value - 0.3).abs() < 0.01);
+    Ok(())
+}

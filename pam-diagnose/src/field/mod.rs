@@ -1,0 +1,79 @@
+//! Diagnosis of any vector field: which of the causes that its author lists explains what it misses.
+//!
+//! The joint has a vocabulary, tables and laws of its own; another system has none of them. What remains is
+//! the idea: candidates compete as simulations, and data that took no part in the fit judge. The author of
+//! the field writes every candidate into it, as a term with parameters, and says which parameters belong
+//! to which [`Candidate`] and at which values the term is absent ([`ParameterInfo::off`]). A set of causes is
+//! then a set of parameters that are fitted, all others being off; [`diagnose_field`] searches it, forward
+//! and backward, and weighs the verdict by the same rules as [`diagnose`](crate::diagnose).
+//!
+//! ```
+//! use pam_core::{ParametricField, Scalar, VectorField};
+//! use pam_diagnose::Verdict;
+//! use pam_diagnose::effects::ParameterInfo;
+//! use pam_diagnose::field::{Candidate, FieldOptions, diagnose_field};
+//! use pam_solvers::{Integrator, NoInput, PidController, SaveAt, Tableau, Term};
+//! use pam_train::field::{Experiment, FieldProblem, Outputs};
+//!
+//! /// A pendulum (rad, s) with what may be wrong with it: viscous damping, dry friction, a wind.
+//! #[derive(Clone)]
+//! struct Pendulum<S> { p: [S; 3] }
+//!
+//! impl<S: Scalar> VectorField<S> for Pendulum<S> {
+//!     fn state_len(&self) -> usize { 2 }
+//!     fn input_len(&self) -> usize { 0 }
+//!     fn eval_into(&self, _t: f64, y: &[S], _u: &[S], dy: &mut [S], _work: &mut [S]) {
+//!         let [viscous, dry, wind] = self.p;
+//!         dy[0] = y[1];
+//!         dy[1] = y[0].sin().scaled(-9.81) - viscous * y[1] - dry * y[1].scaled(50.0).tanh() + wind;
+//!     }
+//! }
+//!
+//! impl ParametricField for Pendulum<f64> {
+//!     type With<S: Scalar> = Pendulum<S>;
+//!     fn parameters(&self) -> Vec<f64> { self.p.to_vec() }
+//!     fn with_parameters<S: Scalar>(&self, p: &[S]) -> Pendulum<S> { Pendulum { p: [p[0], p[1], p[2]] } }
+//! }
+//!
+//! let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-7, 1e-7));
+//! let times_s: Vec<f64> = (0..400).map(|k| 0.02 * f64::from(k)).collect();
+//! let experiments: Vec<Experiment<NoInput>> = [0.6, 1.0]
+//!     .iter()
+//!     .map(|&angle| {
+//!         let real = Term::new(Pendulum { p: [0.0, 0.3, 0.0] }, NoInput); // dry friction is hidden
+//!         let y0 = vec![angle, 0.0];
+//!         let run = integrator.solve(&real, 0.0, 8.0, &y0, SaveAt::Times(&times_s))?;
+//!         let measured = run.component(0).collect();
+//!         Ok(Experiment { name: format!("from {angle} rad"), input: NoInput, initial_state: y0,
+//!             times_s: times_s.clone(), measured })
+//!     })
+//!     .collect::<Result<_, Box<pam_solvers::SolveError<f64>>>>()?;
+//!
+//! let model = Pendulum { p: [0.0; 3] };
+//! let problem = FieldProblem { field: &model, experiments: &experiments, integrator: &integrator,
+//!     outputs: Outputs::new([(0, 2e-3)]) };
+//! let candidates = [
+//!     Candidate::one("viscous_damping", 0, ParameterInfo::linear("damping_per_s", [0.0, 10.0]), &[0.1]),
+//!     Candidate::one("dry_friction", 1, ParameterInfo::linear("friction_rad_s2", [0.0, 10.0]), &[0.1]),
+//!     Candidate::one("wind", 2, ParameterInfo::linear("push_rad_s2", [-10.0, 10.0]), &[0.1]),
+//! ];
+//! let found = diagnose_field(&problem, &candidates, &FieldOptions::default())?;
+//!
+//! assert_eq!(found.verdict, Verdict::Explained);
+//! assert_eq!(found.named(), ["dry_friction"]);
+//! assert!((found.causes[0].parameters[0].1.value - 0.3).abs() < 0.01);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod candidate;
+mod residual;
+mod result;
+mod search;
+
+pub use candidate::{Candidate, FieldOptions};
+pub use residual::OutputStory;
+pub use result::{FieldCause, FieldDiagnosis, RankedSet};
+pub use search::diagnose_field;
+
+#[cfg(doc)]
+use crate::effects::ParameterInfo;

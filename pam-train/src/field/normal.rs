@@ -1,0 +1,68 @@
+//! Normal equations of a few unknowns.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+
+/// `Jᵀ W J`, and `Jᵀ W r` block by block.
+pub(super) struct Normal {
+    pub(super) gram: Mat<f64>,
+    pub(super) blocks: Vec<Vec<f64>>,
+}
+
+impl Normal {
+    pub(super) fn zeros(unknowns: usize) -> Self {
+        Self { gram: Mat::zeros(unknowns, unknowns), blocks: Vec::new() }
+    }
+
+    pub(super) fn add(&mut self, other: Normal) {
+        self.gram += other.gram;
+        self.blocks.extend(other.blocks);
+    }
+
+    pub(super) fn right(&self) -> Vec<f64> {
+        let mut sum = vec![0.0; self.gram.nrows()];
+        for block in &self.blocks {
+            sum.iter_mut().zip(block).for_each(|(s, b)| *s += b);
+        }
+        sum
+    }
+
+    /// Solves `(G + damping·diag G) x = b` for each right-hand side, on a unit diagonal: unknowns differ by
+    /// orders of magnitude. None if the equations are singular.
+    pub(super) fn solve(&self, damping: f64, rights: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+        let n = self.gram.nrows();
+        // A direction without any sensitivity stays where it is.
+        let own = |i: usize| if self.gram[(i, i)] > 0.0 { self.gram[(i, i)] } else { 1.0 };
+        let scale: Vec<f64> = (0..n).map(|i| own(i).sqrt().recip()).collect();
+        let scaled = Mat::from_fn(n, n, |i, j| {
+            if i == j { 1.0 + damping } else { self.gram[(i, j)] * scale[i] * scale[j] }
+        });
+        let factor = scaled.llt(Side::Lower).ok()?;
+        rights
+            .iter()
+            .map(|b| {
+                let x = factor.solve(&Mat::from_fn(n, 1, |i, _| b[i] * scale[i]));
+                let x: Vec<f64> = (0..n).map(|i| x[(i, 0)] * scale[i]).collect();
+                x.iter().all(|v| v.is_finite()).then_some(x)
+            })
+            .collect()
+    }
+
+    /// Standard errors that hold whatever the correlation of residuals inside a block (Liang and Zeger
+    /// 1986): the root of the diagonal of `G⁻¹ (Σ_b g_b g_bᵀ) G⁻¹ · B/(B−1)`. Infinite where the data do
+    /// not determine an unknown.
+    pub(super) fn standard_errors(&self) -> Vec<f64> {
+        let blocks = self.blocks.len() as f64;
+        match self.solve(0.0, &self.blocks) {
+            None => vec![f64::INFINITY; self.gram.nrows()],
+            Some(influences) => (0..self.gram.nrows())
+                .map(|i| {
+                    let sum: f64 = influences.iter().map(|x| x[i] * x[i]).sum();
+                    let determined = self.gram[(i, i)] > 0.0;
+                    let variance = sum * blocks / (blocks - 1.0).max(1.0);
+                    if determined { variance.sqrt() } else { f64::INFINITY }
+                })
+                .collect(),
+        }
+    }
+}
