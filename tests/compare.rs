@@ -55,6 +55,7 @@ hidden = 16
 warm_up = 20
 horizon = 20
 rollout = 4
+samples_per_step = 10
 updates_per_epoch = 20
 epochs = 2
 [[model]]

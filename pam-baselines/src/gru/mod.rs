@@ -5,9 +5,10 @@
 //! predicts windows in the same way and differentiates through all of it: warm-up, recursion, and outputs
 //! that are inputs again (Wang and Realmuto 2026, supplement A).
 //!
-//! A network may step over samples: with `samples_per_step` = 10 at 1 kHz it steps by 10 ms, reads the mean
-//! force of each step, and a hundred steps are a second. That is how a network with a memory of 100 steps
-//! sees whole periods of the motion. With 1 it is the published one.
+//! A network may step over samples: with `samples_per_step` = 50 at 1 kHz it steps by 50 ms, reads the mean
+//! force of each step, and a hundred steps are five seconds. That is how gradients through 100 steps see
+//! whole periods of the motion, and what must be remembered for it: the sealed air. With 1 it steps as the
+//! published one, and a hundred steps are a twentieth of the slowest period.
 
 mod backward;
 mod batch;
@@ -67,6 +68,8 @@ pub struct Gru {
     pub rate: f64,
     /// Largest norm of the gradient.
     pub clip: f64,
+    /// Share of the running mean of the weights that an update leaves; 0 uses the last weights themselves.
+    pub averaging: f64,
 }
 
 impl Default for Gru {
@@ -74,17 +77,18 @@ impl Default for Gru {
         Self {
             hidden: 96,
             layers: 2,
-            samples_per_step: 10,
+            samples_per_step: 50,
             warm_up: 100,
             horizon: 100,
-            rollout: 60,
+            rollout: 13,
             rest_share: 0.5,
             batch: 64,
-            updates_per_epoch: 100,
+            updates_per_epoch: 50,
             epochs: 50,
-            patience: 20,
+            patience: 25,
             rate: 2e-3,
             clip: 1.0,
+            averaging: 0.99,
         }
     }
 }
@@ -108,6 +112,9 @@ impl Method for Gru {
         ])?;
         if !(0.0..=1.0).contains(&self.rest_share) {
             return Err(format!("rest_share = {} must lie between 0 and 1", self.rest_share));
+        }
+        if !(0.0..1.0).contains(&self.averaging) {
+            return Err(format!("averaging = {} must be from 0 to below 1", self.averaging));
         }
         check_positive(&[("rate", self.rate), ("clip", self.clip)])
     }

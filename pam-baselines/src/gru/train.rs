@@ -4,8 +4,11 @@
 //! recursively in segments of `horizon` steps. Each segment is one step of Adam with the exact gradient of
 //! its own steps; the next one goes on from its hidden states and last predictions. In the course of
 //! training rollouts grow from one segment, the published scheme, to `rollout` of them: only then does the
-//! network meet its own errors of long free runs, and learns to hold them. The epoch that is kept is the one
-//! with the least loss in free runs over the whole training recordings.
+//! network meet its own errors of long free runs, and learns to hold them.
+//!
+//! Free runs answer to small changes of the weights, so a running mean of the weights is what is used
+//! (Polyak and Juditsky 1992). The epoch that is kept is the one whose mean has the least loss in free runs
+//! over the whole training recordings.
 
 use super::Gru;
 use super::batch::{BatchGradient, Block, LANES};
@@ -98,6 +101,7 @@ pub(super) fn train(
         BatchGradient::new(&network, settings.batch, settings.warm_up, settings.horizon);
     let mut adam = Adam::new(AdamSettings::default(), numbers.len());
     let mut gradient = vec![0.0; numbers.len()];
+    let mut mean = numbers.clone();
     let mut best = numbers.clone();
     let mut history = History { loss: Vec::new(), free_run: Vec::new(), best_epoch: 0 };
     let mut tasks: Vec<(usize, Rollouts<'_>)> = (0..settings.batch.div_ceil(LANES))
@@ -123,15 +127,20 @@ pub(super) fn train(
             sum += engine.run_blocks(&network, &blocks, Some(&mut gradient));
             clip_to_norm(&mut gradient, settings.clip);
             adam.step(&mut numbers, &gradient, cosine_rate(settings.rate, done));
+            // At first over as many updates as there are, so that the random start is soon forgotten.
+            let kept = settings.averaging.min(1.0 - 1.0 / (done * total + 1.0));
+            for (m, n) in mean.iter_mut().zip(&numbers) {
+                *m += (1.0 - kept) * (n - *m);
+            }
         }
-        let network = Network::new(shape, &numbers);
+        let network = Network::new(shape, &mean);
         let loss = free_run_loss(&network, samples, settings.warm_up);
         history.loss.push(sum / settings.updates_per_epoch as f64);
         history.free_run.push(loss);
         // The first epoch counts as best whatever it reached; NaN is never better.
         if epoch == 0 || loss < history.free_run[history.best_epoch] {
             history.best_epoch = epoch;
-            best.copy_from_slice(&numbers);
+            best.copy_from_slice(&mean);
         } else if epoch - history.best_epoch >= settings.patience {
             break;
         }
