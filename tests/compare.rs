@@ -24,7 +24,7 @@ static DATA: LazyLock<(tempfile::TempDir, PathBuf)> = LazyLock::new(|| {
     std::fs::write(&protocol, content).unwrap();
     let out = folder.path().join("logs");
     let arguments = ["rig", "record", "--ideal", "all", "--no-truth", "--quiet", "--protocol"];
-    stdout_of(PAM, &[&arguments[..], &[text(&protocol), "--out", text(&out)]].concat());
+    let _ = stdout_of(PAM, &[&arguments[..], &[text(&protocol), "--out", text(&out)]].concat());
     (folder, out)
 });
 
