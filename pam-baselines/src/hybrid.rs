@@ -73,6 +73,11 @@ impl Method for Hybrid {
         Curriculum::open(&self.curriculum, &self.set).map(|_| ()).map_err(|e| e.to_string())
     }
 
+    fn content_of_files(&self) -> Option<String> {
+        let curriculum = Curriculum::open(&self.curriculum, &self.set).ok()?;
+        serde_json::to_string(&curriculum).ok()
+    }
+
     fn fit(
         &self,
         training: &TrainingSet<'_>,

@@ -8,6 +8,7 @@
 //! - [`joint`]: any force as a joint model; [`points`], [`regression`]: what they share;
 //!   [`pytorch`]: checkpoints of PyTorch.
 
+mod batched;
 pub mod comparison;
 pub mod equilibrium_point;
 pub mod error;

@@ -168,6 +168,12 @@ pub trait Method: Sync {
         Ok(())
     }
 
+    /// The content of the files that the settings name, if they name any: what tells one fit from another
+    /// besides the settings.
+    fn content_of_files(&self) -> Option<String> {
+        None
+    }
+
     /// Fits the model. `progress` is told the share that is done, from 0 to 1, and returns whether to go
     /// on.
     ///

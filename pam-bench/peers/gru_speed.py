@@ -7,10 +7,16 @@
 A step is value and gradient of the loss over a batch of windows (100 samples of warm-up, 100 predicted
 recursively), clipping, and Adam, in float32. PyTorch's warm-up is one call of its fused GRU; the recursion is
 a loop, because an output is the next input. `--compile` also times `torch.compile` of the loss.
+
+The programs take turns, round by round. `ratio` is that of the medians of wall-clock times over all rounds,
+`ratio_low` and `ratio_high` are the extremes of single rounds. `cpu_ratio` compares processor seconds instead,
+which other work on the machine hardly changes.
 """
 
 import argparse
 import json
+import os
+import resource
 import statistics
 import subprocess
 import time
@@ -37,15 +43,34 @@ def torch_step_s(batch, steps, compiled):
         return loss_of(predict(model, data, 100, 100), data[:, 100:, :4])
 
     value = torch.compile(loss) if compiled else loss
-    seconds = []
+    seconds, cpu = [], []
     for _ in range(steps + 1):
-        begun = time.perf_counter()
+        begun, begun_cpu = time.perf_counter(), time.process_time()
         adam.zero_grad()
         value().backward()
         torch.nn.utils.clip_grad_norm_(model.parameters(), 1.0)
         adam.step()
         seconds.append(time.perf_counter() - begun)
-    return statistics.median(seconds[1:])
+        cpu.append(time.process_time() - begun_cpu)
+    return statistics.median(seconds[1:]), statistics.mean(cpu[1:])
+
+
+def children_cpu_s():
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def pam_step_s(program, batch, steps, threads):
+    begun = children_cpu_s()
+    out = subprocess.run(
+        [program, str(batch), str(steps)],
+        check=True,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "RAYON_NUM_THREADS": str(threads)},
+    )
+    # One more step than those that are timed, and the start of the program.
+    return json.loads(out.stdout)["step_s"], (children_cpu_s() - begun) / (steps + 1)
 
 
 def main():
@@ -63,21 +88,26 @@ def main():
     for batch in args.batches:
         own, peer, compiled = [], [], []
         for _ in range(args.rounds):
-            out = subprocess.run(
-                [args.pam, str(batch), str(args.steps)],
-                check=True,
-                capture_output=True,
-                text=True,
-                env={"RAYON_NUM_THREADS": str(args.threads)},
-            )
-            own.append(json.loads(out.stdout)["step_s"])
+            own.append(pam_step_s(args.pam, batch, args.steps, args.threads))
             peer.append(torch_step_s(batch, args.steps, False))
             if args.compile:
                 compiled.append(torch_step_s(batch, args.steps, True))
-        row = {"batch": batch, "pam_s": statistics.median(own), "torch_s": statistics.median(peer)}
-        row["ratio"] = row["torch_s"] / row["pam_s"]
+        wall = [statistics.median(s for s, _ in times) for times in (own, peer)]
+        cpu = [statistics.median(c for _, c in times) for times in (own, peer)]
+        ratios = [p / o for (o, _), (p, _) in zip(own, peer)]
+        row = {
+            "batch": batch,
+            "pam_s": wall[0],
+            "torch_s": wall[1],
+            "ratio": wall[1] / wall[0],
+            "ratio_low": min(ratios),
+            "ratio_high": max(ratios),
+            "pam_cpu_s": cpu[0],
+            "torch_cpu_s": cpu[1],
+            "cpu_ratio": cpu[1] / cpu[0],
+        }
         if compiled:
-            row["compiled_s"] = statistics.median(compiled)
+            row["compiled_s"] = statistics.median(s for s, _ in compiled)
         rows.append(row)
         print(row, flush=True)
     if args.json:

@@ -1,7 +1,7 @@
 //! The comparison as JSON, CSV and a LaTeX table.
 
 use super::qualitative::Qualities;
-use super::result::{BothSets, Comparison, Summary};
+use super::result::{BothSets, Comparison, ModelResult, Summary};
 use crate::method::Needs;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -123,7 +123,8 @@ impl Comparison {
     #[must_use]
     pub fn to_latex(&self) -> String {
         let mut tex = String::from(
-            "% Displacement R2, mean and standard deviation over recordings.\n\\begin{tabular}{lrrrrrrllll}\n\
+            "% Displacement R2, mean and standard deviation over recordings. Needs \\usepackage{booktabs}.\n\
+             \\begin{tabular}{lrrrrrrllll}\n\
              \\toprule\n & & & \\multicolumn{2}{c}{cold start} & \\multicolumn{2}{c}{warm start} & & & & \\\\\n\
              Model & Parameters & Fit (s) & Training & Held out & Training & Held out & Prediction & Force & \
              Stiffness & Interpretability \\\\\n\\midrule\n",
@@ -149,10 +150,18 @@ impl Comparison {
                 q.interpretability
             );
         }
-        tex.push_str("\\bottomrule\n\\end{tabular}\n");
-        if self.models.iter().any(|m| m.result.needs == Needs::Pressures) {
-            tex.push_str("% * driven by the measured pressures.\n");
+        tex.push_str("\\bottomrule\n");
+        let any = |what: &dyn Fn(&ModelResult) -> bool| self.models.iter().any(|m| what(&m.result));
+        let mut note = |text: &str| {
+            let _ = writeln!(tex, "\\multicolumn{{11}}{{l}}{{\\footnotesize {text}}} \\\\");
+        };
+        if any(&|r| r.needs == Needs::Pressures) {
+            note("$^{*}$ driven by the measured pressures");
         }
+        if any(&|r| r.sets().iter().any(|s| s.displacement.stopped > 0)) {
+            note("$^{\\dagger}$ without the recordings, so many of all, whose prediction diverges");
+        }
+        tex.push_str("\\end{tabular}\n");
         tex
     }
 
@@ -201,7 +210,11 @@ pub fn seconds(s: f64) -> String {
 }
 
 fn summary_tex(s: &Summary) -> String {
-    let Some(mean) = s.mean else { return "--".into() };
+    let stopped = match s.stopped {
+        0 => String::new(),
+        n => format!("$^{{\\dagger}}$ ({n} of {})", s.count),
+    };
+    let Some(mean) = s.mean else { return format!("--{stopped}") };
     let power = |v: f64| {
         let text = short(v);
         match text.split_once('e') {
@@ -210,8 +223,8 @@ fn summary_tex(s: &Summary) -> String {
         }
     };
     match s.deviation {
-        Some(d) => format!("${} \\pm {}$", power(mean), power(d)),
-        None => format!("${}$", power(mean)),
+        Some(d) => format!("${} \\pm {}${stopped}", power(mean), power(d)),
+        None => format!("${}${stopped}", power(mean)),
     }
 }
 
@@ -219,7 +232,13 @@ fn tex_text(text: &str) -> String {
     text.chars()
         .map(|c| match c {
             '&' | '%' | '$' | '#' | '_' | '{' | '}' => format!("\\{c}"),
+            '\\' => "\\textbackslash{}".into(),
+            '^' => "\\textasciicircum{}".into(),
+            '~' => "\\textasciitilde{}".into(),
+            '<' => "\\textless{}".into(),
+            '>' => "\\textgreater{}".into(),
             '–' => "--".into(),
+            '−' => "$-$".into(),
             c => c.to_string(),
         })
         .collect()

@@ -7,11 +7,14 @@
 
 pub mod config;
 pub mod files;
+pub mod keep;
 pub mod qualitative;
 pub mod report;
 pub mod result;
 pub mod run;
+mod score;
 
 pub use config::{ComparisonConfig, DataConfig, EvaluationConfig, ModelConfig};
+pub use keep::Keep;
 pub use result::{Comparison, FinishedModel, ModelResult, ModelTimes, SetScores, Summary};
 pub use run::{Event, Split, compare, split};

@@ -47,6 +47,7 @@ impl Comparison {
             (self.mechanics_table())
             h2 { "What each kind of model is good for" }
             (self.qualities_table())
+            (self.single_muscles())
             (self.stability())
             details { summary { "What the fits found" }
                 @for m in &self.models {
@@ -249,6 +250,41 @@ impl Comparison {
                  of the joint's force along measured motions, same limits. Stiffness: error of ∂f/∂x (strong \
                  below 10 %, moderate below 25 %); indirect where a model without a force shows it in its \
                  motion within 25 %. Interpretability is a property of the model's form, not a measurement."
+            }
+        }
+    }
+
+    /// How well models of single muscles fit those, and what is left of it on the joint.
+    fn single_muscles(&self) -> Markup {
+        let rows: Vec<_> = self
+            .models
+            .iter()
+            .filter_map(|m| Some((&m.result, m.result.mechanics.single_muscle_r2?)))
+            .collect();
+        html! {
+            @if !rows.is_empty() {
+                h2 { "From single muscles to the joint" }
+                div.scroll { table {
+                    tr {
+                        th { "model" } th { "fitted to" } th { "braid angle (°)" }
+                        th { "R² of the muscle's force" } th { "R² of x on the joint, held out" }
+                    }
+                    @for (m, r2) in rows {
+                        @let angle = m.details.pointer("/single_muscle/muscle/braid_angle_deg");
+                        tr {
+                            td { (m.name) }
+                            td { (m.details["fitted_to"].as_str().unwrap_or("–")) }
+                            td { (angle.and_then(serde_json::Value::as_f64).map_or("–".into(), |a| format!("{a:.1}"))) }
+                            td { (number(r2, 3).replace('-', "−")) }
+                            td { (summary_text(&self.set_for_frequencies(m).displacement)) }
+                        }
+                    }
+                } }
+                p {
+                    "The force of the joint is a small difference of two large tensions: what is a good fit of \
+                     a muscle can be a poor one of the joint, although these models are given the measured \
+                     pressures. The published braid angle is 27.5°; another one is an effective angle."
+                }
             }
         }
     }

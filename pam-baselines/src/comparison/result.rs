@@ -148,6 +148,14 @@ pub struct ModelResult {
     pub details: Value,
 }
 
+impl ModelResult {
+    /// Scores on both sets from both starts.
+    #[must_use]
+    pub fn sets(&self) -> [&SetScores; 4] {
+        [&self.cold.train, &self.cold.held_out, &self.warm.train, &self.warm.held_out]
+    }
+}
+
 /// Seconds that a model took; kept apart from the results, which repeat to the bit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ModelTimes {

@@ -1,23 +1,13 @@
 //! The comparison at work.
 
 use super::config::ComparisonConfig;
-use super::result::{
-    BothSets, Comparison, Drawn, FinishedModel, Mechanics, ModelResult, ModelTimes, RecordingScore,
-    SetScores,
-};
+use super::keep::{Keep, key};
+use super::result::{Comparison, FinishedModel, ModelTimes};
+use super::score::{Scoring, all, draw};
 use crate::error::BaselineError;
-use crate::method::{FittedModel, Run, Stopped, TrainingSet, Trajectory};
-use crate::points::motion_points;
-use pam_control::equilibrium_point::observe;
-use pam_core::SealedMasses;
-use pam_data::atomic::write_atomic;
-use pam_data::formats::npz;
-use pam_data::{Channel, MuscleSurfaces, Recording};
-use pam_train::metrics::{r2, rmse};
-use pam_train::{Subject, frequency_segments};
-use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
+use crate::method::TrainingSet;
+use pam_data::MuscleSurfaces;
+use pam_train::Subject;
 use std::time::Instant;
 
 /// Recordings as the configuration splits them.
@@ -41,18 +31,6 @@ pub enum Event<'a> {
     /// A model was done before.
     Kept(&'a str),
 }
-
-/// What is kept of a model that is done.
-#[derive(Serialize, Deserialize)]
-struct Kept {
-    key: String,
-    finished: FinishedModel,
-}
-
-/// Points of the equation of motion, s apart.
-const FORCE_SPACING_S: f64 = 0.05;
-/// Most points of a drawn trajectory.
-const DRAWN_POINTS: usize = 7000;
 
 /// Sorts recordings into the two sets.
 ///
@@ -90,7 +68,7 @@ pub fn split(config: &ComparisonConfig, subjects: Vec<Subject>) -> Result<Split,
 }
 
 /// Fits and scores all models of a configuration. With a folder, each model that is done is kept there, and
-/// with `resume` those that were kept for the same data, settings and seed are taken over.
+/// those that the same program kept for the same data, settings and seed are taken over if asked for.
 ///
 /// # Errors
 /// [`BaselineError`] of the first model that cannot be fitted; [`BaselineError::Interrupted`] if `event`
@@ -100,30 +78,16 @@ pub fn compare(
     sets: &Split,
     surfaces: Option<&MuscleSurfaces>,
     seed: u64,
-    keep: Option<(&Path, bool)>,
+    keep: Option<Keep<'_>>,
     event: &(dyn Fn(Event<'_>) -> bool + Sync),
 ) -> Result<Comparison, BaselineError> {
-    let data_key = fingerprint(sets);
     let drawn = drawn_names(config, sets);
-    let measured_stiffness: Vec<Option<f64>> = all(sets)
-        .into_par_iter()
-        .map(|s| observe(&s.recording).ok().map(|o| o.stiffness_n_mm))
-        .collect();
-    let context = Context { config, sets, drawn: &drawn, measured_stiffness: &measured_stiffness };
+    let scoring = Scoring::new(sets, config.evaluation.warm_up, &drawn);
+    let key_of = key(config, sets, surfaces, seed, keep.map_or("", |k| k.program));
     let mut models = Vec::new();
     for model in &config.models {
-        let key = serde_json::json!({
-            "model": model,
-            "evaluation": config.evaluation,
-            "data": data_key,
-            "surfaces": config.data.surfaces,
-            "seed": seed,
-        })
-        .to_string();
-        let path = keep.map(|(folder, _)| kept_path(folder, &model.name));
-        if let (Some(path), Some((_, true))) = (&path, keep)
-            && let Some(finished) = read_kept(path, &key)
-        {
+        let key = key_of(model);
+        if let Some(finished) = keep.and_then(|k| k.read(&model.name, &key)) {
             event(Event::Kept(&model.name));
             models.push(finished);
             continue;
@@ -136,18 +100,13 @@ pub fn compare(
             .fit(&training, &|share| event(Event::Fitting(&model.name, share)))?;
         let fit_s = begun.elapsed().as_secs_f64();
         let begun = Instant::now();
-        let (result, drawn) = context.score(&model.name, model.method.kind(), &*fitted, &|share| {
+        let (result, drawn) = scoring.score(&model.name, model.method.kind(), &*fitted, &|share| {
             event(Event::Predicting(&model.name, share));
         });
         let times = ModelTimes { fit_s, predict_s: begun.elapsed().as_secs_f64() };
         let finished = FinishedModel { result, times, drawn };
-        if let (Some(path), Some((folder, _))) = (path, keep) {
-            npz::write(&weights_path(folder, &model.name), &fitted.arrays())?;
-            let kept = Kept { key, finished: finished.clone() };
-            let text = serde_json::to_string(&kept).map_err(|e| {
-                BaselineError::file(&path, format!("the result cannot be written: {e}"))
-            })?;
-            write_atomic(&path, text.as_bytes())?;
+        if let Some(keep) = keep {
+            keep.write(key, &finished, &fitted.arrays())?;
         }
         if !event(Event::Done(&finished)) {
             return Err(BaselineError::Interrupted);
@@ -171,270 +130,10 @@ pub fn compare(
     })
 }
 
-/// Training recordings, then held-out ones.
-fn all(sets: &Split) -> Vec<&Subject> {
-    sets.train.iter().chain(&sets.held_out).collect()
-}
-
-struct Context<'a> {
-    config: &'a ComparisonConfig,
-    sets: &'a Split,
-    drawn: &'a [String],
-    /// Of each recording of [`all`].
-    measured_stiffness: &'a [Option<f64>],
-}
-
-impl Context<'_> {
-    fn score(
-        &self,
-        name: &str,
-        kind: &str,
-        model: &dyn FittedModel,
-        progress: &(dyn Fn(f64) + Sync),
-    ) -> (ModelResult, Vec<Drawn>) {
-        let total = 2 * all(self.sets).len();
-        let done = std::sync::atomic::AtomicUsize::new(0);
-        let count = |n: usize| {
-            let before = done.fetch_add(n, std::sync::atomic::Ordering::Relaxed);
-            progress((before + n) as f64 / total as f64);
-        };
-        let mut drawn = Vec::new();
-        let mut both = |start: usize, keep: bool| {
-            let mut set = |subjects: &[Subject]| {
-                // A few recordings at a time: trajectories of all would fill the memory.
-                let mut scores = Vec::new();
-                for part in subjects.chunks(32) {
-                    let runs: Vec<Run<'_>> = part
-                        .iter()
-                        .map(|s| Run { recording: &s.recording, masses: s.masses, start })
-                        .collect();
-                    let predicted = model.simulate_all(&runs, &count);
-                    if keep {
-                        for (run, p) in runs.iter().zip(&predicted) {
-                            if self.drawn.contains(&run.recording.name) {
-                                let x = p.as_ref().map_or(&[][..], |p| &p.x[..]);
-                                drawn.push(draw(run.recording, x));
-                            }
-                        }
-                    }
-                    let warm_up = self.config.evaluation.warm_up;
-                    scores.par_extend(
-                        runs.par_iter().zip(predicted).map(|(run, p)| score(run, p, warm_up)),
-                    );
-                }
-                SetScores::of(scores)
-            };
-            BothSets { train: set(&self.sets.train), held_out: set(&self.sets.held_out) }
-        };
-        let cold = both(0, true);
-        let warm = both(self.config.evaluation.warm_up, false);
-        let mechanics = self.mechanics(model, &cold);
-        let result = ModelResult {
-            name: name.to_owned(),
-            kind: kind.to_owned(),
-            structure: model.structure(),
-            needs: model.needs(),
-            parameters: model.parameter_count(),
-            cold,
-            warm,
-            mechanics,
-            details: model.details(),
-        };
-        (result, drawn)
-    }
-
-    fn mechanics(&self, model: &dyn FittedModel, cold: &BothSets) -> Mechanics {
-        let held = !self.sets.held_out.is_empty();
-        let (subjects, scores) = if held {
-            (&self.sets.held_out, &cold.held_out.recordings)
-        } else {
-            (&self.sets.train, &cold.train.recordings)
-        };
-        let skip = if held { self.sets.train.len() } else { 0 };
-        let measured = &self.measured_stiffness[skip..][..subjects.len()];
-        let error = |values: &[Option<f64>]| {
-            let errors: Vec<f64> = values
-                .iter()
-                .zip(measured)
-                .filter_map(|(k, m)| Some(100.0 * ((*k)? - (*m)?).abs() / (*m)?))
-                .collect();
-            (!errors.is_empty()).then(|| errors.iter().sum::<f64>() / errors.len() as f64)
-        };
-        let direct: Vec<Option<f64>> = subjects
-            .iter()
-            .map(|s| {
-                let rest = s.recording.reading_at_rest();
-                let masses = model.masses(&s.recording).unwrap_or(s.masses);
-                let at = input(rest.displacement_mm, 0.0, masses);
-                let pressures = [rest.pressure_flexor_kpa, rest.pressure_extensor_kpa];
-                model.stiffness_n_mm(&at, pressures).filter(|k| k.is_finite())
-            })
-            .collect();
-        let shown: Vec<Option<f64>> = scores.iter().map(|s| s.shown_stiffness_n_mm).collect();
-        let known = || direct.iter().flatten().copied();
-        let range = known()
-            .next()
-            .map(|first| known().fold([first, first], |[low, high], k| [low.min(k), high.max(k)]));
-        Mechanics {
-            force_r2: force_r2(model, subjects),
-            stiffness_error_percent: error(&direct),
-            shown_stiffness_error_percent: error(&shown),
-            stiffness_range_n_mm: range,
-            single_muscle_r2: model.details().get("single_muscle_r2").and_then(|v| v.as_f64()),
-        }
-    }
-}
-
-fn input(x: f64, v: f64, masses: SealedMasses) -> pam_core::ForceInput<f64> {
-    pam_core::ForceInput {
-        displacement_mm: x,
-        velocity_mm_s: v,
-        mass_flexor_g: masses.flexor_g,
-        mass_extensor_g: masses.extensor_g,
-    }
-}
-
-/// R² of the restoring force against `F − m ẍ` along all measured motions.
-fn force_r2(model: &dyn FittedModel, subjects: &[Subject]) -> Option<f64> {
-    let mass = model.mass_kg()?;
-    let parts: Vec<Option<Vec<[f64; 2]>>> = subjects
-        .par_iter()
-        .map(|s| {
-            // Masses by the sealed reading, as the model itself would take them; pressures of a model
-            // that needs them are those of the moment.
-            let rest = s.recording.reading_at_rest();
-            let sealed = [rest.pressure_flexor_kpa, rest.pressure_extensor_kpa];
-            let masses = model.masses(&s.recording).unwrap_or(s.masses);
-            motion_points(&s.recording, FORCE_SPACING_S)
-                .iter()
-                .map(|p| {
-                    let at = p.input(masses);
-                    let pressures = match model.needs() {
-                        crate::method::Needs::Pressures => p.pressures_kpa,
-                        crate::method::Needs::State => sealed,
-                    };
-                    let force = model.restoring_force_mn(&at, pressures)?;
-                    Some([p.force_mn - mass * p.acceleration_mm_s2, force])
-                })
-                .collect()
-        })
-        .collect();
-    let parts: Option<Vec<Vec<[f64; 2]>>> = parts.into_iter().collect();
-    let (measured, own): (Vec<f64>, Vec<f64>) =
-        parts?.into_iter().flatten().map(|[m, f]| (m, f)).unzip();
-    Some(r2(&measured, &own)).filter(|v| v.is_finite())
-}
-
-fn score(run: &Run<'_>, predicted: Result<Trajectory, Stopped>, warm_up: usize) -> RecordingScore {
-    let r = run.recording;
-    let rest = r.reading_at_rest();
-    let mut score = RecordingScore {
-        name: r.name.clone(),
-        pressures_kpa: [rest.pressure_flexor_kpa, rest.pressure_extensor_kpa],
-        r2: [None; 4],
-        rmse_mm: None,
-        by_frequency: Vec::new(),
-        shown_stiffness_n_mm: None,
-        stopped: None,
-    };
-    let segments = frequency_segments(&r.time_s, &r.force_mn);
-    let segments = segments.iter().filter_map(|s| Some((nominal_hz(s.frequency_hz?), s)));
-    let predicted = match predicted {
-        Ok(p) => p,
-        Err(stopped) => {
-            score.by_frequency = segments.map(|(f, _)| (f, None)).collect();
-            score.stopped = Some(stopped.why);
-            return score;
-        }
-    };
-    let finite = |v: f64| Some(v).filter(|v| v.is_finite());
-    // Both kinds of start are scored on the same samples.
-    let own = |c: Channel| predicted.channel(c).get(warm_up - run.start..).unwrap_or_default();
-    for (c, to) in Channel::ALL.into_iter().zip(&mut score.r2) {
-        if !own(c).is_empty() {
-            *to = finite(r2(&r.channel(c)[warm_up..], own(c)));
-        }
-    }
-    score.rmse_mm = finite(rmse(&r.displacement_mm[warm_up..], own(Channel::X)));
-    for (f, s) in segments {
-        let range = s.range.start.max(warm_up)..s.range.end;
-        let predicted = &own(Channel::X)[range.start - warm_up..range.end - warm_up];
-        score.by_frequency.push((f, finite(r2(&r.displacement_mm[range], predicted))));
-    }
-    let shown = Recording {
-        displacement_mm: own(Channel::X).to_vec(),
-        velocity_mm_s: own(Channel::V).to_vec(),
-        time_s: r.time_s[warm_up..].to_vec(),
-        force_mn: r.force_mn[warm_up..].to_vec(),
-        sealed: Some(rest),
-        ..r.without_samples()
-    };
-    score.shown_stiffness_n_mm = observe(&shown).ok().map(|o| o.stiffness_n_mm);
-    score
-}
-
-/// A frequency rounded to a tenth of a hertz, so that recordings fall into the same groups.
-fn nominal_hz(f: f64) -> f64 {
-    (10.0 * f).round() / 10.0
-}
-
-/// What tells one split of recordings from another.
-fn fingerprint(sets: &Split) -> String {
-    // FNV-1a over names and the bits of displacements and forces.
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    let mut add = |word: u64| hash = (hash ^ word).wrapping_mul(0x0100_0000_01b3);
-    for set in [&sets.train, &sets.held_out] {
-        for s in set {
-            let r = &s.recording;
-            r.name.bytes().for_each(|b| add(u64::from(b)));
-            r.displacement_mm.iter().chain(&r.force_mn).for_each(|v| add(v.to_bits()));
-        }
-        add(1);
-    }
-    format!("{hash:016x}")
-}
-
 fn drawn_names(config: &ComparisonConfig, sets: &Split) -> Vec<String> {
     if !config.evaluation.figures.is_empty() {
         return config.evaluation.figures.clone();
     }
     let first = sets.held_out.first().or(sets.train.first());
     first.map(|s| s.recording.name.clone()).into_iter().collect()
-}
-
-/// Thins a trajectory out for drawing.
-fn draw(recording: &Recording, displacement_mm: &[f64]) -> Drawn {
-    let stride = recording.len().div_ceil(DRAWN_POINTS).max(1);
-    Drawn {
-        recording: recording.name.clone(),
-        time_s: recording.time_s.iter().step_by(stride).copied().collect(),
-        displacement_mm: displacement_mm.iter().step_by(stride).copied().collect(),
-    }
-}
-
-/// A name as part of a file name.
-fn slug(name: &str) -> String {
-    let mut slug = String::new();
-    for c in name.chars() {
-        if c.is_ascii_alphanumeric() {
-            slug.push(c.to_ascii_lowercase());
-        } else if !slug.ends_with('-') {
-            slug.push('-');
-        }
-    }
-    slug.trim_matches('-').to_owned()
-}
-
-fn kept_path(folder: &Path, name: &str) -> PathBuf {
-    folder.join("models").join(format!("{}.json", slug(name)))
-}
-
-fn weights_path(folder: &Path, name: &str) -> PathBuf {
-    folder.join("models").join(format!("{}.npz", slug(name)))
-}
-
-fn read_kept(path: &Path, key: &str) -> Option<FinishedModel> {
-    let text = std::fs::read_to_string(path).ok()?;
-    let kept: Kept = serde_json::from_str(&text).ok()?;
-    (kept.key == key).then_some(kept.finished)
 }

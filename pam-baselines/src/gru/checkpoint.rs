@@ -61,6 +61,7 @@ pub fn read_checkpoint(path: &Path) -> Result<GruModel, BaselineError> {
         numbers,
         scaling,
         warm_up: size("seq_len")?,
+        samples_per_step: 1,
         step_s: None,
         history: None,
     })

@@ -4,23 +4,34 @@
 //! state of the next one. After a warm-up on measured samples it reads its own predictions. Training
 //! predicts windows in the same way and differentiates through all of it: warm-up, recursion, and outputs
 //! that are inputs again (Wang and Realmuto 2026, supplement A).
+//!
+//! A network may step over samples: with `samples_per_step` = 50 at 1 kHz it steps by 50 ms, reads the mean
+//! force of each step, and a hundred steps are five seconds. That is how gradients through 100 steps see
+//! whole periods of the motion, and what must be remembered for it: the sealed air. With 1 it steps as the
+//! published one, and a hundred steps are a twentieth of the slowest period.
 
+mod backward;
+mod batch;
 mod checkpoint;
-mod gradient;
 mod model;
 mod network;
 mod parameters;
+mod samples;
 mod scaling;
+mod tape;
 mod train;
 
+pub use batch::{BatchGradient, Block, LANES};
 pub use checkpoint::read_checkpoint;
-pub use gradient::{LOSS_WEIGHTS, Tape, Window};
 pub use model::GruModel;
 pub use network::{Network, Running};
 pub use parameters::{INPUTS, OUTPUTS, Part, Shape};
+pub use samples::Samples;
 pub use scaling::Scaling;
-pub use train::{BatchGradient, History, LANES, Samples};
+pub use tape::{Begin, LOSS_WEIGHTS, Tape, Window};
+pub use train::History;
 
+use crate::batched::{check_counts, check_positive, check_width};
 use crate::error::BaselineError;
 use crate::koopman::common_step_s;
 use crate::method::{FittedModel, Method, TrainingSet};
@@ -34,24 +45,31 @@ pub struct Gru {
     pub hidden: usize,
     /// Number of recurrent layers.
     pub layers: usize,
-    /// Measured samples before a prediction.
+    /// Samples of a step.
+    pub samples_per_step: usize,
+    /// Measured steps before a prediction.
     pub warm_up: usize,
-    /// Samples that are predicted recursively in training.
+    /// Steps that are predicted recursively under one gradient.
     pub horizon: usize,
-    /// Windows in a step of Adam.
+    /// Most segments of `horizon` steps of a rollout in training; with 1 every segment begins with a
+    /// warm-up.
+    pub rollout: usize,
+    /// Share of the rollouts that begin where a recording begins, at rest.
+    pub rest_share: f64,
+    /// Rollouts side by side, the windows of a step of Adam.
     pub batch: usize,
-    /// Windows drawn for an epoch.
-    pub windows_per_epoch: usize,
+    /// Steps of Adam in an epoch.
+    pub updates_per_epoch: usize,
     /// Epochs at most.
     pub epochs: usize,
-    /// Epochs without a better loss on the validation windows after which training ends.
+    /// Epochs without a better free run over the training recordings after which training ends.
     pub patience: usize,
-    /// Windows of the training recordings that decide which epoch is kept.
-    pub validation_windows: usize,
     /// Rate at the start; it falls as a cosine.
     pub rate: f64,
     /// Largest norm of the gradient.
     pub clip: f64,
+    /// Share of the running mean of the weights that an update leaves; 0 uses the last weights themselves.
+    pub averaging: f64,
 }
 
 impl Default for Gru {
@@ -59,15 +77,18 @@ impl Default for Gru {
         Self {
             hidden: 96,
             layers: 2,
+            samples_per_step: 50,
             warm_up: 100,
             horizon: 100,
+            rollout: 13,
+            rest_share: 0.5,
             batch: 64,
-            windows_per_epoch: 2048,
-            epochs: 60,
-            patience: 15,
-            validation_windows: 512,
+            updates_per_epoch: 50,
+            epochs: 50,
+            patience: 25,
             rate: 2e-3,
             clip: 1.0,
+            averaging: 0.99,
         }
     }
 }
@@ -78,28 +99,24 @@ impl Method for Gru {
     }
 
     fn check(&self) -> Result<(), String> {
-        if self.hidden == 0 || !self.hidden.is_multiple_of(16) {
-            return Err(format!("hidden = {} must be a multiple of 16", self.hidden));
-        }
-        for (name, value) in [
+        check_width("hidden", self.hidden)?;
+        check_counts(&[
             ("layers", self.layers),
+            ("samples_per_step", self.samples_per_step),
             ("warm_up", self.warm_up),
             ("horizon", self.horizon),
+            ("rollout", self.rollout),
             ("batch", self.batch),
-            ("windows_per_epoch", self.windows_per_epoch),
+            ("updates_per_epoch", self.updates_per_epoch),
             ("epochs", self.epochs),
-            ("validation_windows", self.validation_windows),
-        ] {
-            if value == 0 {
-                return Err(format!("{name} must be positive"));
-            }
+        ])?;
+        if !(0.0..=1.0).contains(&self.rest_share) {
+            return Err(format!("rest_share = {} must lie between 0 and 1", self.rest_share));
         }
-        for (name, value) in [("rate", self.rate), ("clip", self.clip)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(format!("{name} = {value} must be positive and finite"));
-            }
+        if !(0.0..1.0).contains(&self.averaging) {
+            return Err(format!("averaging = {} must be from 0 to below 1", self.averaging));
         }
-        Ok(())
+        check_positive(&[("rate", self.rate), ("clip", self.clip)])
     }
 
     fn fit(
@@ -110,7 +127,7 @@ impl Method for Gru {
         let recordings: Vec<_> = training.subjects.iter().map(|s| &s.recording).collect();
         let step_s = common_step_s(&recordings).map_err(|why| BaselineError::unfit("GRU", why))?;
         let scaling = Scaling::of(training.subjects);
-        let samples = Samples::of(training.subjects, &scaling);
+        let samples = Samples::of(training.subjects, &scaling, self.samples_per_step, self.warm_up);
         let shape = Shape { hidden: self.hidden, layers: self.layers };
         let (numbers, history) = train::train(self, shape, &samples, training.seed, progress)?;
         Ok(Box::new(GruModel {
@@ -118,6 +135,7 @@ impl Method for Gru {
             numbers,
             scaling,
             warm_up: self.warm_up,
+            samples_per_step: self.samples_per_step,
             step_s: Some(step_s),
             history: Some(history),
         }))

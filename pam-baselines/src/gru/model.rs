@@ -4,9 +4,7 @@ use super::network::{Network, Running};
 use super::parameters::{INPUTS, OUTPUTS};
 use super::scaling::Scaling;
 use super::train::History;
-use crate::method::{
-    FittedModel, LARGEST_DISPLACEMENT_MM, Run, Stopped, Structure, Trajectory, diverged,
-};
+use crate::method::{FittedModel, Run, Stopped, Structure, Trajectory, diverged, out_of_range};
 use pam_data::formats::npz::Array;
 use pam_data::recording::median_step_s;
 use rayon::prelude::*;
@@ -15,6 +13,28 @@ use std::collections::BTreeMap;
 
 /// Recordings of one task.
 const LANES: usize = 16;
+
+fn append(trajectory: &mut Trajectory, state: &[f64; OUTPUTS]) {
+    let Trajectory { x, v, pf, pe } = trajectory;
+    for (column, value) in [x, v, pf, pe].into_iter().zip(state) {
+        column.push(*value);
+    }
+}
+
+/// The state at a share of a step between two states.
+fn between(
+    before: &[f64; OUTPUTS],
+    after: &[f64; OUTPUTS],
+    share: f64,
+    step_s: f64,
+) -> [f64; OUTPUTS] {
+    let mut state = std::array::from_fn(|c| before[c] + share * (after[c] - before[c]));
+    // The cubic of Hermite, as its line and what the slopes at the ends add.
+    let slopes = [before[1], after[1]].map(|v| v * step_s - (after[0] - before[0]));
+    let rest = 1.0 - share;
+    state[0] += share * rest * (rest * slopes[0] - share * slopes[1]);
+    state
+}
 
 /// A trained network.
 #[derive(Debug, Clone)]
@@ -25,8 +45,10 @@ pub struct GruModel {
     pub numbers: Vec<f64>,
     /// Scaling of inputs and outputs.
     pub scaling: Scaling,
-    /// Samples from which the hidden states are taken.
+    /// Steps from which the hidden states are taken.
     pub warm_up: usize,
+    /// Samples of a step.
+    pub samples_per_step: usize,
     /// Time from sample to sample, s; unknown for the published network.
     pub step_s: Option<f64>,
     /// How it was trained; none if it was read from a file.
@@ -54,48 +76,61 @@ impl GruModel {
         predicted
     }
 
-    /// Predicts a few runs side by side.
+    /// Predicts a few runs side by side. Between steps x is the cubic with the predicted values and
+    /// velocities at their ends, the rest a straight line.
     fn predict(&self, runs: &[Run<'_>]) -> Vec<Result<Trajectory, Stopped>> {
-        let n = runs.len();
+        let (n, stride) = (runs.len(), self.samples_per_step);
         let mut running = Running::new(&self.network, n);
-        let input =
-            |run: &Run<'_>, k: usize| self.scaling.input(run.recording, k).map(|v| v as f32);
+        let known = |run: &Run<'_>, back: usize| {
+            let k = run.start.saturating_sub(back * stride);
+            self.scaling.input_over(run.recording, k, stride).map(|v| v as f32)
+        };
         // What is known until the start. A run that knows its first sample only has rested there.
         for back in (0..self.warm_up).rev() {
-            let inputs: Vec<[f32; INPUTS]> =
-                runs.iter().map(|run| input(run, run.start.saturating_sub(back))).collect();
+            let inputs: Vec<[f32; INPUTS]> = runs.iter().map(|run| known(run, back)).collect();
             running.feed(&self.network, &inputs);
         }
         let longest = runs.iter().map(Run::len).max().unwrap_or(0);
+        let step_s: Vec<f64> =
+            runs.iter().map(|run| median_step_s(&run.recording.time_s) * stride as f64).collect();
         let mut results: Vec<Result<Trajectory, Stopped>> = runs
             .iter()
             .map(|run| {
-                let [x, v, pf, pe] = run.state();
-                Ok(Trajectory { x: vec![x], v: vec![v], pf: vec![pf], pe: vec![pe] })
+                let mut trajectory = Trajectory::default();
+                append(&mut trajectory, &run.state());
+                Ok(trajectory)
             })
             .collect();
+        let mut states: Vec<[f64; OUTPUTS]> = runs.iter().map(Run::state).collect();
         let mut out = vec![[0.0_f32; OUTPUTS]; n];
         let mut inputs = vec![[0.0_f32; INPUTS]; n];
-        for k in 1..longest {
+        // Samples 0 to `from` of the runs are done.
+        for from in (0..longest - 1).step_by(stride) {
             running.read(&self.network, &mut out);
             for (lane, run) in runs.iter().enumerate() {
-                if k >= run.len() {
+                let left = run.len().saturating_sub(from + 1).min(stride);
+                if left == 0 {
                     continue;
                 }
-                let sample = run.start + k;
-                let [x, v, pf, pe] = out[lane];
-                let force = self.scaling.scale(INPUTS - 1, run.recording.force_mn[sample]);
-                inputs[lane] = [x, v, pf, pe, force as f32];
-                let state = self.scaling.state(out[lane].map(f64::from));
-                if let Ok(t) = &mut results[lane] {
-                    if state[0].abs() < LARGEST_DISPLACEMENT_MM {
-                        t.x.push(state[0]);
-                        t.v.push(state[1]);
-                        t.pf.push(state[2]);
-                        t.pe.push(state[3]);
-                    } else {
-                        results[lane] = Err(diverged(run, k, state[0]));
+                let before = std::mem::replace(
+                    &mut states[lane],
+                    self.scaling.state(out[lane].map(f64::from)),
+                );
+                let state = states[lane];
+                if let Ok(trajectory) = &mut results[lane] {
+                    for k in 1..=left {
+                        let share = k as f64 / stride as f64;
+                        append(trajectory, &between(&before, &state, share, step_s[lane]));
                     }
+                    if out_of_range(state[0]) {
+                        results[lane] = Err(diverged(run, from + stride, state[0]));
+                    }
+                }
+                let [x, v, pf, pe] = out[lane];
+                let sample = run.start + from + stride;
+                if sample < run.recording.len() {
+                    let force = self.scaling.force_over(run.recording, sample, stride);
+                    inputs[lane] = [x, v, pf, pe, force as f32];
                 }
             }
             running.feed(&self.network, &inputs);
@@ -149,7 +184,8 @@ impl FittedModel for GruModel {
         json!({
             "layers": self.network.shape.layers,
             "hidden": self.network.shape.hidden,
-            "warm_up_samples": self.warm_up,
+            "warm_up_steps": self.warm_up,
+            "samples_per_step": self.samples_per_step,
             "history": self.history,
         })
     }
@@ -168,5 +204,23 @@ impl FittedModel for GruModel {
         arrays.insert("scaler_min".into(), Array::vector(self.scaling.low.to_vec()));
         arrays.insert("scaler_max".into(), Array::vector(self.scaling.high.to_vec()));
         arrays
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cubic_lies_between_steps() {
+        let at =
+            |t: f64| [1.0 + t * (2.0 + t * (-3.0 + 4.0 * t)), 2.0 + t * (-6.0 + 12.0 * t), t, 5.0];
+        let (from, step_s) = (0.3, 0.05);
+        for share in [0.1, 0.5, 0.8, 1.0] {
+            let own = between(&at(from), &at(from + step_s), share, step_s);
+            let exact = at(from + share * step_s);
+            assert!((own[0] - exact[0]).abs() < 1e-14, "{own:?} {exact:?}");
+            assert!((own[2] - exact[2]).abs() < 1e-14 && own[3] == 5.0);
+        }
     }
 }

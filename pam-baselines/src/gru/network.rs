@@ -9,8 +9,9 @@
 //! (Cho et al. 2014 in the form of PyTorch, with the reset gate after the product.) Lanes are columns.
 
 use super::parameters::{INPUTS, OUTPUTS, Shape};
+use crate::batched::{Columns, multiply};
 use crate::tanh::Tanh;
-use pam_core::simd::gemm::{Finish, Layout, Product, Start};
+use pam_core::simd::gemm::Start;
 use pam_core::simd::{Float, arch, math, padded};
 use pulp::{Simd, WithSimd};
 
@@ -148,10 +149,13 @@ impl<T: Float> Network<T> {
         let stride = layer.inputs + h;
         let LayerStep { gates, new, new_hidden, hidden } = keep;
         let inputs = layer.inputs;
-        affine(lanes, 2 * h, stride, &layer.gates, stack, stride, &layer.gates_bias, gates);
-        affine(lanes, h, inputs, &layer.new_input, stack, stride, &layer.new_input_bias, new);
-        let (from, bias) = (&stack[inputs..], &layer.new_hidden_bias);
-        affine(lanes, h, h, &layer.new_hidden, from, stride, bias, new_hidden);
+        let all = Columns::of(stack, lanes, stride);
+        multiply([2 * h, stride], &layer.gates, all, Start::Columns(&layer.gates_bias), gates);
+        let bias = Start::Columns(&layer.new_input_bias);
+        multiply([h, inputs], &layer.new_input, all, bias, new);
+        let before = Columns::of(&stack[inputs..], lanes, stride);
+        let bias = Start::Columns(&layer.new_hidden_bias);
+        multiply([h, h], &layer.new_hidden, before, bias, new_hidden);
         arch().dispatch(Gates {
             h,
             inputs: layer.inputs,
@@ -167,26 +171,12 @@ impl<T: Float> Network<T> {
     /// The head: from hidden states to outputs, keeping `tanh(W₁ h + b₁)`.
     pub(super) fn head_forward(&self, lanes: usize, hidden: &[T], inner: &mut [T], out: &mut [T]) {
         let h = self.shape.hidden;
-        affine(lanes, h, h, &self.head, hidden, h, &self.head_bias, inner);
+        let bias = Start::Columns(&self.head_bias);
+        multiply([h, h], &self.head, Columns::of(hidden, lanes, h), bias, inner);
         arch().dispatch(Tanh { z: &mut *inner });
-        affine(lanes, OUT_STRIDE, h, &self.out, inner, h, &self.out_bias, out);
+        let bias = Start::Columns(&self.out_bias);
+        multiply([OUT_STRIDE, h], &self.out, Columns::of(inner, lanes, h), bias, out);
     }
-}
-
-/// `C = A B + bias` with columns of B `stride` apart.
-#[allow(clippy::too_many_arguments)]
-fn affine<T: Float>(
-    columns: usize,
-    rows: usize,
-    inner: usize,
-    a: &[T],
-    b: &[T],
-    b_stride: usize,
-    bias: &[T],
-    c: &mut [T],
-) {
-    let (layout, start, finish) = (Layout::Columns, Start::Columns(bias), Finish::Store);
-    Product { rows, inner, columns, a, b, layout, b_stride, start, finish, c }.run();
 }
 
 /// What one layer keeps of one step; `hidden` is the new state `[lanes][hidden]`.

@@ -45,6 +45,22 @@ impl Scaling {
         std::array::from_fn(|c| self.scale(c, values[c]))
     }
 
+    /// The same with the mean of the force over this sample and those after it, `samples` in all: what acts
+    /// until the next step of a network that does not read every sample.
+    #[must_use]
+    pub fn input_over(&self, r: &Recording, k: usize, samples: usize) -> [f64; INPUTS] {
+        let mut input = self.input(r, k);
+        input[OUTPUTS] = self.force_over(r, k, samples);
+        input
+    }
+
+    /// The mean force over samples `k..k + samples` (as many as there are), scaled.
+    #[must_use]
+    pub fn force_over(&self, r: &Recording, k: usize, samples: usize) -> f64 {
+        let held = &r.force_mn[k..(k + samples).min(r.len())];
+        self.scale(OUTPUTS, held.iter().sum::<f64>() / held.len() as f64)
+    }
+
     /// One value, scaled.
     #[must_use]
     pub fn scale(&self, column: usize, value: f64) -> f64 {

@@ -1,127 +1,81 @@
-//! Training on windows of recordings.
+//! Training by rollouts of recordings.
+//!
+//! A rollout warms up on measured samples, or on those of the joint at rest, and is then predicted
+//! recursively in segments of `horizon` steps. Each segment is one step of Adam with the exact gradient of
+//! its own steps; the next one goes on from its hidden states and last predictions. In the course of
+//! training rollouts grow from one segment, the published scheme, to `rollout` of them: only then does the
+//! network meet its own errors of long free runs, and learns to hold them.
+//!
+//! Free runs answer to small changes of the weights, so a running mean of the weights is what is used
+//! (Polyak and Juditsky 1992). The epoch that is kept is the one whose mean has the least loss in free runs
+//! over the whole training recordings.
 
 use super::Gru;
-use super::gradient::{Tape, Window};
-use super::network::Network;
-use super::parameters::{INPUTS, Shape};
-use super::scaling::Scaling;
+use super::batch::{BatchGradient, Block, LANES};
+use super::network::{Network, Running};
+use super::parameters::{INPUTS, OUTPUTS, Shape};
+use super::samples::Samples;
+use super::tape::{Begin, LOSS_WEIGHTS, Window};
+use crate::batched::cosine_rate;
 use crate::error::BaselineError;
 use crate::method::go_on;
-use pam_train::Subject;
 use pam_train::optimiser::{Adam, AdamSettings, clip_to_norm};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Windows of one task. Sums of tasks are added in their order, so results do not depend on the number of
-/// threads.
-pub const LANES: usize = 32;
-
-/// The scaled samples of all recordings.
-#[derive(Debug, Clone)]
-pub struct Samples {
-    recordings: Vec<Vec<[f32; INPUTS]>>,
-}
-
-impl Samples {
-    /// Scales recordings.
-    #[must_use]
-    pub fn of(subjects: &[Subject], scaling: &Scaling) -> Self {
-        let recordings = subjects
-            .par_iter()
-            .map(|s| {
-                let r = &s.recording;
-                (0..r.len()).map(|k| scaling.input(r, k).map(|v| v as f32)).collect()
-            })
-            .collect();
-        Self { recordings }
-    }
-
-    /// Draws a window of `len` samples, all starts of all recordings alike.
-    fn draw(&self, len: usize, random: &mut ChaCha8Rng) -> (usize, usize) {
-        let starts = |r: &Vec<[f32; INPUTS]>| (r.len() + 1).saturating_sub(len);
-        let total: usize = self.recordings.iter().map(starts).sum();
-        let mut k = random.random_range(0..total);
-        for (i, r) in self.recordings.iter().enumerate() {
-            if k < starts(r) {
-                return (i, k);
-            }
-            k -= starts(r);
-        }
-        unreachable!("the draw is below the total")
-    }
-}
-
-/// Mean loss of windows and its gradient, over all cores.
-#[derive(Debug)]
-pub struct BatchGradient {
-    warm_up: usize,
-    horizon: usize,
-    tapes: Vec<Tape<f32>>,
-    gradients: Vec<Vec<f64>>,
-}
-
-impl BatchGradient {
-    /// For batches of up to `batch` windows.
-    #[must_use]
-    pub fn new(network: &Network<f32>, batch: usize, warm_up: usize, horizon: usize) -> Self {
-        let tasks = batch.div_ceil(LANES);
-        let lanes = batch.min(LANES);
-        Self {
-            warm_up,
-            horizon,
-            tapes: (0..tasks).map(|_| Tape::new(network, lanes, warm_up, horizon)).collect(),
-            gradients: vec![vec![0.0; network.shape.len()]; tasks],
-        }
-    }
-
-    /// Mean over windows and predicted samples of the weighted squared error; its gradient if asked for.
-    pub fn run(
-        &mut self,
-        network: &Network<f32>,
-        windows: &[Window<'_, f32>],
-        gradient: Option<&mut [f64]>,
-    ) -> f64 {
-        let wanted = gradient.is_some();
-        let share = 1.0 / (windows.len() * self.horizon) as f64;
-        let tasks = windows.par_chunks(LANES).zip(&mut self.tapes).zip(&mut self.gradients);
-        let losses: Vec<f64> = tasks
-            .map(|((part, tape), own)| {
-                own.fill(0.0);
-                tape.run(network, part, wanted.then_some(&mut own[..]))
-            })
-            .collect();
-        if let Some(gradient) = gradient {
-            gradient.fill(0.0);
-            for own in &self.gradients[..losses.len()] {
-                for (g, o) in gradient.iter_mut().zip(own) {
-                    *g += share * o;
-                }
-            }
-        }
-        share * losses.iter().sum::<f64>()
-    }
-
-    /// Samples of a window.
-    #[must_use]
-    pub fn window_len(&self) -> usize {
-        self.warm_up + self.horizon
-    }
-}
+/// Share of the training in which rollouts grow.
+const GROWING: f64 = 0.5;
 
 /// How training went.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct History {
-    /// Mean loss of each epoch.
+    /// Mean loss of the segments of each epoch.
     pub loss: Vec<f64>,
-    /// Loss on the validation windows after each epoch.
-    pub validation: Vec<f64>,
+    /// Loss after each epoch of free runs over the whole training recordings.
+    pub free_run: Vec<f64>,
     /// The epoch (from zero) whose numbers were kept.
     pub best_epoch: usize,
 }
 
-/// Trains from random numbers; returns the best ones by the validation windows.
+/// Rollouts of one task, side by side.
+struct Rollouts<'a> {
+    lanes: Vec<&'a [[f32; INPUTS]]>,
+    segment: usize,
+    segments: usize,
+}
+
+impl<'a> Rollouts<'a> {
+    /// The next segments; new rollouts of up to `longest` segments if these are over.
+    fn next(
+        &mut self,
+        settings: &Gru,
+        samples: &'a Samples,
+        lanes: usize,
+        longest: usize,
+        random: &mut ChaCha8Rng,
+    ) -> Block<'a> {
+        let (warm_up, horizon) = (settings.warm_up, settings.horizon);
+        if self.segment == self.segments {
+            self.segments = random.random_range(1..=longest);
+            self.segment = 0;
+            let len = warm_up + self.segments * horizon;
+            self.lanes =
+                (0..lanes).map(|_| samples.draw(len, settings.rest_share, random)).collect();
+        }
+        let (begin, from) = match self.segment {
+            0 => (Begin::Rest, 0),
+            k => (Begin::Carried, warm_up + k * horizon - 1),
+        };
+        self.segment += 1;
+        let to = warm_up + self.segment * horizon;
+        let windows = self.lanes.iter().map(|s| Window { samples: &s[from..to] }).collect();
+        Block { begin, windows }
+    }
+}
+
+/// Trains from random numbers; returns those of the best epoch.
 pub(super) fn train(
     settings: &Gru,
     shape: Shape,
@@ -129,53 +83,64 @@ pub(super) fn train(
     seed: u64,
     progress: &(dyn Fn(f64) -> bool + Sync),
 ) -> Result<(Vec<f64>, History), BaselineError> {
-    let len = settings.warm_up + settings.horizon;
-    if samples.recordings.iter().all(|r| r.len() < len) {
+    let longest = samples.longest().saturating_sub(settings.warm_up) / settings.horizon;
+    if longest == 0 {
         return Err(BaselineError::unfit(
             "GRU",
-            format!("no recording holds a window of {len} samples; shorten warm_up or horizon"),
+            format!(
+                "no recording holds {} samples; shorten horizon or samples_per_step",
+                settings.horizon * settings.samples_per_step + 1
+            ),
         ));
     }
+    let longest = longest.min(settings.rollout);
     let mut numbers = shape.random(seed);
     let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x9e37_79b9_7f4a_7c15);
-    let draw = |count: usize, random: &mut ChaCha8Rng| -> Vec<Window<'_, f32>> {
-        (0..count)
-            .map(|_| {
-                let (i, k) = samples.draw(len, random);
-                Window { samples: &samples.recordings[i][k..k + len] }
-            })
-            .collect()
-    };
-    let validation = draw(settings.validation_windows, &mut random);
     let network = Network::new(shape, &numbers);
-    let size = settings.batch.max(settings.validation_windows);
-    let mut engine = BatchGradient::new(&network, size, settings.warm_up, settings.horizon);
+    let mut engine =
+        BatchGradient::new(&network, settings.batch, settings.warm_up, settings.horizon);
     let mut adam = Adam::new(AdamSettings::default(), numbers.len());
     let mut gradient = vec![0.0; numbers.len()];
+    let mut mean = numbers.clone();
     let mut best = numbers.clone();
-    let mut history = History { loss: Vec::new(), validation: Vec::new(), best_epoch: 0 };
-    let batches = settings.windows_per_epoch.div_ceil(settings.batch).max(1);
-    let total = (settings.epochs * batches) as f64;
+    let mut history = History { loss: Vec::new(), free_run: Vec::new(), best_epoch: 0 };
+    let mut tasks: Vec<(usize, Rollouts<'_>)> = (0..settings.batch.div_ceil(LANES))
+        .map(|k| {
+            let lanes = (settings.batch - k * LANES).min(LANES);
+            (lanes, Rollouts { lanes: Vec::new(), segment: 0, segments: 0 })
+        })
+        .collect();
+    let total = (settings.epochs * settings.updates_per_epoch) as f64;
     for epoch in 0..settings.epochs {
         let mut sum = 0.0;
-        for k in 0..batches {
-            let done = (epoch * batches + k) as f64 / total;
+        for k in 0..settings.updates_per_epoch {
+            let done = (epoch * settings.updates_per_epoch + k) as f64 / total;
             go_on(progress, done)?;
-            let windows = draw(settings.batch, &mut random);
+            let grown = 1 + ((done / GROWING).min(1.0) * (longest - 1) as f64).round() as usize;
+            let blocks: Vec<Block<'_>> = tasks
+                .iter_mut()
+                .map(|(lanes, rollouts)| {
+                    rollouts.next(settings, samples, *lanes, grown, &mut random)
+                })
+                .collect();
             let network = Network::new(shape, &numbers);
-            sum += engine.run(&network, &windows, Some(&mut gradient));
+            sum += engine.run_blocks(&network, &blocks, Some(&mut gradient));
             clip_to_norm(&mut gradient, settings.clip);
-            let rate = 0.5 * settings.rate * (1.0 + (std::f64::consts::PI * done).cos());
-            adam.step(&mut numbers, &gradient, rate);
+            adam.step(&mut numbers, &gradient, cosine_rate(settings.rate, done));
+            // At first over as many updates as there are, so that the random start is soon forgotten.
+            let kept = settings.averaging.min(1.0 - 1.0 / (done * total + 1.0));
+            for (m, n) in mean.iter_mut().zip(&numbers) {
+                *m += (1.0 - kept) * (n - *m);
+            }
         }
-        let network = Network::new(shape, &numbers);
-        let loss = engine.run(&network, &validation, None);
-        history.loss.push(sum / batches as f64);
-        history.validation.push(loss);
+        let network = Network::new(shape, &mean);
+        let loss = free_run_loss(&network, samples, settings.warm_up);
+        history.loss.push(sum / settings.updates_per_epoch as f64);
+        history.free_run.push(loss);
         // The first epoch counts as best whatever it reached; NaN is never better.
-        if epoch == 0 || loss < history.validation[history.best_epoch] {
+        if epoch == 0 || loss < history.free_run[history.best_epoch] {
             history.best_epoch = epoch;
-            best.copy_from_slice(&numbers);
+            best.copy_from_slice(&mean);
         } else if epoch - history.best_epoch >= settings.patience {
             break;
         }
@@ -183,32 +148,38 @@ pub(super) fn train(
     Ok((best, history))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The same loss and gradient, to the bit, with one thread and with several.
-    #[test]
-    fn threads_change_nothing() {
-        let shape = Shape { hidden: 16, layers: 2 };
-        let network = Network::<f32>::new(shape, &shape.random(2));
-        let data: Vec<Vec<[f32; INPUTS]>> = (0..70)
-            .map(|w| {
-                (0..8)
-                    .map(|t| std::array::from_fn(|c| ((w * 7 + t * 3 + c) as f32).sin()))
-                    .collect()
-            })
-            .collect();
-        let run = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| {
-                let windows: Vec<Window<'_, f32>> =
-                    data.iter().map(|s| Window { samples: s }).collect();
-                let mut gradient = vec![0.0; shape.len()];
-                let mut engine = BatchGradient::new(&network, 70, 4, 4);
-                (engine.run(&network, &windows, Some(&mut gradient)), gradient)
-            })
-        };
-        assert_eq!(run(1), run(3));
-    }
+/// Mean loss over all samples of free runs from rest over whole recordings.
+fn free_run_loss(network: &Network<f32>, samples: &Samples, warm_up: usize) -> f64 {
+    let whole: Vec<&[[f32; INPUTS]]> = samples.whole().filter(|s| s.len() > warm_up).collect();
+    let sums: Vec<(f64, usize)> = whole
+        .par_chunks(LANES / 2)
+        .map(|part| {
+            let mut running = Running::new(network, part.len());
+            let mut out = vec![[0.0_f32; OUTPUTS]; part.len()];
+            let mut inputs = vec![[0.0_f32; INPUTS]; part.len()];
+            let longest = part.iter().map(|s| s.len()).max().unwrap_or(0);
+            let (mut sum, mut count) = (0.0, 0);
+            for t in 0..longest {
+                if t >= warm_up {
+                    running.read(network, &mut out);
+                }
+                for ((input, predicted), s) in inputs.iter_mut().zip(&out).zip(part) {
+                    let Some(measured) = s.get(t) else { continue };
+                    *input = *measured;
+                    if t >= warm_up {
+                        input[..OUTPUTS].copy_from_slice(predicted);
+                        count += 1;
+                        for c in 0..OUTPUTS {
+                            let error = f64::from(predicted[c] - measured[c]);
+                            sum += LOSS_WEIGHTS[c] * error * error;
+                        }
+                    }
+                }
+                running.feed(network, &inputs);
+            }
+            (sum, count)
+        })
+        .collect();
+    let count: usize = sums.iter().map(|s| s.1).sum();
+    sums.iter().map(|s| s.0).sum::<f64>() / count.max(1) as f64
 }

@@ -11,6 +11,7 @@ pub use model::NeuralOdeModel;
 pub use network::{Field, STATES, parameter_len, random};
 pub use windows::{Tape, Window};
 
+use crate::batched::{check_counts, check_positive, check_width, cosine_rate};
 use crate::error::BaselineError;
 use crate::koopman::{Standard, common_step_s, standard_of};
 use crate::method::{FittedModel, Method, TrainingSet, go_on};
@@ -64,27 +65,16 @@ impl Method for NeuralOde {
     }
 
     fn check(&self) -> Result<(), String> {
-        if self.width == 0 || !self.width.is_multiple_of(16) {
-            return Err(format!("width = {} must be a multiple of 16", self.width));
-        }
+        check_width("width", self.width)?;
         if self.samples_per_step == 0 || !self.samples_per_step.is_multiple_of(2) {
             return Err(format!("samples_per_step = {} must be even", self.samples_per_step));
         }
-        for (name, value) in [
+        check_counts(&[
             ("steps_per_window", self.steps_per_window),
             ("batch", self.batch),
             ("updates", self.updates),
-        ] {
-            if value == 0 {
-                return Err(format!("{name} must be positive"));
-            }
-        }
-        for (name, value) in [("rate", self.rate), ("clip", self.clip)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(format!("{name} = {value} must be positive and finite"));
-            }
-        }
-        Ok(())
+        ])?;
+        check_positive(&[("rate", self.rate), ("clip", self.clip)])
     }
 
     fn fit(
@@ -162,8 +152,7 @@ impl Method for NeuralOde {
             clip_to_norm(&mut gradient, self.clip);
             // A window that left all bounds says nothing.
             if gradient.iter().all(|g| g.is_finite()) {
-                let rate = 0.5 * self.rate * (1.0 + (std::f64::consts::PI * done).cos());
-                adam.step(&mut numbers, &gradient, rate);
+                adam.step(&mut numbers, &gradient, cosine_rate(self.rate, done));
             }
         }
         Ok(Box::new(NeuralOdeModel {

@@ -6,8 +6,9 @@
 //!
 //! with the scaled state z, the scaled force u, and rates s that give the network outputs of order one.
 
+use crate::batched::{Columns, multiply, row_sums, weight_gradient};
 use crate::tanh::{Tanh, TanhBack};
-use pam_core::simd::gemm::{Finish, Layout, Product, Start};
+use pam_core::simd::gemm::Start;
 use pam_core::simd::{Float, arch};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -93,32 +94,18 @@ impl<T: Float> Field<T> {
     pub(super) fn eval(&self, lanes: usize, inputs: &[T], keep: [&mut [T]; 2], rates: &mut [T]) {
         let w = self.width;
         let [first, second] = keep;
-        self.layer(0, lanes, w, INPUTS, inputs, STRIDE, first);
+        let [w1, w2, w3] = &self.forward;
+        let [b1, b2, b3] = self.bias.each_ref().map(|b| Start::Columns(b));
+        multiply([w, INPUTS], w1, Columns::of(inputs, lanes, STRIDE), b1, first);
         arch().dispatch(Tanh { z: &mut first[..lanes * w] });
-        self.layer(1, lanes, w, w, first, w, second);
+        multiply([w, w], w2, Columns::of(first, lanes, w), b2, second);
         arch().dispatch(Tanh { z: &mut second[..lanes * w] });
-        self.layer(2, lanes, STRIDE, w, second, w, rates);
+        multiply([STRIDE, w], w3, Columns::of(second, lanes, w), b3, rates);
         for column in rates[..lanes * STRIDE].chunks_exact_mut(STRIDE) {
             for (v, s) in column.iter_mut().zip(self.rates) {
                 *v *= s;
             }
         }
-    }
-
-    #[allow(clippy::too_many_arguments)]
-    fn layer(
-        &self,
-        k: usize,
-        columns: usize,
-        rows: usize,
-        inner: usize,
-        b: &[T],
-        b_stride: usize,
-        c: &mut [T],
-    ) {
-        let (a, layout, finish) = (&self.forward[k][..], Layout::Columns, Finish::Store);
-        let start = Start::Columns(&self.bias[k]);
-        Product { rows, inner, columns, a, b, layout, b_stride, start, finish, c }.run();
     }
 
     /// The pull-back at one evaluation. `outs` `[lanes][16]` holds the cotangents of ż and gets those of the
@@ -139,27 +126,12 @@ impl<T: Float> Field<T> {
             }
         }
         let [first, second] = hidden;
-        self.back(2, lanes, w, STATES, outs, STRIDE, second);
+        let [w1, w2, w3] = &self.back;
+        multiply([w, STATES], w3, Columns::of(outs, lanes, STRIDE), Start::Zero, second);
         arch().dispatch(TanhBack { values: &kept[1][..lanes * w], cotangents: second });
-        self.back(1, lanes, w, w, second, w, first);
+        multiply([w, w], w2, Columns::of(second, lanes, w), Start::Zero, first);
         arch().dispatch(TanhBack { values: &kept[0][..lanes * w], cotangents: first });
-        self.back(0, lanes, STRIDE, w, first, w, inputs);
-    }
-
-    #[allow(clippy::too_many_arguments)]
-    fn back(
-        &self,
-        k: usize,
-        columns: usize,
-        rows: usize,
-        inner: usize,
-        b: &[T],
-        b_stride: usize,
-        c: &mut [T],
-    ) {
-        let (a, layout, finish) = (&self.back[k][..], Layout::Columns, Finish::Store);
-        let start = Start::Zero;
-        Product { rows, inner, columns, a, b, layout, b_stride, start, finish, c }.run();
+        multiply([STRIDE, w], w1, Columns::of(first, lanes, w), Start::Zero, inputs);
     }
 
     /// Adds the gradient of all numbers from the cotangents of the sums and what they multiplied, over
@@ -177,31 +149,19 @@ impl<T: Float> Field<T> {
         let mut at = 0;
         for (k, (ins, outs)) in layers(w).into_iter().enumerate() {
             let rows = outs.next_multiple_of(STRIDE);
-            let (b, b_stride) = values[k];
+            let (values, stride) = values[k];
             let mut c = vec![T::default(); rows * ins];
-            Product {
-                rows,
-                inner: columns,
-                columns: ins,
-                a: sums[k],
-                b,
-                layout: Layout::Rows,
-                b_stride,
-                start: Start::Zero,
-                finish: Finish::Store,
-                c: &mut c,
-            }
-            .run();
+            let read = Columns { values, count: columns, stride };
+            weight_gradient([rows, ins], sums[k], read, &mut c);
             for o in 0..outs {
                 for i in 0..ins {
                     gradient[at + o * ins + i] += c[i * rows + o].widen();
                 }
             }
             at += ins * outs;
-            for column in sums[k][..columns * rows].chunks_exact(rows) {
-                for (g, v) in gradient[at..at + outs].iter_mut().zip(column) {
-                    *g += v.widen();
-                }
+            let bias = row_sums(&sums[k][..columns * rows], rows);
+            for (g, b) in gradient[at..at + outs].iter_mut().zip(bias) {
+                *g += b;
             }
             at += outs;
         }

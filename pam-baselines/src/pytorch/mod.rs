@@ -1,4 +1,7 @@
 //! Checkpoints of PyTorch: a zip archive with a pickle of the objects and one file for each storage.
+//!
+//! The crate `pytorch-reader` (0.22) reads tensors of such files, but no NumPy arrays, and the published
+//! checkpoint holds its scalers as those; hence this reader.
 
 pub mod pickle;
 

@@ -1,6 +1,6 @@
 //! Comparisons on recordings of a joint that is known exactly.
 
-use pam_baselines::comparison::{Comparison, ComparisonConfig, Event, Split, compare, split};
+use pam_baselines::comparison::{Comparison, ComparisonConfig, Event, Keep, Split, compare, split};
 use pam_baselines::method::{FittedModel, FreeRun, Run, TrainingSet};
 use pam_baselines::{AnyMethod, BaselineError};
 use pam_core::{JointModel, PhysicalParameters, SealedMasses, SpringDamper};
@@ -81,10 +81,11 @@ kind = \"gru\"
 hidden = 16
 warm_up = 50
 horizon = 20
-batch = 64
-windows_per_epoch = 128
+samples_per_step = 4
+rollout = 3
+batch = 40
+updates_per_epoch = 3
 epochs = 2
-validation_windows = 32
 [[model]]
 kind = \"neural_ode\"
 width = 16
@@ -98,8 +99,8 @@ fn config(text: &str) -> ComparisonConfig {
     ComparisonConfig::parse(text, Path::new("small.toml")).unwrap()
 }
 
-fn run(config: &ComparisonConfig, sets: &Split, keep: Option<(&Path, bool)>) -> Comparison {
-    compare(config, sets, None, 1, keep, &|_| true).unwrap()
+fn run(config: &ComparisonConfig, sets: &Split) -> Comparison {
+    compare(config, sets, None, 1, None, &|_| true).unwrap()
 }
 
 #[test]
@@ -107,7 +108,7 @@ fn models_that_hold_the_truth_predict_it_and_others_do_not() {
     let config = config(SMALL);
     let sets = split(&config, subjects()).unwrap();
     assert_eq!((sets.train.len(), sets.held_out.len()), (6, 2));
-    let c = run(&config, &sets, None);
+    let c = run(&config, &sets);
     let held = |name: &str| {
         let m = c.models.iter().find(|m| m.result.name == name).unwrap();
         m.result.cold.held_out.displacement
@@ -146,7 +147,8 @@ fn models_that_hold_the_truth_predict_it_and_others_do_not() {
     assert_eq!(columns, 4 + 4 * (5 + 3) + 3);
     assert_eq!(c.recordings_csv().lines().count(), 1 + c.models.len() * 2 * 8);
     let tex = c.to_latex();
-    assert_eq!(tex.matches("\\\\\n").count(), 2 + c.models.len());
+    let notes = tex.matches("multicolumn{11}").count();
+    assert_eq!(tex.matches("\\\\\n").count(), 2 + c.models.len() + notes);
     let html = c.report("test");
     for m in &c.models {
         assert!(html.contains(&m.result.name) && tex.contains("Kang analytical$^{*}$"));
@@ -172,7 +174,8 @@ fn numbers_repeat_from_the_seed_at_any_number_of_threads_and_resumed() {
         use std::sync::atomic::Ordering::Relaxed;
         !(matches!(event, Event::Done(_)) && done.fetch_add(1, Relaxed) == 2)
     };
-    let stopped = compare(&config, &sets, None, 1, Some((folder.path(), false)), &stop);
+    let keep = Keep { folder: folder.path(), resume: false, program: "one" };
+    let stopped = compare(&config, &sets, None, 1, Some(keep), &stop);
     assert!(matches!(stopped, Err(BaselineError::Interrupted)));
     let kept = std::sync::Mutex::new(Vec::new());
     let note = |event: Event<'_>| {
@@ -181,13 +184,27 @@ fn numbers_repeat_from_the_seed_at_any_number_of_threads_and_resumed() {
         }
         true
     };
-    let resumed = compare(&config, &sets, None, 1, Some((folder.path(), true)), &note).unwrap();
+    let keep = Keep { resume: true, ..keep };
+    let resumed = compare(&config, &sets, None, 1, Some(keep), &note).unwrap();
     assert_eq!(resumed.to_json().to_string(), one.to_string());
     assert_eq!(kept.lock().unwrap().len(), 3);
-    // Another seed takes nothing over.
-    kept.lock().unwrap().clear();
-    compare(&config, &sets, None, 5, Some((folder.path(), true)), &note).unwrap();
-    assert!(kept.lock().unwrap().is_empty());
+    // Another seed, program or sample takes nothing over.
+    let mut quick = config.clone();
+    quick.models.retain(|m| m.name == "Linear spring–damper");
+    let mut nudged = sets.clone();
+    nudged.held_out[0].recording.pressure_flexor_kpa[7] += 1e-9;
+    let taken = |seed: u64, program: &str, sets: &Split| {
+        kept.lock().unwrap().clear();
+        let keep = Keep { program, ..keep };
+        compare(&quick, sets, None, seed, Some(keep), &note).unwrap();
+        kept.lock().unwrap().len()
+    };
+    assert_eq!(taken(1, "one", &sets), 1);
+    assert_eq!(taken(5, "one", &sets), 0);
+    assert_eq!(taken(5, "one", &sets), 1);
+    assert_eq!(taken(5, "two", &sets), 0);
+    assert_eq!(taken(5, "two", &nudged), 0);
+    assert_eq!(taken(5, "two", &nudged), 1);
 }
 
 #[test]

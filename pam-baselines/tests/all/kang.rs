@@ -34,6 +34,10 @@ fn it_fits_the_measured_map_of_the_dmsp_10() {
     assert!(found.r2 >= 0.9, "{found:?}");
     assert_eq!(found.parameters, 3, "an isometric map shows no losses");
     assert_eq!(found.muscle.dry_n, 0.0);
+    // The nominal angle reaches less: 0.820 by least squares of SciPy from thirty starts.
+    let guess = KangMuscle::published_guess(MuscleSize::DMSP_10_250);
+    let held = fit(&guess, BraidAngle::Held(27.5), &samples);
+    assert!((held.r2 - 0.820).abs() < 0.005, "{held:?}");
 }
 
 #[test]

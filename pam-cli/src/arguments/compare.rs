@@ -12,8 +12,8 @@ pub struct CompareArguments {
     /// and models/
     #[arg(long, value_name = "DIR", required_unless_present = "print")]
     pub out: Option<PathBuf>,
-    /// Take over models that an earlier run into the same folder finished with the same data, settings and
-    /// seed
+    /// Take over models that an earlier run of the same program into the same folder finished with the same
+    /// data, settings and seed
     #[arg(long)]
     pub resume: bool,
     /// Print a configuration with every kind of model and its default settings, and stop

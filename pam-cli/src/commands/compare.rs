@@ -6,7 +6,7 @@ use crate::error::CliError;
 use crate::options::built_in_spring_damper;
 use crate::run_record::{self, made_by, write_json};
 use pam_baselines::comparison::files::{seconds, summary_text};
-use pam_baselines::comparison::{Comparison, ComparisonConfig, Event, compare, split};
+use pam_baselines::comparison::{Comparison, ComparisonConfig, Event, Keep, compare, split};
 use pam_data::atomic::write_atomic;
 use pam_data::{MuscleSurfaces, collect_paths};
 use serde_json::json;
@@ -84,7 +84,8 @@ pub fn run(
         }
         !stop.load(Ordering::Relaxed)
     };
-    let keep = Some((out.as_path(), arguments.resume));
+    let program = made_by();
+    let keep = Some(Keep { folder: out, resume: arguments.resume, program: &program });
     let compared = compare(&config, &sets, surfaces.as_ref(), global.seed, keep, &event);
     bar.finish_and_clear();
     let comparison = match compared {

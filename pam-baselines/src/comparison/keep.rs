@@ -1,0 +1,145 @@
+//! Models that are done, kept in a folder, so that an interrupted comparison goes on.
+//!
+//! A kept model is taken over only for the same program, data, settings and seed: all of them are in its
+//! key.
+
+use super::config::{ComparisonConfig, ModelConfig};
+use super::result::FinishedModel;
+use super::run::Split;
+use crate::error::BaselineError;
+use pam_data::atomic::write_atomic;
+use pam_data::formats::npz::{self, Array};
+use pam_data::{Channel, MuscleSurfaces};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Where models that are done are kept.
+#[derive(Debug, Clone, Copy)]
+pub struct Keep<'a> {
+    /// The folder.
+    pub folder: &'a Path,
+    /// Whether models that are there already are taken over.
+    pub resume: bool,
+    /// Program and version; what another one kept is not taken over.
+    pub program: &'a str,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    key: String,
+    finished: FinishedModel,
+}
+
+impl Keep<'_> {
+    /// A model that was done before with this key.
+    pub(super) fn read(&self, name: &str, key: &str) -> Option<FinishedModel> {
+        if !self.resume {
+            return None;
+        }
+        let text = std::fs::read_to_string(self.path(name, "json")).ok()?;
+        let kept: Kept = serde_json::from_str(&text).ok()?;
+        (kept.key == key).then_some(kept.finished)
+    }
+
+    /// Keeps a model and its numbers.
+    pub(super) fn write(
+        &self,
+        key: String,
+        finished: &FinishedModel,
+        arrays: &BTreeMap<String, Array>,
+    ) -> Result<(), BaselineError> {
+        let name = &finished.result.name;
+        npz::write(&self.path(name, "npz"), arrays)?;
+        let path = self.path(name, "json");
+        let kept = Kept { key, finished: finished.clone() };
+        let text = serde_json::to_string(&kept).map_err(|e| {
+            BaselineError::file(&path, format!("the result cannot be written: {e}"))
+        })?;
+        write_atomic(&path, text.as_bytes())?;
+        Ok(())
+    }
+
+    fn path(&self, name: &str, extension: &str) -> PathBuf {
+        self.folder.join("models").join(format!("{}.{extension}", slug(name)))
+    }
+}
+
+/// Everything that a model's result depends on, as a text, for each model of a comparison.
+pub(super) fn key<'a>(
+    config: &'a ComparisonConfig,
+    sets: &Split,
+    surfaces: Option<&MuscleSurfaces>,
+    seed: u64,
+    program: &'a str,
+) -> impl Fn(&ModelConfig) -> String + use<'a> {
+    let recordings = fingerprint_of_recordings(sets);
+    // The text of all coefficients.
+    let surfaces = surfaces.map(|s| {
+        let mut hash = Fnv::default();
+        format!("{s:?}").bytes().for_each(|b| hash.add(u64::from(b)));
+        hash.text()
+    });
+    move |model| {
+        serde_json::json!({
+            "program": program,
+            "model": model,
+            "files": model.method.method().content_of_files(),
+            "evaluation": config.evaluation,
+            "recordings": recordings,
+            "surfaces": surfaces,
+            "seed": seed,
+        })
+        .to_string()
+    }
+}
+
+/// What tells one split of recordings from another: names, masses and the bits of all samples.
+fn fingerprint_of_recordings(sets: &Split) -> String {
+    let mut hash = Fnv::default();
+    for set in [&sets.train, &sets.held_out] {
+        for s in set {
+            let r = &s.recording;
+            r.name.bytes().for_each(|b| hash.add(u64::from(b)));
+            let columns = Channel::ALL.map(|c| r.channel(c));
+            let all = columns.into_iter().chain([&r.time_s[..], &r.force_mn]).flatten();
+            all.for_each(|v| hash.add(v.to_bits()));
+            hash.add(s.masses.flexor_g.to_bits());
+            hash.add(s.masses.extensor_g.to_bits());
+        }
+        hash.add(1);
+    }
+    hash.text()
+}
+
+/// FNV-1a over words.
+struct Fnv(u64);
+
+impl Default for Fnv {
+    fn default() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Fnv {
+    fn add(&mut self, word: u64) {
+        self.0 = (self.0 ^ word).wrapping_mul(0x0100_0000_01b3);
+    }
+
+    fn text(&self) -> String {
+        format!("{:016x}", self.0)
+    }
+}
+
+/// A name as part of a file name.
+fn slug(name: &str) -> String {
+    let mut slug = String::new();
+    for c in name.chars() {
+        if c.is_ascii_alphanumeric() {
+            slug.push(c.to_ascii_lowercase());
+        } else if !slug.ends_with('-') {
+            slug.push('-');
+        }
+    }
+    slug.trim_matches('-').to_owned()
+}

@@ -1,0 +1,114 @@
+//! Batches of windows over all cores.
+
+use super::network::Network;
+use super::tape::{Begin, Tape, Window};
+use rayon::prelude::*;
+
+/// Windows of one task. Sums of tasks are added in their order, so results do not depend on the number of
+/// threads.
+pub const LANES: usize = 32;
+
+/// Windows that one task runs side by side, and where they begin.
+#[derive(Debug, Clone)]
+pub struct Block<'a> {
+    /// Where they begin; blocks that go on are those at the same place of the batch before.
+    pub begin: Begin,
+    /// Up to [`LANES`] windows.
+    pub windows: Vec<Window<'a, f32>>,
+}
+
+/// Mean loss of windows and its gradient, over all cores.
+#[derive(Debug)]
+pub struct BatchGradient {
+    horizon: usize,
+    tapes: Vec<Tape<f32>>,
+    gradients: Vec<Vec<f64>>,
+}
+
+impl BatchGradient {
+    /// For batches of up to `batch` windows.
+    #[must_use]
+    pub fn new(network: &Network<f32>, batch: usize, warm_up: usize, horizon: usize) -> Self {
+        let tasks = batch.div_ceil(LANES);
+        let lanes = batch.min(LANES);
+        Self {
+            horizon,
+            tapes: (0..tasks).map(|_| Tape::new(network, lanes, warm_up, horizon)).collect(),
+            gradients: vec![vec![0.0; network.shape.len()]; tasks],
+        }
+    }
+
+    /// Mean over windows and predicted samples of the weighted squared error, all windows from rest; its
+    /// gradient if asked for.
+    pub fn run(
+        &mut self,
+        network: &Network<f32>,
+        windows: &[Window<'_, f32>],
+        gradient: Option<&mut [f64]>,
+    ) -> f64 {
+        let blocks: Vec<Block<'_>> = windows
+            .chunks(LANES)
+            .map(|w| Block { begin: Begin::Rest, windows: w.to_vec() })
+            .collect();
+        self.run_blocks(network, &blocks, gradient)
+    }
+
+    /// The same of blocks, each with its own beginning.
+    pub fn run_blocks(
+        &mut self,
+        network: &Network<f32>,
+        blocks: &[Block<'_>],
+        gradient: Option<&mut [f64]>,
+    ) -> f64 {
+        let wanted = gradient.is_some();
+        let windows: usize = blocks.iter().map(|b| b.windows.len()).sum();
+        let share = 1.0 / (windows * self.horizon) as f64;
+        let tasks = blocks.par_iter().zip(&mut self.tapes).zip(&mut self.gradients);
+        let losses: Vec<f64> = tasks
+            .map(|((block, tape), own)| {
+                own.fill(0.0);
+                tape.run(network, block.begin, &block.windows, wanted.then_some(&mut own[..]))
+            })
+            .collect();
+        if let Some(gradient) = gradient {
+            gradient.fill(0.0);
+            for own in &self.gradients[..losses.len()] {
+                for (g, o) in gradient.iter_mut().zip(own) {
+                    *g += share * o;
+                }
+            }
+        }
+        share * losses.iter().sum::<f64>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::parameters::{INPUTS, Shape};
+    use super::*;
+
+    /// The same loss and gradient, to the bit, with one thread and with several.
+    #[test]
+    fn threads_change_nothing() {
+        let shape = Shape { hidden: 16, layers: 2 };
+        let network = Network::<f32>::new(shape, &shape.random(2));
+        let data: Vec<Vec<[f32; INPUTS]>> = (0..70)
+            .map(|w| {
+                (0..8)
+                    .map(|t| std::array::from_fn(|c| ((w * 7 + t * 3 + c) as f32).sin()))
+                    .collect()
+            })
+            .collect();
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let windows: Vec<Window<'_, f32>> =
+                    data.iter().map(|s| Window { samples: s }).collect();
+                let mut gradient = vec![0.0; shape.len()];
+                let mut engine = BatchGradient::new(&network, 70, 4, 4);
+                (engine.run(&network, &windows, Some(&mut gradient)), gradient)
+            })
+        };
+        assert_eq!(run(1), run(3));
+    }
+}
