@@ -53,8 +53,8 @@
 //! assert!((slope.stiffness_n_mm - 150.0).abs() < 20.0);
 //! ```
 
-pub use pam_ablate as ablate;
 pub use num_dual;
+pub use pam_ablate as ablate;
 pub use pam_autodiff as autodiff;
 pub use pam_baselines as baselines;
 pub use pam_control as control;
