@@ -109,6 +109,7 @@ mod book {
     #![doc = include_str!("../../docs/gradients.md")]
     #![doc = include_str!("../../docs/exact.md")]
     #![doc = include_str!("../../docs/compare.md")]
+    #![doc = include_str!("../../docs/ablations.md")]
     #![doc = include_str!("../../docs/formats.md")]
     #![doc = include_str!("../../docs/architecture.md")]
     #![doc = include_str!("../../docs/reproduction.md")]
