@@ -31,6 +31,10 @@ pub struct Partition {
 /// What [`Partition::new`] finds nothing smaller than, in parts of the window's area: corners where
 /// rounding leaves nothing of a polygon.
 const NOTHING: f64 = 1e-15;
+/// Missing share of the window below which nothing is missing.
+const COMPLETE: f64 = 1e-9;
+/// Distance beyond a border at which patterns are looked up, in units of the window.
+const BEYOND: f64 = 1e-6;
 
 impl Partition {
     /// Finds all polygons of `network` on `plane` within `window`, from one to its neighbours across
@@ -82,36 +86,82 @@ impl Partitioner {
         most: usize,
     ) -> Partition {
         let mut atlas = Atlas::new(network, plane, window, std::mem::take(&mut self.memory));
-        let middle = |range: [f64; 2]| 0.5 * (range[0] + range[1]);
-        atlas.at([middle(window.first), middle(window.second)]);
+        atlas.at(middle_of(window));
         let whole = (window.first[1] - window.first[0]) * (window.second[1] - window.second[0]);
-        let mut polygons = Vec::new();
+        let mut polygons: Vec<Polygon> = Vec::new();
         let mut covered = 0.0;
         let mut id = 0;
         // Patterns are numbered as they are found, so this visits each once.
-        while (id as usize) < atlas.len() && polygons.len() < most {
-            let corners = atlas.polygon(id);
-            let area = area(&corners);
-            if area > NOTHING * whole {
-                covered += area;
-                polygons.push(Polygon { corners, force: atlas.pattern(id).force, area });
-                let blocks = atlas.pattern(id).side_blocks as usize;
-                for block in 0..blocks {
-                    for lane in 0..LANES {
-                        let sides = &atlas.sides(atlas.pattern(id))[block];
-                        if sides.unit[lane] != NONE {
-                            let side = sides.half_plane(lane);
-                            let entry = middle_of_side(&polygons[polygons.len() - 1], &side);
-                            atlas.behind(id, block, lane, entry);
+        loop {
+            while (id as usize) < atlas.len() && polygons.len() < most {
+                let corners = atlas.polygon(id);
+                let area = area(&corners);
+                if area > NOTHING * whole {
+                    covered += area;
+                    polygons.push(Polygon { corners, force: atlas.pattern(id).force, area });
+                    let blocks = atlas.pattern(id).side_blocks as usize;
+                    for block in 0..blocks {
+                        for lane in 0..LANES {
+                            let sides = &atlas.sides(atlas.pattern(id))[block];
+                            if sides.unit[lane] != NONE {
+                                let side = sides.half_plane(lane);
+                                let entry = middle_of_side(&polygons[polygons.len() - 1], &side);
+                                atlas.behind(id, block, lane, entry);
+                            }
                         }
                     }
                 }
+                id += 1;
             }
-            id += 1;
+            // Behind a border on which several units switch at once lies an empty pattern: what is there is
+            // looked up from points just beyond it.
+            if (1.0 - covered / whole).abs() < COMPLETE || polygons.len() >= most {
+                break;
+            }
+            let known = atlas.len();
+            let size = [window.first[1] - window.first[0], window.second[1] - window.second[0]];
+            for point in beyond(&polygons, middle_of(window), size) {
+                if window.contains(point) {
+                    atlas.at(point);
+                }
+            }
+            if atlas.len() == known {
+                break;
+            }
         }
         self.memory = atlas.into_memory();
         Partition { window, polygons, missing: 1.0 - covered / whole }
     }
+}
+
+fn middle_of(window: Window) -> [f64; 2] {
+    [window.first, window.second].map(|range| 0.5 * (range[0] + range[1]))
+}
+
+/// Points just beyond the middle of every side of the polygons, and around a given point.
+fn beyond(polygons: &[Polygon], around: [f64; 2], size: [f64; 2]) -> Vec<[f64; 2]> {
+    let step = size.map(|s| BEYOND * s);
+    let mut points: Vec<[f64; 2]> = [[1.0, 0.3], [-0.3, 1.0], [-1.0, -0.3], [0.3, -1.0]]
+        .map(|d| std::array::from_fn(|i| around[i] + d[i] * step[i]))
+        .to_vec();
+    for polygon in polygons {
+        let corners = &polygon.corners;
+        for (k, a) in corners.iter().enumerate() {
+            let b = corners[(k + 1) % corners.len()];
+            // In units of the window; corners go round counterclockwise or not, so both sides are tried.
+            let along: [f64; 2] = std::array::from_fn(|i| (b[i] - a[i]) / size[i]);
+            let length = along[0].hypot(along[1]);
+            if length > 0.0 {
+                let across = [along[1] / length, -along[0] / length];
+                for sign in [1.0, -1.0] {
+                    points.push(std::array::from_fn(|i| {
+                        0.5 * (a[i] + b[i]) + sign * across[i] * step[i]
+                    }));
+                }
+            }
+        }
+    }
+    points
 }
 
 /// The middle of the side of a polygon that lies on a half-plane's border.
