@@ -2,7 +2,7 @@
 //! processes never run the same one, what fails is recorded, shards merge to the same bytes.
 
 use pam_ablate::prelude::*;
-use pam_tests::{run, stdout_of, text};
+use pam_tests::{ended_within, run, stdout_of, text};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -120,16 +120,7 @@ fn a_sweep_that_is_killed_goes_on_without_repeating_or_losing_a_cell() {
         let mut child = spawn(&file, &cut, &[]);
         // Ever later, so that the sweep comes to its end.
         let patience = time.mul_f64(0.15 + 0.04 * f64::from(part));
-        let begun = Instant::now();
-        let ended = loop {
-            if let Some(status) = child.try_wait().unwrap() {
-                break Some(status);
-            }
-            if begun.elapsed() > patience {
-                break None;
-            }
-            std::thread::sleep(Duration::from_millis(5));
-        };
+        let ended = ended_within(&mut child, patience);
         if ended.is_none() {
             child.kill().unwrap();
             child.wait().unwrap();

@@ -1,12 +1,12 @@
 //! Training through the program: it learns, repeats to the bit, survives being killed, and says what is
 //! wrong.
 
-use pam_tests::{run, stdout_of, text};
+use pam_tests::{ended_within, run, stdout_of, text};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::LazyLock;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 const PAM: &str = env!("CARGO_BIN_EXE_pam-under-test");
 
@@ -240,16 +240,7 @@ fn a_run_that_is_killed_and_resumed_ends_with_the_same_bits() {
         let mut child = command.stderr(Stdio::null()).spawn().unwrap();
         // Ever later, so that the run comes to its end.
         let patience = time.mul_f64(0.25 + 0.05 * f64::from(part));
-        let begun = Instant::now();
-        let ended = loop {
-            if let Some(status) = child.try_wait().unwrap() {
-                break Some(status);
-            }
-            if begun.elapsed() > patience {
-                break None;
-            }
-            std::thread::sleep(Duration::from_millis(5));
-        };
+        let ended = ended_within(&mut child, patience);
         if let Some(status) = ended {
             assert!(status.success());
             break;

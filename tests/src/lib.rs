@@ -5,7 +5,8 @@ pub mod plant;
 pub mod tables;
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command, ExitStatus, Output};
+use std::time::{Duration, Instant};
 
 /// A file of the reference data. The folder is `../shared` beside the workspace, or named by the
 /// environment variable `PAM_SHARED`.
@@ -50,6 +51,24 @@ pub fn stdout_of(program: &str, arguments: &[&str]) -> String {
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{arguments:?} failed: {errors}");
     String::from_utf8(output.stdout).expect("output is text")
+}
+
+/// How a child ended, if it does within `patience`; `None` if it still runs then.
+///
+/// # Panics
+/// If it cannot be waited for.
+#[must_use]
+pub fn ended_within(child: &mut Child, patience: Duration) -> Option<ExitStatus> {
+    let begun = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().expect("the child can be asked") {
+            return Some(status);
+        }
+        if begun.elapsed() > patience {
+            return None;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
 }
 
 /// A path as text for a command line.
