@@ -16,9 +16,11 @@ const SHORT: &str = "name = \"short\"\nconditions = [[30, 60], [45, 45]]\n\n\
 
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
+    // A file that is still being written beside its place may be gone by the time it is read.
     entries
-        .map(|p| {
-            (p.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(&p).unwrap())
+        .filter_map(|p| {
+            let name = p.file_name().unwrap().to_string_lossy().into_owned();
+            Some((name, std::fs::read(&p).ok()?))
         })
         .collect()
 }

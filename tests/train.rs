@@ -239,7 +239,7 @@ fn a_run_that_is_killed_and_resumed_ends_with_the_same_bits() {
         }
         let mut child = command.stderr(Stdio::null()).spawn().unwrap();
         // Ever later, so that the run comes to its end.
-        let patience = time.mul_f64(0.25 + 0.05 * f64::from(part));
+        let patience = time.mul_f64(0.08 + 0.04 * f64::from(part));
         let ended = ended_within(&mut child, patience);
         if let Some(status) = ended {
             assert!(status.success());
