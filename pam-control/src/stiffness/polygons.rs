@@ -54,7 +54,7 @@ mod tests {
         let model = JointModel::datasheet(AnyForce::Network(NetworkForce::new(mlp).unwrap()));
         let masses = SealedMasses { flexor_g: 0.08, extensor_g: 0.08 };
         let map = ExactMap::new(&model, "two".into(), masses, [2.0, 10.0]).unwrap();
-        assert!(map.partition.missing.abs() < 1e-9, "{}", map.partition.missing);
+        assert!(map.partition.missing.abs() < 1e-12, "{}", map.partition.missing);
         let mut found: Vec<(f64, f64)> =
             map.partition.polygons.iter().map(|p| (p.force[1], p.area)).collect();
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
