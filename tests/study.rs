@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p pam-tests --example study -- plant|rig|rig-ideal WHAT…` with WHAT one of
 //! `all@STRENGTH`, `pairs`, `nulls`, `unlisted`, or effects as the rig's command line writes them, several
-//! joined by `+`. `PAM_STUDY_SEEDS` sets the number of seeds (1), `PAM_STUDY_SHARE` the share of the published
+//! joined by `+`. `PAM_STUDY_SEEDS` sets the number of seeds (1), each with pressures of its own; `PAM_STUDY_SHARE` the share of the published
 //! excitation's times (0.3), `PAM_STUDY_HEALTHY=0` leaves the rig's healthy recordings out,
 //! `PAM_STUDY_NOISE` multiplies the noise of the plant's sensors (1), `PAM_STUDY_MODEL` is the model with which the
 //! rig's recordings are diagnosed. With `PAM_STUDY_CSV=FILE` every hidden effect becomes a row of a table;
@@ -18,8 +18,13 @@ use pam_train::Subject;
 use std::path::Path;
 use std::time::Instant;
 
-const PLANT: [[f64; 2]; 3] = [[45.0, 45.0], [30.0, 60.0], [70.0, 60.0]];
-const RIG: [[u8; 2]; 3] = [[45, 45], [30, 60], [70, 60]];
+/// Pressures (psi) of the recordings under diagnosis; every seed takes the next row.
+const CONDITIONS: [[[u8; 2]; 3]; 4] = [
+    [[45, 45], [30, 60], [70, 60]],
+    [[40, 50], [65, 35], [55, 75]],
+    [[50, 50], [25, 45], [75, 40]],
+    [[35, 35], [60, 70], [45, 20]],
+];
 const HEALTHY: [[u8; 2]; 4] = [[45, 45], [60, 30], [60, 60], [40, 70]];
 
 /// Pairs and triples that are hidden together.
@@ -72,12 +77,14 @@ fn main() {
     for what in arguments {
         for set in cases(&what) {
             for seed in 1..=seeds {
+                let conditions = &CONDITIONS[(seed as usize - 1) % CONDITIONS.len()];
                 let data = if source == "plant" {
-                    plant_runs(&saved, &PLANT, &excitation(share), &set, noise, seed)
+                    let conditions = conditions.map(|psi| psi.map(f64::from));
+                    plant_runs(&saved, &conditions, &excitation(share), &set, noise, seed)
                 } else {
                     let texts: Vec<String> = set.iter().map(as_text).collect();
                     let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
-                    rig_runs(&saved, &RIG, share, &texts, ideal, seed)
+                    rig_runs(&saved, conditions, share, &texts, ideal, seed)
                 };
                 let start = Instant::now();
                 let d = diagnosed(&saved, &data, healthy.as_deref(), seed);

@@ -40,10 +40,12 @@ impl<'e> Naming<'_, 'e> {
     /// Settles on a set, refutes names that stand for something else, and weighs what is left.
     pub(super) fn named(&self) -> Result<Named<'e>, DiagnoseError> {
         let mut set = self.whole.settle(self.found, &self.options.acceptance);
-        let searched = set.is_some();
         let mut causes = self.causes(set.as_ref())?;
-        // A name that stands for something it is not goes; the others are fitted again without it.
-        while let (Some(s), Some(place)) = (&set, causes.iter().position(Cause::mimics)) {
+        // A name that stands for something else, or for nothing, goes; the others are fitted again without it.
+        let mut mimicked = false;
+        let refuted = |c: &Cause| c.mimics() || self.may_be_absent(c);
+        while let (Some(s), Some(place)) = (&set, causes.iter().position(refuted)) {
+            mimicked |= causes[place].mimics() && !self.may_be_absent(&causes[place]);
             set = self
                 .whole
                 .settle_without(self.choosing, s, place)
@@ -58,7 +60,8 @@ impl<'e> Naming<'_, 'e> {
             chance.is_none_or(|c| explained > c.of_set(members))
         });
         let mut verdict = self.weighed(set.as_ref());
-        if verdict == Verdict::NothingFound && searched {
+        // What a name stood for in vain is there all the same.
+        if verdict == Verdict::NothingFound && mimicked {
             verdict = Verdict::Unexplained;
         }
         if verdict == Verdict::Unexplained {
@@ -133,6 +136,22 @@ impl<'e> Naming<'_, 'e> {
                 }
             })
             .collect())
+    }
+
+    /// Whether the honest intervals hold that there is no such effect: every parameter that could switch it off
+    /// may be off. The scatter of the residuals alone spoke for it, or it would not be in the set; errors of
+    /// the model that change from part to part, or what the effect seems to be on healthy recordings, are as
+    /// large as it is.
+    fn may_be_absent(&self, cause: &Cause) -> bool {
+        let Some(effect) = self.options.candidate(cause.effect) else { return false };
+        let mut offs = effect
+            .info()
+            .parameters
+            .iter()
+            .zip(&cause.parameters)
+            .filter_map(|(info, (_, interval))| Some((info.off?, interval.ci95)))
+            .peekable();
+        offs.peek().is_some() && offs.all(|(off, [low, high])| low <= off && off <= high)
     }
 
     /// The intervals of an effect's parameters with what the scatter of the residuals does not show: errors

@@ -36,7 +36,7 @@ pub struct Findings<'e> {
 /// Sets that are extended at each size.
 const BEAM: usize = 3;
 /// Level (see [`Search::level`]) below which nothing more is asked.
-const SATISFIED: f64 = 6.0;
+const SATISFIED: f64 = 4.5;
 /// Candidates that are followed to the end beside a set.
 const FOLLOWED: usize = 6;
 
