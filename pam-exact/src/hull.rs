@@ -184,11 +184,12 @@ impl Dual {
         let (alpha, beta, gamma) = (part(0), part(1), part(2));
         let signs = S::as_simd_f64s(&self.signs).0;
         let zero = simd.splat_f64s(0.0);
-        let splat = |v: f64| simd.splat_f64s(v);
-        let [p, r, dp, dr] = [point[0], point[1], direction[0], direction[1]].map(splat);
+        let (p, r) = (simd.splat_f64s(point[0]), simd.splat_f64s(point[1]));
+        let (dp, dr) = (simd.splat_f64s(direction[0]), simd.splat_f64s(direction[1]));
+        let far = simd.splat_f64s(f64::INFINITY);
         let through_place = through as usize / S::F64_LANES;
         // The least margin, and the largest speed per margin, of all borders but that of the entry.
-        let mut least = splat(f64::INFINITY);
+        let mut least = far;
         let mut fastest = zero;
         for chunk in 0..alpha.len() {
             let value =
@@ -208,7 +209,7 @@ impl Dual {
             let size = simd.add_f64s(simd.abs_f64s(beta[chunk]), simd.abs_f64s(gamma[chunk]));
             let size = simd.add_f64s(size, simd.abs_f64s(value));
             let real = simd.greater_than_f64s(size, zero);
-            margin = simd.select_f64s(real, margin, splat(f64::INFINITY));
+            margin = simd.select_f64s(real, margin, far);
             speed = simd.select_f64s(real, speed, zero);
             least = simd.min_f64s(least, margin);
             fastest = simd.max_f64s(fastest, speed);
@@ -259,7 +260,7 @@ impl Dual {
         let (p, p_window) = self.p.split_at_mut(units);
         let (r, r_window) = self.r.split_at_mut(units);
         let (p, r) = (S::as_mut_simd_f64s(p).0, S::as_mut_simd_f64s(r).0);
-        let [x, v] = middle.map(|c| simd.splat_f64s(c));
+        let (x, v) = (simd.splat_f64s(middle[0]), simd.splat_f64s(middle[1]));
         let minus = simd.splat_f64s(-1.0);
         let mut least = simd.splat_f64s(0.0);
         for chunk in 0..alpha.len() {
@@ -292,32 +293,47 @@ impl Dual {
         let height = axes[1].r - axes[3].r;
         let (u, w) = (height, width);
         let diagonals = self.farthest(simd, [[u, w], [-u, w], [-u, -w], [u, -w]]);
-        std::array::from_fn(|k| if k % 2 == 0 { axes[k / 2] } else { diagonals[k / 2] })
+        let mut around = [axes[0]; DIRECTIONS];
+        for k in 0..DIRECTIONS / 2 {
+            around[2 * k] = axes[k];
+            around[2 * k + 1] = diagonals[k];
+        }
+        around
     }
 
     /// The points farthest along four directions.
     #[inline(always)]
     fn farthest<S: Simd>(&self, simd: S, directions: [[f64; 2]; 4]) -> [Point; 4] {
         let (p, r) = (S::as_simd_f64s(&self.p).0, S::as_simd_f64s(&self.r).0);
-        let directions = directions.map(|d| d.map(|c| simd.splat_f64s(c)));
+        // Loops in place of closures over arrays: those are compiled without the wide instructions.
+        let mut lines = [[simd.splat_f64s(0.0); 2]; 4];
+        for (line, [u, w]) in lines.iter_mut().zip(directions) {
+            *line = [simd.splat_f64s(u), simd.splat_f64s(w)];
+        }
         let mut best = [simd.splat_f64s(f64::NEG_INFINITY); 4];
         let mut at = [simd.splat_f64s(0.0); 4];
         for (chunk, (&p, &r)) in p.iter().zip(r).enumerate() {
             let place = simd.splat_f64s(chunk as f64);
-            for (k, [u, w]) in directions.into_iter().enumerate() {
+            for (k, &[u, w]) in lines.iter().enumerate() {
                 let value = simd.mul_add_f64s(u, p, simd.mul_f64s(w, r));
                 let farther = simd.greater_than_f64s(value, best[k]);
                 best[k] = simd.select_f64s(farther, value, best[k]);
                 at[k] = simd.select_f64s(farther, place, at[k]);
             }
         }
-        std::array::from_fn(|k| {
-            let most = simd.reduce_max_f64s(best[k]);
+        let mut points = [Point { p: 0.0, r: 0.0, unit: NONE }; 4];
+        for (k, point) in points.iter_mut().enumerate() {
             let best = pulp::bytemuck::cast_slice::<S::f64s, f64>(&best[k..=k]);
-            let lane = best.iter().position(|&b| b == most).unwrap_or(0);
+            let (mut lane, mut most) = (0, f64::NEG_INFINITY);
+            for (i, &b) in best.iter().enumerate() {
+                if b > most {
+                    (lane, most) = (i, b);
+                }
+            }
             let place = pulp::bytemuck::cast_slice::<S::f64s, f64>(&at[k..=k])[lane];
-            self.point(place as usize * S::F64_LANES + lane)
-        })
+            *point = self.point(place as usize * S::F64_LANES + lane);
+        }
+        points
     }
 
     /// Sorts the points outside of a first hull by its edges.
@@ -334,21 +350,20 @@ impl Dual {
             *border = edge.border();
         }
         let borders = &borders[..edges.len()];
-        let splat = |v: f64| simd.splat_f64s(v);
-        let mut lines = [[splat(0.0); 3]; DIRECTIONS];
+        let mut lines = [[simd.splat_f64s(0.0); 3]; DIRECTIONS];
         for (line, ([n, m], least)) in lines.iter_mut().zip(borders) {
-            *line = [splat(*n), splat(*m), splat(-least)];
+            *line = [simd.splat_f64s(*n), simd.splat_f64s(*m), simd.splat_f64s(-least)];
         }
         let lines = &lines[..edges.len()];
         let (p, r) = (S::as_simd_f64s(&self.p).0, S::as_simd_f64s(&self.r).0);
         for (chunk, (&p, &r)) in p.iter().zip(r).enumerate() {
-            let mut beyond = splat(-1.0);
+            let mut beyond = simd.splat_f64s(-1.0);
             for &[n, m, least] in lines {
                 let value = simd.mul_add_f64s(n, p, simd.mul_add_f64s(m, r, least));
                 beyond = simd.max_f64s(value, beyond);
             }
             // A little more than is outside, since the sums above are rounded another way.
-            if none(simd, simd.greater_than_or_equal_f64s(beyond, splat(0.0))) {
+            if none(simd, simd.greater_than_or_equal_f64s(beyond, simd.splat_f64s(0.0))) {
                 continue;
             }
             for unit in chunk * S::F64_LANES..(chunk + 1) * S::F64_LANES {

@@ -86,7 +86,11 @@ fn chord(h: f64) -> f64 {
 /// Margins of all sides at a state.
 #[inline(always)]
 fn margins(sides: &Sides, [x, v]: [f64; 2]) -> [f64; LANES] {
-    std::array::from_fn(|i| sides.gamma[i].mul_add(v, sides.beta[i].mul_add(x, sides.alpha[i])))
+    let mut margins = [0.0; LANES];
+    for (i, margin) in margins.iter_mut().enumerate() {
+        *margin = sides.gamma[i].mul_add(v, sides.beta[i].mul_add(x, sides.alpha[i]));
+    }
+    margins
 }
 
 /// A place before which no side's margin may become negative over a step to the state `end`, along which
@@ -101,8 +105,8 @@ fn first_near<S: Simd>(
     off: [f64; 2],
     after: &mut [f64; LANES],
 ) -> usize {
-    let [x, v] = end.map(|c| simd.splat_f64s(c));
-    let [off_x, off_v] = off.map(|c| simd.splat_f64s(c));
+    let (x, v) = (simd.splat_f64s(end[0]), simd.splat_f64s(end[1]));
+    let (off_x, off_v) = (simd.splat_f64s(off[0]), simd.splat_f64s(off[1]));
     let (alpha, beta) = (S::as_simd_f64s(&sides.alpha).0, S::as_simd_f64s(&sides.beta).0);
     let gamma = S::as_simd_f64s(&sides.gamma).0;
     let before = S::as_simd_f64s(before).0;

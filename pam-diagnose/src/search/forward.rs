@@ -29,7 +29,7 @@ pub struct Findings<'e> {
     pub singles: Vec<Scored<'e>>,
     /// The chosen set; the base if nothing earned its place.
     pub best: Scored<'e>,
-    /// Sets of the chosen size or smaller that came close, best first.
+    /// Sets that came close, best first.
     pub others: Vec<Scored<'e>>,
 }
 
@@ -37,6 +37,12 @@ pub struct Findings<'e> {
 const BEAM: usize = 3;
 /// Level (see [`Search::level`]) below which nothing more is asked.
 const SATISFIED: f64 = 4.5;
+/// Level below which errors of the model itself are as large as what is left, so that one more effect must be
+/// worth [`STRICT`] times as much.
+const NEAR_FLOORS: f64 = 6.0;
+/// See [`NEAR_FLOORS`]. On the virtual rig's model effects that are there are worth six times the usual at such
+/// levels, and those that only follow the model's errors up to four times.
+const STRICT: f64 = 5.0;
 /// Candidates that are followed to the end beside a set.
 const FOLLOWED: usize = 6;
 
@@ -108,12 +114,15 @@ impl<'e> Search<'_, 'e> {
             next.sort_by(|a, b| a.total.total_cmp(&b.total));
             let Some(top) = next.first().cloned() else { break };
             let members = top.fit.hypothesis.ids().len() - best.fit.hypothesis.ids().len();
+            let strict = if self.level(&best) < NEAR_FLOORS { STRICT } else { 1.0 };
             let more = Acceptance {
-                held_drop: asked.held_drop * members as f64,
-                total_drop: asked.total_drop * members as f64,
+                held_drop: asked.held_drop * strict * members as f64,
+                total_drop: asked.total_drop * strict * members as f64,
             };
             let earned = self.earns(&best, &top, &more);
-            others.extend(next.iter().cloned());
+            if earned || strict == 1.0 {
+                others.extend(next.iter().cloned());
+            }
             if !earned {
                 break;
             }

@@ -1,6 +1,7 @@
-use super::colour_bar::{colour, draw_bar};
+use super::colour_bar::colour;
 use super::header::text_width;
-use super::style::{INK, SCALE, TEXT, TITLE, at_nominal_size, draw_axes, padded_range, tick_label};
+use super::style::{INK, SCALE, TEXT, padded_range};
+use super::value_plane::{DrawError, Plane, Root, ValuePlane};
 use plotters::coord::ranged1d::Ranged;
 use plotters::prelude::*;
 
@@ -48,9 +49,17 @@ impl ColourMap {
     /// Never: drawing into memory cannot fail.
     #[must_use]
     pub fn to_svg(&self) -> String {
-        let mut svg = String::new();
-        self.draw(&mut svg).expect("drawing into memory cannot fail");
-        at_nominal_size(&svg, self.size.0, self.size.1)
+        let frame = ValuePlane {
+            title: &self.title,
+            x_label: &self.x_label,
+            y_label: &self.y_label,
+            value_label: &self.value_label,
+            limits: self.limits,
+            size: self.size,
+        };
+        let (x0, x1) = padded_range(self.points.iter().map(|p| p.x), 0.08);
+        let (y0, y1) = padded_range(self.points.iter().map(|p| p.y), 0.08);
+        frame.to_svg([[x0, x1], [y0, y1]], |root, plane| self.draw(root, plane))
     }
 
     /// Half the width of a square, px of the drawing: as large as leaves neighbours apart.
@@ -79,26 +88,7 @@ impl ColourMap {
         (f64::from(pitch) * share).clamp(low, high) as i32
     }
 
-    fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
-        let (width, height) = (self.size.0 * SCALE, self.size.1 * SCALE);
-        let root = SVGBackend::with_string(svg, (width, height)).into_drawing_area();
-        root.fill(&WHITE)?;
-        let (plane, bar) = root.split_horizontally(width - 104 * SCALE);
-        let title = ("sans-serif", TITLE * SCALE).into_font().color(&INK);
-        let (x0, x1) = padded_range(self.points.iter().map(|p| p.x), 0.08);
-        let (y0, y1) = padded_range(self.points.iter().map(|p| p.y), 0.08);
-        let mut chart = ChartBuilder::on(&plane)
-            .margin(8 * SCALE)
-            .caption(&self.title, title)
-            .x_label_area_size(40 * SCALE)
-            .y_label_area_size(62 * SCALE)
-            .build_cartesian_2d(x0..x1, y0..y1)?;
-        draw_axes(
-            &mut chart,
-            (&self.x_label, &self.y_label),
-            (8, 8),
-            (&|v| tick_label(v, x1 - x0), &|v| tick_label(v, y1 - y0)),
-        )?;
+    fn draw(&self, root: &Root<'_>, chart: &mut Plane<'_, '_>) -> Result<(), DrawError> {
         let half = self.half_width(chart.plotting_area());
         chart.draw_series(self.points.iter().map(|p| {
             let style = if p.value.is_finite() {
@@ -121,8 +111,6 @@ impl ColourMap {
             let centre = (left - 12 * scale, (9 + TEXT as i32 / 2) * scale);
             root.draw(&Circle::new(centre, 6 * scale, ring))?;
         }
-        draw_bar(&bar, &self.value_label, self.limits)?;
-        root.present()?;
         Ok(())
     }
 }

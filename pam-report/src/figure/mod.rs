@@ -8,6 +8,7 @@ mod line;
 mod polygon_map;
 mod scale;
 mod style;
+mod value_plane;
 
 pub use colour_map::{ColourMap, MapPoint};
 pub use decimate::{envelope, thin};

@@ -1,5 +1,5 @@
-use super::colour_bar::{colour, draw_bar};
-use super::style::{INK, SCALE, TITLE, at_nominal_size, draw_axes, tick_label};
+use super::colour_bar::colour;
+use super::value_plane::ValuePlane;
 use plotters::prelude::*;
 
 /// A polygon with a value.
@@ -39,42 +39,26 @@ impl PolygonMap {
     /// Never: drawing into memory cannot fail.
     #[must_use]
     pub fn to_svg(&self) -> String {
-        let mut svg = String::new();
-        self.draw(&mut svg).expect("drawing into memory cannot fail");
-        at_nominal_size(&svg, self.size.0, self.size.1)
-    }
-
-    fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
-        let (width, height) = (self.size.0 * SCALE, self.size.1 * SCALE);
-        let root = SVGBackend::with_string(svg, (width, height)).into_drawing_area();
-        root.fill(&WHITE)?;
-        let (plane, bar) = root.split_horizontally(width - 104 * SCALE);
-        let title = ("sans-serif", TITLE * SCALE).into_font().color(&INK);
-        let [[x0, x1], [y0, y1]] = self.window;
-        let mut chart = ChartBuilder::on(&plane)
-            .margin(8 * SCALE)
-            .caption(&self.title, title)
-            .x_label_area_size(40 * SCALE)
-            .y_label_area_size(62 * SCALE)
-            .build_cartesian_2d(x0..x1, y0..y1)?;
-        draw_axes(
-            &mut chart,
-            (&self.x_label, &self.y_label),
-            (8, 8),
-            (&|v| tick_label(v, x1 - x0), &|v| tick_label(v, y1 - y0)),
-        )?;
-        for polygon in &self.polygons {
-            let colour = colour(polygon.value, self.limits);
-            let mut corners: Vec<(f64, f64)> =
-                polygon.corners.iter().map(|c| (c[0], c[1])).collect();
-            chart.draw_series([Polygon::new(corners.clone(), colour.filled())])?;
-            // A line of the same colour closes the seam to the neighbours.
-            corners.extend(corners.first().copied());
-            chart.draw_series([PathElement::new(corners, colour.stroke_width(1))])?;
-        }
-        draw_bar(&bar, &self.value_label, self.limits)?;
-        root.present()?;
-        Ok(())
+        let frame = ValuePlane {
+            title: &self.title,
+            x_label: &self.x_label,
+            y_label: &self.y_label,
+            value_label: &self.value_label,
+            limits: self.limits,
+            size: self.size,
+        };
+        frame.to_svg(self.window, |_, plane| {
+            for polygon in &self.polygons {
+                let colour = colour(polygon.value, self.limits);
+                let mut corners: Vec<(f64, f64)> =
+                    polygon.corners.iter().map(|c| (c[0], c[1])).collect();
+                plane.draw_series([Polygon::new(corners.clone(), colour.filled())])?;
+                // A line of the same colour closes the seam to the neighbours.
+                corners.extend(corners.first().copied());
+                plane.draw_series([PathElement::new(corners, colour.stroke_width(1))])?;
+            }
+            Ok(())
+        })
     }
 }
 

@@ -1,0 +1,69 @@
+//! The frame of a plane whose colours are values: title, axes, colour bar.
+
+use super::colour_bar::draw_bar;
+use super::style::{INK, SCALE, TITLE, at_nominal_size, draw_axes, tick_label};
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
+use plotters::prelude::*;
+
+/// The whole drawing.
+pub(super) type Root<'s> = DrawingArea<SVGBackend<'s>, Shift>;
+/// The plane between the axes.
+pub(super) type Plane<'p, 's> =
+    ChartContext<'p, SVGBackend<'s>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+/// Why something could not be drawn.
+pub(super) type DrawError = Box<dyn std::error::Error>;
+
+/// What stands around the plane.
+pub(super) struct ValuePlane<'a> {
+    pub(super) title: &'a str,
+    pub(super) x_label: &'a str,
+    pub(super) y_label: &'a str,
+    pub(super) value_label: &'a str,
+    /// Values at the ends of the colour scale.
+    pub(super) limits: (f64, f64),
+    /// Width and height, px.
+    pub(super) size: (u32, u32),
+}
+
+impl ValuePlane<'_> {
+    /// The frame with its content as SVG text; `window` is the least and largest value shown of each axis.
+    pub(super) fn to_svg(
+        &self,
+        window: [[f64; 2]; 2],
+        content: impl FnOnce(&Root<'_>, &mut Plane<'_, '_>) -> Result<(), DrawError>,
+    ) -> String {
+        let mut svg = String::new();
+        self.draw(&mut svg, window, content).expect("drawing into memory cannot fail");
+        at_nominal_size(&svg, self.size.0, self.size.1)
+    }
+
+    fn draw(
+        &self,
+        svg: &mut String,
+        [[x0, x1], [y0, y1]]: [[f64; 2]; 2],
+        content: impl FnOnce(&Root<'_>, &mut Plane<'_, '_>) -> Result<(), DrawError>,
+    ) -> Result<(), DrawError> {
+        let (width, height) = (self.size.0 * SCALE, self.size.1 * SCALE);
+        let root = SVGBackend::with_string(svg, (width, height)).into_drawing_area();
+        root.fill(&WHITE)?;
+        let (plane, bar) = root.split_horizontally(width - 104 * SCALE);
+        let title = ("sans-serif", TITLE * SCALE).into_font().color(&INK);
+        let mut chart = ChartBuilder::on(&plane)
+            .margin(8 * SCALE)
+            .caption(self.title, title)
+            .x_label_area_size(40 * SCALE)
+            .y_label_area_size(62 * SCALE)
+            .build_cartesian_2d(x0..x1, y0..y1)?;
+        draw_axes(
+            &mut chart,
+            (self.x_label, self.y_label),
+            (8, 8),
+            (&|v| tick_label(v, x1 - x0), &|v| tick_label(v, y1 - y0)),
+        )?;
+        content(&root, &mut chart)?;
+        draw_bar(&bar, self.value_label, self.limits)?;
+        root.present()?;
+        Ok(())
+    }
+}
