@@ -12,7 +12,7 @@ use pam_autodiff::{stiffness_by_difference_n_mm, stiffness_exact_n_mm};
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
 use pam_core::{AnyForce, ForceInput, NetworkForce, Scalar};
 use pam_data::{SavedModel, load_model};
-use pam_report::figure::{ColourMap, MapPoint};
+use pam_report::figure::{ColourMap, MapPoint, ValuePlane};
 use pam_report::{LineFigure, Role, Scale};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -209,14 +209,16 @@ fn maps(subject: &Network) -> [String; 2] {
     let mut titles = titles.into_iter();
     points.map(|points| {
         ColourMap {
-            title: format!("{}: {}", subject.name, titles.next().unwrap_or_default()),
-            x_label: "flexor pressure (psi)".into(),
-            y_label: "extensor pressure (psi)".into(),
-            value_label: "K (N/mm)".into(),
+            plane: ValuePlane {
+                title: format!("{}: {}", subject.name, titles.next().unwrap_or_default()),
+                x_label: "flexor pressure (psi)".into(),
+                y_label: "extensor pressure (psi)".into(),
+                value_label: "K (N/mm)".into(),
+                limits: (100.0, 200.0),
+                size: (500, 420),
+            },
             points,
             ring_label: String::new(),
-            limits: (100.0, 200.0),
-            size: (500, 420),
         }
         .to_svg()
     })

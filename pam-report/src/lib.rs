@@ -22,7 +22,7 @@ pub mod simulation;
 pub mod training;
 
 pub use evaluation::{EvaluationContext, evaluation_report};
-pub use figure::{Band, ColourMap, LineFigure, Role, Scale, Series, Stroke};
+pub use figure::{Band, ColourMap, LineFigure, Role, Scale, Series, Stroke, ValuePlane};
 pub use force_curves::force_curves;
 pub use gradient::{GradientBlock, GradientReport, gradient_report};
 pub use parameters::parameter_table;

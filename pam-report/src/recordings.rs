@@ -1,6 +1,6 @@
 //! The report of recordings, before any model.
 
-use crate::figure::{ColourMap, LineFigure, MapPoint, Role, envelope, thin};
+use crate::figure::{ColourMap, LineFigure, MapPoint, Role, ValuePlane, envelope, thin};
 use crate::page::{figure, number, page, wide_figure};
 use maud::{Markup, html};
 use pam_core::units::MN_PER_N;
@@ -71,14 +71,16 @@ fn map(runs: &[RecordedRun], label: &str, value: impl Fn(&RecordedRun) -> f64) -
     let limits = (values().fold(f64::MAX, f64::min), values().fold(f64::MIN, f64::max));
     let limits = if limits.0 < limits.1 { limits } else { (limits.0 - 0.5, limits.0 + 0.5) };
     let map = ColourMap {
-        title: label.into(),
-        x_label: "flexor (psi gauge)".into(),
-        y_label: "extensor (psi gauge)".into(),
-        value_label: label.into(),
+        plane: ValuePlane {
+            title: label.into(),
+            x_label: "flexor (psi gauge)".into(),
+            y_label: "extensor (psi gauge)".into(),
+            value_label: label.into(),
+            limits,
+            size: (520, 400),
+        },
         points,
         ring_label: String::new(),
-        limits,
-        size: (520, 400),
     };
     figure(map.to_svg(), "")
 }

@@ -2,7 +2,7 @@ use crate::stiffness::{ExactMap, Reachable, StiffnessPoint};
 use maud::html;
 use pam_exact::Polygon;
 use pam_report::figure::{
-    ColourMap, LineFigure, MapPoint, PolygonMap, Role, Stroke, ValuedPolygon,
+    ColourMap, LineFigure, MapPoint, PolygonMap, Role, Stroke, ValuePlane, ValuedPolygon,
 };
 use pam_report::page::{figure, page, wide_figure};
 
@@ -33,14 +33,16 @@ pub fn stiffness_report(
             .iter()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p.value), b.max(p.value)));
         ColourMap {
-            title: format!("{label}, x = 0, v = {v} mm/s"),
-            x_label: "flexor air (g)".into(),
-            y_label: "extensor air (g)".into(),
-            value_label: label.into(),
+            plane: ValuePlane {
+                title: format!("{label}, x = 0, v = {v} mm/s"),
+                x_label: "flexor air (g)".into(),
+                y_label: "extensor air (g)".into(),
+                value_label: label.into(),
+                limits: ends,
+                size: (500, 380),
+            },
             points,
             ring_label: String::new(),
-            limits: ends,
-            size: (500, 380),
         }
         .to_svg()
     };
@@ -138,17 +140,19 @@ fn polygon_map(map: &ExactMap, label: &str, value: impl Fn(&Polygon) -> f64) -> 
     let (low, high) = (at(0.01), at(0.99));
     let window = map.partition.window;
     PolygonMap {
-        title: map.name.clone(),
-        x_label: "x (mm)".into(),
-        y_label: "velocity (mm/s)".into(),
-        value_label: label.into(),
+        plane: ValuePlane {
+            title: map.name.clone(),
+            x_label: "x (mm)".into(),
+            y_label: "velocity (mm/s)".into(),
+            value_label: label.into(),
+            limits: if high > low { (low, high) } else { (low - 0.5, low + 0.5) },
+            size: (500, 380),
+        },
         polygons: polygons
             .iter()
             .map(|p| ValuedPolygon { corners: p.corners.clone(), value: value(p) })
             .collect(),
         window: [window.first, window.second],
-        limits: if high > low { (low, high) } else { (low - 0.5, low + 0.5) },
-        size: (500, 380),
     }
     .to_svg()
 }

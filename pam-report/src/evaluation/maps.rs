@@ -1,6 +1,6 @@
 //! Errors over the pressure and mass planes.
 
-use crate::figure::{ColourMap, MapPoint};
+use crate::figure::{ColourMap, MapPoint, ValuePlane};
 use crate::page::figure;
 use maud::{Markup, html};
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
@@ -64,14 +64,16 @@ fn map(
         })
         .collect();
     let map = ColourMap {
-        title: value_label.into(),
-        x_label: x_label.into(),
-        y_label: y_label.into(),
-        value_label: value_label.into(),
+        plane: ValuePlane {
+            title: value_label.into(),
+            x_label: x_label.into(),
+            y_label: y_label.into(),
+            value_label: value_label.into(),
+            limits,
+            size: (520, 400),
+        },
         points,
         ring_label: "trained on".into(),
-        limits,
-        size: (520, 400),
     };
     figure(map.to_svg(), "")
 }

@@ -24,22 +24,12 @@ pub struct MapPoint {
 /// Values over a plane, as coloured squares with a colour bar.
 #[derive(Debug, Clone)]
 pub struct ColourMap {
-    /// Title above the axes.
-    pub title: String,
-    /// Label and unit of the horizontal axis.
-    pub x_label: String,
-    /// Label and unit of the vertical axis.
-    pub y_label: String,
-    /// Name and unit of the value.
-    pub value_label: String,
+    /// Title, axes and colours.
+    pub plane: ValuePlane,
     /// The points.
     pub points: Vec<MapPoint>,
     /// What the circles mean, for the legend; no entry if empty or if no point has one.
     pub ring_label: String,
-    /// Values at the ends of the colour scale; values outside take the end's colour.
-    pub limits: (f64, f64),
-    /// Width and height, px.
-    pub size: (u32, u32),
 }
 
 impl ColourMap {
@@ -49,17 +39,9 @@ impl ColourMap {
     /// Never: drawing into memory cannot fail.
     #[must_use]
     pub fn to_svg(&self) -> String {
-        let frame = ValuePlane {
-            title: &self.title,
-            x_label: &self.x_label,
-            y_label: &self.y_label,
-            value_label: &self.value_label,
-            limits: self.limits,
-            size: self.size,
-        };
         let (x0, x1) = padded_range(self.points.iter().map(|p| p.x), 0.08);
         let (y0, y1) = padded_range(self.points.iter().map(|p| p.y), 0.08);
-        frame.to_svg([[x0, x1], [y0, y1]], |root, plane| self.draw(root, plane))
+        self.plane.to_svg([[x0, x1], [y0, y1]], |root, plane| self.draw(root, plane))
     }
 
     /// Half the width of a square, px of the drawing: as large as leaves neighbours apart.
@@ -92,7 +74,7 @@ impl ColourMap {
         let half = self.half_width(chart.plotting_area());
         chart.draw_series(self.points.iter().map(|p| {
             let style = if p.value.is_finite() {
-                colour(p.value, self.limits).filled()
+                colour(p.value, self.plane.limits).filled()
             } else {
                 INK.stroke_width(SCALE)
             };
@@ -105,7 +87,7 @@ impl ColourMap {
         if !self.ring_label.is_empty() && ringed().next().is_some() {
             let text = ("sans-serif", TEXT * SCALE).into_font().color(&INK);
             let scale = SCALE as i32;
-            let right = self.size.0 as i32 - 8;
+            let right = self.plane.size.0 as i32 - 8;
             let left = (right - text_width(&self.ring_label, TEXT) as i32) * scale;
             root.draw(&Text::new(self.ring_label.clone(), (left, 10 * scale), text))?;
             let centre = (left - 12 * scale, (9 + TEXT as i32 / 2) * scale);
@@ -125,14 +107,16 @@ mod tests {
             MapPoint { x, y, value: k as f64 / 225.0, ringed: ringed(k) }
         };
         ColourMap {
-            title: "Map".into(),
-            x_label: "x".into(),
-            y_label: "y".into(),
-            value_label: "value".into(),
+            plane: ValuePlane {
+                title: "Map".into(),
+                x_label: "x".into(),
+                y_label: "y".into(),
+                value_label: "value".into(),
+                limits: (0.0, 1.0),
+                size: (520, 400),
+            },
             points: (0..225).map(point).collect(),
             ring_label: "trained on".into(),
-            limits: (0.0, 1.0),
-            size: (520, 400),
         }
     }
 

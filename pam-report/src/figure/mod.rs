@@ -16,3 +16,4 @@ pub use line::{Band, LineFigure, Series};
 pub use polygon_map::{PolygonMap, ValuedPolygon};
 pub use scale::Scale;
 pub use style::{Role, Stroke};
+pub use value_plane::ValuePlane;

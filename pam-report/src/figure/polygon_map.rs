@@ -14,22 +14,12 @@ pub struct ValuedPolygon {
 /// A plane cut into polygons, each coloured by its value, with a colour bar.
 #[derive(Debug, Clone)]
 pub struct PolygonMap {
-    /// Title above the axes.
-    pub title: String,
-    /// Label and unit of the horizontal axis.
-    pub x_label: String,
-    /// Label and unit of the vertical axis.
-    pub y_label: String,
-    /// Name and unit of the value.
-    pub value_label: String,
+    /// Title, axes and colours.
+    pub plane: ValuePlane,
     /// The polygons.
     pub polygons: Vec<ValuedPolygon>,
     /// Least and largest shown of the horizontal and of the vertical axis.
     pub window: [[f64; 2]; 2],
-    /// Values at the ends of the colour scale; values outside take the end's colour.
-    pub limits: (f64, f64),
-    /// Width and height, px.
-    pub size: (u32, u32),
 }
 
 impl PolygonMap {
@@ -39,17 +29,9 @@ impl PolygonMap {
     /// Never: drawing into memory cannot fail.
     #[must_use]
     pub fn to_svg(&self) -> String {
-        let frame = ValuePlane {
-            title: &self.title,
-            x_label: &self.x_label,
-            y_label: &self.y_label,
-            value_label: &self.value_label,
-            limits: self.limits,
-            size: self.size,
-        };
-        frame.to_svg(self.window, |_, plane| {
+        self.plane.to_svg(self.window, |_, plane| {
             for polygon in &self.polygons {
-                let colour = colour(polygon.value, self.limits);
+                let colour = colour(polygon.value, self.plane.limits);
                 let mut corners: Vec<(f64, f64)> =
                     polygon.corners.iter().map(|c| (c[0], c[1])).collect();
                 plane.draw_series([Polygon::new(corners.clone(), colour.filled())])?;
@@ -73,14 +55,16 @@ mod tests {
             value,
         };
         let svg = PolygonMap {
-            title: "Map".into(),
-            x_label: "x".into(),
-            y_label: "v".into(),
-            value_label: "K".into(),
+            plane: ValuePlane {
+                title: "Map".into(),
+                x_label: "x".into(),
+                y_label: "v".into(),
+                value_label: "K".into(),
+                limits: (10.0, 20.0),
+                size: (520, 400),
+            },
             polygons: vec![square(0.0, 10.0), square(1.0, 20.0), square(2.0, 99.0)],
             window: [[0.0, 3.0], [0.0, 1.0]],
-            limits: (10.0, 20.0),
-            size: (520, 400),
         }
         .to_svg();
         let fills: Vec<&str> = svg

@@ -1,5 +1,3 @@
-//! The frame of a plane whose colours are values: title, axes, colour bar.
-
 use super::colour_bar::draw_bar;
 use super::style::{INK, SCALE, TITLE, at_nominal_size, draw_axes, tick_label};
 use plotters::coord::Shift;
@@ -14,19 +12,24 @@ pub(super) type Plane<'p, 's> =
 /// Why something could not be drawn.
 pub(super) type DrawError = Box<dyn std::error::Error>;
 
-/// What stands around the plane.
-pub(super) struct ValuePlane<'a> {
-    pub(super) title: &'a str,
-    pub(super) x_label: &'a str,
-    pub(super) y_label: &'a str,
-    pub(super) value_label: &'a str,
-    /// Values at the ends of the colour scale.
-    pub(super) limits: (f64, f64),
+/// What stands around a plane whose colours are values: title, axes, colour bar.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ValuePlane {
+    /// Title above the axes.
+    pub title: String,
+    /// Label and unit of the horizontal axis.
+    pub x_label: String,
+    /// Label and unit of the vertical axis.
+    pub y_label: String,
+    /// Name and unit of the value.
+    pub value_label: String,
+    /// Values at the ends of the colour scale; values outside take the end's colour.
+    pub limits: (f64, f64),
     /// Width and height, px.
-    pub(super) size: (u32, u32),
+    pub size: (u32, u32),
 }
 
-impl ValuePlane<'_> {
+impl ValuePlane {
     /// The frame with its content as SVG text; `window` is the least and largest value shown of each axis.
     pub(super) fn to_svg(
         &self,
@@ -51,18 +54,18 @@ impl ValuePlane<'_> {
         let title = ("sans-serif", TITLE * SCALE).into_font().color(&INK);
         let mut chart = ChartBuilder::on(&plane)
             .margin(8 * SCALE)
-            .caption(self.title, title)
+            .caption(&self.title, title)
             .x_label_area_size(40 * SCALE)
             .y_label_area_size(62 * SCALE)
             .build_cartesian_2d(x0..x1, y0..y1)?;
         draw_axes(
             &mut chart,
-            (self.x_label, self.y_label),
+            (&self.x_label, &self.y_label),
             (8, 8),
             (&|v| tick_label(v, x1 - x0), &|v| tick_label(v, y1 - y0)),
         )?;
         content(&root, &mut chart)?;
-        draw_bar(&bar, self.value_label, self.limits)?;
+        draw_bar(&bar, &self.value_label, self.limits)?;
         root.present()?;
         Ok(())
     }
