@@ -45,4 +45,4 @@ pub use numbers::{Chunk, ComplexStep};
 pub use stiffness::{
     LinearForce, damping_exact_kg_s, linearise, stiffness_by_difference_n_mm, stiffness_exact_n_mm,
 };
-pub use tape::{Tape, Var};
+pub use tape::{Gathered, Tape, Var};

@@ -8,7 +8,7 @@
 use crate::effects::{AnyEffect, Derivatives, Evidence};
 use crate::extended::{Active, Extended};
 use crate::fit::{CHANNELS, Floors, Hypothesis, Problem};
-use crate::simulation::{Nuisances, Trajectory, Trial, simulate};
+use crate::simulation::{Course, Nuisances, Trajectory, Trial, simulate};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use pam_core::Scalar;
@@ -108,9 +108,9 @@ fn trial(model: &Extended, excitation: &Excitation, psi: [f64; 2], evidence: &Ev
     let kpa = psi.map(|p| p * pam_core::units::KPA_PER_PSI + pam_core::units::ATMOSPHERE_KPA);
     let masses = model.joint.gas_law_masses(0.0, kpa);
     let length: f64 = excitation.pieces.iter().map(|p| p[2]).sum();
-    let n = (length / Trial::STEP_S) as usize;
+    let n = (length / Course::STEP_S) as usize;
     let mut recording = Recording::empty(Path::new("design"));
-    recording.time_s = (0..n).map(|k| k as f64 * Trial::STEP_S).collect();
+    recording.time_s = (0..n).map(|k| k as f64 * Course::STEP_S).collect();
     recording.force_mn = recording
         .time_s
         .iter()

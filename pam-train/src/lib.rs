@@ -16,6 +16,7 @@
 //! - [`training`]: a curriculum at work, checkpoints, the files of a run;
 //! - [`identification`]: standard errors of the physical parameters;
 //! - [`field`]: training of any vector field, of any number of states;
+//! - [`extension`]: further parts of a model that are trained along;
 //! - [`events`]: curves for TensorBoard.
 
 pub mod balance;
@@ -23,6 +24,7 @@ pub mod coordinates;
 pub mod curriculum;
 pub mod evaluation;
 pub mod events;
+pub mod extension;
 pub mod field;
 pub mod gradient;
 pub mod identification;
@@ -40,6 +42,9 @@ pub mod warm_start;
 pub use balance::ForceBalance;
 pub use evaluation::{Evaluation, RecordingEvaluation, Subject, evaluate, evaluate_with};
 pub use events::{EVENT_FILE_NAME, EventFile, ScalarEvent};
+pub use extension::{
+    ExtendedGradient, ExtendedRequest, Extension, ExtensionError, ExtensionParameter,
+};
 pub use gradient::{GradientChoice, JointGradient, SealedGradient};
 pub use loss::{AnyLoss, SquaredError, TrajectoryLoss};
 pub use metrics::{PerChannel, Scores};

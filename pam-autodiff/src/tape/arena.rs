@@ -33,11 +33,11 @@ pub(super) enum BlockKind {
 }
 
 /// How much of each list is filled.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Lengths {
-    values: usize,
-    operations: usize,
-    blocks: usize,
+    pub(super) values: usize,
+    pub(super) operations: usize,
+    pub(super) blocks: usize,
     gathered_nodes: usize,
     gathered_values: usize,
 }

@@ -54,6 +54,17 @@ pub struct Tape<T: Element = f64> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mark(arena::Lengths);
 
+/// Adjoints of what a tape held up to a [`Mark`]; see [`Tape::reverse_since`].
+#[derive(Debug, Clone, Default)]
+pub struct Gathered<T: Element = f64>(Vec<T>);
+
+impl<T: Element> Gathered<T> {
+    /// Forgets what was gathered; memory is kept.
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+}
+
 impl<T: Element> Tape<T> {
     /// An empty tape.
     #[must_use]
@@ -150,7 +161,62 @@ impl<T: Element> Tape<T> {
     /// If a seed belongs to another tape.
     pub fn reverse(&mut self, seeds: impl IntoIterator<Item = (Var<T>, T)>) -> Derivatives<'_, T> {
         self.start(seeds);
-        sweep::reverse(&self.arena, &mut self.derivatives, &mut self.scratch);
+        let all = arena::Lengths::default();
+        sweep::reverse(&self.arena, all, &mut self.derivatives, &mut self.scratch);
+        Derivatives::new(self.arena.id(), &self.derivatives)
+    }
+
+    /// The reverse sweep over what was recorded after `mark` alone. Adjoints of what came before are added
+    /// to `gathered`, over many runs behind one common beginning;
+    /// [`reverse_gathered`](Self::reverse_gathered) carries them the rest of the way.
+    ///
+    /// ```
+    /// use pam_autodiff::{Gathered, Tape};
+    /// // Σ_k sin(k a²): the square is recorded once.
+    /// let mut tape = Tape::<f64>::new();
+    /// let a = tape.variable(0.7);
+    /// let square = tape.record(|| a * a);
+    /// let (mark, mut gathered) = (tape.mark(), Gathered::default());
+    /// for k in 1..4 {
+    ///     tape.rewind(mark);
+    ///     let term = tape.record(|| (square * f64::from(k)).sin());
+    ///     tape.reverse_since(mark, &mut gathered, [(term, 1.0)]);
+    /// }
+    /// tape.rewind(mark);
+    /// let by_a = tape.reverse_gathered(&gathered, []).of(a);
+    /// let exact: f64 = (1..4).map(f64::from).map(|k| 1.4 * k * (k * 0.49).cos()).sum();
+    /// assert!((by_a - exact).abs() < 1e-14);
+    /// # use num_dual::DualNum;
+    /// ```
+    ///
+    /// # Panics
+    /// If a seed belongs to another tape, or the record is shorter than at the mark.
+    pub fn reverse_since(
+        &mut self,
+        mark: Mark,
+        gathered: &mut Gathered<T>,
+        seeds: impl IntoIterator<Item = (Var<T>, T)>,
+    ) -> Derivatives<'_, T> {
+        gathered.0.resize(mark.0.values, T::zero());
+        self.start_from(gathered, seeds);
+        sweep::reverse(&self.arena, mark.0, &mut self.derivatives, &mut self.scratch);
+        gathered.0.copy_from_slice(&self.derivatives[..mark.0.values]);
+        Derivatives::new(self.arena.id(), &self.derivatives)
+    }
+
+    /// The reverse sweep from gathered adjoints and more seeds; see
+    /// [`reverse_since`](Self::reverse_since).
+    ///
+    /// # Panics
+    /// If a seed belongs to another tape, or the record is shorter than what was gathered for.
+    pub fn reverse_gathered(
+        &mut self,
+        gathered: &Gathered<T>,
+        seeds: impl IntoIterator<Item = (Var<T>, T)>,
+    ) -> Derivatives<'_, T> {
+        self.start_from(gathered, seeds);
+        let all = arena::Lengths::default();
+        sweep::reverse(&self.arena, all, &mut self.derivatives, &mut self.scratch);
         Derivatives::new(self.arena.id(), &self.derivatives)
     }
 
@@ -176,6 +242,20 @@ impl<T: Element> Tape<T> {
         }
         sweep::forward(&self.arena, &mut self.derivatives, &mut self.scratch);
         Derivatives::new(self.arena.id(), &self.derivatives)
+    }
+
+    /// What was gathered, zeros behind it, and seeds.
+    fn start_from(&mut self, gathered: &Gathered<T>, seeds: impl IntoIterator<Item = (Var<T>, T)>) {
+        let len = self.arena.len() + 1;
+        assert!(gathered.0.len() <= len, "the tape is shorter than what was gathered for");
+        self.derivatives.clear();
+        self.derivatives.extend_from_slice(&gathered.0);
+        self.derivatives.resize(len, T::zero());
+        for (var, seed) in seeds {
+            if let Some(node) = var.node_on(self.arena.id()) {
+                self.derivatives[node] += seed;
+            }
+        }
     }
 
     /// Zeros and seeds.

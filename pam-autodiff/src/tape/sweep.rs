@@ -1,7 +1,7 @@
 //! The two sweeps over a record.
 
 use super::affine::{Affine, Operand};
-use super::arena::{Arena, BlockKind, Operation};
+use super::arena::{Arena, BlockKind, Lengths, Operation};
 use super::{Element, Var, kernels};
 
 /// Derivatives of everything on a tape after a sweep: adjoints after a
@@ -47,10 +47,15 @@ impl<'a, T: Element> Derivatives<'a, T> {
     }
 }
 
-/// Spreads adjoints from results to what they were made of.
-pub(super) fn reverse<T: Element>(arena: &Arena<T>, adjoints: &mut [T], scratch: &mut Vec<T>) {
+/// Spreads adjoints from results to what they were made of, through what was recorded after `since`.
+pub(super) fn reverse<T: Element>(
+    arena: &Arena<T>,
+    since: Lengths,
+    adjoints: &mut [T],
+    scratch: &mut Vec<T>,
+) {
     let (mut nodes_end, mut operations_end) = (arena.values.len(), arena.operations.len());
-    for block in arena.blocks.iter().rev() {
+    for block in arena.blocks[since.blocks..].iter().rev() {
         let run = &arena.operations[block.operations_before..operations_end];
         reverse_run(run, nodes_end - run.len(), adjoints);
         if let BlockKind::Affine(layer) = &block.kind {
@@ -58,7 +63,7 @@ pub(super) fn reverse<T: Element>(arena: &Arena<T>, adjoints: &mut [T], scratch:
         }
         (nodes_end, operations_end) = (block.first, block.operations_before);
     }
-    let run = &arena.operations[..operations_end];
+    let run = &arena.operations[since.operations..operations_end];
     reverse_run(run, nodes_end - run.len(), adjoints);
 }
 

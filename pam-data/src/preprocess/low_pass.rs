@@ -53,6 +53,46 @@ impl LowPass {
         extended[pad..pad + n].to_vec()
     }
 
+    /// The transpose of [`forward_backward`](Self::forward_backward), which is linear: from the derivative of
+    /// a number by the filtered values to that by the values.
+    ///
+    /// # Panics
+    /// If there are fewer than [`shortest`](Self::shortest) values.
+    #[must_use]
+    pub fn transposed(&self, by_filtered: &[f64]) -> Vec<f64> {
+        let (n, pad) = (by_filtered.len(), Self::PADDING);
+        assert!(n > pad, "{n} samples are too few to filter");
+        let mut by_extended = vec![0.0; n + 2 * pad];
+        by_extended[pad..pad + n].copy_from_slice(by_filtered);
+        self.run_transposed(by_extended.iter_mut().rev());
+        self.run_transposed(by_extended.iter_mut());
+        let mut by = by_extended[pad..pad + n].to_vec();
+        for i in 1..=pad {
+            let (front, back) = (by_extended[pad - i], by_extended[pad + n - 1 + i]);
+            by[0] += 2.0 * front;
+            by[i] -= front;
+            by[n - 1] += 2.0 * back;
+            by[n - 1 - i] -= back;
+        }
+        by
+    }
+
+    /// The transpose of [`run`](Self::run) over the same order of values.
+    fn run_transposed<'a>(&self, values: impl DoubleEndedIterator<Item = &'a mut f64>) {
+        let Self { b, a } = *self;
+        let mut by_state = 0.0;
+        let mut first = None;
+        for v in values.rev() {
+            let by_y = *v - a * by_state;
+            *v = b * (by_y + by_state);
+            by_state = by_y;
+            first = Some(v);
+        }
+        if let Some(v) = first {
+            *v += (1.0 - b) * by_state;
+        }
+    }
+
     /// One pass in place, started in the steady state of the first value.
     fn run<'a, S: Scalar + 'a>(&self, values: impl Iterator<Item = &'a mut S>) {
         let Self { b, a } = *self;
@@ -96,6 +136,21 @@ mod tests {
         0.5800239915598165,
         0.5786410686962238,
     ];
+
+    /// `⟨w, F x⟩ = ⟨Fᵀ w, x⟩`.
+    #[test]
+    fn the_transpose_is_that_of_the_filter() {
+        let number = |k: u32, step: f64| (step * f64::from(k)).sin() + 0.3;
+        for n in [LowPass::shortest() as u32, 40] {
+            let x: Vec<f64> = (0..n).map(|k| number(k, 1.7)).collect();
+            let w: Vec<f64> = (0..n).map(|k| number(k, 0.9)).collect();
+            let filter = LowPass::new(20.0, 250.0).unwrap();
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let (left, right) =
+                (dot(&w, &filter.forward_backward(&x)), dot(&filter.transposed(&w), &x));
+            assert!((left - right).abs() < 1e-12 * left.abs(), "{left} is not {right}");
+        }
+    }
 
     #[test]
     fn a_straight_line_far_from_the_ends_passes_unchanged() {

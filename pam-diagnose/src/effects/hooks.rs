@@ -116,6 +116,12 @@ pub trait Effect: Send + Sync + 'static {
         0
     }
 
+    /// Whether the effect depends on what was before the present motion, so that a recording cannot be
+    /// begun in its middle.
+    fn remembers(&self) -> bool {
+        self.memory_len() > 0
+    }
+
     /// Memory of a joint that rests at `x` (mm).
     fn begin<S: Scalar>(&self, p: &[S], x: S, memory: &mut [S]) {
         let _ = (p, x, memory);

@@ -2,7 +2,7 @@
 //! with.
 
 use super::{Absorbed, ChamberLaw, Effect, EffectInfo, Evidence, Observed, Point, Rest};
-use pam_autodiff::Chunk;
+use pam_autodiff::{Chunk, Var};
 use pam_core::{AnyForce, JointModel, Scalar};
 
 /// Number of derivatives that one simulation carries.
@@ -69,7 +69,9 @@ impl<E: Effect, S: Scalar> EffectOver<S> for E {
 }
 
 /// An effect of any kind.
-pub trait AnyEffect: EffectOver<f64> + EffectOver<Derivatives> + Send + Sync {
+pub trait AnyEffect:
+    EffectOver<f64> + EffectOver<Derivatives> + EffectOver<Var> + Send + Sync
+{
     /// Id, parameters, words.
     fn info(&self) -> &'static EffectInfo;
     /// Values from which a fit may start.
@@ -78,6 +80,8 @@ pub trait AnyEffect: EffectOver<f64> + EffectOver<Derivatives> + Send + Sync {
     fn stands(&self, values: &[f64], evidence: &Evidence) -> bool;
     /// Number of remembered values.
     fn memory_len(&self) -> usize;
+    /// Whether the effect depends on what was before.
+    fn remembers(&self) -> bool;
     /// Moves the effect into a model without effects, where that can hold it.
     fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed;
 }
@@ -95,13 +99,16 @@ impl<E: Effect> AnyEffect for E {
     fn memory_len(&self) -> usize {
         Effect::memory_len(self)
     }
+    fn remembers(&self) -> bool {
+        Effect::remembers(self)
+    }
     fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed {
         Effect::absorb(self, values, joint)
     }
 }
 
 /// A scalar that effects behind a pointer can run with.
-pub trait EffectScalar: Scalar + Send + Sync {
+pub trait EffectScalar: Scalar {
     /// The effect's hooks for this scalar.
     fn over(effect: &dyn AnyEffect) -> &dyn EffectOver<Self>;
 }
@@ -113,6 +120,13 @@ impl EffectScalar for f64 {
 }
 
 impl EffectScalar for Derivatives {
+    fn over(effect: &dyn AnyEffect) -> &dyn EffectOver<Self> {
+        effect
+    }
+}
+
+/// For reverse sweeps: training.
+impl EffectScalar for Var {
     fn over(effect: &dyn AnyEffect) -> &dyn EffectOver<Self> {
         effect
     }

@@ -58,12 +58,12 @@ impl<'a, S: Scalar> Chambers<'a, S> {
         let volumes = self.volumes_mm3(x);
         let c = self.base.gas_coefficient;
         if !self.changed {
-            return volumes.map(|v| v.recip().scaled(c));
+            return volumes.map(|v| v.recip() * c);
         }
         let n = self.law.exponent;
         [0, 1].map(|i| {
             let ratio = self.sealed_mm3[i] / volumes[i];
-            ((n * ratio.ln()).exp() / self.sealed_mm3[i]).scaled(c)
+            (n * ratio.ln()).exp() / self.sealed_mm3[i] * c
         })
     }
 
@@ -76,7 +76,7 @@ impl<'a, S: Scalar> Chambers<'a, S> {
         let v = self.base.geometry.volumes(x, self.base.deformation);
         let here = self.pressures_per_mass(x);
         let c = self.base.gas_coefficient;
-        let difference = |i: usize, volume: S| masses_g[i] * (here[i] - volume.recip().scaled(c));
+        let difference = |i: usize, volume: S| masses_g[i] * (here[i] - volume.recip() * c);
         difference(0, v.flexor_mm3) * v.flexor_slope_mm2
             + difference(1, v.extensor_mm3) * v.extensor_slope_mm2
     }

@@ -1,7 +1,8 @@
 //! The extended joint, simulated fast enough to fit hundreds of candidates.
 //!
-//! A [`Trial`] is a recording made ready: its force on a uniform grid, its measured channels, its
-//! reading at rest, and the base model's force at its sealed masses as a [`ForceTable`] over (x, ẋ). With
+//! A [`Course`] is a recording made ready: its force on a uniform grid, its measured channels, its
+//! reading at rest. A [`Trial`] has the base model's force besides, tabulated at its sealed masses over (x, ẋ)
+//! as a [`ForceTable`]. With
 //! frozen weights and sealed air the network is a function of two numbers, so a table costs a few
 //! nanoseconds where the network costs hundreds, and carries derivatives as easily.
 //!
@@ -9,15 +10,19 @@
 //! Runge–Kutta steps of fourth order for the smooth part, and dry friction as a set-valued force that
 //! holds the joint exactly still (Moreau's time stepping).
 
+mod course;
 mod gas;
 mod input;
+pub(crate) mod march;
 mod run;
 mod table;
 mod trial;
 
+pub use course::{Course, TrialSource};
 pub use gas::Chambers;
 pub use input::FineForce;
+pub(crate) use run::observe;
 pub use run::{Base, Diverged, Nuisances, Trajectory, simulate};
 pub use table::{Air, ForceTable};
+pub use trial::Trial;
 pub(crate) use trial::range_of;
-pub use trial::{Trial, TrialSource};

@@ -1,5 +1,6 @@
 //! The base model's force of one recording, as a table.
 
+use super::march::BaseForce;
 use crate::effects::Restoring;
 use pam_core::{ForceInput, ForceModel, JointModel, Scalar, SealedMasses};
 use rayon::prelude::*;
@@ -178,6 +179,16 @@ pub struct Air<'a, S> {
     pub table: &'a ForceTable,
     /// Air beyond the table's masses, g.
     pub change_g: [S; 2],
+}
+
+impl<S: Scalar> BaseForce<S> for ForceTable {
+    type Sealed<'a> = Air<'a, S>;
+
+    #[inline]
+    fn sealed(&self, air_g: [S; 2]) -> Air<'_, S> {
+        let own = [self.masses.flexor_g, self.masses.extensor_g];
+        Air { table: self, change_g: [0, 1].map(|i| air_g[i] - S::constant(own[i])) }
+    }
 }
 
 impl<S: Scalar> Restoring<S> for Air<'_, S> {

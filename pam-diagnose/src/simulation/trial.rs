@@ -1,53 +1,36 @@
 //! A recording made ready for simulation.
 
-use super::input::{FineForce, resampled};
+use super::course::Course;
 use super::table::ForceTable;
-use crate::effects::Rest;
-use pam_core::{ForceModel, JointModel, SealedMasses};
-use pam_data::preprocess::LowPass;
-use pam_data::{Channel, MassOrigin};
+use pam_core::{ForceModel, JointModel};
 use pam_train::Subject;
+use std::ops::{Deref, DerefMut};
 
-/// Where a trial came from.
-#[derive(Debug, Clone)]
-pub struct TrialSource {
-    /// Name of the recording.
-    pub name: String,
-    /// Commanded gauge pressures, psi, if the name tells.
-    pub command_psi: Option<[f64; 2]>,
-    /// Where the masses came from.
-    pub origin: MassOrigin,
-    /// Time of the first sample, s.
-    pub start_s: f64,
-}
-
-/// A recording on the uniform grid of the simulation.
+/// A recording on the grid of the simulation, with the base model's force at its sealed masses.
 #[derive(Debug, Clone)]
 pub struct Trial {
-    /// Where it came from.
-    pub source: TrialSource,
-    /// Time between two grid points, s.
-    pub step_s: f64,
-    /// The force at half steps.
-    pub force: FineForce,
-    /// The low-pass that the measured channels went through, for the grid; simulated ones follow.
-    pub low_pass: [Option<LowPass>; 4],
-    /// Measured channels at the grid points, in the order of the state: mm, mm/s, kPa, kPa.
-    pub measured: [Vec<f64>; 4],
-    /// Readings at rest and at the first sample, as measured.
-    pub rest: Rest<f64>,
-    /// Measured velocity at the first sample, mm/s.
-    pub start_mm_s: f64,
-    /// Masses by the measured sealed pressures (or as given), g.
-    pub masses: SealedMasses,
-    /// The base model's force at these masses.
+    /// The recording.
+    pub course: Course,
+    /// The base model's force.
     pub table: ForceTable,
 }
 
-impl Trial {
-    /// Step of the simulation, s.
-    pub const STEP_S: f64 = 4e-3;
+/// A trial is its recording and something more.
+impl Deref for Trial {
+    type Target = Course;
 
+    fn deref(&self) -> &Course {
+        &self.course
+    }
+}
+
+impl DerefMut for Trial {
+    fn deref_mut(&mut self) -> &mut Course {
+        &mut self.course
+    }
+}
+
+impl Trial {
     /// Prepares a recording: force and channels on the grid, and the force table over one and a half times
     /// the measured range.
     #[must_use]
@@ -71,56 +54,15 @@ impl Trial {
         subject: &Subject,
         ranges: Option<[[f64; 2]; 2]>,
     ) -> Self {
-        let r = &subject.recording;
-        let (t0, t1) = r.span_s();
-        let points = ((t1 - t0) / Self::STEP_S + 1e-6).floor() as usize + 1;
-        let measured = Channel::ALL
-            .map(|c| resampled(&r.time_s, r.channel(c), t0, Self::STEP_S, points.max(2)));
-        let sealed = r.reading_at_rest();
-        let [x0, v0, pf0, pe0] = r.initial_state();
-        let rest = Rest {
-            sealed_mm: sealed.displacement_mm,
-            sealed_kpa: [sealed.pressure_flexor_kpa, sealed.pressure_extensor_kpa],
-            start_mm: x0,
-            start_kpa: [pf0, pe0],
-        };
-        let ranges = ranges.unwrap_or_else(|| [range_of(&measured[0]), range_of(&measured[1])]);
+        let course = Course::new(subject);
+        let ranges = ranges
+            .unwrap_or_else(|| [range_of(&course.measured[0]), range_of(&course.measured[1])]);
         let around = |[low, high]: [f64; 2]| {
             let margin = 0.25 * (high - low) + 0.5;
             [low - margin, high + margin]
         };
         let table = ForceTable::new(model, subject.masses, around(ranges[0]), around(ranges[1]));
-        Self {
-            source: TrialSource {
-                name: r.name.clone(),
-                command_psi: r.command_psi,
-                origin: subject.origin,
-                start_s: t0,
-            },
-            step_s: Self::STEP_S,
-            force: FineForce::new(r, 0.5 * Self::STEP_S, 2 * points.max(2)),
-            low_pass: r
-                .low_passed
-                .cutoff_hz
-                .map(|cutoff| cutoff.and_then(|hz| LowPass::new(hz, 1.0 / Self::STEP_S))),
-            measured,
-            rest,
-            start_mm_s: v0,
-            masses: subject.masses,
-            table,
-        }
-    }
-
-    /// Number of grid points.
-    #[must_use]
-    pub fn points(&self) -> usize {
-        self.measured[0].len()
-    }
-
-    /// Length, s.
-    #[must_use]
-    pub fn duration_s(&self) -> f64 {
-        self.step_s * (self.points() - 1) as f64
+        Self { course, table }
     }
 }
 

@@ -4,12 +4,14 @@
 //! softplus. Inputs of a force network differ by three orders of magnitude (0.03 g, 20 mm/s) and its
 //! output is 10⁵ mN, so that one step size fits no two weights; and C = 8.47e7 hardly moves at all. The
 //! coordinates here can therefore be those of a network between scaled inputs and a scaled output, with
-//! logarithms of the physical parameters. The model that they stand for is the same, weight by weight.
+//! logarithms of the physical parameters. The model that they stand for is the same, weight by weight. Numbers
+//! of an extension of the model stand behind.
 
 mod scaling;
 
 pub use scaling::Scaling;
 
+use crate::extension::ExtensionCoordinate;
 use crate::gradient::JointGradient;
 use pam_core::{JointModel, NetworkForce, ParametricForce, PhysicalParameters, Scalar};
 use serde::{Deserialize, Serialize};
@@ -32,6 +34,8 @@ pub struct Frozen {
     pub gas_coefficient: bool,
     /// The deformation coefficient ν.
     pub deformation: bool,
+    /// The parameters of effects.
+    pub effects: bool,
 }
 
 /// In which form the physical parameters are moved.
@@ -46,13 +50,14 @@ pub enum PhysicalForm {
 }
 
 /// The coordinates of the models of one shape: network parameters in the order of
-/// [`ParametricForce`], then mass, gas coefficient and deformation.
+/// [`ParametricForce`], then mass, gas coefficient and deformation, then the numbers of an extension.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coordinates {
     template: NetworkJoint,
     scaling: Scaling,
     form: PhysicalForm,
     frozen: Frozen,
+    extension: Vec<ExtensionCoordinate>,
 }
 
 impl Coordinates {
@@ -65,7 +70,43 @@ impl Coordinates {
         form: PhysicalForm,
         frozen: Frozen,
     ) -> Self {
-        Self { template, scaling, form, frozen }
+        Self { template, scaling, form, frozen, extension: Vec::new() }
+    }
+
+    /// The same coordinates with those of an extension behind them.
+    #[must_use]
+    pub fn with_extension(self, extension: Vec<ExtensionCoordinate>) -> Self {
+        Self { extension, ..self }
+    }
+
+    /// The coordinates of the extension.
+    #[must_use]
+    pub fn extension(&self) -> &[ExtensionCoordinate] {
+        &self.extension
+    }
+
+    /// The numbers of the extension at coordinates.
+    #[must_use]
+    pub fn extension_values(&self, at: &[f64]) -> Vec<f64> {
+        let own = &at[self.weights_len() + PHYSICAL..];
+        self.extension.iter().zip(own).map(|(c, &at)| c.value(at)).collect()
+    }
+
+    /// Brings the numbers of the extension back into their ranges.
+    pub fn project(&self, at: &mut [f64]) {
+        let own = &mut at[self.weights_len() + PHYSICAL..];
+        for (c, at) in self.extension.iter().zip(own) {
+            let value = c.value(*at);
+            if value <= c.range[0] || value >= c.range[1] {
+                *at = c.at(value);
+            }
+        }
+    }
+
+    /// Number of the network's weights and biases, which stand first.
+    #[must_use]
+    pub fn weights_len(&self) -> usize {
+        self.template.force.parameter_len()
     }
 
     /// The same coordinates with other groups that stay as they are.
@@ -83,7 +124,7 @@ impl Coordinates {
     /// Number of coordinates.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.template.force.parameter_len() + PHYSICAL
+        self.weights_len() + PHYSICAL + self.extension.len()
     }
 
     /// Never: there are always physical parameters.
@@ -103,7 +144,7 @@ impl Coordinates {
         self.template.auxiliary_damping_kg_s = damping_kg_s;
     }
 
-    /// The coordinates of a model.
+    /// The coordinates of a model, with the extension as it starts.
     #[must_use]
     pub fn of(&self, model: &NetworkJoint) -> Vec<f64> {
         let mut at = model.force.parameters();
@@ -115,6 +156,7 @@ impl Coordinates {
                 [model.raw.mass, model.raw.gas_coefficient, model.raw.deformation]
             }
         });
+        at.extend(self.extension.iter().map(|c| c.at(c.start)));
         at
     }
 
@@ -124,7 +166,7 @@ impl Coordinates {
     /// If there are not [`len`](Self::len) of them.
     #[must_use]
     pub fn model(&self, at: &[f64]) -> NetworkJoint {
-        let (network, physical) = at.split_at(at.len() - PHYSICAL);
+        let (network, physical) = at.split_at(self.weights_len());
         let mut weights = network.to_vec();
         self.scaling.unscale_weights(&self.template.force, &mut weights);
         let mut model = self.template.clone();
@@ -146,7 +188,7 @@ impl Coordinates {
     }
 
     /// The gradient by the coordinates of `model` from that by its own numbers: weights (in their
-    /// order) and physical parameters before softplus. Zero for what is frozen.
+    /// order) and physical parameters before softplus. Zero for what is frozen and for the extension.
     #[must_use]
     pub fn gradient_of(
         &self,
@@ -177,7 +219,19 @@ impl Coordinates {
             self.frozen.deformation,
             form(raw.deformation, own.deformation, p.deformation),
         ));
+        by.resize(self.len(), 0.0);
         by
+    }
+
+    /// Writes the part of the extension into a gradient by the coordinates, from the gradient by its numbers.
+    pub fn extend_gradient(&self, at: &[f64], by_values: &[f64], gradient: &mut [f64]) {
+        if self.frozen.effects {
+            return;
+        }
+        let first = self.weights_len() + PHYSICAL;
+        for (k, (c, &by)) in self.extension.iter().zip(by_values).enumerate() {
+            gradient[first + k] = c.pull_back(at[first + k], by);
+        }
     }
 
     /// The gradient of a loss by the coordinates.

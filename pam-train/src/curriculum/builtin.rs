@@ -51,6 +51,9 @@ impl Curriculum {
         if let Err(e) = self.solver.settings() {
             return fail(format!("solver: {e}"));
         }
+        if !positive(self.coordinates.effect_rate) {
+            return fail("coordinates.effect_rate must be positive".into());
+        }
         let checked = self
             .loss
             .check()

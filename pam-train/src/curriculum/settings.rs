@@ -5,6 +5,7 @@ use crate::gradient::GradientChoice;
 use crate::predict::{SolverSettings, StepChoice};
 use crate::warm_start::Initialisation;
 use pam_core::{ForceModel, ModelError};
+use pam_data::StoredEffect;
 use pam_data::conditions::{TRAINING_PSI, name_of};
 use pam_solvers::{Interpolation, Tableau};
 use serde::{Deserialize, Serialize};
@@ -22,6 +23,10 @@ pub struct ModelSettings {
     pub activation: String,
     /// How its weights are drawn.
     pub initialisation: Initialisation,
+    /// Effects that are parts of the model, with the values from which they are trained, in the form of
+    /// a model file; those of the file to start from besides.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<StoredEffect>,
 }
 
 impl Default for ModelSettings {
@@ -31,6 +36,7 @@ impl Default for ModelSettings {
             hidden: vec![96, 96],
             activation: "leaky_relu".into(),
             initialisation: Initialisation::He,
+            effects: Vec::new(),
         }
     }
 }
@@ -119,6 +125,9 @@ pub struct CoordinateSettings {
     /// What stays as it is. C is tied to the masses, which come from the same gas law: a factor of it
     /// changes nothing that is measured.
     pub frozen: Frozen,
+    /// How much faster than the others the coordinates of effects move. At 1 a step of the rate changes
+    /// predictions by the rate times the standard deviation of the measured channels.
+    pub effect_rate: f64,
 }
 
 impl Default for CoordinateSettings {
@@ -127,6 +136,7 @@ impl Default for CoordinateSettings {
             scaled: true,
             physical: PhysicalForm::Logarithm,
             frozen: Frozen { gas_coefficient: true, ..Frozen::default() },
+            effect_rate: 10.0,
         }
     }
 }

@@ -245,6 +245,7 @@ fn assemble(
     }
     let raw = &shared[force_len..];
     JointGradient {
+        extension: Vec::new(),
         value: mean * values.iter().filter(|v| !v.is_nan()).sum::<f64>(),
         raw: RawParameters { mass: raw[0], gas_coefficient: raw[1], deformation: raw[2] },
         auxiliary_damping: raw[3],

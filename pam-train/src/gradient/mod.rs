@@ -31,6 +31,8 @@ pub struct JointGradient {
     pub force: Vec<f64>,
     /// With respect to m, C and ν before softplus.
     pub raw: RawParameters,
+    /// With respect to the numbers of an [`Extension`](crate::Extension); empty without one.
+    pub extension: Vec<f64>,
     /// With respect to the auxiliary damping B (kg/s).
     pub auxiliary_damping: f64,
     /// With respect to the sealed masses of each recording (g).

@@ -311,6 +311,7 @@ impl<T: Float> SealedGradient<T> {
             state.map(|g| mean * g)
         });
         JointGradient {
+            extension: Vec::new(),
             value: mean * gradient.value,
             force: network.iter().map(|g| mean * g).collect(),
             // d softplus(r)/dr is the logistic function.

@@ -1,14 +1,17 @@
 //! Loss, gradient and scores, by the fast path in single or double precision or by any gradient method.
 
+use super::trainer::TrainingError;
+use super::windows::Windows;
 use crate::coordinates::NetworkJoint;
 use crate::curriculum::Precision;
 use crate::evaluation::Subject;
+use crate::extension::{ExtendedGradient, ExtendedRequest, Extension};
 use crate::gradient::sealed::IndexedLoss;
 use crate::gradient::{GradientChoice, JointGradient, SealedGradient, general};
 use crate::metrics::r2;
 use crate::predict::SolverSettings;
 use pam_data::{Channel, Recording};
-use pam_solvers::input::InputError;
+use std::sync::Arc;
 
 /// How loss and gradient are found.
 #[derive(Debug)]
@@ -19,6 +22,16 @@ pub enum Engine {
     F64(SealedGradient<f64>),
     /// Any gradient method, in doubles, recording by recording; predictions alone by the fast path.
     General(Box<GeneralEngine>),
+    /// A model with an extension.
+    Extended(Box<ExtendedEngine>),
+}
+
+/// The gradient of an extension, made for the windows that it is first asked for.
+#[derive(Debug)]
+pub struct ExtendedEngine {
+    extension: Arc<dyn Extension>,
+    precision: Precision,
+    gradient: Option<Box<dyn ExtendedGradient>>,
 }
 
 /// A gradient method besides the fast path's.
@@ -51,20 +64,40 @@ impl Engine {
         }
     }
 
+    /// An engine for a model with an extension, which is simulated in its own way.
+    #[must_use]
+    pub fn extended(extension: Arc<dyn Extension>, precision: Precision) -> Self {
+        Self::Extended(Box::new(ExtendedEngine { extension, precision, gradient: None }))
+    }
+
     /// See [`SealedGradient::value_and_gradient_from`].
     ///
     /// # Errors
-    /// [`InputError`] if a recording cannot drive a solve.
+    /// [`TrainingError`] if a recording cannot drive a solve, or an extension cannot be simulated so.
     pub fn value_and_gradient(
         &mut self,
-        model: &NetworkJoint,
-        subjects: &[Subject],
-        starts: &[[f64; 4]],
+        request: &ExtendedRequest<'_>,
         loss: &IndexedLoss<'_>,
-    ) -> Result<JointGradient, InputError> {
-        match self {
-            Self::F32(g) => g.value_and_gradient_from(model, subjects, starts, loss),
-            Self::F64(g) => g.value_and_gradient_from(model, subjects, starts, loss),
+    ) -> Result<JointGradient, TrainingError> {
+        let ExtendedRequest { model, windows, part, starts, .. } = *request;
+        if let Self::Extended(e) = self {
+            if e.gradient.is_none() {
+                e.gradient = Some(e.extension.engine(windows, e.precision)?);
+            }
+            let gradient = e.gradient.as_mut().expect("just made");
+            return Ok(gradient.value_and_gradient(request, loss, true));
+        }
+        let picked: Vec<Subject>;
+        let subjects: &[Subject] = if part.len() == windows.subjects.len() {
+            &windows.subjects
+        } else {
+            picked = part.iter().map(|&i| windows.subjects[i].clone()).collect();
+            &picked
+        };
+        Ok(match self {
+            Self::Extended(_) => unreachable!("done above"),
+            Self::F32(g) => g.value_and_gradient_from(model, subjects, starts, loss)?,
+            Self::F64(g) => g.value_and_gradient_from(model, subjects, starts, loss)?,
             Self::General(g) => {
                 let silent: (&dyn Fn(usize), &(dyn Fn() + Sync)) = (&|_| {}, &|| {});
                 let mut found = general::value_and_gradient_from(
@@ -76,9 +109,9 @@ impl Engine {
                     silent,
                 )?;
                 g.states = std::mem::take(&mut found.states);
-                Ok(found)
+                found
             }
-        }
+        })
     }
 
     /// Predicted states of a recording from the last call; of methods that keep them for themselves
@@ -86,6 +119,7 @@ impl Engine {
     pub fn predicted(&mut self, index: usize) -> &[[f64; 4]] {
         match self {
             Self::General(g) => &g.states[index],
+            Self::Extended(e) => e.gradient.as_ref().map_or(&[], |g| g.predicted(index)),
             Self::F32(g) => g.predicted(index),
             Self::F64(g) => g.predicted(index),
         }
@@ -95,12 +129,13 @@ impl Engine {
     /// sample; `None` where no recording gives one.
     ///
     /// # Errors
-    /// [`InputError`] if a recording cannot drive a solve.
+    /// [`TrainingError`] if a recording cannot drive a solve, or an extension cannot be simulated.
     pub fn mean_r2(
         &mut self,
         model: &NetworkJoint,
+        extension_values: &[f64],
         subjects: &[Subject],
-    ) -> Result<[Option<f64>; 4], InputError> {
+    ) -> Result<[Option<f64>; 4], TrainingError> {
         let zero = |_: usize, _: &Recording, _: &[[f64; 4]], _: &mut [[f64; 4]]| 0.0;
         let (mut sums, mut counts) = ([0.0; 4], [0.0; 4]);
         // In portions, because the predicted states of all recordings stay in memory.
@@ -110,6 +145,19 @@ impl Engine {
                 Self::F32(g) => g.values_from(model, portion, &starts, &zero)?.failures,
                 Self::F64(g) => g.values_from(model, portion, &starts, &zero)?.failures,
                 Self::General(g) => g.values.values_from(model, portion, &starts, &zero)?.failures,
+                Self::Extended(e) => {
+                    let windows = Windows::of(portion, None);
+                    let part: Vec<usize> = (0..portion.len()).collect();
+                    let request = ExtendedRequest {
+                        model,
+                        values: extension_values,
+                        windows: &windows,
+                        part: &part,
+                        starts: &starts,
+                    };
+                    let gradient = e.gradient.insert(e.extension.engine(&windows, e.precision)?);
+                    gradient.value_and_gradient(&request, &zero, false).failures
+                }
             };
             for (i, s) in portion.iter().enumerate() {
                 if failures.iter().any(|f| f.problem == i) {

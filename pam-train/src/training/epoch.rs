@@ -3,7 +3,7 @@
 use super::state::{Best, EpochRow, OptimiserState, StageState};
 use super::trainer::{Prepared, Trainer, TrainingError};
 use crate::coordinates::{Coordinates, NetworkJoint};
-use crate::evaluation::Subject;
+use crate::extension::ExtendedRequest;
 use crate::gradient::JointGradient;
 use crate::loss::TrajectoryLoss;
 use crate::optimiser::{StepKind, clip_to_norm};
@@ -74,6 +74,7 @@ impl Trainer {
             if outcome.kind != StepKind::Undefined {
                 failure = None;
             }
+            self.coordinates.project(&mut at);
             within.stopped = matches!(outcome.kind, StepKind::Stationary | StepKind::Stuck);
             within.optimiser = OptimiserState::Lbfgs(lbfgs);
             scored_at.clone_from(&at);
@@ -91,6 +92,7 @@ impl Trainer {
             norm = norm.max(clip_to_norm(&mut gradient, clip));
             if let OptimiserState::Adam(adam) = &mut within.optimiser {
                 adam.step(&mut at, &gradient, rate);
+                self.coordinates.project(&mut at);
             }
             if let (Some(starts), Some(shooting)) = (&mut within.starts, settings.shooting) {
                 // In standard deviations of the channels, so that one rate fits all.
@@ -134,6 +136,7 @@ impl Trainer {
             gradient_norm: norm,
             mass_kg: physical.mass_kg,
             deformation: physical.deformation,
+            effects: self.coordinates.extension_values(&self.state.at),
             r2_held_out: None,
             seconds: begun.elapsed().as_secs_f64(),
         })
@@ -181,18 +184,11 @@ fn evaluate(
 ) -> Result<Step, TrainingError> {
     let model = coordinates.model(at);
     let Prepared { windows, engine, loss, settings } = prepared;
-    let whole = part.len() == windows.subjects.len();
-    let picked: Vec<Subject>;
-    let subjects: &[Subject] = if whole {
-        &windows.subjects
-    } else {
-        picked = part.iter().map(|&i| windows.subjects[i].clone()).collect();
-        &picked
-    };
-    let index_of = |k: usize| if whole { k } else { part[k] };
+    // Whole epochs take the windows in their order.
+    let index_of = |k: usize| part[k];
     let starts: Vec<[f64; 4]> = match &within.starts {
         Some(starts) => starts.states.clone(),
-        None => subjects.iter().map(|s| s.recording.initial_state()).collect(),
+        None => part.iter().map(|&i| windows.subjects[i].recording.initial_state()).collect(),
     };
     let loss = &*loss;
     let continuity = |k: usize| {
@@ -214,12 +210,15 @@ fn evaluate(
         }
         value
     };
-    let result = engine.value_and_gradient(&model, subjects, &starts, &indexed)?;
-    let failure = failure_of(&result, subjects);
+    let values = coordinates.extension_values(at);
+    let request =
+        ExtendedRequest { model: &model, values: &values, windows, part, starts: &starts };
+    let result = engine.value_and_gradient(&request, &indexed)?;
+    let failure = failure_of(&result, |k| &windows.subjects[index_of(k)].recording.name);
     let mut by_starts = result.initial_states.clone();
     if within.starts.is_some() && failure.is_none() {
-        let share = 1.0 / subjects.len() as f64;
-        for k in 0..subjects.len() {
+        let share = 1.0 / part.len() as f64;
+        for k in 0..part.len() {
             let Some((next, weights)) = continuity(k) else { continue };
             let end = *engine.predicted(k).last().expect("windows have samples");
             for c in 0..4 {
@@ -228,12 +227,9 @@ fn evaluate(
         }
     }
     let (value, by_weights) = regularised(&model, &result, regularisers);
-    Ok(Step {
-        loss: value,
-        gradient: coordinates.gradient_of(&model, &by_weights, &result.raw),
-        by_starts,
-        failure,
-    })
+    let mut gradient = coordinates.gradient_of(&model, &by_weights, &result.raw);
+    coordinates.extend_gradient(at, &result.extension, &mut gradient);
+    Ok(Step { loss: value, gradient, by_starts, failure })
 }
 
 /// Adds the regularisers.
@@ -248,12 +244,13 @@ fn regularised(
 }
 
 /// Which recording could not be predicted, until when.
-fn failure_of(result: &JointGradient, subjects: &[Subject]) -> Option<String> {
+fn failure_of<'a>(result: &JointGradient, name_of: impl Fn(usize) -> &'a String) -> Option<String> {
     if let Some(f) = result.failures.first() {
-        let name = &subjects[f.problem].recording.name;
+        let name = name_of(f.problem);
         return Some(format!("{name} could not be predicted beyond {:.3} s", f.time_s));
     }
-    let numbers = result.force.iter().chain([&result.raw.mass, &result.raw.deformation]);
+    let numbers = result.force.iter().chain(&result.extension);
+    let numbers = numbers.chain([&result.raw.mass, &result.raw.deformation]);
     let sound = result.value.is_finite() && numbers.into_iter().all(|g| g.is_finite());
     (!sound).then(|| "loss or gradient is not finite".to_owned())
 }

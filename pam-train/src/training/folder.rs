@@ -146,7 +146,7 @@ impl RunFolder {
                 ),
                 trained: true,
                 trained_on: trainer.trained_on(),
-                effects: Vec::new(),
+                effects: trainer.effects(),
                 source: None,
             },
         };
@@ -154,7 +154,7 @@ impl RunFolder {
     }
 
     /// Rows of `metrics.csv` up to an epoch.
-    fn rows_until(&self, epochs: usize) -> Result<Vec<EpochRow>, TrainingError> {
+    fn rows_until(&self, epochs: usize, effects: usize) -> Result<Vec<EpochRow>, TrainingError> {
         let path = self.file("metrics.csv");
         if !path.exists() {
             return Ok(Vec::new());
@@ -162,19 +162,25 @@ impl RunFolder {
         let text = std::fs::read_to_string(&path)
             .map_err(|source| DataError::Io { path: path.clone(), source })?;
         // The last row of a killed run may be cut short: whatever does not read is made again.
-        Ok(text.lines().skip(1).map_while(row_from).filter(|r| r.total_epoch <= epochs).collect())
+        Ok(text
+            .lines()
+            .skip(1)
+            .map_while(|line| row_from(line, effects))
+            .filter(|r| r.total_epoch <= epochs)
+            .collect())
     }
 }
 
 const HEADER: &str = "stage,epoch,total_epoch,loss,rate,gradient_norm,mass_kg,deformation,\
-    held_out_r2_x,held_out_r2_v,held_out_r2_pf,held_out_r2_pe,seconds\n";
+    held_out_r2_x,held_out_r2_v,held_out_r2_pf,held_out_r2_pe,seconds";
 
 fn line_of(row: &EpochRow) -> String {
     // Empty where it was not scored.
     let scores =
         row.r2_held_out.map_or([const { String::new() }; 4], |r2| r2.map(|v| v.to_string()));
+    let effects: String = row.effects.iter().map(|v| format!(",{v}")).collect();
     format!(
-        "{},{},{},{},{},{},{},{},{},{:.6}\n",
+        "{},{},{},{},{},{},{},{},{},{:.6}{effects}\n",
         row.stage,
         row.epoch,
         row.total_epoch,
@@ -188,13 +194,31 @@ fn line_of(row: &EpochRow) -> String {
     )
 }
 
-fn row_from(line: &str) -> Option<EpochRow> {
+/// A row with so many effect values.
+fn row_from(line: &str, effects: usize) -> Option<EpochRow> {
     let cells: Vec<&str> = line.split(',').collect();
-    let [stage, epoch, total, loss, rate, norm, mass, deformation, x, v, pf, pe, seconds] =
-        cells[..]
+    let [
+        stage,
+        epoch,
+        total,
+        loss,
+        rate,
+        norm,
+        mass,
+        deformation,
+        x,
+        v,
+        pf,
+        pe,
+        seconds,
+        ref values @ ..,
+    ] = cells[..]
     else {
         return None;
     };
+    if values.len() != effects {
+        return None;
+    }
     let r2_held_out = if x.is_empty() {
         None
     } else {
@@ -209,6 +233,7 @@ fn row_from(line: &str) -> Option<EpochRow> {
         gradient_norm: norm.parse().ok()?,
         mass_kg: mass.parse().ok()?,
         deformation: deformation.parse().ok()?,
+        effects: values.iter().map(|v| v.parse().ok()).collect::<Option<_>>()?,
         r2_held_out,
         seconds: seconds.parse().ok()?,
     })
@@ -233,8 +258,12 @@ pub fn train_into(
     } else {
         write_atomic(&folder.file("curriculum.toml"), trainer.curriculum().to_toml().as_bytes())?;
     }
-    let mut rows = folder.rows_until(if resume { trainer.state().epochs } else { 0 })?;
+    let names: Vec<String> = trainer.effect_values().into_iter().map(|(name, _)| name).collect();
+    let done = if resume { trainer.state().epochs } else { 0 };
+    let mut rows = folder.rows_until(done, names.len())?;
     let mut text = HEADER.to_owned();
+    names.iter().for_each(|name| text += &format!(",{name}"));
+    text.push('\n');
     rows.iter().for_each(|row| text += &line_of(row));
     let metrics_path = folder.file("metrics.csv");
     write_atomic(&metrics_path, text.as_bytes())?;
@@ -242,7 +271,7 @@ pub fn train_into(
     let mut metrics = std::fs::OpenOptions::new().append(true).open(&metrics_path).map_err(io)?;
     let mut events = EventFile::rewrite(
         &folder.file(EVENTS),
-        &rows.iter().flat_map(scalars).collect::<Vec<_>>(),
+        &rows.iter().flat_map(|row| scalars(row, &names)).collect::<Vec<_>>(),
     )?;
     if !resume {
         folder.save(trainer)?;
@@ -265,7 +294,7 @@ pub fn train_into(
         };
         observe(&row, trainer.state());
         let _ = write!(pending, "{}", line_of(&row));
-        for (tag, step, time, value) in scalars(&row) {
+        for (tag, step, time, value) in scalars(&row, &names) {
             events.scalar(&tag, step, time, value)?;
         }
         rows.push(row);
@@ -296,12 +325,13 @@ pub fn train_into(
 const EVENTS: &str = "events.out.tfevents.pam";
 
 /// A row for TensorBoard: tag, step, time, value.
-fn scalars(row: &EpochRow) -> Vec<(String, i64, f64, f32)> {
+fn scalars(row: &EpochRow, effects: &[String]) -> Vec<(String, i64, f64, f32)> {
     let time = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
     let step = row.total_epoch as i64;
     let held_out = row.r2_held_out.into_iter().flat_map(|r2| {
         ["held_out/r2_x", "held_out/r2_v", "held_out/r2_pf", "held_out/r2_pe"].into_iter().zip(r2)
     });
+    let effects = effects.iter().map(|name| format!("effects/{name}")).zip(row.effects.clone());
     [
         ("loss", row.loss),
         ("rate", row.rate),
@@ -312,6 +342,8 @@ fn scalars(row: &EpochRow) -> Vec<(String, i64, f64, f32)> {
     ]
     .into_iter()
     .chain(held_out)
-    .map(|(tag, value)| (tag.to_owned(), step, time, value as f32))
+    .map(|(tag, value)| (tag.to_owned(), value))
+    .chain(effects)
+    .map(|(tag, value)| (tag, step, time, value as f32))
     .collect()
 }

@@ -4,16 +4,20 @@ use super::engine::Engine;
 use super::state::{EpochRow, OptimiserState, StageResult, StageState, Starts, TrainingState};
 use super::windows::Windows;
 use crate::coordinates::{Coordinates, NetworkJoint, Scaling};
-use crate::curriculum::{Curriculum, Selection, SolveStage, Stage, StartModel};
+use crate::curriculum::{Curriculum, Selection, SolveStage, SolverChoice, Stage, StartModel};
 use crate::evaluation::Subject;
+use crate::extension::{Extension, ExtensionCoordinate, ExtensionError};
 use crate::identification::{Identification, identify_deformation, identify_mass};
 use crate::loss::AnyLoss;
 use crate::optimiser::{Adam, AdamSettings, Lbfgs, OptimiserSettings};
 use crate::schedule::{EarlyStop, Rate};
 use crate::warm_start::{fit_deformation, random_network};
 use pam_core::{Activation, AnyForce, JointModel, ModelError, ParametricForce, PhysicalParameters};
-use pam_data::{DataError, MassChoice, MassOrigin, MuscleSurfaces, Recording, load_model};
+use pam_data::{
+    DataError, MassChoice, MassOrigin, MuscleSurfaces, Recording, StoredEffect, load_model,
+};
 use pam_solvers::input::InputError;
+use std::sync::Arc;
 use std::time::Instant;
 use thiserror::Error;
 
@@ -32,6 +36,9 @@ pub enum TrainingError {
     /// A recording cannot drive a solve.
     #[error(transparent)]
     Input(#[from] InputError),
+    /// Effects cannot be trained as asked.
+    #[error(transparent)]
+    Extension(#[from] ExtensionError),
     /// The solves diverge where a stage starts.
     #[error("stage `{stage}`, epoch {epoch}: {message}")]
     Diverged {
@@ -58,6 +65,7 @@ pub struct Trainer {
     train: Vec<Subject>,
     held_out: Vec<Subject>,
     surfaces: Option<MuscleSurfaces>,
+    extension: Option<Arc<dyn Extension>>,
     pub(super) stage: Option<Prepared>,
     /// Keeps its memory from one score to the next.
     scoring: Option<Engine>,
@@ -84,7 +92,38 @@ impl Trainer {
         surfaces: Option<MuscleSurfaces>,
         seed: u64,
     ) -> Result<Self, TrainingError> {
-        let (model, trained) = start_model(&curriculum, seed)?;
+        Self::extended(curriculum, recordings, surfaces, None, seed)
+    }
+
+    /// As [`new`](Self::new), of a model with an extension: the effects that the curriculum and its start
+    /// file name, made parts of a model by a crate that knows them. Stages through the solver train all
+    /// numbers together; regressions train what they do without it.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); [`TrainingError::Curriculum`] if effects are named and no extension is given, or
+    /// a gradient method is asked for that has none of them.
+    pub fn extended(
+        curriculum: Curriculum,
+        recordings: Vec<Recording>,
+        surfaces: Option<MuscleSurfaces>,
+        extension: Option<Arc<dyn Extension>>,
+        seed: u64,
+    ) -> Result<Self, TrainingError> {
+        let (model, trained) = start_model(&curriculum, extension.is_some(), seed)?;
+        if extension.is_some() {
+            let solvers = curriculum.stages.iter().filter_map(|stage| match stage {
+                Stage::Solve(s) => s.solver.as_ref(),
+                _ => None,
+            });
+            for solver in solvers.chain([&curriculum.solver]) {
+                if let Some(choice) = solver.gradient_choice()? {
+                    return Err(TrainingError::Curriculum(format!(
+                        "solver.gradient {}: a model with effects has the adjoint of its own steps; take auto",
+                        choice.name()
+                    )));
+                }
+            }
+        }
         let mut train = Vec::new();
         let mut held_out = Vec::new();
         for recording in recordings {
@@ -113,7 +152,8 @@ impl Trainer {
         let settings = &curriculum.coordinates;
         let scaling = if settings.scaled { Scaling::of_data(&train) } else { Scaling::none() };
         let coordinates =
-            Coordinates::new(model.clone(), scaling, settings.physical, settings.frozen);
+            Coordinates::new(model.clone(), scaling, settings.physical, settings.frozen)
+                .with_extension(extension_coordinates(extension.as_deref(), &[]));
         let at = match curriculum.model.start {
             // Random weights are those of the scaled network.
             StartModel::Random => {
@@ -129,6 +169,7 @@ impl Trainer {
             epochs: 0,
             at,
             scaling,
+            units: Vec::new(),
             within: None,
             results: Vec::new(),
             events: Vec::new(),
@@ -141,6 +182,7 @@ impl Trainer {
             train,
             held_out,
             surfaces,
+            extension,
             stage: None,
             scoring: None,
         })
@@ -159,7 +201,8 @@ impl Trainer {
         let settings = &self.curriculum.coordinates;
         let template = self.coordinates.model(&state.at);
         self.coordinates =
-            Coordinates::new(template, state.scaling, settings.physical, settings.frozen);
+            Coordinates::new(template, state.scaling, settings.physical, settings.frozen)
+                .with_extension(extension_coordinates(self.extension.as_deref(), &state.units));
         self.state = state;
         self.stage = None;
         Ok(())
@@ -215,6 +258,20 @@ impl Trainer {
         let mut model = self.coordinates.model(&self.state.at);
         model.auxiliary_damping_kg_s = 0.0;
         model
+    }
+
+    /// The model's effects as they are now; none without an extension.
+    #[must_use]
+    pub fn effects(&self) -> Vec<StoredEffect> {
+        let values = self.coordinates.extension_values(&self.state.at);
+        self.extension.as_ref().map_or(Vec::new(), |e| e.stored(&values))
+    }
+
+    /// Names of the extension's numbers, `coulomb_friction.force_n`, and their values now.
+    #[must_use]
+    pub fn effect_values(&self) -> Vec<(String, f64)> {
+        let names = self.extension.iter().flat_map(|e| e.parameters()).map(|p| p.name);
+        names.zip(self.coordinates.extension_values(&self.state.at)).collect()
     }
 
     /// What the training recordings say of the physical parameters of the model as it is now. Takes
@@ -296,10 +353,46 @@ impl Trainer {
 
     /// Coordinates of a model whose network stays as it is, to the bit.
     fn with_network_kept(&self, model: &NetworkJoint) -> Vec<f64> {
-        let weights = self.state.at.len() - crate::coordinates::PHYSICAL;
+        let weights = self.coordinates.weights_len();
+        let behind = weights + crate::coordinates::PHYSICAL;
         let mut at = self.coordinates.of(model);
         at[..weights].copy_from_slice(&self.state.at[..weights]);
+        at[behind..].copy_from_slice(&self.state.at[behind..]);
         at
+    }
+
+    /// Finds the units of the extension's coordinates, once, with the model as it is.
+    fn find_units(&mut self, subjects: &[Subject]) -> Result<(), TrainingError> {
+        let Some(extension) = self.extension.as_deref() else { return Ok(()) };
+        if !self.state.units.is_empty() || self.coordinates.extension().is_empty() {
+            return Ok(());
+        }
+        let model = self.coordinates.model(&self.state.at);
+        let values = self.coordinates.extension_values(&self.state.at);
+        let rate = self.curriculum.coordinates.effect_rate;
+        let mut units = if self.coordinates.frozen().effects {
+            vec![1.0; values.len()]
+        } else {
+            extension.units(&model, &values, subjects)?
+        };
+        units.iter_mut().for_each(|unit| *unit *= rate);
+        let coordinates = extension_coordinates(Some(extension), &units);
+        let behind = self.state.at.len() - values.len();
+        for ((at, value), c) in self.state.at[behind..].iter_mut().zip(values).zip(&coordinates) {
+            *at = c.at(value);
+        }
+        self.coordinates = self.coordinates.clone().with_extension(coordinates);
+        self.state.units = units;
+        Ok(())
+    }
+
+    /// What finds loss, gradient and scores in a stage.
+    fn engine(&self, solver: &SolverChoice) -> Result<Engine, TrainingError> {
+        if let Some(extension) = &self.extension {
+            return Ok(Engine::extended(Arc::clone(extension), solver.precision));
+        }
+        let settings = solver.settings_for(&self.coordinates.model(&self.state.at).force)?;
+        Ok(Engine::new(settings, solver.precision, solver.gradient_choice()?))
     }
 
     /// The recordings of a selection with masses by the gas law of the model that the stage starts from
@@ -316,15 +409,12 @@ impl Trainer {
         self.coordinates.set_auxiliary_damping(s.auxiliary_damping);
         if self.stage.is_none() {
             let subjects = self.selected(s.recordings.as_ref())?;
+            self.find_units(&subjects)?;
             let solver = s.solver.as_ref().unwrap_or(&self.curriculum.solver);
             self.stage = Some(Prepared {
                 loss: s.loss.clone().unwrap_or_else(|| self.curriculum.loss.clone()),
                 windows: Windows::of(&subjects, s.horizon_s),
-                engine: Engine::new(
-                    solver.settings_for(&self.coordinates.model(&self.state.at).force)?,
-                    solver.precision,
-                    solver.gradient_choice()?,
-                ),
+                engine: self.engine(solver)?,
                 settings: s.clone(),
             });
         }
@@ -399,6 +489,7 @@ impl Trainer {
             gradient_norm: 0.0,
             mass_kg: physical.mass_kg,
             deformation: physical.deformation,
+            effects: self.coordinates.extension_values(&self.state.at),
             r2_held_out: None,
             seconds: begun.elapsed().as_secs_f64(),
         };
@@ -421,14 +512,14 @@ impl Trainer {
         mut result: StageResult,
         mut subjects: Vec<Subject>,
     ) -> Result<(), TrainingError> {
-        let solver = &self.curriculum.solver;
         let model = self.coordinates.model(&self.state.at);
-        let mut engine = Engine::new(solver.settings_for(&model.force)?, solver.precision, None);
+        let values = self.coordinates.extension_values(&self.state.at);
+        let mut engine = self.scoring_engine(&model)?;
         // Pressures alone say nothing of the force.
         let predicts = !matches!(self.curriculum.stages[self.state.stage], Stage::Gas(_));
         if predicts {
             update_masses(&mut subjects, &model, self.surfaces.as_ref())?;
-            result.r2_train = engine.mean_r2(&model, &subjects)?;
+            result.r2_train = engine.mean_r2(&model, &values, &subjects)?;
             result.r2_held_out = self.score_held_out()?;
         }
         self.state.results.push(result);
@@ -438,13 +529,35 @@ impl Trainer {
 
     /// Mean R² over the held-out recordings with the coordinates as they are.
     fn score_held_out(&mut self) -> Result<[Option<f64>; 4], TrainingError> {
-        let solver = &self.curriculum.solver;
         let model = self.coordinates.model(&self.state.at);
-        let engine = Engine::new(solver.settings_for(&model.force)?, solver.precision, None);
+        let values = self.coordinates.extension_values(&self.state.at);
+        let engine = self.scoring_engine(&model)?;
         let engine = self.scoring.get_or_insert(engine);
         update_masses(&mut self.held_out, &model, self.surfaces.as_ref())?;
-        Ok(engine.mean_r2(&model, &self.held_out)?)
+        engine.mean_r2(&model, &values, &self.held_out)
     }
+
+    /// What scores, by the curriculum's solver.
+    fn scoring_engine(&self, model: &NetworkJoint) -> Result<Engine, TrainingError> {
+        let solver = &self.curriculum.solver;
+        Ok(match &self.extension {
+            Some(extension) => Engine::extended(Arc::clone(extension), solver.precision),
+            None => Engine::new(solver.settings_for(&model.force)?, solver.precision, None),
+        })
+    }
+}
+
+/// Coordinates of an extension's numbers, in units of one where none are given.
+fn extension_coordinates(
+    extension: Option<&dyn Extension>,
+    units: &[f64],
+) -> Vec<ExtensionCoordinate> {
+    let parameters = extension.map_or(Vec::new(), Extension::parameters);
+    let of = |(k, p)| ExtensionCoordinate {
+        unit: units.get(k).copied().unwrap_or(1.0),
+        ..ExtensionCoordinate::of(p)
+    };
+    parameters.iter().enumerate().map(of).collect()
 }
 
 /// The recordings of a selection.
@@ -480,8 +593,17 @@ fn subject(
 }
 
 /// The model that a curriculum starts from, and whether it is trained.
-fn start_model(curriculum: &Curriculum, seed: u64) -> Result<(NetworkJoint, bool), TrainingError> {
+fn start_model(
+    curriculum: &Curriculum,
+    extended: bool,
+    seed: u64,
+) -> Result<(NetworkJoint, bool), TrainingError> {
     let settings = &curriculum.model;
+    if !(extended || settings.effects.is_empty()) {
+        return Err(TrainingError::Curriculum(
+            "model.effects: this command trains no effects; `pam train` does".into(),
+        ));
+    }
     match &settings.start {
         StartModel::Random => {
             let activation = Activation::from_name(&settings.activation)?;
@@ -491,10 +613,10 @@ fn start_model(curriculum: &Curriculum, seed: u64) -> Result<(NetworkJoint, bool
         }
         StartModel::File(path) => {
             let saved = load_model(path)?;
-            if !saved.info.effects.is_empty() {
+            if !(extended || saved.info.effects.is_empty()) {
                 return Err(TrainingError::Curriculum(format!(
-                    "{} is extended by effects, which training does not move; `pam convert --plain` makes a \
-                     plain model of it",
+                    "{} is extended by effects, which this command does not train; `pam train` does, and \
+                     `pam convert --plain` makes a plain model of it",
                     path.display()
                 )));
             }

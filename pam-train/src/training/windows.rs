@@ -11,6 +11,8 @@ pub struct Windows {
     pub subjects: Vec<Subject>,
     /// Of each window the one that follows it in the same recording.
     pub next: Vec<Option<usize>>,
+    /// Of each window the time since its recording began, s.
+    pub since_s: Vec<f64>,
     /// Of each window the variances of the channels over its recording.
     pub variance: Vec<[f64; 4]>,
 }
@@ -20,7 +22,12 @@ impl Windows {
     /// samples is left out.
     #[must_use]
     pub fn of(subjects: &[Subject], horizon_s: Option<f64>) -> Self {
-        let mut windows = Self { subjects: Vec::new(), next: Vec::new(), variance: Vec::new() };
+        let mut windows = Self {
+            subjects: Vec::new(),
+            next: Vec::new(),
+            since_s: Vec::new(),
+            variance: Vec::new(),
+        };
         for s in subjects {
             // A channel that does not vary has no gap that could be weighed.
             let variance =
@@ -35,6 +42,8 @@ impl Windows {
                 let index = windows.subjects.len();
                 windows.subjects.push(Subject { recording, ..s.clone_without_samples() });
                 windows.next.push((k + 2 < cuts.len()).then_some(index + 1));
+                let time_s = &s.recording.time_s;
+                windows.since_s.push(time_s[pair[0]] - time_s[0]);
                 windows.variance.push(variance);
             }
         }

@@ -1,7 +1,7 @@
 //! Mass and force from accelerations.
 
 use super::own_acceleration::{mass_correction_kg, own_accelerations};
-use crate::coordinates::{Coordinates, Frozen, NetworkJoint, PHYSICAL};
+use crate::coordinates::{Coordinates, Frozen, NetworkJoint};
 use crate::evaluation::Subject;
 use crate::optimiser::{Adam, AdamSettings};
 use pam_autodiff::batch::BatchNetwork;
@@ -109,7 +109,7 @@ impl DerivativeMatching {
         let held = coordinates.with_frozen(Frozen { mass: true, ..coordinates.frozen() });
         // Only the mass changes: the network stays as it is, to the bit.
         let mut at = joint.at;
-        let mass = at.len() - PHYSICAL;
+        let mass = coordinates.weights_len();
         at[mass] = coordinates.of(&model)[mass];
         Self { rate: RATE_SHARE * again.rate, ..again }.regress(
             &held,

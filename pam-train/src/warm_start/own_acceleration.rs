@@ -46,6 +46,7 @@ pub fn own_accelerations(
         mass: true,
         gas_coefficient: true,
         deformation: true,
+        effects: true,
     });
     undamped.set_auxiliary_damping(0.0);
     let targets = points.iter().map(still).collect();

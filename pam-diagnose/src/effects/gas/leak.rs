@@ -25,6 +25,10 @@ impl Effect for Leak {
         &INFO
     }
 
+    fn remembers(&self) -> bool {
+        true
+    }
+
     fn starts(&self, _evidence: &Evidence) -> Vec<Vec<f64>> {
         vec![vec![0.0, 0.0]]
     }

@@ -22,6 +22,10 @@ impl Effect for Backlash {
         &INFO
     }
 
+    fn remembers(&self) -> bool {
+        true
+    }
+
     fn starts(&self, evidence: &Evidence) -> Vec<Vec<f64>> {
         [0.02, 0.1, 0.4].map(|share| vec![share * evidence.travel_mm]).to_vec()
     }
