@@ -285,7 +285,7 @@ fn what_is_wrong_is_said() {
         assert!(!output.status.success(), "{curriculum} {more:?}");
         assert!(message.contains(expected), "{curriculum} {more:?}: {message}");
     };
-    fails("recomended", &[], "recommended, paper, horizons, shooting");
+    fails("recomended", &[], "recommended, paper, horizons, shooting, joint");
     fails("recommended", &["--set", "rates=1"], "unknown field `rates`");
     fails("recommended", &["--set", "data.train=[\"9999\"]"], "selects none");
     fails("recommended", &["--resume"], "no run was begun");
@@ -301,7 +301,7 @@ fn what_is_wrong_is_said() {
 #[test]
 fn every_curriculum_can_be_printed_and_read_back() {
     let folder = tempfile::tempdir().unwrap();
-    for name in ["recommended", "paper", "horizons", "shooting"] {
+    for name in ["recommended", "paper", "horizons", "shooting", "joint"] {
         let printed = stdout_of(PAM, &["train", name, "--print"]);
         let file = folder.path().join(format!("{name}.toml"));
         std::fs::write(&file, &printed).unwrap();

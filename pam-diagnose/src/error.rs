@@ -14,6 +14,9 @@ pub enum DiagnoseError {
         /// What is wrong and what to do.
         message: String,
     },
+    /// The model's force is not of the kind that is needed.
+    #[error("{0}")]
+    Force(String),
     /// There is too little data.
     #[error("{0}")]
     TooLittle(String),

@@ -32,13 +32,14 @@
 //! 1. [`effects`]: the vocabulary, one file an effect, and the hooks through which an effect acts.
 //! 2. [`simulation`]: a recording made ready, the table of the base model's force, one march over any scalar.
 //! 3. [`extended`]: the model with effects: prediction, files, refit.
-//! 4. [`fit`]: residuals, sensitivities, normal equations, Levenberg–Marquardt, intervals.
-//! 5. [`residual`]: what is wrong, before any name: dependence, spectrum, timing, sentences.
-//! 6. [`search`]: noise floors, starting values, candidates, sets, the flexible reference.
-//! 7. [`diagnosis`]: [`diagnose`], from recordings to verdict, causes and gain; `diagnosis.json`.
-//! 8. [`design`]: the experiment that would tell confusable causes apart.
-//! 9. [`report`]: the same as a page to read.
-//! 10. [`field`]: the same idea for a vector field of any other system.
+//! 4. [`training`]: the gradient by weights and effects together, for the trainer.
+//! 5. [`fit`]: residuals, sensitivities, normal equations, Levenberg–Marquardt, intervals.
+//! 6. [`residual`]: what is wrong, before any name: dependence, spectrum, timing, sentences.
+//! 7. [`search`]: noise floors, starting values, candidates, sets, the flexible reference.
+//! 8. [`diagnosis`]: [`diagnose`], from recordings to verdict, causes and gain; `diagnosis.json`.
+//! 9. [`design`]: the experiment that would tell confusable causes apart.
+//! 10. [`report`]: the same as a page to read.
+//! 11. [`field`]: the same idea for a vector field of any other system.
 //!
 //! # Example
 //!
@@ -106,7 +107,9 @@ pub mod report;
 pub mod residual;
 pub mod search;
 pub mod simulation;
+pub mod training;
 
 pub use diagnosis::{Diagnosis, Options, Sets, Stage, Verdict, diagnose};
 pub use error::DiagnoseError;
 pub use extended::{Active, Extended, Plain};
+pub use training::EffectExtension;

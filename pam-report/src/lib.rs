@@ -28,4 +28,6 @@ pub use gradient::{GradientBlock, GradientReport, gradient_report};
 pub use parameters::parameter_table;
 pub use recordings::{RecordedRun, recordings_report};
 pub use simulation::simulation_report;
-pub use training::{EpochRow, ParameterRow, StageRow, TrainingReport, training_report};
+pub use training::{
+    EpochRow, ParameterRow, StageRow, TrainingReport, effect_courses, training_report,
+};

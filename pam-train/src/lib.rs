@@ -53,3 +53,4 @@ pub use regulariser::{AnyRegulariser, Regulariser};
 pub use schedule::{EarlyStop, Rate, Schedule};
 pub use segments::{Segment, frequency_segments};
 pub use settings::SettingsError;
+pub use training::TrainingError;

@@ -58,7 +58,8 @@ pub fn r2(measured: &[f64], predicted: &[f64]) -> f64 {
 }
 
 /// Mean squared distance from the mean; 0 if there are no values.
-pub(crate) fn variance(values: &[f64]) -> f64 {
+#[must_use]
+pub fn variance(values: &[f64]) -> f64 {
     let share = 1.0 / values.len().max(1) as f64;
     let mean = share * values.iter().sum::<f64>();
     share * values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>()

@@ -49,6 +49,24 @@ impl<T: Element> Var<T> {
         self.value
     }
 
+    /// A number that was computed elsewhere, with its derivatives by others.
+    ///
+    /// ```
+    /// use pam_autodiff::{Tape, Var};
+    /// let mut tape = Tape::<f64>::new();
+    /// let (x, y) = (tape.variable(3.0), tape.variable(4.0));
+    /// let length = tape.record(|| Var::computed(5.0, [(x, 0.6), (y, 0.8)]));
+    /// assert_eq!((length.value(), tape.reverse([(length, 1.0)]).of(y)), (5.0, 0.8));
+    /// ```
+    ///
+    /// # Panics
+    /// If an argument's tape is not recording.
+    #[inline]
+    pub fn computed<const N: usize>(value: T, by: [(Self, T); N]) -> Self {
+        let start = Self::constant_of(value);
+        by.into_iter().fold(start, |sum, (var, slope)| sum.chain2(var, value, T::one(), slope))
+    }
+
     /// Whether nothing that was recorded led to this number.
     #[inline]
     pub fn is_constant(self) -> bool {

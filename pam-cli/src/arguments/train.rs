@@ -7,7 +7,7 @@ use std::path::PathBuf;
 /// Arguments of `pam train`.
 #[derive(Debug, Args)]
 pub struct TrainArguments {
-    /// A curriculum: recommended, paper, horizons or shooting, or a TOML file
+    /// A curriculum: recommended, paper, horizons, shooting or joint, or a TOML file
     #[arg(default_value = "recommended", value_name = "NAME|FILE")]
     pub curriculum: String,
     /// Recordings, or folders of them; the curriculum says which are trained on and which held out
@@ -16,6 +16,11 @@ pub struct TrainArguments {
     /// Folder of the run
     #[arg(long, required_unless_present = "print", value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// The model file to start from in place of the curriculum's. Its effects, if it is an extended model, are
+    /// trained along with the network; --set coordinates.frozen.network=true trains them alone,
+    /// --set coordinates.frozen.effects=true leaves them as they are
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    pub start: Option<PathBuf>,
     /// Override a value of the curriculum: rate=3e-4, stage.2.epochs=50 (stages count from zero). Can be
     /// repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]

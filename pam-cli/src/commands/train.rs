@@ -7,9 +7,10 @@ use crate::error::CliError;
 use crate::run_record::{self, made_by, write_json};
 use pam_data::atomic::write_atomic;
 use pam_data::collect_paths;
+use pam_diagnose::EffectExtension;
 use pam_report::page::number;
 use pam_report::training::{EpochRow, ParameterRow, StageRow};
-use pam_report::{TrainingReport, force_curves, training_report};
+use pam_report::{TrainingReport, effect_courses, force_curves, training_report};
 use pam_train::curriculum::{Curriculum, Stage};
 use pam_train::identification::{DeformationEstimate, Identification, MassEstimate};
 use pam_train::training::{
@@ -49,13 +50,20 @@ pub fn run(
     let recordings = arguments.reading.recordings(&paths, &|| bar.inc(1))?;
     bar.finish_and_clear();
     let surfaces = arguments.reading.load_surfaces()?;
-    let mut trainer = Trainer::new(curriculum, recordings, surfaces, global.seed)?;
+    let effects = EffectExtension::of_curriculum(&curriculum)?;
+    let mut trainer = Trainer::extended(curriculum, recordings, surfaces, effects, global.seed)?;
     console.text(format!(
         "{}: {} recordings to train on, {} held out.",
         trainer.curriculum().name,
         trainer.trained_on().len(),
         trainer.held_out_len()
     ));
+    let effects = trainer.effect_values();
+    if !effects.is_empty() {
+        let from: Vec<String> =
+            effects.iter().map(|(name, v)| format!("{name} = {}", number(*v, 4))).collect();
+        console.text(format!("Effects: {}.", from.join(", ")));
+    }
 
     let settings = RunSettings {
         checkpoint_every: Duration::from_secs_f64(arguments.checkpoint_s),
@@ -94,7 +102,12 @@ fn curriculum(arguments: &TrainArguments, folder: &RunFolder) -> Result<Curricul
 /// What is changed in the curriculum, the method first.
 fn overrides(arguments: &TrainArguments) -> Vec<String> {
     let method = arguments.method.iter().map(|name| format!("solver.method={name}"));
-    method.chain(arguments.overrides.iter().cloned()).collect()
+    // A path is text, whatever is in it.
+    let start = arguments.start.iter().map(|path| {
+        let quoted = serde_json::Value::String(path.display().to_string());
+        format!("model.start={{ file = {quoted} }}")
+    });
+    method.chain(start).chain(arguments.overrides.iter().cloned()).collect()
 }
 
 fn train(
@@ -161,7 +174,10 @@ fn finish(
     console: &Console,
 ) -> Result<ExitCode, CliError> {
     let p = trainer.model().physical();
-    let found = if trained.finished { Some(trainer.identify()?) } else { None };
+    // The regressions behind standard errors know no effects.
+    let effects = trainer.effects();
+    let found =
+        if trained.finished && effects.is_empty() { Some(trainer.identify()?) } else { None };
     let rows = parameter_rows(trainer, found.as_ref());
     let value = json!({
         "finished": trained.finished,
@@ -173,6 +189,7 @@ fn finish(
             "gas_coefficient_kpa_mm3_per_g": p.gas_coefficient,
             "deformation": p.deformation,
         },
+        "effects": effects,
         "identification": found.as_ref().map(|found| json!({
             "mass": found.mass,
             "mass_doubt": found.mass.doubt(),
@@ -225,9 +242,14 @@ fn parameter_rows(trainer: &Trainer, found: Option<&Identification>) -> Vec<Para
     let fixed = |is: bool| is.then(|| "fixed".to_owned());
     let mass = found.map(|f| &f.mass).filter(|_| !frozen.mass);
     let deformation = found.map(|f| &f.deformation).filter(|_| !frozen.deformation);
+    let effects = trainer.effect_values().into_iter().map(|(name, value)| {
+        let (effect, parameter) = name.split_once('.').unwrap_or(("", &name));
+        let note = fixed(frozen.effects);
+        row(&format!("{} {parameter}", effect.replace('_', " ")), "in its name", value, None, note)
+    });
     let gas =
         "not identified: pressures show its product with the masses, which come from the same law";
-    vec![
+    let mut rows = vec![
         row(
             "reflected mass m",
             "kg",
@@ -243,7 +265,9 @@ fn parameter_rows(trainer: &Trainer, found: Option<&Identification>) -> Vec<Para
             deformation.and_then(|d| d.standard_error),
             fixed(frozen.deformation).or(deformation.and_then(DeformationEstimate::doubt)),
         ),
-    ]
+    ];
+    rows.extend(effects);
+    rows
 }
 
 /// The report of a run.
@@ -284,5 +308,18 @@ fn report(trainer: &Trainer, trained: &TrainedRun, parameters: Vec<ParameterRow>
         events: trained.events.clone(),
         parameters,
     };
-    training_report(&report, &[("Learned force", force_curves(&model))])
+    let courses: Vec<(String, Vec<(f64, f64)>)> = trainer
+        .effect_values()
+        .into_iter()
+        .enumerate()
+        .map(|(k, (name, _))| {
+            let course = trained.rows.iter().map(|row| (row.total_epoch as f64, row.effects[k]));
+            (name, course.collect())
+        })
+        .collect();
+    let mut sections = vec![("Learned force", force_curves(&model))];
+    if !courses.is_empty() {
+        sections.insert(0, ("Effects", effect_courses(&courses)));
+    }
+    training_report(&report, &sections)
 }

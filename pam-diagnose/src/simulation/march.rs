@@ -212,7 +212,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> March<'a, S, F> {
     fn acceleration(&self, air: &F::Sealed<'_>, stage: Stage<S>) -> S {
         let Stage { x, v, driving_mn, time_s, since_step_s } = stage;
         let restoring = air.restoring_mn(x, v);
-        let mut force = driving_mn - restoring - v.scaled(self.base.damping_kg_s);
+        let mut force = driving_mn - restoring - v * self.base.damping_kg_s;
         if !self.parts.is_empty() {
             let at = Point {
                 time_s,

@@ -17,7 +17,7 @@ pub struct Base<S> {
     /// Gas coefficient C, kPa·mm³/g.
     pub gas_coefficient: S,
     /// Auxiliary damping B, kg/s.
-    pub damping_kg_s: f64,
+    pub damping_kg_s: S,
     /// Nominal size.
     pub geometry: MuscleGeometry,
 }
@@ -104,7 +104,7 @@ pub fn simulate<S: EffectScalar>(
         mass_kg: nuisances.log_mass.exp().scaled(base.mass_kg),
         deformation: nuisances.log_deformation.exp().scaled(base.deformation),
         gas_coefficient: S::constant(base.gas_coefficient),
-        damping_kg_s: base.damping_kg_s,
+        damping_kg_s: S::constant(base.damping_kg_s),
         geometry: base.geometry,
     };
     let measured = Measured::of(trial);

@@ -3,6 +3,7 @@
 
 mod complex;
 mod joint;
+mod joint_training;
 
 mod base;
 mod biases;
@@ -17,3 +18,4 @@ mod published;
 mod sensing;
 mod sensitivities;
 mod threads;
+mod training;

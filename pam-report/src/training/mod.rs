@@ -1,6 +1,9 @@
 //! The report of a training run.
 
 mod curves;
+mod effects;
+
+pub use effects::effect_courses;
 
 use crate::page::{card, number, page};
 use maud::{Markup, html};

@@ -4,16 +4,18 @@ use super::{Curriculum, CurriculumError, SelectionSet, Stage};
 use crate::curriculum::Selection;
 use pam_core::Activation;
 
-const TEXTS: [(&str, &str); 4] = [
+const TEXTS: [(&str, &str); 5] = [
     ("recommended", include_str!("../../recipes/recommended.toml")),
     ("paper", include_str!("../../recipes/paper.toml")),
     ("horizons", include_str!("../../recipes/horizons.toml")),
     ("shooting", include_str!("../../recipes/shooting.toml")),
+    ("joint", include_str!("../../recipes/joint.toml")),
 ];
 
 impl Curriculum {
     /// Names of the curricula that come with the crate.
-    pub const BUILT_IN: [&'static str; 4] = [TEXTS[0].0, TEXTS[1].0, TEXTS[2].0, TEXTS[3].0];
+    pub const BUILT_IN: [&'static str; 5] =
+        [TEXTS[0].0, TEXTS[1].0, TEXTS[2].0, TEXTS[3].0, TEXTS[4].0];
 
     /// The TOML text of a curriculum that comes with the crate.
     #[must_use]

@@ -37,7 +37,10 @@ impl Windows {
                 let recording = if cuts.len() == 2 {
                     s.recording.clone()
                 } else {
-                    s.recording.slice(pair[0]..pair[1] + 1)
+                    // The valves stay closed: what was sealed in is that of the recording.
+                    let mut window = s.recording.slice(pair[0]..pair[1] + 1);
+                    window.sealed = Some(s.recording.reading_at_rest());
+                    window
                 };
                 let index = windows.subjects.len();
                 windows.subjects.push(Subject { recording, ..s.clone_without_samples() });
