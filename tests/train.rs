@@ -298,6 +298,50 @@ fn what_is_wrong_is_said() {
     fails(&short, &["--resume", "--seed", "7"], "begun with --seed 1");
 }
 
+/// Effects are listed in a curriculum or stand in the model that is started from; they are trained along, saved,
+/// and read by other commands.
+#[test]
+fn effects_are_trained_along_and_saved() {
+    let folder = tempfile::tempdir().unwrap();
+    let [first, second] = ["first", "second"].map(|n| folder.path().join(n));
+    let start = Path::new(env!("CARGO_MANIFEST_DIR")).join("../pam-cli/models/default.safetensors");
+    let short = ["--set", "stage.0.epochs=4", "--start"];
+    let listed =
+        "model.effects=[{ effect = \"viscous_damping\", values = { coefficient_ns_m = 0.0 } }]";
+    let with = |effects: &str| [&short[..], &[text(&start), "--set", effects]].concat();
+    let json = trained("joint", &first, &with(listed));
+    let value = |json: &Value| {
+        assert_eq!(json["effects"][0]["effect"], "viscous_damping");
+        json["effects"][0]["values"]["coefficient_ns_m"].as_f64().unwrap()
+    };
+    let damping = value(&json);
+    assert!(damping != 0.0);
+    let saved = first.join("model.safetensors");
+    assert!(stdout_of(PAM, &["inspect", text(&saved)]).contains("viscous_damping"));
+    let metrics = std::fs::read_to_string(first.join("metrics.csv")).unwrap();
+    assert!(metrics.lines().next().unwrap().ends_with(",viscous_damping.coefficient_ns_m"));
+    let report = std::fs::read_to_string(first.join("report.html")).unwrap();
+    assert!(report.contains("viscous_damping.coefficient_ns_m"));
+    // On from that model: its effect comes along.
+    let frozen = ["--set", "coordinates.frozen.effects=true"];
+    let more = [&short[..], &[text(&saved)], &frozen[..]].concat();
+    assert!((value(&trained("joint", &second, &more)) / damping - 1.0).abs() < 1e-12);
+    let fails = |effects: &str, expected: &str| {
+        let output = train("joint", &folder.path().join("none"), &with(effects));
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && message.contains(expected), "{effects}: {message}");
+    };
+    fails("model.effects=[{ effect = \"rust\", values = {} }]", "`rust`: there is no such effect");
+    fails(
+        "model.effects=[{ effect = \"coulomb_friction\", values = {} }]",
+        "`coulomb_friction`: `force_n` is missing",
+    );
+    fails(
+        "model.effects=[{ effect = \"coulomb_friction\", values = { force_n = -3.0 } }]",
+        "`force_n` is -3; it may be 0 to 1000",
+    );
+}
+
 #[test]
 fn every_curriculum_can_be_printed_and_read_back() {
     let folder = tempfile::tempdir().unwrap();

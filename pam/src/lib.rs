@@ -80,7 +80,9 @@ pub mod prelude {
         models::save_model, open_recordings, resolve_masses,
     };
     pub use pam_diagnose::effects::{AnyEffect, Effect, EffectInfo, ParameterInfo, by_id};
-    pub use pam_diagnose::{Active, Diagnosis, Extended, Options, Sets, Verdict, diagnose};
+    pub use pam_diagnose::{
+        Active, Diagnosis, EffectExtension, Extended, Options, Sets, Verdict, diagnose,
+    };
     pub use pam_report::{LineFigure, Role};
     pub use pam_rig::{Conditions, Protocol, RigParameters, Session};
     pub use pam_solvers::sensitivity::{DiscreteAdjoint, GradientMethod, Problem};

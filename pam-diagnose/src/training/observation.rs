@@ -49,12 +49,10 @@ pub(super) fn at_samples(
 }
 
 /// The derivatives by the channels, and by the values of the effects (added to `by_values`), from those by the
-/// predictions at the samples.
+/// predictions at the samples. `effects` come with their values.
 pub(super) fn pull_back(
-    course: &Course,
-    time_s: &[f64],
-    effects: &[&'static dyn AnyEffect],
-    values: &[f64],
+    (course, time_s): (&Course, &[f64]),
+    (effects, values): (&[&'static dyn AnyEffect], &[f64]),
     channels: &Channels<f64>,
     by_samples: &[[f64; 4]],
     tape: &mut Tape,

@@ -88,8 +88,7 @@ impl<T: Float> Workspace<T> {
         out: &mut Vec<[f64; 4]>,
     ) -> Result<(), Diverged> {
         let base = Base::of(at.model);
-        let plain: Vec<&dyn AnyEffect> = at.effects.iter().map(|e| *e as &dyn AnyEffect).collect();
-        let parts = Parts::new(&plain, at.values);
+        let parts = Parts::new(at.effects, at.values);
         let asked = Asked::new(&at.model.force, std::mem::take(&mut self.asked));
         let measured = measured_from(course, start);
         let marched = {
@@ -148,10 +147,8 @@ impl<T: Float> Workspace<T> {
         let mut gradient =
             WindowGradient { values: vec![0.0; at.values.len()], ..WindowGradient::default() };
         let by_channels = pull_back(
-            course,
-            time_s,
-            at.effects,
-            at.values,
+            (course, time_s),
+            (at.effects, at.values),
             &self.channels,
             by_samples,
             &mut self.tape,
@@ -179,8 +176,7 @@ impl<T: Float> Workspace<T> {
             damping_kg_s: numbers[3],
             geometry: at.model.geometry,
         };
-        let plain: Vec<&dyn AnyEffect> = at.effects.iter().map(|e| *e as &dyn AnyEffect).collect();
-        let parts = Parts::new(&plain, &p);
+        let parts = Parts::new(at.effects, &p);
         let replayed = Replayed::default();
         let measured = measured_from(course, [begin[0], begin[1], begin[2], begin[3]]);
         let nuisances = Nuisances { log_air: [log_air[0], log_air[1]], ..Nuisances::none() };

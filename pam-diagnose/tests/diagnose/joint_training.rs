@@ -108,7 +108,7 @@ fn weights_and_friction_are_found_together() {
     let start = perturbed(&extended(&[("coulomb_friction", vec![5.0])]), 0.03);
     let file = folder.path().join("start.safetensors");
     safetensors_file::write(&file, &start.to_saved()).expect("written");
-    let long = ["stage.0.epochs=120", "rate=3e-4"];
+    let long = ["stage.0.epochs=60", "rate=3e-4"];
     let with = |name: &str, more: &[&str]| {
         trained(&file, &data, &folder.path().join(name), &[&long, more].concat())
     };
@@ -178,6 +178,30 @@ fn a_run_that_goes_on_ends_with_the_same_bits() {
         .collect();
     assert_eq!(last.len(), 2);
     assert!((last[0] / 4.0 - 1.0).abs() < 0.5 && last[0] != 4.0, "{last:?}");
+}
+
+/// Windows with trained starts, and batches of windows, train both as well.
+#[test]
+fn windows_and_shooting_train_both() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let plant = extended(&[("viscous_damping", vec![900.0])]);
+    let data = recordings(&plant, &[[30.0, 60.0], [45.0, 45.0]]);
+    let file = folder.path().join("start.safetensors");
+    let start = extended(&[("viscous_damping", vec![0.0])]);
+    safetensors_file::write(&file, &start.to_saved()).expect("written");
+    for kind in ["shooting={}", "batch=5"] {
+        let kind = format!("stage.0.{kind}");
+        let more = ["stage.0.epochs=12", "rate=3e-4", "stage.0.horizon_s=1.0", &kind];
+        let mut trainer = trainer(&file, &data, &more);
+        let mut losses = Vec::new();
+        while let Some(row) = trainer.advance().expect("an epoch") {
+            losses.push(row.loss);
+        }
+        let [(_, damping)] = &trainer.effect_values()[..] else { panic!("one parameter") };
+        println!("{kind}: {damping} N s/m, {losses:?}");
+        assert!(losses[11] < 0.3 * losses[0], "{kind}: {losses:?}");
+        assert!((300.0..1500.0).contains(damping), "{kind}: {damping}");
+    }
 }
 
 /// What cannot be trained is refused with the reason.

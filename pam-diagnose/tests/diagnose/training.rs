@@ -76,7 +76,7 @@ fn the_gradient_is_that_of_the_loss_for_every_effect() {
             let miss = (exact - by_difference).abs() / size;
             println!("{id} {what}: {exact:e} {by_difference:e} ({miss:.1e})");
             worst = worst.max(miss);
-            assert!(miss < 2e-5, "{id} {what}: {exact:e}, by difference {by_difference:e}");
+            assert!(miss < 1e-6, "{id} {what}: {exact:e}, by difference {by_difference:e}");
         };
         let parameters = by_id(id).expect("an id").info().parameters;
         for (k, info) in parameters.iter().enumerate() {
@@ -145,7 +145,7 @@ fn the_march_with_the_network_is_that_of_predictions() {
     };
     model.value_and_gradient(std::slice::from_ref(&subject), &compare).expect("a network");
     let [x, v, pf, pe] = worst;
-    assert!(x < 3e-3 && v < 0.05 && pf < 0.1 && pe < 0.1, "{worst:?}");
+    assert!(x < 5e-3 && v < 0.15 && pf < 0.1 && pe < 0.1, "{worst:?}");
 }
 
 /// The same bits on one thread and on three.

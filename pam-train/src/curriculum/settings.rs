@@ -136,7 +136,7 @@ impl Default for CoordinateSettings {
             scaled: true,
             physical: PhysicalForm::Logarithm,
             frozen: Frozen { gas_coefficient: true, ..Frozen::default() },
-            effect_rate: 10.0,
+            effect_rate: 100.0,
         }
     }
 }

@@ -79,31 +79,29 @@ impl Engine {
         request: &ExtendedRequest<'_>,
         loss: &IndexedLoss<'_>,
     ) -> Result<JointGradient, TrainingError> {
-        let ExtendedRequest { model, windows, part, starts, .. } = *request;
-        if let Self::Extended(e) = self {
-            if e.gradient.is_none() {
-                e.gradient = Some(e.extension.engine(windows, e.precision)?);
-            }
-            let gradient = e.gradient.as_mut().expect("just made");
-            return Ok(gradient.value_and_gradient(request, loss, true));
-        }
-        let picked: Vec<Subject>;
-        let subjects: &[Subject] = if part.len() == windows.subjects.len() {
-            &windows.subjects
-        } else {
-            picked = part.iter().map(|&i| windows.subjects[i].clone()).collect();
-            &picked
-        };
+        let ExtendedRequest { model, starts, .. } = *request;
+        let mut picked = Vec::new();
+        let subjects = &mut picked;
         Ok(match self {
-            Self::Extended(_) => unreachable!("done above"),
-            Self::F32(g) => g.value_and_gradient_from(model, subjects, starts, loss)?,
-            Self::F64(g) => g.value_and_gradient_from(model, subjects, starts, loss)?,
+            Self::Extended(e) => {
+                if e.gradient.is_none() {
+                    e.gradient = Some(e.extension.engine(request.windows, e.precision)?);
+                }
+                let gradient = e.gradient.as_mut().expect("just made");
+                gradient.value_and_gradient(request, loss, true)
+            }
+            Self::F32(g) => {
+                g.value_and_gradient_from(model, asked_for(request, subjects), starts, loss)?
+            }
+            Self::F64(g) => {
+                g.value_and_gradient_from(model, asked_for(request, subjects), starts, loss)?
+            }
             Self::General(g) => {
                 let silent: (&dyn Fn(usize), &(dyn Fn() + Sync)) = (&|_| {}, &|| {});
                 let mut found = general::value_and_gradient_from(
                     g.choice,
                     model,
-                    (subjects, starts),
+                    (asked_for(request, subjects), starts),
                     &g.settings,
                     loss,
                     silent,
@@ -179,6 +177,16 @@ impl Engine {
         }
         Ok(std::array::from_fn(|c| (counts[c] > 0.0).then(|| sums[c] / counts[c])))
     }
+}
+
+/// The windows that are asked for; copied only where they are not all.
+fn asked_for<'a>(request: &ExtendedRequest<'a>, picked: &'a mut Vec<Subject>) -> &'a [Subject] {
+    let all = &request.windows.subjects;
+    if request.part.len() == all.len() {
+        return all;
+    }
+    picked.extend(request.part.iter().map(|&i| all[i].clone()));
+    picked
 }
 
 /// Recordings that are scored at a time.

@@ -1,0 +1,59 @@
+//! Weights and effects trained together: a network that was fitted before the joint wore, and recordings of the
+//! worn joint.
+
+use pam_data::{MassOrigin, Recording, load_model};
+use pam_diagnose::effects::by_id;
+use pam_diagnose::{Active, EffectExtension, Extended};
+use pam_train::curriculum::Curriculum;
+use pam_train::training::Trainer;
+use pam_train::{AnyLoss, Predictor, SolverSettings, Subject};
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::sync::Arc;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../pam-cli/models/default.safetensors");
+    let model = Extended::from_saved(load_model(&file)?)?;
+    let masses = model.joint.gas_law_masses(0.0, [412.0, 412.0]); // kPa absolute, sealed at x = 0
+    let friction = by_id("coulomb_friction").expect("an effect of the vocabulary");
+
+    // The worn joint: the model with 18 N of dry friction.
+    let worn = model.with([Active { effect: friction, values: vec![18.0] }]);
+    let mut data = Vec::new();
+    for (hz, newton) in [(0.5, 120.0), (1.0, 160.0)] {
+        let time_s: Vec<f64> = (0..2000).map(|k| 2e-3 * f64::from(k)).collect();
+        let command = Recording {
+            displacement_mm: vec![0.0; time_s.len()],
+            velocity_mm_s: vec![0.0; time_s.len()],
+            pressure_flexor_kpa: vec![412.0; time_s.len()],
+            pressure_extensor_kpa: vec![412.0; time_s.len()],
+            force_mn: time_s.iter().map(|t| 1e3 * newton * (TAU * hz * t).sin()).collect(),
+            time_s,
+            ..Recording::empty("worn".as_ref())
+        };
+        let run = worn.predict(&command, masses, &SolverSettings::default())?;
+        data.push(run.to_recording(&command, masses));
+    }
+
+    // The gradient by everything at once, where the friction is thought to be 5 N.
+    let believed = vec![Active { effect: friction, values: vec![5.0] }];
+    let subjects: Vec<Subject> = data
+        .iter()
+        .map(|r| Subject { recording: r.clone(), masses, origin: MassOrigin::Given })
+        .collect();
+    let gradient =
+        model.with(believed.clone()).value_and_gradient(&subjects, &AnyLoss::default())?;
+    println!("dL/d force_n = {:.3}, {} weights", gradient.extension[0], gradient.force.len());
+    assert!(gradient.extension[0] < 0.0); // more friction, less loss
+
+    // Training them together.
+    let start = format!("model.start={{ file = {:?} }}", file.display().to_string());
+    let curriculum = Curriculum::open("joint", &[start, "stage.0.epochs=40".into()])?;
+    let extension = Arc::new(EffectExtension::new(believed)?);
+    let mut trainer = Trainer::extended(curriculum, data, None, Some(extension), 1)?;
+    while trainer.advance()?.is_some() {}
+    let force_n = trainer.effect_values()[0].1;
+    println!("friction {force_n:.2} N");
+    assert!((force_n - 18.0).abs() < 1.0);
+    Ok(())
+}
