@@ -308,7 +308,7 @@ fn effects_are_trained_along_and_saved() {
     let short = ["--set", "stage.0.epochs=4", "--start"];
     let listed =
         "model.effects=[{ effect = \"viscous_damping\", values = { coefficient_ns_m = 0.0 } }]";
-    let with = |effects: &str| [&short[..], &[text(&start), "--set", effects]].concat();
+    let with = |effects: &'static str| [&short[..], &[text(&start), "--set", effects]].concat();
     let json = trained("joint", &first, &with(listed));
     let value = |json: &Value| {
         assert_eq!(json["effects"][0]["effect"], "viscous_damping");
@@ -326,7 +326,7 @@ fn effects_are_trained_along_and_saved() {
     let frozen = ["--set", "coordinates.frozen.effects=true"];
     let more = [&short[..], &[text(&saved)], &frozen[..]].concat();
     assert!((value(&trained("joint", &second, &more)) / damping - 1.0).abs() < 1e-12);
-    let fails = |effects: &str, expected: &str| {
+    let fails = |effects: &'static str, expected: &str| {
         let output = train("joint", &folder.path().join("none"), &with(effects));
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success() && message.contains(expected), "{effects}: {message}");

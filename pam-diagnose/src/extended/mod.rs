@@ -1,8 +1,10 @@
 //! A hybrid model with effects as further parts.
 //!
 //! [`Extended`] is saved in the framework's model format (the effects stand in the metadata), loads from
-//! it, predicts recordings like any model ([`Predictor`]), and its effects are fitted with
-//! [`refit`](Extended::refit).
+//! it, predicts recordings like any model ([`Predictor`]), and has a gradient like any
+//! ([`value_and_gradient`](Extended::value_and_gradient)). Its effects alone are fitted with
+//! [`refit`](Extended::refit); network and effects are trained together by a trainer that knows them as an
+//! [extension](crate::training).
 
 mod plain;
 mod predict;

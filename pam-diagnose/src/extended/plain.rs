@@ -2,7 +2,7 @@ use super::Extended;
 use crate::effects::Absorbed;
 use pam_data::SavedModel;
 
-/// An extended model as a model without effects, for what knows none: stiffness maps, planning, training.
+/// An extended model as a model without effects, for what knows none: stiffness maps, planning.
 #[derive(Debug, Clone)]
 pub struct Plain {
     /// The model, with every effect that its own numbers can hold.

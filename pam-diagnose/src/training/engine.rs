@@ -156,12 +156,16 @@ impl<T: Float + std::fmt::Debug> ExtendedGradient for EffectGradient<T> {
         self.set_parameters(request.values);
         let network = BatchNetwork::<T>::new(model.force.mlp(), 0);
         let first_bias = network.fold(&[]);
+        let plain = BatchNetwork::<f64>::new(model.force.mlp(), 0);
+        let plain_bias = plain.fold(&[]);
         let weights_len = network.parameter_len();
         if self.slots.len() < part.len() {
             self.slots.resize_with(part.len(), Slot::default);
         }
         let at = At {
             model,
+            plain: &plain,
+            plain_bias: &plain_bias,
             network: &network,
             first_bias: &first_bias,
             effects: &self.effects,
@@ -175,7 +179,7 @@ impl<T: Float + std::fmt::Debug> ExtendedGradient for EffectGradient<T> {
             .with_max_len(1)
             .map(|(group, slots)| {
                 let kept = workspaces.lock().expect("no panic holds it").pop();
-                let mut work = kept.unwrap_or_else(|| Workspace::new(&network));
+                let mut work = kept.unwrap_or_else(|| Workspace::new(&network, &plain));
                 let mut by_weights = vec![0.0; if backward { weights_len } else { 0 }];
                 for (k, slot) in slots.iter_mut().enumerate() {
                     let k = group * size + k;

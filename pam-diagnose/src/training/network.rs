@@ -3,68 +3,88 @@
 use crate::effects::Restoring;
 use crate::simulation::march::BaseForce;
 use pam_autodiff::Var;
-use pam_core::{ForceInput, ForceModel, NetworkForce};
+use pam_autodiff::batch::{BatchNetwork, NetworkBlock};
 use std::cell::RefCell;
 
 /// A point at which the network was asked: `(m_f, m_e, x, ẋ)` in g, g, mm, mm/s.
 pub(super) type Call = [f64; 4];
 
-/// The network in plain numbers, which notes where it is asked.
+/// The network in plain numbers, which notes where it is asked and what it says.
 pub(super) struct Asked<'n> {
-    force: &'n NetworkForce<f64>,
-    inner: RefCell<AskedMemory>,
+    network: &'n BatchNetwork<f64>,
+    first_bias: &'n [f64],
+    inner: RefCell<&'n mut AskedMemory>,
 }
 
 /// What [`Asked`] writes to; kept from run to run.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct AskedMemory {
-    work: Vec<f64>,
+    block: NetworkBlock<f64>,
+    input: Vec<f64>,
+    output: Vec<f64>,
     pub(super) calls: Vec<Call>,
+    /// What the network said, mN.
+    pub(super) values: Vec<f64>,
+}
+
+impl AskedMemory {
+    pub(super) fn new(network: &BatchNetwork<f64>) -> Self {
+        Self {
+            block: network.block(1),
+            input: vec![0.0; network.input_stride()],
+            output: vec![0.0; network.output_stride()],
+            calls: Vec::new(),
+            values: Vec::new(),
+        }
+    }
 }
 
 impl<'n> Asked<'n> {
-    pub(super) fn new(force: &'n NetworkForce<f64>, mut memory: AskedMemory) -> Self {
-        memory.work.resize(force.work_len(), 0.0);
+    pub(super) fn new(
+        network: &'n BatchNetwork<f64>,
+        first_bias: &'n [f64],
+        memory: &'n mut AskedMemory,
+    ) -> Self {
         memory.calls.clear();
-        Self { force, inner: RefCell::new(memory) }
+        memory.values.clear();
+        Self { network, first_bias, inner: RefCell::new(memory) }
     }
 
     /// Number of calls up to now.
     pub(super) fn count(&self) -> usize {
         self.inner.borrow().calls.len()
     }
-
-    pub(super) fn into_memory(self) -> AskedMemory {
-        self.inner.into_inner()
-    }
 }
 
-impl BaseForce<f64> for Asked<'_> {
+impl<'n> BaseForce<f64> for Asked<'n> {
     type Sealed<'a>
-        = AskedWith<'a>
+        = AskedWith<'a, 'n>
     where
         Self: 'a;
 
-    fn sealed(&self, air_g: [f64; 2]) -> AskedWith<'_> {
-        AskedWith { force: self.force, inner: &self.inner, air_g }
+    fn sealed(&self, air_g: [f64; 2]) -> AskedWith<'_, 'n> {
+        AskedWith { asked: self, air_g }
     }
 }
 
 /// [`Asked`] with given air.
-pub(super) struct AskedWith<'a> {
-    force: &'a NetworkForce<f64>,
-    inner: &'a RefCell<AskedMemory>,
+pub(super) struct AskedWith<'a, 'n> {
+    asked: &'a Asked<'n>,
     air_g: [f64; 2],
 }
 
-impl Restoring<f64> for AskedWith<'_> {
+impl Restoring<f64> for AskedWith<'_, '_> {
     fn restoring_mn(&self, x: f64, v: f64) -> f64 {
-        let memory = &mut *self.inner.borrow_mut();
-        let [mass_flexor_g, mass_extensor_g] = self.air_g;
-        memory.calls.push([mass_flexor_g, mass_extensor_g, x, v]);
-        let at =
-            ForceInput { displacement_mm: x, velocity_mm_s: v, mass_flexor_g, mass_extensor_g };
-        self.force.restoring_force_mn(&at, &mut memory.work)
+        let Asked { network, first_bias, inner } = self.asked;
+        let memory = &mut **inner.borrow_mut();
+        let call = [self.air_g[0], self.air_g[1], x, v];
+        memory.input[..4].copy_from_slice(&call);
+        let (input, output) = (&memory.input, &mut memory.output);
+        network.values_into(1, first_bias, input, output, &mut [], &mut memory.block);
+        let value = memory.output[0];
+        memory.calls.push(call);
+        memory.values.push(value);
+        value
     }
 }
 

@@ -17,6 +17,10 @@ const BLOCK: usize = 512;
 /// A model at the numbers of one call.
 pub(super) struct At<'a, T> {
     pub(super) model: &'a NetworkJoint,
+    /// For values.
+    pub(super) plain: &'a BatchNetwork<f64>,
+    pub(super) plain_bias: &'a [f64],
+    /// For slopes and weights.
     pub(super) network: &'a BatchNetwork<T>,
     pub(super) first_bias: &'a [T],
     pub(super) effects: &'a [&'static dyn AnyEffect],
@@ -58,10 +62,10 @@ pub(super) struct Workspace<T> {
 }
 
 impl<T: Float> Workspace<T> {
-    pub(super) fn new(network: &BatchNetwork<T>) -> Self {
+    pub(super) fn new(network: &BatchNetwork<T>, plain: &BatchNetwork<f64>) -> Self {
         let zeros = |len: usize| vec![T::default(); len];
         Self {
-            asked: AskedMemory::default(),
+            asked: AskedMemory::new(plain),
             calls_before: Vec::new(),
             states: Vec::new(),
             channels: Channels::default(),
@@ -89,7 +93,7 @@ impl<T: Float> Workspace<T> {
     ) -> Result<(), Diverged> {
         let base = Base::of(at.model);
         let parts = Parts::new(at.effects, at.values);
-        let asked = Asked::new(&at.model.force, std::mem::take(&mut self.asked));
+        let asked = Asked::new(at.plain, at.plain_bias, &mut self.asked);
         let measured = measured_from(course, start);
         let marched = {
             let mut march =
@@ -123,7 +127,6 @@ impl<T: Float> Workspace<T> {
             }
             reached
         };
-        self.asked = asked.into_memory();
         marched?;
         for (seen, channel) in self.seen.iter_mut().zip(&self.channels) {
             seen.clone_from(channel);
@@ -210,10 +213,11 @@ impl<T: Float> Workspace<T> {
             if steps {
                 let first = self.calls_before[from];
                 let own = self.calls_before[k] - first..self.calls_before[k + 1] - first;
-                let (stride, out) = (at.network.inputs(), at.network.output_stride());
+                let stride = at.network.inputs();
+                let values = &self.asked.values[first..];
                 replayed.begin(own.map(|c| {
                     let slopes = &self.slopes[c * stride..];
-                    (self.output[c * out].widen(), std::array::from_fn(|i| slopes[i].widen()))
+                    (values[c], std::array::from_fn(|i| slopes[i].widen()))
                 }));
             }
             let pressures = tape.record(|| {
