@@ -2,8 +2,8 @@
 //!
 //! An [`Effect`] hooks into the joint where it acts: on the commanded force, in the balance of
 //! forces, in the air, on what the sensors show. The hooks that an effect does not need have neutral
-//! defaults. Everything is written once over [`Scalar`] and runs with plain numbers and with chunks of
-//! derivatives ([`EffectScalar`]).
+//! defaults. Everything is written once over [`Scalar`] and runs with plain numbers, with chunks of
+//! derivatives, and on tapes ([`EffectScalar`]).
 //!
 //! **Memory.** Friction, loops and creep remember. An effect keeps what it remembers in `memory`,
 //! which is constant during a step of the simulation and moved by [`Effect::advance`] after it; forces

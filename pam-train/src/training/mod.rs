@@ -6,6 +6,7 @@
 //! - [`trainer`]: one epoch after another;
 //! - [`folder`]: the files of a run, written so that a run can be killed at any moment and resumed.
 
+mod beginning;
 pub mod engine;
 mod epoch;
 #[cfg(test)]

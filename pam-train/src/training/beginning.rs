@@ -1,0 +1,94 @@
+//! What a run begins with: the model, recordings with their masses, coordinates.
+
+use super::trainer::TrainingError;
+use crate::coordinates::NetworkJoint;
+use crate::curriculum::{Curriculum, Selection, StartModel};
+use crate::evaluation::Subject;
+use crate::extension::{Extension, ExtensionCoordinate};
+use crate::warm_start::random_network;
+use pam_core::{Activation, AnyForce, JointModel};
+use pam_data::{MassChoice, MassOrigin, MuscleSurfaces, Recording, load_model};
+
+/// Coordinates of an extension's numbers, in units of one where none are given.
+pub(super) fn extension_coordinates(
+    extension: Option<&dyn Extension>,
+    units: &[f64],
+) -> Vec<ExtensionCoordinate> {
+    let parameters = extension.map_or(Vec::new(), Extension::parameters);
+    let of = |(k, p)| ExtensionCoordinate {
+        unit: units.get(k).copied().unwrap_or(1.0),
+        ..ExtensionCoordinate::of(p)
+    };
+    parameters.iter().enumerate().map(of).collect()
+}
+
+/// The recordings of a selection.
+pub(super) fn select(subjects: &[Subject], selection: Option<&Selection>) -> Vec<Subject> {
+    let takes =
+        |s: &&Subject| selection.is_none_or(|selection| selection.takes(&s.recording.name, true));
+    subjects.iter().filter(takes).cloned().collect()
+}
+
+/// Computes anew the masses that come from the gas law.
+pub(super) fn update_masses(
+    subjects: &mut [Subject],
+    model: &NetworkJoint,
+    surfaces: Option<&MuscleSurfaces>,
+) -> Result<(), TrainingError> {
+    for s in subjects.iter_mut().filter(|s| s.origin == MassOrigin::GasLaw) {
+        (s.masses, s.origin) =
+            pam_data::resolve_masses(&s.recording, model, true, MassChoice::Auto, surfaces)?;
+    }
+    Ok(())
+}
+
+/// A recording with its masses.
+pub(super) fn subject(
+    recording: Recording,
+    model: &NetworkJoint,
+    trained: bool,
+    surfaces: Option<&MuscleSurfaces>,
+) -> Result<Subject, TrainingError> {
+    let (masses, origin) =
+        pam_data::resolve_masses(&recording, model, trained, MassChoice::Auto, surfaces)?;
+    Ok(Subject { recording, masses, origin })
+}
+
+/// The model that a curriculum starts from, and whether it is trained.
+pub(super) fn start_model(
+    curriculum: &Curriculum,
+    extended: bool,
+    seed: u64,
+) -> Result<(NetworkJoint, bool), TrainingError> {
+    let settings = &curriculum.model;
+    if !(extended || settings.effects.is_empty()) {
+        return Err(TrainingError::Curriculum(
+            "model.effects: this command trains no effects; `pam train` does".into(),
+        ));
+    }
+    match &settings.start {
+        StartModel::Random => {
+            let activation = Activation::from_name(&settings.activation)?;
+            let force =
+                random_network(&settings.hidden, activation, settings.initialisation, seed)?;
+            Ok((JointModel::datasheet(force), false))
+        }
+        StartModel::File(path) => {
+            let saved = load_model(path)?;
+            if !(extended || saved.info.effects.is_empty()) {
+                return Err(TrainingError::Curriculum(format!(
+                    "{} is extended by effects, which this command does not train; `pam train` does, and \
+                     `pam convert --plain` makes a plain model of it",
+                    path.display()
+                )));
+            }
+            let AnyForce::Network(force) = &saved.model.force else {
+                return Err(TrainingError::Curriculum(format!(
+                    "{} holds no network to train",
+                    path.display()
+                )));
+            };
+            Ok((saved.model.map(|v| v, |_| force.clone()), saved.info.trained))
+        }
+    }
+}
