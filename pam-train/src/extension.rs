@@ -125,6 +125,13 @@ impl ExtensionCoordinate {
         }
     }
 
+    /// The largest change of value or logarithm that is taken for one unit, however little it changes
+    /// predictions: a factor of e, or a tenth of the range.
+    #[must_use]
+    pub fn largest_unit(&self) -> f64 {
+        if self.logarithmic { 1.0 } else { 0.1 * (self.range[1] - self.range[0]) }
+    }
+
     /// The coordinate of a value.
     #[must_use]
     pub fn at(&self, value: f64) -> f64 {

@@ -374,7 +374,9 @@ impl Trainer {
         } else {
             extension.units(&model, &values, subjects)?
         };
-        units.iter_mut().for_each(|unit| *unit *= rate);
+        for (unit, c) in units.iter_mut().zip(self.coordinates.extension()) {
+            *unit = rate * unit.min(c.largest_unit());
+        }
         let coordinates = extension_coordinates(Some(extension), &units);
         let behind = self.state.at.len() - values.len();
         for ((at, value), c) in self.state.at[behind..].iter_mut().zip(values).zip(&coordinates) {
