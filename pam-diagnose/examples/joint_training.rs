@@ -46,14 +46,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("dL/d force_n = {:.3}, {} weights", gradient.extension[0], gradient.force.len());
     assert!(gradient.extension[0] < 0.0); // more friction, less loss
 
-    // Training them together.
+    // Training them together, the friction fast enough that the network does not imitate it first.
     let start = format!("model.start={{ file = {:?} }}", file.display().to_string());
-    let curriculum = Curriculum::open("joint", &[start, "stage.0.epochs=40".into()])?;
+    let curriculum = Curriculum::open("joint", &[start, "coordinates.effect_rate=300".into()])?;
     let extension = Arc::new(EffectExtension::new(believed)?);
     let mut trainer = Trainer::extended(curriculum, data, None, Some(extension), 1)?;
     while trainer.advance()?.is_some() {}
     let force_n = trainer.effect_values()[0].1;
     println!("friction {force_n:.2} N");
-    assert!((force_n - 18.0).abs() < 1.0);
+    assert!((force_n / 18.0 - 1.0).abs() < 0.1);
     Ok(())
 }

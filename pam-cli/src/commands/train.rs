@@ -11,7 +11,7 @@ use pam_diagnose::EffectExtension;
 use pam_report::page::number;
 use pam_report::training::{EpochRow, ParameterRow, StageRow};
 use pam_report::{TrainingReport, effect_courses, force_curves, training_report};
-use pam_train::curriculum::{Curriculum, Stage};
+use pam_train::curriculum::{Curriculum, Stage, StartModel};
 use pam_train::identification::{DeformationEstimate, Identification, MassEstimate};
 use pam_train::training::{
     RunFolder, RunSettings, StageResult, TrainedRun, Trainer, TrainingError, train_into,
@@ -50,6 +50,14 @@ pub fn run(
     let recordings = arguments.reading.recordings(&paths, &|| bar.inc(1))?;
     bar.finish_and_clear();
     let surfaces = arguments.reading.load_surfaces()?;
+    if let StartModel::File(path) = &curriculum.model.start
+        && !path.exists()
+    {
+        return Err(CliError::Usage(format!(
+            "the model to start from, {}, is not there; name it with --start FILE",
+            path.display()
+        )));
+    }
     let effects = EffectExtension::of_curriculum(&curriculum)?;
     let mut trainer = Trainer::extended(curriculum, recordings, surfaces, effects, global.seed)?;
     console.text(format!(
