@@ -64,8 +64,8 @@ impl SweepFolder {
             Some(_) if !extend => {
                 return Err(AblateError::folder(
                     path,
-                    "it holds another sweep; give another --out, or --extend to keep the cells that are in \
-                     both and add the rest",
+                    "it holds another sweep, or the same one on other recordings; give another --out, or \
+                     --extend to keep the cells that are in both and add the rest",
                 ));
             }
             _ => {

@@ -85,9 +85,14 @@ fn sweep(
     if !(arguments.checkpoint_s.is_finite() && arguments.checkpoint_s >= 0.0) {
         return Err(CliError::Usage("--checkpoint-s must not be negative".into()));
     }
-    let sweep = asked(arguments)?;
+    let mut sweep = asked(arguments)?;
+    if let (true, false, None) = (arguments.list, sweep.data.is_empty(), &arguments.sweep) {
+        let planned = plan(&sweep, &TrainingExperiment::without_data(&sweep, &made_by()))?;
+        return list(arguments, &sweep, &planned, console);
+    }
     let experiment = experiment(&sweep, arguments.reading.load_options()?, arguments);
     let planned = plan(&sweep, &experiment)?;
+    sweep.data = experiment.digests();
     if arguments.list {
         return list(arguments, &sweep, &planned, console);
     }
@@ -160,7 +165,7 @@ fn merged(arguments: &MergeArguments, console: &Console) -> Result<ExitCode, Cli
         _ => return Err(CliError::Usage("give --out DIR for what is merged".into())),
     };
     let sweep = SweepFolder::at(sources[0]).sweep()?;
-    let experiment = TrainingExperiment::new(&sweep, LoadOptions::default(), &made_by());
+    let experiment = TrainingExperiment::without_data(&sweep, &made_by());
     let planned = plan(&sweep, &experiment)?;
     let folder = SweepFolder::begin(out, &sweep, false)?;
     merge(&sources, &folder, &sweep, &planned)?;

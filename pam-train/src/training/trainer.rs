@@ -7,7 +7,7 @@ use crate::coordinates::{Coordinates, NetworkJoint, Scaling};
 use crate::curriculum::{Curriculum, Selection, SolveStage, Stage, StartModel};
 use crate::evaluation::Subject;
 use crate::identification::{Identification, identify_deformation, identify_mass};
-use crate::loss::AnyLoss;
+use crate::loss::{SharedLoss, TrajectoryLoss};
 use crate::optimiser::{Adam, AdamSettings, Lbfgs, OptimiserSettings};
 use crate::schedule::{EarlyStop, Rate};
 use crate::warm_start::{fit_deformation, random_network};
@@ -58,6 +58,8 @@ pub struct Trainer {
     train: Vec<Subject>,
     held_out: Vec<Subject>,
     surfaces: Option<MuscleSurfaces>,
+    /// In place of those of curriculum and stages.
+    loss: Option<SharedLoss>,
     pub(super) stage: Option<Prepared>,
     /// Keeps its memory from one score to the next.
     scoring: Option<Engine>,
@@ -67,7 +69,7 @@ pub struct Trainer {
 #[derive(Debug)]
 pub(super) struct Prepared {
     pub(super) settings: SolveStage,
-    pub(super) loss: AnyLoss,
+    pub(super) loss: SharedLoss,
     pub(super) windows: Windows,
     pub(super) engine: Engine,
 }
@@ -84,7 +86,42 @@ impl Trainer {
         surfaces: Option<MuscleSurfaces>,
         seed: u64,
     ) -> Result<Self, TrainingError> {
-        let (model, trained) = start_model(&curriculum, seed)?;
+        let start = Start::of(&curriculum, seed)?;
+        Self::from_start(curriculum, &start, recordings, surfaces, seed)
+    }
+
+    /// A trainer that starts from a model of the caller's, whatever the curriculum says of it. Masses are
+    /// those of its gas law where a recording gives none.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn from_model(
+        curriculum: Curriculum,
+        model: NetworkJoint,
+        recordings: Vec<Recording>,
+        seed: u64,
+    ) -> Result<Self, TrainingError> {
+        let start = Start { model, trained: true, scaled_weights: false };
+        Self::from_start(curriculum, &start, recordings, None, seed)
+    }
+
+    /// The same with a loss in place of those of the curriculum and its stages. It is no part of what a
+    /// run keeps: who resumes the run gives it again.
+    #[must_use]
+    pub fn with_loss(mut self, loss: impl TrajectoryLoss + Send + 'static) -> Self {
+        self.loss = Some(SharedLoss::new(loss));
+        self.stage = None;
+        self
+    }
+
+    fn from_start(
+        curriculum: Curriculum,
+        start: &Start,
+        recordings: Vec<Recording>,
+        surfaces: Option<MuscleSurfaces>,
+        seed: u64,
+    ) -> Result<Self, TrainingError> {
+        let (model, trained) = (&start.model, start.trained);
         let mut train = Vec::new();
         let mut held_out = Vec::new();
         for recording in recordings {
@@ -92,7 +129,7 @@ impl Trainer {
             let trained_on = curriculum.data.train.takes(&name, false);
             let held = curriculum.data.held_out.takes(&name, trained_on) && !trained_on;
             if trained_on || held {
-                let subject = subject(recording, &model, trained, surfaces.as_ref())?;
+                let subject = subject(recording, model, trained, surfaces.as_ref())?;
                 if trained_on { train.push(subject) } else { held_out.push(subject) }
             }
         }
@@ -114,16 +151,11 @@ impl Trainer {
         let scaling = if settings.scaled { Scaling::of_data(&train) } else { Scaling::none() };
         let coordinates =
             Coordinates::new(model.clone(), scaling, settings.physical, settings.frozen);
-        let at = match curriculum.model.start {
-            // Random weights are those of the scaled network.
-            StartModel::Random => {
-                let mut at = coordinates.of(&model);
-                let weights = model.force.parameters();
-                at[..weights.len()].copy_from_slice(&weights);
-                at
-            }
-            StartModel::File(_) => coordinates.of(&model),
-        };
+        let mut at = coordinates.of(model);
+        if start.scaled_weights {
+            let weights = model.force.parameters();
+            at[..weights.len()].copy_from_slice(&weights);
+        }
         let state = TrainingState {
             stage: 0,
             epochs: 0,
@@ -141,6 +173,7 @@ impl Trainer {
             train,
             held_out,
             surfaces,
+            loss: None,
             stage: None,
             scoring: None,
         })
@@ -318,7 +351,9 @@ impl Trainer {
             let subjects = self.selected(s.recordings.as_ref())?;
             let solver = s.solver.as_ref().unwrap_or(&self.curriculum.solver);
             self.stage = Some(Prepared {
-                loss: s.loss.clone().unwrap_or_else(|| self.curriculum.loss.clone()),
+                loss: self.loss.clone().unwrap_or_else(|| {
+                    SharedLoss::new(s.loss.as_ref().unwrap_or(&self.curriculum.loss).clone())
+                }),
                 windows: Windows::of(&subjects, s.horizon_s),
                 engine: Engine::new(
                     solver.settings_for(&self.coordinates.model(&self.state.at).force)?,
@@ -479,32 +514,43 @@ fn subject(
     Ok(Subject { recording, masses, origin })
 }
 
-/// The model that a curriculum starts from, and whether it is trained.
-fn start_model(curriculum: &Curriculum, seed: u64) -> Result<(NetworkJoint, bool), TrainingError> {
-    let settings = &curriculum.model;
-    match &settings.start {
-        StartModel::Random => {
-            let activation = Activation::from_name(&settings.activation)?;
-            let force =
-                random_network(&settings.hidden, activation, settings.initialisation, seed)?;
-            Ok((JointModel::datasheet(force), false))
-        }
-        StartModel::File(path) => {
-            let saved = load_model(path)?;
-            if !saved.info.effects.is_empty() {
-                return Err(TrainingError::Curriculum(format!(
-                    "{} is extended by effects, which training does not move; `pam convert --plain` makes a \
-                     plain model of it",
-                    path.display()
-                )));
+/// The model that training starts from.
+struct Start {
+    model: NetworkJoint,
+    /// Whether its gas law is worth more than surfaces.
+    trained: bool,
+    /// Whether its weights are those between scaled inputs and a scaled output, as random ones are.
+    scaled_weights: bool,
+}
+
+impl Start {
+    fn of(curriculum: &Curriculum, seed: u64) -> Result<Self, TrainingError> {
+        let settings = &curriculum.model;
+        let path = match &settings.start {
+            StartModel::Random => {
+                let activation = Activation::from_name(&settings.activation)?;
+                let force =
+                    random_network(&settings.hidden, activation, settings.initialisation, seed)?;
+                let model = JointModel::datasheet(force);
+                return Ok(Self { model, trained: false, scaled_weights: true });
             }
-            let AnyForce::Network(force) = &saved.model.force else {
-                return Err(TrainingError::Curriculum(format!(
-                    "{} holds no network to train",
-                    path.display()
-                )));
-            };
-            Ok((saved.model.map(|v| v, |_| force.clone()), saved.info.trained))
+            StartModel::File(path) => path,
+        };
+        let saved = load_model(path)?;
+        if !saved.info.effects.is_empty() {
+            return Err(TrainingError::Curriculum(format!(
+                "{} is extended by effects, which training does not move; `pam convert --plain` makes a \
+                 plain model of it",
+                path.display()
+            )));
         }
+        let AnyForce::Network(force) = &saved.model.force else {
+            return Err(TrainingError::Curriculum(format!(
+                "{} holds no network to train",
+                path.display()
+            )));
+        };
+        let model = saved.model.map(|v| v, |_| force.clone());
+        Ok(Self { model, trained: saved.info.trained, scaled_weights: false })
     }
 }
