@@ -20,7 +20,7 @@ mod record;
 
 pub use claim::{Claim, Claimed};
 pub use merge::merge;
-pub use record::{CellRecord, Status};
+pub use record::{CellRecord, Quantity, Status};
 
 use crate::error::AblateError;
 use crate::experiment::{Experiment, Problem};
