@@ -163,9 +163,8 @@ impl Summary {
         let text = |of: &dyn Fn(&Mean) -> Option<String>| {
             Column::Text(self.means.iter().map(of).collect())
         };
-        let number = |of: &dyn Fn(&Mean) -> Option<f64>| {
-            Column::Number(self.means.iter().map(of).collect())
-        };
+        let number =
+            |of: &dyn Fn(&Mean) -> Option<f64>| Column::Number(self.means.iter().map(of).collect());
         let paired = |of: &dyn Fn(&Paired) -> Option<f64>| {
             number(&|m| self.difference(m).and_then(|d| of(&d.paired)))
         };

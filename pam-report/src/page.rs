@@ -39,7 +39,8 @@ details > summary { cursor: pointer; font-weight: 600; margin: .6rem 0; } footer
   overflow-wrap: anywhere; } .card b { font-size: 1.2rem; }
   .scroll td:first-child, .scroll th:first-child { position: sticky; left: 0; background: #fff;
   white-space: normal; min-width: 6rem; max-width: 9.5rem; overflow-wrap: break-word; }
-  figure { overflow-x: auto; } figure svg { width: auto; min-width: 440px; max-width: none; } }
+  figure { overflow-x: auto; } figure svg { width: auto; min-width: 440px; max-width: none; }
+  .three figure svg { width: 100%; min-width: 0; } }
 ";
 
 /// A whole report.

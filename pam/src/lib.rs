@@ -73,12 +73,12 @@ pub mod prelude {
     pub use pam_autodiff::{ByDual, ByTape, linearise};
     pub use pam_core::{
         Activation, AnyForce, FieldFn, ForceInput, ForceModel, JointModel, Mlp, NetworkForce,
-        ParametricField, PhysicalParameters, Scalar, SealedMasses, SpringDamper, VectorField, field_fn,
+        ParametricField, PhysicalParameters, Scalar, SealedMasses, SpringDamper, VectorField,
+        field_fn,
     };
     pub use pam_data::{
         Channel, LoadOptions, MassChoice, Recording, SavedModel, collect_paths, load_model,
-        models::save_model, open_recordings, read_recordings,
-        resolve_masses,
+        models::save_model, open_recordings, read_recordings, resolve_masses,
     };
     pub use pam_diagnose::effects::{AnyEffect, Effect, EffectInfo, ParameterInfo, by_id};
     pub use pam_diagnose::{Active, Diagnosis, Extended, Options, Sets, Verdict, diagnose};
@@ -92,8 +92,8 @@ pub mod prelude {
     pub use pam_train::loss::{SampleErrors, pointwise};
     pub use pam_train::training::{Trained, Trainer, Training};
     pub use pam_train::{
-        Evaluation, GradientChoice, Predictor, SolverSettings, Subject, TrajectoryLoss, evaluate, evaluate_with,
-        predict,
+        Evaluation, GradientChoice, Predictor, SolverSettings, Subject, TrajectoryLoss, evaluate,
+        evaluate_with, predict,
     };
 }
 

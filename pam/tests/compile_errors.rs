@@ -43,7 +43,8 @@ fn errors_of(name: &str, body: &str) -> String {
 #[test]
 fn mistakes_are_told_in_words_of_the_field() {
     // What is right compiles, so that what follows fails for its own reasons.
-    let integrator = "let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-6, 1e-6));\n";
+    let integrator =
+        "let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-6, 1e-6));\n";
     let right = "let field = field_fn!([4.0], 0 => 1, |_t, y, _u, p, dy| dy[0] = -p[0] * y[0]);\n\
                  let problem = Problem::new(&field, &[1.0], &[1.0], &integrator);\n\
                  let mut loss = |_: &[f64], y: &[f64], w: &mut [f64]| { w[0] = 1.0; y[0] };\n\
@@ -73,7 +74,10 @@ fn mistakes_are_told_in_words_of_the_field() {
         (
             "text_as_scalar",
             "JointModel::<String, _>::datasheet(());",
-            ["is no number that a model can run with", "scalars are `f64`, `f32`, the dual numbers"],
+            [
+                "is no number that a model can run with",
+                "scalars are `f64`, `f32`, the dual numbers",
+            ],
         ),
         (
             "loss_of_one_number",

@@ -120,9 +120,7 @@ impl Work<'_> {
     fn measure(&self, console: &Console) -> Result<Measured, CliError> {
         let single = self.arguments.precision == PrecisionArgument::F32;
         match &self.saved.model.force {
-            AnyForce::Network(force)
-                if self.choice == GradientChoice::Adjoint =>
-            {
+            AnyForce::Network(force) if self.choice == GradientChoice::Adjoint => {
                 let model = self.saved.model.map(|v| v, |_| force.clone());
                 if single { self.fast::<f32>(&model) } else { self.fast::<f64>(&model) }
             }

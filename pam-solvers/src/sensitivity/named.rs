@@ -180,11 +180,8 @@ mod tests {
         for &(name, choice) in GradientChoice::ALL {
             assert_eq!(GradientChoice::from_name(name).unwrap(), choice);
             assert_eq!(choice.name(), name);
-            let setup = MethodSetup {
-                integrator: integrator.clone(),
-                directions: None,
-                floors: [0.01; 3],
-            };
+            let setup =
+                MethodSetup { integrator: integrator.clone(), directions: None, floors: [0.01; 3] };
             let method = choice.method::<Decay<f64>, NoInput, _>(setup);
             let found = method.value_and_gradient(&problem, &mut last).unwrap();
             assert!((found.parameters[0] + exact).abs() < 1e-6, "{name}: {:?}", found.parameters);

@@ -4,7 +4,9 @@ use super::folder::{RunFolder, RunSettings, TrainedRun, train_into};
 use super::state::EpochRow;
 use super::trainer::{Trainer, TrainingError};
 use crate::coordinates::NetworkJoint;
-use crate::curriculum::{Curriculum, CurriculumError, Selection, SelectionSet, SolverChoice, Stage};
+use crate::curriculum::{
+    Curriculum, CurriculumError, Selection, SelectionSet, SolverChoice, Stage,
+};
 use crate::loss::{SharedLoss, TrajectoryLoss};
 use pam_data::{MuscleSurfaces, Recording};
 use std::path::Path;

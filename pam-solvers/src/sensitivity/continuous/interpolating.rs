@@ -6,9 +6,7 @@ use crate::error::SolveError;
 use crate::input::ParametricInput;
 use crate::integrator::Integrator;
 use crate::save_at::SaveAt;
-use crate::sensitivity::{
-    Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem,
-};
+use crate::sensitivity::{Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem};
 use crate::term::Term;
 use pam_autodiff::{ByTape, Differentiation};
 use pam_core::ParametricField;

@@ -7,9 +7,7 @@ use crate::error::SolveError;
 use crate::input::ParametricInput;
 use crate::integrator::Integrator;
 use crate::save_at::SaveAt;
-use crate::sensitivity::{
-    Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem,
-};
+use crate::sensitivity::{Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem};
 use crate::solution::Solution;
 use crate::term::Term;
 use pam_autodiff::{ByTape, Differentiation};

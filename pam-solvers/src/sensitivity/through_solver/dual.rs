@@ -3,9 +3,7 @@ use crate::error::SolveError;
 use crate::input::ParametricInput;
 use crate::replay::replay;
 use crate::save_at::SaveAt;
-use crate::sensitivity::{
-    Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem,
-};
+use crate::sensitivity::{Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem};
 use crate::term::Term;
 use pam_autodiff::Chunk;
 use pam_core::{ParametricField, Scalar};
