@@ -55,7 +55,7 @@ fn mistakes_are_told_in_words_of_the_field() {
         (
             "closure_as_field",
             "integrator.solve(&Term::new(|t: f64| t, NoInput), 0.0, 1.0, &[1.0], SaveAt::End);",
-            ["is no vector field over `f64`", "or wrap a closure: `FieldFn::new("],
+            ["is no vector field over", "or wrap a closure: `FieldFn::new("],
         ),
         (
             "closure_to_differentiate",
@@ -69,31 +69,36 @@ fn mistakes_are_told_in_words_of_the_field() {
             "number_as_input",
             "let field = FieldFn::new(1, 1, |_t, y: &[f64], u: &[f64], dy: &mut [f64]| dy[0] = u[0]);\n\
              integrator.solve(&Term::new(field, 3.0), 0.0, 1.0, &[1.0], SaveAt::End);",
-            ["is no input over `f64`", "`InputFn::new(inputs,"],
+            ["is no input over", "`InputFn::new(inputs,"],
         ),
         (
             "text_as_scalar",
-            "JointModel::<String, _>::datasheet(());",
+            "fn twice<S: Scalar>(x: S) -> S { x + x }\ntwice(String::new());",
             [
                 "is no number that a model can run with",
                 "scalars are `f64`, `f32`, the dual numbers",
             ],
         ),
         (
-            "loss_of_one_number",
-            "let loss = |error: f64| error * error;\nTraining::new([]).with_loss(loss);",
+            "number_as_loss",
+            "Training::new([]).with_loss(3.0);",
             ["is no loss of a trajectory", "|measured: &Recording, predicted: &[[f64; 4]]"],
+        ),
+        (
+            "loss_of_one_number",
+            "Training::new([]).with_loss(|error: f64| error * error);",
+            ["closure is expected to take 3 arguments", "`TrajectoryLoss`"],
         ),
         (
             "effect_without_hooks",
             "struct Mine;\nlet effect: &dyn AnyEffect = &Mine;",
-            ["`Mine` is no effect", "implement `Effect`"],
+            ["is no effect", "implement `Effect`"],
         ),
         (
-            "force_without_numbers",
-            "let model = JointModel::<f64, _>::datasheet(42.0);\n\
-             model.gas_law_masses(0.0, [412.0, 412.0]);",
-            ["is no force model over `f64`", "for derivatives pass it with dual numbers"],
+            "number_as_force",
+            "let at = ForceInput { displacement_mm: 0.0, velocity_mm_s: 0.0, mass_flexor_g: 0.1, \
+             mass_extensor_g: 0.1 };\nlinearise(&42.0, &at);",
+            ["is no force model over", "for derivatives pass it with dual numbers"],
         ),
     ] {
         let errors = errors_of(name, &format!("{integrator}{body}"));

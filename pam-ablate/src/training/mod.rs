@@ -57,6 +57,8 @@ pub struct TrainingExperiment {
     read: Mutex<Read>,
     /// Digests that stand for data which need not be there.
     stored: BTreeMap<String, String>,
+    /// Whether data without such a digest are read.
+    reads: bool,
 }
 
 impl TrainingExperiment {
@@ -71,6 +73,7 @@ impl TrainingExperiment {
             made_by: made_by.to_owned(),
             read: Mutex::default(),
             stored: BTreeMap::new(),
+            reads: true,
         }
     }
 
@@ -82,12 +85,12 @@ impl TrainingExperiment {
         self
     }
 
-    /// The experiment of a sweep whose cells are only looked at: data that it has digests of
-    /// ([`Sweep::data`]) are not read and need not be there.
+    /// The experiment of a sweep whose cells are only looked at: no data are read. Cells whose data the sweep
+    /// has digests of ([`Sweep::data`]) have their names; others have names that no run gives them.
     #[must_use]
     pub fn without_data(sweep: &Sweep, made_by: &str) -> Self {
         let stored = sweep.data.clone();
-        Self { stored, ..Self::new(sweep, LoadOptions::default(), made_by) }
+        Self { stored, reads: false, ..Self::new(sweep, LoadOptions::default(), made_by) }
     }
 
     /// Digests of the data of all cells that were planned, for [`Sweep::data`].
@@ -176,7 +179,8 @@ impl Experiment for TrainingExperiment {
         let (settings, curriculum) = self.settings(cell)?;
         let digest = match self.stored.get(&key(&settings.recordings)) {
             Some(digest) => digest.clone(),
-            None => self.read(&settings.recordings)?.1,
+            None if self.reads => self.read(&settings.recordings)?.1,
+            None => key(&settings.recordings),
         };
         // Paths lead elsewhere on another machine; what they lead to decides the numbers.
         let mut settings = json!(settings);

@@ -86,16 +86,21 @@ fn sweep(
         return Err(CliError::Usage("--checkpoint-s must not be negative".into()));
     }
     let mut sweep = asked(arguments)?;
-    if let (true, false, None) = (arguments.list, sweep.data.is_empty(), &arguments.sweep) {
-        let planned = plan(&sweep, &TrainingExperiment::without_data(&sweep, &made_by()))?;
-        return list(arguments, &sweep, &planned, console);
-    }
+    // What is wrong with the settings is told before recordings are read.
+    let seen = plan(&sweep, &TrainingExperiment::without_data(&sweep, &made_by()))?;
     let experiment = experiment(&sweep, arguments.reading.load_options()?, arguments);
+    if arguments.list {
+        if arguments.sweep.is_none() && !sweep.data.is_empty() {
+            return list(arguments, &sweep, &seen, true, console);
+        }
+        // A list is to be had without the recordings too, but for the names of the cells.
+        return match plan(&sweep, &experiment) {
+            Ok(planned) => list(arguments, &sweep, &planned, true, console),
+            Err(_) => list(arguments, &sweep, &seen, false, console),
+        };
+    }
     let planned = plan(&sweep, &experiment)?;
     sweep.data = experiment.digests();
-    if arguments.list {
-        return list(arguments, &sweep, &planned, console);
-    }
     let Some(out) = &arguments.out else {
         return Err(CliError::Usage("give --out DIR".into()));
     };
@@ -178,6 +183,7 @@ fn list(
     arguments: &AblateArguments,
     sweep: &Sweep,
     planned: &[Planned],
+    named: bool,
     console: &Console,
 ) -> Result<ExitCode, CliError> {
     let records = match &arguments.out {
@@ -191,9 +197,10 @@ fn list(
         let status = status.as_str().unwrap_or_default().to_owned();
         let shard = p.cell.index % arguments.shard.count + 1;
         values.push(json!({
-            "cell": p.id, "shard": shard, "status": status, "settings": p.cell.describe(sweep),
+            "cell": named.then_some(&p.id), "shard": shard, "status": status, "settings": p.cell.describe(sweep),
         }));
-        rows.push(vec![p.id.clone(), shard.to_string(), status, p.cell.describe(sweep)]);
+        let id = if named { p.id.clone() } else { "–".into() };
+        rows.push(vec![id, shard.to_string(), status, p.cell.describe(sweep)]);
     }
     console.json(&json!({ "cells": values }));
     console.text(table(&rows));
