@@ -95,6 +95,73 @@ fn saved_epochs(out: &Path, cell: &str) -> usize {
     checkpoint.and_then(|c| c["state"]["epochs"].as_u64()).map_or(0, |n| n as usize)
 }
 
+/// A cell is what its data are, not where: moved, mounted elsewhere or named otherwise, a sweep goes on; with
+/// one other sample it is another one.
+#[test]
+fn cells_do_not_depend_on_where_the_data_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let [old, new, mount] = ["old", "new/place", "mount"].map(|n| folder.path().join(n));
+    std::fs::create_dir_all(old.join("logs")).unwrap();
+    for file in std::fs::read_dir(&DATA.1).unwrap().flatten() {
+        std::fs::copy(file.path(), old.join("logs").join(file.file_name())).unwrap();
+    }
+    // Paths from the sweep's folder, and the program from the folder above it.
+    let text_of = std::fs::read_to_string(sweep(&old, "")).unwrap();
+    let relative = text_of.replace(text(&DATA.1), "logs");
+    assert_ne!(relative, text_of);
+    std::fs::write(old.join("sweep.toml"), relative).unwrap();
+    let ablate = |at: &Path, more: &[&str]| {
+        let set = ["--set", "stage.2.epochs=2", "--quiet", "--json"];
+        let mut command = Command::new(PAM);
+        command.current_dir(at).arg("ablate").args(more).args(set).output().unwrap()
+    };
+    let ran = |output: &std::process::Output| -> Value {
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+        value["this_process"]["done"].clone()
+    };
+    let first = ablate(folder.path(), &["old/sweep.toml", "--out", "old/out", "--shard", "1/2"]);
+    assert_eq!(ran_in_part(&first), 3);
+    std::fs::create_dir_all(new.parent().unwrap()).unwrap();
+    std::fs::rename(&old, &new).unwrap();
+
+    // The other shard finds the data under another name, through --data.
+    std::os::unix::fs::symlink(new.join("logs"), &mount).unwrap();
+    let second = ["new/place/sweep.toml", "--out", "new/place/out", "--data", text(&mount)];
+    assert_eq!(ran(&ablate(folder.path(), &second)), 3);
+    let again = ablate(&new, &["sweep.toml", "--out", "out"]);
+    assert_eq!(ran(&again), 0);
+
+    // What was found is gathered without the data.
+    std::fs::rename(new.join("logs"), new.join("kept")).unwrap();
+    let merged = Command::new(PAM)
+        .args(["ablate", "merge", text(&new.join("out")), "--quiet", "--out"])
+        .arg(folder.path().join("merged"))
+        .output()
+        .unwrap();
+    assert!(merged.status.success(), "{}", String::from_utf8_lossy(&merged.stderr));
+    let table = read(&folder.path().join("merged"), "results.csv");
+    assert!(table == read(&new.join("out"), "results.csv"));
+    std::fs::rename(new.join("kept"), new.join("logs")).unwrap();
+
+    let log = std::fs::read_dir(new.join("logs")).unwrap().flatten().next().unwrap().path();
+    let mut lines: Vec<String> =
+        std::fs::read_to_string(&log).unwrap().lines().map(str::to_owned).collect();
+    let last = lines.len() - 1;
+    lines.remove(last);
+    std::fs::write(&log, lines.join("\n") + "\n").unwrap();
+    let other = ablate(&new, &["sweep.toml", "--out", "out"]);
+    let said = String::from_utf8_lossy(&other.stderr);
+    assert!(!other.status.success() && said.contains("on other recordings"), "{said}");
+}
+
+/// Cells that a process ran, of a sweep that is not through.
+fn ran_in_part(output: &std::process::Output) -> u64 {
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    value["this_process"]["done"].as_u64().unwrap()
+}
+
 #[test]
 fn a_sweep_that_is_killed_goes_on_without_repeating_or_losing_a_cell() {
     let folder = tempfile::tempdir().unwrap();

@@ -87,6 +87,10 @@ impl fmt::Debug for Workplace<'_> {
 }
 
 /// What a cell does. Cells run side by side, each in a pool of threads of its own.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no experiment of a sweep",
+    note = "implement `Experiment`: `configuration` and `run`; `TrainingExperiment` trains a model in each cell"
+)]
 pub trait Experiment: Sync {
     /// Everything but the seed that decides the numbers of a cell. Cells with equal configuration and
     /// seed are the same cell. It is asked for all cells before the first one runs, and should find what

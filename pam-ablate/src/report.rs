@@ -1,7 +1,7 @@
 //! The results as files and as a page.
 
 use crate::error::AblateError;
-use crate::folder::{CellRecord, Planned, Status, SweepFolder};
+use crate::folder::{CellRecord, Planned, Quantity, Status, SweepFolder};
 use crate::statistics::half_interval;
 use crate::summary::{Mean, Summary, mean_text, short};
 use crate::sweep::{Sweep, Values};
@@ -29,14 +29,14 @@ pub fn write_results(
 ) -> Result<Summary, AblateError> {
     let records = folder.records(planned)?;
     let file = |name: &str| folder.path().join(name);
-    let results = Table::of(sweep, planned, &records, false);
+    let results = Table::of(sweep, planned, &records, Quantity::Metrics);
     write_atomic(&file("results.csv"), results.to_csv().as_bytes())?;
     let parquet = file("results.parquet");
     write_atomic(&parquet, &results.to_parquet(&parquet)?)?;
-    let times = Table::of(sweep, planned, &records, true);
+    let times = Table::of(sweep, planned, &records, Quantity::Times);
     write_atomic(&file("times.csv"), times.to_csv().as_bytes())?;
-    let summary = Summary::of(sweep, planned, &records, false);
-    write_atomic(&file("summary.csv"), summary.to_csv().as_bytes())?;
+    let summary = Summary::of(sweep, planned, &records, Quantity::Metrics);
+    write_atomic(&file("summary.csv"), summary.table().to_csv().as_bytes())?;
     let json = serde_json::to_value(&summary).unwrap_or_default();
     write_atomic(&file("summary.json"), format!("{json:#}\n").as_bytes())?;
     let tables = summary.to_markdown(&shown(sweep, &summary));
@@ -54,8 +54,8 @@ pub fn report(
     records: &[Option<CellRecord>],
     made_by: &str,
 ) -> String {
-    let summary = Summary::of(sweep, planned, records, false);
-    let times = Summary::of(sweep, planned, records, true);
+    let summary = Summary::of(sweep, planned, records, Quantity::Metrics);
+    let times = Summary::of(sweep, planned, records, Quantity::Times);
     let missing = summary.cells - summary.done - summary.failed;
     let shown = shown(sweep, &summary);
     let lead = format!(
@@ -247,7 +247,7 @@ fn cells(
                     td { (match r.as_ref().map(|r| r.status) {
                         None => "not run yet", Some(Status::Done) => "done", Some(Status::Failed) => "failed" }) }
                     @for metric in metrics {
-                        td { (r.as_ref().and_then(|r| r.metric(metric)).map_or_else(|| "–".into(), short)) }
+                        td { (r.as_ref().and_then(|r| r.value(Quantity::Metrics, metric)).map_or_else(|| "–".into(), short)) }
                     }
                 }
             }

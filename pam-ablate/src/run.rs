@@ -125,7 +125,8 @@ pub fn run_cells(
     ] {
         let mut open: Vec<(usize, &Planned)> = Vec::new();
         for p in list {
-            if folder.read_record(&p.id)?.is_some() && is_over(folder, p) {
+            // A process that was killed between the two leaves a cell that ends at once.
+            if folder.read_record(&p.id)?.is_some() && claim::is_over(&folder.cell(&p.id)) {
                 over += usize::from(mine);
             } else {
                 open.push((claim::attempts(&folder.cell(&p.id)), p));
@@ -179,13 +180,6 @@ pub fn run_cells(
         Ok(Some(e)) => Err(e),
         _ => Ok(counts.into_inner().unwrap_or_default()),
     }
-}
-
-/// Whether the claim of a cell with a result says the same. A process that was killed between the two
-/// leaves a cell that ends at once.
-fn is_over(folder: &SweepFolder, p: &Planned) -> bool {
-    std::fs::read_to_string(folder.cell(&p.id).join("claim"))
-        .is_ok_and(|text| text.lines().next_back().is_some_and(|l| l.contains("\"over\"")))
 }
 
 enum Ended {

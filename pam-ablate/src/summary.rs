@@ -5,10 +5,10 @@
 //! and those of the seeds go into [`Paired`]. Cells that failed, and their partners, take no part.
 //! Of a random search the draws are ranked by the first metric.
 
-use crate::folder::{CellRecord, Planned, Status};
+use crate::folder::{CellRecord, Planned, Quantity, Status};
 use crate::statistics::{Paired, holm, mean_and_deviation};
 use crate::sweep::{Goal, Sweep, Values};
-use crate::table::names;
+use crate::table::{Column, Table};
 use serde::Serialize;
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write as _;
@@ -84,16 +84,16 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// What cells found. `times` asks for their times in place of their metrics.
+    /// What cells found: their metrics, or their times.
     #[must_use]
     pub fn of(
         sweep: &Sweep,
         planned: &[Planned],
         records: &[Option<CellRecord>],
-        times: bool,
+        of: Quantity,
     ) -> Self {
         let with = |status| records.iter().flatten().filter(|r| r.status == status).count();
-        let all = names(records, times);
+        let all = CellRecord::names(records, of);
         let mut metrics: Vec<String> =
             sweep.metrics.iter().filter(|m| all.contains(m)).cloned().collect();
         metrics.extend(all.into_iter().filter(|m| !sweep.metrics.contains(m)));
@@ -107,10 +107,7 @@ impl Summary {
             differences: Vec::new(),
             draws: Vec::new(),
         };
-        let value = |i: usize, metric: &str| {
-            let r = records[i].as_ref()?;
-            if times { r.time(metric) } else { r.metric(metric) }
-        };
+        let value = |i: usize, metric: &str| records[i].as_ref()?.value(of, metric);
         if sweep.search.is_some() {
             if let Some(first) = metrics.first() {
                 summary.draws = draws(sweep, planned, &|i| value(i, first));
@@ -160,61 +157,36 @@ impl Summary {
         summary
     }
 
-    /// Means and differences as CSV, one row a value of an axis and metric.
-    ///
-    /// # Panics
-    /// Never: writing into memory cannot fail.
+    /// Means and differences as a table, one row a value of an axis and metric.
     #[must_use]
-    pub fn to_csv(&self) -> String {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        let written = "writing into memory cannot fail";
-        writer
-            .write_record([
-                "axis",
-                "value",
-                "metric",
-                "seeds",
-                "mean",
-                "deviation",
-                "baseline",
-                "pairs",
-                "difference",
-                "interval_low",
-                "interval_high",
-                "t",
-                "p_t",
-                "p_t_holm",
-                "w",
-                "p_wilcoxon",
-            ])
-            .expect(written);
-        let text = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
-        for m in &self.means {
-            let d = self.difference(m);
-            let p = d.map(|d| d.paired);
-            let [low, high] = p.and_then(|p| p.interval).map_or([None; 2], |i| i.map(Some));
-            writer
-                .write_record([
-                    m.axis.clone(),
-                    m.value.clone(),
-                    m.metric.clone(),
-                    m.by_seed.len().to_string(),
-                    m.mean.to_string(),
-                    text(m.deviation),
-                    d.map_or_else(String::new, |d| d.baseline.clone()),
-                    p.map_or_else(String::new, |p| p.pairs.to_string()),
-                    text(p.map(|p| p.mean)),
-                    text(low),
-                    text(high),
-                    text(p.and_then(|p| p.t)),
-                    text(p.and_then(|p| p.p_t)),
-                    text(d.and_then(|d| d.p_t_holm)),
-                    text(p.map(|p| p.w)),
-                    text(p.and_then(|p| p.p_wilcoxon)),
-                ])
-                .expect(written);
-        }
-        String::from_utf8(writer.into_inner().expect(written)).expect("the text is UTF-8")
+    pub fn table(&self) -> Table {
+        let text = |of: &dyn Fn(&Mean) -> Option<String>| {
+            Column::Text(self.means.iter().map(of).collect())
+        };
+        let number =
+            |of: &dyn Fn(&Mean) -> Option<f64>| Column::Number(self.means.iter().map(of).collect());
+        let paired = |of: &dyn Fn(&Paired) -> Option<f64>| {
+            number(&|m| self.difference(m).and_then(|d| of(&d.paired)))
+        };
+        let columns = [
+            ("axis", text(&|m| Some(m.axis.clone()))),
+            ("value", text(&|m| Some(m.value.clone()))),
+            ("metric", text(&|m| Some(m.metric.clone()))),
+            ("seeds", number(&|m| Some(m.by_seed.len() as f64))),
+            ("mean", number(&|m| Some(m.mean))),
+            ("deviation", number(&|m| m.deviation)),
+            ("baseline", text(&|m| self.difference(m).map(|d| d.baseline.clone()))),
+            ("pairs", paired(&|p| Some(p.pairs as f64))),
+            ("difference", paired(&|p| Some(p.mean))),
+            ("interval_low", paired(&|p| p.interval.map(|i| i[0]))),
+            ("interval_high", paired(&|p| p.interval.map(|i| i[1]))),
+            ("t", paired(&|p| p.t)),
+            ("p_t", paired(&|p| p.p_t)),
+            ("p_t_holm", number(&|m| self.difference(m).and_then(|d| d.p_t_holm))),
+            ("w", paired(&|p| Some(p.w))),
+            ("p_wilcoxon", paired(&|p| p.p_wilcoxon)),
+        ];
+        Table { columns: columns.into_iter().map(|(name, c)| (name.to_owned(), c)).collect() }
     }
 
     /// The difference of a value from the first one of its axis.

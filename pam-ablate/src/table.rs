@@ -5,7 +5,7 @@
 //! same bytes every time. Times are in a table of their own.
 
 use crate::error::AblateError;
-use crate::folder::{CellRecord, Planned, Status};
+use crate::folder::{CellRecord, Planned, Quantity, Status};
 use crate::sweep::Sweep;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -35,13 +35,13 @@ pub struct Table {
 }
 
 impl Table {
-    /// The results of cells. `times` asks for their times in place of their metrics.
+    /// The results of cells: their metrics, or their times.
     #[must_use]
     pub fn of(
         sweep: &Sweep,
         planned: &[Planned],
         records: &[Option<CellRecord>],
-        times: bool,
+        of: Quantity,
     ) -> Self {
         let text =
             |f: &dyn Fn(usize) -> Option<String>| Column::Text((0..planned.len()).map(f).collect());
@@ -65,15 +65,12 @@ impl Table {
             Some(text.to_owned())
         };
         columns.push(("status".into(), text(&status)));
-        for name in names(records, times) {
-            let value = |r: &Option<CellRecord>| {
-                let r = r.as_ref()?;
-                if times { r.time(&name) } else { r.metric(&name) }
-            };
+        for name in CellRecord::names(records, of) {
+            let value = |r: &Option<CellRecord>| r.as_ref()?.value(of, &name);
             let values = records.iter().map(value).collect();
             columns.push((name.clone(), Column::Number(values)));
         }
-        if !times {
+        if of == Quantity::Metrics {
             let error = |i: usize| records[i].as_ref().and_then(|r| r.error.clone());
             columns.push(("error".into(), text(&error)));
         }
@@ -172,20 +169,6 @@ impl Table {
 /// Which values are there, as Parquet says it.
 fn levels<T>(values: &[Option<T>]) -> Vec<i16> {
     values.iter().map(|v| i16::from(v.is_some())).collect()
-}
-
-/// Names of all metrics or times, in the order in which cells first have them.
-#[must_use]
-pub fn names(records: &[Option<CellRecord>], times: bool) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for r in records.iter().flatten() {
-        for name in if times { r.times.keys() } else { r.metrics.keys() } {
-            if !names.contains(name) {
-                names.push(name.clone());
-            }
-        }
-    }
-    names
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! A baseline of one's own: the joint without dynamics, `x = F / K`, its stiffness fitted by least squares.
 //!
-//! To have it in comparisons by name, derive `Serialize` and `Deserialize`, put it into
+//! To have it in comparisons by name, put it into
 //! `pam-baselines/src/static_joint.rs` and add two lines: `pub mod static_joint;` in `lib.rs` and
 //! `"static_joint" => StaticJoint(crate::static_joint::StaticJoint),` in `registry.rs`.
 
@@ -10,12 +10,14 @@ use pam_core::{ForceInput, JointModel, SpringDamper};
 use pam_data::formats::npz::Array;
 use pam_data::{MassOrigin, Recording};
 use pam_train::{Predictor, SolverSettings, Subject, evaluate_with};
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 /// The method: no settings.
-struct StaticJoint;
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct StaticJoint;
 
 /// What it finds.
 struct Fitted {

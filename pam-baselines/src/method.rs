@@ -156,6 +156,10 @@ pub trait FittedModel: Send + Sync {
 }
 
 /// A way to make a model.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no method to compare",
+    note = "implement `Method`: `title` and `fit`; see `pam-baselines/examples/own_baseline.rs`"
+)]
 pub trait Method: Sync {
     /// Name in tables.
     fn title(&self) -> String;

@@ -42,8 +42,8 @@ fn the_small_evaluator_matches_the_model() {
         let activation = Activation::from_name(name).unwrap();
         let mlp = Mlp::new(network.mlp().layers().to_vec(), activation).unwrap();
         let network = NetworkForce::new(mlp).unwrap();
-        let doubles = network_bytes(&model, &network, Precision::F64);
-        let singles = network_bytes(&model, &network, Precision::F32);
+        let doubles = network_bytes(&model, &network, Precision::F64).unwrap();
+        let singles = network_bytes(&model, &network, Precision::F32).unwrap();
         let small = Network::<f64>::new(&doubles).unwrap();
         let single = Network::<f32>::new(&singles).unwrap();
         let mut work = vec![0.0; small.work_len()];
@@ -68,7 +68,7 @@ fn the_small_evaluator_matches_the_model() {
 fn the_joints_numbers_are_the_models() {
     let model = published();
     let AnyForce::Network(network) = &model.force else { panic!("a network") };
-    let bytes = network_bytes(&model, network, Precision::F32);
+    let bytes = network_bytes(&model, network, Precision::F32).unwrap();
     let small = Network::<f32>::new(&bytes).unwrap();
     for x in [-2.0, 0.0, 1.3] {
         let masses = model.gas_law_masses(x, [300.0, 500.0]);
@@ -87,7 +87,7 @@ fn the_joints_numbers_are_the_models() {
 fn damaged_networks_are_refused() {
     let model = published();
     let AnyForce::Network(network) = &model.force else { panic!("a network") };
-    let bytes = network_bytes(&model, network, Precision::F32);
+    let bytes = network_bytes(&model, network, Precision::F32).unwrap();
     assert_eq!(Network::<f64>::new(&bytes).err(), Some(NetworkError::Size));
     for len in [0, 3, 19, 60, 80, bytes.len() - 1] {
         assert!(Network::<f32>::new(&bytes[..len]).is_err(), "{len} bytes");

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 /// `z tanh(ln(1 + eᶻ))`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-struct Mish;
+pub struct Mish;
 
 impl ActivationFunction for Mish {
     fn value<S: Scalar>(&self, z: S) -> S {

@@ -1,21 +1,34 @@
 //! A force model of one's own: a spring that hardens, `f = (k + k₃ x²) x + b ẋ` with `k` from the air.
 //!
-//! Written once over [`Scalar`] it simulates, differentiates and has a stiffness. To give it a name in model
-//! files, put it into `pam-core/src/force/`, implement `StoredForce` beside [`ForceModel`], and add two
-//! lines: `mod hardening;` and an entry in the list of `force/any.rs`.
+//! Written once over [`Scalar`] it simulates, differentiates and has a stiffness. [`StoredForce`] and `map` are for
+//! files: to give it a name there, put all before `main` into `pam-core/src/force/hardening.rs` and add two lines:
+//! `mod hardening;` in `mod.rs`, and `"hardening" => Hardening(super::hardening::HardeningSpring<S>),` in the
+//! list of `any.rs`.
 
 use num_dual::Dual64;
 use pam_core::{
-    Chambers, ForceInput, ForceModel, JointField, JointModel, ParametricField, ParametricForce,
-    Scalar, VectorField,
+    Chambers, ForceInput, ForceModel, ForceParts, JointField, JointModel, ModelError,
+    ParametricField, ParametricForce, Scalar, StoredForce, VectorField,
 };
 
 /// `f = (k₀ + k₁ (m_f + m_e) + k₃ x²) x + b ẋ`, in mN, mm, g, kg/s.
-struct HardeningSpring<S> {
-    k0: S,
-    k1: S,
-    k3: S,
-    b: S,
+#[derive(Debug, Clone, PartialEq)]
+pub struct HardeningSpring<S> {
+    /// k₀, mN/mm.
+    pub k0: S,
+    /// k₁, mN/mm/g.
+    pub k1: S,
+    /// k₃, mN/mm³.
+    pub k3: S,
+    /// b, kg/s.
+    pub b: S,
+}
+
+impl<S: Scalar> HardeningSpring<S> {
+    /// The same with other numbers.
+    pub fn map<T: Scalar>(&self, mut f: impl FnMut(S) -> T) -> HardeningSpring<T> {
+        HardeningSpring { k0: f(self.k0), k1: f(self.k1), k3: f(self.k3), b: f(self.b) }
+    }
 }
 
 impl<S: Scalar> ForceModel<S> for HardeningSpring<S> {
@@ -37,8 +50,29 @@ impl ParametricForce for HardeningSpring<f64> {
     }
 }
 
+/// In files it is one tensor.
+impl StoredForce for HardeningSpring<f64> {
+    fn to_parts(&self) -> ForceParts {
+        let mut parts = ForceParts::default();
+        parts.push_tensor("numbers", vec![4], self.parameters());
+        parts
+    }
+    fn from_parts(parts: &ForceParts) -> Result<Self, ModelError> {
+        let numbers = &parts.require("numbers")?.values;
+        let [k0, k1, k3, b] = numbers[..] else {
+            return Err(ModelError::Shape(format!("{} numbers instead of four", numbers.len())));
+        };
+        Ok(Self { k0, k1, k3, b })
+    }
+    fn describe(&self) -> String {
+        format!("hardening spring of {:.0} N/mm and more", self.k0 / 1e3)
+    }
+}
+
 fn main() {
     let spring = HardeningSpring::<f64> { k0: 80e3, k1: 500e3, k3: 4e3, b: 6500.0 };
+    let kept = HardeningSpring::from_parts(&spring.to_parts());
+    assert_eq!(kept.as_ref(), Ok(&spring));
     let model = JointModel::datasheet(spring);
     let masses = model.gas_law_masses(0.0, [412.0, 412.0]); // kPa absolute, sealed at x = 0
     let [pf, pe] = model.gas_law_pressures_kpa(0.0, masses);

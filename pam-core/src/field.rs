@@ -88,7 +88,7 @@ impl<S: Scalar, F: VectorField<S> + ?Sized> VectorField<S> for &F {
     message = "the numbers of `{Self}` cannot be exchanged, so that it cannot be differentiated",
     label = "a field with parameters is needed here",
     note = "make the field a struct over its scalar and implement `ParametricField` for the one over `f64`; \
-            a closure (`FieldFn`) can be solved but not differentiated"
+            a closure (`FieldFn`) can be solved but not differentiated, use `field_fn!` in its place"
 )]
 pub trait ParametricField: VectorField<f64> {
     /// The same field over another scalar.
@@ -122,7 +122,69 @@ impl<F: ParametricField> ParametricField for &F {
     }
 }
 
-/// A vector field from a closure `|t, y, u, dy|`.
+/// A vector field from something like a closure `|t, y, u, p, dy|` that differentiates too: with parameters
+/// `p` for the ones given, states, inputs, and a body that runs over any scalar.
+///
+/// `field_fn!([PARAMETERS], INPUTS => STATES, |t, y, u, p, dy| BODY)` is an expression whose type implements
+/// [`VectorField`] and [`ParametricField`]. Unlike a closure's, the body sees no variables of its surroundings
+/// (it is a function over a scalar `S`): what varies is a parameter, what does not is written down as
+/// `S::constant(9.81)`. Numbers of states and inputs are constants. Functions like `sin` are those of
+/// `num_dual::DualNum`, which must be in scope.
+///
+/// ```
+/// use num_dual::DualNum;
+/// use pam_core::{ParametricField, Scalar, VectorField, field_fn};
+///
+/// // A pendulum with damping p[0], driven by u: `ẍ = u − p ẋ − 9.81 sin x`.
+/// let pendulum = field_fn!([0.1], 1 => 2, |_t, y, u, p, dy| {
+///     dy[0] = y[1];
+///     dy[1] = u[0] - p[0] * y[1] - S::constant(9.81) * y[0].sin();
+/// });
+/// let mut dy = [0.0; 2];
+/// pendulum.eval_into(0.0, &[0.0, 2.0], &[1.0], &mut dy, &mut []);
+/// assert_eq!(dy, [2.0, 0.8]);
+/// assert_eq!(pendulum.parameters(), [0.1]);
+/// ```
+#[macro_export]
+macro_rules! field_fn {
+    ([$($parameter:expr),* $(,)?], $inputs:expr => $states:expr,
+     |$t:pat_param, $y:pat_param, $u:pat_param, $p:pat_param, $dy:pat_param| $body:expr) => {{
+        #[derive(Debug, Clone)]
+        struct FieldOfParameters<S>(::std::vec::Vec<S>);
+
+        impl<S: $crate::Scalar> $crate::VectorField<S> for FieldOfParameters<S> {
+            fn state_len(&self) -> usize {
+                $states
+            }
+            fn input_len(&self) -> usize {
+                $inputs
+            }
+            fn eval_into(&self, $t: f64, $y: &[S], $u: &[S], $dy: &mut [S], _work: &mut [S]) {
+                let $p: &[S] = &self.0;
+                $body;
+            }
+        }
+
+        impl $crate::ParametricField for FieldOfParameters<f64> {
+            type With<S: $crate::Scalar> = FieldOfParameters<S>;
+            fn parameters(&self) -> ::std::vec::Vec<f64> {
+                self.0.clone()
+            }
+            fn parameter_len(&self) -> usize {
+                self.0.len()
+            }
+            fn with_parameters<S: $crate::Scalar>(&self, parameters: &[S]) -> FieldOfParameters<S> {
+                assert_eq!(parameters.len(), self.0.len(), "as many parameters as the field has");
+                FieldOfParameters(parameters.to_vec())
+            }
+        }
+
+        FieldOfParameters::<f64>(::std::vec![$($parameter),*])
+    }};
+}
+
+/// A vector field from a closure `|t, y, u, dy|`. It can be solved; one that can be differentiated too is
+/// made by [`field_fn!`](crate::field_fn).
 ///
 /// ```
 /// use pam_core::{FieldFn, VectorField};

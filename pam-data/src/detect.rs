@@ -157,6 +157,27 @@ pub fn open_recordings(path: &Path, options: &LoadOptions) -> Result<Vec<Recordi
     taken.into_iter().map(|r| refilter(r, options.raw_log.cutoff_hz)).collect()
 }
 
+/// Reads all recordings of some files and folders, as the commands do, one file after another.
+///
+/// ```no_run
+/// let recordings = pam_data::read_recordings(["logs"], &pam_data::LoadOptions::default())?;
+/// # Ok::<(), pam_data::DataError>(())
+/// ```
+///
+/// # Errors
+/// [`DataError`] naming file, line and column.
+pub fn read_recordings<P: AsRef<Path>>(
+    paths: impl IntoIterator<Item = P>,
+    options: &LoadOptions,
+) -> Result<Vec<Recording>, DataError> {
+    let paths: Vec<PathBuf> = paths.into_iter().map(|p| p.as_ref().to_owned()).collect();
+    let mut recordings = Vec::new();
+    for path in collect_paths(&paths)? {
+        recordings.extend(open_recordings(&path, options)?);
+    }
+    Ok(recordings)
+}
+
 /// Expands folders into the recordings they hold (not recursively), sorted by name; files are kept
 /// as given. Hidden files and files of other kinds inside a folder are passed over.
 ///

@@ -26,7 +26,9 @@ pub mod models;
 pub mod preprocess;
 pub mod recording;
 
-pub use detect::{FileKind, LoadOptions, TRUTH_SUFFIX, collect_paths, open_recordings};
+pub use detect::{
+    FileKind, LoadOptions, TRUTH_SUFFIX, collect_paths, open_recordings, read_recordings,
+};
 pub use error::DataError;
 pub use formats::raw_log::RawLog;
 pub use masses::{MassChoice, MassOrigin, MuscleSurfaces, resolve_masses};

@@ -247,6 +247,39 @@ impl Recording {
         }
     }
 
+    /// A recording to predict along: at rest at x = 0 under these pressures (flexor, extensor; kPa
+    /// absolute) at all times (s), without an external force.
+    ///
+    /// ```
+    /// use pam_data::Recording;
+    /// let time_s = (0..100).map(|k| 0.01 * f64::from(k)).collect();
+    /// let command = Recording::at_rest("sine", time_s, [412.0, 412.0]).with_force(|t| 100e3 * t.sin());
+    /// command.validate()?;
+    /// assert_eq!(command.force_mn[50], 100e3 * 0.5_f64.sin());
+    /// # Ok::<(), pam_data::DataError>(())
+    /// ```
+    #[must_use]
+    pub fn at_rest(name: &str, time_s: Vec<f64>, pressures_kpa: [f64; 2]) -> Self {
+        let constant = |value: f64| vec![value; time_s.len()];
+        Self {
+            name: name.to_owned(),
+            displacement_mm: constant(0.0),
+            velocity_mm_s: constant(0.0),
+            pressure_flexor_kpa: constant(pressures_kpa[0]),
+            pressure_extensor_kpa: constant(pressures_kpa[1]),
+            force_mn: constant(0.0),
+            time_s,
+            ..Self::empty(Path::new(name))
+        }
+    }
+
+    /// The same under another external force (mN), a function of time (s).
+    #[must_use]
+    pub fn with_force(mut self, force_mn: impl Fn(f64) -> f64) -> Self {
+        self.force_mn = self.time_s.iter().map(|&t| force_mn(t)).collect();
+        self
+    }
+
     /// A recording without samples, named after its file.
     #[must_use]
     pub fn empty(source: &Path) -> Self {

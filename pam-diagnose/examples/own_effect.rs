@@ -25,7 +25,7 @@ const INFO: EffectInfo = EffectInfo {
 
 /// Force `−drag v |v|`.
 #[derive(Debug, Clone, Copy)]
-struct QuadraticDrag;
+pub struct QuadraticDrag;
 
 impl Effect for QuadraticDrag {
     fn info(&self) -> &'static EffectInfo {

@@ -24,13 +24,23 @@ tr.mean td { font-weight: 600; background: #f5f6f8; }
 figure { margin: .6rem 0; } figure svg { width: 100%; height: auto; display: block; }
 figure.wide { overflow-x: auto; } figure.wide svg { min-width: 640px; }
 figcaption { color: #555; font-size: .88rem; } code { background: #f2f2f2; padding: .05rem .3rem; }
+pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .85rem; }
+/* A shadow at an edge says that there is more behind it. */
+.scroll { background: linear-gradient(to right, #fff 40%, transparent) left / 2rem 100% no-repeat local,
+  linear-gradient(to left, #fff 40%, transparent) right / 2rem 100% no-repeat local,
+  linear-gradient(to right, #0003, transparent) left / .7rem 100% no-repeat,
+  linear-gradient(to left, #0003, transparent) right / .7rem 100% no-repeat; }
 details > summary { cursor: pointer; font-weight: 600; margin: .6rem 0; } footer { color: #777;
   font-size: .85rem; margin-top: 3rem; border-top: 1px solid #ddd; padding-top: .6rem; }
-/* On a phone figures keep readable labels and scroll sideways; cards stand two abreast. */
+/* On a phone figures keep readable labels and scroll sideways, tables keep their first column in sight; cards
+   stand two abreast. */
 @media (max-width: 600px) { body { padding: 1rem .8rem 3rem; } h1 { font-size: 1.4rem; }
   .cards { display: grid; grid-template-columns: 1fr 1fr; gap: .5rem; } .card { min-width: 0; padding: .4rem .7rem;
   overflow-wrap: anywhere; } .card b { font-size: 1.2rem; }
-  figure { overflow-x: auto; } figure svg { width: auto; min-width: 440px; max-width: none; } }
+  .scroll td:first-child, .scroll th:first-child { position: sticky; left: 0; background: #fff;
+  white-space: normal; min-width: 6rem; max-width: 9.5rem; overflow-wrap: break-word; }
+  figure { overflow-x: auto; } figure svg { width: auto; min-width: 440px; max-width: none; }
+  .three figure svg { width: 100%; min-width: 0; } }
 ";
 
 /// A whole report.

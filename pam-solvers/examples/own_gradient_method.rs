@@ -2,12 +2,15 @@
 //!
 //! Every parameter in turn gets a tiny imaginary part; the imaginary part of the replayed states is the
 //! derivative, without cancellation (W. Squire and G. Trapp 1998). To ship it, put the type into
-//! `pam-solvers/src/sensitivity/complex_step.rs` and add two lines to `mod.rs` there.
+//! `pam-solvers/src/sensitivity/complex_step.rs` and add two lines: `mod complex_step;` in `mod.rs` there, and
+//! `"complex_step" => ComplexStep(complex_step::ComplexStepThroughSolver),`, with a line of what it is, in the
+//! list of `named.rs`. `pam gradient --method complex_step` then knows it.
 
 use pam_autodiff::{ByTape, ComplexStep};
 use pam_core::{ParametricField, Scalar, VectorField};
 use pam_solvers::sensitivity::{
-    DiscreteAdjoint, Gradient, GradientMethod, GradientStatistics, Loss, Problem,
+    DiscreteAdjoint, Gradient, GradientMethod, GradientStatistics, Loss, MethodSetup, NamedMethod,
+    Problem,
 };
 use pam_solvers::{
     Grid, Integrator, NoInput, ParametricInput, PidController, SaveAt, SolveError, Tableau, Term,
@@ -15,8 +18,16 @@ use pam_solvers::{
 };
 
 /// The complex step, with this imaginary part.
-struct ComplexStepThroughSolver {
-    h: f64,
+pub struct ComplexStepThroughSolver {
+    /// The imaginary part.
+    pub h: f64,
+}
+
+/// How it is made where only its name is given.
+impl<C> NamedMethod<C> for ComplexStepThroughSolver {
+    fn from_setup(_: MethodSetup<C>) -> Self {
+        Self { h: 1e-40 }
+    }
 }
 
 impl<F: ParametricField, I: ParametricInput> GradientMethod<F, I> for ComplexStepThroughSolver {

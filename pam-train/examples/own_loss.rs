@@ -1,6 +1,6 @@
 //! A loss of one's own for the joint: log-cosh, which is quadratic for small errors and linear for large ones.
 //!
-//! To give it a name in curricula, derive `Serialize` and `Deserialize`, put it into
+//! To give it a name in curricula, put it into
 //! `pam-train/src/loss/log_cosh.rs`, and add two lines: `mod log_cosh;` in `mod.rs` and
 //! `LogCosh(log_cosh::LogCosh),` in the list of `any.rs`.
 
@@ -8,12 +8,14 @@ use pam_core::{JointModel, SpringDamper};
 use pam_data::{Channel, MassOrigin, Recording};
 use pam_train::gradient::general;
 use pam_train::{GradientChoice, Predictor, SolverSettings, Subject, TrajectoryLoss};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// `Σ_c mean_k ln cosh((predicted − measured) / scale_c)`.
-struct LogCosh {
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LogCosh {
     /// Scale of each channel: mm, mm/s, kPa, kPa.
-    scales: [f64; 4],
+    pub scales: [f64; 4],
 }
 
 impl TrajectoryLoss for LogCosh {

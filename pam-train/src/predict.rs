@@ -151,6 +151,11 @@ pub struct PredictError {
 }
 
 /// Whatever predicts a recording from its first sample: a joint model, or one with more parts.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` does not predict recordings",
+    label = "a predictor is needed here",
+    note = "a `JointModel` of any force model predicts, and an `Extended` one; implement `Predictor` for others"
+)]
 pub trait Predictor: Sync {
     /// The prediction at the recording's sample times, driven by its measured force alone.
     ///

@@ -70,14 +70,15 @@ pub use pam_train as train;
 /// What most programs begin with.
 pub mod prelude {
     pub use num_dual::{Dual64, DualNum, HyperDual64};
-    pub use pam_autodiff::linearise;
+    pub use pam_autodiff::{ByDual, ByTape, linearise};
     pub use pam_core::{
         Activation, AnyForce, FieldFn, ForceInput, ForceModel, JointModel, Mlp, NetworkForce,
-        ParametricField, Scalar, SealedMasses, SpringDamper, VectorField,
+        ParametricField, PhysicalParameters, Scalar, SealedMasses, SpringDamper, VectorField,
+        field_fn,
     };
     pub use pam_data::{
         Channel, LoadOptions, MassChoice, Recording, SavedModel, collect_paths, load_model,
-        models::save_model, open_recordings, resolve_masses,
+        models::save_model, open_recordings, read_recordings, resolve_masses,
     };
     pub use pam_diagnose::effects::{AnyEffect, Effect, EffectInfo, ParameterInfo, by_id};
     pub use pam_diagnose::{
@@ -89,9 +90,12 @@ pub mod prelude {
     pub use pam_solvers::{
         Constant, InputFn, Integrator, NoInput, PidController, SaveAt, Solution, Tableau, Term,
     };
+    pub use pam_train::curriculum::Curriculum;
+    pub use pam_train::loss::{SampleErrors, pointwise};
+    pub use pam_train::training::{Trained, Trainer, Training};
     pub use pam_train::{
-        Evaluation, Predictor, SolverSettings, Subject, TrajectoryLoss, evaluate, evaluate_with,
-        predict,
+        Evaluation, GradientChoice, Predictor, SolverSettings, Subject, TrajectoryLoss, evaluate,
+        evaluate_with, predict,
     };
 }
 

@@ -103,12 +103,7 @@ impl Claim {
         }
         let mut text = String::new();
         file.read_to_string(&mut text).map_err(|e| AblateError::io(&path, e))?;
-        // A line that was cut short by a crash is no event; the next one begins after it.
-        let event = |line: &str| {
-            let value: Value = serde_json::from_str(line).ok()?;
-            Some(value["event"].as_str()?.to_owned())
-        };
-        let events: Vec<String> = text.lines().filter_map(event).collect();
+        let events = events(&text);
         let attempts = events.iter().filter(|e| *e == BEGAN).count();
         let over = events.last().is_some_and(|e| e == OVER);
         if !text.is_empty() && !text.ends_with('\n') {
@@ -156,11 +151,31 @@ impl Claim {
     }
 }
 
-/// How often work on a cell was begun, without claiming it; zero if its file cannot be read.
+/// The events in the text of a claim. A line that was cut short by a crash is none; the next one begins
+/// after it.
+fn events(text: &str) -> Vec<String> {
+    let event = |line: &str| {
+        let value: Value = serde_json::from_str(line).ok()?;
+        Some(value["event"].as_str()?.to_owned())
+    };
+    text.lines().filter_map(event).collect()
+}
+
+/// The events of a cell as they are seen without claiming it; none if its file cannot be read.
+fn seen(folder: &Path) -> Vec<String> {
+    std::fs::read_to_string(folder.join("claim")).map_or_else(|_| Vec::new(), |text| events(&text))
+}
+
+/// How often work on a cell was begun, without claiming it.
 #[must_use]
 pub fn attempts(folder: &Path) -> usize {
-    std::fs::read_to_string(folder.join("claim"))
-        .map_or(0, |text| text.lines().filter(|l| l.contains(BEGAN)).count())
+    seen(folder).iter().filter(|e| *e == BEGAN).count()
+}
+
+/// Whether a cell seems to be over, without claiming it.
+#[must_use]
+pub fn is_over(folder: &Path) -> bool {
+    seen(folder).last().is_some_and(|e| e == OVER)
 }
 
 /// Checks that the file system of a folder keeps locks apart.

@@ -20,7 +20,7 @@ mod record;
 
 pub use claim::{Claim, Claimed};
 pub use merge::merge;
-pub use record::{CellRecord, Status};
+pub use record::{CellRecord, Quantity, Status};
 
 use crate::error::AblateError;
 use crate::experiment::{Experiment, Problem};
@@ -64,8 +64,8 @@ impl SweepFolder {
             Some(_) if !extend => {
                 return Err(AblateError::folder(
                     path,
-                    "it holds another sweep; give another --out, or --extend to keep the cells that are in \
-                     both and add the rest",
+                    "it holds another sweep, or the same one on other recordings; give another --out, or \
+                     --extend to keep the cells that are in both and add the rest",
                 ));
             }
             _ => {

@@ -17,6 +17,15 @@ pub enum Status {
     Failed,
 }
 
+/// What of a cell a table shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Numbers that repeat.
+    Metrics,
+    /// Times, which do not.
+    Times,
+}
+
 /// A cell that is over.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CellRecord {
@@ -64,16 +73,29 @@ impl CellRecord {
         }
     }
 
-    /// A metric, if it was found.
-    #[must_use]
-    pub fn metric(&self, name: &str) -> Option<f64> {
-        self.metrics.get(name).and_then(Value::as_f64)
+    fn values(&self, of: Quantity) -> &Map<String, Value> {
+        match of {
+            Quantity::Metrics => &self.metrics,
+            Quantity::Times => &self.times,
+        }
     }
 
-    /// A time, if it was taken, s.
+    /// A metric or a time (s), if it was found.
     #[must_use]
-    pub fn time(&self, name: &str) -> Option<f64> {
-        self.times.get(name).and_then(Value::as_f64)
+    pub fn value(&self, of: Quantity, name: &str) -> Option<f64> {
+        self.values(of).get(name).and_then(Value::as_f64)
+    }
+
+    /// Names of all metrics or times of some cells, in the order in which cells first have them.
+    #[must_use]
+    pub fn names(records: &[Option<Self>], of: Quantity) -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for name in records.iter().flatten().flat_map(|r| r.values(of).keys()) {
+            if !names.contains(name) {
+                names.push(name.clone());
+            }
+        }
+        names
     }
 }
 

@@ -11,6 +11,7 @@ mod parse;
 pub use cells::{Cell, Choice};
 
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// One key and the value it is set to.
@@ -125,6 +126,11 @@ pub struct Sweep {
     pub search: Option<Search>,
     /// Folder that relative paths start from.
     pub base: PathBuf,
+    /// Digests of the data behind the paths that the sweep names, where the experiment knows them
+    /// ([`TrainingExperiment::digests`](crate::TrainingExperiment::digests)): what the data are, wherever they
+    /// are.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub data: BTreeMap<String, String>,
     /// The sweep file, for messages; empty if none.
     #[serde(skip)]
     pub path: PathBuf,
@@ -148,6 +154,7 @@ impl Sweep {
             axes: Vec::new(),
             search: None,
             base: PathBuf::new(),
+            data: BTreeMap::new(),
             path: PathBuf::new(),
             experiment_line: 0,
         }
@@ -185,14 +192,25 @@ impl Sweep {
         self
     }
 
-    /// Whether two sweeps have the same cells and the same report, wherever they are kept.
+    /// Whether two sweeps have the same cells and the same report, wherever they and their data are kept.
+    /// Data are the same if their digests are; without digests, if their paths are.
     #[must_use]
     pub fn same_as(&self, other: &Self) -> bool {
+        let known = !self.data.is_empty() && !other.data.is_empty();
+        let digests = |s: &Self| {
+            let mut digests: Vec<String> = s.data.values().cloned().collect();
+            digests.sort();
+            digests
+        };
         let plain = |s: &Self| {
             let mut s = s.clone();
             s.base = PathBuf::new();
+            s.data.clear();
+            if known {
+                s.experiment.remove("recordings");
+            }
             serde_json::to_value(s).ok()
         };
-        plain(self) == plain(other)
+        plain(self) == plain(other) && (!known || digests(self) == digests(other))
     }
 }

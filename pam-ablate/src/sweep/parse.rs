@@ -229,6 +229,7 @@ impl Sweep {
             axes,
             search: raw.search.map(Spanned::into_inner),
             base: path.parent().unwrap_or(Path::new("")).to_owned(),
+            data: BTreeMap::new(),
             path: path.to_owned(),
             experiment_line,
         })

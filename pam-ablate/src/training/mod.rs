@@ -1,6 +1,8 @@
 //! The experiment that trains a model in each cell.
 //!
-//! A cell is a curriculum with some of its values changed, a set of recordings, and a seed. Besides the
+//! A cell is a curriculum with some of its values changed, a set of recordings, and a seed. It is known by their
+//! content: a sweep goes on where the folders of sweep, curriculum and recordings were moved or are mounted
+//! elsewhere, and is another one where a sample differs. Besides the
 //! curriculum's own keys (`model.activation`, `solver.gradient`, `stage.2.epochs`, …) an axis can set
 //! those of [`CellSettings`]: `curriculum`, `recordings`, `subset`, `seconds`, `stiffness.scheme`,
 //! `stiffness.step_mm`.
@@ -17,6 +19,7 @@
 //! | `rollbacks` | epochs that diverged and were done again |
 //! | `stiffness_…` | see [`stiffness`] |
 
+mod digest;
 mod settings;
 pub mod stiffness;
 
@@ -33,12 +36,15 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 type Recordings = Arc<Vec<Recording>>;
+
+/// Recordings by the paths that a cell names, with their digest.
+type Read = HashMap<Vec<PathBuf>, (Recordings, String)>;
 
 /// Trains a model in each cell.
 #[derive(Debug)]
@@ -48,7 +54,11 @@ pub struct TrainingExperiment {
     load: LoadOptions,
     checkpoint_every: Duration,
     made_by: String,
-    read: Mutex<HashMap<Vec<PathBuf>, Recordings>>,
+    read: Mutex<Read>,
+    /// Digests that stand for data which need not be there.
+    stored: BTreeMap<String, String>,
+    /// Whether data without such a digest are read.
+    reads: bool,
 }
 
 impl TrainingExperiment {
@@ -61,7 +71,9 @@ impl TrainingExperiment {
             load,
             checkpoint_every: Duration::from_secs(10),
             made_by: made_by.to_owned(),
-            read: Mutex::new(HashMap::new()),
+            read: Mutex::default(),
+            stored: BTreeMap::new(),
+            reads: true,
         }
     }
 
@@ -73,6 +85,22 @@ impl TrainingExperiment {
         self
     }
 
+    /// The experiment of a sweep whose cells are only looked at: no data are read. Cells whose data the sweep
+    /// has digests of ([`Sweep::data`]) have their names; others have names that no run gives them.
+    #[must_use]
+    pub fn without_data(sweep: &Sweep, made_by: &str) -> Self {
+        let stored = sweep.data.clone();
+        Self { stored, reads: false, ..Self::new(sweep, LoadOptions::default(), made_by) }
+    }
+
+    /// Digests of the data of all cells that were planned, for [`Sweep::data`].
+    #[must_use]
+    pub fn digests(&self) -> BTreeMap<String, String> {
+        let read = self.read.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let own = read.iter().map(|(paths, (_, digest))| (key(paths), digest.clone()));
+        self.stored.clone().into_iter().chain(own).collect()
+    }
+
     /// The settings and the curriculum of a cell.
     ///
     /// # Errors
@@ -81,12 +109,12 @@ impl TrainingExperiment {
         CellSettings::of(&self.experiment, &self.base, &cell.assignments)
     }
 
-    /// Reads the recordings of some files or folders, once for all cells.
-    fn recordings(&self, paths: &[PathBuf]) -> Result<Recordings, Problem> {
+    /// Reads the recordings of some files or folders, once for all cells, and digests them.
+    fn read(&self, paths: &[PathBuf]) -> Result<(Recordings, String), Problem> {
         // Cells that need the same files wait for the one that reads them.
         let mut read = self.read.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        if let Some(found) = read.get(paths) {
-            return Ok(Arc::clone(found));
+        if let Some((recordings, digest)) = read.get(paths) {
+            return Ok((Arc::clone(recordings), digest.clone()));
         }
         let absolute: Vec<PathBuf> = paths.iter().map(|p| self.base.join(p)).collect();
         let fail = |e: pam_data::DataError| Problem::new(e.to_string());
@@ -97,8 +125,9 @@ impl TrainingExperiment {
             .collect::<Result<_, _>>()
             .map_err(fail)?;
         let found: Recordings = Arc::new(all.into_iter().flatten().collect());
-        read.insert(paths.to_vec(), Arc::clone(&found));
-        Ok(found)
+        let digest = digest::of_recordings(&found);
+        read.insert(paths.to_vec(), (Arc::clone(&found), digest.clone()));
+        Ok((found, digest))
     }
 
     /// The recordings that a cell trains on or holds out.
@@ -108,7 +137,7 @@ impl TrainingExperiment {
         curriculum: &Curriculum,
         seed: u64,
     ) -> Result<Vec<Recording>, Problem> {
-        let all = self.recordings(&settings.recordings)?;
+        let (all, _) = self.read(&settings.recordings)?;
         let trained = |r: &&Recording| curriculum.data.train.takes(&r.name, false);
         let mut train: Vec<&Recording> = all.iter().filter(trained).collect();
         if let Some(subset) = settings.subset {
@@ -135,6 +164,11 @@ impl TrainingExperiment {
     }
 }
 
+/// Some paths as one text.
+fn key(paths: &[PathBuf]) -> String {
+    paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
+}
+
 /// Keeps the draw of recordings apart from that of weights.
 const SUBSET_STREAM: u64 = 0x7375_6273_6574;
 
@@ -143,6 +177,15 @@ const CHANNELS: [&str; 4] = ["x", "v", "pf", "pe"];
 impl Experiment for TrainingExperiment {
     fn configuration(&self, cell: &Cell) -> Result<Value, Problem> {
         let (settings, curriculum) = self.settings(cell)?;
+        let digest = match self.stored.get(&key(&settings.recordings)) {
+            Some(digest) => digest.clone(),
+            None if self.reads => self.read(&settings.recordings)?.1,
+            None => key(&settings.recordings),
+        };
+        // Paths lead elsewhere on another machine; what they lead to decides the numbers.
+        let mut settings = json!(settings);
+        settings["recordings"] = digest.into();
+        settings["curriculum"] = curriculum.name.as_str().into();
         Ok(json!({ "settings": settings, "curriculum": curriculum }))
     }
 

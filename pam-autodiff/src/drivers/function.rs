@@ -19,6 +19,11 @@ use pam_core::Scalar;
 /// assert_eq!(gradient(&Rosenbrock, &[1.0, 1.0]), [0.0, 0.0]);
 /// assert_eq!(hessian(&Rosenbrock, &[1.0, 1.0]), [802.0, -400.0, -400.0, 200.0]);
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no function over any scalar",
+    note = "implement `Function` with `fn eval<S: Scalar>(&self, x: &[S], out: &mut [S])`; a closure goes to \
+            `gradient_of(|x: &[Var]| …, at)`"
+)]
 pub trait Function {
     /// Number of outputs m.
     fn output_len(&self) -> usize {

@@ -76,6 +76,10 @@ pub trait DifferentiableField {
 }
 
 /// A way to differentiate fields of type `F`.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` does not differentiate the field `{F}`",
+    note = "`ByTape` and `ByDual` differentiate every `ParametricField`, `ByHand` the joint with a network"
+)]
 pub trait Differentiation<F> {
     /// The field with its derivatives.
     type Field<'a>: DifferentiableField

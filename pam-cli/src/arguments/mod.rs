@@ -20,6 +20,7 @@ pub use train::TrainArguments;
 
 use crate::options::{DataOptions, ModelOptions, SolverOptions, StepOptions};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use pam_train::GradientChoice;
 use std::path::PathBuf;
 
 /// Hybrid neural ODEs of an antagonistic pneumatic-muscle joint.
@@ -289,10 +290,8 @@ pub struct GradientArguments {
     /// averages)
     #[arg(long, default_value = "paper", value_name = "NAME")]
     pub loss: String,
-    /// Gradient method: exact (closed form, for networks of leaky_relu or relu), adjoint (of the steps,
-    /// fast), tape, dual, forward and fd (of the steps, slow), backsolve, interpolating and quadrature
-    /// (continuous adjoints, exact up to tolerances), or auto: exact where it applies, else adjoint
-    #[arg(long, default_value = "auto", value_name = "NAME")]
+    /// Gradient method, by its name.
+    #[arg(long, default_value = "auto", value_name = "NAME", help = gradient_methods())]
     pub method: String,
     /// Runge–Kutta method: tsit5, rk4, bs3, dp5 [default: tsit5]
     #[arg(long, value_name = "NAME")]
@@ -319,6 +318,16 @@ pub struct GradientArguments {
     /// Steps and input.
     #[command(flatten)]
     pub steps: StepOptions,
+}
+
+/// Help of `pam gradient --method`.
+fn gradient_methods() -> String {
+    let named = GradientChoice::ALL.iter().map(|(name, c)| format!("{name} ({})", c.describe()));
+    format!(
+        "Gradient method: exact (closed form, for networks of leaky_relu or relu), {}, or auto: exact where \
+         it applies, else adjoint",
+        named.collect::<Vec<_>>().join(", ")
+    )
 }
 
 /// What `pam bench` compares.

@@ -85,12 +85,22 @@ fn sweep(
     if !(arguments.checkpoint_s.is_finite() && arguments.checkpoint_s >= 0.0) {
         return Err(CliError::Usage("--checkpoint-s must not be negative".into()));
     }
-    let sweep = asked(arguments)?;
+    let mut sweep = asked(arguments)?;
+    // What is wrong with the settings is told before recordings are read.
+    let seen = plan(&sweep, &TrainingExperiment::without_data(&sweep, &made_by()))?;
     let experiment = experiment(&sweep, arguments.reading.load_options()?, arguments);
-    let planned = plan(&sweep, &experiment)?;
     if arguments.list {
-        return list(arguments, &sweep, &planned, console);
+        if arguments.sweep.is_none() && !sweep.data.is_empty() {
+            return list(arguments, &sweep, &seen, true, console);
+        }
+        // A list is to be had without the recordings too, but for the names of the cells.
+        return match plan(&sweep, &experiment) {
+            Ok(planned) => list(arguments, &sweep, &planned, true, console),
+            Err(_) => list(arguments, &sweep, &seen, false, console),
+        };
     }
+    let planned = plan(&sweep, &experiment)?;
+    sweep.data = experiment.digests();
     let Some(out) = &arguments.out else {
         return Err(CliError::Usage("give --out DIR".into()));
     };
@@ -160,7 +170,7 @@ fn merged(arguments: &MergeArguments, console: &Console) -> Result<ExitCode, Cli
         _ => return Err(CliError::Usage("give --out DIR for what is merged".into())),
     };
     let sweep = SweepFolder::at(sources[0]).sweep()?;
-    let experiment = TrainingExperiment::new(&sweep, LoadOptions::default(), &made_by());
+    let experiment = TrainingExperiment::without_data(&sweep, &made_by());
     let planned = plan(&sweep, &experiment)?;
     let folder = SweepFolder::begin(out, &sweep, false)?;
     merge(&sources, &folder, &sweep, &planned)?;
@@ -173,6 +183,7 @@ fn list(
     arguments: &AblateArguments,
     sweep: &Sweep,
     planned: &[Planned],
+    named: bool,
     console: &Console,
 ) -> Result<ExitCode, CliError> {
     let records = match &arguments.out {
@@ -186,9 +197,10 @@ fn list(
         let status = status.as_str().unwrap_or_default().to_owned();
         let shard = p.cell.index % arguments.shard.count + 1;
         values.push(json!({
-            "cell": p.id, "shard": shard, "status": status, "settings": p.cell.describe(sweep),
+            "cell": named.then_some(&p.id), "shard": shard, "status": status, "settings": p.cell.describe(sweep),
         }));
-        rows.push(vec![p.id.clone(), shard.to_string(), status, p.cell.describe(sweep)]);
+        let id = if named { p.id.clone() } else { "–".into() };
+        rows.push(vec![id, shard.to_string(), status, p.cell.describe(sweep)]);
     }
     console.json(&json!({ "cells": values }));
     console.text(table(&rows));

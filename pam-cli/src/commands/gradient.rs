@@ -7,7 +7,7 @@ use crate::error::CliError;
 use crate::options::{AUTO, EXACT, describe_model, solver_json};
 use crate::run_record::made_by;
 use pam_core::simd::Float;
-use pam_core::{AnyForce, JointModel, NetworkForce, ParametricForce};
+use pam_core::{AnyForce, JointModel, ModelError, NetworkForce, ParametricForce};
 use pam_data::atomic::write_atomic;
 use pam_data::formats::npz::{self, Array};
 use pam_data::{DataError, SavedModel, collect_paths};
@@ -70,19 +70,28 @@ fn how(
         EXACT if single => {
             Err(CliError::Usage("--method exact runs in doubles; drop --precision".into()))
         }
-        EXACT => Ok((arguments.steps.settings_for(EXACT, saved)?, GradientChoice::Exact)),
+        // The closed form's gradient is the adjoint of its pieces.
+        EXACT => Ok((arguments.steps.settings_for(EXACT, saved)?, GradientChoice::Adjoint)),
         AUTO if solver.is_none() && !single => {
-            let settings = arguments.steps.settings_for(AUTO, saved)?;
-            let exact = settings.step == StepChoice::Exact;
-            Ok((settings, if exact { GradientChoice::Exact } else { GradientChoice::Adjoint }))
+            Ok((arguments.steps.settings_for(AUTO, saved)?, GradientChoice::Adjoint))
         }
         method => {
             let choice = match method {
                 AUTO => GradientChoice::Adjoint,
-                _ => GradientChoice::from_name(method)?,
+                _ => GradientChoice::from_name(method).map_err(with_own_names)?,
             };
             Ok((arguments.steps.settings(solver.unwrap_or("tsit5"))?, choice))
         }
+    }
+}
+
+/// The error of an unknown method, with the names that only the command knows.
+fn with_own_names(error: ModelError) -> ModelError {
+    match error {
+        ModelError::UnknownName { kind, name, known } => {
+            ModelError::UnknownName { kind, name, known: format!("{known}, {EXACT}, {AUTO}") }
+        }
+        other => other,
     }
 }
 
@@ -103,12 +112,15 @@ struct Measured {
 }
 
 impl Work<'_> {
+    /// Name of the method.
+    fn method(&self) -> &'static str {
+        if self.settings.step == StepChoice::Exact { EXACT } else { self.choice.name() }
+    }
+
     fn measure(&self, console: &Console) -> Result<Measured, CliError> {
         let single = self.arguments.precision == PrecisionArgument::F32;
         match &self.saved.model.force {
-            AnyForce::Network(force)
-                if matches!(self.choice, GradientChoice::Adjoint | GradientChoice::Exact) =>
-            {
+            AnyForce::Network(force) if self.choice == GradientChoice::Adjoint => {
                 let model = self.saved.model.map(|v| v, |_| force.clone());
                 if single { self.fast::<f32>(&model) } else { self.fast::<f64>(&model) }
             }
@@ -210,7 +222,7 @@ impl Work<'_> {
             "value_and_grad_s": measured.seconds,
             "x_error_mm": x_error_mm,
             "loss_name": self.arguments.loss,
-            "method": self.choice.name(),
+            "method": self.method(),
             "precision": format!("{:?}", self.arguments.precision).to_lowercase(),
             "solver": solver_json(&self.settings),
             "accepted_steps": s.accepted,
@@ -282,7 +294,7 @@ impl Work<'_> {
             self.arguments.loss,
             g.value,
             self.subjects.len() - g.failures.len(),
-            self.choice.name(),
+            self.method(),
             measured.seconds,
             table(&rows),
             s.accepted,
@@ -311,7 +323,7 @@ impl Work<'_> {
                 describe_model(self.saved),
                 self.arguments.loss,
                 self.settings.describe(),
-                self.choice.name(),
+                self.method(),
                 format!("{:?}", self.arguments.precision).to_lowercase()
             ),
             loss: g.value,

@@ -1,3 +1,4 @@
+use crate::error::ControlError;
 use pam_core::{Activation, JointModel, NetworkForce};
 use pam_embedded::network::{MAGIC, VERSION};
 
@@ -11,14 +12,16 @@ pub enum Precision {
 }
 
 /// A model as the bytes of a [`pam_embedded::Network`].
-#[must_use]
+///
+/// # Errors
+/// [`ControlError::Spec`] if the evaluator does not know the network's activation.
 pub fn network_bytes<F>(
     model: &JointModel<f64, F>,
     force: &NetworkForce<f64>,
     precision: Precision,
-) -> Vec<u8> {
+) -> Result<Vec<u8>, ControlError> {
     let layers = force.mlp().layers();
-    let activation = embedded(force.mlp().activation());
+    let activation = embedded(force.mlp().activation())?;
     let parameter = match activation {
         pam_embedded::Activation::LeakyRelu(slope) => slope,
         _ => 0.0,
@@ -46,13 +49,15 @@ pub fn network_bytes<F>(
             }
         }
     }
-    bytes
+    Ok(bytes)
 }
 
 /// The evaluator's activation for a model's.
-fn embedded(activation: &Activation) -> pam_embedded::Activation {
+fn embedded(activation: &Activation) -> Result<pam_embedded::Activation, ControlError> {
     use pam_embedded::Activation as Embedded;
-    match activation {
+    // An activation that is added to the models need not be one of the evaluator.
+    #[allow(unreachable_patterns)]
+    Ok(match activation {
         Activation::LeakyRelu(a) => Embedded::LeakyRelu(a.slope),
         Activation::Relu(_) => Embedded::LeakyRelu(0.0),
         Activation::Tanh(_) => Embedded::Tanh,
@@ -61,5 +66,13 @@ fn embedded(activation: &Activation) -> pam_embedded::Activation {
         Activation::Gelu(_) => Embedded::Gelu,
         Activation::Elu(_) => Embedded::Elu,
         Activation::Sine(_) => Embedded::Sine,
-    }
+        other => {
+            return Err(ControlError::Spec {
+                text: other.name().to_owned(),
+                why: "the evaluator for microcontrollers does not have this activation; add it to \
+                      pam-embedded/src/activation.rs, or export the table alone"
+                    .into(),
+            });
+        }
+    })
 }

@@ -7,6 +7,11 @@ use crate::scalar::Scalar;
 ///
 /// The order of the parameters is that in which the model's `map` visits them; for a network layer by
 /// layer, the weight matrix column by column, then the bias.
+#[diagnostic::on_unimplemented(
+    message = "the numbers of the force `{Self}` cannot be exchanged, so that it cannot be trained",
+    label = "a force model with parameters is needed here",
+    note = "make the force a struct over its scalar and implement `ParametricForce` for the one over `f64`"
+)]
 pub trait ParametricForce: ForceModel<f64> {
     /// The same model over another scalar.
     type With<S: Scalar>: ForceModel<S>;

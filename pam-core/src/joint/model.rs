@@ -33,6 +33,34 @@ impl<S: Scalar, F> JointModel<S, F> {
         }
     }
 
+    /// The same model with other physical parameters.
+    ///
+    /// ```
+    /// use pam_core::{JointModel, PhysicalParameters, SpringDamper};
+    /// let heavy = PhysicalParameters { mass_kg: 315.0, ..PhysicalParameters::datasheet() };
+    /// let model = JointModel::datasheet(SpringDamper::<f64>::published()).with_physical(heavy);
+    /// assert!((model.physical().mass_kg - 315.0).abs() < 1e-9);
+    /// ```
+    #[must_use]
+    pub fn with_physical(mut self, physical: PhysicalParameters<S>) -> Self {
+        self.raw = physical.to_raw();
+        self
+    }
+
+    /// The same model with other muscles.
+    #[must_use]
+    pub fn with_geometry(mut self, geometry: MuscleGeometry) -> Self {
+        self.geometry = geometry;
+        self
+    }
+
+    /// The same model with auxiliary damping B, kg/s.
+    #[must_use]
+    pub fn with_auxiliary_damping(mut self, damping_kg_s: S) -> Self {
+        self.auxiliary_damping_kg_s = damping_kg_s;
+        self
+    }
+
     /// The physical parameters, `softplus(raw)`.
     #[must_use]
     pub fn physical(&self) -> PhysicalParameters<S> {

@@ -13,6 +13,12 @@ use num_traits::{FromPrimitive, ToPrimitive};
 /// A number that a model can run with.
 ///
 /// Comparisons look at the real part only, so a dual run takes the same branches as a plain one.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no number that a model can run with",
+    label = "a scalar is needed here",
+    note = "scalars are `f64`, `f32`, the dual numbers of `num_dual` and the numbers of `pam_autodiff`; a function \
+            over any of them begins with `fn name<S: Scalar>(…)`"
+)]
 pub trait Scalar: DualNum + Copy {
     /// The constant `value`, with no derivative.
     #[inline]

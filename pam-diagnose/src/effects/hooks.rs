@@ -96,6 +96,12 @@ pub enum Absorbed {
 ///
 /// `p` holds the values of [`EffectInfo::parameters`] followed by the switches. All hooks are neutral
 /// by default.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no effect",
+    label = "an effect is needed here",
+    note = "implement `Effect`: `info` and `starts`, and the hooks where it acts; see \
+            `pam-diagnose/examples/own_effect.rs`"
+)]
 pub trait Effect: Send + Sync + 'static {
     /// Id, parameters, words.
     fn info(&self) -> &'static EffectInfo;

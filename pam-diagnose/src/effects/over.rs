@@ -69,6 +69,11 @@ impl<E: Effect, S: Scalar> EffectOver<S> for E {
 }
 
 /// An effect of any kind.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no effect",
+    label = "an effect is needed here",
+    note = "implement `Effect` for it, which makes it an `AnyEffect` as well"
+)]
 pub trait AnyEffect:
     EffectOver<f64> + EffectOver<Derivatives> + EffectOver<Var> + Send + Sync
 {

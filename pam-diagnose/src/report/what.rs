@@ -19,7 +19,7 @@ pub(super) fn section(d: &Diagnosis) -> Markup {
                     td { (c.channel) " (" (c.unit) ")" }
                     td { (number(c.rms, 4)) } td { (number(c.floor, 4)) } td { (number(c.ratio(), 1)) }
                     td { (number(c.mean, 4)) } td { (number(c.next_correlation, 3)) }
-                    td.text {
+                    td.text.wrap {
                         @for dep in c.dependence.iter().take(4) {
                             (dep.factor) " " (format!("{:.0} %", 100.0 * dep.share)) "; "
                         }

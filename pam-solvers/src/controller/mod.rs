@@ -19,6 +19,11 @@ pub struct Decision {
 
 /// Chooses step sizes. The controller sees real parts only, so plain and dual runs take the same
 /// steps.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` does not control steps",
+    label = "a step controller is needed here",
+    note = "use `PidController::new(rtol, atol)` or `ConstantStep::new(step_s)`"
+)]
 pub trait StepController: Send + Sync {
     /// The first step to try (s), or `None` to have it estimated from the field.
     fn initial_step_s(&self) -> Option<f64>;

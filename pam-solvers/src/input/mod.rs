@@ -22,6 +22,12 @@ pub enum Side {
 }
 
 /// An input `u(t)`.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no input over `{S}`",
+    label = "an input is needed here",
+    note = "use `NoInput`, `Constant(vec![…])`, `SampledInput`, or wrap a closure: \
+            `InputFn::new(inputs, |t: f64, u: &mut [f64]| …)`"
+)]
 pub trait Input<S: Scalar> {
     /// Number of input variables.
     fn input_len(&self) -> usize;

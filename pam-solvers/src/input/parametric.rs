@@ -41,6 +41,12 @@ use pam_core::Scalar;
 ///     }
 /// }
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "the numbers of the input `{Self}` cannot be exchanged",
+    label = "an input that a gradient can be taken with is needed here",
+    note = "`NoInput`, `Constant` and `Fixed(…)` around any other input are such; implement `ParametricInput` to \
+            differentiate by numbers of the input"
+)]
 pub trait ParametricInput: Input<f64> {
     /// The same input over another scalar.
     type With<S: Scalar>: Input<S>;

@@ -1,5 +1,7 @@
 use super::direction::{Blocks, Direction};
-use super::{Gradient, GradientMethod, GradientStatistics, Loss, Problem, loss};
+use super::{
+    Gradient, GradientMethod, GradientStatistics, Loss, MethodSetup, NamedMethod, Problem, loss,
+};
 use crate::error::SolveError;
 use crate::grid::Grid;
 use crate::input::ParametricInput;
@@ -53,6 +55,14 @@ impl<S> FiniteDifference<S> {
     pub fn with_directions(mut self, directions: Vec<Direction>) -> Self {
         self.directions = Some(directions);
         self
+    }
+}
+
+impl<C> NamedMethod<C> for FiniteDifference {
+    const PAYS_BY_DIRECTION: bool = true;
+
+    fn from_setup(setup: MethodSetup<C>) -> Self {
+        Self { floors: setup.floors, directions: setup.directions, ..Self::default() }
     }
 }
 

@@ -2,13 +2,15 @@
 
 use super::direction::{Blocks, Direction};
 use super::observations::Observations;
-use super::{Gradient, GradientMethod, GradientStatistics, Loss, Problem, loss};
+use super::{
+    Gradient, GradientMethod, GradientStatistics, Loss, MethodSetup, NamedMethod, Problem, loss,
+};
 use crate::error::SolveError;
 use crate::grid::Grid;
 use crate::input::{ParametricInput, Side};
 use crate::replay::Replay;
 use crate::step::{combine_into, node};
-use pam_autodiff::{At, DifferentiableField, Differentiation, Tangent};
+use pam_autodiff::{At, ByTape, DifferentiableField, Differentiation, Tangent};
 use pam_core::ParametricField;
 
 /// Forward mode through the steps of the solver (discretise, then differentiate).
@@ -95,6 +97,14 @@ fn solve<F: ParametricField, I: ParametricInput>(
     let solution = problem.solve(&mut grid)?;
     let statistics = GradientStatistics::of_forward(solution.statistics);
     Ok((solution.into_states(), grid, statistics))
+}
+
+impl<C> NamedMethod<C> for ForwardSensitivity<ByTape> {
+    const PAYS_BY_DIRECTION: bool = true;
+
+    fn from_setup(setup: MethodSetup<C>) -> Self {
+        Self { differentiation: ByTape, directions: setup.directions }
+    }
 }
 
 impl<F, I, D> GradientMethod<F, I> for ForwardSensitivity<D>

@@ -57,6 +57,12 @@ impl GradientStatistics {
 }
 
 /// A way to obtain the gradient of a loss of a solution.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` finds no gradients for the field `{F}` under the input `{I}`",
+    label = "a gradient method is needed here",
+    note = "take one of `pam_solvers::sensitivity`, for example `DiscreteAdjoint::new(ByTape)`; the field must \
+            implement `ParametricField` and the input `ParametricInput`"
+)]
 pub trait GradientMethod<F, I> {
     /// Name for tables and figures, the differentiation included.
     fn name(&self) -> String;

@@ -20,6 +20,11 @@
 /// let value = loss.value_and_cotangents(&[0.0, 1.0], &[3.0, 9.0, 4.0, 9.0], &mut cotangents);
 /// assert_eq!((value, cotangents), (12.5, [3.0, 0.0, 4.0, 0.0]));
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no loss of observed states",
+    note = "write a closure with all types: \
+            `|times_s: &[f64], states: &[f64], cotangents: &mut [f64]| -> f64`, and pass `&mut` of it"
+)]
 pub trait Loss {
     /// Returns the loss of `states` (row-major `[times, states]`) at `times_s` (s) and writes its
     /// derivative with respect to every state to `cotangents`, which has the same shape and holds

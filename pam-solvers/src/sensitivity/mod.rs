@@ -3,7 +3,8 @@
 //! A [`Problem`] says what is solved and observed, a [`Loss`] what is made of the observed states, and a
 //! [`GradientMethod`] returns value and [`Gradient`] with respect to the parameters of the field, the
 //! initial state and the parameters of the input. Methods that need derivatives of the field take any
-//! [`Differentiation`](pam_autodiff::Differentiation).
+//! [`Differentiation`](pam_autodiff::Differentiation). [`GradientChoice`] has those that files and commands
+//! know by name.
 //!
 //! | method | differentiates | cost, in products or solves | use it |
 //! |---|---|---|---|
@@ -72,18 +73,17 @@ mod finite_difference;
 mod forward;
 mod gradient;
 mod loss;
+mod named;
 mod observations;
 mod problem;
 mod through_solver;
 mod tolerance_halving;
 
-pub use continuous::{Backsolve, InterpolatingAdjoint, QuadratureAdjoint};
 pub use direction::Direction;
-pub use discrete_adjoint::{AdjointWorkspace, Checkpointing, DiscreteAdjoint};
-pub use finite_difference::FiniteDifference;
-pub use forward::{ForwardSensitivity, Sensitivities};
+pub use discrete_adjoint::{AdjointWorkspace, Checkpointing};
+pub use forward::Sensitivities;
 pub use gradient::{Gradient, GradientMethod, GradientStatistics};
 pub use loss::Loss;
+pub use named::*;
 pub use problem::Problem;
-pub use through_solver::{DualThroughSolver, TapeThroughSolver};
 pub use tolerance_halving::{ToleranceHalving, tolerance_halving};

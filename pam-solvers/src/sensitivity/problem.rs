@@ -1,6 +1,6 @@
 use crate::controller::StepController;
 use crate::error::SolveError;
-use crate::input::ParametricInput;
+use crate::input::{NoInput, ParametricInput};
 use crate::integrator::Integrator;
 use crate::observer::StepObserver;
 use crate::save_at::SaveAt;
@@ -26,6 +26,55 @@ pub struct Problem<'a, F, I> {
     pub observations_s: &'a [f64],
     /// The method, its step control and stops. `&Integrator<C>` fits for any controller.
     pub integrator: &'a Integrator<dyn StepController>,
+}
+
+impl<'a, F> Problem<'a, F, NoInput> {
+    /// A field without input, from a state at t = 0 to the last observation.
+    ///
+    /// ```
+    /// use pam_core::{VectorField, field_fn};
+    /// use pam_autodiff::ByTape;
+    /// use pam_solvers::sensitivity::{DiscreteAdjoint, GradientMethod, Problem};
+    /// use pam_solvers::{Constant, Integrator, PidController, Tableau};
+    ///
+    /// // ẏ = −p y + u
+    /// let field = field_fn!([0.7], 1 => 1, |_t, y, u, p, dy| dy[0] = u[0] - p[0] * y[0]);
+    /// let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-10, 1e-10));
+    /// let problem = Problem::new(&field, &[1.0], &[2.0], &integrator).with_input(&Constant(vec![0.0]));
+    /// let gradient = DiscreteAdjoint::new(ByTape).value_and_gradient(
+    ///     &problem,
+    ///     &mut |_: &[f64], states: &[f64], cotangents: &mut [f64]| {
+    ///         cotangents[0] = 1.0;
+    ///         states[0]
+    ///     },
+    /// )?;
+    /// assert!((gradient.parameters[0] + 2.0 * (-1.4_f64).exp()).abs() < 1e-8);
+    /// # Ok::<(), Box<pam_solvers::SolveError<f64>>>(())
+    /// ```
+    pub fn new(
+        field: &'a F,
+        y0: &'a [f64],
+        observations_s: &'a [f64],
+        integrator: &'a Integrator<dyn StepController>,
+    ) -> Self {
+        let t1 = observations_s.last().copied().unwrap_or(0.0);
+        Self { field, input: &NoInput, t0: 0.0, t1, y0, observations_s, integrator }
+    }
+}
+
+impl<'a, F, I> Problem<'a, F, I> {
+    /// The same under an input.
+    pub fn with_input<J>(self, input: &'a J) -> Problem<'a, F, J> {
+        let Self { field, t0, t1, y0, observations_s, integrator, .. } = self;
+        Problem { field, input, t0, t1, y0, observations_s, integrator }
+    }
+
+    /// The same from `t0` to `t1` (s).
+    #[must_use]
+    pub fn with_span(mut self, t0: f64, t1: f64) -> Self {
+        (self.t0, self.t1) = (t0, t1);
+        self
+    }
 }
 
 impl<F, I> Clone for Problem<'_, F, I> {

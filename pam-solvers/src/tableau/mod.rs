@@ -44,7 +44,7 @@ pub struct Tableau {
 }
 
 macro_rules! tableaux {
-    ($($name:literal => $constructor:ident),+ $(,)?) => {
+    ($($name:literal => $constructor:path),+ $(,)?) => {
         /// Names of the built-in methods.
         pub const NAMES: &[&str] = &[$($name),+];
 
@@ -55,7 +55,7 @@ macro_rules! tableaux {
             /// [`ModelError::UnknownName`] with the names that exist.
             pub fn from_name(name: &str) -> Result<Self, ModelError> {
                 match name {
-                    $($name => Ok(Self::$constructor()),)+
+                    $($name => Ok($constructor()),)+
                     _ => Err(ModelError::UnknownName {
                         kind: "method",
                         name: name.to_owned(),
@@ -68,10 +68,10 @@ macro_rules! tableaux {
 }
 
 tableaux! {
-    "tsit5" => tsit5,
-    "rk4" => rk4,
-    "bs3" => bogacki_shampine3,
-    "dp5" => dormand_prince5,
+    "tsit5" => Tableau::tsit5,
+    "rk4" => Tableau::rk4,
+    "bs3" => Tableau::bogacki_shampine3,
+    "dp5" => Tableau::dormand_prince5,
 }
 
 impl Tableau {

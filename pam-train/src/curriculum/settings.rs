@@ -169,14 +169,15 @@ pub struct SolverChoice {
     pub input: String,
     /// Float of the network.
     pub precision: Precision,
-    /// How the gradient is found: `auto` for the exact adjoint of the fast path's steps or pieces, or a
-    /// method of [`GradientChoice`] for comparison: adjoint, forward, backsolve, interpolating,
-    /// quadrature, tape, dual, fd. All but `adjoint` run in doubles, recording by recording, and slowly.
+    /// How the gradient is found: `auto` for the exact adjoint of the fast path's steps or pieces, or the
+    /// name of a [`GradientChoice`] for comparison. All but `adjoint` run in doubles, recording by
+    /// recording, and slowly.
     #[serde(skip_serializing_if = "is_auto")]
     pub gradient: String,
 }
 
 const AUTO: &str = "auto";
+const EXACT: &str = "exact";
 
 fn is_auto(name: &str) -> bool {
     name == AUTO
@@ -205,16 +206,18 @@ impl SolverChoice {
     /// [`ModelError::UnknownName`], or [`ModelError::Shape`] for a gradient that does not go with the
     /// method.
     pub fn gradient_choice(&self) -> Result<Option<GradientChoice>, ModelError> {
-        if self.gradient == AUTO {
-            return Ok(None);
-        }
-        let choice = GradientChoice::from_name(&self.gradient)?;
-        let closed = self.method == "exact";
-        match choice {
-            GradientChoice::Exact if closed => Ok(None),
-            GradientChoice::Exact => {
-                Err(ModelError::Shape("solver.gradient exact goes with solver.method exact".into()))
+        let closed = self.method == EXACT;
+        match self.gradient.as_str() {
+            AUTO => return Ok(None),
+            EXACT if closed => return Ok(None),
+            EXACT => {
+                return Err(ModelError::Shape(
+                    "solver.gradient exact goes with solver.method exact".into(),
+                ));
             }
+            _ => {}
+        }
+        match GradientChoice::from_name(&self.gradient)? {
             other if closed => Err(ModelError::Shape(format!(
                 "solver.method exact has a gradient of its own, not {}; take method bs3",
                 other.name()
@@ -246,7 +249,7 @@ impl SolverChoice {
     /// input with `exact`.
     pub fn settings(&self) -> Result<SolverSettings, ModelError> {
         self.gradient_choice()?;
-        if self.method == "exact" {
+        if self.method == EXACT {
             let interpolation = Interpolation::from_name(&self.input)?;
             if interpolation == Interpolation::Cubic {
                 return Err(ModelError::Shape(

@@ -10,7 +10,7 @@ use crate::predict::{Predictor, SolverSettings};
 use crate::segments::{Segment, frequency_segments};
 use pam_core::units::MN_PER_N;
 use pam_core::{ForceModel, JointModel, SealedMasses};
-use pam_data::{MassOrigin, Recording};
+use pam_data::{DataError, MassChoice, MassOrigin, Recording};
 use rayon::prelude::*;
 
 /// A recording with the masses to predict it with.
@@ -25,6 +25,19 @@ pub struct Subject {
 }
 
 impl Subject {
+    /// A recording with the masses that it gives, or those of the model's gas law at its reading at rest.
+    ///
+    /// # Errors
+    /// [`DataError`] if the masses are not positive.
+    pub fn of<F: ForceModel<f64>>(
+        recording: Recording,
+        model: &JointModel<f64, F>,
+    ) -> Result<Self, DataError> {
+        let (masses, origin) =
+            pam_data::resolve_masses(&recording, model, true, MassChoice::GasLaw, None)?;
+        Ok(Self { recording, masses, origin })
+    }
+
     /// What is known of the recording, without its samples.
     #[must_use]
     pub fn clone_without_samples(&self) -> Self {

@@ -10,6 +10,11 @@ use rayon::prelude::*;
 /// A loss of the states of one experiment. Closures
 /// `|experiment, states, cotangents| -> value` are losses; `states` and `cotangents` are row-major
 /// `[times, states]`, and `cotangents` holds zeros.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no loss of an experiment",
+    note = "use `outputs_error(states, outputs)`, or write a closure with all types: \
+            `|experiment: &Experiment<I>, states: &[f64], cotangents: &mut [f64]| -> f64`"
+)]
 pub trait FieldLoss<I>: Sync {
     /// Returns the loss of `states` and writes its derivative by every state to `cotangents`.
     fn value_and_cotangents(

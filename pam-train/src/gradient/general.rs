@@ -5,16 +5,12 @@ use super::{GradientChoice, GradientStatistics, JointGradient};
 use crate::evaluation::Subject;
 use crate::loss::TrajectoryLoss;
 use crate::predict::{SolverSettings, StepChoice};
-use pam_autodiff::{ByTape, Central};
 use pam_core::{
     JointField, JointModel, ParametricField, ParametricForce, RawParameters, SealedMasses,
 };
 use pam_data::Recording;
 use pam_solvers::input::InputError;
-use pam_solvers::sensitivity::{
-    Backsolve, Direction, DiscreteAdjoint, DualThroughSolver, FiniteDifference, ForwardSensitivity,
-    Gradient, GradientMethod, InterpolatingAdjoint, Problem, QuadratureAdjoint, TapeThroughSolver,
-};
+use pam_solvers::sensitivity::{Direction, Gradient, MethodSetup, Problem};
 use pam_solvers::{
     ConstantStep, FailureKind, Fixed, Integrator, LaneFailure, PidController, SampledInput,
     StepController,
@@ -22,8 +18,8 @@ use pam_solvers::{
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Relative step of the central differences.
-const DIFFERENCE_STEP: f64 = 1e-5;
+/// Smallest scale of the numbers that differences step by.
+const FLOORS: [f64; 3] = [1.0; 3];
 /// Numbers that one task differentiates by when each of them costs solves of its own.
 const DIRECTIONS_AT_ONCE: usize = 64;
 
@@ -92,10 +88,9 @@ pub fn value_and_gradient_from<F: ParametricForce + Sync>(
     assert_eq!(subjects.len(), starts.len(), "one start for each recording");
     let force_len = model.force.parameter_len();
     let len = force_len + OWN + STATES;
-    let at_once = match choice {
-        GradientChoice::FiniteDifference | GradientChoice::Forward => DIRECTIONS_AT_ONCE,
-        _ => len,
-    };
+    // The step control does not matter for that.
+    let shared = choice.pays_by_direction::<PidController>();
+    let at_once = if shared { DIRECTIONS_AT_ONCE } else { len };
     let tasks: Vec<Task> = (0..subjects.len())
         .flat_map(|subject| {
             (0..len)
@@ -166,25 +161,12 @@ fn with_integrator<F: ParametricForce, C: StepController + Clone + 'static>(
     let (t0, t1) = measured.span_s();
     let problem =
         Problem { field, input, t0, t1, y0: start, observations_s: &measured.time_s, integrator };
-    let back = || integrator.clone();
-    let directions = || task.list(field.parameter_len());
-    let difference = || {
-        FiniteDifference::new(Central { h: DIFFERENCE_STEP })
-            .with_floors([1.0; 3])
-            .with_directions(directions())
+    let setup = MethodSetup {
+        integrator: integrator.clone(),
+        directions: Some(task.list(field.parameter_len())),
+        floors: FLOORS,
     };
-    let method: Box<dyn GradientMethod<Field<'_, F>, Force<'_>>> = match choice {
-        GradientChoice::Adjoint | GradientChoice::Exact => Box::new(DiscreteAdjoint::new(ByTape)),
-        GradientChoice::Forward => {
-            Box::new(ForwardSensitivity::new(ByTape).with_directions(directions()))
-        }
-        GradientChoice::Backsolve => Box::new(Backsolve::new(ByTape, back())),
-        GradientChoice::Interpolating => Box::new(InterpolatingAdjoint::new(ByTape, back())),
-        GradientChoice::Quadrature => Box::new(QuadratureAdjoint::new(ByTape, back())),
-        GradientChoice::Tape => Box::new(TapeThroughSolver),
-        GradientChoice::Dual => Box::new(DualThroughSolver::<8>),
-        GradientChoice::FiniteDifference => Box::new(difference()),
-    };
+    let method = choice.method::<Field<'_, F>, Force<'_>, C>(setup);
     let mut on_states = |_: &[f64], states: &[f64], cotangents: &mut [f64]| {
         let (states, _) = states.as_chunks::<4>();
         let (cotangents, _) = cotangents.as_chunks_mut::<4>();

@@ -9,11 +9,10 @@
 #[cfg(test)]
 mod exact_tests;
 pub mod general;
-mod method;
 pub mod pressures;
 pub mod sealed;
 
-pub use method::GradientChoice;
+pub use pam_solvers::sensitivity::GradientChoice;
 pub use sealed::SealedGradient;
 
 use pam_core::{RawParameters, SealedMasses};

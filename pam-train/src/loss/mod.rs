@@ -1,20 +1,24 @@
 //! Losses: how far a predicted trajectory is from the measured one.
 //!
 //! One loss a file: [`SquaredError`], [`Normalised`], [`Huber`] and, around any of them, [`Masked`].
-//! A closure over `(measured, predicted, cotangents)` that returns the value is a loss as well. To add
-//! one that configuration files name, write its file, name the file below, and add a line to the list of
+//! A closure over `(measured, predicted, cotangents)` that returns the value is a loss as well, and
+//! [`pointwise`] makes one of a function of the errors of one sample. To add one that configuration files name, write its file, name the file below, and add a line to the list of
 //! [`AnyLoss`].
 
 mod any;
 mod huber;
 mod masked;
 mod normalised;
+mod pointwise;
+mod shared;
 mod squared;
 #[cfg(test)]
 mod testing;
 
 pub use any::*;
 pub use huber::HuberForm;
+pub use pointwise::{Pointwise, SampleErrors, pointwise};
+pub use shared::SharedLoss;
 
 use crate::settings::SettingsError;
 use pam_data::Recording;

@@ -54,41 +54,53 @@ pub(super) fn subject(
     Ok(Subject { recording, masses, origin })
 }
 
-/// The model that a curriculum starts from, and whether it is trained.
-pub(super) fn start_model(
-    curriculum: &Curriculum,
-    extended: bool,
-    seed: u64,
-) -> Result<(NetworkJoint, bool), TrainingError> {
-    let settings = &curriculum.model;
-    if !(extended || settings.effects.is_empty()) {
-        return Err(TrainingError::Curriculum(
-            "model.effects: this command trains no effects; `pam train` does".into(),
-        ));
-    }
-    match &settings.start {
-        StartModel::Random => {
-            let activation = Activation::from_name(&settings.activation)?;
-            let force =
-                random_network(&settings.hidden, activation, settings.initialisation, seed)?;
-            Ok((JointModel::datasheet(force), false))
+/// The model that training starts from.
+pub(super) struct Start {
+    pub(super) model: NetworkJoint,
+    /// Whether its gas law is worth more than surfaces.
+    pub(super) trained: bool,
+    /// Whether its weights are those between scaled inputs and a scaled output, as random ones are.
+    pub(super) scaled_weights: bool,
+}
+
+impl Start {
+    /// What a curriculum says; `extended` if there is an extension for the effects that it names.
+    pub(super) fn of(
+        curriculum: &Curriculum,
+        extended: bool,
+        seed: u64,
+    ) -> Result<Self, TrainingError> {
+        let settings = &curriculum.model;
+        if !(extended || settings.effects.is_empty()) {
+            return Err(TrainingError::Curriculum(
+                "model.effects: this command trains no effects; `pam train` does".into(),
+            ));
         }
-        StartModel::File(path) => {
-            let saved = load_model(path)?;
-            if !(extended || saved.info.effects.is_empty()) {
-                return Err(TrainingError::Curriculum(format!(
-                    "{} is extended by effects, which this command does not train; `pam train` does, and \
-                     `pam convert --plain` makes a plain model of it",
-                    path.display()
-                )));
+        let path = match &settings.start {
+            StartModel::Random => {
+                let activation = Activation::from_name(&settings.activation)?;
+                let force =
+                    random_network(&settings.hidden, activation, settings.initialisation, seed)?;
+                let model = JointModel::datasheet(force);
+                return Ok(Self { model, trained: false, scaled_weights: true });
             }
-            let AnyForce::Network(force) = &saved.model.force else {
-                return Err(TrainingError::Curriculum(format!(
-                    "{} holds no network to train",
-                    path.display()
-                )));
-            };
-            Ok((saved.model.map(|v| v, |_| force.clone()), saved.info.trained))
+            StartModel::File(path) => path,
+        };
+        let saved = load_model(path)?;
+        if !(extended || saved.info.effects.is_empty()) {
+            return Err(TrainingError::Curriculum(format!(
+                "{} is extended by effects, which this command does not train; `pam train` does, and \
+                 `pam convert --plain` makes a plain model of it",
+                path.display()
+            )));
         }
+        let AnyForce::Network(force) = &saved.model.force else {
+            return Err(TrainingError::Curriculum(format!(
+                "{} holds no network to train",
+                path.display()
+            )));
+        };
+        let model = saved.model.map(|v| v, |_| force.clone());
+        Ok(Self { model, trained: saved.info.trained, scaled_weights: false })
     }
 }

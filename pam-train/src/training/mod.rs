@@ -1,5 +1,6 @@
 //! Training: a curriculum carried out on recordings.
 //!
+//! - [`Training`]: all of it in a few lines;
 //! - [`state`]: everything that decides how training goes on, and nothing else: what a checkpoint is;
 //! - [`windows`]: what a stage trains on;
 //! - [`engine`]: loss, gradient and scores in single or double precision;
@@ -7,6 +8,7 @@
 //! - [`folder`]: the files of a run, written so that a run can be killed at any moment and resumed.
 
 mod beginning;
+mod builder;
 pub mod engine;
 mod epoch;
 #[cfg(test)]
@@ -16,6 +18,7 @@ pub mod state;
 pub mod trainer;
 pub mod windows;
 
+pub use builder::{Trained, Training};
 pub use folder::{RunFolder, RunSettings, TrainedRun, train_into};
 pub use state::{EpochRow, StageResult, TrainingState};
 pub use trainer::{Trainer, TrainingError};

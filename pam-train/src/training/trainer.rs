@@ -1,15 +1,15 @@
 //! One epoch after another.
 
-use super::beginning::{extension_coordinates, select, start_model, subject, update_masses};
+use super::beginning::{Start, extension_coordinates, select, subject, update_masses};
 use super::engine::Engine;
 use super::state::{EpochRow, OptimiserState, StageResult, StageState, Starts, TrainingState};
 use super::windows::Windows;
 use crate::coordinates::{Coordinates, NetworkJoint, Scaling};
-use crate::curriculum::{Curriculum, Selection, SolveStage, SolverChoice, Stage, StartModel};
+use crate::curriculum::{Curriculum, Selection, SolveStage, SolverChoice, Stage};
 use crate::evaluation::Subject;
 use crate::extension::{Extension, ExtensionError};
 use crate::identification::{Identification, identify_deformation, identify_mass};
-use crate::loss::AnyLoss;
+use crate::loss::{SharedLoss, TrajectoryLoss};
 use crate::optimiser::{Adam, AdamSettings, Lbfgs, OptimiserSettings};
 use crate::schedule::{EarlyStop, Rate};
 use crate::warm_start::fit_deformation;
@@ -65,6 +65,8 @@ pub struct Trainer {
     held_out: Vec<Subject>,
     surfaces: Option<MuscleSurfaces>,
     extension: Option<Arc<dyn Extension>>,
+    /// In place of those of curriculum and stages.
+    loss: Option<SharedLoss>,
     pub(super) stage: Option<Prepared>,
     /// Keeps its memory from one score to the next.
     scoring: Option<Engine>,
@@ -74,7 +76,7 @@ pub struct Trainer {
 #[derive(Debug)]
 pub(super) struct Prepared {
     pub(super) settings: SolveStage,
-    pub(super) loss: AnyLoss,
+    pub(super) loss: SharedLoss,
     pub(super) windows: Windows,
     pub(super) engine: Engine,
 }
@@ -108,7 +110,7 @@ impl Trainer {
         extension: Option<Arc<dyn Extension>>,
         seed: u64,
     ) -> Result<Self, TrainingError> {
-        let (model, trained) = start_model(&curriculum, extension.is_some(), seed)?;
+        let start = Start::of(&curriculum, extension.is_some(), seed)?;
         if extension.is_some() {
             let solvers = curriculum.stages.iter().filter_map(|stage| match stage {
                 Stage::Solve(s) => s.solver.as_ref(),
@@ -123,6 +125,42 @@ impl Trainer {
                 }
             }
         }
+        Self::from_start(curriculum, &start, recordings, surfaces, extension, seed)
+    }
+
+    /// A trainer that starts from a model of the caller's, whatever the curriculum says of it. Masses are
+    /// those of its gas law where a recording gives none.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn from_model(
+        curriculum: Curriculum,
+        model: NetworkJoint,
+        recordings: Vec<Recording>,
+        seed: u64,
+    ) -> Result<Self, TrainingError> {
+        let start = Start { model, trained: true, scaled_weights: false };
+        Self::from_start(curriculum, &start, recordings, None, None, seed)
+    }
+
+    /// The same with a loss in place of those of the curriculum and its stages. It is no part of what a
+    /// run keeps: who resumes the run gives it again.
+    #[must_use]
+    pub fn with_loss(mut self, loss: impl TrajectoryLoss + Send + 'static) -> Self {
+        self.loss = Some(SharedLoss::new(loss));
+        self.stage = None;
+        self
+    }
+
+    fn from_start(
+        curriculum: Curriculum,
+        start: &Start,
+        recordings: Vec<Recording>,
+        surfaces: Option<MuscleSurfaces>,
+        extension: Option<Arc<dyn Extension>>,
+        seed: u64,
+    ) -> Result<Self, TrainingError> {
+        let (model, trained) = (&start.model, start.trained);
         let mut train = Vec::new();
         let mut held_out = Vec::new();
         for recording in recordings {
@@ -130,7 +168,7 @@ impl Trainer {
             let trained_on = curriculum.data.train.takes(&name, false);
             let held = curriculum.data.held_out.takes(&name, trained_on) && !trained_on;
             if trained_on || held {
-                let subject = subject(recording, &model, trained, surfaces.as_ref())?;
+                let subject = subject(recording, model, trained, surfaces.as_ref())?;
                 if trained_on { train.push(subject) } else { held_out.push(subject) }
             }
         }
@@ -153,16 +191,11 @@ impl Trainer {
         let coordinates =
             Coordinates::new(model.clone(), scaling, settings.physical, settings.frozen)
                 .with_extension(extension_coordinates(extension.as_deref(), &[]));
-        let at = match curriculum.model.start {
-            // Random weights are those of the scaled network.
-            StartModel::Random => {
-                let mut at = coordinates.of(&model);
-                let weights = model.force.parameters();
-                at[..weights.len()].copy_from_slice(&weights);
-                at
-            }
-            StartModel::File(_) => coordinates.of(&model),
-        };
+        let mut at = coordinates.of(model);
+        if start.scaled_weights {
+            let weights = model.force.parameters();
+            at[..weights.len()].copy_from_slice(&weights);
+        }
         let state = TrainingState {
             stage: 0,
             epochs: 0,
@@ -182,6 +215,7 @@ impl Trainer {
             held_out,
             surfaces,
             extension,
+            loss: None,
             stage: None,
             scoring: None,
         })
@@ -413,7 +447,9 @@ impl Trainer {
             self.find_units(&subjects)?;
             let solver = s.solver.as_ref().unwrap_or(&self.curriculum.solver);
             self.stage = Some(Prepared {
-                loss: s.loss.clone().unwrap_or_else(|| self.curriculum.loss.clone()),
+                loss: self.loss.clone().unwrap_or_else(|| {
+                    SharedLoss::new(s.loss.as_ref().unwrap_or(&self.curriculum.loss).clone())
+                }),
                 windows: Windows::of(&subjects, s.horizon_s),
                 engine: self.engine(solver)?,
                 settings: s.clone(),

@@ -45,8 +45,10 @@ pub fn run(
     write_atomic(&out.join("table.bin"), &table_bytes(&plan))?;
     write_atomic(&out.join("table.h"), c_header(&plan).as_bytes())?;
     if let AnyForce::Network(force) = &saved.model.force {
-        let bytes = network_bytes(&saved.model, force, Precision::F32);
-        write_atomic(&out.join("network.bin"), &bytes)?;
+        match network_bytes(&saved.model, force, Precision::F32) {
+            Ok(bytes) => write_atomic(&out.join("network.bin"), &bytes)?,
+            Err(e) => console.warn(format!("no network.bin: {e}")),
+        }
     }
     let title = format!("Plan: {}", arguments.motion);
     let lead = format!("{} {}", saved.info.name, describe_model(&saved));

@@ -6,9 +6,9 @@ use crate::error::SolveError;
 use crate::input::ParametricInput;
 use crate::integrator::Integrator;
 use crate::save_at::SaveAt;
-use crate::sensitivity::{Gradient, GradientMethod, Loss, Problem};
+use crate::sensitivity::{Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem};
 use crate::term::Term;
-use pam_autodiff::Differentiation;
+use pam_autodiff::{ByTape, Differentiation};
 use pam_core::ParametricField;
 
 /// Continuous adjoint with the state integrated back together with it, in constant memory.
@@ -36,6 +36,12 @@ impl<D, C> Backsolve<D, C> {
     /// The adjoint by `differentiation` with `backward` for the way back.
     pub fn new(differentiation: D, backward: Integrator<C>) -> Self {
         Self { differentiation, backward, restart_at_observations: true }
+    }
+}
+
+impl<C> NamedMethod<C> for Backsolve<ByTape, C> {
+    fn from_setup(setup: MethodSetup<C>) -> Self {
+        Self::new(ByTape, setup.integrator)
     }
 }
 

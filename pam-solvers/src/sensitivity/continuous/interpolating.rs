@@ -6,9 +6,9 @@ use crate::error::SolveError;
 use crate::input::ParametricInput;
 use crate::integrator::Integrator;
 use crate::save_at::SaveAt;
-use crate::sensitivity::{Gradient, GradientMethod, Loss, Problem};
+use crate::sensitivity::{Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem};
 use crate::term::Term;
-use pam_autodiff::Differentiation;
+use pam_autodiff::{ByTape, Differentiation};
 use pam_core::ParametricField;
 
 /// Continuous adjoint that reads the state from the dense forward solution.
@@ -31,6 +31,12 @@ impl<D, C> InterpolatingAdjoint<D, C> {
     /// The adjoint by `differentiation` with `backward` for the way back.
     pub fn new(differentiation: D, backward: Integrator<C>) -> Self {
         Self { differentiation, backward }
+    }
+}
+
+impl<C> NamedMethod<C> for InterpolatingAdjoint<ByTape, C> {
+    fn from_setup(setup: MethodSetup<C>) -> Self {
+        Self::new(ByTape, setup.integrator)
     }
 }
 

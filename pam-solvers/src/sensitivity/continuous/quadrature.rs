@@ -7,10 +7,10 @@ use crate::error::SolveError;
 use crate::input::ParametricInput;
 use crate::integrator::Integrator;
 use crate::save_at::SaveAt;
-use crate::sensitivity::{Gradient, GradientMethod, Loss, Problem};
+use crate::sensitivity::{Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem};
 use crate::solution::Solution;
 use crate::term::Term;
-use pam_autodiff::Differentiation;
+use pam_autodiff::{ByTape, Differentiation};
 use pam_core::ParametricField;
 
 /// Continuous adjoint whose parameter gradient is a quadrature,
@@ -43,6 +43,12 @@ impl<D, C> QuadratureAdjoint<D, C> {
     /// The adjoint by `differentiation` with `backward` for the way back and 4 points a step.
     pub fn new(differentiation: D, backward: Integrator<C>) -> Self {
         Self { differentiation, backward, points: 4 }
+    }
+}
+
+impl<C> NamedMethod<C> for QuadratureAdjoint<ByTape, C> {
+    fn from_setup(setup: MethodSetup<C>) -> Self {
+        Self::new(ByTape, setup.integrator)
     }
 }
 

@@ -8,12 +8,14 @@ mod sweep;
 pub use checkpointing::Checkpointing;
 
 use super::observations::Observations;
-use super::{Gradient, GradientMethod, GradientStatistics, Loss, Problem, loss};
+use super::{
+    Gradient, GradientMethod, GradientStatistics, Loss, MethodSetup, NamedMethod, Problem, loss,
+};
 use crate::error::SolveError;
 use crate::grid::Grid;
 use crate::input::ParametricInput;
 use crate::replay::Replay;
-use pam_autodiff::{DifferentiableField, Differentiation};
+use pam_autodiff::{ByTape, DifferentiableField, Differentiation};
 use pam_core::ParametricField;
 use record::{ForwardRecord, Rows};
 use sweep::{Sweep, SweepMemory};
@@ -229,6 +231,12 @@ where
     fn snapshot(&mut self) {
         let work = &self.replay.work;
         self.snapshots.push(&work.y, &work.k[..work.y.len()]);
+    }
+}
+
+impl<C> NamedMethod<C> for DiscreteAdjoint<ByTape> {
+    fn from_setup(_: MethodSetup<C>) -> Self {
+        Self::new(ByTape)
     }
 }
 

@@ -3,7 +3,7 @@ use crate::error::SolveError;
 use crate::input::ParametricInput;
 use crate::replay::replay;
 use crate::save_at::SaveAt;
-use crate::sensitivity::{Gradient, GradientMethod, Loss, Problem};
+use crate::sensitivity::{Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem};
 use crate::term::Term;
 use pam_autodiff::Chunk;
 use pam_core::{ParametricField, Scalar};
@@ -14,6 +14,12 @@ use pam_core::{ParametricField, Scalar};
 /// numbers, and as a reference that shares nothing with the adjoints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DualThroughSolver<const N: usize = 8>;
+
+impl<C> NamedMethod<C> for DualThroughSolver {
+    fn from_setup(_: MethodSetup<C>) -> Self {
+        Self
+    }
+}
 
 impl<F, I, const N: usize> GradientMethod<F, I> for DualThroughSolver<N>
 where

@@ -3,7 +3,7 @@ use crate::error::SolveError;
 use crate::input::ParametricInput;
 use crate::replay::replay;
 use crate::save_at::SaveAt;
-use crate::sensitivity::{Gradient, GradientMethod, Loss, Problem};
+use crate::sensitivity::{Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem};
 use crate::term::Term;
 use pam_autodiff::Tape;
 use pam_core::ParametricField;
@@ -15,6 +15,12 @@ use pam_core::ParametricField;
 /// memory for every operation of every stage of every step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TapeThroughSolver;
+
+impl<C> NamedMethod<C> for TapeThroughSolver {
+    fn from_setup(_: MethodSetup<C>) -> Self {
+        Self
+    }
+}
 
 impl<F: ParametricField, I: ParametricInput> GradientMethod<F, I> for TapeThroughSolver {
     fn name(&self) -> String {

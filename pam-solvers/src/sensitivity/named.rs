@@ -1,0 +1,205 @@
+//! The gradient methods that files and commands know by name.
+//!
+//! To add one: write its file, with [`GradientMethod`] and [`NamedMethod`] for the type, name the file in
+//! `mod.rs`, and add one line to the list at the end of this module. A method that only a program needs is
+//! handed to whatever takes a [`GradientMethod`], without a name.
+
+use super::{Direction, GradientMethod};
+use crate::controller::StepController;
+use crate::input::ParametricInput;
+use crate::integrator::Integrator;
+use pam_autodiff::ByTape;
+use pam_core::{ModelError, ParametricField};
+
+/// What a method that is chosen by its name is made from.
+#[derive(Debug, Clone)]
+pub struct MethodSetup<C> {
+    /// Method and step control of the forward solve; continuous methods solve backwards with the same.
+    pub integrator: Integrator<C>,
+    /// What is differentiated by; everything if absent. Methods that do not pay for each direction give
+    /// all of them and leave this.
+    pub directions: Option<Vec<Direction>>,
+    /// Smallest scale of parameters of the field, of initial states and of parameters of the input, for
+    /// methods that step by them.
+    pub floors: [f64; 3],
+}
+
+/// A gradient method that has a name: how it is made where nothing else is said of it.
+pub trait NamedMethod<C> {
+    /// Whether each number to differentiate by costs solves of its own, so that work on one problem is
+    /// worth sharing out.
+    const PAYS_BY_DIRECTION: bool = false;
+
+    /// The method.
+    fn from_setup(setup: MethodSetup<C>) -> Self;
+}
+
+macro_rules! gradient_methods {
+    ($($(#[doc = $doc:literal])+ $name:literal => $variant:ident($module:ident::$type:ident $(<$($of:ty),+>)?)),+ $(,)?) => {
+        $(pub use super::$module::$type;)+
+
+        /// A gradient method by its name.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum GradientChoice {
+            $($(#[doc = $doc])+ $variant),+
+        }
+
+        impl GradientChoice {
+            /// Every choice with its name in files and on the command line.
+            pub const ALL: &'static [(&'static str, Self)] = &[$(($name, Self::$variant)),+];
+
+            /// What it differentiates, in a few words.
+            #[must_use]
+            pub fn describe(self) -> &'static str {
+                match self { $(Self::$variant => concat!($($doc),+).trim_ascii()),+ }
+            }
+
+            /// Whether each number to differentiate by costs solves of its own. `C` is the step control.
+            #[must_use]
+            pub fn pays_by_direction<C>(self) -> bool
+            where
+                C: StepController + Clone + 'static,
+            {
+                match self {
+                    $(Self::$variant => {
+                        <super::$module::$type $(<$($of),+>)? as NamedMethod<C>>::PAYS_BY_DIRECTION
+                    })+
+                }
+            }
+
+            /// The method for problems of a field and an input.
+            #[must_use]
+            pub fn method<F, I, C>(self, setup: MethodSetup<C>) -> Box<dyn GradientMethod<F, I>>
+            where
+                F: ParametricField,
+                I: ParametricInput,
+                C: StepController + Clone + 'static,
+            {
+                match self {
+                    $(Self::$variant => {
+                        Box::new(<super::$module::$type $(<$($of),+>)?>::from_setup(setup))
+                    })+
+                }
+            }
+        }
+    };
+}
+
+impl GradientChoice {
+    /// The choice of this name.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownName`] with the names that exist.
+    pub fn from_name(name: &str) -> Result<Self, ModelError> {
+        Self::ALL.iter().find(|(n, _)| *n == name).map(|(_, choice)| *choice).ok_or_else(|| {
+            let known: Vec<&str> = Self::ALL.iter().map(|(n, _)| *n).collect();
+            ModelError::UnknownName {
+                kind: "gradient method",
+                name: name.to_owned(),
+                known: known.join(", "),
+            }
+        })
+    }
+
+    /// The name that [`from_name`](Self::from_name) understands.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, choice)| *choice == self).map_or("", |(name, _)| name)
+    }
+}
+
+gradient_methods! {
+    /// exact adjoint of the accepted steps
+    "adjoint" => Adjoint(discrete_adjoint::DiscreteAdjoint<ByTape>),
+    /// tangents of the accepted steps, one for each number
+    "forward" => Forward(forward::ForwardSensitivity<ByTape>),
+    /// continuous adjoint, the state solved back with it
+    "backsolve" => Backsolve(continuous::Backsolve<ByTape, C>),
+    /// continuous adjoint along the interpolated forward solution
+    "interpolating" => Interpolating(continuous::InterpolatingAdjoint<ByTape, C>),
+    /// continuous adjoint, the parameters' part by quadrature
+    "quadrature" => Quadrature(continuous::QuadratureAdjoint<ByTape, C>),
+    /// a reverse-mode tape through the accepted steps
+    "tape" => Tape(through_solver::TapeThroughSolver),
+    /// dual numbers through the accepted steps
+    "dual" => Dual(through_solver::DualThroughSolver),
+    /// central differences of the solve with its steps held
+    "fd" => FiniteDifference(finite_difference::FiniteDifference),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensitivity::Problem;
+    use crate::{NoInput, PidController, Tableau};
+    use pam_core::{Scalar, VectorField};
+
+    /// `ẏ = −p y`.
+    struct Decay<S>(S);
+
+    impl<S: Scalar> VectorField<S> for Decay<S> {
+        fn state_len(&self) -> usize {
+            1
+        }
+        fn input_len(&self) -> usize {
+            0
+        }
+        fn eval_into(&self, _t: f64, y: &[S], _u: &[S], dy: &mut [S], _work: &mut [S]) {
+            dy[0] = -self.0 * y[0];
+        }
+    }
+
+    impl ParametricField for Decay<f64> {
+        type With<S: Scalar> = Decay<S>;
+        fn parameters(&self) -> Vec<f64> {
+            vec![self.0]
+        }
+        fn with_parameters<S: Scalar>(&self, p: &[S]) -> Decay<S> {
+            Decay(p[0])
+        }
+    }
+
+    /// `y(1) = e^(−p)`: the derivative by p is `−e^(−p)`, that by y(0) is `e^(−p)`.
+    #[test]
+    fn every_name_is_a_method_that_is_right() {
+        let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-9, 1e-9));
+        let problem = Problem {
+            field: &Decay(0.7),
+            input: &NoInput,
+            t0: 0.0,
+            t1: 1.0,
+            y0: &[1.0],
+            observations_s: &[1.0],
+            integrator: &integrator,
+        };
+        let mut last = |_: &[f64], states: &[f64], cotangents: &mut [f64]| {
+            cotangents[0] = 1.0;
+            states[0]
+        };
+        let exact = (-0.7_f64).exp();
+        for &(name, choice) in GradientChoice::ALL {
+            assert_eq!(GradientChoice::from_name(name).unwrap(), choice);
+            assert_eq!(choice.name(), name);
+            let setup =
+                MethodSetup { integrator: integrator.clone(), directions: None, floors: [0.01; 3] };
+            let method = choice.method::<Decay<f64>, NoInput, _>(setup);
+            let found = method.value_and_gradient(&problem, &mut last).unwrap();
+            assert!((found.parameters[0] + exact).abs() < 1e-6, "{name}: {:?}", found.parameters);
+            assert!((found.initial_state[0] - exact).abs() < 1e-6, "{name}");
+            // One direction alone, where that saves anything.
+            if choice.pays_by_direction::<PidController>() {
+                let setup = MethodSetup {
+                    integrator: integrator.clone(),
+                    directions: Some(vec![Direction::InitialState(0)]),
+                    floors: [0.01; 3],
+                };
+                let method = choice.method::<Decay<f64>, NoInput, _>(setup);
+                let found = method.value_and_gradient(&problem, &mut last).unwrap();
+                assert_eq!(found.parameters, [0.0], "{name}");
+                assert!((found.initial_state[0] - exact).abs() < 1e-6, "{name}");
+            }
+        }
+        let message = GradientChoice::from_name("guess").unwrap_err().to_string();
+        assert!(message.contains("guess") && message.contains("quadrature"), "{message}");
+    }
+}
