@@ -40,7 +40,8 @@ impl<'a, F> Problem<'a, F, NoInput> {
     /// // ẏ = −p y + u
     /// let field = field_fn!([0.7], 1 => 1, |_t, y, u, p, dy| dy[0] = u[0] - p[0] * y[0]);
     /// let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-10, 1e-10));
-    /// let problem = Problem::new(&field, &[1.0], &[2.0], &integrator).with_input(&Constant(vec![0.0]));
+    /// let input = Constant(vec![0.0]);
+    /// let problem = Problem::new(&field, &[1.0], &[2.0], &integrator).with_input(&input);
     /// let gradient = DiscreteAdjoint::new(ByTape).value_and_gradient(
     ///     &problem,
     ///     &mut |_: &[f64], states: &[f64], cotangents: &mut [f64]| {
