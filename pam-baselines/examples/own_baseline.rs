@@ -87,15 +87,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let masses = plant.gas_law_masses(0.0, [412.0, 412.0]);
     let record = |hz: f64| -> Result<Subject, Box<dyn std::error::Error>> {
         let time_s: Vec<f64> = (0..2000).map(|k| 2e-3 * f64::from(k)).collect();
-        let command = Recording {
-            displacement_mm: vec![0.0; time_s.len()],
-            velocity_mm_s: vec![0.0; time_s.len()],
-            pressure_flexor_kpa: vec![412.0; time_s.len()],
-            pressure_extensor_kpa: vec![412.0; time_s.len()],
-            force_mn: time_s.iter().map(|t| 100e3 * (TAU * hz * t).sin()).collect(),
-            time_s,
-            ..Recording::empty("made up".as_ref())
-        };
+        let command = Recording::at_rest("made up", time_s, [412.0, 412.0])
+            .with_force(|t| 100e3 * (TAU * hz * t).sin());
         let run = plant.predict(&command, masses, &SolverSettings::default())?;
         let recording = run.to_recording(&command, masses);
         Ok(Subject { recording, masses, origin: MassOrigin::Given })

@@ -22,15 +22,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut data = Vec::new();
     for (hz, newton) in [(0.5, 120.0), (1.0, 160.0)] {
         let time_s: Vec<f64> = (0..2000).map(|k| 2e-3 * f64::from(k)).collect();
-        let command = Recording {
-            displacement_mm: vec![0.0; time_s.len()],
-            velocity_mm_s: vec![0.0; time_s.len()],
-            pressure_flexor_kpa: vec![412.0; time_s.len()],
-            pressure_extensor_kpa: vec![412.0; time_s.len()],
-            force_mn: time_s.iter().map(|t| 1e3 * newton * (TAU * hz * t).sin()).collect(),
-            time_s,
-            ..Recording::empty("worn".as_ref())
-        };
+        let command = Recording::at_rest("worn", time_s, [412.0, 412.0])
+            .with_force(|t| 1e3 * newton * (TAU * hz * t).sin());
         let run = worn.predict(&command, masses, &SolverSettings::default())?;
         data.push(run.to_recording(&command, masses));
     }

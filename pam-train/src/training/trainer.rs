@@ -8,6 +8,7 @@ use crate::coordinates::{Coordinates, NetworkJoint, Scaling};
 use crate::curriculum::{Curriculum, Selection, SolveStage, SolverChoice, Stage};
 use crate::evaluation::Subject;
 use crate::extension::{Extension, ExtensionError};
+use crate::gradient::GradientChoice;
 use crate::identification::{Identification, identify_deformation, identify_mass};
 use crate::loss::{SharedLoss, TrajectoryLoss};
 use crate::optimiser::{Adam, AdamSettings, Lbfgs, OptimiserSettings};
@@ -421,13 +422,17 @@ impl Trainer {
         Ok(())
     }
 
-    /// What finds loss, gradient and scores in a stage.
-    fn engine(&self, solver: &SolverChoice) -> Result<Engine, TrainingError> {
+    /// What finds loss, gradient and scores by a solver.
+    fn engine(
+        &self,
+        solver: &SolverChoice,
+        gradient: Option<GradientChoice>,
+    ) -> Result<Engine, TrainingError> {
         if let Some(extension) = &self.extension {
             return Ok(Engine::extended(Arc::clone(extension), solver.precision));
         }
         let settings = solver.settings_for(&self.coordinates.model(&self.state.at).force)?;
-        Ok(Engine::new(settings, solver.precision, solver.gradient_choice()?))
+        Ok(Engine::new(settings, solver.precision, gradient))
     }
 
     /// The recordings of a selection with masses by the gas law of the model that the stage starts from
@@ -451,7 +456,7 @@ impl Trainer {
                     SharedLoss::new(s.loss.as_ref().unwrap_or(&self.curriculum.loss).clone())
                 }),
                 windows: Windows::of(&subjects, s.horizon_s),
-                engine: self.engine(solver)?,
+                engine: self.engine(solver, solver.gradient_choice()?)?,
                 settings: s.clone(),
             });
         }
@@ -551,7 +556,7 @@ impl Trainer {
     ) -> Result<(), TrainingError> {
         let model = self.coordinates.model(&self.state.at);
         let values = self.coordinates.extension_values(&self.state.at);
-        let mut engine = self.scoring_engine(&model)?;
+        let mut engine = self.engine(&self.curriculum.solver, None)?;
         // Pressures alone say nothing of the force.
         let predicts = !matches!(self.curriculum.stages[self.state.stage], Stage::Gas(_));
         if predicts {
@@ -568,18 +573,11 @@ impl Trainer {
     fn score_held_out(&mut self) -> Result<[Option<f64>; 4], TrainingError> {
         let model = self.coordinates.model(&self.state.at);
         let values = self.coordinates.extension_values(&self.state.at);
-        let engine = self.scoring_engine(&model)?;
-        let engine = self.scoring.get_or_insert(engine);
+        if self.scoring.is_none() {
+            self.scoring = Some(self.engine(&self.curriculum.solver, None)?);
+        }
         update_masses(&mut self.held_out, &model, self.surfaces.as_ref())?;
+        let engine = self.scoring.as_mut().expect("just made");
         engine.mean_r2(&model, &values, &self.held_out)
-    }
-
-    /// What scores, by the curriculum's solver.
-    fn scoring_engine(&self, model: &NetworkJoint) -> Result<Engine, TrainingError> {
-        let solver = &self.curriculum.solver;
-        Ok(match &self.extension {
-            Some(extension) => Engine::extended(Arc::clone(extension), solver.precision),
-            None => Engine::new(solver.settings_for(&model.force)?, solver.precision, None),
-        })
     }
 }
