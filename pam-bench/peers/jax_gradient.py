@@ -81,9 +81,8 @@ class Program:
 
     def displacements(self):
         """x at all samples of all recordings."""
-        return np.concatenate(
-            [np.asarray(motion(*arguments)) for _, motion, arguments in self.calls]
-        )
+        results = [motion(*arguments) for _, motion, arguments in self.calls]
+        return np.concatenate([np.asarray(result) for result in results])
 
 
 def build(options, model, recordings, devices):

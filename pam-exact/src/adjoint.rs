@@ -1,6 +1,6 @@
 //! The backward pass in time: costates by the transposed propagators, moments pattern by pattern.
 
-use crate::forcing::Piece;
+use crate::forcing::Pieces;
 use crate::fundamental::{Response, StepMoments, spectral_bound, terms};
 use crate::motion::Laws;
 use crate::solve::Segment;
@@ -28,7 +28,7 @@ pub(crate) struct AdjointSums {
 /// The backward pass of one trajectory.
 pub(crate) struct Adjoint<'a, 'n> {
     pub(crate) laws: &'a Laws<'n>,
-    pub(crate) pieces: &'a [Piece],
+    pub(crate) pieces: Pieces<'a>,
     pub(crate) segments: &'a [Segment],
     /// Cotangents of the observed states, `[observation, (x, ẋ)]`.
     pub(crate) cotangents: &'a [f64],
@@ -63,7 +63,7 @@ impl WithSimd for Adjoint<'_, '_> {
             while end > 0 && self.segments[end - 1].pattern == pattern {
                 let s = &self.segments[end - 1];
                 end -= 1;
-                let piece = &self.pieces[s.piece as usize];
+                let Some(piece) = self.pieces.get(s.piece as usize) else { break };
                 if s.piece != piece_index {
                     piece_index = s.piece;
                     if piece.observed {

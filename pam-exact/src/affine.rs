@@ -1,11 +1,57 @@
 //! Affine pieces: the pre-activations `α + β p + γ r` of all units in one pattern.
 //!
-//! A table holds `α | β | γ`, each for all units layer by layer, padding included. Changing the sign of
-//! one unit changes the tables of deeper layers by a matrix of rank one.
+//! Those of the first layer are the same in all patterns, and a sign of the last layer changes none: a
+//! table holds `α | β | γ` of the layers after the first, each unit by unit, padding included, and
+//! patterns may share it. Changing the sign of one unit changes the tables of deeper layers by a matrix
+//! of rank one.
 
 use crate::network::{LANES, PiecewiseNetwork};
 use pam_core::simd::arch;
 use pulp::{Simd, WithSimd};
+
+/// The pre-activations of all units in one pattern.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Table<'a> {
+    /// `α`, `β` and `γ` of the first layer.
+    pub(crate) first: &'a [Vec<f64>; 3],
+    /// `α | β | γ` of the other layers.
+    pub(crate) deeper: &'a [f64],
+}
+
+impl<'a> Table<'a> {
+    /// Number of units, padding included.
+    #[inline(always)]
+    pub(crate) fn units(&self) -> usize {
+        self.first[0].len() + self.deeper.len() / 3
+    }
+
+    /// `α`, `β` and `γ` of the first layer, then of the other layers.
+    #[inline(always)]
+    pub(crate) fn parts(&self) -> [[&'a [f64]; 3]; 2] {
+        let [alpha, beta, gamma] = self.first;
+        let len = self.deeper.len() / 3;
+        let (one, rest) = self.deeper.split_at(len);
+        let (two, three) = rest.split_at(len);
+        [[alpha, beta, gamma], [one, two, three]]
+    }
+
+    /// `α`, `β` and `γ` of `len` units of one layer, from the unit `start` on.
+    #[inline(always)]
+    pub(crate) fn units_from(&self, start: usize, len: usize) -> [&'a [f64]; 3] {
+        let first = self.first[0].len();
+        let [here, deeper] = self.parts();
+        let (part, start) = if start < first { (here, start) } else { (deeper, start - first) };
+        let [alpha, beta, gamma] = part;
+        [&alpha[start..][..len], &beta[start..][..len], &gamma[start..][..len]]
+    }
+
+    /// `α`, `β` and `γ` of a unit.
+    #[inline(always)]
+    pub(crate) fn unit(&self, unit: usize) -> [f64; 3] {
+        let [alpha, beta, gamma] = self.units_from(unit, 1);
+        [alpha[0], beta[0], gamma[0]]
+    }
+}
 
 /// Word and bit of a unit in a pattern's signs.
 #[inline(always)]
@@ -53,26 +99,24 @@ pub(crate) fn slopes_into(bits: &[u64], slope: f64, slopes: &mut [f64]) {
     }
 }
 
-/// Computes the pre-activations of layer `l`, whose units begin at `start`, from those of the layer
-/// before it and their `slopes`; those of the first layer are `first`.
+/// Computes the pre-activations of layer `l`, not the first, from those of the layer before it and the
+/// slopes of all units.
 pub(crate) fn build_layer(
     network: &PiecewiseNetwork,
     l: usize,
-    start: usize,
     first: &[Vec<f64>; 3],
     slopes: &[f64],
-    table: &mut [f64],
+    deeper: &mut [f64],
 ) {
-    arch().dispatch(BuildLayer { network, l, start, first, slopes, table });
+    arch().dispatch(BuildLayer { network, l, first, slopes, deeper });
 }
 
 struct BuildLayer<'a> {
     network: &'a PiecewiseNetwork,
     l: usize,
-    start: usize,
     first: &'a [Vec<f64>; 3],
     slopes: &'a [f64],
-    table: &'a mut [f64],
+    deeper: &'a mut [f64],
 }
 
 impl WithSimd for BuildLayer<'_> {
@@ -80,27 +124,24 @@ impl WithSimd for BuildLayer<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let Self { network, l, start, first, slopes, table } = self;
-        let units = network.units();
+        let Self { network, l, first, slopes, deeper } = self;
+        let len = deeper.len() / 3;
         let layer = &network.hidden[l];
+        let from = network.start(l - 1);
+        let here = network.start(l) - first[0].len();
         for (k, first) in first.iter().enumerate() {
-            let table = &mut table[k * units..(k + 1) * units];
-            let (before, here) = table.split_at_mut(start);
-            let here = &mut here[..layer.stride];
-            if l == 0 {
-                here.copy_from_slice(first);
-                continue;
-            }
+            let (before, own) = deeper[k * len..][..len].split_at_mut(here);
+            let own = &mut own[..layer.stride];
             if k == 0 {
-                here.copy_from_slice(&layer.bias);
+                own.copy_from_slice(&layer.bias);
             } else {
-                here.fill(0.0);
+                own.fill(0.0);
             }
-            let from = start - network.hidden[l - 1].stride;
-            let inputs = before[from..].iter().zip(&slopes[from..]);
+            let before = if l == 1 { first } else { &before[from - first.len()..] };
+            let inputs = before.iter().zip(&slopes[from..]);
             for ((z, slope), column) in inputs.zip(layer.columns.chunks_exact(layer.stride)) {
                 let h = z * slope;
-                for (o, w) in here.iter_mut().zip(column) {
+                for (o, w) in own.iter_mut().zip(column) {
                     *o += h * w;
                 }
             }
@@ -114,37 +155,29 @@ pub(crate) fn build(
     bits: &[u64],
     first: &[Vec<f64>; 3],
     buffers: &mut Buffers,
-    table: &mut [f64],
+    deeper: &mut [f64],
 ) {
     write_slopes(bits, network.slope, network.units(), &mut buffers.slopes);
-    let mut start = 0;
-    for (l, layer) in network.hidden.iter().enumerate() {
-        build_layer(network, l, start, first, &buffers.slopes, table);
-        start += layer.stride;
+    for l in 1..network.hidden.len() {
+        build_layer(network, l, first, &buffers.slopes, deeper);
     }
 }
 
-/// Changes a table to that of the pattern in which `unit` has changed its sign; `bits` are the signs
-/// after it.
+/// Changes a table to that of the pattern in which `unit`, not of the last layer, has changed its sign;
+/// `bits` are the signs after it.
 pub(crate) fn flip(
     network: &PiecewiseNetwork,
     unit: usize,
     bits: &[u64],
+    first: &[Vec<f64>; 3],
     buffers: &mut Buffers,
-    table: &mut [f64],
+    deeper: &mut [f64],
 ) {
-    let (mut start, mut l) = (0, 0);
-    while unit >= start + network.hidden[l].stride {
-        start += network.hidden[l].stride;
-        l += 1;
-    }
-    if l + 1 == network.hidden.len() {
-        return; // Nothing but the force depends on it.
-    }
+    let l = network.layer_of(unit);
     if l + 2 < network.hidden.len() {
         write_slopes(bits, network.slope, network.units(), &mut buffers.slopes);
     }
-    arch().dispatch(RankOne { network, unit, l, start, bits, buffers, table });
+    arch().dispatch(RankOne { network, unit, l, bits, first, buffers, deeper });
 }
 
 /// The change of all tables when one unit changes its slope: its change `Δd (α, β, γ)` times a vector
@@ -152,12 +185,12 @@ pub(crate) fn flip(
 struct RankOne<'a> {
     network: &'a PiecewiseNetwork,
     unit: usize,
-    /// The unit's layer, and where that begins.
+    /// The unit's layer.
     l: usize,
-    start: usize,
     bits: &'a [u64],
+    first: &'a [Vec<f64>; 3],
     buffers: &'a mut Buffers,
-    table: &'a mut [f64],
+    deeper: &'a mut [f64],
 }
 
 impl WithSimd for RankOne<'_> {
@@ -165,18 +198,22 @@ impl WithSimd for RankOne<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let Self { network, unit, l, start, bits, buffers, table } = self;
-        let units = network.units();
+        let Self { network, unit, l, bits, first, buffers, deeper } = self;
         let (w, bit) = word(unit);
         let change = (1.0 - network.slope) * if bits[w] & bit != 0 { 1.0 } else { -1.0 };
-        let own: [f64; 3] = std::array::from_fn(|k| change * table[k * units + unit]);
-        let mut next = start + network.hidden[l].stride;
-        for (depth, layer) in network.hidden.iter().enumerate().skip(l + 1) {
+        let mut own = Table { first, deeper }.unit(unit);
+        for own in &mut own {
+            *own *= change;
+        }
+        let len = deeper.len() / 3;
+        for depth in l + 1..network.hidden.len() {
+            let layer = &network.hidden[depth];
             let stride = layer.stride;
+            let next = network.start(depth) - first[0].len();
             if depth == l + 1 {
-                let column = &layer.columns[(unit - start) * stride..][..stride];
+                let column = &layer.columns[(unit - network.start(l)) * stride..][..stride];
                 for (k, own) in own.iter().enumerate() {
-                    let table = &mut table[k * units + next..][..stride];
+                    let table = &mut deeper[k * len + next..][..stride];
                     for (z, r) in table.iter_mut().zip(column) {
                         *z += r * own;
                     }
@@ -188,7 +225,7 @@ impl WithSimd for RankOne<'_> {
             } else {
                 buffers.next_change.clear();
                 buffers.next_change.resize(stride, 0.0);
-                let slopes = &buffers.slopes[next - network.hidden[depth - 1].stride..];
+                let slopes = &buffers.slopes[network.start(depth - 1)..];
                 let inputs = buffers.change.iter().zip(slopes);
                 for ((r, slope), column) in inputs.zip(layer.columns.chunks_exact(stride)) {
                     let r = r * slope;
@@ -198,25 +235,24 @@ impl WithSimd for RankOne<'_> {
                 }
                 std::mem::swap(&mut buffers.change, &mut buffers.next_change);
                 for (k, own) in own.iter().enumerate() {
-                    let table = &mut table[k * units + next..][..stride];
+                    let table = &mut deeper[k * len + next..][..stride];
                     for (z, r) in table.iter_mut().zip(&buffers.change) {
                         *z += r * own;
                     }
                 }
             }
-            next += stride;
         }
     }
 }
 
 /// The affine force `a + b p + c r` of a table.
-pub(crate) fn output(network: &PiecewiseNetwork, table: &[f64], bits: &[u64]) -> [f64; 3] {
+pub(crate) fn output(network: &PiecewiseNetwork, table: Table<'_>, bits: &[u64]) -> [f64; 3] {
     arch().dispatch(Output { network, table, bits })
 }
 
 struct Output<'a> {
     network: &'a PiecewiseNetwork,
-    table: &'a [f64],
+    table: Table<'a>,
     bits: &'a [u64],
 }
 
@@ -226,11 +262,11 @@ impl WithSimd for Output<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> [f64; 3] {
         let Self { network, table, bits } = self;
-        let units = network.units();
-        let start = units - network.output.len();
+        let start = network.start(network.hidden.len() - 1);
         let weights = network.output.as_chunks::<LANES>().0;
-        let part = |k: usize| table[k * units + start..(k + 1) * units].as_chunks::<LANES>().0;
-        let (alpha, beta, gamma) = (part(0), part(1), part(2));
+        let [alpha, beta, gamma] = table.units_from(start, network.output.len());
+        let (alpha, beta) = (alpha.as_chunks::<LANES>().0, beta.as_chunks::<LANES>().0);
+        let gamma = gamma.as_chunks::<LANES>().0;
         let mut sums = [[0.0; LANES]; 3];
         for (chunk, w) in weights.iter().enumerate() {
             let first = start + chunk * LANES;

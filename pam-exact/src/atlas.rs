@@ -1,6 +1,6 @@
 //! The patterns of a network on a plane, found as they are needed and kept.
 
-use crate::affine::{Buffers, build, build_layer, flip, output, word, write_slopes};
+use crate::affine::{Buffers, Table, build, build_layer, flip, output, word, write_slopes};
 use crate::cell::{Cell, Clip, Window};
 use crate::network::{LANES, PiecewiseNetwork, Plane};
 use crate::sides::{SideFinder, Sides};
@@ -9,7 +9,7 @@ use std::hash::{BuildHasherDefault, Hasher};
 
 /// No pattern, no unit.
 pub(crate) const NONE: u32 = u32::MAX;
-/// A pattern this many flips away from one that was computed afresh is computed afresh, so that
+/// A table this many flips away from one that was computed afresh is computed afresh, so that
 /// rounding does not build up.
 const LONGEST_CHAIN: u16 = 32;
 
@@ -27,6 +27,8 @@ pub(crate) struct Pattern {
     hash: u64,
     /// Another pattern with the same hash.
     same_hash: u32,
+    /// Its table, and how many changes that is away from one that was computed afresh.
+    table: u32,
     chain: u16,
 }
 
@@ -55,6 +57,8 @@ pub(crate) struct Atlas<'n> {
     window: Window,
     units: usize,
     words: usize,
+    /// Numbers of a table.
+    table_len: usize,
     store: AtlasMemory,
 }
 
@@ -63,7 +67,8 @@ pub(crate) struct Atlas<'n> {
 pub(crate) struct AtlasMemory {
     patterns: Vec<Pattern>,
     sides: Vec<Sides>,
-    /// Pre-activations `α | β | γ` of every unit, pattern by pattern; the last may be in the making.
+    /// Tables one after the other; the last may be in the making. A pattern shares that of the pattern
+    /// from which it was met, if no more than a sign of the last layer is between them.
     tables: Vec<f64>,
     /// Signs of the units, pattern by pattern.
     bits: Vec<u64>,
@@ -74,6 +79,13 @@ pub(crate) struct AtlasMemory {
     buffers: Buffers,
     finder: SideFinder,
     cell: Cell,
+}
+
+impl AtlasMemory {
+    #[inline(always)]
+    fn table(&self, table: u32, len: usize) -> Table<'_> {
+        Table { first: &self.first, deeper: &self.tables[table as usize * len..][..len] }
+    }
 }
 
 /// A well-mixed number for each unit (splitmix64); a pattern's hash is the exclusive or of those of its
@@ -100,7 +112,8 @@ impl<'n> Atlas<'n> {
         store.index.clear();
         store.first = network.first_layer(&plane);
         let units = network.units();
-        Self { network, window, units, words: units.div_ceil(64), store }
+        let table_len = 3 * (units - network.start(1));
+        Self { network, window, units, words: units.div_ceil(64), table_len, store }
     }
 
     pub(crate) fn into_memory(self) -> AtlasMemory {
@@ -118,15 +131,14 @@ impl<'n> Atlas<'n> {
     }
 
     #[inline(always)]
-    pub(crate) fn sides(&self, pattern: &Pattern) -> &[Sides] {
-        &self.store.sides[pattern.sides as usize..][..pattern.side_blocks as usize]
+    pub(crate) fn sides(&self, first: u32, blocks: u32) -> &[Sides] {
+        &self.store.sides[first as usize..][..blocks as usize]
     }
 
-    /// The table `α | β | γ` of a pattern.
+    /// The pre-activations of a pattern.
     #[inline(always)]
-    pub(crate) fn table(&self, id: u32) -> &[f64] {
-        let len = 3 * self.units;
-        &self.store.tables[id as usize * len..][..len]
+    pub(crate) fn table(&self, id: u32) -> Table<'_> {
+        self.store.table(self.store.patterns[id as usize].table, self.table_len)
     }
 
     /// Signs of the units of a pattern.
@@ -145,35 +157,43 @@ impl<'n> Atlas<'n> {
         let (network, units) = (self.network, self.units);
         let store = &mut self.store;
         let place = store.tables.len();
-        store.tables.resize(place + 3 * units, 0.0);
-        let table = &mut store.tables[place..];
+        store.tables.resize(place + self.table_len, 0.0);
         store.wanted.clear();
         store.wanted.resize(self.words, 0);
         let slopes = &mut store.buffers.slopes;
         slopes.clear();
         slopes.resize(units, network.slope);
-        let mut start = 0;
         let mut hash = 0;
         for (l, layer) in network.hidden.iter().enumerate() {
-            build_layer(network, l, start, &store.first, slopes, table);
-            let (alpha, rest) = table.split_at(units);
-            let (beta, gamma) = rest.split_at(units);
-            for unit in start..start + layer.outputs {
-                let z = alpha[unit] + beta[unit] * point[0] + gamma[unit] * point[1];
+            let deeper = &mut store.tables[place..];
+            if l > 0 {
+                build_layer(network, l, &store.first, slopes, deeper);
+            }
+            let table = Table { first: &store.first, deeper };
+            let start = network.start(l);
+            let [alpha, beta, gamma] = table.units_from(start, layer.outputs);
+            for i in 0..layer.outputs {
+                let z = alpha[i] + beta[i] * point[0] + gamma[i] * point[1];
                 if z > 0.0 {
+                    let unit = start + i;
                     let (w, bit) = word(unit);
                     store.wanted[w] |= bit;
                     slopes[unit] = 1.0;
                     hash ^= unit_hash(unit);
                 }
             }
-            start += layer.stride;
         }
         if let Some(id) = self.find(hash) {
             self.store.tables.truncate(place);
             return id;
         }
-        self.insert(hash, 0, (NONE, NONE), Some(point))
+        let table = self.last_table();
+        self.insert(hash, (table, 0), (NONE, NONE), Some(point))
+    }
+
+    /// The table that was added last.
+    fn last_table(&self) -> u32 {
+        (self.store.tables.len().checked_div(self.table_len)).map_or(0, |count| count as u32 - 1)
     }
 
     /// The pattern with the signs that are looked for.
@@ -218,47 +238,52 @@ impl<'n> Atlas<'n> {
         let new = match self.find(hash) {
             Some(new) => new,
             None => {
-                let chain = self.make_table(id, unit as usize, old.chain);
-                self.insert(hash, chain, (id, unit), entry)
+                let table = self.make_table(&old, unit as usize);
+                self.insert(hash, table, (id, unit), entry)
             }
         };
         self.store.sides[place].neighbour[lane] = new;
         new
     }
 
-    /// Adds the table of pattern `id` with one unit flipped, and returns its distance from one that was
-    /// computed afresh.
-    fn make_table(&mut self, id: u32, unit: usize, chain: u16) -> u16 {
+    /// The table of a pattern with one unit flipped, and its distance from one that was computed afresh.
+    fn make_table(&mut self, old: &Pattern, unit: usize) -> (u32, u16) {
+        if unit >= self.network.start(self.network.hidden.len() - 1) {
+            return (old.table, old.chain);
+        }
         let store = &mut self.store;
-        let len = 3 * self.units;
-        let from = id as usize * len;
+        let len = self.table_len;
         let place = store.tables.len();
-        if chain >= LONGEST_CHAIN {
+        if old.chain >= LONGEST_CHAIN {
             store.tables.resize(place + len, 0.0);
             let table = &mut store.tables[place..];
             build(self.network, &store.wanted, &store.first, &mut store.buffers, table);
-            return 0;
+            return (self.last_table(), 0);
         }
+        let from = old.table as usize * len;
         store.tables.extend_from_within(from..from + len);
-        flip(self.network, unit, &store.wanted, &mut store.buffers, &mut store.tables[place..]);
-        chain + 1
+        let table = &mut store.tables[place..];
+        flip(self.network, unit, &store.wanted, &store.first, &mut store.buffers, table);
+        (self.last_table(), old.chain + 1)
     }
 
-    /// Keeps the pattern whose table was added last and whose signs are those looked for.
+    /// Keeps the pattern whose signs are those looked for, with its table.
     fn insert(
         &mut self,
         hash: u64,
-        chain: u16,
+        (table, chain): (u32, u16),
         (parent, flipped): (u32, u32),
         entry: Option<[f64; 2]>,
     ) -> u32 {
         let id = self.store.patterns.len() as u32;
         let store = &mut self.store;
-        let table = &store.tables[id as usize * 3 * self.units..];
-        let force = output(self.network, table, &store.wanted);
+        let len = self.table_len;
+        let seen =
+            Table { first: &store.first, deeper: &store.tables[table as usize * len..][..len] };
+        let force = output(self.network, seen, &store.wanted);
         let first = store.sides.len() as u32;
         let known = entry.map(|point| (point, flipped));
-        store.finder.find(&self.window, table, &store.wanted, known, &mut store.sides);
+        store.finder.find(&self.window, seen, &store.wanted, known, &mut store.sides);
         store.bits.extend_from_slice(&store.wanted);
         let same_hash = store.index.insert(hash, id).unwrap_or(NONE);
         let side_blocks = store.sides.len() as u32 - first;
@@ -270,6 +295,7 @@ impl<'n> Atlas<'n> {
             flipped,
             hash,
             same_hash,
+            table,
             chain,
         });
         id

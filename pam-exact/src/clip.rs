@@ -1,5 +1,6 @@
 //! The sides of a cell by clipping: slower than the hull of dual points, but it needs no point inside.
 
+use crate::affine::Table;
 use crate::cell::{Cell, Clip, HalfPlane, Window};
 use crate::network::LANES;
 use crate::sides::Sides;
@@ -30,12 +31,12 @@ impl Clipper {
     pub(crate) fn find(
         &mut self,
         window: &Window,
-        table: &[f64],
+        table: Table<'_>,
         bits: &[u64],
         out: &mut Vec<Sides>,
     ) {
         let Self { signed, candidates, processed, cell } = self;
-        let units = table.len() / 3;
+        let units = table.units();
         arch().dispatch(Orient { units, table, bits, signed });
         candidates.clear();
         candidates.extend(0..units as u32);
@@ -84,7 +85,7 @@ impl Clipper {
 /// Turns the pre-activations so that all are positive inside the cell.
 struct Orient<'a> {
     units: usize,
-    table: &'a [f64],
+    table: Table<'a>,
     bits: &'a [u64],
     signed: &'a mut Vec<f64>,
 }
@@ -96,7 +97,11 @@ impl WithSimd for Orient<'_> {
     fn with_simd<S: Simd>(self, _simd: S) {
         let Self { units, table, bits, signed } = self;
         signed.clear();
-        signed.extend_from_slice(table);
+        let [first, deeper] = table.parts();
+        for (first, deeper) in first.iter().zip(deeper) {
+            signed.extend_from_slice(first);
+            signed.extend_from_slice(deeper);
+        }
         for part in signed.chunks_exact_mut(units) {
             for (block, bits) in part.chunks_mut(64).zip(bits) {
                 for (i, value) in block.iter_mut().enumerate() {

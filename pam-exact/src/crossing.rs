@@ -1,184 +1,271 @@
 //! Where a step leaves its pattern: the time and state at which it crosses a side.
 
-use crate::event::{COEFFICIENTS, Margin};
-use crate::fundamental::Response;
-use crate::motion::Law;
+use crate::atlas::NONE;
+use crate::event::Margin;
+use crate::hull::none;
+use crate::network::LANES;
+use crate::series::{COEFFICIENTS, Series};
+use crate::sides::Sides;
+use crate::step::{Step, margins};
 use pam_core::simd::arch;
 use pulp::{Simd, WithSimd};
 
-/// A step whose crossings are looked for.
-pub(crate) struct Step<'a> {
-    pub(crate) law: &'a Law,
-    pub(crate) from: [f64; 2],
-    pub(crate) end: [f64; 2],
-    /// Acceleration at the start.
-    pub(crate) a: f64,
-    /// Forcing `w₀ + w₁ τ`.
-    pub(crate) w: [f64; 2],
-    pub(crate) h: f64,
-    /// Bounds of acceleration and jerk.
-    pub(crate) most: [f64; 2],
+/// Where a step leaves its pattern.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Exit {
+    pub(crate) after_s: f64,
+    pub(crate) state: [f64; 2],
+    /// The side that is crossed, and the unit whose border it is.
+    pub(crate) block: usize,
+    pub(crate) lane: usize,
+    pub(crate) unit: u32,
 }
 
-/// A side that the motion may cross.
-pub(crate) struct Line {
-    pub(crate) alpha: f64,
-    pub(crate) beta: f64,
-    pub(crate) gamma: f64,
-    /// Margins at both ends of the step.
-    pub(crate) before: f64,
-    pub(crate) after: f64,
-    /// Whether the motion comes from it.
-    pub(crate) entered: bool,
+/// What is known of all sides of a pattern at once.
+enum Glance {
+    /// No side is crossed.
+    Stays,
+    Leaves(Exit),
+    /// Each side must be looked at.
+    Unclear,
 }
 
-/// A crossing's time is found to this part of the step. The field is continuous across the border, so
-/// what the state loses by an error `δ` of the time is of the order of `δ²`.
-const ROOT_TOLERANCE: f64 = 1e-13;
-/// Newton steps before the root is bracketed.
-const NEWTON_STEPS: usize = 6;
-
-impl Step<'_> {
-    /// Time and state of the first exit across a line up to `limit`.
-    ///
-    /// A margin that falls throughout the step, by a bound of its curvature, has its root found by
-    /// Newton's method on the motion itself; one that rises throughout has none. Any other goes the
-    /// long way.
+impl Exit {
+    /// The first side that the motion crosses in a step. `entered` is the unit whose border was crossed
+    /// just before.
     #[inline(always)]
-    pub(crate) fn exit(&self, line: &Line, limit: f64, on_border: bool) -> Option<(f64, [f64; 2])> {
-        let [x, v] = self.from;
-        let curvature = line.beta.abs().mul_add(self.most[0], line.gamma.abs() * self.most[1]);
-        let slope = line.beta.mul_add(v, line.gamma * self.a);
-        let noise = 4.0
-            * f64::EPSILON
-            * (line.alpha.abs() + (line.beta * x).abs() + (line.gamma * v).abs());
-        // The tables of two patterns agree on their common border to rounding only.
-        let start = if line.entered { 0.0 } else { line.before };
-        if start > noise || (line.entered && slope > 0.0) {
-            if slope > curvature * self.h {
-                return None;
-            }
-            if slope < -curvature * self.h {
-                if line.after >= 0.0 {
-                    return None;
-                }
-                if let Some(root) = self.root(line, start, slope, curvature) {
-                    return (root.0 <= limit).then_some(root);
-                }
+    pub(crate) fn first<S: Simd>(
+        simd: S,
+        sides: &[Sides],
+        step: &Step,
+        entered: u32,
+        on_border: bool,
+    ) -> Option<Self> {
+        if let ([sides], false) = (sides, on_border) {
+            match step.glance(simd, sides, entered) {
+                Glance::Stays => return None,
+                Glance::Leaves(exit) => return Some(exit),
+                Glance::Unclear => {}
             }
         }
-        self.long_way(line, limit, on_border)
+        side_by_side(SideBySide { sides, step, entered, on_border })
+    }
+}
+
+/// A crossing's time is found to this part of the step, as estimated from the last correction. The field
+/// is continuous across the border, so what the state loses by an error `δ` of the time is of the order
+/// of `δ²`.
+const ROOT_TOLERANCE: f64 = 1e-12;
+/// Steps of Halley's method before a root is left to those that bracket it.
+const ROOT_STEPS: usize = 6;
+/// Stands for the time of a crossing where there is none, longer than any step.
+const NEVER: f64 = 1e300;
+/// Shorter than [`NEVER`] and longer than any step.
+const EVER: f64 = 1e299;
+/// The last bits of a time say which side it belongs to, so that one minimum finds both.
+const LANE_BITS: u64 = LANES as u64 - 1;
+const LANE_NUMBERS: [u64; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
+/// Terms of the series up to which a step needs no more than [`FEW`] coefficients.
+const FEW_TERMS: usize = 15;
+const FEW: usize = 12;
+
+/// `β x + γ v` of several sides.
+#[inline(always)]
+fn along<S: Simd>(simd: S, (beta, gamma): (S::f64s, S::f64s), [x, v]: [f64; 2]) -> S::f64s {
+    simd.mul_add_f64s(beta, simd.splat_f64s(x), simd.mul_f64s(gamma, simd.splat_f64s(v)))
+}
+
+impl Step {
+    /// Looks at all sides of a pattern at once. Clear are those whose margin, by a bound of its curvature,
+    /// falls throughout the step or rises throughout. The first crossing is the one of those that fall
+    /// below zero at which none of the others is negative yet.
+    #[inline(always)]
+    fn glance<S: Simd>(&self, simd: S, sides: &Sides, entered: u32) -> Glance {
+        let v = self.from[1];
+        let off = self.off_chord();
+        let a_end = self.acceleration(self.end, self.h);
+        let size_of_state = self.size_of_state();
+        // The tables of two patterns agree on their common border to rounding only.
+        let mut before = margins(sides, self.from);
+        if entered != NONE {
+            for (before, unit) in before.iter_mut().zip(&sides.unit) {
+                *before = if *unit == entered { 0.0 } else { *before };
+            }
+        }
+        let mut unclear = false;
+        let mut any = false;
+        let zero = simd.splat_f64s(0.0);
+        let (one, three) = (simd.splat_f64s(1.0), simd.splat_f64s(3.0));
+        let length = simd.splat_f64s(self.h);
+        let (alpha, beta) = (S::as_simd_f64s(&sides.alpha).0, S::as_simd_f64s(&sides.beta).0);
+        let (gamma, before) = (S::as_simd_f64s(&sides.gamma).0, S::as_simd_f64s(&before).0);
+        for k in 0..alpha.len() {
+            let (start, line) = (before[k], (beta[k], gamma[k]));
+            let sizes = (simd.abs_f64s(beta[k]), simd.abs_f64s(gamma[k]));
+            let after = simd.add_f64s(alpha[k], along(simd, line, self.end));
+            let near = along(simd, sizes, off);
+            let near = simd.less_than_or_equal_f64s(simd.min_f64s(start, after), near);
+            let bend = simd.mul_f64s(along(simd, sizes, self.most), length);
+            let slope = along(simd, line, [v, self.a]);
+            let rises = simd.greater_than_f64s(slope, bend);
+            let falls = simd.less_than_f64s(slope, simd.neg_f64s(bend));
+            let size = along(simd, sizes, size_of_state);
+            let size = simd.add_f64s(simd.abs_f64s(alpha[k]), size);
+            let noise = simd.mul_f64s(size, simd.splat_f64s(4.0 * f64::EPSILON));
+            let inside = simd.greater_than_f64s(start, noise);
+            let starts = simd.or_m64s(inside, simd.equal_f64s(start, zero));
+            let clear = simd.or_m64s(simd.and_m64s(rises, starts), simd.and_m64s(falls, inside));
+            unclear |= !none(simd, simd.and_m64s(near, simd.not_m64s(clear)));
+            any |= !none(simd, simd.and_m64s(falls, simd.less_than_f64s(after, zero)));
+        }
+        if unclear {
+            return Glance::Unclear;
+        }
+        if !any {
+            return Glance::Stays;
+        }
+        let mut times = [NEVER; LANES];
+        let mut first = simd.splat_f64s(NEVER);
+        let keep = simd.splat_u64s(!LANE_BITS);
+        let numbers = S::as_simd_u64s(&LANE_NUMBERS).0;
+        for k in 0..alpha.len() {
+            // The time as a cubic of the margin, from values and slopes at both ends.
+            let (start, line) = (before[k], (beta[k], gamma[k]));
+            let after = simd.add_f64s(alpha[k], along(simd, line, self.end));
+            let slope = along(simd, line, [v, self.a]);
+            let last_slope = along(simd, line, [self.end[1], a_end]);
+            let leaves = simd.less_than_f64s(slope, zero);
+            let leaves = simd.and_m64s(leaves, simd.less_than_f64s(after, zero));
+            let drop = simd.sub_f64s(start, after);
+            let u = simd.div_f64s(start, drop);
+            let rest = simd.sub_f64s(one, u);
+            let (tangent, last_tangent) =
+                (simd.div_f64s(drop, slope), simd.div_f64s(drop, last_slope));
+            let tangents =
+                simd.sub_f64s(simd.mul_f64s(rest, tangent), simd.mul_f64s(u, last_tangent));
+            let even = simd.mul_f64s(u, simd.sub_f64s(three, simd.add_f64s(u, u)));
+            let time = simd.sub_f64s(simd.mul_f64s(even, length), simd.mul_f64s(rest, tangents));
+            let time = simd.mul_f64s(u, time);
+            let within = simd.and_m64s(
+                simd.greater_than_f64s(time, zero),
+                simd.less_than_or_equal_f64s(time, length),
+            );
+            unclear |= !none(simd, simd.and_m64s(leaves, simd.not_m64s(within)));
+            let time = simd.select_f64s(leaves, time, simd.splat_f64s(NEVER));
+            let bits = simd.and_u64s(simd.transmute_u64s_f64s(time), keep);
+            let time = simd.transmute_f64s_u64s(simd.or_u64s(bits, numbers[k]));
+            S::as_mut_simd_f64s(&mut times).0[k] = time;
+            first = simd.min_f64s(first, time);
+        }
+        if unclear {
+            return Glance::Unclear;
+        }
+        let first = simd.reduce_min_f64s(first);
+        let lane = (first.to_bits() & LANE_BITS) as usize;
+        let line = [sides.alpha[lane], sides.beta[lane], sides.gamma[lane]];
+        let root = if self.terms <= FEW_TERMS {
+            self.root(&Series::<FEW>::new(self), line, first)
+        } else {
+            self.root(&Series::<COEFFICIENTS>::new(self), line, first)
+        };
+        let Some((after_s, state)) = root else { return Glance::Unclear };
+        let there = margins(sides, state);
+        for (i, (margin, time)) in there.iter().zip(&times).enumerate() {
+            unclear |= (*margin < 0.0) & (*time < EVER) & (i != lane);
+        }
+        if unclear {
+            return Glance::Unclear;
+        }
+        Glance::Leaves(Exit { after_s, state, block: 0, lane, unit: sides.unit[lane] })
     }
 
-    /// The root of a margin that falls throughout the step to a negative value.
+    /// The root of a margin `α + β x + γ ẋ` that falls throughout the step to a negative value, and the
+    /// state there, from a first guess: Halley's method.
     #[inline(always)]
-    fn root(&self, line: &Line, start: f64, slope: f64, curvature: f64) -> Option<(f64, [f64; 2])> {
-        let law = self.law;
-        let [x, v] = self.from;
-        let terms = law.terms_of(self.h);
-        let jerk = (-law.kappa).mul_add(v, (-law.zeta).mul_add(self.a, self.w[1]));
-        let bend = line.beta.mul_add(self.a, line.gamma * jerk);
-        let square = slope.mul_add(slope, -2.0 * bend * start);
-        let mut t = 2.0 * start / (square.max(0.0).sqrt() - slope);
-        for _ in 0..NEWTON_STEPS {
-            if !(t >= 0.0 && t <= self.h) {
+    fn root<const N: usize>(
+        &self,
+        series: &Series<N>,
+        [alpha, beta, gamma]: [f64; 3],
+        mut t: f64,
+    ) -> Option<(f64, [f64; 2])> {
+        let curvature = beta.abs().mul_add(self.most[0], gamma.abs() * self.most[1]);
+        for _ in 0..ROOT_STEPS {
+            let [x, v] = series.at(t);
+            let a = self.acceleration([x, v], t);
+            let jerk = (-self.kappa).mul_add(v, (-self.zeta).mul_add(a, self.w[1]));
+            let margin = gamma.mul_add(v, beta.mul_add(x, alpha));
+            let inverse = 1.0 / beta.mul_add(v, gamma * a);
+            let bend = beta.mul_add(a, gamma * jerk) * inverse;
+            let newton = -margin * inverse;
+            let dt = newton * (-0.5 * bend).mul_add(newton, 1.0);
+            t += dt;
+            if !(t > 0.0 && t <= self.h) {
                 return None;
             }
-            let response = Response::new(law.kappa, law.zeta, t, terms);
-            let [xt, vt] = response.advance(law.kappa, t, [x, v], self.a, self.w[1]);
-            let at = law.acceleration([xt, vt], self.w[1].mul_add(t, self.w[0]));
-            let margin = line.gamma.mul_add(vt, line.beta.mul_add(xt, line.alpha));
-            let slope = line.beta.mul_add(vt, line.gamma * at);
-            let dt = -margin / slope;
-            t += dt;
-            if curvature * dt * dt <= ROOT_TOLERANCE * self.h * slope.abs() {
-                // Two terms of Taylor's series are enough for so small a change.
-                let jerk = (-law.kappa).mul_add(vt, (-law.zeta).mul_add(at, self.w[1]));
-                let state =
-                    [dt.mul_add(vt + 0.5 * dt * at, xt), dt.mul_add(at + 0.5 * dt * jerk, vt)];
-                return (t > 0.0 && t <= self.h).then_some((t, state));
+            let change = curvature * inverse * dt;
+            if change * change * dt.abs() <= ROOT_TOLERANCE * self.h {
+                // A few terms of Taylor's series are enough for so small a change.
+                let snap = (-self.kappa).mul_add(a, -self.zeta * jerk);
+                let x = dt.mul_add(dt.mul_add(0.5 * dt.mul_add(jerk / 3.0, a), v), x);
+                let v = dt.mul_add(dt.mul_add(0.5 * dt.mul_add(snap / 3.0, jerk), a), v);
+                return Some((t, [x, v]));
             }
         }
         None
     }
-
-    /// The exit of a margin that may turn within the step.
-    #[cold]
-    #[inline(never)]
-    fn long_way(&self, line: &Line, limit: f64, on_border: bool) -> Option<(f64, [f64; 2])> {
-        arch().dispatch(LongWay { step: self, line, limit, on_border })
-    }
 }
 
-struct LongWay<'a, 's> {
-    step: &'a Step<'s>,
-    line: &'a Line,
-    limit: f64,
+/// A step whose sides are looked at one by one.
+struct SideBySide<'a> {
+    sides: &'a [Sides],
+    step: &'a Step,
+    entered: u32,
     on_border: bool,
 }
 
-impl WithSimd for LongWay<'_, '_> {
-    type Output = Option<(f64, [f64; 2])>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) -> Option<(f64, [f64; 2])> {
-        let Self { step, line, limit, on_border } = self;
-        let len = step.law.terms_of(step.h).min(COEFFICIENTS);
-        let series = Series::new(step.law, step.from, step.a, step.w[1], len);
-        let mut margin = Margin::new([line.alpha, line.beta, line.gamma], &series.d, series.len);
-        if line.entered {
-            margin.start_at_zero();
-        }
-        if on_border && line.before <= 64.0 * margin.noise() {
-            return None;
-        }
-        margin.first_exit(limit).map(|t| (t, series.at(t)))
-    }
+#[cold]
+#[inline(never)]
+fn side_by_side(job: SideBySide<'_>) -> Option<Exit> {
+    arch().dispatch(job)
 }
 
-/// The displacement as a power series in the time from the start of a step.
-struct Series {
-    /// Derivatives over factorials; one more than `len`.
-    d: [f64; COEFFICIENTS + 1],
-    len: usize,
-}
+impl WithSimd for SideBySide<'_> {
+    type Output = Option<Exit>;
 
-impl Series {
     #[inline(always)]
-    fn new(law: &Law, [x, v]: [f64; 2], a: f64, rate: f64, len: usize) -> Self {
-        let (kappa, zeta) = (law.kappa, law.zeta);
-        let mut d = [0.0; COEFFICIENTS + 1];
-        let (mut two_before, mut before) = (a, rate - kappa * v - zeta * a);
-        d[0] = x;
-        d[1] = v;
-        d[2] = 0.5 * a;
-        d[3] = INVERSE_FACTORIAL[3] * before;
-        for n in 4..=len {
-            (two_before, before) = (before, (-zeta).mul_add(before, -kappa * two_before));
-            d[n] = INVERSE_FACTORIAL[n] * before;
+    fn with_simd<S: Simd>(self, _simd: S) -> Option<Exit> {
+        let Self { sides, step, entered, on_border } = self;
+        let off = step.off_chord();
+        let series = Series::<COEFFICIENTS>::new(step);
+        let mut found: Option<Exit> = None;
+        for (block, sides) in sides.iter().enumerate() {
+            let before = margins(sides, step.from);
+            let after = margins(sides, step.end);
+            for lane in 0..LANES {
+                let line = [sides.alpha[lane], sides.beta[lane], sides.gamma[lane]];
+                let far = line[1].abs().mul_add(off[0], line[2].abs() * off[1]);
+                if before[lane].min(after[lane]) > far {
+                    continue;
+                }
+                let mut margin = Margin::new(line, &series, step.size_of_state());
+                // The tables of two patterns agree on their common border to rounding only.
+                if sides.unit[lane] == entered {
+                    margin.start_at_zero();
+                }
+                if on_border && before[lane] <= 64.0 * margin.noise() {
+                    continue;
+                }
+                let limit = found.as_ref().map_or(step.h, |f| f.after_s);
+                let Some(after_s) = margin.first_exit(limit) else { continue };
+                if after_s < limit || found.is_none() {
+                    let (state, unit) = (series.at(after_s), sides.unit[lane]);
+                    found = Some(Exit { after_s, state, block, lane, unit });
+                    if after_s == 0.0 {
+                        return found;
+                    }
+                }
+            }
         }
-        Self { d, len }
-    }
-
-    /// Displacement and velocity after `t`.
-    #[inline(always)]
-    fn at(&self, t: f64) -> [f64; 2] {
-        let (mut x, mut v) = (0.0_f64, 0.0_f64);
-        for &d in self.d[..=self.len].iter().rev() {
-            v = v.mul_add(t, x);
-            x = x.mul_add(t, d);
-        }
-        [x, v]
+        found
     }
 }
-
-/// `1 / n!`.
-const INVERSE_FACTORIAL: [f64; COEFFICIENTS + 1] = {
-    let mut inverse = [1.0; COEFFICIENTS + 1];
-    let mut n = 1;
-    while n < inverse.len() {
-        inverse[n] = inverse[n - 1] / n as f64;
-        n += 1;
-    }
-    inverse
-};

@@ -1,13 +1,11 @@
 //! The first time at which a margin becomes negative.
 
-/// Most coefficients of a polynomial in time.
-pub(crate) const COEFFICIENTS: usize = 18;
+use crate::series::{COEFFICIENTS, Series};
 
 /// A margin `g(τ) = Σ cₙ τⁿ` over a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Margin {
     c: [f64; COEFFICIENTS],
-    len: usize,
     /// Rounding of the value.
     noise: f64,
 }
@@ -16,21 +14,20 @@ pub(crate) struct Margin {
 const DEPTH: usize = 64;
 
 impl Margin {
-    /// The margin `α + β x(τ) + γ ẋ(τ)` of a motion with derivatives `d` at the start; `d[n]` is
-    /// already divided by `n!`.
+    /// The margin `α + β x(τ) + γ ẋ(τ)` of a motion whose states are rounded relative to `size`.
     #[inline(always)]
     pub(crate) fn new(
         [alpha, beta, gamma]: [f64; 3],
-        d: &[f64; COEFFICIENTS + 1],
-        len: usize,
+        motion: &Series<COEFFICIENTS>,
+        size: [f64; 2],
     ) -> Self {
         let mut c = [0.0; COEFFICIENTS];
-        for n in 0..len {
-            c[n] = beta * d[n] + gamma * ((n + 1) as f64 * d[n + 1]);
+        for (n, c) in c.iter_mut().enumerate() {
+            *c = beta * motion.x[n] + gamma * motion.v[n];
         }
         c[0] += alpha;
-        let noise = 4.0 * f64::EPSILON * (alpha.abs() + (beta * d[0]).abs() + (gamma * d[1]).abs());
-        Self { c, len, noise }
+        let size = alpha.abs() + beta.abs() * size[0] + gamma.abs() * size[1];
+        Self { c, noise: 4.0 * f64::EPSILON * size }
     }
 
     /// The rounding error that the value at the start may have.
@@ -40,13 +37,13 @@ impl Margin {
 
     #[inline(always)]
     fn value(&self, t: f64) -> f64 {
-        self.c[..self.len].iter().rev().fold(0.0, |sum: f64, c| sum.mul_add(t, *c))
+        self.c.iter().rev().fold(0.0, |sum: f64, c| sum.mul_add(t, *c))
     }
 
     #[inline(always)]
     fn value_and_slope(&self, t: f64) -> (f64, f64) {
         let (mut value, mut slope) = (0.0_f64, 0.0_f64);
-        for c in self.c[..self.len].iter().rev() {
+        for c in self.c.iter().rev() {
             slope = slope.mul_add(t, value);
             value = value.mul_add(t, *c);
         }
@@ -62,7 +59,7 @@ impl Margin {
     #[inline(always)]
     fn curvature(&self, end: f64) -> f64 {
         let (mut sum, mut power) = (0.0, 1.0);
-        for n in 2..self.len {
+        for n in 2..COEFFICIENTS {
             sum += (n * (n - 1)) as f64 * self.c[n].abs() * power;
             power *= end;
         }
@@ -186,7 +183,7 @@ mod tests {
     fn margin(c: &[f64]) -> Margin {
         let mut all = [0.0; COEFFICIENTS];
         all[..c.len()].copy_from_slice(c);
-        Margin { c: all, len: c.len().max(3), noise: 1e-15 }
+        Margin { c: all, noise: 1e-15 }
     }
 
     #[test]

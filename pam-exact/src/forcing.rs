@@ -17,6 +17,48 @@ pub(crate) struct Piece {
     pub(crate) observed: bool,
 }
 
+/// The pieces of a signal in the order of time: first those from sample to sample, which are read where
+/// the signal lies, then those that were cut.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pieces<'a> {
+    /// Samples that are followed whole, and the one at which the last of them ends.
+    times_s: &'a [f64],
+    force_mn: &'a [f64],
+    held: bool,
+    cut: &'a [Piece],
+}
+
+impl<'a> Pieces<'a> {
+    /// Pieces that were cut, and no others.
+    pub(crate) fn of(cut: &'a [Piece]) -> Self {
+        Self { times_s: &[], force_mn: &[], held: true, cut }
+    }
+
+    fn whole(&self) -> usize {
+        self.times_s.len().saturating_sub(1)
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.whole() + self.cut.len()
+    }
+
+    #[inline(always)]
+    pub(crate) fn get(&self, index: usize) -> Option<Piece> {
+        if let (Some(&[start_s, end_s]), Some(&[force_mn, next_mn])) =
+            (self.times_s.get(index..index + 2), self.force_mn.get(index..index + 2))
+        {
+            let length_s = end_s - start_s;
+            let rate_mn_s = if self.held { 0.0 } else { (next_mn - force_mn) / length_s };
+            return Some(Piece { start_s, length_s, force_mn, rate_mn_s, observed: true });
+        }
+        self.cut.get(index - self.whole()).copied()
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Piece> {
+        (0..self.len()).map_while(|k| self.get(k))
+    }
+}
+
 /// What drives a trajectory, and where it is looked at.
 #[derive(Debug, Clone, Copy)]
 pub struct ForceSignal<'a> {
@@ -51,57 +93,51 @@ impl ForceSignal<'_> {
         (self.force_mn[k] + rate * (t - a), rate)
     }
 
-    /// Pieces from sample to sample, as long as each sample is observed; returns where they end.
-    fn whole_samples_into(
-        &self,
-        t0: f64,
-        t1: f64,
-        observe_s: &[f64],
-        longest_s: f64,
-        pieces: &mut Vec<Piece>,
-    ) -> f64 {
-        let first = self.times_s.partition_point(|&s| s <= t0);
-        if first == 0 || self.times_s[first - 1] != t0 {
-            return t0;
-        }
-        let observed = &observe_s[observe_s.partition_point(|&s| s <= t0)..];
-        let held = self.interpolation == Interpolation::Hold;
-        let starts =
-            self.times_s[first - 1..].windows(2).zip(self.force_mn[first - 1..].windows(2));
-        let mut t = t0;
-        for ((times, force), &at) in starts.zip(observed) {
-            let length_s = times[1] - times[0];
-            if times[1] != at || at > t1 || length_s > longest_s {
-                break;
-            }
-            let rate_mn_s = if held { 0.0 } else { (force[1] - force[0]) / length_s };
-            let [start_s, force_mn] = [times[0], force[0]];
-            pieces.push(Piece { start_s, length_s, force_mn, rate_mn_s, observed: true });
-            t = at;
-        }
-        t
-    }
-
-    /// Cuts `[t0, t1]` at the knots and at `observe_s`, and into equal parts no longer than
-    /// `longest_s`.
-    pub(crate) fn pieces_into(
+    /// How many samples from `t0` on are followed whole: each begins a straight line, and the trajectory
+    /// is observed at each, and nowhere in between; with the place of the first.
+    fn whole_samples(
         &self,
         (t0, t1): (f64, f64),
         observe_s: &[f64],
         longest_s: f64,
-        pieces: &mut Vec<Piece>,
-    ) {
-        pieces.clear();
+    ) -> (usize, usize) {
+        let after = self.times_s.partition_point(|&s| s <= t0);
+        if self.interpolation == Interpolation::Ramp || after == 0 || self.times_s[after - 1] != t0
+        {
+            return (0, 0);
+        }
+        let times = &self.times_s[after - 1..];
+        let observed = &observe_s[observe_s.partition_point(|&s| s <= t0)..];
+        let ends = times[1..].iter().zip(observed);
+        let mut count = ends.take_while(|(end, at)| end == at && **at <= t1).count();
+        if longest_s.is_finite() {
+            let short = times.windows(2).take(count).take_while(|t| t[1] - t[0] <= longest_s);
+            count = short.count();
+        }
+        (after - 1, count)
+    }
+
+    /// Cuts `[t0, t1]` at the knots and at `observe_s`, and into equal parts no longer than
+    /// `longest_s`. What is cut otherwise than at every sample goes to `cut`.
+    pub(crate) fn pieces<'b>(
+        &'b self,
+        (t0, t1): (f64, f64),
+        observe_s: &[f64],
+        longest_s: f64,
+        cut: &'b mut Vec<Piece>,
+    ) -> Pieces<'b> {
+        cut.clear();
+        let (first, whole) = self.whole_samples((t0, t1), observe_s, longest_s);
         let mut t = t0;
         let mut next_observed = observe_s.partition_point(|&s| s <= t0);
         let mut next_knot = 0;
         while next_knot < self.times_s.len() && self.knot(next_knot) <= t0 {
             next_knot += 1;
         }
-        if self.interpolation != Interpolation::Ramp {
-            t = self.whole_samples_into(t, t1, observe_s, longest_s, pieces);
-            next_knot += pieces.len();
-            next_observed += pieces.len();
+        if whole > 0 {
+            t = self.times_s[first + whole];
+            next_knot += whole;
+            next_observed += whole;
         }
         while t < t1 {
             let observed = observe_s.get(next_observed).copied().unwrap_or(f64::INFINITY);
@@ -112,7 +148,7 @@ impl ForceSignal<'_> {
             let whole = end - t;
             if whole <= longest_s {
                 let observed = end == observed;
-                pieces.push(Piece { start_s: t, length_s: whole, force_mn, rate_mn_s, observed });
+                cut.push(Piece { start_s: t, length_s: whole, force_mn, rate_mn_s, observed });
                 next_observed += usize::from(observed);
                 next_knot += usize::from(end == knot);
                 t = end;
@@ -122,7 +158,7 @@ impl ForceSignal<'_> {
             let length_s = whole / parts;
             for part in 0..parts as usize {
                 let into = part as f64 * length_s;
-                pieces.push(Piece {
+                cut.push(Piece {
                     start_s: t + into,
                     length_s,
                     force_mn: force_mn + rate_mn_s * into,
@@ -133,6 +169,13 @@ impl ForceSignal<'_> {
             next_observed += usize::from(end == observed);
             next_knot += usize::from(end == knot);
             t = end;
+        }
+        let samples = if whole > 0 { first..first + whole + 1 } else { 0..0 };
+        Pieces {
+            times_s: &self.times_s[samples.clone()],
+            force_mn: &self.force_mn[samples],
+            held: self.interpolation == Interpolation::Hold,
+            cut,
         }
     }
 }
@@ -158,10 +201,10 @@ mod tests {
                 u[0]
             };
             for longest in [f64::INFINITY, 0.02] {
-                let mut pieces = Vec::new();
-                signal.pieces_into((-0.05, 4.03), &observe, longest, &mut pieces);
+                let mut cut = Vec::new();
+                let pieces = signal.pieces((-0.05, 4.03), &observe, longest, &mut cut);
                 let mut end = -0.05;
-                for p in &pieces {
+                for p in pieces.iter() {
                     assert!((p.start_s - end).abs() < 1e-14 && p.length_s <= longest);
                     end = p.start_s + p.length_s;
                     let inside = 0.3 * p.length_s;

@@ -52,7 +52,8 @@ pub(crate) fn terms(reach: f64) -> usize {
 /// The functions `e_k`, `k = −1 … 2`, at one step.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Response {
-    pub(crate) rate: f64,
+    /// `e_{−1} − 1`: a step changes a state by little, and so is this.
+    pub(crate) decay: f64,
     pub(crate) impulse: f64,
     pub(crate) step: f64,
     pub(crate) ramp: f64,
@@ -87,7 +88,7 @@ impl Response {
         let e0 = ratio(2, e1, e2);
         let (impulse, step) = (h * e0, 0.5 * h * h * e1);
         let ramp = h * h * h * (e2 / 6.0);
-        Self { rate: (-zeta).mul_add(impulse, (-kappa).mul_add(step, 1.0)), impulse, step, ramp }
+        Self { decay: (-zeta).mul_add(impulse, -kappa * step), impulse, step, ramp }
     }
 
     /// Both families at a step of length `h`.
@@ -123,7 +124,7 @@ impl Response {
         let (impulse, step, ramp) = (p[0] * e0, p[1] * e1, p[2] * e2);
         let (value, rate) = (p[2] * q0, p[1] * q_rate);
         (
-            Self { rate: 1.0 - zeta * impulse - kappa * step, impulse, step, ramp },
+            Self { decay: (-zeta).mul_add(impulse, -kappa * step), impulse, step, ramp },
             Squared {
                 curve: impulse - zeta * rate - kappa * value,
                 rate,
@@ -134,29 +135,24 @@ impl Response {
         )
     }
 
-    /// Displacement and velocity after the step, from those before it, the acceleration before it and
-    /// the rate `w₁` of the forcing.
+    /// Displacement and velocity after the step, from those before it and the forcing `w₀ + w₁ τ`.
     #[inline(always)]
-    pub(crate) fn advance(
-        &self,
-        kappa: f64,
-        h: f64,
-        [x, v]: [f64; 2],
-        acceleration: f64,
-        rate: f64,
-    ) -> [f64; 2] {
-        let slope = (-kappa).mul_add(v, rate);
+    pub(crate) fn advance(&self, kappa: f64, [x, v]: [f64; 2], [w0, w1]: [f64; 2]) -> [f64; 2] {
+        let driven =
+            [self.step.mul_add(w0, self.ramp * w1), self.impulse.mul_add(w0, self.step * w1)];
         [
-            x + self.step.mul_add(acceleration, self.ramp.mul_add(slope, h * v)),
-            v + self.impulse.mul_add(acceleration, self.step * slope),
+            x + (-kappa * self.step).mul_add(x, self.impulse.mul_add(v, driven[0])),
+            v + (-kappa * self.impulse).mul_add(x, self.decay.mul_add(v, driven[1])),
         ]
     }
 
     /// A costate `(λ_x, λ_v)` before the step from the one after it: the transpose of the propagator.
     #[inline(always)]
     pub(crate) fn pull_back(&self, kappa: f64, [lx, lv]: [f64; 2]) -> [f64; 2] {
-        let even = 1.0 - kappa * self.step;
-        [even * lx - kappa * self.impulse * lv, self.impulse * lx + self.rate * lv]
+        [
+            lx + (-kappa * self.step).mul_add(lx, -kappa * self.impulse * lv),
+            lv + self.impulse.mul_add(lx, self.decay * lv),
+        ]
     }
 }
 
@@ -251,7 +247,7 @@ mod tests {
             let (x, v, w0, w1) = (0.7, -3.0, 40.0, 500.0);
             let terms = terms(spectral_bound(kappa, zeta) * h);
             let (e, _) = Response::with_square(kappa, zeta, h, terms);
-            let ours = e.advance(kappa, h, [x, v], w0 - kappa * x - zeta * v, w1);
+            let ours = e.advance(kappa, [x, v], [w0, w1]);
             let reference =
                 integrate([x, v], h, |t, y| [y[1], w0 + w1 * t - kappa * y[0] - zeta * y[1]]);
             for (a, b) in ours.iter().zip(reference) {

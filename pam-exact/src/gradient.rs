@@ -1,7 +1,7 @@
 //! Many trajectories, their losses and the gradient of the sum.
 
 use crate::adjoint::{Adjoint, PatternMoments};
-use crate::forcing::{ForceSignal, Piece};
+use crate::forcing::{ForceSignal, Piece, Pieces};
 use crate::motion::{ExactMotion, LawMemory, Laws};
 use crate::pullback::{NetworkSums, PullBack};
 use crate::solve::{ExactStatistics, Segment, Solve, Stopped};
@@ -43,7 +43,7 @@ const MOST_CROSSINGS: usize = 50_000_000;
 #[derive(Debug, Default)]
 struct Worker {
     laws: LawMemory,
-    pieces: Vec<Piece>,
+    cut: Vec<Piece>,
     segments: Vec<Segment>,
     moments: Vec<PatternMoments>,
     network: NetworkSums,
@@ -84,10 +84,15 @@ impl ExactProblem<'_> {
                 self.t0, self.t1
             ));
         }
-        if !self.y0.iter().chain(force_mn).all(|v| v.is_finite()) {
+        // Sums in place of early exits: these loops are wide.
+        let finite = |values: &[f64]| values.iter().fold(true, |all, v| all & v.is_finite());
+        if !finite(&self.y0) || !finite(force_mn) {
             return Err("the initial state or the force is infinite or NaN".into());
         }
-        let increasing = |times: &[f64]| times.windows(2).all(|w| w[0] < w[1]);
+        let increasing = |times: &[f64]| {
+            let next = times.get(1..).unwrap_or_default();
+            times.iter().zip(next).fold(true, |all, (t, next)| all & (t < next))
+        };
         if !increasing(times_s) || !increasing(self.observe_s) {
             return Err("sample and observation times must increase".into());
         }
@@ -129,7 +134,7 @@ impl ExactSolver {
         problems: &[ExactProblem<'_>],
         loss: &(impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync),
     ) -> LaneGradient {
-        self.run(motion, problems, loss, true)
+        self.run(motion, problems, Some(loss), true)
     }
 
     /// The sum of the losses alone; the gradients of the result are zero.
@@ -139,7 +144,7 @@ impl ExactSolver {
         problems: &[ExactProblem<'_>],
         loss: &(impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync),
     ) -> LaneGradient {
-        self.run(motion, problems, loss, false)
+        self.run(motion, problems, Some(loss), false)
     }
 
     /// Solves all problems; the observed states are read with [`observed`](Self::observed).
@@ -148,7 +153,7 @@ impl ExactSolver {
         motion: &ExactMotion,
         problems: &[ExactProblem<'_>],
     ) -> Vec<LaneFailure> {
-        self.run(motion, problems, &|_, _, _| 0.0, false).failures
+        self.run(motion, problems, None::<&fn(usize, &[f64], &mut [f64]) -> f64>, false).failures
     }
 
     /// The observed states `[times, (x, ẋ)]` of a problem of the last call.
@@ -171,7 +176,7 @@ impl ExactSolver {
         &mut self,
         motion: &ExactMotion,
         problems: &[ExactProblem<'_>],
-        loss: &(impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync),
+        loss: Option<&(impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync)>,
         backward: bool,
     ) -> LaneGradient {
         if self.results.len() < problems.len() {
@@ -182,9 +187,12 @@ impl ExactSolver {
         (0..problems.len()).into_par_iter().with_max_len(1).for_each(|index| {
             let mut worker = workers.lock().expect("no worker panics").pop().unwrap_or_default();
             let mut result = results[index].lock().expect("no worker panics");
-            let one = |states: &[f64], cotangents: &mut [f64]| loss(index, states, cotangents);
+            let one = loss.map(|loss| {
+                move |states: &[f64], cotangents: &mut [f64]| loss(index, states, cotangents)
+            });
+            let one = one.as_ref().map(|one| one as &dyn Fn(&[f64], &mut [f64]) -> f64);
             let outcome =
-                worker.one(motion, &problems[index], longest_s, &one, backward, &mut result);
+                worker.one(motion, &problems[index], longest_s, one, backward, &mut result);
             result.failure = outcome.err().map(|stopped| LaneFailure {
                 problem: index,
                 kind: stopped.kind,
@@ -226,7 +234,7 @@ impl Worker {
         motion: &ExactMotion,
         problem: &ExactProblem<'_>,
         longest_s: f64,
-        loss: &dyn Fn(&[f64], &mut [f64]) -> f64,
+        loss: Option<&dyn Fn(&[f64], &mut [f64]) -> f64>,
         backward: bool,
         result: &mut OneResult,
     ) -> Result<(), Stopped> {
@@ -240,16 +248,19 @@ impl Worker {
         result.start = [0.0; 2];
         result.statistics = ExactStatistics::default();
         result.bytes = 0;
-        zero(&mut result.states, 2 * observations);
-        zero(&mut result.cotangents, 2 * observations);
-        zero(&mut result.shared, motion.network.parameter_len() + 2);
-        problem
-            .check()
-            .map_err(|why| Stopped { kind: FailureKind::Request(why), time_s: problem.t0 })?;
+        result.states.resize(2 * observations, 0.0);
+        if let Err(why) = problem.check() {
+            result.states.fill(0.0);
+            return Err(Stopped {
+                kind: FailureKind::Request(why),
+                time_s: problem.t0,
+                reached: 0,
+            });
+        }
         let span = (problem.t0, problem.t1);
-        problem.signal.pieces_into(span, problem.observe_s, longest_s, &mut self.pieces);
+        let pieces = problem.signal.pieces(span, problem.observe_s, longest_s, &mut self.cut);
         let masses_g = [problem.masses.flexor_g, problem.masses.extensor_g];
-        let usual_s = usual_length(&self.pieces);
+        let usual_s = usual_length(&pieces);
         let mut laws = Laws::new(motion, masses_g, usual_s, std::mem::take(&mut self.laws));
         self.segments.clear();
         let at_start = problem.observe_s.partition_point(|&t| t <= problem.t0);
@@ -258,7 +269,7 @@ impl Worker {
         }
         let outcome = Solve {
             laws: &mut laws,
-            pieces: &self.pieces,
+            pieces,
             start: problem.y0,
             segments: backward.then_some(&mut self.segments),
             observed: &mut result.states[2 * at_start..],
@@ -268,14 +279,18 @@ impl Worker {
         .run();
         result.statistics.patterns = laws.laws.len();
         result.bytes = size_of_val(&self.segments[..]);
-        if outcome.is_ok() {
+        if let Err(stopped) = &outcome {
+            result.states[2 * (at_start + stopped.reached)..].fill(0.0);
+        } else if let Some(loss) = loss {
+            zero(&mut result.cotangents, 2 * observations);
             result.value = loss(&result.states, &mut result.cotangents);
             if backward {
+                zero(&mut result.shared, motion.network.parameter_len() + 2);
                 self.moments.clear();
                 self.moments.resize(laws.laws.len(), PatternMoments::default());
                 let sums = Adjoint {
                     laws: &laws,
-                    pieces: &self.pieces,
+                    pieces,
                     segments: &self.segments,
                     cotangents: &result.cotangents[2 * at_start..],
                     moments: &mut self.moments,
@@ -319,15 +334,17 @@ impl<'n> Follow<'n> {
     ) -> Result<Self, LaneFailure> {
         let failed = |kind, time_s| LaneFailure { problem: 0, kind, time_s };
         problem.check().map_err(|why| failed(FailureKind::Request(why), problem.t0))?;
-        let mut pieces = Vec::new();
+        let mut cut = Vec::new();
         let span = (problem.t0, problem.t1);
-        problem.signal.pieces_into(span, problem.observe_s, f64::INFINITY, &mut pieces);
+        let pieces = problem.signal.pieces(span, problem.observe_s, f64::INFINITY, &mut cut);
+        let pieces: Vec<Piece> = pieces.iter().collect();
         let masses_g = [problem.masses.flexor_g, problem.masses.extensor_g];
-        let mut laws = Laws::new(motion, masses_g, usual_length(&pieces), LawMemory::default());
+        let mut laws =
+            Laws::new(motion, masses_g, usual_length(&Pieces::of(&pieces)), LawMemory::default());
         let mut segments = Vec::new();
         Solve {
             laws: &mut laws,
-            pieces: &pieces,
+            pieces: Pieces::of(&pieces),
             start: problem.y0,
             segments: Some(&mut segments),
             observed: &mut vec![0.0; 2 * problem.observe_s.len()],
@@ -341,7 +358,7 @@ impl<'n> Follow<'n> {
 }
 
 /// The length that most pieces have: the median.
-fn usual_length(pieces: &[Piece]) -> f64 {
+fn usual_length(pieces: &Pieces<'_>) -> f64 {
     // A few are enough: lengths differ by rounding, or the recording is irregular and none is usual.
     let step = (pieces.len() / 63).max(1);
     let mut lengths: Vec<f64> = pieces.iter().step_by(step).map(|p| p.length_s).collect();

@@ -258,7 +258,7 @@ fn walk_line(atlas: &mut Atlas<'_>, from: [f64; 2], to: [f64; 2], out: &mut Vec<
     for _ in 0..MOST_CROSSINGS {
         let pattern = *atlas.pattern(id);
         let mut exit = (1.0, 0, LANES);
-        for (block, sides) in atlas.sides(&pattern).iter().enumerate() {
+        for (block, sides) in atlas.sides(pattern.sides, pattern.side_blocks).iter().enumerate() {
             for lane in (0..LANES).filter(|&l| sides.unit[l] != NONE) {
                 let slope = sides.beta[lane] * along[0] + sides.gamma[lane] * along[1];
                 if slope < 0.0 {

@@ -94,8 +94,10 @@ mod network;
 mod partition;
 mod pullback;
 mod sensitivity;
+mod series;
 mod sides;
 mod solve;
+mod step;
 mod trajectory;
 
 pub use cell::Window;

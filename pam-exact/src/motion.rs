@@ -1,6 +1,6 @@
 //! The motion of the joint inside each pattern.
 
-use crate::atlas::{Atlas, AtlasMemory};
+use crate::atlas::{Atlas, AtlasMemory, Pattern};
 use crate::cell::Window;
 use crate::fundamental::{LONGEST, REACH, Response, Squared, spectral_bound, terms};
 use crate::network::{PiecewiseNetwork, Plane};
@@ -38,8 +38,10 @@ impl ExactMotion {
 }
 
 /// `ẍ + ζ ẋ + κ x = (u − a)/m` with all that a step needs.
+///
+/// What a step forward needs comes first, and together.
 #[derive(Debug, Clone, Copy)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub(crate) struct Law {
     pub(crate) kappa: f64,
     pub(crate) zeta: f64,
@@ -47,14 +49,17 @@ pub(crate) struct Law {
     pub(crate) offset_mn: f64,
     /// The longest step, s.
     pub(crate) longest_s: f64,
+    /// The usual step.
+    pub(crate) usual: Response,
+    /// `|jerk| ≤ Σ of these × (|ẇ|, |v|, |acceleration|)` over the usual step.
+    pub(crate) jerk: [f64; 3],
+    /// First block of the pattern's sides, and how many there are.
+    pub(crate) sides: u32,
+    pub(crate) side_blocks: u32,
     /// Terms of the series for steps up to `covers_s`, the usual one or the longest.
     pub(crate) terms: u32,
     pub(crate) covers_s: f64,
-    /// The usual step.
-    pub(crate) usual: Response,
     pub(crate) squared: Squared,
-    /// `|jerk| ≤ Σ of these × (|ẇ|, |v|, |acceleration|)` over the usual step.
-    pub(crate) jerk: [f64; 3],
 }
 
 /// Bound of the jerk over a step of length `h` from the forcing's slope, the velocity and the
@@ -71,7 +76,8 @@ pub(crate) fn jerk_bound(kappa: f64, zeta: f64, h: f64) -> [f64; 3] {
 
 impl Law {
     #[inline(always)]
-    fn new(motion: &ExactMotion, force: [f64; 3], usual_s: f64) -> Self {
+    fn new(motion: &ExactMotion, pattern: &Pattern, usual_s: f64) -> Self {
+        let force = pattern.force;
         let kappa = force[1] / motion.mass_kg;
         let zeta = (force[2] + motion.auxiliary_damping_kg_s) / motion.mass_kg;
         let rho = spectral_bound(kappa, zeta);
@@ -84,11 +90,13 @@ impl Law {
             zeta,
             offset_mn: force[0],
             longest_s,
+            usual,
+            jerk: jerk_bound(kappa, zeta, h),
+            sides: pattern.sides,
+            side_blocks: pattern.side_blocks,
             terms: terms as u32,
             covers_s: h,
-            usual,
             squared,
-            jerk: jerk_bound(kappa, zeta, h),
         }
     }
 }
@@ -173,8 +181,8 @@ impl WithSimd for AddLaws<'_, '_> {
     fn with_simd<S: Simd>(self, _simd: S) {
         let Self(laws) = self;
         for id in laws.laws.len()..laws.atlas.len() {
-            let force = laws.atlas.pattern(id as u32).force;
-            laws.laws.push(Law::new(laws.motion, force, laws.usual_s));
+            let law = Law::new(laws.motion, laws.atlas.pattern(id as u32), laws.usual_s);
+            laws.laws.push(law);
         }
     }
 }

@@ -86,9 +86,19 @@ impl PiecewiseNetwork {
         })
     }
 
-    /// Hidden units, padding included: the length of a table of pre-activations.
+    /// Hidden units, padding included.
     pub(crate) fn units(&self) -> usize {
-        self.hidden.iter().map(|l| l.stride).sum()
+        self.start(self.hidden.len())
+    }
+
+    /// The first unit of a hidden layer.
+    pub(crate) fn start(&self, layer: usize) -> usize {
+        self.hidden[..layer].iter().map(|l| l.stride).sum()
+    }
+
+    /// The hidden layer of a unit.
+    pub(crate) fn layer_of(&self, unit: usize) -> usize {
+        (1..self.hidden.len()).take_while(|&l| self.start(l) <= unit).count()
     }
 
     /// Number of weights and biases.

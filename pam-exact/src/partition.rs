@@ -1,6 +1,6 @@
 //! The polygons in which a network is affine.
 
-use crate::atlas::{Atlas, AtlasMemory, NONE};
+use crate::atlas::{Atlas, AtlasMemory, NONE, Pattern};
 use crate::cell::{HalfPlane, Window};
 use crate::network::{LANES, PiecewiseNetwork, Plane};
 
@@ -99,10 +99,10 @@ impl Partitioner {
                 if area > NOTHING * whole {
                     covered += area;
                     polygons.push(Polygon { corners, force: atlas.pattern(id).force, area });
-                    let blocks = atlas.pattern(id).side_blocks as usize;
-                    for block in 0..blocks {
+                    let Pattern { sides: first, side_blocks: blocks, .. } = *atlas.pattern(id);
+                    for block in 0..blocks as usize {
                         for lane in 0..LANES {
-                            let sides = &atlas.sides(atlas.pattern(id))[block];
+                            let sides = &atlas.sides(first, blocks)[block];
                             if sides.unit[lane] != NONE {
                                 let side = sides.half_plane(lane);
                                 let entry = middle_of_side(&polygons[polygons.len() - 1], &side);

@@ -10,7 +10,7 @@
 //! there are any, have their outer product taken pattern by pattern.
 
 use crate::adjoint::PatternMoments;
-use crate::affine::{slopes_into, word};
+use crate::affine::{Table, slopes_into, word};
 use crate::atlas::NONE;
 use crate::motion::Laws;
 use crate::network::{LANES, Layer};
@@ -294,11 +294,9 @@ impl PullBack<'_, '_> {
 
 /// The moments of the outputs of the units from `start` on, as many as there is room for.
 #[inline(always)]
-fn gather(table: &[f64], slopes: &[f64], start: usize, m: [f64; 3], out: &mut [f64], add: bool) {
-    let units = slopes.len();
+fn gather(table: Table<'_>, slopes: &[f64], start: usize, m: [f64; 3], out: &mut [f64], add: bool) {
     let len = out.len();
-    let part = |k: usize| &table[k * units + start..][..len];
-    let (alpha, beta, gamma) = (part(0), part(1), part(2));
+    let [alpha, beta, gamma] = table.units_from(start, len);
     let slopes = &slopes[start..][..len];
     for i in 0..len {
         let own = slopes[i] * gamma[i].mul_add(m[2], beta[i].mul_add(m[1], alpha[i] * m[0]));

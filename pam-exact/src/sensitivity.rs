@@ -63,12 +63,12 @@ fn one(
             affine_tangent(&follow.laws.atlas, s.pattern, masses_g, direction)
         });
         let own;
-        let (e, q, h) = if s.length_s == 0.0 {
-            (&law.usual, &law.squared, follow.laws.usual_s)
+        let (e, q) = if s.length_s == 0.0 {
+            (&law.usual, &law.squared)
         } else {
             let count = terms(spectral_bound(law.kappa, law.zeta) * s.length_s);
             own = Response::with_square(law.kappa, law.zeta, s.length_s, count);
-            (&own.0, &own.1, s.length_s)
+            (&own.0, &own.1)
         };
         let w = [(s.force_mn - law.offset_mn) / mass, piece.rate_mn_s / mass];
         let (by_x, by_v) = responses(q, (law.kappa, law.zeta), [s.x, s.v], w);
@@ -78,8 +78,7 @@ fn one(
         let ramp = -heavier * w[1];
         let along_x = -by_force[1] / mass + heavier * law.kappa;
         let along_v = -(by_force[2] + direction.damping_kg_s) / mass + heavier * law.zeta;
-        let free = -law.kappa * delta[0] - law.zeta * delta[1];
-        let end = e.advance(law.kappa, h, delta, free + constant, ramp);
+        let end = e.advance(law.kappa, delta, [constant, ramp]);
         delta = [
             end[0] + along_x * by_x[0] + along_v * by_v[0],
             end[1] + along_x * by_x[1] + along_v * by_v[1],
@@ -100,7 +99,6 @@ fn affine_tangent(
     direction: &ExactDirection,
 ) -> [f64; 3] {
     let network = atlas.network;
-    let units = network.units();
     let mut slopes = Vec::new();
     atlas.slopes_into(pattern, &mut slopes);
     let table = atlas.table(pattern);
@@ -133,9 +131,7 @@ fn affine_tangent(
         for (out, db) in out.iter_mut().zip(take(layer.outputs)) {
             out[0] += db;
         }
-        let value = |j: usize| -> [f64; 3] {
-            std::array::from_fn(|k| slopes[start + j] * table[k * units + start + j])
-        };
+        let value = |j: usize| table.unit(start + j).map(|z| slopes[start + j] * z);
         inputs = (0..layer.outputs).map(value).collect();
         tangents = out.iter().enumerate().map(|(j, t)| t.map(|t| slopes[start + j] * t)).collect();
         start += layer.stride;

@@ -3,7 +3,7 @@
 //! Where a point of the cell is known, they are the corners of a hull ([`crate::hull`]); where several
 //! borders meet at that point, or none is known, they are found by clipping ([`crate::clip`]).
 
-use crate::affine::word;
+use crate::affine::{Table, word};
 use crate::atlas::NONE;
 use crate::cell::{HalfPlane, Window};
 use crate::clip::Clipper;
@@ -61,7 +61,7 @@ impl SideFinder {
     pub(crate) fn find(
         &mut self,
         window: &Window,
-        table: &[f64],
+        table: Table<'_>,
         bits: &[u64],
         entry: Option<Entry>,
         out: &mut Vec<Sides>,
@@ -73,7 +73,7 @@ impl SideFinder {
             self.clipper.find(window, table, bits, out);
             return;
         };
-        let units = table.len() / 3;
+        let units = table.units();
         let mut sides = Sides::EMPTY;
         let mut lane = 0;
         for &unit in corners.iter().filter(|&&u| (u as usize) < units) {
@@ -89,15 +89,11 @@ impl SideFinder {
 }
 
 /// The half-plane on which a unit keeps its sign.
-pub(crate) fn half_plane(table: &[f64], bits: &[u64], unit: usize) -> HalfPlane {
-    let units = table.len() / 3;
+pub(crate) fn half_plane(table: Table<'_>, bits: &[u64], unit: usize) -> HalfPlane {
     let (w, bit) = word(unit);
     let sign = if bits[w] & bit != 0 { 1.0 } else { -1.0 };
-    HalfPlane {
-        alpha: sign * table[unit],
-        beta: sign * table[units + unit],
-        gamma: sign * table[2 * units + unit],
-    }
+    let [alpha, beta, gamma] = table.unit(unit);
+    HalfPlane { alpha: sign * alpha, beta: sign * beta, gamma: sign * gamma }
 }
 
 #[cfg(test)]
@@ -120,6 +116,12 @@ mod tests {
             sides.iter().flat_map(|s| s.unit).filter(|&u| u != NONE).collect();
         units.sort_unstable();
         units
+    }
+
+    /// A table that has no first layer.
+    fn seen(table: &[f64]) -> Table<'_> {
+        const NO_LAYER: &[Vec<f64>; 3] = &[const { Vec::new() }; 3];
+        Table { first: NO_LAYER, deeper: table }
     }
 
     /// The hull of dual points and clipping find the same sides, seen from inside and from a side.
@@ -146,17 +148,17 @@ mod tests {
             }
             let mut finder = SideFinder::default();
             let mut clipped = Vec::new();
-            finder.clipper.find(&window, &table, &bits, &mut clipped);
+            finder.clipper.find(&window, seen(&table), &bits, &mut clipped);
             let mut hull = Vec::new();
-            finder.find(&window, &table, &bits, Some((point, NONE)), &mut hull);
+            finder.find(&window, seen(&table), &bits, Some((point, NONE)), &mut hull);
             assert_eq!(units(&hull), units(&clipped), "from inside, case {case}");
             // From a point on a border.
             if case % 7 == 0 {
                 let u = units(&hull)[0] as usize;
                 table[u] -= at(&table, u, point);
                 let (mut one, mut other) = (Vec::new(), Vec::new());
-                finder.find(&window, &table, &bits, Some((point, NONE)), &mut one);
-                finder.clipper.find(&window, &table, &bits, &mut other);
+                finder.find(&window, seen(&table), &bits, Some((point, NONE)), &mut one);
+                finder.clipper.find(&window, seen(&table), &bits, &mut other);
                 assert_eq!(units(&one), units(&other), "from a border, case {case}");
                 continue;
             }
@@ -169,7 +171,7 @@ mod tests {
                         cell.clip(&s.half_plane(lane));
                     }
                 }
-                let plane = half_plane(&table, &bits, side as usize);
+                let plane = half_plane(seen(&table), &bits, side as usize);
                 let on: Vec<_> = (cell.vertices.iter())
                     .filter(|&&v| plane.margin(v).abs() < 1e-9 * (1.0 + v[0].abs() + v[1].abs()))
                     .collect();
@@ -180,8 +182,8 @@ mod tests {
                 let mut behind = bits.clone();
                 behind[side as usize / 64] ^= 1 << (side % 64);
                 let (mut one, mut other) = (Vec::new(), Vec::new());
-                finder.find(&window, &table, &behind, Some((entry, side)), &mut one);
-                finder.clipper.find(&window, &table, &behind, &mut other);
+                finder.find(&window, seen(&table), &behind, Some((entry, side)), &mut one);
+                finder.clipper.find(&window, seen(&table), &behind, &mut other);
                 assert_eq!(units(&one), units(&other), "through {side}, case {case}");
             }
         }

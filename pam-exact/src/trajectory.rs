@@ -78,7 +78,7 @@ impl<'n> ExactTrajectory<'n> {
         let h = time_s - self.starts_s[index];
         let state = [segment.x, segment.v];
         let response = Response::new(law.kappa, law.zeta, h, law.terms_of(h));
-        let end = response.advance(law.kappa, h, state, law.acceleration(state, forcing), rate);
+        let end = response.advance(law.kappa, state, [forcing, rate]);
         Some([end[0], end[1], law.acceleration(end, rate.mul_add(h, forcing))])
     }
 

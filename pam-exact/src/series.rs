@@ -1,0 +1,68 @@
+//! The motion within a step as a power series in the time since its start.
+
+use crate::step::Step;
+
+/// Most coefficients that a step may need: see [`crate::fundamental::LONGEST`].
+pub(crate) const COEFFICIENTS: usize = 18;
+
+/// Displacement and velocity as polynomials with `N` coefficients.
+///
+/// The derivatives obey the equation of motion, `d_{n+2} = −ζ d_{n+1} − κ d_n` beyond the forcing, so
+/// that they are known before the time at which the state is wanted is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Series<const N: usize> {
+    pub(crate) x: [f64; N],
+    pub(crate) v: [f64; N],
+}
+
+impl<const N: usize> Series<N> {
+    #[inline(always)]
+    pub(crate) fn new(step: &Step) -> Self {
+        let Step { kappa, zeta, from: [x, v], a, w: [_, rate], .. } = *step;
+        let (mut x, mut v) = ([x; N], [v; N]);
+        let jerk = (-kappa).mul_add(v[0], (-zeta).mul_add(a, rate));
+        // The derivatives of order n and n + 1.
+        let (mut lower, mut upper) = (a, jerk);
+        (x[1], v[1]) = (v[0], a);
+        for n in 2..N {
+            x[n] = INVERSE_FACTORIAL[n] * lower;
+            v[n] = INVERSE_FACTORIAL[n] * upper;
+            (lower, upper) = (upper, (-zeta).mul_add(upper, -kappa * lower));
+        }
+        Self { x, v }
+    }
+
+    /// Displacement and velocity after `t`.
+    #[inline(always)]
+    pub(crate) fn at(&self, t: f64) -> [f64; 2] {
+        [polynomial(self.x, t), polynomial(self.v, t)]
+    }
+}
+
+/// The value of a polynomial by Estrin's scheme, whose terms do not wait for each other.
+#[inline(always)]
+fn polynomial<const N: usize>(mut c: [f64; N], t: f64) -> f64 {
+    let (mut len, mut power) = (N, t);
+    while len > 1 {
+        for i in 0..len / 2 {
+            c[i] = c[2 * i + 1].mul_add(power, c[2 * i]);
+        }
+        if len % 2 == 1 {
+            c[len / 2] = c[len - 1];
+        }
+        len = len.div_ceil(2);
+        power *= power;
+    }
+    c[0]
+}
+
+/// `1 / n!`.
+const INVERSE_FACTORIAL: [f64; COEFFICIENTS] = {
+    let mut inverse = [1.0; COEFFICIENTS];
+    let mut n = 1;
+    while n < inverse.len() {
+        inverse[n] = inverse[n - 1] / n as f64;
+        n += 1;
+    }
+    inverse
+};
