@@ -89,26 +89,30 @@ impl SealedGas {
     ) -> GasCotangents {
         let c = self.physical.gas_coefficient;
         let then = self.inverse_volumes(self.start_mm);
-        let mut sums = GasCotangents::default();
-        for ((x, w), sum) in motion
-            .chunks_exact(2)
-            .map(|m| m[0])
-            .zip(states)
-            .zip(motion_cotangents.chunks_exact_mut(2))
+        // Of each muscle, sums of the pressure's cotangent p times 1, 1/V and its derivative by ν, the
+        // latter two less what they are at the start.
+        let (mut one, mut by_volume, mut by_deformation) = ([0.0; 2], [0.0; 2], [0.0; 2]);
+        for ((motion, w), sum) in
+            motion.chunks_exact(2).zip(states).zip(motion_cotangents.chunks_exact_mut(2))
         {
-            let now = self.inverse_volumes(x);
-            sum[0] += w[0];
-            sum[1] += w[1];
+            let now = self.inverse_volumes(motion[0]);
+            let mut along_x = w[0];
             for i in 0..2 {
-                let (p, scale) = (w[i + 2], w[i + 2] * c * self.masses[i]);
-                let difference = now.value[i] - then.value[i];
-                sum[0] += scale * now.by_x[i];
-                sums.start_mm -= scale * then.by_x[i];
-                sums.deformation += scale * (now.by_deformation[i] - then.by_deformation[i]);
-                sums.gas_coefficient += p * self.masses[i] * difference;
-                sums.masses[i] += p * c * difference;
-                sums.start_kpa[i] += p;
+                let p = w[i + 2];
+                along_x += p * c * self.masses[i] * now.by_x[i];
+                one[i] += p;
+                by_volume[i] += p * (now.value[i] - then.value[i]);
+                by_deformation[i] += p * (now.by_deformation[i] - then.by_deformation[i]);
             }
+            sum[0] += along_x;
+            sum[1] += w[1];
+        }
+        let mut sums = GasCotangents { start_kpa: one, ..GasCotangents::default() };
+        for (i, mass) in self.masses.into_iter().enumerate() {
+            sums.start_mm -= c * mass * then.by_x[i] * one[i];
+            sums.deformation += c * mass * by_deformation[i];
+            sums.gas_coefficient += mass * by_volume[i];
+            sums.masses[i] = c * by_volume[i];
         }
         sums
     }
