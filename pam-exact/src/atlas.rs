@@ -81,13 +81,6 @@ pub(crate) struct AtlasMemory {
     cell: Cell,
 }
 
-impl AtlasMemory {
-    #[inline(always)]
-    fn table(&self, table: u32, len: usize) -> Table<'_> {
-        Table { first: &self.first, deeper: &self.tables[table as usize * len..][..len] }
-    }
-}
-
 /// A well-mixed number for each unit (splitmix64); a pattern's hash is the exclusive or of those of its
 /// positive units.
 fn unit_hash(unit: usize) -> u64 {
@@ -138,7 +131,8 @@ impl<'n> Atlas<'n> {
     /// The pre-activations of a pattern.
     #[inline(always)]
     pub(crate) fn table(&self, id: u32) -> Table<'_> {
-        self.store.table(self.store.patterns[id as usize].table, self.table_len)
+        let place = self.store.patterns[id as usize].table as usize * self.table_len;
+        Table { first: &self.store.first, deeper: &self.store.tables[place..][..self.table_len] }
     }
 
     /// Signs of the units of a pattern.
@@ -277,9 +271,9 @@ impl<'n> Atlas<'n> {
     ) -> u32 {
         let id = self.store.patterns.len() as u32;
         let store = &mut self.store;
-        let len = self.table_len;
-        let seen =
-            Table { first: &store.first, deeper: &store.tables[table as usize * len..][..len] };
+        let place = table as usize * self.table_len;
+        let deeper = &store.tables[place..][..self.table_len];
+        let seen = Table { first: &store.first, deeper };
         let force = output(self.network, seen, &store.wanted);
         let first = store.sides.len() as u32;
         let known = entry.map(|point| (point, flipped));

@@ -76,66 +76,100 @@ fn along<S: Simd>(simd: S, (beta, gamma): (S::f64s, S::f64s), [x, v]: [f64; 2]) 
 }
 
 impl Step {
-    /// Looks at all sides of a pattern at once. Clear are those whose margin, by a bound of its curvature,
-    /// falls throughout the step or rises throughout. The first crossing is the one of those that fall
-    /// below zero at which none of the others is negative yet.
+    /// Looks at all sides of a pattern at once. The first crossing is the one of those expected at which
+    /// none of the others is negative yet.
     #[inline(always)]
     fn glance<S: Simd>(&self, simd: S, sides: &Sides, entered: u32) -> Glance {
-        let v = self.from[1];
-        let off = self.off_chord();
-        let a_end = self.acceleration(self.end, self.h);
-        let size_of_state = self.size_of_state();
-        // The tables of two patterns agree on their common border to rounding only.
         let mut before = margins(sides, self.from);
         if entered != NONE {
+            // The tables of two patterns agree on their common border to rounding only.
             for (before, unit) in before.iter_mut().zip(&sides.unit) {
                 *before = if *unit == entered { 0.0 } else { *before };
             }
         }
-        let mut unclear = false;
-        let mut any = false;
-        let zero = simd.splat_f64s(0.0);
-        let (one, three) = (simd.splat_f64s(1.0), simd.splat_f64s(3.0));
-        let length = simd.splat_f64s(self.h);
+        match self.crosses_any(simd, sides, &before) {
+            Some(true) => {}
+            Some(false) => return Glance::Stays,
+            None => return Glance::Unclear,
+        }
+        let Some((times, first)) = self.expected_times(simd, sides, &before) else {
+            return Glance::Unclear;
+        };
+        let lane = (first.to_bits() & LANE_BITS) as usize;
+        let line = [sides.alpha[lane], sides.beta[lane], sides.gamma[lane]];
+        let root = if self.terms <= FEW_TERMS {
+            self.root(&Series::<FEW>::new(self), line, first)
+        } else {
+            self.root(&Series::<COEFFICIENTS>::new(self), line, first)
+        };
+        let Some((after_s, state)) = root else { return Glance::Unclear };
+        let there = margins(sides, state);
+        let mut earlier = false;
+        for (i, (margin, time)) in there.iter().zip(&times).enumerate() {
+            earlier |= (*margin < 0.0) & (*time < EVER) & (i != lane);
+        }
+        if earlier {
+            return Glance::Unclear;
+        }
+        Glance::Leaves(Exit { after_s, state, block: 0, lane, unit: sides.unit[lane] })
+    }
+
+    /// Whether any side is crossed; `None` if that is not clear of all of them. Clear are those whose
+    /// margin, by a bound of its curvature, stays positive, falls throughout the step or rises throughout.
+    #[inline(always)]
+    fn crosses_any<S: Simd>(&self, simd: S, sides: &Sides, before: &[f64; LANES]) -> Option<bool> {
+        let (off, size_of_state) = (self.off_chord(), self.size_of_state());
+        let (zero, length) = (simd.splat_f64s(0.0), simd.splat_f64s(self.h));
         let (alpha, beta) = (S::as_simd_f64s(&sides.alpha).0, S::as_simd_f64s(&sides.beta).0);
-        let (gamma, before) = (S::as_simd_f64s(&sides.gamma).0, S::as_simd_f64s(&before).0);
+        let (gamma, before) = (S::as_simd_f64s(&sides.gamma).0, S::as_simd_f64s(before).0);
+        let (mut all_clear, mut any) = (true, false);
         for k in 0..alpha.len() {
             let (start, line) = (before[k], (beta[k], gamma[k]));
             let sizes = (simd.abs_f64s(beta[k]), simd.abs_f64s(gamma[k]));
             let after = simd.add_f64s(alpha[k], along(simd, line, self.end));
-            let near = along(simd, sizes, off);
-            let near = simd.less_than_or_equal_f64s(simd.min_f64s(start, after), near);
+            let far = along(simd, sizes, off);
+            let near = simd.less_than_or_equal_f64s(simd.min_f64s(start, after), far);
             let bend = simd.mul_f64s(along(simd, sizes, self.most), length);
-            let slope = along(simd, line, [v, self.a]);
+            let slope = along(simd, line, [self.from[1], self.a]);
             let rises = simd.greater_than_f64s(slope, bend);
             let falls = simd.less_than_f64s(slope, simd.neg_f64s(bend));
-            let size = along(simd, sizes, size_of_state);
-            let size = simd.add_f64s(simd.abs_f64s(alpha[k]), size);
+            let size = simd.add_f64s(simd.abs_f64s(alpha[k]), along(simd, sizes, size_of_state));
             let noise = simd.mul_f64s(size, simd.splat_f64s(4.0 * f64::EPSILON));
             let inside = simd.greater_than_f64s(start, noise);
             let starts = simd.or_m64s(inside, simd.equal_f64s(start, zero));
             let clear = simd.or_m64s(simd.and_m64s(rises, starts), simd.and_m64s(falls, inside));
-            unclear |= !none(simd, simd.and_m64s(near, simd.not_m64s(clear)));
+            all_clear &= none(simd, simd.and_m64s(near, simd.not_m64s(clear)));
             any |= !none(simd, simd.and_m64s(falls, simd.less_than_f64s(after, zero)));
         }
-        if unclear {
-            return Glance::Unclear;
-        }
-        if !any {
-            return Glance::Stays;
-        }
-        let mut times = [NEVER; LANES];
-        let mut first = simd.splat_f64s(NEVER);
-        let keep = simd.splat_u64s(!LANE_BITS);
+        all_clear.then_some(any)
+    }
+
+    /// When the sides are crossed, if [`crosses_any`](Self::crosses_any), and the first of these times:
+    /// the time as a cubic of the margin, from values and slopes at both ends. Its last bits say which
+    /// side it is ([`LANE_BITS`]). `None` if a time is not within the step.
+    #[inline(always)]
+    fn expected_times<S: Simd>(
+        &self,
+        simd: S,
+        sides: &Sides,
+        before: &[f64; LANES],
+    ) -> Option<([f64; LANES], f64)> {
+        let a_end = self.acceleration(self.end, self.h);
+        let (zero, length) = (simd.splat_f64s(0.0), simd.splat_f64s(self.h));
+        let (one, three) = (simd.splat_f64s(1.0), simd.splat_f64s(3.0));
+        let (never, keep) = (simd.splat_f64s(NEVER), simd.splat_u64s(!LANE_BITS));
+        let (alpha, beta) = (S::as_simd_f64s(&sides.alpha).0, S::as_simd_f64s(&sides.beta).0);
+        let (gamma, before) = (S::as_simd_f64s(&sides.gamma).0, S::as_simd_f64s(before).0);
         let numbers = S::as_simd_u64s(&LANE_NUMBERS).0;
+        let mut times = [NEVER; LANES];
+        let (mut first, mut all_within) = (never, true);
         for k in 0..alpha.len() {
-            // The time as a cubic of the margin, from values and slopes at both ends.
             let (start, line) = (before[k], (beta[k], gamma[k]));
             let after = simd.add_f64s(alpha[k], along(simd, line, self.end));
-            let slope = along(simd, line, [v, self.a]);
+            let slope = along(simd, line, [self.from[1], self.a]);
             let last_slope = along(simd, line, [self.end[1], a_end]);
-            let leaves = simd.less_than_f64s(slope, zero);
-            let leaves = simd.and_m64s(leaves, simd.less_than_f64s(after, zero));
+            let crossed =
+                simd.and_m64s(simd.less_than_f64s(slope, zero), simd.less_than_f64s(after, zero));
             let drop = simd.sub_f64s(start, after);
             let u = simd.div_f64s(start, drop);
             let rest = simd.sub_f64s(one, u);
@@ -150,33 +184,14 @@ impl Step {
                 simd.greater_than_f64s(time, zero),
                 simd.less_than_or_equal_f64s(time, length),
             );
-            unclear |= !none(simd, simd.and_m64s(leaves, simd.not_m64s(within)));
-            let time = simd.select_f64s(leaves, time, simd.splat_f64s(NEVER));
+            all_within &= none(simd, simd.and_m64s(crossed, simd.not_m64s(within)));
+            let time = simd.select_f64s(crossed, time, never);
             let bits = simd.and_u64s(simd.transmute_u64s_f64s(time), keep);
             let time = simd.transmute_f64s_u64s(simd.or_u64s(bits, numbers[k]));
             S::as_mut_simd_f64s(&mut times).0[k] = time;
             first = simd.min_f64s(first, time);
         }
-        if unclear {
-            return Glance::Unclear;
-        }
-        let first = simd.reduce_min_f64s(first);
-        let lane = (first.to_bits() & LANE_BITS) as usize;
-        let line = [sides.alpha[lane], sides.beta[lane], sides.gamma[lane]];
-        let root = if self.terms <= FEW_TERMS {
-            self.root(&Series::<FEW>::new(self), line, first)
-        } else {
-            self.root(&Series::<COEFFICIENTS>::new(self), line, first)
-        };
-        let Some((after_s, state)) = root else { return Glance::Unclear };
-        let there = margins(sides, state);
-        for (i, (margin, time)) in there.iter().zip(&times).enumerate() {
-            unclear |= (*margin < 0.0) & (*time < EVER) & (i != lane);
-        }
-        if unclear {
-            return Glance::Unclear;
-        }
-        Glance::Leaves(Exit { after_s, state, block: 0, lane, unit: sides.unit[lane] })
+        all_within.then(|| (times, simd.reduce_min_f64s(first)))
     }
 
     /// The root of a margin `α + β x + γ ẋ` that falls throughout the step to a negative value, and the

@@ -39,6 +39,9 @@ pub struct ExactSolver {
 /// Most sign changes of one trajectory.
 const MOST_CROSSINGS: usize = 50_000_000;
 
+/// The loss of one trajectory: as that of [`ExactSolver::value_and_gradient`], without the index.
+type OneLoss<'a> = dyn Fn(&[f64], &mut [f64]) -> f64 + 'a;
+
 /// Memory of one thread.
 #[derive(Debug, Default)]
 struct Worker {
@@ -190,7 +193,7 @@ impl ExactSolver {
             let one = loss.map(|loss| {
                 move |states: &[f64], cotangents: &mut [f64]| loss(index, states, cotangents)
             });
-            let one = one.as_ref().map(|one| one as &dyn Fn(&[f64], &mut [f64]) -> f64);
+            let one = one.as_ref().map(|one| one as &OneLoss<'_>);
             let outcome =
                 worker.one(motion, &problems[index], longest_s, one, backward, &mut result);
             result.failure = outcome.err().map(|stopped| LaneFailure {
@@ -234,7 +237,7 @@ impl Worker {
         motion: &ExactMotion,
         problem: &ExactProblem<'_>,
         longest_s: f64,
-        loss: Option<&dyn Fn(&[f64], &mut [f64]) -> f64>,
+        loss: Option<&OneLoss<'_>>,
         backward: bool,
         result: &mut OneResult,
     ) -> Result<(), Stopped> {

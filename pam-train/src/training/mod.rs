@@ -14,6 +14,7 @@ mod epoch;
 #[cfg(test)]
 mod exact_tests;
 pub mod folder;
+mod stage;
 pub mod state;
 pub mod trainer;
 pub mod windows;

@@ -2,17 +2,14 @@
 
 use super::beginning::{Start, extension_coordinates, select, subject, update_masses};
 use super::engine::Engine;
-use super::state::{EpochRow, OptimiserState, StageResult, StageState, Starts, TrainingState};
+use super::state::{EpochRow, TrainingState};
 use super::windows::Windows;
 use crate::coordinates::{Coordinates, NetworkJoint, Scaling};
-use crate::curriculum::{Curriculum, Selection, SolveStage, SolverChoice, Stage};
+use crate::curriculum::{Curriculum, SolveStage, Stage};
 use crate::evaluation::Subject;
 use crate::extension::{Extension, ExtensionError};
-use crate::gradient::GradientChoice;
 use crate::identification::{Identification, identify_deformation, identify_mass};
 use crate::loss::{SharedLoss, TrajectoryLoss};
-use crate::optimiser::{Adam, AdamSettings, Lbfgs, OptimiserSettings};
-use crate::schedule::{EarlyStop, Rate};
 use crate::warm_start::fit_deformation;
 use pam_core::{ModelError, ParametricForce, PhysicalParameters};
 use pam_data::{DataError, MuscleSurfaces, Recording, StoredEffect};
@@ -62,15 +59,15 @@ pub struct Trainer {
     pub(super) seed: u64,
     pub(super) coordinates: Coordinates,
     pub(super) state: TrainingState,
-    train: Vec<Subject>,
-    held_out: Vec<Subject>,
-    surfaces: Option<MuscleSurfaces>,
-    extension: Option<Arc<dyn Extension>>,
+    pub(super) train: Vec<Subject>,
+    pub(super) held_out: Vec<Subject>,
+    pub(super) surfaces: Option<MuscleSurfaces>,
+    pub(super) extension: Option<Arc<dyn Extension>>,
     /// In place of those of curriculum and stages.
-    loss: Option<SharedLoss>,
+    pub(super) loss: Option<SharedLoss>,
     pub(super) stage: Option<Prepared>,
     /// Keeps its memory from one score to the next.
-    scoring: Option<Engine>,
+    pub(super) scoring: Option<Engine>,
 }
 
 /// What a stage needs and a checkpoint does not hold.
@@ -383,201 +380,5 @@ impl Trainer {
                 Ok(Some(row))
             }
         }
-    }
-
-    /// Coordinates of a model whose network stays as it is, to the bit.
-    fn with_network_kept(&self, model: &NetworkJoint) -> Vec<f64> {
-        let weights = self.coordinates.weights_len();
-        let behind = weights + crate::coordinates::PHYSICAL;
-        let mut at = self.coordinates.of(model);
-        at[..weights].copy_from_slice(&self.state.at[..weights]);
-        at[behind..].copy_from_slice(&self.state.at[behind..]);
-        at
-    }
-
-    /// Finds the units of the extension's coordinates, once, with the model as it is.
-    fn find_units(&mut self, subjects: &[Subject]) -> Result<(), TrainingError> {
-        let Some(extension) = self.extension.as_deref() else { return Ok(()) };
-        if !self.state.units.is_empty() || self.coordinates.extension().is_empty() {
-            return Ok(());
-        }
-        let model = self.coordinates.model(&self.state.at);
-        let values = self.coordinates.extension_values(&self.state.at);
-        let rate = self.curriculum.coordinates.effect_rate;
-        let mut units = if self.coordinates.frozen().effects {
-            vec![1.0; values.len()]
-        } else {
-            extension.units(&model, &values, subjects)?
-        };
-        for (unit, c) in units.iter_mut().zip(self.coordinates.extension()) {
-            *unit = rate * unit.min(c.largest_unit());
-        }
-        let coordinates = extension_coordinates(Some(extension), &units);
-        let behind = self.state.at.len() - values.len();
-        for ((at, value), c) in self.state.at[behind..].iter_mut().zip(values).zip(&coordinates) {
-            *at = c.at(value);
-        }
-        self.coordinates = self.coordinates.clone().with_extension(coordinates);
-        self.state.units = units;
-        Ok(())
-    }
-
-    /// What finds loss, gradient and scores by a solver.
-    fn engine(
-        &self,
-        solver: &SolverChoice,
-        gradient: Option<GradientChoice>,
-    ) -> Result<Engine, TrainingError> {
-        if let Some(extension) = &self.extension {
-            return Ok(Engine::extended(Arc::clone(extension), solver.precision));
-        }
-        let settings = solver.settings_for(&self.coordinates.model(&self.state.at).force)?;
-        Ok(Engine::new(settings, solver.precision, gradient))
-    }
-
-    /// The recordings of a selection with masses by the gas law of the model that the stage starts from
-    /// (files and surfaces win).
-    fn selected(&self, selection: Option<&Selection>) -> Result<Vec<Subject>, TrainingError> {
-        let at = self.state.within.as_ref().map_or(&self.state.at, |w| &w.start);
-        let mut subjects = select(&self.train, selection);
-        update_masses(&mut subjects, &self.coordinates.model(at), self.surfaces.as_ref())?;
-        Ok(subjects)
-    }
-
-    /// Makes ready what a stage needs.
-    fn enter(&mut self, s: &SolveStage) -> Result<(), TrainingError> {
-        self.coordinates.set_auxiliary_damping(s.auxiliary_damping);
-        if self.stage.is_none() {
-            let subjects = self.selected(s.recordings.as_ref())?;
-            self.find_units(&subjects)?;
-            let solver = s.solver.as_ref().unwrap_or(&self.curriculum.solver);
-            self.stage = Some(Prepared {
-                loss: self.loss.clone().unwrap_or_else(|| {
-                    SharedLoss::new(s.loss.as_ref().unwrap_or(&self.curriculum.loss).clone())
-                }),
-                windows: Windows::of(&subjects, s.horizon_s),
-                engine: self.engine(solver, solver.gradient_choice()?)?,
-                settings: s.clone(),
-            });
-        }
-        if self.state.within.is_none() {
-            let len = self.coordinates.len();
-            let settings = s.optimiser.as_ref().unwrap_or(&self.curriculum.optimiser);
-            let optimiser = match (settings, settings.adam()) {
-                (OptimiserSettings::Lbfgs(l), _) => OptimiserState::Lbfgs(Lbfgs::new(*l, len)),
-                (_, adam) => OptimiserState::Adam(Adam::new(adam.unwrap_or_default(), len)),
-            };
-            let windows = &self.stage.as_ref().expect("just made").windows;
-            let starts = s.shooting.map(|_| Starts {
-                states: windows.measured_starts(),
-                optimiser: Adam::new(AdamSettings::default(), 4 * windows.subjects.len()),
-            });
-            let schedule = s.schedule.as_ref().unwrap_or(&self.curriculum.schedule);
-            self.state.within = Some(StageState {
-                epoch: 0,
-                start: self.state.at.clone(),
-                optimiser,
-                rate: Rate::new(*schedule),
-                stop: s.patience.map(EarlyStop::new),
-                stopped: false,
-                reduction: 1.0,
-                sound: None,
-                best: None,
-                starts,
-                first_loss: None,
-                seconds: 0.0,
-            });
-        }
-        Ok(())
-    }
-
-    /// Ends a stage with its best coordinates.
-    fn leave(&mut self, s: &SolveStage) -> Result<(), TrainingError> {
-        let subjects = select(&self.train, s.recordings.as_ref());
-        let within = self.state.within.take().expect("a running stage");
-        self.stage = None;
-        let (loss, at) = within.best.map_or((f64::NAN, self.state.at.clone()), |b| (b.loss, b.at));
-        self.state.at = at;
-        self.finish(
-            StageResult {
-                name: s.name.clone(),
-                epochs: within.epoch,
-                seconds: within.seconds,
-                first_loss: within.first_loss,
-                best_loss: loss,
-                r2_train: [None; 4],
-                r2_held_out: [None; 4],
-            },
-            subjects,
-        )
-    }
-
-    /// Ends a stage that is a regression, and counts it as an epoch.
-    fn regressed(
-        &mut self,
-        name: &str,
-        begun: Instant,
-        residual: f64,
-        subjects: Vec<Subject>,
-    ) -> Result<EpochRow, TrainingError> {
-        let physical = self.model().physical();
-        self.state.epochs += 1;
-        let row = EpochRow {
-            stage: self.state.stage,
-            epoch: 1,
-            total_epoch: self.state.epochs,
-            loss: residual,
-            rate: 0.0,
-            gradient_norm: 0.0,
-            mass_kg: physical.mass_kg,
-            deformation: physical.deformation,
-            effects: self.coordinates.extension_values(&self.state.at),
-            r2_held_out: None,
-            seconds: begun.elapsed().as_secs_f64(),
-        };
-        let result = StageResult {
-            name: name.to_owned(),
-            epochs: 1,
-            seconds: row.seconds,
-            first_loss: None,
-            best_loss: residual,
-            r2_train: [None; 4],
-            r2_held_out: [None; 4],
-        };
-        self.finish(result, subjects)?;
-        Ok(row)
-    }
-
-    /// Scores and notes what a stage reached, and goes to the next one.
-    fn finish(
-        &mut self,
-        mut result: StageResult,
-        mut subjects: Vec<Subject>,
-    ) -> Result<(), TrainingError> {
-        let model = self.coordinates.model(&self.state.at);
-        let values = self.coordinates.extension_values(&self.state.at);
-        let mut engine = self.engine(&self.curriculum.solver, None)?;
-        // Pressures alone say nothing of the force.
-        let predicts = !matches!(self.curriculum.stages[self.state.stage], Stage::Gas(_));
-        if predicts {
-            update_masses(&mut subjects, &model, self.surfaces.as_ref())?;
-            result.r2_train = engine.mean_r2(&model, &values, &subjects)?;
-            result.r2_held_out = self.score_held_out()?;
-        }
-        self.state.results.push(result);
-        self.state.stage += 1;
-        Ok(())
-    }
-
-    /// Mean R² over the held-out recordings with the coordinates as they are.
-    fn score_held_out(&mut self) -> Result<[Option<f64>; 4], TrainingError> {
-        let model = self.coordinates.model(&self.state.at);
-        let values = self.coordinates.extension_values(&self.state.at);
-        if self.scoring.is_none() {
-            self.scoring = Some(self.engine(&self.curriculum.solver, None)?);
-        }
-        update_masses(&mut self.held_out, &model, self.surfaces.as_ref())?;
-        let engine = self.scoring.as_mut().expect("just made");
-        engine.mean_r2(&model, &values, &self.held_out)
     }
 }
