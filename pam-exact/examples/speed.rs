@@ -1,5 +1,5 @@
-//! Times value and gradient on the training conditions of 70 s, and how the time grows with the width
-//! and the depth of the network and with the noise of the force.
+//! Times the solution alone, and value and gradient, on the training conditions of 70 s, and how the time
+//! grows with the width and the depth of the network and with the noise of the force.
 //!
 //! `cargo run --release -p pam-exact --example speed -- [RECORDINGS [CASE]]`: all cases, or those whose
 //! name begins so.
@@ -119,7 +119,7 @@ fn time(
     let mut best = [[f64::INFINITY; 2]; 2];
     for _ in 0..7 {
         let least = |best: [f64; 2], run: [f64; 2]| [best[0].min(run[0]), best[1].min(run[1])];
-        best[0] = least(best[0], clocks(|| drop(solver.value(motion, &problems, &loss))));
+        best[0] = least(best[0], clocks(|| drop(solver.solve(motion, &problems))));
         let gradient = || result = Some(solver.value_and_gradient(motion, &problems, &loss));
         best[1] = least(best[1], clocks(gradient));
     }
@@ -144,7 +144,7 @@ fn main() {
     let motion = common::motion(&common::perturbed());
     let (times, force) = common::excitation(0.0, 70_000);
     println!(
-        "| case | force | recordings | value, s | processor, s | value and gradient, s | processor, s \
+        "| case | force | recordings | forward, s | processor, s | value and gradient, s | processor, s \
          | segments | crossings | patterns | failed |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");

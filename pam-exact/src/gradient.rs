@@ -48,6 +48,7 @@ struct Worker {
     laws: LawMemory,
     cut: Vec<Piece>,
     segments: Vec<Segment>,
+    cotangents: Vec<f64>,
     moments: Vec<PatternMoments>,
     network: NetworkSums,
 }
@@ -57,7 +58,6 @@ struct Worker {
 struct OneResult {
     value: f64,
     states: Vec<f64>,
-    cotangents: Vec<f64>,
     shared: Vec<f64>,
     own: [f64; 2],
     start: [f64; 2],
@@ -285,8 +285,8 @@ impl Worker {
         if let Err(stopped) = &outcome {
             result.states[2 * (at_start + stopped.reached)..].fill(0.0);
         } else if let Some(loss) = loss {
-            zero(&mut result.cotangents, 2 * observations);
-            result.value = loss(&result.states, &mut result.cotangents);
+            zero(&mut self.cotangents, 2 * observations);
+            result.value = loss(&result.states, &mut self.cotangents);
             if backward {
                 zero(&mut result.shared, motion.network.parameter_len() + 2);
                 self.moments.clear();
@@ -295,12 +295,12 @@ impl Worker {
                     laws: &laws,
                     pieces,
                     segments: &self.segments,
-                    cotangents: &result.cotangents[2 * at_start..],
+                    cotangents: &self.cotangents[2 * at_start..],
                     moments: &mut self.moments,
                 }
                 .run();
                 result.start = sums.start;
-                for c in result.cotangents[..2 * at_start].as_chunks::<2>().0 {
+                for c in self.cotangents[..2 * at_start].as_chunks::<2>().0 {
                     result.start[0] += c[0];
                     result.start[1] += c[1];
                 }

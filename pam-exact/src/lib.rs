@@ -31,7 +31,7 @@
 //!
 //! Over a step between samples the motion stays within a known distance of its chord, `h²/8` times a
 //! bound of its second derivative. A side whose margin at both ends exceeds that distance is not crossed.
-//! A margin that falls throughout the step, by a bound of its curvature, has its root found by Newton's
+//! A margin that falls throughout the step, by a bound of its curvature, has its root found by Halley's
 //! method on the motion. Any other is a power series in time; an interval is dropped only if the ends and
 //! the bound prove it free of roots, otherwise it is halved until the margin is monotonic there, and the
 //! root is found within its bracket. So no crossing above rounding is missed; touches are no crossings,

@@ -29,7 +29,7 @@ pub struct SealedGradient<T: Float> {
     settings: SolverSettings,
     memory: LaneMemory<SealedMotion<T>>,
     exact: ExactSolver,
-    gas: Vec<Mutex<GasBuffers>>,
+    gas: GasBuffers,
 }
 
 /// A loss of one recording, by its index: as
@@ -50,18 +50,26 @@ fn measured_starts(subjects: &[Subject]) -> Vec<[f64; 4]> {
     subjects.iter().map(|s| s.recording.initial_state()).collect()
 }
 
-/// Full states and their cotangents of one recording.
+/// Memory for full states and their cotangents.
 #[derive(Debug, Default)]
 struct GasBuffers {
+    recordings: Vec<Mutex<RecordingGas>>,
+    /// Cotangents of full states, one buffer for each thread at work: they are of no use afterwards, and
+    /// memory that is used again at once is fast.
+    cotangents: Mutex<Vec<Vec<[f64; 4]>>>,
+}
+
+/// Full states of one recording, and what its pressures give.
+#[derive(Debug, Default)]
+struct RecordingGas {
     states: Vec<[f64; 4]>,
-    cotangents: Vec<[f64; 4]>,
     gas: GasCotangents,
 }
 
 /// The loss of an observed motion `[times, (x, ẋ)]`: pressures are added, and their cotangents pulled
 /// back.
 fn observed_loss<'a>(
-    buffers: &'a [Mutex<GasBuffers>],
+    buffers: &'a GasBuffers,
     model: &'a JointModel<f64, NetworkForce<f64>>,
     subjects: &'a [Subject],
     starts: &'a [[f64; 4]],
@@ -72,15 +80,17 @@ fn observed_loss<'a>(
         let subject = &subjects[index];
         let measured = &subject.recording;
         let gas = SealedGas::new(model, subject.masses, starts[index]);
-        let mut own = buffers[index].lock().expect("no loss panics");
-        let own = &mut *own;
+        let mut own = buffers.recordings[index].lock().expect("no loss panics");
         own.states.resize(measured.len(), [0.0; 4]);
-        own.cotangents.resize(measured.len(), [0.0; 4]);
         gas.complete(observed, &mut own.states);
-        let value = loss(index, measured, &own.states, &mut own.cotangents);
+        let spare = || buffers.cotangents.lock().expect("no loss panics");
+        let mut of_states = spare().pop().unwrap_or_default();
+        of_states.resize(measured.len(), [0.0; 4]);
+        let value = loss(index, measured, &own.states, &mut of_states);
         if backward {
-            own.gas = gas.pull_back(observed, &own.cotangents, cotangents);
+            own.gas = gas.pull_back(observed, &of_states, cotangents);
         }
+        spare().push(of_states);
         value
     }
 }
@@ -110,7 +120,12 @@ impl<T: Float> SealedGradient<T> {
     /// Gradients by the given method, steps and reading of the input.
     #[must_use]
     pub fn new(settings: SolverSettings) -> Self {
-        Self { settings, memory: LaneMemory::default(), exact: ExactSolver::new(), gas: Vec::new() }
+        Self {
+            settings,
+            memory: LaneMemory::default(),
+            exact: ExactSolver::new(),
+            gas: GasBuffers::default(),
+        }
     }
 
     /// Value and gradient of the mean loss of `model` over `subjects`, each predicted from its first
@@ -274,8 +289,8 @@ impl<T: Float> SealedGradient<T> {
 
     /// Makes room for the pressures of this many recordings.
     fn reserve(&mut self, recordings: usize) {
-        if self.gas.len() < recordings {
-            self.gas.resize_with(recordings, Mutex::default);
+        if self.gas.recordings.len() < recordings {
+            self.gas.recordings.resize_with(recordings, Mutex::default);
         }
     }
 
@@ -290,6 +305,7 @@ impl<T: Float> SealedGradient<T> {
         let mean = 1.0 / predicted.max(1) as f64;
         let gas: Vec<GasCotangents> = self
             .gas
+            .recordings
             .iter_mut()
             .zip(0..gradient.values.len())
             .map(|(own, i)| {
@@ -344,6 +360,6 @@ impl<T: Float> SealedGradient<T> {
     /// # Panics
     /// If there was no such recording.
     pub fn predicted(&mut self, index: usize) -> &[[f64; 4]] {
-        &self.gas[index].get_mut().expect("no loss panics").states
+        &self.gas.recordings[index].get_mut().expect("no loss panics").states
     }
 }
