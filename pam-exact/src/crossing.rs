@@ -87,14 +87,18 @@ impl Step {
                 *before = if *unit == entered { 0.0 } else { *before };
             }
         }
-        match self.crosses_any(simd, sides, &before) {
-            Some(true) => {}
-            Some(false) => return Glance::Stays,
-            None => return Glance::Unclear,
-        }
-        let Some((times, first)) = self.expected_times(simd, sides, &before) else {
+        let (all_clear, any) = self.crosses_any(simd, sides, &before);
+        if !all_clear {
             return Glance::Unclear;
-        };
+        }
+        if !any {
+            return Glance::Stays;
+        }
+        let mut times = [NEVER; LANES];
+        let first = self.expected_times(simd, sides, &before, &mut times);
+        if first <= 0.0 {
+            return Glance::Unclear;
+        }
         let lane = (first.to_bits() & LANE_BITS) as usize;
         let line = [sides.alpha[lane], sides.beta[lane], sides.gamma[lane]];
         let root = if self.terms <= FEW_TERMS {
@@ -114,10 +118,10 @@ impl Step {
         Glance::Leaves(Exit { after_s, state, block: 0, lane, unit: sides.unit[lane] })
     }
 
-    /// Whether any side is crossed; `None` if that is not clear of all of them. Clear are those whose
-    /// margin, by a bound of its curvature, stays positive, falls throughout the step or rises throughout.
+    /// Whether all sides are clear, and if so whether any is crossed. Clear are those whose margin, by a
+    /// bound of its curvature, stays positive, falls throughout the step or rises throughout.
     #[inline(always)]
-    fn crosses_any<S: Simd>(&self, simd: S, sides: &Sides, before: &[f64; LANES]) -> Option<bool> {
+    fn crosses_any<S: Simd>(&self, simd: S, sides: &Sides, before: &[f64; LANES]) -> (bool, bool) {
         let (off, size_of_state) = (self.off_chord(), self.size_of_state());
         let (zero, length) = (simd.splat_f64s(0.0), simd.splat_f64s(self.h));
         let (alpha, beta) = (S::as_simd_f64s(&sides.alpha).0, S::as_simd_f64s(&sides.beta).0);
@@ -141,19 +145,20 @@ impl Step {
             all_clear &= none(simd, simd.and_m64s(near, simd.not_m64s(clear)));
             any |= !none(simd, simd.and_m64s(falls, simd.less_than_f64s(after, zero)));
         }
-        all_clear.then_some(any)
+        (all_clear, any)
     }
 
-    /// When the sides are crossed, if [`crosses_any`](Self::crosses_any), and the first of these times:
-    /// the time as a cubic of the margin, from values and slopes at both ends. Its last bits say which
-    /// side it is ([`LANE_BITS`]). `None` if a time is not within the step.
+    /// Writes when the sides are crossed, if [`crosses_any`](Self::crosses_any), and returns the first of
+    /// these times: the time as a cubic of the margin, from values and slopes at both ends. Its last bits
+    /// say which side it is ([`LANE_BITS`]). Zero if a time is not within the step.
     #[inline(always)]
     fn expected_times<S: Simd>(
         &self,
         simd: S,
         sides: &Sides,
         before: &[f64; LANES],
-    ) -> Option<([f64; LANES], f64)> {
+        times: &mut [f64; LANES],
+    ) -> f64 {
         let a_end = self.acceleration(self.end, self.h);
         let (zero, length) = (simd.splat_f64s(0.0), simd.splat_f64s(self.h));
         let (one, three) = (simd.splat_f64s(1.0), simd.splat_f64s(3.0));
@@ -161,7 +166,6 @@ impl Step {
         let (alpha, beta) = (S::as_simd_f64s(&sides.alpha).0, S::as_simd_f64s(&sides.beta).0);
         let (gamma, before) = (S::as_simd_f64s(&sides.gamma).0, S::as_simd_f64s(before).0);
         let numbers = S::as_simd_u64s(&LANE_NUMBERS).0;
-        let mut times = [NEVER; LANES];
         let (mut first, mut all_within) = (never, true);
         for k in 0..alpha.len() {
             let (start, line) = (before[k], (beta[k], gamma[k]));
@@ -188,10 +192,10 @@ impl Step {
             let time = simd.select_f64s(crossed, time, never);
             let bits = simd.and_u64s(simd.transmute_u64s_f64s(time), keep);
             let time = simd.transmute_f64s_u64s(simd.or_u64s(bits, numbers[k]));
-            S::as_mut_simd_f64s(&mut times).0[k] = time;
+            S::as_mut_simd_f64s(times).0[k] = time;
             first = simd.min_f64s(first, time);
         }
-        all_within.then(|| (times, simd.reduce_min_f64s(first)))
+        if all_within { simd.reduce_min_f64s(first) } else { 0.0 }
     }
 
     /// The root of a margin `α + β x + γ ẋ` that falls throughout the step to a negative value, and the
