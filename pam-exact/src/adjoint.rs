@@ -1,7 +1,7 @@
 //! The backward pass in time: costates by the transposed propagators, moments pattern by pattern.
 
 use crate::forcing::Pieces;
-use crate::fundamental::{Response, StepMoments, spectral_bound, terms};
+use crate::fundamental::StepMoments;
 use crate::motion::Laws;
 use crate::solve::Segment;
 use pam_core::simd::arch;
@@ -63,7 +63,7 @@ impl WithSimd for Adjoint<'_, '_> {
             while end > 0 && self.segments[end - 1].pattern == pattern {
                 let s = &self.segments[end - 1];
                 end -= 1;
-                let Some(piece) = self.pieces.get(s.piece as usize) else { break };
+                let piece = self.pieces.get(s.piece as usize).expect("segments lie in pieces");
                 if s.piece != piece_index {
                     piece_index = s.piece;
                     if piece.observed {
@@ -74,19 +74,8 @@ impl WithSimd for Adjoint<'_, '_> {
                 }
                 let w =
                     [(s.force_mn - law.offset_mn) * inverse_mass, piece.rate_mn_s * inverse_mass];
-                let own_step;
-                let (e, q) = if s.length_s == 0.0 {
-                    (&law.usual, &law.squared)
-                } else {
-                    let count = if s.length_s <= self.laws.usual_s {
-                        law.terms as usize
-                    } else {
-                        terms(spectral_bound(law.kappa, law.zeta) * s.length_s)
-                    };
-                    own_step = Response::with_square(law.kappa, law.zeta, s.length_s, count);
-                    (&own_step.0, &own_step.1)
-                };
-                let m = StepMoments::new((e, q), (law.kappa, law.zeta), [s.x, s.v], w, costate);
+                let (e, q) = law.responses(s.length_s);
+                let m = StepMoments::new((&e, &q), (law.kappa, law.zeta), [s.x, s.v], w, costate);
                 costate = e.pull_back(law.kappa, costate);
                 own.one += m.one;
                 own.x += m.x;

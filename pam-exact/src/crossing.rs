@@ -2,7 +2,7 @@
 
 use crate::atlas::NONE;
 use crate::event::Margin;
-use crate::hull::none;
+use crate::lanes::{LANE_NUMBERS, along, none, tagged};
 use crate::network::LANES;
 use crate::series::{COEFFICIENTS, Series};
 use crate::sides::Sides;
@@ -62,18 +62,11 @@ const ROOT_STEPS: usize = 6;
 const NEVER: f64 = 1e300;
 /// Shorter than [`NEVER`] and longer than any step.
 const EVER: f64 = 1e299;
-/// The last bits of a time say which side it belongs to, so that one minimum finds both.
+/// The last bits of a time say which side it belongs to.
 const LANE_BITS: u64 = LANES as u64 - 1;
-const LANE_NUMBERS: [u64; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
 /// Terms of the series up to which a step needs no more than [`FEW`] coefficients.
 const FEW_TERMS: usize = 15;
 const FEW: usize = 12;
-
-/// `β x + γ v` of several sides.
-#[inline(always)]
-fn along<S: Simd>(simd: S, (beta, gamma): (S::f64s, S::f64s), [x, v]: [f64; 2]) -> S::f64s {
-    simd.mul_add_f64s(beta, simd.splat_f64s(x), simd.mul_f64s(gamma, simd.splat_f64s(v)))
-}
 
 impl Step {
     /// Looks at all sides of a pattern at once. The first crossing is the one of those expected at which
@@ -190,8 +183,7 @@ impl Step {
             );
             all_within &= none(simd, simd.and_m64s(crossed, simd.not_m64s(within)));
             let time = simd.select_f64s(crossed, time, never);
-            let bits = simd.and_u64s(simd.transmute_u64s_f64s(time), keep);
-            let time = simd.transmute_f64s_u64s(simd.or_u64s(bits, numbers[k]));
+            let time = tagged(simd, time, keep, numbers[k]);
             S::as_mut_simd_f64s(times).0[k] = time;
             first = simd.min_f64s(first, time);
         }

@@ -10,6 +10,7 @@ use crate::affine::Table;
 use crate::atlas::NONE;
 use crate::cell::Window;
 use crate::clip::SIDE_TOLERANCE;
+use crate::lanes::{LANE_NUMBERS, tagged};
 use crate::network::LANES;
 use crate::sides::Entry;
 use pam_core::simd::arch;
@@ -311,7 +312,6 @@ impl Dual {
         for (line, [u, w]) in lines.iter_mut().zip(directions) {
             *line = [simd.splat_f64s(u), simd.splat_f64s(w)];
         }
-        // The last bits of a value say whose it is, so that one maximum finds both.
         let lanes = S::as_simd_u64s(&LANE_NUMBERS).0[0];
         let rest = simd.splat_u64s(!PLACE_BITS);
         let mut best = [simd.splat_f64s(f64::NEG_INFINITY); AT_ONCE];
@@ -319,9 +319,7 @@ impl Dual {
             let unit = simd.or_u64s(lanes, simd.splat_u64s((chunk * S::F64_LANES) as u64));
             for (best, &[u, w]) in best.iter_mut().zip(&lines) {
                 let value = simd.mul_add_f64s(u, p, simd.mul_f64s(w, r));
-                let value = simd.and_u64s(simd.transmute_u64s_f64s(value), rest);
-                let value = simd.transmute_f64s_u64s(simd.or_u64s(value, unit));
-                *best = simd.max_f64s(*best, value);
+                *best = simd.max_f64s(*best, tagged(simd, value, rest, unit));
             }
         }
         let mut points = [(Point { p: 0.0, r: 0.0, unit: NONE }, 0.0); AT_ONCE];
@@ -333,17 +331,9 @@ impl Dual {
     }
 }
 
-/// Whether no lane of a mask is set. (Which lane is the first does not mean the same on all instruction
-/// sets.)
-#[inline(always)]
-pub(crate) fn none<S: Simd>(simd: S, mask: S::m64s) -> bool {
-    simd.first_true_m64s(mask) >= S::F64_LANES
-}
-
 /// The bits of a value along a direction that say which unit it belongs to: it is rounded to 10⁻¹¹ of
 /// itself, far less than [`SIDE_TOLERANCE`].
 const PLACE_BITS: u64 = 0xffff;
-const LANE_NUMBERS: [u64; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
 /// Values along a direction up to this are those of points at the origin.
 const INSIDE: f64 = f64::MIN_POSITIVE;
 /// Directions of which the extremes are looked for at once.

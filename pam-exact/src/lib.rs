@@ -89,6 +89,7 @@ mod fundamental;
 mod gradient;
 mod hull;
 mod inverse;
+mod lanes;
 mod motion;
 mod network;
 mod partition;

@@ -53,7 +53,8 @@ pub(crate) struct Law {
     pub(crate) usual: Response,
     /// `|jerk| ≤ Σ of these × (|ẇ|, |v|, |acceleration|)` over the usual step.
     pub(crate) jerk: [f64; 3],
-    /// First block of the pattern's sides, and how many there are.
+    /// First block of the pattern's sides, and how many there are; here too, so that a step need not look
+    /// at the pattern.
     pub(crate) sides: u32,
     pub(crate) side_blocks: u32,
     /// Terms of the series for steps up to `covers_s`, the usual one or the longest.
@@ -115,6 +116,15 @@ impl Law {
         let a = a.abs();
         let jerk = bound[2].mul_add(a, bound[1].mul_add(v.abs(), bound[0] * rate.abs()));
         [h.mul_add(jerk, a), jerk]
+    }
+
+    /// Both families of functions over a segment, for which zero stands for the usual length.
+    #[inline(always)]
+    pub(crate) fn responses(&self, length_s: f64) -> (Response, Squared) {
+        if length_s == 0.0 {
+            return (self.usual, self.squared);
+        }
+        Response::with_square(self.kappa, self.zeta, length_s, self.terms_of(length_s))
     }
 
     /// Terms of the series for a step of this length.

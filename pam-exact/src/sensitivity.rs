@@ -6,7 +6,7 @@
 //! changes the state by nothing to first order (the saltation matrix is the identity).
 
 use crate::atlas::Atlas;
-use crate::fundamental::{Response, responses, spectral_bound, terms};
+use crate::fundamental::responses;
 use crate::gradient::{ExactProblem, Follow};
 use crate::motion::ExactMotion;
 use pam_solvers::LaneFailure;
@@ -62,16 +62,9 @@ fn one(
         let by_force = *known[s.pattern as usize].get_or_insert_with(|| {
             affine_tangent(&follow.laws.atlas, s.pattern, masses_g, direction)
         });
-        let own;
-        let (e, q) = if s.length_s == 0.0 {
-            (&law.usual, &law.squared)
-        } else {
-            let count = terms(spectral_bound(law.kappa, law.zeta) * s.length_s);
-            own = Response::with_square(law.kappa, law.zeta, s.length_s, count);
-            (&own.0, &own.1)
-        };
+        let (e, q) = law.responses(s.length_s);
         let w = [(s.force_mn - law.offset_mn) / mass, piece.rate_mn_s / mass];
-        let (by_x, by_v) = responses(q, (law.kappa, law.zeta), [s.x, s.v], w);
+        let (by_x, by_v) = responses(&q, (law.kappa, law.zeta), [s.x, s.v], w);
         // ẍ = w₀ + w₁ τ − κ x − ζ ẋ; a heavier joint divides all of it by more.
         let heavier = direction.mass_kg / mass;
         let constant = -by_force[0] / mass - heavier * w[0];

@@ -1,7 +1,7 @@
 //! A closed-form step inside a pattern, and whether it can come near to a side.
 
-use crate::fundamental::{Response, spectral_bound, terms};
-use crate::hull::none;
+use crate::fundamental::Response;
+use crate::lanes::{along, none};
 use crate::motion::{Law, jerk_bound};
 use crate::network::LANES;
 use crate::sides::Sides;
@@ -39,13 +39,9 @@ impl Step {
         if h == usual_s {
             return Self::usual(law, from, w);
         }
-        if h < usual_s {
-            let response = Response::new(law.kappa, law.zeta, h, law.terms as usize);
-            return Self::new(law, &response, law.jerk, h, from, w);
-        }
-        let terms = terms(spectral_bound(law.kappa, law.zeta) * h);
-        let response = Response::new(law.kappa, law.zeta, h, terms);
-        Self::new(law, &response, jerk_bound(law.kappa, law.zeta, h), h, from, w)
+        let response = Response::new(law.kappa, law.zeta, h, law.terms_of(h));
+        let jerk = if h < usual_s { law.jerk } else { jerk_bound(law.kappa, law.zeta, h) };
+        Self::new(law, &response, jerk, h, from, w)
     }
 
     #[inline(always)]
@@ -116,7 +112,6 @@ pub(crate) fn none_near<S: Simd>(
 ) -> bool {
     let off = step.off_chord();
     let (x, v) = (simd.splat_f64s(step.end[0]), simd.splat_f64s(step.end[1]));
-    let (off_x, off_v) = (simd.splat_f64s(off[0]), simd.splat_f64s(off[1]));
     let (alpha, beta) = (S::as_simd_f64s(&sides.alpha).0, S::as_simd_f64s(&sides.beta).0);
     let gamma = S::as_simd_f64s(&sides.gamma).0;
     let before = S::as_simd_f64s(before).0;
@@ -126,8 +121,7 @@ pub(crate) fn none_near<S: Simd>(
         let (b, c) = (beta[k], gamma[k]);
         after[k] = simd.mul_add_f64s(c, v, simd.mul_add_f64s(b, x, alpha[k]));
         let least = simd.min_f64s(before[k], after[k]);
-        let far = simd.mul_f64s(simd.abs_f64s(c), off_v);
-        let far = simd.mul_add_f64s(simd.abs_f64s(b), off_x, far);
+        let far = along(simd, (simd.abs_f64s(b), simd.abs_f64s(c)), off);
         all_far &= none(simd, simd.less_than_or_equal_f64s(least, far));
     }
     all_far
