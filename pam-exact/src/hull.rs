@@ -244,7 +244,7 @@ impl Dual {
         (time.is_finite() && gain > WELL_INSIDE * size).then_some(middle)
     }
 
-    /// The dual points seen from `middle`; false if that is no point of the cell, by rounding.
+    /// The dual points seen from `middle`; false if that is no inner point of the cell, by rounding.
     #[inline(always)]
     fn place<S: Simd>(
         &mut self,
@@ -270,9 +270,13 @@ impl Dual {
             for ((&alpha, &b), &c) in alpha.iter().zip(beta).zip(S::as_simd_f64s(gamma).0) {
                 let value = simd.mul_add_f64s(c, v, simd.mul_add_f64s(b, x, alpha));
                 least = simd.min_f64s(least, simd.mul_f64s(signs[chunk], value));
+                let on_border = simd.equal_f64s(value, zero);
+                let size = simd.add_f64s(simd.abs_f64s(b), simd.abs_f64s(c));
+                least =
+                    simd.select_f64s(on_border, simd.min_f64s(least, simd.neg_f64s(size)), least);
                 // Signs turn margin and normal alike. Padding goes to the origin, inside of all edges.
                 let scale = simd.div_f64s(minus, value);
-                let scale = simd.select_f64s(simd.equal_f64s(value, zero), zero, scale);
+                let scale = simd.select_f64s(on_border, zero, scale);
                 p[chunk] = simd.mul_f64s(b, scale);
                 r[chunk] = simd.mul_f64s(c, scale);
                 chunk += 1;
@@ -343,3 +347,28 @@ const AXES: [[f64; 2]; AT_ONCE] = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1
 
 /// The least margin of an inner point, in parts of the size of its terms.
 const WELL_INSIDE: f64 = 1e-10;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From a point on a border the unit would have no dual point, and its side would be lost.
+    #[test]
+    fn a_middle_on_a_border_is_refused() {
+        // Borders at x = 1, ẋ = 1 and ẋ = −1, as `α | β | γ`, and padding.
+        let rows = [[1.0, 1.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 1.0]];
+        let mut deeper = Vec::new();
+        for row in rows {
+            deeper.extend(row);
+            deeper.resize(deeper.len().next_multiple_of(LANES), 0.0);
+        }
+        let first = <[Vec<f64>; 3]>::default();
+        let table = Table { first: &first, deeper: &deeper };
+        let window = Window { first: [-9.0, 9.0], second: [-9.0, 9.0] };
+        let mut dual = Dual { signs: vec![1.0; LANES], ..Dual::default() };
+        let mut inside = |middle| dual.place(pulp::Scalar::new(), &window, table, middle);
+        assert!(inside([0.0, 0.5]));
+        assert!(!inside([0.0, 1.0]) && !inside([1.0, 0.5]));
+        assert!(!inside([0.0, 1.5]));
+    }
+}
