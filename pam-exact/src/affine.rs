@@ -59,6 +59,13 @@ pub(crate) fn word(unit: usize) -> (usize, u64) {
     (unit / 64, 1 << (unit % 64))
 }
 
+/// The first of two values if a bit is one, else the second; without a jump, since nobody can guess signs.
+#[inline(always)]
+pub(crate) fn either(bit: u64, one: f64, zero: f64) -> f64 {
+    let mask = bit.wrapping_neg();
+    f64::from_bits((one.to_bits() & mask) | (zero.to_bits() & !mask))
+}
+
 /// Memory for changes of a table.
 #[derive(Debug, Default)]
 pub(crate) struct Buffers {
@@ -94,7 +101,7 @@ impl WithSimd for Slopes<'_> {
 pub(crate) fn slopes_into(bits: &[u64], slope: f64, slopes: &mut [f64]) {
     for (block, bits) in slopes.chunks_mut(64).zip(bits) {
         for (i, value) in block.iter_mut().enumerate() {
-            *value = if (bits >> i) & 1 == 1 { 1.0 } else { slope };
+            *value = either((bits >> i) & 1, 1.0, slope);
         }
     }
 }
@@ -272,7 +279,7 @@ impl WithSimd for Output<'_> {
             let first = start + chunk * LANES;
             let signs = bits[first / 64] >> (first % 64);
             for i in 0..LANES {
-                let w = w[i] * if (signs >> i) & 1 == 1 { 1.0 } else { network.slope };
+                let w = w[i] * either((signs >> i) & 1, 1.0, network.slope);
                 sums[0][i] += alpha[chunk][i] * w;
                 sums[1][i] += beta[chunk][i] * w;
                 sums[2][i] += gamma[chunk][i] * w;

@@ -108,8 +108,13 @@ impl ForceSignal<'_> {
         }
         let times = &self.times_s[after - 1..];
         let observed = &observe_s[observe_s.partition_point(|&s| s <= t0)..];
-        let ends = times[1..].iter().zip(observed);
-        let mut count = ends.take_while(|(end, at)| end == at && **at <= t1).count();
+        let ends = &times[1..];
+        let mut count = if std::ptr::eq(ends, observed) {
+            ends.partition_point(|&end| end <= t1)
+        } else {
+            let both = ends.iter().zip(observed);
+            both.take_while(|(end, at)| end == at && **at <= t1).count()
+        };
         if longest_s.is_finite() {
             let short = times.windows(2).take(count).take_while(|t| t[1] - t[0] <= longest_s);
             count = short.count();

@@ -18,8 +18,13 @@
 
 /// Largest product of a step and the spectral bound ρ of a pattern.
 pub(crate) const REACH: f64 = 0.5;
-/// Longest series, reached at [`REACH`].
+/// Lengths that a series may have: a few, known when the program is compiled, so that a step's loops have
+/// no end that must be guessed. The longest is that at [`REACH`].
+pub(crate) const SHORT: usize = 13;
+pub(crate) const MEDIUM: usize = 16;
 pub(crate) const LONGEST: usize = 18;
+
+const SIXTH: f64 = 1.0 / 6.0;
 
 /// `1 / n`.
 const INVERSE: [f64; LONGEST + 4] = {
@@ -38,15 +43,39 @@ pub(crate) fn spectral_bound(kappa: f64, zeta: f64) -> f64 {
     0.5 * (zeta.abs() + (zeta * zeta + 4.0 * kappa.abs()).sqrt())
 }
 
-/// Terms of the series after which those of a step with `rho · h = reach` are below rounding.
+/// The largest product of step and spectral bound for which the terms after the `terms − 3`rd are below
+/// rounding.
+const fn reach_of(terms: usize) -> f64 {
+    let (mut low, mut high) = (0.0, REACH);
+    let mut halvings = 0;
+    while halvings < 60 {
+        let middle = 0.5 * (low + high);
+        let (mut n, mut term) = (0, 1.0);
+        while n < terms - 3 {
+            n += 1;
+            term *= middle / n as f64;
+        }
+        if term > 1e-18 {
+            high = middle;
+        } else {
+            low = middle;
+        }
+        halvings += 1;
+    }
+    low
+}
+
+/// Length of the series for a step with `rho · h = reach`.
 #[inline(always)]
 pub(crate) fn terms(reach: f64) -> usize {
-    let (mut n, mut term) = (0, 1.0);
-    while term > 1e-18 && n < LONGEST - 3 {
-        n += 1;
-        term *= reach / n as f64;
+    const REACHES: [f64; 2] = [reach_of(SHORT), reach_of(MEDIUM)];
+    if reach <= REACHES[0] {
+        SHORT
+    } else if reach <= REACHES[1] {
+        MEDIUM
+    } else {
+        LONGEST
     }
-    n + 3
 }
 
 /// The functions `e_k`, `k = −1 … 2`, at one step.
@@ -69,70 +98,84 @@ pub(crate) struct Squared {
     pub(crate) twice: f64,
 }
 
+/// One step down a recurrence: the ratio of index `k − 2` from what it starts at and those of the next two
+/// indices, with `a = −ζ h` and `b = −κ h²`.
+#[inline(always)]
+fn ratio((a, b): (f64, f64), start: f64, k: usize, (one, two): (f64, f64)) -> f64 {
+    let near = a * INVERSE[k];
+    let far = b * (INVERSE[k] * INVERSE[k + 1]);
+    near.mul_add(one, far.mul_add(two, start))
+}
+
 impl Response {
-    /// The functions `e_k` alone, at a step of length `h`.
+    /// The functions `e_k` alone, at a step of length `h`, by a series of a length from [`terms`].
     #[inline(always)]
     pub(crate) fn new(kappa: f64, zeta: f64, h: f64, terms: usize) -> Self {
+        match terms {
+            ..=SHORT => Self::by::<SHORT>(kappa, zeta, h),
+            ..=MEDIUM => Self::by::<MEDIUM>(kappa, zeta, h),
+            _ => Self::by::<LONGEST>(kappa, zeta, h),
+        }
+    }
+
+    /// Both families at a step of length `h`, by series of a length from [`terms`].
+    #[inline(always)]
+    pub(crate) fn with_square(kappa: f64, zeta: f64, h: f64, terms: usize) -> (Self, Squared) {
+        match terms {
+            ..=SHORT => Self::both_by::<SHORT>(kappa, zeta, h),
+            ..=MEDIUM => Self::both_by::<MEDIUM>(kappa, zeta, h),
+            _ => Self::both_by::<LONGEST>(kappa, zeta, h),
+        }
+    }
+
+    #[inline(always)]
+    fn by<const TERMS: usize>(kappa: f64, zeta: f64, h: f64) -> Self {
         let (a, b) = (-zeta * h, -kappa * h * h);
         let (mut r1, mut r2) = (1.0, 1.0);
-        let ratio = |k: usize, one: f64, two: f64| {
-            let near = a * INVERSE[k];
-            let far = b * (INVERSE[k] * INVERSE[k + 1]);
-            near.mul_add(one, far.mul_add(two, 1.0))
-        };
-        for k in (3..terms - 2).rev() {
-            (r1, r2) = (ratio(k + 2, r1, r2), r1);
+        for k in (3..TERMS - 2).rev() {
+            (r1, r2) = (ratio((a, b), 1.0, k + 2, (r1, r2)), r1);
         }
-        let e2 = ratio(4, r1, r2);
-        let e1 = ratio(3, e2, r1);
-        let e0 = ratio(2, e1, e2);
+        let e2 = ratio((a, b), 1.0, 4, (r1, r2));
+        let e1 = ratio((a, b), 1.0, 3, (e2, r1));
+        let e0 = ratio((a, b), 1.0, 2, (e1, e2));
+        Self::of(kappa, zeta, h, [e0, e1, e2])
+    }
+
+    /// From the ratios of `e_0`, `e_1` and `e_2`.
+    #[inline(always)]
+    fn of(kappa: f64, zeta: f64, h: f64, [e0, e1, e2]: [f64; 3]) -> Self {
         let (impulse, step) = (h * e0, 0.5 * h * h * e1);
-        let ramp = h * h * h * (e2 / 6.0);
+        let ramp = h * h * h * (SIXTH * e2);
         Self { decay: (-zeta).mul_add(impulse, -kappa * step), impulse, step, ramp }
     }
 
-    /// Both families at a step of length `h`.
-    ///
     /// The recurrences run on the ratios `e_k (k+1)!/h^{k+1}` and `q_k (k+3)!/h^{k+3}`, which start at one
     /// and need no powers of `h`.
     #[inline(always)]
-    pub(crate) fn with_square(kappa: f64, zeta: f64, h: f64, terms: usize) -> (Self, Squared) {
-        let (a, b) = (-zeta * h, -kappa * h * h);
+    fn both_by<const TERMS: usize>(kappa: f64, zeta: f64, h: f64) -> (Self, Squared) {
+        let ab = (-zeta * h, -kappa * h * h);
         // Ratios of e_{k+1}, e_{k+2}; of q_{k-1}, q_k where k − 2 is the index of the step's q.
         let (mut r1, mut r2) = (1.0, 1.0);
         let (mut s1, mut s2) = (1.0, 1.0);
-        let ratio = |start: f64, k: usize, one: f64, two: f64| {
-            let near = a * INVERSE[k];
-            let far = b * INVERSE[k] * INVERSE[k + 1];
-            near.mul_add(one, far.mul_add(two, start))
-        };
-        for k in (5..terms).rev() {
-            (r1, r2) = (ratio(1.0, k + 2, r1, r2), r1);
-            (s1, s2) = (ratio(r1, k + 2, s1, s2), s1);
+        for k in (5..TERMS).rev() {
+            (r1, r2) = (ratio(ab, 1.0, k + 2, (r1, r2)), r1);
+            (s1, s2) = (ratio(ab, r1, k + 2, (s1, s2)), s1);
         }
         // Here r1 = e_5, s1 = q_3 and so on, as ratios.
-        let e4 = ratio(1.0, 6, r1, r2);
-        let e3 = ratio(1.0, 5, e4, r1);
-        let e2 = ratio(1.0, 4, e3, e4);
-        let e1 = ratio(1.0, 3, e2, e3);
-        let e0 = ratio(1.0, 2, e1, e2);
-        let q2 = ratio(e4, 6, s1, s2);
-        let q1 = ratio(e3, 5, q2, s1);
-        let q0 = ratio(e2, 4, q1, q2);
-        let q_rate = ratio(e1, 3, q0, q1);
-        let p = [h, h * h / 2.0, h * h * h / 6.0, h * h * h * h / 24.0, h * h * h * h * h / 120.0];
-        let (impulse, step, ramp) = (p[0] * e0, p[1] * e1, p[2] * e2);
-        let (value, rate) = (p[2] * q0, p[1] * q_rate);
-        (
-            Self { decay: (-zeta).mul_add(impulse, -kappa * step), impulse, step, ramp },
-            Squared {
-                curve: impulse - zeta * rate - kappa * value,
-                rate,
-                value,
-                once: p[3] * q1,
-                twice: p[4] * q2,
-            },
-        )
+        let e4 = ratio(ab, 1.0, 6, (r1, r2));
+        let e3 = ratio(ab, 1.0, 5, (e4, r1));
+        let e2 = ratio(ab, 1.0, 4, (e3, e4));
+        let e1 = ratio(ab, 1.0, 3, (e2, e3));
+        let e0 = ratio(ab, 1.0, 2, (e1, e2));
+        let q2 = ratio(ab, e4, 6, (s1, s2));
+        let q1 = ratio(ab, e3, 5, (q2, s1));
+        let q0 = ratio(ab, e2, 4, (q1, q2));
+        let q_rate = ratio(ab, e1, 3, (q0, q1));
+        let p = [h * h / 2.0, h * h * h / 6.0, h * h * h * h / 24.0, h * h * h * h * h / 120.0];
+        let response = Self::of(kappa, zeta, h, [e0, e1, e2]);
+        let (value, rate) = (p[1] * q0, p[0] * q_rate);
+        let curve = response.impulse - zeta * rate - kappa * value;
+        (response, Squared { curve, rate, value, once: p[2] * q1, twice: p[3] * q2 })
     }
 
     /// Displacement and velocity after the step, from those before it and the forcing `w₀ + w₁ τ`.

@@ -96,7 +96,8 @@ impl ExactProblem<'_> {
             let next = times.get(1..).unwrap_or_default();
             times.iter().zip(next).fold(true, |all, (t, next)| all & (t < next))
         };
-        if !increasing(times_s) || !increasing(self.observe_s) {
+        let same = std::ptr::eq(times_s, self.observe_s);
+        if !increasing(times_s) || (!same && !increasing(self.observe_s)) {
             return Err("sample and observation times must increase".into());
         }
         let within = |t: Option<&f64>| t.is_none_or(|&t| t >= self.t0 && t <= self.t1);
@@ -264,7 +265,8 @@ impl Worker {
         let pieces = problem.signal.pieces(span, problem.observe_s, longest_s, &mut self.cut);
         let masses_g = [problem.masses.flexor_g, problem.masses.extensor_g];
         let usual_s = usual_length(&pieces);
-        let mut laws = Laws::new(motion, masses_g, usual_s, std::mem::take(&mut self.laws));
+        let memory = std::mem::take(&mut self.laws);
+        let mut laws = Laws::new(motion, masses_g, usual_s, backward, memory);
         self.segments.clear();
         let at_start = problem.observe_s.partition_point(|&t| t <= problem.t0);
         for state in result.states[..2 * at_start].as_chunks_mut::<2>().0 {
@@ -342,8 +344,8 @@ impl<'n> Follow<'n> {
         let pieces = problem.signal.pieces(span, problem.observe_s, f64::INFINITY, &mut cut);
         let pieces: Vec<Piece> = pieces.iter().collect();
         let masses_g = [problem.masses.flexor_g, problem.masses.extensor_g];
-        let mut laws =
-            Laws::new(motion, masses_g, usual_length(&Pieces::of(&pieces)), LawMemory::default());
+        let usual_s = usual_length(&Pieces::of(&pieces));
+        let mut laws = Laws::new(motion, masses_g, usual_s, true, LawMemory::default());
         let mut segments = Vec::new();
         Solve {
             laws: &mut laws,
@@ -364,7 +366,8 @@ impl<'n> Follow<'n> {
 fn usual_length(pieces: &Pieces<'_>) -> f64 {
     // A few are enough: lengths differ by rounding, or the recording is irregular and none is usual.
     let step = (pieces.len() / 63).max(1);
-    let mut lengths: Vec<f64> = pieces.iter().step_by(step).map(|p| p.length_s).collect();
+    let some = (0..pieces.len()).step_by(step).filter_map(|k| pieces.get(k));
+    let mut lengths: Vec<f64> = some.map(|piece| piece.length_s).collect();
     lengths.sort_by(f64::total_cmp);
     lengths.get(lengths.len() / 2).copied().unwrap_or(1e-3)
 }

@@ -60,6 +60,7 @@ pub(crate) struct Law {
     /// Terms of the series for steps up to `covers_s`, the usual one or the longest.
     pub(crate) terms: u32,
     pub(crate) covers_s: f64,
+    /// For the usual step, if anything is to be derived.
     pub(crate) squared: Squared,
 }
 
@@ -77,7 +78,7 @@ pub(crate) fn jerk_bound(kappa: f64, zeta: f64, h: f64) -> [f64; 3] {
 
 impl Law {
     #[inline(always)]
-    fn new(motion: &ExactMotion, pattern: &Pattern, usual_s: f64) -> Self {
+    fn new(motion: &ExactMotion, pattern: &Pattern, usual_s: f64, backward: bool) -> Self {
         let force = pattern.force;
         let kappa = force[1] / motion.mass_kg;
         let zeta = (force[2] + motion.auxiliary_damping_kg_s) / motion.mass_kg;
@@ -85,13 +86,17 @@ impl Law {
         let longest_s = REACH / rho;
         let h = usual_s.min(longest_s);
         let terms = terms(rho * h);
-        let (usual, squared) = Response::with_square(kappa, zeta, h, terms);
+        let squared = if backward {
+            Response::with_square(kappa, zeta, h, terms).1
+        } else {
+            Squared::default()
+        };
         Self {
             kappa,
             zeta,
             offset_mn: force[0],
             longest_s,
-            usual,
+            usual: Response::new(kappa, zeta, h, terms),
             jerk: jerk_bound(kappa, zeta, h),
             sides: pattern.sides,
             side_blocks: pattern.side_blocks,
@@ -142,6 +147,8 @@ pub(crate) struct Laws<'n> {
     pub(crate) laws: Vec<Law>,
     /// The length of most pieces, s.
     pub(crate) usual_s: f64,
+    /// Whether derivatives are wanted too.
+    backward: bool,
 }
 
 #[derive(Debug, Default)]
@@ -155,12 +162,13 @@ impl<'n> Laws<'n> {
         motion: &'n ExactMotion,
         masses_g: [f64; 2],
         usual_s: f64,
+        backward: bool,
         memory: LawMemory,
     ) -> Self {
         let LawMemory { atlas, mut laws } = memory;
         laws.clear();
         let atlas = Atlas::new(&motion.network, Plane::of_motion(masses_g), WINDOW, atlas);
-        Self { motion, atlas, laws, usual_s }
+        Self { motion, atlas, laws, usual_s, backward }
     }
 
     pub(crate) fn into_memory(self) -> LawMemory {
@@ -191,7 +199,8 @@ impl WithSimd for AddLaws<'_, '_> {
     fn with_simd<S: Simd>(self, _simd: S) {
         let Self(laws) = self;
         for id in laws.laws.len()..laws.atlas.len() {
-            let law = Law::new(laws.motion, laws.atlas.pattern(id as u32), laws.usual_s);
+            let pattern = laws.atlas.pattern(id as u32);
+            let law = Law::new(laws.motion, pattern, laws.usual_s, laws.backward);
             laws.laws.push(law);
         }
     }

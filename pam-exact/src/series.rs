@@ -42,18 +42,27 @@ impl<const N: usize> Series<N> {
 /// The value of a polynomial by Estrin's scheme, whose terms do not wait for each other.
 #[inline(always)]
 fn polynomial<const N: usize>(mut c: [f64; N], t: f64) -> f64 {
-    let (mut len, mut power) = (N, t);
-    while len > 1 {
-        for i in 0..len / 2 {
-            c[i] = c[2 * i + 1].mul_add(power, c[2 * i]);
-        }
-        if len % 2 == 1 {
-            c[len / 2] = c[len - 1];
-        }
-        len = len.div_ceil(2);
-        power *= power;
-    }
+    const { assert!(N <= 32) };
+    // Written out, so that all lengths are known when it is compiled.
+    let (t2, t4) = (t * t, (t * t) * (t * t));
+    let t8 = t4 * t4;
+    pairs(&mut c, N, t);
+    pairs(&mut c, N.div_ceil(2), t2);
+    pairs(&mut c, N.div_ceil(4), t4);
+    pairs(&mut c, N.div_ceil(8), t8);
+    pairs(&mut c, N.div_ceil(16), t8 * t8);
     c[0]
+}
+
+/// Puts pairs of the first `len` coefficients together.
+#[inline(always)]
+fn pairs<const N: usize>(c: &mut [f64; N], len: usize, power: f64) {
+    for i in 0..len / 2 {
+        c[i] = c[2 * i + 1].mul_add(power, c[2 * i]);
+    }
+    if len % 2 == 1 {
+        c[len / 2] = c[len - 1];
+    }
 }
 
 /// `1 / n!`.
