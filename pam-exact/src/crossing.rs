@@ -59,7 +59,6 @@ impl Exit {
 const ROOT_TOLERANCE: f64 = 1e-12;
 /// Steps of Halley's method before a root is left to those that bracket it.
 const ROOT_STEPS: usize = 6;
-const THIRD: f64 = 1.0 / 3.0;
 /// Stands for the time of a crossing where there is none, longer than any step.
 const NEVER: f64 = 1e300;
 /// Shorter than [`NEVER`] and longer than any step.
@@ -99,7 +98,12 @@ impl Step {
             _ => self.root(&Series::<COEFFICIENTS>::new(self), line, first),
         };
         let Some((after_s, state)) = root else { return Glance::Unclear };
-        if any_negative(simd, sides, state, &times, first) {
+        let there = margins(sides, state);
+        let mut earlier = false;
+        for (i, (margin, time)) in there.iter().zip(&times).enumerate() {
+            earlier |= (*margin < 0.0) & (*time < EVER) & (i != lane);
+        }
+        if earlier {
             return Glance::Unclear;
         }
         Glance::Leaves(Exit { after_s, state, block: 0, lane, unit: sides.unit[lane] })
@@ -211,39 +215,13 @@ impl Step {
             if change * change * dt.abs() <= ROOT_TOLERANCE * self.h {
                 // A few terms of Taylor's series are enough for so small a change.
                 let snap = (-self.kappa).mul_add(a, -self.zeta * jerk);
-                let x = dt.mul_add(dt.mul_add(0.5 * dt.mul_add(THIRD * jerk, a), v), x);
-                let v = dt.mul_add(dt.mul_add(0.5 * dt.mul_add(THIRD * snap, jerk), a), v);
+                let x = dt.mul_add(dt.mul_add(0.5 * dt.mul_add(jerk / 3.0, a), v), x);
+                let v = dt.mul_add(dt.mul_add(0.5 * dt.mul_add(snap / 3.0, jerk), a), v);
                 return Some((t, [x, v]));
             }
         }
         None
     }
-}
-
-/// Whether at a state any margin is negative of those that are expected to become so, but for the first.
-#[inline(always)]
-fn any_negative<S: Simd>(
-    simd: S,
-    sides: &Sides,
-    [x, v]: [f64; 2],
-    times: &[f64; LANES],
-    first: f64,
-) -> bool {
-    let (x, v) = (simd.splat_f64s(x), simd.splat_f64s(v));
-    let (zero, first) = (simd.splat_f64s(0.0), simd.splat_f64s(first));
-    let ever = simd.splat_f64s(EVER);
-    let (alpha, beta) = (S::as_simd_f64s(&sides.alpha).0, S::as_simd_f64s(&sides.beta).0);
-    let (gamma, times) = (S::as_simd_f64s(&sides.gamma).0, S::as_simd_f64s(times).0);
-    let mut any = false;
-    for k in 0..alpha.len() {
-        let margin = simd.mul_add_f64s(gamma[k], v, simd.mul_add_f64s(beta[k], x, alpha[k]));
-        let later = simd.and_m64s(
-            simd.greater_than_f64s(times[k], first),
-            simd.less_than_f64s(times[k], ever),
-        );
-        any |= !none(simd, simd.and_m64s(later, simd.less_than_f64s(margin, zero)));
-    }
-    any
 }
 
 /// A step whose sides are looked at one by one.

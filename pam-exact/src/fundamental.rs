@@ -24,8 +24,6 @@ pub(crate) const SHORT: usize = 13;
 pub(crate) const MEDIUM: usize = 16;
 pub(crate) const LONGEST: usize = 18;
 
-const SIXTH: f64 = 1.0 / 6.0;
-
 /// `1 / n`.
 const INVERSE: [f64; LONGEST + 4] = {
     let mut inverse = [0.0; LONGEST + 4];
@@ -145,7 +143,7 @@ impl Response {
     #[inline(always)]
     fn of(kappa: f64, zeta: f64, h: f64, [e0, e1, e2]: [f64; 3]) -> Self {
         let (impulse, step) = (h * e0, 0.5 * h * h * e1);
-        let ramp = h * h * h * (SIXTH * e2);
+        let ramp = h * h * h * (e2 / 6.0);
         Self { decay: (-zeta).mul_add(impulse, -kappa * step), impulse, step, ramp }
     }
 

@@ -183,8 +183,7 @@ impl Dual {
         let (p, r) = (simd.splat_f64s(point[0]), simd.splat_f64s(point[1]));
         let (dp, dr) = (simd.splat_f64s(direction[0]), simd.splat_f64s(direction[1]));
         let far = simd.splat_f64s(f64::INFINITY);
-        let (lanes, through_unit) = (S::as_simd_u64s(&LANE_NUMBERS).0[0], u64::from(through));
-        let (magic, through_unit) = (simd.splat_u64s(RECIPROCAL), simd.splat_u64s(through_unit));
+        let through_place = through as usize / S::F64_LANES;
         // The least margin, and the largest speed per margin, of all borders but that of the entry.
         let mut least = far;
         let mut fastest = zero;
@@ -195,18 +194,25 @@ impl Dual {
                 let value = simd.mul_add_f64s(gamma, r, simd.mul_add_f64s(beta, p, alpha));
                 let rate = simd.mul_add_f64s(gamma, dr, simd.mul_f64s(beta, dp));
                 let margin = simd.mul_f64s(signs[chunk], value);
-                // Any point well inside will do: the reciprocal is good to an eighth.
-                let bits = simd.sub_u64s(magic, simd.transmute_u64s_f64s(margin));
-                let inverse = simd.mul_f64s(signs[chunk], simd.transmute_f64s_u64s(bits));
-                let speed = simd.neg_f64s(simd.mul_f64s(rate, inverse));
+                let speed = simd.neg_f64s(simd.div_f64s(rate, value));
+                let (mut margin, mut speed) = (margin, speed);
+                if chunk == through_place {
+                    let lane = through as usize % S::F64_LANES;
+                    pulp::bytemuck::cast_slice_mut::<S::f64s, f64>(std::slice::from_mut(
+                        &mut margin,
+                    ))[lane] = f64::INFINITY;
+                    pulp::bytemuck::cast_slice_mut::<S::f64s, f64>(std::slice::from_mut(
+                        &mut speed,
+                    ))[lane] = 0.0;
+                }
                 // Padding has neither value nor slope: no border.
                 let size = simd.add_f64s(simd.abs_f64s(beta), simd.abs_f64s(gamma));
                 let size = simd.add_f64s(size, simd.abs_f64s(value));
-                let unit = simd.or_u64s(lanes, simd.splat_u64s((chunk * S::F64_LANES) as u64));
-                let other = simd.not_m64s(simd.equal_u64s(unit, through_unit));
-                let real = simd.and_m64s(simd.greater_than_f64s(size, zero), other);
-                least = simd.min_f64s(least, simd.select_f64s(real, margin, far));
-                fastest = simd.max_f64s(fastest, simd.select_f64s(real, speed, zero));
+                let real = simd.greater_than_f64s(size, zero);
+                margin = simd.select_f64s(real, margin, far);
+                speed = simd.select_f64s(real, speed, zero);
+                least = simd.min_f64s(least, margin);
+                fastest = simd.max_f64s(fastest, speed);
                 chunk += 1;
             }
         }
@@ -339,8 +345,6 @@ const AT_ONCE: usize = 4;
 /// Directions whose extremes make the first hull.
 const AXES: [[f64; 2]; AT_ONCE] = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
 
-/// Less the bits of a positive number, those of its reciprocal to an eighth: exponents change sign.
-const RECIPROCAL: u64 = 0x7fde_6238_22fc_16e6;
 /// The least margin of an inner point, in parts of the size of its terms.
 const WELL_INSIDE: f64 = 1e-10;
 

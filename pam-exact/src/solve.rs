@@ -189,10 +189,15 @@ impl Solve<'_, '_> {
             let law = &self.laws.laws[now.pattern as usize];
             let force_mn = piece.force_mn + piece.rate_mn_s * into_s;
             let rest = length_s - into_s;
-            let step = tried.take().unwrap_or_else(|| {
-                let w0 = (force_mn - law.offset_mn) * inverse_mass;
-                Step::up_to(law, rest, usual_s, now.state, [w0, piece.rate_mn_s * inverse_mass])
-            });
+            // No closure: it might be compiled without the wide instructions.
+            let step = match tried.take() {
+                Some(step) => step,
+                None => {
+                    let w0 = (force_mn - law.offset_mn) * inverse_mass;
+                    let w = [w0, piece.rate_mn_s * inverse_mass];
+                    Step::up_to(law, rest, usual_s, now.state, w)
+                }
+            };
             let sides = self.laws.atlas.sides(law.sides, law.side_blocks);
             match Exit::first(simd, sides, &step, entered, at_once > MOST_AT_ONCE) {
                 None => {
