@@ -11,6 +11,7 @@ use pam_tests::{published_weights, run, stdout_of, text};
 use pam_train::{SolverSettings, StepChoice, predict};
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 const PAM: &str = env!("CARGO_BIN_EXE_pam-under-test");
@@ -190,6 +191,30 @@ fn ways_and_losses_agree() {
     }
 }
 
+/// Adds an array of strings to an archive, as NumPy writes them: four bytes a code point, padded.
+fn add_texts(path: &Path, name: &str, texts: &[&str]) {
+    let width = texts.iter().map(|t| t.chars().count()).max().unwrap();
+    let mut header =
+        format!("{{'descr': '<U{width}', 'fortran_order': False, 'shape': ({},), }}", texts.len());
+    while !(10 + header.len() + 1).is_multiple_of(64) {
+        header.push(' ');
+    }
+    header.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    for text in texts {
+        let padded = text.chars().chain(std::iter::repeat('\0')).take(width);
+        bytes.extend(padded.flat_map(|c| (c as u32).to_le_bytes()));
+    }
+    let file = std::fs::File::options().read(true).write(true).open(path).unwrap();
+    let mut archive = zip::ZipWriter::new_append(file).unwrap();
+    let options = zip::write::SimpleFileOptions::default();
+    archive.start_file(format!("{name}.npy"), options).unwrap();
+    archive.write_all(&bytes).unwrap();
+    archive.finish().unwrap();
+}
+
 #[test]
 fn errors_are_measured_against_a_reference() {
     let bench = Bench::new();
@@ -204,6 +229,14 @@ fn errors_are_measured_against_a_reference() {
     let error = measure([("x".to_owned(), together)].into());
     let named = x.iter().enumerate().map(|(i, x)| (format!("x_{i}"), Array::vector(x.clone())));
     assert_eq!(error, measure(named.collect()));
+    // Rows by name, in another order, and one too many.
+    let rows = [x[1].clone(), vec![9e9; x[0].len()], x[0].clone()];
+    let names = [&recordings[1].name, "another", &recordings[0].name];
+    let swapped = bench.folder.path().join("swapped.npz");
+    let table = Array { shape: vec![3, x[0].len() as u64], values: rows.concat() };
+    npz::write(&swapped, &[("x".to_owned(), table)].into()).unwrap();
+    add_texts(&swapped, "names", &names);
+    assert_eq!(error, bench.gradient(&["--reference", text(&swapped)])["x_error_mm"].values[0]);
     // What it must be: the largest difference of an ordinary prediction.
     let settings = SolverSettings {
         tableau: Tableau::rk4(),

@@ -302,8 +302,8 @@ pub struct GradientArguments {
     /// Number of timed repeats; their median is reported
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub repeat: u32,
-    /// .npz with true displacements (mm), for the largest error: `x` [recordings, samples], or one
-    /// array a recording, x_0, x_1, … or named as the recordings
+    /// .npz with true displacements (mm), for the largest error: `x` [recordings, samples] in the order of
+    /// --data or of an array `names`, or one array a recording, x_0, x_1, … or named as the recordings
     #[arg(long, value_name = "FILE.npz")]
     pub reference: Option<PathBuf>,
     /// Where loss, gradient and time go

@@ -362,6 +362,9 @@ fn reference_displacements(path: &Path, subjects: &[Subject]) -> Result<Vec<Vec<
         |why: String| CliError::from(DataError::File { path: path.to_path_buf(), message: why });
     let lengths: Vec<usize> = subjects.iter().map(|s| s.recording.len()).collect();
     if let Some(all) = arrays.get("x") {
+        if let Some(names) = npz::read_texts(path, "names")? {
+            return named_rows(all, &names, subjects).map_err(wrong);
+        }
         // `[recordings, samples]` where all are of one length, else one after the other.
         let total: usize = lengths.iter().sum();
         if all.values.len() != total {
@@ -400,6 +403,28 @@ fn reference_displacements(path: &Path, subjects: &[Subject]) -> Result<Vec<Vec<
             }
         })
         .collect()
+}
+
+/// The rows of a table `[names, samples]` that belong to the recordings; others may be there.
+fn named_rows(
+    table: &Array,
+    names: &[String],
+    subjects: &[Subject],
+) -> Result<Vec<Vec<f64>>, String> {
+    let row = |subject: &Subject| {
+        let (name, samples) = (&subject.recording.name, subject.recording.len());
+        let place = names.iter().position(|n| n == name);
+        let place = place.ok_or_else(|| format!("`names` does not hold recording {name}"))?;
+        if table.shape != [names.len() as u64, samples as u64] {
+            return Err(format!(
+                "`x` has shape {:?}; there are {} names, and recording {name} has {samples} samples",
+                table.shape,
+                names.len()
+            ));
+        }
+        Ok(table.values[place * samples..][..samples].to_vec())
+    };
+    subjects.iter().map(row).collect()
 }
 
 /// The largest |x − reference| over all samples of all predicted recordings, mm.

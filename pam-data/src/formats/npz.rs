@@ -139,6 +139,24 @@ pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, DataError> {
     Ok(arrays)
 }
 
+/// An array of Unicode strings of an `.npz` file, in row-major order; `None` if there is none of that name.
+///
+/// # Errors
+/// [`DataError`] if the file is no archive, or the array is damaged or holds something else.
+pub fn read_texts(path: &Path, name: &str) -> Result<Option<Vec<String>>, DataError> {
+    let fail = |why: String| DataError::file(path, format!("array `{name}`: {why}"));
+    let mut archive = open(path, Cursor::new(read_bytes(path)?))?;
+    let mut file = match archive.by_name(&format!("{name}.npy")) {
+        Ok(file) => file,
+        Err(zip::result::ZipError::FileNotFound) => return Ok(None),
+        Err(e) => return Err(fail(e.to_string())),
+    };
+    let mut content = Vec::new();
+    file.read_to_end(&mut content).map_err(|e| fail(e.to_string()))?;
+    let texts = npyz::NpyFile::new(content.as_slice()).and_then(|npy| npy.into_vec::<String>());
+    texts.map(Some).map_err(|e| fail(format!("no array of Unicode strings: {e}")))
+}
+
 /// Writes arrays as an uncompressed `.npz` file; the same arrays give the same bytes.
 ///
 /// # Errors
