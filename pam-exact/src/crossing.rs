@@ -93,8 +93,8 @@ impl Step {
         let lane = (first.to_bits() & LANE_BITS) as usize;
         let line = [sides.alpha[lane], sides.beta[lane], sides.gamma[lane]];
         let root = match self.terms {
-            ..=SHORT => self.root(&Series::<{ SHORT - 3 }>::new(self), line, first),
-            ..=MEDIUM => self.root(&Series::<{ MEDIUM - 3 }>::new(self), line, first),
+            SHORT => self.root(&Series::<{ SHORT - 3 }>::new(self), line, first),
+            MEDIUM => self.root(&Series::<{ MEDIUM - 3 }>::new(self), line, first),
             _ => self.root(&Series::<COEFFICIENTS>::new(self), line, first),
         };
         let Some((after_s, state)) = root else { return Glance::Unclear };

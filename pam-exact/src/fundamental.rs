@@ -110,8 +110,8 @@ impl Response {
     #[inline(always)]
     pub(crate) fn new(kappa: f64, zeta: f64, h: f64, terms: usize) -> Self {
         match terms {
-            ..=SHORT => Self::by::<SHORT>(kappa, zeta, h),
-            ..=MEDIUM => Self::by::<MEDIUM>(kappa, zeta, h),
+            SHORT => Self::by::<SHORT>(kappa, zeta, h),
+            MEDIUM => Self::by::<MEDIUM>(kappa, zeta, h),
             _ => Self::by::<LONGEST>(kappa, zeta, h),
         }
     }
@@ -120,8 +120,8 @@ impl Response {
     #[inline(always)]
     pub(crate) fn with_square(kappa: f64, zeta: f64, h: f64, terms: usize) -> (Self, Squared) {
         match terms {
-            ..=SHORT => Self::both_by::<SHORT>(kappa, zeta, h),
-            ..=MEDIUM => Self::both_by::<MEDIUM>(kappa, zeta, h),
+            SHORT => Self::both_by::<SHORT>(kappa, zeta, h),
+            MEDIUM => Self::both_by::<MEDIUM>(kappa, zeta, h),
             _ => Self::both_by::<LONGEST>(kappa, zeta, h),
         }
     }
