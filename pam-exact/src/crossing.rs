@@ -49,7 +49,8 @@ impl Exit {
                 Glance::Unclear => {}
             }
         }
-        side_by_side(SideBySide { sides, step, entered, on_border })
+        let step = *step;
+        side_by_side(SideBySide { sides, step: &step, entered, on_border })
     }
 }
 
