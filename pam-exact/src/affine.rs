@@ -132,26 +132,57 @@ impl WithSimd for BuildLayer<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
         let Self { network, l, first, slopes, deeper } = self;
-        let len = deeper.len() / 3;
         let layer = &network.hidden[l];
+        let blocks = layer.stride / LANES;
+        let paired = blocks - blocks % 2;
+        let job = Columns { network, l, first, slopes };
+        for block in (0..paired).step_by(2) {
+            job.sums::<2>(deeper, block);
+        }
+        if paired < blocks {
+            job.sums::<1>(deeper, paired);
+        }
+    }
+}
+
+/// What a layer's pre-activations are made from.
+struct Columns<'a> {
+    network: &'a PiecewiseNetwork,
+    l: usize,
+    first: &'a [Vec<f64>; 3],
+    slopes: &'a [f64],
+}
+
+impl Columns<'_> {
+    /// Computes `B` blocks of [`LANES`] units from a block on. The sums stay in registers over all inputs.
+    #[inline(always)]
+    fn sums<const B: usize>(&self, deeper: &mut [f64], block: usize) {
+        let Self { network, l, first, slopes } = *self;
+        let (len, layer) = (deeper.len() / 3, &network.hidden[l]);
         let from = network.start(l - 1);
-        let here = network.start(l) - first[0].len();
-        for (k, first) in first.iter().enumerate() {
-            let (before, own) = deeper[k * len..][..len].split_at_mut(here);
-            let own = &mut own[..layer.stride];
-            if k == 0 {
-                own.copy_from_slice(&layer.bias);
-            } else {
-                own.fill(0.0);
-            }
-            let before = if l == 1 { first } else { &before[from - first.len()..] };
-            let inputs = before.iter().zip(&slopes[from..]);
-            for ((z, slope), column) in inputs.zip(layer.columns.chunks_exact(layer.stride)) {
-                let h = z * slope;
-                for (o, w) in own.iter_mut().zip(column) {
-                    *o += h * w;
+        let here = network.start(l) - first[0].len() + block * LANES;
+        let before = |k: usize| match l {
+            1 => &first[k][..],
+            _ => &deeper[k * len..][from - first[0].len()..],
+        };
+        let before = [before(0), before(1), before(2)];
+        let mut sums = [[[0.0; LANES]; B]; 3];
+        let bias = layer.bias.as_chunks::<LANES>().0;
+        sums[0].copy_from_slice(&bias[block..][..B]);
+        for (i, column) in layer.columns.chunks_exact(layer.stride).enumerate() {
+            let column = &column.as_chunks::<LANES>().0[block..][..B];
+            let slope = slopes[from + i];
+            for k in 0..3 {
+                let value = before[k][i] * slope;
+                for b in 0..B {
+                    for lane in 0..LANES {
+                        sums[k][b][lane] = value.mul_add(column[b][lane], sums[k][b][lane]);
+                    }
                 }
             }
+        }
+        for (k, sums) in sums.iter().enumerate() {
+            deeper[k * len + here..][..B * LANES].copy_from_slice(sums.as_flattened());
         }
     }
 }
@@ -222,7 +253,7 @@ impl WithSimd for RankOne<'_> {
                 for (k, own) in own.iter().enumerate() {
                     let table = &mut deeper[k * len + next..][..stride];
                     for (z, r) in table.iter_mut().zip(column) {
-                        *z += r * own;
+                        *z = r.mul_add(*own, *z);
                     }
                 }
                 if depth + 1 < network.hidden.len() {
@@ -280,9 +311,9 @@ impl WithSimd for Output<'_> {
             let signs = bits[first / 64] >> (first % 64);
             for i in 0..LANES {
                 let w = w[i] * either((signs >> i) & 1, 1.0, network.slope);
-                sums[0][i] += alpha[chunk][i] * w;
-                sums[1][i] += beta[chunk][i] * w;
-                sums[2][i] += gamma[chunk][i] * w;
+                sums[0][i] = w.mul_add(alpha[chunk][i], sums[0][i]);
+                sums[1][i] = w.mul_add(beta[chunk][i], sums[1][i]);
+                sums[2][i] = w.mul_add(gamma[chunk][i], sums[2][i]);
             }
         }
         let sum = |k: usize| sums[k].iter().sum::<f64>();
