@@ -298,25 +298,32 @@ impl WithSimd for Output<'_> {
     type Output = [f64; 3];
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) -> [f64; 3] {
+    fn with_simd<S: Simd>(self, simd: S) -> [f64; 3] {
         let Self { network, table, bits } = self;
         let start = network.start(network.hidden.len() - 1);
         let weights = network.output.as_chunks::<LANES>().0;
         let [alpha, beta, gamma] = table.units_from(start, network.output.len());
         let (alpha, beta) = (alpha.as_chunks::<LANES>().0, beta.as_chunks::<LANES>().0);
         let gamma = gamma.as_chunks::<LANES>().0;
-        let mut sums = [[0.0; LANES]; 3];
-        for (chunk, w) in weights.iter().enumerate() {
+        let mut sums = [simd.splat_f64s(0.0); 3];
+        for (chunk, weights) in weights.iter().enumerate() {
             let first = start + chunk * LANES;
             let signs = bits[first / 64] >> (first % 64);
-            for i in 0..LANES {
-                let w = w[i] * either((signs >> i) & 1, 1.0, network.slope);
-                sums[0][i] = w.mul_add(alpha[chunk][i], sums[0][i]);
-                sums[1][i] = w.mul_add(beta[chunk][i], sums[1][i]);
-                sums[2][i] = w.mul_add(gamma[chunk][i], sums[2][i]);
+            let mut slopes = [0.0; LANES];
+            for (i, slope) in slopes.iter_mut().enumerate() {
+                *slope = either((signs >> i) & 1, 1.0, network.slope);
+            }
+            let weights = S::as_simd_f64s(weights).0.iter().zip(S::as_simd_f64s(&slopes).0);
+            let parts = [&alpha[chunk], &beta[chunk], &gamma[chunk]];
+            for (i, (&weight, &slope)) in weights.enumerate() {
+                let weight = simd.mul_f64s(weight, slope);
+                for (sum, part) in sums.iter_mut().zip(parts) {
+                    *sum = simd.mul_add_f64s(weight, S::as_simd_f64s(part).0[i], *sum);
+                }
             }
         }
-        let sum = |k: usize| sums[k].iter().sum::<f64>();
-        [network.output_bias + sum(0), sum(1), sum(2)]
+        let [a, b, c] = sums;
+        let (a, b, c) = (simd.reduce_sum_f64s(a), simd.reduce_sum_f64s(b), simd.reduce_sum_f64s(c));
+        [network.output_bias + a, b, c]
     }
 }

@@ -183,7 +183,9 @@ impl Dual {
         let (p, r) = (simd.splat_f64s(point[0]), simd.splat_f64s(point[1]));
         let (dp, dr) = (simd.splat_f64s(direction[0]), simd.splat_f64s(direction[1]));
         let far = simd.splat_f64s(f64::INFINITY);
-        let through_place = through as usize / S::F64_LANES;
+        let through_unit = simd.splat_u64s(u64::from(through));
+        let mut unit = S::as_simd_u64s(&LANE_NUMBERS).0[0];
+        let lanes = simd.splat_u64s(S::F64_LANES as u64);
         // The least margin, and the largest speed per margin, of all borders but that of the entry.
         let mut least = far;
         let mut fastest = zero;
@@ -195,24 +197,14 @@ impl Dual {
                 let rate = simd.mul_add_f64s(gamma, dr, simd.mul_f64s(beta, dp));
                 let margin = simd.mul_f64s(signs[chunk], value);
                 let speed = simd.neg_f64s(simd.div_f64s(rate, value));
-                let (mut margin, mut speed) = (margin, speed);
-                if chunk == through_place {
-                    let lane = through as usize % S::F64_LANES;
-                    pulp::bytemuck::cast_slice_mut::<S::f64s, f64>(std::slice::from_mut(
-                        &mut margin,
-                    ))[lane] = f64::INFINITY;
-                    pulp::bytemuck::cast_slice_mut::<S::f64s, f64>(std::slice::from_mut(
-                        &mut speed,
-                    ))[lane] = 0.0;
-                }
                 // Padding has neither value nor slope: no border.
                 let size = simd.add_f64s(simd.abs_f64s(beta), simd.abs_f64s(gamma));
                 let size = simd.add_f64s(size, simd.abs_f64s(value));
-                let real = simd.greater_than_f64s(size, zero);
-                margin = simd.select_f64s(real, margin, far);
-                speed = simd.select_f64s(real, speed, zero);
-                least = simd.min_f64s(least, margin);
-                fastest = simd.max_f64s(fastest, speed);
+                let other = simd.not_m64s(simd.equal_u64s(unit, through_unit));
+                let real = simd.and_m64s(simd.greater_than_f64s(size, zero), other);
+                least = simd.min_f64s(least, simd.select_f64s(real, margin, far));
+                fastest = simd.max_f64s(fastest, simd.select_f64s(real, speed, zero));
+                unit = simd.add_u64s(unit, lanes);
                 chunk += 1;
             }
         }
