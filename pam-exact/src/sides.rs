@@ -74,17 +74,17 @@ impl SideFinder {
             return;
         };
         let units = table.units();
-        let mut sides = Sides::EMPTY;
+        out.push(Sides::EMPTY);
         let mut lane = 0;
         for &unit in corners.iter().filter(|&&u| (u as usize) < units) {
             if lane == LANES {
-                out.push(sides);
-                (sides, lane) = (Sides::EMPTY, 0);
+                out.push(Sides::EMPTY);
+                lane = 0;
             }
-            sides.set(lane, unit, &half_plane(table, bits, unit as usize));
+            let plane = half_plane(table, bits, unit as usize);
+            out.last_mut().expect("one was pushed").set(lane, unit, &plane);
             lane += 1;
         }
-        out.push(sides);
     }
 }
 
