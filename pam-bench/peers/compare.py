@@ -41,6 +41,7 @@ FAST = (
     ("pam-bs3", "f32"),
     ("rk4-adjoint", "f32"),
     ("rk4-scan", "f32"),
+    ("rk4-plain", "f32"),
     ("rk4-adjoint", "mixed"),
     ("rk4-scan", "mixed"),
     ("pam-exact", "f64"),

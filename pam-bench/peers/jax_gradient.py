@@ -1,7 +1,7 @@
 """Times value and gradient of the training loss in JAX, or whole epochs; prints one JSON line a run.
 
 Variants: `published` (the published code path), `rk4-scan` and `rk4-adjoint` (hand-written, all
-recordings as lanes), `diffrax-adaptive`.
+recordings as lanes), `rk4-plain` (hand-written with `vmap`, on one device), `diffrax-adaptive`.
 """
 
 import argparse
@@ -17,7 +17,7 @@ import numpy as np
 
 from rig import InputError, read_model, read_recordings, read_reference
 
-VARIANTS = ("published", "rk4-scan", "rk4-adjoint", "diffrax-adaptive")
+VARIANTS = ("published", "rk4-scan", "rk4-adjoint", "rk4-plain", "diffrax-adaptive")
 
 
 def prepare_jax(precision, threads, devices):
@@ -123,9 +123,12 @@ def split(recordings, parts):
 
 
 def device_count(options, count):
-    """CPU devices that share the recordings; the published path takes one after the other."""
+    """CPU devices that share the recordings; the published path takes one after the other, and the plain
+    program leaves JAX as it starts."""
     if options.variant == "published":
         return 1
+    if options.variant == "rk4-plain":
+        return options.devices or 1
     return min(options.devices or options.threads, count)
 
 

@@ -4,12 +4,14 @@ The state is (x, v); pressures follow from x. The air masses are folded into the
 force is interpolated linearly between samples, and each step is observed at its samples by the cubic
 Hermite interpolant through the states and derivatives of its ends.
 
-Two ways to the gradient share all of this:
+Three ways to the gradient share all of this:
 
 * `scan`: reverse-mode differentiation of the scan, checkpointed in blocks of steps.
 * `adjoint`: the reverse pass written by hand. The forward pass keeps the states at the steps. Going
   back block by block, the stages of all steps of a block are evaluated at once in large matrix
   products, with the slopes of the force; the recursion that remains is two numbers a lane.
+* `plain`: as one writes it first. The steps are those of one recording, a layer is a matrix times a vector,
+  `vmap` makes lanes of it, and each step is a checkpoint.
 """
 
 from functools import partial
@@ -22,8 +24,8 @@ import numpy as np
 from jax_joint import lane_batch, leaky_relu, pressures, weighted_loss
 from rig import LEAK, InputError
 
-BLOCK_ROWS = {"scan": 150, "adjoint": 200}
-"""Rows (steps times lanes) of a block that were fastest."""
+BLOCK_ROWS = {"scan": 150, "adjoint": 200, "plain": 1}
+"""Rows (steps times lanes) of a block that were fastest; `plain` has no blocks."""
 
 
 class Net(NamedTuple):
@@ -161,6 +163,33 @@ def scan_steps(grid, net, x, v, force):
     return join(xs, end[0]), join(vs, end[1]), accelerations
 
 
+def plain_steps(grid, parameters, batch):
+    """As `scan_steps`, one recording after the other in words; see the head of this file."""
+    mass = jax.nn.softplus(parameters.raw[0])
+
+    def accelerate(masses_g, x, v, force):
+        values = jnp.concatenate([masses_g, jnp.stack([x, v])]).astype(parameters.weights[0].dtype)
+        for weight, bias in zip(parameters.weights[:-1], parameters.biases[:-1]):
+            values = jax.nn.leaky_relu(weight @ values + bias, LEAK)
+        restoring = parameters.weights[-1] @ values + parameters.biases[-1]
+        return (force - restoring[0].astype(x.dtype)) / mass
+
+    def recording(masses_g, start, forces):
+        @jax.checkpoint
+        def step(state, force):
+            x, v = state
+            own = lambda *at: (accelerate(masses_g, *at),)
+            velocities, results = stages(own, x, v, force, grid.step_s)
+            rates = [a for (a,) in results]
+            ends = x + mix(grid.step_s, velocities), v + mix(grid.step_s, rates)
+            return ends, (x, v, rates[0])
+
+        end, (xs, vs, accelerations) = jax.lax.scan(step, (start[0], start[1]), forces)
+        return jnp.append(xs, end[0]), jnp.append(vs, end[1]), accelerations
+
+    return jax.vmap(recording, out_axes=1)(batch.masses_g, batch.start, batch.force)
+
+
 @partial(jax.custom_vjp, nondiff_argnums=(0,))
 def adjoint_steps(grid, net, x, v, force):
     """As `scan_steps`, with the reverse pass of `adjoint_backward`."""
@@ -292,7 +321,10 @@ def motion(grid, method, parameters, batch):
     """x and v at all samples but the first, [lanes, sample, step]."""
     net = fold(parameters, batch.masses_g)
     force = jnp.moveaxis(batch.force, 0, -1)
-    xs, vs, rates = METHODS[method](grid, net, batch.start[:, 0], batch.start[:, 1], force)
+    if method == "plain":
+        xs, vs, rates = plain_steps(grid, parameters, batch)
+    else:
+        xs, vs, rates = METHODS[method](grid, net, batch.start[:, 0], batch.start[:, 1], force)
     rates = join(rates, acceleration(net, xs[-1], vs[-1], force[-1, 2]))
     ends = lambda a: (a.T[:, :-1], a.T[:, 1:])
     return observe(grid, *ends(xs), *ends(vs)), observe(grid, *ends(vs), *ends(rates))
