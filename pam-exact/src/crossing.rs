@@ -49,6 +49,7 @@ impl Exit {
                 Glance::Unclear => {}
             }
         }
+        // A copy: the step that most crossings are found with can stay in registers.
         let step = *step;
         side_by_side(SideBySide { sides, step: &step, entered, on_border })
     }
