@@ -10,63 +10,10 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use pam_core::force::{Dense, Mlp};
-use pam_core::{ActivationFunction, NetworkForce};
+use common::random::{random_joint, spread};
 use pam_exact::{ExactMotion, ExactProblem, ExactSolver, ForceSignal};
 use pam_solvers::Interpolation;
 use std::time::Instant;
-
-/// Evenly spread numbers in ±1, the same every time.
-fn spread() -> impl FnMut() -> f64 {
-    let mut state = 1_u64;
-    move || {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
-    }
-}
-
-/// A joint whose network has `hidden` layers of `width` and is a spring of about 150 N/mm with a damper
-/// and random kinks.
-fn random_joint(width: usize, hidden: usize) -> common::Joint {
-    let mut next = spread();
-    let published = common::published();
-    let sizes = [0.05, 0.05, 0.7, 12.0];
-    let mut layers = Vec::new();
-    let first: Vec<f64> = (0..4 * width).map(|k| next() / sizes[k % 4]).collect();
-    let bias = first.chunks_exact(4).map(|w| -0.08 * (w[0] + w[1]) + next()).collect::<Vec<f64>>();
-    // Two units carry x and ẋ through all layers.
-    let carry = |rows: &mut [f64], bias: &mut [f64], inputs: usize, from: [usize; 2]| {
-        for (unit, column) in from.into_iter().enumerate() {
-            rows[unit * inputs..(unit + 1) * inputs].fill(0.0);
-            rows[unit * inputs + column] = 1.0;
-            bias[unit] = if inputs == 4 { 1e3 } else { 0.0 };
-        }
-    };
-    let (mut rows, mut biases) = (first, bias);
-    carry(&mut rows, &mut biases, 4, [2, 3]);
-    layers.push(Dense::from_rows(&rows, biases).expect("layers fit"));
-    for _ in 1..hidden {
-        let gain = 1.7 / (width as f64).sqrt();
-        let mut rows: Vec<f64> = (0..width * width).map(|_| gain * next()).collect();
-        for row in rows.chunks_exact_mut(width) {
-            row[..2].fill(0.0);
-        }
-        let mut biases: Vec<f64> = (0..width).map(|_| 0.7 * next()).collect();
-        carry(&mut rows, &mut biases, width, [0, 1]);
-        layers.push(Dense::from_rows(&rows, biases).expect("layers fit"));
-    }
-    let mut last: Vec<f64> = (0..width).map(|_| 2e4 / (width as f64).sqrt() * next()).collect();
-    last[0] = 150e3;
-    last[1] = 6500.0;
-    let offset = -1e3 * (last[0] + last[1]);
-    layers.push(Dense::from_rows(&last, vec![offset]).expect("layers fit"));
-    let activation = *published.force.mlp().activation();
-    assert!(activation.rectifier_slope().is_some());
-    let force =
-        NetworkForce::new(Mlp::new(layers, activation).expect("layers fit")).expect("4 to 1");
-    published.map(|v| v, |_| force.clone())
-}
 
 /// Seconds on the clock and of the processor that `run` takes.
 fn clocks(run: impl FnOnce()) -> [f64; 2] {
@@ -158,8 +105,9 @@ fn main() {
         let name = format!("noise {noise_a} A");
         time(&name, &motion, (&times, &noisy), Interpolation::Hold, count.min(4));
     }
+    let activation = *common::published().force.mlp().activation();
     for (width, hidden) in [(32, 2), (96, 1), (96, 2), (96, 3), (192, 2), (384, 2)] {
-        let motion = common::motion(&random_joint(width, hidden));
+        let motion = common::motion(&random_joint(&vec![width; hidden], activation));
         let name = format!("random {hidden} × {width}");
         time(&name, &motion, (&times, &force), Interpolation::Hold, count.min(4));
     }

@@ -3,27 +3,11 @@
 
 mod common;
 
+use common::adjoint::{distance_from_discrete_adjoint, problem, squares};
 use common::landing::Landing;
 use pam_core::{ParametricForce, SealedMasses};
-use pam_exact::{ExactDirection, ExactProblem, ExactSolver, ForceSignal, forward_sensitivities};
+use pam_exact::{ExactDirection, ExactProblem, ExactSolver, forward_sensitivities};
 use pam_solvers::Interpolation;
-use rayon::prelude::*;
-
-fn problem<'a>(
-    times: &'a [f64],
-    force: &'a [f64],
-    interpolation: Interpolation,
-    masses: SealedMasses,
-) -> ExactProblem<'a> {
-    ExactProblem {
-        masses,
-        signal: ForceSignal { times_s: times, force_mn: force, interpolation },
-        t0: times[0],
-        t1: times[times.len() - 1],
-        y0: [0.0, 0.0],
-        observe_s: times,
-    }
-}
 
 /// Largest difference in x (mm) between the exact solver and the reference.
 fn worst(conditions: &[usize], samples: usize, longest_s: f64) -> f64 {
@@ -98,13 +82,6 @@ fn halving_the_checks_changes_nothing() {
     }
 }
 
-fn squares(_: usize, states: &[f64], cotangents: &mut [f64]) -> f64 {
-    for (c, s) in cotangents.iter_mut().zip(states) {
-        *c = 2.0 * s;
-    }
-    states.iter().map(|s| s * s).sum()
-}
-
 /// Every kind of number against central differences of exact values: weights of all layers, m, B, air
 /// masses and the initial state.
 #[test]
@@ -169,73 +146,12 @@ fn gradient_is_that_of_the_exact_value() {
     }
 }
 
-/// The relative distance of the whole gradient from the discrete adjoint of Runge–Kutta steps that land
-/// on every kink, at the perturbed weights, and of that from the adjoint of steps twice as long.
-fn distance_from_discrete_adjoint(
-    count: usize,
-    from_s: f64,
-    samples: usize,
-    interpolation: Interpolation,
-    longest_s: f64,
-) -> [f64; 2] {
-    let model = common::perturbed();
-    let motion = common::motion(&model);
-    let (times, force) = common::excitation(from_s, samples);
-    let masses = common::masses(count);
-    let problems: Vec<_> =
-        masses.iter().map(|&masses| problem(&times, &force, interpolation, masses)).collect();
-    let exact = ExactSolver::new().value_and_gradient(&motion, &problems, &squares);
-    assert!(exact.failures.is_empty());
-    let linear = interpolation == Interpolation::Linear;
-    let discrete = |longest_s: f64| -> Vec<Vec<f64>> {
-        let one = |masses: &SealedMasses| {
-            Landing::new(&model, *masses).gradient(&times, &force, linear, longest_s)
-        };
-        masses.par_iter().map(one).collect()
-    };
-    let fine = discrete(longest_s);
-    // Steps end at samples, so they are no longer than these are apart.
-    let coarse = if longest_s > 5e-4 { fine.clone() } else { discrete(2.0 * longest_s) };
-    // Parameters of all recordings together, then what each has for itself; each number times what it
-    // is the derivative by, so that units do not matter.
-    let mut scales: Vec<f64> = ParametricForce::parameters(&model.force);
-    scales.extend([motion.mass_kg, 1e3]);
-    let len = scales.len();
-    let shared = |parts: &[Vec<f64>], i: usize| parts.iter().map(|g| g[i]).sum::<f64>();
-    let (mut off, mut step, mut size) = (0.0, 0.0, 0.0);
-    let mut compare = |scale: f64, exact: f64, fine: f64, coarse: f64| {
-        off += (scale * (exact - fine)).powi(2);
-        step += (scale * (fine - coarse)).powi(2);
-        size += (scale * fine).powi(2);
-    };
-    for (i, scale) in scales.iter().enumerate() {
-        compare(*scale, exact.shared[i], shared(&fine, i), shared(&coarse, i));
-    }
-    for (k, masses) in masses.iter().enumerate() {
-        let own = [exact.own[k][0], exact.own[k][1]];
-        let start = [exact.initial_state[k][0], exact.initial_state[k][1]];
-        let scales = [masses.flexor_g, masses.extensor_g, 1.0, 10.0];
-        for (i, (scale, exact)) in scales.into_iter().zip(own.into_iter().chain(start)).enumerate()
-        {
-            // The first sample is the initial state itself, here zero.
-            compare(scale, exact, fine[k][len + i], coarse[k][len + i]);
-        }
-    }
-    let distances = [(off / size).sqrt(), (step / size).sqrt()];
-    println!(
-        "{count} recordings of {samples} samples, {}: {:.1e} from steps of {longest_s} s, which are \
-         {:.1e} from steps twice as long",
-        interpolation.name(),
-        distances[0],
-        distances[1]
-    );
-    distances
-}
-
 #[test]
 fn gradient_is_the_limit_of_discrete_adjoints() {
+    let model = common::perturbed();
     for interpolation in [Interpolation::Hold, Interpolation::Linear] {
-        let [off, step] = distance_from_discrete_adjoint(2, 38.0, 1200, interpolation, 5e-4);
+        let [off, step] =
+            distance_from_discrete_adjoint(&model, 2, 38.0, 1200, interpolation, 5e-4);
         assert!(off < 1e-9, "{off:e}");
         assert!(step < 1e-6, "the adjoint itself has not converged: {step:e}");
     }
@@ -244,15 +160,19 @@ fn gradient_is_the_limit_of_discrete_adjoints() {
 #[test]
 #[ignore = "minutes: whole recordings of 70 s"]
 fn gradient_is_the_limit_of_discrete_adjoints_on_3_whole_recordings() {
-    let [off, step] = distance_from_discrete_adjoint(3, 0.0, 70_000, Interpolation::Hold, 5e-4);
+    let model = common::perturbed();
+    let [off, step] =
+        distance_from_discrete_adjoint(&model, 3, 0.0, 70_000, Interpolation::Hold, 5e-4);
     assert!(off < 1e-6 && step < 1e-6, "{off:e} {step:e}");
 }
 
 #[test]
 #[ignore = "many minutes: 29 recordings of 70 s"]
 fn gradient_is_the_limit_of_discrete_adjoints_on_29_whole_recordings() {
+    let model = common::perturbed();
     // The steps of 1 ms are converged: the other tests halve them.
-    let [off, _] = distance_from_discrete_adjoint(29, 0.0, 70_000, Interpolation::Linear, 1e-3);
+    let [off, _] =
+        distance_from_discrete_adjoint(&model, 29, 0.0, 70_000, Interpolation::Linear, 1e-3);
     assert!(off < 1e-6, "{off:e}");
 }
 

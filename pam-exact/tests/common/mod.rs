@@ -2,7 +2,9 @@
 
 #![allow(dead_code)]
 
+pub(crate) mod adjoint;
 pub(crate) mod landing;
+pub(crate) mod random;
 
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, tendon_force_mn_per_a};
 use pam_core::{AnyForce, JointModel, NetworkForce, SealedMasses};
