@@ -127,9 +127,8 @@ def device_count(options, count):
     program leaves JAX as it starts."""
     if options.variant == "published":
         return 1
-    if options.variant == "rk4-plain":
-        return options.devices or 1
-    return min(options.devices or options.threads, count)
+    default = 1 if options.variant == "rk4-plain" else options.threads
+    return min(options.devices or default, count)
 
 
 def measure(program, repeat):
@@ -276,7 +275,7 @@ def parse(arguments):
     parser.add_argument(
         "--devices",
         type=positive,
-        help="CPU devices that share the recordings (default: one a core)",
+        help="CPU devices that share the recordings (default: one a core; rk4-plain: one)",
     )
     parser.add_argument("--repeat", type=positive, default=5)
     parser.add_argument(

@@ -128,14 +128,14 @@ def mix(h, k):
     return h / 6.0 * (k[0] + 2.0 * (k[1] + k[2]) + k[3])
 
 
-def advance(net, h, state, force):
-    """One step of `state` (x, v) under the forces at its start, middle and end, [3, lanes].
+def advance(accelerate, h, state, force):
+    """One step of `state` (x, v) under the forces at its start, middle and end, [3, lanes], with the
+    acceleration that `accelerate(x, v, force)` gives.
 
     Returns the new state and (x, v, acceleration) at the start.
     """
     x, v = state
-    accelerate = lambda *at: (acceleration(net, *at),)
-    velocities, results = stages(accelerate, x, v, force, h)
+    velocities, results = stages(lambda *at: (accelerate(*at),), x, v, force, h)
     rates = [a for (a,) in results]
     return (x + mix(h, velocities), v + mix(h, rates)), (x, v, rates[0])
 
@@ -156,44 +156,18 @@ def scan_steps(grid, net, x, v, force):
 
     @jax.checkpoint
     def block(state, forces):
-        return jax.lax.scan(partial(advance, net, grid.step_s), state, forces)
+        return jax.lax.scan(partial(advance, partial(acceleration, net), grid.step_s), state, forces)
 
     end, starts = jax.lax.scan(block, (x, v), blocks(grid, force))
     xs, vs, accelerations = (a.reshape(grid.steps, -1) for a in starts)
     return join(xs, end[0]), join(vs, end[1]), accelerations
 
 
-def plain_steps(grid, parameters, batch):
-    """As `scan_steps`, one recording after the other in words; see the head of this file."""
-    mass = jax.nn.softplus(parameters.raw[0])
-
-    def accelerate(masses_g, x, v, force):
-        values = jnp.concatenate([masses_g, jnp.stack([x, v])]).astype(parameters.weights[0].dtype)
-        for weight, bias in zip(parameters.weights[:-1], parameters.biases[:-1]):
-            values = jax.nn.leaky_relu(weight @ values + bias, LEAK)
-        restoring = parameters.weights[-1] @ values + parameters.biases[-1]
-        return (force - restoring[0].astype(x.dtype)) / mass
-
-    def recording(masses_g, start, forces):
-        @jax.checkpoint
-        def step(state, force):
-            x, v = state
-            own = lambda *at: (accelerate(masses_g, *at),)
-            velocities, results = stages(own, x, v, force, grid.step_s)
-            rates = [a for (a,) in results]
-            ends = x + mix(grid.step_s, velocities), v + mix(grid.step_s, rates)
-            return ends, (x, v, rates[0])
-
-        end, (xs, vs, accelerations) = jax.lax.scan(step, (start[0], start[1]), forces)
-        return jnp.append(xs, end[0]), jnp.append(vs, end[1]), accelerations
-
-    return jax.vmap(recording, out_axes=1)(batch.masses_g, batch.start, batch.force)
-
-
 @partial(jax.custom_vjp, nondiff_argnums=(0,))
 def adjoint_steps(grid, net, x, v, force):
     """As `scan_steps`, with the reverse pass of `adjoint_backward`."""
-    end, starts = jax.lax.scan(partial(advance, net, grid.step_s), (x, v), force)
+    step = partial(advance, partial(acceleration, net), grid.step_s)
+    end, starts = jax.lax.scan(step, (x, v), force)
     xs, vs, accelerations = starts
     return join(xs, end[0]), join(vs, end[1]), accelerations
 
@@ -300,7 +274,41 @@ def adjoint_backward(grid, kept, cotangents):
 
 adjoint_steps.defvjp(adjoint_forward, adjoint_backward)
 
-METHODS = {"scan": scan_steps, "adjoint": adjoint_steps}
+
+def as_lanes(steps):
+    """The method that takes all recordings through `steps` together."""
+
+    def solve(grid, parameters, batch):
+        net = fold(parameters, batch.masses_g)
+        force = jnp.moveaxis(batch.force, 0, -1)
+        xs, vs, rates = steps(grid, net, batch.start[:, 0], batch.start[:, 1], force)
+        return xs, vs, join(rates, acceleration(net, xs[-1], vs[-1], force[-1, 2]))
+
+    return solve
+
+
+def plain(grid, parameters, batch):
+    """The method that is written for one recording; see the head of this file."""
+    mass = jax.nn.softplus(parameters.raw[0])
+
+    def accelerate(masses_g, x, v, force):
+        values = jnp.concatenate([masses_g, jnp.stack([x, v])]).astype(parameters.weights[0].dtype)
+        for weight, bias in zip(parameters.weights[:-1], parameters.biases[:-1]):
+            values = jax.nn.leaky_relu(weight @ values + bias, LEAK)
+        restoring = parameters.weights[-1] @ values + parameters.biases[-1]
+        return (force - restoring[0].astype(x.dtype)) / mass
+
+    def recording(masses_g, start, forces):
+        own = partial(accelerate, masses_g)
+        step = jax.checkpoint(partial(advance, own, grid.step_s))
+        (x, v), (xs, vs, rates) = jax.lax.scan(step, (start[0], start[1]), forces)
+        return join(xs, x), join(vs, v), join(rates, own(x, v, forces[-1, 2]))
+
+    return jax.vmap(recording, out_axes=1)(batch.masses_g, batch.start, batch.force)
+
+
+METHODS = {"scan": as_lanes(scan_steps), "adjoint": as_lanes(adjoint_steps), "plain": plain}
+"""States and accelerations at all steps, [steps + 1, lanes], of `(grid, parameters, batch)`."""
 
 
 def observe(grid, start, end, start_rate, end_rate):
@@ -319,13 +327,7 @@ def observe(grid, start, end, start_rate, end_rate):
 
 def motion(grid, method, parameters, batch):
     """x and v at all samples but the first, [lanes, sample, step]."""
-    net = fold(parameters, batch.masses_g)
-    force = jnp.moveaxis(batch.force, 0, -1)
-    if method == "plain":
-        xs, vs, rates = plain_steps(grid, parameters, batch)
-    else:
-        xs, vs, rates = METHODS[method](grid, net, batch.start[:, 0], batch.start[:, 1], force)
-    rates = join(rates, acceleration(net, xs[-1], vs[-1], force[-1, 2]))
+    xs, vs, rates = METHODS[method](grid, parameters, batch)
     ends = lambda a: (a.T[:, :-1], a.T[:, 1:])
     return observe(grid, *ends(xs), *ends(vs)), observe(grid, *ends(vs), *ends(rates))
 

@@ -10,8 +10,9 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
+use common::limits::{problem, squares};
 use common::random::{random_joint, spread};
-use pam_exact::{ExactMotion, ExactProblem, ExactSolver, ForceSignal};
+use pam_exact::{ExactMotion, ExactProblem, ExactSolver};
 use pam_solvers::Interpolation;
 use std::time::Instant;
 
@@ -43,31 +44,17 @@ fn time(
     if !name.starts_with(&std::env::args().nth(2).unwrap_or_default()) {
         return;
     }
-    let signal = ForceSignal { times_s: times, force_mn: force, interpolation };
     let problems: Vec<ExactProblem<'_>> = common::masses(count)
         .into_iter()
-        .map(|masses| ExactProblem {
-            masses,
-            signal,
-            t0: 0.0,
-            t1: times[times.len() - 1],
-            y0: [0.0, 0.0],
-            observe_s: times,
-        })
+        .map(|masses| problem(times, force, interpolation, masses))
         .collect();
-    let loss = |_: usize, states: &[f64], cotangents: &mut [f64]| {
-        for (c, s) in cotangents.iter_mut().zip(states) {
-            *c = 2.0 * s;
-        }
-        states.iter().map(|s| s * s).sum::<f64>()
-    };
     let mut solver = ExactSolver::new();
     let mut result = None;
     let mut best = [[f64::INFINITY; 2]; 2];
     for _ in 0..7 {
         let least = |best: [f64; 2], run: [f64; 2]| [best[0].min(run[0]), best[1].min(run[1])];
         best[0] = least(best[0], clocks(|| drop(solver.solve(motion, &problems))));
-        let gradient = || result = Some(solver.value_and_gradient(motion, &problems, &loss));
+        let gradient = || result = Some(solver.value_and_gradient(motion, &problems, &squares));
         best[1] = least(best[1], clocks(gradient));
     }
     let result = result.expect("there was a round");

@@ -130,34 +130,23 @@ impl WithSimd for BuildLayer<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        let Self { network, l, first, slopes, deeper } = self;
-        let layer = &network.hidden[l];
-        let blocks = layer.stride / LANES;
+    fn with_simd<S: Simd>(mut self, _simd: S) {
+        let blocks = self.network.hidden[self.l].stride / LANES;
         let paired = blocks - blocks % 2;
-        let job = Columns { network, l, first, slopes };
         for block in (0..paired).step_by(2) {
-            job.sums::<2>(deeper, block);
+            self.sums::<2>(block);
         }
         if paired < blocks {
-            job.sums::<1>(deeper, paired);
+            self.sums::<1>(paired);
         }
     }
 }
 
-/// What a layer's pre-activations are made from.
-struct Columns<'a> {
-    network: &'a PiecewiseNetwork,
-    l: usize,
-    first: &'a [Vec<f64>; 3],
-    slopes: &'a [f64],
-}
-
-impl Columns<'_> {
+impl BuildLayer<'_> {
     /// Computes `B` blocks of [`LANES`] units from a block on. The sums stay in registers over all inputs.
     #[inline(always)]
-    fn sums<const B: usize>(&self, deeper: &mut [f64], block: usize) {
-        let Self { network, l, first, slopes } = *self;
+    fn sums<const B: usize>(&mut self, block: usize) {
+        let Self { network, l, first, slopes, ref mut deeper } = *self;
         let (len, layer) = (deeper.len() / 3, &network.hidden[l]);
         let from = network.start(l - 1);
         let here = network.start(l) - first[0].len() + block * LANES;

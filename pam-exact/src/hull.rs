@@ -6,7 +6,7 @@
 //! looked for, and becomes a corner, until there is none. Several edges share a sweep over the units. The
 //! point is taken half way across the cell from where it is entered.
 
-use crate::affine::{Table, either};
+use crate::affine::{Table, slopes_into};
 use crate::atlas::NONE;
 use crate::cell::Window;
 use crate::clip::SIDE_TOLERANCE;
@@ -100,11 +100,7 @@ impl WithSimd for Hull<'_> {
         let HullFinder { dual, corners, edges } = finder;
         let units = table.units();
         dual.signs.resize(units, 0.0);
-        for (block, bits) in dual.signs.chunks_mut(64).zip(bits) {
-            for (i, sign) in block.iter_mut().enumerate() {
-                *sign = either((bits >> i) & 1, 1.0, -1.0);
-            }
-        }
+        slopes_into(bits, -1.0, &mut dual.signs);
         let Some(middle) = dual.inner_point(simd, window, table, point, through) else {
             return false;
         };

@@ -3,11 +3,10 @@
 
 mod common;
 
-use common::adjoint::{distance_from_discrete_adjoint, problem};
-use common::landing::Landing;
+use common::limits::{distance_from_discrete_adjoint, largest_difference_mm};
 use common::random::random_joint;
 use pam_core::Activation;
-use pam_exact::{ExactSolver, Partition, Plane, Window};
+use pam_exact::{Partition, Plane, Window};
 use pam_solvers::Interpolation;
 
 /// Widths that are no multiples of a vector's, one layer and several.
@@ -30,15 +29,11 @@ fn solutions_are_those_of_steps_that_land_on_kinks() {
     let masses = common::masses(3)[2];
     let mut crossings = 0;
     for (name, model) in joints() {
-        let problem = problem(&times, &force, Interpolation::Hold, masses);
-        let mut solver = ExactSolver::new();
-        assert_eq!(solver.solve(&common::motion(&model), &[problem]), vec![], "{name}");
-        let reference = Landing::new(&model, masses).solve(&times, &force, false, 2.5e-4);
-        let exact = solver.observed(0).as_chunks::<2>().0;
-        let off = exact.iter().zip(&reference).map(|(a, b)| (a[0] - b[0]).abs());
-        let off = off.fold(0.0, f64::max);
-        assert!(off < 1e-10, "{name}: {off:e} mm, {:?}", solver.statistics(0));
-        crossings += solver.statistics(0).crossings;
+        let signal = (&times[..], &force[..]);
+        let (off, counts) =
+            largest_difference_mm(&model, signal, Interpolation::Hold, masses, 2.5e-4);
+        assert!(off < 1e-10, "{name}: {off:e} mm, {counts:?}");
+        crossings += counts.crossings;
     }
     assert!(crossings > 500, "{crossings} crossings say little");
 }

@@ -3,8 +3,7 @@
 
 mod common;
 
-use common::adjoint::{distance_from_discrete_adjoint, problem, squares};
-use common::landing::Landing;
+use common::limits::{distance_from_discrete_adjoint, largest_difference_mm, problem, squares};
 use pam_core::{ParametricForce, SealedMasses};
 use pam_exact::{ExactDirection, ExactProblem, ExactSolver, forward_sensitivities};
 use pam_solvers::Interpolation;
@@ -17,26 +16,15 @@ fn worst(conditions: &[usize], samples: usize, longest_s: f64) -> f64 {
 /// The same from another time of the excitation on, s.
 fn worst_from(from_s: f64, conditions: &[usize], samples: usize, longest_s: f64) -> f64 {
     let model = common::published();
-    let motion = common::motion(&model);
     let (times, force) = common::excitation(from_s, samples);
     let masses = common::masses(29);
     let mut worst = 0.0_f64;
     for &condition in conditions {
         for interpolation in [Interpolation::Hold, Interpolation::Linear] {
-            let problem = problem(&times, &force, interpolation, masses[condition]);
-            let mut solver = ExactSolver::new();
-            assert_eq!(solver.solve(&motion, &[problem]), vec![]);
-            let linear = interpolation == Interpolation::Linear;
-            let reference =
-                Landing::new(&model, masses[condition]).solve(&times, &force, linear, longest_s);
-            let exact = solver.observed(0).as_chunks::<2>().0;
-            let off = exact.iter().zip(&reference).map(|(a, b)| (a[0] - b[0]).abs());
-            let off = off.fold(0.0, f64::max);
-            println!(
-                "condition {condition} {}: {off:.2e} mm, {:?}",
-                interpolation.name(),
-                solver.statistics(0)
-            );
+            let signal = (&times[..], &force[..]);
+            let (off, counts) =
+                largest_difference_mm(&model, signal, interpolation, masses[condition], longest_s);
+            println!("condition {condition} {}: {off:.2e} mm, {counts:?}", interpolation.name());
             worst = worst.max(off);
         }
     }

@@ -145,7 +145,9 @@ pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, DataError> {
 /// [`DataError`] if the file is no archive, or the array is damaged or holds something else.
 pub fn read_texts(path: &Path, name: &str) -> Result<Option<Vec<String>>, DataError> {
     let fail = |why: String| DataError::file(path, format!("array `{name}`: {why}"));
-    let mut archive = open(path, Cursor::new(read_bytes(path)?))?;
+    // The other arrays may be large: only this one is read.
+    let file = std::fs::File::open(path).map_err(|e| DataError::io(path, e))?;
+    let mut archive = open(path, file)?;
     let mut file = match archive.by_name(&format!("{name}.npy")) {
         Ok(file) => file,
         Err(zip::result::ZipError::FileNotFound) => return Ok(None),

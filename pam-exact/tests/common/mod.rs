@@ -2,8 +2,8 @@
 
 #![allow(dead_code)]
 
-pub(crate) mod adjoint;
 pub(crate) mod landing;
+pub(crate) mod limits;
 pub(crate) mod random;
 
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, tendon_force_mn_per_a};

@@ -14,8 +14,8 @@ pub(crate) fn spread() -> impl FnMut() -> f64 {
     }
 }
 
-/// A joint whose network has hidden layers of these widths, two at least, and is a spring of about
-/// 150 N/mm with a damper and random kinks.
+/// A joint whose network has hidden layers of these widths (of two units or more each), and is a spring of
+/// about 150 N/mm with a damper and random kinks.
 pub(crate) fn random_joint(widths: &[usize], activation: Activation) -> Joint {
     assert!(activation.rectifier_slope().is_some());
     let mut next = spread();

@@ -1,9 +1,9 @@
-//! Exact gradients beside discrete adjoints of steps that land on every kink.
+//! Exact solutions and gradients beside those of steps that land on every kink.
 
 use super::landing::Landing;
 use super::{Joint, excitation, masses, motion};
 use pam_core::{ParametricForce, SealedMasses};
-use pam_exact::{ExactProblem, ExactSolver, ForceSignal};
+use pam_exact::{ExactProblem, ExactSolver, ExactStatistics, ForceSignal};
 use pam_solvers::Interpolation;
 use rayon::prelude::*;
 
@@ -22,6 +22,25 @@ pub(crate) fn problem<'a>(
         y0: [0.0, 0.0],
         observe_s: times,
     }
+}
+
+/// Largest difference in x (mm) between the exact solver and steps of at most `longest_s`, and the counts
+/// of the former.
+pub(crate) fn largest_difference_mm(
+    model: &Joint,
+    (times, force): (&[f64], &[f64]),
+    interpolation: Interpolation,
+    masses: SealedMasses,
+    longest_s: f64,
+) -> (f64, ExactStatistics) {
+    let problem = problem(times, force, interpolation, masses);
+    let mut solver = ExactSolver::new();
+    assert_eq!(solver.solve(&motion(model), &[problem]), vec![]);
+    let linear = interpolation == Interpolation::Linear;
+    let reference = Landing::new(model, masses).solve(times, force, linear, longest_s);
+    let exact = solver.observed(0).as_chunks::<2>().0;
+    let off = exact.iter().zip(&reference).map(|(a, b)| (a[0] - b[0]).abs());
+    (off.fold(0.0, f64::max), solver.statistics(0))
 }
 
 /// The sum of squares of all states.
