@@ -1,7 +1,7 @@
 //! The diagnosis on data with something hidden in them: by a plant that is the published model, by the
 //! virtual rig, and by nature (the published real run).
 
-use pam_data::{SavedModel, load_model};
+use pam_data::{Recording, SavedModel, load_model};
 use pam_diagnose::{Diagnosis, Extended, Options, Sets, Verdict, diagnose};
 use pam_tests::diagnose::{at_strength, diagnosed, plant_runs};
 use pam_tests::plant::{Hidden, Noise, excitation, hidden};
@@ -130,6 +130,59 @@ fn nothing_is_found_where_nothing_is_hidden() {
         p_values.extend(d.chance.map(|c| c.p_value));
     }
     assert!(p_values.iter().any(|&p| p > 0.05), "chance would explain as much: {p_values:?}");
+}
+
+/// A command that the motor follows between samples is no fault of the model, however rare the samples are, and
+/// what else is hidden keeps its name and size.
+#[test]
+fn a_smooth_force_is_no_fault() {
+    let saved = published();
+    let smooth = hidden("smooth_command", &[]);
+    for every in [1, 5] {
+        let found = |effects: &[Hidden], seed| {
+            let mut data = plant_runs(
+                &saved,
+                &CONDITIONS,
+                &excitation(SHARE),
+                effects,
+                Noise::default(),
+                seed,
+            );
+            data.iter_mut().for_each(|subject| thin(&mut subject.recording, every));
+            diagnosed(&saved, &data, None, seed)
+        };
+        let d = found(std::slice::from_ref(&smooth), 31);
+        assert_eq!(d.verdict, Verdict::NothingFound, "{every}: {:?}", d.named());
+        assert!((d.force_lead_samples - 0.5).abs() < 0.15, "{every}: {}", d.force_lead_samples);
+        for id in ["viscous_damping", "actuation_delay"] {
+            let effect = at_strength(id, 1.0);
+            let d = found(&[smooth.clone(), effect.clone()], 32);
+            assert_eq!(d.named(), [id], "{every}");
+            for (name, truth) in &effect.1 {
+                let inside = d.causes[0]
+                    .parameters
+                    .iter()
+                    .any(|(n, i)| n == name && i.ci95[0] <= *truth && *truth <= i.ci95[1]);
+                assert!(inside, "{every} {name} = {truth}: {:?}", d.causes[0].parameters);
+            }
+        }
+    }
+}
+
+/// Leaves one of so many samples.
+fn thin(recording: &mut Recording, every: usize) {
+    let r = recording;
+    let columns = [
+        &mut r.time_s,
+        &mut r.displacement_mm,
+        &mut r.velocity_mm_s,
+        &mut r.pressure_flexor_kpa,
+        &mut r.pressure_extensor_kpa,
+        &mut r.force_mn,
+    ];
+    for column in columns.into_iter().chain(r.low_passed.force_mn.as_mut()) {
+        *column = column.iter().copied().step_by(every).collect();
+    }
 }
 
 #[test]

@@ -2,10 +2,10 @@
 //!
 //! `cargo run --release -p pam-tests --example study -- plant|rig|rig-ideal WHAT…` with WHAT one of
 //! `all@STRENGTH`, `pairs`, `nulls`, `unlisted`, or effects as the rig's command line writes them, several
-//! joined by `+`. `PAM_STUDY_SEEDS` sets the number of seeds (1), each with pressures of its own; `PAM_STUDY_SHARE` the share of the published
-//! excitation's times (0.3), `PAM_STUDY_HEALTHY=0` leaves the rig's healthy recordings out,
-//! `PAM_STUDY_NOISE` multiplies the noise of the plant's sensors (1), `PAM_STUDY_MODEL` is the model with which the
-//! rig's recordings are diagnosed. With `PAM_STUDY_CSV=FILE` every hidden effect becomes a row of a table;
+//! joined by `+`. `PAM_STUDY_SEEDS` sets the number of seeds (1), each with pressures of its own; `PAM_STUDY_SHARE`
+//! the share of the published excitation's times (0.3), `PAM_STUDY_HEALTHY=0` leaves the rig's healthy recordings
+//! out, `PAM_STUDY_NOISE` multiplies the noise of the plant's sensors (1), with `PAM_STUDY_SMOOTH=1` the plant's
+//! force is smooth between samples, `PAM_STUDY_MODEL` is the model with which the rig's recordings are diagnosed. With `PAM_STUDY_CSV=FILE` every hidden effect becomes a row of a table;
 //! `study -- tables FILE…` sums such tables up.
 
 use pam_data::{SavedModel, load_model, parse_model};
@@ -67,6 +67,8 @@ fn main() {
         parse_model(Path::new("default"), bytes).expect("the default model")
     };
     let ideal = source == "rig-ideal";
+    let smooth: Vec<Hidden> =
+        std::env::var("PAM_STUDY_SMOOTH").iter().map(|_| hidden("smooth_command", &[])).collect();
     let healthy: Option<Vec<Subject>> = (source != "plant"
         && number("PAM_STUDY_HEALTHY", 1.0) != 0.0)
         .then(|| rig_runs(&saved, &HEALTHY, share, &[], ideal, 99));
@@ -80,7 +82,8 @@ fn main() {
                 let conditions = &CONDITIONS[(seed as usize - 1) % CONDITIONS.len()];
                 let data = if source == "plant" {
                     let conditions = conditions.map(|psi| psi.map(f64::from));
-                    plant_runs(&saved, &conditions, &excitation(share), &set, noise, seed)
+                    let acting = [&set[..], &smooth].concat();
+                    plant_runs(&saved, &conditions, &excitation(share), &acting, noise, seed)
                 } else {
                     let texts: Vec<String> = set.iter().map(as_text).collect();
                     let texts: Vec<&str> = texts.iter().map(String::as_str).collect();

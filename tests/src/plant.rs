@@ -19,7 +19,8 @@ const ENCODER_MM: f64 = 0.010_546;
 
 /// A hidden effect: id and parameters by the names of `effects.md`. Also ids that are not on the list:
 /// `periodic_disturbance`, `chamber_crosstalk`, `tendon_slip` (the encoder's zero jumps), `sensor_gain_jump` (of
-/// the flexor's), `encoder_freeze`, `valve_glitch`.
+/// the flexor's), `encoder_freeze`, `valve_glitch`; and `smooth_command`, a motor that follows the command between
+/// samples, where it else holds.
 pub type Hidden = (String, BTreeMap<String, f64>);
 
 /// An effect from its id and parameters.
@@ -211,16 +212,19 @@ pub fn record(
         recording.pressure_flexor_kpa.push(seen_p[0]);
         recording.pressure_extensor_kpa.push(seen_p[1]);
         recording.force_mn.push(commanded(t) + 1e3 * noise.force_n * normal());
-        // The command is held for a sample.
-        let delayed = t - 1e-3 * e.or("actuation_delay", "delay_ms", 0.0);
-        let mut drive = if delayed < 0.0 { 0.0 } else { commanded(delayed) };
-        drive *= 1.0 + e.or("force_gain", "relative", 0.0);
+        let smooth = e.0.iter().any(|h| h.0 == "smooth_command");
         let limit = 1e3 * e.or("force_saturation", "force_n", 1e9);
-        drive = drive.clamp(-limit, limit);
-        if let Some(n) = e.get("periodic_disturbance", "force_n") {
-            drive += 1e3 * n * (TAU * e.or("periodic_disturbance", "frequency_hz", 1.3) * t).sin();
-        }
-        for _ in 0..SUBSTEPS {
+        for substep in 0..SUBSTEPS {
+            // The command is held for a sample, or the motor is at the middle of the substep with it.
+            let at = if smooth { t + (substep as f64 + 0.5) * dt } else { t };
+            let delayed = at - 1e-3 * e.or("actuation_delay", "delay_ms", 0.0);
+            let mut drive = if delayed < 0.0 { 0.0 } else { commanded(delayed) };
+            drive *= 1.0 + e.or("force_gain", "relative", 0.0);
+            drive = drive.clamp(-limit, limit);
+            if let Some(n) = e.get("periodic_disturbance", "force_n") {
+                let frequency = e.or("periodic_disturbance", "frequency_hz", 1.3);
+                drive += 1e3 * n * (TAU * frequency * t).sin();
+            }
             x += 0.5 * dt * v;
             let f = force_at(x, v, masses);
             let mut restoring = f

@@ -76,6 +76,7 @@ impl Diagnosis {
                 "named_share": self.explained,
             })),
             "ordinary": ordinary,
+            "force_lead_samples": self.force_lead_samples,
             "fitted": self.fitted,
             "judged_by": self.judged_by,
             "held_out": self.held_out,

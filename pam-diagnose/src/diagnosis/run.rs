@@ -86,6 +86,9 @@ pub struct Diagnosis {
     pub judged_by: JudgedBy,
     /// What took no part in naming or fitting.
     pub held_out: HeldOut,
+    /// By how many of its samples the force acts earlier than a held one, as fitted beside the named causes:
+    /// 0 held, ½ smooth.
+    pub force_lead_samples: f64,
     /// Names of the recordings that were fitted in the end.
     pub fitted: Vec<String>,
     /// Errors that count as explained.
@@ -205,6 +208,7 @@ fn measured<'e>(
         extended,
         chance: named.chance,
         explained: whole.explained(naming.base, best),
+        force_lead_samples: best.fit.hypothesis.common.lead_samples,
         ordinary: naming.ordinary.cloned(),
         judged_by: prepared.judged_by.clone(),
         held_out: prepared.held_out.clone().unwrap_or(HeldOut::Given { recordings: Vec::new() }),

@@ -3,7 +3,7 @@ use crate::effects::AnyEffect;
 use crate::simulation::{Nuisances, Trajectory, Trial, range_of, simulate};
 use pam_core::SealedMasses;
 use pam_data::{Channel, MassOrigin, Recording};
-use pam_solvers::Statistics;
+use pam_solvers::{Interpolation, Statistics};
 use pam_train::{
     PerChannel, PredictError, Prediction, Predictor, SolverSettings, Subject, predict,
 };
@@ -12,7 +12,7 @@ use pam_train::{
 const WIDENINGS: usize = 8;
 
 /// Without effects the model is solved as the settings say. With effects it is marched by the steps of
-/// [`simulate`] (4 ms, fourth order, sticking friction), which the settings do not change.
+/// [`simulate`] (4 ms, fourth order, sticking friction); of the settings only the reading of the force counts.
 impl Predictor for Extended {
     fn predict(
         &self,
@@ -40,6 +40,12 @@ impl Predictor for Extended {
         let effects: Vec<&dyn AnyEffect> =
             self.effects.iter().map(|a| a.effect as &dyn AnyEffect).collect();
         let values: Vec<f64> = self.effects.iter().flat_map(|a| a.values.clone()).collect();
+        // Straight lines between samples lead a held force by half a sample.
+        let lead_samples = match settings.interpolation {
+            Interpolation::Hold | Interpolation::Ramp => 0.0,
+            Interpolation::Linear | Interpolation::Cubic => 0.5,
+        };
+        let nuisances = Nuisances { lead_samples, ..Nuisances::none() };
         let mut out = Trajectory::default();
         let base = self.base();
         let mut ranges = [Channel::X, Channel::V].map(|c| range_of(recording.channel(c)));
@@ -47,8 +53,7 @@ impl Predictor for Extended {
         // Where the motion goes is not known if it was not measured: the table grows until it is inside.
         let (trial, reached) = loop {
             let trial = Trial::over(&self.joint, &subject, ranges);
-            let reached =
-                simulate::<f64>(&trial, &base, &effects, &values, &Nuisances::none(), &mut out);
+            let reached = simulate::<f64>(&trial, &base, &effects, &values, &nuisances, &mut out);
             let mut inside = true;
             for (range, channel) in ranges.iter_mut().zip(&out.channels) {
                 let [low, high] = range_of(channel);

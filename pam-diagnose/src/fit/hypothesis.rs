@@ -3,6 +3,45 @@
 use crate::effects::{AnyEffect, EffectScalar, ParameterInfo};
 use crate::simulation::Nuisances;
 
+/// Uncertain numbers that all recordings share.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Common {
+    /// Logarithm of the factor on the model's mass.
+    pub log_mass: f64,
+    /// Logarithm of the factor on the model's deformation coefficient.
+    pub log_deformation: f64,
+    /// By how many of its samples the recorded force acts earlier than if each value held until the next: 0 is a
+    /// force that is held, ½ a smooth one that was sampled. Half a sample at most, either way.
+    pub lead_samples: f64,
+}
+
+impl Common {
+    /// Number of values.
+    pub const LEN: usize = 3;
+    /// Place of the lead among the values.
+    pub(super) const LEAD: usize = 2;
+    /// The largest lead and lag. What goes beyond is a delay, and has to be named as one.
+    const MOST_SAMPLES: f64 = 0.5;
+
+    /// The values in order.
+    #[must_use]
+    pub fn values(&self) -> [f64; Self::LEN] {
+        [self.log_mass, self.log_deformation, self.lead_samples]
+    }
+
+    /// From values in order, the lead kept inside its range.
+    #[must_use]
+    pub fn from_values(v: &[f64]) -> Self {
+        let lead_samples = v[Self::LEAD].clamp(-Self::MOST_SAMPLES, Self::MOST_SAMPLES);
+        Self { log_mass: v[0], log_deformation: v[1], lead_samples }
+    }
+
+    /// Whether the lead is at the end of its range to which `change` points.
+    pub(super) fn lead_ends(&self, change: f64) -> bool {
+        self.lead_samples.abs() == Self::MOST_SAMPLES && self.lead_samples * change > 0.0
+    }
+}
+
 /// Uncertain numbers of one recording, as deviations from what was measured.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Local {
@@ -45,8 +84,8 @@ pub struct Hypothesis<'e> {
     pub fixed: usize,
     /// Parameters and switches of each effect in turn.
     pub values: Vec<f64>,
-    /// Logarithm of the factor on the model's mass and on its deformation coefficient.
-    pub log_model: [f64; 2],
+    /// Uncertain numbers of the model and of how its force is read.
+    pub common: Common,
     /// Uncertain numbers of each trial.
     pub locals: Vec<Local>,
 }
@@ -59,7 +98,7 @@ impl<'e> Hypothesis<'e> {
             effects: fixed.iter().map(|f| f.0).collect(),
             fixed: fixed.len(),
             values: fixed.iter().flat_map(|f| f.1.iter().copied()).collect(),
-            log_model: [0.0; 2],
+            common: Common::default(),
             locals: vec![Local::default(); trials],
         }
     }
@@ -127,8 +166,9 @@ impl<'e> Hypothesis<'e> {
         let local = self.locals[trial];
         let c = S::constant;
         Nuisances {
-            log_mass: c(self.log_model[0]),
-            log_deformation: c(self.log_model[1]),
+            log_mass: c(self.common.log_mass),
+            log_deformation: c(self.common.log_deformation),
+            lead_samples: self.common.lead_samples,
             start_mm: c(local.start_mm),
             start_mm_s: c(local.start_mm_s),
             log_air: local.log_air.map(c),

@@ -1,17 +1,18 @@
 //! Residuals and sensitivities of one trial, summed into normal equations.
 
-use super::hypothesis::{Hypothesis, Local};
+use super::hypothesis::{Common, Hypothesis, Local};
 use super::likelihood::CHANNELS;
 use super::problem::{POINTS_PER_ROW, Problem, row_means};
 use crate::effects::{Derivatives, WIDTH};
 use crate::simulation::{Diverged, Trajectory, simulate};
 use pam_core::Scalar;
+use std::ops::Range;
 
-/// Numbers of the model that are uncertain.
-pub(super) const MODEL: usize = 2;
+/// Values of [`Common`] that the simulation is differentiated by; the lead of the force follows from time.
+const COMMON_SIMULATED: usize = Common::LEN - 1;
 
 /// One trial's residuals, and their derivatives (of the simulation) by every unknown: parameters of
-/// effects, the model's numbers, the trial's own.
+/// effects, what trials share, the trial's own.
 pub(crate) struct Sensitivities {
     /// Residuals of x, P_f, P_e.
     pub(crate) residuals: [Vec<f64>; 3],
@@ -19,7 +20,7 @@ pub(crate) struct Sensitivities {
     pub(crate) columns: Vec<[Vec<f64>; 3]>,
 }
 
-/// Normal equations of one trial: parameters, then the model's numbers, then its own.
+/// Normal equations of one trial: parameters, then what trials share, then its own.
 pub(super) struct Normal {
     pub(super) gram: Vec<f64>,
     /// `Jᵀ W r` of each block of rows.
@@ -35,11 +36,12 @@ impl Problem<'_> {
         trial: usize,
     ) -> Result<Sensitivities, Diverged> {
         let parameters = hypothesis.parameters();
-        let simulated = parameters.len() + MODEL + Local::SIMULATED;
+        let simulated = parameters.len() + COMMON_SIMULATED + Local::SIMULATED;
         let window = self.windows[trial].clone();
         let t = self.trials[trial];
-        let mut columns = Vec::with_capacity(simulated + 2);
+        let mut columns = Vec::with_capacity(simulated + 3);
         let mut residuals = [const { Vec::new() }; 3];
+        let mut by_lead = [const { Vec::new() }; 3];
         let mut out = Trajectory::default();
         for first in (0..simulated).step_by(WIDTH) {
             let (values, nuisances) = seeded(hypothesis, trial, first);
@@ -52,9 +54,10 @@ impl Problem<'_> {
                 &mut out,
             )?;
             if first == 0 {
-                for (r, c) in residuals.iter_mut().zip(CHANNELS) {
+                for (at, (r, c)) in residuals.iter_mut().zip(CHANNELS).enumerate() {
                     let plain: Vec<f64> = out.channels[c].iter().map(|v| v.value).collect();
                     *r = row_means(&t.measured[c], &plain, window.clone());
+                    by_lead[at] = by_time(&plain, window.clone(), t.sample_s / t.step_s);
                 }
             }
             for k in 0..WIDTH.min(simulated - first) {
@@ -69,6 +72,7 @@ impl Problem<'_> {
                 }));
             }
         }
+        columns.insert(parameters.len() + COMMON_SIMULATED, by_lead);
         let offsets = hypothesis.locals[trial].offset_kpa;
         let rows = self.rows(trial);
         for (i, offset) in offsets.into_iter().enumerate() {
@@ -112,6 +116,21 @@ impl Problem<'_> {
             .collect();
         Normal { gram, blocks, unknowns }
     }
+}
+
+/// Derivative of each row by `step_share` of a step of time, by central differences over the row. A force that
+/// acts earlier moves what the joint shows earlier, apart from what remains of the start.
+fn by_time(values: &[f64], window: Range<usize>, step_share: f64) -> Vec<f64> {
+    let last = values.len() - 1;
+    window
+        .step_by(POINTS_PER_ROW)
+        .map(|from| {
+            // The mean of central differences over a row is what its ends leave.
+            let (to, before) = (from + POINTS_PER_ROW - 1, from.saturating_sub(1));
+            let ends = values[to] + values[(to + 1).min(last)] - values[from] - values[before];
+            0.5 * step_share * ends / POINTS_PER_ROW as f64
+        })
+        .collect()
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

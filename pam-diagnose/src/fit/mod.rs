@@ -2,10 +2,10 @@
 //! taken.
 //!
 //! A [`Problem`] is a set of trials with the rows that count; [`Hypothesis`] is what is fitted: effects
-//! with their values, and what the recordings leave uncertain (the model's own numbers, initial states,
-//! sealed masses, offsets of the first pressure readings), each tied to its measured value by a
-//! tolerance. [`Problem::fit`] moves a hypothesis to its best fit, [`Problem::intervals`] says how sure
-//! its numbers are.
+//! with their values, and what the recordings leave uncertain (the model's own numbers, when the
+//! force acted between its samples, initial states, sealed masses, offsets of the first pressure readings),
+//! each tied to its measured value by a tolerance. [`Problem::fit`] moves a hypothesis to its best fit,
+//! [`Problem::intervals`] says how sure its numbers are.
 
 mod covariance;
 mod hypothesis;
@@ -17,7 +17,7 @@ mod solve;
 
 pub use covariance::Interval;
 pub(crate) use hypothesis::coordinate;
-pub use hypothesis::{Hypothesis, Local};
+pub use hypothesis::{Common, Hypothesis, Local};
 pub(crate) use likelihood::deviance;
 pub use likelihood::{CHANNELS, ChannelErrors, Floors};
 pub(crate) use linearise::Sensitivities;

@@ -1,12 +1,12 @@
 //! The normal equations of all trials together.
 
-use super::hypothesis::{Hypothesis, Local};
-use super::linearise::{MODEL, Normal};
+use super::hypothesis::{Common, Hypothesis, Local};
+use super::linearise::Normal;
 use super::problem::Problem;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-/// Normal equations over: parameters of effects, the model's numbers, then each trial's own numbers.
+/// Normal equations over: parameters of effects, what the trials share, then each trial's own numbers.
 pub(super) struct Joint {
     /// Data term.
     pub(super) gram: Mat<f64>,
@@ -20,7 +20,7 @@ pub(super) struct Joint {
 
 impl Problem<'_> {
     pub(super) fn joint(&self, hypothesis: &Hypothesis<'_>, parts: &[Normal]) -> Joint {
-        let shared = hypothesis.parameter_len() + MODEL;
+        let shared = hypothesis.parameter_len() + Common::LEN;
         let unknowns = shared + Local::LEN * self.len();
         let place = |trial: usize, k: usize| {
             if k < shared { k } else { shared + Local::LEN * trial + (k - shared) }
@@ -42,13 +42,12 @@ impl Problem<'_> {
             }
         }
         let t = &self.tolerances;
-        let mut ties = vec![0.0; shared - MODEL];
+        let mut ties = vec![0.0; shared - Common::LEN];
         let mut deviations = ties.clone();
-        ties.extend([t.model; MODEL].map(precision));
-        deviations.extend(hypothesis.log_model);
+        ties.extend(t.common().map(precision));
+        deviations.extend(hypothesis.common.values());
         for local in &hypothesis.locals {
-            let each = [t.start_mm, t.start_mm_s, t.air, t.air, t.offset_kpa, t.offset_kpa];
-            ties.extend(each.map(precision));
+            ties.extend(t.local().map(precision));
             deviations.extend(local.values());
         }
         Joint { gram, blocks, ties, deviations }
@@ -81,11 +80,25 @@ impl Joint {
         h
     }
 
-    /// The damped step; `None` if the equations cannot be solved.
-    pub(super) fn step(&self, damping: f64) -> Option<Vec<f64>> {
-        let h = self.hessian(damping);
+    /// The damped step from a hypothesis. Where it would lead the force out of its range, the lead stays and
+    /// everything else moves on as it has to then; `None` if the equations cannot be solved.
+    pub(super) fn step_within(&self, damping: f64, from: &Hypothesis<'_>) -> Option<Vec<f64>> {
+        let at = from.parameter_len() + Common::LEAD;
+        let free = self.step(damping, None)?;
+        if from.common.lead_ends(free[at]) { self.step(damping, Some(at)) } else { Some(free) }
+    }
+
+    /// The damped step, with one unknown kept if asked for; `None` if the equations cannot be solved.
+    fn step(&self, damping: f64, kept: Option<usize>) -> Option<Vec<f64>> {
+        let mut h = self.hessian(damping);
         let n = h.nrows();
-        let right = self.right();
+        let mut right = self.right();
+        if let Some(at) = kept {
+            for i in 0..n {
+                (h[(at, i)], h[(i, at)]) = (0.0, 0.0);
+            }
+            (h[(at, at)], right[at]) = (1.0, 0.0);
+        }
         // Scaled to a unit diagonal, since the unknowns differ by many orders of magnitude.
         let scale: Vec<f64> = (0..n).map(|i| h[(i, i)].sqrt().recip()).collect();
         let scaled = Mat::from_fn(n, n, |i, j| h[(i, j)] * scale[i] * scale[j]);

@@ -1,6 +1,6 @@
 //! Trials with the rows that count.
 
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Common, Hypothesis, Local};
 use super::likelihood::{CHANNELS, ChannelErrors, Floors};
 use crate::simulation::{Base, Diverged, Trajectory, Trial, simulate};
 use rayon::prelude::*;
@@ -11,6 +11,8 @@ use std::ops::Range;
 pub struct Tolerances {
     /// Relative, of the model's mass and deformation coefficient.
     pub model: f64,
+    /// Lead of the recorded force before a held one, in its samples.
+    pub lead_samples: f64,
     /// Displacement at the start, mm.
     pub start_mm: f64,
     /// Velocity at the start, mm/s.
@@ -23,7 +25,26 @@ pub struct Tolerances {
 
 impl Default for Tolerances {
     fn default() -> Self {
-        Self { model: 2e-3, start_mm: 0.02, start_mm_s: 1.0, air: 2e-3, offset_kpa: 0.5 }
+        Self {
+            model: 2e-3,
+            lead_samples: 0.3,
+            start_mm: 0.02,
+            start_mm_s: 1.0,
+            air: 2e-3,
+            offset_kpa: 0.5,
+        }
+    }
+}
+
+impl Tolerances {
+    /// Those of what recordings share, in order.
+    pub(crate) fn common(&self) -> [f64; Common::LEN] {
+        [self.model, self.model, self.lead_samples]
+    }
+
+    /// Those of one recording's own numbers, in order.
+    pub(crate) fn local(&self) -> [f64; Local::LEN] {
+        [self.start_mm, self.start_mm_s, self.air, self.air, self.offset_kpa, self.offset_kpa]
     }
 }
 

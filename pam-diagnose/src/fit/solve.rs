@@ -1,8 +1,7 @@
 //! Levenberg–Marquardt.
 
-use super::hypothesis::{Hypothesis, Local, coordinate, from_coordinate};
+use super::hypothesis::{Common, Hypothesis, Local, coordinate, from_coordinate};
 use super::likelihood::ChannelErrors;
-use super::linearise::MODEL;
 use super::normal::Joint;
 use super::problem::Problem;
 use crate::simulation::Diverged;
@@ -49,13 +48,12 @@ impl Problem<'_> {
     }
 
     fn tie_cost(&self, hypothesis: &Hypothesis<'_>) -> f64 {
-        let t = &self.tolerances;
-        let scales = [t.start_mm, t.start_mm_s, t.air, t.air, t.offset_kpa, t.offset_kpa];
-        let square = |v: f64| v * v;
-        let model: f64 = hypothesis.log_model.iter().map(|d| square(d / t.model)).sum();
-        let local =
-            |l: &Local| -> f64 { l.values().iter().zip(scales).map(|(d, s)| square(d / s)).sum() };
-        model + hypothesis.locals.iter().map(local).sum::<f64>()
+        let cost = |deviations: &[f64], scales: &[f64]| -> f64 {
+            deviations.iter().zip(scales).map(|(d, s)| (d / s).powi(2)).sum()
+        };
+        let (common, local) = (self.tolerances.common(), self.tolerances.local());
+        let locals = hypothesis.locals.iter().map(|l| cost(&l.values(), &local));
+        cost(&hypothesis.common.values(), &common) + locals.sum::<f64>()
     }
 
     /// Weights of the channels at given errors.
@@ -95,7 +93,8 @@ impl Problem<'_> {
             let joint = self.linearised(&best, &errors)?;
             let mut gained = 0.0;
             for _ in 0..4 {
-                let moved = joint.step(damping).map(|step| moved(&best, &step));
+                let step = joint.step_within(damping, &best);
+                let moved = step.map(|step| moved(&best, &step));
                 let tried = moved.and_then(|h| self.errors(&h).ok().map(|e| (h, e)));
                 if let Some((next, next_errors)) = tried {
                     let next_cost = self.cost(&next, &next_errors);
@@ -137,8 +136,10 @@ fn moved<'e>(from: &Hypothesis<'e>, step: &[f64]) -> Hypothesis<'e> {
         let value = coordinate(from.values[*at], *info) + change;
         to.values[*at] = from_coordinate(value, *info);
     }
-    let (model, locals) = step[parameters.len()..].split_at(MODEL);
-    to.log_model.iter_mut().zip(model).for_each(|(v, d)| *v += d);
+    let (common, locals) = step[parameters.len()..].split_at(Common::LEN);
+    let mut values = from.common.values();
+    values.iter_mut().zip(common).for_each(|(v, d)| *v += d);
+    to.common = Common::from_values(&values);
     for (local, change) in to.locals.iter_mut().zip(locals.chunks_exact(Local::LEN)) {
         let mut values = local.values();
         values.iter_mut().zip(change).for_each(|(v, d)| *v += d);

@@ -108,6 +108,13 @@ fn summary(d: &Diagnosis) -> Markup {
                 &format!("less error [{:.0}, {:.0}] %", 100.0 * g.overall.ci95[0], 100.0 * g.overall.ci95[1])))
         }
         p { "Fitted: " (d.fitted.join(", ")) ". " (d.judged_by.sentence()) " " (d.held_out.sentence()) }
+        p {
+            "The force acts " (number(d.force_lead_samples, 2)) " samples earlier than if each value held until the \
+             next (0 held, ½ smooth)."
+            @if d.force_lead_samples > 0.25 {
+                " It is better read with " code { "--input linear" } " in commands that predict."
+            }
+        }
         @if let Some(o) = &d.ordinary {
             p {
                 "Ordinary for this model, from healthy recordings (" (o.recordings.join(", ")) "): RMS "

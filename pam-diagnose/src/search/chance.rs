@@ -193,11 +193,10 @@ fn products(
     }
 }
 
-/// Adds what ties the uncertain numbers to their measured values, in the order of the columns: the model's
-/// two, then the trial's own.
+/// Adds what ties the uncertain numbers to their measured values, in the order of the columns: what trials
+/// share, then the trial's own.
 fn tied(mut gram: Vec<Vec<f64>>, t: &Tolerances) -> Vec<Vec<f64>> {
-    let own = [t.start_mm, t.start_mm_s, t.air, t.air, t.offset_kpa, t.offset_kpa];
-    for (i, scale) in [t.model; 2].into_iter().chain(own).enumerate() {
+    for (i, scale) in t.common().into_iter().chain(t.local()).enumerate() {
         gram[i][i] += 1.0 / (scale * scale);
     }
     gram

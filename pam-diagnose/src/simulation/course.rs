@@ -30,6 +30,8 @@ pub struct Course {
     /// Time between the start of the excitation and the first grid point, s; not zero for a part of a
     /// recording.
     pub since_start_s: f64,
+    /// Time between two samples of the recording, s.
+    pub sample_s: f64,
     /// The force at half steps.
     pub force: FineForce,
     /// The low-pass that the measured channels went through, for the grid; simulated ones follow.
@@ -73,6 +75,7 @@ impl Course {
             },
             step_s: Self::STEP_S,
             since_start_s: 0.0,
+            sample_s: pam_data::recording::median_step_s(&r.time_s),
             force: FineForce::new(r, 0.5 * Self::STEP_S, 2 * points.max(2)),
             low_pass: r
                 .low_passed

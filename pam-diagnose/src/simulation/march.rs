@@ -88,6 +88,7 @@ pub(crate) struct March<'a, S, F> {
     total_mass: S,
     delay_s: S,
     delayed: bool,
+    lead_s: f64,
     start_kpa: [S; 2],
     x: S,
     v: S,
@@ -151,6 +152,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> March<'a, S, F> {
             inverse_mass: total_mass.recip(),
             total_mass,
             delayed: delay_s.real() != 0.0,
+            lead_s: nuisances.lead_samples * course.sample_s,
             delay_s,
             start_kpa: rest.start_kpa,
             x,
@@ -196,11 +198,14 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> March<'a, S, F> {
 
     /// The driving force at half step `fine` of the grid, mN.
     fn driving_mn(&self, fine: usize) -> S {
+        let recorded = &self.course.force;
+        let time_s = 0.5 * self.course.step_s * fine as f64 + self.lead_s;
         let mut force = if self.delayed {
-            let time = 0.5 * self.course.step_s * fine as f64;
-            self.course.force.at(S::constant(time) - self.delay_s)
+            recorded.at(S::constant(time_s) - self.delay_s)
+        } else if self.lead_s != 0.0 {
+            S::constant(recorded.at(time_s))
         } else {
-            S::constant(self.course.force.values_mn()[fine])
+            S::constant(recorded.values_mn()[fine])
         };
         for part in self.parts {
             force = part.effect.drive(part.p, force);

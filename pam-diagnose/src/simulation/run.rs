@@ -44,6 +44,8 @@ pub struct Nuisances<S> {
     pub log_mass: S,
     /// Logarithm of the factor on the model's deformation coefficient.
     pub log_deformation: S,
+    /// By how many of its samples the force acts earlier than if each value held until the next.
+    pub lead_samples: f64,
     /// Added to the displacement at the start, mm.
     pub start_mm: S,
     /// Added to the velocity at the start, mm/s.
@@ -59,6 +61,7 @@ impl<S: EffectScalar> Nuisances<S> {
         Self {
             log_mass: S::zero(),
             log_deformation: S::zero(),
+            lead_samples: 0.0,
             start_mm: S::zero(),
             start_mm_s: S::zero(),
             log_air: [S::zero(); 2],

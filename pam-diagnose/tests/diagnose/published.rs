@@ -47,6 +47,10 @@ pub(crate) fn paper_force_n(share: f64) -> impl Fn(f64) -> f64 {
 /// What the model itself does under the published excitation, solved exactly, from rest at gauge pressures
 /// (psi).
 pub(crate) fn exact_run(model: &Joint, psi: [f64; 2], share: f64) -> Subject {
+    run_with(model, psi, share, &exact())
+}
+
+fn run_with(model: &Joint, psi: [f64; 2], share: f64, settings: &SolverSettings) -> Subject {
     let kpa = psi.map(|p| p * 6.894_76 + 101.325);
     // Rest: the masses at the commanded pressures and the place where they hold the joint, in turn.
     let mut x = 0.0;
@@ -58,7 +62,7 @@ pub(crate) fn exact_run(model: &Joint, psi: [f64; 2], share: f64) -> Subject {
     let mut command = driven(70.0 * share - DT, x, paper_force_n(share));
     command.pressure_flexor_kpa.fill(kpa[0]);
     command.pressure_extensor_kpa.fill(kpa[1]);
-    let run = predict(model, &command, masses, &exact()).expect("the published model runs");
+    let run = predict(model, &command, masses, settings).expect("the published model runs");
     let recording: Recording = run.to_recording(&command, masses);
     Subject { recording, masses, origin: MassOrigin::Given }
 }
@@ -89,11 +93,20 @@ fn rest(model: &Joint, masses: SealedMasses) -> f64 {
 #[test]
 fn the_march_follows_an_exact_solver() {
     let model = weights();
-    for (psi, most) in [([45.0, 45.0], 3e-3), ([30.0, 60.0], 3e-3), ([10.0, 80.0], 5e-3)] {
-        let subject = exact_run(&model, psi, 0.2);
+    let held = (Interpolation::Hold, 0.0);
+    let smooth = (Interpolation::Linear, 0.5);
+    for (psi, (interpolation, lead_samples), most) in [
+        ([45.0, 45.0], held, 3e-3),
+        ([45.0, 45.0], smooth, 3e-3),
+        ([30.0, 60.0], held, 3e-3),
+        ([10.0, 80.0], held, 5e-3),
+    ] {
+        let settings = SolverSettings { interpolation, ..exact() };
+        let subject = run_with(&model, psi, 0.2, &settings);
         let trial = Trial::new(&model, &subject);
+        let nuisances = Nuisances { lead_samples, ..Nuisances::none() };
         let mut out = Trajectory::default();
-        simulate::<f64>(&trial, &Base::of(&model), &[], &[], &Nuisances::none(), &mut out)
+        simulate::<f64>(&trial, &Base::of(&model), &[], &[], &nuisances, &mut out)
             .expect("in range");
         let r = &subject.recording;
         let every = (trial.step_s / DT).round() as usize;

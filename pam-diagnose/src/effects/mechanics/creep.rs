@@ -33,9 +33,9 @@ impl Effect for Creep {
     }
 
     fn stands(&self, values: &[f64], evidence: &Evidence) -> bool {
-        let _ = evidence;
-        // Shorter than two hundredths of a second it is viscous damping.
-        values[1] >= 0.03
+        // Much shorter than the motion takes it is viscous damping.
+        let motion_s = evidence.travel_mm / evidence.speed_mm_s.max(1e-9);
+        values[1] >= (0.05 * motion_s).max(0.03)
     }
 
     fn memory_len(&self) -> usize {
