@@ -36,9 +36,10 @@ impl Common {
         Self { log_mass: v[0], log_deformation: v[1], lead_samples }
     }
 
-    /// Whether the lead is at the end of its range to which `change` points.
-    pub(super) fn lead_ends(&self, change: f64) -> bool {
-        self.lead_samples.abs() == Self::MOST_SAMPLES && self.lead_samples * change > 0.0
+    /// What is left to the end of the lead's range, if a change leads beyond it.
+    pub(super) fn lead_left(&self, change: f64) -> Option<f64> {
+        let end = Self::MOST_SAMPLES.copysign(change);
+        ((self.lead_samples + change).abs() > Self::MOST_SAMPLES).then_some(end - self.lead_samples)
     }
 }
 

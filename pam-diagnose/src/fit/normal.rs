@@ -80,24 +80,29 @@ impl Joint {
         h
     }
 
-    /// The damped step from a hypothesis. Where it would lead the force out of its range, the lead stays and
-    /// everything else moves on as it has to then; `None` if the equations cannot be solved.
+    /// The damped step from a hypothesis. Where it would lead the force out of its range, the lead goes to the end
+    /// of it, and everything else where it has to then; `None` if the equations cannot be solved.
     pub(super) fn step_within(&self, damping: f64, from: &Hypothesis<'_>) -> Option<Vec<f64>> {
         let at = from.parameter_len() + Common::LEAD;
         let free = self.step(damping, None)?;
-        if from.common.lead_ends(free[at]) { self.step(damping, Some(at)) } else { Some(free) }
+        match from.common.lead_left(free[at]) {
+            Some(left) => self.step(damping, Some((at, left))),
+            None => Some(free),
+        }
     }
 
-    /// The damped step, with one unknown kept if asked for; `None` if the equations cannot be solved.
-    fn step(&self, damping: f64, kept: Option<usize>) -> Option<Vec<f64>> {
+    /// The damped step, with the change of one unknown prescribed if asked for; `None` if the equations cannot be
+    /// solved.
+    fn step(&self, damping: f64, prescribed: Option<(usize, f64)>) -> Option<Vec<f64>> {
         let mut h = self.hessian(damping);
         let n = h.nrows();
         let mut right = self.right();
-        if let Some(at) = kept {
+        if let Some((at, change)) = prescribed {
             for i in 0..n {
+                right[i] -= h[(i, at)] * change;
                 (h[(at, i)], h[(i, at)]) = (0.0, 0.0);
             }
-            (h[(at, at)], right[at]) = (1.0, 0.0);
+            (h[(at, at)], right[at]) = (1.0, change);
         }
         // Scaled to a unit diagonal, since the unknowns differ by many orders of magnitude.
         let scale: Vec<f64> = (0..n).map(|i| h[(i, i)].sqrt().recip()).collect();

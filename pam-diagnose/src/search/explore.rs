@@ -82,12 +82,12 @@ impl<'e> Search<'_, 'e> {
                 .filter(|s| s.fit.at_limit.is_empty())
                 .filter_map(|s| s.fit.hypothesis.fitted().last())
                 .find(|(e, _)| e.info().id == effect.info().id);
-            // Alone, a scale may have settled in a valley that another cause has dug.
-            let scales = effect.info().parameters.iter().any(|p| p.logarithmic);
+            // Alone, a scale may have settled in a valley that another cause has dug, and any number may have
+            // gone far to stand for that cause.
+            let anew = if effect.info().parameters.iter().any(|p| p.logarithmic) { 2 } else { 1 };
             match alone {
-                Some((_, values)) if !scales => vec![values.to_vec()],
                 Some((_, values)) => {
-                    std::iter::once(values.to_vec()).chain(all.into_iter().take(2)).collect()
+                    std::iter::once(values.to_vec()).chain(all.into_iter().take(anew)).collect()
                 }
                 None => all.into_iter().take(3).collect(),
             }
