@@ -28,7 +28,18 @@ pub struct Search<'a, 'e> {
 }
 
 /// Which of an effect's starting values are tried.
-type Choice<'c> = dyn Fn(&dyn AnyEffect, Vec<Vec<f64>>) -> Vec<Vec<f64>> + Sync + 'c;
+struct Starts {
+    /// All of these.
+    first: Vec<Vec<f64>>,
+    /// These as well if none of the first ones is better than leaving the effect out.
+    otherwise: Vec<Vec<f64>>,
+}
+
+impl Starts {
+    fn all(first: Vec<Vec<f64>>) -> Self {
+        Self { first, otherwise: Vec::new() }
+    }
+}
 
 /// Iterations from each starting value before the best one of a candidate is followed.
 const SCREENING: usize = 2;
@@ -63,7 +74,7 @@ impl<'e> Search<'_, 'e> {
     /// each to the end. Best first.
     #[must_use]
     pub fn singles(&self, base: &Hypothesis<'e>) -> Vec<Scored<'e>> {
-        let starts = |_: &dyn AnyEffect, all: Vec<Vec<f64>>| all;
+        let starts = |_: &dyn AnyEffect, all| Starts::all(all);
         self.extend(base, &starts, SCREENING, self.candidates.len())
     }
 
@@ -81,15 +92,18 @@ impl<'e> Search<'_, 'e> {
                 .iter()
                 .filter(|s| s.fit.at_limit.is_empty())
                 .filter_map(|s| s.fit.hypothesis.fitted().last())
-                .find(|(e, _)| e.info().id == effect.info().id);
-            // Alone, a scale may have settled in a valley that another cause has dug, and any number may have
-            // gone far to stand for that cause.
-            let anew = if effect.info().parameters.iter().any(|p| p.logarithmic) { 2 } else { 1 };
+                .find(|(e, _)| e.info().id == effect.info().id)
+                .map(|(_, values)| values.to_vec());
+            let scales = effect.info().parameters.iter().any(|p| p.logarithmic);
+            let anew = all.into_iter();
             match alone {
-                Some((_, values)) => {
-                    std::iter::once(values.to_vec()).chain(all.into_iter().take(anew)).collect()
+                // Alone, a number may have gone far to stand for another cause.
+                Some(values) if !scales => {
+                    Starts { first: vec![values], otherwise: anew.take(1).collect() }
                 }
-                None => all.into_iter().take(3).collect(),
+                // A scale may have settled in a valley that another cause has dug.
+                Some(values) => Starts::all(std::iter::once(values).chain(anew.take(2)).collect()),
+                None => Starts::all(anew.take(3).collect()),
             }
         };
         self.extend(set, &starts, SCREENING_BESIDE, keep)
@@ -103,33 +117,46 @@ impl<'e> Search<'_, 'e> {
     fn extend(
         &self,
         from: &Hypothesis<'e>,
-        choose: &Choice<'_>,
+        choose: &dyn Fn(&dyn AnyEffect, Vec<Vec<f64>>) -> Starts,
         screening: usize,
         keep: usize,
     ) -> Vec<Scored<'e>> {
+        let problem = &self.split.train;
         let present = from.ids();
-        let starts: Vec<(usize, Vec<f64>)> = self
+        let chosen: Vec<(usize, Starts)> = self
             .candidates
             .iter()
             .enumerate()
             .filter(|(_, c)| !present.contains(&c.info().id))
-            .flat_map(|(i, c)| {
-                choose(*c, c.starts(&self.evidence)).into_iter().map(move |s| (i, s))
-            })
-            .collect();
-        let screened: Vec<Option<(usize, Fit<'e>)>> = starts
-            .into_par_iter()
-            .map(|(i, values)| {
-                let start = from.with(self.candidates[i], &values);
-                self.split.train.fit(start, screening).ok().map(|fit| (i, fit))
-            })
+            .map(|(i, c)| (i, choose(*c, c.starts(&self.evidence))))
             .collect();
         let mut best: Vec<Option<Fit<'e>>> = vec![None; self.candidates.len()];
-        for (i, fit) in screened.into_iter().flatten() {
-            if best[i].as_ref().is_none_or(|b| fit.cost < b.cost) {
-                best[i] = Some(fit);
+        let screen = |starts: Vec<(usize, &Vec<f64>)>, best: &mut [Option<Fit<'e>>]| {
+            let fits: Vec<Option<(usize, Fit<'e>)>> = starts
+                .into_par_iter()
+                .map(|(i, values)| {
+                    let start = from.with(self.candidates[i], values);
+                    problem.fit(start, screening).ok().map(|fit| (i, fit))
+                })
+                .collect();
+            for (i, fit) in fits.into_iter().flatten() {
+                if best[i].as_ref().is_none_or(|b| fit.cost < b.cost) {
+                    best[i] = Some(fit);
+                }
             }
-        }
+        };
+        screen(
+            chosen.iter().flat_map(|(i, s)| s.first.iter().map(|v| (*i, v))).collect(),
+            &mut best,
+        );
+        let without = problem.errors(from).map_or(f64::INFINITY, |e| problem.cost(from, &e));
+        let helps = |fit: &Option<Fit<'e>>| fit.as_ref().is_some_and(|f| f.cost < without);
+        let again = chosen
+            .iter()
+            .filter(|(i, _)| !helps(&best[*i]))
+            .flat_map(|(i, s)| s.otherwise.iter().map(|v| (*i, v)))
+            .collect();
+        screen(again, &mut best);
         let mut promising: Vec<Fit<'e>> = best.into_iter().flatten().collect();
         promising.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         promising.truncate(keep);
