@@ -35,6 +35,9 @@ struct Starts {
     otherwise: Vec<Vec<f64>>,
 }
 
+/// From an effect and all its starting values those that are tried.
+type Choice<'c> = dyn Fn(&dyn AnyEffect, Vec<Vec<f64>>) -> Starts + 'c;
+
 impl Starts {
     fn all(first: Vec<Vec<f64>>) -> Self {
         Self { first, otherwise: Vec::new() }
@@ -117,7 +120,7 @@ impl<'e> Search<'_, 'e> {
     fn extend(
         &self,
         from: &Hypothesis<'e>,
-        choose: &dyn Fn(&dyn AnyEffect, Vec<Vec<f64>>) -> Starts,
+        choose: &Choice<'_>,
         screening: usize,
         keep: usize,
     ) -> Vec<Scored<'e>> {
