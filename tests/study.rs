@@ -5,8 +5,9 @@
 //! joined by `+`. `PAM_STUDY_SEEDS` sets the number of seeds (1), each with pressures of its own; `PAM_STUDY_SHARE`
 //! the share of the published excitation's times (0.3), `PAM_STUDY_HEALTHY=0` leaves the rig's healthy recordings
 //! out, `PAM_STUDY_NOISE` multiplies the noise of the plant's sensors (1), with `PAM_STUDY_SMOOTH=1` the plant's
-//! force is smooth between samples, `PAM_STUDY_MODEL` is the model with which the rig's recordings are diagnosed. With `PAM_STUDY_CSV=FILE` every hidden effect becomes a row of a table;
-//! `study -- tables FILE…` sums such tables up.
+//! force is smooth between samples, `PAM_STUDY_MODEL` is the model with which the rig's recordings are diagnosed.
+//! With `PAM_STUDY_CSV=FILE` every hidden effect becomes a row of a table; `study -- tables FILE…` sums such
+//! tables up.
 
 use pam_data::{SavedModel, load_model, parse_model};
 use pam_diagnose::Diagnosis;
