@@ -18,8 +18,10 @@ pub struct Common {
 impl Common {
     /// Number of values.
     pub const LEN: usize = 3;
+    /// Values that the simulation is differentiated by; the lead behind them follows from the course in time.
+    pub(super) const SIMULATED: usize = 2;
     /// Place of the lead among the values.
-    pub(super) const LEAD: usize = 2;
+    pub(super) const LEAD: usize = Self::SIMULATED;
     /// The largest lead and lag. What goes beyond is a delay, and has to be named as one.
     const MOST_SAMPLES: f64 = 0.5;
 

@@ -8,9 +8,6 @@ use crate::simulation::{Diverged, Trajectory, simulate};
 use pam_core::Scalar;
 use std::ops::Range;
 
-/// Values of [`Common`] that the simulation is differentiated by; the lead of the force follows from time.
-const COMMON_SIMULATED: usize = Common::LEN - 1;
-
 /// One trial's residuals, and their derivatives (of the simulation) by every unknown: parameters of
 /// effects, what trials share, the trial's own.
 pub(crate) struct Sensitivities {
@@ -36,7 +33,7 @@ impl Problem<'_> {
         trial: usize,
     ) -> Result<Sensitivities, Diverged> {
         let parameters = hypothesis.parameters();
-        let simulated = parameters.len() + COMMON_SIMULATED + Local::SIMULATED;
+        let simulated = parameters.len() + Common::SIMULATED + Local::SIMULATED;
         let window = self.windows[trial].clone();
         let t = self.trials[trial];
         let mut columns = Vec::with_capacity(simulated + 3);
@@ -72,7 +69,7 @@ impl Problem<'_> {
                 }));
             }
         }
-        columns.insert(parameters.len() + COMMON_SIMULATED, by_lead);
+        columns.insert(parameters.len() + Common::LEAD, by_lead);
         let offsets = hypothesis.locals[trial].offset_kpa;
         let rows = self.rows(trial);
         for (i, offset) in offsets.into_iter().enumerate() {
