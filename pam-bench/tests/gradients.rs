@@ -1,7 +1,7 @@
 //! The study's rows say what is known of the methods.
 
 use pam_bench::gradients::{
-    Case, Cells, Grid, Kind, LaneGrid, Method, Row, Solver, Study, StudyResult, joint_methods,
+    BatchGrid, Case, Cells, Grid, Kind, Method, Row, Solver, Study, StudyResult, joint_methods,
     methods, output, parts, problems,
 };
 use pam_bench::memory::CountingAllocator;
@@ -103,7 +103,7 @@ fn on_the_quartic_the_gradient_is_worse_than_the_state() {
 #[test]
 fn lanes_are_the_adjoint_of_all_trajectories() {
     let _alone = alone();
-    let lanes = LaneGrid {
+    let lanes = BatchGrid {
         part: parts::LANES.into(),
         activation: tanh(),
         width: 8,

@@ -6,7 +6,7 @@ use crate::motion::{ExactMotion, LawMemory, Laws};
 use crate::pullback::{NetworkSums, PullBack};
 use crate::solve::{ExactStatistics, Segment, Solve, Stopped};
 use pam_core::SealedMasses;
-use pam_solvers::{FailureKind, Interpolation, LaneFailure, LaneGradient};
+use pam_solvers::{BatchGradient, FailureKind, Interpolation, TrajectoryFailure};
 use rayon::prelude::*;
 use std::sync::Mutex;
 
@@ -63,7 +63,7 @@ struct OneResult {
     start: [f64; 2],
     statistics: ExactStatistics,
     bytes: usize,
-    failure: Option<LaneFailure>,
+    failure: Option<TrajectoryFailure>,
 }
 
 impl ExactProblem<'_> {
@@ -137,7 +137,7 @@ impl ExactSolver {
         motion: &ExactMotion,
         problems: &[ExactProblem<'_>],
         loss: &(impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync),
-    ) -> LaneGradient {
+    ) -> BatchGradient {
         self.run(motion, problems, Some(loss), true)
     }
 
@@ -147,7 +147,7 @@ impl ExactSolver {
         motion: &ExactMotion,
         problems: &[ExactProblem<'_>],
         loss: &(impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync),
-    ) -> LaneGradient {
+    ) -> BatchGradient {
         self.run(motion, problems, Some(loss), false)
     }
 
@@ -156,7 +156,7 @@ impl ExactSolver {
         &mut self,
         motion: &ExactMotion,
         problems: &[ExactProblem<'_>],
-    ) -> Vec<LaneFailure> {
+    ) -> Vec<TrajectoryFailure> {
         self.run(motion, problems, None::<&fn(usize, &[f64], &mut [f64]) -> f64>, false).failures
     }
 
@@ -182,7 +182,7 @@ impl ExactSolver {
         problems: &[ExactProblem<'_>],
         loss: Option<&(impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync)>,
         backward: bool,
-    ) -> LaneGradient {
+    ) -> BatchGradient {
         if self.results.len() < problems.len() {
             self.results.resize_with(problems.len(), Mutex::default);
         }
@@ -197,16 +197,16 @@ impl ExactSolver {
             let one = one.as_ref().map(|one| one as &OneLoss<'_>);
             let outcome =
                 worker.one(motion, &problems[index], longest_s, one, backward, &mut result);
-            result.failure = outcome.err().map(|stopped| LaneFailure {
+            result.failure = outcome.err().map(|stopped| TrajectoryFailure {
                 problem: index,
                 kind: stopped.kind,
                 time_s: stopped.time_s,
             });
             workers.lock().expect("no worker panics").push(worker);
         });
-        let mut sum = LaneGradient {
+        let mut sum = BatchGradient {
             shared: vec![0.0; motion.network.parameter_len() + 2],
-            ..LaneGradient::default()
+            ..BatchGradient::default()
         };
         for result in self.results.iter_mut().take(problems.len()) {
             let result = result.get_mut().expect("no worker panics");
@@ -336,8 +336,8 @@ impl<'n> Follow<'n> {
     pub(crate) fn new(
         motion: &'n ExactMotion,
         problem: &ExactProblem<'_>,
-    ) -> Result<Self, LaneFailure> {
-        let failed = |kind, time_s| LaneFailure { problem: 0, kind, time_s };
+    ) -> Result<Self, TrajectoryFailure> {
+        let failed = |kind, time_s| TrajectoryFailure { problem: 0, kind, time_s };
         problem.check().map_err(|why| failed(FailureKind::Request(why), problem.t0))?;
         let mut cut = Vec::new();
         let span = (problem.t0, problem.t1);

@@ -9,7 +9,7 @@ use crate::atlas::Atlas;
 use crate::fundamental::responses;
 use crate::gradient::{ExactProblem, Follow};
 use crate::motion::ExactMotion;
-use pam_solvers::LaneFailure;
+use pam_solvers::TrajectoryFailure;
 
 /// A direction in which everything that a motion depends on moves.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -31,7 +31,7 @@ pub struct ExactDirection {
 /// `[x, ẋ]` at every observation.
 ///
 /// # Errors
-/// [`LaneFailure`] if the request is inconsistent or the solve stops early; its problem is 0.
+/// [`TrajectoryFailure`] if the request is inconsistent or the solve stops early; its problem is 0.
 ///
 /// # Panics
 /// If a direction has another number of network parameters than the network, and not none.
@@ -39,7 +39,7 @@ pub fn forward_sensitivities(
     motion: &ExactMotion,
     problem: &ExactProblem<'_>,
     directions: &[ExactDirection],
-) -> Result<Vec<Vec<[f64; 2]>>, LaneFailure> {
+) -> Result<Vec<Vec<[f64; 2]>>, TrajectoryFailure> {
     let follow = Follow::new(motion, problem)?;
     Ok(directions.iter().map(|d| one(&follow, motion, problem, d)).collect())
 }

@@ -3,7 +3,7 @@
 use crate::fundamental::Response;
 use crate::gradient::{ExactProblem, Follow};
 use crate::motion::ExactMotion;
-use pam_solvers::LaneFailure;
+use pam_solvers::TrajectoryFailure;
 
 /// One trajectory in closed form, exact at any time and not only where it is observed.
 ///
@@ -37,8 +37,11 @@ impl<'n> ExactTrajectory<'n> {
     /// Solves a problem and keeps all of it.
     ///
     /// # Errors
-    /// [`LaneFailure`] if the request is inconsistent or the solve stops early; its problem is 0.
-    pub fn new(motion: &'n ExactMotion, problem: &ExactProblem<'_>) -> Result<Self, LaneFailure> {
+    /// [`TrajectoryFailure`] if the request is inconsistent or the solve stops early; its problem is 0.
+    pub fn new(
+        motion: &'n ExactMotion,
+        problem: &ExactProblem<'_>,
+    ) -> Result<Self, TrajectoryFailure> {
         let follow = Follow::new(motion, problem)?;
         let mut starts_s = Vec::with_capacity(follow.segments.len());
         let (mut piece, mut into_s) = (u32::MAX, 0.0);

@@ -36,12 +36,12 @@
 //! stage. Looking the input up at the stage times instead, as is often done, lets the last stage of
 //! a step see the next sample: the force then leads by a fraction of the sample time.
 
+pub mod batched;
 pub mod controller;
 pub mod error;
 pub mod grid;
 pub mod input;
 pub mod integrator;
-pub mod lanes;
 mod observer;
 mod recorder;
 pub mod replay;
@@ -55,6 +55,9 @@ mod stepping;
 pub mod tableau;
 pub mod term;
 
+pub use batched::{
+    BatchGradient, BatchWorkspace, BatchedIntegrator, TrajectoryFailure, TrajectoryProblem,
+};
 pub use controller::{ConstantStep, Decision, PidController, StepController, Tolerances};
 pub use error::{FailureKind, SolveError};
 pub use grid::Grid;
@@ -62,7 +65,6 @@ pub use input::{
     Constant, Fixed, Input, InputFn, Interpolation, NoInput, ParametricInput, SampledInput, Side,
 };
 pub use integrator::Integrator;
-pub use lanes::{LaneFailure, LaneGradient, LaneMemory, LaneProblem, Lanes};
 pub use replay::replay;
 pub use save_at::SaveAt;
 pub use solution::{DenseSolution, Solution, Statistics};

@@ -26,7 +26,7 @@ pub trait BatchField: Sync {
     /// What distinguishes one trajectory from another.
     type Condition: Sync;
     /// Memory for lanes, with the condition of each.
-    type Lanes: Send;
+    type Batch: Send;
     /// Memory for a block.
     type Block: Send;
     /// A number that the forward evaluation of a point can leave for its linearisation.
@@ -48,25 +48,25 @@ pub trait BatchField: Sync {
     fn kept_len(&self) -> usize;
 
     /// Memory for `capacity` lanes.
-    fn lanes(&self, capacity: usize) -> Self::Lanes;
+    fn batch(&self, capacity: usize) -> Self::Batch;
 
     /// Puts a condition into a lane.
-    fn set_lane(&self, lane: usize, condition: &Self::Condition, lanes: &mut Self::Lanes);
+    fn set_condition(&self, lane: usize, condition: &Self::Condition, lanes: &mut Self::Batch);
 
     /// Moves the condition of lane `from` to lane `to`.
-    fn move_lane(&self, from: usize, to: usize, lanes: &mut Self::Lanes);
+    fn move_condition(&self, from: usize, to: usize, lanes: &mut Self::Batch);
 
     /// Writes the derivative of the first `t.len()` lanes to `dy` and, unless `kept` is empty, what
     /// [`linearise`](Self::linearise) can use, `[lanes, kept_len]`. A lane's result does not depend on
     /// the others'.
-    fn eval_lanes(
+    fn eval_batch(
         &self,
         t: &[f64],
         y: &[f64],
         u: &[f64],
         dy: &mut [f64],
         kept: &mut [Self::Kept],
-        lanes: &mut Self::Lanes,
+        lanes: &mut Self::Batch,
     );
 
     /// Memory for blocks of up to `capacity` points.

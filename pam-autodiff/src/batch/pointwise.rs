@@ -29,7 +29,7 @@ impl<D: DifferentiableField> Pointwise<D> {
 
 /// The field of each lane and its scratch memory.
 #[derive(Debug)]
-pub struct PointwiseLanes<D: DifferentiableField> {
+pub struct PointwiseBatch<D: DifferentiableField> {
     fields: Vec<Option<(D, D::Workspace)>>,
 }
 
@@ -47,7 +47,7 @@ where
     D::Workspace: Send,
 {
     type Condition = D;
-    type Lanes = PointwiseLanes<D>;
+    type Batch = PointwiseBatch<D>;
     type Block = PointwiseBlock;
     type Kept = ();
 
@@ -68,26 +68,26 @@ where
         0
     }
 
-    fn lanes(&self, capacity: usize) -> Self::Lanes {
-        PointwiseLanes { fields: (0..capacity).map(|_| None).collect() }
+    fn batch(&self, capacity: usize) -> Self::Batch {
+        PointwiseBatch { fields: (0..capacity).map(|_| None).collect() }
     }
 
-    fn set_lane(&self, lane: usize, condition: &D, lanes: &mut Self::Lanes) {
+    fn set_condition(&self, lane: usize, condition: &D, lanes: &mut Self::Batch) {
         lanes.fields[lane] = Some((condition.clone(), condition.workspace()));
     }
 
-    fn move_lane(&self, from: usize, to: usize, lanes: &mut Self::Lanes) {
+    fn move_condition(&self, from: usize, to: usize, lanes: &mut Self::Batch) {
         lanes.fields.swap(from, to);
     }
 
-    fn eval_lanes(
+    fn eval_batch(
         &self,
         t: &[f64],
         y: &[f64],
         u: &[f64],
         dy: &mut [f64],
         _kept: &mut [()],
-        lanes: &mut Self::Lanes,
+        lanes: &mut Self::Batch,
     ) {
         let (n, m) = (self.state_len, self.input_len);
         for (i, (&t, slot)) in t.iter().zip(&mut lanes.fields).enumerate() {

@@ -34,7 +34,7 @@ pub struct SealedCondition<T> {
 
 /// The air of each lane, and scratch memory.
 #[derive(Debug)]
-pub struct MotionLanes<T> {
+pub struct MotionBatch<T> {
     /// The first bias of each lane.
     biases: Vec<T>,
     input: Vec<T>,
@@ -99,7 +99,7 @@ fn zeros<T: Float>(len: usize) -> Vec<T> {
 
 impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
     type Condition = SealedCondition<T>;
-    type Lanes = MotionLanes<T>;
+    type Batch = MotionBatch<T>;
     type Block = MotionBlock<T>;
     type Kept = T;
 
@@ -120,8 +120,8 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
         self.network.kept_len()
     }
 
-    fn lanes(&self, capacity: usize) -> MotionLanes<T> {
-        MotionLanes {
+    fn batch(&self, capacity: usize) -> MotionBatch<T> {
+        MotionBatch {
             biases: zeros(capacity * self.network.fold(&[0.0; 2]).len()),
             input: zeros(capacity * self.network.input_stride()),
             out: zeros(capacity * self.network.output_stride()),
@@ -129,28 +129,33 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
         }
     }
 
-    fn set_lane(&self, lane: usize, condition: &SealedCondition<T>, lanes: &mut MotionLanes<T>) {
+    fn set_condition(
+        &self,
+        lane: usize,
+        condition: &SealedCondition<T>,
+        lanes: &mut MotionBatch<T>,
+    ) {
         let n = condition.bias.len();
         lanes.biases[lane * n..(lane + 1) * n].copy_from_slice(&condition.bias);
     }
 
-    fn move_lane(&self, from: usize, to: usize, lanes: &mut MotionLanes<T>) {
+    fn move_condition(&self, from: usize, to: usize, lanes: &mut MotionBatch<T>) {
         let n = lanes.biases.len() / lanes.block.capacity();
         lanes.biases.copy_within(from * n..(from + 1) * n, to * n);
     }
 
-    fn eval_lanes(
+    fn eval_batch(
         &self,
         t: &[f64],
         y: &[f64],
         u: &[f64],
         dy: &mut [f64],
         kept: &mut [T],
-        lanes: &mut MotionLanes<T>,
+        lanes: &mut MotionBatch<T>,
     ) {
         let points = t.len();
         self.write_input(&y[..2 * points], &mut lanes.input);
-        let MotionLanes { biases, input, out, block } = lanes;
+        let MotionBatch { biases, input, out, block } = lanes;
         self.network.values_into(points, biases, input, out, kept, block);
         let forces = out.chunks_exact(self.network.output_stride());
         let states = y.chunks_exact(2).zip(dy.chunks_exact_mut(2));
@@ -276,11 +281,11 @@ mod tests {
         let u: Vec<f64> = (0..points).map(|k| 1e5 * number(0.5, k)).collect();
         let w: Vec<f64> = (0..2 * points).map(|k| number(0.9, k)).collect();
 
-        let mut lanes = motion.lanes(points);
-        (0..points).for_each(|k| motion.set_lane(k, &condition, &mut lanes));
+        let mut lanes = motion.batch(points);
+        (0..points).for_each(|k| motion.set_condition(k, &condition, &mut lanes));
         let mut dy = vec![0.0; 2 * points];
         let mut kept = vec![0.0; points * motion.kept_len()];
-        motion.eval_lanes(&t, &y, &u, &mut dy, &mut kept, &mut lanes);
+        motion.eval_batch(&t, &y, &u, &mut dy, &mut kept, &mut lanes);
         let mut jacobians = vec![0.0; 4 * points];
         let mut block = motion.block(points);
         motion.linearise(&condition, &t, &y, &u, &kept, &mut jacobians, &mut block);

@@ -10,7 +10,10 @@ use pam_autodiff::batch::SealedMotion;
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, tendon_force_mn_per_a};
 use pam_core::{Activation, JointModel, NetworkForce};
 use pam_exact::{ExactMotion, ExactProblem, ExactSolver, ForceSignal};
-use pam_solvers::{ConstantStep, InputFn, Interpolation, LaneMemory, LaneProblem, Lanes, Tableau};
+use pam_solvers::{
+    BatchWorkspace, BatchedIntegrator, ConstantStep, InputFn, Interpolation, Tableau,
+    TrajectoryProblem,
+};
 use std::f64::consts::TAU;
 
 /// Name of the problem.
@@ -62,7 +65,7 @@ impl ConditionGrid {
             .iter()
             .map(|condition| {
                 let kpa = condition.map(|psi| f64::from(psi) * KPA_PER_PSI + ATMOSPHERE_KPA);
-                LaneProblem {
+                TrajectoryProblem {
                     condition: motion.condition(self.model.gas_law_masses(0.0, kpa)),
                     input: InputFn::new(1, drive),
                     t0: 0.0,
@@ -72,8 +75,8 @@ impl ConditionGrid {
                 }
             })
             .collect();
-        let lanes = Lanes::new(tableau.clone(), ConstantStep::new(step_s));
-        let mut memory = LaneMemory::default();
+        let lanes = BatchedIntegrator::new(tableau.clone(), ConstantStep::new(step_s));
+        let mut memory = BatchWorkspace::default();
         let failures = lanes.solve(&motion, &problems, &mut memory);
         if let Some(failure) = failures.first() {
             let of = problems.len();

@@ -28,13 +28,13 @@
 //! # Ok::<(), pam_core::ModelError>(())
 //! ```
 
+pub mod batched;
 pub mod case;
 pub mod cells;
 pub mod conditions;
 pub mod figures;
 pub mod findings;
 pub mod kinked;
-pub mod lanes;
 pub mod measure;
 pub mod method;
 pub mod output;
@@ -47,10 +47,10 @@ pub mod study;
 pub mod table;
 pub mod truth;
 
+pub use batched::BatchGrid;
 pub use case::Case;
 pub use cells::{Cells, Grid};
 pub use conditions::ConditionGrid;
-pub use lanes::LaneGrid;
 pub use method::{Kind, Method, all as methods, of_joint as joint_methods};
 pub use result::{Row, StudyResult};
 pub use solver::{Solver, Steps};

@@ -1,9 +1,9 @@
 //! The parts of the study, in their full and their short form.
 
+use super::batched::BatchGrid;
 use super::case::Case;
 use super::cells::Grid;
 use super::conditions::ConditionGrid;
-use super::lanes::LaneGrid;
 use super::method::{Method, all, checkpointings, for_many_parameters, of_joint};
 use super::problems::{joint, linear, quartic, stiff, van_der_pol};
 use super::solver::Solver;
@@ -155,7 +155,7 @@ fn parameters(mut study: Study, widths: &[usize], horizon_s: f64) -> Study {
 
 fn lanes(mut study: Study, widths: &[usize], trajectories: &[usize], horizon_s: f64) -> Study {
     for &width in widths {
-        study = study.with(LaneGrid {
+        study = study.with(BatchGrid {
             part: LANES.into(),
             activation: activation("leaky_relu"),
             width,

@@ -6,7 +6,7 @@ use crate::simulation::Course;
 use pam_autodiff::batch::BatchNetwork;
 use pam_core::simd::Float;
 use pam_core::{RawParameters, Scalar, SealedMasses};
-use pam_solvers::{FailureKind, LaneFailure};
+use pam_solvers::{FailureKind, TrajectoryFailure};
 use pam_train::gradient::GradientStatistics;
 use pam_train::gradient::sealed::IndexedLoss;
 use pam_train::training::windows::Windows;
@@ -83,11 +83,11 @@ impl<T: Float> EffectGradient<T> {
     fn assemble(&self, request: &ExtendedRequest<'_>, by_weights: Vec<f64>) -> JointGradient {
         let (model, part) = (request.model, request.part);
         let slots = &self.slots[..part.len()];
-        let failures: Vec<LaneFailure> = slots
+        let failures: Vec<TrajectoryFailure> = slots
             .iter()
             .enumerate()
             .filter_map(|(problem, slot)| {
-                slot.failed_s.map(|time_s| LaneFailure {
+                slot.failed_s.map(|time_s| TrajectoryFailure {
                     problem,
                     kind: FailureKind::NonFinite { step_s: Course::STEP_S },
                     time_s: request.windows.subjects[part[problem]].recording.time_s[0] + time_s,

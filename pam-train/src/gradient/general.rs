@@ -12,8 +12,8 @@ use pam_data::Recording;
 use pam_solvers::input::InputError;
 use pam_solvers::sensitivity::{Direction, Gradient, MethodSetup, Problem};
 use pam_solvers::{
-    ConstantStep, FailureKind, Fixed, Integrator, LaneFailure, PidController, SampledInput,
-    StepController,
+    ConstantStep, FailureKind, Fixed, Integrator, PidController, SampledInput, StepController,
+    TrajectoryFailure,
 };
 use rayon::prelude::*;
 use std::ops::Range;
@@ -117,7 +117,7 @@ const OWN: usize = 6;
 /// States of the joint with sealed chambers.
 const STATES: usize = 4;
 
-type Outcome = Result<Gradient, LaneFailure>;
+type Outcome = Result<Gradient, TrajectoryFailure>;
 
 fn one<F: ParametricForce>(
     choice: GradientChoice,
@@ -132,7 +132,7 @@ fn one<F: ParametricForce>(
     let field = model.sealed(subject.masses);
     let tableau = settings.tableau.clone();
     Ok(match settings.step {
-        StepChoice::Exact => Err(LaneFailure {
+        StepChoice::Exact => Err(TrajectoryFailure {
             problem: task.subject,
             kind: FailureKind::Request(
                 "the exact method has a gradient of its own and takes no other method's".into(),
@@ -172,7 +172,7 @@ fn with_integrator<F: ParametricForce, C: StepController + Clone + 'static>(
         let (cotangents, _) = cotangents.as_chunks_mut::<4>();
         loss(task.subject, measured, states, cotangents)
     };
-    method.value_and_gradient(&problem, &mut on_states).map_err(|e| LaneFailure {
+    method.value_and_gradient(&problem, &mut on_states).map_err(|e| TrajectoryFailure {
         problem: task.subject,
         kind: e.kind,
         time_s: e.time_s,
@@ -185,7 +185,7 @@ fn assemble(
     tasks: &[Task],
     results: Vec<Outcome>,
 ) -> JointGradient {
-    let mut failures: Vec<LaneFailure> = Vec::new();
+    let mut failures: Vec<TrajectoryFailure> = Vec::new();
     for failure in results.iter().filter_map(|r| r.as_ref().err()) {
         if failures.last().is_none_or(|f| f.problem != failure.problem) {
             failures.push(failure.clone());

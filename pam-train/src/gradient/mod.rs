@@ -16,7 +16,7 @@ pub use pam_solvers::sensitivity::GradientChoice;
 pub use sealed::SealedGradient;
 
 use pam_core::{RawParameters, SealedMasses};
-use pam_solvers::LaneFailure;
+use pam_solvers::TrajectoryFailure;
 
 /// Value and gradient of the mean loss over recordings.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,7 +42,7 @@ pub struct JointGradient {
     /// prediction stopped early, or where the method keeps them for itself.
     pub states: Vec<Vec<[f64; 4]>>,
     /// Recordings whose prediction stopped early; they add nothing.
-    pub failures: Vec<LaneFailure>,
+    pub failures: Vec<TrajectoryFailure>,
     /// Work that was done.
     pub statistics: GradientStatistics,
 }

@@ -13,8 +13,8 @@ use pam_data::Recording;
 use pam_exact::{ExactMotion, ExactSolver};
 use pam_solvers::input::InputError;
 use pam_solvers::{
-    ConstantStep, FailureKind, LaneFailure, LaneGradient, LaneMemory, LaneProblem, Lanes,
-    PidController, SampledInput, StepController,
+    BatchGradient, BatchWorkspace, BatchedIntegrator, ConstantStep, FailureKind, PidController,
+    SampledInput, StepController, TrajectoryFailure, TrajectoryProblem,
 };
 use std::sync::Mutex;
 
@@ -27,7 +27,7 @@ use std::sync::Mutex;
 #[derive(Debug)]
 pub struct SealedGradient<T: Float> {
     settings: SolverSettings,
-    memory: LaneMemory<SealedMotion<T>>,
+    memory: BatchWorkspace<SealedMotion<T>>,
     exact: ExactSolver,
     gas: GasBuffers,
 }
@@ -100,19 +100,19 @@ fn refused(
     model: &JointModel<f64, NetworkForce<f64>>,
     subjects: &[Subject],
     why: &str,
-) -> LaneGradient {
-    let failure = |problem: usize| LaneFailure {
+) -> BatchGradient {
+    let failure = |problem: usize| TrajectoryFailure {
         problem,
         kind: FailureKind::Request(why.to_owned()),
         time_s: subjects[problem].recording.span_s().0,
     };
-    LaneGradient {
+    BatchGradient {
         values: vec![f64::NAN; subjects.len()],
         shared: vec![0.0; model.force.mlp().parameter_count() + 2],
         own: vec![vec![0.0; 2]; subjects.len()],
         initial_state: vec![vec![0.0; 2]; subjects.len()],
         failures: (0..subjects.len()).map(failure).collect(),
-        ..LaneGradient::default()
+        ..BatchGradient::default()
     }
 }
 
@@ -122,7 +122,7 @@ impl<T: Float> SealedGradient<T> {
     pub fn new(settings: SolverSettings) -> Self {
         Self {
             settings,
-            memory: LaneMemory::default(),
+            memory: BatchWorkspace::default(),
             exact: ExactSolver::new(),
             gas: GasBuffers::default(),
         }
@@ -206,11 +206,11 @@ impl<T: Float> SealedGradient<T> {
         match self.settings.step {
             StepChoice::Exact => Ok(self.exact(model, subjects, starts, loss, backward)),
             StepChoice::Constant { step_s } => {
-                let lanes = Lanes::new(tableau, ConstantStep::new(step_s));
+                let lanes = BatchedIntegrator::new(tableau, ConstantStep::new(step_s));
                 self.with_lanes(&lanes, model, subjects, starts, loss, backward)
             }
             StepChoice::Adaptive { rtol, atol } => {
-                let lanes = Lanes::new(tableau, PidController::new(rtol, atol));
+                let lanes = BatchedIntegrator::new(tableau, PidController::new(rtol, atol));
                 self.with_lanes(&lanes, model, subjects, starts, loss, backward)
             }
         }
@@ -218,7 +218,7 @@ impl<T: Float> SealedGradient<T> {
 
     fn with_lanes<C: StepController + Sync>(
         &mut self,
-        lanes: &Lanes<C>,
+        lanes: &BatchedIntegrator<C>,
         model: &JointModel<f64, NetworkForce<f64>>,
         subjects: &[Subject],
         starts: &[[f64; 4]],
@@ -233,7 +233,7 @@ impl<T: Float> SealedGradient<T> {
             .map(|(s, y0)| {
                 let r = &s.recording;
                 let (t0, t1) = r.span_s();
-                Ok(LaneProblem {
+                Ok(TrajectoryProblem {
                     condition: motion.condition(s.masses),
                     input: SampledInput::new(&r.time_s, &r.force_mn, self.settings.interpolation)?,
                     t0,
@@ -298,7 +298,7 @@ impl<T: Float> SealedGradient<T> {
     fn assemble(
         &mut self,
         model: &JointModel<f64, NetworkForce<f64>>,
-        gradient: LaneGradient,
+        gradient: BatchGradient,
     ) -> JointGradient {
         let failed = |i: usize| gradient.failures.iter().any(|f| f.problem == i);
         let predicted = gradient.values.len() - gradient.failures.len();

@@ -1,6 +1,6 @@
 //! The exact discrete adjoint of one trajectory, block by block from its end.
 
-use super::{LaneProblem, LaneTrajectory, Lanes};
+use super::{BatchedIntegrator, StoredTrajectory, TrajectoryProblem};
 use crate::controller::StepController;
 use crate::input::{Input, Side};
 use crate::step::{combine_into, node};
@@ -68,10 +68,10 @@ pub(super) struct AdjointSums<'a> {
 
 /// One trajectory with the cotangents of its observations.
 pub(super) struct Adjoint<'a, 'p, B: BatchField, I, C> {
-    pub(super) settings: &'a Lanes<C>,
+    pub(super) settings: &'a BatchedIntegrator<C>,
     pub(super) field: &'a B,
-    pub(super) problem: &'a LaneProblem<'p, B::Condition, I>,
-    pub(super) trajectory: &'a LaneTrajectory<B::Kept>,
+    pub(super) problem: &'a TrajectoryProblem<'p, B::Condition, I>,
+    pub(super) trajectory: &'a StoredTrajectory<B::Kept>,
     /// `[observations, states]`.
     pub(super) cotangents: &'a [f64],
 }

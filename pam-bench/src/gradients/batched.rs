@@ -13,7 +13,8 @@ use pam_core::simd::Float;
 use pam_core::{Activation, ActivationFunction, JointModel, NetworkForce};
 use pam_solvers::sensitivity::{DiscreteAdjoint, GradientMethod, Problem};
 use pam_solvers::{
-    ConstantStep, LaneGradient, LaneMemory, LaneProblem, Lanes, SolveError, Tableau,
+    BatchGradient, BatchWorkspace, BatchedIntegrator, ConstantStep, SolveError, Tableau,
+    TrajectoryProblem,
 };
 
 /// Name of the method.
@@ -28,7 +29,7 @@ const OWN: usize = 6;
 /// adjoint one by one stands for the frozen steps here; the grids of the study hold it against dual
 /// numbers.
 #[derive(Debug, Clone)]
-pub struct LaneGrid {
+pub struct BatchGrid {
     /// Part of the study.
     pub part: String,
     /// Activation of the network.
@@ -55,7 +56,7 @@ struct Sum {
     counts: [usize; 4],
 }
 
-impl LaneGrid {
+impl BatchGrid {
     /// Trajectory by trajectory.
     fn one_by_one(
         &self,
@@ -112,7 +113,7 @@ impl LaneGrid {
     fn together<T: Float>(&self, model: &Model, count: usize) -> Result<Sum, String> {
         let motion = SealedMotion::<T, Activation>::new(model, &model.force);
         let times = joint::observations_s(self.horizon_s);
-        let problem = |index: usize| LaneProblem {
+        let problem = |index: usize| TrajectoryProblem {
             condition: motion.condition(joint::masses(index)),
             input: joint::input(),
             t0: 0.0,
@@ -121,11 +122,11 @@ impl LaneGrid {
             observe_s: &times,
         };
         let problems: Vec<_> = (0..count).map(problem).collect();
-        let lanes = Lanes::new(self.tableau.clone(), ConstantStep::new(self.step_s));
+        let lanes = BatchedIntegrator::new(self.tableau.clone(), ConstantStep::new(self.step_s));
         let loss =
             |_: usize, states: &[f64], out: &mut [f64]| joint::motion_loss()(&times, states, out);
-        let mut memory = LaneMemory::default();
-        let LaneGradient {
+        let mut memory = BatchWorkspace::default();
+        let BatchGradient {
             value,
             mut shared,
             failures,
@@ -196,7 +197,7 @@ fn on_motion(times: &[f64], states: &[f64], cotangents: &mut [f64]) -> f64 {
     value
 }
 
-impl Cells for LaneGrid {
+impl Cells for BatchGrid {
     fn names(&self) -> Vec<(String, String)> {
         let methods = ["adjoint", NAME, NAME].map(|m| (joint::NAME.to_owned(), m.to_owned()));
         self.trajectories.iter().flat_map(|_| methods.clone()).collect()

@@ -2,7 +2,7 @@ use crate::tableau::{InterpolantTable, Tableau};
 
 /// All accepted steps of one trajectory: what its adjoint and its dense output need.
 #[derive(Debug, Clone, Default)]
-pub struct LaneTrajectory<K = ()> {
+pub struct StoredTrajectory<K = ()> {
     state_len: usize,
     derivatives: usize,
     /// Step ends, one more than steps, s.
@@ -26,7 +26,7 @@ pub struct LaneTrajectory<K = ()> {
     pub evaluations: usize,
 }
 
-impl<K: Copy> LaneTrajectory<K> {
+impl<K: Copy> StoredTrajectory<K> {
     /// Empties the trajectory and starts it anew; keeps its memory.
     pub(super) fn restart(&mut self, derivatives: usize, t0: f64, y0: &[f64], keeps: bool) {
         self.state_len = y0.len();

@@ -1,6 +1,6 @@
 //! The lock-step forward solve of one thread's lanes.
 
-use super::{LaneFailure, LaneProblem, LaneTrajectory, Lanes};
+use super::{BatchedIntegrator, StoredTrajectory, TrajectoryFailure, TrajectoryProblem};
 use crate::controller::StepController;
 use crate::error::FailureKind;
 use crate::input::{Input, Side};
@@ -13,19 +13,19 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// What one trajectory became.
 #[derive(Debug)]
 pub(super) struct Slot<K> {
-    pub(super) trajectory: LaneTrajectory<K>,
-    pub(super) failure: Option<LaneFailure>,
+    pub(super) trajectory: StoredTrajectory<K>,
+    pub(super) failure: Option<TrajectoryFailure>,
 }
 
 impl<K: Default> Default for Slot<K> {
     fn default() -> Self {
-        Self { trajectory: LaneTrajectory::default(), failure: None }
+        Self { trajectory: StoredTrajectory::default(), failure: None }
     }
 }
 
 /// The problems that wait for a lane, and the place of each result.
 pub(super) struct Queue<'q, 'p, B: BatchField, I> {
-    pub(super) problems: &'q [LaneProblem<'p, B::Condition, I>],
+    pub(super) problems: &'q [TrajectoryProblem<'p, B::Condition, I>],
     pub(super) slots: &'q [Mutex<Slot<B::Kept>>],
     pub(super) next: AtomicUsize,
     /// Bytes that each trajectory may keep for its adjoint, if it is to keep any.
@@ -34,7 +34,7 @@ pub(super) struct Queue<'q, 'p, B: BatchField, I> {
 
 /// Bookkeeping of one lane.
 #[derive(Debug, Clone, Copy, Default)]
-struct Lane {
+struct Member {
     problem: usize,
     t: f64,
     h: f64,
@@ -57,9 +57,9 @@ struct Lane {
 #[derive(Debug)]
 pub(super) struct ForwardMemory<L, K> {
     capacity: usize,
-    lanes: Vec<Lane>,
+    lanes: Vec<Member>,
     field: L,
-    trajectories: Vec<LaneTrajectory<K>>,
+    trajectories: Vec<StoredTrajectory<K>>,
     /// `[derivatives][lane][state]`.
     k: Vec<f64>,
     y: Vec<f64>,
@@ -74,7 +74,7 @@ pub(super) struct ForwardMemory<L, K> {
 }
 
 impl<L, K: Copy + Default> ForwardMemory<L, K> {
-    pub(super) fn new<B: BatchField<Lanes = L, Kept = K>>(
+    pub(super) fn new<B: BatchField<Batch = L, Kept = K>>(
         field: &B,
         derivatives: usize,
         capacity: usize,
@@ -84,8 +84,8 @@ impl<L, K: Copy + Default> ForwardMemory<L, K> {
         Self {
             capacity,
             lanes: Vec::with_capacity(capacity),
-            field: field.lanes(capacity),
-            trajectories: (0..capacity).map(|_| LaneTrajectory::default()).collect(),
+            field: field.batch(capacity),
+            trajectories: (0..capacity).map(|_| StoredTrajectory::default()).collect(),
             k: zeros(derivatives * capacity * n),
             y: zeros(capacity * n),
             y_new: zeros(capacity * n),
@@ -104,10 +104,10 @@ impl<L, K: Copy + Default> ForwardMemory<L, K> {
 
 /// One thread at work.
 pub(super) struct Forward<'a, 'q, 'p, B: BatchField, I, C> {
-    pub(super) settings: &'a Lanes<C>,
+    pub(super) settings: &'a BatchedIntegrator<C>,
     pub(super) field: &'a B,
     pub(super) queue: &'a Queue<'q, 'p, B, I>,
-    pub(super) memory: &'a mut ForwardMemory<B::Lanes, B::Kept>,
+    pub(super) memory: &'a mut ForwardMemory<B::Batch, B::Kept>,
 }
 
 impl<B, I, C> Forward<'_, '_, '_, B, I, C>
@@ -147,7 +147,7 @@ where
         slot.trajectory.restart(derivatives, problem.t0, &problem.y0, keeps);
         if let Err(why) = self.settings.check(problem, n, m) {
             let kind = FailureKind::Request(why);
-            slot.failure = Some(LaneFailure { problem: index, kind, time_s: problem.t0 });
+            slot.failure = Some(TrajectoryFailure { problem: index, kind, time_s: problem.t0 });
             return true;
         }
         if problem.t0 == problem.t1 {
@@ -156,15 +156,15 @@ where
         let lane = self.memory.lanes.len();
         std::mem::swap(&mut slot.trajectory, &mut self.memory.trajectories[lane]);
         self.memory.y[lane * n..(lane + 1) * n].copy_from_slice(&problem.y0);
-        self.field.set_lane(lane, &problem.condition, &mut self.memory.field);
+        self.field.set_condition(lane, &problem.condition, &mut self.memory.field);
         let observed = problem.observe_s.partition_point(|&t| t <= problem.t0);
-        self.memory.lanes.push(Lane {
+        self.memory.lanes.push(Member {
             problem: index,
             t: problem.t0,
             history: [1.0, 1.0],
             observed,
             needs_first: true,
-            ..Lane::default()
+            ..Member::default()
         });
         true
     }
@@ -181,7 +181,7 @@ where
         let start = i * memory.capacity * width;
         let kept = &mut memory.kept[start..start + len * width];
         let (t, u) = (&memory.t[..len], &memory.u[..len * m]);
-        self.field.eval_lanes(t, y, u, dy, kept, &mut memory.field);
+        self.field.eval_batch(t, y, u, dy, kept, &mut memory.field);
     }
 
     /// Sets time and input of a lane.
@@ -237,7 +237,7 @@ where
         let settings = self.settings;
         let n = self.field.state_len();
         let len = self.memory.lanes.len();
-        let span = |lane: &Lane, problems: &[LaneProblem<'_, B::Condition, I>]| {
+        let span = |lane: &Member, problems: &[TrajectoryProblem<'_, B::Condition, I>]| {
             problems[lane.problem].t1 - lane.t
         };
         let Some(tolerances) = settings
@@ -310,7 +310,7 @@ where
             self.combine(&tableau.a[i], false);
             let c = tableau.c[i];
             for lane in 0..len {
-                let Lane { t, t_new, .. } = self.memory.lanes[lane];
+                let Member { t, t_new, .. } = self.memory.lanes[lane];
                 let (t, side) = node(c, t, t_new);
                 self.set_input(lane, t, side);
             }
@@ -319,7 +319,7 @@ where
         self.combine(&tableau.b, true);
         let adaptive = settings.controller.tolerances().is_some();
         let problems = self.queue.problems;
-        let closes = |lane: &Lane| {
+        let closes = |lane: &Member| {
             let at_end = lane.t_new == problems[lane.problem].t1;
             adaptive || lane.interpolates || !(lane.jumps || at_end)
         };
@@ -361,7 +361,7 @@ where
     }
 
     /// Ends the step of one lane. `Some` if the lane is done: with a failure, or without.
-    fn finish_step(&mut self, index: usize) -> Option<Option<LaneFailure>> {
+    fn finish_step(&mut self, index: usize) -> Option<Option<TrajectoryFailure>> {
         let settings = self.settings;
         let tableau = &settings.tableau;
         let n = self.field.state_len();
@@ -370,8 +370,8 @@ where
         let range = index * n..(index + 1) * n;
         let lane = &mut memory.lanes[index];
         let problem = &self.queue.problems[lane.problem];
-        let fail = |lane: &Lane, kind| {
-            Some(Some(LaneFailure { problem: lane.problem, kind, time_s: lane.t }))
+        let fail = |lane: &Member, kind| {
+            Some(Some(TrajectoryFailure { problem: lane.problem, kind, time_s: lane.t }))
         };
         if lane.steps == settings.max_steps {
             return fail(lane, FailureKind::TooManySteps { limit: settings.max_steps });
@@ -449,7 +449,7 @@ where
     }
 
     /// Hands the trajectory of a lane to its slot and moves the last lane into its place.
-    fn free(&mut self, index: usize, failure: Option<LaneFailure>) {
+    fn free(&mut self, index: usize, failure: Option<TrajectoryFailure>) {
         let n = self.field.state_len();
         let memory = &mut *self.memory;
         {
@@ -464,7 +464,7 @@ where
             return;
         }
         memory.trajectories.swap(index, last);
-        self.field.move_lane(last, index, &mut memory.field);
+        self.field.move_condition(last, index, &mut memory.field);
         let (from, to) = (last * n..(last + 1) * n, index * n);
         for buffer in [&mut memory.y, &mut memory.y_new, &mut memory.h] {
             buffer.copy_within(from.clone(), to);

@@ -1,6 +1,6 @@
 //! Many trajectories at once.
 //!
-//! Each thread advances up to [`width`](Lanes::with_width) trajectories, its *lanes*, together: stage
+//! Each thread advances up to [`width`](BatchedIntegrator::with_width) trajectories, its *lanes*, together: stage
 //! by stage, one batched evaluation of the field serves all lanes, while every lane keeps a time, a
 //! step size and an error history of its own. A lane whose trajectory ends takes the next one from
 //! the queue, so the batch stays full.
@@ -20,8 +20,8 @@ mod forward;
 mod gradient;
 mod trajectory;
 
-pub use gradient::{LaneGradient, LaneMemory};
-pub use trajectory::LaneTrajectory;
+pub use gradient::{BatchGradient, BatchWorkspace};
+pub use trajectory::StoredTrajectory;
 
 use crate::controller::StepController;
 use crate::error::FailureKind;
@@ -32,7 +32,7 @@ use thiserror::Error;
 
 /// One trajectory to be solved and observed.
 #[derive(Debug, Clone)]
-pub struct LaneProblem<'a, C, I> {
+pub struct TrajectoryProblem<'a, C, I> {
     /// What distinguishes it from the others, as its field wants it.
     pub condition: C,
     /// Its input.
@@ -50,7 +50,7 @@ pub struct LaneProblem<'a, C, I> {
 /// A trajectory that stopped early.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("trajectory {problem}: {}", kind.describe(*time_s))]
-pub struct LaneFailure {
+pub struct TrajectoryFailure {
     /// Index of the problem.
     pub problem: usize,
     /// Why it stopped.
@@ -61,7 +61,7 @@ pub struct LaneFailure {
 
 /// A method and a step controller for many trajectories.
 #[derive(Debug, Clone)]
-pub struct Lanes<C> {
+pub struct BatchedIntegrator<C> {
     tableau: Tableau,
     controller: C,
     width: usize,
@@ -70,7 +70,7 @@ pub struct Lanes<C> {
     max_steps: usize,
 }
 
-impl<C: StepController + Sync> Lanes<C> {
+impl<C: StepController + Sync> BatchedIntegrator<C> {
     /// A method and a controller; up to 16 lanes a thread, blocks of 256 points, 2 GiB for what
     /// evaluations leave for the adjoint, at most 10 million steps a trajectory.
     pub fn new(tableau: Tableau, controller: C) -> Self {
@@ -120,7 +120,7 @@ impl<C: StepController + Sync> Lanes<C> {
 
     fn check<K, I: Input<f64>>(
         &self,
-        problem: &LaneProblem<'_, K, I>,
+        problem: &TrajectoryProblem<'_, K, I>,
         state_len: usize,
         input_len: usize,
     ) -> Result<(), String> {

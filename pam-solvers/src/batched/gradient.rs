@@ -2,7 +2,7 @@
 
 use super::adjoint::{Adjoint, AdjointMemory, AdjointSums};
 use super::forward::{Forward, ForwardMemory, Queue, Slot};
-use super::{LaneFailure, LaneProblem, LaneTrajectory, Lanes};
+use super::{BatchedIntegrator, StoredTrajectory, TrajectoryFailure, TrajectoryProblem};
 use crate::controller::StepController;
 use crate::input::Input;
 use pam_autodiff::BatchField;
@@ -13,14 +13,14 @@ use std::sync::atomic::AtomicUsize;
 
 /// Memory that is kept between calls, so that a repeated solve or gradient allocates next to nothing.
 #[derive(Debug)]
-pub struct LaneMemory<B: BatchField> {
+pub struct BatchWorkspace<B: BatchField> {
     slots: Vec<Mutex<Slot<B::Kept>>>,
-    forward: Mutex<Vec<ForwardMemory<B::Lanes, B::Kept>>>,
+    forward: Mutex<Vec<ForwardMemory<B::Batch, B::Kept>>>,
     adjoint: Mutex<Vec<AdjointMemory<B::Block>>>,
     results: Vec<Mutex<OneResult>>,
 }
 
-impl<B: BatchField> Default for LaneMemory<B> {
+impl<B: BatchField> Default for BatchWorkspace<B> {
     fn default() -> Self {
         Self {
             slots: Vec::new(),
@@ -45,7 +45,7 @@ struct OneResult {
 
 /// Value and gradient of a sum over trajectories.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct LaneGradient {
+pub struct BatchGradient {
     /// The sum of the losses.
     pub value: f64,
     /// The loss of each trajectory; NaN where it stopped early.
@@ -57,7 +57,7 @@ pub struct LaneGradient {
     /// With respect to each initial state.
     pub initial_state: Vec<Vec<f64>>,
     /// Trajectories that stopped early; they add nothing to value and gradient.
-    pub failures: Vec<LaneFailure>,
+    pub failures: Vec<TrajectoryFailure>,
     /// Accepted steps of all trajectories.
     pub accepted: usize,
     /// Rejected steps of all trajectories.
@@ -70,15 +70,15 @@ pub struct LaneGradient {
     pub stored_bytes: usize,
 }
 
-impl<C: StepController + Sync> Lanes<C> {
+impl<C: StepController + Sync> BatchedIntegrator<C> {
     /// Solves all problems. The trajectories stay in `memory`, to be read with
-    /// [`LaneMemory::observe`].
+    /// [`BatchWorkspace::observe`].
     pub fn solve<B, I>(
         &self,
         field: &B,
-        problems: &[LaneProblem<'_, B::Condition, I>],
-        memory: &mut LaneMemory<B>,
-    ) -> Vec<LaneFailure>
+        problems: &[TrajectoryProblem<'_, B::Condition, I>],
+        memory: &mut BatchWorkspace<B>,
+    ) -> Vec<TrajectoryFailure>
     where
         B: BatchField,
         I: Input<f64> + Sync,
@@ -94,8 +94,8 @@ impl<C: StepController + Sync> Lanes<C> {
     fn forward<B, I>(
         &self,
         field: &B,
-        problems: &[LaneProblem<'_, B::Condition, I>],
-        memory: &mut LaneMemory<B>,
+        problems: &[TrajectoryProblem<'_, B::Condition, I>],
+        memory: &mut BatchWorkspace<B>,
         keep: bool,
     ) where
         B: BatchField,
@@ -131,10 +131,10 @@ impl<C: StepController + Sync> Lanes<C> {
     pub fn value_and_gradient<B, I>(
         &self,
         field: &B,
-        problems: &[LaneProblem<'_, B::Condition, I>],
+        problems: &[TrajectoryProblem<'_, B::Condition, I>],
         loss: &(impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync),
-        memory: &mut LaneMemory<B>,
-    ) -> LaneGradient
+        memory: &mut BatchWorkspace<B>,
+    ) -> BatchGradient
     where
         B: BatchField,
         I: Input<f64> + Sync,
@@ -147,10 +147,10 @@ impl<C: StepController + Sync> Lanes<C> {
     pub fn value<B, I>(
         &self,
         field: &B,
-        problems: &[LaneProblem<'_, B::Condition, I>],
+        problems: &[TrajectoryProblem<'_, B::Condition, I>],
         loss: &(impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync),
-        memory: &mut LaneMemory<B>,
-    ) -> LaneGradient
+        memory: &mut BatchWorkspace<B>,
+    ) -> BatchGradient
     where
         B: BatchField,
         I: Input<f64> + Sync,
@@ -161,11 +161,11 @@ impl<C: StepController + Sync> Lanes<C> {
     fn value_and_maybe_gradient<B, I>(
         &self,
         field: &B,
-        problems: &[LaneProblem<'_, B::Condition, I>],
+        problems: &[TrajectoryProblem<'_, B::Condition, I>],
         loss: &(impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync),
-        memory: &mut LaneMemory<B>,
+        memory: &mut BatchWorkspace<B>,
         backward: bool,
-    ) -> LaneGradient
+    ) -> BatchGradient
     where
         B: BatchField,
         I: Input<f64> + Sync,
@@ -174,7 +174,7 @@ impl<C: StepController + Sync> Lanes<C> {
         if memory.results.len() < problems.len() {
             memory.results.resize_with(problems.len(), Mutex::default);
         }
-        let LaneMemory { slots, adjoint, results, .. } = &*memory;
+        let BatchWorkspace { slots, adjoint, results, .. } = &*memory;
         // One task each, and the longest work is not left for the end.
         (0..problems.len()).into_par_iter().with_max_len(1).for_each(|index| {
             let slot = slots[index].lock().expect("no lane panics");
@@ -206,7 +206,7 @@ impl<C: StepController + Sync> Lanes<C> {
             adjoint.lock().expect("no lane panics").push(own);
         });
         let mut sum =
-            LaneGradient { shared: vec![0.0; field.parameter_len()], ..LaneGradient::default() };
+            BatchGradient { shared: vec![0.0; field.parameter_len()], ..BatchGradient::default() };
         for (slot, result) in memory.slots.iter_mut().zip(&mut memory.results).take(problems.len())
         {
             let slot = slot.get_mut().expect("no lane panics");
@@ -234,7 +234,7 @@ impl OneResult {
     }
 }
 
-impl LaneGradient {
+impl BatchGradient {
     fn add<K: Copy>(&mut self, slot: &Slot<K>, result: &OneResult) {
         self.values.push(result.value);
         self.own.push(result.own.clone());
@@ -255,12 +255,12 @@ impl LaneGradient {
     }
 }
 
-impl<B: BatchField> LaneMemory<B> {
+impl<B: BatchField> BatchWorkspace<B> {
     /// The trajectory of a problem of the last solve.
     ///
     /// # Panics
     /// If there was no such problem.
-    pub fn trajectory(&mut self, problem: usize) -> &LaneTrajectory<B::Kept> {
+    pub fn trajectory(&mut self, problem: usize) -> &StoredTrajectory<B::Kept> {
         &self.slots[problem].get_mut().expect("no lane panics").trajectory
     }
 

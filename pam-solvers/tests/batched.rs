@@ -9,8 +9,8 @@ use pam_core::{
 };
 use pam_solvers::sensitivity::{DiscreteAdjoint, Gradient, GradientMethod, Problem};
 use pam_solvers::{
-    ConstantStep, FailureKind, Fixed, Integrator, Interpolation, LaneGradient, LaneMemory,
-    LaneProblem, Lanes, PidController, SampledInput, StepController, Tableau,
+    BatchGradient, BatchWorkspace, BatchedIntegrator, ConstantStep, FailureKind, Fixed, Integrator,
+    Interpolation, PidController, SampledInput, StepController, Tableau, TrajectoryProblem,
 };
 
 /// `ẍ = μ (1 − x²) ẋ − x + u`
@@ -88,15 +88,15 @@ fn runs() -> Vec<Run> {
 fn in_lanes<C: StepController + Sync>(
     runs: &[Run],
     interpolation: Interpolation,
-    lanes: &Lanes<C>,
+    lanes: &BatchedIntegrator<C>,
     threads: usize,
-) -> LaneGradient {
+) -> BatchGradient {
     let fields: Vec<VanDerPol<f64>> = runs.iter().map(|r| VanDerPol { mu: r.mu }).collect();
     let differentiation = ByChunk::<3>;
     let problems: Vec<_> = runs
         .iter()
         .zip(&fields)
-        .map(|(r, field)| LaneProblem {
+        .map(|(r, field)| TrajectoryProblem {
             condition: differentiation.of(field),
             input: SampledInput::new(&r.times, &r.force, interpolation).unwrap(),
             t0: r.times[0],
@@ -108,7 +108,7 @@ fn in_lanes<C: StepController + Sync>(
     let field = Pointwise::like(&problems[0].condition);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
-        let mut memory = LaneMemory::default();
+        let mut memory = BatchWorkspace::default();
         let one = |_: usize, states: &[f64], cotangents: &mut [f64]| loss(states, cotangents);
         let first = lanes.value_and_gradient(&field, &problems, &one, &mut memory);
         let again = lanes.value_and_gradient(&field, &problems, &one, &mut memory);
@@ -142,8 +142,9 @@ fn compare<C: StepController + Clone + Sync + 'static>(tableau: Tableau, control
     let runs = runs();
     for interpolation in [Interpolation::Hold, Interpolation::Linear, Interpolation::Cubic] {
         // Few lanes, so that trajectories wait for one; small blocks, so that there are several.
-        let lanes =
-            Lanes::new(tableau.clone(), controller.clone()).with_width(2).with_block_points(20);
+        let lanes = BatchedIntegrator::new(tableau.clone(), controller.clone())
+            .with_width(2)
+            .with_block_points(20);
         let together = in_lanes(&runs, interpolation, &lanes, 1);
         assert!(together.failures.is_empty());
         let integrator = Integrator::new(tableau.clone(), controller.clone());
@@ -155,7 +156,7 @@ fn compare<C: StepController + Clone + Sync + 'static>(tableau: Tableau, control
             assert!(relative(&together.own[i], &alone.parameters) < 1e-12, "{what}");
             assert!(relative(&together.initial_state[i], &alone.initial_state) < 1e-12, "{what}");
         }
-        let wide = Lanes::new(tableau.clone(), controller.clone());
+        let wide = BatchedIntegrator::new(tableau.clone(), controller.clone());
         assert_eq!(together, in_lanes(&runs, interpolation, &lanes, 2), "threads");
         let wide = in_lanes(&runs, interpolation, &wide, 2);
         assert_eq!((&together.values, together.evaluations), (&wide.values, wide.evaluations));
@@ -198,7 +199,7 @@ fn the_sealed_motion_equals_the_joint() {
         let (tableau, step) = (Tableau::rk4(), ConstantStep::new(5e-3));
 
         let motion = SealedMotion::<f64>::new(&model, &model.force);
-        let problem = LaneProblem {
+        let problem = TrajectoryProblem {
             condition: motion.condition(masses),
             input: input(),
             t0: 0.0,
@@ -207,8 +208,9 @@ fn the_sealed_motion_equals_the_joint() {
             observe_s: &times,
         };
         let one = |_: usize, states: &[f64], cotangents: &mut [f64]| loss(states, cotangents);
-        let lanes = Lanes::new(tableau.clone(), step);
-        let ours = lanes.value_and_gradient(&motion, &[problem], &one, &mut LaneMemory::default());
+        let lanes = BatchedIntegrator::new(tableau.clone(), step);
+        let ours =
+            lanes.value_and_gradient(&motion, &[problem], &one, &mut BatchWorkspace::default());
 
         let integrator = Integrator::new(tableau, step);
         let joint = Problem {
@@ -251,7 +253,7 @@ fn the_sealed_motion_equals_the_joint() {
 fn a_failure_is_told_and_stays_alone() {
     let mut runs = runs();
     runs[2].y0 = vec![1e200, 1e200];
-    let lanes = Lanes::new(Tableau::tsit5(), ConstantStep::new(0.05)).with_width(3);
+    let lanes = BatchedIntegrator::new(Tableau::tsit5(), ConstantStep::new(0.05)).with_width(3);
     let gradient = in_lanes(&runs, Interpolation::Linear, &lanes, 2);
     assert_eq!(gradient.failures.len(), 1);
     let failure = &gradient.failures[0];
@@ -278,7 +280,7 @@ fn empty_work_is_fine() {
     runs[0].times.truncate(1);
     runs[0].force.truncate(1);
     runs[0].observe = vec![0.1];
-    let lanes = Lanes::new(Tableau::tsit5(), ConstantStep::new(0.05));
+    let lanes = BatchedIntegrator::new(Tableau::tsit5(), ConstantStep::new(0.05));
     let gradient = in_lanes(&runs, Interpolation::Linear, &lanes, 1);
     let mut expected = [0.0; 2];
     let value = loss(&runs[0].y0, &mut expected);
@@ -286,9 +288,10 @@ fn empty_work_is_fine() {
 
     let field = VanDerPol { mu: 1.0 };
     let none = Pointwise::like(&ByChunk::<3>.of(&field));
-    let no_problems: Vec<LaneProblem<'_, _, SampledInput<'_, f64>>> = Vec::new();
+    let no_problems: Vec<TrajectoryProblem<'_, _, SampledInput<'_, f64>>> = Vec::new();
     let one = |_: usize, _: &[f64], _: &mut [f64]| 0.0;
-    let gradient = lanes.value_and_gradient(&none, &no_problems, &one, &mut LaneMemory::default());
+    let gradient =
+        lanes.value_and_gradient(&none, &no_problems, &one, &mut BatchWorkspace::default());
     assert_eq!(gradient.value, 0.0);
     assert_eq!(ByTape.of(&field).parameter_len(), 1);
 }

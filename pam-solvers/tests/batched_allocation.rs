@@ -4,8 +4,8 @@ use pam_autodiff::batch::SealedMotion;
 use pam_core::force::{Dense, Mlp};
 use pam_core::{Activation, JointModel, NetworkForce, SealedMasses};
 use pam_solvers::{
-    ConstantStep, Interpolation, LaneMemory, LaneProblem, Lanes, PidController, SampledInput,
-    StepController, Tableau,
+    BatchWorkspace, BatchedIntegrator, ConstantStep, Interpolation, PidController, SampledInput,
+    StepController, Tableau, TrajectoryProblem,
 };
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -48,7 +48,7 @@ fn allocations<C: StepController + Sync>(
     let times: Vec<f64> = (0..samples).map(|k| k as f64 * 1e-3).collect();
     let force: Vec<f64> = times.iter().map(|t| 1e5 * (3.0 * t).sin()).collect();
     let problems: Vec<_> = (1..=3)
-        .map(|i| LaneProblem {
+        .map(|i| TrajectoryProblem {
             condition: motion.condition(SealedMasses::new(0.02 * f64::from(i), 0.07).unwrap()),
             input: SampledInput::new(&times, &force, interpolation).unwrap(),
             t0: 0.0,
@@ -57,8 +57,8 @@ fn allocations<C: StepController + Sync>(
             observe_s: &times,
         })
         .collect();
-    let lanes = Lanes::new(Tableau::tsit5(), controller);
-    let mut memory = LaneMemory::default();
+    let lanes = BatchedIntegrator::new(Tableau::tsit5(), controller);
+    let mut memory = BatchWorkspace::default();
     let loss = |_: usize, states: &[f64], cotangents: &mut [f64]| {
         cotangents.copy_from_slice(states);
         0.5 * states.iter().map(|y| y * y).sum::<f64>()
