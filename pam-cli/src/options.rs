@@ -335,7 +335,7 @@ pub struct StepOptions {
 
 /// Takes the exact method where it applies.
 pub const AUTO: &str = "auto";
-/// The closed form of networks of rectifiers.
+/// The closed form of (leaky) ReLU networks.
 pub const EXACT: &str = "exact";
 
 impl SolverOptions {

@@ -55,7 +55,7 @@ fn the_small_evaluator_matches_the_model() {
             assert!((found - full).abs() <= 1e-6 + 1e-12 * full.abs(), "{name}: {found} {full}");
             let found = single.force_mn(p.map(|v| v as f32), &mut single_work).unwrap();
             let miss = (f64::from(found) - full).abs();
-            // These weights were trained as a rectifier's; others amplify rounding.
+            // These weights were trained with leaky ReLU; other activations amplify rounding.
             assert!(
                 name != &"leaky_relu" || miss <= 1e-6 * largest,
                 "{name}: {miss} of {largest} mN in single precision"

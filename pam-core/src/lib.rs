@@ -37,8 +37,8 @@ pub use activation::{Activation, ActivationFunction};
 pub use error::ModelError;
 pub use field::{FieldFn, ParametricField, VectorField};
 pub use force::{
-    AnyForce, ForceInput, ForceModel, ForceParts, Mlp, NetworkForce, ParametricForce,
-    RectifierLayers, SpringDamper, StoredForce,
+    AnyForce, ForceInput, ForceModel, ForceParts, Mlp, NetworkForce, ParametricForce, ReluLayers,
+    SpringDamper, StoredForce,
 };
 pub use joint::{
     Chambers, JointField, JointModel, MuscleGeometry, PhysicalParameters, RawParameters,

@@ -1,6 +1,6 @@
 //! A network of rectifiers, seen from a plane of two of its inputs.
 
-use pam_core::{ForceModel, ModelError, RectifierLayers};
+use pam_core::{ForceModel, ModelError, ReluLayers};
 
 /// Rows are padded to whole vectors of the widest instruction set.
 pub(crate) const LANES: usize = 8;
@@ -38,7 +38,7 @@ impl PiecewiseNetwork {
     /// Whether the exact methods apply to this force: it is a network of rectifiers.
     #[must_use]
     pub fn applies_to(force: &impl ForceModel<f64>) -> bool {
-        force.rectifier_layers().is_some()
+        force.relu_layers().is_some()
     }
 
     /// Takes the weights of a force network.
@@ -46,7 +46,7 @@ impl PiecewiseNetwork {
     /// # Errors
     /// [`ModelError::Shape`] if the force is no network of rectifiers, or it has no hidden layer.
     pub fn new(force: &impl ForceModel<f64>) -> Result<Self, ModelError> {
-        let Some(RectifierLayers { layers, slope }) = force.rectifier_layers() else {
+        let Some(ReluLayers { layers, slope }) = force.relu_layers() else {
             return Err(ModelError::Shape(
                 "the exact method needs a network of leaky_relu or relu with a hidden layer; take a \
                  general solver for this force"

@@ -28,7 +28,7 @@ pub enum StepChoice {
         /// Absolute tolerance, in the units of the states.
         atol: f64,
     },
-    /// No steps: closed-form pieces of a network of rectifiers (see [`pam_exact`]). Of the settings only
+    /// No steps: closed-form segments of a (leaky) ReLU network (see [`pam_exact`]). Of the settings only
     /// the reading of the input counts, and it may not be cubic.
     Exact,
 }

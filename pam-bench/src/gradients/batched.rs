@@ -95,7 +95,7 @@ impl BatchGrid {
 
     /// The sum in closed form from kink to kink, if the network has kinks.
     fn in_closed_form(&self, model: &Model, count: usize) -> Option<Sum> {
-        self.activation.rectifier_slope()?;
+        self.activation.relu_slope()?;
         let observations_s = joint::observations_s(self.horizon_s);
         let weights = model.force.mlp().parameter_count();
         let mut sum = Sum { value: 0.0, network: vec![0.0; weights], counts: [0; 4] };

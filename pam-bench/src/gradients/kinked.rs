@@ -16,7 +16,7 @@ const POINTS: usize = 2000;
 
 /// A joint with sealed air under a drive, and what is asked of it.
 pub struct KinkedJoint<'a> {
-    /// The joint, with a network of rectifiers.
+    /// The joint, with a (leaky) ReLU network.
     pub model: &'a JointModel<f64, NetworkForce<f64>>,
     /// Its air.
     pub masses: SealedMasses,

@@ -7,7 +7,7 @@ use pam_report::figure::{
 use pam_report::page::{figure, page, wide_figure};
 
 /// Maps of stiffness and damping over the masses at x = 0, profiles along x with every scheme, the
-/// reachable range over the position, and, for networks of rectifiers, the polygons of the plane of motion
+/// reachable range over the position, and, for ReLU networks, the polygons of the plane of motion
 /// in which stiffness and damping are constant.
 #[must_use]
 pub fn stiffness_report(
@@ -91,7 +91,7 @@ pub fn stiffness_report(
         @if !polygons.is_empty() {
             h2 { "Over displacement and velocity" }
             p {
-                "The network is one of rectifiers: its force is affine in each of these polygons, so that "
+                "The network has (leaky) ReLU units: its force is affine in each of these polygons, so that "
                 "stiffness and damping are constant there. The polygons are exact and fill the plane."
             }
             div.grid {

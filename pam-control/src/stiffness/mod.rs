@@ -3,7 +3,7 @@
 //! [`map`] evaluates the exact slopes and the finite-difference schemes over a grid of
 //! (x, ẋ, m_f, m_e); [`profile`] along x for one pair of masses, fine enough to show kinks; [`reachable`]
 //! the range of K̂ that the consistent masses span at each position. [`ExactMap`] is the plane of motion cut
-//! into the polygons in which stiffness and damping are constant, for networks of rectifiers.
+//! into the polygons in which stiffness and damping are constant, for (leaky) ReLU networks.
 
 use crate::error::ControlError;
 use crate::synthesis::{SynthesisSettings, Synthesiser, Target};

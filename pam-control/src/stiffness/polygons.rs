@@ -4,7 +4,7 @@ use pam_exact::{Partition, PiecewiseNetwork, Plane, Window};
 /// Most polygons of a map.
 const MOST_POLYGONS: usize = 200_000;
 
-/// Stiffness and damping over displacement and velocity as polygons: all pieces of a network of rectifiers.
+/// Stiffness and damping over displacement and velocity as polygons: all linear regions of a ReLU network.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactMap {
     /// What the map is of, for its title.
@@ -18,7 +18,7 @@ pub struct ExactMap {
 }
 
 impl ExactMap {
-    /// The polygons within `±reach` (mm, mm/s); `None` if the force is no network of rectifiers.
+    /// The polygons within `±reach` (mm, mm/s); `None` if the force is not a (leaky) ReLU network.
     #[must_use]
     pub fn new(
         model: &JointModel<f64, AnyForce<f64>>,

@@ -1,4 +1,4 @@
-//! The global optimum with a proof, for networks of rectifiers.
+//! The global optimum with a proof, for (leaky) ReLU networks.
 
 use super::problem::{Outcome, Solution, SynthesisSettings, Target};
 use crate::error::ControlError;
@@ -23,11 +23,11 @@ pub struct CertifiedSynthesiser {
 }
 
 impl CertifiedSynthesiser {
-    /// For a model whose force is a network of rectifiers.
+    /// For a model whose force is a (leaky) ReLU network.
     ///
     /// # Errors
     /// [`ControlError::Value`] if the settings are impossible, [`ControlError::Insufficient`] if the force
-    /// is no network of rectifiers.
+    /// is no such network.
     pub fn new<F: ForceModel<f64>>(
         model: &JointModel<f64, F>,
         settings: SynthesisSettings,

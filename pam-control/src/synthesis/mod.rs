@@ -15,7 +15,7 @@ mod newton;
 
 pub mod plan;
 pub mod problem;
-mod rectifier;
+mod relu_stencil;
 pub mod solver;
 mod stencil;
 mod trace;

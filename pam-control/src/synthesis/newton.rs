@@ -5,13 +5,13 @@
 //! followed instead (see [`trace`](super::trace)).
 //!
 //! A smooth force goes through [`march`]: the solutions of three samples, carried on along a parabola, start
-//! the next one, and all lanes are evaluated together. A network of rectifiers goes through [`track`]: it is
+//! the next one, and all lanes are evaluated together. A ReLU network goes through [`track`]: it is
 //! piecewise affine, so from sample to sample its pieces say the next solution exactly until a kink is passed,
 //! and Newton's method ends after one step once it has found the right pieces.
 
 use super::batch::ForceBatch;
 use super::problem::{MassBounds, SynthesisSettings, Target};
-use super::rectifier::RectifierStencil;
+use super::relu_stencil::ReluStencil;
 use super::stencil::{Evaluator, Local};
 use super::walk::Landscape;
 
@@ -142,9 +142,9 @@ pub(super) fn march<B: ForceBatch>(
     }
 }
 
-/// As [`march`], for a network of rectifiers: one lane after the other.
+/// As [`march`], for a ReLU network: one lane after the other.
 pub(super) fn track(
-    stencil: &mut RectifierStencil<'_>,
+    stencil: &mut ReluStencil<'_>,
     targets: &[Target],
     settings: &SynthesisSettings,
     lanes: Vec<Lane>,

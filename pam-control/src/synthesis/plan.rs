@@ -87,8 +87,8 @@ impl Plan {
         Self::of_solutions(model, targets, solutions)
     }
 
-    /// As [`new`](Self::new), every sample the global optimum, with its certificate; for networks of
-    /// rectifiers.
+    /// As [`new`](Self::new), every sample the global optimum, with its certificate; for (leaky)
+    /// ReLU networks.
     ///
     /// # Errors
     /// As [`new`](Self::new), and [`ControlError::Insufficient`] for another force.

@@ -3,7 +3,7 @@
 use super::batch::{AnyBatch, ForceBatch};
 use super::newton::{Lane, march, track};
 use super::problem::{Outcome, Solution, SynthesisSettings, Target};
-use super::rectifier::{RectifierNetwork, RectifierStencil};
+use super::relu_stencil::{ReluLayout, ReluStencil};
 use super::stencil::{Evaluator, Inertia, Local};
 use super::trace::{Traced, grid_nodes, nearest_around, trace};
 use super::walk::{Chords, Vertex};
@@ -18,11 +18,11 @@ const LANE_SAMPLES: usize = 128;
 /// Samples over which the nearest stiffness is carried on before the whole curve is followed again.
 const MOST_CARRIED: usize = 15;
 
-/// What follows curves: a network of rectifiers goes through its stencil, anything else through the evaluator,
+/// Follows curves: a ReLU network goes through its stencil, anything else through the evaluator,
 /// which gives the signs on the grid for both.
 struct Follower<'a, B: ForceBatch> {
     evaluator: Evaluator<'a, B>,
-    stencil: Option<RectifierStencil<'a>>,
+    stencil: Option<ReluStencil<'a>>,
 }
 
 /// Finds the air for motions and stiffnesses.
@@ -35,13 +35,13 @@ struct Follower<'a, B: ForceBatch> {
 ///
 /// within the mass bounds (Wang and Realmuto 2026, section II-E). The constraint is a curve in the plane
 /// of the masses; K̂ = K_d cuts it in points. [Newton's method](super) on both equations, started from the
-/// sample before, finds them (for smooth forces many samples side by side, for networks of rectifiers from
+/// sample before, finds them (for smooth forces many samples side by side, for ReLU networks from
 /// affine piece to piece); where it does not, the whole curve is followed. Results do not depend on the
 /// number of threads.
 #[derive(Debug, Clone)]
 pub struct Synthesiser<B = AnyBatch> {
     batch: B,
-    rectifier: Option<RectifierNetwork>,
+    relu: Option<ReluLayout>,
     inertia: Inertia,
     settings: SynthesisSettings,
 }
@@ -57,7 +57,7 @@ impl Synthesiser<AnyBatch> {
     ) -> Result<Self, ControlError> {
         let mut made = Self::with_batch(model, AnyBatch::new(&model.force), settings)?;
         if let AnyForce::Network(network) = &model.force {
-            made.rectifier = RectifierNetwork::new(network);
+            made.relu = ReluLayout::new(network);
         }
         Ok(made)
     }
@@ -78,7 +78,7 @@ impl<B: ForceBatch> Synthesiser<B> {
             mass_kg: model.physical().mass_kg,
             damping_kg_s: model.auxiliary_damping_kg_s,
         };
-        Ok(Self { batch, rectifier: None, inertia, settings })
+        Ok(Self { batch, relu: None, inertia, settings })
     }
 
     /// The settings.
@@ -128,9 +128,9 @@ impl<B: ForceBatch> Synthesiser<B> {
         Evaluator::new(&self.batch, self.inertia, &self.settings, lanes.max(8))
     }
 
-    fn stencil(&self) -> Option<RectifierStencil<'_>> {
-        let network = self.rectifier.as_ref()?;
-        Some(RectifierStencil::new(network, self.inertia, &self.settings))
+    fn stencil(&self) -> Option<ReluStencil<'_>> {
+        let network = self.relu.as_ref()?;
+        Some(ReluStencil::new(network, self.inertia, &self.settings))
     }
 
     fn follower(&self) -> Follower<'_, B> {

@@ -3,7 +3,7 @@
 //! What the sample-by-sample solver cannot settle is settled here, for the whole box of masses:
 //!
 //! 1. the signs of `g` on a grid find every branch of the curve that is larger than a cell;
-//! 2. each branch is followed both ways. For a network of rectifiers this is exact: the curve is a chain
+//! 2. each branch is followed both ways. For a ReLU network this is exact: the curve is a chain
 //!    of straight pieces between kinks, and K̂ is affine along each. For other forces it is a chain of short
 //!    chords, each corrected back onto the curve;
 //! 3. every crossing of K_d on a piece is a solution; without one, the vertex nearest to K_d is the nearest

@@ -19,7 +19,7 @@ impl Default for LeakyRelu {
 impl ActivationFunction for LeakyRelu {
     const PIECEWISE_LINEAR: bool = true;
 
-    fn rectifier_slope(&self) -> Option<f64> {
+    fn relu_slope(&self) -> Option<f64> {
         (0.0..=1.0).contains(&self.slope).then_some(self.slope)
     }
 

@@ -34,9 +34,9 @@ pub trait ActivationFunction: Copy + Send + Sync + 'static {
     /// Whether `σ` is piecewise linear, so that a network of it is piecewise affine.
     const PIECEWISE_LINEAR: bool = false;
 
-    /// The slope for negative `z` if `σ` is a rectifier, `max(z, slope · z)` with a slope from 0 to 1:
+    /// The slope for negative `z` if `σ` is a (leaky) ReLU, `max(z, slope · z)` with a slope from 0 to 1:
     /// batches then need no pass of their own for it.
-    fn rectifier_slope(&self) -> Option<f64> {
+    fn relu_slope(&self) -> Option<f64> {
         None
     }
 
@@ -122,8 +122,8 @@ macro_rules! activations {
             fn value<S: Scalar>(&self, z: S) -> S {
                 match self { $(Self::$variant(a) => a.value(z)),+ }
             }
-            fn rectifier_slope(&self) -> Option<f64> {
-                match self { $(Self::$variant(a) => a.rectifier_slope()),+ }
+            fn relu_slope(&self) -> Option<f64> {
+                match self { $(Self::$variant(a) => a.relu_slope()),+ }
             }
             #[inline(always)]
             fn value_and_slope<T: Float>(&self, z: T) -> (T, T) {

@@ -10,7 +10,7 @@ pub struct Relu;
 impl ActivationFunction for Relu {
     const PIECEWISE_LINEAR: bool = true;
 
-    fn rectifier_slope(&self) -> Option<f64> {
+    fn relu_slope(&self) -> Option<f64> {
         Some(0.0)
     }
 

@@ -1,5 +1,5 @@
 use super::{
-    ForceInput, ForceModel, ForceParts, NetworkForce, RectifierLayers, SpringDamper, StoredForce,
+    ForceInput, ForceModel, ForceParts, NetworkForce, ReluLayers, SpringDamper, StoredForce,
 };
 use crate::error::ModelError;
 use crate::scalar::Scalar;
@@ -33,8 +33,8 @@ macro_rules! forces {
             fn work_len(&self) -> usize {
                 match self { $(Self::$variant(m) => m.work_len()),+ }
             }
-            fn rectifier_layers(&self) -> Option<RectifierLayers<'_, S>> {
-                match self { $(Self::$variant(m) => m.rectifier_layers()),+ }
+            fn relu_layers(&self) -> Option<ReluLayers<'_, S>> {
+                match self { $(Self::$variant(m) => m.relu_layers()),+ }
             }
         }
 

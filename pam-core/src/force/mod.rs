@@ -42,16 +42,16 @@ pub trait ForceModel<S: Scalar> {
         0
     }
 
-    /// The layers, if the force is a network of rectifiers with the inputs `(m_f, m_e, x, ẋ)` and at
+    /// The layers, if the force is a (leaky) ReLU network with the inputs `(m_f, m_e, x, ẋ)` and at
     /// least one hidden layer: it is then piecewise affine, and exact methods apply.
-    fn rectifier_layers(&self) -> Option<RectifierLayers<'_, S>> {
+    fn relu_layers(&self) -> Option<ReluLayers<'_, S>> {
         None
     }
 }
 
-/// A network of rectifiers `max(z, slope · z)`, the last layer without one.
+/// A network with the activation `max(z, slope · z)` after every layer but the last.
 #[derive(Debug, Clone, Copy)]
-pub struct RectifierLayers<'a, S> {
+pub struct ReluLayers<'a, S> {
     /// The layers, first to last.
     pub layers: &'a [Dense<S>],
     /// The slope for negative `z`, from 0 to 1.
@@ -65,8 +65,8 @@ impl<S: Scalar, F: ForceModel<S> + ?Sized> ForceModel<S> for &F {
     fn work_len(&self) -> usize {
         (**self).work_len()
     }
-    fn rectifier_layers(&self) -> Option<RectifierLayers<'_, S>> {
-        (**self).rectifier_layers()
+    fn relu_layers(&self) -> Option<ReluLayers<'_, S>> {
+        (**self).relu_layers()
     }
 }
 
@@ -77,7 +77,7 @@ impl<S: Scalar, F: ForceModel<S> + ?Sized> ForceModel<S> for Box<F> {
     fn work_len(&self) -> usize {
         (**self).work_len()
     }
-    fn rectifier_layers(&self) -> Option<RectifierLayers<'_, S>> {
-        (**self).rectifier_layers()
+    fn relu_layers(&self) -> Option<ReluLayers<'_, S>> {
+        (**self).relu_layers()
     }
 }

@@ -1,4 +1,4 @@
-use super::{Dense, ForceInput, ForceModel, ForceParts, Mlp, RectifierLayers, StoredForce};
+use super::{Dense, ForceInput, ForceModel, ForceParts, Mlp, ReluLayers, StoredForce};
 use crate::activation::{Activation, ActivationFunction};
 use crate::error::ModelError;
 use crate::scalar::Scalar;
@@ -58,10 +58,10 @@ impl<S: Scalar, A: ActivationFunction> ForceModel<S> for NetworkForce<S, A> {
         self.mlp.work_len()
     }
 
-    fn rectifier_layers(&self) -> Option<RectifierLayers<'_, S>> {
+    fn relu_layers(&self) -> Option<ReluLayers<'_, S>> {
         let layers = self.mlp.layers();
-        let slope = self.mlp.activation().rectifier_slope()?;
-        (layers.len() > 1).then_some(RectifierLayers { layers, slope })
+        let slope = self.mlp.activation().relu_slope()?;
+        (layers.len() > 1).then_some(ReluLayers { layers, slope })
     }
 }
 

@@ -41,16 +41,16 @@ pub enum Finish<'a, T> {
     Store,
     /// Each is multiplied by a number of the same place, `[columns][rows]`.
     Multiply(&'a [T]),
-    /// Each is multiplied by the slope of a rectifier whose values, `[columns][rows]`, are given: by
+    /// Each is multiplied by the slope of a leaky ReLU whose values, `[columns][rows]`, are given: by
     /// `slope` where they are not positive.
     Gate {
-        /// Values of the rectifier.
+        /// Values of the leaky ReLU.
         values: &'a [T],
         /// Its slope for negative arguments.
         slope: T,
     },
-    /// `max(z, slope · z)`: a leaky rectifier for slopes from 0 to 1.
-    Rectify(T),
+    /// `max(z, slope · z)`: a leaky ReLU for slopes from 0 to 1.
+    LeakyRelu(T),
 }
 
 /// One product `C = finish(start + A B)` with `A` `[rows, inner]` and `C` `[rows, columns]` column by column.
@@ -161,7 +161,7 @@ impl<T: Float> Product<'_, T> {
                     }
                 }
             }
-            Finish::Rectify(slope) => {
+            Finish::LeakyRelu(slope) => {
                 let slope = T::splat(simd, slope);
                 for n in 0..N {
                     for v in 0..V {
@@ -309,7 +309,7 @@ mod tests {
                     prop_assert_eq!(*f, if *s > 0.0 { *c } else { c * 0.1 });
                 }
                 finished.copy_from_slice(&held);
-                product(Finish::Rectify(0.1), &mut finished);
+                product(Finish::LeakyRelu(0.1), &mut finished);
                 for (f, c) in finished.iter().zip(&c) {
                     prop_assert_eq!(*f, if *c > 0.0 { *c } else { 0.1 * c });
                 }

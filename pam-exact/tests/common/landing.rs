@@ -31,7 +31,7 @@ pub(crate) struct Landing<'a> {
 impl<'a> Landing<'a> {
     pub(crate) fn new(model: &'a Joint, masses: SealedMasses) -> Self {
         use pam_core::ActivationFunction;
-        let slope = model.force.mlp().activation().rectifier_slope().unwrap();
+        let slope = model.force.mlp().activation().relu_slope().unwrap();
         Self { model, mass_kg: model.physical().mass_kg, masses, slope }
     }
 

@@ -17,7 +17,7 @@ pub(crate) fn spread() -> impl FnMut() -> f64 {
 /// A joint whose network has hidden layers of these widths (of two units or more each), and is a spring of
 /// about 150 N/mm with a damper and random kinks.
 pub(crate) fn random_joint(widths: &[usize], activation: Activation) -> Joint {
-    assert!(activation.rectifier_slope().is_some());
+    assert!(activation.relu_slope().is_some());
     let mut next = spread();
     let sizes = [0.05, 0.05, 0.7, 12.0];
     // Two units carry x and ẋ through all layers.

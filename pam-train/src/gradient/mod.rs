@@ -1,7 +1,7 @@
 //! Loss and gradient of a model on recordings.
 //!
 //! - [`sealed`]: the fast path for a network force and sealed chambers: two states in closed form
-//!   (rectifiers) or in batched lanes,
+//!   (leaky ReLU) or in batched lanes,
 //!   pressures by the gas law, the exact discrete adjoint;
 //! - [`general`]: any force model, any gradient method;
 //! - [`pressures`]: the pressures of sealed chambers along a motion, forward and backward.

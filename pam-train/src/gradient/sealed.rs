@@ -256,7 +256,7 @@ impl<T: Float> SealedGradient<T> {
         Ok(self.assemble(model, gradient))
     }
 
-    /// As [`with_lanes`](Self::with_lanes), in closed form. A force that is no network of rectifiers is
+    /// As [`with_lanes`](Self::with_lanes), in closed form. A force that is not a ReLU network is
     /// a failure of every recording.
     fn exact(
         &mut self,

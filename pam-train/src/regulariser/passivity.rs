@@ -53,7 +53,7 @@ pub struct SlopeFloor {
 /// with `e` the direction of ẋ (damping `∂f/∂ẋ`, without which the motion gains energy from nowhere)
 /// or of x (stiffness `∂f/∂x`, without which the joint has no stable rest). 1 mN·s/mm is 1 kg/s and
 /// 1 mN/mm is 1 N/m. Difference quotients stand for the slopes because they need no second derivative
-/// of the network and see through the kinks of rectifiers.
+/// of the network and see through the kinks of ReLU units.
 ///
 /// Points are drawn uniformly from the box by the seed and are the same in every call; those of a
 /// quotient may lie `d` outside.

@@ -65,16 +65,16 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         kept: &mut [T],
         block: &mut NetworkBlock<T>,
     ) {
-        let rectifier = self.rectifier();
+        let relu = self.relu_slope();
         let kept_len = self.kept_len();
         let mut offset = 0;
         for k in 0..self.hidden() {
-            let finish = rectifier.map_or(Finish::Store, Finish::Rectify);
+            let finish = relu.map_or(Finish::Store, Finish::LeakyRelu);
             self.layer_product(k, points, bias, input, finish, block);
             let layer = &self.layers[k];
             let values = &mut block.values[k][..points * layer.output_stride];
             if k > 0 && !kept.is_empty() {
-                // Of a rectifier the value tells all; else what the activation is applied to.
+                // The value of a leaky ReLU determines its slope; other activations need their argument.
                 let width = layer.output_stride;
                 for (from, to) in
                     values.chunks_exact(width).zip(kept.chunks_exact_mut(kept_len.max(1)))
@@ -83,7 +83,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                 }
                 offset += width;
             }
-            if rectifier.is_none() {
+            if relu.is_none() {
                 self.activation.apply_to_batch(values);
             }
         }
@@ -104,14 +104,14 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         kept: &[T],
         block: &mut NetworkBlock<T>,
     ) {
-        let rectifier = self.rectifier();
+        let relu = self.relu_slope();
         let kept_len = self.kept_len();
         let mut offset = 0;
         for k in 0..self.hidden() {
             let width = self.layers[k].output_stride;
             let len = points * width;
             if k == 0 || kept.is_empty() {
-                let finish = rectifier.map_or(Finish::Store, Finish::Rectify);
+                let finish = relu.map_or(Finish::Store, Finish::LeakyRelu);
                 self.layer_product(k, points, bias, input, finish, block);
             } else if !self.stays_kept(k, kept) {
                 let kept = kept.chunks_exact(kept_len.max(1)).map(|p| &p[offset..offset + width]);
@@ -120,7 +120,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                 }
                 offset += width;
             }
-            if rectifier.is_none() {
+            if relu.is_none() {
                 let (values, slopes) = (&mut block.values[k][..len], &mut block.slopes[k][..len]);
                 self.activation.apply_to_batch_with_slopes(values, slopes);
             }
@@ -128,10 +128,10 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         self.output_layer(points, bias, input, out, kept, block);
     }
 
-    /// Whether the values of hidden layer `k` are read where they were kept: for a rectifier, whose
+    /// Whether the values of hidden layer `k` are read where they were kept: for a leaky ReLU, whose
     /// values say all, if it is the only layer there.
     fn stays_kept(&self, k: usize, kept: &[T]) -> bool {
-        k == 1 && self.hidden() == 2 && !kept.is_empty() && self.rectifier().is_some()
+        k == 1 && self.hidden() == 2 && !kept.is_empty() && self.relu_slope().is_some()
     }
 
     /// The values of hidden layer `k`.
@@ -139,9 +139,9 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         if self.stays_kept(k, kept) { kept } else { &values[k] }
     }
 
-    /// The slope of a rectifier that the product itself can apply.
-    fn rectifier(&self) -> Option<T> {
-        self.activation.rectifier_slope().map(T::narrow)
+    /// The slope of a leaky ReLU, which the product itself applies.
+    fn relu_slope(&self) -> Option<T> {
+        self.activation.relu_slope().map(T::narrow)
     }
 
     /// The product of hidden layer `k` into its values.
@@ -303,7 +303,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         values: &'b [Vec<T>],
         slopes: &'b [Vec<T>],
     ) -> Finish<'b, T> {
-        match self.rectifier() {
+        match self.relu_slope() {
             Some(slope) => Finish::Gate { values: self.hidden_values(k, kept, values), slope },
             None => Finish::Multiply(&slopes[k]),
         }

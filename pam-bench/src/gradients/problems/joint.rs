@@ -114,7 +114,7 @@ fn with_scales(
     case.activation = Some(activation.name().into());
     case.width = Some(width);
     case.groups = vec![network_len];
-    if activation.rectifier_slope().is_some() {
+    if activation.relu_slope().is_some() {
         let observations_s = case.observations_s.clone();
         case.closed_form = Some(Box::new(move || {
             kinked(&model, masses, y0, &observations_s).truth(&half_squares(target, scales))

@@ -1,7 +1,7 @@
-//! The stencil of a rectifier network as one affine map, kept up to date from kink to kink.
+//! The stencil of a ReLU network as one affine map, kept up to date from kink to kink.
 //!
 //! Inside one activation pattern of its five points, `g` and K̂ are affine in the masses and in the motion.
-//! With the pattern, the values of every layer before its rectifier are affine in
+//! With the pattern, the values of every layer before its activation are affine in
 //! `(m_f, m_e, x, ẋ, 1)`: five numbers a neuron tell them, so a neighbouring sample costs five products a
 //! neuron where the network costs a row of weights. Where a neuron changes its side, the layer above changes by
 //! one outer product. The next kink on a straight line of masses is the smallest positive `−z / ż`.
@@ -19,9 +19,9 @@ const INPUTS: usize = 5;
 /// Changes of side after which everything is computed anew, so that rounding does not add up.
 const MOST_CHANGES: usize = 4096;
 
-/// A rectifier network laid out for its kinks.
+/// A ReLU network laid out for its kinks.
 #[derive(Debug, Clone)]
-pub(super) struct RectifierNetwork {
+pub(super) struct ReluLayout {
     slope: f64,
     /// The first layer as an affine map, `[INPUTS][rows]`.
     first: Vec<f64>,
@@ -50,11 +50,11 @@ fn padded_columns(columns: &[f64], outputs: usize) -> Vec<f64> {
     out
 }
 
-impl RectifierNetwork {
-    /// Lays out a network; none if its activation is no rectifier or it has no hidden layer.
+impl ReluLayout {
+    /// Lays out a network; none if its activation is no (leaky) ReLU or it has no hidden layer.
     pub(super) fn new(force: &NetworkForce<f64>) -> Option<Self> {
         let mlp = force.mlp();
-        let slope = mlp.activation().rectifier_slope()?;
+        let slope = mlp.activation().relu_slope()?;
         let (last, layers) = mlp.layers().split_last()?;
         let (first, hidden) = layers.split_first()?;
         let mut affine = padded_columns(first.weight_columns(), first.outputs());
@@ -81,7 +81,7 @@ impl RectifierNetwork {
 /// One hidden layer at one point of the stencil.
 #[derive(Debug, Clone)]
 struct Layer {
-    /// Values before the rectifier as an affine map of the inputs, `[INPUTS][rows]`.
+    /// Values before the activation as an affine map of the inputs, `[INPUTS][rows]`.
     affine: Vec<f64>,
     /// These values, `[rows]`.
     values: Vec<f64>,
@@ -98,23 +98,23 @@ struct StencilPoint {
 }
 
 /// The stencil of one target after the other.
-pub(super) struct RectifierStencil<'a> {
-    network: &'a RectifierNetwork,
+pub(super) struct ReluStencil<'a> {
+    network: &'a ReluLayout,
     inertia: Inertia,
     step_mm: f64,
     points: Vec<StencilPoint>,
     /// Displacement and velocity of the target, mm and mm/s.
     motion: [f64; 2],
     inertial_mn: f64,
-    /// An affine map after the rectifier.
+    /// An affine map after the activation.
     after: Vec<f64>,
     changes: usize,
     fresh: bool,
 }
 
-impl<'a> RectifierStencil<'a> {
+impl<'a> ReluStencil<'a> {
     pub(super) fn new(
-        network: &'a RectifierNetwork,
+        network: &'a ReluLayout,
         inertia: Inertia,
         settings: &SynthesisSettings,
     ) -> Self {
@@ -205,7 +205,7 @@ impl<'a> RectifierStencil<'a> {
                     }
                 }
                 if let (true, Some((affine, weights))) = (changed, upper) {
-                    after_rectifier(network, layer, after);
+                    after_activation(network, layer, after);
                     Product {
                         rows: weights.rows,
                         inner: weights.inputs,
@@ -224,7 +224,7 @@ impl<'a> RectifierStencil<'a> {
             }
             if bends {
                 let layer = &layers[layers.len() - 1];
-                after_rectifier(network, layer, after);
+                after_activation(network, layer, after);
                 for (f, row) in force.iter_mut().zip(after.chunks_exact(layer.sides.len())) {
                     *f = network.last.iter().zip(row).map(|(w, h)| w * h).sum();
                 }
@@ -235,8 +235,8 @@ impl<'a> RectifierStencil<'a> {
     }
 }
 
-/// Writes a layer's affine map after the rectifier.
-fn after_rectifier(network: &RectifierNetwork, layer: &Layer, after: &mut [f64]) {
+/// Writes a layer's affine map after the activation.
+fn after_activation(network: &ReluLayout, layer: &Layer, after: &mut [f64]) {
     let rows = layer.sides.len();
     for (to, from) in after.chunks_exact_mut(rows).zip(layer.affine.chunks_exact(rows)) {
         for ((to, from), side) in to.iter_mut().zip(from).zip(&layer.sides) {
@@ -245,7 +245,7 @@ fn after_rectifier(network: &RectifierNetwork, layer: &Layer, after: &mut [f64])
     }
 }
 
-impl Landscape for RectifierStencil<'_> {
+impl Landscape for ReluStencil<'_> {
     fn at(&mut self, u: [f64; 2]) -> Local {
         self.settle(u);
         self.extended(u)
@@ -363,8 +363,8 @@ mod tests {
             let inertia = Inertia { mass_kg: 250.0, damping_kg_s: 3.0 };
             let bounds = MassBounds::new(0.1, 2.0).unwrap();
             let settings = SynthesisSettings::published(bounds);
-            let laid_out = RectifierNetwork::new(&force).unwrap();
-            let mut stencil = RectifierStencil::new(&laid_out, inertia, &settings);
+            let laid_out = ReluLayout::new(&force).unwrap();
+            let mut stencil = ReluStencil::new(&laid_out, inertia, &settings);
             let batch = NetworkBatch::new(&force);
             let mut evaluator = Evaluator::new(&batch, inertia, &settings, 1);
             for k in 0..3000 {
