@@ -200,7 +200,7 @@ fn what_is_wrong_is_said_with_file_and_line() {
     fails(&["--effect", "coulomb"], 1, &["no effect `coulomb`", "coulomb_friction"]);
     fails(&["--effect", "backlash:gap=1"], 1, &["no parameter `gap`", "gap_mm"]);
     fails(
-        &["--effect", "added_inertia:mass_kg=-200", "--effect", "added_inertia:mass_kg=-200"],
+        &["--effect", "added_inertia:mass_kg=-150"].repeat(3),
         1,
         &["plant.mass_kg", "positive"],
     );

@@ -44,7 +44,7 @@ pub mod sensors;
 mod toml_file;
 pub mod truth;
 
-pub use effects::{Effect, EffectInfo};
+pub use effects::{Effect, HiddenEffect};
 pub use error::RigError;
 pub use folder::{Entry, Session};
 pub use protocol::{Conditions, Protocol, Run};

@@ -8,6 +8,7 @@
 //! | [`solvers`] | `pam-solvers` | Runge–Kutta methods, adjoints, lanes |
 //! | [`exact`] | `pam-exact` | closed form of networks of LeakyReLU and ReLU |
 //! | [`data`] | `pam-data` | recordings, models, their files |
+//! | [`vocabulary`] | `pam-vocabulary` | the effects that rig and diagnosis share, as data |
 //! | [`rig`] | `pam-rig` | a virtual rig whose truth is known |
 //! | [`train`] | `pam-train` | losses, optimisers, curricula, predictions, scores |
 //! | [`report`] | `pam-report` | figures and self-contained HTML |
@@ -66,6 +67,7 @@ pub use pam_report as report;
 pub use pam_rig as rig;
 pub use pam_solvers as solvers;
 pub use pam_train as train;
+pub use pam_vocabulary as vocabulary;
 
 /// What most programs begin with.
 pub mod prelude {
@@ -116,6 +118,7 @@ mod book {
     #![doc = include_str!("../../docs/exact.md")]
     #![doc = include_str!("../../docs/compare.md")]
     #![doc = include_str!("../../docs/ablations.md")]
+    #![doc = include_str!("../../docs/effects.md")]
     #![doc = include_str!("../../docs/formats.md")]
     #![doc = include_str!("../../docs/architecture.md")]
     #![doc = include_str!("../../docs/reproduction.md")]

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 pub enum RigCommand {
     /// Carry out a protocol and write raw logs, with the sealed truth beside them
     Record(RigRecordArguments),
-    /// List what can be hidden in the rig, with parameters and units
+    /// List the effects that can be hidden in the rig, with parameters and units
     ListEffects,
     /// Print a protocol as TOML, to start one's own from; without a name, list them
     Protocol(RigProtocolArguments),
@@ -31,8 +31,8 @@ pub struct RigRecordArguments {
     /// Parameters of the rig, a TOML file; what it leaves out has its default
     #[arg(long, value_name = "FILE")]
     pub rig: Option<PathBuf>,
-    /// Hide an effect, with or without its parameters: coulomb_friction:force_n=20. Can be repeated
-    #[arg(long = "effect", value_name = "ID[:NAME=VALUE,…]")]
+    /// Hidden effects.
+    #[arg(long = "effect", value_name = "ID[:NAME=VALUE,…]", help = hidden_effects())]
     pub effects: Vec<String>,
     /// Parts to make ideal, separated by commas: motor, encoder, pressure-lag, pressure-noise, current,
     /// clock, or all
@@ -50,6 +50,20 @@ pub struct RigRecordArguments {
     /// Also write a report with figures
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
+}
+
+/// Help of `pam rig record --effect`.
+fn hidden_effects() -> String {
+    let ids = |listed: bool| {
+        let some = pam_rig::effects::ALL.iter().filter(|e| e.is_listed() == listed);
+        some.map(|e| e.info.id).collect::<Vec<_>>().join(", ")
+    };
+    format!(
+        "Hide an effect, with or without its parameters: coulomb_friction:force_n=20. Can be repeated. Effects: \
+         {}. Phenomena outside the vocabulary: {}",
+        ids(true),
+        ids(false)
+    )
 }
 
 /// Arguments of `pam rig protocol`.

@@ -1,110 +1,89 @@
-//! An effect with its parameters, as people write it.
+//! An effect with the values of its parameters, and its text form.
 
-use super::{ALL, EffectInfo, Phenomenon};
+use super::{ALL, HiddenEffect, Phenomenon};
+pub use pam_vocabulary::EffectError;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
-use thiserror::Error;
 
-/// What is wrong with an effect as written.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum EffectError {
-    /// No effect has this id.
-    #[error("there is no effect `{id}`; there are {}", ALL.iter().map(|e| e.id).collect::<Vec<_>>().join(", "))]
-    Unknown {
-        /// The id as written.
-        id: String,
-    },
-    /// A parameter is missing, unknown, or out of its limits.
-    #[error("effect `{id}`: {message}")]
-    Parameter {
-        /// The effect.
-        id: String,
-        /// What is wrong and what to do.
-        message: String,
-    },
-}
-
-/// An effect that is switched on: its id and the values of its parameters.
+/// An effect that is switched on, with the values of its parameters.
 ///
 /// As text `coulomb_friction:force_n=20`, parameters separated by commas; as TOML a table with `id` and
-/// the parameters. Without any parameter the typical values are taken.
+/// the parameters. Without any parameter it takes its typical values.
 #[derive(Debug, Clone, Copy)]
 pub struct Effect {
-    info: &'static EffectInfo,
+    hidden: &'static HiddenEffect,
     values: [f64; Effect::MOST],
 }
 
 impl PartialEq for Effect {
     fn eq(&self, other: &Self) -> bool {
-        self.info.id == other.info.id && self.values() == other.values()
+        self.id() == other.id() && self.values() == other.values()
     }
 }
 
 impl Effect {
     const MOST: usize = 4;
 
-    /// An effect with some parameters by name.
+    /// An effect with some of its parameters by name.
     ///
     /// # Errors
     /// [`EffectError`] if the id or a name is unknown, a needed parameter is missing, or a value is
-    /// outside its limits.
+    /// outside its range.
     pub fn new(id: &str, given: &BTreeMap<String, f64>) -> Result<Self, EffectError> {
-        let info = ALL
+        let hidden = ALL
             .iter()
-            .find(|e| e.id == id)
-            .ok_or_else(|| EffectError::Unknown { id: id.to_owned() })?;
-        let fail = |message: String| EffectError::Parameter { id: id.to_owned(), message };
-        let names = || info.parameters.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
-        if let Some(name) = given.keys().find(|n| info.parameters.iter().all(|p| p.name != **n)) {
-            return Err(fail(format!("no parameter `{name}`; it has {}", names())));
+            .find(|e| e.info.id == id)
+            .ok_or_else(|| EffectError::unknown_effect(id, ALL.iter().map(|e| e.info.id)))?;
+        let (effect, parameters) = (hidden.info.id, hidden.info.parameters);
+        let names = || parameters.iter().map(|p| p.name);
+        if let Some(name) = given.keys().find(|n| names().all(|known| known != **n)) {
+            return Err(EffectError::unknown_value(effect, name, names()));
         }
         let mut values = [0.0; Self::MOST];
-        for (value, p) in values.iter_mut().zip(info.parameters) {
-            *value = match (given.get(p.name), p.neutral) {
-                (Some(v), _) => *v,
-                (None, _) if given.is_empty() => p.typical,
-                (None, Some(neutral)) => neutral,
-                (None, None) => {
-                    return Err(fail(format!("`{}` is missing; it has {}", p.name, names())));
-                }
-            };
-            let [low, high] = p.limits;
-            if !(low..=high).contains(value) {
-                return Err(fail(format!("`{}` = {value} is outside {low} … {high}", p.name)));
+        for ((value, p), typical) in values.iter_mut().zip(parameters).zip(hidden.typical) {
+            let default = if given.is_empty() { Some(*typical) } else { hidden.neutral(p) };
+            *value = given
+                .get(p.name)
+                .copied()
+                .or(default)
+                .ok_or(EffectError::Missing { effect, name: p.name })?;
+            if !p.admits(*value) {
+                let (name, value, range) = (p.name, *value, p.range);
+                return Err(EffectError::OutsideRange { effect, name, value, range });
             }
         }
-        Ok(Self { info, values })
+        Ok(Self { hidden, values })
     }
 
-    /// What is known of the effect.
+    /// Id of the effect.
     #[must_use]
-    pub fn info(&self) -> &'static EffectInfo {
-        self.info
+    pub fn id(&self) -> &'static str {
+        self.hidden.info.id
     }
 
     /// Values of the parameters, in their order.
     #[must_use]
     pub fn values(&self) -> &[f64] {
-        &self.values[..self.info.parameters.len()]
+        &self.values[..self.hidden.info.parameters.len()]
     }
 
     /// Names and values of the parameters.
     pub fn parameters(&self) -> impl Iterator<Item = (&'static str, f64)> + '_ {
-        self.info.parameters.iter().map(|p| p.name).zip(self.values().iter().copied())
+        self.hidden.info.parameters.iter().map(|p| p.name).zip(self.values().iter().copied())
     }
 
     /// The phenomenon at the start of a run.
     #[must_use]
     pub fn start(&self) -> Box<dyn Phenomenon> {
-        (self.info.build)(self.values())
+        (self.hidden.build)(self.values())
     }
 }
 
 impl fmt::Display for Effect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.info.id)?;
+        f.write_str(self.id())?;
         for (i, (name, value)) in self.parameters().enumerate() {
             write!(f, "{}{name}={value}", if i == 0 { ':' } else { ',' })?;
         }
@@ -117,7 +96,7 @@ impl FromStr for Effect {
 
     fn from_str(text: &str) -> Result<Self, EffectError> {
         let (id, rest) = text.split_once(':').unwrap_or((text, ""));
-        let fail = |message: String| EffectError::Parameter { id: id.trim().to_owned(), message };
+        let fail = |message: String| EffectError::Text { effect: id.trim().to_owned(), message };
         let mut given = BTreeMap::new();
         for part in rest.split(',').map(str::trim).filter(|p| !p.is_empty()) {
             let (name, value) = part
@@ -146,7 +125,7 @@ struct Table {
 impl Serialize for Effect {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let parameters = self.parameters().map(|(n, v)| (n.to_owned(), v)).collect();
-        Table { id: self.info.id.to_owned(), parameters }.serialize(serializer)
+        Table { id: self.id().to_owned(), parameters }.serialize(serializer)
     }
 }
 
@@ -172,9 +151,10 @@ mod tests {
 
     #[test]
     fn every_effect_takes_its_typical_values_within_its_limits() {
-        for info in ALL {
-            let effect: Effect = info.id.parse().unwrap();
-            assert!(info.parameters.len() <= Effect::MOST);
+        for hidden in ALL {
+            let effect: Effect = hidden.info.id.parse().unwrap();
+            assert!(hidden.info.parameters.len() <= Effect::MOST);
+            assert_eq!(hidden.info.parameters.len(), hidden.typical.len());
             assert_eq!(effect.to_string().parse::<Effect>().unwrap(), effect);
             let _ = effect.start();
         }

@@ -40,9 +40,9 @@ fn leak() {
 /// A leak ends at room pressure.
 #[test]
 fn a_chamber_leaks_until_it_has_room_pressure() {
-    let parameters = plain(&["leak:flexor_rate_per_s=8,extensor_rate_per_s=8"]);
-    let frames = sealed(&parameters, [20.0, 20.0], 4.0, |_| 0.0);
-    let end = frames[3999].truth.pressures_kpa;
+    let parameters = plain(&["leak:flexor_rate_per_s=1,extensor_rate_per_s=1"]);
+    let frames = sealed(&parameters, [20.0, 20.0], 14.0, |_| 0.0);
+    let end = frames[13_999].truth.pressures_kpa;
     assert!(end.iter().all(|p| (p - 101.325).abs() < 1e-2), "{end:?}");
     assert!(frames.iter().all(|f| f.truth.pressures_kpa[0] > 101.325 - 1e-9));
 }

@@ -22,7 +22,7 @@ fn loud(id: &str) -> String {
 #[test]
 fn every_pair_of_effects_shows_both() {
     let run = |effects: &[&str]| sealed(&ideal(effects), [30.0, 60.0], 0.5, sine(1.5, 2.0));
-    let effects: Vec<String> = ALL.iter().map(|e| loud(e.id)).collect();
+    let effects: Vec<String> = ALL.iter().map(|e| loud(e.info.id)).collect();
     let alone: Vec<Vec<Frame>> = effects.iter().map(|e| run(&[e])).collect();
     let nothing = run(&[]);
     for (a, first) in effects.iter().enumerate() {

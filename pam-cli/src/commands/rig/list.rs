@@ -1,41 +1,56 @@
-//! What the rig can do, and what it is.
+//! What the rig offers: effects, protocols, parameters, observables.
 
 use super::rig;
 use crate::arguments::{RigObservablesArguments, RigProtocolArguments};
 use crate::console::{Console, table};
 use crate::error::CliError;
 use pam_report::page::number;
-use pam_rig::effects::ALL;
+use pam_rig::effects::{ALL, HiddenEffect};
 use pam_rig::observables::observables;
 use pam_rig::{Protocol, RigParameters};
 use serde_json::{Value, json};
 
+const UNLISTED: &str = "unlisted phenomena (not in the vocabulary; for testing what is outside it)";
+
 /// `pam rig list-effects`.
 pub(super) fn effects(console: &Console) {
-    let parameter = |p: &pam_rig::effects::ParameterInfo| json!({ "name": p.name, "typical": p.typical, "neutral": p.neutral, "limits": p.limits });
-    let effect = |e: &pam_rig::EffectInfo| {
+    let json = |e: &HiddenEffect| {
+        let parameters = e.info.parameters.iter().zip(e.typical).map(|(p, typical)| {
+            json!({
+                "name": p.name,
+                "meaning": p.meaning,
+                "typical": typical,
+                "neutral": e.neutral(p),
+                "limits": p.range,
+            })
+        });
         json!({
-            "id": e.id,
-            "group": e.group.label(),
-            "listed": e.group.is_listed(),
-            "what": e.what,
-            "parameters": e.parameters.iter().map(parameter).collect::<Vec<_>>(),
+            "id": e.info.id,
+            "group": if e.is_listed() { e.info.group.label() } else { "unlisted" },
+            "listed": e.is_listed(),
+            "what": e.info.description,
+            "parameters": parameters.collect::<Vec<_>>(),
         })
     };
-    console.json(&Value::Array(ALL.iter().map(effect).collect()));
-    let mut group = None;
+    console.json(&Value::Array(ALL.iter().map(json).collect()));
+    let mut title = "";
     for e in ALL {
-        if group != Some(e.group) {
-            group = Some(e.group);
-            console.text(format!("\n{}", e.group.label()));
+        let group = if e.is_listed() { e.info.group.label() } else { UNLISTED };
+        if title != group {
+            title = group;
+            console.text(format!("\n{title}"));
         }
-        let parameters: Vec<String> =
-            e.parameters.iter().map(|p| format!("{}={}", p.name, p.typical)).collect();
-        console.text(format!("  {}:{}\n      {}", e.id, parameters.join(","), e.what));
+        let named = e.info.parameters.iter().zip(e.typical);
+        let values: Vec<String> = named.map(|(p, v)| format!("{}={v}", p.name)).collect();
+        console.text(format!("  {}:{}\n      {}", e.info.id, values.join(","), e.info.description));
+        for p in e.info.parameters {
+            let [low, high] = p.range;
+            console.text(format!("        {}, {low} … {high}: {}", p.name, p.meaning));
+        }
     }
     console.text(
-        "\nThe values are typical ones, which an id alone takes. Effects come on top of what the rig \
-         already does.",
+        "\nThe values are typical ones, which an id alone takes. Effects act in addition to the rig's own \
+         imperfections.",
     );
 }
 

@@ -1,14 +1,12 @@
 //! The deformation coefficient is off.
 
-use crate::effects::{EffectInfo, Group, ParameterInfo, Phenomenon, SetUp};
+use crate::effects::{HiddenEffect, Phenomenon, SetUp, entry};
 use crate::plant::Braid;
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "geometry_coefficient",
-    group: Group::Gas,
-    what: "the deformation coefficient nu of the chambers is off by a factor",
-    parameters: &[ParameterInfo::new("relative", 0.1, [-0.5, 2.0])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("geometry_coefficient"),
+    typical: &[0.1],
     build: |v| Box::new(GeometryCoefficient { relative: v[0] }),
 };
 

@@ -1,16 +1,11 @@
 //! Chambers that leak.
 
-use crate::effects::{EffectInfo, Group, ParameterInfo, Phenomenon, SetUp};
+use crate::effects::{HiddenEffect, Phenomenon, SetUp, entry};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "leak",
-    group: Group::Gas,
-    what: "chambers leak: ṁ = −rate · m (P − P_atm)/P",
-    parameters: &[
-        ParameterInfo::new("flexor_rate_per_s", 2e-3, [0.0, 10.0]).or(0.0),
-        ParameterInfo::new("extensor_rate_per_s", 1e-3, [0.0, 10.0]).or(0.0),
-    ],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("leak"),
+    typical: &[2e-3, 1e-3],
     build: |v| Box::new(Leak { rate_per_s: [v[0], v[1]] }),
 };
 

@@ -1,13 +1,11 @@
 //! P Vⁿ constant.
 
-use crate::effects::{EffectInfo, Group, ParameterInfo, Phenomenon, SetUp};
+use crate::effects::{HiddenEffect, Phenomenon, SetUp, entry};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "polytropic_gas",
-    group: Group::Gas,
-    what: "the pressure follows Vⁿ instead of V (P Vⁿ = const where the air is isothermal)",
-    parameters: &[ParameterInfo::new("exponent", 1.25, [0.5, 2.0])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("polytropic_gas"),
+    typical: &[1.25],
     build: |v| Box::new(PolytropicGas { exponent: v[0] }),
 };
 

@@ -1,13 +1,11 @@
 //! Reflected mass that a model lacks.
 
-use crate::effects::{EffectInfo, Group, ParameterInfo, Phenomenon, SetUp};
+use crate::effects::{HiddenEffect, Phenomenon, SetUp, entry};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "added_inertia",
-    group: Group::Mechanics,
-    what: "more reflected mass",
-    parameters: &[ParameterInfo::new("mass_kg", 60.0, [-200.0, 5e3])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("added_inertia"),
+    typical: &[60.0],
     build: |v| Box::new(AddedInertia { mass_kg: v[0] }),
 };
 

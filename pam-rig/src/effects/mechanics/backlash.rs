@@ -1,13 +1,11 @@
 //! Play between joint and encoder.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon, Seen};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, Seen, entry};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "backlash",
-    group: Group::Mechanics,
-    what: "play of full width gap_mm between joint and encoder",
-    parameters: &[ParameterInfo::new("gap_mm", 0.2, [0.0, 10.0])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("backlash"),
+    typical: &[0.2],
     build: |v| Box::new(Backlash { gap_mm: v[0], encoder_mm: None }),
 };
 

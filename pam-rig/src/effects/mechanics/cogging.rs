@@ -1,18 +1,13 @@
 //! Force periodic in position.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, entry};
 use crate::plant::Plant;
 use std::f64::consts::TAU;
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "cogging",
-    group: Group::Mechanics,
-    what: "force −force_n sin(2π x / pitch_mm), periodic in position",
-    parameters: &[
-        ParameterInfo::new("force_n", 10.0, [-500.0, 500.0]),
-        ParameterInfo::new("pitch_mm", 0.6, [1e-3, 100.0]),
-    ],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("cogging"),
+    typical: &[10.0, 0.6],
     build: |v| Box::new(Cogging { force_n: v[0], pitch_mm: v[1] }),
 };
 

@@ -1,14 +1,12 @@
 //! A steady force on the joint.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, entry};
 use crate::plant::Plant;
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "constant_load",
-    group: Group::Mechanics,
-    what: "steady force in the direction of +x (gravity, imbalance, preload)",
-    parameters: &[ParameterInfo::new("force_n", 20.0, [-500.0, 500.0])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("constant_load"),
+    typical: &[20.0],
     build: |v| Box::new(ConstantLoad { force_n: v[0] }),
 };
 

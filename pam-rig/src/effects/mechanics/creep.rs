@@ -1,17 +1,12 @@
 //! Slow viscoelastic relaxation.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, entry};
 use crate::plant::Plant;
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "creep",
-    group: Group::Mechanics,
-    what: "slow relaxation: a spring in series with a damper, beside the muscles",
-    parameters: &[
-        ParameterInfo::new("stiffness_n_mm", 20.0, [0.0, 1e3]),
-        ParameterInfo::new("time_constant_s", 5.0, [1e-3, 1e4]),
-    ],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("creep"),
+    typical: &[20.0, 5.0],
     build: |v| Box::new(Creep { stiffness_n_mm: v[0], time_constant_s: v[1], damper_mm: None }),
 };
 

@@ -1,17 +1,12 @@
 //! A rate-independent loop with memory.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, entry};
 use crate::plant::Plant;
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "hysteresis",
-    group: Group::Mechanics,
-    what: "rate-independent loop with memory (Maxwell slip): saturates at force_n after slip_mm of travel",
-    parameters: &[
-        ParameterInfo::new("force_n", 20.0, [0.0, 500.0]),
-        ParameterInfo::new("slip_mm", 0.5, [1e-3, 20.0]),
-    ],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("hysteresis"),
+    typical: &[20.0, 0.5],
     build: |v| {
         Box::new(Hysteresis {
             force_n: v[0],
@@ -53,7 +48,7 @@ mod tests {
     #[test]
     fn it_saturates_after_the_slip_and_remembers() {
         let mut plant = Plant::new(&PlantParameters::default(), Default::default(), &[]);
-        let mut effect = (INFO.build)(&[20.0, 0.5]);
+        let mut effect = (EFFECT.build)(&[20.0, 0.5]);
         let clock = Clock { time_s: 0.0, step_s: 1e-4, sealed_g: None };
         let mut at = |x: f64| {
             plant.place(x, 0.0);

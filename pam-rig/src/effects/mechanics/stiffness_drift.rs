@@ -1,13 +1,11 @@
 //! The restoring force changes slowly with time.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, entry};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "stiffness_drift",
-    group: Group::Mechanics,
-    what: "the muscles' net force grows by a share every minute of the excitation",
-    parameters: &[ParameterInfo::new("relative_per_min", 0.1, [-0.9, 10.0])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("stiffness_drift"),
+    typical: &[0.1],
     build: |v| Box::new(StiffnessDrift { relative_per_min: v[0] }),
 };
 

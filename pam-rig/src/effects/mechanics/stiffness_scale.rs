@@ -1,13 +1,11 @@
 //! The restoring force is off by a constant factor.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, entry};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "stiffness_scale",
-    group: Group::Mechanics,
-    what: "the muscles' net force is off by a constant factor",
-    parameters: &[ParameterInfo::new("relative", 0.15, [-0.9, 10.0])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("stiffness_scale"),
+    typical: &[0.15],
     build: |v| Box::new(StiffnessScale { relative: v[0] }),
 };
 

@@ -1,18 +1,12 @@
 //! Dry friction that is higher near standstill.
 
-use crate::effects::{EffectInfo, Group, ParameterInfo, Phenomenon, SetUp};
+use crate::effects::{HiddenEffect, Phenomenon, SetUp, entry};
 use crate::plant::DryFriction;
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "stribeck_friction",
-    group: Group::Mechanics,
-    what: "more dry friction, higher near standstill: coulomb + (static − coulomb) exp(−(v/velocity)²)",
-    parameters: &[
-        ParameterInfo::new("coulomb_n", 12.0, [0.0, 500.0]),
-        ParameterInfo::new("static_n", 30.0, [0.0, 500.0]),
-        ParameterInfo::new("velocity_mm_s", 1.5, [0.01, 100.0]),
-    ],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("stribeck_friction"),
+    typical: &[12.0, 30.0, 1.5],
     build: |v| {
         Box::new(StribeckFriction(DryFriction {
             coulomb_n: v[0],

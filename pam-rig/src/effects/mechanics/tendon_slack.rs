@@ -1,17 +1,12 @@
 //! Beyond a displacement one tendon is slack.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon, SetUp};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, SetUp, entry};
 use crate::plant::Plant;
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "tendon_slack",
-    group: Group::Mechanics,
-    what: "beyond ±displacement_mm one chamber stops following x and a share of the stiffness is gone",
-    parameters: &[
-        ParameterInfo::new("displacement_mm", 1.0, [0.0, 20.0]),
-        ParameterInfo::new("stiffness_loss", 0.4, [0.0, 1.0]),
-    ],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("tendon_slack"),
+    typical: &[1.0, 0.4],
     build: |v| Box::new(TendonSlack { displacement_mm: v[0], stiffness_loss: v[1] }),
 };
 

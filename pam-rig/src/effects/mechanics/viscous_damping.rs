@@ -1,13 +1,11 @@
 //! Extra force proportional to ẋ.
 
-use crate::effects::{EffectInfo, Group, ParameterInfo, Phenomenon, SetUp};
+use crate::effects::{HiddenEffect, Phenomenon, SetUp, entry};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "viscous_damping",
-    group: Group::Mechanics,
-    what: "more force proportional to the velocity",
-    parameters: &[ParameterInfo::new("coefficient_ns_m", 2000.0, [0.0, 1e5])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("viscous_damping"),
+    typical: &[2000.0],
     build: |v| Box::new(ViscousDamping { coefficient_ns_m: v[0] }),
 };
 

@@ -1,14 +1,12 @@
 //! The real force follows the recorded one later.
 
 use super::DelayLine;
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, entry};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "actuation_delay",
-    group: Group::Sensing,
-    what: "real force follows the recorded one later",
-    parameters: &[ParameterInfo::new("delay_ms", 15.0, [0.0, 1e3])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("actuation_delay"),
+    typical: &[15.0],
     build: |v| Box::new(ActuationDelay(DelayLine::new(1e-3 * v[0]))),
 };
 

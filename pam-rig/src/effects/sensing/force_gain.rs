@@ -1,13 +1,11 @@
 //! The real force is off by a factor.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, entry};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "force_gain",
-    group: Group::Sensing,
-    what: "real force = (1 + relative) · commanded force",
-    parameters: &[ParameterInfo::new("relative", -0.1, [-1.0, 10.0])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("force_gain"),
+    typical: &[-0.1],
     build: |v| Box::new(ForceGain { relative: v[0] }),
 };
 

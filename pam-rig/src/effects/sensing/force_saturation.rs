@@ -1,13 +1,11 @@
 //! The real force is clipped.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, entry};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "force_saturation",
-    group: Group::Sensing,
-    what: "real force is clipped at ± force_n",
-    parameters: &[ParameterInfo::new("force_n", 160.0, [0.0, 1e4])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("force_saturation"),
+    typical: &[160.0],
     build: |v| Box::new(ForceSaturation { force_n: v[0] }),
 };
 

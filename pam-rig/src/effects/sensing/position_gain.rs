@@ -1,13 +1,11 @@
 //! An encoder with a wrong gain (or a wrong pulley radius).
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon, Seen};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, Seen, entry};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "position_gain",
-    group: Group::Sensing,
-    what: "measured displacement = (1 + relative) · true displacement",
-    parameters: &[ParameterInfo::new("relative", 0.05, [-0.9, 5.0])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("position_gain"),
+    typical: &[0.05],
     build: |v| Box::new(PositionGain { relative: v[0] }),
 };
 

@@ -1,13 +1,11 @@
 //! An encoder with a wrong zero.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon, Seen};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, Seen, entry};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "position_offset",
-    group: Group::Sensing,
-    what: "measured displacement = true displacement + offset_mm",
-    parameters: &[ParameterInfo::new("offset_mm", 0.2, [-20.0, 20.0])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("position_offset"),
+    typical: &[0.2],
     build: |v| Box::new(PositionOffset { offset_mm: v[0] }),
 };
 

@@ -1,16 +1,11 @@
 //! Pressure sensors with an offset.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon, Seen};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, Seen, entry};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "pressure_bias",
-    group: Group::Sensing,
-    what: "measured pressure = true pressure + bias",
-    parameters: &[
-        ParameterInfo::new("flexor_kpa", 8.0, [-200.0, 200.0]).or(0.0),
-        ParameterInfo::new("extensor_kpa", -5.0, [-200.0, 200.0]).or(0.0),
-    ],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("pressure_bias"),
+    typical: &[8.0, -5.0],
     build: |v| Box::new(PressureBias([v[0], v[1]])),
 };
 

@@ -1,14 +1,12 @@
 //! A pure delay on both pressure channels.
 
 use super::DelayLine;
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon, Seen};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, Seen, entry};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "pressure_delay",
-    group: Group::Sensing,
-    what: "pure delay on both pressure channels",
-    parameters: &[ParameterInfo::new("delay_ms", 40.0, [0.0, 1e3])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("pressure_delay"),
+    typical: &[40.0],
     build: |v| Box::new(PressureDelay([0, 1].map(|_| DelayLine::new(1e-3 * v[0])))),
 };
 

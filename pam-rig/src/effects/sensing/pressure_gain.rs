@@ -1,17 +1,12 @@
 //! Pressure sensors with a wrong gain.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon, Seen};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, Seen, entry};
 use pam_core::units::ATMOSPHERE_KPA;
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "pressure_gain",
-    group: Group::Sensing,
-    what: "measured gauge pressure = (1 + relative) · true gauge pressure",
-    parameters: &[
-        ParameterInfo::new("flexor_relative", 0.05, [-0.9, 5.0]).or(0.0),
-        ParameterInfo::new("extensor_relative", -0.03, [-0.9, 5.0]).or(0.0),
-    ],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("pressure_gain"),
+    typical: &[0.05, -0.03],
     build: |v| Box::new(PressureGain([v[0], v[1]])),
 };
 

@@ -1,14 +1,12 @@
 //! A first-order low-pass on both pressure channels.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon, Seen};
+use crate::effects::{Clock, HiddenEffect, Phenomenon, Seen, entry};
 use std::f64::consts::TAU;
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "pressure_sensor_lag",
-    group: Group::Sensing,
-    what: "first-order low-pass on both pressure channels, before the sensors' own",
-    parameters: &[ParameterInfo::new("cutoff_hz", 3.0, [1e-3, 1e4])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: entry("pressure_sensor_lag"),
+    typical: &[3.0],
     build: |v| Box::new(PressureSensorLag { cutoff_hz: v[0], state_kpa: None }),
 };
 

@@ -1,15 +1,19 @@
 //! Air that flows between the chambers.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon};
+use crate::effects::{Clock, EffectInfo, Group, HiddenEffect, ParameterInfo, Phenomenon};
 use crate::plant::Plant;
 use crate::plant::gas::{GAS_CONSTANT, ROOM_K};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "chamber_crosstalk",
-    group: Group::Unlisted,
-    what: "sealed chambers exchange air through a narrow passage, rate_per_s · V (P_other − P)",
-    parameters: &[ParameterInfo::new("rate_per_s", 4e-3, [0.0, 1.0])],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: &EffectInfo::new(
+        "chamber_crosstalk",
+        Group::Gas,
+        "air that flows between the sealed chambers through a narrow passage",
+        &[ParameterInfo::linear("rate_per_s", [0.0, 1.0])
+            .meaning("flow `d(P V)/dt = rate_per_s · V · (P_other − P)` into a chamber")],
+    ),
+    typical: &[4e-3],
     build: |v| Box::new(ChamberCrosstalk { rate_per_s: v[0] }),
 };
 

@@ -1,16 +1,19 @@
 //! An encoder that stops counting now and then.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon, Seen};
+use crate::effects::{Clock, EffectInfo, Group, HiddenEffect, ParameterInfo, Phenomenon, Seen};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "encoder_freeze",
-    group: Group::Unlisted,
-    what: "every period_s the encoder repeats its last value for duration_s",
-    parameters: &[
-        ParameterInfo::new("period_s", 7.3, [1e-2, 1e5]),
-        ParameterInfo::new("duration_s", 0.3, [0.0, 1e5]),
-    ],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: &EffectInfo::new(
+        "encoder_freeze",
+        Group::Sensing,
+        "encoder that repeats its last value now and then",
+        &[
+            ParameterInfo::scale("period_s", [1e-2, 1e5]).meaning("time between two freezes"),
+            ParameterInfo::linear("duration_s", [0.0, 1e5]).meaning("length of a freeze"),
+        ],
+    ),
+    typical: &[7.3, 0.3],
     build: |v| Box::new(EncoderFreeze { period_s: v[0], duration_s: v[1], held_mm: 0.0 }),
 };
 

@@ -1,4 +1,4 @@
-//! Phenomena that the shared vocabulary does not list. A diagnosis should call them unexplained.
+//! Phenomena outside the vocabulary. A diagnosis should call them unexplained.
 
 pub mod chamber_crosstalk;
 pub mod encoder_freeze;

@@ -1,18 +1,22 @@
 //! A force of its own frequency, as from a machine on the same table.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon};
+use crate::effects::{Clock, EffectInfo, Group, HiddenEffect, ParameterInfo, Phenomenon};
 use crate::plant::Plant;
 use std::f64::consts::TAU;
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "periodic_disturbance",
-    group: Group::Unlisted,
-    what: "force_n sin(2π frequency_hz t) on the joint, unrelated to the excitation",
-    parameters: &[
-        ParameterInfo::new("force_n", 12.0, [0.0, 500.0]),
-        ParameterInfo::new("frequency_hz", 1.37, [1e-3, 200.0]),
-    ],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: &EffectInfo::new(
+        "periodic_disturbance",
+        Group::Mechanics,
+        "periodic force on the joint that is unrelated to the excitation",
+        &[
+            ParameterInfo::linear("force_n", [0.0, 500.0])
+                .meaning("amplitude of the force `force_n · sin(2π frequency_hz t)`"),
+            ParameterInfo::scale("frequency_hz", [1e-3, 200.0]).meaning("frequency"),
+        ],
+    ),
+    typical: &[12.0, 1.37],
     build: |v| Box::new(PeriodicDisturbance { force_n: v[0], frequency_hz: v[1] }),
 };
 

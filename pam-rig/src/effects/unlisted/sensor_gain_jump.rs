@@ -1,17 +1,21 @@
 //! A pressure sensor whose gain jumps.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon, Seen};
+use crate::effects::{Clock, EffectInfo, Group, HiddenEffect, ParameterInfo, Phenomenon, Seen};
 use pam_core::units::ATMOSPHERE_KPA;
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "sensor_gain_jump",
-    group: Group::Unlisted,
-    what: "from time_s on the flexor's sensor reads gauge pressures off by a factor",
-    parameters: &[
-        ParameterInfo::new("time_s", 23.0, [0.0, 1e5]),
-        ParameterInfo::new("relative", 0.06, [-0.9, 5.0]),
-    ],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: &EffectInfo::new(
+        "sensor_gain_jump",
+        Group::Sensing,
+        "flexor's pressure sensor whose gain jumps",
+        &[
+            ParameterInfo::linear("time_s", [0.0, 1e5]).off_at(None).meaning("time of the jump"),
+            ParameterInfo::linear("relative", [-0.9, 5.0])
+                .meaning("from then on measured = (1 + relative) · true gauge pressure"),
+        ],
+    ),
+    typical: &[23.0, 0.06],
     build: |v| Box::new(SensorGainJump { time_s: v[0], relative: v[1] }),
 };
 

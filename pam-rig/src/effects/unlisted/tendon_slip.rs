@@ -1,16 +1,20 @@
 //! A tendon that slips on the pulley at one moment.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon, Seen};
+use crate::effects::{Clock, EffectInfo, Group, HiddenEffect, ParameterInfo, Phenomenon, Seen};
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "tendon_slip",
-    group: Group::Unlisted,
-    what: "at time_s the tendon slips on the pulley, and the encoder's zero moves by slip_mm",
-    parameters: &[
-        ParameterInfo::new("time_s", 31.0, [0.0, 1e5]),
-        ParameterInfo::new("slip_mm", 0.4, [-20.0, 20.0]),
-    ],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: &EffectInfo::new(
+        "tendon_slip",
+        Group::Mechanics,
+        "tendon that slips on the pulley, which moves the encoder's zero",
+        &[
+            ParameterInfo::linear("time_s", [0.0, 1e5]).off_at(None).meaning("time of the slip"),
+            ParameterInfo::linear("slip_mm", [-20.0, 20.0])
+                .meaning("from then on measured − true displacement"),
+        ],
+    ),
+    typical: &[31.0, 0.4],
     build: |v| Box::new(TendonSlip { time_s: v[0], slip_mm: v[1] }),
 };
 

@@ -1,17 +1,22 @@
 //! A valve that opens for a moment although it should be shut.
 
-use crate::effects::{Clock, EffectInfo, Group, ParameterInfo, Phenomenon};
+use crate::effects::{Clock, EffectInfo, Group, HiddenEffect, ParameterInfo, Phenomenon};
 use crate::plant::Plant;
 
 /// The effect.
-pub const INFO: EffectInfo = EffectInfo {
-    id: "valve_glitch",
-    group: Group::Unlisted,
-    what: "at time_s the flexor's valve lets mass_mg of air in within 20 ms",
-    parameters: &[
-        ParameterInfo::new("time_s", 27.0, [0.0, 1e5]),
-        ParameterInfo::new("mass_mg", 6.0, [-50.0, 50.0]),
-    ],
+pub const EFFECT: HiddenEffect = HiddenEffect {
+    info: &EffectInfo::new(
+        "valve_glitch",
+        Group::Gas,
+        "flexor's valve that opens for 20 ms although it should be shut",
+        &[
+            ParameterInfo::linear("time_s", [0.0, 1e5])
+                .off_at(None)
+                .meaning("time at which the valve opens"),
+            ParameterInfo::linear("mass_mg", [-50.0, 50.0]).meaning("mass of the air that enters"),
+        ],
+    ),
+    typical: &[27.0, 6.0],
     build: |v| Box::new(ValveGlitch { time_s: v[0], mass_g: 1e-3 * v[1] }),
 };
 
