@@ -1,12 +1,13 @@
 //! The diagnosis on data with something hidden in them: by a plant that is the published model, by the
 //! virtual rig, and by nature (the published real run).
 
+use pam_data::Subject;
 use pam_data::{Recording, SavedModel, load_model};
-use pam_diagnose::{Diagnosis, Extended, Options, Sets, Verdict, diagnose};
+use pam_diagnose::{Diagnosis, Options, Sets, Verdict, diagnose};
+use pam_effects::ExtendedModel;
 use pam_tests::diagnose::{at_strength, diagnosed, plant_runs};
 use pam_tests::plant::{Hidden, Noise, excitation, hidden};
 use pam_tests::{published_weights, run, shared, stdout_of, text};
-use pam_train::Subject;
 use serde_json::Value;
 use std::path::Path;
 
@@ -77,7 +78,7 @@ fn recordings_that_measure_the_gain_have_no_say_in_the_names() {
     let data = runs(&CONDITIONS[..2], std::slice::from_ref(&effect), 5);
     let same = runs(&[[60.0, 60.0]], std::slice::from_ref(&effect), 6);
     let other = runs(&[[40.0, 20.0]], &[at_strength("leak", 2.0)], 7);
-    let model = Extended::from_saved(saved.clone()).unwrap();
+    let model = ExtendedModel::from_saved(saved.clone()).unwrap();
     let judged = |heldout: &[Subject]| {
         let sets = Sets { data: &data, heldout: Some(heldout), healthy: None };
         diagnose(&model, &sets, &Options::default(), &|_, _| {}).unwrap()

@@ -8,7 +8,7 @@ use pam_data::models::save_model;
 use pam_data::{LoadOptions, Recording, SavedModel, load_model, open_recordings};
 use pam_solvers::{Interpolation, Tableau};
 use pam_tests::{published_weights, run, stdout_of, text};
-use pam_train::{SolverSettings, StepChoice, predict};
+use pam_trajectory::{SolverSettings, StepChoice, predict};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::Write;

@@ -9,7 +9,7 @@ use pam_core::{AnyForce, ForceInput, ForceModel, JointModel, Scalar, scalar};
 use pam_data::{Recording, load_model};
 use pam_solvers::{Interpolation, Tableau};
 use pam_tests::published_weights;
-use pam_train::{SolverSettings, StepChoice, predict};
+use pam_trajectory::{SolverSettings, StepChoice, predict};
 use std::f64::consts::TAU;
 use std::path::Path;
 

@@ -9,13 +9,13 @@
 //! With `PAM_STUDY_CSV=FILE` every hidden effect becomes a row of a table; `study -- tables FILE…` sums such
 //! tables up.
 
+use pam_data::Subject;
 use pam_data::{SavedModel, load_model, parse_model};
 use pam_diagnose::Diagnosis;
 use pam_diagnose::fit::Interval;
 use pam_tests::diagnose::{as_text, at_strength, diagnosed, plant_runs, rig_runs, vocabulary};
 use pam_tests::plant::{Hidden, Noise, excitation, hidden};
 use pam_tests::tables::{Row, tables};
-use pam_train::Subject;
 use std::path::Path;
 use std::time::Instant;
 

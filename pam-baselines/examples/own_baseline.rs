@@ -7,9 +7,11 @@
 use pam_baselines::method::{Run, Stopped, Structure, Trajectory};
 use pam_baselines::{BaselineError, FittedModel, FreeRun, Method, TrainingSet};
 use pam_core::{ForceInput, JointModel, SpringDamper};
+use pam_data::Subject;
 use pam_data::formats::npz::Array;
 use pam_data::{MassOrigin, Recording};
-use pam_train::{Predictor, SolverSettings, Subject, evaluate_with};
+use pam_train::evaluate_with;
+use pam_trajectory::{Predictor, SolverSettings};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;

@@ -9,11 +9,12 @@ use pam_autodiff::linearise;
 use pam_core::{
     ForceInput, ForceModel, JointModel, MuscleGeometry, PhysicalParameters, SealedMasses,
 };
+use pam_data::Subject;
 use pam_data::formats::npz::Array;
 use pam_data::{MassChoice, Recording, resolve_masses};
 use pam_train::curriculum::SolverChoice;
 use pam_train::warm_start::fit_deformation;
-use pam_train::{SolverSettings, Subject};
+use pam_trajectory::SolverSettings;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -81,7 +82,7 @@ impl<F: JointForce> FittedModel for JointBaseline<F> {
             part = run.recording.slice(run.start..run.recording.len());
             &part
         };
-        match pam_train::predict(&self.model(), recording, masses, &self.settings) {
+        match pam_trajectory::predict(&self.model(), recording, masses, &self.settings) {
             Ok(prediction) => Ok(prediction.channels),
             Err(e) => Err(Stopped { why: e.why }),
         }

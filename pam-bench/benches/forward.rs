@@ -3,7 +3,7 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use pam_bench::{published_model, recording};
 use pam_solvers::{Interpolation, Tableau};
-use pam_train::{SolverSettings, StepChoice, predict};
+use pam_trajectory::{SolverSettings, StepChoice, predict};
 use std::hint::black_box;
 
 fn forward(criterion: &mut Criterion) {

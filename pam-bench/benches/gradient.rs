@@ -5,8 +5,9 @@
 
 use pam_bench::{network_model, perturbed, published_model, training_set};
 use pam_core::simd::Float;
+use pam_data::Subject;
 use pam_solvers::{Interpolation, Tableau};
-use pam_train::{SealedGradient, SolverSettings, SquaredError, StepChoice, Subject};
+use pam_trajectory::{SealedGradient, SolverSettings, SquaredError, StepChoice};
 use std::time::Instant;
 
 const REPEATS: usize = 5;

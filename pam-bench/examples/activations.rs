@@ -11,13 +11,14 @@
 //! third where the figures go.
 
 use pam_core::ParametricForce;
+use pam_data::Subject;
 use pam_data::conditions::{TRAINING_PSI, name_of};
 use pam_data::{LoadOptions, MassChoice, collect_paths, open_recordings, resolve_masses};
 use pam_report::{LineFigure, Role, Scale};
 use pam_solvers::{Interpolation, Tableau};
-use pam_train::coordinates::NetworkJoint;
-use pam_train::predict::{SolverSettings, StepChoice};
-use pam_train::{SealedGradient, SquaredError, Subject};
+use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::predict::{SolverSettings, StepChoice};
+use pam_trajectory::{SealedGradient, SquaredError};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 

@@ -9,10 +9,11 @@ pub mod memory;
 
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, MN_PER_N, tendon_force_mn_per_a};
 use pam_core::{AnyForce, JointModel, NetworkForce, SealedMasses};
+use pam_data::Subject;
 use pam_data::formats::raw_log::{Row, to_text};
 use pam_data::preprocess::LowPass;
 use pam_data::{MassOrigin, Recording, load_model};
-use pam_train::{SolverSettings, Subject, predict};
+use pam_trajectory::{SolverSettings, predict};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};

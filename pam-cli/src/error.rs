@@ -24,6 +24,9 @@ pub enum CliError {
     /// Training cannot begin or go on.
     #[error(transparent)]
     Training(#[from] pam_train::training::TrainingError),
+    /// An effect of a model is not known, or its values are wrong.
+    #[error(transparent)]
+    Effect(#[from] pam_effects::EffectError),
     /// A diagnosis cannot be made.
     #[error(transparent)]
     Diagnose(#[from] pam_diagnose::DiagnoseError),

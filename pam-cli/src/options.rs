@@ -3,14 +3,15 @@
 use crate::error::CliError;
 use clap::{Args, ValueEnum};
 use pam_core::{Activation, AnyForce, JointModel, Mlp, NetworkForce, SpringDamper};
+use pam_data::Subject;
 use pam_data::formats::mat_run::PressureReference;
 use pam_data::{
     LoadOptions, MassChoice, ModelInfo, MuscleSurfaces, Recording, SavedModel, load_model,
     open_recordings, parse_model, resolve_masses,
 };
-use pam_diagnose::Extended;
+use pam_effects::ExtendedModel;
 use pam_solvers::{Interpolation, Tableau};
-use pam_train::{SolverSettings, StepChoice, Subject};
+use pam_trajectory::{SolverSettings, StepChoice};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -46,7 +47,7 @@ impl ModelOptions {
         if saved.info.effects.is_empty() {
             return Ok(saved);
         }
-        let plain = Extended::from_saved(saved)?.plain();
+        let plain = ExtendedModel::from_saved(saved)?.plain();
         if let Some(sentence) = plain.sentence() {
             eprintln!("{}: {sentence}", self.model.display());
         }
@@ -109,11 +110,11 @@ pub fn built_in_spring_damper() -> SavedModel {
 #[must_use]
 pub fn describe_model(saved: &SavedModel) -> String {
     let p = saved.model.physical();
-    let effects = Extended::from_saved(saved.clone())
+    let effects = ExtendedModel::from_saved(saved.clone())
         .map(|e| e.describe_effects())
         .ok()
         .filter(|text| !text.is_empty())
-        .map(|text| format!(" Extended by {text}."))
+        .map(|text| format!(" ExtendedModel by {text}."))
         .unwrap_or_default();
     format!(
         "Force: {}; m = {:.3} kg, C = {:.4e} kPa·mm³/g, ν = {:.4}.{effects}",

@@ -25,6 +25,7 @@ pub mod masses;
 pub mod models;
 pub mod preprocess;
 pub mod recording;
+pub mod subject;
 
 pub use detect::{
     FileKind, LoadOptions, TRUTH_SUFFIX, collect_paths, open_recordings, read_recordings,
@@ -35,3 +36,4 @@ pub use masses::{MassChoice, MassOrigin, MuscleSurfaces, resolve_masses};
 pub use models::{ModelInfo, SavedModel, StoredEffect, load_model, parse_model};
 pub use preprocess::RawLogOptions;
 pub use recording::{Channel, Recording, SealedReading};
+pub use subject::Subject;

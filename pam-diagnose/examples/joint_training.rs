@@ -1,24 +1,26 @@
 //! Weights and effects trained together: a network that was fitted before the joint wore, and recordings of the
 //! worn joint.
 
+use pam_data::Subject;
 use pam_data::{MassOrigin, Recording, load_model};
-use pam_diagnose::effects::by_id;
-use pam_diagnose::{Active, EffectExtension, Extended};
+use pam_effects::effects::by_id;
+use pam_effects::{ActiveEffect, ExtendedModel};
+use pam_train::EffectExtension;
 use pam_train::curriculum::Curriculum;
 use pam_train::training::Trainer;
-use pam_train::{AnyLoss, Predictor, SolverSettings, Subject};
+use pam_trajectory::{AnyLoss, Predictor, SolverSettings};
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::sync::Arc;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../pam-cli/models/default.safetensors");
-    let model = Extended::from_saved(load_model(&file)?)?;
+    let model = ExtendedModel::from_saved(load_model(&file)?)?;
     let masses = model.joint.gas_law_masses(0.0, [412.0, 412.0]); // kPa absolute, sealed at x = 0
     let friction = by_id("coulomb_friction").expect("an effect of the vocabulary");
 
     // The worn joint: the model with 18 N of dry friction.
-    let worn = model.with([Active { effect: friction, values: vec![18.0] }]);
+    let worn = model.with([ActiveEffect { effect: friction, values: vec![18.0] }]);
     let mut data = Vec::new();
     for (hz, newton) in [(0.5, 120.0), (1.0, 160.0)] {
         let time_s: Vec<f64> = (0..2000).map(|k| 2e-3 * f64::from(k)).collect();
@@ -29,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
 
     // The gradient by everything at once, where the friction is thought to be 5 N.
-    let believed = vec![Active { effect: friction, values: vec![5.0] }];
+    let believed = vec![ActiveEffect { effect: friction, values: vec![5.0] }];
     let subjects: Vec<Subject> = data
         .iter()
         .map(|r| Subject { recording: r.clone(), masses, origin: MassOrigin::Given })

@@ -1,16 +1,18 @@
 //! An effect of one's own: drag that grows with the square of the speed.
 //!
 //! The type is handed to the diagnosis beside the vocabulary. To ship it, put it into
-//! `pam-diagnose/src/effects/mechanics/quadratic_drag.rs` and add two lines: `pub(super) mod quadratic_drag;`
+//! `pam-effects/src/effects/mechanics/quadratic_drag.rs` and add two lines: `pub(super) mod quadratic_drag;`
 //! in `mechanics/mod.rs` and `mechanics::quadratic_drag::QuadraticDrag,` in the list of `effects/mod.rs`.
 
 use pam_core::{AnyForce, JointModel, Scalar, SpringDamper, units::MN_PER_N};
+use pam_data::Subject;
 use pam_data::{MassOrigin, ModelInfo, Recording};
-use pam_diagnose::effects::{
-    AnyEffect, Effect, EffectInfo, Evidence, Group, ParameterInfo, Point, by_id,
+use pam_diagnose::{Options, Sets, Verdict, diagnose};
+use pam_effects::effects::{
+    AnyEffect, DataScales, Effect, EffectInfo, Group, ParameterInfo, Point, by_id,
 };
-use pam_diagnose::{Active, Extended, Options, Sets, Verdict, diagnose};
-use pam_train::{Predictor, SolverSettings, Subject};
+use pam_effects::{ActiveEffect, ExtendedModel};
+use pam_trajectory::{Predictor, SolverSettings};
 use std::f64::consts::TAU;
 
 const INFO: EffectInfo = EffectInfo {
@@ -32,7 +34,7 @@ impl Effect for QuadraticDrag {
         &INFO
     }
 
-    fn starts(&self, _evidence: &Evidence) -> Vec<Vec<f64>> {
+    fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {
         vec![vec![0.05]]
     }
 
@@ -45,10 +47,10 @@ impl Effect for QuadraticDrag {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let joint = JointModel::datasheet(AnyForce::from(SpringDamper::published()));
     let masses = joint.gas_law_masses(0.0, [412.0, 412.0]); // kPa absolute, sealed at x = 0
-    let model = Extended { joint, info: ModelInfo::default(), effects: Vec::new() };
+    let model = ExtendedModel { joint, info: ModelInfo::default(), effects: Vec::new() };
 
     // The plant has the drag, the model does not know of it.
-    let plant = model.with([Active { effect: &QuadraticDrag, values: vec![0.3] }]);
+    let plant = model.with([ActiveEffect { effect: &QuadraticDrag, values: vec![0.3] }]);
     let mut data = Vec::new();
     for (hz, newton) in [(0.5, 90.0), (2.0, 120.0), (1.0, 150.0)] {
         let time_s: Vec<f64> = (0..2000).map(|k| 4e-3 * f64::from(k)).collect();

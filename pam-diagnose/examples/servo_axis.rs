@@ -10,8 +10,8 @@
 
 use pam_core::{ParametricField, Scalar, VectorField};
 use pam_diagnose::Verdict;
-use pam_diagnose::effects::ParameterInfo;
 use pam_diagnose::field::{Candidate, FieldOptions, diagnose_field};
+use pam_effects::effects::ParameterInfo;
 use pam_solvers::{InputFn, Integrator, PidController, SaveAt, Tableau, Term};
 use pam_train::field::{Experiment, FieldProblem, LeastSquares, Outputs};
 use rand::SeedableRng;

@@ -5,16 +5,16 @@
 //! sensitivities. What is left, in units of the error that counts as explained, is how well the excitation
 //! separates the two. The excitation that separates the worst pair best for its length is chosen.
 
-use crate::effects::{AnyEffect, Derivatives, Evidence};
-use crate::extended::{Active, Extended};
 use crate::fit::{CHANNELS, Floors, Hypothesis, Problem};
-use crate::simulation::{Course, Nuisances, Trajectory, Trial, simulate};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
+use pam_data::Subject;
 use pam_data::{MassOrigin, Recording};
-use pam_train::Subject;
+use pam_effects::effects::{AnyEffect, DataScales, Derivatives};
+use pam_effects::model::{ActiveEffect, ExtendedModel};
+use pam_effects::simulation::{Course, Nuisances, Trajectory, Trial, simulate};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -74,10 +74,10 @@ const PRESSURES: [&[[f64; 2]]; 2] =
 /// the model with all named causes, of which `cause` is to be told from `alternatives`.
 #[must_use]
 pub fn separate(
-    extended: &Extended,
-    cause: &Active,
-    alternatives: &[Active],
-    evidence: &Evidence,
+    extended: &ExtendedModel,
+    cause: &ActiveEffect,
+    alternatives: &[ActiveEffect],
+    evidence: &DataScales,
     floors: &Floors,
 ) -> Vec<Separation> {
     let mut tried: Vec<(Excitation, &[[f64; 2]])> = Vec::new();
@@ -104,7 +104,12 @@ pub fn separate(
 }
 
 /// A trial that nobody measured: the joint at rest under an excitation.
-fn trial(model: &Extended, excitation: &Excitation, psi: [f64; 2], evidence: &Evidence) -> Trial {
+fn trial(
+    model: &ExtendedModel,
+    excitation: &Excitation,
+    psi: [f64; 2],
+    evidence: &DataScales,
+) -> Trial {
     let kpa = psi.map(|p| p * pam_core::units::KPA_PER_PSI + pam_core::units::ATMOSPHERE_KPA);
     let masses = model.joint.gas_law_masses(0.0, kpa);
     let length: f64 = excitation.pieces.iter().map(|p| p[2]).sum();
@@ -143,13 +148,13 @@ fn trial(model: &Extended, excitation: &Excitation, psi: [f64; 2], evidence: &Ev
 
 /// Root mean square of what separates two causes, less what the alternative's parameters make up for.
 fn difference(
-    extended: &Extended,
-    cause: &Active,
-    alternative: &Active,
+    extended: &ExtendedModel,
+    cause: &ActiveEffect,
+    alternative: &ActiveEffect,
     trials: &[Trial],
     floors: &Floors,
 ) -> Option<f64> {
-    let swapped = |with: &Active| {
+    let swapped = |with: &ActiveEffect| {
         let mut model = extended.clone();
         for active in &mut model.effects {
             if active.effect.info().id == cause.effect.info().id {

@@ -1,22 +1,11 @@
 //! What can go wrong.
 
-use crate::simulation::Diverged;
+use pam_effects::simulation::Diverged;
 use thiserror::Error;
 
 /// A diagnosis that cannot be made.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum DiagnoseError {
-    /// An effect is not known, or its values are wrong.
-    #[error("effect `{id}`: {message}")]
-    Effect {
-        /// Its id.
-        id: String,
-        /// What is wrong and what to do.
-        message: String,
-    },
-    /// The model's force is not of the kind that is needed.
-    #[error("{0}")]
-    Force(String),
     /// There is too little data.
     #[error("{0}")]
     TooLittle(String),

@@ -7,7 +7,7 @@
 //! language of the rig: *dry friction of 41 N*, not *a term in sgn ẋ*.
 //!
 //! * **Effects are parts of a model.** Every entry of a vocabulary of known faults ([`effects`]) is a term with
-//!   parameters that carry units: a force, a law of the air, a memory, a sensor. An [`Extended`] model is
+//!   parameters that carry units: a force, a law of the air, a memory, a sensor. An [`ExtendedModel`] is
 //!   a hybrid model with such terms; it predicts, is fitted, is saved and loaded like one without. Nothing
 //!   in the base model is trained again, since a network that is fitted to faulty data absorbs the fault.
 //! * **Candidates compete as simulations.** Each candidate is fitted through the simulation, by
@@ -48,18 +48,20 @@
 //! ```
 //! use pam_core::{AnyForce, JointModel, SpringDamper};
 //! use pam_data::{MassOrigin, ModelInfo, Recording};
-//! use pam_diagnose::effects::by_id;
-//! use pam_diagnose::{Active, Extended, Options, Sets, Verdict, diagnose};
-//! use pam_train::{Predictor, SolverSettings, Subject};
+//! use pam_effects::effects::by_id;
+//! use pam_diagnose::{Options, Sets, Verdict, diagnose};
+//! use pam_effects::{ActiveEffect, ExtendedModel};
+//! use pam_data::Subject;
+//! use pam_trajectory::{Predictor, SolverSettings};
 //! use std::f64::consts::TAU;
 //!
 //! let joint = JointModel::datasheet(AnyForce::from(SpringDamper::published()));
 //! let masses = joint.gas_law_masses(0.0, [412.0, 412.0]); // kPa absolute, sealed at x = 0
-//! let model = Extended { joint, info: ModelInfo::default(), effects: Vec::new() };
+//! let model = ExtendedModel { joint, info: ModelInfo::default(), effects: Vec::new() };
 //!
 //! // The plant is the model with friction that the model does not know of.
 //! let effect = by_id("coulomb_friction").expect("an effect of the vocabulary");
-//! let plant = model.with([Active { effect, values: vec![20.0] }]);
+//! let plant = model.with([ActiveEffect { effect, values: vec![20.0] }]);
 //! let data: Vec<Subject> = [(0.5, 90.0), (1.0, 120.0), (1.0, 60.0)] // Hz, N
 //!     .iter()
 //!     .map(|(hz, newton)| {
@@ -77,7 +79,7 @@
 //!         let recording = run.to_recording(&command, masses);
 //!         Ok(Subject { recording, masses, origin: MassOrigin::Given })
 //!     })
-//!     .collect::<Result<_, Box<pam_train::PredictError>>>()?;
+//!     .collect::<Result<_, Box<pam_trajectory::PredictError>>>()?;
 //!
 //! let candidates = ["coulomb_friction", "viscous_damping", "constant_load", "stiffness_scale"];
 //! let options = Options {
@@ -98,18 +100,12 @@
 
 pub mod design;
 pub mod diagnosis;
-pub mod effects;
 pub mod error;
-pub mod extended;
 pub mod field;
 pub mod fit;
 pub mod report;
 pub mod residual;
 pub mod search;
-pub mod simulation;
-pub mod training;
 
 pub use diagnosis::{Diagnosis, Options, Sets, Stage, Verdict, diagnose};
 pub use error::DiagnoseError;
-pub use extended::{Active, Extended, Plain};
-pub use training::EffectExtension;

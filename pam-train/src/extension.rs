@@ -5,13 +5,12 @@
 //! asks an [`Extension`] for its numbers and for loss and gradient of the whole, and moves its numbers with
 //! the others, each inside its range, in a coordinate of its own ([`ExtensionCoordinate`]).
 
-use crate::coordinates::NetworkJoint;
 use crate::curriculum::Precision;
-use crate::evaluation::Subject;
-use crate::gradient::JointGradient;
-use crate::gradient::sealed::IndexedLoss;
-use crate::training::windows::Windows;
 use pam_data::StoredEffect;
+use pam_data::Subject;
+use pam_trajectory::gradient::ExtendedGradient;
+use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::windows::Windows;
 use std::fmt::Debug;
 use thiserror::Error;
 
@@ -68,36 +67,6 @@ pub trait Extension: Debug + Send + Sync {
 
     /// The parts with these values as they stand in a file.
     fn stored(&self, values: &[f64]) -> Vec<StoredEffect>;
-}
-
-/// Loss and gradient of a model with an extension, again and again for changing numbers.
-pub trait ExtendedGradient: Debug + Send {
-    /// Value and gradient of the mean loss over windows, each predicted from its own start. With
-    /// `backward` off the gradient is of no meaning. The same bits at any number of threads.
-    fn value_and_gradient(
-        &mut self,
-        at: &ExtendedRequest<'_>,
-        loss: &IndexedLoss<'_>,
-        backward: bool,
-    ) -> JointGradient;
-
-    /// Predicted states of the `index`-th window of the last call, at its samples.
-    fn predicted(&self, index: usize) -> &[[f64; 4]];
-}
-
-/// What loss and gradient are asked for.
-#[derive(Debug, Clone, Copy)]
-pub struct ExtendedRequest<'a> {
-    /// The model without its extension.
-    pub model: &'a NetworkJoint,
-    /// The extension's numbers.
-    pub values: &'a [f64],
-    /// All windows.
-    pub windows: &'a Windows,
-    /// Those that are asked for.
-    pub part: &'a [usize],
-    /// Their starts `[x, ẋ, P_f, P_e]` as measured (mm, mm/s, kPa, kPa).
-    pub starts: &'a [[f64; 4]],
 }
 
 /// How a number of an extension is moved: `coordinate · unit` is the value, or its logarithm.

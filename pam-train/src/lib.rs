@@ -1,12 +1,8 @@
 //! Predictions of recordings by a joint model, and how good they are.
 //!
-//! - [`mod@predict`]: free-run prediction of a recording from its first sample;
-//! - [`metrics`]: R² and RMSE per channel;
 //! - [`segments`]: stretches of one excitation frequency;
 //! - [`balance`]: the force that the model lacks on the measured motion;
 //! - [`evaluation`]: all of these for a whole data set, in parallel;
-//! - [`loss`]: what training makes small;
-//! - [`gradient`]: loss and gradient of a model on recordings;
 //! - [`coordinates`]: the numbers that an optimiser moves;
 //! - [`optimiser`]: what moves them;
 //! - [`schedule`]: how their rate changes, and when they stop;
@@ -22,35 +18,25 @@
 pub mod balance;
 pub mod coordinates;
 pub mod curriculum;
+pub mod effect_extension;
 pub mod evaluation;
 pub mod events;
 pub mod extension;
 pub mod field;
-pub mod gradient;
 pub mod identification;
-pub mod loss;
-pub mod metrics;
 pub mod optimiser;
-pub mod predict;
 pub mod regulariser;
 pub mod schedule;
 pub mod segments;
-mod settings;
 pub mod training;
 pub mod warm_start;
 
 pub use balance::ForceBalance;
-pub use evaluation::{Evaluation, RecordingEvaluation, Subject, evaluate, evaluate_with};
+pub use effect_extension::EffectExtension;
+pub use evaluation::{Evaluation, RecordingEvaluation, evaluate, evaluate_with};
 pub use events::{EVENT_FILE_NAME, EventFile, ScalarEvent};
-pub use extension::{
-    ExtendedGradient, ExtendedRequest, Extension, ExtensionError, ExtensionParameter,
-};
-pub use gradient::{GradientChoice, JointGradient, SealedGradient};
-pub use loss::{AnyLoss, SquaredError, TrajectoryLoss};
-pub use metrics::{PerChannel, Scores};
-pub use predict::{PredictError, Prediction, Predictor, SolverSettings, StepChoice, predict};
+pub use extension::{Extension, ExtensionError, ExtensionParameter};
 pub use regulariser::{AnyRegulariser, Regulariser};
 pub use schedule::{EarlyStop, Rate, Schedule};
 pub use segments::{Segment, frequency_segments};
-pub use settings::SettingsError;
 pub use training::TrainingError;

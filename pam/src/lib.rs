@@ -62,11 +62,13 @@ pub use pam_control as control;
 pub use pam_core as core;
 pub use pam_data as data;
 pub use pam_diagnose as diagnose;
+pub use pam_effects as effects;
 pub use pam_exact as exact;
 pub use pam_report as report;
 pub use pam_rig as rig;
 pub use pam_solvers as solvers;
 pub use pam_train as train;
+pub use pam_trajectory as trajectory;
 pub use pam_vocabulary as vocabulary;
 
 /// What most programs begin with.
@@ -78,14 +80,14 @@ pub mod prelude {
         ParametricField, PhysicalParameters, Scalar, SealedMasses, SpringDamper, VectorField,
         field_fn,
     };
+    pub use pam_data::Subject;
     pub use pam_data::{
         Channel, LoadOptions, MassChoice, Recording, SavedModel, collect_paths, load_model,
         models::save_model, open_recordings, read_recordings, resolve_masses,
     };
-    pub use pam_diagnose::effects::{AnyEffect, Effect, EffectInfo, ParameterInfo, by_id};
-    pub use pam_diagnose::{
-        Active, Diagnosis, EffectExtension, Extended, Options, Sets, Verdict, diagnose,
-    };
+    pub use pam_diagnose::{Diagnosis, Options, Sets, Verdict, diagnose};
+    pub use pam_effects::effects::{AnyEffect, Effect, EffectInfo, ParameterInfo, by_id};
+    pub use pam_effects::{ActiveEffect, ExtendedModel};
     pub use pam_report::{LineFigure, Role};
     pub use pam_rig::{Conditions, Protocol, RigParameters, Session};
     pub use pam_solvers::sensitivity::{DiscreteAdjoint, GradientMethod, Problem};
@@ -93,12 +95,10 @@ pub mod prelude {
         Constant, InputFn, Integrator, NoInput, PidController, SaveAt, Solution, Tableau, Term,
     };
     pub use pam_train::curriculum::Curriculum;
-    pub use pam_train::loss::{SampleErrors, pointwise};
     pub use pam_train::training::{Trained, Trainer, Training};
-    pub use pam_train::{
-        Evaluation, GradientChoice, Predictor, SolverSettings, Subject, TrajectoryLoss, evaluate,
-        evaluate_with, predict,
-    };
+    pub use pam_train::{EffectExtension, Evaluation, evaluate, evaluate_with};
+    pub use pam_trajectory::loss::{SampleErrors, pointwise};
+    pub use pam_trajectory::{GradientChoice, Predictor, SolverSettings, TrajectoryLoss, predict};
 }
 
 /// The Rust code of the README and of the book, compiled and run as documentation tests.

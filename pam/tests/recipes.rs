@@ -28,15 +28,15 @@ const fn line(file: &'static str, behind: &'static str, line: &'static str) -> L
 const RECIPES: [Recipe; 7] = [
     Recipe {
         example: "pam-diagnose/examples/own_effect.rs",
-        file: "pam-diagnose/src/effects/mechanics/quadratic_drag.rs",
+        file: "pam-effects/src/effects/mechanics/quadratic_drag.rs",
         lines: [
             line(
-                "pam-diagnose/src/effects/mechanics/mod.rs",
+                "pam-effects/src/effects/mechanics/mod.rs",
                 "pub(super) mod hysteresis;",
                 "pub(super) mod quadratic_drag;",
             ),
             line(
-                "pam-diagnose/src/effects/mod.rs",
+                "pam-effects/src/effects/mod.rs",
                 "effects! {",
                 "mechanics::quadratic_drag::QuadraticDrag,",
             ),
@@ -91,12 +91,12 @@ const RECIPES: [Recipe; 7] = [
         ],
     },
     Recipe {
-        example: "pam-train/examples/own_loss.rs",
-        file: "pam-train/src/loss/log_cosh.rs",
+        example: "pam-trajectory/examples/own_loss.rs",
+        file: "pam-trajectory/src/loss/log_cosh.rs",
         lines: [
-            line("pam-train/src/loss/mod.rs", "mod huber;", "mod log_cosh;"),
+            line("pam-trajectory/src/loss/mod.rs", "mod huber;", "mod log_cosh;"),
             line(
-                "pam-train/src/loss/any.rs",
+                "pam-trajectory/src/loss/any.rs",
                 "losses! {",
                 "/** Log-cosh. */ LogCosh(log_cosh::LogCosh),",
             ),

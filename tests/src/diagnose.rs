@@ -2,11 +2,12 @@
 
 use crate::plant::{self, Excitation, Hidden, Noise};
 use pam_core::AnyForce;
+use pam_data::Subject;
 use pam_data::{LoadOptions, MassOrigin, Recording, SavedModel, collect_paths, open_recordings};
-use pam_diagnose::{Diagnosis, Extended, Options, Sets, diagnose};
+use pam_diagnose::{Diagnosis, Options, Sets, diagnose};
+use pam_effects::ExtendedModel;
 use pam_rig::protocol::CurrentSegment;
 use pam_rig::{Conditions, Protocol, RigParameters, Session};
-use pam_train::Subject;
 use rayon::prelude::*;
 
 /// A recording with its masses by the model's gas law.
@@ -90,7 +91,7 @@ pub fn diagnosed(
     healthy: Option<&[Subject]>,
     seed: u64,
 ) -> Diagnosis {
-    let model = Extended::from_saved(saved.clone()).expect("known effects");
+    let model = ExtendedModel::from_saved(saved.clone()).expect("known effects");
     let options = Options { seed, ..Options::default() };
     diagnose(&model, &Sets { data, heldout: None, healthy }, &options, &|_, _| {})
         .expect("a diagnosis")

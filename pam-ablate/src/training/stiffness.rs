@@ -19,8 +19,8 @@ use pam_autodiff::{stiffness_by_difference_n_mm, stiffness_exact_n_mm};
 use pam_control::equilibrium_point::observe;
 use pam_core::{ForceInput, NetworkForce, Scalar, SealedMasses};
 use pam_data::{MassChoice, Recording, resolve_masses};
-use pam_train::coordinates::NetworkJoint;
 use pam_train::curriculum::Curriculum;
+use pam_trajectory::gradient::NetworkJoint;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 

@@ -7,7 +7,7 @@ use super::score::{Scoring, all, draw};
 use crate::error::BaselineError;
 use crate::method::TrainingSet;
 use pam_data::MuscleSurfaces;
-use pam_train::Subject;
+use pam_data::Subject;
 use std::time::Instant;
 
 /// Recordings as the configuration splits them.

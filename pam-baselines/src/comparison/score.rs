@@ -6,9 +6,10 @@ use crate::method::{FittedModel, Needs, Run, Stopped, Trajectory};
 use crate::points::motion_points;
 use pam_control::equilibrium_point::observe;
 use pam_core::SealedMasses;
+use pam_data::Subject;
 use pam_data::{Channel, Recording};
-use pam_train::metrics::{r2, rmse};
-use pam_train::{Subject, frequency_segments};
+use pam_train::frequency_segments;
+use pam_trajectory::metrics::{r2, rmse};
 use rayon::prelude::*;
 
 /// Points of the equation of motion, s apart.

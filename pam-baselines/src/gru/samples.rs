@@ -2,7 +2,7 @@
 
 use super::parameters::INPUTS;
 use super::scaling::Scaling;
-use pam_train::Subject;
+use pam_data::Subject;
 use rand::{Rng, RngExt};
 use rayon::prelude::*;
 

@@ -1,7 +1,7 @@
 //! Min–max scaling to [−1, 1].
 
+use pam_data::Subject;
 use pam_data::{Channel, Recording};
-use pam_train::Subject;
 
 use super::parameters::{INPUTS, OUTPUTS};
 

@@ -4,7 +4,7 @@ use super::muscle::KangMuscle;
 use super::samples::MuscleSample;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
-use pam_train::metrics::r2;
+use pam_trajectory::metrics::r2;
 use serde::{Deserialize, Serialize};
 
 /// What becomes of the braid angle α0.

@@ -4,8 +4,9 @@ use pam_baselines::comparison::{Comparison, ComparisonConfig, Event, Keep, Split
 use pam_baselines::method::{FittedModel, FreeRun, Run, TrainingSet};
 use pam_baselines::{AnyMethod, BaselineError};
 use pam_core::{JointModel, PhysicalParameters, SealedMasses, SpringDamper};
+use pam_data::Subject;
 use pam_data::{MassOrigin, Recording};
-use pam_train::{Predictor, SolverSettings, Subject, predict};
+use pam_trajectory::{Predictor, SolverSettings, predict};
 use std::path::Path;
 
 /// Recordings of a linear joint under sines of 0.5, 1 and 2 Hz, 10 s at 250 Hz, at several pressures.

@@ -6,9 +6,10 @@
 
 use super::case::Exact;
 use pam_core::{JointModel, NetworkForce, SealedMasses};
+use pam_data::Subject;
 use pam_data::{MassOrigin, Recording};
 use pam_solvers::Interpolation;
-use pam_train::{SealedGradient, SolverSettings, Subject};
+use pam_trajectory::{SealedGradient, SolverSettings};
 use std::path::Path;
 
 /// Grid points from one observation to the next, on the finer grid.

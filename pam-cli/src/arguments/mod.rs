@@ -20,7 +20,7 @@ pub use train::TrainArguments;
 
 use crate::options::{DataOptions, ModelOptions, SolverOptions, StepOptions};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use pam_train::GradientChoice;
+use pam_trajectory::GradientChoice;
 use std::path::PathBuf;
 
 /// Hybrid neural ODEs of an antagonistic pneumatic-muscle joint.

@@ -6,7 +6,7 @@ use crate::error::CliError;
 use pam_data::formats::{csv_columns, npz_columns};
 use pam_data::models::save_model;
 use pam_data::{FileKind, Recording, load_model, open_recordings};
-use pam_diagnose::Extended;
+use pam_effects::ExtendedModel;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -21,7 +21,7 @@ pub fn run(arguments: &ConvertArguments, console: &Console) -> Result<ExitCode, 
         FileKind::Eqx | FileKind::Safetensors => {
             let mut saved = load_model(input)?;
             if arguments.plain {
-                let plain = Extended::from_saved(saved)?.plain();
+                let plain = ExtendedModel::from_saved(saved)?.plain();
                 if let Some(sentence) = plain.sentence() {
                     console.text(sentence);
                 }

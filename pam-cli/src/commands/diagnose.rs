@@ -6,15 +6,16 @@ use crate::error::CliError;
 use crate::options::describe_model;
 use crate::run_record::{self, made_by, write_json};
 use indicatif::ProgressBar;
+use pam_data::Subject;
 use pam_data::atomic::write_atomic;
 use pam_data::models::save_model;
 use pam_data::{SavedModel, collect_paths};
-use pam_diagnose::effects::{ALL, by_id};
 use pam_diagnose::report::{ReportContext, diagnosis_report, verdict_sentence};
-use pam_diagnose::{Diagnosis, Extended, Options, Sets, Stage, diagnose};
+use pam_diagnose::{Diagnosis, Options, Sets, Stage, diagnose};
+use pam_effects::ExtendedModel;
+use pam_effects::effects::{ALL, by_id};
 use pam_rig::protocol::CurrentSegment;
 use pam_rig::{Conditions, Protocol};
-use pam_train::Subject;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -97,7 +98,7 @@ pub fn diagnose_into(
     options: &Options,
     console: &Console,
 ) -> Result<Diagnosis, CliError> {
-    let model = Extended::from_saved(saved.clone())?;
+    let model = ExtendedModel::from_saved(saved.clone())?;
     let bar = console.progress(1000, "diagnosing");
     let diagnosis = diagnose(&model, sets, options, &|stage, share| show(&bar, stage, share))?;
     bar.finish_and_clear();

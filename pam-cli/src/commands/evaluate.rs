@@ -6,13 +6,15 @@ use crate::console::{Console, table};
 use crate::error::CliError;
 use crate::options::{describe_model, solver_json};
 use crate::run_record::{self, made_by, write_json};
+use pam_data::Subject;
 use pam_data::atomic::write_atomic;
 use pam_data::formats::csv_columns;
 use pam_data::{Channel, SavedModel, collect_paths};
-use pam_diagnose::Extended;
+use pam_effects::ExtendedModel;
 use pam_report::page::number;
 use pam_report::{EvaluationContext, evaluation_report};
-use pam_train::{Evaluation, SolverSettings, Subject, evaluate_with};
+use pam_train::{Evaluation, evaluate_with};
+use pam_trajectory::SolverSettings;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -69,7 +71,7 @@ pub fn evaluate_into(
     console: &Console,
 ) -> Result<Outcome, CliError> {
     let bar = console.progress(subjects.len(), "predicting");
-    let extended = Extended::from_saved(saved.clone())?;
+    let extended = ExtendedModel::from_saved(saved.clone())?;
     let evaluation = evaluate_with(&extended, &saved.model, subjects, settings, &|| bar.inc(1));
     bar.finish_and_clear();
 
@@ -133,7 +135,7 @@ impl Outcome {
 const MOST_ROWS: usize = 30;
 
 fn summary(evaluation: &Evaluation) -> String {
-    let row = |name: &str, s: &pam_train::Scores| {
+    let row = |name: &str, s: &pam_trajectory::Scores| {
         let mut cells = vec![name.to_owned()];
         cells.extend(Channel::ALL.map(|c| number(s.r2.get(c), 4)));
         cells.extend(Channel::ALL.map(|c| number(s.rmse.get(c), 4)));

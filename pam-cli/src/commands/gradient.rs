@@ -8,14 +8,14 @@ use crate::options::{AUTO, EXACT, describe_model, solver_json};
 use crate::run_record::made_by;
 use pam_core::simd::Float;
 use pam_core::{AnyForce, JointModel, ModelError, NetworkForce, ParametricForce};
+use pam_data::Subject;
 use pam_data::atomic::write_atomic;
 use pam_data::formats::npz::{self, Array};
 use pam_data::{DataError, SavedModel, collect_paths};
 use pam_report::{GradientBlock, GradientReport, gradient_report};
-use pam_train::gradient::general;
-use pam_train::{
+use pam_trajectory::gradient::general;
+use pam_trajectory::{
     GradientChoice, JointGradient, SealedGradient, SolverSettings, SquaredError, StepChoice,
-    Subject,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;

@@ -9,12 +9,13 @@ use crate::options::describe_model;
 use crate::run_record::made_by;
 use pam_core::SealedMasses;
 use pam_core::units::MN_PER_N;
+use pam_data::Subject;
 use pam_data::atomic::write_atomic;
 use pam_data::{MassOrigin, Recording, SavedModel};
-use pam_diagnose::Extended;
+use pam_effects::ExtendedModel;
 use pam_report::simulation_report;
 use pam_solvers::Statistics;
-use pam_train::{Predictor, SolverSettings, Subject};
+use pam_trajectory::{Predictor, SolverSettings};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -80,7 +81,7 @@ impl Run {
         subject: &Subject,
         settings: &SolverSettings,
     ) -> Result<Self, CliError> {
-        let (prediction, failure) = match Extended::from_saved(saved.clone())?.predict(
+        let (prediction, failure) = match ExtendedModel::from_saved(saved.clone())?.predict(
             &subject.recording,
             subject.masses,
             settings,

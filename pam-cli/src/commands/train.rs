@@ -7,10 +7,10 @@ use crate::error::CliError;
 use crate::run_record::{self, made_by, write_json};
 use pam_data::atomic::write_atomic;
 use pam_data::collect_paths;
-use pam_diagnose::EffectExtension;
 use pam_report::page::number;
 use pam_report::training::{EpochRow, ParameterRow, StageRow};
 use pam_report::{TrainingReport, effect_courses, force_curves, training_report};
+use pam_train::EffectExtension;
 use pam_train::curriculum::{Curriculum, Stage, StartModel};
 use pam_train::identification::{DeformationEstimate, Identification, MassEstimate};
 use pam_train::training::{

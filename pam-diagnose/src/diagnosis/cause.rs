@@ -1,9 +1,9 @@
 //! A named cause.
 
-use crate::effects::AnyEffect;
-use crate::extended::Active;
 use crate::fit::{Floors, Interval};
 use crate::search::{Constancy, Scored, Search};
+use pam_effects::effects::AnyEffect;
+use pam_effects::model::ActiveEffect;
 use serde::Serialize;
 
 /// A named effect with what speaks for it.
@@ -22,7 +22,7 @@ pub struct Cause {
     pub confusable_with: Vec<&'static str>,
     /// The same effects with their fitted values.
     #[serde(skip)]
-    pub alternatives: Vec<Active>,
+    pub alternatives: Vec<ActiveEffect>,
     /// Which excitation brings it out.
     pub excited_by: &'static str,
     /// Its value in parts of the recordings.

@@ -2,8 +2,8 @@
 
 use super::sets::random;
 use crate::fit::{BLOCK_S, Hypothesis, Problem};
-use crate::simulation::Trajectory;
 use pam_data::Channel;
+use pam_effects::simulation::Trajectory;
 use pam_train::frequency_segments;
 use rayon::prelude::*;
 use serde::Serialize;

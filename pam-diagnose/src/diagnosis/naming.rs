@@ -4,11 +4,11 @@ use super::cause::{Cause, floor_level, level, words};
 use super::ordinary::Ordinary;
 use super::run::Options;
 use super::verdict::{Verdict, weigh};
-use crate::effects::AnyEffect;
 use crate::error::DiagnoseError;
-use crate::extended::Active;
 use crate::fit::Interval;
 use crate::search::{Chance, Constancy, Findings, Reference, Scored, Search, Settled};
+use pam_effects::effects::AnyEffect;
+use pam_effects::model::ActiveEffect;
 
 /// What the weighing of names needs.
 pub(super) struct Naming<'n, 'e> {
@@ -116,12 +116,12 @@ impl<'e> Naming<'_, 'e> {
                     scored.map_or(named_level, |s| level(&s, floors))
                 };
                 let removable = (base_level - floor_level(named_level)).max(1e-9);
-                let alternatives: Vec<Active> = self
+                let alternatives: Vec<ActiveEffect> = self
                     .choosing
                     .confusable(&self.found.base, &set.chosen, place, &self.found.singles)
                     .into_iter()
                     .filter_map(|(id, values)| {
-                        Some(Active { effect: self.options.candidate(id)?, values })
+                        Some(ActiveEffect { effect: self.options.candidate(id)?, values })
                     })
                     .collect();
                 Cause {

@@ -2,13 +2,13 @@
 
 use super::run::Options;
 use super::sets::{Blind, Prepared};
-use crate::effects::AnyEffect;
 use crate::error::DiagnoseError;
-use crate::extended::{Active, Extended};
 use crate::fit::{Floors, Hypothesis};
 use crate::search::{Search, Split, gather, noise_floors};
-use crate::simulation::Base;
-use pam_train::Subject;
+use pam_data::Subject;
+use pam_effects::effects::AnyEffect;
+use pam_effects::model::{ActiveEffect, ExtendedModel};
+use pam_effects::simulation::Base;
 use std::sync::Arc;
 
 /// Effects and error level of healthy recordings. A model that misses something small everywhere misses it
@@ -16,7 +16,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct Ordinary {
     /// Effects that the healthy recordings show; part of the model from there on.
-    pub effects: Vec<Active>,
+    pub effects: Vec<ActiveEffect>,
     /// Root mean square errors that are left then: mm, kPa, kPa.
     pub rms: [f64; 3],
     /// Names of the healthy recordings.
@@ -31,7 +31,7 @@ impl Ordinary {
     /// # Errors
     /// [`DiagnoseError`] if the recordings are too short or the model diverges on them.
     pub fn learn(
-        model: &Extended,
+        model: &ExtendedModel,
         healthy: &[Subject],
         options: &Options,
         done: &(dyn Fn(f64) + Sync),
@@ -41,7 +41,7 @@ impl Ordinary {
         let search = Search {
             split: prepared.split(model.base(), floors),
             // Effects of the vocabulary only: a candidate of the user's is what is asked about.
-            candidates: crate::effects::ALL.iter().map(|e| *e as &dyn AnyEffect).collect(),
+            candidates: pam_effects::effects::ALL.iter().map(|e| *e as &dyn AnyEffect).collect(),
             evidence: gather(&prepared.open(), &model.base()),
         };
         let parts = model.parts();
@@ -65,8 +65,8 @@ impl Ordinary {
             .hypothesis
             .fitted()
             .filter_map(|(e, values)| {
-                let effect = crate::effects::by_id(e.info().id)?;
-                Some(Active { effect, values: values.to_vec() })
+                let effect = pam_effects::effects::by_id(e.info().id)?;
+                Some(ActiveEffect { effect, values: values.to_vec() })
             })
             .collect();
         Ok(Self {

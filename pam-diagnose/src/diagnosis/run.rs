@@ -8,12 +8,12 @@ use super::sets::{Blind, HeldOut, JudgedBy, Prepared, Sets};
 use super::trace::{Trace, traces};
 use super::verdict::Verdict;
 use crate::design::{Separation, separate};
-use crate::effects::{ALL, AnyEffect, Evidence};
 use crate::error::DiagnoseError;
-use crate::extended::{Active, Extended};
 use crate::fit::{Floors, Hypothesis};
 use crate::residual::ResidualStory;
 use crate::search::{Acceptance, Chance, Reference, Scored, Search, Split, gather, noise_floors};
+use pam_effects::effects::{ALL, AnyEffect, DataScales};
+use pam_effects::model::{ActiveEffect, ExtendedModel};
 
 /// How a diagnosis is made.
 #[derive(Debug, Clone)]
@@ -75,7 +75,7 @@ pub struct Diagnosis {
     /// Share of the same error that the named causes remove.
     pub removed: f64,
     /// The model with what is ordinary and the named causes; the given model if none is named.
-    pub extended: Extended,
+    pub extended: ExtendedModel,
     /// What candidates explain by chance; absent if there is no residual.
     pub chance: Option<Chance>,
     /// Share of the weighted residual of the fitted recordings that the named causes explain.
@@ -94,7 +94,7 @@ pub struct Diagnosis {
     /// Errors that count as explained.
     pub floors: Floors,
     /// Magnitudes of the fitted recordings.
-    pub evidence: Evidence,
+    pub evidence: DataScales,
     /// The held-out recordings before and after, for figures.
     pub traces: Vec<Trace>,
 }
@@ -105,7 +105,7 @@ pub struct Diagnosis {
 /// [`DiagnoseError`] if there is too little data, or the model itself diverges on them. That nothing is
 /// found, or nothing is explained, is no error.
 pub fn diagnose(
-    model: &Extended,
+    model: &ExtendedModel,
     sets: &Sets<'_>,
     options: &Options,
     progress: &(dyn Fn(Stage, f64) + Sync),
@@ -155,8 +155,8 @@ pub fn diagnose(
 
 /// The gain, and what is told of it.
 fn measured<'e>(
-    model: &Extended,
-    start: &Extended,
+    model: &ExtendedModel,
+    start: &ExtendedModel,
     prepared: &Prepared,
     naming: &Naming<'_, 'e>,
     named: Named<'e>,
@@ -173,13 +173,13 @@ fn measured<'e>(
     };
     let before = Hypothesis::base(fixed, gain_on.held.len());
     let after = plain(&best.fit.hypothesis);
-    let actives: Vec<Active> = best
+    let actives: Vec<ActiveEffect> = best
         .fit
         .hypothesis
         .fitted()
         .filter_map(|(e, values)| {
             let effect = naming.options.candidate(e.info().id)?;
-            Some(Active { effect, values: values.to_vec() })
+            Some(ActiveEffect { effect, values: values.to_vec() })
         })
         .collect();
     let extended = if actives.is_empty() { model.clone() } else { start.with(actives) };

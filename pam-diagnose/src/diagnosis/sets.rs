@@ -1,11 +1,11 @@
 //! Which recordings are fitted, which judge names, and which only measure the gain.
 
 use crate::error::DiagnoseError;
-use crate::extended::BURN_IN_S;
+use crate::fit::BURN_IN_S;
 use crate::fit::{Floors, Problem};
 use crate::search::Split;
-use crate::simulation::{Base, Trial};
-use pam_train::Subject;
+use pam_data::Subject;
+use pam_effects::simulation::{Base, Trial};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -127,7 +127,7 @@ pub(super) struct Prepared {
 impl Prepared {
     /// Prepares data and parts them; the same seed parts them in the same way.
     pub(super) fn new(
-        model: &crate::Extended,
+        model: &pam_effects::ExtendedModel,
         data: &[Subject],
         blind: Blind<'_>,
         seed: u64,

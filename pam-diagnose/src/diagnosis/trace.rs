@@ -1,7 +1,7 @@
 //! Predictions before and after, for figures.
 
 use crate::fit::{Hypothesis, Problem};
-use crate::simulation::Trajectory;
+use pam_effects::simulation::Trajectory;
 
 /// A held-out recording with both predictions, on the grid of the simulation.
 #[derive(Debug, Clone)]

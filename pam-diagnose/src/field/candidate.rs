@@ -1,7 +1,7 @@
 //! What may be missing from a field.
 
-use crate::effects::ParameterInfo;
 use crate::search::Acceptance;
+use pam_effects::effects::ParameterInfo;
 
 /// A possible cause: a term of the field that some of its parameters switch on.
 #[derive(Debug, Clone, PartialEq)]

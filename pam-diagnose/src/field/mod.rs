@@ -10,7 +10,7 @@
 //! ```
 //! use pam_core::{ParametricField, Scalar, VectorField};
 //! use pam_diagnose::Verdict;
-//! use pam_diagnose::effects::ParameterInfo;
+//! use pam_effects::effects::ParameterInfo;
 //! use pam_diagnose::field::{Candidate, FieldOptions, diagnose_field};
 //! use pam_solvers::{Integrator, NoInput, PidController, SaveAt, Tableau, Term};
 //! use pam_train::field::{Experiment, FieldProblem, Outputs};
@@ -76,4 +76,4 @@ pub use result::{FieldCause, FieldDiagnosis, RankedSet};
 pub use search::diagnose_field;
 
 #[cfg(doc)]
-use crate::effects::ParameterInfo;
+use pam_effects::effects::ParameterInfo;

@@ -3,10 +3,10 @@
 use super::hypothesis::coordinate;
 use super::problem::Problem;
 use super::solve::Fit;
-use crate::effects::ParameterInfo;
-use crate::simulation::Diverged;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
+use pam_effects::effects::ParameterInfo;
+use pam_effects::simulation::Diverged;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// A value with its 95 % interval.

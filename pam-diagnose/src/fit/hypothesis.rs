@@ -1,7 +1,7 @@
 //! What is fitted.
 
-use crate::effects::{AnyEffect, EffectScalar, ParameterInfo};
-use crate::simulation::Nuisances;
+use pam_effects::effects::{AnyEffect, EffectScalar, ParameterInfo};
+use pam_effects::simulation::Nuisances;
 
 /// Uncertain numbers that all recordings share.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -3,9 +3,9 @@
 use super::hypothesis::{Common, Hypothesis, Local};
 use super::likelihood::CHANNELS;
 use super::problem::{POINTS_PER_ROW, Problem, row_means};
-use crate::effects::{Derivatives, WIDTH};
-use crate::simulation::{Diverged, Trajectory, simulate};
 use pam_core::Scalar;
+use pam_effects::effects::{Derivatives, WIDTH};
+use pam_effects::simulation::{Diverged, Trajectory, simulate};
 use std::ops::Range;
 
 /// One trial's residuals, and their derivatives (of the simulation) by every unknown: parameters of
@@ -140,7 +140,7 @@ fn seeded(
     hypothesis: &Hypothesis<'_>,
     trial: usize,
     first: usize,
-) -> (Vec<Derivatives>, crate::simulation::Nuisances<Derivatives>) {
+) -> (Vec<Derivatives>, pam_effects::simulation::Nuisances<Derivatives>) {
     let parameters = hypothesis.parameters();
     let mut values: Vec<Derivatives> =
         hypothesis.values.iter().map(|&v| Derivatives::constant(v)).collect();

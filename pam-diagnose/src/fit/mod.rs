@@ -13,6 +13,7 @@ mod likelihood;
 mod linearise;
 mod normal;
 mod problem;
+mod refit;
 mod solve;
 
 pub use covariance::Interval;
@@ -23,4 +24,6 @@ pub use likelihood::{CHANNELS, ChannelErrors, Floors};
 pub(crate) use linearise::Sensitivities;
 pub(crate) use problem::{BLOCK_S, POINTS_PER_ROW};
 pub use problem::{Problem, Tolerances};
+pub(crate) use refit::BURN_IN_S;
+pub use refit::refit;
 pub use solve::Fit;

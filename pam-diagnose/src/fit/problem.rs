@@ -2,7 +2,7 @@
 
 use super::hypothesis::{Common, Hypothesis, Local};
 use super::likelihood::{CHANNELS, ChannelErrors, Floors};
-use crate::simulation::{Base, Diverged, Trajectory, Trial, simulate};
+use pam_effects::simulation::{Base, Diverged, Trajectory, Trial, simulate};
 use rayon::prelude::*;
 use std::ops::Range;
 

@@ -4,7 +4,7 @@ use super::hypothesis::{Common, Hypothesis, Local, coordinate, from_coordinate};
 use super::likelihood::ChannelErrors;
 use super::normal::Joint;
 use super::problem::Problem;
-use crate::simulation::Diverged;
+use pam_effects::simulation::Diverged;
 use rayon::prelude::*;
 
 /// A hypothesis at its best fit.

@@ -60,7 +60,7 @@ pub fn verdict_sentence(d: &Diagnosis) -> String {
                 .parameters
                 .iter()
                 .map(|(name, i)| {
-                    let n = |v| crate::extended::significant(v, 3);
+                    let n = |v| pam_effects::model::significant(v, 3);
                     format!("{name} = {} [{}, {}]", n(i.value), n(i.ci95[0]), n(i.ci95[1]))
                 })
                 .collect();
@@ -141,8 +141,8 @@ fn changes(d: &Diagnosis) -> Markup {
                 tr {
                     td { @if k == 0 { (c.effect) } }
                     td { (name) }
-                    td { (crate::extended::significant(i.value, 4)) }
-                    td { (crate::extended::significant(i.ci95[0], 4)) " to " (crate::extended::significant(i.ci95[1], 4)) }
+                    td { (pam_effects::model::significant(i.value, 4)) }
+                    td { (pam_effects::model::significant(i.ci95[0], 4)) " to " (pam_effects::model::significant(i.ci95[1], 4)) }
                     td.text { @if k == 0 { (c.what) } }
                 }
             } }

@@ -3,8 +3,8 @@
 use super::dependence::{Dependence, all_residuals, dependences};
 use super::spectrum::Spectrum;
 use super::timing::TimeProfile;
-use crate::extended::significant;
 use crate::fit::{Floors, Hypothesis, POINTS_PER_ROW, Problem};
+use pam_effects::model::significant;
 use serde::Serialize;
 
 /// Names of the fitted channels, with their units.

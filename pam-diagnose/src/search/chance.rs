@@ -1,10 +1,10 @@
 //! What candidates explain by chance: the largest score under the fitted null.
 
 use super::explore::{Scored, Search};
-use crate::effects::AnyEffect;
 use crate::fit::{Sensitivities, Tolerances};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
+use pam_effects::effects::AnyEffect;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;

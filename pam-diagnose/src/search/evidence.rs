@@ -1,15 +1,15 @@
 //! Magnitudes of the recordings, for starting values.
 
-use crate::effects::{Evidence, EvidenceSample};
-use crate::simulation::{Base, Trial};
 use pam_core::units::MN_PER_N;
+use pam_effects::effects::{DataScales, ScaleSample};
+use pam_effects::simulation::{Base, Trial};
 
 /// Samples that are kept, over all trials.
 const SAMPLES: usize = 6000;
 
 /// What trials show before any fit.
 #[must_use]
-pub fn gather(trials: &[&Trial], base: &Base<f64>) -> Evidence {
+pub fn gather(trials: &[&Trial], base: &Base<f64>) -> DataScales {
     let percentile = |mut values: Vec<f64>, share: f64| {
         if values.is_empty() {
             return 0.0;
@@ -34,12 +34,12 @@ pub fn gather(trials: &[&Trial], base: &Base<f64>) -> Evidence {
             let restoring = t.table.force_mn(x, v[k], [0.0; 2]);
             let missing = base.mass_kg * acceleration + restoring + base.damping_kg_s * v[k]
                 - t.force.values_mn()[2 * k];
-            samples.push(EvidenceSample { displacement_mm: x, missing_n: missing / MN_PER_N });
+            samples.push(ScaleSample { displacement_mm: x, missing_n: missing / MN_PER_N });
         }
     }
     let (force_n, travel_mm) =
         (percentile(force.clone(), 0.95) / MN_PER_N, percentile(travel, 0.95));
-    Evidence {
+    DataScales {
         force_n,
         peak_force_n: percentile(force, 0.999) / MN_PER_N,
         travel_mm,

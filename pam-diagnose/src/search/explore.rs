@@ -1,8 +1,8 @@
 //! Candidates against each other.
 
 use super::split::Split;
-use crate::effects::{AnyEffect, Evidence};
 use crate::fit::{ChannelErrors, Fit, Hypothesis};
+use pam_effects::effects::{AnyEffect, DataScales};
 use rayon::prelude::*;
 
 /// A fitted hypothesis with its judgement.
@@ -24,7 +24,7 @@ pub struct Search<'a, 'e> {
     /// Candidates.
     pub candidates: Vec<&'e dyn AnyEffect>,
     /// Magnitudes for starting values.
-    pub evidence: Evidence,
+    pub evidence: DataScales,
 }
 
 /// Which of an effect's starting values are tried.

@@ -1,7 +1,7 @@
 //! Noise of each channel, from the data alone.
 
 use crate::fit::{CHANNELS, Floors};
-use crate::simulation::Trial;
+use pam_effects::simulation::Trial;
 
 /// A model is not asked to be better than this share of a channel's own variation.
 const RELATIVE_FLOOR: f64 = 4e-3;

@@ -1,8 +1,8 @@
 //! Sets of effects: forward in a beam, then backward.
 
 use super::explore::{Scored, Search};
-use crate::effects::{AnyEffect, ParameterInfo};
 use crate::fit::Interval;
+use pam_effects::effects::{AnyEffect, ParameterInfo};
 use rayon::prelude::*;
 
 /// When an effect earns its place.

@@ -2,9 +2,9 @@
 
 use super::split::Split;
 use crate::fit::{CHANNELS, ChannelErrors, Floors, Hypothesis, POINTS_PER_ROW, Problem};
-use crate::simulation::Trial;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
+use pam_effects::simulation::Trial;
 
 /// A learned residual: what a linear combination of many features of the measured motion leaves on
 /// held-out rows.

@@ -2,8 +2,8 @@
 
 use super::explore::{Scored, Search};
 use super::forward::{Acceptance, Findings};
-use crate::effects::EffectScalar;
 use crate::fit::{Hypothesis, Local};
+use pam_effects::effects::EffectScalar;
 use rayon::prelude::*;
 
 /// A set of names, as the search chose it and as all open recordings fit it.

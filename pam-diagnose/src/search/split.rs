@@ -1,7 +1,7 @@
 //! Recordings that are fitted, and recordings that only judge.
 
 use crate::fit::{ChannelErrors, Hypothesis, Local, Problem};
-use crate::simulation::Diverged;
+use pam_effects::simulation::Diverged;
 
 /// A problem to fit and one to judge by.
 #[derive(Debug, Clone)]

@@ -1,10 +1,10 @@
 //! What a fit finds where nothing is hidden.
 
 use super::published::{exact_run, weights};
-use pam_diagnose::effects::{AnyEffect, by_id};
 use pam_diagnose::fit::{Hypothesis, Problem};
 use pam_diagnose::search::noise_floors;
-use pam_diagnose::simulation::{Base, Trial};
+use pam_effects::effects::{AnyEffect, by_id};
+use pam_effects::simulation::{Base, Trial};
 use rayon::prelude::*;
 
 /// Largest value (in the parameter's unit) that may be found in runs of the model itself, solved exactly. A

@@ -2,10 +2,10 @@
 
 use super::joint::{driven, linear, subject};
 use pam_data::MassOrigin;
-use pam_diagnose::effects::{AnyEffect, by_id};
 use pam_diagnose::fit::{Hypothesis, Problem, Tolerances};
 use pam_diagnose::search::noise_floors;
-use pam_diagnose::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
+use pam_effects::effects::{AnyEffect, by_id};
+use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};

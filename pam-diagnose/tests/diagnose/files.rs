@@ -4,18 +4,19 @@ use super::joint::linear;
 use super::sensitivities::medium;
 use pam_data::models::{load_model, save_model};
 use pam_data::{ModelInfo, StoredEffect};
-use pam_diagnose::effects::{ALL, by_id};
-use pam_diagnose::{Active, DiagnoseError, Extended};
+use pam_effects::EffectError;
+use pam_effects::effects::{ALL, by_id};
+use pam_effects::{ActiveEffect, ExtendedModel};
 
 #[test]
 fn an_extended_model_comes_back_from_its_file() {
-    let plain = Extended {
+    let plain = ExtendedModel {
         joint: linear(),
         info: ModelInfo { name: "m".into(), ..ModelInfo::default() },
         effects: Vec::new(),
     };
     // Numbers that no short decimal holds.
-    let effects = medium().into_iter().map(|(id, values)| Active {
+    let effects = medium().into_iter().map(|(id, values)| ActiveEffect {
         effect: by_id(id).expect("an id"),
         values: values
             .iter()
@@ -26,7 +27,8 @@ fn an_extended_model_comes_back_from_its_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let paths = [folder.path().join("a.safetensors"), folder.path().join("b.safetensors")];
     save_model(&paths[0], &model.to_saved()).expect("written");
-    let back = Extended::from_saved(load_model(&paths[0]).expect("read")).expect("known effects");
+    let back =
+        ExtendedModel::from_saved(load_model(&paths[0]).expect("read")).expect("known effects");
     assert_eq!(back.joint, model.joint);
     assert_eq!(back.effects.len(), model.effects.len());
     for (a, b) in back.effects.iter().zip(&model.effects) {
@@ -59,8 +61,8 @@ fn wrong_effects_are_refused_by_name() {
         (stored("coulomb_friction", &[("force_n", f64::NAN)]), &["force_n", "NaN"]),
     ];
     for (effect, words) in cases {
-        match Active::from_stored(&effect, ALL) {
-            Err(DiagnoseError::Effect { id, message }) => {
+        match ActiveEffect::from_stored(&effect, ALL) {
+            Err(EffectError::Effect { id, message }) => {
                 assert_eq!(id, effect.effect);
                 for word in words {
                     assert!(message.contains(word), "{message}");
@@ -70,14 +72,15 @@ fn wrong_effects_are_refused_by_name() {
         }
     }
     let mut saved =
-        Extended { joint: linear(), info: ModelInfo::default(), effects: Vec::new() }.to_saved();
+        ExtendedModel { joint: linear(), info: ModelInfo::default(), effects: Vec::new() }
+            .to_saved();
     saved.info.effects.push(stored("phlogiston", &[]));
-    assert!(matches!(Extended::from_saved(saved), Err(DiagnoseError::Effect { .. })));
+    assert!(matches!(ExtendedModel::from_saved(saved), Err(EffectError::Effect { .. })));
 }
 
 /// A switch that is not mentioned is off.
 #[test]
 fn switches_may_be_left_out() {
-    let active = Active::from_stored(&stored("polytropic_gas", &[("exponent", 1.2)]), ALL);
+    let active = ActiveEffect::from_stored(&stored("polytropic_gas", &[("exponent", 1.2)]), ALL);
     assert_eq!(active.expect("valid").values, [1.2, 0.0]);
 }

@@ -2,7 +2,7 @@
 
 use super::joint::{B, HOLD, K, M, driven, linear, linear_run, run, subject, undamped};
 use pam_data::MassOrigin;
-use pam_diagnose::effects::{EffectOver, StribeckFriction};
+use pam_effects::effects::{EffectOver, StribeckFriction};
 use std::f64::consts::TAU;
 
 /// A joint that is held stays where it is, to the last bit, as long as what pulls is below the limit.

@@ -2,10 +2,10 @@
 
 use super::complex::Complex;
 use pam_core::{AnyForce, JointModel, SealedMasses, SpringDamper};
+use pam_data::Subject;
 use pam_data::{MassOrigin, Recording};
-use pam_diagnose::effects::{AnyEffect, by_id};
-use pam_diagnose::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
-use pam_train::Subject;
+use pam_effects::effects::{AnyEffect, by_id};
+use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
 use std::f64::consts::PI;
 
 /// Stiffness, mN/mm.

@@ -4,12 +4,14 @@
 use super::published::exact_run;
 use super::training::extended;
 use pam_core::{AnyForce, ParametricForce};
+use pam_data::Subject;
 use pam_data::models::safetensors_file;
 use pam_data::{MassOrigin, Recording, load_model};
-use pam_diagnose::{EffectExtension, Extended};
+use pam_effects::ExtendedModel;
+use pam_train::EffectExtension;
 use pam_train::curriculum::Curriculum;
 use pam_train::training::{RunFolder, RunSettings, Trainer, train_into};
-use pam_train::{Predictor, SolverSettings, Subject};
+use pam_trajectory::{Predictor, SolverSettings};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -18,7 +20,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 /// Runs of a plant with noise of its sensors: 3 µm, 0.2 mm/s, 0.05 kPa.
-fn recordings(plant: &Extended, conditions: &[[f64; 2]]) -> Vec<Subject> {
+fn recordings(plant: &ExtendedModel, conditions: &[[f64; 2]]) -> Vec<Subject> {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     conditions
         .iter()
@@ -45,7 +47,7 @@ fn recordings(plant: &Extended, conditions: &[[f64; 2]]) -> Vec<Subject> {
 }
 
 /// The model with every weight off by a factor of about so much.
-fn perturbed(model: &Extended, share: f64) -> Extended {
+fn perturbed(model: &ExtendedModel, share: f64) -> ExtendedModel {
     let AnyForce::Network(force) = &model.joint.force else { panic!("a network") };
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let factor = Normal::new(1.0, share).expect("a share");
@@ -76,7 +78,7 @@ fn settings() -> RunSettings {
 }
 
 /// Mean error of the displacement, mm.
-fn error_mm(model: &Extended, subjects: &[Subject]) -> f64 {
+fn error_mm(model: &ExtendedModel, subjects: &[Subject]) -> f64 {
     let one = |s: &Subject| {
         let run = model
             .predict(&s.recording, s.masses, &SolverSettings::default())
@@ -87,7 +89,7 @@ fn error_mm(model: &Extended, subjects: &[Subject]) -> f64 {
     subjects.iter().map(one).sum::<f64>() / subjects.len() as f64
 }
 
-fn trained(file: &Path, subjects: &[Subject], out: &Path, more: &[&str]) -> Extended {
+fn trained(file: &Path, subjects: &[Subject], out: &Path, more: &[&str]) -> ExtendedModel {
     let mut trainer = trainer(file, subjects, more);
     let stop = AtomicBool::new(false);
     let run =
@@ -95,7 +97,7 @@ fn trained(file: &Path, subjects: &[Subject], out: &Path, more: &[&str]) -> Exte
             .expect("training ends");
     assert!(run.finished && run.events.is_empty(), "{:?}", run.events);
     let saved = load_model(&out.join("model.safetensors")).expect("a model");
-    Extended::from_saved(saved).expect("known effects")
+    ExtendedModel::from_saved(saved).expect("known effects")
 }
 
 /// A plant with a dry friction of 20 N; a model whose weights are off and which believes in 5 N.
@@ -137,7 +139,7 @@ fn a_run_that_goes_on_ends_with_the_same_bits() {
     let plant = extended(&[("coulomb_friction", vec![20.0])]);
     let data = recordings(&plant, &[[30.0, 60.0]]);
     let file = folder.path().join("start.safetensors");
-    let start = Extended { effects: Vec::new(), ..plant };
+    let start = ExtendedModel { effects: Vec::new(), ..plant };
     safetensors_file::write(&file, &start.to_saved()).expect("written");
     let more = [
         "stage.0.epochs=6",

@@ -3,17 +3,17 @@
 use super::joint::driven;
 use super::published::{exact, paper_force_n, weights};
 use pam_data::ModelInfo;
-use pam_diagnose::effects::by_id;
-use pam_diagnose::{Active, Extended};
-use pam_train::{Predictor, predict};
+use pam_effects::effects::by_id;
+use pam_effects::{ActiveEffect, ExtendedModel};
+use pam_trajectory::{Predictor, predict};
 
-fn extended(effects: &[(&str, &[f64])]) -> Extended {
-    Extended {
+fn extended(effects: &[(&str, &[f64])]) -> ExtendedModel {
+    ExtendedModel {
         joint: weights(),
         info: ModelInfo::default(),
         effects: effects
             .iter()
-            .map(|(id, values)| Active {
+            .map(|(id, values)| ActiveEffect {
                 effect: by_id(id).expect("an id"),
                 values: values.to_vec(),
             })

@@ -2,10 +2,11 @@
 
 use super::joint::{DT, Joint, driven};
 use pam_core::SealedMasses;
+use pam_data::Subject;
 use pam_data::{MassOrigin, Recording, load_model};
-use pam_diagnose::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
+use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
 use pam_solvers::{Interpolation, Tableau};
-use pam_train::{SolverSettings, StepChoice, Subject, predict};
+use pam_trajectory::{SolverSettings, StepChoice, predict};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 

@@ -3,8 +3,8 @@
 use super::published::{exact_run, weights};
 use pam_core::Scalar;
 use pam_data::MassOrigin;
-use pam_diagnose::effects::{ALL, AnyEffect, Derivatives, by_id};
-use pam_diagnose::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
+use pam_effects::effects::{ALL, AnyEffect, Derivatives, by_id};
+use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
 
 /// Values in the middle of what each effect may be, switches behind them.
 pub(crate) fn medium() -> Vec<(&'static str, Vec<f64>)> {

@@ -1,15 +1,17 @@
 //! The same seed gives the same answer.
 
 use super::joint::{HOLD, driven, linear, subject};
+use pam_data::Subject;
 use pam_data::{MassOrigin, ModelInfo};
-use pam_diagnose::effects::by_id;
-use pam_diagnose::{Active, Extended, Options, Sets, diagnose};
-use pam_train::{Predictor, SolverSettings, Subject};
+use pam_diagnose::{Options, Sets, diagnose};
+use pam_effects::effects::by_id;
+use pam_effects::{ActiveEffect, ExtendedModel};
+use pam_trajectory::{Predictor, SolverSettings};
 use std::f64::consts::TAU;
 
-fn data(model: &Extended) -> Vec<Subject> {
+fn data(model: &ExtendedModel) -> Vec<Subject> {
     let effect = by_id("coulomb_friction").expect("an id");
-    let plant = model.with([Active { effect, values: vec![14.0] }]);
+    let plant = model.with([ActiveEffect { effect, values: vec![14.0] }]);
     [(0.5, 90.0), (1.0, 120.0), (0.7, 60.0)]
         .iter()
         .map(|&(hertz, newton)| {
@@ -28,7 +30,7 @@ fn data(model: &Extended) -> Vec<Subject> {
 
 #[test]
 fn a_diagnosis_does_not_depend_on_the_number_of_threads() {
-    let model = Extended { joint: linear(), info: ModelInfo::default(), effects: Vec::new() };
+    let model = ExtendedModel { joint: linear(), info: ModelInfo::default(), effects: Vec::new() };
     let data = data(&model);
     let ids = ["coulomb_friction", "hysteresis", "creep", "stiffness_scale", "pressure_sensor_lag"];
     let options = Options {

@@ -3,10 +3,11 @@
 use super::published::exact_run;
 use super::sensitivities::medium;
 use pam_core::{AnyForce, JointModel, ParametricForce};
+use pam_data::Subject;
 use pam_data::{MassOrigin, ModelInfo, load_model};
-use pam_diagnose::effects::by_id;
-use pam_diagnose::{Active, Extended};
-use pam_train::{AnyLoss, JointGradient, Predictor, SolverSettings, Subject};
+use pam_effects::effects::by_id;
+use pam_effects::{ActiveEffect, ExtendedModel};
+use pam_trajectory::{AnyLoss, JointGradient, Predictor, SolverSettings};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::Path;
@@ -18,11 +19,12 @@ pub(crate) fn smooth() -> JointModel<f64, AnyForce<f64>> {
 }
 
 /// The model with effects.
-pub(crate) fn extended(effects: &[(&str, Vec<f64>)]) -> Extended {
-    let active = effects
-        .iter()
-        .map(|(id, values)| Active { effect: by_id(id).expect("an id"), values: values.clone() });
-    let plain = Extended { joint: smooth(), info: ModelInfo::default(), effects: Vec::new() };
+pub(crate) fn extended(effects: &[(&str, Vec<f64>)]) -> ExtendedModel {
+    let active = effects.iter().map(|(id, values)| ActiveEffect {
+        effect: by_id(id).expect("an id"),
+        values: values.clone(),
+    });
+    let plain = ExtendedModel { joint: smooth(), info: ModelInfo::default(), effects: Vec::new() };
     plain.with(active)
 }
 
@@ -34,7 +36,7 @@ fn subject(seconds_share: f64) -> Subject {
     subject
 }
 
-fn gradient(model: &Extended, subject: &Subject) -> JointGradient {
+fn gradient(model: &ExtendedModel, subject: &Subject) -> JointGradient {
     let loss = AnyLoss::default();
     let found = model.value_and_gradient(std::slice::from_ref(subject), &loss);
     let found = found.expect("a network");
@@ -43,7 +45,7 @@ fn gradient(model: &Extended, subject: &Subject) -> JointGradient {
 }
 
 /// The model with its weights moved by `h` along a direction that is `share` of each weight.
-fn with_weights(model: &Extended, direction: &[f64], h: f64) -> Extended {
+fn with_weights(model: &ExtendedModel, direction: &[f64], h: f64) -> ExtendedModel {
     let AnyForce::Network(force) = &model.joint.force else { panic!("a network") };
     let weights: Vec<f64> =
         force.parameters().iter().zip(direction).map(|(w, d)| w + h * d).collect();
@@ -71,7 +73,7 @@ fn the_gradient_is_that_of_the_loss_for_every_effect() {
         let AnyForce::Network(force) = &model.joint.force else { panic!("a network") };
         let direction: Vec<f64> =
             force.parameters().iter().map(|w| w * random.random_range(-1.0..1.0)).collect();
-        let value = |model: &Extended| gradient(model, &subject).value;
+        let value = |model: &ExtendedModel| gradient(model, &subject).value;
         let mut check = |what: &str, exact: f64, by_difference: f64, size: f64| {
             let miss = (exact - by_difference).abs() / size;
             println!("{id} {what}: {exact:e} {by_difference:e} ({miss:.1e})");

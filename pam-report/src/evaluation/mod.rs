@@ -11,7 +11,8 @@ use crate::parameters::parameter_table;
 use maud::{Markup, html};
 use pam_core::{ForceModel, JointModel};
 use pam_data::{Channel, ModelInfo};
-use pam_train::{Evaluation, RecordingEvaluation, Scores};
+use pam_train::{Evaluation, RecordingEvaluation};
+use pam_trajectory::Scores;
 use split::Split;
 
 /// Recordings that get figures of their own; of a larger set the worst, middle and best third of

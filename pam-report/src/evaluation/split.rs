@@ -2,7 +2,8 @@
 
 use crate::page::{card, number};
 use maud::{Markup, html};
-use pam_train::{RecordingEvaluation, Scores};
+use pam_train::RecordingEvaluation;
+use pam_trajectory::Scores;
 use std::collections::HashSet;
 
 /// Which of the evaluated recordings were trained on.
@@ -65,8 +66,10 @@ mod tests {
     use super::super::{EvaluationContext, evaluation_report};
     use super::*;
     use pam_core::{JointModel, SealedMasses, SpringDamper};
+    use pam_data::Subject;
     use pam_data::{MassOrigin, ModelInfo, Recording};
-    use pam_train::{Evaluation, SolverSettings, Subject, evaluate};
+    use pam_train::{Evaluation, evaluate};
+    use pam_trajectory::SolverSettings;
 
     fn model() -> JointModel<f64, SpringDamper<f64>> {
         JointModel::datasheet(SpringDamper::published())

@@ -12,12 +12,10 @@ mod scaling;
 pub use scaling::Scaling;
 
 use crate::extension::ExtensionCoordinate;
-use crate::gradient::JointGradient;
-use pam_core::{JointModel, NetworkForce, ParametricForce, PhysicalParameters, Scalar};
+use pam_core::{ParametricForce, PhysicalParameters, Scalar};
+use pam_trajectory::gradient::JointGradient;
+use pam_trajectory::gradient::NetworkJoint;
 use serde::{Deserialize, Serialize};
-
-/// A joint with a network force.
-pub type NetworkJoint = JointModel<f64, NetworkForce<f64>>;
 
 /// Number of physical parameters: mass, gas coefficient, deformation.
 pub const PHYSICAL: usize = 3;
@@ -246,7 +244,9 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
     use pam_core::force::Dense;
-    use pam_core::{Activation, ForceInput, ForceModel, Mlp, RawParameters};
+    use pam_core::{
+        Activation, ForceInput, ForceModel, JointModel, Mlp, NetworkForce, RawParameters,
+    };
 
     fn joint() -> NetworkJoint {
         let number = |k: usize| (0.7 * k as f64 + 0.3).sin();

@@ -1,7 +1,7 @@
 //! Inputs and output of a force network on a common scale.
 
-use crate::evaluation::Subject;
 use pam_core::NetworkForce;
+use pam_data::Subject;
 use serde::{Deserialize, Serialize};
 
 /// Centres and widths of the inputs `(m_f, m_e, x, ẋ)` and the scale of the force:

@@ -17,10 +17,10 @@ pub use settings::{
 };
 pub use stage::{DerivativeStage, GasStage, Shooting, SolveStage, Stage};
 
-use crate::loss::AnyLoss;
 use crate::optimiser::OptimiserSettings;
 use crate::regulariser::AnyRegulariser;
 use crate::schedule::Schedule;
+use pam_trajectory::loss::AnyLoss;
 use serde::{Deserialize, Serialize};
 
 /// A way to train.

@@ -1,13 +1,13 @@
 //! Parts of a curriculum that hold for all its stages.
 
 use crate::coordinates::{Frozen, PhysicalForm};
-use crate::gradient::GradientChoice;
-use crate::predict::{SolverSettings, StepChoice};
 use crate::warm_start::Initialisation;
 use pam_core::{ForceModel, ModelError};
 use pam_data::StoredEffect;
 use pam_data::conditions::{TRAINING_PSI, name_of};
 use pam_solvers::{Interpolation, Tableau};
+use pam_trajectory::gradient::GradientChoice;
+use pam_trajectory::predict::{SolverSettings, StepChoice};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 

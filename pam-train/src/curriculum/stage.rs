@@ -1,10 +1,10 @@
 //! Stages of a curriculum.
 
 use super::{Selection, SolverChoice};
-use crate::loss::AnyLoss;
 use crate::optimiser::OptimiserSettings;
 use crate::schedule::Schedule;
 use crate::warm_start::DerivativeMatching;
+use pam_trajectory::loss::AnyLoss;
 use serde::{Deserialize, Serialize};
 
 /// A stage.

@@ -5,45 +5,13 @@ mod result;
 pub use result::{Evaluation, FailedRecording, RecordingEvaluation, SegmentScores};
 
 use crate::balance::ForceBalance;
-use crate::metrics::{PerChannel, Scores};
-use crate::predict::{Predictor, SolverSettings};
 use crate::segments::{Segment, frequency_segments};
 use pam_core::units::MN_PER_N;
-use pam_core::{ForceModel, JointModel, SealedMasses};
-use pam_data::{DataError, MassChoice, MassOrigin, Recording};
+use pam_core::{ForceModel, JointModel};
+use pam_data::{Recording, Subject};
+use pam_trajectory::metrics::{PerChannel, Scores};
+use pam_trajectory::predict::{Predictor, SolverSettings};
 use rayon::prelude::*;
-
-/// A recording with the masses to predict it with.
-#[derive(Debug, Clone)]
-pub struct Subject {
-    /// The recording.
-    pub recording: Recording,
-    /// Sealed masses.
-    pub masses: SealedMasses,
-    /// Where the masses came from.
-    pub origin: MassOrigin,
-}
-
-impl Subject {
-    /// A recording with the masses that it gives, or those of the model's gas law at its reading at rest.
-    ///
-    /// # Errors
-    /// [`DataError`] if the masses are not positive.
-    pub fn of<F: ForceModel<f64>>(
-        recording: Recording,
-        model: &JointModel<f64, F>,
-    ) -> Result<Self, DataError> {
-        let (masses, origin) =
-            pam_data::resolve_masses(&recording, model, true, MassChoice::GasLaw, None)?;
-        Ok(Self { recording, masses, origin })
-    }
-
-    /// What is known of the recording, without its samples.
-    #[must_use]
-    pub fn clone_without_samples(&self) -> Self {
-        Self { recording: self.recording.without_samples(), ..*self }
-    }
-}
 
 /// Predicts every recording from its first sample and scores the predictions, in parallel on the
 /// current thread pool. Results stand in the order of the subjects and do not depend on the number

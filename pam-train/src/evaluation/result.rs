@@ -1,9 +1,9 @@
 use crate::balance::ForceBalance;
-use crate::metrics::Scores;
-use crate::predict::Prediction;
 use crate::segments::Segment;
 use pam_core::SealedMasses;
 use pam_data::{MassOrigin, Recording};
+use pam_trajectory::metrics::Scores;
+use pam_trajectory::predict::Prediction;
 use serde::Serialize;
 use serde_json::{Value, json};
 

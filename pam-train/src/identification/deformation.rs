@@ -7,10 +7,10 @@
 //! have an error of. Air that is polytropic at all frequencies alike cannot be told from a larger ν.
 
 use super::by_groups;
-use crate::evaluation::Subject;
 use crate::segments::frequency_segments;
 use crate::warm_start::gas::{Stretch, deformation_of};
 use pam_core::MuscleGeometry;
+use pam_data::Subject;
 use serde::Serialize;
 
 /// ν at one frequency of the excitation.

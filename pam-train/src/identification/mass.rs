@@ -2,10 +2,11 @@
 //! [`own_acceleration`](crate::warm_start::own_acceleration).
 
 use super::by_groups;
-use crate::coordinates::{Coordinates, Frozen, NetworkJoint, PhysicalForm, Scaling};
-use crate::evaluation::Subject;
+use crate::coordinates::{Coordinates, Frozen, PhysicalForm, Scaling};
 use crate::warm_start::derivative_matching::{DerivativeMatching, Point};
 use crate::warm_start::own_acceleration::own_accelerations;
+use pam_data::Subject;
+use pam_trajectory::gradient::NetworkJoint;
 use serde::Serialize;
 
 /// What the data say of m.

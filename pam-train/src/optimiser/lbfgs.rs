@@ -1,7 +1,7 @@
 //! L-BFGS.
 
 use super::line_search::{Evaluate, Line, finite};
-use crate::settings::{SettingsError, require};
+use pam_trajectory::settings::{SettingsError, require};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 

@@ -11,8 +11,8 @@ mod testing;
 pub use l2::L2;
 pub use passivity::{OperatingBox, Passivity, SlopeFloor};
 
-use crate::coordinates::NetworkJoint;
-use crate::settings::SettingsError;
+use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::settings::SettingsError;
 use serde::{Deserialize, Serialize};
 
 /// A penalty on a model.

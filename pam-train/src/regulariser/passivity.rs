@@ -1,9 +1,9 @@
 //! Lower limits of damping and stiffness.
 
 use super::Regulariser;
-use crate::coordinates::NetworkJoint;
-use crate::settings::{SettingsError, require, require_weights};
 use pam_autodiff::batch::BatchNetwork;
+use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::settings::{SettingsError, require, require_weights};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};

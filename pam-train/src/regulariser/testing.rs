@@ -1,9 +1,9 @@
 //! Random joints, and the check of gradients.
 
 use super::Regulariser;
-use crate::coordinates::NetworkJoint;
 use pam_core::force::Dense;
 use pam_core::{Activation, JointModel, Mlp, NetworkForce, ParametricForce};
+use pam_trajectory::gradient::NetworkJoint;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

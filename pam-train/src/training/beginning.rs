@@ -1,13 +1,13 @@
 //! What a run begins with: the model, recordings with their masses, coordinates.
 
 use super::trainer::TrainingError;
-use crate::coordinates::NetworkJoint;
 use crate::curriculum::{Curriculum, Selection, StartModel};
-use crate::evaluation::Subject;
 use crate::extension::{Extension, ExtensionCoordinate};
 use crate::warm_start::random_network;
 use pam_core::{Activation, AnyForce, JointModel};
+use pam_data::Subject;
 use pam_data::{MassChoice, MassOrigin, MuscleSurfaces, Recording, load_model};
+use pam_trajectory::gradient::NetworkJoint;
 
 /// Coordinates of an extension's numbers, in units of one where none are given.
 pub(super) fn extension_coordinates(

@@ -3,12 +3,12 @@
 use super::folder::{RunFolder, RunSettings, TrainedRun, train_into};
 use super::state::EpochRow;
 use super::trainer::{Trainer, TrainingError};
-use crate::coordinates::NetworkJoint;
 use crate::curriculum::{
     Curriculum, CurriculumError, Selection, SelectionSet, SolverChoice, Stage,
 };
-use crate::loss::{SharedLoss, TrajectoryLoss};
 use pam_data::{MuscleSurfaces, Recording};
+use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::loss::{SharedLoss, TrajectoryLoss};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -21,9 +21,9 @@ use std::time::Duration;
 /// use num_dual::DualNum;
 /// use pam_core::{ForceInput, JointModel, SpringDamper};
 /// use pam_data::Recording;
-/// use pam_train::loss::{SampleErrors, pointwise};
+/// use pam_trajectory::loss::{SampleErrors, pointwise};
 /// use pam_train::training::Training;
-/// use pam_train::{Predictor, SolverSettings};
+/// use pam_trajectory::{Predictor, SolverSettings};
 ///
 /// // Two recordings, made by a spring and a damper; those of a rig are read with `read_recordings`.
 /// let plant = JointModel::datasheet(SpringDamper::constant(150e3, 6500.0));
@@ -138,7 +138,7 @@ impl Training {
 
     /// The same with this loss in every stage: a type with [`TrajectoryLoss`], a closure
     /// `|measured: &Recording, predicted: &[[f64; 4]], cotangents: &mut [[f64; 4]]| -> f64`, or
-    /// [`pointwise`](crate::loss::pointwise).
+    /// [`pointwise`](pam_trajectory::loss::pointwise).
     pub fn with_loss(mut self, loss: impl TrajectoryLoss + Send + 'static) -> Self {
         self.loss = Some(SharedLoss::new(loss));
         self

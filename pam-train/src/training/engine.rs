@@ -1,16 +1,17 @@
 //! Loss, gradient and scores, by the fast path in single or double precision or by any gradient method.
 
 use super::trainer::TrainingError;
-use super::windows::Windows;
-use crate::coordinates::NetworkJoint;
 use crate::curriculum::Precision;
-use crate::evaluation::Subject;
-use crate::extension::{ExtendedGradient, ExtendedRequest, Extension};
-use crate::gradient::sealed::IndexedLoss;
-use crate::gradient::{GradientChoice, JointGradient, SealedGradient, general};
-use crate::metrics::r2;
-use crate::predict::SolverSettings;
+use crate::extension::Extension;
+use pam_data::Subject;
 use pam_data::{Channel, Recording};
+use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::gradient::sealed::IndexedLoss;
+use pam_trajectory::gradient::{ExtendedGradient, ExtendedRequest};
+use pam_trajectory::gradient::{GradientChoice, JointGradient, SealedGradient, general};
+use pam_trajectory::metrics::r2;
+use pam_trajectory::predict::SolverSettings;
+use pam_trajectory::windows::Windows;
 use std::sync::Arc;
 
 /// How loss and gradient are found.

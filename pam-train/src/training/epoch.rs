@@ -2,13 +2,14 @@
 
 use super::state::{Best, EpochRow, OptimiserState, StageState};
 use super::trainer::{Prepared, Trainer, TrainingError};
-use crate::coordinates::{Coordinates, NetworkJoint};
-use crate::extension::ExtendedRequest;
-use crate::gradient::JointGradient;
-use crate::loss::TrajectoryLoss;
+use crate::coordinates::Coordinates;
 use crate::optimiser::{StepKind, clip_to_norm};
 use crate::regulariser::{AnyRegulariser, Regulariser};
 use pam_data::Recording;
+use pam_trajectory::gradient::ExtendedRequest;
+use pam_trajectory::gradient::JointGradient;
+use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::loss::TrajectoryLoss;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;

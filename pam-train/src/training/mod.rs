@@ -2,7 +2,6 @@
 //!
 //! - [`Training`]: all of it in a few lines;
 //! - [`state`]: everything that decides how training goes on, and nothing else: what a checkpoint is;
-//! - [`windows`]: what a stage trains on;
 //! - [`engine`]: loss, gradient and scores in single or double precision;
 //! - [`trainer`]: one epoch after another;
 //! - [`folder`]: the files of a run, written so that a run can be killed at any moment and resumed.
@@ -17,7 +16,6 @@ pub mod folder;
 mod stage;
 pub mod state;
 pub mod trainer;
-pub mod windows;
 
 pub use builder::{Trained, Training};
 pub use folder::{RunFolder, RunSettings, TrainedRun, train_into};

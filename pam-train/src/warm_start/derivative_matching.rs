@@ -1,13 +1,14 @@
 //! Mass and force from accelerations.
 
 use super::own_acceleration::{mass_correction_kg, own_accelerations};
-use crate::coordinates::{Coordinates, Frozen, NetworkJoint};
-use crate::evaluation::Subject;
+use crate::coordinates::{Coordinates, Frozen};
 use crate::optimiser::{Adam, AdamSettings};
 use pam_autodiff::batch::BatchNetwork;
 use pam_core::{ParametricForce, RawParameters, Scalar};
+use pam_data::Subject;
 use pam_data::preprocess::{LowPass, gradient};
 use pam_data::recording::median_step_s;
+use pam_trajectory::gradient::NetworkJoint;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;

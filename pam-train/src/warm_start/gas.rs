@@ -1,8 +1,8 @@
 //! The deformation coefficient from pressures alone.
 
-use crate::evaluation::Subject;
 use num_dual::Dual64;
 use pam_core::{MuscleGeometry, Scalar};
+use pam_data::Subject;
 use std::ops::Range;
 
 /// A deformation coefficient fitted to pressures. Its standard error is a matter of

@@ -13,8 +13,9 @@
 //! where a joint fit of m and f leaves to f whatever part of the inertia it got hold of first.
 
 use super::derivative_matching::{DerivativeMatching, Point};
-use crate::coordinates::{Coordinates, Frozen, NetworkJoint};
+use crate::coordinates::{Coordinates, Frozen};
 use pam_core::{ForceInput, ForceModel};
+use pam_trajectory::gradient::NetworkJoint;
 
 /// e (mm/s²) and r (mN) of one point.
 #[derive(Debug, Clone, Copy, PartialEq)]

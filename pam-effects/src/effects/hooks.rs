@@ -1,0 +1,195 @@
+//! Where an effect can act.
+
+use super::{DataScales, EffectInfo, Group};
+use pam_core::{AnyForce, JointModel, Scalar};
+
+/// The base model's restoring force of one recording.
+pub trait Restoring<S> {
+    /// The force (mN) at displacement `x` (mm) and velocity `v` (mm/s) with the air that is sealed in.
+    fn restoring_mn(&self, x: S, v: S) -> S;
+}
+
+/// The joint at one instant inside a step.
+pub struct Point<'a, S> {
+    /// Time since the excitation began, s.
+    pub time_s: f64,
+    /// Displacement, mm.
+    pub displacement_mm: S,
+    /// Velocity, mm/s.
+    pub velocity_mm_s: S,
+    /// Displacement at the start of the step, where the memory stands, mm.
+    pub step_start_mm: S,
+    /// Time since the start of the step, s.
+    pub since_step_s: f64,
+    /// The base model's restoring force here, mN.
+    pub restoring_mn: S,
+    /// The base model's restoring force elsewhere.
+    pub base: &'a dyn Restoring<S>,
+}
+
+/// The reading at rest and the measured start, on their way from what was measured to what was.
+#[derive(Debug, Clone, Copy)]
+pub struct Rest<S> {
+    /// Displacement at the sealed reading, mm.
+    pub sealed_mm: S,
+    /// Sealed pressures of flexor and extensor, kPa absolute.
+    pub sealed_kpa: [S; 2],
+    /// Displacement at the first sample, mm.
+    pub start_mm: S,
+    /// Pressures at the first sample, kPa absolute.
+    pub start_kpa: [S; 2],
+}
+
+/// How the two chambers obey their gas law: `P = C m V_s⁻¹ (V_s/V(x))ⁿ` with the volume `V_s` at the
+/// sealed reading, ν scaled, and displacement of a chamber that stops following.
+#[derive(Debug, Clone, Copy)]
+pub struct ChamberLaw<S> {
+    /// Factor of the deformation coefficient ν.
+    pub deformation_factor: S,
+    /// Exponent n of the volume; 1 is isothermal.
+    pub exponent: S,
+    /// Contraction beyond which a chamber stops following x, mm.
+    pub contraction_limit_mm: Option<S>,
+    /// Leak rates of flexor and extensor, `ṁ = −rate · m (P − P_atm)/P`, 1/s.
+    pub leak_per_s: [S; 2],
+    /// Whether pressures that differ from the base model's push on the joint, by `ΔP dV/dx`.
+    pub feeds_back: bool,
+}
+
+/// What the sensors show, as series on the simulation's own uniform grid.
+#[derive(Debug)]
+pub struct Observed<'a, S> {
+    /// Time between two values, s.
+    pub step_s: f64,
+    /// Displacement, mm.
+    pub displacement_mm: &'a mut [S],
+    /// Velocity, mm/s.
+    pub velocity_mm_s: &'a mut [S],
+    /// Pressures of flexor and extensor, kPa absolute.
+    pub pressures_kpa: [&'a mut [S]; 2],
+}
+
+impl<S: Scalar> Observed<'_, S> {
+    /// Takes the velocity anew as the central difference of the displacement.
+    pub fn renew_velocity(&mut self) {
+        let (x, v) = (&*self.displacement_mm, &mut *self.velocity_mm_s);
+        let last = x.len() - 1;
+        for (k, v) in v.iter_mut().enumerate() {
+            let (a, b) = (k.saturating_sub(1), (k + 1).min(last));
+            *v = (x[b] - x[a]).scaled(1.0 / ((b - a).max(1) as f64 * self.step_s));
+        }
+    }
+}
+
+/// What becomes of an effect in a model without effects.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Absorbed {
+    /// The model's own numbers hold it, exactly.
+    Exactly,
+    /// It is of the instruments: the joint itself is as the model has it.
+    OfInstruments,
+    /// The model cannot hold it.
+    LeftOut,
+}
+
+/// A known effect as a part of a model.
+///
+/// `p` holds the values of [`EffectInfo::parameters`] followed by the switches. All hooks are neutral
+/// by default.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no effect",
+    label = "an effect is needed here",
+    note = "implement `Effect`: `info` and `starts`, and the hooks where it acts; see \
+            `pam-diagnose/examples/own_effect.rs`"
+)]
+pub trait Effect: Send + Sync + 'static {
+    /// Id, parameters, words.
+    fn info(&self) -> &'static EffectInfo;
+
+    /// Values from which a fit may start, at magnitudes that these data could show. The derivative of
+    /// the simulation must not vanish there; scales (gaps, lengths, times) are spread over a grid.
+    fn starts(&self, evidence: &DataScales) -> Vec<Vec<f64>>;
+
+    /// Whether fitted values still are this effect. Where they reach the limit at which it is only another
+    /// one by this name (a loop of no slip is dry friction), or contradict its sign, the name is refuted.
+    fn stands(&self, values: &[f64], evidence: &DataScales) -> bool {
+        let _ = (values, evidence);
+        true
+    }
+
+    /// Number of remembered values.
+    fn memory_len(&self) -> usize {
+        0
+    }
+
+    /// Whether the effect depends on what was before the present motion, so that a recording cannot be
+    /// begun in its middle.
+    fn remembers(&self) -> bool {
+        self.memory_len() > 0
+    }
+
+    /// Memory of a joint that rests at `x` (mm).
+    fn begin<S: Scalar>(&self, p: &[S], x: S, memory: &mut [S]) {
+        let _ = (p, x, memory);
+    }
+
+    /// Turns measured readings at rest into true ones.
+    fn rest<S: Scalar>(&self, p: &[S], rest: &mut Rest<S>) {
+        let _ = (p, rest);
+    }
+
+    /// The real force for a commanded one, mN.
+    fn drive<S: Scalar>(&self, p: &[S], force_mn: S) -> S {
+        let _ = p;
+        force_mn
+    }
+
+    /// Delay of the real force behind the recorded one, s.
+    fn delay_s<S: Scalar>(&self, p: &[S]) -> S {
+        let _ = p;
+        S::zero()
+    }
+
+    /// Force on the joint in the direction of +x, mN.
+    fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S {
+        let _ = (p, at, memory);
+        S::zero()
+    }
+
+    /// Largest dry friction at velocity `v` (mm/s), mN. Friction is set-valued: the joint sticks while
+    /// less than this is needed to hold it.
+    fn dry_friction_mn<S: Scalar>(&self, p: &[S], v: S) -> S {
+        let _ = (p, v);
+        S::zero()
+    }
+
+    /// Mass that moves with the joint, kg.
+    fn inertia_kg<S: Scalar>(&self, p: &[S]) -> S {
+        let _ = p;
+        S::zero()
+    }
+
+    /// Changes the gas law of the chambers.
+    fn chamber<S: Scalar>(&self, p: &[S], law: &mut ChamberLaw<S>) {
+        let _ = (p, law);
+    }
+
+    /// Moves the memory over a step of `step_s` that went from `from` to `to` (mm).
+    fn advance<S: Scalar>(&self, p: &[S], step_s: f64, from: S, to: S, memory: &mut [S]) {
+        let _ = (p, step_s, from, to, memory);
+    }
+
+    /// Turns true series into measured ones.
+    fn observe<S: Scalar>(&self, p: &[S], seen: &mut Observed<'_, S>) {
+        let _ = (p, seen);
+    }
+
+    /// Moves the effect into the numbers of a model without effects, where that can hold it.
+    fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed {
+        let _ = (values, joint);
+        match self.info().group {
+            Group::Sensing => Absorbed::OfInstruments,
+            Group::Mechanics | Group::Gas => Absorbed::LeftOut,
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! Mass that the model lacks.
+
+use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Group, ParameterInfo};
+use pam_core::{AnyForce, JointModel, PhysicalParameters, Scalar};
+
+const INFO: EffectInfo = EffectInfo {
+    id: "added_inertia",
+    group: Group::Mechanics,
+    what: "reflected mass that the model lacks",
+    parameters: &[ParameterInfo::linear("mass_kg", [-150.0, 5e3])],
+    switches: &[],
+    air: false,
+    excited_by: "fast motion",
+};
+
+/// Inertia `m + mass_kg`.
+#[derive(Debug, Clone, Copy)]
+pub struct AddedInertia;
+
+impl Effect for AddedInertia {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {
+        vec![vec![0.0]]
+    }
+
+    fn inertia_kg<S: Scalar>(&self, p: &[S]) -> S {
+        p[0]
+    }
+
+    fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed {
+        let physical = joint.physical();
+        let mass_kg = physical.mass_kg + values[0];
+        joint.raw = PhysicalParameters { mass_kg, ..physical }.to_raw();
+        Absorbed::Exactly
+    }
+}

@@ -1,0 +1,46 @@
+//! A force periodic in position.
+
+use crate::effects::{DataScales, Effect, EffectInfo, Group, ParameterInfo, Point};
+use pam_core::Scalar;
+use pam_core::units::MN_PER_N;
+
+const INFO: EffectInfo = EffectInfo {
+    id: "cogging",
+    group: Group::Mechanics,
+    what: "force periodic in the position",
+    parameters: &[
+        ParameterInfo::linear("force_n", [-1e3, 1e3]),
+        ParameterInfo::scale("pitch_mm", [0.02, 50.0]),
+    ],
+    switches: &[],
+    air: false,
+    excited_by: "slow motion over the whole range",
+};
+
+/// Force `−force_n sin(2π x / pitch_mm)`.
+#[derive(Debug, Clone, Copy)]
+pub struct Cogging;
+
+impl Effect for Cogging {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn starts(&self, evidence: &DataScales) -> Vec<Vec<f64>> {
+        evidence
+            .periodic_pitches_mm(3)
+            .into_iter()
+            .map(|(pitch, force)| vec![-force, pitch])
+            .collect()
+    }
+
+    fn stands(&self, values: &[f64], evidence: &DataScales) -> bool {
+        // A period longer than the travel is only another shape of the stiffness.
+        values[1] <= 2.0 * evidence.travel_mm
+    }
+
+    fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {
+        let phase = (at.displacement_mm / p[1]).scaled(std::f64::consts::TAU);
+        -(p[0] * phase.sin()).scaled(MN_PER_N)
+    }
+}

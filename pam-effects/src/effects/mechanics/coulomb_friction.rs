@@ -1,0 +1,33 @@
+//! Dry friction with sticking.
+
+use crate::effects::{DataScales, Effect, EffectInfo, Group, ParameterInfo};
+use pam_core::Scalar;
+use pam_core::units::MN_PER_N;
+
+const INFO: EffectInfo = EffectInfo {
+    id: "coulomb_friction",
+    group: Group::Mechanics,
+    what: "dry friction that opposes the motion and sticks",
+    parameters: &[ParameterInfo::linear("force_n", [0.0, 1e3])],
+    switches: &[],
+    air: false,
+    excited_by: "reversals of a slow motion",
+};
+
+/// Force `−force_n · Sgn(ẋ)`, set-valued at rest.
+#[derive(Debug, Clone, Copy)]
+pub struct CoulombFriction;
+
+impl Effect for CoulombFriction {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn starts(&self, evidence: &DataScales) -> Vec<Vec<f64>> {
+        [0.03, 0.12, 0.3].map(|share| vec![share * evidence.force_n]).to_vec()
+    }
+
+    fn dry_friction_mn<S: Scalar>(&self, p: &[S], _v: S) -> S {
+        p[0].scaled(MN_PER_N)
+    }
+}

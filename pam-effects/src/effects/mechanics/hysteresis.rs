@@ -1,0 +1,112 @@
+//! A rate-independent loop with memory.
+
+use crate::effects::{DataScales, Effect, EffectInfo, Group, ParameterInfo, Point};
+use pam_core::Scalar;
+use pam_core::units::MN_PER_N;
+
+const INFO: EffectInfo = EffectInfo {
+    id: "hysteresis",
+    group: Group::Mechanics,
+    what: "loop with memory that does not depend on the rate",
+    parameters: &[
+        ParameterInfo::linear("force_n", [0.0, 1e3]),
+        ParameterInfo::scale("slip_mm", [5e-3, 20.0]),
+    ],
+    switches: &["bouc_wen_exponent"],
+    air: false,
+    excited_by: "motion of several amplitudes, with inner loops",
+};
+
+/// A force that saturates at `force_n` after about `slip_mm` of travel, in one of three shapes that the
+/// switch chooses:
+///
+/// * 0: Maxwell slip, elements of equal limit whose slip distances are spread evenly up to `slip_mm`
+///   (Iwan 1966);
+/// * 1 or 2: Bouc–Wen with this exponent and β = γ = ½, `dz/dx = (1 − |z|ⁿ [z dx > 0]) / slip_mm`
+///   (Wen 1976), solved exactly between reversals.
+#[derive(Debug, Clone, Copy)]
+pub struct Hysteresis;
+
+/// Number of elements of the Maxwell shape.
+const ELEMENTS: usize = 8;
+
+impl Effect for Hysteresis {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn starts(&self, evidence: &DataScales) -> Vec<Vec<f64>> {
+        let slips = [0.06, 0.4].map(|share| share * evidence.travel_mm);
+        let shapes = [0.0, 1.0, 2.0];
+        let force = 0.12 * evidence.force_n;
+        shapes.iter().flat_map(|&shape| slips.map(|slip| vec![force, slip, shape])).collect()
+    }
+
+    fn stands(&self, values: &[f64], evidence: &DataScales) -> bool {
+        // A loop that saturates at once is dry friction; one that never does is a spring.
+        (0.05..10.0).contains(&(values[1] / evidence.travel_mm))
+    }
+
+    fn memory_len(&self) -> usize {
+        ELEMENTS
+    }
+
+    fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S {
+        let travel = at.displacement_mm - at.step_start_mm;
+        let share = if p[2].real() < 0.5 {
+            let sum = stretch(p, travel, memory).fold(S::zero(), |sum, z| sum + z);
+            sum.scaled(1.0 / ELEMENTS as f64)
+        } else {
+            bouc_wen(p, travel, memory[0])
+        };
+        -(p[0] * share).scaled(MN_PER_N)
+    }
+
+    fn advance<S: Scalar>(&self, p: &[S], _step_s: f64, from: S, to: S, memory: &mut [S]) {
+        if p[2].real() < 0.5 {
+            let mut after = [S::zero(); ELEMENTS];
+            for (new, z) in after.iter_mut().zip(stretch(p, to - from, memory)) {
+                *new = z;
+            }
+            memory.copy_from_slice(&after);
+        } else {
+            memory[0] = bouc_wen(p, to - from, memory[0]);
+        }
+    }
+}
+
+/// The elements' share of their limit, −1 to 1, after `travel` (mm) from `memory`.
+fn stretch<'a, S: Scalar>(p: &[S], travel: S, memory: &'a [S]) -> impl Iterator<Item = S> + 'a {
+    let first = travel / p[1];
+    let one = S::constant(1.0);
+    memory
+        .iter()
+        .enumerate()
+        .map(move |(j, &z)| (z + first.scaled(ELEMENTS as f64 / (j + 1) as f64)).clamped(-one, one))
+}
+
+/// The variable z of Bouc and Wen after `travel` (mm) from `z`.
+fn bouc_wen<S: Scalar>(p: &[S], travel: S, z: S) -> S {
+    let way = travel / p[1];
+    let forward = way.real() >= 0.0;
+    // In the direction of travel: unloading is a straight line to zero, then the loop saturates.
+    let (way, z) = if forward { (way, z) } else { (-way, -z) };
+    let one = S::constant(1.0);
+    let (start, left) = if z.real() < 0.0 {
+        let straight = z + way;
+        if straight.real() <= 0.0 {
+            return if forward { straight } else { -straight };
+        }
+        (S::zero(), straight)
+    } else {
+        (z, way)
+    };
+    let after = if p[2].real() < 1.5 {
+        one - (one - start) * (-left).exp()
+    } else {
+        // tanh(artanh(start) + left), written without the inverse.
+        let t = left.tanh();
+        (start + t) / (one + start * t)
+    };
+    if forward { after } else { -after }
+}

@@ -1,0 +1,42 @@
+//! The restoring force is off by a factor.
+
+use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Group, ParameterInfo, Point};
+use pam_core::{AnyForce, JointModel, Scalar};
+
+const INFO: EffectInfo = EffectInfo {
+    id: "stiffness_scale",
+    group: Group::Mechanics,
+    what: "restoring force that is off by a constant factor",
+    parameters: &[ParameterInfo::linear("relative", [-0.9, 5.0])],
+    switches: &[],
+    air: false,
+    excited_by: "motion at frequencies far apart",
+};
+
+/// Restoring force `f · (1 + relative)`.
+#[derive(Debug, Clone, Copy)]
+pub struct StiffnessScale;
+
+impl Effect for StiffnessScale {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {
+        vec![vec![0.0]]
+    }
+
+    fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {
+        -(p[0] * at.restoring_mn)
+    }
+
+    fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed {
+        match joint.force.scaled(1.0 + values[0]) {
+            Some(force) => {
+                joint.force = force;
+                Absorbed::Exactly
+            }
+            None => Absorbed::LeftOut,
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! Dry friction that is higher near standstill.
+
+use crate::effects::{DataScales, Effect, EffectInfo, Group, ParameterInfo};
+use pam_core::Scalar;
+use pam_core::units::MN_PER_N;
+
+const INFO: EffectInfo = EffectInfo {
+    id: "stribeck_friction",
+    group: Group::Mechanics,
+    what: "dry friction that is higher near standstill",
+    parameters: &[
+        ParameterInfo::linear("coulomb_n", [0.0, 1e3]),
+        ParameterInfo::linear("static_n", [0.0, 1e3]),
+        ParameterInfo::scale("velocity_mm_s", [0.02, 100.0]),
+    ],
+    switches: &[],
+    air: false,
+    excited_by: "slow reversals and slow creeping motion",
+};
+
+/// Limit `coulomb + (static − coulomb) exp(−(ẋ/velocity)²)`, set-valued at rest (Armstrong-Hélouvry,
+/// Dupont and Canudas de Wit 1994).
+#[derive(Debug, Clone, Copy)]
+pub struct StribeckFriction;
+
+impl Effect for StribeckFriction {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn starts(&self, evidence: &DataScales) -> Vec<Vec<f64>> {
+        let force = evidence.force_n;
+        let speeds = [0.05, 0.3];
+        let shares = [(0.04, 0.08), (0.1, 0.2)];
+        shares
+            .iter()
+            .flat_map(|(sliding, breaking)| {
+                speeds.map(|s| vec![sliding * force, breaking * force, s * evidence.speed_mm_s])
+            })
+            .collect()
+    }
+
+    fn stands(&self, values: &[f64], evidence: &DataScales) -> bool {
+        // Higher near standstill by definition, and not only in the last micrometres per second.
+        values[1] >= values[0] && values[2] >= 5e-4 * evidence.speed_mm_s
+    }
+
+    fn dry_friction_mn<S: Scalar>(&self, p: &[S], v: S) -> S {
+        let ratio = v / p[2];
+        (p[0] + (p[1] - p[0]) * (-(ratio * ratio)).exp()).scaled(MN_PER_N)
+    }
+}

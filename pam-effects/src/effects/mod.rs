@@ -1,0 +1,71 @@
+//! Effects as parts of a model: one file each, generic over the scalar.
+//!
+//! An [`Effect`] hooks into the joint where it acts: on the commanded force, in the balance of
+//! forces, in the air, on what the sensors show. The hooks that an effect does not need have neutral
+//! defaults. Everything is written once over [`Scalar`] and runs with plain numbers, with chunks of
+//! derivatives, and on tapes ([`EffectScalar`]).
+//!
+//! **Memory.** Friction, loops and creep remember. An effect keeps what it remembers in `memory`,
+//! which is constant during a step of the simulation and moved by [`Effect::advance`] after it; forces
+//! inside a step are evaluated from the memory at its start and the way since.
+//!
+//! **A new effect** is a type with [`Effect`] in a file of its own, named in its group's `mod.rs`, and a line
+//! in the list of [`ALL`]; from another crate it is handed to [`crate::Options::candidates`] beside these.
+
+mod evidence;
+mod gas;
+mod hooks;
+mod info;
+mod mechanics;
+mod over;
+mod sensing;
+
+pub use evidence::{DataScales, ScaleSample};
+pub use hooks::{Absorbed, ChamberLaw, Effect, Observed, Point, Rest, Restoring};
+pub use info::{EffectInfo, Group, ParameterInfo};
+pub use over::{AnyEffect, Derivatives, EffectOver, EffectScalar, WIDTH};
+
+#[cfg(doc)]
+use pam_core::Scalar;
+
+macro_rules! effects {
+    ($($group:ident::$module:ident::$effect:ident),+ $(,)?) => {
+        $(pub use $group::$module::$effect;)+
+
+        /// Every effect of the vocabulary, in its order.
+        pub static ALL: &[&dyn AnyEffect] = &[$(&$effect),+];
+    };
+}
+
+effects! {
+    mechanics::coulomb_friction::CoulombFriction,
+    mechanics::stribeck_friction::StribeckFriction,
+    mechanics::viscous_damping::ViscousDamping,
+    mechanics::hysteresis::Hysteresis,
+    mechanics::creep::Creep,
+    mechanics::constant_load::ConstantLoad,
+    mechanics::added_inertia::AddedInertia,
+    mechanics::backlash::Backlash,
+    mechanics::cogging::Cogging,
+    mechanics::tendon_slack::TendonSlack,
+    mechanics::stiffness_drift::StiffnessDrift,
+    mechanics::stiffness_scale::StiffnessScale,
+    gas::leak::Leak,
+    gas::polytropic_gas::PolytropicGas,
+    gas::geometry_coefficient::GeometryCoefficient,
+    sensing::force_gain::ForceGain,
+    sensing::force_saturation::ForceSaturation,
+    sensing::actuation_delay::ActuationDelay,
+    sensing::pressure_sensor_lag::PressureSensorLag,
+    sensing::pressure_delay::PressureDelay,
+    sensing::pressure_bias::PressureBias,
+    sensing::pressure_gain::PressureGain,
+    sensing::position_offset::PositionOffset,
+    sensing::position_gain::PositionGain,
+}
+
+/// The effect with this id.
+#[must_use]
+pub fn by_id(id: &str) -> Option<&'static dyn AnyEffect> {
+    ALL.iter().find(|e| e.info().id == id).copied()
+}

@@ -1,0 +1,38 @@
+//! The force is clipped.
+
+use crate::effects::{DataScales, Effect, EffectInfo, Group, ParameterInfo};
+use pam_core::Scalar;
+use pam_core::units::MN_PER_N;
+
+const INFO: EffectInfo = EffectInfo {
+    id: "force_saturation",
+    group: Group::Sensing,
+    what: "force that is clipped",
+    parameters: &[ParameterInfo::linear("force_n", [1.0, 1e5]).off_at(None)],
+    switches: &[],
+    air: false,
+    excited_by: "amplitudes below and above the limit",
+};
+
+/// Real force clipped at ± `force_n`.
+#[derive(Debug, Clone, Copy)]
+pub struct ForceSaturation;
+
+impl Effect for ForceSaturation {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn starts(&self, evidence: &DataScales) -> Vec<Vec<f64>> {
+        [0.5, 0.75, 0.92].map(|share| vec![share * evidence.peak_force_n]).to_vec()
+    }
+
+    fn stands(&self, values: &[f64], evidence: &DataScales) -> bool {
+        values[0] < 0.995 * evidence.peak_force_n
+    }
+
+    fn drive<S: Scalar>(&self, p: &[S], force_mn: S) -> S {
+        let limit = p[0].scaled(MN_PER_N);
+        force_mn.clamped(-limit, limit)
+    }
+}
