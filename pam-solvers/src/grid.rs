@@ -12,8 +12,8 @@ use crate::observer::{AcceptedStep, StepObserver};
 pub struct Grid {
     /// Step ends, one more than steps.
     times_s: Vec<f64>,
-    /// For each step, whether its first stage is evaluated afresh.
-    fresh: Vec<bool>,
+    /// For each step, whether it restarts.
+    restarts: Vec<bool>,
 }
 
 impl Grid {
@@ -26,19 +26,19 @@ impl Grid {
     /// Forgets all steps and starts at `t0`; keeps the memory.
     pub(crate) fn restart(&mut self, t0: f64) {
         self.times_s.clear();
-        self.fresh.clear();
+        self.restarts.clear();
         self.times_s.push(t0);
     }
 
-    pub(crate) fn push(&mut self, t_new: f64, fresh: bool) {
+    pub(crate) fn push(&mut self, t_new: f64, restarts: bool) {
         self.times_s.push(t_new);
-        self.fresh.push(fresh);
+        self.restarts.push(restarts);
     }
 
     /// Number of steps.
     #[must_use]
     pub fn steps(&self) -> usize {
-        self.fresh.len()
+        self.restarts.len()
     }
 
     /// Start of the first step and the ends of all steps, s.
@@ -56,24 +56,29 @@ impl Grid {
         (self.times_s[step], self.times_s[step + 1])
     }
 
-    /// Whether the first stage of step `step` is evaluated afresh: it is the first step, or the input
-    /// jumps where it starts. Otherwise its first stage is the closing derivative of its predecessor.
+    /// Whether step `step` restarts: it is the first one, or the input jumps where it starts. Otherwise
+    /// its first stage is the FSAL stage of its predecessor.
     ///
     /// # Panics
     /// If there are not that many steps.
     #[must_use]
-    pub fn is_fresh(&self, step: usize) -> bool {
-        self.fresh[step]
+    pub fn is_restart(&self, step: usize) -> bool {
+        self.restarts[step]
     }
 
     /// The step ends at which the input jumps, s, increasing.
     pub fn jumps_s(&self) -> impl DoubleEndedIterator<Item = f64> + '_ {
-        self.times_s.iter().zip(&self.fresh).skip(1).filter(|&(_, &fresh)| fresh).map(|(&t, _)| t)
+        self.times_s
+            .iter()
+            .zip(&self.restarts)
+            .skip(1)
+            .filter(|&(_, &restarts)| restarts)
+            .map(|(&t, _)| t)
     }
 }
 
 impl<S> StepObserver<S> for Grid {
     fn accepted(&mut self, step: AcceptedStep<'_, S>) {
-        self.push(step.t_new, step.fresh);
+        self.push(step.t_new, step.restarts);
     }
 }

@@ -1,16 +1,18 @@
 //! Explicit Runge–Kutta solvers for vector fields with measured inputs, and gradients through them.
 //!
-//! The parts are separate types, each in the file of its name, and combine freely:
+//! The parts are separate types, one module each, and combine freely:
 //!
-//! | part | type | says |
+//! | module | type | role |
 //! |---|---|---|
-//! | [`term`] | [`Term`] | what is integrated: a vector field and its input |
-//! | [`tableau`] | [`Tableau`] | with which method: Tsit5, RK4, Bogacki–Shampine 3(2), Dormand–Prince 5(4) |
-//! | [`controller`] | [`StepController`] | how steps are chosen: constant, or PI/PID on an error estimate |
-//! | [`save_at`] | [`SaveAt`] | what is kept: the end, every step, given times, a dense solution |
-//! | [`input`] | [`Input`] | how a sampled signal is read between samples: held, linear, cubic |
-//! | [`grid`] | [`Grid`] | which steps were accepted; [`replay`](replay()) takes them again with any scalar |
-//! | [`sensitivity`] | [`GradientMethod`](sensitivity::GradientMethod) | how a loss of the solution is differentiated: discrete and continuous adjoints, forward sensitivities, differences |
+//! | [`term`] | [`Term`] | the right-hand side: a vector field and its input |
+//! | [`tableau`] | [`Tableau`] | the Runge–Kutta method: Tsit5, RK4, Bogacki–Shampine 3(2), Dormand–Prince 5(4) |
+//! | [`controller`] | [`StepController`] | the step sizes: constant, or PI/PID control of an error estimate |
+//! | [`save_at`] | [`SaveAt`] | the saved points: the end, every step, given times, a dense solution |
+//! | [`input`] | [`Input`] | the input between its samples: zero-order hold, linear, cubic |
+//! | [`grid`] | [`Grid`] | the accepted steps; [`replay`](replay()) takes them again with any scalar |
+//! | [`batched`] | [`BatchedIntegrator`] | many trajectories at once, with gradients |
+//! | [`sensitivity`] | [`GradientMethod`](sensitivity::GradientMethod) | the gradient of a loss of the solution: discrete and continuous adjoints, forward sensitivities, differences |
+//! | [`fixed_step`] | [`rk4_step`] | a single step of a small system |
 //!
 //! [`Integrator`] joins them:
 //!
@@ -29,19 +31,22 @@
 //! # Ok::<(), Box<pam_solvers::SolveError<f64>>>(())
 //! ```
 //!
-//! # Held inputs are exact
+//! # Zero-order holds are exact
 //!
 //! A zero-order hold jumps at its samples. The solver ends a step at every jump, evaluates the last
-//! stage of that step with the value *before* the jump, and starts the next step with a fresh first
-//! stage. Looking the input up at the stage times instead, as is often done, lets the last stage of
-//! a step see the next sample: the force then leads by a fraction of the sample time.
+//! stage of that step with the value *before* the jump, and restarts: the first stage of the next step
+//! is evaluated with the value after it. Looking the input up at the stage times instead, as is often
+//! done, lets the last stage of a step see the next sample: the force then leads by a fraction of the
+//! sample time.
 
 pub mod batched;
 pub mod controller;
 pub mod error;
+pub mod fixed_step;
 pub mod grid;
 pub mod input;
 pub mod integrator;
+mod observations;
 mod observer;
 mod recorder;
 pub mod replay;
@@ -51,7 +56,7 @@ pub mod save_at;
 pub mod sensitivity;
 pub mod solution;
 mod step;
-mod stepping;
+mod step_control;
 pub mod tableau;
 pub mod term;
 
@@ -60,6 +65,7 @@ pub use batched::{
 };
 pub use controller::{ConstantStep, Decision, PidController, StepController, Tolerances};
 pub use error::{FailureKind, SolveError};
+pub use fixed_step::rk4_step;
 pub use grid::Grid;
 pub use input::{
     Constant, Fixed, Input, InputFn, Interpolation, NoInput, ParametricInput, SampledInput, Side,

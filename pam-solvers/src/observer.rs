@@ -1,24 +1,24 @@
-//! What a solve shows of its accepted steps while it runs.
+//! Observers of the accepted steps of a running solve.
 
 /// An accepted step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct AcceptedStep<'a, S> {
     /// Its end, s.
     pub(crate) t_new: f64,
-    /// Whether its first stage was evaluated afresh: it is the first step, or the input jumps where
-    /// it starts.
-    pub(crate) fresh: bool,
+    /// The step restarts: it is the first one, or the input jumps where it starts, so its first stage
+    /// is not the FSAL stage of its predecessor.
+    pub(crate) restarts: bool,
     /// The state it starts from.
     pub(crate) y: &'a [S],
-    /// Its derivatives, one after the other. The closing one is last and holds nothing of use unless
-    /// something needed it.
+    /// Its stage derivatives, one after the other. That of the FSAL stage is last and holds nothing of
+    /// use unless something needed it.
     pub(crate) k: &'a [S],
 }
 
 /// Looks at every accepted step.
 pub(crate) trait StepObserver<S> {
-    /// Whether it looks at closing derivatives.
-    fn needs_closing(&self) -> bool {
+    /// Whether it looks at FSAL stages.
+    fn needs_fsal(&self) -> bool {
         false
     }
 

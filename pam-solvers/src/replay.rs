@@ -49,7 +49,7 @@ where
         let (t, t_new) = grid.step_s(step);
         replay.take(step);
         if recorder.needs_interpolant(t_new) {
-            replay.close(step);
+            replay.fsal_stage(step);
         }
         if replay.work.y_new.iter().any(|v| !v.real().is_finite()) {
             let kind = FailureKind::NonFinite { step_s: t_new - t };
@@ -68,7 +68,7 @@ pub(crate) struct Replay<'a, S, F, I> {
     term: &'a Term<F, I>,
     grid: &'a Grid,
     pub(crate) work: Workspace<S>,
-    closed: bool,
+    has_fsal: bool,
 }
 
 impl<'a, S, F, I> Replay<'a, S, F, I>
@@ -84,7 +84,7 @@ where
         y0: &[S],
     ) -> Self {
         let work = Workspace::new(tableau, term, y0);
-        Self { tableau, term, grid, work, closed: false }
+        Self { tableau, term, grid, work, has_fsal: false }
     }
 
     /// Evaluates the first stage of the first step.
@@ -98,21 +98,21 @@ where
     pub(crate) fn restore(&mut self, y: &[S], k1: &[S]) {
         self.work.y.copy_from_slice(y);
         self.work.k[..y.len()].copy_from_slice(k1);
-        self.closed = false;
+        self.has_fsal = false;
     }
 
     /// Stages and end state of step `step`, whose start is at hand.
     pub(crate) fn take(&mut self, step: usize) {
         let (t, t_new) = self.grid.step_s(step);
         self.work.advance(self.tableau, self.term, t, t_new);
-        self.closed = false;
+        self.has_fsal = false;
     }
 
-    /// The closing derivative of the step just taken.
-    pub(crate) fn close(&mut self, step: usize) {
-        if !self.closed {
-            self.work.close(self.tableau, self.term, self.grid.step_s(step).1);
-            self.closed = true;
+    /// The FSAL stage of the step just taken.
+    pub(crate) fn fsal_stage(&mut self, step: usize) {
+        if !self.has_fsal {
+            self.work.fsal_stage(self.tableau, self.term, self.grid.step_s(step).1);
+            self.has_fsal = true;
         }
     }
 
@@ -120,14 +120,14 @@ where
     pub(crate) fn proceed(&mut self, step: usize) {
         let next = step + 1;
         let last = next == self.grid.steps();
-        if !last && !self.grid.is_fresh(next) {
-            self.close(step);
-            self.work.reuse_closing(self.tableau);
+        if !last && !self.grid.is_restart(next) {
+            self.fsal_stage(step);
+            self.work.reuse_fsal(self.tableau);
         }
         std::mem::swap(&mut self.work.y, &mut self.work.y_new);
-        if !last && self.grid.is_fresh(next) {
+        if !last && self.grid.is_restart(next) {
             self.work.first_stage(self.term, self.grid.step_s(next).0);
         }
-        self.closed = false;
+        self.has_fsal = false;
     }
 }

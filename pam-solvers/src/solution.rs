@@ -115,7 +115,7 @@ pub struct DenseSolution<S> {
     times_s: Vec<f64>,
     /// State at the start of each step.
     starts: Vec<S>,
-    /// Stage derivatives of each step, the closing one included.
+    /// Stage derivatives of each step, the FSAL stage last.
     stages: Vec<S>,
 }
 
@@ -159,7 +159,7 @@ impl<S: Scalar> DenseSolution<S> {
         let step = self.times_s.partition_point(|&s| s <= t).clamp(1, steps) - 1;
         let (t0, t1) = (self.times_s[step], self.times_s[step + 1]);
         let n = self.state_len;
-        let width = n * self.tableau.derivatives();
+        let width = n * self.tableau.stages_with_fsal();
         self.tableau.interpolate_into(
             (t - t0) / (t1 - t0),
             t1 - t0,

@@ -7,7 +7,7 @@ use pam_core::{Scalar, VectorField, scalar};
 
 /// Scratch memory of a solve: derivatives, states, input and the field's own work.
 pub(crate) struct Workspace<S> {
-    /// Derivatives of the step, one after the other; the closing one is last.
+    /// Stage derivatives of the step, one after the other, the FSAL stage last.
     pub(crate) k: Vec<S>,
     /// State at the start of the step.
     pub(crate) y: Vec<S>,
@@ -29,7 +29,7 @@ impl<S: Scalar> Workspace<S> {
     ) -> Self {
         let n = y0.len();
         Self {
-            k: scalar::zeros(n * tableau.derivatives()),
+            k: scalar::zeros(n * tableau.stages_with_fsal()),
             y: y0.to_vec(),
             y_new: y0.to_vec(),
             scratch: scalar::zeros(n),
@@ -77,7 +77,7 @@ impl<S: Scalar> Workspace<S> {
         let (n, h) = (self.y.len(), t_new - t);
         for i in 1..tableau.stages() {
             self.combine(&tableau.a[i], h);
-            let at = node(tableau.c[i], t, t_new);
+            let at = tableau.stage_time(i, t, t_new);
             let (_, rest) = self.k.split_at_mut(i * n);
             term.eval_into(at, &self.y_new, &mut rest[..n], &mut self.u, &mut self.field_work);
         }
@@ -85,35 +85,30 @@ impl<S: Scalar> Workspace<S> {
         self.combine(&tableau.b, h);
     }
 
-    /// The closing derivative at the end of the step.
-    pub(crate) fn close<F, I>(&mut self, tableau: &Tableau, term: &Term<F, I>, t_new: f64)
+    /// The FSAL stage `k_{s+1} = f(t_new, y_new)`.
+    pub(crate) fn fsal_stage<F, I>(&mut self, tableau: &Tableau, term: &Term<F, I>, t_new: f64)
     where
         F: VectorField<S>,
         I: Input<S>,
     {
         let n = self.y.len();
-        let closing = &mut self.k[tableau.stages() * n..];
+        let fsal = &mut self.k[tableau.stages() * n..];
         let at = (t_new, Side::Left);
-        term.eval_into(at, &self.y_new, closing, &mut self.u, &mut self.field_work);
+        term.eval_into(at, &self.y_new, fsal, &mut self.u, &mut self.field_work);
         self.evaluations += 1;
     }
 
-    /// The closing derivative becomes the first of the next step.
-    pub(crate) fn reuse_closing(&mut self, tableau: &Tableau) {
+    /// The FSAL stage becomes the first stage of the next step.
+    pub(crate) fn reuse_fsal(&mut self, tableau: &Tableau) {
         let n = self.y.len();
-        let closing = tableau.stages() * n;
-        self.k.copy_within(closing..closing + n, 0);
+        let fsal = tableau.stages() * n;
+        self.k.copy_within(fsal..fsal + n, 0);
     }
 
     /// Writes the error estimate `h Σ (b_i − b̂_i) k_i` to `scratch`.
     pub(crate) fn estimate_error(&mut self, weights: &[f64], h: f64) {
         let n = self.y.len();
-        self.scratch.fill(S::zero());
-        for (ki, &w) in self.k.chunks_exact(n).zip(weights) {
-            for (e, &d) in self.scratch.iter_mut().zip(ki) {
-                *e += d.scaled(h * w);
-            }
-        }
+        error_into(weights, h, self.k.chunks_exact(n), &mut self.scratch);
     }
 
     /// `y_new = y + h Σ_j weights_j k_j`.
@@ -123,14 +118,23 @@ impl<S: Scalar> Workspace<S> {
     }
 }
 
-/// Time of the stage with node `c` and the side from which it reads the input.
+/// Writes the error estimate `h Σ_i weights_i k_i`, with `weights = b − b̂`, to `out`.
 #[inline]
-pub(crate) fn node(c: f64, t: f64, t_new: f64) -> (f64, Side) {
-    // Only a node at exactly 1 touches a jump at the end of the step.
-    if c == 1.0 { (t_new, Side::Left) } else { (t + c * (t_new - t), Side::Right) }
+pub(crate) fn error_into<'k, S: Scalar>(
+    weights: &[f64],
+    h: f64,
+    k: impl Iterator<Item = &'k [S]>,
+    out: &mut [S],
+) {
+    out.fill(S::zero());
+    for (ki, &w) in k.zip(weights) {
+        for (e, &d) in out.iter_mut().zip(ki) {
+            *e += d.scaled(h * w);
+        }
+    }
 }
 
-/// Writes `y + h Σ_j weights_j k_j` to `out`; `k` holds derivatives one after the other.
+/// Writes `y + h Σ_j weights_j k_j` to `out`; `k` holds stage derivatives one after the other.
 #[inline]
 pub(crate) fn combine_into<S: Scalar>(weights: &[f64], h: f64, y: &[S], k: &[S], out: &mut [S]) {
     out.copy_from_slice(y);

@@ -1,5 +1,5 @@
-//! Lanes give what single solves give: trajectories, gradients, failures; the same bits at any number
-//! of threads and lanes.
+//! Batched solves give the trajectories, gradients and failures of single solves, and the same bits at
+//! any number of threads and any size of batch.
 
 use pam_autodiff::batch::{Pointwise, SealedMotion};
 use pam_autodiff::{ByChunk, ByHand, ByTape, DifferentiableField, Differentiation};
@@ -85,10 +85,10 @@ fn runs() -> Vec<Run> {
         .collect()
 }
 
-fn in_lanes<C: StepController + Sync>(
+fn in_batches<C: StepController + Sync>(
     runs: &[Run],
     interpolation: Interpolation,
-    lanes: &BatchedIntegrator<C>,
+    batched: &BatchedIntegrator<C>,
     threads: usize,
 ) -> BatchGradient {
     let fields: Vec<VanDerPol<f64>> = runs.iter().map(|r| VanDerPol { mu: r.mu }).collect();
@@ -110,8 +110,8 @@ fn in_lanes<C: StepController + Sync>(
     pool.install(|| {
         let mut memory = BatchWorkspace::default();
         let one = |_: usize, states: &[f64], cotangents: &mut [f64]| loss(states, cotangents);
-        let first = lanes.value_and_gradient(&field, &problems, &one, &mut memory);
-        let again = lanes.value_and_gradient(&field, &problems, &one, &mut memory);
+        let first = batched.value_and_gradient(&field, &problems, &one, &mut memory);
+        let again = batched.value_and_gradient(&field, &problems, &one, &mut memory);
         // NaN, the value of a failed run, equals nothing but its text.
         assert_eq!(format!("{first:?}"), format!("{again:?}"), "memory holds nothing over");
         first
@@ -141,36 +141,36 @@ fn single<C: StepController + 'static>(
 fn compare<C: StepController + Clone + Sync + 'static>(tableau: Tableau, controller: C) {
     let runs = runs();
     for interpolation in [Interpolation::Hold, Interpolation::Linear, Interpolation::Cubic] {
-        // Few lanes, so that trajectories wait for one; small blocks, so that there are several.
-        let lanes = BatchedIntegrator::new(tableau.clone(), controller.clone())
+        // Small batches, so that trajectories wait for a place; small blocks, so that there are several.
+        let batched = BatchedIntegrator::new(tableau.clone(), controller.clone())
             .with_width(2)
             .with_block_points(20);
-        let together = in_lanes(&runs, interpolation, &lanes, 1);
+        let together = in_batches(&runs, interpolation, &batched, 1);
         assert!(together.failures.is_empty());
         let integrator = Integrator::new(tableau.clone(), controller.clone());
         for (i, run) in runs.iter().enumerate() {
             let alone = single(run, interpolation, &integrator);
             let what = format!("{} {interpolation:?} run {i}", tableau.name);
-            // Lanes compute in the same order as a single solve, so even the steps are the same.
+            // A batch computes in the same order as a single solve, so even the steps are the same.
             assert_eq!(together.values[i], alone.value, "{what}");
             assert!(relative(&together.own[i], &alone.parameters) < 1e-12, "{what}");
             assert!(relative(&together.initial_state[i], &alone.initial_state) < 1e-12, "{what}");
         }
         let wide = BatchedIntegrator::new(tableau.clone(), controller.clone());
-        assert_eq!(together, in_lanes(&runs, interpolation, &lanes, 2), "threads");
-        let wide = in_lanes(&runs, interpolation, &wide, 2);
+        assert_eq!(together, in_batches(&runs, interpolation, &batched, 2), "threads");
+        let wide = in_batches(&runs, interpolation, &wide, 2);
         assert_eq!((&together.values, together.evaluations), (&wide.values, wide.evaluations));
     }
 }
 
 #[test]
-fn lanes_equal_single_solves_under_error_control() {
+fn batches_equal_single_solves_under_error_control() {
     compare(Tableau::tsit5(), PidController::new(1e-5, 1e-6));
     compare(Tableau::dormand_prince5(), PidController::new(1e-4, 1e-4));
 }
 
 #[test]
-fn lanes_equal_single_solves_with_constant_steps() {
+fn batches_equal_single_solves_with_constant_steps() {
     compare(Tableau::tsit5(), ConstantStep::new(0.083));
     compare(Tableau::rk4(), ConstantStep::new(0.05));
 }
@@ -186,7 +186,7 @@ fn network(activation: &str) -> NetworkForce<f64> {
         .unwrap()
 }
 
-/// The reduced motion in lanes has the gradient of the four-state joint for a loss of the motion.
+/// The reduced motion in a batch has the gradient of the four-state joint for a loss of the motion.
 #[test]
 fn the_sealed_motion_equals_the_joint() {
     for activation in ["leaky_relu", "tanh"] {
@@ -208,9 +208,9 @@ fn the_sealed_motion_equals_the_joint() {
             observe_s: &times,
         };
         let one = |_: usize, states: &[f64], cotangents: &mut [f64]| loss(states, cotangents);
-        let lanes = BatchedIntegrator::new(tableau.clone(), step);
+        let batched = BatchedIntegrator::new(tableau.clone(), step);
         let ours =
-            lanes.value_and_gradient(&motion, &[problem], &one, &mut BatchWorkspace::default());
+            batched.value_and_gradient(&motion, &[problem], &one, &mut BatchWorkspace::default());
 
         let integrator = Integrator::new(tableau, step);
         let joint = Problem {
@@ -253,21 +253,21 @@ fn the_sealed_motion_equals_the_joint() {
 fn a_failure_is_told_and_stays_alone() {
     let mut runs = runs();
     runs[2].y0 = vec![1e200, 1e200];
-    let lanes = BatchedIntegrator::new(Tableau::tsit5(), ConstantStep::new(0.05)).with_width(3);
-    let gradient = in_lanes(&runs, Interpolation::Linear, &lanes, 2);
+    let batched = BatchedIntegrator::new(Tableau::tsit5(), ConstantStep::new(0.05)).with_width(3);
+    let gradient = in_batches(&runs, Interpolation::Linear, &batched, 2);
     assert_eq!(gradient.failures.len(), 1);
     let failure = &gradient.failures[0];
     assert_eq!((failure.problem, failure.time_s), (2, 0.1));
     assert!(matches!(failure.kind, FailureKind::NonFinite { .. }));
     assert!(gradient.values[2].is_nan() && gradient.value.is_finite());
     runs.remove(2);
-    let without = in_lanes(&runs, Interpolation::Linear, &lanes, 1);
+    let without = in_batches(&runs, Interpolation::Linear, &batched, 1);
     assert_eq!((without.value, &without.shared), (gradient.value, &gradient.shared));
 
     // A request that makes no sense is refused for its own trajectory only.
     runs[0].observe = vec![0.0];
     runs[1].y0 = vec![1.0];
-    let gradient = in_lanes(&runs, Interpolation::Linear, &lanes, 1);
+    let gradient = in_batches(&runs, Interpolation::Linear, &batched, 1);
     assert_eq!(gradient.failures.iter().map(|f| f.problem).collect::<Vec<_>>(), [0, 1]);
     assert!(gradient.failures.iter().all(|f| matches!(f.kind, FailureKind::Request(_))));
 }
@@ -280,8 +280,8 @@ fn empty_work_is_fine() {
     runs[0].times.truncate(1);
     runs[0].force.truncate(1);
     runs[0].observe = vec![0.1];
-    let lanes = BatchedIntegrator::new(Tableau::tsit5(), ConstantStep::new(0.05));
-    let gradient = in_lanes(&runs, Interpolation::Linear, &lanes, 1);
+    let batched = BatchedIntegrator::new(Tableau::tsit5(), ConstantStep::new(0.05));
+    let gradient = in_batches(&runs, Interpolation::Linear, &batched, 1);
     let mut expected = [0.0; 2];
     let value = loss(&runs[0].y0, &mut expected);
     assert_eq!((gradient.value, &gradient.initial_state[0][..]), (value, &expected[..]));
@@ -291,7 +291,7 @@ fn empty_work_is_fine() {
     let no_problems: Vec<TrajectoryProblem<'_, _, SampledInput<'_, f64>>> = Vec::new();
     let one = |_: usize, _: &[f64], _: &mut [f64]| 0.0;
     let gradient =
-        lanes.value_and_gradient(&none, &no_problems, &one, &mut BatchWorkspace::default());
+        batched.value_and_gradient(&none, &no_problems, &one, &mut BatchWorkspace::default());
     assert_eq!(gradient.value, 0.0);
     assert_eq!(ByTape.of(&field).parameter_len(), 1);
 }

@@ -1,4 +1,4 @@
-//! A repeated gradient in lanes allocates the same few times however long its trajectories are.
+//! A repeated batched gradient allocates the same few times however long its trajectories are.
 
 use pam_autodiff::batch::SealedMotion;
 use pam_core::force::{Dense, Mlp};
@@ -57,7 +57,7 @@ fn allocations<C: StepController + Sync>(
             observe_s: &times,
         })
         .collect();
-    let lanes = BatchedIntegrator::new(Tableau::tsit5(), controller);
+    let batched = BatchedIntegrator::new(Tableau::tsit5(), controller);
     let mut memory = BatchWorkspace::default();
     let loss = |_: usize, states: &[f64], cotangents: &mut [f64]| {
         cotangents.copy_from_slice(states);
@@ -66,12 +66,12 @@ fn allocations<C: StepController + Sync>(
     // One thread: the pool's own bookkeeping must not blur the count.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {
-        let warm_up = lanes.value_and_gradient(&motion, &problems, &loss, &mut memory);
+        let warm_up = batched.value_and_gradient(&motion, &problems, &loss, &mut memory);
         assert!(warm_up.failures.is_empty() && warm_up.accepted >= 3 * samples / 60);
         // The fewest of a few: the test's own runner allocates now and then, too.
         let counts = (0..4).map(|_| {
             let before = COUNT.load(Ordering::Relaxed);
-            let again = lanes.value_and_gradient(&motion, &problems, &loss, &mut memory);
+            let again = batched.value_and_gradient(&motion, &problems, &loss, &mut memory);
             let count = COUNT.load(Ordering::Relaxed) - before;
             assert_eq!(warm_up, again);
             count

@@ -1,7 +1,6 @@
 //! Orders of convergence of states and interpolants, measured on problems with known solutions.
 
 use pam_core::{FieldFn, VectorField};
-use pam_solvers::tableau::NAMES;
 use pam_solvers::{ConstantStep, InputFn, Integrator, NoInput, SaveAt, Tableau, Term};
 use std::f64::consts::TAU;
 
@@ -42,7 +41,7 @@ fn states_converge_with_the_order_of_the_method() {
     });
     let e = 0.3_f64;
     let perihelion = [1.0 - e, 0.0, 0.0, ((1.0 + e) / (1.0 - e)).sqrt()];
-    for name in NAMES {
+    for name in Tableau::NAMES {
         let tableau = Tableau::from_name(name).unwrap();
         let errors: Vec<(f64, f64)> = [300, 600, 1200]
             .iter()
@@ -65,7 +64,7 @@ fn states_converge_with_the_order_of_the_method() {
 /// Inside one step that starts on the exact solution the interpolant's error is O(h^(q+1)).
 #[test]
 fn interpolants_converge_with_their_order() {
-    for name in NAMES {
+    for name in Tableau::NAMES {
         let tableau = Tableau::from_name(name).unwrap();
         let errors: Vec<(f64, f64)> = [0.4, 0.2, 0.1, 0.05]
             .iter()

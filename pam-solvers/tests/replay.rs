@@ -78,7 +78,7 @@ fn check(integrator: &Integrator<dyn StepController>, interpolation: Interpolati
 #[test]
 fn a_replay_is_the_solve_bit_for_bit() {
     let mut rejected = 0;
-    for name in pam_solvers::tableau::NAMES {
+    for name in Tableau::NAMES {
         let tableau = Tableau::from_name(name).unwrap();
         for interpolation in [Interpolation::Hold, Interpolation::Linear, Interpolation::Cubic] {
             let constant = Integrator::new(tableau.clone(), ConstantStep::new(0.0371));

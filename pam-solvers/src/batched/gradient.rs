@@ -1,7 +1,8 @@
 //! Solves and gradients of a set of trajectories on all threads.
 
 use super::adjoint::{Adjoint, AdjointMemory, AdjointSums};
-use super::forward::{Forward, ForwardMemory, Queue, Slot};
+use super::forward::{Forward, Queue, Slot};
+use super::members::Members;
 use super::{BatchedIntegrator, StoredTrajectory, TrajectoryFailure, TrajectoryProblem};
 use crate::controller::StepController;
 use crate::input::Input;
@@ -11,11 +12,15 @@ use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicUsize;
 
+/// Memory for what the evaluations of all trajectories leave for the adjoint. A trajectory that needs more
+/// than its share is evaluated again on the way back, with the same result.
+const KEEP_BYTES: usize = 2 << 30;
+
 /// Memory that is kept between calls, so that a repeated solve or gradient allocates next to nothing.
 #[derive(Debug)]
 pub struct BatchWorkspace<B: BatchField> {
     slots: Vec<Mutex<Slot<B::Kept>>>,
-    forward: Mutex<Vec<ForwardMemory<B::Batch, B::Kept>>>,
+    forward: Mutex<Vec<Members<B::Batch, B::Kept>>>,
     adjoint: Mutex<Vec<AdjointMemory<B::Block>>>,
     results: Vec<Mutex<OneResult>>,
 }
@@ -86,7 +91,7 @@ impl<C: StepController + Sync> BatchedIntegrator<C> {
         self.forward(field, problems, memory, false);
         memory.slots[..problems.len()]
             .iter_mut()
-            .filter_map(|slot| slot.get_mut().expect("no lane panics").failure.clone())
+            .filter_map(|slot| slot.get_mut().expect("no thread panics").failure.clone())
             .collect()
     }
 
@@ -106,21 +111,21 @@ impl<C: StepController + Sync> BatchedIntegrator<C> {
         if memory.slots.len() < problems.len() {
             memory.slots.resize_with(problems.len(), Mutex::default);
         }
-        let pool = memory.forward.get_mut().expect("no lane panics");
-        pool.retain(|m| m.capacity() == capacity);
-        let derivatives = self.tableau.derivatives();
+        let pool = memory.forward.get_mut().expect("no thread panics");
+        pool.retain(|members| members.capacity == capacity);
+        let stages = self.tableau.stages_with_fsal();
         while pool.len() < threads {
-            pool.push(ForwardMemory::new(field, derivatives, capacity));
+            pool.push(Members::new(field, stages, capacity));
         }
         let queue = Queue {
             problems,
             slots: &memory.slots,
             next: AtomicUsize::new(0),
-            keep_bytes: keep.then(|| self.keep_bytes / problems.len().max(1)),
+            keep_bytes: keep.then(|| KEEP_BYTES / problems.len().max(1)),
         };
         pool[..threads]
             .par_iter_mut()
-            .for_each(|memory| Forward { settings: self, field, queue: &queue, memory }.run());
+            .for_each(|members| Forward { settings: self, field, queue: &queue, members }.run());
     }
 
     /// The sum of the losses of all problems with its gradient.
@@ -177,8 +182,8 @@ impl<C: StepController + Sync> BatchedIntegrator<C> {
         let BatchWorkspace { slots, adjoint, results, .. } = &*memory;
         // One task each, and the longest work is not left for the end.
         (0..problems.len()).into_par_iter().with_max_len(1).for_each(|index| {
-            let slot = slots[index].lock().expect("no lane panics");
-            let mut result = results[index].lock().expect("no lane panics");
+            let slot = slots[index].lock().expect("no thread panics");
+            let mut result = results[index].lock().expect("no thread panics");
             if slot.failure.is_some() {
                 result.clear(field, 0);
                 return;
@@ -193,9 +198,9 @@ impl<C: StepController + Sync> BatchedIntegrator<C> {
             }
             let mut own = adjoint
                 .lock()
-                .expect("no lane panics")
+                .expect("no thread panics")
                 .pop()
-                .unwrap_or_else(|| AdjointMemory::new(field, &self.tableau, self.block_points));
+                .unwrap_or_else(|| AdjointMemory::new(field, self.block_points));
             let mut sums = AdjointSums {
                 parameters: ParameterSums { shared: &mut result.shared, own: &mut result.own },
                 initial_state: &mut result.initial_state,
@@ -203,14 +208,14 @@ impl<C: StepController + Sync> BatchedIntegrator<C> {
             let cotangents = &result.cotangents;
             result.linearised = Adjoint { settings: self, field, problem, trajectory, cotangents }
                 .run(&mut sums, &mut own);
-            adjoint.lock().expect("no lane panics").push(own);
+            adjoint.lock().expect("no thread panics").push(own);
         });
         let mut sum =
             BatchGradient { shared: vec![0.0; field.parameter_len()], ..BatchGradient::default() };
         for (slot, result) in memory.slots.iter_mut().zip(&mut memory.results).take(problems.len())
         {
-            let slot = slot.get_mut().expect("no lane panics");
-            sum.add(slot, result.get_mut().expect("no lane panics"));
+            let slot = slot.get_mut().expect("no thread panics");
+            sum.add(slot, result.get_mut().expect("no thread panics"));
         }
         sum
     }
@@ -261,7 +266,7 @@ impl<B: BatchField> BatchWorkspace<B> {
     /// # Panics
     /// If there was no such problem.
     pub fn trajectory(&mut self, problem: usize) -> &StoredTrajectory<B::Kept> {
-        &self.slots[problem].get_mut().expect("no lane panics").trajectory
+        &self.slots[problem].get_mut().expect("no thread panics").trajectory
     }
 
     /// The observed states `[times, states]` of a problem of the last gradient; empty if it stopped
@@ -270,7 +275,7 @@ impl<B: BatchField> BatchWorkspace<B> {
     /// # Panics
     /// If there was no such problem.
     pub fn observed(&mut self, problem: usize) -> &[f64] {
-        &self.results[problem].get_mut().expect("no lane panics").states
+        &self.results[problem].get_mut().expect("no thread panics").states
     }
 
     /// Writes the states of a problem of the last solve at `times_s` (increasing) to `out`,

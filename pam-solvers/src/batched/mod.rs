@@ -1,23 +1,24 @@
 //! Many trajectories at once.
 //!
-//! Each thread advances up to [`width`](BatchedIntegrator::with_width) trajectories, its *lanes*, together: stage
-//! by stage, one batched evaluation of the field serves all lanes, while every lane keeps a time, a
-//! step size and an error history of its own. A lane whose trajectory ends takes the next one from
-//! the queue, so the batch stays full.
+//! Each thread advances a batch of up to [`width`](BatchedIntegrator::with_width) trajectories: stage by
+//! stage, one batched evaluation of the field serves all of them, while each keeps a time, a step size
+//! and an error history of its own. A trajectory that ends is replaced by the next one from the queue,
+//! so the batch stays full.
 //!
 //! The adjoint runs along each trajectory alone. All stage states are known by then, so the field is
 //! linearised for a block of steps at once, the recursion through time handles the small Jacobians
 //! only, and the parameter cotangents of the block are summed at once (see
 //! [`BatchField`](pam_autodiff::BatchField)). It is the exact discrete adjoint of the accepted steps:
-//! the grid is frozen, the closing derivative that serves as the first of the next step carries its
-//! cotangent back, observations inside a step go through the interpolant.
+//! the grid is frozen, an FSAL stage that serves as the first of the next step carries its cotangent
+//! back, observations inside a step go through the interpolant.
 //!
-//! A lane's numbers do not depend on its neighbours, and sums over trajectories run in the order of
-//! the problems, so results are the same bits at any number of threads.
+//! A trajectory's numbers do not depend on the rest of its batch, and sums over trajectories run in the
+//! order of the problems, so results are the same bits at any number of threads.
 
 mod adjoint;
 mod forward;
 mod gradient;
+mod members;
 mod trajectory;
 
 pub use gradient::{BatchGradient, BatchWorkspace};
@@ -66,25 +67,16 @@ pub struct BatchedIntegrator<C> {
     controller: C,
     width: usize,
     block_points: usize,
-    keep_bytes: usize,
     max_steps: usize,
 }
 
 impl<C: StepController + Sync> BatchedIntegrator<C> {
-    /// A method and a controller; up to 16 lanes a thread, blocks of 256 points, 2 GiB for what
-    /// evaluations leave for the adjoint, at most 10 million steps a trajectory.
+    /// A method and a controller; batches of up to 16 trajectories, blocks of 256 points, at most 10 million steps a trajectory.
     pub fn new(tableau: Tableau, controller: C) -> Self {
-        Self {
-            tableau,
-            controller,
-            width: 16,
-            block_points: 256,
-            keep_bytes: 2 << 30,
-            max_steps: 10_000_000,
-        }
+        Self { tableau, controller, width: 16, block_points: 256, max_steps: 10_000_000 }
     }
 
-    /// The largest number of lanes of one thread.
+    /// The largest number of trajectories in the batch of one thread.
     #[must_use]
     pub fn with_width(mut self, width: usize) -> Self {
         self.width = width.max(1);
@@ -94,15 +86,7 @@ impl<C: StepController + Sync> BatchedIntegrator<C> {
     /// The number of points that the adjoint linearises at once.
     #[must_use]
     pub fn with_block_points(mut self, points: usize) -> Self {
-        self.block_points = points.max(self.tableau.derivatives());
-        self
-    }
-
-    /// Memory for what the evaluations of all trajectories leave for the adjoint (bytes). A trajectory
-    /// that needs more than its share is evaluated again on the way back, with the same result.
-    #[must_use]
-    pub fn with_keep_bytes(mut self, bytes: usize) -> Self {
-        self.keep_bytes = bytes;
+        self.block_points = points.max(self.tableau.stages_with_fsal());
         self
     }
 

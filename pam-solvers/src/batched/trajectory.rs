@@ -9,20 +9,20 @@ pub struct StoredTrajectory<K = ()> {
     times_s: Vec<f64>,
     /// States at step ends, one more than steps.
     states: Vec<f64>,
-    /// Derivatives of each step, the closing one last.
+    /// Stage derivatives of each step, the FSAL stage last.
     k: Vec<f64>,
-    /// Per step: whether its first derivative was evaluated afresh.
-    pub(super) fresh: Vec<bool>,
-    /// Per step: whether its closing derivative was evaluated.
-    pub(super) closed: Vec<bool>,
+    /// For each step, whether it restarts.
+    pub(super) restarts: Vec<bool>,
+    /// For each step, whether its FSAL stage was evaluated.
+    pub(super) has_fsal: Vec<bool>,
     /// What the evaluations left for their linearisation, `[points, kept_len]` in the order of the
     /// adjoint's points; empty if it was too much to keep.
     pub(super) kept: Vec<K>,
     pub(super) keeps: bool,
     /// Rejected steps.
     pub rejected: usize,
-    /// Evaluations of the field that this trajectory needed. (A lane takes part in a few more where
-    /// its neighbours need one.)
+    /// Evaluations of the field that this trajectory needed. (It takes part in a few more where other
+    /// members of its batch need one.)
     pub evaluations: usize,
 }
 
@@ -34,8 +34,8 @@ impl<K: Copy> StoredTrajectory<K> {
         self.times_s.clear();
         self.states.clear();
         self.k.clear();
-        self.fresh.clear();
-        self.closed.clear();
+        self.restarts.clear();
+        self.has_fsal.clear();
         self.kept.clear();
         self.keeps = keeps;
         self.rejected = 0;
@@ -44,22 +44,22 @@ impl<K: Copy> StoredTrajectory<K> {
         self.states.extend_from_slice(y0);
     }
 
-    /// Adds a step; its derivatives are `count` slices of one lane each.
+    /// Adds a step; `k` are its stage derivatives.
     pub(super) fn push<'k>(
         &mut self,
         t_new: f64,
         y_new: &[f64],
         k: impl Iterator<Item = &'k [f64]>,
-        fresh: bool,
-        closed: bool,
+        restarts: bool,
+        has_fsal: bool,
     ) {
         self.times_s.push(t_new);
         self.states.extend_from_slice(y_new);
         for k in k {
             self.k.extend_from_slice(k);
         }
-        self.fresh.push(fresh);
-        self.closed.push(closed);
+        self.restarts.push(restarts);
+        self.has_fsal.push(has_fsal);
     }
 
     /// Keeps what one evaluation of the last step left, as long as all of it is within `limit` bytes.
@@ -78,7 +78,7 @@ impl<K: Copy> StoredTrajectory<K> {
     /// Number of steps.
     #[must_use]
     pub fn steps(&self) -> usize {
-        self.fresh.len()
+        self.restarts.len()
     }
 
     /// Step ends from the start on, s.
@@ -93,7 +93,7 @@ impl<K: Copy> StoredTrajectory<K> {
         &self.states[index * self.state_len..(index + 1) * self.state_len]
     }
 
-    /// The derivatives of a step, one after the other, the closing one last.
+    /// The stage derivatives of a step, one after the other, the FSAL stage last.
     pub(super) fn derivatives(&self, step: usize) -> &[f64] {
         let width = self.derivatives * self.state_len;
         &self.k[step * width..(step + 1) * width]
@@ -103,7 +103,7 @@ impl<K: Copy> StoredTrajectory<K> {
     #[must_use]
     pub fn bytes(&self) -> usize {
         8 * (self.times_s.len() + self.states.len() + self.k.len())
-            + 2 * self.fresh.len()
+            + 2 * self.restarts.len()
             + size_of_val(&self.kept[..])
     }
 

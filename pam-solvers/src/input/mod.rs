@@ -35,8 +35,8 @@ pub trait Input<S: Scalar> {
     /// Writes `u(t)`, approached from `side`, to `out`.
     fn value_into(&self, t: f64, side: Side, out: &mut [S]);
 
-    /// The first time after `t` at which the input jumps, if any. Steps end there, and the first
-    /// stage after it is evaluated afresh.
+    /// The first time after `t` at which the input jumps, if any. A step ends there, and
+    /// the next one restarts.
     fn next_jump(&self, t: f64) -> Option<f64> {
         let _ = t;
         None

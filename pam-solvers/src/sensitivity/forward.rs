@@ -1,15 +1,15 @@
 //! Tangents of the accepted steps.
 
 use super::direction::{Blocks, Direction};
-use super::observations::Observations;
 use super::{
     Gradient, GradientMethod, GradientStatistics, Loss, MethodSetup, NamedMethod, Problem, loss,
 };
 use crate::error::SolveError;
 use crate::grid::Grid;
 use crate::input::{ParametricInput, Side};
+use crate::observations::Observations;
 use crate::replay::Replay;
-use crate::step::{combine_into, node};
+use crate::step::combine_into;
 use pam_autodiff::{At, ByTape, DifferentiableField, Differentiation, Tangent};
 use pam_core::ParametricField;
 
@@ -153,7 +153,7 @@ struct Propagation<'a, V: DifferentiableField, F, I> {
     k1_dot: Vec<f64>,
     /// Stage states of the step, the end state last.
     stages: Vec<f64>,
-    /// Inputs of the stages, that of the closing derivative last.
+    /// Inputs of the stages, that of the FSAL stage last.
     inputs: Vec<f64>,
     jvps: usize,
 }
@@ -182,7 +182,7 @@ where
         directions: &'a [Direction],
     ) -> Self {
         let n = problem.y0.len();
-        let derivatives = problem.integrator.tableau().derivatives();
+        let stages = problem.integrator.tableau().stages_with_fsal();
         let mut y_dot = vec![0.0; directions.len() * n];
         for (y_dot, direction) in y_dot.chunks_exact_mut(n).zip(directions) {
             if let Direction::InitialState(i) = *direction {
@@ -197,8 +197,8 @@ where
             field,
             y_dot,
             k1_dot: vec![0.0; directions.len() * n],
-            stages: vec![0.0; derivatives * n],
-            inputs: vec![0.0; derivatives * problem.input.input_len()],
+            stages: vec![0.0; stages * n],
+            inputs: vec![0.0; stages * problem.input.input_len()],
             jvps: 0,
         }
     }
@@ -234,19 +234,18 @@ where
             let (t, t_new) = self.grid.step_s(step);
             let h = t_new - t;
             replay.take(step);
-            let observed = observations.from(self.grid, step, next);
+            let observed = observations.from(t_new, next);
             next = observed.end + usize::from(observed.at_end);
-            let continues = step + 1 < self.grid.steps() && !self.grid.is_fresh(step + 1);
+            let continues = step + 1 < self.grid.steps() && !self.grid.is_restart(step + 1);
             let closes = continues || observed.any_inside();
-            let times = self.prepare(step, &replay.work.y, &replay.work.k);
+            self.prepare((t, t_new), &replay.work.y, &replay.work.k);
             for direction in 0..self.directions.len() {
-                let first = usize::from(!self.grid.is_fresh(step));
+                let first = usize::from(!self.grid.is_restart(step));
                 scratch.k_dot[..n].copy_from_slice(&self.k1_dot[direction * n..][..n]);
                 for i in first..s + usize::from(closes) {
-                    let weights = if i == s { &tableau.b } else { &tableau.a[i] };
                     let y_dot = &self.y_dot[direction * n..][..n];
-                    combine_into(weights, h, y_dot, &scratch.k_dot, &mut scratch.stage_dot);
-                    self.push_forward(times(i), i, direction, &mut scratch);
+                    combine_into(tableau.row(i), h, y_dot, &scratch.k_dot, &mut scratch.stage_dot);
+                    self.push_forward(tableau.stage_time(i, t, t_new), i, direction, &mut scratch);
                 }
                 let y_dot = &mut self.y_dot[direction * n..][..n];
                 for o in observed.first..observed.end {
@@ -270,23 +269,16 @@ where
         statistics.checkpoint_bytes = (self.y_dot.len() + self.k1_dot.len()) * size_of::<f64>();
     }
 
-    /// Stage states and inputs of step `step`, which all directions share; returns where stage `i` is.
-    fn prepare(&mut self, step: usize, y: &[f64], k: &[f64]) -> impl Fn(usize) -> (f64, Side) + 'a {
+    /// Stage states and inputs of the step from `t` to `t_new`, which all directions share.
+    fn prepare(&mut self, (t, t_new): (f64, f64), y: &[f64], k: &[f64]) {
         let tableau = self.problem.integrator.tableau();
-        let (t, t_new) = self.grid.step_s(step);
-        let (n, s, m) = (y.len(), tableau.stages(), self.problem.input.input_len());
-        let at = move |i: usize| match i {
-            0 => (t, Side::Right),
-            i if i == s => (t_new, Side::Left),
-            i => node(tableau.c[i], t, t_new),
-        };
-        for i in 0..=s {
-            let weights = if i == s { &tableau.b } else { &tableau.a[i] };
-            combine_into(weights, t_new - t, y, k, &mut self.stages[i * n..(i + 1) * n]);
-            let (time, side) = at(i);
+        let (n, m) = (y.len(), self.problem.input.input_len());
+        for i in 0..tableau.stages_with_fsal() {
+            let stage = &mut self.stages[i * n..(i + 1) * n];
+            combine_into(tableau.row(i), t_new - t, y, k, stage);
+            let (time, side) = tableau.stage_time(i, t, t_new);
             self.problem.input.value_into(time, side, &mut self.inputs[i * m..(i + 1) * m]);
         }
-        at
     }
 
     /// The tangent of derivative `i`, from the tangent of its stage state.

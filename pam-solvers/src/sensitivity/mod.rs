@@ -62,7 +62,7 @@
 //!
 //! # Jumps
 //!
-//! Where the input jumps, a step ends, and the next one's first stage is evaluated afresh; both sides of
+//! Where the input jumps, a step ends, and the next one restarts; both sides of
 //! the jump are differentiated with their own value of the input. Times of jumps, of steps and of
 //! observations are not differentiated by.
 
@@ -74,7 +74,6 @@ mod forward;
 mod gradient;
 mod loss;
 mod named;
-mod observations;
 mod problem;
 mod through_solver;
 mod tolerance_halving;

@@ -69,13 +69,6 @@ impl<'a, F, I> Problem<'a, F, I> {
         let Self { field, t0, t1, y0, observations_s, integrator, .. } = self;
         Problem { field, input, t0, t1, y0, observations_s, integrator }
     }
-
-    /// The same from `t0` to `t1` (s).
-    #[must_use]
-    pub fn with_span(mut self, t0: f64, t1: f64) -> Self {
-        (self.t0, self.t1) = (t0, t1);
-        self
-    }
 }
 
 impl<F, I> Clone for Problem<'_, F, I> {

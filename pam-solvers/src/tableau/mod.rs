@@ -1,9 +1,9 @@
 //! Butcher tableaux, one method a file.
 //!
-//! Every method is held in one shape: `s` stages that make the step, and one **closing derivative**
-//! `k_{s+1} = f(t_{n+1}, y_{n+1})`. The closing derivative is the first stage of the next step
-//! (first same as last) unless the input jumps there, and it enters error estimate and interpolant.
-//! It is evaluated only when something needs it.
+//! Every method has the same shape: `s` stages that make the step, and one **FSAL stage** (first same
+//! as last) `k_{s+1} = f(t_{n+1}, y_{n+1})`. It is the first stage of the next step unless the input
+//! jumps there (a **restart**), and it enters error estimate and interpolant. It is evaluated only when
+//! something needs it.
 //!
 //! To add a method: one file with a constructor, named below, and one line in the list after [`Tableau`].
 
@@ -12,10 +12,13 @@ mod dormand_prince5;
 mod interpolant;
 mod polynomial;
 mod rk4;
+mod transpose;
 mod tsit5;
 
-pub use interpolant::InterpolantTable;
+pub(crate) use interpolant::InterpolantTable;
+pub(crate) use transpose::Transpose;
 
+use crate::input::Side;
 use pam_core::{ModelError, Scalar};
 use polynomial::hermite;
 
@@ -36,19 +39,19 @@ pub struct Tableau {
     pub a: Vec<Vec<f64>>,
     /// Weights b, one a stage.
     pub b: Vec<f64>,
-    /// Weights of the error estimate, `b − b̂`, one a stage and one for the closing derivative.
+    /// Weights of the error estimate, `b − b̂`, one a stage and one for the FSAL stage.
     pub error: Option<Vec<f64>>,
-    /// Interpolation weights `b_i(θ)`, one polynomial a stage and one for the closing derivative;
+    /// Interpolation weights `b_i(θ)`, one polynomial a stage and one for the FSAL stage;
     /// entry `p` is the coefficient of `θ^(p+1)`.
     pub interpolant: Vec<Vec<f64>>,
 }
 
 macro_rules! tableaux {
     ($($name:literal => $constructor:path),+ $(,)?) => {
-        /// Names of the built-in methods.
-        pub const NAMES: &[&str] = &[$($name),+];
-
         impl Tableau {
+            /// Names of the built-in methods.
+            pub const NAMES: &'static [&'static str] = &[$($name),+];
+
             /// The built-in method of this name.
             ///
             /// # Errors
@@ -59,7 +62,7 @@ macro_rules! tableaux {
                     _ => Err(ModelError::UnknownName {
                         kind: "method",
                         name: name.to_owned(),
-                        known: NAMES.join(", "),
+                        known: Self::NAMES.join(", "),
                     }),
                 }
             }
@@ -132,26 +135,49 @@ impl Tableau {
         Ok(())
     }
 
-    /// Number of stages that make the step, the closing derivative not counted.
+    /// Number of stages `s` that make the step, without the FSAL stage.
     #[must_use]
     pub fn stages(&self) -> usize {
         self.c.len()
     }
 
-    /// Number of derivatives of a step, the closing one counted.
+    /// Number of stages with the FSAL stage, `s + 1`.
     #[must_use]
-    pub fn derivatives(&self) -> usize {
+    pub fn stages_with_fsal(&self) -> usize {
         self.c.len() + 1
     }
 
-    /// The interpolation weight `b_i(θ)` of derivative `i`.
+    /// Exponent of the step in the error estimate: one more than the order of the embedded method.
+    pub(crate) fn error_order(&self) -> usize {
+        self.embedded_order.unwrap_or(self.order - 1) + 1
+    }
+
+    /// Time of stage `i` (0 to `s`, the FSAL stage last) of a step from `t` to `t_new`, and the side from
+    /// which it reads the input.
+    #[inline]
+    pub(crate) fn stage_time(&self, i: usize, t: f64, t_new: f64) -> (f64, Side) {
+        match self.c.get(i) {
+            // Only a stage at the very end of the step touches a jump there.
+            None | Some(1.0) => (t_new, Side::Left),
+            Some(c) => (t + c * (t_new - t), Side::Right),
+        }
+    }
+
+    /// Weights of the stage derivatives in the state of stage `i`: a row of `a`, or `b` for the FSAL
+    /// stage.
+    #[inline]
+    pub(crate) fn row(&self, i: usize) -> &[f64] {
+        self.a.get(i).unwrap_or(&self.b)
+    }
+
+    /// The interpolation weight `b_i(θ)` of stage `i`.
     #[must_use]
     pub fn interpolation_weight(&self, i: usize, theta: f64) -> f64 {
         self.interpolant[i].iter().rev().fold(0.0, |sum, &c| (sum + c) * theta)
     }
 
-    /// Writes `y0 + h Σ b_i(θ) k_i` to `out`; `k` holds the derivatives of the step one after the
-    /// other, the closing one last.
+    /// Writes `y0 + h Σ b_i(θ) k_i` to `out`; `k` holds the stage derivatives of the step one
+    /// after the other, the FSAL stage last.
     pub fn interpolate_into<S: Scalar>(
         &self,
         theta: f64,

@@ -38,8 +38,8 @@ fn residuals(w: &[f64], c: &[f64], a: &[Vec<f64>], order: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Nodes and matrix with the closing derivative as a further stage.
-fn with_closing(t: &Tableau) -> (Vec<f64>, Vec<Vec<f64>>) {
+/// Nodes and matrix with the FSAL stage as a further one.
+fn with_fsal(t: &Tableau) -> (Vec<f64>, Vec<Vec<f64>>) {
     let mut c = t.c.clone();
     c.push(1.0);
     let mut a = t.a.clone();
@@ -53,7 +53,7 @@ fn largest(values: Vec<f64>) -> f64 {
 
 #[test]
 fn steps_meet_their_order_conditions_and_no_more() {
-    for name in NAMES {
+    for name in Tableau::NAMES {
         let t = Tableau::from_name(name).unwrap();
         t.validate().unwrap();
         assert!(largest(residuals(&t.b, &t.c, &t.a, t.order)) < 1e-14, "{name}");
@@ -65,11 +65,11 @@ fn steps_meet_their_order_conditions_and_no_more() {
 
 #[test]
 fn embedded_methods_meet_their_order_conditions_and_no_more() {
-    for name in NAMES {
+    for name in Tableau::NAMES {
         let t = Tableau::from_name(name).unwrap();
         let Some(error) = &t.error else { continue };
         let order = t.embedded_order.unwrap();
-        let (c, a) = with_closing(&t);
+        let (c, a) = with_fsal(&t);
         let hat: Vec<f64> = t.b.iter().chain(&[0.0]).zip(error).map(|(b, e)| b - e).collect();
         assert!(largest(residuals(&hat, &c, &a, order)) < 2e-14, "{name}");
         assert!(largest(residuals(&hat, &c, &a, order + 1)) > 1e-4, "{name}");
@@ -79,14 +79,15 @@ fn embedded_methods_meet_their_order_conditions_and_no_more() {
 /// `b_i(θ)` meet the order conditions of a step of length θ: `Σ b_i(θ) Φ_i = θ^r / γ`.
 #[test]
 fn interpolants_meet_their_order_conditions() {
-    for name in NAMES {
+    for name in Tableau::NAMES {
         let t = Tableau::from_name(name).unwrap();
-        let (c, a) = with_closing(&t);
+        let (c, a) = with_fsal(&t);
         for theta in [0.1, 0.37, 0.5, 0.81] {
             // Scaling nodes and matrix by 1/θ and weights by 1/θ turns the conditions into those of
             // a full step.
-            let w: Vec<f64> =
-                (0..t.derivatives()).map(|i| t.interpolation_weight(i, theta) / theta).collect();
+            let w: Vec<f64> = (0..t.stages_with_fsal())
+                .map(|i| t.interpolation_weight(i, theta) / theta)
+                .collect();
             let c: Vec<f64> = c.iter().map(|v| v / theta).collect();
             let a: Vec<Vec<f64>> =
                 a.iter().map(|r| r.iter().map(|v| v / theta).collect()).collect();

@@ -5,7 +5,6 @@ use crate::fields::{Linear, VanDerPol, WithCreep, leaky_relu_joint, tanh_joint};
 use crate::inputs::Sine;
 use pam_core::{ActivationFunction, JointModel, NetworkForce, ParametricField, SealedMasses};
 use pam_solvers::sensitivity::Problem;
-use pam_solvers::tableau::NAMES;
 use pam_solvers::{
     Constant, ConstantStep, InputFn, Integrator, Interpolation, NoInput, ParametricInput,
     PidController, SampledInput, StepController, Tableau,
@@ -74,7 +73,7 @@ fn cells<F: ParametricField, I: ParametricInput>(
 
 /// A field that takes any number of inputs, without input and with all kinds of them.
 fn any_input<F: ParametricField>(name: &str, field: impl Fn(usize) -> F) {
-    let (y0, scales, steps) = (&[1.2, -0.4][..], &[1.0, 2.0][..], (NAMES, (0.043, 1e-5)));
+    let (y0, scales, steps) = (&[1.2, -0.4][..], &[1.0, 2.0][..], (Tableau::NAMES, (0.043, 1e-5)));
     cells(&format!("{name}, no input"), (&field(0), &NoInput), y0, scales, steps);
     let times = sample_times();
     let (one, three) = (samples(&[1.0]), samples(&[0.5, 0.3, 0.2]));
@@ -110,7 +109,13 @@ fn a_further_state() {
     let values = samples(&[1.0]);
     let input = SampledInput::new(&times, &values, Interpolation::Hold).unwrap();
     let (y0, scales) = ([1.2, -0.4, 0.1], [1.0, 2.0, 0.5]);
-    cells("van der pol with creep, held", (&field, &input), &y0, &scales, (NAMES, (0.043, 1e-5)));
+    cells(
+        "van der pol with creep, held",
+        (&field, &input),
+        &y0,
+        &scales,
+        (Tableau::NAMES, (0.043, 1e-5)),
+    );
 }
 
 /// The joint, with valves closed and open, alone and with a creep state, with held and smooth input.

@@ -161,7 +161,7 @@ fn statistics_of_a_fixed_problem() {
     };
     let all_save = statistics(&adjoint);
     assert_eq!((all_save.steps, all_save.rejected, all_save.replayed), (20, 0, 0));
-    // Six stages a step; first stages are closing derivatives of the step before. Only the observation
+    // Six stages a step; first stages are FSAL stages of the step before. Only the observation
     // inside a step that ends at a jump needs one more.
     assert_eq!(all_save.evaluations, 20 * 6 + 1);
     assert_eq!(all_save.vjps, 20 * 6 + 1);

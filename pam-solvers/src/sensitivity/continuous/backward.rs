@@ -33,7 +33,7 @@ struct DenseRecord {
 }
 
 impl StepObserver<f64> for DenseRecord {
-    fn needs_closing(&self) -> bool {
+    fn needs_fsal(&self) -> bool {
         self.dense.is_some()
     }
     fn accepted(&mut self, step: AcceptedStep<'_, f64>) {

@@ -7,7 +7,6 @@ mod sweep;
 
 pub use checkpointing::Checkpointing;
 
-use super::observations::Observations;
 use super::{
     Gradient, GradientMethod, GradientStatistics, Loss, MethodSetup, NamedMethod, Problem, loss,
 };
@@ -108,10 +107,9 @@ impl<D> DiscreteAdjoint<D> {
         let mut backward = Backward {
             replay: Replay::new(tableau, &term, grid, problem.y0),
             sweep: Sweep::new(
-                (tableau, grid),
+                problem,
+                grid,
                 self.differentiation.of(problem.field),
-                problem.input,
-                Observations { times_s: problem.observations_s },
                 cotangents,
                 sweep,
             ),

@@ -1,39 +1,38 @@
-use crate::grid::Grid;
+//! Which observations belong to which step.
 
-/// The observation times sorted into the steps of a grid, walked forward or backward.
+/// The observation times (s, increasing) of a solve, sorted into its steps forward or backward.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Observations<'a> {
-    pub(super) times_s: &'a [f64],
+pub(crate) struct Observations<'a> {
+    pub(crate) times_s: &'a [f64],
 }
 
 /// The observations of one step, as index ranges into the observation times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct OfStep {
+pub(crate) struct OfStep {
     /// First observation after the start of the step.
-    pub(super) first: usize,
+    pub(crate) first: usize,
     /// First observation at the end of the step or later: those before it lie inside the step and are
     /// read from the interpolant.
-    pub(super) end: usize,
+    pub(crate) end: usize,
     /// Whether observation `end` is the end of the step, where the state itself is taken.
-    pub(super) at_end: bool,
+    pub(crate) at_end: bool,
 }
 
 impl OfStep {
     /// Whether one lies inside.
-    pub(super) fn any_inside(self) -> bool {
+    pub(crate) fn any_inside(self) -> bool {
         self.end > self.first
     }
 }
 
 impl Observations<'_> {
     /// Number of observations at the start of the grid: one or none.
-    pub(super) fn at_start(&self, t0: f64) -> usize {
+    pub(crate) fn at_start(&self, t0: f64) -> usize {
         usize::from(self.times_s.first() == Some(&t0))
     }
 
-    /// Those of step `step`, of which `first` is the first one; for walking forward.
-    pub(super) fn from(&self, grid: &Grid, step: usize, first: usize) -> OfStep {
-        let (_, t_new) = grid.step_s(step);
+    /// Those of the step that ends at `t_new`, of which `first` is the first one; for walking forward.
+    pub(crate) fn from(&self, t_new: f64, first: usize) -> OfStep {
         let mut end = first;
         while self.times_s.get(end).is_some_and(|&s| s < t_new) {
             end += 1;
@@ -41,9 +40,9 @@ impl Observations<'_> {
         OfStep { first, end, at_end: self.times_s.get(end) == Some(&t_new) }
     }
 
-    /// Those of step `step`, when all from `after` on are later ones; for walking backward.
-    pub(super) fn until(&self, grid: &Grid, step: usize, after: usize) -> OfStep {
-        let (t, t_new) = grid.step_s(step);
+    /// Those of the step from `t` to `t_new`, when all from `after` on are later; for walking backward.
+    #[inline]
+    pub(crate) fn until(&self, (t, t_new): (f64, f64), after: usize) -> OfStep {
         let at_end = after > 0 && self.times_s[after - 1] == t_new;
         let end = if at_end { after - 1 } else { after };
         let mut first = end;

@@ -1,7 +1,6 @@
-//! A held input is exact: steps end at samples, the left value holds through the step.
+//! A zero-order hold is exact: steps end at samples, the left value holds through the step.
 
 use pam_core::{FieldFn, VectorField};
-use pam_solvers::tableau::NAMES;
 use pam_solvers::{
     ConstantStep, Integrator, Interpolation, PidController, SampledInput, SaveAt, Tableau, Term,
 };
@@ -59,7 +58,7 @@ fn every_method_reproduces_the_exact_hold() {
     let (times, values) = force(5000);
     let truth = reference(&times, &values);
     let (t0, t1) = (times[0], times[times.len() - 1]);
-    for name in NAMES {
+    for name in Tableau::NAMES {
         let input = SampledInput::new(&times, &values, Interpolation::Hold).unwrap();
         let s = Integrator::new(Tableau::from_name(name).unwrap(), ConstantStep::new(1e-3))
             .solve(&Term::new(oscillator(), input), t0, t1, &[0.1, 0.5], SaveAt::Times(&times))
