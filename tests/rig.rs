@@ -199,11 +199,7 @@ fn what_is_wrong_is_said_with_file_and_line() {
     fails(&["--conditions", "45/45", "--protocol", "tracking"], 1, &["drives the pressures"]);
     fails(&["--effect", "coulomb"], 1, &["no effect `coulomb`", "coulomb_friction"]);
     fails(&["--effect", "backlash:gap=1"], 1, &["no parameter `gap`", "gap_mm"]);
-    fails(
-        &["--effect", "added_inertia:mass_kg=-150"].repeat(3),
-        1,
-        &["plant.mass_kg", "positive"],
-    );
+    fails(&["--effect", "added_inertia:mass_kg=-150"].repeat(3), 1, &["plant.mass_kg", "positive"]);
     fails(&["--ideal", "encoders"], 1, &["encoders", "encoder", "pressure-lag"]);
     std::fs::write(&file, "[plant]\nmass_kg = 0.0\n").unwrap();
     fails(&["--rig", text(&file)], 1, &["plant.mass_kg", "positive"]);

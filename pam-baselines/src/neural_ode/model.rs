@@ -5,6 +5,7 @@ use crate::koopman::Standard;
 use crate::method::{FittedModel, Run, Stopped, Structure, Trajectory, diverged, out_of_range};
 use pam_data::formats::npz::Array;
 use pam_data::recording::median_step_s;
+use pam_solvers::rk4_step;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
@@ -81,19 +82,12 @@ impl FittedModel for NeuralOdeModel {
         };
         push(0, run.state())?;
         let mut z = self.state.apply(&run.state());
-        let along = |z: &[f64; STATES], k: &[f64; STATES], by: f64| -> [f64; STATES] {
-            std::array::from_fn(|c| z[c] + by * k[c])
-        };
         let mut at = run.start;
+        let mut k1 = self.rate(&z, force(at), &mut work);
         while at < last {
-            let (u0, u1, u2) = (force(at), force(at + m / 2), force(at + m));
-            let k1 = self.rate(&z, u0, &mut work);
-            let k2 = self.rate(&along(&z, &k1, 0.5 * h), u1, &mut work);
-            let k3 = self.rate(&along(&z, &k2, 0.5 * h), u1, &mut work);
-            let k4 = self.rate(&along(&z, &k3, h), u2, &mut work);
-            let next: [f64; STATES] =
-                std::array::from_fn(|c| z[c] + h / 6.0 * (k1[c] + 2.0 * (k2[c] + k3[c]) + k4[c]));
-            let end = self.rate(&next, u2, &mut work);
+            let u = [force(at), force(at + m / 2), force(at + m)];
+            let next = rk4_step(z, k1, h, |half, z| self.rate(&z, u[half], &mut work));
+            let end = self.rate(&next, u[2], &mut work);
             for j in 1..=m.min(last - at) {
                 let s = j as f64 / m as f64;
                 let (s2, s3) = (s * s, s * s * s);
@@ -104,7 +98,7 @@ impl FittedModel for NeuralOdeModel {
                 });
                 push(at + j - run.start, self.state.invert(&between))?;
             }
-            z = next;
+            (z, k1) = (next, end);
             at += m;
         }
         Ok(out)

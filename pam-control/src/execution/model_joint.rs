@@ -1,6 +1,7 @@
 use super::{Air, Joint, JointCommand, Reading, SAMPLE_S};
 use pam_core::units::MN_PER_N;
 use pam_core::{ForceInput, ForceModel, JointModel, SealedMasses};
+use pam_solvers::rk4_step;
 use std::sync::Arc;
 
 /// The model itself as a joint: what an experiment would give if the model were the truth.
@@ -51,14 +52,9 @@ impl<F: ForceModel<f64>> Joint for ModelJoint<F> {
             displacement_mm: x,
             pressures_kpa: self.model.gas_law_pressures_kpa(x, self.masses),
         };
-        let (force_mn, start, h) = (command.force_n * MN_PER_N, self.state, SAMPLE_S);
-        let along = |k: [f64; 2], h: f64| [start[0] + h * k[0], start[1] + h * k[1]];
+        let (start, force_mn) = (self.state, command.force_n * MN_PER_N);
         let k1 = self.rate(start, force_mn);
-        let k2 = self.rate(along(k1, 0.5 * h), force_mn);
-        let k3 = self.rate(along(k2, 0.5 * h), force_mn);
-        let k4 = self.rate(along(k3, h), force_mn);
-        self.state =
-            [0, 1].map(|i| start[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+        self.state = rk4_step(start, k1, SAMPLE_S, |_, state| self.rate(state, force_mn));
         reading
     }
 }

@@ -1,6 +1,7 @@
 use crate::execution::{PulseRecord, SAMPLE_S};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
+use pam_solvers::rk4_step;
 
 /// A measured response to a known force.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -87,25 +88,17 @@ fn line_at_end(values: &[f64]) -> (f64, f64) {
 pub fn simulate<S: Scalar>(response: &Response, stiffness_n_mm: S, damping_kg_s: S) -> Vec<S> {
     let stiffness = stiffness_n_mm.scaled(MN_PER_N);
     let (h, inverse_mass) = (response.sample_s, 1.0 / response.mass_kg);
-    let rate = |x: S, v: S, force_mn: f64| {
+    let rate = |[x, v]: [S; 2], force_mn: f64| {
         let springs = -(stiffness * x) - damping_kg_s * (v - S::constant(response.start_mm_s));
-        (
-            v,
-            (springs + S::constant(force_mn)).scaled(inverse_mass)
-                + S::constant(response.start_mm_s2),
-        )
+        let acceleration = (springs + S::constant(force_mn)).scaled(inverse_mass);
+        [v, acceleration + S::constant(response.start_mm_s2)]
     };
-    let (mut x, mut v) = (S::zero(), S::constant(response.start_mm_s));
+    let mut state = [S::zero(), S::constant(response.start_mm_s)];
     let mut out = Vec::with_capacity(response.force_n.len());
     for &force_n in &response.force_n {
-        out.push(x + S::constant(response.start_mm));
-        let f = force_n * MN_PER_N;
-        let (a1, b1) = rate(x, v, f);
-        let (a2, b2) = rate(x + a1.scaled(0.5 * h), v + b1.scaled(0.5 * h), f);
-        let (a3, b3) = rate(x + a2.scaled(0.5 * h), v + b2.scaled(0.5 * h), f);
-        let (a4, b4) = rate(x + a3.scaled(h), v + b3.scaled(h), f);
-        x += (a1 + a2.scaled(2.0) + a3.scaled(2.0) + a4).scaled(h / 6.0);
-        v += (b1 + b2.scaled(2.0) + b3.scaled(2.0) + b4).scaled(h / 6.0);
+        out.push(state[0] + S::constant(response.start_mm));
+        let force_mn = force_n * MN_PER_N;
+        state = rk4_step(state, rate(state, force_mn), h, |_, state| rate(state, force_mn));
     }
     out
 }
