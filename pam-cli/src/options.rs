@@ -47,7 +47,7 @@ impl ModelOptions {
         if saved.info.effects.is_empty() {
             return Ok(saved);
         }
-        let plain = ExtendedModel::from_saved(saved)?.plain();
+        let plain = ExtendedModel::from_saved(saved)?.without_effects();
         if let Some(sentence) = plain.sentence() {
             eprintln!("{}: {sentence}", self.model.display());
         }

@@ -14,7 +14,7 @@ use pam_data::Subject;
 use pam_data::{MassOrigin, Recording};
 use pam_effects::effects::{AnyEffect, DataScales, Derivatives};
 use pam_effects::model::{ActiveEffect, ExtendedModel};
-use pam_effects::simulation::{Course, Nuisances, Trajectory, Trial, simulate};
+use pam_effects::simulation::{Nuisances, ResampledRecord, Trajectory, Trial, simulate};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -77,18 +77,18 @@ pub fn separate(
     extended: &ExtendedModel,
     cause: &ActiveEffect,
     alternatives: &[ActiveEffect],
-    evidence: &DataScales,
+    scales: &DataScales,
     floors: &Floors,
 ) -> Vec<Separation> {
     let mut tried: Vec<(Excitation, &[[f64; 2]])> = Vec::new();
-    for excitation in candidates(evidence.force_n) {
+    for excitation in candidates(scales.force_n) {
         tried.extend(PRESSURES.iter().map(|p| (excitation.clone(), *p)));
     }
     let mut all: Vec<Separation> = tried
         .into_par_iter()
         .map(|(excitation, psi)| {
             let trials: Vec<Trial> =
-                psi.iter().map(|&p| trial(extended, &excitation, p, evidence)).collect();
+                psi.iter().map(|&p| trial(extended, &excitation, p, scales)).collect();
             let by_alternative = alternatives
                 .iter()
                 .map(|a| {
@@ -108,14 +108,14 @@ fn trial(
     model: &ExtendedModel,
     excitation: &Excitation,
     psi: [f64; 2],
-    evidence: &DataScales,
+    scales: &DataScales,
 ) -> Trial {
     let kpa = psi.map(|p| p * pam_core::units::KPA_PER_PSI + pam_core::units::ATMOSPHERE_KPA);
     let masses = model.joint.gas_law_masses(0.0, kpa);
     let length: f64 = excitation.pieces.iter().map(|p| p[2]).sum();
-    let n = (length / Course::STEP_S) as usize;
+    let n = (length / ResampledRecord::STEP_S) as usize;
     let mut recording = Recording::empty(Path::new("design"));
-    recording.time_s = (0..n).map(|k| k as f64 * Course::STEP_S).collect();
+    recording.time_s = (0..n).map(|k| k as f64 * ResampledRecord::STEP_S).collect();
     recording.force_mn = recording
         .time_s
         .iter()
@@ -136,13 +136,13 @@ fn trial(
         1 => size,
         _ => 0.0,
     };
-    recording.displacement_mm = (0..n).map(|k| reach(k, 2.0 * evidence.travel_mm)).collect();
-    recording.velocity_mm_s = (0..n).map(|k| reach(k, 2.0 * evidence.speed_mm_s)).collect();
+    recording.displacement_mm = (0..n).map(|k| reach(k, 2.0 * scales.travel_mm)).collect();
+    recording.velocity_mm_s = (0..n).map(|k| reach(k, 2.0 * scales.speed_mm_s)).collect();
     recording.pressure_flexor_kpa = vec![kpa[0]; n];
     recording.pressure_extensor_kpa = vec![kpa[1]; n];
     let mut t =
         Trial::new(&model.joint, &Subject { recording, masses, origin: MassOrigin::GasLaw });
-    (t.rest.start_mm, t.rest.sealed_mm, t.start_mm_s) = (0.0, 0.0, 0.0);
+    (t.record.rest.start_mm, t.record.rest.sealed_mm, t.record.start_mm_s) = (0.0, 0.0, 0.0);
     t
 }
 

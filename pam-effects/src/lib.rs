@@ -18,4 +18,4 @@ pub mod model;
 pub mod simulation;
 
 pub use error::EffectError;
-pub use model::{ActiveEffect, ExtendedModel, Plain};
+pub use model::{ActiveEffect, ExtendedModel, WithoutEffects};

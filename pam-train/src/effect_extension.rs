@@ -125,14 +125,15 @@ impl EffectExtension {
                     message: format!(
                         "on {} {e} with the model that is started from; begin with a stage of derivatives, \
                          or from a trained model",
-                        trial.source.name
+                        trial.record.source.name
                     ),
                 })?;
             for k in 0..WIDTH.min(count - first) {
-                let mean = out.channels.iter().zip(&trial.measured).map(|(channel, measured)| {
-                    let sum: f64 = channel.iter().map(|v| v.derivatives[k].powi(2)).sum();
-                    sum / (channel.len() as f64 * variance(measured).max(f64::MIN_POSITIVE))
-                });
+                let mean =
+                    out.channels.iter().zip(&trial.record.measured).map(|(channel, measured)| {
+                        let sum: f64 = channel.iter().map(|v| v.derivatives[k].powi(2)).sum();
+                        sum / (channel.len() as f64 * variance(measured).max(f64::MIN_POSITIVE))
+                    });
                 squares.push(0.25 * mean.sum::<f64>());
             }
         }

@@ -21,7 +21,7 @@ pub fn run(arguments: &ConvertArguments, console: &Console) -> Result<ExitCode, 
         FileKind::Eqx | FileKind::Safetensors => {
             let mut saved = load_model(input)?;
             if arguments.plain {
-                let plain = ExtendedModel::from_saved(saved)?.plain();
+                let plain = ExtendedModel::from_saved(saved)?.without_effects();
                 if let Some(sentence) = plain.sentence() {
                     console.text(sentence);
                 }

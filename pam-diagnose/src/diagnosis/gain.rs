@@ -177,7 +177,7 @@ impl Gain {
             .iter()
             .map(|(i, strata)| {
                 let sum = Block::of(strata.iter().flat_map(|s| &s.1));
-                group(problem.trials[*i].source.name.clone(), &sum)
+                group(problem.trials[*i].record.source.name.clone(), &sum)
             })
             .collect();
         let mut frequencies: Vec<(String, Block)> = Vec::new();
@@ -213,13 +213,14 @@ fn strata(
 ) -> Vec<Stratum> {
     let t = problem.trials[trial];
     let window = problem.windows[trial].clone();
-    let means = [0, 1, 2, 3]
-        .map(|c| t.measured[c][window.clone()].iter().sum::<f64>() / window.len().max(1) as f64);
+    let means = [0, 1, 2, 3].map(|c| {
+        t.record.measured[c][window.clone()].iter().sum::<f64>() / window.len().max(1) as f64
+    });
     let sum = |points: std::ops::Range<usize>| {
         let mut block = Block { points: points.len() as f64, ..Block::default() };
         for (c, mean) in means.iter().enumerate() {
             for k in points.clone() {
-                let y = t.measured[c][k];
+                let y = t.record.measured[c][k];
                 block.before[c] += (y - old.channels[c][k]).powi(2);
                 block.after[c] += (y - new.channels[c][k]).powi(2);
                 block.total[c] += (y - mean).powi(2);
@@ -227,9 +228,9 @@ fn strata(
         }
         block
     };
-    let times: Vec<f64> = window.clone().map(|k| k as f64 * t.step_s).collect();
-    let force: Vec<f64> = window.clone().map(|k| t.force.values_mn()[2 * k]).collect();
-    let points = |time_s: f64| ((time_s / t.step_s) as usize).max(1);
+    let times: Vec<f64> = window.clone().map(|k| k as f64 * t.record.step_s).collect();
+    let force: Vec<f64> = window.clone().map(|k| t.record.force.values_mn()[2 * k]).collect();
+    let points = |time_s: f64| ((time_s / t.record.step_s) as usize).max(1);
     frequency_segments(&times, &force)
         .into_iter()
         .map(|s| {

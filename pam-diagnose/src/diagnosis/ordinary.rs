@@ -42,7 +42,7 @@ impl Ordinary {
             split: prepared.split(model.base(), floors),
             // Effects of the vocabulary only: a candidate of the user's is what is asked about.
             candidates: pam_effects::effects::ALL.iter().map(|e| *e as &dyn AnyEffect).collect(),
-            evidence: gather(&prepared.open(), &model.base()),
+            scales: gather(&prepared.open(), &model.base()),
         };
         let parts = model.parts();
         let fixed: Vec<(&dyn AnyEffect, Vec<f64>)> =
@@ -53,7 +53,7 @@ impl Ordinary {
         let whole = Search {
             split: Split::fit_all(prepared.whole(model.base(), floors)),
             candidates: search.candidates.clone(),
-            evidence: search.evidence.clone(),
+            scales: search.scales.clone(),
         };
         let settled = whole.settle(&found, &options.acceptance);
         // What judges has no uncertain numbers of its own: the level of both, as in the data to come.
@@ -72,7 +72,7 @@ impl Ordinary {
         Ok(Self {
             effects,
             rms: left.mean().map(f64::sqrt),
-            recordings: prepared.open().iter().map(|t| t.source.name.clone()).collect(),
+            recordings: prepared.open().iter().map(|t| t.record.source.name.clone()).collect(),
             prepared: Arc::new(prepared),
         })
     }

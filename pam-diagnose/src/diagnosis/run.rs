@@ -94,7 +94,7 @@ pub struct Diagnosis {
     /// Errors that count as explained.
     pub floors: Floors,
     /// Magnitudes of the fitted recordings.
-    pub evidence: DataScales,
+    pub scales: DataScales,
     /// The held-out recordings before and after, for figures.
     pub traces: Vec<Trace>,
 }
@@ -127,7 +127,7 @@ pub fn diagnose(
     let search = |split| Search {
         split,
         candidates: options.candidates.iter().map(|e| *e as &dyn AnyEffect).collect(),
-        evidence: gather(&prepared.open(), &model.base()),
+        scales: gather(&prepared.open(), &model.base()),
     };
     let choosing = search(prepared.split(model.base(), floors));
     let whole = search(Split::fit_all(prepared.whole(model.base(), floors)));
@@ -212,9 +212,9 @@ fn measured<'e>(
         ordinary: naming.ordinary.cloned(),
         judged_by: prepared.judged_by.clone(),
         held_out: prepared.held_out.clone().unwrap_or(HeldOut::Given { recordings: Vec::new() }),
-        fitted: prepared.open().iter().map(|t| t.source.name.clone()).collect(),
+        fitted: prepared.open().iter().map(|t| t.record.source.name.clone()).collect(),
         floors,
-        evidence: whole.evidence.clone(),
+        scales: whole.scales.clone(),
         traces: traces(&gain_on.held, &before, &after),
     }
 }
@@ -228,7 +228,7 @@ impl Diagnosis {
         let Some(cause) = confused else { return Vec::new() };
         let own = self.extended.effects.iter().rfind(|a| a.effect.info().id == cause.effect);
         own.map_or_else(Vec::new, |own| {
-            separate(&self.extended, own, &cause.alternatives, &self.evidence, &self.floors)
+            separate(&self.extended, own, &cause.alternatives, &self.scales, &self.floors)
         })
     }
 

@@ -134,18 +134,18 @@ impl Prepared {
     ) -> Result<Self, DiagnoseError> {
         let trial = |s: &Subject| Trial::new(&model.joint, s);
         let mut trials: Vec<Trial> = data.iter().map(trial).collect();
-        if let Some(short) = trials.iter().find(|t| t.duration_s() < SHORTEST_S) {
+        if let Some(short) = trials.iter().find(|t| t.record.duration_s() < SHORTEST_S) {
             return Err(DiagnoseError::TooLittle(format!(
                 "recording `{}` is {:.1} s long; a diagnosis needs at least {SHORTEST_S} s of each",
-                short.source.name,
-                short.duration_s()
+                short.record.source.name,
+                short.record.duration_s()
             )));
         }
         if trials.is_empty() {
             return Err(DiagnoseError::TooLittle("there are no recordings".into()));
         }
         let names = |trials: &[Trial], which: &[usize]| {
-            which.iter().map(|&i| trials[i].source.name.clone()).collect::<Vec<_>>()
+            which.iter().map(|&i| trials[i].record.source.name.clone()).collect::<Vec<_>>()
         };
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut open: Vec<usize> = (0..trials.len()).collect();
@@ -166,7 +166,7 @@ impl Prepared {
                 (aside, Some(HeldOut::Kept { recordings }))
             }
             Blind::Kept => {
-                let from_s = (1.0 - KEPT) * trials[0].duration_s();
+                let from_s = (1.0 - KEPT) * trials[0].record.duration_s();
                 (vec![0], Some(HeldOut::LastPart { from_s }))
             }
             Blind::Nothing => (Vec::new(), None),
@@ -180,11 +180,11 @@ impl Prepared {
                 let t = &trials[i];
                 let end_s = match held_out {
                     Some(HeldOut::LastPart { from_s }) => from_s,
-                    _ => t.duration_s(),
+                    _ => t.record.duration_s(),
                 };
                 let span =
                     if place == 0 { [(1.0 - KEPT) * end_s, end_s] } else { [0.0, KEPT * end_s] };
-                (t.source.name.clone(), span)
+                (t.record.source.name.clone(), span)
             };
             let parts = open.iter().enumerate().map(part).collect();
             (open.clone(), JudgedBy::Parts { parts })
@@ -240,7 +240,7 @@ impl Prepared {
         let blind = self.problem(&self.blind, base, floors);
         match self.held_out {
             Some(HeldOut::LastPart { from_s }) => {
-                blind.with_windows(|_, t| point(t, from_s)..t.points())
+                blind.with_windows(|_, t| point(t, from_s)..t.record.points())
             }
             _ => Problem { forgive_offsets: true, ..blind },
         }
@@ -253,7 +253,7 @@ impl Prepared {
     fn end_of_open(&self, t: &Trial) -> usize {
         match self.held_out {
             Some(HeldOut::LastPart { from_s }) => point(t, from_s),
-            _ => t.points(),
+            _ => t.record.points(),
         }
     }
 }
@@ -269,12 +269,12 @@ fn keep(open: &mut Vec<usize>, random: &mut ChaCha8Rng) -> Vec<usize> {
 }
 
 fn point(t: &Trial, time_s: f64) -> usize {
-    ((time_s / t.step_s) as usize).min(t.points())
+    ((time_s / t.record.step_s) as usize).min(t.record.points())
 }
 
 /// Where errors begin to count.
 fn burn_in(t: &Trial) -> usize {
-    point(t, BURN_IN_S).min(t.points() / 4)
+    point(t, BURN_IN_S).min(t.record.points() / 4)
 }
 
 /// A number of the bootstrap for a seed.

@@ -34,12 +34,15 @@ pub(super) fn traces<'e>(
                 problem.simulate(h, i, &mut out).ok()?;
                 Some(out.channels.map(|c| c[window.clone()].to_vec()))
             };
-            let force = t.force.values_mn();
+            let force = t.record.force.values_mn();
             Some(Trace {
-                name: t.source.name.clone(),
-                time_s: window.clone().map(|k| t.source.start_s + k as f64 * t.step_s).collect(),
+                name: t.record.source.name.clone(),
+                time_s: window
+                    .clone()
+                    .map(|k| t.record.source.start_s + k as f64 * t.record.step_s)
+                    .collect(),
                 force_n: window.clone().map(|k| force[2 * k] / pam_core::units::MN_PER_N).collect(),
-                measured: [0, 1, 2, 3].map(|c| t.measured[c][window.clone()].to_vec()),
+                measured: [0, 1, 2, 3].map(|c| t.record.measured[c][window.clone()].to_vec()),
                 before: run(before)?,
                 after: run(after)?,
             })

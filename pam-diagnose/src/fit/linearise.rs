@@ -53,8 +53,9 @@ impl Problem<'_> {
             if first == 0 {
                 for (at, (r, c)) in residuals.iter_mut().zip(CHANNELS).enumerate() {
                     let plain: Vec<f64> = out.channels[c].iter().map(|v| v.value).collect();
-                    *r = row_means(&t.measured[c], &plain, window.clone());
-                    by_lead[at] = by_time(&plain, window.clone(), t.sample_s / t.step_s);
+                    *r = row_means(&t.record.measured[c], &plain, window.clone());
+                    by_lead[at] =
+                        by_time(&plain, window.clone(), t.record.sample_s / t.record.step_s);
                 }
             }
             for k in 0..WIDTH.min(simulated - first) {

@@ -85,8 +85,8 @@ impl<'a> Problem<'a> {
         let windows = trials
             .iter()
             .map(|t| {
-                let from = ((burn_in_s / t.step_s) as usize).min(t.points() / 2);
-                whole_rows(from..t.points())
+                let from = ((burn_in_s / t.record.step_s) as usize).min(t.record.points() / 2);
+                whole_rows(from..t.record.points())
             })
             .collect();
         Self {
@@ -116,7 +116,7 @@ impl<'a> Problem<'a> {
 
     /// Rows in a block.
     pub(crate) fn rows_per_block(&self, trial: usize) -> usize {
-        let row_s = self.trials[trial].step_s * POINTS_PER_ROW as f64;
+        let row_s = self.trials[trial].record.step_s * POINTS_PER_ROW as f64;
         ((BLOCK_S / row_s).round() as usize).max(1)
     }
 
@@ -171,7 +171,7 @@ impl<'a> Problem<'a> {
         let mut out = Trajectory::default();
         self.simulate(hypothesis, trial, &mut out)?;
         let (t, window) = (self.trials[trial], self.windows[trial].clone());
-        Ok(CHANNELS.map(|c| row_means(&t.measured[c], &out.channels[c], window.clone())))
+        Ok(CHANNELS.map(|c| row_means(&t.record.measured[c], &out.channels[c], window.clone())))
     }
 
     /// Errors of all trials together.

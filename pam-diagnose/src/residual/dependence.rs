@@ -37,12 +37,12 @@ pub(super) fn factors(problem: &Problem<'_>, trial: usize) -> [Vec<f64>; 8] {
     let t = problem.trials[trial];
     let window = problem.windows[trial].clone();
     let at: Vec<usize> = window.step_by(crate::fit::POINTS_PER_ROW).map(|k| k + 2).collect();
-    let (x, v) = (&t.measured[0], &t.measured[1]);
-    let force = t.force.values_mn();
+    let (x, v) = (&t.record.measured[0], &t.record.measured[1]);
+    let force = t.record.force.values_mn();
     let speed = (v.iter().map(|v| v * v).sum::<f64>() / v.len() as f64).sqrt();
     let pick = |values: &[f64]| at.iter().map(|&k| values[k.min(values.len() - 1)]).collect();
     // The phase by displacement and velocity in units of their own variation about a running middle.
-    let span = (1.0 / t.step_s) as usize;
+    let span = (1.0 / t.record.step_s) as usize;
     let running = |values: &[f64], k: usize, f: fn(f64, f64) -> f64, from: f64| {
         let (a, b) = (k.saturating_sub(span), (k + span).min(values.len() - 1));
         values[a..=b].iter().step_by(8).copied().fold(from, f)
@@ -65,7 +65,7 @@ pub(super) fn factors(problem: &Problem<'_>, trial: usize) -> [Vec<f64>; 8] {
         at.iter().map(|&k| force[(2 * k).min(force.len() - 1)]).collect(),
         phase,
         amplitude,
-        at.iter().map(|&k| k as f64 * t.step_s).collect(),
+        at.iter().map(|&k| k as f64 * t.record.step_s).collect(),
         vec![trial as f64; at.len()],
     ]
 }

@@ -51,10 +51,10 @@ impl ResidualStory {
     #[must_use]
     pub fn of(problem: &Problem<'_>, hypothesis: &Hypothesis<'_>, floors: &Floors) -> Self {
         let residuals = all_residuals(problem, hypothesis);
-        let row_s = problem.trials[0].step_s * POINTS_PER_ROW as f64;
+        let row_s = problem.trials[0].record.step_s * POINTS_PER_ROW as f64;
         let forces: Vec<Vec<f64>> = (0..problem.len())
             .map(|i| {
-                let force = problem.trials[i].force.values_mn();
+                let force = problem.trials[i].record.force.values_mn();
                 let window = problem.windows[i].clone();
                 window.step_by(POINTS_PER_ROW).map(|k| force[2 * (k + 2)]).collect()
             })
@@ -86,9 +86,9 @@ impl ResidualStory {
                     profiles: (0..problem.len())
                         .map(|i| {
                             let t = problem.trials[i];
-                            let start_s = problem.windows[i].start as f64 * t.step_s;
+                            let start_s = problem.windows[i].start as f64 * t.record.step_s;
                             (
-                                t.source.name.clone(),
+                                t.record.source.name.clone(),
                                 TimeProfile::new(row_s, start_s, &residuals[i][c]),
                             )
                         })

@@ -82,7 +82,7 @@ impl<'e> Search<'_, 'e> {
         let starts: Vec<(&'e dyn AnyEffect, Vec<f64>)> = self
             .candidates
             .iter()
-            .flat_map(|c| c.starts(&self.evidence).into_iter().map(move |s| (*c, s)))
+            .flat_map(|c| c.starts(&self.scales).into_iter().map(move |s| (*c, s)))
             .collect();
         let problem = &self.split.train;
         let rows: usize = (0..problem.len()).map(|i| problem.rows(i)).sum();

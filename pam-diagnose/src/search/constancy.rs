@@ -59,7 +59,7 @@ impl<'e> Search<'_, 'e> {
                 let first = h.value_range(h.effects.len() - 1).start;
                 let values = h.values[first..first + infos.len()].to_vec();
                 let t = problem.trials[0];
-                Some((t.source.name.clone(), from as f64 * t.step_s, values))
+                Some((t.record.source.name.clone(), from as f64 * t.record.step_s, values))
             })
             .collect();
         let quartiles = |of: &dyn Fn(&[f64]) -> f64| {

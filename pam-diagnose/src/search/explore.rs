@@ -24,7 +24,7 @@ pub struct Search<'a, 'e> {
     /// Candidates.
     pub candidates: Vec<&'e dyn AnyEffect>,
     /// Magnitudes for starting values.
-    pub evidence: DataScales,
+    pub scales: DataScales,
 }
 
 /// Which of an effect's starting values are tried.
@@ -114,7 +114,7 @@ impl<'e> Search<'_, 'e> {
 
     /// Whether every fitted effect still is what its name says.
     pub(super) fn stands(&self, hypothesis: &Hypothesis<'e>) -> bool {
-        hypothesis.fitted().all(|(effect, values)| effect.stands(values, &self.evidence))
+        hypothesis.fitted().all(|(effect, values)| effect.stands(values, &self.scales))
     }
 
     fn extend(
@@ -131,7 +131,7 @@ impl<'e> Search<'_, 'e> {
             .iter()
             .enumerate()
             .filter(|(_, c)| !present.contains(&c.info().id))
-            .map(|(i, c)| (i, choose(*c, c.starts(&self.evidence))))
+            .map(|(i, c)| (i, choose(*c, c.starts(&self.scales))))
             .collect();
         let mut best: Vec<Option<Fit<'e>>> = vec![None; self.candidates.len()];
         let screen = |starts: Vec<(usize, &Vec<f64>)>, best: &mut [Option<Fit<'e>>]| {

@@ -19,7 +19,7 @@ pub fn noise_floors(trials: &[&Trial]) -> Floors {
         let mut variation = Vec::new();
         for t in trials {
             let rows: Vec<f64> =
-                t.measured[c].chunks_exact(5).map(|r| r.iter().sum::<f64>() / 5.0).collect();
+                t.record.measured[c].chunks_exact(5).map(|r| r.iter().sum::<f64>() / 5.0).collect();
             let mut sizes: Vec<f64> =
                 rows.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
             if sizes.is_empty() {

@@ -3,20 +3,20 @@
 
 mod chance;
 mod constancy;
-mod evidence;
 mod explore;
 mod floors;
 mod forward;
 mod reference;
+mod scales;
 mod settle;
 mod split;
 
 pub use chance::Chance;
 pub use constancy::Constancy;
-pub use evidence::gather;
 pub use explore::{Scored, Search};
 pub use floors::noise_floors;
 pub use forward::{Acceptance, Findings};
 pub use reference::Reference;
+pub use scales::gather;
 pub use settle::Settled;
 pub use split::Split;

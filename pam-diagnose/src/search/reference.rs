@@ -103,13 +103,13 @@ impl Rows {
 
 /// Features of a trial on its grid.
 fn features_of(t: &Trial, mass_kg: f64) -> Vec<Vec<f64>> {
-    let (x, v) = (&t.measured[0], &t.measured[1]);
+    let (x, v) = (&t.record.measured[0], &t.record.measured[1]);
     let n = x.len();
     let rms = |s: &[f64]| (s.iter().map(|a| a * a).sum::<f64>() / n as f64).sqrt().max(1e-9);
     let (sx, sv) = (rms(x), rms(v));
     let map = |f: &dyn Fn(usize) -> f64| (0..n).map(f).collect::<Vec<f64>>();
-    let pressure = (t.rest.sealed_kpa[0] + t.rest.sealed_kpa[1]) / 1000.0;
-    let difference = (t.rest.sealed_kpa[0] - t.rest.sealed_kpa[1]) / 500.0;
+    let pressure = (t.record.rest.sealed_kpa[0] + t.record.rest.sealed_kpa[1]) / 1000.0;
+    let difference = (t.record.rest.sealed_kpa[0] - t.record.rest.sealed_kpa[1]) / 500.0;
     let play = |half: f64| {
         let mut at = x[0];
         map_mut(x, |x| {
@@ -118,14 +118,14 @@ fn features_of(t: &Trial, mass_kg: f64) -> Vec<Vec<f64>> {
         })
     };
     let relaxed = |time_s: f64| {
-        let share = -(-t.step_s / time_s).exp_m1();
+        let share = -(-t.record.step_s / time_s).exp_m1();
         let mut at = x[0];
         map_mut(x, |x| {
             at += share * (x - at);
             x - at
         })
     };
-    let force = t.force.values_mn();
+    let force = t.record.force.values_mn();
     let mut causes: Vec<Vec<f64>> = vec![
         vec![1.0; n],
         vec![pressure; n],
@@ -158,9 +158,9 @@ fn features_of(t: &Trial, mass_kg: f64) -> Vec<Vec<f64>> {
             let (mut y, mut w) = (0.0, 0.0);
             map_mut(cause, |c| {
                 // Semi-implicit, and implicit in the damping: stable at any step of interest.
-                let free = w + t.step_s / mass_kg * (c * 1e3 - stiffness * y);
-                w = free / (1.0 + t.step_s * damping / mass_kg);
-                y += t.step_s * w;
+                let free = w + t.record.step_s / mass_kg * (c * 1e3 - stiffness * y);
+                w = free / (1.0 + t.record.step_s * damping / mass_kg);
+                y += t.record.step_s * w;
                 y
             })
         })

@@ -112,7 +112,7 @@ impl<'e> Search<'_, 'e> {
         let h = &best.fit.hypothesis;
         let mut starts = vec![h.clone()];
         for at in h.fixed..h.effects.len() {
-            let all = h.effects[at].starts(&self.evidence);
+            let all = h.effects[at].starts(&self.scales);
             if all.len() > 1 {
                 starts.extend(all.into_iter().map(|values| {
                     let mut other = h.clone();
@@ -121,7 +121,7 @@ impl<'e> Search<'_, 'e> {
                 }));
             }
             let values = &h.values[h.value_range(at)];
-            let sticks = f64::over(h.effects[at]).dry_friction_mn(values, 0.0) > 0.0;
+            let sticks = f64::hooks(h.effects[at]).dry_friction_mn(values, 0.0) > 0.0;
             for k in 0..if sticks { h.effects[at].info().parameters.len() } else { 0 } {
                 starts.extend(RUGGED.map(|factor| {
                     let mut other = h.clone();
@@ -152,7 +152,7 @@ impl<'e> Search<'_, 'e> {
         let own = &h.values[h.value_range(at)];
         let mut tried: Vec<Vec<f64>> = vec![own[switches.clone()].to_vec()];
         let mut found = Vec::new();
-        for start in h.effects[at].starts(&self.evidence) {
+        for start in h.effects[at].starts(&self.scales) {
             let shape = start[switches.clone()].to_vec();
             if tried.contains(&shape) {
                 continue;

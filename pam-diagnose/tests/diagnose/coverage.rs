@@ -48,7 +48,7 @@ fn noisy(effect: &dyn AnyEffect, values: &[f64], seed: u64) -> Vec<Trial> {
             let offsets = [0.0, 0.0, normal(t.offset_kpa), normal(t.offset_kpa)];
             for c in 0..4 {
                 let shown = out.channels[c].iter().map(|v| v + offsets[c] + normal(NOISE[c]));
-                trial.measured[c] = shown.collect();
+                trial.record.measured[c] = shown.collect();
             }
             trial
         })
@@ -129,7 +129,7 @@ fn a_fit_recovers_what_was_simulated() {
             let none = Nuisances::none();
             simulate::<f64>(trial, &Base::of(&model), &[effect], truth, &none, &mut out)
                 .expect("in range");
-            trial.measured = out.channels;
+            trial.record.measured = out.channels;
         }
         let floors = noise_floors(&trials.iter().collect::<Vec<_>>());
         let problem = Problem::new(&trials, Base::of(&model), 0.5, floors);

@@ -2,7 +2,7 @@
 
 use super::joint::{B, HOLD, K, M, driven, linear, linear_run, run, subject, undamped};
 use pam_data::MassOrigin;
-use pam_effects::effects::{EffectOver, StribeckFriction};
+use pam_effects::effects::{EffectHooks, StribeckFriction};
 use std::f64::consts::TAU;
 
 /// A joint that is held stays where it is, to the last bit, as long as what pulls is below the limit.
@@ -40,7 +40,7 @@ fn the_stribeck_curve() {
     let p = [8.0, 20.0, 2.0];
     for v in [-5.0, -1.0, 0.0, 0.5, 2.0, 30.0] {
         let expected = 1e3 * (8.0 + 12.0 * (-(v / 2.0_f64).powi(2)).exp());
-        let limit = EffectOver::<f64>::dry_friction_mn(&StribeckFriction, &p, v);
+        let limit = EffectHooks::<f64>::dry_friction_mn(&StribeckFriction, &p, v);
         assert!((limit - expected).abs() < 1e-9 * expected, "{v}");
     }
 }

@@ -91,7 +91,7 @@ pub(crate) fn run(model: &Joint, subject: &Subject, effects: &[(&str, &[f64])]) 
     simulate::<f64>(&trial, &Base::of(model), &parts, &values, &Nuisances::none(), &mut out)
         .expect("the run stays in range");
     let [x, v, pf, pe] = out.channels;
-    Run { step_s: trial.step_s, x, v, p: [pf, pe] }
+    Run { step_s: trial.record.step_s, x, v, p: [pf, pe] }
 }
 
 /// A run of the linear joint from rest at `x`, with given masses.

@@ -32,7 +32,7 @@ fn the_plain_model_moves_as_the_extended_one() {
         ("added_inertia", &[35.0]),
         ("geometry_coefficient", &[0.08, 0.0]),
     ]);
-    let plain = extended.plain();
+    let plain = extended.without_effects();
     assert_eq!(plain.absorbed.len(), 5);
     assert!(plain.saved.info.effects.is_empty());
     let mut command = driven(6.0, 0.0, paper_force_n(0.1));
@@ -59,11 +59,11 @@ fn what_a_plain_model_cannot_hold_is_said() {
         ("constant_load", &[3.0]),
         ("geometry_coefficient", &[0.08, 1.0]),
     ])
-    .plain();
+    .without_effects();
     assert_eq!(plain.left_out, ["coulomb_friction", "geometry_coefficient"]);
     assert_eq!(plain.of_instruments, ["pressure_delay"]);
     assert_eq!(plain.absorbed, ["constant_load"]);
     let told = plain.sentence().expect("something to say");
     assert!(told.contains("coulomb_friction, geometry_coefficient is left out"), "{told}");
-    assert!(extended(&[]).plain().sentence().is_none());
+    assert!(extended(&[]).without_effects().sentence().is_none());
 }

@@ -110,7 +110,7 @@ fn the_march_follows_an_exact_solver() {
         simulate::<f64>(&trial, &Base::of(&model), &[], &[], &nuisances, &mut out)
             .expect("in range");
         let r = &subject.recording;
-        let every = (trial.step_s / DT).round() as usize;
+        let every = (trial.record.step_s / DT).round() as usize;
         let worst = |ours: &[f64], exact: &[f64]| {
             ours.iter().enumerate().map(|(k, a)| (a - exact[k * every]).abs()).fold(0.0, f64::max)
         };

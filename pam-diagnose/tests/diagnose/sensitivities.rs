@@ -104,7 +104,7 @@ fn sensitivities_are_the_derivatives_of_the_march() {
             let (mut miss, mut size) = (0.0, 0.0);
             // Channels in units of their variation here: 2 mm, 20 mm/s, 30 kPa.
             for (c, unit) in [2.0, 20.0, 30.0, 30.0].into_iter().enumerate() {
-                for k in 0..trial.points() {
+                for k in 0..trial.record.points() {
                     let exact = with.channels[c][k];
                     let value = (exact.value - centre.channels[c][k]).abs();
                     assert!(value < 1e-9 * unit, "{id}: value at {k} differs by {value}");
@@ -148,7 +148,7 @@ fn sensitivities_by_uncertain_numbers() {
         let (up, down) = (of(k, change), of(k, -change));
         let (mut miss, mut size) = (0.0, 0.0);
         for c in [0, 2, 3] {
-            for i in 0..trial.points() {
+            for i in 0..trial.record.points() {
                 let by_difference = (up.channels[c][i] - down.channels[c][i]) / (2.0 * change);
                 miss += (by_difference - with.channels[c][i].derivatives[k]).powi(2);
                 size += by_difference.powi(2);

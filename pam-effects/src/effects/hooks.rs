@@ -108,12 +108,12 @@ pub trait Effect: Send + Sync + 'static {
 
     /// Values from which a fit may start, at magnitudes that these data could show. The derivative of
     /// the simulation must not vanish there; scales (gaps, lengths, times) are spread over a grid.
-    fn starts(&self, evidence: &DataScales) -> Vec<Vec<f64>>;
+    fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>>;
 
     /// Whether fitted values still are this effect. Where they reach the limit at which it is only another
     /// one by this name (a loop of no slip is dry friction), or contradict its sign, the name is refuted.
-    fn stands(&self, values: &[f64], evidence: &DataScales) -> bool {
-        let _ = (values, evidence);
+    fn stands(&self, values: &[f64], scales: &DataScales) -> bool {
+        let _ = (values, scales);
         true
     }
 

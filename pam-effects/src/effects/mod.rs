@@ -12,18 +12,18 @@
 //! **A new effect** is a type with [`Effect`] in a file of its own, named in its group's `mod.rs`, and a line
 //! in the list of [`ALL`]; from another crate it is handed to [`crate::Options::candidates`] beside these.
 
-mod evidence;
+mod dynamic;
 mod gas;
 mod hooks;
 mod info;
 mod mechanics;
-mod over;
+mod scales;
 mod sensing;
 
-pub use evidence::{DataScales, ScaleSample};
+pub use dynamic::{AnyEffect, Derivatives, EffectHooks, EffectScalar, WIDTH};
 pub use hooks::{Absorbed, ChamberLaw, Effect, Observed, Point, Rest, Restoring};
 pub use info::{EffectInfo, Group, ParameterInfo};
-pub use over::{AnyEffect, Derivatives, EffectOver, EffectScalar, WIDTH};
+pub use scales::{DataScales, ScaleSample};
 
 #[cfg(doc)]
 use pam_core::Scalar;

@@ -2,7 +2,7 @@
 
 use super::window::{At, WindowGradient, Workspace};
 use crate::effects::AnyEffect;
-use crate::simulation::Course;
+use crate::simulation::ResampledRecord;
 use pam_autodiff::batch::BatchNetwork;
 use pam_core::simd::Float;
 use pam_core::{RawParameters, Scalar, SealedMasses};
@@ -25,7 +25,7 @@ pub struct EffectGradient<T> {
     effects: Vec<&'static dyn AnyEffect>,
     /// Parameters and switches; the parameters are replaced in every call.
     values: Vec<f64>,
-    courses: Vec<Course>,
+    records: Vec<ResampledRecord>,
     slots: Vec<Slot>,
     workspaces: Mutex<Vec<Workspace<T>>>,
 }
@@ -44,11 +44,14 @@ impl<T: Float> EffectGradient<T> {
     /// For effects with values (parameters and switches in turn) on windows.
     #[must_use]
     pub fn new(effects: Vec<&'static dyn AnyEffect>, values: &[f64], windows: &Windows) -> Self {
-        let course = |(subject, &since)| Course { since_start_s: since, ..Course::new(subject) };
+        let record = |(subject, &since)| ResampledRecord {
+            since_start_s: since,
+            ..ResampledRecord::new(subject)
+        };
         Self {
             effects,
             values: values.to_vec(),
-            courses: windows.subjects.par_iter().zip(&windows.since_s).map(course).collect(),
+            records: windows.subjects.par_iter().zip(&windows.since_s).map(record).collect(),
             slots: Vec::new(),
             workspaces: Mutex::default(),
         }
@@ -87,7 +90,7 @@ impl<T: Float> EffectGradient<T> {
             .filter_map(|(problem, slot)| {
                 slot.failed_s.map(|time_s| TrajectoryFailure {
                     problem,
-                    kind: FailureKind::NonFinite { step_s: Course::STEP_S },
+                    kind: FailureKind::NonFinite { step_s: ResampledRecord::STEP_S },
                     time_s: request.windows.subjects[part[problem]].recording.time_s[0] + time_s,
                 })
             })
@@ -121,7 +124,7 @@ impl<T: Float> EffectGradient<T> {
                 .iter()
                 .zip(part)
                 .map(|(slot, &i)| {
-                    let masses = self.courses[i].masses;
+                    let masses = self.records[i].masses;
                     let [flexor, extensor] = slot.gradient.log_air;
                     SealedMasses {
                         flexor_g: own(slot) * flexor / masses.flexor_g,
@@ -136,7 +139,7 @@ impl<T: Float> EffectGradient<T> {
             states: Vec::new(),
             failures,
             statistics: GradientStatistics {
-                accepted: part.iter().map(|&i| self.courses[i].points() - 1).sum(),
+                accepted: part.iter().map(|&i| self.records[i].points() - 1).sum(),
                 ..GradientStatistics::default()
             },
         }
@@ -169,7 +172,7 @@ impl<T: Float + std::fmt::Debug> ExtendedGradient for EffectGradient<T> {
             effects: &self.effects,
             values: &self.values,
         };
-        let (courses, workspaces) = (&self.courses, &self.workspaces);
+        let (records, workspaces) = (&self.records, &self.workspaces);
         let size = part.len().div_ceil(GROUPS).max(1);
         let groups: Vec<Vec<f64>> = self.slots[..part.len()]
             .par_chunks_mut(size)
@@ -181,10 +184,10 @@ impl<T: Float + std::fmt::Debug> ExtendedGradient for EffectGradient<T> {
                 let mut by_weights = vec![0.0; if backward { weights_len } else { 0 }];
                 for (k, slot) in slots.iter_mut().enumerate() {
                     let k = group * size + k;
-                    let course = &courses[part[k]];
+                    let record = &records[part[k]];
                     let measured = &windows.subjects[part[k]].recording;
                     let time_s = &measured.time_s;
-                    let reached = work.forward(&at, course, time_s, starts[k], &mut slot.predicted);
+                    let reached = work.forward(&at, record, time_s, starts[k], &mut slot.predicted);
                     slot.failed_s = reached.err().map(|d| d.time_s);
                     if slot.failed_s.is_some() {
                         continue;
@@ -194,7 +197,7 @@ impl<T: Float + std::fmt::Debug> ExtendedGradient for EffectGradient<T> {
                     if backward {
                         slot.gradient = work.backward(
                             &at,
-                            course,
+                            record,
                             time_s,
                             starts[k],
                             &slot.by_predicted,

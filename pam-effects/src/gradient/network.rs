@@ -1,7 +1,7 @@
 //! The network in a march: asked in plain numbers, and given back to a tape.
 
 use crate::effects::Restoring;
-use crate::simulation::march::BaseForce;
+use crate::simulation::integrator::BaseForce;
 use pam_autodiff::Var;
 use pam_autodiff::batch::{BatchNetwork, NetworkBlock};
 use std::cell::RefCell;

@@ -1,8 +1,8 @@
 //! From the joint's channels on the grid to predictions at the samples, and back.
 
 use crate::effects::{AnyEffect, EffectScalar};
-use crate::simulation::march::Parts;
-use crate::simulation::{Course, observe};
+use crate::simulation::integrator::Parts;
+use crate::simulation::{ResampledRecord, observe};
 use pam_autodiff::{Tape, Var};
 
 /// Channels on the grid: x, ẋ, P_f, P_e.
@@ -11,12 +11,12 @@ pub(super) type Channels<S> = [Vec<S>; 4];
 /// Predictions at the samples of a recording: what the sensors and the low-pass make of the channels, by
 /// straight lines between grid points.
 pub(super) fn shown<S: EffectScalar>(
-    course: &Course,
+    record: &ResampledRecord,
     parts: &Parts<'_, S>,
     channels: &mut Channels<S>,
 ) {
-    observe(course, parts, channels);
-    for (channel, low_pass) in channels.iter_mut().zip(course.filters()) {
+    observe(record, parts, channels);
+    for (channel, low_pass) in channels.iter_mut().zip(record.filters()) {
         if let Some(low_pass) = low_pass {
             *channel = low_pass.forward_backward(channel);
         }
@@ -24,23 +24,23 @@ pub(super) fn shown<S: EffectScalar>(
 }
 
 /// The grid point before a time since the first sample, and the share of the way to the next one.
-fn place(course: &Course, time_s: f64) -> (usize, f64) {
-    let last = course.points() - 1;
-    let position = (time_s / course.step_s).clamp(0.0, last as f64);
+fn place(record: &ResampledRecord, time_s: f64) -> (usize, f64) {
+    let last = record.points() - 1;
+    let position = (time_s / record.step_s).clamp(0.0, last as f64);
     let k = (position as usize).min(last.saturating_sub(1));
     (k, position - k as f64)
 }
 
 /// Values at the samples from those on the grid.
 pub(super) fn at_samples(
-    course: &Course,
+    record: &ResampledRecord,
     time_s: &[f64],
     channels: &Channels<f64>,
     out: &mut Vec<[f64; 4]>,
 ) {
     out.clear();
     out.extend(time_s.iter().map(|t| {
-        let (k, share) = place(course, t - time_s[0]);
+        let (k, share) = place(record, t - time_s[0]);
         std::array::from_fn(|c| {
             let values = &channels[c];
             values[k] + share * (values[(k + 1).min(values.len() - 1)] - values[k])
@@ -51,23 +51,23 @@ pub(super) fn at_samples(
 /// The derivatives by the channels, and by the values of the effects (added to `by_values`), from those by the
 /// predictions at the samples. `effects` come with their values.
 pub(super) fn pull_back(
-    (course, time_s): (&Course, &[f64]),
+    (record, time_s): (&ResampledRecord, &[f64]),
     (effects, values): (&[&'static dyn AnyEffect], &[f64]),
     channels: &Channels<f64>,
     by_samples: &[[f64; 4]],
     tape: &mut Tape,
     by_values: &mut [f64],
 ) -> Channels<f64> {
-    let points = course.points();
+    let points = record.points();
     let mut by: Channels<f64> = std::array::from_fn(|_| vec![0.0; points]);
     for (t, sample) in time_s.iter().zip(by_samples) {
-        let (k, share) = place(course, t - time_s[0]);
+        let (k, share) = place(record, t - time_s[0]);
         for (by, s) in by.iter_mut().zip(sample) {
             by[k] += (1.0 - share) * s;
             by[(k + 1).min(points - 1)] += share * s;
         }
     }
-    for (by, low_pass) in by.iter_mut().zip(course.filters()) {
+    for (by, low_pass) in by.iter_mut().zip(record.filters()) {
         if let Some(low_pass) = low_pass {
             *by = low_pass.transposed(by);
         }
@@ -77,7 +77,7 @@ pub(super) fn pull_back(
     let leaves: Channels<Var> = std::array::from_fn(|c| tape.variables(&channels[c]));
     let seen = tape.record(|| {
         let mut seen = leaves.clone();
-        observe(course, &Parts::new(effects, &p), &mut seen);
+        observe(record, &Parts::new(effects, &p), &mut seen);
         seen
     });
     let seeds = seen.iter().flatten().copied().zip(by.iter().flatten().copied());

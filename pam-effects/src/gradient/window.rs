@@ -3,8 +3,8 @@
 use super::network::{Asked, AskedMemory, Replayed};
 use super::observation::{Channels, at_samples, pull_back, shown};
 use crate::effects::AnyEffect;
-use crate::simulation::march::{March, Measured, Parts};
-use crate::simulation::{Base, Course, Diverged, Nuisances};
+use crate::simulation::integrator::{JointIntegrator, Measured, Parts};
+use crate::simulation::{Base, Diverged, Nuisances, ResampledRecord};
 use pam_autodiff::batch::{BatchNetwork, NetworkBlock, NetworkSums};
 use pam_autodiff::{Gathered, Tape, Var};
 use pam_core::Scalar;
@@ -86,7 +86,7 @@ impl<T: Float> Workspace<T> {
     pub(super) fn forward(
         &mut self,
         at: &At<'_, T>,
-        course: &Course,
+        record: &ResampledRecord,
         time_s: &[f64],
         start: [f64; 4],
         out: &mut Vec<[f64; 4]>,
@@ -94,35 +94,35 @@ impl<T: Float> Workspace<T> {
         let base = Base::of(at.model);
         let parts = Parts::new(at.effects, at.values);
         let asked = Asked::new(at.plain, at.plain_bias, &mut self.asked);
-        let measured = measured_from(course, start);
+        let measured = measured_from(record, start);
         let marched = {
-            let mut march =
-                March::new(course, &base, &asked, &parts, &measured, &Nuisances::none());
-            let points = course.points();
-            let len = march.state_len();
+            let mut integrator =
+                JointIntegrator::new(record, &base, &asked, &parts, &measured, &Nuisances::none());
+            let points = record.points();
+            let len = integrator.state_len();
             self.states.resize(points * len, 0.0);
             self.channels.iter_mut().for_each(Vec::clear);
             self.calls_before.clear();
             let (limit, at_start, start_kpa) =
-                (march.limit_mm(), march.pressures(), march.start_kpa());
+                (integrator.limit_mm(), integrator.pressures(), integrator.start_kpa());
             let mut reached = Ok(());
             for k in 0..points {
                 let state = &mut self.states[k * len..(k + 1) * len];
-                march.state_into(state);
+                integrator.state_into(state);
                 let x = state[0];
                 if !x.is_finite() || x.abs() >= limit {
-                    reached = Err(Diverged { time_s: course.step_s * k as f64 });
+                    reached = Err(Diverged { time_s: record.step_s * k as f64 });
                     break;
                 }
                 self.channels[0].push(x);
                 self.channels[1].push(state[1]);
-                let now = march.pressures();
+                let now = integrator.pressures();
                 for i in 0..2 {
                     self.channels[2 + i].push(start_kpa[i] + now[i] - at_start[i]);
                 }
                 self.calls_before.push(asked.count());
                 if k + 1 < points {
-                    march.step(k);
+                    integrator.step(k);
                 }
             }
             reached
@@ -131,8 +131,8 @@ impl<T: Float> Workspace<T> {
         for (seen, channel) in self.seen.iter_mut().zip(&self.channels) {
             seen.clone_from(channel);
         }
-        shown(course, &parts, &mut self.seen);
-        at_samples(course, time_s, &self.seen, out);
+        shown(record, &parts, &mut self.seen);
+        at_samples(record, time_s, &self.seen, out);
         Ok(())
     }
 
@@ -141,7 +141,7 @@ impl<T: Float> Workspace<T> {
     pub(super) fn backward(
         &mut self,
         at: &At<'_, T>,
-        course: &Course,
+        record: &ResampledRecord,
         time_s: &[f64],
         start: [f64; 4],
         by_samples: &[[f64; 4]],
@@ -150,7 +150,7 @@ impl<T: Float> Workspace<T> {
         let mut gradient =
             WindowGradient { values: vec![0.0; at.values.len()], ..WindowGradient::default() };
         let by_channels = pull_back(
-            (course, time_s),
+            (record, time_s),
             (at.effects, at.values),
             &self.channels,
             by_samples,
@@ -181,19 +181,20 @@ impl<T: Float> Workspace<T> {
         };
         let parts = Parts::new(at.effects, &p);
         let replayed = Replayed::default();
-        let measured = measured_from(course, [begin[0], begin[1], begin[2], begin[3]]);
+        let measured = measured_from(record, [begin[0], begin[1], begin[2], begin[3]]);
         let nuisances = Nuisances { log_air: [log_air[0], log_air[1]], ..Nuisances::none() };
-        let (mut march, at_start, first_state) = tape.record(|| {
-            let march = March::new(course, &base, &replayed, &parts, &measured, &nuisances);
-            let mut state = vec![Var::constant(0.0); march.state_len()];
-            march.state_into(&mut state);
-            let pressures = march.pressures();
-            (march, pressures, state)
+        let (mut integrator, at_start, first_state) = tape.record(|| {
+            let integrator =
+                JointIntegrator::new(record, &base, &replayed, &parts, &measured, &nuisances);
+            let mut state = vec![Var::constant(0.0); integrator.state_len()];
+            integrator.state_into(&mut state);
+            let pressures = integrator.pressures();
+            (integrator, pressures, state)
         });
-        let start_kpa = march.start_kpa();
+        let start_kpa = integrator.start_kpa();
         let mark = tape.mark();
 
-        let (points, len) = (course.points(), march.state_len());
+        let (points, len) = (record.points(), integrator.state_len());
         let mut leaves = first_state.clone();
         let mut next = first_state.clone();
         let mut adjoint = vec![0.0; len];
@@ -221,11 +222,11 @@ impl<T: Float> Workspace<T> {
                 }));
             }
             let pressures = tape.record(|| {
-                march.restore(&leaves);
-                let pressures = march.pressures();
+                integrator.restore(&leaves);
+                let pressures = integrator.pressures();
                 if steps {
-                    march.step(k);
-                    march.state_into(&mut next);
+                    integrator.step(k);
+                    integrator.state_into(&mut next);
                 }
                 pressures
             });
@@ -309,8 +310,11 @@ impl<T: Float> Workspace<T> {
 }
 
 /// What was measured, with another start `[x, ẋ, P_f, P_e]`.
-fn measured_from<S: crate::effects::EffectScalar>(course: &Course, start: [S; 4]) -> Measured<S> {
-    let mut measured = Measured::of(course);
+fn measured_from<S: crate::effects::EffectScalar>(
+    record: &ResampledRecord,
+    start: [S; 4],
+) -> Measured<S> {
+    let mut measured = Measured::of(record);
     measured.rest.start_mm = start[0];
     measured.start_mm_s = start[1];
     measured.rest.start_kpa = [start[2], start[3]];

@@ -6,10 +6,10 @@
 //! [`refit`](ExtendedModel::refit); network and effects are trained together by a trainer that knows them as an
 //! [extension](crate::training).
 
-mod plain;
 mod predict;
+mod without_effects;
 
-pub use plain::Plain;
+pub use without_effects::WithoutEffects;
 
 use crate::effects::{ALL, AnyEffect, by_id};
 use crate::error::EffectError;

@@ -78,7 +78,7 @@ impl Predictor for ExtendedModel {
             times
                 .iter()
                 .map(|t| {
-                    let position = (t / trial.step_s).min(last as f64);
+                    let position = (t / trial.record.step_s).min(last as f64);
                     let k = (position as usize).min(last.saturating_sub(1));
                     let share = position - k as f64;
                     values[k] + share * (values[(k + 1).min(last)] - values[k])
@@ -86,7 +86,7 @@ impl Predictor for ExtendedModel {
                 .collect()
         };
         let channels = PerChannel { x: column(0), v: column(1), pf: column(2), pe: column(3) };
-        let steps = trial.points().saturating_sub(1);
+        let steps = trial.record.points().saturating_sub(1);
         let statistics =
             Statistics { accepted: steps, evaluations: 4 * steps, ..Statistics::default() };
         let prediction = Prediction { channels, statistics };

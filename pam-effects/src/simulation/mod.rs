@@ -1,6 +1,6 @@
 //! The extended joint, simulated fast enough to fit hundreds of candidates.
 //!
-//! A [`Course`] is a recording made ready: its force on a uniform grid, its measured channels, its
+//! A [`ResampledRecord`] is a recording made ready: its force on a uniform grid, its measured channels, its
 //! reading at rest. A [`Trial`] has the base model's force besides, tabulated at its sealed masses over (x, ẋ)
 //! as a [`ForceTable`]. With
 //! frozen weights and sealed air the network is a function of two numbers, so a table costs a few
@@ -10,17 +10,17 @@
 //! Runge–Kutta steps of fourth order for the smooth part, and dry friction as a set-valued force that
 //! holds the joint exactly still (Moreau's time stepping).
 
-mod course;
 mod gas;
 mod input;
-pub(crate) mod march;
+pub(crate) mod integrator;
+mod record;
 mod run;
 mod table;
 mod trial;
 
-pub use course::{Course, TrialSource};
 pub use gas::Chambers;
 pub use input::FineForce;
+pub use record::{RecordSource, ResampledRecord};
 pub(crate) use run::observe;
 pub use run::{Base, Diverged, Nuisances, Trajectory, simulate};
 pub use table::{Air, ForceTable};

@@ -1,7 +1,7 @@
 //! What a trial shows with effects.
 
-use super::course::Course;
-use super::march::{March, Measured, Parts};
+use super::integrator::{JointIntegrator, Measured, Parts};
+use super::record::ResampledRecord;
 use super::trial::Trial;
 use crate::effects::{AnyEffect, EffectScalar, Observed};
 use pam_core::{JointModel, MuscleGeometry};
@@ -110,10 +110,11 @@ pub fn simulate<S: EffectScalar>(
         damping_kg_s: S::constant(base.damping_kg_s),
         geometry: base.geometry,
     };
-    let measured = Measured::of(trial);
-    March::new(trial, &base, &trial.table, &parts, &measured, nuisances).run(out)?;
-    observe(trial, &parts, &mut out.channels);
-    for (channel, low_pass) in out.channels.iter_mut().zip(trial.filters()) {
+    let measured = Measured::of(&trial.record);
+    JointIntegrator::new(&trial.record, &base, &trial.table, &parts, &measured, nuisances)
+        .run(out)?;
+    observe(&trial.record, &parts, &mut out.channels);
+    for (channel, low_pass) in out.channels.iter_mut().zip(trial.record.filters()) {
         if let Some(low_pass) = low_pass {
             *channel = low_pass.forward_backward(channel);
         }
@@ -123,13 +124,13 @@ pub fn simulate<S: EffectScalar>(
 
 /// Turns true channels into those that the sensors show.
 pub(crate) fn observe<S: EffectScalar>(
-    course: &Course,
+    record: &ResampledRecord,
     parts: &Parts<'_, S>,
     channels: &mut [Vec<S>; 4],
 ) {
     let [x, v, pf, pe] = channels;
     let mut seen = Observed {
-        step_s: course.step_s,
+        step_s: record.step_s,
         displacement_mm: x,
         velocity_mm_s: v,
         pressures_kpa: [pf, pe],

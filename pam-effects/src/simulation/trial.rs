@@ -1,37 +1,21 @@
 //! A recording made ready for simulation.
 
-use super::course::Course;
+use super::record::ResampledRecord;
 use super::table::ForceTable;
 use pam_core::{ForceModel, JointModel};
 use pam_data::Subject;
-use std::ops::{Deref, DerefMut};
 
-/// A recording on the grid of the simulation, with the base model's force at its sealed masses.
+/// A resampled recording with the base model's force at its sealed masses.
 #[derive(Debug, Clone)]
 pub struct Trial {
     /// The recording.
-    pub course: Course,
+    pub record: ResampledRecord,
     /// The base model's force.
     pub table: ForceTable,
 }
 
-/// A trial is its recording and something more.
-impl Deref for Trial {
-    type Target = Course;
-
-    fn deref(&self) -> &Course {
-        &self.course
-    }
-}
-
-impl DerefMut for Trial {
-    fn deref_mut(&mut self) -> &mut Course {
-        &mut self.course
-    }
-}
-
 impl Trial {
-    /// Prepares a recording: force and channels on the grid, and the force table over one and a half times
+    /// Resamples a recording: force and channels on the grid, and the force table over one and a half times
     /// the measured range.
     #[must_use]
     pub fn new<F: ForceModel<f64> + Sync>(model: &JointModel<f64, F>, subject: &Subject) -> Self {
@@ -54,15 +38,15 @@ impl Trial {
         subject: &Subject,
         ranges: Option<[[f64; 2]; 2]>,
     ) -> Self {
-        let course = Course::new(subject);
+        let record = ResampledRecord::new(subject);
         let ranges = ranges
-            .unwrap_or_else(|| [range_of(&course.measured[0]), range_of(&course.measured[1])]);
+            .unwrap_or_else(|| [range_of(&record.measured[0]), range_of(&record.measured[1])]);
         let around = |[low, high]: [f64; 2]| {
             let margin = 0.25 * (high - low) + 0.5;
             [low - margin, high + margin]
         };
         let table = ForceTable::new(model, subject.masses, around(ranges[0]), around(ranges[1]));
-        Self { course, table }
+        Self { record, table }
     }
 }
 

@@ -26,8 +26,8 @@ impl Effect for Backlash {
         true
     }
 
-    fn starts(&self, evidence: &DataScales) -> Vec<Vec<f64>> {
-        [0.02, 0.1, 0.4].map(|share| vec![share * evidence.travel_mm]).to_vec()
+    fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {
+        [0.02, 0.1, 0.4].map(|share| vec![share * scales.travel_mm]).to_vec()
     }
 
     fn observe<S: Scalar>(&self, p: &[S], seen: &mut Observed<'_, S>) {

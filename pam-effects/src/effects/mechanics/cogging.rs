@@ -26,17 +26,17 @@ impl Effect for Cogging {
         &INFO
     }
 
-    fn starts(&self, evidence: &DataScales) -> Vec<Vec<f64>> {
-        evidence
+    fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {
+        scales
             .periodic_pitches_mm(3)
             .into_iter()
             .map(|(pitch, force)| vec![-force, pitch])
             .collect()
     }
 
-    fn stands(&self, values: &[f64], evidence: &DataScales) -> bool {
+    fn stands(&self, values: &[f64], scales: &DataScales) -> bool {
         // A period longer than the travel is only another shape of the stiffness.
-        values[1] <= 2.0 * evidence.travel_mm
+        values[1] <= 2.0 * scales.travel_mm
     }
 
     fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {

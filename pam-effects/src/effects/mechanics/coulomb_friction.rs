@@ -23,8 +23,8 @@ impl Effect for CoulombFriction {
         &INFO
     }
 
-    fn starts(&self, evidence: &DataScales) -> Vec<Vec<f64>> {
-        [0.03, 0.12, 0.3].map(|share| vec![share * evidence.force_n]).to_vec()
+    fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {
+        [0.03, 0.12, 0.3].map(|share| vec![share * scales.force_n]).to_vec()
     }
 
     fn dry_friction_mn<S: Scalar>(&self, p: &[S], _v: S) -> S {

@@ -26,15 +26,15 @@ impl Effect for Creep {
         &INFO
     }
 
-    fn starts(&self, evidence: &DataScales) -> Vec<Vec<f64>> {
-        let stiffness = 0.05 * evidence.stiffness_n_mm;
+    fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {
+        let stiffness = 0.05 * scales.stiffness_n_mm;
         let times = [0.05, 0.4, 3.0, 20.0];
         times.map(|t| vec![stiffness, t]).to_vec()
     }
 
-    fn stands(&self, values: &[f64], evidence: &DataScales) -> bool {
+    fn stands(&self, values: &[f64], scales: &DataScales) -> bool {
         // Much shorter than the motion takes it is viscous damping.
-        let motion_s = evidence.travel_mm / evidence.speed_mm_s.max(1e-9);
+        let motion_s = scales.travel_mm / scales.speed_mm_s.max(1e-9);
         values[1] >= (0.05 * motion_s).max(0.03)
     }
 

@@ -35,16 +35,16 @@ impl Effect for Hysteresis {
         &INFO
     }
 
-    fn starts(&self, evidence: &DataScales) -> Vec<Vec<f64>> {
-        let slips = [0.06, 0.4].map(|share| share * evidence.travel_mm);
+    fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {
+        let slips = [0.06, 0.4].map(|share| share * scales.travel_mm);
         let shapes = [0.0, 1.0, 2.0];
-        let force = 0.12 * evidence.force_n;
+        let force = 0.12 * scales.force_n;
         shapes.iter().flat_map(|&shape| slips.map(|slip| vec![force, slip, shape])).collect()
     }
 
-    fn stands(&self, values: &[f64], evidence: &DataScales) -> bool {
+    fn stands(&self, values: &[f64], scales: &DataScales) -> bool {
         // A loop that saturates at once is dry friction; one that never does is a spring.
-        (0.05..10.0).contains(&(values[1] / evidence.travel_mm))
+        (0.05..10.0).contains(&(values[1] / scales.travel_mm))
     }
 
     fn memory_len(&self) -> usize {

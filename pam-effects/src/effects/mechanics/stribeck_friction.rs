@@ -28,21 +28,21 @@ impl Effect for StribeckFriction {
         &INFO
     }
 
-    fn starts(&self, evidence: &DataScales) -> Vec<Vec<f64>> {
-        let force = evidence.force_n;
+    fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {
+        let force = scales.force_n;
         let speeds = [0.05, 0.3];
         let shares = [(0.04, 0.08), (0.1, 0.2)];
         shares
             .iter()
             .flat_map(|(sliding, breaking)| {
-                speeds.map(|s| vec![sliding * force, breaking * force, s * evidence.speed_mm_s])
+                speeds.map(|s| vec![sliding * force, breaking * force, s * scales.speed_mm_s])
             })
             .collect()
     }
 
-    fn stands(&self, values: &[f64], evidence: &DataScales) -> bool {
+    fn stands(&self, values: &[f64], scales: &DataScales) -> bool {
         // Higher near standstill by definition, and not only in the last micrometres per second.
-        values[1] >= values[0] && values[2] >= 5e-4 * evidence.speed_mm_s
+        values[1] >= values[0] && values[2] >= 5e-4 * scales.speed_mm_s
     }
 
     fn dry_friction_mn<S: Scalar>(&self, p: &[S], v: S) -> S {

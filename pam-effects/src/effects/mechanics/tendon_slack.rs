@@ -26,13 +26,13 @@ impl Effect for TendonSlack {
         &INFO
     }
 
-    fn starts(&self, evidence: &DataScales) -> Vec<Vec<f64>> {
-        let travel = evidence.travel_mm;
+    fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {
+        let travel = scales.travel_mm;
         [0.3, 0.6, 0.85].map(|share| vec![share * travel, 0.25]).to_vec()
     }
 
-    fn stands(&self, values: &[f64], evidence: &DataScales) -> bool {
-        values[0] < evidence.travel_mm * 1.2
+    fn stands(&self, values: &[f64], scales: &DataScales) -> bool {
+        values[0] < scales.travel_mm * 1.2
     }
 
     fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {

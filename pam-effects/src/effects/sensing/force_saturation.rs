@@ -23,12 +23,12 @@ impl Effect for ForceSaturation {
         &INFO
     }
 
-    fn starts(&self, evidence: &DataScales) -> Vec<Vec<f64>> {
-        [0.5, 0.75, 0.92].map(|share| vec![share * evidence.peak_force_n]).to_vec()
+    fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {
+        [0.5, 0.75, 0.92].map(|share| vec![share * scales.peak_force_n]).to_vec()
     }
 
-    fn stands(&self, values: &[f64], evidence: &DataScales) -> bool {
-        values[0] < 0.995 * evidence.peak_force_n
+    fn stands(&self, values: &[f64], scales: &DataScales) -> bool {
+        values[0] < 0.995 * scales.peak_force_n
     }
 
     fn drive<S: Scalar>(&self, p: &[S], force_mn: S) -> S {

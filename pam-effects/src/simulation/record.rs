@@ -9,7 +9,7 @@ use pam_data::{Channel, MassOrigin};
 
 /// Where a trial came from.
 #[derive(Debug, Clone)]
-pub struct TrialSource {
+pub struct RecordSource {
     /// Name of the recording.
     pub name: String,
     /// Commanded gauge pressures, psi, if the name tells.
@@ -22,9 +22,9 @@ pub struct TrialSource {
 
 /// A recording on the uniform grid of the simulation: what drives the joint, and what was measured.
 #[derive(Debug, Clone)]
-pub struct Course {
+pub struct ResampledRecord {
     /// Where it came from.
-    pub source: TrialSource,
+    pub source: RecordSource,
     /// Time between two grid points, s.
     pub step_s: f64,
     /// Time between the start of the excitation and the first grid point, s; not zero for a part of a
@@ -46,7 +46,7 @@ pub struct Course {
     pub masses: SealedMasses,
 }
 
-impl Course {
+impl ResampledRecord {
     /// Step of the simulation, s.
     pub const STEP_S: f64 = 4e-3;
 
@@ -67,7 +67,7 @@ impl Course {
             start_kpa: [pf0, pe0],
         };
         Self {
-            source: TrialSource {
+            source: RecordSource {
                 name: r.name.clone(),
                 command_psi: r.command_psi,
                 origin: subject.origin,

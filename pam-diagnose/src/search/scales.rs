@@ -18,22 +18,22 @@ pub fn gather(trials: &[&Trial], base: &Base<f64>) -> DataScales {
         *values.select_nth_unstable_by(at, f64::total_cmp).1
     };
     let sizes = |f: &dyn Fn(&Trial) -> Vec<f64>| trials.iter().flat_map(|t| f(t)).collect();
-    let force: Vec<f64> = sizes(&|t| t.force.values_mn().iter().map(|f| f.abs()).collect());
+    let force: Vec<f64> = sizes(&|t| t.record.force.values_mn().iter().map(|f| f.abs()).collect());
     let travel: Vec<f64> = sizes(&|t| {
-        let middle = percentile(t.measured[0].clone(), 0.5);
-        t.measured[0].iter().map(|x| (x - middle).abs()).collect()
+        let middle = percentile(t.record.measured[0].clone(), 0.5);
+        t.record.measured[0].iter().map(|x| (x - middle).abs()).collect()
     });
-    let speed: Vec<f64> = sizes(&|t| t.measured[1].iter().map(|v| v.abs()).collect());
-    let stride = (trials.iter().map(|t| t.points()).sum::<usize>() / SAMPLES).max(1);
+    let speed: Vec<f64> = sizes(&|t| t.record.measured[1].iter().map(|v| v.abs()).collect());
+    let stride = (trials.iter().map(|t| t.record.points()).sum::<usize>() / SAMPLES).max(1);
     let mut samples = Vec::new();
     for t in trials {
-        for k in (2..t.points().saturating_sub(2)).step_by(stride) {
-            let v = &t.measured[1];
-            let acceleration = (v[k + 2] - v[k - 2]) / (4.0 * t.step_s);
-            let x = t.measured[0][k];
+        for k in (2..t.record.points().saturating_sub(2)).step_by(stride) {
+            let v = &t.record.measured[1];
+            let acceleration = (v[k + 2] - v[k - 2]) / (4.0 * t.record.step_s);
+            let x = t.record.measured[0][k];
             let restoring = t.table.force_mn(x, v[k], [0.0; 2]);
             let missing = base.mass_kg * acceleration + restoring + base.damping_kg_s * v[k]
-                - t.force.values_mn()[2 * k];
+                - t.record.force.values_mn()[2 * k];
             samples.push(ScaleSample { displacement_mm: x, missing_n: missing / MN_PER_N });
         }
     }

@@ -1,9 +1,9 @@
 //! The joint with its effects, step by step.
 
-use super::course::Course;
 use super::gas::Chambers;
+use super::record::ResampledRecord;
 use super::run::{Base, Diverged, Nuisances, Trajectory};
-use crate::effects::{AnyEffect, ChamberLaw, EffectOver, EffectScalar, Point, Rest, Restoring};
+use crate::effects::{AnyEffect, ChamberLaw, EffectHooks, EffectScalar, Point, Rest, Restoring};
 use pam_data::MassOrigin;
 use std::ops::Range;
 
@@ -20,7 +20,7 @@ pub(crate) trait BaseForce<S> {
 
 /// An effect with its values in a simulation, and where its memory lies.
 pub(crate) struct Part<'a, S> {
-    pub(crate) effect: &'a dyn EffectOver<S>,
+    pub(crate) effect: &'a dyn EffectHooks<S>,
     pub(crate) p: &'a [S],
     memory: Range<usize>,
 }
@@ -42,7 +42,7 @@ impl<'a, S: EffectScalar> Parts<'a, S> {
             .map(|e| {
                 let (v, m) = (e.info().value_len(), e.memory_len());
                 let part = Part {
-                    effect: S::over(*e),
+                    effect: S::hooks(*e),
                     p: &values[first_value..first_value + v],
                     memory: memory_len..memory_len + m,
                 };
@@ -65,21 +65,21 @@ pub(crate) struct Measured<S> {
 
 impl<S: EffectScalar> Measured<S> {
     /// What a recording says.
-    pub(crate) fn of(course: &Course) -> Self {
+    pub(crate) fn of(record: &ResampledRecord) -> Self {
         let c = S::constant;
         let rest = Rest {
-            sealed_mm: c(course.rest.sealed_mm),
-            sealed_kpa: course.rest.sealed_kpa.map(c),
-            start_mm: c(course.rest.start_mm),
-            start_kpa: course.rest.start_kpa.map(c),
+            sealed_mm: c(record.rest.sealed_mm),
+            sealed_kpa: record.rest.sealed_kpa.map(c),
+            start_mm: c(record.rest.start_mm),
+            start_kpa: record.rest.start_kpa.map(c),
         };
-        Self { rest, start_mm_s: c(course.start_mm_s) }
+        Self { rest, start_mm_s: c(record.start_mm_s) }
     }
 }
 
 /// The joint under way.
-pub(crate) struct March<'a, S, F> {
-    course: &'a Course,
+pub(crate) struct JointIntegrator<'a, S, F> {
+    record: &'a ResampledRecord,
     base: &'a Base<S>,
     force: &'a F,
     parts: &'a [Part<'a, S>],
@@ -97,9 +97,9 @@ pub(crate) struct March<'a, S, F> {
     memory: Vec<S>,
 }
 
-impl<'a, S: EffectScalar, F: BaseForce<S>> March<'a, S, F> {
+impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     pub(crate) fn new(
-        course: &'a Course,
+        record: &'a ResampledRecord,
         base: &'a Base<S>,
         force: &'a F,
         parts: &'a Parts<'a, S>,
@@ -125,17 +125,17 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> March<'a, S, F> {
         for part in parts {
             part.effect.begin(part.p, x, &mut memory[part.memory.clone()]);
         }
-        let mut air_g = [course.masses.flexor_g, course.masses.extensor_g].map(S::constant);
-        if course.source.origin == MassOrigin::GasLaw {
+        let mut air_g = [record.masses.flexor_g, record.masses.extensor_g].map(S::constant);
+        if record.source.origin == MassOrigin::GasLaw {
             // The masses follow from the sealed reading: another true reading, other masses.
             let volumes = |x: S| {
                 let v = base.geometry.volumes(x, base.deformation);
                 [v.flexor_mm3, v.extensor_mm3]
             };
             let now = volumes(rest.sealed_mm);
-            let measured = volumes(S::constant(course.rest.sealed_mm));
+            let measured = volumes(S::constant(record.rest.sealed_mm));
             for i in 0..2 {
-                let pressure = rest.sealed_kpa[i].scaled(1.0 / course.rest.sealed_kpa[i]);
+                let pressure = rest.sealed_kpa[i].scaled(1.0 / record.rest.sealed_kpa[i]);
                 air_g[i] = air_g[i] * pressure * now[i] / measured[i];
             }
         }
@@ -144,7 +144,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> March<'a, S, F> {
         }
         let total_mass = base.mass_kg + inertia;
         Self {
-            course,
+            record,
             base,
             force,
             parts,
@@ -152,7 +152,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> March<'a, S, F> {
             inverse_mass: total_mass.recip(),
             total_mass,
             delayed: delay_s.real() != 0.0,
-            lead_s: nuisances.lead_samples * course.sample_s,
+            lead_s: nuisances.lead_samples * record.sample_s,
             delay_s,
             start_kpa: rest.start_kpa,
             x,
@@ -165,7 +165,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> March<'a, S, F> {
 
     /// Marches to the end.
     pub(crate) fn run(&mut self, out: &mut Trajectory<S>) -> Result<(), Diverged> {
-        let points = self.course.points();
+        let points = self.record.points();
         for channel in &mut out.channels {
             channel.clear();
             channel.reserve(points);
@@ -183,7 +183,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> March<'a, S, F> {
                 self.step(k);
                 let x = self.x.real();
                 if !x.is_finite() || x.abs() >= limit {
-                    return Err(Diverged { time_s: self.course.step_s * (k + 1) as f64 });
+                    return Err(Diverged { time_s: self.record.step_s * (k + 1) as f64 });
                 }
             }
         }
@@ -198,8 +198,8 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> March<'a, S, F> {
 
     /// The driving force at half step `fine` of the grid, mN.
     fn driving_mn(&self, fine: usize) -> S {
-        let recorded = &self.course.force;
-        let time_s = 0.5 * self.course.step_s * fine as f64 + self.lead_s;
+        let recorded = &self.record.force;
+        let time_s = 0.5 * self.record.step_s * fine as f64 + self.lead_s;
         let mut force = if self.delayed {
             recorded.at(S::constant(time_s) - self.delay_s)
         } else if self.lead_s != 0.0 {
@@ -266,8 +266,8 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> March<'a, S, F> {
 
     /// Does step `k` of the grid.
     pub(crate) fn step(&mut self, k: usize) {
-        let h = self.course.step_s;
-        let start_s = self.course.since_start_s + h * k as f64;
+        let h = self.record.step_s;
+        let start_s = self.record.since_start_s + h * k as f64;
         let force = self.force;
         let air = force.sealed(self.air_g);
         let driving = [0, 1, 2].map(|i| self.driving_mn(2 * k + i));
@@ -309,7 +309,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> March<'a, S, F> {
         if limit.real() <= 0.0 {
             return (to_x, to_v);
         }
-        let h = self.course.step_s;
+        let h = self.record.step_s;
         let holding = self.friction_mn + (self.total_mass * to_v).scaled(1.0 / h);
         let slides = holding.real().abs() > limit.real();
         let before = self.friction_mn;

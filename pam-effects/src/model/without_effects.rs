@@ -4,7 +4,7 @@ use pam_data::SavedModel;
 
 /// An extended model as a model without effects, for what knows none: stiffness maps, planning.
 #[derive(Debug, Clone)]
-pub struct Plain {
+pub struct WithoutEffects {
     /// The model, with every effect that its own numbers can hold.
     pub saved: SavedModel,
     /// Effects that its numbers hold now.
@@ -15,7 +15,7 @@ pub struct Plain {
     pub left_out: Vec<&'static str>,
 }
 
-impl Plain {
+impl WithoutEffects {
     /// What became of the effects, in a sentence; `None` if there were none.
     #[must_use]
     pub fn sentence(&self) -> Option<String> {
@@ -36,7 +36,7 @@ impl ExtendedModel {
     /// The model without effects that comes nearest: what is a factor of the force, a load, a damping, a mass
     /// or a coefficient of the volumes becomes part of the model's numbers, exactly.
     #[must_use]
-    pub fn plain(&self) -> Plain {
+    pub fn without_effects(&self) -> WithoutEffects {
         let mut joint = self.joint.clone();
         let (mut absorbed, mut of_instruments, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
         for active in &self.effects {
@@ -49,6 +49,11 @@ impl ExtendedModel {
         }
         let mut info = self.info.clone();
         info.effects.clear();
-        Plain { saved: SavedModel { model: joint, info }, absorbed, of_instruments, left_out }
+        WithoutEffects {
+            saved: SavedModel { model: joint, info },
+            absorbed,
+            of_instruments,
+            left_out,
+        }
     }
 }

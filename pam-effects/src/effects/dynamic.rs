@@ -1,0 +1,98 @@
+//! Dynamic dispatch: effects of any type in one list, for the scalars that simulations run with.
+//!
+//! The hooks of [`Effect`] are generic over the scalar, so there is no `dyn Effect`. [`AnyEffect`] offers them
+//! for plain numbers, [`Derivatives`] and tape variables; every [`Effect`] implements it.
+
+use super::{Absorbed, ChamberLaw, DataScales, Effect, EffectInfo, Observed, Point, Rest};
+use pam_autodiff::{Chunk, Var};
+use pam_core::{AnyForce, JointModel, Scalar};
+
+/// Number of derivatives that one simulation carries.
+pub const WIDTH: usize = 8;
+
+/// The scalar of sensitivities.
+pub type Derivatives = Chunk<WIDTH>;
+
+/// Declares an object-safe trait with methods of [`Effect`] and implements it for every effect.
+macro_rules! dispatch {
+    ([$($declared:tt)*] [$($implemented:tt)*] {
+        $(fn $hook:ident(&$this:ident $(, $argument:ident: $type:ty)*) $(-> $out:ty)?;)+
+    }) => {
+        $($declared)* {
+            $(
+                #[doc = concat!("See [`Effect::", stringify!($hook), "`].")]
+                fn $hook(&$this $(, $argument: $type)*) $(-> $out)?;
+            )+
+        }
+
+        $($implemented)* {
+            $(fn $hook(&$this $(, $argument: $type)*) $(-> $out)? {
+                Effect::$hook($this $(, $argument)*)
+            })+
+        }
+    };
+}
+
+dispatch! {
+    [
+        /// The hooks of an [`Effect`] for one scalar.
+        pub trait EffectHooks<S>
+    ]
+    [impl<E: Effect, S: Scalar> EffectHooks<S> for E] {
+        fn begin(&self, p: &[S], x: S, memory: &mut [S]);
+        fn rest(&self, p: &[S], rest: &mut Rest<S>);
+        fn drive(&self, p: &[S], force_mn: S) -> S;
+        fn delay_s(&self, p: &[S]) -> S;
+        fn force_mn(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S;
+        fn dry_friction_mn(&self, p: &[S], v: S) -> S;
+        fn inertia_kg(&self, p: &[S]) -> S;
+        fn chamber(&self, p: &[S], law: &mut ChamberLaw<S>);
+        fn advance(&self, p: &[S], step_s: f64, from: S, to: S, memory: &mut [S]);
+        fn observe(&self, p: &[S], seen: &mut Observed<'_, S>);
+    }
+}
+
+dispatch! {
+    [
+        /// An [`Effect`] of any type.
+        #[diagnostic::on_unimplemented(
+            message = "`{Self}` is no effect",
+            label = "an effect is needed here",
+            note = "implement `Effect` for it, which makes it an `AnyEffect` as well"
+        )]
+        pub trait AnyEffect:
+            EffectHooks<f64> + EffectHooks<Derivatives> + EffectHooks<Var> + Send + Sync
+    ]
+    [impl<E: Effect> AnyEffect for E] {
+        fn info(&self) -> &'static EffectInfo;
+        fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>>;
+        fn stands(&self, values: &[f64], scales: &DataScales) -> bool;
+        fn memory_len(&self) -> usize;
+        fn remembers(&self) -> bool;
+        fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed;
+    }
+}
+
+/// A scalar for which [`AnyEffect`] offers the hooks.
+pub trait EffectScalar: Scalar {
+    /// The hooks for this scalar.
+    fn hooks(effect: &dyn AnyEffect) -> &dyn EffectHooks<Self>;
+}
+
+macro_rules! effect_scalars {
+    ($($scalar:ty),+) => {
+        $(impl EffectScalar for $scalar {
+            fn hooks(effect: &dyn AnyEffect) -> &dyn EffectHooks<Self> {
+                effect
+            }
+        })+
+    };
+}
+
+effect_scalars!(f64, Derivatives, Var);
+
+impl std::fmt::Debug for dyn AnyEffect + '_ {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.info().id)
+    }
+}
