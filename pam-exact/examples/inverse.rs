@@ -32,10 +32,10 @@ fn main() {
         let solution = solver.solve(&motion.network, &problem, hint);
         hint = solution.masses_g;
         let c = solution.certificate;
-        polygons += c.polygons;
+        polygons += c.regions;
         segments += c.segments;
         pieces += c.pieces;
-        worst = worst.max(c.missing.abs());
+        worst = worst.max(c.uncovered_share.abs());
         if k % 40 == 0 {
             println!("{solution:?}");
         }

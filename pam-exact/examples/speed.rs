@@ -66,9 +66,9 @@ fn time(
         best[0][1],
         best[1][0],
         best[1][1],
-        result.accepted as f64 / of,
-        result.evaluations as f64 / of,
-        result.linearised as f64 / of,
+        result.statistics.segments as f64 / of,
+        result.statistics.crossings as f64 / of,
+        result.statistics.regions as f64 / of,
         result.failures.len()
     );
 }
@@ -79,7 +79,7 @@ fn main() {
     let (times, force) = common::excitation(0.0, 70_000);
     println!(
         "| case | force | recordings | forward, s | processor, s | value and gradient, s | processor, s \
-         | segments | crossings | patterns | failed |"
+         | segments | crossings | regions | failed |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for interpolation in [Interpolation::Hold, Interpolation::Linear, Interpolation::Ramp] {

@@ -82,7 +82,7 @@ fn repeated_crossings_between_samples() {
             for c in pair {
                 assert!((c.time_s - passage).abs() < 1e-12, "{} {passage}", c.time_s);
                 assert!(c.state[0].abs() < 1e-11 && c.layer == 0);
-                assert_eq!(c.rises, (c.unit == 0) == (c.state[1] > 0.0));
+                assert_eq!(c.activates, (c.unit == 0) == (c.state[1] > 0.0));
             }
         }
         assert!(trajectory.at(end + 1e-9).is_none() && trajectory.at(-1e-9).is_none());
@@ -110,7 +110,7 @@ fn grazing_crossings() {
                     trajectory.crossings().into_iter().filter(|c| c.unit == 2).collect();
                 assert_eq!(touched.len(), expected, "depth {depth}, {parts} parts");
                 if let [first, second] = touched[..] {
-                    assert!(first.rises && !second.rises);
+                    assert!(first.activates && !second.activates);
                     // cos ωt = −border, the second by the stiffer spring's symmetry at the same speed.
                     let expected = (-border).acos() / omega(&motion);
                     assert!(

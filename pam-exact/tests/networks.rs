@@ -55,11 +55,11 @@ fn polygons_are_pieces_of_the_network() {
     for (name, model) in joints() {
         let network = common::motion(&model).network;
         let partition = Partition::new(&network, Plane::of_motion(masses_g), window, 100_000);
-        assert!(partition.missing.abs() < 1e-12, "{name}: {:e}", partition.missing);
-        for polygon in &partition.polygons {
-            let corners = polygon.corners.len() as f64;
+        assert!(partition.uncovered_share.abs() < 1e-12, "{name}: {:e}", partition.uncovered_share);
+        for polygon in &partition.regions {
+            let corners = polygon.vertices.len() as f64;
             let middle =
-                [0, 1].map(|i| polygon.corners.iter().map(|c| c[i]).sum::<f64>() / corners);
+                [0, 1].map(|i| polygon.vertices.iter().map(|c| c[i]).sum::<f64>() / corners);
             let force = network.force_mn([masses_g[0], masses_g[1], middle[0], middle[1]]);
             let off = (force - polygon.force_mn(middle)).abs();
             // Of the size of what the force is a difference of.

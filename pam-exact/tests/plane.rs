@@ -2,7 +2,7 @@
 
 mod common;
 
-use pam_exact::{InverseProblem, InverseSolver, Partition, PiecewiseNetwork, Plane, Window};
+use pam_exact::{InverseProblem, InverseSolver, Partition, Plane, ReluNetwork, Window};
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -16,8 +16,8 @@ fn polygons_fill_the_plane_of_motion() {
     let plane = Plane::of_motion([masses.flexor_g, masses.extensor_g]);
     let window = Window { first: [-3.0, 3.0], second: [-40.0, 40.0] };
     let partition = Partition::new(&motion.network, plane, window, 100_000);
-    assert!(partition.missing.abs() < 1e-12, "{:e}", partition.missing);
-    assert!(partition.polygons.len() > 500);
+    assert!(partition.uncovered_share.abs() < 1e-12, "{:e}", partition.uncovered_share);
+    assert!(partition.regions.len() > 500);
     for k in 0..500 {
         let spread = |s: f64| (s * f64::from(k)).fract() - 0.5;
         let point = [6.0 * spread(0.618_034), 80.0 * spread(0.754_877)];
@@ -28,11 +28,11 @@ fn polygons_fill_the_plane_of_motion() {
         assert!((force - piece).abs() < 1e-7 * (1e3 + force.abs()), "{force} {piece}");
     }
     // Polygons do not overlap: as many areas as corners allow, and none is negative.
-    assert!(partition.polygons.iter().all(|p| p.area > 0.0 && p.corners.len() >= 3));
+    assert!(partition.regions.iter().all(|p| p.area > 0.0 && p.vertices.len() >= 3));
 }
 
 /// K̂ at two masses, from the network.
-fn stiffness(network: &PiecewiseNetwork, p: &InverseProblem, [m_f, m_e]: [f64; 2]) -> f64 {
+fn stiffness(network: &ReluNetwork, p: &InverseProblem, [m_f, m_e]: [f64; 2]) -> f64 {
     let f =
         |k: f64| network.force_mn([m_f, m_e, p.displacement_mm + k * p.step_mm, p.velocity_mm_s]);
     (f(2.0) + f(1.0) - f(-1.0) - f(-2.0)) / (6.0 * p.step_mm)
@@ -40,7 +40,7 @@ fn stiffness(network: &PiecewiseNetwork, p: &InverseProblem, [m_f, m_e]: [f64; 2
 
 /// The least miss of the stiffness over a grid of `count` lines of m_f: all roots of the force along each
 /// line between `count` points, then lines between the best one's neighbours.
-fn grid(network: &PiecewiseNetwork, p: &InverseProblem, count: usize) -> f64 {
+fn grid(network: &ReluNetwork, p: &InverseProblem, count: usize) -> f64 {
     let force = |m: [f64; 2]| {
         network.force_mn([m[0], m[1], p.displacement_mm, p.velocity_mm_s]) - p.force_mn
     };

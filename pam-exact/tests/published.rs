@@ -57,7 +57,7 @@ fn halving_the_checks_changes_nothing() {
     for masses in [common::masses(29)[3], common::masses(29)[20]] {
         let problem = problem(&times, &force, Interpolation::Hold, masses);
         let solve = |longest: f64| {
-            let mut solver = ExactSolver::new().with_longest_step(longest);
+            let mut solver = ExactSolver::new().with_max_step(longest);
             solver.solve(&motion, &[problem]);
             solver.observed(0).to_vec()
         };
@@ -90,9 +90,9 @@ fn gradient_is_that_of_the_exact_value() {
         let gradient = ExactSolver::new().value_and_gradient(&motion, &[start], &squares);
         assert_eq!(gradient.value, value(&model, &start));
         let weights = ParametricForce::parameters(&model.force);
-        assert_eq!(gradient.shared.len(), weights.len() + 2);
+        assert_eq!(gradient.network.len(), weights.len());
         let scale =
-            weights.iter().zip(&gradient.shared).map(|(w, g)| (w * g).abs()).fold(0.0, f64::max);
+            weights.iter().zip(&gradient.network).map(|(w, g)| (w * g).abs()).fold(0.0, f64::max);
         let check = |name: String, exact: f64, at: f64, difference: &dyn Fn(f64) -> f64| {
             let h = 1e-6 * at.abs().max(1e-3);
             let fd = (difference(h) - difference(-h)) / (2.0 * h);
@@ -101,31 +101,30 @@ fn gradient_is_that_of_the_exact_value() {
             assert!(off < 2e-7 * size, "{name}: {exact} {fd}, off by {:e}", off / size);
         };
         for i in (0..weights.len()).step_by(331).chain(weights.len() - 3..weights.len()) {
-            check(format!("weight {i}"), gradient.shared[i], weights[i], &|h| {
+            check(format!("weight {i}"), gradient.network[i], weights[i], &|h| {
                 let mut moved = weights.clone();
                 moved[i] += h;
                 let force = model.force.with_parameters(&moved);
                 value(&model.map(|v| v, |_| force.clone()), &start)
             });
         }
-        let len = weights.len();
         let with = |mass_kg: f64, damping: f64| {
             let mut motion = common::motion(&model);
             motion.mass_kg += mass_kg;
             motion.auxiliary_damping_kg_s += damping;
             ExactSolver::new().value(&motion, &[start], &squares).value
         };
-        check("m".into(), gradient.shared[len], motion.mass_kg, &|h| with(h, 0.0));
-        check("B".into(), gradient.shared[len + 1], 700.0, &|h| with(0.0, h));
+        check("m".into(), gradient.mass, motion.mass_kg, &|h| with(h, 0.0));
+        check("B".into(), gradient.damping, 700.0, &|h| with(0.0, h));
         for i in 0..2 {
             let masses = [start.masses.flexor_g, start.masses.extensor_g];
-            check(format!("air {i}"), gradient.own[0][i], masses[i], &|h| {
+            check(format!("air {i}"), gradient.masses[0][i], masses[i], &|h| {
                 let mut m = masses;
                 m[i] += h;
                 let masses = SealedMasses { flexor_g: m[0], extensor_g: m[1] };
                 value(&model, &ExactProblem { masses, ..start })
             });
-            check(format!("start {i}"), gradient.initial_state[0][i], start.y0[i], &|h| {
+            check(format!("start {i}"), gradient.initial_states[0][i], start.y0[i], &|h| {
                 let mut y0 = start.y0;
                 y0[i] += h;
                 value(&model, &ExactProblem { y0, ..start })
@@ -199,7 +198,7 @@ fn sensitivities_and_gradient_agree() {
         let mut solver = ExactSolver::new();
         let gradient = solver.value_and_gradient(&motion, &[problem], &squares);
         let states = solver.observed(0).to_vec();
-        let len = motion.network.parameter_len();
+        let len = motion.network.parameter_count();
         let directions = [
             ExactDirection {
                 network: (0..len).map(|k| (0.1 * k as f64).sin()).collect(),
@@ -223,11 +222,11 @@ fn sensitivities_and_gradient_agree() {
                 .map(|(y, d)| 2.0 * (y[0] * d[0] + y[1] * d[1]))
                 .sum();
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-            let backward = dot(&gradient.shared, &direction.network)
-                + gradient.shared[len] * direction.mass_kg
-                + gradient.shared[len + 1] * direction.damping_kg_s
-                + dot(&gradient.own[0], &direction.masses_g)
-                + dot(&gradient.initial_state[0], &direction.start);
+            let backward = dot(&gradient.network, &direction.network)
+                + gradient.mass * direction.mass_kg
+                + gradient.damping * direction.damping_kg_s
+                + dot(&gradient.masses[0], &direction.masses_g)
+                + dot(&gradient.initial_states[0], &direction.start);
             assert!((forward - backward).abs() < 1e-9 * backward.abs(), "{forward} {backward}");
         }
     }

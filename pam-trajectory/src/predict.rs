@@ -4,7 +4,7 @@ use crate::gradient::pressures::SealedGas;
 use crate::metrics::PerChannel;
 use pam_core::{ForceModel, JointModel, ModelError, SealedMasses};
 use pam_data::Recording;
-use pam_exact::{ExactMotion, ExactProblem, ExactSolver, ForceSignal, PiecewiseNetwork};
+use pam_exact::{ExactMotion, ExactProblem, ExactSolver, ForceSignal, ReluNetwork};
 use pam_solvers::{
     ConstantStep, Integrator, Interpolation, PidController, SampledInput, SaveAt, Solution,
     SolveError, Statistics, Tableau, Term,
@@ -65,7 +65,7 @@ impl SolverSettings {
     /// Whether the exact method applies to a force that is read as in these settings.
     #[must_use]
     pub fn exact_applies_to(&self, force: &impl ForceModel<f64>) -> bool {
-        self.interpolation != Interpolation::Cubic && PiecewiseNetwork::applies_to(force)
+        self.interpolation != Interpolation::Cubic && ReluNetwork::applies_to(force)
     }
 
     /// The settings in one line, for reports.

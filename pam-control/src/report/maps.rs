@@ -1,6 +1,6 @@
 use crate::stiffness::{ExactMap, Reachable, StiffnessPoint};
 use maud::html;
-use pam_exact::Polygon;
+use pam_exact::RegionPolygon;
 use pam_report::figure::{
     ColourMap, LineFigure, MapPoint, PolygonMap, Role, Stroke, ValuePlane, ValuedPolygon,
 };
@@ -117,15 +117,15 @@ pub fn stiffness_report(
 fn caption(map: &ExactMap) -> String {
     format!(
         "{} polygons; the part of the plane that is not covered: {:.0e}",
-        map.partition.polygons.len(),
-        map.partition.missing.abs()
+        map.partition.regions.len(),
+        map.partition.uncovered_share.abs()
     )
 }
 
 /// The polygons of a plane of motion, coloured by a value. The colours end at the values that leave out a
 /// hundredth of the area on either side, since a few small polygons are far off.
-fn polygon_map(map: &ExactMap, label: &str, value: impl Fn(&Polygon) -> f64) -> String {
-    let polygons = &map.partition.polygons;
+fn polygon_map(map: &ExactMap, label: &str, value: impl Fn(&RegionPolygon) -> f64) -> String {
+    let polygons = &map.partition.regions;
     let mut weighted: Vec<(f64, f64)> = polygons.iter().map(|p| (value(p), p.area)).collect();
     weighted.sort_by(|a, b| a.0.total_cmp(&b.0));
     let whole: f64 = weighted.iter().map(|w| w.1).sum();
@@ -150,7 +150,7 @@ fn polygon_map(map: &ExactMap, label: &str, value: impl Fn(&Polygon) -> f64) -> 
         },
         polygons: polygons
             .iter()
-            .map(|p| ValuedPolygon { corners: p.corners.clone(), value: value(p) })
+            .map(|p| ValuedPolygon { corners: p.vertices.clone(), value: value(p) })
             .collect(),
         window: [window.first, window.second],
     }

@@ -1,5 +1,5 @@
 use pam_core::{AnyForce, JointModel, SealedMasses};
-use pam_exact::{Partition, PiecewiseNetwork, Plane, Window};
+use pam_exact::{Partition, Plane, ReluNetwork, Window};
 
 /// Most polygons of a map.
 const MOST_POLYGONS: usize = 200_000;
@@ -26,7 +26,7 @@ impl ExactMap {
         masses: SealedMasses,
         reach: [f64; 2],
     ) -> Option<Self> {
-        let network = PiecewiseNetwork::new(&model.force).ok()?;
+        let network = ReluNetwork::new(&model.force).ok()?;
         let plane = Plane::of_motion([masses.flexor_g, masses.extensor_g]);
         let window = Window { first: [-reach[0], reach[0]], second: [-reach[1], reach[1]] };
         let partition = Partition::new(&network, plane, window, MOST_POLYGONS);
@@ -54,15 +54,15 @@ mod tests {
         let model = JointModel::datasheet(AnyForce::Network(NetworkForce::new(mlp).unwrap()));
         let masses = SealedMasses { flexor_g: 0.08, extensor_g: 0.08 };
         let map = ExactMap::new(&model, "two".into(), masses, [2.0, 10.0]).unwrap();
-        assert!(map.partition.missing.abs() < 1e-12, "{}", map.partition.missing);
+        assert!(map.partition.uncovered_share.abs() < 1e-12, "{}", map.partition.uncovered_share);
         let mut found: Vec<(f64, f64)> =
-            map.partition.polygons.iter().map(|p| (p.force[1], p.area)).collect();
+            map.partition.regions.iter().map(|p| (p.force[1], p.area)).collect();
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         assert_eq!(found, [(100e3, 40.0), (180e3, 40.0)]);
-        for polygon in &map.partition.polygons {
-            let count = polygon.corners.len() as f64;
+        for polygon in &map.partition.regions {
+            let count = polygon.vertices.len() as f64;
             let middle: [f64; 2] =
-                std::array::from_fn(|i| polygon.corners.iter().map(|c| c[i]).sum::<f64>() / count);
+                std::array::from_fn(|i| polygon.vertices.iter().map(|c| c[i]).sum::<f64>() / count);
             let at = ForceInput {
                 mass_flexor_g: masses.flexor_g,
                 mass_extensor_g: masses.extensor_g,

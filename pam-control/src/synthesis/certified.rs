@@ -4,7 +4,7 @@ use super::problem::{Outcome, Solution, SynthesisSettings, Target};
 use crate::error::ControlError;
 use pam_core::units::MN_PER_N;
 use pam_core::{ForceModel, JointModel, SealedMasses};
-use pam_exact::{Certificate, InverseProblem, InverseSolver, PiecewiseNetwork, Window};
+use pam_exact::{Certificate, InverseProblem, InverseSolver, ReluNetwork, Window};
 use rayon::prelude::*;
 
 /// Samples that are solved one after the other; among equal solutions the one nearest to the sample
@@ -16,7 +16,7 @@ const STRETCH: usize = 64;
 /// certificate.
 #[derive(Debug, Clone)]
 pub struct CertifiedSynthesiser {
-    network: PiecewiseNetwork,
+    network: ReluNetwork,
     mass_kg: f64,
     damping_kg_s: f64,
     settings: SynthesisSettings,
@@ -33,7 +33,7 @@ impl CertifiedSynthesiser {
         settings: SynthesisSettings,
     ) -> Result<Self, ControlError> {
         settings.validate()?;
-        let network = PiecewiseNetwork::new(&model.force)
+        let network = ReluNetwork::new(&model.force)
             .map_err(|e| ControlError::Insufficient(e.to_string()))?;
         Ok(Self {
             network,

@@ -90,15 +90,14 @@ pub(crate) fn distance_from_discrete_adjoint(
         step += (scale * (fine - coarse)).powi(2);
         size += (scale * fine).powi(2);
     };
-    for (i, scale) in scales.iter().enumerate() {
-        compare(*scale, exact.shared[i], shared(&fine, i), shared(&coarse, i));
+    let parameters = exact.network.iter().chain([&exact.mass, &exact.damping]);
+    for (i, (scale, exact)) in scales.iter().zip(parameters).enumerate() {
+        compare(*scale, *exact, shared(&fine, i), shared(&coarse, i));
     }
     for (k, masses) in masses.iter().enumerate() {
-        let own = [exact.own[k][0], exact.own[k][1]];
-        let start = [exact.initial_state[k][0], exact.initial_state[k][1]];
+        let own = exact.masses[k].into_iter().chain(exact.initial_states[k]);
         let scales = [masses.flexor_g, masses.extensor_g, 1.0, 10.0];
-        for (i, (scale, exact)) in scales.into_iter().zip(own.into_iter().chain(start)).enumerate()
-        {
+        for (i, (scale, exact)) in scales.into_iter().zip(own).enumerate() {
             // The first sample is the initial state itself, here zero.
             compare(scale, exact, fine[k][len + i], coarse[k][len + i]);
         }

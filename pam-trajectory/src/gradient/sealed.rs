@@ -10,7 +10,7 @@ use pam_core::simd::Float;
 use pam_core::{Activation, JointModel, NetworkForce, RawParameters, Scalar, SealedMasses};
 use pam_data::Recording;
 use pam_data::Subject;
-use pam_exact::{ExactMotion, ExactSolver};
+use pam_exact::{ExactGradient, ExactMotion, ExactSolver};
 use pam_solvers::input::InputError;
 use pam_solvers::{
     BatchGradient, BatchWorkspace, BatchedIntegrator, ConstantStep, FailureKind, PidController,
@@ -92,6 +92,26 @@ fn observed_loss<'a>(
         }
         spare().push(of_states);
         value
+    }
+}
+
+/// A gradient in closed form in the layout of batched trajectories. Its segments count as steps, its region
+/// crossings as evaluations and its regions as linearised points.
+fn as_batch(exact: ExactGradient) -> BatchGradient {
+    let mut shared = exact.network;
+    shared.extend([exact.mass, exact.damping]);
+    BatchGradient {
+        value: exact.value,
+        values: exact.values,
+        shared,
+        own: exact.masses.iter().map(|g| g.to_vec()).collect(),
+        initial_state: exact.initial_states.iter().map(|g| g.to_vec()).collect(),
+        failures: exact.failures,
+        accepted: exact.statistics.segments,
+        rejected: 0,
+        evaluations: exact.statistics.crossings,
+        linearised: exact.statistics.regions,
+        stored_bytes: exact.stored_bytes,
     }
 }
 
@@ -276,11 +296,12 @@ impl<T: Float> SealedGradient<T> {
                     .map(|(s, y0)| exact_problem(&s.recording, s.masses, &self.settings, *y0))
                     .collect();
                 let one = observed_loss(&self.gas, model, subjects, starts, loss, backward);
-                if backward {
+                let gradient = if backward {
                     self.exact.value_and_gradient(&motion, &problems, &one)
                 } else {
                     self.exact.value(&motion, &problems, &one)
-                }
+                };
+                as_batch(gradient)
             }
             Err(why) => refused(model, subjects, &why.to_string()),
         };

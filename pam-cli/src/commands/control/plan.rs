@@ -136,8 +136,8 @@ fn certificate_json(certificates: &[Certificate]) -> serde_json::Value {
     json!({
         "complete": certificates.iter().filter(|c| c.is_complete()).count(),
         "samples": certificates.len(),
-        "largest_missing_area": certificates.iter().map(|c| c.missing.abs()).fold(0.0, f64::max),
-        "mean_polygons": mean(|c| c.polygons),
+        "largest_missing_area": certificates.iter().map(|c| c.uncovered_share.abs()).fold(0.0, f64::max),
+        "mean_polygons": mean(|c| c.regions),
         "mean_segments": mean(|c| c.segments),
         "mean_pieces": mean(|c| c.pieces),
     })

@@ -139,8 +139,8 @@ fn polygons_csv(maps: &[ExactMap]) -> String {
         "mass_flexor_g,mass_extensor_g,stiffness_n_mm,damping_kg_s,force_at_origin_n,area,corners\n",
     );
     for map in maps {
-        for p in &map.partition.polygons {
-            let corners: Vec<String> = p.corners.iter().map(|[x, v]| format!("{x} {v}")).collect();
+        for p in &map.partition.regions {
+            let corners: Vec<String> = p.vertices.iter().map(|[x, v]| format!("{x} {v}")).collect();
             let _ = writeln!(
                 text,
                 "{},{},{},{},{},{},{}",

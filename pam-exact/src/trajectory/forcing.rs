@@ -1,0 +1,257 @@
+//! A sampled force as segments on which it is a straight line.
+
+use pam_solvers::Interpolation;
+
+/// From its start on, the force is `force_mn + rate_mn_s τ`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ForcingSegment {
+    /// Start, s.
+    pub(crate) start_s: f64,
+    /// Length, s.
+    pub(crate) length_s: f64,
+    /// Force at the start, mN.
+    pub(crate) force_mn: f64,
+    /// Slope of the force, mN/s.
+    pub(crate) rate_mn_s: f64,
+    /// Whether the trajectory is observed at the end.
+    pub(crate) observed: bool,
+}
+
+/// The segments of a signal in order of time: first whole sample intervals, which are read from the signal
+/// itself, then those that were cut.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ForcingSegments<'a> {
+    /// Samples whose intervals are followed whole, and the one at which the last of them ends.
+    times_s: &'a [f64],
+    force_mn: &'a [f64],
+    held: bool,
+    cut: &'a [ForcingSegment],
+}
+
+impl<'a> ForcingSegments<'a> {
+    /// Cut segments alone.
+    pub(crate) fn of(cut: &'a [ForcingSegment]) -> Self {
+        Self { times_s: &[], force_mn: &[], held: true, cut }
+    }
+
+    fn whole(&self) -> usize {
+        self.times_s.len().saturating_sub(1)
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.whole() + self.cut.len()
+    }
+
+    #[inline(always)]
+    pub(crate) fn get(&self, index: usize) -> Option<ForcingSegment> {
+        if let (Some(&[start_s, end_s]), Some(&[force_mn, next_mn])) =
+            (self.times_s.get(index..index + 2), self.force_mn.get(index..index + 2))
+        {
+            let length_s = end_s - start_s;
+            let rate_mn_s = if self.held { 0.0 } else { (next_mn - force_mn) / length_s };
+            return Some(ForcingSegment { start_s, length_s, force_mn, rate_mn_s, observed: true });
+        }
+        self.cut.get(index - self.whole()).copied()
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = ForcingSegment> {
+        (0..self.len()).map_while(|k| self.get(k))
+    }
+
+    /// The length of most segments, s: the median of a few, since lengths differ by rounding alone unless
+    /// the recording is irregular.
+    pub(crate) fn nominal_length_s(&self) -> f64 {
+        let step = (self.len() / 63).max(1);
+        let some = (0..self.len()).step_by(step).filter_map(|k| self.get(k));
+        let mut lengths: Vec<f64> = some.map(|segment| segment.length_s).collect();
+        lengths.sort_by(f64::total_cmp);
+        lengths.get(lengths.len() / 2).copied().unwrap_or(1e-3)
+    }
+}
+
+/// A sampled force.
+#[derive(Debug, Clone, Copy)]
+pub struct ForceSignal<'a> {
+    /// Sample times, s, increasing.
+    pub times_s: &'a [f64],
+    /// Force at the samples, mN.
+    pub force_mn: &'a [f64],
+    /// Interpolation between samples. [`Interpolation::Cubic`] is not piecewise linear and is refused.
+    pub interpolation: Interpolation,
+}
+
+/// Span of a trajectory, and where its force is cut besides the samples.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cuts<'a> {
+    pub(crate) t0: f64,
+    pub(crate) t1: f64,
+    pub(crate) observe_s: &'a [f64],
+    /// Longer segments are cut into equal parts.
+    pub(crate) max_length_s: f64,
+}
+
+/// Whole sample intervals at the beginning of a signal.
+#[derive(Debug, Clone, Copy, Default)]
+struct WholeIntervals {
+    /// The first sample.
+    first: usize,
+    count: usize,
+}
+
+impl<'a> ForceSignal<'a> {
+    /// The knots of the signal: times at which a new straight line begins, with the force there.
+    fn knot(&self, k: usize) -> f64 {
+        let t = self.times_s;
+        if self.interpolation != Interpolation::Ramp || t.len() < 2 {
+            return t[k];
+        }
+        // The middles of the hold intervals; the last sample is held as long as the one before it.
+        let last = t.len() - 1;
+        t[k] + 0.5 * if k < last { t[k + 1] - t[k] } else { t[k] - t[k - 1] }
+    }
+
+    /// Force and its slope from `t` on, where knot `k` is the last at or before `t` (if any is).
+    fn line(&self, t: f64, k: Option<usize>) -> (f64, f64) {
+        let Some(k) = k else { return (self.force_mn[0], 0.0) };
+        if self.interpolation == Interpolation::Hold || k + 1 == self.times_s.len() {
+            return (self.force_mn[k], 0.0);
+        }
+        let (a, b) = (self.knot(k), self.knot(k + 1));
+        let rate = (self.force_mn[k + 1] - self.force_mn[k]) / (b - a);
+        (self.force_mn[k] + rate * (t - a), rate)
+    }
+
+    /// The sample intervals from the start on that are segments as they are: each begins a straight line,
+    /// and the trajectory is observed at each sample, and nowhere in between.
+    fn whole_intervals(&self, cuts: &Cuts<'_>) -> WholeIntervals {
+        let Cuts { t0, t1, observe_s, max_length_s } = *cuts;
+        let after = self.times_s.partition_point(|&s| s <= t0);
+        if self.interpolation == Interpolation::Ramp || after == 0 || self.times_s[after - 1] != t0
+        {
+            return WholeIntervals::default();
+        }
+        let times = &self.times_s[after - 1..];
+        let observed = &observe_s[observe_s.partition_point(|&s| s <= t0)..];
+        let ends = &times[1..];
+        let mut count = if std::ptr::eq(ends, observed) {
+            ends.partition_point(|&end| end <= t1)
+        } else {
+            let both = ends.iter().zip(observed);
+            both.take_while(|(end, at)| end == at && **at <= t1).count()
+        };
+        if max_length_s.is_finite() {
+            let short = times.windows(2).take(count).take_while(|t| t[1] - t[0] <= max_length_s);
+            count = short.count();
+        }
+        WholeIntervals { first: after - 1, count }
+    }
+
+    /// The segments between `t0` and `t1`, cut at the knots, at the observations and into equal parts no
+    /// longer than `max_length_s`. Those that are not whole sample intervals go to `cut`.
+    pub(crate) fn segments<'b>(
+        &self,
+        cuts: &Cuts<'_>,
+        cut: &'b mut Vec<ForcingSegment>,
+    ) -> ForcingSegments<'b>
+    where
+        'a: 'b,
+    {
+        cut.clear();
+        let Cuts { t0, t1, observe_s, max_length_s } = *cuts;
+        let whole = self.whole_intervals(cuts);
+        let mut t = t0;
+        let mut next_observed = observe_s.partition_point(|&s| s <= t0);
+        let mut next_knot = 0;
+        while next_knot < self.times_s.len() && self.knot(next_knot) <= t0 {
+            next_knot += 1;
+        }
+        let mut samples = 0..0;
+        if whole.count > 0 {
+            samples = whole.first..whole.first + whole.count + 1;
+            t = self.times_s[whole.first + whole.count];
+            next_knot += whole.count;
+            next_observed += whole.count;
+        }
+        while t < t1 {
+            let observed = observe_s.get(next_observed).copied().unwrap_or(f64::INFINITY);
+            let knot =
+                if next_knot < self.times_s.len() { self.knot(next_knot) } else { f64::INFINITY };
+            let end = observed.min(knot).min(t1);
+            let (force_mn, rate_mn_s) = self.line(t, next_knot.checked_sub(1));
+            let (length_s, observed) = (end - t, end == observed);
+            ForcingSegment { start_s: t, length_s, force_mn, rate_mn_s, observed }
+                .push_parts(max_length_s, cut);
+            next_observed += usize::from(observed);
+            next_knot += usize::from(end == knot);
+            t = end;
+        }
+        ForcingSegments {
+            times_s: &self.times_s[samples.clone()],
+            force_mn: &self.force_mn[samples],
+            held: self.interpolation == Interpolation::Hold,
+            cut,
+        }
+    }
+}
+
+impl ForcingSegment {
+    /// Appends the segment in equal parts no longer than `max_length_s`.
+    fn push_parts(self, max_length_s: f64, out: &mut Vec<Self>) {
+        if self.length_s <= max_length_s {
+            out.push(self);
+            return;
+        }
+        let parts = (self.length_s / max_length_s).ceil();
+        let length_s = self.length_s / parts;
+        for part in 0..parts as usize {
+            let into = part as f64 * length_s;
+            out.push(Self {
+                start_s: self.start_s + into,
+                length_s,
+                force_mn: self.force_mn + self.rate_mn_s * into,
+                observed: self.observed && part + 1 == parts as usize,
+                ..self
+            });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pam_solvers::{Input, SampledInput, Side};
+
+    /// The force along every segment equals that of the general solvers' input.
+    #[test]
+    fn segments_are_the_input_of_the_general_solvers() {
+        let times: Vec<f64> =
+            (0..40).map(|k| 0.1 * f64::from(k) + 0.01 * f64::from(k % 3)).collect();
+        let force: Vec<f64> = times.iter().map(|t| 1e3 * (3.0 * t).sin()).collect();
+        let observe: Vec<f64> = (0..25).map(|k| -0.05 + 0.17 * f64::from(k)).collect();
+        for interpolation in [Interpolation::Hold, Interpolation::Linear, Interpolation::Ramp] {
+            let signal = ForceSignal { times_s: &times, force_mn: &force, interpolation };
+            let input = SampledInput::new(&times, &force, interpolation).unwrap();
+            let at = |t: f64, side: Side| {
+                let mut u = [0.0];
+                input.value_into(t, side, &mut u);
+                u[0]
+            };
+            for max_length_s in [f64::INFINITY, 0.02] {
+                let (t0, t1, mut cut) = (-0.05, 4.03, Vec::new());
+                let cuts = Cuts { t0, t1, observe_s: &observe, max_length_s };
+                let segments = signal.segments(&cuts, &mut cut);
+                let mut end = t0;
+                for s in segments.iter() {
+                    assert!((s.start_s - end).abs() < 1e-14 && s.length_s <= max_length_s);
+                    end = s.start_s + s.length_s;
+                    let inside = 0.3 * s.length_s;
+                    let there = at(s.start_s + inside, Side::Right);
+                    assert!((s.force_mn + inside * s.rate_mn_s - there).abs() < 1e-9);
+                }
+                assert!((end - t1).abs() < 1e-14);
+                let observed = segments.iter().filter(|s| s.observed).count();
+                assert_eq!(observed, observe.iter().filter(|&&t| t > t0 && t <= t1).count());
+            }
+        }
+    }
+}
