@@ -1,11 +1,11 @@
-//! Are these parameters those of a rig that could exist?
+//! Checks of the parameters of a rig.
 
 use crate::effects::SetUp;
 use crate::error::RigError;
 use crate::plant::{DryFriction, HeatExchange, MuscleParameters};
 use crate::rig::RigParameters;
 
-/// Checks the parameters of a rig, and of its plant after the effects had their say.
+/// Checks the parameters of a rig, and those of its plant with the effects.
 pub(crate) fn rig(p: &RigParameters, setup: &SetUp) -> Result<(), RigError> {
     if p.steps_per_sample == 0 {
         return Err(error("steps_per_sample", 0.0, "there must be at least one"));

@@ -1,4 +1,4 @@
-//! What can go wrong with a rig.
+//! Errors of the rig.
 
 use crate::effects::EffectError;
 use pam_data::DataError;
@@ -11,11 +11,11 @@ pub enum RigError {
     /// A parameter is impossible.
     #[error("`{field}` = {value}: {message}")]
     Parameter {
-        /// Where, as a path of field names.
+        /// The path of field names.
         field: String,
         /// The value.
         value: f64,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         message: String,
     },
     /// A settings or protocol file is wrong.
@@ -25,7 +25,7 @@ pub enum RigError {
         path: PathBuf,
         /// Line, counted from one.
         line: usize,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         message: String,
     },
     /// A protocol that was not read from a file is wrong.
@@ -33,7 +33,7 @@ pub enum RigError {
     Protocol {
         /// Its name.
         name: String,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         message: String,
     },
     /// The folder already holds something else.
@@ -41,7 +41,7 @@ pub enum RigError {
     Folder {
         /// The folder.
         folder: PathBuf,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         message: String,
     },
     /// An effect as written is wrong.

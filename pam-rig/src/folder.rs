@@ -1,4 +1,4 @@
-//! A folder of recordings: made in parallel, resumable, never with half a log.
+//! A folder of recordings, written in parallel and resumable; a log is complete or absent.
 
 use crate::error::RigError;
 use crate::protocol::{Protocol, Run};
@@ -13,10 +13,10 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Name of the file with everything that was hidden and set; sealed like the truth of each recording.
+/// Name of the file with all settings and hidden effects, which no estimator reads.
 pub const SETTINGS_FILE: &str = "truth.json";
 
-/// What is to be recorded.
+/// The settings of a folder of recordings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Session {
     /// The rig.
@@ -25,7 +25,7 @@ pub struct Session {
     pub protocol: Protocol,
     /// Seed of all noise.
     pub seed: u64,
-    /// Whether the truth of each sample is written beside each log.
+    /// `true` writes the ground truth of each log.
     pub truth: bool,
     /// First line of each log.
     pub note: String,
@@ -44,7 +44,7 @@ pub struct Entry {
     pub displacement_mm: [f64; 2],
     /// Frames of the log.
     pub frames: usize,
-    /// Whether the log was there already.
+    /// `true` if the log existed before.
     #[serde(skip)]
     pub was_there: bool,
 }
@@ -68,11 +68,11 @@ impl Session {
         }))
     }
 
-    /// Makes all recordings in a folder, on all threads. `progress` is told each that is done.
+    /// Writes all recordings into a folder, on all threads. `progress` is called for each that is done.
     ///
-    /// Every file is complete or absent. The settings are written first, the truth before its log; a
-    /// log that is there was finished, so a session that was interrupted goes on where it stopped
-    /// when it is made again with the same settings. Bytes depend on settings and seed alone.
+    /// Every file is complete or absent. The settings are written first, the truth before its log, so an
+    /// existing log is finished, and an interrupted session continues if it is called again with the same
+    /// settings. The bytes depend on settings and seed alone.
     ///
     /// # Errors
     /// [`RigError::Folder`] if the folder holds recordings made with other settings (unless
@@ -139,8 +139,8 @@ impl Session {
         }
     }
 
-    /// Takes a folder: writes the settings, or checks that those there are the same. Says whether
-    /// recordings that are there count.
+    /// Writes the settings into the folder, or checks that the existing ones are the same. `true` if the
+    /// existing recordings are kept.
     fn claim(&self, folder: &Path, runs: &[Run], overwrite: bool) -> Result<bool, RigError> {
         let path = folder.join(SETTINGS_FILE);
         let settings = format!("{:#}\n", self.settings()?);
@@ -182,7 +182,7 @@ impl Session {
     }
 }
 
-/// Names of the recordings that settings ask for; none if they are not understood.
+/// Names of the recordings of the settings; none if the settings cannot be read.
 fn names_in(settings: &str) -> Vec<String> {
     serde_json::from_str::<Value>(settings)
         .ok()

@@ -1,19 +1,19 @@
 //! A virtual rig of the joint that is not the model.
 //!
-//! Measured data whose truth is known: a plant whose physics is richer than the models that learn it,
-//! behind the valves, the servo, the motor and the sensors of the published rig, with phenomena that can
-//! be hidden in it. What it writes are raw logs, which enter through the same door as real ones, and
-//! beside them a sealed truth that no estimator reads.
+//! The rig makes recordings with known ground truth. Its plant has richer physics than the models that
+//! learn it, behind the valves, the servo, the motor and the sensors of the published rig, and phenomena can
+//! be hidden in it. It writes raw logs, which are loaded like real ones, and for each log a file with the
+//! ground truth that no estimator reads.
 //!
 //! The crate reads from the bottom up:
 //!
 //! 1. [`plant`]: two McKibben muscles, their air, their losses, and a joint with dry friction;
 //! 2. [`pneumatics`]: reservoir, ISO 6358 valves, the pulse servo;
 //! 3. [`sensors`]: motor, encoder, pressure and current sensors, clock; each can be made ideal;
-//! 4. [`effects`]: what can be hidden, from the shared vocabulary and beyond it;
+//! 4. [`effects`]: effects of the vocabulary, and phenomena outside it, that can be hidden;
 //! 5. [`rig`]: all of it, one sample at a time ([`Rig::tick`]), for closed loops;
-//! 6. [`protocol`]: what is done to it; [`record()`] carries a run out, [`Session`] a folder of them;
-//! 7. [`observables`]: what is published about the joint, measured here.
+//! 6. [`protocol`]: the commanded current and pressures; [`record()`] carries out a run, [`Session`] a folder of runs;
+//! 7. [`observables`]: the published numbers of the joint, measured on the rig.
 //!
 //! It shares units and file formats with the other crates, and no force code.
 //!

@@ -1,8 +1,8 @@
-//! What is published about the joint, measured on the rig.
+//! The published numbers of the joint, measured on the rig.
 //!
 //! The parameters that no datasheet gives (diameter of the braid, dead volume, wall, losses, gearbox
-//! friction) were chosen so that these numbers come out; `docs/rig.md` holds the table, `pam rig
-//! observables` makes it anew.
+//! friction) are calibrated to these numbers; `docs/rig.md` holds the table, `pam rig observables`
+//! computes it.
 
 use crate::error::RigError;
 use crate::plant::{Plant, PlantParameters};
@@ -17,19 +17,19 @@ use std::f64::consts::TAU;
 /// A number that is published and measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Observable {
-    /// What it is.
+    /// Description, with conditions.
     pub what: String,
     /// Its unit.
     pub unit: &'static str,
-    /// What is published.
+    /// Published value.
     pub published: f64,
-    /// Where.
+    /// Source.
     pub source: &'static str,
-    /// What the rig gives.
+    /// Value of the rig.
     pub rig: f64,
 }
 
-/// The published network's own answers: its force at the gas law's masses, and its free run.
+/// Source: the published network's force at the masses of the gas law, and its free simulation.
 const NETWORK: &str = "published weights";
 const PAPER: &str = "Wang and Realmuto 2026";
 
@@ -96,7 +96,7 @@ pub fn damping_kg_s(p: &PlantParameters, psi: [f64; 2]) -> f64 {
     1e3 * (up - down) / 10.0
 }
 
-/// Where a joint sealed at x = 0 comes to rest without friction, mm.
+/// Rest position without friction of a joint sealed at x = 0, mm.
 #[must_use]
 pub fn equilibrium_mm(p: &PlantParameters, psi: [f64; 2]) -> f64 {
     let plant = sealed(p, psi);

@@ -1,24 +1,25 @@
-//! A protocol carried out on a rig: logs and their truth.
+//! Recording a protocol: logs and their ground truth.
 
 use crate::error::RigError;
 use crate::protocol::{Protocol, Run};
 use crate::rig::{Command, PressureCommand, Rig, RigParameters};
 use crate::truth::Truth;
 use pam_data::formats::raw_log::{self, Row};
+use pam_numerics::ContentHash;
 
 /// Time at the head of a log before the controller starts, s.
 const IDLE_S: f64 = 0.05;
 
-/// A recording as the rig made it.
+/// A recording of the rig.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recorded {
-    /// Its name, that of its log.
+    /// Name of the recording and its log.
     pub name: String,
     /// Nominal frames per second.
     pub rate_hz: f64,
     /// The log's rows.
     pub rows: Vec<Row>,
-    /// What is true.
+    /// The ground truth.
     pub truth: Truth,
 }
 
@@ -30,13 +31,12 @@ impl Recorded {
     }
 }
 
-/// The seed of a run: the recordings of a folder differ in their noise, and each is the same in
-/// whatever company it is made.
+/// The seed of a run: the recordings of a folder differ in their noise, and none depends on the others.
 #[must_use]
 pub fn seed_of(seed: u64, name: &str) -> u64 {
-    // FNV-1a over the name.
-    let start = 0xcbf2_9ce4_8422_2325_u64 ^ seed;
-    name.bytes().fold(start, |hash, b| (hash ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3))
+    let mut hash = ContentHash::seeded(seed);
+    hash.bytes(name.as_bytes());
+    hash.value()
 }
 
 /// Carries out one run.

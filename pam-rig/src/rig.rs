@@ -16,11 +16,11 @@ use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Everything that describes a rig.
+/// Parameters of a rig.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RigParameters {
-    /// Steps of the plant in a sample.
+    /// Steps of the plant per sample.
     pub steps_per_sample: usize,
     /// The joint.
     pub plant: PlantParameters,
@@ -28,7 +28,7 @@ pub struct RigParameters {
     pub pneumatics: PneumaticsParameters,
     /// Motor, sensors, clock.
     pub sensors: SensorParameters,
-    /// What is hidden in it.
+    /// Hidden effects, in the order in which they act.
     #[serde(rename = "effect")]
     pub effects: Vec<Effect>,
 }
@@ -46,7 +46,7 @@ impl Default for RigParameters {
 }
 
 impl RigParameters {
-    /// Reads parameters from a TOML file; what it leaves out has its default.
+    /// Reads parameters from a TOML file; missing ones have their defaults.
     ///
     /// # Errors
     /// [`RigError`] naming file and line.
@@ -64,18 +64,18 @@ impl RigParameters {
     }
 }
 
-/// What happens to the air during a sample.
+/// Command to the valves during a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PressureCommand {
     /// All valves shut: the muscles are sealed.
     Sealed,
     /// The servo drives both muscles to these pressures, psi gauge.
     Servo([f64; 2]),
-    /// The valves are driven by hand.
+    /// The valves are driven directly.
     Valves([Opening; 2]),
 }
 
-/// What the controller wants during a sample.
+/// Commands of the controller during a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
     /// Motor current that pushes along +x, A.
@@ -84,7 +84,7 @@ pub struct Command {
     pub pressure: PressureCommand,
 }
 
-/// A sample: what the log says and what is true.
+/// A sample: the row of the log and the ground truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
     /// The log's row.
@@ -128,7 +128,7 @@ impl Rig {
     /// time from zero on, where excitations begin.
     ///
     /// # Errors
-    /// [`RigError::Parameter`] if the parameters make no joint that could exist.
+    /// [`RigError::Parameter`] if the parameters are impossible.
     pub fn new(parameters: &RigParameters, seed: u64, start_s: f64) -> Result<Self, RigError> {
         let phenomena: Vec<_> = parameters.effects.iter().map(Effect::start).collect();
         let mut setup = SetUp {
@@ -166,7 +166,7 @@ impl Rig {
         self.time_s
     }
 
-    /// The joint as it truly is.
+    /// The true state of the joint.
     #[must_use]
     pub fn plant(&self) -> &Plant {
         &self.plant
@@ -219,7 +219,7 @@ impl Rig {
         Frame { row, truth }
     }
 
-    /// What the valves do in this sample.
+    /// Openings of the valves in this sample.
     fn openings(&mut self, command: &Command, raw_psi: [f64; 2], sample_ms: f64) -> [Opening; 2] {
         if let PressureCommand::Sealed = command.pressure {
             self.sealed_g.get_or_insert([0, 1].map(|i| self.plant.muscles()[i].air.mass_g));
@@ -290,7 +290,7 @@ fn gauge_psi(pressure_kpa: f64) -> f64 {
     (pressure_kpa - ATMOSPHERE_KPA) / KPA_PER_PSI
 }
 
-/// How a log writes what the valves of a muscle do: −1 shut, 1 inflating, 2 exhausting.
+/// The valves of a muscle as a log writes them: −1 shut, 1 inflating, 2 exhausting.
 fn valve_code(opening: Opening) -> i8 {
     match opening {
         Opening::Shut => -1,

@@ -1,4 +1,4 @@
-//! What is true about a recording, and what no estimator may read.
+//! The ground truth of a recording, which no estimator may read.
 
 use crate::plant::Plant;
 use pam_data::DataError;
@@ -30,7 +30,7 @@ pub struct TruthRow {
 }
 
 impl TruthRow {
-    /// The plant as it is; force and friction are still to come.
+    /// The state of the plant; force and friction are zero until they are known.
     #[must_use]
     pub fn of(plant: &Plant) -> Self {
         let each =
@@ -49,7 +49,7 @@ impl TruthRow {
     }
 }
 
-/// The truth of a recording, one row a frame of its log.
+/// The ground truth of a recording, one row per frame of its log.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Truth {
     /// True time of the first frame, s; the excitation begins at zero.
@@ -68,7 +68,7 @@ impl Truth {
         log.with_file_name(format!("{name}{}", pam_data::TRUTH_SUFFIX))
     }
 
-    /// The arrays of the file, all named `truth_…`, one value a frame.
+    /// The arrays of the file, all named `truth_…`, one value per frame.
     #[must_use]
     pub fn to_arrays(&self) -> BTreeMap<String, Array> {
         type Column = (&'static str, fn(&TruthRow) -> f64);

@@ -1,4 +1,4 @@
-//! Dry friction of gearbox and joint that truly sticks.
+//! Dry friction of gearbox and joint with sticking.
 
 use serde::{Deserialize, Serialize};
 

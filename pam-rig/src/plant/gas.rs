@@ -42,7 +42,7 @@ impl Default for HeatExchange {
     }
 }
 
-/// Sums of what crossed the border of a chamber, µJ (kPa·mm³).
+/// Work, heat and enthalpy that crossed the border of a chamber, µJ (kPa·mm³).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct GasLedger {
     /// Work done by the air, ∫ P dV.
@@ -74,7 +74,7 @@ pub struct Chamber {
     volume_mm3: f64,
     exchange: HeatExchange,
     radius_mm: f64,
-    /// What crossed the border so far.
+    /// Sums of work, heat and enthalpy so far.
     pub ledger: GasLedger,
 }
 
@@ -127,7 +127,7 @@ impl Chamber {
         self.mass_g * HEAT_CAPACITY_V * self.temperature_k()
     }
 
-    /// What the air could do against the room, µJ: U − U₀ + P₀ (V − V₀) − T₀ (S − S₀), relative to
+    /// Availability of the air against the room, µJ: U − U₀ + P₀ (V − V₀) − T₀ (S − S₀), relative to
     /// the same mass in the room. It falls in everything a closed chamber does but being compressed.
     /// The entropy is that of the mean temperature less that of the modes' spread, to second order:
     /// air whose modes differ can let heat flow out while it is cold in the mean.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Number of Maxwell-slip elements a muscle.
+/// Number of Maxwell-slip elements per muscle.
 pub const SLIP_ELEMENTS: usize = 6;
 
 /// Parameters of the losses of one muscle.

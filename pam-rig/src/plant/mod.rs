@@ -65,7 +65,7 @@ impl Default for PlantParameters {
     }
 }
 
-/// What acts on the joint during a step.
+/// Actions on the joint during a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drive {
     /// Force along +x, N.
@@ -106,8 +106,8 @@ pub struct Plant {
 const SIDE: [f64; 2] = [1.0, -1.0];
 
 impl Plant {
-    /// A joint at rest at x = 0 with both chambers at atmospheric pressure. `laws` says how each gas
-    /// follows its muscle, `further` are dry frictions beside the joint's own.
+    /// A joint at rest at x = 0 with both chambers at atmospheric pressure. `laws` give the volume of each
+    /// gas, `further` are dry frictions in addition to the joint's own.
     #[must_use]
     pub fn new(p: &PlantParameters, laws: [VolumeLaw; 2], further: &[DryFriction]) -> Self {
         let muscle = |m, law| Muscle::new(m, law, p.heat, ATMOSPHERE_KPA);
@@ -218,8 +218,8 @@ impl Plant {
         self.drift(half);
     }
 
-    /// Moves the joint along a prescribed motion instead of by forces, and says with which force
-    /// (N, friction left out) it must be pushed: a displacement-controlled test.
+    /// Moves the joint along a prescribed motion, as a displacement-controlled test, and returns the force
+    /// that this takes without friction, N.
     pub fn drag(&mut self, displacement_mm: f64, velocity_mm_s: f64, step_s: f64) -> f64 {
         for muscle in &mut self.muscles {
             muscle.air.relax(step_s);

@@ -7,7 +7,7 @@ use super::wall::WallParameters;
 use pam_core::units::ATMOSPHERE_KPA;
 use serde::{Deserialize, Serialize};
 
-/// What a muscle is made of.
+/// Parameters of a muscle.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MuscleParameters {
@@ -19,8 +19,8 @@ pub struct MuscleParameters {
     pub losses: LossParameters,
 }
 
-/// How the gas's volume follows the muscle's: the law is
-/// `V_gas = V(0) (V(c)/V(0))^exponent`, and c is not followed beyond the limits.
+/// Volume of the gas as a function of the contraction c: `V_gas = V(0) (V(c)/V(0))^exponent`, with c limited
+/// by the largest contraction.
 ///
 /// The plain muscle has exponent 1 and no limits. An exponent n makes isothermal air obey
 /// `P Vⁿ = const`.
@@ -79,7 +79,7 @@ impl Muscle {
         self.contraction_mm
     }
 
-    /// Whether the tendon is slack.
+    /// `true` if the tendon is slack.
     #[must_use]
     pub fn is_slack(&self) -> bool {
         self.slack

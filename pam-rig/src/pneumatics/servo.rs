@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ServoParameters {
-    /// Largest error that is left alone, psi.
+    /// Largest error that starts no pulse, psi.
     pub deadband_psi: f64,
     /// Length of an inflation pulse, ms.
     pub inflate_ms: f64,
@@ -24,7 +24,7 @@ impl Default for ServoParameters {
 }
 
 /// The servo of one muscle: outside the deadband a pulse, then a pause; inside both valves shut. It is
-/// asked once a sample.
+/// called once per sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Servo {
     parameters: ServoParameters,
@@ -40,7 +40,7 @@ impl Servo {
         Self { parameters, opening: Opening::Shut, pulse_left_ms: 0.0, pause_left_ms: 0.0 }
     }
 
-    /// What the valves shall do until the next sample, `sample_ms` later.
+    /// Openings of the valves until the next sample, `sample_ms` later.
     pub fn decide(&mut self, target_psi: f64, measured_psi: f64, sample_ms: f64) -> Opening {
         // Half a sample of tolerance, so that pulses last the same number of samples every time.
         let tolerance = 0.5 * sample_ms;

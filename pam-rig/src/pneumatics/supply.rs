@@ -12,7 +12,7 @@ pub struct SupplyParameters {
     pub pressure_psi: f64,
     /// Volume of the reservoir, mm³.
     pub volume_mm3: f64,
-    /// Time in which the regulator makes up for most of a loss, s.
+    /// Time constant with which the regulator restores the pressure, s.
     pub recovery_s: f64,
 }
 
@@ -46,7 +46,7 @@ impl Supply {
         self.pressure_kpa
     }
 
-    /// Gives `mass_g` of air and is refilled for a time.
+    /// Releases `mass_g` of air, then refills for a time.
     pub fn give(&mut self, mass_g: f64, time_s: f64) {
         let p = &self.parameters;
         self.pressure_kpa -= mass_g * GAS_CONSTANT * ROOM_K / p.volume_mm3;

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 const REFERENCE_DENSITY_G_DM3: f64 = 1.185;
 /// Temperature of the reference atmosphere, K.
 const REFERENCE_K: f64 = 293.15;
-/// Pressure ratio above which the flow is taken as linear, so that it is smooth at equal pressures.
+/// Pressure ratio above which the flow is linear, so that it is smooth at equal pressures.
 const LINEAR_FROM: f64 = 0.999;
 
 /// Mass flow through an orifice, g/s (ISO 6358-1:2013, equations 1 and 2):
@@ -72,7 +72,7 @@ impl Default for ValveParameters {
     }
 }
 
-/// What the valves of a muscle do.
+/// Opening of the valves of a muscle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Opening {
     /// Both shut.
@@ -84,7 +84,7 @@ pub enum Opening {
     Exhaust,
 }
 
-/// The valves of one muscle, which follow their command late.
+/// The valves of one muscle, which follow their command with a delay.
 #[derive(Debug, Clone)]
 pub struct Valve {
     parameters: ValveParameters,
@@ -100,8 +100,8 @@ impl Valve {
         Self { parameters, pending: VecDeque::new(), delay_steps }
     }
 
-    /// Flow into the muscle during a step (g/s, negative when it leaves) for a command, and of that
-    /// what the supply gives.
+    /// Mass flow into the muscle during a step for a command (negative if it leaves), and its part from the
+    /// supply, g/s.
     pub fn flow_g_s(
         &mut self,
         command: Opening,

@@ -15,7 +15,7 @@ pub enum ConditionSet {
     Symmetric,
 }
 
-/// At which sealed pressures a protocol is run.
+/// The sealed pressures at which a protocol is run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged, try_from = "Written")]
 pub enum Conditions {
@@ -59,7 +59,7 @@ impl TryFrom<Written> for Conditions {
     }
 }
 
-/// The largest pressure that the supply gives for sure, psi gauge.
+/// The largest pressure that the supply can hold, psi gauge.
 const LARGEST_PSI: u8 = 90;
 
 impl Conditions {

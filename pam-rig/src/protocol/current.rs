@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// A stretch of the motor's current along +x. Times within a segment start at zero.
+/// A segment of the motor's current along +x. Times within a segment start at zero.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum CurrentSegment {
@@ -52,7 +52,7 @@ pub enum CurrentSegment {
         width_ms: f64,
         /// Time from pulse to pulse, s.
         period_s: f64,
-        /// Whether every other pulse points the other way.
+        /// `true` if every other pulse is negative.
         #[serde(default)]
         alternate: bool,
         /// Length, s.
@@ -144,7 +144,7 @@ impl CurrentSegment {
         }
     }
 
-    /// What is wrong with it: a field and a message.
+    /// The first invalid field, with a message.
     pub(super) fn fault(&self) -> Option<(&'static str, String)> {
         let positive = |field: &'static str, value: f64| {
             (!(value.is_finite() && value > 0.0))

@@ -1,6 +1,6 @@
-//! What is done to the rig: the motor's current, the pressures, and at which conditions.
+//! Protocols: the motor's current, the pressures, and the conditions of each run.
 //!
-//! A protocol has two tracks that run side by side from time zero on. `[[current]]` segments follow
+//! A protocol has two parallel tracks that begin at time zero. `[[current]]` segments follow
 //! each other and drive the motor; `[[pressure]]` segments follow each other and drive the servo, and
 //! where there are none (left) the muscles are sealed. Before time zero the muscles are inflated by
 //! the servo, sealed, and left to rest.
@@ -38,7 +38,7 @@ use serde::{Deserialize, Serialize};
 /// Edges fall on samples whose times carry rounding, s.
 const TOLERANCE_S: f64 = 0.5e-9;
 
-/// What happens before time zero.
+/// Inflation and rest before time zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LeadIn {
@@ -63,10 +63,10 @@ pub struct Protocol {
     /// Sealed pressures at which it is run, one recording each; absent where the pressures are driven.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conditions: Option<Conditions>,
-    /// What is appended to the names `nn_FFEE` of its logs.
+    /// Suffix of the names `nn_FFEE` of its logs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub suffix: Option<String>,
-    /// What happens before time zero.
+    /// Inflation and rest before time zero.
     #[serde(default)]
     pub lead_in: LeadIn,
     /// The motor's current, one segment after another.

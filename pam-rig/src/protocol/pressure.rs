@@ -5,7 +5,7 @@ use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// A stretch of what happens to the air. Pressures are absolute, flexor and extensor.
+/// A segment of driven pressures. Pressures are absolute, flexor and extensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum PressureSegment {
@@ -67,13 +67,13 @@ impl PressureSegment {
         Some(kpa.map(|p| (p - ATMOSPHERE_KPA) / KPA_PER_PSI))
     }
 
-    /// Where the segment starts, psi gauge; room pressure for a sealed one.
+    /// Pressures at the start of the segment, psi gauge; room pressure for a sealed one.
     #[must_use]
     pub fn start_psi(&self) -> [f64; 2] {
         self.targets_psi(0.0).unwrap_or([0.0; 2])
     }
 
-    /// What is wrong with it: a field and a message.
+    /// The first invalid field, with a message.
     pub(super) fn fault(&self) -> Option<(&'static str, String)> {
         let duration = self.duration_s();
         if !(duration.is_finite() && duration > 0.0) {
@@ -111,5 +111,5 @@ impl PressureSegment {
     }
 }
 
-/// What the supply can give, kPa absolute.
+/// Largest pressure of the supply, kPa absolute.
 const LARGEST_KPA: f64 = 720.0;

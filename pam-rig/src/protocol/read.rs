@@ -10,7 +10,7 @@ use toml::Spanned;
 /// Longest run, s: a guard against a slip of the unit.
 const LONGEST_S: f64 = 24.0 * 3600.0;
 
-/// The lines on which things stand.
+/// Line numbers of the parts of a file.
 #[derive(Deserialize)]
 struct Places {
     #[serde(default)]

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 pub struct ClockParameters {
     /// Nominal samples per second.
     pub rate_hz: f64,
-    /// How much slower the clock runs than it says, ppm.
+    /// Relative error of the clock, ppm; positive if it runs slow.
     pub skew_ppm: f64,
-    /// Standard deviation of the moment at which the encoder is read, µs.
+    /// Standard deviation of the time at which the encoder is read, µs.
     pub jitter_us: f64,
 }
 

@@ -4,7 +4,7 @@ use super::quantised;
 use pam_core::units::PULLEY_RADIUS_MM;
 use serde::{Deserialize, Serialize};
 
-/// Parameters of the encoder (AMT203-V: 4096 positions a turn).
+/// Parameters of the encoder (AMT203-V: 4096 positions per turn).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct EncoderParameters {

@@ -14,7 +14,7 @@ pub use pressure::{PressureParameters, PressureSensor};
 
 use serde::{Deserialize, Serialize};
 
-/// Parameters of everything between the joint and its log.
+/// Parameters of motor, sensors and clock.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SensorParameters {

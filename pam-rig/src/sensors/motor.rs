@@ -30,7 +30,7 @@ impl Default for MotorParameters {
 }
 
 impl MotorParameters {
-    /// The current that flows for a wanted one.
+    /// The real current for a commanded one.
     #[must_use]
     pub fn current_a(&self, wanted_a: f64) -> f64 {
         quantised(wanted_a, self.command_step_a)
