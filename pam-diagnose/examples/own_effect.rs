@@ -18,10 +18,9 @@ use std::f64::consts::TAU;
 const INFO: EffectInfo = EffectInfo {
     id: "quadratic_drag",
     group: Group::Mechanics,
-    what: "drag that grows with the square of the speed",
+    description: "drag that grows with the square of the speed",
     parameters: &[ParameterInfo::linear("drag_n_s2_mm2", [0.0, 10.0])],
     switches: &[],
-    air: false,
     excited_by: "fast motion",
 };
 

@@ -1,18 +1,14 @@
 //! Errors of effects and extended models.
 
+use pam_vocabulary::VocabularyError;
 use thiserror::Error;
 
 /// An effect or an extended model that cannot be used as asked.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Error)]
 pub enum EffectError {
     /// An effect is not known, or its values are wrong.
-    #[error("effect `{id}`: {message}")]
-    Effect {
-        /// Its id.
-        id: String,
-        /// The fault and its remedy.
-        message: String,
-    },
+    #[error(transparent)]
+    Vocabulary(#[from] VocabularyError),
     /// The model's force is not of the required kind.
     #[error("{0}")]
     Force(String),

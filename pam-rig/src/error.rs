@@ -1,6 +1,6 @@
 //! Errors of the rig.
 
-use crate::effects::EffectError;
+use crate::effects::VocabularyError;
 use pam_data::DataError;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -46,7 +46,7 @@ pub enum RigError {
     },
     /// An effect as written is wrong.
     #[error(transparent)]
-    Effect(#[from] EffectError),
+    Effect(#[from] VocabularyError),
     /// A file cannot be read or written.
     #[error(transparent)]
     Data(#[from] DataError),

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// An effect or one of its values is unknown, missing or impossible.
 #[derive(Debug, Clone, PartialEq)]
-pub enum EffectError {
+pub enum VocabularyError {
     /// No effect has this id.
     UnknownEffect {
         /// The id as written.
@@ -48,13 +48,13 @@ pub enum EffectError {
     },
 }
 
-impl EffectError {
-    /// [`EffectError::UnknownEffect`] with the known ids.
+impl VocabularyError {
+    /// [`VocabularyError::UnknownEffect`] with the known ids.
     pub fn unknown_effect(id: &str, known: impl IntoIterator<Item = &'static str>) -> Self {
         Self::UnknownEffect { id: id.to_owned(), known: known.into_iter().collect() }
     }
 
-    /// [`EffectError::UnknownValue`] with the names that the effect has.
+    /// [`VocabularyError::UnknownValue`] with the names that the effect has.
     pub fn unknown_value(
         effect: &'static str,
         name: &str,
@@ -64,7 +64,7 @@ impl EffectError {
     }
 }
 
-impl fmt::Display for EffectError {
+impl fmt::Display for VocabularyError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::UnknownEffect { id, known } => {
@@ -83,4 +83,4 @@ impl fmt::Display for EffectError {
     }
 }
 
-impl std::error::Error for EffectError {}
+impl std::error::Error for VocabularyError {}

@@ -14,7 +14,7 @@
 //! let leak = pam_vocabulary::by_id("leak")?;
 //! assert_eq!(leak.parameters[0].name, "flexor_rate_per_s");
 //! assert!(pam_vocabulary::by_id("leaks").is_err_and(|e| e.to_string().contains("there are")));
-//! # Ok::<(), pam_vocabulary::EffectError>(())
+//! # Ok::<(), pam_vocabulary::VocabularyError>(())
 //! ```
 
 mod error;
@@ -23,7 +23,7 @@ mod info;
 mod mechanics;
 mod sensing;
 
-pub use error::EffectError;
+pub use error::VocabularyError;
 pub use info::{EffectInfo, Group, ParameterInfo, Switch};
 
 const LEN: usize = mechanics::EFFECTS.len() + gas::EFFECTS.len() + sensing::EFFECTS.len();
@@ -47,11 +47,11 @@ pub static ALL: [EffectInfo; LEN] = {
 /// The effect with this id.
 ///
 /// # Errors
-/// [`EffectError::UnknownEffect`], which lists the ids of the vocabulary.
-pub fn by_id(id: &str) -> Result<&'static EffectInfo, EffectError> {
+/// [`VocabularyError::UnknownEffect`], which lists the ids of the vocabulary.
+pub fn by_id(id: &str) -> Result<&'static EffectInfo, VocabularyError> {
     ALL.iter()
         .find(|e| e.id == id)
-        .ok_or_else(|| EffectError::unknown_effect(id, ALL.iter().map(|e| e.id)))
+        .ok_or_else(|| VocabularyError::unknown_effect(id, ALL.iter().map(|e| e.id)))
 }
 
 /// The effect with this id, for constants: `const { entry("leak") }` does not compile if the vocabulary

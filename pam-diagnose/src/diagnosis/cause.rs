@@ -132,5 +132,5 @@ pub(super) fn ranking(base: &Scored<'_>, singles: &[Scored<'_>], floors: &Floors
 /// The id and words of an effect.
 pub(super) fn words(effect: &dyn AnyEffect) -> (&'static str, &'static str, &'static str) {
     let info = effect.info();
-    (info.id, info.what, info.excited_by)
+    (info.id, info.description, info.excited_by)
 }

@@ -52,7 +52,10 @@ fn stored(id: &str, values: &[(&str, f64)]) -> StoredEffect {
 #[test]
 fn wrong_effects_are_refused_by_name() {
     let cases: [(StoredEffect, &[&str]); 4] = [
-        (stored("columb_friction", &[("force_n", 1.0)]), &["no such effect", "coulomb_friction"]),
+        (
+            stored("columb_friction", &[("force_n", 1.0)]),
+            &["no effect `columb_friction`", "coulomb_friction"],
+        ),
         (stored("creep", &[("stiffness_n_mm", 1.0)]), &["time_constant_s", "missing"]),
         (
             stored("coulomb_friction", &[("force_n", 1.0), ("force_kn", 1.0)]),
@@ -62,8 +65,9 @@ fn wrong_effects_are_refused_by_name() {
     ];
     for (effect, words) in cases {
         match ActiveEffect::from_stored(&effect, ALL) {
-            Err(EffectError::Effect { id, message }) => {
-                assert_eq!(id, effect.effect);
+            Err(EffectError::Vocabulary(error)) => {
+                let message = error.to_string();
+                assert!(message.contains(&format!("effect `{}`", effect.effect)));
                 for word in words {
                     assert!(message.contains(word), "{message}");
                 }
@@ -75,7 +79,7 @@ fn wrong_effects_are_refused_by_name() {
         ExtendedModel { joint: linear(), info: ModelInfo::default(), effects: Vec::new() }
             .to_saved();
     saved.info.effects.push(stored("phlogiston", &[]));
-    assert!(matches!(ExtendedModel::from_saved(saved), Err(EffectError::Effect { .. })));
+    assert!(matches!(ExtendedModel::from_saved(saved), Err(EffectError::Vocabulary(_))));
 }
 
 /// A switch that is not mentioned is off.

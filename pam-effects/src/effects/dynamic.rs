@@ -67,6 +67,7 @@ dispatch! {
         fn info(&self) -> &'static EffectInfo;
         fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>>;
         fn stands(&self, values: &[f64], scales: &DataScales) -> bool;
+        fn changes_gas(&self) -> bool;
         fn memory_len(&self) -> usize;
         fn remembers(&self) -> bool;
         fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed;

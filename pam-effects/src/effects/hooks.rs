@@ -103,7 +103,7 @@ pub enum Absorbed {
             `pam-diagnose/examples/own_effect.rs`"
 )]
 pub trait Effect: Send + Sync + 'static {
-    /// Id, parameters, words.
+    /// The entry of the vocabulary, or a description of its own.
     fn info(&self) -> &'static EffectInfo;
 
     /// Values from which a fit may start, at magnitudes that these data could show. The derivative of
@@ -120,6 +120,11 @@ pub trait Effect: Send + Sync + 'static {
     /// Number of remembered values.
     fn memory_len(&self) -> usize {
         0
+    }
+
+    /// `true` if the effect changes the gas law of the chambers.
+    fn changes_gas(&self) -> bool {
+        false
     }
 
     /// Whether the effect depends on what was before the present motion, so that a recording cannot be
@@ -169,7 +174,7 @@ pub trait Effect: Send + Sync + 'static {
         S::zero()
     }
 
-    /// Changes the gas law of the chambers.
+    /// Changes the gas law of the chambers; called if [`changes_gas`](Self::changes_gas).
     fn chamber<S: Scalar>(&self, p: &[S], law: &mut ChamberLaw<S>) {
         let _ = (p, law);
     }

@@ -9,20 +9,20 @@
 //! which is constant during a step of the simulation and moved by [`Effect::advance`] after it; forces
 //! inside a step are evaluated from the memory at its start and the way since.
 //!
-//! **A new effect** is a type with [`Effect`] in a file of its own, named in its group's `mod.rs`, and a line
-//! in the list of [`ALL`]; from another crate it is handed to [`crate::Options::candidates`] beside these.
+//! **A new effect** is a type with [`Effect`] in a file of its own, a line in its group's `mod.rs`, and a line
+//! in the list of [`ALL`]. Its [`EffectInfo`] is the entry of the vocabulary ([`entry`]), or its own if the
+//! vocabulary does not have it. An effect of another crate is passed to the diagnosis as a candidate.
 
 mod dynamic;
 mod gas;
 mod hooks;
-mod info;
 mod mechanics;
 mod scales;
 mod sensing;
 
 pub use dynamic::{AnyEffect, Derivatives, EffectHooks, EffectScalar, WIDTH};
 pub use hooks::{Absorbed, ChamberLaw, Effect, Observed, Point, Rest, Restoring};
-pub use info::{EffectInfo, Group, ParameterInfo};
+pub use pam_vocabulary::{EffectInfo, Group, ParameterInfo, Switch, VocabularyError, entry};
 pub use scales::{DataScales, ScaleSample};
 
 #[cfg(doc)]
@@ -32,7 +32,7 @@ macro_rules! effects {
     ($($group:ident::$module:ident::$effect:ident),+ $(,)?) => {
         $(pub use $group::$module::$effect;)+
 
-        /// Every effect of the vocabulary, in its order.
+        /// Every effect: those of the vocabulary ([`pam_vocabulary`]) in its order, and any further ones.
         pub static ALL: &[&dyn AnyEffect] = &[$(&$effect),+];
     };
 }

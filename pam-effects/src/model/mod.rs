@@ -11,7 +11,7 @@ mod without_effects;
 
 pub use without_effects::WithoutEffects;
 
-use crate::effects::{ALL, AnyEffect, by_id};
+use crate::effects::{ALL, AnyEffect, VocabularyError, by_id};
 use crate::error::EffectError;
 use crate::simulation::Base;
 use pam_core::{AnyForce, JointModel};
@@ -34,48 +34,50 @@ impl ActiveEffect {
     #[must_use]
     pub fn stored(&self) -> StoredEffect {
         let info = self.effect.info();
-        let names = info.parameters.iter().map(|p| p.name).chain(info.switches.iter().copied());
         StoredEffect {
             effect: info.id.into(),
-            values: names.map(str::to_owned).zip(self.values.iter().copied()).collect(),
+            values: info
+                .value_names()
+                .map(str::to_owned)
+                .zip(self.values.iter().copied())
+                .collect(),
         }
     }
 
     /// An effect from its stored form, looked up among `known`.
     ///
     /// # Errors
-    /// [`EffectError::Effect`] if there is no such effect, or a value is missing, unknown or not finite.
+    /// [`EffectError::Vocabulary`] if there is no such effect, or a value is missing, unknown or not finite.
     pub fn from_stored(
         stored: &StoredEffect,
         known: &[&'static dyn AnyEffect],
     ) -> Result<Self, EffectError> {
-        let fail = |message: String| EffectError::Effect { id: stored.effect.clone(), message };
         let effect = known
             .iter()
             .find(|e| e.info().id == stored.effect)
             .copied()
             .or_else(|| by_id(&stored.effect))
             .ok_or_else(|| {
-                let ids: Vec<_> = known.iter().map(|e| e.info().id).collect();
-                fail(format!("there is no such effect; there are {}", ids.join(", ")))
+                VocabularyError::unknown_effect(&stored.effect, known.iter().map(|e| e.info().id))
             })?;
         let info = effect.info();
-        let names: Vec<&str> =
-            info.parameters.iter().map(|p| p.name).chain(info.switches.iter().copied()).collect();
-        if let Some(name) = stored.values.keys().find(|k| !names.contains(&k.as_str())) {
-            return Err(fail(format!("`{name}` is none of its values, {}", names.join(", "))));
+        if let Some(name) = stored.values.keys().find(|k| info.value_names().all(|n| n != **k)) {
+            return Err(VocabularyError::unknown_value(info.id, name, info.value_names()).into());
         }
-        let values: Result<Vec<f64>, EffectError> = names
-            .iter()
-            .map(|name| match stored.values.get(*name) {
-                Some(v) if v.is_finite() => Ok(*v),
-                Some(v) => Err(fail(format!("`{name}` is {v}"))),
-                // A switch that is not mentioned is off.
-                None if info.switches.contains(name) => Ok(0.0),
-                None => Err(fail(format!("`{name}` is missing"))),
-            })
-            .collect();
-        Ok(Self { effect, values: values? })
+        let value = |name| match stored.values.get(name) {
+            Some(v) if v.is_finite() => Ok(*v),
+            Some(v) => Err(VocabularyError::OutsideRange {
+                effect: info.id,
+                name,
+                value: *v,
+                range: [f64::NEG_INFINITY, f64::INFINITY],
+            }),
+            // A switch that is not mentioned is off.
+            None if info.switches.iter().any(|s| s.name == name) => Ok(0.0),
+            None => Err(VocabularyError::Missing { effect: info.id, name }),
+        };
+        let values = info.value_names().map(value).collect::<Result<Vec<f64>, _>>()?;
+        Ok(Self { effect, values })
     }
 }
 
@@ -94,7 +96,7 @@ impl ExtendedModel {
     /// A model from its file, with effects of the vocabulary.
     ///
     /// # Errors
-    /// [`EffectError::Effect`] if the file has an effect that is not known.
+    /// [`EffectError::Vocabulary`] if the file has an effect that is not known.
     pub fn from_saved(saved: SavedModel) -> Result<Self, EffectError> {
         let effects: Result<Vec<_>, _> =
             saved.info.effects.iter().map(|e| ActiveEffect::from_stored(e, ALL)).collect();

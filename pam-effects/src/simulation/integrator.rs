@@ -51,7 +51,7 @@ impl<'a, S: EffectScalar> Parts<'a, S> {
                 part
             })
             .collect();
-        Self { list, memory_len, air: effects.iter().any(|e| e.info().air) }
+        Self { list, memory_len, air: effects.iter().any(|e| e.changes_gas()) }
     }
 }
 

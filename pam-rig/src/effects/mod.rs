@@ -17,7 +17,7 @@ pub mod unlisted;
 mod spec;
 
 pub use pam_vocabulary::{EffectInfo, Group, ParameterInfo};
-pub use spec::{Effect, EffectError};
+pub use spec::{Effect, VocabularyError};
 
 use crate::plant::{DryFriction, Plant, PlantParameters, VolumeLaw};
 use pam_vocabulary::entry;

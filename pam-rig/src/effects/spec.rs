@@ -1,7 +1,7 @@
 //! An effect with the values of its parameters, and its text form.
 
 use super::{ALL, HiddenEffect, Phenomenon};
-pub use pam_vocabulary::EffectError;
+pub use pam_vocabulary::VocabularyError;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -29,17 +29,17 @@ impl Effect {
     /// An effect with some of its parameters by name.
     ///
     /// # Errors
-    /// [`EffectError`] if the id or a name is unknown, a needed parameter is missing, or a value is
+    /// [`VocabularyError`] if the id or a name is unknown, a needed parameter is missing, or a value is
     /// outside its range.
-    pub fn new(id: &str, given: &BTreeMap<String, f64>) -> Result<Self, EffectError> {
+    pub fn new(id: &str, given: &BTreeMap<String, f64>) -> Result<Self, VocabularyError> {
         let hidden = ALL
             .iter()
             .find(|e| e.info.id == id)
-            .ok_or_else(|| EffectError::unknown_effect(id, ALL.iter().map(|e| e.info.id)))?;
+            .ok_or_else(|| VocabularyError::unknown_effect(id, ALL.iter().map(|e| e.info.id)))?;
         let (effect, parameters) = (hidden.info.id, hidden.info.parameters);
         let names = || parameters.iter().map(|p| p.name);
         if let Some(name) = given.keys().find(|n| names().all(|known| known != **n)) {
-            return Err(EffectError::unknown_value(effect, name, names()));
+            return Err(VocabularyError::unknown_value(effect, name, names()));
         }
         let mut values = [0.0; Self::MOST];
         for ((value, p), typical) in values.iter_mut().zip(parameters).zip(hidden.typical) {
@@ -48,10 +48,10 @@ impl Effect {
                 .get(p.name)
                 .copied()
                 .or(default)
-                .ok_or(EffectError::Missing { effect, name: p.name })?;
+                .ok_or(VocabularyError::Missing { effect, name: p.name })?;
             if !p.admits(*value) {
                 let (name, value, range) = (p.name, *value, p.range);
-                return Err(EffectError::OutsideRange { effect, name, value, range });
+                return Err(VocabularyError::OutsideRange { effect, name, value, range });
             }
         }
         Ok(Self { hidden, values })
@@ -92,11 +92,12 @@ impl fmt::Display for Effect {
 }
 
 impl FromStr for Effect {
-    type Err = EffectError;
+    type Err = VocabularyError;
 
-    fn from_str(text: &str) -> Result<Self, EffectError> {
+    fn from_str(text: &str) -> Result<Self, VocabularyError> {
         let (id, rest) = text.split_once(':').unwrap_or((text, ""));
-        let fail = |message: String| EffectError::Text { effect: id.trim().to_owned(), message };
+        let fail =
+            |message: String| VocabularyError::Text { effect: id.trim().to_owned(), message };
         let mut given = BTreeMap::new();
         for part in rest.split(',').map(str::trim).filter(|p| !p.is_empty()) {
             let (name, value) = part

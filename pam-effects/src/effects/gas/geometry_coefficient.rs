@@ -1,17 +1,7 @@
 //! The deformation coefficient is off.
 
-use crate::effects::{Absorbed, ChamberLaw, DataScales, Effect, EffectInfo, Group, ParameterInfo};
+use crate::effects::{Absorbed, ChamberLaw, DataScales, Effect, EffectInfo, entry};
 use pam_core::{AnyForce, JointModel, PhysicalParameters, Scalar};
-
-const INFO: EffectInfo = EffectInfo {
-    id: "geometry_coefficient",
-    group: Group::Gas,
-    what: "deformation coefficient nu that is off by a factor",
-    parameters: &[ParameterInfo::linear("relative", [-0.6, 2.0])],
-    switches: &["force_feedback"],
-    air: true,
-    excited_by: "motion far from the middle, where the exponent and the geometry differ",
-};
 
 /// `ν (1 + relative)` in the volumes, with or without the force of the changed pressure on the joint.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +9,11 @@ pub struct GeometryCoefficient;
 
 impl Effect for GeometryCoefficient {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("geometry_coefficient") }
+    }
+
+    fn changes_gas(&self) -> bool {
+        true
     }
 
     fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {

@@ -1,20 +1,7 @@
 //! Chambers that leak.
 
-use crate::effects::{ChamberLaw, DataScales, Effect, EffectInfo, Group, ParameterInfo};
+use crate::effects::{ChamberLaw, DataScales, Effect, EffectInfo, entry};
 use pam_core::Scalar;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "leak",
-    group: Group::Gas,
-    what: "chambers that leak",
-    parameters: &[
-        ParameterInfo::linear("flexor_rate_per_s", [0.0, 1.0]),
-        ParameterInfo::linear("extensor_rate_per_s", [0.0, 1.0]),
-    ],
-    switches: &[],
-    air: true,
-    excited_by: "a long recording at high pressure",
-};
 
 /// `ṁ_i = −rate_i · m_i (P_i − P_atm)/P_i`.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +9,11 @@ pub struct Leak;
 
 impl Effect for Leak {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("leak") }
+    }
+
+    fn changes_gas(&self) -> bool {
+        true
     }
 
     fn remembers(&self) -> bool {

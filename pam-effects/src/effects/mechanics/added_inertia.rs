@@ -1,17 +1,7 @@
 //! Mass that the model lacks.
 
-use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Group, ParameterInfo};
+use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, entry};
 use pam_core::{AnyForce, JointModel, PhysicalParameters, Scalar};
-
-const INFO: EffectInfo = EffectInfo {
-    id: "added_inertia",
-    group: Group::Mechanics,
-    what: "reflected mass that the model lacks",
-    parameters: &[ParameterInfo::linear("mass_kg", [-150.0, 5e3])],
-    switches: &[],
-    air: false,
-    excited_by: "fast motion",
-};
 
 /// Inertia `m + mass_kg`.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +9,7 @@ pub struct AddedInertia;
 
 impl Effect for AddedInertia {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("added_inertia") }
     }
 
     fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {

@@ -1,17 +1,7 @@
 //! Play between joint and encoder.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Group, Observed, ParameterInfo};
+use crate::effects::{DataScales, Effect, EffectInfo, Observed, entry};
 use pam_core::Scalar;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "backlash",
-    group: Group::Mechanics,
-    what: "play between joint and encoder",
-    parameters: &[ParameterInfo::linear("gap_mm", [0.0, 20.0])],
-    switches: &[],
-    air: false,
-    excited_by: "reversals at several amplitudes",
-};
 
 /// The play operator: the encoder is pushed by the ends of the gap and rests between.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +9,7 @@ pub struct Backlash;
 
 impl Effect for Backlash {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("backlash") }
     }
 
     fn remembers(&self) -> bool {

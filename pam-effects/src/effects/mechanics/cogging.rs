@@ -1,21 +1,8 @@
 //! A force periodic in position.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Group, ParameterInfo, Point};
+use crate::effects::{DataScales, Effect, EffectInfo, Point, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "cogging",
-    group: Group::Mechanics,
-    what: "force periodic in the position",
-    parameters: &[
-        ParameterInfo::linear("force_n", [-1e3, 1e3]),
-        ParameterInfo::scale("pitch_mm", [0.02, 50.0]),
-    ],
-    switches: &[],
-    air: false,
-    excited_by: "slow motion over the whole range",
-};
 
 /// Force `−force_n sin(2π x / pitch_mm)`.
 #[derive(Debug, Clone, Copy)]
@@ -23,7 +10,7 @@ pub struct Cogging;
 
 impl Effect for Cogging {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("cogging") }
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {

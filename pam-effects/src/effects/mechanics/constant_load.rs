@@ -1,18 +1,8 @@
 //! A steady force.
 
-use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Group, ParameterInfo, Point};
+use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Point, entry};
 use pam_core::units::MN_PER_N;
 use pam_core::{AnyForce, JointModel, Scalar};
-
-const INFO: EffectInfo = EffectInfo {
-    id: "constant_load",
-    group: Group::Mechanics,
-    what: "steady force on the joint",
-    parameters: &[ParameterInfo::linear("force_n", [-1e3, 1e3])],
-    switches: &[],
-    air: false,
-    excited_by: "any motion; told from a position offset by a wide range of pressures",
-};
 
 /// Force `force_n` in the direction of +x.
 #[derive(Debug, Clone, Copy)]
@@ -20,7 +10,7 @@ pub struct ConstantLoad;
 
 impl Effect for ConstantLoad {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("constant_load") }
     }
 
     fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {

@@ -1,18 +1,8 @@
 //! Dry friction with sticking.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Group, ParameterInfo};
+use crate::effects::{DataScales, Effect, EffectInfo, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "coulomb_friction",
-    group: Group::Mechanics,
-    what: "dry friction that opposes the motion and sticks",
-    parameters: &[ParameterInfo::linear("force_n", [0.0, 1e3])],
-    switches: &[],
-    air: false,
-    excited_by: "reversals of a slow motion",
-};
 
 /// Force `−force_n · Sgn(ẋ)`, set-valued at rest.
 #[derive(Debug, Clone, Copy)]
@@ -20,7 +10,7 @@ pub struct CoulombFriction;
 
 impl Effect for CoulombFriction {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("coulomb_friction") }
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,21 +1,8 @@
 //! Slow viscoelastic relaxation.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Group, ParameterInfo, Point};
+use crate::effects::{DataScales, Effect, EffectInfo, Point, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "creep",
-    group: Group::Mechanics,
-    what: "slow viscoelastic relaxation",
-    parameters: &[
-        ParameterInfo::linear("stiffness_n_mm", [0.0, 1e3]),
-        ParameterInfo::scale("time_constant_s", [0.02, 1e3]),
-    ],
-    switches: &[],
-    air: false,
-    excited_by: "a step that is held, or motion at frequencies far apart",
-};
 
 /// Force `−stiffness · (x − q)`, with the damper's end q following x with the time constant.
 #[derive(Debug, Clone, Copy)]
@@ -23,7 +10,7 @@ pub struct Creep;
 
 impl Effect for Creep {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("creep") }
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {

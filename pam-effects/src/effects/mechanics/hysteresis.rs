@@ -1,21 +1,8 @@
 //! A rate-independent loop with memory.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Group, ParameterInfo, Point};
+use crate::effects::{DataScales, Effect, EffectInfo, Point, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "hysteresis",
-    group: Group::Mechanics,
-    what: "loop with memory that does not depend on the rate",
-    parameters: &[
-        ParameterInfo::linear("force_n", [0.0, 1e3]),
-        ParameterInfo::scale("slip_mm", [5e-3, 20.0]),
-    ],
-    switches: &["bouc_wen_exponent"],
-    air: false,
-    excited_by: "motion of several amplitudes, with inner loops",
-};
 
 /// A force that saturates at `force_n` after about `slip_mm` of travel, in one of three shapes that the
 /// switch chooses:
@@ -32,7 +19,7 @@ const ELEMENTS: usize = 8;
 
 impl Effect for Hysteresis {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("hysteresis") }
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {

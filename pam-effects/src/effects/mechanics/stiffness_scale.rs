@@ -1,17 +1,7 @@
 //! The restoring force is off by a factor.
 
-use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Group, ParameterInfo, Point};
+use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Point, entry};
 use pam_core::{AnyForce, JointModel, Scalar};
-
-const INFO: EffectInfo = EffectInfo {
-    id: "stiffness_scale",
-    group: Group::Mechanics,
-    what: "restoring force that is off by a constant factor",
-    parameters: &[ParameterInfo::linear("relative", [-0.9, 5.0])],
-    switches: &[],
-    air: false,
-    excited_by: "motion at frequencies far apart",
-};
 
 /// Restoring force `f · (1 + relative)`.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +9,7 @@ pub struct StiffnessScale;
 
 impl Effect for StiffnessScale {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("stiffness_scale") }
     }
 
     fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {

@@ -1,22 +1,8 @@
 //! Dry friction that is higher near standstill.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Group, ParameterInfo};
+use crate::effects::{DataScales, Effect, EffectInfo, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "stribeck_friction",
-    group: Group::Mechanics,
-    what: "dry friction that is higher near standstill",
-    parameters: &[
-        ParameterInfo::linear("coulomb_n", [0.0, 1e3]),
-        ParameterInfo::linear("static_n", [0.0, 1e3]),
-        ParameterInfo::scale("velocity_mm_s", [0.02, 100.0]),
-    ],
-    switches: &[],
-    air: false,
-    excited_by: "slow reversals and slow creeping motion",
-};
 
 /// Limit `coulomb + (static − coulomb) exp(−(ẋ/velocity)²)`, set-valued at rest (Armstrong-Hélouvry,
 /// Dupont and Canudas de Wit 1994).
@@ -25,7 +11,7 @@ pub struct StribeckFriction;
 
 impl Effect for StribeckFriction {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("stribeck_friction") }
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {

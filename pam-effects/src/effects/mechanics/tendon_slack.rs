@@ -1,20 +1,7 @@
 //! Beyond a displacement one tendon is slack.
 
-use crate::effects::{ChamberLaw, DataScales, Effect, EffectInfo, Group, ParameterInfo, Point};
+use crate::effects::{ChamberLaw, DataScales, Effect, EffectInfo, Point, entry};
 use pam_core::Scalar;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "tendon_slack",
-    group: Group::Mechanics,
-    what: "one tendon is slack beyond a displacement",
-    parameters: &[
-        ParameterInfo::linear("displacement_mm", [0.0, 20.0]).off_at(None),
-        ParameterInfo::linear("stiffness_loss", [0.0, 1.0]),
-    ],
-    switches: &[],
-    air: true,
-    excited_by: "motion beyond the slack displacement, to both sides",
-};
 
 /// The chamber of the muscle that shortens stops following x beyond ±displacement, and the restoring
 /// force loses a share of its further growth.
@@ -23,7 +10,11 @@ pub struct TendonSlack;
 
 impl Effect for TendonSlack {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("tendon_slack") }
+    }
+
+    fn changes_gas(&self) -> bool {
+        true
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,17 +1,7 @@
 //! A force proportional to the velocity.
 
-use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Group, ParameterInfo, Point};
+use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Point, entry};
 use pam_core::{AnyForce, JointModel, Scalar};
-
-const INFO: EffectInfo = EffectInfo {
-    id: "viscous_damping",
-    group: Group::Mechanics,
-    what: "force proportional to the velocity",
-    parameters: &[ParameterInfo::linear("coefficient_ns_m", [-5e3, 1e5])],
-    switches: &[],
-    air: false,
-    excited_by: "fast motion",
-};
 
 /// Force `−coefficient · ẋ`.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +9,7 @@ pub struct ViscousDamping;
 
 impl Effect for ViscousDamping {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("viscous_damping") }
     }
 
     fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {

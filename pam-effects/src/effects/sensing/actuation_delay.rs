@@ -1,17 +1,7 @@
 //! The force comes late.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Group, ParameterInfo};
+use crate::effects::{DataScales, Effect, EffectInfo, entry};
 use pam_core::Scalar;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "actuation_delay",
-    group: Group::Sensing,
-    what: "force that follows the recorded one late",
-    parameters: &[ParameterInfo::linear("delay_ms", [0.0, 500.0])],
-    switches: &[],
-    air: false,
-    excited_by: "fast motion",
-};
 
 /// Real force at t is the recorded one at `t − delay`.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +9,7 @@ pub struct ActuationDelay;
 
 impl Effect for ActuationDelay {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("actuation_delay") }
     }
 
     fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {

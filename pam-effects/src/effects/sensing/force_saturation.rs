@@ -1,18 +1,8 @@
 //! The force is clipped.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Group, ParameterInfo};
+use crate::effects::{DataScales, Effect, EffectInfo, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "force_saturation",
-    group: Group::Sensing,
-    what: "force that is clipped",
-    parameters: &[ParameterInfo::linear("force_n", [1.0, 1e5]).off_at(None)],
-    switches: &[],
-    air: false,
-    excited_by: "amplitudes below and above the limit",
-};
 
 /// Real force clipped at ± `force_n`.
 #[derive(Debug, Clone, Copy)]
@@ -20,7 +10,7 @@ pub struct ForceSaturation;
 
 impl Effect for ForceSaturation {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("force_saturation") }
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {

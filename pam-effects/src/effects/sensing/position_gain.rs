@@ -1,17 +1,7 @@
 //! The position sensor is off by a factor.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Group, Observed, ParameterInfo, Rest};
+use crate::effects::{DataScales, Effect, EffectInfo, Observed, Rest, entry};
 use pam_core::Scalar;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "position_gain",
-    group: Group::Sensing,
-    what: "position sensor that is off by a factor",
-    parameters: &[ParameterInfo::linear("relative", [-0.9, 5.0])],
-    switches: &[],
-    air: false,
-    excited_by: "motion at frequencies far apart",
-};
 
 /// Measured displacement is `(1 + relative)` times the true one.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +9,7 @@ pub struct PositionGain;
 
 impl Effect for PositionGain {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("position_gain") }
     }
 
     fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {

@@ -1,17 +1,7 @@
 //! The encoder's zero is off.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Group, Observed, ParameterInfo, Rest};
+use crate::effects::{DataScales, Effect, EffectInfo, Observed, Rest, entry};
 use pam_core::Scalar;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "position_offset",
-    group: Group::Sensing,
-    what: "offset of the position sensor",
-    parameters: &[ParameterInfo::linear("offset_mm", [-20.0, 20.0])],
-    switches: &[],
-    air: false,
-    excited_by: "any motion; told from a steady force by a wide range of pressures",
-};
 
 /// Measured displacement is the true one plus an offset.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +9,7 @@ pub struct PositionOffset;
 
 impl Effect for PositionOffset {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("position_offset") }
     }
 
     fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {

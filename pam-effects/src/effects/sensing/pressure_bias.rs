@@ -1,20 +1,7 @@
 //! The pressure sensors have an offset.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Group, Observed, ParameterInfo, Rest};
+use crate::effects::{DataScales, Effect, EffectInfo, Observed, Rest, entry};
 use pam_core::Scalar;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "pressure_bias",
-    group: Group::Sensing,
-    what: "offset of the pressure sensors",
-    parameters: &[
-        ParameterInfo::linear("flexor_kpa", [-60.0, 60.0]),
-        ParameterInfo::linear("extensor_kpa", [-60.0, 60.0]),
-    ],
-    switches: &[],
-    air: false,
-    excited_by: "a wide range of pressures",
-};
 
 /// Measured pressure is the true one plus a bias; the sealed masses follow from true pressures.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +9,7 @@ pub struct PressureBias;
 
 impl Effect for PressureBias {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("pressure_bias") }
     }
 
     fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {

@@ -1,17 +1,7 @@
 //! The pressures come late.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Group, Observed, ParameterInfo};
+use crate::effects::{DataScales, Effect, EffectInfo, Observed, entry};
 use pam_core::Scalar;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "pressure_delay",
-    group: Group::Sensing,
-    what: "pure delay of the pressure sensors",
-    parameters: &[ParameterInfo::linear("delay_ms", [0.0, 500.0])],
-    switches: &[],
-    air: false,
-    excited_by: "fast and slow motion: lag and delay differ in amplitude",
-};
 
 /// Both pressures are shown `delay` later.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +9,7 @@ pub struct PressureDelay;
 
 impl Effect for PressureDelay {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("pressure_delay") }
     }
 
     fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {

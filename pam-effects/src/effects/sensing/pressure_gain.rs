@@ -1,21 +1,8 @@
 //! The pressure sensors are off by a factor.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Group, Observed, ParameterInfo, Rest};
+use crate::effects::{DataScales, Effect, EffectInfo, Observed, Rest, entry};
 use pam_core::Scalar;
 use pam_core::units::ATMOSPHERE_KPA;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "pressure_gain",
-    group: Group::Sensing,
-    what: "pressure sensors that are off by a factor",
-    parameters: &[
-        ParameterInfo::linear("flexor_relative", [-0.25, 0.25]),
-        ParameterInfo::linear("extensor_relative", [-0.25, 0.25]),
-    ],
-    switches: &[],
-    air: false,
-    excited_by: "a wide range of pressures",
-};
 
 /// Measured gauge pressure is `(1 + relative)` times the true one; the sealed masses follow from true
 /// pressures.
@@ -24,7 +11,7 @@ pub struct PressureGain;
 
 impl Effect for PressureGain {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("pressure_gain") }
     }
 
     fn stands(&self, values: &[f64], _evidence: &DataScales) -> bool {

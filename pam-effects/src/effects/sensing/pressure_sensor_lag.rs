@@ -1,17 +1,7 @@
 //! A low-pass in the pressure sensors.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Group, Observed, ParameterInfo};
+use crate::effects::{DataScales, Effect, EffectInfo, Observed, entry};
 use pam_core::Scalar;
-
-const INFO: EffectInfo = EffectInfo {
-    id: "pressure_sensor_lag",
-    group: Group::Sensing,
-    what: "first-order lag of the pressure sensors",
-    parameters: &[ParameterInfo::scale("cutoff_hz", [0.05, 200.0])],
-    switches: &[],
-    air: false,
-    excited_by: "fast and slow motion: lag and delay differ in amplitude",
-};
 
 /// Both pressures through `1/(1 + s/(2π cutoff))`, in its steady state at the start.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +9,7 @@ pub struct PressureSensorLag;
 
 impl Effect for PressureSensorLag {
     fn info(&self) -> &'static EffectInfo {
-        &INFO
+        const { entry("pressure_sensor_lag") }
     }
 
     fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {
