@@ -216,6 +216,15 @@ fn what_it_can_do_is_listed() {
     assert!(effects.iter().filter(|e| e["listed"] == false).count() >= 4);
     let printed = stdout_of(PAM, &["rig", "list-effects"]);
     assert!(printed.contains("time_constant_s"));
+    // Phenomena outside the vocabulary can be hidden, and no diagnosis offers their names.
+    let (_, outside) = printed.split_once("not in the vocabulary").unwrap();
+    let record_help = stdout_of(PAM, &["rig", "record", "--help"]);
+    let diagnose_help = stdout_of(PAM, &["diagnose", "--help"]);
+    for effect in effects {
+        let (id, listed) = (effect["id"].as_str().unwrap(), effect["listed"] == true);
+        assert!(record_help.contains(id) && printed.contains(id), "{id}");
+        assert!(diagnose_help.contains(id) == listed && outside.contains(id) != listed, "{id}");
+    }
     // What is printed can be read back.
     let folder = tempfile::tempdir().unwrap();
     let [protocol, rig] = ["p.toml", "r.toml"].map(|n| folder.path().join(n));

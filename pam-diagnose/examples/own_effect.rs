@@ -1,28 +1,19 @@
-//! An effect of one's own: drag that grows with the square of the speed.
+//! A user-defined effect: drag that grows with the square of the speed.
 //!
-//! The type is handed to the diagnosis beside the vocabulary. To ship it, put it into
+//! The diagnosis takes the type as a further candidate. To ship it, put it into
 //! `pam-effects/src/effects/mechanics/quadratic_drag.rs` and add two lines: `pub(super) mod quadratic_drag;`
 //! in `mechanics/mod.rs` and `mechanics::quadratic_drag::QuadraticDrag,` in the list of `effects/mod.rs`.
 
-use pam_core::{AnyForce, JointModel, Scalar, SpringDamper, units::MN_PER_N};
-use pam_data::Subject;
-use pam_data::{MassOrigin, ModelInfo, Recording};
-use pam_diagnose::{Options, Sets, Verdict, diagnose};
-use pam_effects::effects::{
-    AnyEffect, DataScales, Effect, EffectInfo, Group, ParameterInfo, Point, by_id,
-};
-use pam_effects::{ActiveEffect, ExtendedModel};
-use pam_trajectory::{Predictor, SolverSettings};
-use std::f64::consts::TAU;
+use pam_core::{Scalar, units::MN_PER_N};
+use pam_effects::effects::{DataScales, Effect, EffectInfo, Group, ParameterInfo, Point};
 
-const INFO: EffectInfo = EffectInfo {
-    id: "quadratic_drag",
-    group: Group::Mechanics,
-    description: "drag that grows with the square of the speed",
-    parameters: &[ParameterInfo::linear("drag_n_s2_mm2", [0.0, 10.0])],
-    switches: &[],
-    excited_by: "fast motion",
-};
+const INFO: EffectInfo = EffectInfo::new(
+    "quadratic_drag",
+    Group::Mechanics,
+    "drag that grows with the square of the speed",
+    &[ParameterInfo::linear("drag_n_s2_mm2", [0.0, 10.0])],
+)
+.excited_by("fast motion");
 
 /// Force `−drag v |v|`.
 #[derive(Debug, Clone, Copy)]
@@ -33,7 +24,7 @@ impl Effect for QuadraticDrag {
         &INFO
     }
 
-    fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {
+    fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {
         vec![vec![0.05]]
     }
 
@@ -44,6 +35,14 @@ impl Effect for QuadraticDrag {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    use pam_core::{AnyForce, JointModel, SpringDamper};
+    use pam_data::{MassOrigin, ModelInfo, Recording, Subject};
+    use pam_diagnose::{Options, Sets, Verdict, diagnose};
+    use pam_effects::effects::{AnyEffect, by_id};
+    use pam_effects::{ActiveEffect, ExtendedModel};
+    use pam_trajectory::{Predictor, SolverSettings};
+    use std::f64::consts::TAU;
+
     let joint = JointModel::datasheet(AnyForce::from(SpringDamper::published()));
     let masses = joint.gas_law_masses(0.0, [412.0, 412.0]); // kPa absolute, sealed at x = 0
     let model = ExtendedModel { joint, info: ModelInfo::default(), effects: Vec::new() };

@@ -118,7 +118,7 @@ const RECIPES: [Recipe; 7] = [
 
 /// What the lists then hold, beside the names that they make of it.
 const KNOWN: &str = "use pam::prelude::*;\nfn main() {
-    let _: &dyn AnyEffect = &pam::diagnose::effects::QuadraticDrag;
+    let _: &dyn AnyEffect = &pam::effects::effects::QuadraticDrag;
     let _ = [Activation::Mish(Default::default())];
     let _: fn(_) -> AnyForce<f64> = AnyForce::Hardening;
     let _ = GradientChoice::ComplexStep;

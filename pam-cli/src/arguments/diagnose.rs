@@ -17,8 +17,8 @@ pub struct DiagnoseArguments {
     /// Recordings on which the model was validated: its error there is ordinary and no fault
     #[arg(long, num_args = 1.., value_name = "PATH")]
     pub healthy: Vec<PathBuf>,
-    /// Effects that may be named, separated by commas [default: all of `pam rig list-effects`]
-    #[arg(long, value_delimiter = ',', value_name = "ID,…")]
+    /// Candidates.
+    #[arg(long, value_delimiter = ',', value_name = "ID,…", help = candidates())]
     pub effects: Vec<String>,
     /// Most effects that are named together
     #[arg(long, default_value_t = 3, value_name = "N")]
@@ -32,4 +32,10 @@ pub struct DiagnoseArguments {
     /// Folder for diagnosis.json, report.html and model.safetensors
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+}
+
+/// Help of `pam diagnose --effects`.
+fn candidates() -> String {
+    let ids: Vec<&str> = pam_effects::effects::ALL.iter().map(|e| e.info().id).collect();
+    format!("Effects that may be named, separated by commas [default: all of {}]", ids.join(", "))
 }

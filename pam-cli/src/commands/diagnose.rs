@@ -13,7 +13,7 @@ use pam_data::{SavedModel, collect_paths};
 use pam_diagnose::report::{ReportContext, diagnosis_report, verdict_sentence};
 use pam_diagnose::{Diagnosis, Options, Sets, Stage, diagnose};
 use pam_effects::ExtendedModel;
-use pam_effects::effects::{ALL, by_id};
+use pam_effects::effects::{ALL, VocabularyError, by_id};
 use pam_rig::protocol::CurrentSegment;
 use pam_rig::{Conditions, Protocol};
 use serde_json::json;
@@ -75,11 +75,9 @@ fn options(arguments: &DiagnoseArguments, seed: u64) -> Result<Options, CliError
             .iter()
             .map(|id| {
                 by_id(id.trim()).ok_or_else(|| {
-                    let known: Vec<_> = ALL.iter().map(|e| e.info().id).collect();
-                    CliError::Usage(format!(
-                        "--effects: there is no effect `{id}`; there are {}",
-                        known.join(", ")
-                    ))
+                    let known = ALL.iter().map(|e| e.info().id);
+                    let error = VocabularyError::unknown_effect(id.trim(), known);
+                    CliError::Usage(format!("--effects: {error}"))
                 })
             })
             .collect::<Result<_, _>>()?;

@@ -3,12 +3,13 @@
 use super::published::{exact_run, weights};
 use pam_core::Scalar;
 use pam_data::MassOrigin;
-use pam_effects::effects::{ALL, AnyEffect, Derivatives, by_id};
+use pam_effects::effects::{ALL, AnyEffect, DataScales, Derivatives, by_id};
 use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
 
-/// Values in the middle of what each effect may be, switches behind them.
+/// Medium values of each effect, switches behind them. Effects that are not listed here take the values from
+/// which their first fit starts.
 pub(crate) fn medium() -> Vec<(&'static str, Vec<f64>)> {
-    vec![
+    let mut values = vec![
         ("coulomb_friction", vec![13.0]),
         ("stribeck_friction", vec![9.0, 17.0, 2.1]),
         ("viscous_damping", vec![800.0]),
@@ -37,7 +38,22 @@ pub(crate) fn medium() -> Vec<(&'static str, Vec<f64>)> {
         ("pressure_gain", vec![0.05, -0.04]),
         ("position_offset", vec![0.12]),
         ("position_gain", vec![0.04]),
-    ]
+    ];
+    let scales = DataScales {
+        force_n: 100.0,
+        peak_force_n: 150.0,
+        travel_mm: 1.0,
+        speed_mm_s: 6.0,
+        stiffness_n_mm: 150.0,
+        samples: Vec::new(),
+    };
+    for effect in ALL {
+        let id = effect.info().id;
+        if values.iter().all(|v| v.0 != id) {
+            values.push((id, effect.starts(&scales).swap_remove(0)));
+        }
+    }
+    values
 }
 
 /// Effects under which a chamber holds other air than the force table stands at. The table's slopes along the

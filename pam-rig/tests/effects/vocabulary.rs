@@ -4,8 +4,10 @@ use pam_rig::effects::{ALL, Group};
 
 #[test]
 fn every_entry_has_one_generator() {
-    let listed: Vec<_> = ALL.iter().filter(|e| e.is_listed()).map(|e| *e.info).collect();
-    assert_eq!(listed, pam_vocabulary::ALL);
+    for entry in &pam_vocabulary::ALL {
+        let own: Vec<_> = ALL.iter().map(|e| e.info).filter(|info| info.id == entry.id).collect();
+        assert_eq!(own, [entry]);
+    }
 }
 
 #[test]
@@ -17,7 +19,7 @@ fn some_phenomena_are_outside_the_vocabulary() {
     assert_eq!(ids.len(), ALL.len(), "an id is there twice");
 }
 
-/// Whoever adds an effect adds its test, of the same name and in the file of its group.
+/// An effect has a test in its own file, or one of its name in the file of its group here.
 #[test]
 fn every_effect_has_its_test() {
     for effect in ALL {
@@ -27,8 +29,14 @@ fn every_effect_has_its_test() {
             Group::Gas => include_str!("gas.rs"),
             Group::Sensing => include_str!("sensing.rs"),
         };
-        let test = format!("#[test]\nfn {}() {{", effect.info.id);
-        assert!(source.contains(&test), "`{}` has no test", effect.info.id);
+        let id = effect.info.id;
+        let folders = ["mechanics", "gas", "sensing", "unlisted"];
+        let own = folders.map(|folder| {
+            let root = concat!(env!("CARGO_MANIFEST_DIR"), "/src/effects");
+            std::fs::read_to_string(format!("{root}/{folder}/{id}.rs")).unwrap_or_default()
+        });
+        let tested = source.contains(&format!("#[test]\nfn {id}() {{"));
+        assert!(tested || own.iter().any(|text| text.contains("#[test]")), "`{id}` has no test");
     }
 }
 

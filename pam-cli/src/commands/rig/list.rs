@@ -5,7 +5,7 @@ use crate::arguments::{RigObservablesArguments, RigProtocolArguments};
 use crate::console::{Console, table};
 use crate::error::CliError;
 use pam_report::page::number;
-use pam_rig::effects::{ALL, HiddenEffect};
+use pam_rig::effects::{ALL, Group, HiddenEffect};
 use pam_rig::observables::observables;
 use pam_rig::{Protocol, RigParameters};
 use serde_json::{Value, json};
@@ -33,19 +33,17 @@ pub(super) fn effects(console: &Console) {
         })
     };
     console.json(&Value::Array(ALL.iter().map(json).collect()));
-    let mut title = "";
-    for e in ALL {
-        let group = if e.is_listed() { e.info.group.label() } else { UNLISTED };
-        if title != group {
-            title = group;
-            console.text(format!("\n{title}"));
-        }
-        let named = e.info.parameters.iter().zip(e.typical);
-        let values: Vec<String> = named.map(|(p, v)| format!("{}={v}", p.name)).collect();
-        console.text(format!("  {}:{}\n      {}", e.info.id, values.join(","), e.info.description));
-        for p in e.info.parameters {
-            let [low, high] = p.range;
-            console.text(format!("        {}, {low} … {high}: {}", p.name, p.meaning));
+    for group in [Some(Group::Mechanics), Some(Group::Gas), Some(Group::Sensing), None] {
+        console.text(format!("\n{}", group.map_or(UNLISTED, Group::label)));
+        for e in ALL.iter().filter(|e| e.is_listed().then_some(e.info.group) == group) {
+            let named = e.info.parameters.iter().zip(e.typical);
+            let values: Vec<String> = named.map(|(p, v)| format!("{}={v}", p.name)).collect();
+            let (id, what) = (e.info.id, e.info.description);
+            console.text(format!("  {id}:{}\n      {what}", values.join(",")));
+            for p in e.info.parameters {
+                let [low, high] = p.range;
+                console.text(format!("        {}, {low} … {high}: {}", p.name, p.meaning));
+            }
         }
     }
     console.text(
