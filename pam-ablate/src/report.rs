@@ -2,12 +2,12 @@
 
 use crate::error::AblateError;
 use crate::folder::{CellRecord, Planned, Quantity, Status, SweepFolder};
-use crate::statistics::half_interval;
 use crate::summary::{Mean, Summary, mean_text, short};
 use crate::sweep::{Sweep, Values};
 use crate::table::Table;
 use maud::{Markup, html};
 use pam_data::atomic::write_atomic;
+use pam_numerics::statistics::mean_half_width_95;
 use pam_report::figure::{LineFigure, Role, Scale, Stroke};
 use pam_report::page::{card, page, wide_figure};
 
@@ -159,7 +159,7 @@ fn figure(rows: &[&Mean], axis: &str, metric: &str) -> String {
     for (x, m) in xs.iter().zip(rows) {
         figure = figure.with("", Role::Category(0), vec![(*x, m.mean)]);
         let values: Vec<f64> = m.by_seed.iter().map(|s| s.1).collect();
-        if let Some(half) = half_interval(&values) {
+        if let Some(half) = mean_half_width_95(&values) {
             let ends = vec![(*x, m.mean - half), (*x, m.mean + half)];
             figure = figure.with("", Role::Category(0), ends);
         }

@@ -7,11 +7,9 @@
 //! cannot be below `2^(1−n)`: five seeds give 0.0625 at best. [`holm`] corrects for several comparisons (Holm
 //! 1979).
 
+use pam_numerics::statistics;
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
-
-/// Share of intervals that hold the true mean.
-pub const CONFIDENCE: f64 = 0.95;
+use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Pairs up to which the signed-rank test is exact; above, W is taken as normal.
 const EXACT: usize = 60;
@@ -37,52 +35,33 @@ pub struct Paired {
     pub p_wilcoxon: Option<f64>,
 }
 
-/// Mean and standard deviation of a sample; the latter is absent below two values.
-#[must_use]
-pub fn mean_and_deviation(values: &[f64]) -> Option<(f64, Option<f64>)> {
-    let n = values.len() as f64;
-    if values.is_empty() {
-        return None;
-    }
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-    Some((mean, (values.len() > 1).then(|| (squares / (n - 1.0)).sqrt())))
-}
-
-/// Half the width of the interval of a mean; absent below two values.
-#[must_use]
-pub fn half_interval(values: &[f64]) -> Option<f64> {
-    let (_, deviation) = mean_and_deviation(values)?;
-    let n = values.len() as f64;
-    let student = StudentsT::new(0.0, 1.0, n - 1.0).ok()?;
-    Some(student.inverse_cdf(0.5 + 0.5 * CONFIDENCE) * deviation? / n.sqrt())
-}
-
 impl Paired {
-    /// What differences say; nothing without any.
+    /// Statistics of differences; `None` without any.
     #[must_use]
     pub fn of(differences: &[f64]) -> Option<Self> {
-        let (mean, deviation) = mean_and_deviation(differences)?;
-        let n = differences.len() as f64;
-        let spread = deviation.filter(|s| *s > 0.0);
-        let t = spread.map(|s| mean * n.sqrt() / s);
-        let p_t = t.and_then(|t| {
-            let student = StudentsT::new(0.0, 1.0, n - 1.0).ok()?;
-            Some(2.0 * student.sf(t.abs()))
-        });
+        if differences.is_empty() {
+            return None;
+        }
+        let mean = statistics::mean(differences);
+        let test = statistics::paired_t_test(differences);
         let (w, p_wilcoxon) = signed_rank(differences);
-        let half = half_interval(differences);
+        let half = statistics::mean_half_width_95(differences);
         Some(Self {
             pairs: differences.len(),
             mean,
-            deviation,
+            deviation: deviation(differences),
             interval: half.map(|h| [mean - h, mean + h]),
-            t,
-            p_t,
+            t: test.map(|t| t.t),
+            p_t: test.map(|t| t.p),
             w,
             p_wilcoxon,
         })
     }
+}
+
+/// Sample standard deviation; `None` below two values.
+pub(crate) fn deviation(values: &[f64]) -> Option<f64> {
+    (values.len() > 1).then(|| statistics::standard_deviation(values))
 }
 
 /// W and its two-sided p.

@@ -6,9 +6,10 @@
 //! Of a random search the draws are ranked by the first metric.
 
 use crate::folder::{CellRecord, Planned, Quantity, Status};
-use crate::statistics::{Paired, holm, mean_and_deviation};
+use crate::statistics::{Paired, deviation, holm};
 use crate::sweep::{Goal, Sweep, Values};
 use crate::table::{Column, Table};
+use pam_numerics::statistics::mean;
 use serde::Serialize;
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write as _;
@@ -121,7 +122,9 @@ impl Summary {
                 for (v, variant) in variants.iter().enumerate() {
                     let by_seed = found.by_seed(v, None);
                     let values: Vec<f64> = by_seed.iter().map(|s| s.1).collect();
-                    let Some((mean, deviation)) = mean_and_deviation(&values) else { continue };
+                    if values.is_empty() {
+                        continue;
+                    }
                     summary.means.push(Mean {
                         axis: axis.name.clone(),
                         value: variant.name.clone(),
@@ -131,8 +134,8 @@ impl Summary {
                             .and_then(|p| p.cell.choices[a].number),
                         metric: metric.clone(),
                         by_seed,
-                        mean,
-                        deviation,
+                        mean: mean(&values),
+                        deviation: deviation(&values),
                     });
                 }
                 let paired: Vec<(usize, Paired)> = (1..variants.len())
@@ -337,7 +340,7 @@ impl OneAxis {
                 }
             };
             let values: Vec<f64> = self.others.iter().filter_map(of).collect();
-            mean_and_deviation(&values).map(|(mean, _)| (seed, mean))
+            (!values.is_empty()).then(|| (seed, mean(&values)))
         };
         self.seeds.iter().filter_map(|s| mean(*s)).collect()
     }
@@ -352,13 +355,15 @@ fn draws(sweep: &Sweep, planned: &[Planned], value: &dyn Fn(usize) -> Option<f64
     let mut draws: Vec<Draw> = found
         .into_iter()
         .filter_map(|(draw, values)| {
-            let (mean, deviation) = mean_and_deviation(&values)?;
+            if values.is_empty() {
+                return None;
+            }
             let choices = &planned.iter().find(|p| p.cell.index / seeds == draw)?.cell.choices;
             Some(Draw {
                 values: choices.iter().map(|c| c.label.clone()).collect(),
                 numbers: choices.iter().map(|c| c.number).collect(),
-                mean,
-                deviation,
+                mean: mean(&values),
+                deviation: deviation(&values),
             })
         })
         .collect();

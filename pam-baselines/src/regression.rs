@@ -7,10 +7,9 @@
 //! The moments are matrix products over blocks of rows; blocks are summed in their order, so the result
 //! does not depend on the number of threads.
 
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
 use pam_core::simd::gemm::{Finish, Layout, Product, Start};
 use pam_core::simd::padded;
+use pam_numerics::ScaledCholesky;
 
 /// Rows that are worked off at once.
 pub const BLOCK: usize = 512;
@@ -101,17 +100,14 @@ impl Moments {
         self.flush();
         let n = self.features;
         let at = |i: usize, j: usize| self.sums[j * self.stride + i];
-        let gram = Mat::from_fn(n, n, |i, j| {
-            0.5 * (at(i, j) + at(j, i)) + if i == j { ridge } else { 0.0 }
-        });
-        let right = Mat::from_fn(n, self.targets, |j, t| at(n + t, j));
-        let factor = gram.llt(Side::Lower).ok()?;
-        let solved = factor.solve(&right);
-        let map: Vec<f64> = (0..self.targets)
-            .flat_map(|t| (0..n).map(move |j| (t, j)))
-            .map(|(t, j)| solved[(j, t)])
-            .collect();
-        map.iter().all(|v| v.is_finite()).then_some(map)
+        let gram = |i, j| 0.5 * (at(i, j) + at(j, i)) + if i == j { ridge } else { 0.0 };
+        let factor = ScaledCholesky::new(n, gram, 0.0)?;
+        let mut map = Vec::with_capacity(self.targets * n);
+        for t in 0..self.targets {
+            let right: Vec<f64> = (0..n).map(|j| at(n + t, j)).collect();
+            map.extend(factor.solve(&right)?);
+        }
+        Some(map)
     }
 }
 
@@ -132,17 +128,11 @@ pub fn least_squares<const N: usize>(
             right[i] += row[i] * y;
         }
     }
-    let scale: [f64; N] = std::array::from_fn(|i| gram[i][i].sqrt());
-    if scale.iter().any(|s| !(s.is_finite() && *s > 0.0)) {
+    if (0..N).any(|i| gram[i][i] == 0.0) {
         return None;
     }
-    let matrix = Mat::from_fn(N, N, |i, j| {
-        gram[i][j] / (scale[i] * scale[j]) + if i == j { relative_ridge } else { 0.0 }
-    });
-    let right = Mat::from_fn(N, 1, |i, _| right[i] / scale[i]);
-    let solved = matrix.llt(Side::Lower).ok()?.solve(&right);
-    let found: [f64; N] = std::array::from_fn(|i| solved[(i, 0)] / scale[i]);
-    found.iter().all(|v| v.is_finite()).then_some(found)
+    let factor = ScaledCholesky::new(N, |i, j| gram[i][j], relative_ridge)?;
+    factor.solve(&right)?.try_into().ok()
 }
 
 #[cfg(test)]

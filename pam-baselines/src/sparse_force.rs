@@ -12,11 +12,10 @@ use crate::error::BaselineError;
 use crate::joint::{JointBaseline, JointForce, gas_of, masses_of};
 use crate::method::{FittedModel, Method, Structure, TrainingSet, go_on, is_positive};
 use crate::points::motion_points;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
 use num_dual::Dual64;
 use pam_core::{ForceInput, ForceModel, Scalar};
 use pam_data::formats::npz::Array;
+use pam_numerics::ScaledCholesky;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -219,16 +218,8 @@ impl Method for SparseForce {
                 let (a, b) = (kept[i].max(kept[j]), kept[i].min(kept[j]));
                 gram[a * n + b]
             };
-            let size: Vec<f64> = (0..kept.len()).map(|i| at(i, i).sqrt()).collect();
-            if size.iter().any(|s| !is_positive(*s)) {
-                return None;
-            }
-            let matrix = Mat::from_fn(kept.len(), kept.len(), |i, j| {
-                at(i, j) / (size[i] * size[j]) + if i == j { RIDGE } else { 0.0 }
-            });
-            let b = Mat::from_fn(kept.len(), 1, |i, _| right[kept[i]] / size[i]);
-            let solved = matrix.llt(Side::Lower).ok()?.solve(&b);
-            Some((0..kept.len()).map(|i| solved[(i, 0)] / size[i]).collect())
+            let right: Vec<f64> = kept.iter().map(|&i| right[i]).collect();
+            ScaledCholesky::new(kept.len(), at, RIDGE)?.solve(&right)
         };
         // Constant columns of one recording alone are no unknowns.
         kept.retain(|i| gram[i * n + i] > 0.0);
@@ -250,10 +241,7 @@ impl Method for SparseForce {
             kept = strong;
             found = solve(&kept).ok_or_else(dependent)?;
         }
-        if kept.first() != Some(&0)
-            || !is_positive(found[0])
-            || !found.iter().all(|c| c.is_finite())
-        {
+        if kept.first() != Some(&0) || !is_positive(found[0]) {
             return Err(dependent());
         }
         physical.mass_kg = found[0];

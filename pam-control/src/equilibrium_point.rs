@@ -9,7 +9,6 @@
 
 use crate::error::ControlError;
 use crate::execution::Commands;
-use crate::statistics::line;
 use crate::synthesis::Target;
 use pam_core::units::MN_PER_N;
 use pam_data::Recording;
@@ -169,6 +168,19 @@ impl EquilibriumPoint {
                 .collect(),
         }
     }
+}
+
+/// Least-squares line `y = slope · x + offset`, with R².
+fn line(points: &[[f64; 2]]) -> [f64; 3] {
+    let n = points.len() as f64;
+    let mean = |i: usize| points.iter().map(|p| p[i]).sum::<f64>() / n;
+    let (mx, my) = (mean(0), mean(1));
+    let sum = |f: &dyn Fn(&[f64; 2]) -> f64| points.iter().map(f).sum::<f64>();
+    let xy = sum(&|p| (p[0] - mx) * (p[1] - my));
+    let xx = sum(&|p| (p[0] - mx).powi(2));
+    let yy = sum(&|p| (p[1] - my).powi(2));
+    let slope = xy / xx;
+    [slope, my - slope * mx, xy * xy / (xx * yy)]
 }
 
 #[cfg(test)]

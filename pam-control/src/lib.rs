@@ -37,7 +37,6 @@ pub mod identification;
 pub mod motion;
 pub mod replanning;
 pub mod report;
-pub mod statistics;
 pub mod stiffness;
 pub mod synthesis;
 

@@ -26,6 +26,7 @@ use crate::error::AblateError;
 use crate::experiment::{Experiment, Problem};
 use crate::sweep::{Cell, Sweep};
 use pam_data::atomic::write_atomic;
+use pam_numerics::ContentHash;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -165,11 +166,9 @@ fn located(sweep: &Sweep, cell: &Cell, problem: &Problem) -> AblateError {
     }
 }
 
-/// FNV-1a over the text of configuration and seed.
+/// The hash of the text of configuration and seed.
 fn id_of(configuration: &Value, seed: u64) -> String {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    for byte in format!("{configuration} {seed}").bytes() {
-        hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-    }
-    format!("{hash:016x}")
+    let mut hash = ContentHash::default();
+    hash.bytes(format!("{configuration} {seed}").as_bytes());
+    hash.hex()
 }

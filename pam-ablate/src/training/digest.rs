@@ -1,32 +1,12 @@
 //! What recordings are, wherever they are.
 
 use pam_data::{Channel, Recording};
-
-/// FNV-1a over 64-bit words.
-struct Digest(u64);
-
-impl Digest {
-    fn word(&mut self, word: u64) {
-        self.0 = (self.0 ^ word).wrapping_mul(0x0100_0000_01b3);
-        // The product carries upwards only.
-        self.0 ^= self.0 >> 32;
-    }
-
-    fn text(&mut self, text: &str) {
-        self.word(text.len() as u64);
-        text.bytes().for_each(|b| self.word(u64::from(b)));
-    }
-
-    fn numbers(&mut self, values: &[f64]) {
-        self.word(values.len() as u64);
-        values.iter().for_each(|v| self.word(v.to_bits()));
-    }
-}
+use pam_numerics::ContentHash;
 
 /// A digest of names and numbers of recordings, in their order. Files, notes and whatever else no training
 /// sees is left out; how the files were read is in the numbers.
 pub(super) fn of_recordings(recordings: &[Recording]) -> String {
-    let mut digest = Digest(0xcbf2_9ce4_8422_2325);
+    let mut digest = ContentHash::default();
     for r in recordings {
         digest.text(&r.name);
         digest.numbers(&r.time_s);
@@ -45,7 +25,7 @@ pub(super) fn of_recordings(recordings: &[Recording]) -> String {
         }
         digest.numbers(r.low_passed.force_mn.as_deref().unwrap_or_default());
     }
-    format!("{} recordings, {:016x}", recordings.len(), digest.0)
+    format!("{} recordings, {}", recordings.len(), digest.hex())
 }
 
 #[cfg(test)]

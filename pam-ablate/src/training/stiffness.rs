@@ -19,6 +19,7 @@ use pam_autodiff::{stiffness_by_difference_n_mm, stiffness_exact_n_mm};
 use pam_control::equilibrium_point::observe;
 use pam_core::{ForceInput, NetworkForce, Scalar, SealedMasses};
 use pam_data::{MassChoice, Recording, resolve_masses};
+use pam_numerics::statistics::mean;
 use pam_train::curriculum::Curriculum;
 use pam_trajectory::gradient::NetworkJoint;
 use serde::{Deserialize, Serialize};
@@ -120,7 +121,6 @@ impl StiffnessProbe {
                     .map(|(at, v)| (v - stiffness_exact_n_mm(&dual, at)).powi(2)),
             );
         }
-        let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
         found.metrics.extend([
             ("stiffness_error_percent".into(), mean(&errors)),
             ("stiffness_from_exact_n_mm".into(), mean(&squares).sqrt()),

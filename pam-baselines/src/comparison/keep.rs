@@ -10,6 +10,7 @@ use crate::error::BaselineError;
 use pam_data::atomic::write_atomic;
 use pam_data::formats::npz::{self, Array};
 use pam_data::{Channel, MuscleSurfaces};
+use pam_numerics::ContentHash;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -76,9 +77,9 @@ pub(super) fn key<'a>(
     let recordings = fingerprint_of_recordings(sets);
     // The text of all coefficients.
     let surfaces = surfaces.map(|s| {
-        let mut hash = Fnv::default();
-        format!("{s:?}").bytes().for_each(|b| hash.add(u64::from(b)));
-        hash.text()
+        let mut hash = ContentHash::default();
+        hash.text(&format!("{s:?}"));
+        hash.hex()
     });
     move |model| {
         serde_json::json!({
@@ -96,39 +97,19 @@ pub(super) fn key<'a>(
 
 /// What tells one split of recordings from another: names, masses and the bits of all samples.
 fn fingerprint_of_recordings(sets: &Split) -> String {
-    let mut hash = Fnv::default();
+    let mut hash = ContentHash::default();
     for set in [&sets.train, &sets.held_out] {
         for s in set {
             let r = &s.recording;
-            r.name.bytes().for_each(|b| hash.add(u64::from(b)));
+            hash.text(&r.name);
             let columns = Channel::ALL.map(|c| r.channel(c));
-            let all = columns.into_iter().chain([&r.time_s[..], &r.force_mn]).flatten();
-            all.for_each(|v| hash.add(v.to_bits()));
-            hash.add(s.masses.flexor_g.to_bits());
-            hash.add(s.masses.extensor_g.to_bits());
+            let all = columns.into_iter().chain([&r.time_s[..], &r.force_mn]);
+            all.for_each(|column| hash.numbers(column));
+            hash.numbers(&[s.masses.flexor_g, s.masses.extensor_g]);
         }
-        hash.add(1);
+        hash.word(set.len() as u64);
     }
-    hash.text()
-}
-
-/// FNV-1a over words.
-struct Fnv(u64);
-
-impl Default for Fnv {
-    fn default() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-}
-
-impl Fnv {
-    fn add(&mut self, word: u64) {
-        self.0 = (self.0 ^ word).wrapping_mul(0x0100_0000_01b3);
-    }
-
-    fn text(&self) -> String {
-        format!("{:016x}", self.0)
-    }
+    hash.hex()
 }
 
 /// A name as part of a file name.

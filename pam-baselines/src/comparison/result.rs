@@ -1,6 +1,7 @@
 //! What a comparison found.
 
 use crate::method::{Needs, Structure};
+use pam_numerics::statistics;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -44,11 +45,8 @@ impl Summary {
     #[must_use]
     pub fn of(values: &[Option<f64>]) -> Self {
         let mut finished: Vec<f64> = values.iter().copied().flatten().collect();
-        let n = finished.len() as f64;
-        let mean = (n > 0.0).then(|| finished.iter().sum::<f64>() / n);
-        let deviation = mean.filter(|_| n > 1.0).map(|mean| {
-            (finished.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
-        });
+        let mean = (!finished.is_empty()).then(|| statistics::mean(&finished));
+        let deviation = (finished.len() > 1).then(|| statistics::standard_deviation(&finished));
         let stopped = values.len() - finished.len();
         finished.sort_by(f64::total_cmp);
         // Those that stopped stand before all others.

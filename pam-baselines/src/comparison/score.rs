@@ -8,6 +8,7 @@ use pam_control::equilibrium_point::observe;
 use pam_core::SealedMasses;
 use pam_data::Subject;
 use pam_data::{Channel, Recording};
+use pam_numerics::statistics::mean;
 use pam_train::frequency_segments;
 use pam_trajectory::metrics::{r2, rmse};
 use rayon::prelude::*;
@@ -115,7 +116,7 @@ impl<'a> Scoring<'a> {
                 .zip(measured)
                 .filter_map(|(k, m)| Some(100.0 * ((*k)? - (*m)?).abs() / (*m)?))
                 .collect();
-            (!errors.is_empty()).then(|| errors.iter().sum::<f64>() / errors.len() as f64)
+            (!errors.is_empty()).then(|| mean(&errors))
         };
         let direct: Vec<Option<f64>> = subjects
             .iter()

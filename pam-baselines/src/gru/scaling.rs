@@ -2,6 +2,7 @@
 
 use pam_data::Subject;
 use pam_data::{Channel, Recording};
+use pam_numerics::statistics::mean;
 
 use super::parameters::{INPUTS, OUTPUTS};
 
@@ -58,7 +59,7 @@ impl Scaling {
     #[must_use]
     pub fn force_over(&self, r: &Recording, k: usize, samples: usize) -> f64 {
         let held = &r.force_mn[k..(k + samples).min(r.len())];
-        self.scale(OUTPUTS, held.iter().sum::<f64>() / held.len() as f64)
+        self.scale(OUTPUTS, mean(held))
     }
 
     /// One value, scaled.

@@ -2,8 +2,7 @@
 
 use super::muscle::KangMuscle;
 use super::samples::MuscleSample;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use pam_numerics::ScaledCholesky;
 use pam_trajectory::metrics::r2;
 use serde::{Deserialize, Serialize};
 
@@ -130,8 +129,8 @@ fn descend(start: KangMuscle, free: &[Parameter], samples: &[MuscleSample]) -> (
                 m
             })
             .collect();
-        let mut gram = Mat::<f64>::zeros(n, n);
-        let mut right = Mat::<f64>::zeros(n, 1);
+        let mut gram = vec![0.0; n * n];
+        let mut right = vec![0.0; n];
         let mut row = vec![0.0; n];
         for s in samples {
             let own = tension(&at, s);
@@ -140,26 +139,22 @@ fn descend(start: KangMuscle, free: &[Parameter], samples: &[MuscleSample]) -> (
             }
             for i in 0..n {
                 for j in 0..n {
-                    gram[(i, j)] += row[i] * row[j];
+                    gram[i * n + j] += row[i] * row[j];
                 }
-                right[(i, 0)] -= row[i] * (own - s.force_n);
+                right[i] -= row[i] * (own - s.force_n);
             }
         }
         let mut better = false;
         for _ in 0..12 {
-            let damped = Mat::from_fn(n, n, |i, j| {
-                gram[(i, j)] * if i == j { 1.0 + damping } else { 1.0 }
-                    + if i == j { f64::MIN_POSITIVE } else { 0.0 }
-            });
-            let Ok(factor) = damped.llt(Side::Lower) else {
+            let factor = ScaledCholesky::new(n, |i, j| gram[i * n + j], damping);
+            let Some(step) = factor.and_then(|f| f.solve(&right)) else {
                 damping *= 10.0;
                 continue;
             };
-            let step = factor.solve(&right);
             let mut next = at;
             for (i, p) in free.iter().enumerate() {
                 let (value, size) = p.of(&mut next);
-                *value += step[(i, 0)] * size;
+                *value += step[i] * size;
             }
             let inside = (5.0..54.0).contains(&next.braid_angle_deg) && next.correction > -1.0;
             let new = if inside { square(&next) } else { f64::INFINITY };

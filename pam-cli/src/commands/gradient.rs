@@ -12,6 +12,7 @@ use pam_data::Subject;
 use pam_data::atomic::write_atomic;
 use pam_data::formats::npz::{self, Array};
 use pam_data::{DataError, SavedModel, collect_paths};
+use pam_numerics::statistics::median;
 use pam_report::{GradientBlock, GradientReport, gradient_report};
 use pam_trajectory::gradient::general;
 use pam_trajectory::{
@@ -173,14 +174,7 @@ impl Work<'_> {
             let gradient = once()?;
             times.push(start.elapsed().as_secs_f64());
             if times.len() == self.arguments.repeat as usize {
-                times.sort_by(f64::total_cmp);
-                let middle = times.len() / 2;
-                let median = if times.len() % 2 == 1 {
-                    times[middle]
-                } else {
-                    0.5 * (times[middle - 1] + times[middle])
-                };
-                return Ok((gradient, median));
+                return Ok((gradient, median(&times)));
             }
         }
     }

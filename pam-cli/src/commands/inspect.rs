@@ -15,6 +15,7 @@ use pam_data::{
     Channel, DataError, FileKind, LoadOptions, MassChoice, MuscleSurfaces, RawLog, Recording,
     SavedModel, collect_paths, load_model, open_recordings, resolve_masses,
 };
+use pam_numerics::statistics::mean;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::process::ExitCode;
@@ -248,7 +249,7 @@ fn reason(error: &DataError) -> String {
 fn range_of(values: &[f64]) -> (f64, f64, f64) {
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    (low, high, values.iter().sum::<f64>() / values.len() as f64)
+    (low, high, mean(values))
 }
 
 fn range_row(name: &str, values: &[f64]) -> Vec<String> {

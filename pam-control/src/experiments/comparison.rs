@@ -5,10 +5,10 @@ use super::stiffness::{CYCLE_N_MM, CYCLES_A_LEVEL, Identified, cycle, cycle_targ
 use crate::error::ControlError;
 use crate::execution::{Commands, PulseShape};
 use crate::identification::{Response, identify};
-use crate::statistics::{PairedTest, mean_and_deviation, paired_t_test};
 use crate::synthesis::Target;
 use pam_core::units::MN_PER_N;
 use pam_core::{ForceInput, ForceModel, JointModel, SealedMasses};
+use pam_numerics::statistics::{PairedTTest, mean, paired_t_test, standard_deviation};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -27,7 +27,7 @@ pub struct ComparisonRow {
     /// `|K(0) − K(max)|` over the theoretical range, %.
     pub delta_percent: f64,
     /// Paired test of K at rest against K at speed; none if there are too few pairs.
-    pub test: Option<PairedTest>,
+    pub test: Option<PairedTTest>,
     /// The pairs, N/mm.
     pub pairs: Vec<[f64; 2]>,
     /// What the learned force itself says of these commands.
@@ -101,7 +101,6 @@ pub fn expected<F: ForceModel<f64>>(
                     moving.push(slope(t.displacement_mm, t.velocity_mm_s, masses));
                 }
             }
-            let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
             (!ends.is_empty() && !centre.is_empty()).then(|| Expected {
                 ends_n_mm: mean(&ends),
                 centre_n_mm: mean(&centre),
@@ -177,9 +176,8 @@ pub fn rows(
             }
         }
         let column = |i: usize| {
-            let (mean, deviation) =
-                mean_and_deviation(&pairs.iter().map(|p| p[i]).collect::<Vec<_>>());
-            [mean, deviation]
+            let values: Vec<f64> = pairs.iter().map(|p: &[f64; 2]| p[i]).collect();
+            [mean(&values), standard_deviation(&values)]
         };
         let (at_rest_n_mm, at_speed_n_mm) = (column(0), column(1));
         let difference = (at_rest_n_mm[0] - at_speed_n_mm[0]).abs();
@@ -188,7 +186,9 @@ pub fn rows(
             at_rest_n_mm,
             at_speed_n_mm,
             delta_percent: 100.0 * difference / THEORETICAL_RANGE_N_MM,
-            test: paired_t_test(&pairs).ok(),
+            test: paired_t_test(
+                &pairs.iter().map(|[rest, speed]| speed - rest).collect::<Vec<_>>(),
+            ),
             pairs,
             expected: None,
             on_model_n_mm: None,

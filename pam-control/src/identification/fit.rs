@@ -1,8 +1,8 @@
 use super::response::{Response, simulate};
 use crate::error::ControlError;
 use pam_autodiff::Chunk;
+use pam_numerics::statistics::{root_mean_square, t_quantile_95};
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Stiffnesses of the coarse grid, N/mm.
 const STIFFNESSES: [f64; 10] = [20.0, 40.0, 60.0, 80.0, 100.0, 125.0, 150.0, 180.0, 230.0, 350.0];
@@ -167,7 +167,7 @@ pub fn identify(response: &Response) -> Result<Estimate, ControlError> {
     let p = levenberg_marquardt(response, pattern_search(response, start.1));
     let (residuals, slopes) = linearised(response, p);
     let c = covariance(&residuals, &slopes, n / 15);
-    let t = StudentsT::new(0.0, 1.0, (n - 2) as f64).map_or(1.96, |t| t.inverse_cdf(0.975));
+    let t = t_quantile_95((n - 2) as f64);
     let interval = |i: usize| {
         let half = t * c[i][i].max(0.0).sqrt() * UNITS[i];
         [UNITS[i] * p[i] - half, UNITS[i] * p[i] + half]
@@ -178,7 +178,7 @@ pub fn identify(response: &Response) -> Result<Estimate, ControlError> {
         damping_kg_s: UNITS[1] * p[1],
         stiffness_interval_n_mm: interval(0),
         damping_interval_kg_s: interval(1),
-        rmse_mm: (residuals.iter().map(|r| r * r).sum::<f64>() / n as f64).sqrt(),
+        rmse_mm: root_mean_square(&residuals),
         peak_mm: response.displacement_mm.iter().fold(0.0, |m, x| m.max((x - from).abs())),
     })
 }

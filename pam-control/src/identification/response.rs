@@ -1,6 +1,7 @@
 use crate::execution::{PulseRecord, SAMPLE_S};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
+use pam_numerics::statistics;
 use pam_solvers::rk4_step;
 
 /// A measured response to a known force.
@@ -70,7 +71,7 @@ impl Response {
 /// Value at the last point and slope per point of the straight line through equally spaced values.
 fn line_at_end(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
+    let mean = statistics::mean(values);
     let middle = 0.5 * (n - 1.0);
     let (mut product, mut square) = (0.0, 0.0);
     for (k, v) in values.iter().enumerate() {

@@ -7,6 +7,7 @@ use crate::execution::{Air, Joint, JointCommand, Reading, SAMPLE_S, Valve};
 use crate::motion::Motion;
 use crate::synthesis::{AnyBatch, MassBounds};
 use pam_core::{AnyForce, JointModel};
+use pam_numerics::statistics::quantile;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
@@ -129,10 +130,7 @@ impl Replanned {
     /// A quantile of the decisions' times, s.
     #[must_use]
     pub fn decision_quantile_s(&self, share: f64) -> f64 {
-        let mut sorted = self.decision_s.clone();
-        sorted.sort_by(f64::total_cmp);
-        let last = sorted.len().saturating_sub(1);
-        sorted.get((share * last as f64).round() as usize).copied().unwrap_or(f64::NAN)
+        quantile(&self.decision_s, share)
     }
 }
 

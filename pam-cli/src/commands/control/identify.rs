@@ -13,10 +13,10 @@ use pam_control::experiments::stiffness::{
 use pam_control::experiments::{comparison, on_model, stiffness};
 use pam_control::identification::pulses_in_recording;
 use pam_control::report::{IdentificationReport, identification_report};
-use pam_control::statistics::mean_and_deviation;
 use pam_control::synthesis::{Plan, PlanSummary};
 use pam_data::atomic::write_atomic;
 use pam_data::{LoadOptions, Recording, SavedModel, collect_paths, open_recordings};
+use pam_numerics::statistics::{mean, standard_deviation};
 use pam_report::page::number;
 use pam_rig::{Protocol, RigParameters, record};
 use rayon::prelude::*;
@@ -267,10 +267,8 @@ fn levels(pulses: &[Identified], on_model: &[Identified]) -> String {
     for level in commanded {
         let of: Vec<&Identified> =
             pulses.iter().filter(|i| i.record.commanded_n_mm.total_cmp(&level).is_eq()).collect();
-        let mean = |f: fn(&Identified) -> f64| {
-            mean_and_deviation(&of.iter().map(|i| f(i)).collect::<Vec<_>>())
-        };
-        let (k, deviation) = mean(|i| i.estimate.stiffness_n_mm);
+        let values = |f: fn(&Identified) -> f64| of.iter().map(|i| f(i)).collect::<Vec<_>>();
+        let k = values(|i| i.estimate.stiffness_n_mm);
         let twin: Vec<f64> = on_model
             .iter()
             .filter(|i| i.record.commanded_n_mm.total_cmp(&level).is_eq())
@@ -278,11 +276,11 @@ fn levels(pulses: &[Identified], on_model: &[Identified]) -> String {
             .collect();
         rows.push(vec![
             number(level, 1),
-            number(k, 1),
-            number(deviation, 1),
-            if twin.is_empty() { "–".into() } else { number(mean_and_deviation(&twin).0, 1) },
-            number(mean(|i| i.estimate.damping_kg_s).0, 0),
-            number(mean(|i| i.estimate.peak_mm).0, 3),
+            number(mean(&k), 1),
+            number(standard_deviation(&k), 1),
+            if twin.is_empty() { "–".into() } else { number(mean(&twin), 1) },
+            number(mean(&values(|i| i.estimate.damping_kg_s)), 0),
+            number(mean(&values(|i| i.estimate.peak_mm)), 3),
             of.len().to_string(),
         ]);
     }
