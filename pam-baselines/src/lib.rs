@@ -5,8 +5,7 @@
 //! - [`neural_ode`]: a neural ODE without physics; [`spring_damper`]: physics without learning;
 //!   [`sparse_force`]: a sparse polynomial force (SINDy); [`equilibrium_point`]; [`hybrid`];
 //! - [`comparison`]: all of them on the same data, `pam compare`;
-//! - [`joint`]: any force as a joint model; [`points`], [`regression`]: what they share;
-//!   [`pytorch`]: checkpoints of PyTorch.
+//! - [`joint`]: any force as a joint model; [`points`], [`regression`]: what they share.
 
 mod batched;
 pub mod comparison;
@@ -20,9 +19,9 @@ pub mod koopman;
 pub mod method;
 pub mod neural_ode;
 pub mod points;
-pub mod pytorch;
 pub mod registry;
 pub mod regression;
+mod saved;
 pub mod sparse_force;
 pub mod spring_damper;
 mod tanh;

@@ -12,7 +12,6 @@
 
 mod backward;
 mod batch;
-mod checkpoint;
 mod model;
 mod network;
 mod parameters;
@@ -22,7 +21,6 @@ mod tape;
 mod train;
 
 pub use batch::{BatchGradient, Block, LANES};
-pub use checkpoint::read_checkpoint;
 pub use model::GruModel;
 pub use network::{Network, Running};
 pub use parameters::{INPUTS, OUTPUTS, Part, Shape};

@@ -1,15 +1,18 @@
 //! A trained network in use.
 
 use super::network::{Network, Running};
-use super::parameters::{INPUTS, OUTPUTS};
+use super::parameters::{INPUTS, OUTPUTS, Shape};
 use super::scaling::Scaling;
 use super::train::History;
+use crate::error::BaselineError;
 use crate::method::{FittedModel, Run, Stopped, Structure, Trajectory, diverged, out_of_range};
+use crate::saved::SavedArrays;
 use pam_data::formats::npz::Array;
 use pam_data::recording::median_step_s;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// Recordings of one task.
 const LANES: usize = 16;
@@ -41,7 +44,7 @@ fn between(
 pub struct GruModel {
     /// The network.
     pub network: Network<f32>,
-    /// Its numbers, in the order of [`Shape::parts`](super::Shape::parts).
+    /// Its numbers, in the order of [`Shape::parts`].
     pub numbers: Vec<f64>,
     /// Scaling of inputs and outputs.
     pub scaling: Scaling,
@@ -56,6 +59,44 @@ pub struct GruModel {
 }
 
 impl GruModel {
+    /// Reads a network from an `.npz` file with the arrays that [`FittedModel::arrays`] gives, as `pam compare`
+    /// writes them:
+    ///
+    /// | array | shape | content |
+    /// |---|---|---|
+    /// | names of [`Shape::parts`] | theirs | weights and biases; the number of `gru.weight_hh_l…` is that of the layers |
+    /// | `scaler_min`, `scaler_max` | `[5]` | ranges of x, ẋ, P_f, P_e (mm, mm/s, kPa) and F (mN) that scale to ±1 |
+    /// | `warm_up`, `samples_per_step` | scalar | measured steps before a prediction; samples of a step |
+    /// | `step_s` | scalar | optional: sampling interval, s |
+    ///
+    /// # Errors
+    /// [`BaselineError`] if the file cannot be read, or an array is missing or of another shape.
+    pub fn from_npz(path: &Path) -> Result<Self, BaselineError> {
+        let saved = SavedArrays::read(path)?;
+        let [_, hidden] = saved.rows_and_columns("gru.weight_hh_l0")?;
+        let layers = (0..).take_while(|l| saved.has(&format!("gru.weight_hh_l{l}"))).count();
+        if hidden == 0 || !hidden.is_multiple_of(16) {
+            return Err(saved.error(format!("the width {hidden} must be a multiple of 16")));
+        }
+        let shape = Shape { hidden, layers };
+        let mut numbers = Vec::with_capacity(shape.len());
+        for part in shape.parts() {
+            numbers.extend(saved.values(&part.name, &part.shape)?);
+        }
+        Ok(Self {
+            network: Network::new(shape, &numbers),
+            numbers,
+            scaling: Scaling {
+                low: saved.numbers("scaler_min")?,
+                high: saved.numbers("scaler_max")?,
+            },
+            warm_up: saved.count("warm_up")?,
+            samples_per_step: saved.count("samples_per_step")?,
+            step_s: saved.optional("step_s")?,
+            history: None,
+        })
+    }
+
     /// Feeds `history` (scaled measured samples, the last one being the present) from hidden states of
     /// zero, then predicts recursively under `forces` (scaled): scaled states, one more than forces.
     #[must_use]
@@ -203,6 +244,9 @@ impl FittedModel for GruModel {
             .collect();
         arrays.insert("scaler_min".into(), Array::vector(self.scaling.low.to_vec()));
         arrays.insert("scaler_max".into(), Array::vector(self.scaling.high.to_vec()));
+        arrays.insert("warm_up".into(), Array::scalar(self.warm_up as f64));
+        arrays.insert("samples_per_step".into(), Array::scalar(self.samples_per_step as f64));
+        arrays.extend(self.step_s.map(|s| ("step_s".into(), Array::scalar(s))));
         arrays
     }
 }

@@ -10,24 +10,24 @@
 
 mod dictionary;
 mod fit;
-mod published;
 mod stability;
 
 pub(crate) use fit::{common_step_s, standard_of};
 
 pub use dictionary::Dictionary;
-pub use published::read_published;
 pub use stability::{Mode, Stability};
 
 use crate::error::BaselineError;
 use crate::method::{
     FittedModel, Method, Run, Stopped, Structure, TrainingSet, Trajectory, diverged, out_of_range,
 };
+use crate::saved::SavedArrays;
 use pam_data::formats::npz::Array;
 use pam_data::recording::median_step_s;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// How a prediction goes on from one step to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -105,6 +105,46 @@ pub struct KoopmanModel {
 }
 
 impl KoopmanModel {
+    /// Reads a model from an `.npz` file with the arrays that [`FittedModel::arrays`] gives, as `pam compare`
+    /// writes them and Wang and Realmuto (2026) publish them:
+    ///
+    /// | array | shape | content |
+    /// |---|---|---|
+    /// | `K` | `[4, terms + 1]` | map of the lifted state and the input; its width determines the dictionary |
+    /// | `X_mean`, `X_std` | `[4]` | standardisation of the state (mm, mm/s, kPa, kPa) |
+    /// | `U_mean`, `U_std` | one number | standardisation of the force (mN) |
+    /// | `A` | `[terms, terms + 1]` | optional: map of the lifted state, for the pure lifted rollout |
+    /// | `step_s` | one number | optional: sampling interval, s |
+    ///
+    /// # Errors
+    /// [`BaselineError`] if the file cannot be read, or an array is missing or of another shape.
+    pub fn from_npz(path: &Path) -> Result<Self, BaselineError> {
+        let saved = SavedArrays::read(path)?;
+        let [_, columns] = saved.rows_and_columns("K")?;
+        let dictionary = Dictionary::of_len(columns.saturating_sub(1)).ok_or_else(|| {
+            saved.error(format!("no dictionary has {columns} columns with the input"))
+        })?;
+        let lifted_map = if saved.has("A") {
+            Some(saved.values("A", &[columns - 1, columns])?.to_vec())
+        } else {
+            None
+        };
+        let mut model = Self {
+            dictionary,
+            map: saved.values("K", &[4, columns])?.to_vec(),
+            rollout: if lifted_map.is_some() { Rollout::Lifted } else { Rollout::Relifted },
+            lifted_map,
+            state: Standard { mean: saved.numbers("X_mean")?, deviation: saved.numbers("X_std")? },
+            input: Standard { mean: saved.numbers("U_mean")?, deviation: saved.numbers("U_std")? },
+            step_s: saved.optional("step_s")?,
+            fit_s: 0.0,
+            stability: Stability::default(),
+        };
+        let mean = model.state.mean;
+        model.stability = Stability::of(&model, &[mean]);
+        Ok(model)
+    }
+
     /// The next state from a state `[x, ẋ, P_f, P_e]` (mm, mm/s, kPa) under a force (mN).
     #[must_use]
     pub fn step(&self, state: &[f64; 4], force_mn: f64) -> [f64; 4] {
@@ -206,6 +246,7 @@ impl FittedModel for KoopmanModel {
             let shape = vec![columns - 1, columns];
             arrays.insert("A".into(), Array { shape, values: map.clone() });
         }
+        arrays.extend(self.step_s.map(|s| ("step_s".into(), Array::scalar(s))));
         arrays
     }
 }

@@ -2,10 +2,12 @@
 //! `pam-bench/peers/gru_fixture.py`.
 
 use crate::shared;
-use pam_baselines::gru::{self, BatchGradient, INPUTS, Network, Window};
-use pam_baselines::koopman::{Dictionary, read_published};
+use pam_baselines::gru::{BatchGradient, GruModel, INPUTS, Network, Window};
+use pam_baselines::koopman::{Dictionary, KoopmanModel};
 use pam_baselines::method::FittedModel;
+use pam_data::formats::npz;
 use serde_json::Value;
+use std::path::Path;
 
 fn peers() -> Value {
     let text = include_str!("../fixtures/published_peers.json");
@@ -14,6 +16,11 @@ fn peers() -> Value {
 
 fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+}
+
+fn published_gru() -> GruModel {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/published_gru.npz");
+    GruModel::from_npz(&path).unwrap()
 }
 
 /// The inputs of the script.
@@ -28,7 +35,7 @@ fn window(shift: usize) -> Vec<[f32; INPUTS]> {
 
 #[test]
 fn koopman_steps_are_those_of_numpy() {
-    let model = read_published(&shared("pneu-sim/koopman_model.npz")).unwrap();
+    let model = KoopmanModel::from_npz(&shared("pneu-sim/koopman_model.npz")).unwrap();
     assert_eq!(model.dictionary, Dictionary::Linear);
     assert_eq!(model.map.len(), 4 * 6);
     let expected = &peers()["koopman"];
@@ -48,7 +55,7 @@ fn koopman_steps_are_those_of_numpy() {
 
 #[test]
 fn gru_outputs_are_those_of_pytorch() {
-    let model = gru::read_checkpoint(&shared("pneu-sim/gru_model_1_checkpoint.pt")).unwrap();
+    let model = published_gru();
     let expected = &peers()["gru"];
     // 3·96 rows of 5 + 96 and of 96 + 96 inputs with two biases each, 96·97 and 4·97 of the head.
     assert_eq!(model.parameter_count(), 288 * (101 + 2) + 288 * (192 + 2) + 96 * 97 + 4 * 97);
@@ -72,7 +79,7 @@ fn gru_outputs_are_those_of_pytorch() {
 
 #[test]
 fn gru_loss_and_gradient_are_those_of_pytorch() {
-    let model = gru::read_checkpoint(&shared("pneu-sim/gru_model_1_checkpoint.pt")).unwrap();
+    let model = published_gru();
     let expected = &peers()["gru"];
     let data: Vec<Vec<[f32; INPUTS]>> = [0, 7, 14].map(window).to_vec();
     let windows: Vec<Window<'_, f32>> = data.iter().map(|s| Window { samples: s }).collect();
@@ -89,15 +96,35 @@ fn gru_loss_and_gradient_are_those_of_pytorch() {
     }
 }
 
+/// Files that `FittedModel::arrays` fills give the same model.
 #[test]
-fn damaged_checkpoints_are_told() {
+fn saved_models_are_read_again() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("broken.pt");
-    let bytes = std::fs::read(shared("pneu-sim/gru_model_1_checkpoint.pt")).unwrap();
+    let path = folder.path().join("model.npz");
+    let gru = published_gru();
+    npz::write(&path, &gru.arrays()).unwrap();
+    let again = GruModel::from_npz(&path).unwrap();
+    assert_eq!((again.numbers, again.scaling.low), (gru.numbers, gru.scaling.low));
+    assert_eq!((again.warm_up, again.samples_per_step, again.step_s), (100, 1, None));
+    let koopman = KoopmanModel::from_npz(&shared("pneu-sim/koopman_model.npz")).unwrap();
+    npz::write(&path, &koopman.arrays()).unwrap();
+    assert_eq!(KoopmanModel::from_npz(&path).unwrap(), koopman);
+}
+
+#[test]
+fn damaged_and_foreign_files_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("broken.npz");
+    let bytes = std::fs::read(shared("pneu-sim/koopman_model.npz")).unwrap();
     std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
-    let message = gru::read_checkpoint(&path).unwrap_err().to_string();
-    assert!(message.contains("broken.pt"), "{message}");
-    let message =
-        gru::read_checkpoint(&shared("pneu-sim/koopman_model.npz")).unwrap_err().to_string();
-    assert!(message.contains("data.pkl"), "{message}");
+    let message = GruModel::from_npz(&path).unwrap_err().to_string();
+    assert!(message.contains("broken.npz"), "{message}");
+    let koopman = shared("pneu-sim/koopman_model.npz");
+    let message = GruModel::from_npz(&koopman).unwrap_err().to_string();
+    assert!(message.contains("no array `gru.weight_hh_l0`"), "{message}");
+    let mut arrays = published_gru().arrays();
+    arrays.get_mut("gru.bias_ih_l1").unwrap().shape = vec![287];
+    npz::write(&path, &arrays).unwrap();
+    let message = GruModel::from_npz(&path).unwrap_err().to_string();
+    assert!(message.contains("`gru.bias_ih_l1` has shape [287], not [288]"), "{message}");
 }
