@@ -261,35 +261,6 @@ fn a_failed_prediction_is_reported_and_the_rest_goes_on() {
 }
 
 #[test]
-fn gradient_methods_are_compared() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("bench");
-    let arguments = ["bench", "gradients", "--quick", "--repeat", "1", "--out", text(&out)];
-    let only = ["--problems", "van-der-pol", "--methods", "adjoint,backsolve", "--json"];
-    let json: Value =
-        serde_json::from_str(&stdout_of(PAM, &[&arguments[..], &only].concat())).unwrap();
-    let rows = json["rows"].as_array().unwrap();
-    assert!(rows.iter().all(|row| row["problem"] == "van-der-pol"));
-    assert!(rows.iter().any(|row| row["method"] == "backsolve"));
-    let exact = rows.iter().filter(|row| row["method"] == "adjoint");
-    assert!(exact.clone().all(|row| row["replay_error"].as_f64().unwrap() < 1e-10));
-    assert!(exact.clone().all(|row| row["peak_bytes"].as_u64().unwrap() > 0));
-    let files = contents(&out);
-    let names: Vec<&str> = files.keys().map(String::as_str).collect();
-    assert_eq!(names, ["gradients.csv", "gradients.json", "report.html", "run.json", "table.md"]);
-    let written: Value = serde_json::from_slice(&files["gradients.json"]).unwrap();
-    assert_eq!(written, json);
-    assert!(String::from_utf8_lossy(&files["report.html"]).contains("<svg"));
-
-    for (option, known) in [("--problems", "van-der-pol"), ("--methods", "interpolating")] {
-        let output = run(PAM, &[&arguments[..], &[option, "nonsense"]].concat());
-        let errors = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{errors}");
-        assert!(errors.contains("nonsense") && errors.contains(known), "{errors}");
-    }
-}
-
-#[test]
 fn help_teaches() {
     let help = stdout_of(PAM, &["--help"]);
     for word in ["evaluate", "simulate", "inspect", "convert", "Examples", "Exit codes"] {

@@ -1,4 +1,4 @@
-//! Benchmarks: the comparison of gradient methods ([`gradients`]), the memory that work really takes
+//! Benchmarks: the comparison of gradient methods ([`gradients`], the command `pam-bench`), the memory that work takes
 //! ([`memory`]), and what the timings of `cargo bench -p pam-bench` work on: the published weights, and
 //! recordings of the published length. The weights are read from the reference data, whose folder is
 //! `../shared` beside the workspace or named by the environment variable `PAM_SHARED`; the comparison of

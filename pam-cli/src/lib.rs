@@ -16,8 +16,6 @@ pub mod run_record;
 pub use arguments::{Arguments, Command};
 pub use console::Console;
 pub use error::CliError;
-/// The allocator with which a program can say how much memory its work takes.
-pub use pam_bench::memory::CountingAllocator;
 
 use std::process::ExitCode;
 
@@ -65,7 +63,6 @@ fn dispatch(arguments: &Arguments) -> Result<ExitCode, CliError> {
         Some(Command::Rig(a)) => commands::rig::run(a, global, &console),
         Some(Command::Ablate(a)) => commands::ablate::run(a, global, &console),
         Some(Command::Compare(a)) => commands::compare::run(a, global, &console),
-        Some(Command::Bench(a)) => commands::bench::run(a, global, &console),
         Some(Command::Doctor(a)) => commands::doctor::run(a, &console),
         Some(Command::Completions(a)) => commands::shell::completions(a),
         Some(Command::Man(a)) => commands::shell::man(a, &console),

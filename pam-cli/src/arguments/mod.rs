@@ -59,7 +59,6 @@ Examples:
   pam compare models.toml --out compared        baselines beside the hybrid model, one split for all
   pam ablate activations --data logs --out sweep
                                                 ablations: train many, compare seed by seed
-  pam bench gradients --quick --out bench       compare gradient methods: error, time, memory
   pam convert model.eqx model.safetensors       published weights to the framework's format
 
 Exit codes: 0 success, 1 error, 2 wrong usage, 3 some recordings could not be predicted,
@@ -124,9 +123,6 @@ pub enum Command {
     Ablate(AblateArguments),
     /// Compare models on one split of the data: baselines beside the hybrid model
     Compare(CompareArguments),
-    /// Compare methods with each other
-    #[command(subcommand)]
-    Bench(BenchCommand),
     /// Hide an effect in recordings of the rig and find it: what runs without a command
     Demo(DemoArguments),
     /// Check this machine: version, threads, vector instructions, write access, reference data
@@ -328,37 +324,6 @@ fn gradient_methods() -> String {
          it applies, else adjoint",
         named.collect::<Vec<_>>().join(", ")
     )
-}
-
-/// What `pam bench` compares.
-#[derive(Debug, Subcommand)]
-pub enum BenchCommand {
-    /// Every gradient method on every problem: error, time, memory and counts
-    Gradients(BenchGradientsArguments),
-}
-
-/// Arguments of `pam bench gradients`.
-#[derive(Debug, Args)]
-pub struct BenchGradientsArguments {
-    /// The short form: less than half a minute instead of some minutes
-    #[arg(long)]
-    pub quick: bool,
-    /// Only these methods, separated by commas; a wrong name lists them
-    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
-    pub methods: Vec<String>,
-    /// Only these problems, separated by commas; a wrong name lists them
-    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
-    pub problems: Vec<String>,
-    /// Also solve with this trained network (.safetensors, .eqx with LeakyReLU), at constant steps of
-    /// several Runge–Kutta methods over the training conditions
-    #[arg(long, value_name = "MODEL")]
-    pub model: Option<PathBuf>,
-    /// Most runs of which the median time is taken; long ones run once
-    #[arg(long, default_value_t = 5, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub repeat: u32,
-    /// Folder for gradients.json, gradients.csv, table.md, report.html and run.json
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
 }
 
 /// Arguments of `pam demo`.

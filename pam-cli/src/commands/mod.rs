@@ -1,7 +1,6 @@
 //! The commands, one file each.
 
 pub mod ablate;
-pub mod bench;
 pub mod compare;
 pub mod control;
 pub mod convert;
