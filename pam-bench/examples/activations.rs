@@ -16,7 +16,7 @@ use pam_data::conditions::{TRAINING_PSI, name_of};
 use pam_data::{LoadOptions, MassChoice, collect_paths, open_recordings, resolve_masses};
 use pam_report::{LineFigure, Role, Scale};
 use pam_solvers::{Interpolation, Tableau};
-use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::engine::NetworkJoint;
 use pam_trajectory::predict::{SolverSettings, StepChoice};
 use pam_trajectory::{SealedGradient, SquaredError};
 use std::error::Error;

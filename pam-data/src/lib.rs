@@ -33,7 +33,7 @@ pub use detect::{
 pub use error::DataError;
 pub use formats::raw_log::RawLog;
 pub use masses::{MassChoice, MassOrigin, MuscleSurfaces, resolve_masses};
-pub use models::{ModelInfo, SavedModel, StoredEffect, load_model, parse_model};
+pub use models::{ModelInfo, SavedModel, load_model, parse_model};
 pub use preprocess::RawLogOptions;
 pub use recording::{Channel, Recording, SealedReading};
 pub use subject::Subject;

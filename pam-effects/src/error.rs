@@ -9,7 +9,12 @@ pub enum EffectError {
     /// An effect is not known, or its values are wrong.
     #[error(transparent)]
     Vocabulary(#[from] VocabularyError),
-    /// The model's force is not of the required kind.
-    #[error("{0}")]
-    Force(String),
+    /// An effect cannot be used with this model or these recordings.
+    #[error("effect `{id}`: {message}")]
+    Effect {
+        /// Its id.
+        id: String,
+        /// The fault and its remedy.
+        message: String,
+    },
 }

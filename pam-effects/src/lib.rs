@@ -9,13 +9,14 @@
 //! 1. [`effects`]: one file per effect, and the hooks through which an effect acts.
 //! 2. [`simulation`]: a resampled recording, the table of the base model's force, the integrator over any scalar.
 //! 3. [`model`]: the model with effects: prediction and files.
-//! 4. [`gradient`]: the exact gradient by weights and effects together.
+//! 4. [`engine`]: the exact gradient by weights and effects together, and the choice of an engine for any model.
 
 pub mod effects;
+pub mod engine;
 pub mod error;
-pub mod gradient;
 pub mod model;
 pub mod simulation;
 
+pub use engine::{EngineChoice, choose};
 pub use error::EffectError;
-pub use model::{ActiveEffect, ExtendedModel, WithoutEffects};
+pub use model::{ActiveEffect, EffectRecord, ExtendedModel, WithoutEffects};

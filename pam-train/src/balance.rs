@@ -9,6 +9,7 @@ use pam_core::units::MN_PER_N;
 use pam_core::{ForceInput, ForceModel, JointModel, SealedMasses, scalar};
 use pam_data::Recording;
 use pam_data::preprocess::gradient_at_times;
+use pam_numerics::statistics::root_mean_square;
 use serde::Serialize;
 
 /// Velocities below this share of their root mean square count as standstill.
@@ -69,8 +70,7 @@ impl ForceBalance {
 
     fn summarise(missing_n: Vec<f64>, velocity: &[f64]) -> Self {
         let n = missing_n.len() as f64;
-        let rms = |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / n).sqrt();
-        let threshold = STANDSTILL * rms(velocity);
+        let threshold = STANDSTILL * root_mean_square(velocity);
         let (mut up, mut down) = (Vec::new(), Vec::new());
         for (&r, &v) in missing_n.iter().zip(velocity) {
             if v > threshold {
@@ -79,9 +79,7 @@ impl ForceBalance {
                 down.push(r);
             }
         }
-        let mean = |v: &[f64]| {
-            if v.is_empty() { 0.0 } else { v.iter().sum::<f64>() / v.len() as f64 }
-        };
+        let mean = |v: &[f64]| if v.is_empty() { 0.0 } else { pam_numerics::statistics::mean(v) };
         let (rising_n, falling_n) = (mean(&up), mean(&down));
         let spread = |v: &[f64], about: f64| v.iter().map(|r| (r - about).powi(2)).sum::<f64>();
         let moving = (up.len() + down.len()) as f64;
@@ -89,7 +87,7 @@ impl ForceBalance {
         let total = spread(&up, overall) + spread(&down, overall);
         let within = spread(&up, rising_n) + spread(&down, falling_n);
         Self {
-            rms_n: rms(&missing_n),
+            rms_n: root_mean_square(&missing_n),
             rising_n,
             falling_n,
             direction_n: 0.5 * (rising_n - falling_n),

@@ -1,4 +1,4 @@
-//! Predictions of recordings by a joint model, and how good they are.
+//! Training of a joint model on recordings, and its evaluation.
 //!
 //! - [`segments`]: stretches of one excitation frequency;
 //! - [`balance`]: the force that the model lacks on the measured motion;
@@ -12,16 +12,13 @@
 //! - [`training`]: a curriculum at work, checkpoints, the files of a run;
 //! - [`identification`]: standard errors of the physical parameters;
 //! - [`field`]: training of any vector field, of any number of states;
-//! - [`extension`]: further parts of a model that are trained along;
 //! - [`events`]: curves for TensorBoard.
 
 pub mod balance;
 pub mod coordinates;
 pub mod curriculum;
-pub mod effect_extension;
 pub mod evaluation;
 pub mod events;
-pub mod extension;
 pub mod field;
 pub mod identification;
 pub mod optimiser;
@@ -32,11 +29,9 @@ pub mod training;
 pub mod warm_start;
 
 pub use balance::ForceBalance;
-pub use effect_extension::EffectExtension;
 pub use evaluation::{Evaluation, RecordingEvaluation, evaluate, evaluate_with};
 pub use events::{EVENT_FILE_NAME, EventFile, ScalarEvent};
-pub use extension::{Extension, ExtensionError, ExtensionParameter};
 pub use regulariser::{AnyRegulariser, Regulariser};
 pub use schedule::{EarlyStop, Rate, Schedule};
 pub use segments::{Segment, frequency_segments};
-pub use training::TrainingError;
+pub use training::{TrainingError, effects_of};

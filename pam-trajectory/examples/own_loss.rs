@@ -7,8 +7,10 @@
 use pam_core::{JointModel, SpringDamper};
 use pam_data::Subject;
 use pam_data::{Channel, MassOrigin, Recording};
-use pam_trajectory::gradient::general;
-use pam_trajectory::{GradientChoice, Predictor, SolverSettings, TrajectoryLoss};
+use pam_trajectory::{
+    GeneralEngine, GradientChoice, Predictor, SolverSettings, TrajectoryEngine, TrajectoryLoss,
+    TrajectoryRequest, Windows,
+};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -57,20 +59,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let settings = SolverSettings::default();
     let run = plant.predict(&command, masses, &settings)?;
     let recording = run.to_recording(&command, masses);
-    let subjects = [Subject { recording, masses, origin: MassOrigin::Given }];
+    let subject = Subject { recording, masses, origin: MassOrigin::Given };
+    let windows = Windows::of([subject], None);
 
     let loss = LogCosh { scales: [0.1, 1.0, 5.0, 5.0] };
     let at = |stiffness_mn_mm: f64| {
         let model = JointModel::datasheet(SpringDamper::constant(stiffness_mn_mm, 6500.0));
-        let quiet: (&dyn Fn(usize), &(dyn Fn() + Sync)) = (&|_| (), &|| ());
-        general::value_and_gradient(
-            GradientChoice::Adjoint,
-            &model,
-            &subjects,
-            &settings,
-            &loss,
-            quiet,
-        )
+        let mut engine = GeneralEngine::new(GradientChoice::Adjoint, settings.clone());
+        engine.value_and_gradient(&TrajectoryRequest::new(&model, &windows), &loss)
     };
     let gradient = at(150e3)?;
     let slope = gradient.force[0];
@@ -87,14 +83,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         e * e
     };
     let model = JointModel::datasheet(SpringDamper::constant(150e3, 6500.0));
-    let g = general::value_and_gradient(
-        GradientChoice::Forward,
-        &model,
-        &subjects,
-        &settings,
-        &last_only,
-        (&|_| (), &|| ()),
-    )?;
+    let g = GeneralEngine::new(GradientChoice::Forward, settings)
+        .value_and_gradient(&TrajectoryRequest::new(&model, &windows), &last_only)?;
     assert!(g.value > 0.0);
     Ok(())
 }

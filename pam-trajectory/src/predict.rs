@@ -1,6 +1,6 @@
 //! Free-run prediction of a recording.
 
-use crate::gradient::pressures::SealedGas;
+use crate::engine::pressures::SealedGas;
 use crate::metrics::PerChannel;
 use pam_core::{ForceModel, JointModel, ModelError, SealedMasses};
 use pam_data::Recording;
@@ -191,6 +191,17 @@ pub fn predict<F: ForceModel<f64>>(
     masses: SealedMasses,
     settings: &SolverSettings,
 ) -> Result<Prediction, Box<PredictError>> {
+    predict_from(model, recording, masses, settings, recording.initial_state())
+}
+
+/// As [`predict`], from the state `y0`.
+pub(crate) fn predict_from<F: ForceModel<f64>>(
+    model: &JointModel<f64, F>,
+    recording: &Recording,
+    masses: SealedMasses,
+    settings: &SolverSettings,
+    y0: [f64; 4],
+) -> Result<Prediction, Box<PredictError>> {
     let fail = |why: String, partial: Prediction| {
         Box::new(PredictError { name: recording.name.clone(), why, partial })
     };
@@ -200,7 +211,7 @@ pub fn predict<F: ForceModel<f64>>(
     let input = SampledInput::new(times, &recording.force_mn, settings.interpolation)
         .map_err(|e| fail(e.to_string(), nothing()))?;
     if settings.step == StepChoice::Exact {
-        let (prediction, stopped) = exact(model, recording, masses, settings)
+        let (prediction, stopped) = exact(model, recording, masses, settings.interpolation, y0)
             .map_err(|e| fail(e.to_string(), nothing()))?;
         return match stopped {
             None => within_limits(model, recording, prediction),
@@ -209,7 +220,6 @@ pub fn predict<F: ForceModel<f64>>(
     }
     let term = Term::new(model.sealed(masses), input);
     let (t0, t1) = recording.span_s();
-    let y0 = recording.initial_state();
     let save = SaveAt::Times(times);
     let tableau = settings.tableau.clone();
     let solved: Result<_, Box<SolveError<f64>>> = match settings.step {
@@ -254,11 +264,11 @@ fn exact<F: ForceModel<f64>>(
     model: &JointModel<f64, F>,
     recording: &Recording,
     masses: SealedMasses,
-    settings: &SolverSettings,
+    interpolation: Interpolation,
+    y0: [f64; 4],
 ) -> Result<(Prediction, Option<String>), ModelError> {
     let motion = ExactMotion::new(model)?;
-    let y0 = recording.initial_state();
-    let problem = exact_problem(recording, masses, settings, y0);
+    let problem = exact_problem(recording, masses, interpolation, y0);
     let mut solver = ExactSolver::new();
     let failures = solver.solve(&motion, &[problem]);
     let counts = solver.statistics(0);
@@ -279,7 +289,7 @@ fn exact<F: ForceModel<f64>>(
 pub(crate) fn exact_problem<'a>(
     recording: &'a Recording,
     masses: SealedMasses,
-    settings: &SolverSettings,
+    interpolation: Interpolation,
     y0: [f64; 4],
 ) -> ExactProblem<'a> {
     let (t0, t1) = recording.span_s();
@@ -288,7 +298,7 @@ pub(crate) fn exact_problem<'a>(
         signal: ForceSignal {
             times_s: &recording.time_s,
             force_mn: &recording.force_mn,
-            interpolation: settings.interpolation,
+            interpolation,
         },
         t0,
         t1,

@@ -1,37 +1,53 @@
 //! What a stage trains on: whole recordings, or windows of them.
 
 use crate::metrics::variance;
-use pam_data::Channel;
-use pam_data::Subject;
+use pam_data::{Channel, Subject};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Windows of recordings, each overlapping the next one in one sample.
 #[derive(Debug, Clone)]
 pub struct Windows {
-    /// The windows in the order of recordings and time.
-    pub subjects: Vec<Subject>,
-    /// Of each window the one that follows it in the same recording.
+    subjects: Vec<Subject>,
+    /// The window that follows each one in the same recording.
     pub next: Vec<Option<usize>>,
-    /// Of each window the time since its recording began, s.
+    /// Time between the start of the recording and that of each window, s.
     pub since_s: Vec<f64>,
-    /// Of each window the variances of the channels over its recording.
+    /// Variances of the channels over the recording of each window.
     pub variance: Vec<[f64; 4]>,
+    id: u64,
+}
+
+/// An id that no other windows have.
+fn new_id() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
 impl Windows {
     /// Cuts recordings into windows of `horizon_s`, or keeps them whole. A rest of fewer than two
     /// samples is left out.
     #[must_use]
-    pub fn of(subjects: &[Subject], horizon_s: Option<f64>) -> Self {
+    pub fn of(subjects: impl Into<Vec<Subject>>, horizon_s: Option<f64>) -> Self {
+        let subjects = subjects.into();
+        // A channel that does not vary has no gap that could be weighed.
+        let variance = |s: &Subject| {
+            Channel::ALL.map(|c| variance(s.recording.channel(c)).max(f64::MIN_POSITIVE))
+        };
+        if horizon_s.is_none() {
+            let n = subjects.len();
+            let variance = subjects.iter().map(variance).collect();
+            let (next, since_s) = (vec![None; n], vec![0.0; n]);
+            return Self { subjects, next, since_s, variance, id: new_id() };
+        }
         let mut windows = Self {
             subjects: Vec::new(),
             next: Vec::new(),
             since_s: Vec::new(),
             variance: Vec::new(),
+            id: new_id(),
         };
-        for s in subjects {
-            // A channel that does not vary has no gap that could be weighed.
-            let variance =
-                Channel::ALL.map(|c| variance(s.recording.channel(c)).max(f64::MIN_POSITIVE));
+        for s in &subjects {
+            let variance = variance(s);
             let cuts = cuts(&s.recording.time_s, horizon_s);
             for (k, pair) in cuts.windows(2).enumerate() {
                 let recording = if cuts.len() == 2 {
@@ -51,6 +67,25 @@ impl Windows {
             }
         }
         windows
+    }
+
+    /// Recordings and masses of the windows, in the order of recordings and time.
+    #[must_use]
+    pub fn subjects(&self) -> &[Subject] {
+        &self.subjects
+    }
+
+    /// Recordings and masses to change. The windows get a new [`id`](Self::id).
+    pub fn subjects_mut(&mut self) -> &mut [Subject] {
+        self.id = new_id();
+        &mut self.subjects
+    }
+
+    /// Identifies the windows: clones share the id, changed windows get a new one. Engines keep what they
+    /// prepare for windows as long as the id is the same.
+    #[must_use]
+    pub fn id(&self) -> u64 {
+        self.id
     }
 
     /// Measured states at the starts.

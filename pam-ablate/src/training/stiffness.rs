@@ -21,7 +21,7 @@ use pam_core::{ForceInput, NetworkForce, Scalar, SealedMasses};
 use pam_data::{MassChoice, Recording, resolve_masses};
 use pam_numerics::statistics::mean;
 use pam_train::curriculum::Curriculum;
-use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::engine::NetworkJoint;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 

@@ -14,7 +14,7 @@ use pam_data::formats::npz::{self, Array};
 use pam_data::{DataError, SavedModel, collect_paths};
 use pam_numerics::statistics::median;
 use pam_report::{GradientBlock, GradientReport, gradient_report};
-use pam_trajectory::gradient::general;
+use pam_trajectory::engine::general;
 use pam_trajectory::{
     GradientChoice, JointGradient, SealedGradient, SolverSettings, SquaredError, StepChoice,
 };

@@ -19,20 +19,11 @@ pub struct ModelInfo {
     pub trained: bool,
     /// Names of the recordings it was fitted to, if they are known.
     pub trained_on: Vec<String>,
-    /// Effects that extend the joint model, in the order in which they act; empty for a plain model.
-    pub effects: Vec<StoredEffect>,
+    /// Effects that extend the joint model, in the order in which they act; empty for a model without. They are
+    /// carried through unchanged: `pam-effects` reads and writes them.
+    pub effects: Vec<serde_json::Value>,
     /// The file it was read from, if any.
     pub source: Option<PathBuf>,
-}
-
-/// An effect of an extended model as it stands in a file: what it does is known to the crate that makes
-/// effects parts of models, not here.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct StoredEffect {
-    /// Id of the effect.
-    pub effect: String,
-    /// Its values by name, with units in the names.
-    pub values: std::collections::BTreeMap<String, f64>,
 }
 
 /// A joint model as it stands in a file.

@@ -1,85 +1,27 @@
 //! A hybrid model with effects as further parts.
 //!
-//! [`ExtendedModel`] is saved in the framework's model format (the effects stand in the metadata), loads from
-//! it, predicts recordings like any model ([`Predictor`]), and has a gradient like any
-//! ([`value_and_gradient`](ExtendedModel::value_and_gradient)). Its effects alone are fitted with
-//! [`refit`](ExtendedModel::refit); network and effects are trained together by a trainer that knows them as an
-//! [extension](crate::training).
+//! [`ExtendedModel`] is saved in the framework's model format (each effect is an [`EffectRecord`] in the
+//! metadata), loads from it, predicts recordings like any model ([`Predictor`]), and has a gradient like any
+//! ([`value_and_gradient`](ExtendedModel::value_and_gradient)). The diagnosis fits its effects alone; the trainer
+//! trains network and effects together.
 
+mod active;
 mod predict;
+mod record;
 mod without_effects;
 
+pub use active::ActiveEffect;
+pub use record::EffectRecord;
 pub use without_effects::WithoutEffects;
 
-use crate::effects::{ALL, AnyEffect, VocabularyError, by_id};
+use crate::effects::{ALL, AnyEffect};
 use crate::error::EffectError;
 use crate::simulation::Base;
 use pam_core::{AnyForce, JointModel};
-use pam_data::{ModelInfo, SavedModel, StoredEffect};
+use pam_data::{ModelInfo, SavedModel};
 
 #[cfg(doc)]
 use pam_trajectory::Predictor;
-
-/// An effect that is switched on, with its values: parameters, then switches.
-#[derive(Debug, Clone)]
-pub struct ActiveEffect {
-    /// The effect.
-    pub effect: &'static dyn AnyEffect,
-    /// Its values.
-    pub values: Vec<f64>,
-}
-
-impl ActiveEffect {
-    /// The values by name, as they are stored.
-    #[must_use]
-    pub fn stored(&self) -> StoredEffect {
-        let info = self.effect.info();
-        StoredEffect {
-            effect: info.id.into(),
-            values: info
-                .value_names()
-                .map(str::to_owned)
-                .zip(self.values.iter().copied())
-                .collect(),
-        }
-    }
-
-    /// An effect from its stored form, looked up among `known`.
-    ///
-    /// # Errors
-    /// [`EffectError::Vocabulary`] if there is no such effect, or a value is missing, unknown or not finite.
-    pub fn from_stored(
-        stored: &StoredEffect,
-        known: &[&'static dyn AnyEffect],
-    ) -> Result<Self, EffectError> {
-        let effect = known
-            .iter()
-            .find(|e| e.info().id == stored.effect)
-            .copied()
-            .or_else(|| by_id(&stored.effect))
-            .ok_or_else(|| {
-                VocabularyError::unknown_effect(&stored.effect, known.iter().map(|e| e.info().id))
-            })?;
-        let info = effect.info();
-        if let Some(name) = stored.values.keys().find(|k| info.value_names().all(|n| n != **k)) {
-            return Err(VocabularyError::unknown_value(info.id, name, info.value_names()).into());
-        }
-        let value = |name| match stored.values.get(name) {
-            Some(v) if v.is_finite() => Ok(*v),
-            Some(v) => Err(VocabularyError::OutsideRange {
-                effect: info.id,
-                name,
-                value: *v,
-                range: [f64::NEG_INFINITY, f64::INFINITY],
-            }),
-            // A switch that is not mentioned is off.
-            None if info.switches.iter().any(|s| s.name == name) => Ok(0.0),
-            None => Err(VocabularyError::Missing { effect: info.id, name }),
-        };
-        let values = info.value_names().map(value).collect::<Result<Vec<f64>, _>>()?;
-        Ok(Self { effect, values })
-    }
-}
 
 /// A hybrid model with effects.
 #[derive(Debug, Clone)]
@@ -98,8 +40,19 @@ impl ExtendedModel {
     /// # Errors
     /// [`EffectError::Vocabulary`] if the file has an effect that is not known.
     pub fn from_saved(saved: SavedModel) -> Result<Self, EffectError> {
-        let effects: Result<Vec<_>, _> =
-            saved.info.effects.iter().map(|e| ActiveEffect::from_stored(e, ALL)).collect();
+        Self::from_saved_among(saved, ALL)
+    }
+
+    /// A model from its file, with effects of `known` or of the vocabulary.
+    ///
+    /// # Errors
+    /// As [`from_saved`](Self::from_saved).
+    pub fn from_saved_among(
+        saved: SavedModel,
+        known: &[&'static dyn AnyEffect],
+    ) -> Result<Self, EffectError> {
+        let records = EffectRecord::all_of(&saved.info)?;
+        let effects: Result<Vec<_>, _> = records.iter().map(|r| r.resolve(known)).collect();
         Ok(Self { effects: effects?, joint: saved.model, info: saved.info })
     }
 
@@ -107,8 +60,14 @@ impl ExtendedModel {
     #[must_use]
     pub fn to_saved(&self) -> SavedModel {
         let mut info = self.info.clone();
-        info.effects = self.effects.iter().map(ActiveEffect::stored).collect();
+        info.effects = self.effects.iter().map(|a| EffectRecord::from(a).to_metadata()).collect();
         SavedModel { model: self.joint.clone(), info }
+    }
+
+    /// The parameters of the effects in turn.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<f64> {
+        self.effects.iter().flat_map(ActiveEffect::parameters).copied().collect()
     }
 
     /// The model with more effects behind those that it has.

@@ -4,17 +4,17 @@
 //! softplus. Inputs of a force network differ by three orders of magnitude (0.03 g, 20 mm/s) and its
 //! output is 10⁵ mN, so that one step size fits no two weights; and C = 8.47e7 hardly moves at all. The
 //! coordinates here can therefore be those of a network between scaled inputs and a scaled output, with
-//! logarithms of the physical parameters. The model that they stand for is the same, weight by weight. Numbers
-//! of an extension of the model stand behind.
+//! logarithms of the physical parameters. The model that they stand for is the same, weight by weight. The
+//! parameters of effects come last.
 
+mod effect;
 mod scaling;
 
+pub use effect::EffectCoordinate;
 pub use scaling::Scaling;
 
-use crate::extension::ExtensionCoordinate;
 use pam_core::{ParametricForce, PhysicalParameters, Scalar};
-use pam_trajectory::gradient::JointGradient;
-use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::engine::{NetworkJoint, TrajectoryGradient};
 use serde::{Deserialize, Serialize};
 
 /// Number of physical parameters: mass, gas coefficient, deformation.
@@ -48,14 +48,14 @@ pub enum PhysicalForm {
 }
 
 /// The coordinates of the models of one shape: network parameters in the order of
-/// [`ParametricForce`], then mass, gas coefficient and deformation, then the numbers of an extension.
+/// [`ParametricForce`], then mass, gas coefficient and deformation, then the parameters of effects.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coordinates {
     template: NetworkJoint,
     scaling: Scaling,
     form: PhysicalForm,
     frozen: Frozen,
-    extension: Vec<ExtensionCoordinate>,
+    effects: Vec<EffectCoordinate>,
 }
 
 impl Coordinates {
@@ -68,32 +68,32 @@ impl Coordinates {
         form: PhysicalForm,
         frozen: Frozen,
     ) -> Self {
-        Self { template, scaling, form, frozen, extension: Vec::new() }
+        Self { template, scaling, form, frozen, effects: Vec::new() }
     }
 
-    /// The same coordinates with those of an extension behind them.
+    /// The same coordinates followed by those of effects.
     #[must_use]
-    pub fn with_extension(self, extension: Vec<ExtensionCoordinate>) -> Self {
-        Self { extension, ..self }
+    pub fn with_effects(self, effects: Vec<EffectCoordinate>) -> Self {
+        Self { effects, ..self }
     }
 
-    /// The coordinates of the extension.
+    /// The coordinates of the effects.
     #[must_use]
-    pub fn extension(&self) -> &[ExtensionCoordinate] {
-        &self.extension
+    pub fn effects(&self) -> &[EffectCoordinate] {
+        &self.effects
     }
 
-    /// The numbers of the extension at coordinates.
+    /// The parameters of the effects at coordinates.
     #[must_use]
-    pub fn extension_values(&self, at: &[f64]) -> Vec<f64> {
+    pub fn effect_parameters(&self, at: &[f64]) -> Vec<f64> {
         let own = &at[self.weights_len() + PHYSICAL..];
-        self.extension.iter().zip(own).map(|(c, &at)| c.value(at)).collect()
+        self.effects.iter().zip(own).map(|(c, &at)| c.value(at)).collect()
     }
 
-    /// Brings the numbers of the extension back into their ranges.
+    /// Brings the parameters of the effects back into their ranges.
     pub fn project(&self, at: &mut [f64]) {
         let own = &mut at[self.weights_len() + PHYSICAL..];
-        for (c, at) in self.extension.iter().zip(own) {
+        for (c, at) in self.effects.iter().zip(own) {
             let value = c.value(*at);
             if value <= c.range[0] || value >= c.range[1] {
                 *at = c.at(value);
@@ -122,7 +122,7 @@ impl Coordinates {
     /// Number of coordinates.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.weights_len() + PHYSICAL + self.extension.len()
+        self.weights_len() + PHYSICAL + self.effects.len()
     }
 
     /// Never: there are always physical parameters.
@@ -142,7 +142,7 @@ impl Coordinates {
         self.template.auxiliary_damping_kg_s = damping_kg_s;
     }
 
-    /// The coordinates of a model, with the extension as it starts.
+    /// The coordinates of a model, with the effects as they start.
     #[must_use]
     pub fn of(&self, model: &NetworkJoint) -> Vec<f64> {
         let mut at = model.force.parameters();
@@ -154,7 +154,7 @@ impl Coordinates {
                 [model.raw.mass, model.raw.gas_coefficient, model.raw.deformation]
             }
         });
-        at.extend(self.extension.iter().map(|c| c.at(c.start)));
+        at.extend(self.effects.iter().map(|c| c.at(c.start)));
         at
     }
 
@@ -186,7 +186,7 @@ impl Coordinates {
     }
 
     /// The gradient by the coordinates of `model` from that by its own numbers: weights (in their
-    /// order) and physical parameters before softplus. Zero for what is frozen and for the extension.
+    /// order) and physical parameters before softplus. Zero for what is frozen and for effects.
     #[must_use]
     pub fn gradient_of(
         &self,
@@ -221,20 +221,20 @@ impl Coordinates {
         by
     }
 
-    /// Writes the part of the extension into a gradient by the coordinates, from the gradient by its numbers.
-    pub fn extend_gradient(&self, at: &[f64], by_values: &[f64], gradient: &mut [f64]) {
+    /// Writes the part of the effects into a gradient by the coordinates, from the gradient by their parameters.
+    pub fn write_effect_gradient(&self, at: &[f64], by_values: &[f64], gradient: &mut [f64]) {
         if self.frozen.effects {
             return;
         }
         let first = self.weights_len() + PHYSICAL;
-        for (k, (c, &by)) in self.extension.iter().zip(by_values).enumerate() {
+        for (k, (c, &by)) in self.effects.iter().zip(by_values).enumerate() {
             gradient[first + k] = c.pull_back(at[first + k], by);
         }
     }
 
     /// The gradient of a loss by the coordinates.
     #[must_use]
-    pub fn gradient(&self, model: &NetworkJoint, gradient: &JointGradient) -> Vec<f64> {
+    pub fn gradient(&self, model: &NetworkJoint, gradient: &TrajectoryGradient) -> Vec<f64> {
         self.gradient_of(model, &gradient.force, &gradient.raw)
     }
 }

@@ -3,6 +3,7 @@
 use super::{Curriculum, CurriculumError, SelectionSet, Stage};
 use crate::curriculum::Selection;
 use pam_core::Activation;
+use pam_trajectory::engine::GradientChoice;
 
 const TEXTS: [(&str, &str); 5] = [
     ("recommended", include_str!("../../recipes/recommended.toml")),
@@ -106,7 +107,9 @@ impl Curriculum {
                 return fail(format!("stage `{name}`: auxiliary_damping must not be negative"));
             }
             let solver = s.solver.as_ref().unwrap_or(&self.solver);
-            if s.shooting.is_some() && matches!(solver.gradient_choice(), Ok(Some(_))) {
+            let own_adjoint =
+                matches!(solver.gradient_choice(), Ok(GradientChoice::Adjoint) | Err(_));
+            if s.shooting.is_some() && !own_adjoint {
                 return fail(format!(
                     "stage `{name}`: shooting takes solver.gradient auto or adjoint, not {}",
                     solver.gradient

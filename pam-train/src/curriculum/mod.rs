@@ -12,8 +12,8 @@ mod stage;
 
 pub use overrides::{CurriculumError, set_value};
 pub use settings::{
-    CoordinateSettings, DataSettings, ModelSettings, Precision, Selection, SelectionSet,
-    SolverChoice, StartModel,
+    CoordinateSettings, DataSettings, ModelSettings, Selection, SelectionSet, SolverChoice,
+    StartModel,
 };
 pub use stage::{DerivativeStage, GasStage, Shooting, SolveStage, Stage};
 

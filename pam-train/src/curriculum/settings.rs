@@ -2,11 +2,12 @@
 
 use crate::coordinates::{Frozen, PhysicalForm};
 use crate::warm_start::Initialisation;
-use pam_core::{ForceModel, ModelError};
-use pam_data::StoredEffect;
+use pam_core::ModelError;
 use pam_data::conditions::{TRAINING_PSI, name_of};
+use pam_effects::EffectRecord;
+use pam_effects::engine::{AUTO, EXACT, EngineChoice};
 use pam_solvers::{Interpolation, Tableau};
-use pam_trajectory::gradient::GradientChoice;
+use pam_trajectory::engine::{GradientChoice, Precision};
 use pam_trajectory::predict::{SolverSettings, StepChoice};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -26,7 +27,7 @@ pub struct ModelSettings {
     /// Effects that are parts of the model, with the values from which they are trained, in the form of
     /// a model file; those of the file to start from besides.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub effects: Vec<StoredEffect>,
+    pub effects: Vec<EffectRecord>,
 }
 
 impl Default for ModelSettings {
@@ -141,17 +142,6 @@ impl Default for CoordinateSettings {
     }
 }
 
-/// Float of the network.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Precision {
-    /// Single.
-    #[default]
-    F32,
-    /// Double.
-    F64,
-}
-
 /// How the equations are solved while training.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -176,9 +166,6 @@ pub struct SolverChoice {
     pub gradient: String,
 }
 
-const AUTO: &str = "auto";
-const EXACT: &str = "exact";
-
 fn is_auto(name: &str) -> bool {
     name == AUTO
 }
@@ -199,17 +186,16 @@ impl Default for SolverChoice {
 }
 
 impl SolverChoice {
-    /// The gradient method besides the fast path's; none for `auto`, `adjoint` and `exact`, which are the
-    /// fast path's own.
+    /// The gradient method; `auto` and `exact` are the adjoint.
     ///
     /// # Errors
     /// [`ModelError::UnknownName`], or [`ModelError::Shape`] for a gradient that does not go with the
     /// method.
-    pub fn gradient_choice(&self) -> Result<Option<GradientChoice>, ModelError> {
+    pub fn gradient_choice(&self) -> Result<GradientChoice, ModelError> {
         let closed = self.method == EXACT;
         match self.gradient.as_str() {
-            AUTO => return Ok(None),
-            EXACT if closed => return Ok(None),
+            AUTO => return Ok(GradientChoice::Adjoint),
+            EXACT if closed => return Ok(GradientChoice::Adjoint),
             EXACT => {
                 return Err(ModelError::Shape(
                     "solver.gradient exact goes with solver.method exact".into(),
@@ -222,23 +208,21 @@ impl SolverChoice {
                 "solver.method exact has a gradient of its own, not {}; take method bs3",
                 other.name()
             ))),
-            GradientChoice::Adjoint => Ok(None),
-            other => Ok(Some(other)),
+            choice => Ok(choice),
         }
     }
 
-    /// The settings of a solve of this force.
+    /// The choice of an engine.
     ///
     /// # Errors
     /// As [`settings`](Self::settings).
-    pub fn settings_for(&self, force: &impl ForceModel<f64>) -> Result<SolverSettings, ModelError> {
-        let general = self.settings()?;
-        // The closed form has no other gradient than its own.
-        let auto = self.method == AUTO && self.step_ms.is_none() && self.gradient == AUTO;
-        Ok(if auto && general.exact_applies_to(force) {
-            SolverSettings::exact(general.interpolation)
-        } else {
-            general
+    pub fn engine_choice(&self) -> Result<EngineChoice, ModelError> {
+        Ok(EngineChoice {
+            settings: self.settings()?,
+            // The closed form has no other gradient than its own.
+            automatic: self.method == AUTO && self.step_ms.is_none() && self.gradient == AUTO,
+            gradient: self.gradient_choice()?,
+            precision: self.precision,
         })
     }
 

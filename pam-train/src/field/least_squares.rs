@@ -4,10 +4,10 @@ use super::normal::Normal;
 use super::problem::{FieldError, FieldProblem, failed};
 use pam_autodiff::{ByDual, Differentiation};
 use pam_core::ParametricField;
+use pam_numerics::statistics::t_quantile_95;
 use pam_solvers::ParametricInput;
 use pam_solvers::sensitivity::{Direction, ForwardSensitivity};
 use rayon::prelude::*;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// What is fitted, and how.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -128,7 +128,7 @@ where
         let freedom = (normal.blocks.len() as f64 - 1.0 - free.len() as f64).max(1.0);
         Ok(FieldFit {
             standard_errors: normal.standard_errors(),
-            quantile: student_quantile(freedom),
+            quantile: t_quantile_95(freedom),
             mean_squares: squares.sums.iter().map(|s| s / squares.rows as f64).collect(),
             rows: squares.rows,
             parameters: at,
@@ -213,9 +213,4 @@ where
 struct Squares {
     sums: Vec<f64>,
     rows: usize,
-}
-
-/// The 97.5 % quantile of Student's t.
-fn student_quantile(freedom: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.975))
 }

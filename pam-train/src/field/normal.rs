@@ -1,7 +1,7 @@
 //! Normal equations of a few unknowns.
 
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use faer::Mat;
+use pam_numerics::ScaledCholesky;
 
 /// `Jᵀ W J`, and `Jᵀ W r` block by block.
 pub(super) struct Normal {
@@ -30,22 +30,8 @@ impl Normal {
     /// Solves `(G + damping·diag G) x = b` for each right-hand side, on a unit diagonal: unknowns differ by
     /// orders of magnitude. None if the equations are singular.
     pub(super) fn solve(&self, damping: f64, rights: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
-        let n = self.gram.nrows();
-        // A direction without any sensitivity stays where it is.
-        let own = |i: usize| if self.gram[(i, i)] > 0.0 { self.gram[(i, i)] } else { 1.0 };
-        let scale: Vec<f64> = (0..n).map(|i| own(i).sqrt().recip()).collect();
-        let scaled = Mat::from_fn(n, n, |i, j| {
-            if i == j { 1.0 + damping } else { self.gram[(i, j)] * scale[i] * scale[j] }
-        });
-        let factor = scaled.llt(Side::Lower).ok()?;
-        rights
-            .iter()
-            .map(|b| {
-                let x = factor.solve(&Mat::from_fn(n, 1, |i, _| b[i] * scale[i]));
-                let x: Vec<f64> = (0..n).map(|i| x[(i, 0)] * scale[i]).collect();
-                x.iter().all(|v| v.is_finite()).then_some(x)
-            })
-            .collect()
+        let factor = ScaledCholesky::new(self.gram.nrows(), |i, j| self.gram[(i, j)], damping)?;
+        rights.iter().map(|right| factor.solve(right)).collect()
     }
 
     /// Standard errors that hold whatever the correlation of residuals inside a block (Liang and Zeger

@@ -6,7 +6,7 @@ use crate::coordinates::{Coordinates, Frozen, PhysicalForm, Scaling};
 use crate::warm_start::derivative_matching::{DerivativeMatching, Point};
 use crate::warm_start::own_acceleration::own_accelerations;
 use pam_data::Subject;
-use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::engine::NetworkJoint;
 use serde::Serialize;
 
 /// What the data say of m.

@@ -1,7 +1,7 @@
 //! Squared weights.
 
 use super::Regulariser;
-use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::engine::NetworkJoint;
 use pam_trajectory::settings::{SettingsError, require_weights};
 use serde::{Deserialize, Serialize};
 

@@ -11,7 +11,7 @@ mod testing;
 pub use l2::L2;
 pub use passivity::{OperatingBox, Passivity, SlopeFloor};
 
-use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::engine::NetworkJoint;
 use pam_trajectory::settings::SettingsError;
 use serde::{Deserialize, Serialize};
 

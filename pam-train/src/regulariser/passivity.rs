@@ -2,7 +2,7 @@
 
 use super::Regulariser;
 use pam_autodiff::batch::BatchNetwork;
-use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::engine::NetworkJoint;
 use pam_trajectory::settings::{SettingsError, require, require_weights};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -3,7 +3,7 @@
 use super::Regulariser;
 use pam_core::force::Dense;
 use pam_core::{Activation, JointModel, Mlp, NetworkForce, ParametricForce};
-use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::engine::NetworkJoint;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -1,26 +1,12 @@
-//! What a run begins with: the model, recordings with their masses, coordinates.
+//! The start of a run: the model, and recordings with their masses.
 
-use super::trainer::TrainingError;
+use super::error::TrainingError;
 use crate::curriculum::{Curriculum, Selection, StartModel};
-use crate::extension::{Extension, ExtensionCoordinate};
 use crate::warm_start::random_network;
 use pam_core::{Activation, AnyForce, JointModel};
 use pam_data::Subject;
 use pam_data::{MassChoice, MassOrigin, MuscleSurfaces, Recording, load_model};
-use pam_trajectory::gradient::NetworkJoint;
-
-/// Coordinates of an extension's numbers, in units of one where none are given.
-pub(super) fn extension_coordinates(
-    extension: Option<&dyn Extension>,
-    units: &[f64],
-) -> Vec<ExtensionCoordinate> {
-    let parameters = extension.map_or(Vec::new(), Extension::parameters);
-    let of = |(k, p)| ExtensionCoordinate {
-        unit: units.get(k).copied().unwrap_or(1.0),
-        ..ExtensionCoordinate::of(p)
-    };
-    parameters.iter().enumerate().map(of).collect()
-}
+use pam_trajectory::engine::NetworkJoint;
 
 /// The recordings of a selection.
 pub(super) fn select(subjects: &[Subject], selection: Option<&Selection>) -> Vec<Subject> {
@@ -64,7 +50,7 @@ pub(super) struct Start {
 }
 
 impl Start {
-    /// What a curriculum says; `extended` if there is an extension for the effects that it names.
+    /// The start of a curriculum; `extended` if the effects that it names are trained.
     pub(super) fn of(
         curriculum: &Curriculum,
         extended: bool,

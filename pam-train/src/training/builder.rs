@@ -1,13 +1,14 @@
 //! A training in a few lines.
 
+use super::error::TrainingError;
 use super::folder::{RunFolder, RunSettings, TrainedRun, train_into};
 use super::state::EpochRow;
-use super::trainer::{Trainer, TrainingError};
+use super::trainer::Trainer;
 use crate::curriculum::{
     Curriculum, CurriculumError, Selection, SelectionSet, SolverChoice, Stage,
 };
 use pam_data::{MuscleSurfaces, Recording};
-use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::engine::NetworkJoint;
 use pam_trajectory::loss::{SharedLoss, TrajectoryLoss};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

@@ -1,14 +1,13 @@
 //! One epoch of a stage that is trained through the solver.
 
+use super::error::TrainingError;
 use super::state::{Best, EpochRow, OptimiserState, StageState};
-use super::trainer::{Prepared, Trainer, TrainingError};
+use super::trainer::{Prepared, Trainer};
 use crate::coordinates::Coordinates;
 use crate::optimiser::{StepKind, clip_to_norm};
 use crate::regulariser::{AnyRegulariser, Regulariser};
 use pam_data::Recording;
-use pam_trajectory::gradient::ExtendedRequest;
-use pam_trajectory::gradient::JointGradient;
-use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::engine::{NetworkJoint, TrajectoryGradient, TrajectoryRequest};
 use pam_trajectory::loss::TrajectoryLoss;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -40,7 +39,7 @@ impl Trainer {
         let scheduled = within.rate.next(base, epoch, epochs, last_loss);
         let rate = scheduled * within.reduction;
 
-        let count = prepared.windows.subjects.len();
+        let count = prepared.windows.subjects().len();
         let batch = settings.batch.unwrap_or(count).min(count);
         let mut order: Vec<usize> = (0..count).collect();
         if batch < count {
@@ -137,7 +136,7 @@ impl Trainer {
             gradient_norm: norm,
             mass_kg: physical.mass_kg,
             deformation: physical.deformation,
-            effects: self.coordinates.extension_values(&self.state.at),
+            effects: self.coordinates.effect_parameters(&self.state.at),
             r2_held_out: None,
             seconds: begun.elapsed().as_secs_f64(),
         })
@@ -189,7 +188,7 @@ fn evaluate(
     let index_of = |k: usize| part[k];
     let starts: Vec<[f64; 4]> = match &within.starts {
         Some(starts) => starts.states.clone(),
-        None => part.iter().map(|&i| windows.subjects[i].recording.initial_state()).collect(),
+        None => part.iter().map(|&i| windows.subjects()[i].recording.initial_state()).collect(),
     };
     let loss = &*loss;
     let continuity = |k: usize| {
@@ -211,11 +210,15 @@ fn evaluate(
         }
         value
     };
-    let values = coordinates.extension_values(at);
-    let request =
-        ExtendedRequest { model: &model, values: &values, windows, part, starts: &starts };
-    let result = engine.value_and_gradient(&request, &indexed)?;
-    let failure = failure_of(&result, |k| &windows.subjects[index_of(k)].recording.name);
+    let effects = coordinates.effect_parameters(at);
+    let request = TrajectoryRequest {
+        effects: &effects,
+        part: Some(part),
+        starts: Some(&starts),
+        ..TrajectoryRequest::new(&model, windows)
+    };
+    let result = engine.evaluate(&request, &indexed, true)?;
+    let failure = failure_of(&result, |k| &windows.subjects()[index_of(k)].recording.name);
     let mut by_starts = result.initial_states.clone();
     if within.starts.is_some() && failure.is_none() {
         let share = 1.0 / part.len() as f64;
@@ -229,14 +232,14 @@ fn evaluate(
     }
     let (value, by_weights) = regularised(&model, &result, regularisers);
     let mut gradient = coordinates.gradient_of(&model, &by_weights, &result.raw);
-    coordinates.extend_gradient(at, &result.extension, &mut gradient);
+    coordinates.write_effect_gradient(at, &result.effects, &mut gradient);
     Ok(Step { loss: value, gradient, by_starts, failure })
 }
 
 /// Adds the regularisers.
 fn regularised(
     model: &NetworkJoint,
-    result: &JointGradient,
+    result: &TrajectoryGradient,
     regularisers: &[AnyRegulariser],
 ) -> (f64, Vec<f64>) {
     let mut by_weights = result.force.clone();
@@ -245,12 +248,15 @@ fn regularised(
 }
 
 /// Which recording could not be predicted, until when.
-fn failure_of<'a>(result: &JointGradient, name_of: impl Fn(usize) -> &'a String) -> Option<String> {
+fn failure_of<'a>(
+    result: &TrajectoryGradient,
+    name_of: impl Fn(usize) -> &'a String,
+) -> Option<String> {
     if let Some(f) = result.failures.first() {
         let name = name_of(f.problem);
         return Some(format!("{name} could not be predicted beyond {:.3} s", f.time_s));
     }
-    let numbers = result.force.iter().chain(&result.extension);
+    let numbers = result.force.iter().chain(&result.effects);
     let numbers = numbers.chain([&result.raw.mass, &result.raw.deformation]);
     let sound = result.value.is_finite() && numbers.into_iter().all(|g| g.is_finite());
     (!sound).then(|| "loss or gradient is not finite".to_owned())

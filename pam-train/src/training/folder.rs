@@ -12,13 +12,15 @@
 //! Every file is complete or absent, but for rows at the end of `metrics.csv` that are younger than the
 //! checkpoint; a run that is resumed drops them and makes them again.
 
+use super::error::TrainingError;
 use super::state::{EpochRow, StageResult, TrainingState};
-use super::trainer::{Trainer, TrainingError};
+use super::trainer::Trainer;
 use crate::events::EventFile;
 use pam_core::AnyForce;
 use pam_data::atomic::write_atomic;
 use pam_data::models::safetensors_file;
-use pam_data::{DataError, ModelInfo, SavedModel};
+use pam_data::{DataError, ModelInfo};
+use pam_effects::ExtendedModel;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -58,7 +60,7 @@ struct Checkpoint {
     state: TrainingState,
 }
 
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// The folder of a run.
 #[derive(Debug)]
@@ -133,8 +135,9 @@ impl RunFolder {
     ) -> Result<(), TrainingError> {
         let model = trainer.model();
         let curriculum = trainer.curriculum();
-        let saved = SavedModel {
-            model: model.map(|v| v, |force| AnyForce::Network(force.clone())),
+        let extended = ExtendedModel {
+            joint: model.map(|v| v, |force| AnyForce::Network(force.clone())),
+            effects: trainer.effects(),
             info: ModelInfo {
                 name: settings.model_name.clone(),
                 provenance: format!(
@@ -146,11 +149,11 @@ impl RunFolder {
                 ),
                 trained: true,
                 trained_on: trainer.trained_on(),
-                effects: trainer.effects(),
+                effects: Vec::new(),
                 source: None,
             },
         };
-        Ok(safetensors_file::write(&self.file(name), &saved)?)
+        Ok(safetensors_file::write(&self.file(name), &extended.to_saved())?)
     }
 
     /// Rows of `metrics.csv` up to an epoch.

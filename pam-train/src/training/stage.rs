@@ -1,19 +1,20 @@
 //! The stages of a curriculum: entered, left and scored.
 
-use super::beginning::{extension_coordinates, select, update_masses};
-use super::engine::Engine;
+use super::beginning::{select, update_masses};
+use super::effects;
+use super::error::TrainingError;
+use super::scores::mean_r2;
 use super::state::{EpochRow, OptimiserState, StageResult, StageState, Starts};
-use super::trainer::{Prepared, Trainer, TrainingError};
-use crate::coordinates::PHYSICAL;
-use crate::curriculum::{Selection, SolveStage, SolverChoice, Stage};
+use super::trainer::{Prepared, Trainer};
+use crate::coordinates::{EffectCoordinate, PHYSICAL};
+use crate::curriculum::{Selection, SolveStage, Stage};
 use crate::optimiser::{Adam, AdamSettings, Lbfgs, OptimiserSettings};
 use crate::schedule::{EarlyStop, Rate};
 use pam_data::Subject;
-use pam_trajectory::gradient::GradientChoice;
-use pam_trajectory::gradient::NetworkJoint;
+use pam_effects::engine::{EngineChoice, choose};
+use pam_trajectory::engine::{GradientChoice, NetworkJoint, TrajectoryEngine};
 use pam_trajectory::loss::SharedLoss;
 use pam_trajectory::windows::Windows;
-use std::sync::Arc;
 use std::time::Instant;
 
 impl Trainer {
@@ -27,44 +28,43 @@ impl Trainer {
         at
     }
 
-    /// Finds the units of the extension's coordinates, once, with the model as it is.
+    /// Finds the units of the effects' coordinates, once, with the model as it is.
     fn find_units(&mut self, subjects: &[Subject]) -> Result<(), TrainingError> {
-        let Some(extension) = self.extension.as_deref() else { return Ok(()) };
-        if !self.state.units.is_empty() || self.coordinates.extension().is_empty() {
+        if !self.state.units.is_empty() || self.coordinates.effects().is_empty() {
             return Ok(());
         }
         let model = self.coordinates.model(&self.state.at);
-        let values = self.coordinates.extension_values(&self.state.at);
+        let active = self.effects();
+        let values = self.coordinates.effect_parameters(&self.state.at);
         let rate = self.curriculum.coordinates.effect_rate;
         let mut units = if self.coordinates.frozen().effects {
             vec![1.0; values.len()]
         } else {
-            extension.units(&model, &values, subjects)?
+            effects::units(&active, &model, subjects)?
         };
-        for (unit, c) in units.iter_mut().zip(self.coordinates.extension()) {
+        for (unit, c) in units.iter_mut().zip(self.coordinates.effects()) {
             *unit = rate * unit.min(c.largest_unit());
         }
-        let coordinates = extension_coordinates(Some(extension), &units);
+        let coordinates = EffectCoordinate::all_of(&self.effects, &units);
         let behind = self.state.at.len() - values.len();
         for ((at, value), c) in self.state.at[behind..].iter_mut().zip(values).zip(&coordinates) {
             *at = c.at(value);
         }
-        self.coordinates = self.coordinates.clone().with_extension(coordinates);
+        self.coordinates = self.coordinates.clone().with_effects(coordinates);
         self.state.units = units;
         Ok(())
     }
 
-    /// What finds loss, gradient and scores by a solver.
-    fn engine(
-        &self,
-        solver: &SolverChoice,
-        gradient: Option<GradientChoice>,
-    ) -> Result<Engine, TrainingError> {
-        if let Some(extension) = &self.extension {
-            return Ok(Engine::extended(Arc::clone(extension), solver.precision));
-        }
-        let settings = solver.settings_for(&self.coordinates.model(&self.state.at).force)?;
-        Ok(Engine::new(settings, solver.precision, gradient))
+    /// The engine for the model.
+    fn engine(&self, choice: &EngineChoice) -> Result<Box<dyn TrajectoryEngine>, TrainingError> {
+        let model = self.coordinates.model(&self.state.at);
+        Ok(choose(&model.force, &self.effects, choice)?)
+    }
+
+    /// The engine for scores, which needs no gradients.
+    fn scoring_engine(&self) -> Result<Box<dyn TrajectoryEngine>, TrainingError> {
+        let choice = self.curriculum.solver.engine_choice()?;
+        self.engine(&EngineChoice { gradient: GradientChoice::Adjoint, ..choice })
     }
 
     /// The recordings of a selection with masses by the gas law of the model that the stage starts from
@@ -90,8 +90,8 @@ impl Trainer {
                 loss: self.loss.clone().unwrap_or_else(|| {
                     SharedLoss::new(s.loss.as_ref().unwrap_or(&self.curriculum.loss).clone())
                 }),
-                windows: Windows::of(&subjects, s.horizon_s),
-                engine: self.engine(solver, solver.gradient_choice()?)?,
+                windows: Windows::of(subjects, s.horizon_s),
+                engine: self.engine(&solver.engine_choice()?)?,
                 settings: s.clone(),
             });
         }
@@ -105,7 +105,7 @@ impl Trainer {
             let windows = &self.stage.as_ref().expect("just made").windows;
             let starts = s.shooting.map(|_| Starts {
                 states: windows.measured_starts(),
-                optimiser: Adam::new(AdamSettings::default(), 4 * windows.subjects.len()),
+                optimiser: Adam::new(AdamSettings::default(), 4 * windows.subjects().len()),
             });
             let schedule = s.schedule.as_ref().unwrap_or(&self.curriculum.schedule);
             self.state.within = Some(StageState {
@@ -166,7 +166,7 @@ impl Trainer {
             gradient_norm: 0.0,
             mass_kg: physical.mass_kg,
             deformation: physical.deformation,
-            effects: self.coordinates.extension_values(&self.state.at),
+            effects: self.coordinates.effect_parameters(&self.state.at),
             r2_held_out: None,
             seconds: begun.elapsed().as_secs_f64(),
         };
@@ -190,13 +190,13 @@ impl Trainer {
         mut subjects: Vec<Subject>,
     ) -> Result<(), TrainingError> {
         let model = self.coordinates.model(&self.state.at);
-        let values = self.coordinates.extension_values(&self.state.at);
-        let mut engine = self.engine(&self.curriculum.solver, None)?;
+        let effects = self.coordinates.effect_parameters(&self.state.at);
         // Pressures alone say nothing of the force.
         let predicts = !matches!(self.curriculum.stages[self.state.stage], Stage::Gas(_));
         if predicts {
             update_masses(&mut subjects, &model, self.surfaces.as_ref())?;
-            result.r2_train = engine.mean_r2(&model, &values, &subjects)?;
+            let (mut engine, windows) = (self.scoring_engine()?, Windows::of(subjects, None));
+            result.r2_train = mean_r2(&mut *engine, &model, &effects, &windows)?;
             result.r2_held_out = self.score_held_out()?;
         }
         self.state.results.push(result);
@@ -207,12 +207,12 @@ impl Trainer {
     /// Mean R² over the held-out recordings with the coordinates as they are.
     pub(super) fn score_held_out(&mut self) -> Result<[Option<f64>; 4], TrainingError> {
         let model = self.coordinates.model(&self.state.at);
-        let values = self.coordinates.extension_values(&self.state.at);
+        let effects = self.coordinates.effect_parameters(&self.state.at);
         if self.scoring.is_none() {
-            self.scoring = Some(self.engine(&self.curriculum.solver, None)?);
+            self.scoring = Some(self.scoring_engine()?);
         }
-        update_masses(&mut self.held_out, &model, self.surfaces.as_ref())?;
+        update_masses(self.held_out.subjects_mut(), &model, self.surfaces.as_ref())?;
         let engine = self.scoring.as_mut().expect("just made");
-        engine.mean_r2(&model, &values, &self.held_out)
+        Ok(mean_r2(&mut **engine, &model, &effects, &self.held_out)?)
     }
 }

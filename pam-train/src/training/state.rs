@@ -95,7 +95,7 @@ pub struct TrainingState {
     pub at: Vec<f64>,
     /// Scale of inputs and output of the network.
     pub scaling: Scaling,
-    /// Units of an extension's coordinates; empty until a stage needs them.
+    /// Units of the effects' coordinates; empty until a stage needs them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub units: Vec<f64>,
     /// Within the running stage; absent between stages.
@@ -125,7 +125,7 @@ pub struct EpochRow {
     pub mass_kg: f64,
     /// Deformation coefficient.
     pub deformation: f64,
-    /// Numbers of an extension, in their order; empty without one.
+    /// Parameters of the effects in turn; empty without effects.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<f64>,
     /// Mean R² of `[x, ẋ, P_f, P_e]` over the held-out recordings with the coordinates that the epoch

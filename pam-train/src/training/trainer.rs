@@ -1,53 +1,21 @@
 //! One epoch after another.
 
-use super::beginning::{Start, extension_coordinates, select, subject, update_masses};
-use super::engine::Engine;
+use super::beginning::{Start, select, subject, update_masses};
+use super::effects;
+use super::error::TrainingError;
 use super::state::{EpochRow, TrainingState};
-use crate::coordinates::{Coordinates, Scaling};
+use crate::coordinates::{Coordinates, EffectCoordinate, Scaling};
 use crate::curriculum::{Curriculum, SolveStage, Stage};
-use crate::extension::{Extension, ExtensionError};
 use crate::identification::{Identification, identify_deformation, identify_mass};
 use crate::warm_start::fit_deformation;
-use pam_core::{ModelError, ParametricForce, PhysicalParameters};
-use pam_data::Subject;
-use pam_data::{DataError, MuscleSurfaces, Recording, StoredEffect};
-use pam_solvers::input::InputError;
-use pam_trajectory::gradient::NetworkJoint;
+use pam_core::{ParametricForce, PhysicalParameters};
+use pam_data::{MuscleSurfaces, Recording, Subject};
+use pam_effects::ActiveEffect;
+use pam_numerics::ContentHash;
+use pam_trajectory::engine::{GradientChoice, NetworkJoint, TrajectoryEngine};
 use pam_trajectory::loss::{SharedLoss, TrajectoryLoss};
 use pam_trajectory::windows::Windows;
-use std::sync::Arc;
 use std::time::Instant;
-use thiserror::Error;
-
-/// Training that cannot begin or go on.
-#[derive(Debug, Error)]
-pub enum TrainingError {
-    /// The curriculum asks for something that is not there.
-    #[error("{0}")]
-    Curriculum(String),
-    /// A recording or a model file is wrong.
-    #[error(transparent)]
-    Data(#[from] DataError),
-    /// The model cannot be built as asked.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// A recording cannot drive a solve.
-    #[error(transparent)]
-    Input(#[from] InputError),
-    /// Effects cannot be trained as asked.
-    #[error(transparent)]
-    Extension(#[from] ExtensionError),
-    /// The solves diverge where a stage starts.
-    #[error("stage `{stage}`, epoch {epoch}: {message}")]
-    Diverged {
-        /// The stage.
-        stage: String,
-        /// Its epoch.
-        epoch: usize,
-        /// Which recording, when, and what to do.
-        message: String,
-    },
-}
 
 /// Steps of the regression that tells what of the acceleration is its own: errors of it are of second
 /// order in the result.
@@ -61,23 +29,25 @@ pub struct Trainer {
     pub(super) coordinates: Coordinates,
     pub(super) state: TrainingState,
     pub(super) train: Vec<Subject>,
-    pub(super) held_out: Vec<Subject>,
+    /// Kept whole.
+    pub(super) held_out: Windows,
     pub(super) surfaces: Option<MuscleSurfaces>,
-    pub(super) extension: Option<Arc<dyn Extension>>,
+    /// As they start.
+    pub(super) effects: Vec<ActiveEffect>,
     /// In place of those of curriculum and stages.
     pub(super) loss: Option<SharedLoss>,
     pub(super) stage: Option<Prepared>,
     /// Keeps its memory from one score to the next.
-    pub(super) scoring: Option<Engine>,
+    pub(super) scoring: Option<Box<dyn TrajectoryEngine>>,
 }
 
-/// What a stage needs and a checkpoint does not hold.
+/// A running stage, without what a checkpoint holds.
 #[derive(Debug)]
 pub(super) struct Prepared {
     pub(super) settings: SolveStage,
     pub(super) loss: SharedLoss,
     pub(super) windows: Windows,
-    pub(super) engine: Engine,
+    pub(super) engine: Box<dyn TrajectoryEngine>,
 }
 
 impl Trainer {
@@ -92,31 +62,36 @@ impl Trainer {
         surfaces: Option<MuscleSurfaces>,
         seed: u64,
     ) -> Result<Self, TrainingError> {
-        Self::extended(curriculum, recordings, surfaces, None, seed)
+        Self::extended(curriculum, recordings, surfaces, Vec::new(), seed)
     }
 
-    /// As [`new`](Self::new), of a model with an extension: the effects that the curriculum and its start
-    /// file name, made parts of a model by a crate that knows them. Stages through the solver train all
-    /// numbers together; regressions train what they do without it.
+    /// As [`new`](Self::new), of a model with effects, for example those that the curriculum names
+    /// ([`effects_of`](super::effects_of)). Each parameter stays in its
+    /// [range](pam_effects::effects::ParameterInfo::range) and is moved by its logarithm where it is a scale;
+    /// switches stay as they are. Stages through the solver train all numbers together; regressions train the same
+    /// as without effects.
     ///
     /// # Errors
-    /// As [`new`](Self::new); [`TrainingError::Curriculum`] if effects are named and no extension is given, or
-    /// a gradient method is asked for that has none of them.
+    /// As [`new`](Self::new); [`TrainingError::Effect`] for a value outside its range or an effect that is there
+    /// twice; [`TrainingError::Curriculum`] if the curriculum names effects and none are given, or a gradient
+    /// method that has none of them.
     pub fn extended(
         curriculum: Curriculum,
         recordings: Vec<Recording>,
         surfaces: Option<MuscleSurfaces>,
-        extension: Option<Arc<dyn Extension>>,
+        effects: Vec<ActiveEffect>,
         seed: u64,
     ) -> Result<Self, TrainingError> {
-        let start = Start::of(&curriculum, extension.is_some(), seed)?;
-        if extension.is_some() {
+        effects::check(&effects)?;
+        let start = Start::of(&curriculum, !effects.is_empty(), seed)?;
+        if !effects.is_empty() {
             let solvers = curriculum.stages.iter().filter_map(|stage| match stage {
                 Stage::Solve(s) => s.solver.as_ref(),
                 _ => None,
             });
             for solver in solvers.chain([&curriculum.solver]) {
-                if let Some(choice) = solver.gradient_choice()? {
+                let choice = solver.gradient_choice()?;
+                if choice != GradientChoice::Adjoint {
                     return Err(TrainingError::Curriculum(format!(
                         "solver.gradient {}: a model with effects has the adjoint of its own steps; take auto",
                         choice.name()
@@ -124,7 +99,7 @@ impl Trainer {
                 }
             }
         }
-        Self::from_start(curriculum, &start, recordings, surfaces, extension, seed)
+        Self::from_start(curriculum, &start, recordings, surfaces, effects, seed)
     }
 
     /// A trainer that starts from a model of the caller's, whatever the curriculum says of it. Masses are
@@ -139,7 +114,7 @@ impl Trainer {
         seed: u64,
     ) -> Result<Self, TrainingError> {
         let start = Start { model, trained: true, scaled_weights: false };
-        Self::from_start(curriculum, &start, recordings, None, None, seed)
+        Self::from_start(curriculum, &start, recordings, None, Vec::new(), seed)
     }
 
     /// The same with a loss in place of those of the curriculum and its stages. It is no part of what a
@@ -156,7 +131,7 @@ impl Trainer {
         start: &Start,
         recordings: Vec<Recording>,
         surfaces: Option<MuscleSurfaces>,
-        extension: Option<Arc<dyn Extension>>,
+        effects: Vec<ActiveEffect>,
         seed: u64,
     ) -> Result<Self, TrainingError> {
         let (model, trained) = (&start.model, start.trained);
@@ -189,7 +164,7 @@ impl Trainer {
         let scaling = if settings.scaled { Scaling::of_data(&train) } else { Scaling::none() };
         let coordinates =
             Coordinates::new(model.clone(), scaling, settings.physical, settings.frozen)
-                .with_extension(extension_coordinates(extension.as_deref(), &[]));
+                .with_effects(EffectCoordinate::all_of(&effects, &[]));
         let mut at = coordinates.of(model);
         if start.scaled_weights {
             let weights = model.force.parameters();
@@ -211,9 +186,9 @@ impl Trainer {
             coordinates,
             state,
             train,
-            held_out,
+            held_out: Windows::of(held_out, None),
             surfaces,
-            extension,
+            effects,
             loss: None,
             stage: None,
             scoring: None,
@@ -234,7 +209,7 @@ impl Trainer {
         let template = self.coordinates.model(&state.at);
         self.coordinates =
             Coordinates::new(template, state.scaling, settings.physical, settings.frozen)
-                .with_extension(extension_coordinates(self.extension.as_deref(), &state.units));
+                .with_effects(EffectCoordinate::all_of(&self.effects, &state.units));
         self.state = state;
         self.stage = None;
         Ok(())
@@ -258,24 +233,22 @@ impl Trainer {
         self.train.iter().map(|s| s.recording.name.clone()).collect()
     }
 
-    /// What tells one set of training recordings from another.
+    /// A hash of the training recordings: names, displacements and forces.
     #[must_use]
     pub fn fingerprint(&self) -> String {
-        // FNV-1a over names and the bits of displacements and forces.
-        let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-        let mut add = |word: u64| hash = (hash ^ word).wrapping_mul(0x0100_0000_01b3);
+        let mut hash = ContentHash::default();
         for s in &self.train {
-            let r = &s.recording;
-            r.name.bytes().for_each(|b| add(u64::from(b)));
-            r.displacement_mm.iter().chain(&r.force_mn).for_each(|v| add(v.to_bits()));
+            hash.bytes(s.recording.name.as_bytes());
+            hash.numbers(&s.recording.displacement_mm);
+            hash.numbers(&s.recording.force_mn);
         }
-        format!("{hash:016x}")
+        hash.hex()
     }
 
     /// Number of recordings that are held out.
     #[must_use]
     pub fn held_out_len(&self) -> usize {
-        self.held_out.len()
+        self.held_out.subjects().len()
     }
 
     /// Whether all stages are done.
@@ -292,18 +265,18 @@ impl Trainer {
         model
     }
 
-    /// The model's effects as they are now; none without an extension.
+    /// The model's effects as they are now.
     #[must_use]
-    pub fn effects(&self) -> Vec<StoredEffect> {
-        let values = self.coordinates.extension_values(&self.state.at);
-        self.extension.as_ref().map_or(Vec::new(), |e| e.stored(&values))
+    pub fn effects(&self) -> Vec<ActiveEffect> {
+        let parameters = self.coordinates.effect_parameters(&self.state.at);
+        ActiveEffect::with_parameters(&self.effects, &parameters)
     }
 
-    /// Names of the extension's numbers, `coulomb_friction.force_n`, and their values now.
+    /// Names of the parameters of the effects, `coulomb_friction.force_n`, and their values now.
     #[must_use]
     pub fn effect_values(&self) -> Vec<(String, f64)> {
-        let names = self.extension.iter().flat_map(|e| e.parameters()).map(|p| p.name);
-        names.zip(self.coordinates.extension_values(&self.state.at)).collect()
+        let names = effects::parameter_names(&self.effects).into_iter();
+        names.zip(self.coordinates.effect_parameters(&self.state.at)).collect()
     }
 
     /// What the training recordings say of the physical parameters of the model as it is now. Takes
@@ -371,8 +344,8 @@ impl Trainer {
                 let mut row = self.epoch(begun)?;
                 if self.curriculum.score_every.is_some_and(|n| row.epoch.is_multiple_of(n)) {
                     let scores = self.score_held_out()?;
-                    row.r2_held_out =
-                        (!self.held_out.is_empty()).then(|| scores.map(|v| v.unwrap_or(f64::NAN)));
+                    row.r2_held_out = (!self.held_out.subjects().is_empty())
+                        .then(|| scores.map(|v| v.unwrap_or(f64::NAN)));
                 }
                 let within = self.state.within.as_ref().expect("entered");
                 if within.epoch >= s.epochs || within.stopped {

@@ -8,7 +8,7 @@ use pam_core::{ParametricForce, RawParameters, Scalar};
 use pam_data::Subject;
 use pam_data::preprocess::{LowPass, gradient};
 use pam_data::recording::median_step_s;
-use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::engine::NetworkJoint;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;

@@ -15,7 +15,7 @@
 use super::derivative_matching::{DerivativeMatching, Point};
 use crate::coordinates::{Coordinates, Frozen};
 use pam_core::{ForceInput, ForceModel};
-use pam_trajectory::gradient::NetworkJoint;
+use pam_trajectory::engine::NetworkJoint;
 
 /// e (mm/s²) and r (mN) of one point.
 #[derive(Debug, Clone, Copy, PartialEq)]

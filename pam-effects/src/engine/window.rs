@@ -9,14 +9,13 @@ use pam_autodiff::batch::{BatchNetwork, NetworkBlock, NetworkSums};
 use pam_autodiff::{Gathered, Tape, Var};
 use pam_core::Scalar;
 use pam_core::simd::Float;
-use pam_trajectory::gradient::NetworkJoint;
 
 /// Points of the network that are worked out together.
 const BLOCK: usize = 512;
 
 /// A model at the numbers of one call.
 pub(super) struct At<'a, T> {
-    pub(super) model: &'a NetworkJoint,
+    pub(super) base: Base<f64>,
     /// For values.
     pub(super) plain: &'a BatchNetwork<f64>,
     pub(super) plain_bias: &'a [f64],
@@ -91,13 +90,18 @@ impl<T: Float> Workspace<T> {
         start: [f64; 4],
         out: &mut Vec<[f64; 4]>,
     ) -> Result<(), Diverged> {
-        let base = Base::of(at.model);
         let parts = Parts::new(at.effects, at.values);
         let asked = Asked::new(at.plain, at.plain_bias, &mut self.asked);
         let measured = measured_from(record, start);
         let marched = {
-            let mut integrator =
-                JointIntegrator::new(record, &base, &asked, &parts, &measured, &Nuisances::none());
+            let mut integrator = JointIntegrator::new(
+                record,
+                &at.base,
+                &asked,
+                &parts,
+                &measured,
+                &Nuisances::none(),
+            );
             let points = record.points();
             let len = integrator.state_len();
             self.states.resize(points * len, 0.0);
@@ -163,13 +167,9 @@ impl<T: Float> Workspace<T> {
         tape.clear();
         gathered.clear();
         let p = tape.variables(at.values);
-        let physical = at.model.physical();
-        let numbers = tape.variables(&[
-            physical.mass_kg,
-            physical.gas_coefficient,
-            physical.deformation,
-            at.model.auxiliary_damping_kg_s,
-        ]);
+        let own = &at.base;
+        let numbers =
+            tape.variables(&[own.mass_kg, own.gas_coefficient, own.deformation, own.damping_kg_s]);
         let begin = tape.variables(&start);
         let log_air = tape.variables(&[0.0; 2]);
         let base = Base {
@@ -177,7 +177,7 @@ impl<T: Float> Workspace<T> {
             gas_coefficient: numbers[1],
             deformation: numbers[2],
             damping_kg_s: numbers[3],
-            geometry: at.model.geometry,
+            geometry: own.geometry,
         };
         let parts = Parts::new(at.effects, &p);
         let replayed = Replayed::default();

@@ -1,8 +1,11 @@
-//! The closed form beside the general path.
+//! The closed form against short steps.
 
-use super::SealedGradient;
+use super::{
+    BatchedEngine, ClosedFormEngine, TrajectoryEngine, TrajectoryGradient, TrajectoryRequest,
+};
 use crate::loss::SquaredError;
 use crate::predict::{SolverSettings, StepChoice, predict};
+use crate::windows::Windows;
 use pam_core::force::{Dense, Mlp};
 use pam_core::{Activation, JointModel, NetworkForce};
 use pam_data::Subject;
@@ -51,24 +54,25 @@ fn exact_gradient_is_that_of_short_steps() {
     for interpolation in [Interpolation::Hold, Interpolation::Linear, Interpolation::Ramp] {
         let settings = SolverSettings::exact(interpolation);
         assert!(settings.exact_applies_to(&model.force));
-        let exact = SealedGradient::<f64>::new(settings)
-            .value_and_gradient(&model, &subjects, &loss)
-            .unwrap();
-        let steps = SealedGradient::<f64>::new(fine(interpolation))
-            .value_and_gradient(&model, &subjects, &loss)
+        let windows = Windows::of(subjects.clone(), None);
+        let request = TrajectoryRequest::new(&model, &windows);
+        let exact =
+            ClosedFormEngine::new(interpolation).value_and_gradient(&request, &loss).unwrap();
+        let steps = BatchedEngine::<f64>::new(fine(interpolation))
+            .value_and_gradient(&request, &loss)
             .unwrap();
         assert!((exact.value - steps.value).abs() < 1e-6 * steps.value);
         let off = |a: &[f64], b: &[f64]| {
             let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>().sqrt();
             norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) / norm(&mut b.iter().copied())
         };
-        let raw = |g: &super::JointGradient| {
+        let raw = |g: &TrajectoryGradient| {
             vec![g.raw.mass, g.raw.gas_coefficient, g.raw.deformation, g.auxiliary_damping]
         };
-        let air = |g: &super::JointGradient| {
+        let air = |g: &TrajectoryGradient| {
             g.masses.iter().flat_map(|m| [m.flexor_g, m.extensor_g]).collect::<Vec<f64>>()
         };
-        let start = |g: &super::JointGradient| g.initial_states.concat();
+        let start = |g: &TrajectoryGradient| g.initial_states.concat();
         for (what, off) in [
             ("weights", off(&exact.force, &steps.force)),
             ("joint", off(&raw(&exact), &raw(&steps))),
