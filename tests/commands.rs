@@ -321,10 +321,8 @@ fn an_extended_model_becomes_a_plain_one() {
     let mut saved = pam_data::load_model(&published_weights()).unwrap();
     let plain_force = saved.model.force.clone();
     for (effect, value) in [("constant_load", 12.0), ("coulomb_friction", 20.0)] {
-        saved.info.effects.push(pam_data::StoredEffect {
-            effect: effect.into(),
-            values: [("force_n".to_owned(), value)].into(),
-        });
+        let record = serde_json::json!({ "effect": effect, "values": { "force_n": value } });
+        saved.info.effects.push(record);
     }
     pam_data::models::save_model(&path("extended.safetensors"), &saved).unwrap();
     let told = stdout_of(

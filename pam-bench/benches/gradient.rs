@@ -7,7 +7,10 @@ use pam_bench::{network_model, perturbed, published_model, training_set};
 use pam_core::simd::Float;
 use pam_data::Subject;
 use pam_solvers::{Interpolation, Tableau};
-use pam_trajectory::{SealedGradient, SolverSettings, SquaredError, StepChoice};
+use pam_trajectory::{
+    BatchedEngine, SolverSettings, SquaredError, StepChoice, TrajectoryEngine, TrajectoryRequest,
+    Windows,
+};
 use std::time::Instant;
 
 const REPEATS: usize = 5;
@@ -29,13 +32,15 @@ fn median(mut work: impl FnMut()) -> f64 {
 fn measure<T: Float>(name: &str, settings: &SolverSettings, subjects: &[Subject]) {
     let model = network_model(&perturbed(&published_model()));
     let loss = SquaredError::published();
-    let mut gradient = SealedGradient::<T>::new(settings.clone());
+    let mut gradient = BatchedEngine::<T>::new(settings.clone());
+    let windows = Windows::of(subjects, None);
+    let request = TrajectoryRequest::new(&model, &windows);
     let value = median(|| {
-        gradient.value(&model, subjects, &loss).expect("the recordings are in order");
+        gradient.value(&request, &loss).expect("the recordings are in order");
     });
     let mut statistics = Default::default();
     let both = median(|| {
-        let result = gradient.value_and_gradient(&model, subjects, &loss);
+        let result = gradient.value_and_gradient(&request, &loss);
         statistics = result.expect("the recordings are in order").statistics;
     });
     println!(

@@ -18,7 +18,7 @@ use pam_report::{LineFigure, Role, Scale};
 use pam_solvers::{Interpolation, Tableau};
 use pam_trajectory::engine::NetworkJoint;
 use pam_trajectory::predict::{SolverSettings, StepChoice};
-use pam_trajectory::{SealedGradient, SquaredError};
+use pam_trajectory::{BatchedEngine, SquaredError, TrajectoryEngine, TrajectoryRequest, Windows};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -130,14 +130,17 @@ fn gradient_errors(folder: &Path, data: &Path) -> Result<Vec<AtTolerance>, Box<d
             }
         }
     }
+    let windows = Windows::of(subjects, None);
     let gradient = |tolerance: f64| -> Result<(Vec<f64>, usize), Box<dyn Error>> {
         let settings = SolverSettings {
             tableau: Tableau::from_name("bs3")?,
             step: StepChoice::Adaptive { rtol: tolerance, atol: tolerance },
             interpolation: Interpolation::from_name("ramp")?,
         };
-        let mut of = SealedGradient::<f64>::new(settings);
-        let found = of.value_and_gradient(&model, &subjects, &SquaredError::published())?;
+        let found = BatchedEngine::<f64>::new(settings).value_and_gradient(
+            &TrajectoryRequest::new(&model, &windows),
+            &SquaredError::published(),
+        )?;
         Ok((found.force, found.statistics.evaluations))
     };
     let (reference, _) = gradient(REFERENCE)?;

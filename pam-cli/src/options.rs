@@ -10,6 +10,7 @@ use pam_data::{
     open_recordings, parse_model, resolve_masses,
 };
 use pam_effects::ExtendedModel;
+use pam_effects::engine::{AUTO, EXACT, EngineChoice};
 use pam_solvers::{Interpolation, Tableau};
 use pam_trajectory::{SolverSettings, StepChoice};
 use serde_json::{Value, json};
@@ -334,11 +335,6 @@ pub struct StepOptions {
     pub input: InputArgument,
 }
 
-/// Takes the exact method where it applies.
-pub const AUTO: &str = "auto";
-/// The closed form of (leaky) ReLU networks.
-pub const EXACT: &str = "exact";
-
 impl SolverOptions {
     /// The settings for a model.
     ///
@@ -368,10 +364,12 @@ impl StepOptions {
     ) -> Result<SolverSettings, CliError> {
         let general =
             self.settings(if [AUTO, EXACT].contains(&method) { "tsit5" } else { method })?;
-        let exact = SolverSettings::exact(general.interpolation);
-        let applies = general.exact_applies_to(&saved.model.force) && saved.info.effects.is_empty();
+        let choice = EngineChoice {
+            automatic: method == EXACT || (method == AUTO && !self.are_given()),
+            ..EngineChoice::new(general)
+        };
+        let settings = choice.settings_for(&saved.model.force, !saved.info.effects.is_empty());
         match method {
-            AUTO if applies && !self.are_given() => Ok(exact),
             EXACT if self.are_given() => Err(CliError::Usage(
                 "--method exact takes no steps and has no error to control: drop --step-ms, --rtol \
                  and --atol"
@@ -380,16 +378,15 @@ impl StepOptions {
             EXACT if !saved.info.effects.is_empty() => Err(CliError::Usage(
                 "--method exact: the model is extended by effects, which are not piecewise affine".into(),
             )),
-            EXACT if general.interpolation == Interpolation::Cubic => Err(CliError::Usage(
+            EXACT if settings.interpolation == Interpolation::Cubic => Err(CliError::Usage(
                 "--method exact reads the force as zoh, linear or ramp, not cubic".into(),
             )),
-            EXACT if !applies => Err(CliError::Usage(format!(
+            EXACT if settings.step != StepChoice::Exact => Err(CliError::Usage(format!(
                 "--method exact is for networks of leaky_relu or relu; this model is a {}; leave \
                  --method out",
                 saved.model.force.describe()
             ))),
-            EXACT => Ok(exact),
-            _ => Ok(general),
+            _ => Ok(settings),
         }
     }
 

@@ -5,13 +5,11 @@ use pam_data::Subject;
 use pam_data::{MassOrigin, Recording, load_model};
 use pam_effects::effects::by_id;
 use pam_effects::{ActiveEffect, ExtendedModel};
-use pam_train::EffectExtension;
 use pam_train::curriculum::Curriculum;
 use pam_train::training::Trainer;
 use pam_trajectory::{AnyLoss, Predictor, SolverSettings};
 use std::f64::consts::TAU;
 use std::path::Path;
-use std::sync::Arc;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../pam-cli/models/default.safetensors");
@@ -38,14 +36,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .collect();
     let gradient =
         model.with(believed.clone()).value_and_gradient(&subjects, &AnyLoss::default())?;
-    println!("dL/d force_n = {:.3}, {} weights", gradient.extension[0], gradient.force.len());
-    assert!(gradient.extension[0] < 0.0); // more friction, less loss
+    println!("dL/d force_n = {:.3}, {} weights", gradient.effects[0], gradient.force.len());
+    assert!(gradient.effects[0] < 0.0); // more friction, less loss
 
     // Training them together, the friction fast enough that the network does not imitate it first.
     let start = format!("model.start={{ file = {:?} }}", file.display().to_string());
     let curriculum = Curriculum::open("joint", &[start, "coordinates.effect_rate=300".into()])?;
-    let extension = Arc::new(EffectExtension::new(believed)?);
-    let mut trainer = Trainer::extended(curriculum, data, None, Some(extension), 1)?;
+    let mut trainer = Trainer::extended(curriculum, data, None, believed, 1)?;
     while trainer.advance()?.is_some() {}
     let force_n = trainer.effect_values()[0].1;
     println!("friction {force_n:.2} N");

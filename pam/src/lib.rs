@@ -96,7 +96,7 @@ pub mod prelude {
     };
     pub use pam_train::curriculum::Curriculum;
     pub use pam_train::training::{Trained, Trainer, Training};
-    pub use pam_train::{EffectExtension, Evaluation, evaluate, evaluate_with};
+    pub use pam_train::{Evaluation, evaluate, evaluate_with};
     pub use pam_trajectory::loss::{SampleErrors, pointwise};
     pub use pam_trajectory::{GradientChoice, Predictor, SolverSettings, TrajectoryLoss, predict};
 }

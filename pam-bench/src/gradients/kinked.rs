@@ -9,7 +9,7 @@ use pam_core::{JointModel, NetworkForce, SealedMasses};
 use pam_data::Subject;
 use pam_data::{MassOrigin, Recording};
 use pam_solvers::Interpolation;
-use pam_trajectory::{SealedGradient, SolverSettings};
+use pam_trajectory::{ClosedFormEngine, TrajectoryEngine, TrajectoryRequest, Windows};
 use std::path::Path;
 
 /// Grid points from one observation to the next, on the finer grid.
@@ -97,13 +97,17 @@ impl KinkedJoint<'_> {
                 }
                 value
             };
-        let mut solver = SealedGradient::<f64>::new(SolverSettings::exact(Interpolation::Linear));
-        let starts = [self.start];
+        let mut solver = ClosedFormEngine::new(Interpolation::Linear);
+        let (starts, windows) = ([self.start], Windows::of([subject], None));
+        let request = TrajectoryRequest {
+            starts: Some(&starts),
+            ..TrajectoryRequest::new(self.model, &windows)
+        };
         let found = solver
-            .value_and_gradient_from(self.model, &[subject], &starts, &at_observations)
+            .evaluate(&request, &at_observations, true)
             .ok()
             .filter(|g| g.failures.is_empty())?;
-        let states = solver.predicted(0);
+        let states = TrajectoryEngine::<NetworkForce<f64>>::predicted(&mut solver, 0);
         let mut parameters = found.force;
         parameters.extend([found.raw.mass, found.raw.gas_coefficient, found.raw.deformation]);
         parameters.push(found.auxiliary_damping);

@@ -4,19 +4,20 @@ use crate::PARTIAL;
 use crate::arguments::{GlobalOptions, GradientArguments, PrecisionArgument};
 use crate::console::{Console, table};
 use crate::error::CliError;
-use crate::options::{AUTO, EXACT, describe_model, solver_json};
+use crate::options::{describe_model, solver_json};
 use crate::run_record::made_by;
-use pam_core::simd::Float;
-use pam_core::{AnyForce, JointModel, ModelError, NetworkForce, ParametricForce};
+use pam_core::{ModelError, ParametricForce};
 use pam_data::Subject;
 use pam_data::atomic::write_atomic;
 use pam_data::formats::npz::{self, Array};
 use pam_data::{DataError, SavedModel, collect_paths};
+use pam_effects::engine::{AUTO, EXACT, EngineChoice, choose};
 use pam_numerics::statistics::median;
 use pam_report::{GradientBlock, GradientReport, gradient_report};
-use pam_trajectory::engine::general;
+use pam_trajectory::engine::{Precision, Progress};
 use pam_trajectory::{
-    GradientChoice, JointGradient, SealedGradient, SolverSettings, SquaredError, StepChoice,
+    GradientChoice, SolverSettings, SquaredError, StepChoice, TrajectoryGradient,
+    TrajectoryRequest, Windows,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -38,7 +39,7 @@ pub fn run(
         return Err(CliError::Usage(format!("--out {} must end in .npz", arguments.out.display())));
     }
     let saved = arguments.model.load()?;
-    let (settings, choice) = how(arguments, &saved)?;
+    let choice = engine_choice(arguments, &saved)?;
     let paths = collect_paths(&arguments.data)?;
     let reading = console.progress(paths.len(), "reading");
     let subjects = arguments.reading.subjects(&paths, &saved, &|| reading.inc(1))?;
@@ -50,40 +51,46 @@ pub fn run(
         Some(path) => Some(reference_displacements(path, &subjects)?),
         None => None,
     };
-    let work = Work { arguments, saved: &saved, subjects: &subjects, settings, loss, choice };
+    let settings = choice.settings_for(&saved.model.force, false);
+    let windows = Windows::of(subjects, None);
+    let work = Work { arguments, saved: &saved, windows: &windows, settings, loss, choice };
     let measured = work.measure(console)?;
-    let x_error = reference.map(|r| largest_error_mm(&r, &measured.gradient));
+    let x_error = reference.map(|r| largest_error_mm(&r, &measured));
     work.finish(&measured, x_error, global, console)
 }
 
 /// Steps and gradient method. Without a word on either the exact method is taken where it applies, else
 /// the adjoint of tsit5.
-fn how(
+fn engine_choice(
     arguments: &GradientArguments,
     saved: &SavedModel,
-) -> Result<(SolverSettings, GradientChoice), CliError> {
+) -> Result<EngineChoice, CliError> {
     let solver = arguments.solver.as_deref();
     let single = arguments.precision == PrecisionArgument::F32;
-    match arguments.method.as_str() {
+    let (settings, gradient) = match arguments.method.as_str() {
         EXACT if solver.is_some_and(|s| s != EXACT) => {
-            Err(CliError::Usage("--method exact solves in closed form; drop --solver".into()))
+            return Err(CliError::Usage(
+                "--method exact solves in closed form; drop --solver".into(),
+            ));
         }
         EXACT if single => {
-            Err(CliError::Usage("--method exact runs in doubles; drop --precision".into()))
+            return Err(CliError::Usage("--method exact runs in doubles; drop --precision".into()));
         }
         // The closed form's gradient is the adjoint of its pieces.
-        EXACT => Ok((arguments.steps.settings_for(EXACT, saved)?, GradientChoice::Adjoint)),
+        EXACT => (arguments.steps.settings_for(EXACT, saved)?, GradientChoice::Adjoint),
         AUTO if solver.is_none() && !single => {
-            Ok((arguments.steps.settings_for(AUTO, saved)?, GradientChoice::Adjoint))
+            (arguments.steps.settings_for(AUTO, saved)?, GradientChoice::Adjoint)
         }
         method => {
             let choice = match method {
                 AUTO => GradientChoice::Adjoint,
                 _ => GradientChoice::from_name(method).map_err(with_own_names)?,
             };
-            Ok((arguments.steps.settings(solver.unwrap_or("tsit5"))?, choice))
+            (arguments.steps.settings(solver.unwrap_or("tsit5"))?, choice)
         }
-    }
+    };
+    let precision = if single { Precision::F32 } else { Precision::F64 };
+    Ok(EngineChoice { settings, automatic: false, gradient, precision })
 }
 
 /// The error of an unknown method, with the names that only the command knows.
@@ -96,85 +103,71 @@ fn with_own_names(error: ModelError) -> ModelError {
     }
 }
 
-/// What is to be differentiated, and how.
+/// A gradient to compute.
 struct Work<'a> {
     arguments: &'a GradientArguments,
     saved: &'a SavedModel,
-    subjects: &'a [Subject],
+    windows: &'a Windows,
     settings: SolverSettings,
     loss: SquaredError,
-    choice: GradientChoice,
+    choice: EngineChoice,
 }
 
-/// A gradient with the median time it took.
+/// A gradient with the median time it took, and the predicted states of each recording.
 struct Measured {
-    gradient: JointGradient,
+    gradient: TrajectoryGradient,
+    states: Vec<Vec<[f64; 4]>>,
     seconds: f64,
+}
+
+/// The tasks of an engine on a progress bar.
+struct Bar(indicatif::ProgressBar);
+
+impl Progress for Bar {
+    fn planned(&self, tasks: usize) {
+        self.0.set_length(tasks as u64);
+    }
+
+    fn done(&self) {
+        self.0.inc(1);
+    }
 }
 
 impl Work<'_> {
     /// Name of the method.
     fn method(&self) -> &'static str {
-        if self.settings.step == StepChoice::Exact { EXACT } else { self.choice.name() }
+        if self.settings.step == StepChoice::Exact { EXACT } else { self.choice.gradient.name() }
     }
 
+    fn subjects(&self) -> &[Subject] {
+        self.windows.subjects()
+    }
+
+    /// The last of the repeated gradients, with the median time.
     fn measure(&self, console: &Console) -> Result<Measured, CliError> {
-        let single = self.arguments.precision == PrecisionArgument::F32;
-        match &self.saved.model.force {
-            AnyForce::Network(force) if self.choice == GradientChoice::Adjoint => {
-                let model = self.saved.model.map(|v| v, |_| force.clone());
-                if single { self.fast::<f32>(&model) } else { self.fast::<f64>(&model) }
-            }
-            _ if single => Err(CliError::Usage(
+        let usage = |e: pam_trajectory::EngineError| CliError::Usage(e.to_string());
+        let model = &self.saved.model;
+        let mut engine = choose(&model.force, &[], &self.choice).map_err(usage)?;
+        if self.choice.precision != engine.precision() {
+            return Err(CliError::Usage(
                 "--precision f32 is for the adjoint of a network; all else runs in doubles".into(),
-            )),
-            _ => self.general(console),
+            ));
         }
-    }
-
-    fn fast<T: Float>(
-        &self,
-        model: &JointModel<f64, NetworkForce<f64>>,
-    ) -> Result<Measured, CliError> {
-        let mut engine = SealedGradient::<T>::new(self.settings.clone());
-        let (mut gradient, seconds) = self.repeat(|| {
-            engine
-                .value_and_gradient(model, self.subjects, &self.loss)
-                .map_err(|e| CliError::Usage(e.to_string()))
-        })?;
-        gradient.states = (0..self.subjects.len()).map(|i| engine.predicted(i).to_vec()).collect();
-        Ok(Measured { gradient, seconds })
-    }
-
-    fn general(&self, console: &Console) -> Result<Measured, CliError> {
-        let (gradient, seconds) = self.repeat(|| {
-            let bar = console.progress(self.subjects.len(), "differentiating");
-            let result = general::value_and_gradient(
-                self.choice,
-                &self.saved.model,
-                self.subjects,
-                &self.settings,
-                &self.loss,
-                (&|tasks| bar.set_length(tasks as u64), &|| bar.inc(1)),
-            );
-            bar.finish_and_clear();
-            result.map_err(|e| CliError::Usage(e.to_string()))
-        })?;
-        Ok(Measured { gradient, seconds })
-    }
-
-    /// The last of the repeated results and the median time.
-    fn repeat(
-        &self,
-        mut once: impl FnMut() -> Result<JointGradient, CliError>,
-    ) -> Result<(JointGradient, f64), CliError> {
         let mut times = Vec::new();
         loop {
+            let bar = Bar(console.progress(self.subjects().len(), "differentiating"));
+            let request = TrajectoryRequest {
+                progress: Some(&bar),
+                ..TrajectoryRequest::new(model, self.windows)
+            };
             let start = Instant::now();
-            let gradient = once()?;
+            let gradient = engine.value_and_gradient(&request, &self.loss).map_err(usage)?;
             times.push(start.elapsed().as_secs_f64());
+            bar.0.finish_and_clear();
             if times.len() == self.arguments.repeat as usize {
-                return Ok((gradient, median(&times)));
+                let states = (0..self.subjects().len()).map(|i| engine.predicted(i).to_vec());
+                let seconds = median(&times);
+                return Ok(Measured { gradient, states: states.collect(), seconds });
             }
         }
     }
@@ -189,13 +182,13 @@ impl Work<'_> {
     ) -> Result<ExitCode, CliError> {
         let gradient = &measured.gradient;
         for failure in &gradient.failures {
-            let name = &self.subjects[failure.problem].recording.name;
+            let name = &self.subjects()[failure.problem].recording.name;
             console.warn(format!(
                 "{name} adds nothing, its prediction stopped: {}",
                 failure.kind.describe(failure.time_s)
             ));
         }
-        if gradient.failures.len() == self.subjects.len() {
+        if gradient.failures.len() == self.subjects().len() {
             return Err(CliError::Usage("no recording could be predicted to its end".into()));
         }
         let arrays = self.arrays(measured, x_error_mm);
@@ -207,7 +200,7 @@ impl Work<'_> {
         let s = &gradient.statistics;
         console.json(&json!({
             "loss": gradient.value,
-            "recordings": self.subjects.iter().zip(&gradient.values).map(|(subject, value)| json!({
+            "recordings": self.subjects().iter().zip(&gradient.values).map(|(subject, value)| json!({
                 "name": subject.recording.name,
                 "loss": value,
             })).collect::<Vec<_>>(),
@@ -225,7 +218,7 @@ impl Work<'_> {
             "field_pullbacks": s.pullbacks,
             "stored_bytes": s.stored_bytes,
             "failures": gradient.failures.iter().map(|f| json!({
-                "name": self.subjects[f.problem].recording.name,
+                "name": self.subjects()[f.problem].recording.name,
                 "time_s": f.time_s,
                 "why": f.kind.describe(f.time_s),
             })).collect::<Vec<_>>(),
@@ -287,7 +280,7 @@ impl Work<'_> {
              evaluations, {} pullbacks, {:.1} MB stored",
             self.arguments.loss,
             g.value,
-            self.subjects.len() - g.failures.len(),
+            self.subjects().len() - g.failures.len(),
             self.method(),
             measured.seconds,
             table(&rows),
@@ -324,13 +317,11 @@ impl Work<'_> {
             seconds: measured.seconds,
             x_error_mm: x_error,
             recordings: self
-                .subjects
+                .subjects()
                 .iter()
                 .zip(&g.values)
                 .enumerate()
-                .map(|(i, (s, &loss))| {
-                    (s.recording.clone(), loss, g.states.get(i).cloned().unwrap_or_default())
-                })
+                .map(|(i, (s, &loss))| (s.recording.clone(), loss, measured.states[i].clone()))
                 .collect(),
             blocks: blocks.to_vec(),
             made_by: made_by(),
@@ -422,11 +413,11 @@ fn named_rows(
 }
 
 /// The largest |x − reference| over all samples of all predicted recordings, mm.
-fn largest_error_mm(reference: &[Vec<f64>], gradient: &JointGradient) -> f64 {
-    let failed = |i: usize| gradient.failures.iter().any(|f| f.problem == i);
+fn largest_error_mm(reference: &[Vec<f64>], measured: &Measured) -> f64 {
+    let failed = |i: usize| measured.gradient.failures.iter().any(|f| f.problem == i);
     reference
         .iter()
-        .zip(&gradient.states)
+        .zip(&measured.states)
         .enumerate()
         .filter(|(i, _)| !failed(*i))
         .flat_map(|(_, (reference, states))| {

@@ -7,14 +7,14 @@ use crate::error::CliError;
 use crate::run_record::{self, made_by, write_json};
 use pam_data::atomic::write_atomic;
 use pam_data::collect_paths;
+use pam_effects::effects::ALL;
 use pam_report::page::number;
 use pam_report::training::{EpochRow, ParameterRow, StageRow};
 use pam_report::{TrainingReport, effect_courses, force_curves, training_report};
-use pam_train::EffectExtension;
 use pam_train::curriculum::{Curriculum, Stage, StartModel};
 use pam_train::identification::{DeformationEstimate, Identification, MassEstimate};
 use pam_train::training::{
-    RunFolder, RunSettings, StageResult, TrainedRun, Trainer, TrainingError, train_into,
+    RunFolder, RunSettings, StageResult, TrainedRun, Trainer, TrainingError, effects_of, train_into,
 };
 use serde_json::{Value, json};
 use std::path::Path;
@@ -58,7 +58,7 @@ pub fn run(
             path.display()
         )));
     }
-    let effects = EffectExtension::of_curriculum(&curriculum)?;
+    let effects = effects_of(&curriculum, ALL)?;
     let mut trainer = Trainer::extended(curriculum, recordings, surfaces, effects, global.seed)?;
     console.text(format!(
         "{}: {} recordings to train on, {} held out.",

@@ -56,7 +56,7 @@ impl Diagnosis {
             .collect();
         let ordinary = self.ordinary.as_ref().map(|o| {
             json!({
-                "effects": o.effects.iter().map(pam_effects::ActiveEffect::stored).collect::<Vec<_>>(),
+                "effects": o.effects,
                 "rms": o.rms,
                 "recordings": o.recordings,
             })

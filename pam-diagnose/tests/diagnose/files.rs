@@ -2,11 +2,11 @@
 
 use super::joint::linear;
 use super::sensitivities::medium;
+use pam_data::ModelInfo;
 use pam_data::models::{load_model, save_model};
-use pam_data::{ModelInfo, StoredEffect};
 use pam_effects::EffectError;
 use pam_effects::effects::{ALL, by_id};
-use pam_effects::{ActiveEffect, ExtendedModel};
+use pam_effects::{ActiveEffect, EffectRecord, ExtendedModel};
 
 #[test]
 fn an_extended_model_comes_back_from_its_file() {
@@ -41,8 +41,8 @@ fn an_extended_model_comes_back_from_its_file() {
     assert!(first == second, "the bytes differ");
 }
 
-fn stored(id: &str, values: &[(&str, f64)]) -> StoredEffect {
-    StoredEffect {
+fn stored(id: &str, values: &[(&str, f64)]) -> EffectRecord {
+    EffectRecord {
         effect: id.into(),
         values: values.iter().map(|(k, v)| ((*k).to_owned(), *v)).collect(),
     }
@@ -51,7 +51,7 @@ fn stored(id: &str, values: &[(&str, f64)]) -> StoredEffect {
 /// Every refusal names the effect, the value, and what would do.
 #[test]
 fn wrong_effects_are_refused_by_name() {
-    let cases: [(StoredEffect, &[&str]); 4] = [
+    let cases: [(EffectRecord, &[&str]); 4] = [
         (
             stored("columb_friction", &[("force_n", 1.0)]),
             &["no effect `columb_friction`", "coulomb_friction"],
@@ -64,7 +64,7 @@ fn wrong_effects_are_refused_by_name() {
         (stored("coulomb_friction", &[("force_n", f64::NAN)]), &["force_n", "NaN"]),
     ];
     for (effect, words) in cases {
-        match ActiveEffect::from_stored(&effect, ALL) {
+        match effect.resolve(ALL) {
             Err(EffectError::Vocabulary(error)) => {
                 let message = error.to_string();
                 assert!(message.contains(&format!("effect `{}`", effect.effect)));
@@ -78,13 +78,13 @@ fn wrong_effects_are_refused_by_name() {
     let mut saved =
         ExtendedModel { joint: linear(), info: ModelInfo::default(), effects: Vec::new() }
             .to_saved();
-    saved.info.effects.push(stored("phlogiston", &[]));
+    saved.info.effects.push(serde_json::json!(stored("phlogiston", &[])));
     assert!(matches!(ExtendedModel::from_saved(saved), Err(EffectError::Vocabulary(_))));
 }
 
 /// A switch that is not mentioned is off.
 #[test]
 fn switches_may_be_left_out() {
-    let active = ActiveEffect::from_stored(&stored("polytropic_gas", &[("exponent", 1.2)]), ALL);
+    let active = stored("polytropic_gas", &[("exponent", 1.2)]).resolve(ALL);
     assert_eq!(active.expect("valid").values, [1.2, 0.0]);
 }

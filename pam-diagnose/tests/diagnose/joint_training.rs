@@ -8,8 +8,9 @@ use pam_data::Subject;
 use pam_data::models::safetensors_file;
 use pam_data::{MassOrigin, Recording, load_model};
 use pam_effects::ExtendedModel;
-use pam_train::EffectExtension;
+use pam_effects::effects::ALL;
 use pam_train::curriculum::Curriculum;
+use pam_train::effects_of;
 use pam_train::training::{RunFolder, RunSettings, Trainer, train_into};
 use pam_trajectory::{Predictor, SolverSettings};
 use rand::SeedableRng;
@@ -64,7 +65,7 @@ fn trainer(file: &Path, subjects: &[Subject], more: &[&str]) -> Trainer {
     let more: Vec<String> =
         [start].into_iter().chain(more.iter().map(|m| (*m).to_owned())).collect();
     let curriculum = Curriculum::open("joint", &more).expect("a curriculum");
-    let effects = EffectExtension::of_curriculum(&curriculum).expect("known effects");
+    let effects = effects_of(&curriculum, ALL).expect("known effects");
     let data = subjects.iter().map(|s| s.recording.clone()).collect();
     Trainer::extended(curriculum, data, None, effects, 1).expect("a trainer")
 }
@@ -227,7 +228,7 @@ fn what_cannot_be_trained_is_refused() {
         &[gradient.into(), format!("model.start={{ file = {:?} }}", file.display().to_string())],
     )
     .expect("a curriculum");
-    let effects = EffectExtension::of_curriculum(&curriculum).expect("known");
+    let effects = effects_of(&curriculum, ALL).expect("known");
     let recordings = data.iter().map(|s| s.recording.clone()).collect();
     let error = Trainer::extended(curriculum, recordings, None, effects, 1).expect_err("refused");
     assert!(error.to_string().contains("solver.gradient forward"), "{error}");

@@ -7,7 +7,7 @@ use pam_data::Subject;
 use pam_data::{MassOrigin, ModelInfo, load_model};
 use pam_effects::effects::by_id;
 use pam_effects::{ActiveEffect, ExtendedModel};
-use pam_trajectory::{AnyLoss, JointGradient, Predictor, SolverSettings};
+use pam_trajectory::{AnyLoss, Predictor, SolverSettings, TrajectoryGradient};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::Path;
@@ -36,7 +36,7 @@ fn subject(seconds_share: f64) -> Subject {
     subject
 }
 
-fn gradient(model: &ExtendedModel, subject: &Subject) -> JointGradient {
+fn gradient(model: &ExtendedModel, subject: &Subject) -> TrajectoryGradient {
     let loss = AnyLoss::default();
     let found = model.value_and_gradient(std::slice::from_ref(subject), &loss);
     let found = found.expect("a network");
@@ -92,7 +92,7 @@ fn the_gradient_is_that_of_the_loss_for_every_effect() {
                 change,
             );
             let size = slope.abs().max(1e-3 * found.value / values[k].abs());
-            check(info.name, found.extension[k], slope, size);
+            check(info.name, found.effects[k], slope, size);
         }
         let along: f64 = found.force.iter().zip(&direction).map(|(g, d)| g * d).sum();
         let slope = difference(|h| value(&with_weights(&model, &direction, h)), 1e-5);

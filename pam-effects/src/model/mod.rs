@@ -60,7 +60,7 @@ impl ExtendedModel {
     #[must_use]
     pub fn to_saved(&self) -> SavedModel {
         let mut info = self.info.clone();
-        info.effects = self.effects.iter().map(|a| EffectRecord::from(a).to_metadata()).collect();
+        info.effects = self.effects.iter().map(|a| serde_json::json!(a)).collect();
         SavedModel { model: self.joint.clone(), info }
     }
 

@@ -4,7 +4,7 @@ use super::ActiveEffect;
 use crate::effects::{AnyEffect, VocabularyError, by_id};
 use crate::error::EffectError;
 use pam_data::ModelInfo;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
 
 /// An effect of an extended model in the metadata of a model file and in curricula.
@@ -29,12 +29,6 @@ impl EffectRecord {
             })
         };
         info.effects.iter().map(read).collect()
-    }
-
-    /// The entry for the metadata of a model.
-    #[must_use]
-    pub fn to_metadata(&self) -> serde_json::Value {
-        serde_json::json!(self)
     }
 
     /// The effect with its values; its id is looked up among `known` and then in the vocabulary.
@@ -75,9 +69,13 @@ impl From<&ActiveEffect> for EffectRecord {
     fn from(active: &ActiveEffect) -> Self {
         let info = active.effect.info();
         let names = info.value_names().map(str::to_owned);
-        Self {
-            effect: info.id.into(),
-            values: names.zip(active.values.iter().copied()).collect(),
-        }
+        Self { effect: info.id.into(), values: names.zip(active.values.iter().copied()).collect() }
+    }
+}
+
+/// As an [`EffectRecord`].
+impl Serialize for ActiveEffect {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        EffectRecord::from(self).serialize(serializer)
     }
 }

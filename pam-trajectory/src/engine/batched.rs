@@ -2,8 +2,8 @@
 
 use super::sealed_states::SealedStates;
 use super::{
-    EngineError, EngineForce, GradientStatistics, GradientSums, IndexedLoss, Precision, TrajectoryEngine, TrajectoryGradient,
-    TrajectoryRequest,
+    EngineError, EngineForce, GradientStatistics, GradientSums, IndexedLoss, Precision,
+    TrajectoryEngine, TrajectoryGradient, TrajectoryRequest,
 };
 use crate::predict::{SolverSettings, StepChoice};
 use pam_autodiff::batch::SealedMotion;

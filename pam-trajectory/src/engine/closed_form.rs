@@ -1,7 +1,10 @@
 //! The closed form of (leaky) ReLU networks.
 
 use super::sealed_states::SealedStates;
-use super::{EngineError, GradientStatistics, GradientSums, IndexedLoss, TrajectoryEngine, TrajectoryGradient, TrajectoryRequest};
+use super::{
+    EngineError, GradientStatistics, GradientSums, IndexedLoss, TrajectoryEngine,
+    TrajectoryGradient, TrajectoryRequest,
+};
 use crate::predict::exact_problem;
 use pam_core::ForceModel;
 use pam_exact::{ExactMotion, ExactSolver};

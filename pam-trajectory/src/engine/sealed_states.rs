@@ -1,10 +1,8 @@
 //! Full states of sealed chambers from the motion `(x, ẋ)` that fast solvers find.
 
 use super::pressures::{GasCotangents, SealedGas};
-use super::{GradientStatistics, GradientSums, IndexedLoss, TrajectoryGradient, TrajectoryRequest};
-use pam_autodiff::batch::sealed_motion::{DAMPING, MASS};
+use super::{GradientSums, IndexedLoss, TrajectoryGradient, TrajectoryRequest};
 use pam_core::JointModel;
-use pam_solvers::BatchGradient;
 use std::sync::Mutex;
 
 /// Memory for full states and their cotangents.
@@ -64,7 +62,8 @@ impl SealedStates {
         model: &JointModel<f64, F>,
         motion: GradientSums,
     ) -> TrajectoryGradient {
-        let mut sums = GradientSums { joint_by_raw: GradientSums::physical_by_raw(model), ..motion };
+        let mut sums =
+            GradientSums { joint_by_raw: GradientSums::physical_by_raw(model), ..motion };
         for (i, own) in self.windows.iter_mut().take(sums.values.len()).enumerate() {
             if sums.failures.iter().any(|f| f.problem == i) {
                 continue;
