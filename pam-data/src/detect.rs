@@ -1,105 +1,11 @@
 //! Opens any supported file by its content.
 
 use crate::error::DataError;
+use crate::formats::format::format_of;
 use crate::formats::mat_run::PressureReference;
-use crate::formats::raw_log::RawLog;
-use crate::formats::{columns, csv_columns, mat, mat_run, npz, npz_columns};
-use crate::preprocess::{RawLogOptions, recordings_from_raw_log, refilter};
+use crate::preprocess::{RawLogOptions, refilter};
 use crate::recording::Recording;
-use std::fmt;
-use std::io::Read;
 use std::path::{Path, PathBuf};
-
-/// What a file is, judged by its first bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FileKind {
-    /// A raw log of the rig.
-    RawLog,
-    /// CSV of the standard columns.
-    Csv,
-    /// An `.npz` archive.
-    Npz,
-    /// A MATLAB level 5 file.
-    Mat,
-    /// Published weights.
-    Eqx,
-    /// A model of this framework.
-    Safetensors,
-}
-
-impl fmt::Display for FileKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::RawLog => "a raw log",
-            Self::Csv => "a CSV file",
-            Self::Npz => "an .npz archive",
-            Self::Mat => "a MATLAB file",
-            Self::Eqx => "an .eqx weight file",
-            Self::Safetensors => "a safetensors file",
-        })
-    }
-}
-
-impl FileKind {
-    /// Judges a file.
-    ///
-    /// # Errors
-    /// [`DataError`] if it cannot be read, is empty, or is none of the kinds.
-    pub fn of(path: &Path) -> Result<Self, DataError> {
-        let mut head = Vec::new();
-        std::fs::File::open(path)
-            .and_then(|f| f.take(65536).read_to_end(&mut head))
-            .map_err(|e| DataError::io(path, e))?;
-        if head.is_empty() {
-            return Err(DataError::file(path, "the file is empty"));
-        }
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
-        if head.starts_with(b"MATLAB") || head.starts_with(b"\x89HDF") || extension == "mat" {
-            return Ok(Self::Mat);
-        }
-        if head.starts_with(b"\x93NUMPY") || extension == "eqx" {
-            return Ok(Self::Eqx);
-        }
-        if head.starts_with(b"PK") || extension == "npz" {
-            return Ok(Self::Npz);
-        }
-        if head.get(8) == Some(&b'{') || extension == "safetensors" {
-            return Ok(Self::Safetensors);
-        }
-        // A raw log is known by its header and its columns of tabs, a CSV by commas between the names
-        // of standard columns; prose with a comma is neither.
-        let text = String::from_utf8_lossy(&head);
-        let lines = || text.trim_start_matches('\u{feff}').lines();
-        let comments = || lines().filter(|l| l.starts_with('#'));
-        let first_row = lines().find(|l| !l.starts_with('#') && !l.trim().is_empty()).unwrap_or("");
-        let names_columns = first_row.split(',').any(|cell| columns::NAMES.contains(&cell.trim()));
-        if extension == "csv" || names_columns {
-            return Ok(Self::Csv);
-        }
-        let names_frame = comments().any(|l| l.split_whitespace().any(|word| word == "frame"));
-        if names_frame || (first_row.contains('\t') && comments().next().is_some()) {
-            return Ok(Self::RawLog);
-        }
-        Err(DataError::file(
-            path,
-            "not a file this program knows: raw log, CSV, .npz, .mat, .eqx or .safetensors",
-        ))
-    }
-}
-
-impl FileKind {
-    /// Whether a file of this kind holds a recording, by the names of its arrays where it could as
-    /// well hold something else.
-    #[must_use]
-    pub fn holds_recording(self, path: &Path) -> bool {
-        match self {
-            Self::RawLog | Self::Csv => true,
-            Self::Npz => npz::names(path).is_ok_and(|names| names.iter().any(|n| n == "time_s")),
-            Self::Mat => mat::read(path).is_ok_and(|arrays| arrays.contains_key("dx")),
-            Self::Eqx | Self::Safetensors => false,
-        }
-    }
-}
 
 /// How recordings are read.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -126,9 +32,6 @@ fn is_hidden(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'))
 }
 
-/// Samples per second of a `.mat` run, whose file does not say.
-const MAT_RATE_HZ: f64 = 1000.0;
-
 /// Reads the recordings of one file: one, or several if it has gaps.
 ///
 /// # Errors
@@ -140,18 +43,9 @@ pub fn open_recordings(path: &Path, options: &LoadOptions) -> Result<Vec<Recordi
             "this is the sealed truth behind a made-up log; give the log itself",
         ));
     }
-    let taken = match FileKind::of(path)? {
-        FileKind::RawLog => {
-            return recordings_from_raw_log(&RawLog::read(path)?, &options.raw_log);
-        }
-        FileKind::Csv => csv_columns::read(path)?,
-        FileKind::Npz => npz_columns::read(path)?,
-        FileKind::Mat => mat_run::read(path, options.pressure_reference, MAT_RATE_HZ)?,
-        kind @ (FileKind::Eqx | FileKind::Safetensors) => {
-            return Err(DataError::file(path, format!("a recording was expected, this is {kind}")));
-        }
-    };
-    if !options.preprocess {
+    let format = format_of(path)?;
+    let taken = format.read_recordings(path, options)?;
+    if !options.preprocess || format.filters_channels() {
         return Ok(taken);
     }
     taken.into_iter().map(|r| refilter(r, options.raw_log.cutoff_hz)).collect()
@@ -197,7 +91,7 @@ pub fn collect_paths(paths: &[PathBuf]) -> Result<Vec<PathBuf>, DataError> {
             let holds_recording = file.is_file()
                 && !is_truth(&file)
                 && !is_hidden(&file)
-                && FileKind::of(&file).is_ok_and(|kind| kind.holds_recording(&file));
+                && format_of(&file).is_ok_and(|format| format.holds_recording(&file));
             if holds_recording {
                 found.push(file);
             }

@@ -3,9 +3,9 @@
 use crate::arguments::ConvertArguments;
 use crate::console::Console;
 use crate::error::CliError;
-use pam_data::formats::{csv_columns, npz_columns};
+use pam_data::formats::format::RecordingWriter;
 use pam_data::models::save_model;
-use pam_data::{FileKind, Recording, load_model, open_recordings};
+use pam_data::{Recording, format_of, load_model, open_recordings, writer_for};
 use pam_effects::ExtendedModel;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -17,8 +17,8 @@ use std::process::ExitCode;
 /// [`CliError`] naming file, line and column, or the option.
 pub fn run(arguments: &ConvertArguments, console: &Console) -> Result<ExitCode, CliError> {
     let (input, output) = (&arguments.input, &arguments.output);
-    let written = match FileKind::of(input)? {
-        FileKind::Eqx | FileKind::Safetensors => {
+    let written = match format_of(input)? {
+        format if format.holds_model() => {
             let mut saved = load_model(input)?;
             if arguments.plain {
                 let plain = ExtendedModel::from_saved(saved)?.without_effects();
@@ -47,32 +47,23 @@ fn convert_recordings(
     output: &Path,
     console: &Console,
 ) -> Result<Vec<PathBuf>, CliError> {
+    let write = recording_writer(output)?;
     let mut written = Vec::new();
     for (i, recording) in recordings.iter().enumerate() {
         console.notes(recording);
         let path = if recordings.len() == 1 { output.to_owned() } else { numbered(output, i + 1) };
-        write_recording(&path, recording)?;
+        write(&path, recording)?;
         written.push(path);
     }
     Ok(written)
 }
 
-/// Writes a recording in the format of the extension, `.csv` or `.npz`.
+/// The writer for the extension of an output file.
 ///
 /// # Errors
-/// [`CliError`] for other extensions and files that cannot be written.
-pub fn write_recording(path: &Path, recording: &Recording) -> Result<(), CliError> {
-    match path.extension().and_then(|e| e.to_str()) {
-        Some("csv") => csv_columns::write(path, recording)?,
-        Some("npz") => npz_columns::write(path, recording)?,
-        _ => {
-            return Err(CliError::Usage(format!(
-                "{}: a recording is written as .csv or .npz",
-                path.display()
-            )));
-        }
-    }
-    Ok(())
+/// [`CliError::Usage`] if recordings are not written with this extension.
+pub(crate) fn recording_writer(output: &Path) -> Result<RecordingWriter, CliError> {
+    writer_for(output).map_err(|e| CliError::Usage(e.to_string()))
 }
 
 /// `run.csv` to `run_2.csv`, for the parts of a run with gaps.

@@ -8,12 +8,13 @@ use num_dual::Dual64;
 use pam_autodiff::{FourPointSmoothed, linearise, stiffness_by_difference_n_mm};
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_core::{AnyForce, ForceInput, Scalar};
+use pam_data::formats::raw_log::RawLogText;
 use pam_data::formats::{mat, npz};
 use pam_data::preprocess::recordings_from_raw_log;
 use pam_data::recording::{contiguous_ranges, median_step_s};
 use pam_data::{
-    Channel, DataError, FileKind, LoadOptions, MassChoice, MuscleSurfaces, RawLog, Recording,
-    SavedModel, collect_paths, load_model, open_recordings, resolve_masses,
+    Channel, DataError, LoadOptions, MassChoice, MuscleSurfaces, RawLog, Recording, SavedModel,
+    collect_paths, format_of, load_model, open_recordings, resolve_masses,
 };
 use pam_numerics::statistics::mean;
 use serde_json::{Value, json};
@@ -91,26 +92,25 @@ struct Inspector {
 
 impl Inspector {
     fn file(&self, path: &Path) -> Result<(String, Value), CliError> {
-        let kind = FileKind::of(path)?;
-        let (body, mut value) = match kind {
-            FileKind::RawLog => self.raw_log(path)?,
-            FileKind::Eqx | FileKind::Safetensors => model(&load_model(path)?),
-            FileKind::Npz if !kind.holds_recording(path) => {
+        let format = format_of(path)?;
+        let kind = format.name();
+        let (body, mut value) = match format.id() {
+            RawLogText::ID => self.raw_log(path)?,
+            _ if format.holds_model() => model(&load_model(path)?),
+            "npz" if !format.holds_recording(path) => {
                 let arrays = npz::read(path)?;
                 let sizes = arrays.iter().map(|(k, a)| (k.as_str(), format!("{:?}", a.shape)));
                 other_arrays(sizes.collect())
             }
-            FileKind::Mat if !kind.holds_recording(path) => {
+            "mat" if !format.holds_recording(path) => {
                 let arrays = mat::read(path)?;
                 let sizes = arrays.iter().map(|(k, a)| (k.as_str(), format!("[{}]", a.len())));
                 other_arrays(sizes.collect())
             }
-            FileKind::Csv | FileKind::Npz | FileKind::Mat => {
-                self.recordings(&open_recordings(path, &self.options)?)?
-            }
+            _ => self.recordings(&open_recordings(path, &self.options)?)?,
         };
         value["file"] = json!(path);
-        value["kind"] = json!(kind.to_string());
+        value["kind"] = json!(kind);
         Ok((format!("{}: {kind}\n{body}\n", path.display()), value))
     }
 

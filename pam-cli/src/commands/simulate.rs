@@ -1,6 +1,6 @@
 //! `pam simulate`.
 
-use super::convert::{numbered, write_recording};
+use super::convert::{numbered, recording_writer};
 use crate::PARTIAL;
 use crate::arguments::{GlobalOptions, SimulateArguments};
 use crate::console::Console;
@@ -33,6 +33,7 @@ pub fn run(
     global: &GlobalOptions,
     console: &Console,
 ) -> Result<ExitCode, CliError> {
+    let write = recording_writer(&arguments.out)?;
     let saved = arguments.model.load_extended()?;
     let settings = arguments.solver.settings_for(&saved)?;
     let subjects = match &arguments.data {
@@ -50,7 +51,7 @@ pub fn run(
         console.notes(&subject.recording);
         let run = Run::of(&saved, subject, &settings)?;
         let out = path_of(&arguments.out, i);
-        write_recording(&out, &run.trajectory)?;
+        write(&out, &run.trajectory)?;
         if let Some(path) = &arguments.report {
             let text = report(&run, &saved, &settings.describe());
             write_atomic(&path_of(path, i), text.as_bytes())?;

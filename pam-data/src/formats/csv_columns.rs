@@ -11,12 +11,40 @@
 //! name. Data are taken as they are.
 
 use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES};
+use super::format::{FileFormat, Head, RecordingWriter};
 use crate::atomic::write_atomic;
+use crate::detect::LoadOptions;
 use crate::error::{DataError, read_bytes};
 use crate::recording::Recording;
 use pam_core::SealedMasses;
 use std::fmt::Write;
 use std::path::Path;
+
+/// The format of CSV files of the standard columns.
+#[derive(Debug)]
+pub struct CsvColumns;
+
+impl FileFormat for CsvColumns {
+    fn id(&self) -> &'static str {
+        "csv"
+    }
+    fn name(&self) -> &'static str {
+        "a CSV file"
+    }
+    fn recognises(&self, head: &Head<'_>) -> bool {
+        head.has_extension("csv") || head.names_standard_columns()
+    }
+    fn read_recordings(
+        &self,
+        path: &Path,
+        _options: &LoadOptions,
+    ) -> Result<Vec<Recording>, DataError> {
+        read(path)
+    }
+    fn recording_writer(&self) -> Option<(&'static str, RecordingWriter)> {
+        Some(("csv", write))
+    }
+}
 
 /// Reads a CSV file; gaps in time split it into several recordings.
 ///

@@ -11,11 +11,44 @@
 //! rig gave 3.69. They are absolute. [`PressureReference::Auto`] repeats this test for any file and
 //! notes the numbers in the recording.
 
+use super::format::{FileFormat, Head};
 use super::mat;
+use crate::detect::LoadOptions;
 use crate::error::DataError;
 use crate::recording::Recording;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N, NOMINAL_LENGTH_MM};
 use std::path::Path;
+
+/// The format of measured runs as MATLAB level 5 files.
+#[derive(Debug)]
+pub struct MatRun;
+
+/// Samples per second of a run, which the file does not say.
+const RATE_HZ: f64 = 1000.0;
+
+impl FileFormat for MatRun {
+    fn id(&self) -> &'static str {
+        "mat"
+    }
+    fn name(&self) -> &'static str {
+        "a MATLAB file"
+    }
+    fn recognises(&self, head: &Head<'_>) -> bool {
+        head.bytes.starts_with(b"MATLAB")
+            || head.bytes.starts_with(b"\x89HDF")
+            || head.has_extension("mat")
+    }
+    fn holds_recording(&self, path: &Path) -> bool {
+        mat::read(path).is_ok_and(|arrays| arrays.contains_key("dx"))
+    }
+    fn read_recordings(
+        &self,
+        path: &Path,
+        options: &LoadOptions,
+    ) -> Result<Vec<Recording>, DataError> {
+        read(path, options.pressure_reference, RATE_HZ)
+    }
+}
 
 /// Deformation coefficient of the published trained model.
 const TRAINED_DEFORMATION: f64 = 3.690_974;

@@ -2,6 +2,7 @@
 
 pub mod columns;
 pub mod csv_columns;
+pub mod format;
 pub mod mat;
 pub mod mat_run;
 pub mod npz;

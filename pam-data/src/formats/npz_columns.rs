@@ -1,11 +1,42 @@
 //! `.npz` files of the standard columns, with the masses as scalars.
 
 use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES};
+use super::format::{FileFormat, Head, RecordingWriter};
 use super::npz::{self, Array};
+use crate::detect::LoadOptions;
 use crate::error::DataError;
 use crate::recording::Recording;
 use std::collections::BTreeMap;
 use std::path::Path;
+
+/// The format of `.npz` archives of the standard columns.
+#[derive(Debug)]
+pub struct NpzColumns;
+
+impl FileFormat for NpzColumns {
+    fn id(&self) -> &'static str {
+        "npz"
+    }
+    fn name(&self) -> &'static str {
+        "an .npz archive"
+    }
+    fn recognises(&self, head: &Head<'_>) -> bool {
+        head.bytes.starts_with(b"PK") || head.has_extension("npz")
+    }
+    fn holds_recording(&self, path: &Path) -> bool {
+        npz::names(path).is_ok_and(|names| names.iter().any(|n| n == "time_s"))
+    }
+    fn read_recordings(
+        &self,
+        path: &Path,
+        _options: &LoadOptions,
+    ) -> Result<Vec<Recording>, DataError> {
+        read(path)
+    }
+    fn recording_writer(&self) -> Option<(&'static str, RecordingWriter)> {
+        Some(("npz", write))
+    }
+}
 
 /// Reads an `.npz` file whose arrays are the standard columns; gaps in time split it.
 ///

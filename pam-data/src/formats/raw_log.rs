@@ -5,8 +5,46 @@
 //! current (A), p_res, pd1, pm1 (flexor, psi gauge), u1, pd2, pm2 (extensor, psi gauge), u2, sync.
 //! Columns are found by their names, so further or reordered columns do no harm.
 
+use super::format::{FileFormat, Head};
+use crate::detect::LoadOptions;
 use crate::error::{DataError, read_bytes};
+use crate::preprocess::recordings_from_raw_log;
+use crate::recording::Recording;
 use std::path::{Path, PathBuf};
+
+/// The format of raw logs.
+#[derive(Debug)]
+pub struct RawLogText;
+
+impl RawLogText {
+    /// Id of the format.
+    pub const ID: &'static str = "raw_log";
+}
+
+impl FileFormat for RawLogText {
+    fn id(&self) -> &'static str {
+        Self::ID
+    }
+    fn name(&self) -> &'static str {
+        "a raw log"
+    }
+    fn recognises(&self, head: &Head<'_>) -> bool {
+        // The header names the columns; prose with a tab does not.
+        let mut comments = head.lines().filter(|l| l.starts_with('#')).peekable();
+        let tabs = head.first_row().contains('\t') && comments.peek().is_some();
+        tabs || comments.any(|l| l.split_whitespace().any(|word| word == "frame"))
+    }
+    fn read_recordings(
+        &self,
+        path: &Path,
+        options: &LoadOptions,
+    ) -> Result<Vec<Recording>, DataError> {
+        recordings_from_raw_log(&RawLog::read(path)?, &options.raw_log)
+    }
+    fn filters_channels(&self) -> bool {
+        true
+    }
+}
 
 /// Names of the columns that a recording needs.
 const NEEDED: [&str; 6] = ["frame", "x", "u", "current", "pm1", "pm2"];

@@ -5,6 +5,7 @@
 use super::{ModelInfo, SavedModel};
 use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
+use crate::formats::format::{FileFormat, Head};
 use crate::formats::npz::{Array, read_npy};
 use npyz::WriterBuilder;
 use pam_core::force::Dense;
@@ -12,6 +13,31 @@ use pam_core::{
     Activation, AnyForce, JointModel, Mlp, MuscleGeometry, NetworkForce, RawParameters,
 };
 use std::path::Path;
+
+/// The format of published weights.
+#[derive(Debug)]
+pub struct Eqx;
+
+impl FileFormat for Eqx {
+    fn id(&self) -> &'static str {
+        "eqx"
+    }
+    fn name(&self) -> &'static str {
+        "an .eqx weight file"
+    }
+    fn recognises(&self, head: &Head<'_>) -> bool {
+        head.bytes.starts_with(b"\x93NUMPY") || head.has_extension("eqx")
+    }
+    fn holds_recording(&self, _path: &Path) -> bool {
+        false
+    }
+    fn holds_model(&self) -> bool {
+        true
+    }
+    fn read_model(&self, path: &Path) -> Result<SavedModel, DataError> {
+        read(path)
+    }
+}
 
 /// Reads published weights.
 ///

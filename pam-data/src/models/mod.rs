@@ -3,8 +3,8 @@
 pub mod eqx;
 pub mod safetensors_file;
 
-use crate::detect::FileKind;
 use crate::error::DataError;
+use crate::formats::format::format_of;
 use pam_core::{AnyForce, JointModel};
 use std::path::{Path, PathBuf};
 
@@ -40,14 +40,7 @@ pub struct SavedModel {
 /// # Errors
 /// [`DataError`] if the file is of another kind, damaged, or holds a model whose inputs do not match.
 pub fn load_model(path: &Path) -> Result<SavedModel, DataError> {
-    match FileKind::of(path)? {
-        FileKind::Eqx => eqx::read(path),
-        FileKind::Safetensors => safetensors_file::read(path),
-        other => Err(DataError::file(
-            path,
-            format!("a model was expected (.safetensors or .eqx), this is {other}"),
-        )),
-    }
+    format_of(path)?.read_model(path)
 }
 
 /// Reads a model of the framework's format from memory; `path` is for messages.

@@ -20,11 +20,37 @@
 use super::{ModelInfo, SavedModel};
 use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
+use crate::formats::format::{FileFormat, Head};
 use pam_core::force::{ForceParts, Tensor};
 use pam_core::{AnyForce, JointModel, ModelError, MuscleGeometry, RawParameters};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::collections::HashMap;
 use std::path::Path;
+
+/// The format of models of this framework.
+#[derive(Debug)]
+pub struct Safetensors;
+
+impl FileFormat for Safetensors {
+    fn id(&self) -> &'static str {
+        "safetensors"
+    }
+    fn name(&self) -> &'static str {
+        "a safetensors file"
+    }
+    fn recognises(&self, head: &Head<'_>) -> bool {
+        head.bytes.get(8) == Some(&b'{') || head.has_extension("safetensors")
+    }
+    fn holds_recording(&self, _path: &Path) -> bool {
+        false
+    }
+    fn holds_model(&self) -> bool {
+        true
+    }
+    fn read_model(&self, path: &Path) -> Result<SavedModel, DataError> {
+        read(path)
+    }
+}
 
 const FORMAT: &str = "pam-model";
 const VERSION: &str = "1";

@@ -1,0 +1,170 @@
+//! A file format, and the list of all of them.
+
+use super::{columns, csv_columns, mat_run, npz_columns, raw_log};
+use crate::detect::LoadOptions;
+use crate::error::DataError;
+use crate::models::{SavedModel, eqx, safetensors_file};
+use crate::recording::Recording;
+use std::borrow::Cow;
+use std::fmt::Debug;
+use std::io::Read;
+use std::path::Path;
+
+/// The first bytes of a file and its name, from which a format is recognised.
+#[derive(Debug)]
+pub struct Head<'a> {
+    /// Path of the file.
+    pub path: &'a Path,
+    /// Up to 64 KiB from the start of the file; never empty.
+    pub bytes: &'a [u8],
+    /// The same bytes as text.
+    text: Cow<'a, str>,
+}
+
+impl Head<'_> {
+    /// Whether the file has this extension.
+    #[must_use]
+    pub fn has_extension(&self, extension: &str) -> bool {
+        self.path.extension().is_some_and(|e| e == extension)
+    }
+
+    /// Lines of text, without a byte-order mark.
+    pub fn lines(&self) -> impl Iterator<Item = &str> {
+        self.text.trim_start_matches('\u{feff}').lines()
+    }
+
+    /// The first line that is neither empty nor a comment (`#`).
+    #[must_use]
+    pub fn first_row(&self) -> &str {
+        self.lines().find(|l| !l.starts_with('#') && !l.trim().is_empty()).unwrap_or("")
+    }
+
+    /// Whether one of the standard columns is named between commas in the first row.
+    #[must_use]
+    pub fn names_standard_columns(&self) -> bool {
+        self.first_row().split(',').any(|cell| columns::NAMES.contains(&cell.trim()))
+    }
+}
+
+/// Writes a recording to a file.
+pub type RecordingWriter = fn(&Path, &Recording) -> Result<(), DataError>;
+
+/// A file format of recordings or models. A format implements what it can hold; the rest has defaults.
+///
+/// To add one, write its file in this folder, name the module in `mod.rs`, and add its type to the list below.
+pub trait FileFormat: Debug + Send + Sync {
+    /// Id, unique among formats.
+    fn id(&self) -> &'static str;
+
+    /// Name with its article, as in "this is a raw log".
+    fn name(&self) -> &'static str;
+
+    /// Whether a file that begins like this is of the format. Formats are asked in the order of [`ALL`].
+    fn recognises(&self, head: &Head<'_>) -> bool;
+
+    /// Whether this file of the format holds a recording.
+    fn holds_recording(&self, path: &Path) -> bool {
+        let _ = path;
+        true
+    }
+
+    /// Whether files of the format hold models.
+    fn holds_model(&self) -> bool {
+        false
+    }
+
+    /// Reads the recordings of a file.
+    ///
+    /// # Errors
+    /// [`DataError`] naming file, line and column; or that the format holds no recordings.
+    fn read_recordings(
+        &self,
+        path: &Path,
+        options: &LoadOptions,
+    ) -> Result<Vec<Recording>, DataError> {
+        let _ = options;
+        Err(DataError::file(path, format!("a recording was expected, this is {}", self.name())))
+    }
+
+    /// Whether [`read_recordings`](Self::read_recordings) filters the channels itself, so that
+    /// [`LoadOptions::preprocess`] must not filter them again.
+    fn filters_channels(&self) -> bool {
+        false
+    }
+
+    /// The function that writes a recording, if the format can hold one that was computed, with the extension of
+    /// its files.
+    fn recording_writer(&self) -> Option<(&'static str, RecordingWriter)> {
+        None
+    }
+
+    /// Reads the model of a file.
+    ///
+    /// # Errors
+    /// [`DataError`] naming the file and the fault; or that the format holds no models.
+    fn read_model(&self, path: &Path) -> Result<SavedModel, DataError> {
+        Err(DataError::file(
+            path,
+            format!("a model was expected (.safetensors or .eqx), this is {}", self.name()),
+        ))
+    }
+}
+
+macro_rules! formats {
+    ($($format:path),+ $(,)?) => {
+        /// All formats, in the order in which they are asked whether they recognise a file.
+        pub static ALL: &[&dyn FileFormat] = &[$(&$format),+];
+    };
+}
+
+formats! {
+    mat_run::MatRun,
+    eqx::Eqx,
+    npz_columns::NpzColumns,
+    safetensors_file::Safetensors,
+    csv_columns::CsvColumns,
+    raw_log::RawLogText,
+}
+
+/// The format of a file, judged by its first bytes and its extension.
+///
+/// # Errors
+/// [`DataError`] if the file cannot be read, is empty, or is of no known format.
+pub fn format_of(path: &Path) -> Result<&'static dyn FileFormat, DataError> {
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)
+        .and_then(|f| f.take(65536).read_to_end(&mut bytes))
+        .map_err(|e| DataError::io(path, e))?;
+    if bytes.is_empty() {
+        return Err(DataError::file(path, "the file is empty"));
+    }
+    let head = Head { path, bytes: &bytes, text: String::from_utf8_lossy(&bytes) };
+    ALL.iter().find(|format| format.recognises(&head)).copied().ok_or_else(|| {
+        let names: Vec<&str> = ALL.iter().map(|format| format.name()).collect();
+        DataError::file(
+            path,
+            format!("not a file this program knows; it reads {}", names.join(", ")),
+        )
+    })
+}
+
+/// The function that writes recordings to files with the extension of this path.
+///
+/// # Errors
+/// [`DataError`] if no format with this extension can hold a recording.
+pub fn writer_for(path: &Path) -> Result<RecordingWriter, DataError> {
+    let writers: Vec<_> = ALL.iter().filter_map(|format| format.recording_writer()).collect();
+    let fits = |(extension, _): &&(&str, _)| path.extension().is_some_and(|e| e == *extension);
+    writers.iter().find(fits).map(|(_, write)| *write).ok_or_else(|| {
+        let known: Vec<String> = writers.iter().map(|(e, _)| format!(".{e}")).collect();
+        DataError::file(path, format!("a recording is written as {}", known.join(" or ")))
+    })
+}
+
+/// Writes a recording in the format of the path's extension.
+///
+/// # Errors
+/// [`DataError`] if no format with this extension can hold a recording, or the file cannot be written.
+pub fn write_recording(path: &Path, recording: &Recording) -> Result<(), DataError> {
+    writer_for(path)?(path, recording)
+}
