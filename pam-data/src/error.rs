@@ -47,19 +47,27 @@ pub enum DataError {
 }
 
 impl DataError {
-    pub(crate) fn io(path: &Path, source: std::io::Error) -> Self {
+    /// The operating system refused to read or write a file.
+    #[must_use]
+    pub fn io(path: &Path, source: std::io::Error) -> Self {
         Self::Io { path: path.to_owned(), source }
     }
 
-    pub(crate) fn file(path: &Path, message: impl Into<String>) -> Self {
+    /// A file is wrong as a whole.
+    #[must_use]
+    pub fn file(path: &Path, message: impl Into<String>) -> Self {
         Self::File { path: path.to_owned(), message: message.into() }
     }
 
-    pub(crate) fn line(path: &Path, line: u64, message: impl Into<String>) -> Self {
+    /// A line of a text file, counted from one, is wrong.
+    #[must_use]
+    pub fn line(path: &Path, line: u64, message: impl Into<String>) -> Self {
         Self::Line { path: path.to_owned(), line, message: message.into() }
     }
 
-    pub(crate) fn cell(path: &Path, line: u64, column: &str, message: impl Into<String>) -> Self {
+    /// A cell of a text file, by line (counted from one) and column, is wrong.
+    #[must_use]
+    pub fn cell(path: &Path, line: u64, column: &str, message: impl Into<String>) -> Self {
         Self::Cell {
             path: path.to_owned(),
             line,
