@@ -4,6 +4,7 @@
 //! `ẋ(τ)`; its response has the same closed form as the moments of the costate. Crossings contribute
 //! nothing, as for the costate.
 
+use crate::network::pattern::slopes_into;
 use crate::regions::cache::RegionCache;
 use crate::step::propagator::ForcedResponses;
 use crate::trajectory::stored::StoredTrajectory;
@@ -90,8 +91,8 @@ fn affine_tangent(
     direction: &ExactDirection,
 ) -> [f64; 3] {
     let network = cache.network;
-    let mut slopes = Vec::new();
-    cache.slopes_into(region, &mut slopes);
+    let mut slopes = vec![0.0; network.units()];
+    slopes_into(cache.pattern(region), network.slope, &mut slopes);
     let table = cache.table(region);
     // The inputs as affine functions of x and ẋ, with their tangents.
     let mut inputs: Vec<[f64; 3]> =

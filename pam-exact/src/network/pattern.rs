@@ -1,8 +1,5 @@
 //! Activation patterns: one bit per hidden unit, padding included, set where the unit is active.
 
-use pam_core::simd::arch;
-use pulp::{Simd, WithSimd};
-
 /// Word and mask of a unit in a pattern.
 #[inline(always)]
 pub(crate) fn word_and_mask(unit: usize) -> (usize, u64) {
@@ -46,27 +43,5 @@ pub(crate) fn slopes_into(pattern: &[u64], slope: f64, slopes: &mut [f64]) {
         for (i, value) in block.iter_mut().enumerate() {
             *value = select((bits >> i) & 1, 1.0, slope);
         }
-    }
-}
-
-/// As [`slopes_into`], for `units` units in a buffer of any length.
-pub(crate) fn write_slopes(pattern: &[u64], slope: f64, units: usize, slopes: &mut Vec<f64>) {
-    arch().dispatch(Slopes { pattern, slope, units, slopes });
-}
-
-struct Slopes<'a> {
-    pattern: &'a [u64],
-    slope: f64,
-    units: usize,
-    slopes: &'a mut Vec<f64>,
-}
-
-impl WithSimd for Slopes<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        self.slopes.resize(self.units, self.slope);
-        slopes_into(self.pattern, self.slope, self.slopes);
     }
 }

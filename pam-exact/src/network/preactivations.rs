@@ -4,7 +4,7 @@
 //! table holds `α | β | γ` of the layers after the first, unit by unit with padding, and patterns that
 //! differ in the last layer alone share it.
 
-use super::pattern::{select, write_slopes};
+use super::pattern::slopes_into;
 use super::relu_network::ReluNetwork;
 use crate::simd::LANES;
 use pam_core::simd::arch;
@@ -59,38 +59,20 @@ impl<'a> PreActivations<'a> {
     }
 }
 
-/// Computes the table of a pattern layer by layer; `slopes` is a buffer of any length.
-pub(crate) fn compute_layers(
-    network: &ReluNetwork,
-    pattern: &[u64],
-    first: &[Vec<f64>; 3],
-    slopes: &mut Vec<f64>,
-    deeper: &mut [f64],
-) {
-    write_slopes(pattern, network.slope, network.units(), slopes);
-    for l in 1..network.hidden.len() {
-        compute_layer(network, l, first, slopes, deeper);
+/// Computes the pre-activations of layer `l`, not the first, from those of the layer before it.
+pub(crate) struct ComputeLayer<'a> {
+    pub(crate) network: &'a ReluNetwork,
+    pub(crate) l: usize,
+    pub(crate) first: &'a [Vec<f64>; 3],
+    /// `dσ/dz` of all units.
+    pub(crate) slopes: &'a [f64],
+    pub(crate) deeper: &'a mut [f64],
+}
+
+impl ComputeLayer<'_> {
+    pub(crate) fn run(self) {
+        arch().dispatch(self);
     }
-}
-
-/// Computes the pre-activations of layer `l`, not the first, from those of the layer before it and the
-/// slopes of all units.
-pub(crate) fn compute_layer(
-    network: &ReluNetwork,
-    l: usize,
-    first: &[Vec<f64>; 3],
-    slopes: &[f64],
-    deeper: &mut [f64],
-) {
-    arch().dispatch(ComputeLayer { network, l, first, slopes, deeper });
-}
-
-struct ComputeLayer<'a> {
-    network: &'a ReluNetwork,
-    l: usize,
-    first: &'a [Vec<f64>; 3],
-    slopes: &'a [f64],
-    deeper: &'a mut [f64],
 }
 
 impl WithSimd for ComputeLayer<'_> {
@@ -165,9 +147,7 @@ impl WithSimd for Output<'_> {
             let first = start + chunk * LANES;
             let signs = pattern[first / 64] >> (first % 64);
             let mut slopes = [0.0; LANES];
-            for (i, slope) in slopes.iter_mut().enumerate() {
-                *slope = select((signs >> i) & 1, 1.0, network.slope);
-            }
+            slopes_into(&[signs], network.slope, &mut slopes);
             let weights = S::as_simd_f64s(weights).0.iter().zip(S::as_simd_f64s(&slopes).0);
             let parts = [&alpha[chunk], &beta[chunk], &gamma[chunk]];
             for (i, (&weight, &slope)) in weights.enumerate() {

@@ -10,7 +10,7 @@
 //! with the weights `W`, the slopes `D` and the unit vector `eᵢ`: a matrix of rank one. The vector passes
 //! through the layers once.
 
-use super::pattern::{sign, write_slopes};
+use super::pattern::{sign, slopes_into};
 use super::preactivations::PreActivations;
 use super::relu_network::ReluNetwork;
 use crate::simd::zero;
@@ -38,11 +38,6 @@ pub(crate) struct RankOneUpdate<'a> {
 
 impl RankOneUpdate<'_> {
     pub(crate) fn run(self) {
-        let network = self.network;
-        if network.layer_of(self.unit) + 2 < network.hidden.len() {
-            let slopes = &mut self.buffers.slopes;
-            write_slopes(self.pattern, network.slope, network.units(), slopes);
-        }
         arch().dispatch(self);
     }
 }
@@ -54,6 +49,10 @@ impl WithSimd for RankOneUpdate<'_> {
     fn with_simd<S: Simd>(self, _simd: S) {
         let Self { network, unit, pattern, first, buffers, deeper } = self;
         let l = network.layer_of(unit);
+        if l + 2 < network.hidden.len() {
+            buffers.slopes.resize(network.units(), 0.0);
+            slopes_into(pattern, network.slope, &mut buffers.slopes);
+        }
         let change = (1.0 - network.slope) * sign(pattern, unit);
         let mut own = PreActivations { first, deeper }.unit(unit);
         for own in &mut own {

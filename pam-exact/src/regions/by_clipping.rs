@@ -1,9 +1,8 @@
 //! The facets of a region by clipping: slower than by the hull of dual points, but without an inner point.
 
-use super::facets::{FACET_TOLERANCE, FacetBlock, push_facets};
-use super::half_plane::{HalfPlane, Window};
+use super::facets::{Borders, FACET_TOLERANCE, FacetBlock, push_facets};
+use super::half_plane::HalfPlane;
 use super::polygon::{BoundingBox, Clip, ConvexPolygon};
-use crate::network::preactivations::PreActivations;
 use crate::simd::LANES;
 use pam_core::simd::arch;
 use pulp::{Simd, WithSimd};
@@ -32,22 +31,16 @@ struct Tried {
 }
 
 impl Clipper {
-    /// Appends the facets of the region with these pre-activations: clips the window by the half-plane
-    /// that comes closest to the centre of the rest, until none can cut the bounding box of the rest.
-    pub(crate) fn find(
-        &mut self,
-        window: &Window,
-        table: PreActivations<'_>,
-        pattern: &[u64],
-        out: &mut Vec<FacetBlock>,
-    ) {
+    /// Appends the facets of a region: clips the window by the half-plane that comes closest to the centre
+    /// of the rest, until none can cut the bounding box of the rest.
+    pub(crate) fn find(&mut self, borders: Borders<'_>, out: &mut Vec<FacetBlock>) {
         let Self { oriented, candidates, tried, polygon } = self;
-        let units = table.units();
-        arch().dispatch(Orient { units, table, pattern, oriented });
+        let units = borders.table.units();
+        arch().dispatch(Orient { borders, oriented });
         candidates.clear();
         candidates.extend(0..units as u32);
         tried.clear();
-        polygon.restart(window);
+        polygon.restart(borders.window);
         let mut len = units;
         let mut round = 0;
         loop {
@@ -81,9 +74,7 @@ impl Clipper {
 
 /// Turns the pre-activations so that all are positive inside the region.
 struct Orient<'a> {
-    units: usize,
-    table: PreActivations<'a>,
-    pattern: &'a [u64],
+    borders: Borders<'a>,
     oriented: &'a mut Vec<f64>,
 }
 
@@ -92,14 +83,14 @@ impl WithSimd for Orient<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let Self { units, table, pattern, oriented } = self;
+        let Self { borders: Borders { table, pattern, .. }, oriented } = self;
         oriented.clear();
         let [first, deeper] = table.parts();
         for (first, deeper) in first.iter().zip(deeper) {
             oriented.extend_from_slice(first);
             oriented.extend_from_slice(deeper);
         }
-        for part in oriented.chunks_exact_mut(units) {
+        for part in oriented.chunks_exact_mut(table.units()) {
             for (block, bits) in part.chunks_mut(64).zip(pattern) {
                 for (i, value) in block.iter_mut().enumerate() {
                     let negative = !(bits >> i) & 1;

@@ -5,9 +5,7 @@
 //! vertex, until no edge has one. One sweep over the units serves several edges.
 
 use super::dual::{DIRECTIONS, DualPoint, DualPoints, INDEX_BITS};
-use super::facets::{Entry, FACET_TOLERANCE};
-use super::half_plane::Window;
-use crate::network::preactivations::PreActivations;
+use super::facets::{Borders, Entry, FACET_TOLERANCE};
 use crate::simd::LANES;
 use pam_core::simd::arch;
 use pulp::{Simd, WithSimd};
@@ -24,20 +22,13 @@ pub(crate) struct HullFinder {
 }
 
 impl HullFinder {
-    /// The units whose borders bound the region with these pre-activations; those past the last unit are
-    /// sides of the window. `None` where several borders meet at the entry, and for more units than the
-    /// [`INDEX_BITS`] can number.
-    pub(crate) fn find(
-        &mut self,
-        window: &Window,
-        table: PreActivations<'_>,
-        pattern: &[u64],
-        entry: Entry,
-    ) -> Option<&[u32]> {
-        if table.units() + LANES > INDEX_BITS as usize {
+    /// The units that bound a region; those past the last unit are sides of the window. `None` where several
+    /// borders meet at the entry, and for more units than the [`INDEX_BITS`] can number.
+    pub(crate) fn find(&mut self, borders: Borders<'_>, entry: Entry) -> Option<&[u32]> {
+        if borders.table.units() + LANES > INDEX_BITS as usize {
             return None;
         }
-        let found = arch().dispatch(Search { finder: self, window, table, pattern, entry });
+        let found = arch().dispatch(Search { finder: self, borders, entry });
         found.then_some(&self.vertices[..])
     }
 }
@@ -77,9 +68,7 @@ const INSIDE: f64 = f64::MIN_POSITIVE;
 /// Finds the hull, whose vertices are then in the finder's buffers. The output says whether it was found.
 struct Search<'a> {
     finder: &'a mut HullFinder,
-    window: &'a Window,
-    table: PreActivations<'a>,
-    pattern: &'a [u64],
+    borders: Borders<'a>,
     entry: Entry,
 }
 
@@ -88,11 +77,11 @@ impl WithSimd for Search<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let Self { finder, window, table, pattern, entry } = self;
+        let Self { finder, borders, entry } = self;
         let dual = &mut finder.dual;
-        dual.set_signs(pattern, table.units());
-        let Some(inner) = dual.inner_point(simd, window, table, entry) else { return false };
-        if !dual.place(simd, window, table, inner) || !finder.first_edges(simd) {
+        dual.set_signs(borders);
+        let Some(inner) = dual.inner_point(simd, borders, entry) else { return false };
+        if !dual.place(simd, borders, inner) || !finder.first_edges(simd) {
             return false;
         }
         finder.grow(simd);

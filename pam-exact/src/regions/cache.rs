@@ -1,11 +1,11 @@
 //! The linear regions of a network on a plane, found as they are needed and kept.
 
 use super::facet_finder::FacetFinder;
-use super::facets::{Entry, FacetBlock, FacetIndex, FacetRange, NONE};
+use super::facets::{Borders, Entry, FacetBlock, FacetIndex, FacetRange, NONE};
 use super::half_plane::Window;
 use super::polygon::{Clip, ConvexPolygon};
-use crate::network::pattern::{unit_hash, word_and_mask, write_slopes};
-use crate::network::preactivations::{PreActivations, compute_layer, compute_layers};
+use crate::network::pattern::{slopes_into, unit_hash, word_and_mask};
+use crate::network::preactivations::{ComputeLayer, PreActivations};
 use crate::network::rank_one::{Buffers, RankOneUpdate};
 use crate::network::{Plane, ReluNetwork};
 use std::collections::HashMap;
@@ -154,11 +154,6 @@ impl<'n> RegionCache<'n> {
         &self.store.patterns[id as usize * self.words..][..self.words]
     }
 
-    /// Writes `dσ/dz` of each unit in a region.
-    pub(crate) fn slopes_into(&self, id: u32, slopes: &mut Vec<f64>) {
-        write_slopes(self.pattern(id), self.network.slope, self.units, slopes);
-    }
-
     /// The region of a point; a unit that is zero there counts as inactive.
     pub(crate) fn locate(&mut self, point: [f64; 2]) -> u32 {
         let (network, units) = (self.network, self.units);
@@ -174,7 +169,7 @@ impl<'n> RegionCache<'n> {
         for (l, layer) in network.hidden.iter().enumerate() {
             let deeper = &mut store.tables[place..];
             if l > 0 {
-                compute_layer(network, l, &store.first, slopes, deeper);
+                ComputeLayer { network, l, first: &store.first, slopes, deeper }.run();
             }
             let table = PreActivations { first: &store.first, deeper };
             let start = network.start(l);
@@ -256,7 +251,12 @@ impl<'n> RegionCache<'n> {
         let (network, len, place) = (self.network, self.table_len, tables.len());
         let updates = if old.updates >= MAX_UPDATES {
             tables.resize(place + len, 0.0);
-            compute_layers(network, wanted, first, &mut buffers.slopes, &mut tables[place..]);
+            let (slopes, deeper) = (&mut buffers.slopes, &mut tables[place..]);
+            slopes.resize(self.units, 0.0);
+            slopes_into(wanted, network.slope, slopes);
+            for l in 1..network.hidden.len() {
+                ComputeLayer { network, l, first, slopes, deeper }.run();
+            }
             0
         } else {
             let from = old.index as usize * len;
@@ -278,11 +278,12 @@ impl<'n> RegionCache<'n> {
     ) -> u32 {
         let store = &mut self.store;
         let id = store.regions.len() as u32;
-        let seen = table.read(&store.first, &store.tables, self.table_len);
-        let force = seen.force(self.network, &store.wanted);
+        let read = table.read(&store.first, &store.tables, self.table_len);
+        let force = read.force(self.network, &store.wanted);
         let entry = point.map(|point| Entry { point, unit: origin.unit });
         let first = store.facets.len() as u32;
-        store.finder.find(&self.window, seen, &store.wanted, entry, &mut store.facets);
+        let borders = Borders { window: &self.window, table: read, pattern: &store.wanted };
+        store.finder.find(borders, entry, &mut store.facets);
         let facets = FacetRange { first, blocks: store.facets.len() as u32 - first };
         store.patterns.extend_from_slice(&store.wanted);
         let same_hash = store.index.insert(hash, id).unwrap_or(NONE);

@@ -3,8 +3,7 @@
 //! Seen from an inner point, the half-plane `g + n·d ≥ 0` (`d` measured from the point, `g > 0`) has the dual
 //! point `−n/g`. The facets of the region are the vertices of the convex hull of all dual points.
 
-use super::facets::{Entry, NONE};
-use super::half_plane::Window;
+use super::facets::{Borders, Entry, NONE};
 use crate::network::pattern::slopes_into;
 use crate::network::preactivations::PreActivations;
 use crate::simd::{LANE_NUMBERS, LANES, tagged};
@@ -52,9 +51,9 @@ const INNER_MARGIN: f64 = 1e-10;
 impl DualPoints {
     /// Takes the signs of a pattern.
     #[inline(always)]
-    pub(super) fn set_signs(&mut self, pattern: &[u64], units: usize) {
-        self.signs.resize(units, 0.0);
-        slopes_into(pattern, -1.0, &mut self.signs);
+    pub(super) fn set_signs(&mut self, borders: Borders<'_>) {
+        self.signs.resize(borders.table.units(), 0.0);
+        slopes_into(borders.pattern, -1.0, &mut self.signs);
     }
 
     /// A point well inside of the region: half way from the entry, along the normal of the border that is
@@ -63,8 +62,7 @@ impl DualPoints {
     pub(super) fn inner_point<S: Simd>(
         &self,
         simd: S,
-        window: &Window,
-        table: PreActivations<'_>,
+        Borders { window, table, .. }: Borders<'_>,
         entry: Entry,
     ) -> Option<[f64; 2]> {
         let point = entry.point;
@@ -150,8 +148,7 @@ impl DualPoints {
     pub(super) fn place<S: Simd>(
         &mut self,
         simd: S,
-        window: &Window,
-        table: PreActivations<'_>,
+        Borders { window, table, .. }: Borders<'_>,
         inner: [f64; 2],
     ) -> bool {
         let units = table.units();
@@ -238,6 +235,7 @@ impl DualPoints {
 
 #[cfg(test)]
 mod tests {
+    use super::super::half_plane::Window;
     use super::*;
 
     /// From a point on a border the unit would have no dual point, and its facet would be lost.
@@ -252,9 +250,10 @@ mod tests {
         }
         let first = <[Vec<f64>; 3]>::default();
         let table = PreActivations { first: &first, deeper: &deeper };
-        let window = Window { first: [-9.0, 9.0], second: [-9.0, 9.0] };
+        let window = &Window { first: [-9.0, 9.0], second: [-9.0, 9.0] };
+        let borders = Borders { window, table, pattern: &[] };
         let mut dual = DualPoints { signs: vec![1.0; LANES], ..DualPoints::default() };
-        let mut inside = |inner| dual.place(pulp::Scalar::new(), &window, table, inner);
+        let mut inside = |inner| dual.place(pulp::Scalar::new(), borders, inner);
         assert!(inside([0.0, 0.5]));
         assert!(!inside([0.0, 1.0]) && !inside([1.0, 0.5]));
         assert!(!inside([0.0, 1.5]));

@@ -1,8 +1,6 @@
 use super::by_clipping::Clipper;
 use super::by_hull::HullFinder;
-use super::facets::{Entry, FacetBlock, half_plane, push_facets};
-use super::half_plane::Window;
-use crate::network::preactivations::PreActivations;
+use super::facets::{Borders, Entry, FacetBlock, push_facets};
 
 /// Finds the facets of regions: by the hull of dual points where an inner point of the region is found from
 /// the entry, else by clipping.
@@ -13,32 +11,30 @@ pub(crate) struct FacetFinder {
 }
 
 impl FacetFinder {
-    /// Appends the facets of the region with these pre-activations.
+    /// Appends the facets of a region.
     pub(crate) fn find(
         &mut self,
-        window: &Window,
-        table: PreActivations<'_>,
-        pattern: &[u64],
+        borders: Borders<'_>,
         entry: Option<Entry>,
         out: &mut Vec<FacetBlock>,
     ) {
-        let inside = |e: &Entry| window.contains(e.point);
-        let vertices =
-            entry.filter(inside).and_then(|entry| self.hull.find(window, table, pattern, entry));
-        let Some(vertices) = vertices else {
-            self.clipper.find(window, table, pattern, out);
+        let entry = entry.filter(|entry| borders.window.contains(entry.point));
+        let Some(vertices) = entry.and_then(|entry| self.hull.find(borders, entry)) else {
+            self.clipper.find(borders, out);
             return;
         };
-        let units = vertices.iter().filter(|&&u| (u as usize) < table.units());
-        push_facets(out, units.map(|&u| (u, half_plane(table, pattern, u as usize))));
+        let units = vertices.iter().filter(|&&u| (u as usize) < borders.table.units());
+        push_facets(out, units.map(|&u| (u, borders.half_plane(u as usize))));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::facets::NONE;
+    use super::super::half_plane::Window;
     use super::super::polygon::ConvexPolygon;
     use super::*;
+    use crate::network::preactivations::PreActivations;
 
     /// Numbers in ±1.
     fn spread() -> impl FnMut() -> f64 {
@@ -89,8 +85,9 @@ mod tests {
             let mut finder = FacetFinder::default();
             let mut both = |table: &[f64], pattern: &[u64], entry: Entry| {
                 let (mut hull, mut clipped) = (Vec::new(), Vec::new());
-                finder.find(&window, table_of(table), pattern, Some(entry), &mut hull);
-                finder.clipper.find(&window, table_of(table), pattern, &mut clipped);
+                let borders = Borders { window: &window, table: table_of(table), pattern };
+                finder.find(borders, Some(entry), &mut hull);
+                finder.clipper.find(borders, &mut clipped);
                 (hull, clipped)
             };
             let (hull, clipped) = both(&table, &pattern, Entry { point, unit: NONE });
@@ -112,7 +109,9 @@ mod tests {
                         polygon.clip(&block.half_plane(lane));
                     }
                 }
-                let plane = half_plane(table_of(&table), &pattern, unit as usize);
+                let borders =
+                    Borders { window: &window, table: table_of(&table), pattern: &pattern };
+                let plane = borders.half_plane(unit as usize);
                 let on: Vec<_> = (polygon.vertices.iter())
                     .filter(|&&v| plane.margin(v).abs() < 1e-9 * (1.0 + v[0].abs() + v[1].abs()))
                     .collect();

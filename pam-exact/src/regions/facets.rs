@@ -1,6 +1,6 @@
 //! The facets of a linear region: the borders of those units that bound it.
 
-use super::half_plane::HalfPlane;
+use super::half_plane::{HalfPlane, Window};
 use crate::network::pattern::sign;
 use crate::network::preactivations::PreActivations;
 use crate::simd::LANES;
@@ -36,6 +36,14 @@ pub(crate) struct FacetRange {
 pub(crate) struct FacetIndex {
     pub(crate) block: usize,
     pub(crate) lane: usize,
+}
+
+/// The half-planes that define a region: those of all units, and a window.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Borders<'a> {
+    pub(crate) window: &'a Window,
+    pub(crate) table: PreActivations<'a>,
+    pub(crate) pattern: &'a [u64],
 }
 
 /// A point where a region is entered, and the unit on whose border it lies, if any.
@@ -96,9 +104,11 @@ pub(crate) fn push_facets(
     out.push(block);
 }
 
-/// The half-plane in which a unit keeps its sign.
-pub(crate) fn half_plane(table: PreActivations<'_>, pattern: &[u64], unit: usize) -> HalfPlane {
-    let sign = sign(pattern, unit);
-    let [alpha, beta, gamma] = table.unit(unit);
-    HalfPlane { alpha: sign * alpha, beta: sign * beta, gamma: sign * gamma }
+impl Borders<'_> {
+    /// The half-plane in which a unit keeps its sign.
+    pub(crate) fn half_plane(&self, unit: usize) -> HalfPlane {
+        let sign = sign(self.pattern, unit);
+        let [alpha, beta, gamma] = self.table.unit(unit);
+        HalfPlane { alpha: sign * alpha, beta: sign * beta, gamma: sign * gamma }
+    }
 }

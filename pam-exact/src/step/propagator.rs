@@ -298,6 +298,7 @@ impl DifferentiableStep {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use pam_solvers::rk4_step;
 
     /// RK4 in many steps of `y' = rhs(t, y)`.
     fn integrate<const N: usize>(
@@ -307,16 +308,9 @@ mod tests {
     ) -> [f64; N] {
         let steps = 4000;
         let d = h / f64::from(steps);
-        let add = |y: &[f64; N], k: &[f64; N], s: f64| std::array::from_fn(|i| y[i] + s * k[i]);
         for step in 0..steps {
             let t = f64::from(step) * d;
-            let k1 = rhs(t, &y);
-            let k2 = rhs(t + d / 2.0, &add(&y, &k1, d / 2.0));
-            let k3 = rhs(t + d / 2.0, &add(&y, &k2, d / 2.0));
-            let k4 = rhs(t + d, &add(&y, &k3, d));
-            y = std::array::from_fn(|i| {
-                y[i] + d / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
-            });
+            y = rk4_step(y, rhs(t, &y), d, |half, y| rhs(t + half as f64 * d / 2.0, &y));
         }
         y
     }
