@@ -1,4 +1,4 @@
-//! Times the certified inverse synthesis along a sine.
+//! Measures the time of the certified inverse synthesis along a sine.
 //!
 //! `cargo run --release -p pam-exact --example inverse`
 
@@ -17,7 +17,7 @@ fn main() {
     let mut hint = [0.07, 0.07];
     let start = Instant::now();
     let samples = 200;
-    let (mut polygons, mut segments, mut pieces, mut worst) = (0, 0, 0, 0.0_f64);
+    let (mut regions, mut segments, mut pieces, mut worst) = (0, 0, 0, 0.0_f64);
     for k in 0..samples {
         let phase = std::f64::consts::TAU * f64::from(k) / f64::from(samples);
         let w = std::f64::consts::TAU * 0.1;
@@ -32,7 +32,7 @@ fn main() {
         let solution = solver.solve(&motion.network, &problem, hint);
         hint = solution.masses_g;
         let c = solution.certificate;
-        polygons += c.regions;
+        regions += c.regions;
         segments += c.segments;
         pieces += c.pieces;
         worst = worst.max(c.uncovered_share.abs());
@@ -43,9 +43,9 @@ fn main() {
     let seconds = start.elapsed().as_secs_f64();
     let n = f64::from(samples);
     println!(
-        "{:.2} ms a sample, {:.0} polygons, {:.0} segments, {:.0} pieces, missing at most {worst:e}",
+        "{:.2} ms per sample, {:.0} regions, {:.0} segments, {:.0} pieces, uncovered at most {worst:e}",
         1e3 * seconds / n,
-        polygons as f64 / n,
+        regions as f64 / n,
         segments as f64 / n,
         pieces as f64 / n
     );

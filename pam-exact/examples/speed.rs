@@ -1,11 +1,10 @@
-//! Times the solution alone, and value and gradient, on the training conditions of 70 s, and how the time
-//! grows with the width and the depth of the network and with the noise of the force.
+//! Measures the time of the solution alone and of value and gradient on the training conditions of 70 s, and
+//! how it grows with width and depth of the network and with the noise of the force.
 //!
 //! `cargo run --release -p pam-exact --example speed -- [RECORDINGS [CASE]]`: all cases, or those whose
-//! name begins so.
+//! names begin with CASE.
 //!
-//! The processor time is that of all threads together (Linux), which other programs disturb less than
-//! the time on the clock.
+//! CPU time is that of all threads together (Linux); other programs disturb it less than the wall time.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -16,24 +15,24 @@ use pam_exact::{ExactMotion, ExactProblem, ExactSolver};
 use pam_solvers::Interpolation;
 use std::time::Instant;
 
-/// Seconds on the clock and of the processor that `run` takes.
+/// Wall time and CPU time of `run`, s.
 fn clocks(run: impl FnOnce()) -> [f64; 2] {
-    let (start, before) = (Instant::now(), processor_s());
+    let (start, before) = (Instant::now(), cpu_s());
     run();
-    [start.elapsed().as_secs_f64(), processor_s() - before]
+    [start.elapsed().as_secs_f64(), cpu_s() - before]
 }
 
-/// Processor time of this process so far, from the kernel's accounts of its threads, s.
-fn processor_s() -> f64 {
+/// CPU time of this process so far, from the kernel's accounts of its threads, s.
+fn cpu_s() -> f64 {
     let Ok(threads) = std::fs::read_dir("/proc/self/task") else { return f64::NAN };
     let of = |thread: std::fs::DirEntry| -> Option<f64> {
-        let told = std::fs::read_to_string(thread.path().join("schedstat")).ok()?;
-        told.split_whitespace().next()?.parse().ok()
+        let account = std::fs::read_to_string(thread.path().join("schedstat")).ok()?;
+        account.split_whitespace().next()?.parse().ok()
     };
     threads.flatten().filter_map(of).sum::<f64>() * 1e-9
 }
 
-/// Prints the times on `count` recordings.
+/// Prints the times for `count` recordings.
 fn time(
     name: &str,
     motion: &ExactMotion,
@@ -78,7 +77,7 @@ fn main() {
     let motion = common::motion(&common::perturbed());
     let (times, force) = common::excitation(0.0, 70_000);
     println!(
-        "| case | force | recordings | forward, s | processor, s | value and gradient, s | processor, s \
+        "| case | force | recordings | forward, s | CPU, s | value and gradient, s | CPU, s \
          | segments | crossings | regions | failed |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");

@@ -8,7 +8,7 @@ pub(crate) const LANES: usize = 8;
 /// The numbers of the lanes of a block.
 pub(crate) const LANE_NUMBERS: [u64; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
 
-/// Whether no lane of a mask is set. (The order of the lanes differs between instruction sets.)
+/// True if no lane of a mask is set. (The order of the lanes differs between instruction sets.)
 #[inline(always)]
 pub(crate) fn none<S: Simd>(simd: S, mask: S::m64s) -> bool {
     simd.first_true_m64s(mask) >= S::F64_LANES

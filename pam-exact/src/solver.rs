@@ -24,11 +24,11 @@ pub struct ExactSolver {
 /// The loss of one trajectory: as that of [`ExactSolver::value_and_gradient`], without the index.
 type OneLoss<'a> = dyn Fn(&[f64], &mut [f64]) -> f64 + 'a;
 
-/// What to do with a trajectory.
+/// Settings of a call, with the loss of one trajectory.
 struct Job<'a> {
     max_step_s: f64,
     loss: Option<&'a OneLoss<'a>>,
-    /// Whether the gradient of the loss is wanted.
+    /// True if the gradient of the loss is wanted.
     backward: bool,
 }
 

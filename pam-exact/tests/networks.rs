@@ -35,7 +35,7 @@ fn solutions_are_those_of_steps_that_land_on_kinks() {
         assert!(off < 1e-10, "{name}: {off:e} mm, {counts:?}");
         crossings += counts.crossings;
     }
-    assert!(crossings > 500, "{crossings} crossings say little");
+    assert!(crossings > 500, "only {crossings} crossings");
 }
 
 #[test]
@@ -62,7 +62,7 @@ fn polygons_are_pieces_of_the_network() {
                 [0, 1].map(|i| polygon.vertices.iter().map(|c| c[i]).sum::<f64>() / corners);
             let force = network.force_mn([masses_g[0], masses_g[1], middle[0], middle[1]]);
             let off = (force - polygon.force_mn(middle)).abs();
-            // Of the size of what the force is a difference of.
+            // Relative to the terms whose difference is the force.
             assert!(off < 1e-12 * 1.6e8, "{name}: {force}, off by {off:e}");
         }
     }

@@ -31,7 +31,7 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    /// Whether the regions fill the bounds, up to a share of 1e-9.
+    /// True if the regions fill the bounds, up to a share of 1e-9.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.uncovered_share.abs() < 1e-9

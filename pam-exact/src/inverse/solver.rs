@@ -20,7 +20,7 @@ pub struct InverseSolver {
     bends: Vec<f64>,
 }
 
-/// Masses with the stiffness there, and their distances from what is wanted.
+/// Masses and their stiffness, with the distances from the wanted stiffness and from the hint.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
     masses_g: [f64; 2],

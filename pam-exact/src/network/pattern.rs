@@ -6,7 +6,7 @@ pub(crate) fn word_and_mask(unit: usize) -> (usize, u64) {
     (unit / 64, 1 << (unit % 64))
 }
 
-/// Whether a unit is active.
+/// True if a unit is active.
 #[inline(always)]
 pub(crate) fn is_active(pattern: &[u64], unit: usize) -> bool {
     let (word, mask) = word_and_mask(unit);

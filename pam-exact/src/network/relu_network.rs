@@ -31,7 +31,7 @@ pub struct ReluNetwork {
 }
 
 impl ReluNetwork {
-    /// Whether the exact methods apply to this force: it is a (leaky) ReLU network.
+    /// True if the exact methods apply to this force: it is a (leaky) ReLU network.
     #[must_use]
     pub fn applies_to(force: &impl ForceModel<f64>) -> bool {
         force.relu_layers().is_some()

@@ -26,7 +26,7 @@ pub(crate) struct Clipper {
 struct Tried {
     unit: u32,
     plane: HalfPlane,
-    /// Whether it would have left nothing.
+    /// True if it would have left nothing.
     left_nothing: bool,
 }
 

@@ -141,7 +141,7 @@ impl Partition {
 }
 
 impl RegionPolygon {
-    /// Whether a point lies in the polygon or on its border.
+    /// True if a point lies in the polygon or on its border.
     #[must_use]
     pub fn contains(&self, [p, r]: [f64; 2]) -> bool {
         let count = self.vertices.len();

@@ -92,7 +92,7 @@ impl Step {
         self.oscillator.acceleration(state, self.w[1].mul_add(t, self.w[0]))
     }
 
-    /// Whether no facet's margin can become negative over the step, by the margins at its ends and the
+    /// True if no facet's margin can become negative over the step, by the margins at its ends and the
     /// [`chord_deviation`](Self::chord_deviation). The margins at the end go to `after`.
     #[inline(always)]
     pub(crate) fn clears<S: Simd>(

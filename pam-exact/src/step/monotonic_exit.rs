@@ -24,10 +24,11 @@ pub(super) struct FacetCrossing {
     pub(super) lane: usize,
 }
 
-/// Whether each margin stays positive, rises throughout or falls throughout, and whether any falls below
-/// zero.
+/// Monotonicity of all margins over a step.
 struct Monotonicity {
+    /// Each margin stays positive, rises throughout or falls throughout.
     all_clear: bool,
+    /// A margin falls throughout to a negative value.
     any_crossed: bool,
 }
 

@@ -31,7 +31,7 @@ pub struct Crossing {
     pub layer: usize,
     /// The unit within its layer.
     pub unit: usize,
-    /// Whether the unit becomes active.
+    /// True if the unit becomes active.
     pub activates: bool,
 }
 

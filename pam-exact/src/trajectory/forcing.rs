@@ -13,7 +13,7 @@ pub(crate) struct ForcingSegment {
     pub(crate) force_mn: f64,
     /// Slope of the force, mN/s.
     pub(crate) rate_mn_s: f64,
-    /// Whether the trajectory is observed at the end.
+    /// True if the trajectory is observed at the end.
     pub(crate) observed: bool,
 }
 
@@ -80,7 +80,7 @@ pub struct ForceSignal<'a> {
     pub interpolation: Interpolation,
 }
 
-/// Span of a trajectory, and where its force is cut besides the samples.
+/// Span of a trajectory, and additional cuts of its force.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cuts<'a> {
     pub(crate) t0: f64,

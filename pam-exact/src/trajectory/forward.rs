@@ -245,7 +245,7 @@ impl ForwardSolve<'_, '_> {
     }
 }
 
-/// Whether a segment is as long as most are.
+/// True if a segment is as long as most are.
 #[inline(always)]
 fn is_nominal(forcing: &ForcingSegment, nominal_s: f64) -> bool {
     (forcing.length_s - nominal_s).abs() <= SAME_LENGTH * nominal_s

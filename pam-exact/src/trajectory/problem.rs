@@ -43,7 +43,7 @@ impl<'a> ExactProblem<'a> {
         self.signal.segments(&Cuts { t0, t1, observe_s, max_length_s }, cut)
     }
 
-    /// Says why the request is inconsistent, if it is.
+    /// Checks the request; the error is the reason why it is inconsistent.
     pub(crate) fn check(&self) -> Result<(), String> {
         let ForceSignal { times_s, force_mn, interpolation } = self.signal;
         if times_s.is_empty() || times_s.len() != force_mn.len() {

@@ -1,6 +1,6 @@
 //! A Runge–Kutta solution that ends a step at every kink.
 //!
-//! It evaluates the network layer by layer, knows nothing of affine pieces, and finds kinks by the signs
+//! It evaluates the network layer by layer, without any linear regions, and finds kinks by the signs
 //! of the pre-activations at the ends of short half steps. Between kinks the field is smooth, so the
 //! fifth order of the method counts.
 
@@ -83,11 +83,11 @@ impl<'a> Landing<'a> {
         linear: bool,
         longest_s: f64,
     ) -> Vec<[f64; 2]> {
-        self.solve_and_tell(times, force, linear, longest_s, &mut |_| ())
+        self.solve_and_report(times, force, linear, longest_s, &mut |_| ())
     }
 
-    /// As [`solve`](Self::solve); every step that was taken is told.
-    fn solve_and_tell(
+    /// As [`solve`](Self::solve); every accepted step is reported.
+    fn solve_and_report(
         &self,
         times: &[f64],
         force: &[f64],
@@ -171,7 +171,7 @@ impl<'a> Landing<'a> {
     ) -> Vec<f64> {
         let mut steps = Vec::new();
         let states =
-            self.solve_and_tell(times, force, linear, longest_s, &mut |step| steps.push(step));
+            self.solve_and_report(times, force, linear, longest_s, &mut |step| steps.push(step));
         let layers = self.model.force.mlp().layers();
         let parameters: usize = layers.iter().map(|l| (l.inputs() + 1) * l.outputs()).sum();
         let mut gradient = vec![0.0; parameters + 6];
@@ -313,8 +313,8 @@ impl WithSimd for Layer<'_> {
     }
 }
 
-/// Adds the outer product of what comes into a layer and its outputs' derivatives to the gradient, and
-/// finds the derivatives by what comes in.
+/// Adds the outer product of a layer's inputs and the derivatives by its outputs to the gradient, and
+/// computes the derivatives by its inputs.
 struct LayerBack<'a> {
     columns: &'a [f64],
     inputs: &'a [f64],

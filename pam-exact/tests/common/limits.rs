@@ -1,4 +1,4 @@
-//! Exact solutions and gradients beside those of steps that land on every kink.
+//! Exact solutions and gradients compared with those of steps that end at every kink.
 
 use super::landing::Landing;
 use super::{Joint, excitation, masses, motion};
@@ -78,8 +78,8 @@ pub(crate) fn distance_from_discrete_adjoint(
     let fine = discrete(longest_s);
     // Steps end at samples, so they are no longer than these are apart.
     let coarse = if longest_s > 5e-4 { fine.clone() } else { discrete(2.0 * longest_s) };
-    // Parameters of all recordings together, then what each has for itself; each number times what it
-    // is the derivative by, so that units do not matter.
+    // Shared parameters, then those of each recording; each derivative times its parameter, so that units
+    // do not matter.
     let mut scales: Vec<f64> = ParametricForce::parameters(&model.force);
     scales.extend([motion.mass_kg, 1e3]);
     let len = scales.len();
