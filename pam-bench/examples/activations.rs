@@ -10,7 +10,7 @@
 //! Each folder of the first argument is a run. The second argument is where the recordings are, the
 //! third where the figures go.
 
-use pam_core::ParametricForce;
+use pam_core::{NamedChoice, ParametricForce};
 use pam_data::Subject;
 use pam_data::conditions::{TRAINING_PSI, name_of};
 use pam_data::{LoadOptions, MassChoice, collect_paths, open_recordings, resolve_masses};

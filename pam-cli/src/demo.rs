@@ -4,12 +4,10 @@
 use crate::arguments::{DemoArguments, GlobalOptions};
 use crate::commands::diagnose::{diagnose_into, finish};
 use crate::console::Console;
-use crate::error::CliError;
+use crate::error::{CliError, failed};
 use crate::options::default_model;
 use crate::run_record;
-use pam_data::Subject;
-use pam_data::{LoadOptions, collect_paths};
-use pam_data::{MassChoice, SavedModel, open_recordings, resolve_masses};
+use pam_data::{LoadOptions, MassChoice, MassOptions, SavedModel, Subject, read_recordings};
 use pam_diagnose::{Options, Sets};
 use pam_rig::protocol::CurrentSegment;
 use pam_rig::{Conditions, Protocol, RigParameters, Session};
@@ -90,17 +88,11 @@ fn recorded(
     };
     let effects: Result<Vec<pam_rig::effects::Effect>, _> =
         hidden.iter().map(|text| text.parse()).collect();
-    let effects = effects.map_err(|e| CliError::Usage(format!("the demo's effect: {e}")))?;
+    let effects = effects.map_err(|e| failed(format!("the demo's effect: {e}")))?;
     let rig = RigParameters { effects, ..RigParameters::default() };
     let session = Session { rig, protocol, seed, truth: true, note: run_record::rig_note(seed) };
     session.record_into(folder, true, &|_| {})?;
-    let mut subjects = Vec::new();
-    for path in collect_paths(&[folder.to_owned()])? {
-        for recording in open_recordings(&path, &LoadOptions::default())? {
-            let (masses, origin) =
-                resolve_masses(&recording, &saved.model, true, MassChoice::GasLaw, None)?;
-            subjects.push(Subject { recording, masses, origin });
-        }
-    }
-    Ok(subjects)
+    let recordings = read_recordings([folder], &LoadOptions::default())?;
+    let masses = MassOptions { choice: MassChoice::GasLaw, surfaces: None };
+    Ok(Subject::resolve(recordings, saved, &masses)?)
 }

@@ -1,6 +1,11 @@
 //! What a command can fail with.
 
+use pam_ablate::AblateError;
+use pam_control::ControlError;
 use pam_data::DataError;
+use pam_rig::RigError;
+use pam_train::curriculum::CurriculumError;
+use std::fmt::Display;
 use thiserror::Error;
 
 /// An error of a command, told in one line.
@@ -14,13 +19,13 @@ pub enum CliError {
     Model(#[from] pam_core::ModelError),
     /// The virtual rig cannot do what is asked.
     #[error(transparent)]
-    Rig(#[from] pam_rig::RigError),
+    Rig(#[from] RigError),
     /// Something cannot be planned, carried out or identified.
     #[error(transparent)]
-    Control(#[from] pam_control::ControlError),
+    Control(#[from] ControlError),
     /// A curriculum cannot be read.
     #[error(transparent)]
-    Curriculum(#[from] pam_train::curriculum::CurriculumError),
+    Curriculum(#[from] CurriculumError),
     /// Training cannot begin or go on.
     #[error(transparent)]
     Training(#[from] pam_train::training::TrainingError),
@@ -35,8 +40,38 @@ pub enum CliError {
     Baseline(#[from] pam_baselines::BaselineError),
     /// A sweep cannot be read, begun or told.
     #[error(transparent)]
-    Ablate(#[from] pam_ablate::AblateError),
-    /// Options contradict each other or name something that does not exist.
+    Ablate(#[from] AblateError),
+    /// Options contradict each other, or a value of one is out of range or names something that does not exist.
     #[error("{0}")]
     Usage(String),
+    /// The work cannot be done with these data.
+    #[error("{0}")]
+    Failed(String),
+}
+
+/// Wrong usage, in the words of another error.
+pub fn usage(error: impl Display) -> CliError {
+    CliError::Usage(error.to_string())
+}
+
+/// A failure of the work, in the words of another error.
+pub fn failed(error: impl Display) -> CliError {
+    CliError::Failed(error.to_string())
+}
+
+impl CliError {
+    /// Whether the command line is wrong, and not a file or the data.
+    #[must_use]
+    pub fn is_usage(&self) -> bool {
+        matches!(
+            self,
+            Self::Usage(_)
+                | Self::Control(ControlError::Spec { .. })
+                | Self::Curriculum(
+                    CurriculumError::Override { .. } | CurriculumError::Unknown { .. }
+                )
+                | Self::Rig(RigError::Protocol { .. })
+                | Self::Ablate(AblateError::Setting { .. } | AblateError::Unknown { .. })
+        )
+    }
 }

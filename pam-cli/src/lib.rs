@@ -19,6 +19,12 @@ pub use error::CliError;
 
 use std::process::ExitCode;
 
+/// Exit code for an error in input, model or output.
+pub const FAILED: u8 = 1;
+
+/// Exit code for wrong usage, the same as for arguments that cannot be parsed.
+pub const USAGE: u8 = 2;
+
 /// Exit code when some recordings could not be predicted to their end.
 pub const PARTIAL: u8 = 3;
 
@@ -32,7 +38,7 @@ pub fn run(arguments: Arguments) -> ExitCode {
         Ok(code) => code,
         Err(error) => {
             eprintln!("error: {error}");
-            ExitCode::FAILURE
+            ExitCode::from(if error.is_usage() { USAGE } else { FAILED })
         }
     }
 }

@@ -1,13 +1,16 @@
 //! Options that several commands share, and what they turn into.
 
-use crate::error::CliError;
-use clap::{Args, ValueEnum};
-use pam_core::{Activation, AnyForce, JointModel, Mlp, NetworkForce, SpringDamper};
-use pam_data::Subject;
+use crate::console::Console;
+use crate::error::{CliError, usage};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use pam_core::{
+    Activation, AnyForce, JointModel, Mlp, ModelError, NamedChoice, NetworkForce, SpringDamper,
+};
 use pam_data::formats::mat_run::PressureReference;
 use pam_data::{
-    LoadOptions, MassChoice, ModelInfo, MuscleSurfaces, Recording, SavedModel, load_model,
-    open_recordings, parse_model, resolve_masses,
+    LoadOptions, MassChoice, MassOptions, ModelInfo, MuscleSurfaces, Recording, SavedModel,
+    Subject, collect_paths, load_model, parse_model, read_files,
 };
 use pam_effects::ExtendedModel;
 use pam_effects::engine::{AUTO, EXACT, EngineChoice};
@@ -33,8 +36,8 @@ pub struct ModelOptions {
     #[arg(long, value_name = "MODEL", default_value = DEFAULT_MODEL)]
     pub model: PathBuf,
     /// Activation of an .eqx network, which the file does not name [default: leaky_relu]
-    #[arg(long, value_name = "NAME")]
-    pub activation: Option<String>,
+    #[arg(long, value_name = "NAME", value_parser = named(Activation::NAMES, Activation::from_name))]
+    pub activation: Option<Activation>,
 }
 
 impl ModelOptions {
@@ -68,11 +71,10 @@ impl ModelOptions {
         } else {
             load_model(&self.model)?
         };
-        if let Some(name) = &self.activation {
+        if let Some(activation) = self.activation {
             let AnyForce::Network(force) = &saved.model.force else {
                 return Err(CliError::Usage("--activation is for networks".into()));
             };
-            let activation = Activation::from_name(name)?;
             let mlp = Mlp::new(force.mlp().layers().to_vec(), activation)?;
             saved.model.force = AnyForce::Network(NetworkForce::new(mlp)?);
         }
@@ -126,35 +128,33 @@ pub fn describe_model(saved: &SavedModel) -> String {
     )
 }
 
-/// What zero means in a `.mat` run's pressures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum PressureArgument {
-    /// Decide by the gas law and say so
-    Auto,
-    /// Zero is vacuum
-    Absolute,
-    /// Zero is the atmosphere
-    Gauge,
+/// Names and descriptions of a choice of the library.
+pub(crate) fn possible_values<T: NamedChoice>() -> impl Iterator<Item = PossibleValue> {
+    T::ALL.iter().map(|(name, _, description)| {
+        PossibleValue::new(*name).help(*description).alias(name.replace('-', "_"))
+    })
 }
 
-/// Where masses come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum MassArgument {
-    /// Gas law for a trained model, surfaces (if given) for an untrained one
-    Auto,
-    /// The model's gas law at the start of the run
-    #[value(alias = "gas_law")]
-    GasLaw,
-    /// The single-muscle surfaces of --surfaces
-    Surfaces,
+/// Parser of a choice of the library, with [`possible_values`]. Underscores may stand for hyphens.
+pub fn choice<T: NamedChoice>() -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(possible_values::<T>())
+        .try_map(|name| T::from_name(&name.replace('_', "-")))
+}
+
+/// Parser of a value that the library knows by one of `names`.
+pub fn named<T: Clone + Send + Sync + 'static>(
+    names: &'static [&'static str],
+    from_name: fn(&str) -> Result<T, ModelError>,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(names).try_map(move |name| from_name(&name))
 }
 
 /// How recordings are read.
 #[derive(Debug, Clone, Args)]
 pub struct DataOptions {
     /// Source of the sealed air masses; masses that a file gives always win
-    #[arg(long, value_enum, default_value = "auto", value_name = "SOURCE")]
-    pub masses: MassArgument,
+    #[arg(long, value_parser = choice::<MassChoice>(), default_value = "auto", value_name = "SOURCE")]
+    pub masses: MassChoice,
     /// Single-muscle surfaces (poly44_all_fits.mat)
     #[arg(long, value_name = "FILE")]
     pub surfaces: Option<PathBuf>,
@@ -166,8 +166,8 @@ pub struct DataOptions {
     #[arg(long = "loader", value_name = "KEY=VALUE")]
     pub loader: Vec<String>,
     /// What zero means in the pressures of a .mat run
-    #[arg(long, value_enum, default_value = "auto", value_name = "REFERENCE")]
-    pub mat_pressure: PressureArgument,
+    #[arg(long, value_parser = choice::<PressureReference>(), default_value = "auto", value_name = "REFERENCE")]
+    pub mat_pressure: PressureReference,
 }
 
 impl DataOptions {
@@ -178,11 +178,7 @@ impl DataOptions {
     pub fn load_options(&self) -> Result<LoadOptions, CliError> {
         let mut options = LoadOptions {
             preprocess: self.preprocess,
-            pressure_reference: match self.mat_pressure {
-                PressureArgument::Auto => PressureReference::Auto,
-                PressureArgument::Absolute => PressureReference::Absolute,
-                PressureArgument::Gauge => PressureReference::Gauge,
-            },
+            pressure_reference: self.mat_pressure,
             ..LoadOptions::default()
         };
         for assignment in &self.loader {
@@ -194,84 +190,46 @@ impl DataOptions {
         Ok(options)
     }
 
-    /// The mass source.
-    #[must_use]
-    pub fn mass_choice(&self) -> MassChoice {
-        match self.masses {
-            MassArgument::Auto => MassChoice::Auto,
-            MassArgument::GasLaw => MassChoice::GasLaw,
-            MassArgument::Surfaces => MassChoice::Surfaces,
-        }
-    }
-
-    /// The surfaces, if a file is given.
+    /// How the masses are found.
     ///
     /// # Errors
-    /// [`CliError::Data`] naming what is wrong with it.
-    pub fn load_surfaces(&self) -> Result<Option<MuscleSurfaces>, CliError> {
-        Ok(self.surfaces.as_deref().map(MuscleSurfaces::read).transpose()?)
+    /// [`CliError::Data`] naming what is wrong with the file of the surfaces.
+    pub fn mass_options(&self) -> Result<MassOptions, CliError> {
+        let surfaces = self.surfaces.as_deref().map(MuscleSurfaces::read).transpose()?;
+        Ok(MassOptions { choice: self.masses, surfaces })
     }
 
-    /// Reads recordings with their masses for a model.
+    /// Reads recordings of files and folders, with a progress bar.
     ///
     /// # Errors
     /// [`CliError`] naming file, line and column, or the option.
+    pub fn recordings(
+        &self,
+        paths: &[PathBuf],
+        console: &Console,
+    ) -> Result<Vec<Recording>, CliError> {
+        let options = self.load_options()?;
+        let paths = collect_paths(paths)?;
+        let bar = console.progress(paths.len(), "reading");
+        let recordings = read_files(&paths, &options, &|| bar.inc(1));
+        bar.finish_and_clear();
+        Ok(recordings?)
+    }
+
+    /// Reads recordings with their masses for a model, and prints the notes of the recordings.
+    ///
+    /// # Errors
+    /// As [`recordings`](Self::recordings).
     pub fn subjects(
         &self,
         paths: &[PathBuf],
         saved: &SavedModel,
-        read: &(dyn Fn() + Sync),
+        console: &Console,
     ) -> Result<Vec<Subject>, CliError> {
-        let surfaces = self.load_surfaces()?;
-        let mut subjects = Vec::new();
-        for recording in self.recordings(paths, read)? {
-            let (masses, origin) = resolve_masses(
-                &recording,
-                &saved.model,
-                saved.info.trained,
-                self.mass_choice(),
-                surfaces.as_ref(),
-            )?;
-            subjects.push(Subject { recording, masses, origin });
-        }
+        let masses = self.mass_options()?;
+        let subjects = Subject::resolve(self.recordings(paths, console)?, saved, &masses)?;
+        subjects.iter().for_each(|s| console.notes(&s.recording));
         Ok(subjects)
-    }
-
-    /// Reads recordings in parallel, in the order of the files, each with a name of its own.
-    /// `read` is called after each file.
-    ///
-    /// # Errors
-    /// [`CliError::Data`] naming file, line and column.
-    pub fn recordings(
-        &self,
-        paths: &[PathBuf],
-        read: &(dyn Fn() + Sync),
-    ) -> Result<Vec<Recording>, CliError> {
-        use rayon::prelude::*;
-        let options = self.load_options()?;
-        let files: Vec<Result<Vec<Recording>, _>> = paths
-            .par_iter()
-            .map(|path| {
-                let recordings = open_recordings(path, &options);
-                read();
-                recordings
-            })
-            .collect();
-        let mut all: Vec<Recording> = Vec::new();
-        for recordings in files {
-            for mut recording in recordings? {
-                let taken = |name: &str| all.iter().any(|r| r.name == name);
-                if taken(&recording.name) {
-                    let base = recording.name.clone();
-                    recording.name = (2..)
-                        .map(|k| format!("{base}~{k}"))
-                        .find(|name| !taken(name))
-                        .unwrap_or(base);
-                }
-                all.push(recording);
-            }
-        }
-        Ok(all)
     }
 
     /// The options as JSON, for run folders.
@@ -290,29 +248,24 @@ impl DataOptions {
     }
 }
 
-/// How a sampled force is read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum InputArgument {
-    /// Held until the next sample, as in the published path
-    Zoh,
-    /// Straight lines between samples; leads a held force by half a sample
-    Linear,
-    /// Straight lines between the middles of the holds: follows a held force at long steps
-    Ramp,
-    /// Cubic Hermite pieces
-    Cubic,
-}
-
 /// With which method the equations are solved.
 #[derive(Debug, Clone, Args)]
 pub struct SolverOptions {
-    /// exact (closed form, for networks of leaky_relu or relu), a Runge–Kutta method (tsit5, rk4, bs3,
-    /// dp5), or auto: exact where it applies and no steps or tolerances are given, else tsit5
-    #[arg(long, alias = "solver", default_value = AUTO, value_name = "NAME")]
+    /// Method, by its name.
+    #[arg(long, alias = "solver", default_value = AUTO, value_name = "NAME", help = solver_methods())]
     pub method: String,
     /// Steps and input.
     #[command(flatten)]
     pub steps: StepOptions,
+}
+
+/// Help of `--method` of the commands that simulate.
+fn solver_methods() -> String {
+    format!(
+        "exact (closed form, for networks of leaky_relu or relu), a Runge–Kutta method ({}), or auto: exact \
+         where it applies and no steps or tolerances are given, else tsit5",
+        Tableau::NAMES.join(", ")
+    )
 }
 
 /// Tolerances that are not given.
@@ -331,8 +284,8 @@ pub struct StepOptions {
     #[arg(long, default_value_t = DEFAULT_TOLERANCE, allow_negative_numbers = true, value_name = "A")]
     pub atol: f64,
     /// How the measured force is read between samples
-    #[arg(long, value_enum, default_value = "zoh", value_name = "HOW")]
-    pub input: InputArgument,
+    #[arg(long, value_parser = choice::<Interpolation>(), default_value = "zoh", value_name = "HOW")]
+    pub input: Interpolation,
 }
 
 impl SolverOptions {
@@ -403,7 +356,7 @@ impl StepOptions {
                 Err(CliError::Usage(format!("--{name} must be positive, got {value}")))
             }
         };
-        let tableau = Tableau::from_name(method)?;
+        let tableau = Tableau::from_name(method).map_err(usage)?;
         let step = match self.step_ms {
             Some(ms) => StepChoice::Constant { step_s: positive("step-ms", ms)? * 1e-3 },
             None if tableau.error.is_none() => {
@@ -416,13 +369,7 @@ impl StepOptions {
                 atol: positive("atol", self.atol)?,
             },
         };
-        let interpolation = match self.input {
-            InputArgument::Zoh => Interpolation::Hold,
-            InputArgument::Linear => Interpolation::Linear,
-            InputArgument::Ramp => Interpolation::Ramp,
-            InputArgument::Cubic => Interpolation::Cubic,
-        };
-        Ok(SolverSettings { tableau, step, interpolation })
+        Ok(SolverSettings { tableau, step, interpolation: self.input })
     }
 }
 

@@ -25,6 +25,7 @@
 //! convention used here.)
 
 pub mod activation;
+pub mod choice;
 pub mod error;
 pub mod field;
 pub mod force;
@@ -34,6 +35,7 @@ pub mod simd;
 pub mod units;
 
 pub use activation::{Activation, ActivationFunction};
+pub use choice::NamedChoice;
 pub use error::ModelError;
 pub use field::{FieldFn, ParametricField, VectorField};
 pub use force::{

@@ -5,6 +5,7 @@ use crate::formats::format::format_of;
 use crate::formats::mat_run::PressureReference;
 use crate::preprocess::{RawLogOptions, refilter};
 use crate::recording::Recording;
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// How recordings are read.
@@ -51,7 +52,7 @@ pub fn open_recordings(path: &Path, options: &LoadOptions) -> Result<Vec<Recordi
     taken.into_iter().map(|r| refilter(r, options.raw_log.cutoff_hz)).collect()
 }
 
-/// Reads all recordings of some files and folders, as the commands do, one file after another.
+/// Reads all recordings of some files and folders (see [`collect_paths`] and [`read_files`]), as the commands do.
 ///
 /// ```no_run
 /// let recordings = pam_data::read_recordings(["logs"], &pam_data::LoadOptions::default())?;
@@ -65,11 +66,40 @@ pub fn read_recordings<P: AsRef<Path>>(
     options: &LoadOptions,
 ) -> Result<Vec<Recording>, DataError> {
     let paths: Vec<PathBuf> = paths.into_iter().map(|p| p.as_ref().to_owned()).collect();
-    let mut recordings = Vec::new();
-    for path in collect_paths(&paths)? {
-        recordings.extend(open_recordings(&path, options)?);
+    read_files(&collect_paths(&paths)?, options, &|| {})
+}
+
+/// Reads the recordings of files in parallel and returns them in the order of the files, each with a name of its
+/// own: a second recording `nn_3060` becomes `nn_3060~2`. `read` is called after each file.
+///
+/// # Errors
+/// [`DataError`] naming file, line and column.
+pub fn read_files(
+    paths: &[PathBuf],
+    options: &LoadOptions,
+    read: &(dyn Fn() + Sync),
+) -> Result<Vec<Recording>, DataError> {
+    let files: Vec<Result<Vec<Recording>, DataError>> = paths
+        .par_iter()
+        .map(|path| {
+            let recordings = open_recordings(path, options);
+            read();
+            recordings
+        })
+        .collect();
+    let mut all: Vec<Recording> = Vec::new();
+    for recordings in files {
+        for mut recording in recordings? {
+            let taken = |name: &str| all.iter().any(|r| r.name == name);
+            if taken(&recording.name) {
+                let base = recording.name.clone();
+                let free = (2..).map(|k| format!("{base}~{k}")).find(|name| !taken(name));
+                recording.name = free.unwrap_or(base);
+            }
+            all.push(recording);
+        }
     }
-    Ok(recordings)
+    Ok(all)
 }
 
 /// Expands folders into the recordings they hold (not recursively), sorted by name; files are kept

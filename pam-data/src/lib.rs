@@ -27,11 +27,13 @@ pub mod preprocess;
 pub mod recording;
 pub mod subject;
 
-pub use detect::{LoadOptions, TRUTH_SUFFIX, collect_paths, open_recordings, read_recordings};
+pub use detect::{
+    LoadOptions, TRUTH_SUFFIX, collect_paths, open_recordings, read_files, read_recordings,
+};
 pub use error::DataError;
 pub use formats::format::{FileFormat, format_of, write_recording, writer_for};
 pub use formats::raw_log::RawLog;
-pub use masses::{MassChoice, MassOrigin, MuscleSurfaces, resolve_masses};
+pub use masses::{MassChoice, MassOptions, MassOrigin, MuscleSurfaces, resolve_masses};
 pub use models::{ModelInfo, SavedModel, load_model, parse_model};
 pub use preprocess::RawLogOptions;
 pub use recording::{Channel, Recording, SealedReading};

@@ -1,7 +1,8 @@
 //! A recording with its sealed masses.
 
 use crate::error::DataError;
-use crate::masses::{MassChoice, MassOrigin, resolve_masses};
+use crate::masses::{MassChoice, MassOptions, MassOrigin, resolve_masses};
+use crate::models::SavedModel;
 use crate::recording::Recording;
 use pam_core::{ForceModel, JointModel, SealedMasses};
 
@@ -27,6 +28,33 @@ impl Subject {
     ) -> Result<Self, DataError> {
         let (masses, origin) = resolve_masses(&recording, model, true, MassChoice::GasLaw, None)?;
         Ok(Self { recording, masses, origin })
+    }
+
+    /// Recordings with their masses for a saved model, as the commands find them; see [`resolve_masses`].
+    ///
+    /// ```no_run
+    /// use pam_data::{LoadOptions, MassOptions, Subject, load_model, read_recordings};
+    /// let saved = load_model("model.safetensors".as_ref())?;
+    /// let recordings = read_recordings(["logs"], &LoadOptions::default())?;
+    /// let subjects = Subject::resolve(recordings, &saved, &MassOptions::default())?;
+    /// # Ok::<(), pam_data::DataError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`DataError`] naming the recording whose masses cannot be found.
+    pub fn resolve(
+        recordings: Vec<Recording>,
+        saved: &SavedModel,
+        options: &MassOptions,
+    ) -> Result<Vec<Self>, DataError> {
+        let (model, trained) = (&saved.model, saved.info.trained);
+        let subject = |recording: Recording| {
+            let surfaces = options.surfaces.as_ref();
+            let (masses, origin) =
+                resolve_masses(&recording, model, trained, options.choice, surfaces)?;
+            Ok(Self { recording, masses, origin })
+        };
+        recordings.into_iter().map(subject).collect()
     }
 
     /// What is known of the recording, without its samples.

@@ -11,6 +11,7 @@ mod common;
 
 use common::limits::{problem, squares};
 use common::random::{random_joint, spread};
+use pam_core::NamedChoice;
 use pam_exact::{ExactMotion, ExactProblem, ExactSolver};
 use pam_solvers::Interpolation;
 use std::time::Instant;

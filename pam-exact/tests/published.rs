@@ -4,7 +4,7 @@
 mod common;
 
 use common::limits::{distance_from_discrete_adjoint, largest_difference_mm, problem, squares};
-use pam_core::{ParametricForce, SealedMasses};
+use pam_core::{NamedChoice, ParametricForce, SealedMasses};
 use pam_exact::{ExactDirection, ExactProblem, ExactSolver, forward_sensitivities};
 use pam_solvers::Interpolation;
 

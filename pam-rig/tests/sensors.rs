@@ -5,6 +5,7 @@ mod common;
 use common::{
     NEWTON_PER_AMPERE, PULLEY_MM, delay_ms, ideal, kpa, logged_kpa, logged_mm, phasor, sealed, sine,
 };
+use pam_core::NamedChoice;
 use pam_rig::sensors::{Part, SensorParameters};
 use pam_rig::{Frame, Protocol, RigParameters, record};
 use std::f64::consts::{PI, TAU};
@@ -39,11 +40,11 @@ fn each_part_touches_its_own_columns() {
         [vec![r.angle_deg], vec![r.command], vec![r.current_a], r.measured_psi.to_vec()]
     };
     let reference = excited(&ideal(&[]));
-    for (name, part) in Part::ALL {
+    for &(name, part, _) in Part::ALL {
         // All but this part ideal.
-        let others = Part::ALL.iter().filter(|(_, p)| *p != part);
+        let others = Part::ALL.iter().filter(|(_, p, _)| *p != part);
         let sensors =
-            others.fold(SensorParameters::default(), |sensors, (_, p)| sensors.with_ideal(*p));
+            others.fold(SensorParameters::default(), |sensors, (_, p, _)| sensors.with_ideal(*p));
         let made = excited(&RigParameters { sensors, ..ideal(&[]) });
         let differ = |column: usize| {
             made.iter().zip(&reference).any(|(a, b)| columns(a)[column] != columns(b)[column])

@@ -2,7 +2,7 @@
 
 use crate::engine::pressures::SealedGas;
 use crate::metrics::PerChannel;
-use pam_core::{ForceModel, JointModel, ModelError, SealedMasses};
+use pam_core::{ForceModel, JointModel, ModelError, NamedChoice, SealedMasses};
 use pam_data::Recording;
 use pam_exact::{ExactMotion, ExactProblem, ExactSolver, ForceSignal, ReluNetwork};
 use pam_solvers::{

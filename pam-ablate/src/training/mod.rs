@@ -28,13 +28,12 @@ pub use stiffness::StiffnessProbe;
 
 use crate::experiment::{Experiment, Measurements, Outcome, Problem, Workplace};
 use crate::sweep::{Cell, Sweep};
-use pam_data::{LoadOptions, Recording, collect_paths, open_recordings};
+use pam_data::{LoadOptions, Recording, collect_paths, read_files};
 use pam_train::curriculum::Curriculum;
 use pam_train::training::{RunFolder, RunSettings, Trainer, train_into};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
@@ -119,12 +118,7 @@ impl TrainingExperiment {
         let absolute: Vec<PathBuf> = paths.iter().map(|p| self.base.join(p)).collect();
         let fail = |e: pam_data::DataError| Problem::new(e.to_string());
         let files = collect_paths(&absolute).map_err(fail)?;
-        let all: Vec<Vec<Recording>> = files
-            .par_iter()
-            .map(|path| open_recordings(path, &self.load))
-            .collect::<Result<_, _>>()
-            .map_err(fail)?;
-        let found: Recordings = Arc::new(all.into_iter().flatten().collect());
+        let found: Recordings = Arc::new(read_files(&files, &self.load, &|| {}).map_err(fail)?);
         let digest = digest::of_recordings(&found);
         read.insert(paths.to_vec(), (Arc::clone(&found), digest.clone()));
         Ok((found, digest))

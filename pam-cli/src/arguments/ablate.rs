@@ -3,6 +3,7 @@
 use crate::options::DataOptions;
 use clap::{Args, Subcommand};
 use pam_ablate::run::Shard;
+use pam_ablate::sweep::Sweep;
 use std::path::PathBuf;
 
 /// Arguments of `pam ablate`.
@@ -12,9 +13,8 @@ pub struct AblateArguments {
     /// What to do besides running a sweep.
     #[command(subcommand)]
     pub command: Option<AblateCommand>,
-    /// A sweep: activations, stiffness, gradients, curricula or data-size, or a TOML file
-    /// (docs/ablations.md) [default: the one that the folder of --out was begun with]
-    #[arg(value_name = "NAME|FILE", required_unless_present = "out")]
+    /// Sweep.
+    #[arg(value_name = "NAME|FILE", required_unless_present = "out", help = sweeps())]
     pub sweep: Option<String>,
     /// Folder of the sweep: cells, tables, report. A sweep that was stopped or killed goes on there
     #[arg(long, value_name = "DIR", required_unless_present_any = ["print", "list"])]
@@ -55,6 +55,14 @@ pub struct AblateArguments {
     /// How recordings are read.
     #[command(flatten)]
     pub reading: DataOptions,
+}
+
+/// Help of the sweep of `pam ablate`.
+fn sweeps() -> String {
+    format!(
+        "A sweep: {}, or a TOML file (docs/ablations.md) [default: the one that the folder of --out was begun with]",
+        Sweep::BUILT_IN.join(", ")
+    )
 }
 
 /// What `pam ablate` does besides running a sweep.

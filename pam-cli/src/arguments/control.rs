@@ -1,7 +1,9 @@
 //! Arguments of the commands that plan, carry out and identify.
 
 use crate::options::ModelOptions;
+use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
+use pam_control::experiments::tracking::{SERIES, SHAPES};
 use std::path::PathBuf;
 
 /// Within which masses a plan stays.
@@ -96,10 +98,10 @@ pub struct TrackArguments {
     #[arg(long, value_name = "FILE")]
     pub rig: Option<PathBuf>,
     /// Only tests of these shapes
-    #[arg(long, value_delimiter = ',', value_name = "sine,triangle")]
+    #[arg(long, value_delimiter = ',', value_name = "NAME,…", value_parser = PossibleValuesParser::new(SHAPES))]
     pub shapes: Vec<String>,
     /// Only tests of these series
-    #[arg(long, value_delimiter = ',', value_name = "amplitude,frequency,stiffness")]
+    #[arg(long, value_delimiter = ',', value_name = "NAME,…", value_parser = PossibleValuesParser::new(SERIES))]
     pub series: Vec<String>,
     /// Folder for tracking.csv, tracking.json, report.html and run.json
     #[arg(long, value_name = "DIR")]

@@ -18,9 +18,13 @@ pub use rig::{RigCommand, RigObservablesArguments, RigProtocolArguments, RigReco
 
 pub use train::TrainArguments;
 
-use crate::options::{DataOptions, ModelOptions, SolverOptions, StepOptions};
-use clap::{Args, Parser, Subcommand, ValueEnum};
-use pam_trajectory::GradientChoice;
+use crate::options::{DataOptions, ModelOptions, SolverOptions, StepOptions, choice};
+use clap::builder::PossibleValuesParser;
+use clap::{Args, Parser, Subcommand};
+use pam_effects::engine::EXACT;
+use pam_solvers::Tableau;
+use pam_trajectory::engine::Precision;
+use pam_trajectory::{AnyLoss, GradientChoice, SettingsError};
 use std::path::PathBuf;
 
 /// Hybrid neural ODEs of an antagonistic pneumatic-muscle joint.
@@ -264,15 +268,6 @@ pub struct EvaluateArguments {
     pub solver: SolverOptions,
 }
 
-/// Float of the network.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum PrecisionArgument {
-    /// Single precision in the network; states, time and sums stay in double
-    F32,
-    /// Double precision throughout
-    F64,
-}
-
 /// Arguments of `pam gradient`.
 #[derive(Debug, Args)]
 pub struct GradientArguments {
@@ -282,19 +277,18 @@ pub struct GradientArguments {
     /// Recordings, or folders of them; each is predicted from its first row
     #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
     pub data: Vec<PathBuf>,
-    /// Loss, averaged over the recordings: paper, or published (half of it, as the published code
-    /// averages)
-    #[arg(long, default_value = "paper", value_name = "NAME")]
-    pub loss: String,
+    /// Loss, averaged over the recordings.
+    #[arg(long, default_value = "paper", value_name = "NAME[:KEY=VALUE,…]", value_parser = NamedLoss::parse, help = losses())]
+    pub loss: NamedLoss,
     /// Gradient method, by its name.
     #[arg(long, default_value = "auto", value_name = "NAME", help = gradient_methods())]
     pub method: String,
-    /// Runge–Kutta method: tsit5, rk4, bs3, dp5 [default: tsit5]
-    #[arg(long, value_name = "NAME")]
+    /// Runge–Kutta method [default: tsit5]
+    #[arg(long, value_name = "NAME", value_parser = tableaux())]
     pub solver: Option<String>,
     /// Float of the network; f32 goes with the adjoint of a network
-    #[arg(long, value_enum, default_value = "f64", value_name = "FLOAT")]
-    pub precision: PrecisionArgument,
+    #[arg(long, value_parser = choice::<Precision>(), default_value = "f64", value_name = "FLOAT")]
+    pub precision: Precision,
     /// Number of timed repeats; their median is reported
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub repeat: u32,
@@ -314,6 +308,37 @@ pub struct GradientArguments {
     /// Steps and input.
     #[command(flatten)]
     pub steps: StepOptions,
+}
+
+/// Parser of `pam gradient --solver`.
+fn tableaux() -> PossibleValuesParser {
+    Tableau::NAMES.iter().copied().chain([EXACT]).into()
+}
+
+/// A loss with the text that names it.
+#[derive(Debug, Clone)]
+pub struct NamedLoss {
+    /// The text as given.
+    pub text: String,
+    /// The loss.
+    pub loss: AnyLoss,
+}
+
+impl NamedLoss {
+    fn parse(text: &str) -> Result<Self, SettingsError> {
+        Ok(Self { text: text.to_owned(), loss: text.parse()? })
+    }
+}
+
+/// Help of `pam gradient --loss`.
+fn losses() -> String {
+    let named = AnyLoss::ALL.iter().map(|(name, description)| format!("{name} ({description})"));
+    format!(
+        "Loss, averaged over the recordings: {}. Fields as in a curriculum, lists with slashes: \
+         squared:weights=100/100/1/1, huber:thresholds=0.5/5/2/2,weights=1/1/1/1, \
+         masked:every=4,intervals_s=0..10/20..30,of=normalised",
+        named.collect::<Vec<_>>().join(", ")
+    )
 }
 
 /// Help of `pam gradient --method`.

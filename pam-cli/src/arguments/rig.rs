@@ -1,6 +1,12 @@
 //! Arguments of `pam rig`.
 
+use crate::options::possible_values;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, Subcommand};
+use pam_core::NamedChoice;
+use pam_rig::Protocol;
+use pam_rig::protocol::ConditionSet;
+use pam_rig::sensors::Part;
 use std::path::PathBuf;
 
 /// What the virtual rig does.
@@ -21,12 +27,11 @@ pub enum RigCommand {
 /// Arguments of `pam rig record`.
 #[derive(Debug, Args)]
 pub struct RigRecordArguments {
-    /// A protocol that comes with the rig (paper, validation, pulses, tracking), or a TOML file
-    #[arg(long, default_value = "paper", value_name = "NAME|FILE")]
+    /// Protocol.
+    #[arg(long, default_value = "paper", value_name = "NAME|FILE", help = protocols())]
     pub protocol: String,
-    /// Sealed pressures instead of the protocol's: train (29), grid (225), symmetric (15), or pairs of
-    /// psi gauge like 30/60,45/45 (flexor/extensor)
-    #[arg(long, value_name = "SET|PAIRS")]
+    /// Sealed pressures.
+    #[arg(long, value_name = "SET|PAIRS", help = conditions())]
     pub conditions: Option<String>,
     /// Parameters of the rig, a TOML file; what it leaves out has its default
     #[arg(long, value_name = "FILE")]
@@ -34,9 +39,8 @@ pub struct RigRecordArguments {
     /// Hidden effects.
     #[arg(long = "effect", value_name = "ID[:NAME=VALUE,…]", help = hidden_effects())]
     pub effects: Vec<String>,
-    /// Parts to make ideal, separated by commas: motor, encoder, pressure-lag, pressure-noise, current,
-    /// clock, or all
-    #[arg(long, value_delimiter = ',', value_name = "PARTS")]
+    /// Parts to make ideal, separated by commas
+    #[arg(long, value_delimiter = ',', value_name = "PARTS", value_parser = parts())]
     pub ideal: Vec<String>,
     /// Write no truth of the samples, only the settings
     #[arg(long)]
@@ -50,6 +54,28 @@ pub struct RigRecordArguments {
     /// Also write a report with figures
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
+}
+
+/// Parser of `pam rig record --ideal`.
+fn parts() -> PossibleValuesParser {
+    possible_values::<Part>().chain([PossibleValue::new("all").help("all of them")]).into()
+}
+
+/// Help of `pam rig record --protocol`.
+fn protocols() -> String {
+    format!(
+        "A protocol that comes with the rig ({}), or a TOML file",
+        Protocol::BUILT_IN.join(", ")
+    )
+}
+
+/// Help of `pam rig record --conditions`.
+fn conditions() -> String {
+    let sets = ConditionSet::ALL.iter().map(|(name, _, what)| format!("{name} ({what})"));
+    format!(
+        "Sealed pressures instead of the protocol's: {}, or pairs of psi gauge like 30/60,45/45 (flexor/extensor)",
+        sets.collect::<Vec<_>>().join(", ")
+    )
 }
 
 /// Help of `pam rig record --effect`.
@@ -69,8 +95,8 @@ fn hidden_effects() -> String {
 /// Arguments of `pam rig protocol`.
 #[derive(Debug, Args)]
 pub struct RigProtocolArguments {
-    /// paper, validation, pulses or tracking
-    #[arg(value_name = "NAME")]
+    /// A protocol that comes with the rig
+    #[arg(value_name = "NAME", value_parser = PossibleValuesParser::new(Protocol::BUILT_IN))]
     pub name: Option<String>,
 }
 

@@ -2,13 +2,15 @@
 
 use crate::options::DataOptions;
 use clap::Args;
+use pam_solvers::Tableau;
+use pam_train::curriculum::Curriculum;
 use std::path::PathBuf;
 
 /// Arguments of `pam train`.
 #[derive(Debug, Args)]
 pub struct TrainArguments {
-    /// A curriculum: recommended, paper, horizons, shooting or joint, or a TOML file
-    #[arg(default_value = "recommended", value_name = "NAME|FILE")]
+    /// Curriculum.
+    #[arg(default_value = "recommended", value_name = "NAME|FILE", help = curricula())]
     pub curriculum: String,
     /// Recordings, or folders of them; the curriculum says which are trained on and which held out
     #[arg(long, num_args = 1.., required_unless_present = "print", value_name = "PATH")]
@@ -25,9 +27,8 @@ pub struct TrainArguments {
     /// repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
-    /// How the equations are solved: exact (leaky_relu or relu), tsit5, rk4, bs3, dp5, or auto; the same
-    /// as --set solver.method=NAME
-    #[arg(long, value_name = "NAME", conflicts_with = "resume")]
+    /// Method.
+    #[arg(long, value_name = "NAME", conflicts_with = "resume", help = methods())]
     pub method: Option<String>,
     /// Go on with the run in the folder, from its last checkpoint and with its curriculum
     #[arg(long, conflicts_with = "overrides")]
@@ -41,4 +42,18 @@ pub struct TrainArguments {
     /// How recordings are read.
     #[command(flatten)]
     pub reading: DataOptions,
+}
+
+/// Help of the curriculum of `pam train`.
+fn curricula() -> String {
+    format!("A curriculum: {}, or a TOML file", Curriculum::BUILT_IN.join(", "))
+}
+
+/// Help of `pam train --method`.
+fn methods() -> String {
+    format!(
+        "How the equations are solved: exact (leaky_relu or relu), {}, or auto; the same as --set \
+         solver.method=NAME",
+        Tableau::NAMES.join(", ")
+    )
 }

@@ -7,8 +7,8 @@ use crate::options::built_in_spring_damper;
 use crate::run_record::{self, made_by, write_json};
 use pam_baselines::comparison::files::{seconds, summary_text};
 use pam_baselines::comparison::{Comparison, ComparisonConfig, Event, Keep, compare, split};
+use pam_data::MuscleSurfaces;
 use pam_data::atomic::write_atomic;
-use pam_data::{MuscleSurfaces, collect_paths};
 use serde_json::json;
 use std::path::Path;
 use std::process::ExitCode;
@@ -33,11 +33,9 @@ pub fn run(
     };
     let config = ComparisonConfig::open(path)?;
     let surfaces = config.data.surfaces.as_deref().map(MuscleSurfaces::read).transpose()?;
-    let paths = collect_paths(&config.data.recordings)?;
-    let bar = console.progress(paths.len(), "reading");
     // Masses for models without a gas law of their own; the others find theirs.
-    let subjects = arguments.reading.subjects(&paths, &built_in_spring_damper(), &|| bar.inc(1))?;
-    bar.finish_and_clear();
+    let model = built_in_spring_damper();
+    let subjects = arguments.reading.subjects(&config.data.recordings, &model, console)?;
     let sets = split(&config, subjects)?;
     console.text(format!(
         "{}: {} models, {} recordings to fit to, {} held out.",

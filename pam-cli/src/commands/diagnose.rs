@@ -6,10 +6,10 @@ use crate::error::CliError;
 use crate::options::describe_model;
 use crate::run_record::{self, made_by, write_json};
 use indicatif::ProgressBar;
+use pam_data::SavedModel;
 use pam_data::Subject;
 use pam_data::atomic::write_atomic;
 use pam_data::models::save_model;
-use pam_data::{SavedModel, collect_paths};
 use pam_diagnose::report::{ReportContext, diagnosis_report, verdict_sentence};
 use pam_diagnose::{Diagnosis, Options, Sets, Stage, diagnose};
 use pam_effects::ExtendedModel;
@@ -35,12 +35,7 @@ pub fn run(
         if paths.is_empty() {
             return Ok(None);
         }
-        let paths = collect_paths(paths)?;
-        let bar = console.progress(paths.len(), "reading");
-        let subjects = arguments.reading.subjects(&paths, &saved, &|| bar.inc(1))?;
-        bar.finish_and_clear();
-        subjects.iter().for_each(|s| console.notes(&s.recording));
-        Ok(Some(subjects))
+        Ok(Some(arguments.reading.subjects(paths, &saved, console)?))
     };
     let data = read(&arguments.data)?.unwrap_or_default();
     let heldout = read(&arguments.heldout)?;

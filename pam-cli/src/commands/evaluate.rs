@@ -9,7 +9,7 @@ use crate::run_record::{self, made_by, write_json};
 use pam_data::Subject;
 use pam_data::atomic::write_atomic;
 use pam_data::formats::csv_columns;
-use pam_data::{Channel, SavedModel, collect_paths};
+use pam_data::{Channel, SavedModel};
 use pam_effects::ExtendedModel;
 use pam_report::page::number;
 use pam_report::{EvaluationContext, evaluation_report};
@@ -31,16 +31,10 @@ pub fn run(
 ) -> Result<ExitCode, CliError> {
     let saved = arguments.model.load_extended()?;
     let settings = arguments.solver.settings_for(&saved)?;
-    let paths = collect_paths(&arguments.data)?;
-    let reading = console.progress(paths.len(), "reading");
-    let subjects = arguments.reading.subjects(&paths, &saved, &|| reading.inc(1))?;
-    reading.finish_and_clear();
-    for subject in &subjects {
-        console.notes(&subject.recording);
-    }
+    let subjects = arguments.reading.subjects(&arguments.data, &saved, console)?;
     let configuration = json!({
         "model": arguments.model.model,
-        "activation": arguments.model.activation,
+        "activation": arguments.model.activation.map(|a| a.name()),
         "data": arguments.data,
         "reading": arguments.reading.to_json()?,
         "solver": solver_json(&settings),

@@ -1,23 +1,21 @@
 //! `pam gradient`.
 
 use crate::PARTIAL;
-use crate::arguments::{GlobalOptions, GradientArguments, PrecisionArgument};
+use crate::arguments::{GlobalOptions, GradientArguments};
 use crate::console::{Console, table};
-use crate::error::CliError;
+use crate::error::{CliError, failed, usage};
 use crate::options::{describe_model, solver_json};
 use crate::run_record::made_by;
-use pam_core::{ModelError, ParametricForce};
-use pam_data::Subject;
+use pam_core::{ModelError, NamedChoice, ParametricForce};
 use pam_data::atomic::write_atomic;
 use pam_data::formats::npz::{self, Array};
-use pam_data::{DataError, SavedModel, collect_paths};
+use pam_data::{DataError, SavedModel, Subject};
 use pam_effects::engine::{AUTO, EXACT, EngineChoice, choose};
 use pam_numerics::statistics::median;
 use pam_report::{GradientBlock, GradientReport, gradient_report};
 use pam_trajectory::engine::{Precision, Progress};
 use pam_trajectory::{
-    GradientChoice, SolverSettings, SquaredError, StepChoice, TrajectoryGradient,
-    TrajectoryRequest, Windows,
+    GradientChoice, SolverSettings, StepChoice, TrajectoryGradient, TrajectoryRequest, Windows,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -34,26 +32,19 @@ pub fn run(
     global: &GlobalOptions,
     console: &Console,
 ) -> Result<ExitCode, CliError> {
-    let loss = SquaredError::from_name(&arguments.loss)?;
     if arguments.out.extension().is_none_or(|e| e != "npz") {
         return Err(CliError::Usage(format!("--out {} must end in .npz", arguments.out.display())));
     }
     let saved = arguments.model.load()?;
     let choice = engine_choice(arguments, &saved)?;
-    let paths = collect_paths(&arguments.data)?;
-    let reading = console.progress(paths.len(), "reading");
-    let subjects = arguments.reading.subjects(&paths, &saved, &|| reading.inc(1))?;
-    reading.finish_and_clear();
-    for subject in &subjects {
-        console.notes(&subject.recording);
-    }
+    let subjects = arguments.reading.subjects(&arguments.data, &saved, console)?;
     let reference = match &arguments.reference {
         Some(path) => Some(reference_displacements(path, &subjects)?),
         None => None,
     };
     let settings = choice.settings_for(&saved.model.force, false);
     let windows = Windows::of(subjects, None);
-    let work = Work { arguments, saved: &saved, windows: &windows, settings, loss, choice };
+    let work = Work { arguments, saved: &saved, windows: &windows, settings, choice };
     let measured = work.measure(console)?;
     let x_error = reference.map(|r| largest_error_mm(&r, &measured));
     work.finish(&measured, x_error, global, console)
@@ -66,7 +57,8 @@ fn engine_choice(
     saved: &SavedModel,
 ) -> Result<EngineChoice, CliError> {
     let solver = arguments.solver.as_deref();
-    let single = arguments.precision == PrecisionArgument::F32;
+    let precision = arguments.precision;
+    let single = precision == Precision::F32;
     let (settings, gradient) = match arguments.method.as_str() {
         EXACT if solver.is_some_and(|s| s != EXACT) => {
             return Err(CliError::Usage(
@@ -84,12 +76,11 @@ fn engine_choice(
         method => {
             let choice = match method {
                 AUTO => GradientChoice::Adjoint,
-                _ => GradientChoice::from_name(method).map_err(with_own_names)?,
+                _ => GradientChoice::from_name(method).map_err(with_own_names).map_err(usage)?,
             };
             (arguments.steps.settings(solver.unwrap_or("tsit5"))?, choice)
         }
     };
-    let precision = if single { Precision::F32 } else { Precision::F64 };
     Ok(EngineChoice { settings, automatic: false, gradient, precision })
 }
 
@@ -109,7 +100,6 @@ struct Work<'a> {
     saved: &'a SavedModel,
     windows: &'a Windows,
     settings: SolverSettings,
-    loss: SquaredError,
     choice: EngineChoice,
 }
 
@@ -145,7 +135,6 @@ impl Work<'_> {
 
     /// The last of the repeated gradients, with the median time.
     fn measure(&self, console: &Console) -> Result<Measured, CliError> {
-        let usage = |e: pam_trajectory::EngineError| CliError::Usage(e.to_string());
         let model = &self.saved.model;
         let mut engine = choose(&model.force, &[], &self.choice).map_err(usage)?;
         if self.choice.precision != engine.precision() {
@@ -161,7 +150,8 @@ impl Work<'_> {
                 ..TrajectoryRequest::new(model, self.windows)
             };
             let start = Instant::now();
-            let gradient = engine.value_and_gradient(&request, &self.loss).map_err(usage)?;
+            let gradient =
+                engine.value_and_gradient(&request, &self.arguments.loss.loss).map_err(failed)?;
             times.push(start.elapsed().as_secs_f64());
             bar.0.finish_and_clear();
             if times.len() == self.arguments.repeat as usize {
@@ -189,7 +179,7 @@ impl Work<'_> {
             ));
         }
         if gradient.failures.len() == self.subjects().len() {
-            return Err(CliError::Usage("no recording could be predicted to its end".into()));
+            return Err(failed("no recording could be predicted to its end"));
         }
         let arrays = self.arrays(measured, x_error_mm);
         npz::write(&self.arguments.out, &arrays)?;
@@ -208,9 +198,9 @@ impl Work<'_> {
                 .collect::<serde_json::Map<String, Value>>(),
             "value_and_grad_s": measured.seconds,
             "x_error_mm": x_error_mm,
-            "loss_name": self.arguments.loss,
+            "loss_name": self.arguments.loss.text,
             "method": self.method(),
-            "precision": format!("{:?}", self.arguments.precision).to_lowercase(),
+            "precision": self.arguments.precision.name(),
             "solver": solver_json(&self.settings),
             "accepted_steps": s.accepted,
             "rejected_steps": s.rejected,
@@ -278,7 +268,7 @@ impl Work<'_> {
         let mut text = format!(
             "{} loss {:.9e} over {} recording(s), {} in {:.4} s\n\n{}\n\n  {} steps, {} rejected, {} \
              evaluations, {} pullbacks, {:.1} MB stored",
-            self.arguments.loss,
+            self.arguments.loss.text,
             g.value,
             self.subjects().len() - g.failures.len(),
             self.method(),
@@ -308,10 +298,10 @@ impl Work<'_> {
             lead: format!(
                 "{} {} loss. {}; gradient by {}, network in {}.",
                 describe_model(self.saved),
-                self.arguments.loss,
+                self.arguments.loss.text,
                 self.settings.describe(),
                 self.method(),
-                format!("{:?}", self.arguments.precision).to_lowercase()
+                self.arguments.precision.name()
             ),
             loss: g.value,
             seconds: measured.seconds,

@@ -13,8 +13,8 @@ use pam_data::formats::{mat, npz};
 use pam_data::preprocess::recordings_from_raw_log;
 use pam_data::recording::{contiguous_ranges, median_step_s};
 use pam_data::{
-    Channel, DataError, LoadOptions, MassChoice, MuscleSurfaces, RawLog, Recording, SavedModel,
-    collect_paths, format_of, load_model, open_recordings, resolve_masses,
+    Channel, DataError, LoadOptions, MassOptions, RawLog, Recording, SavedModel, collect_paths,
+    format_of, load_model, open_recordings, resolve_masses,
 };
 use pam_numerics::statistics::mean;
 use serde_json::{Value, json};
@@ -33,8 +33,7 @@ pub fn run(arguments: &InspectArguments, console: &Console) -> Result<ExitCode, 
     let inspector = Inspector {
         model,
         options: arguments.data.load_options()?,
-        choice: arguments.data.mass_choice(),
-        surfaces: arguments.data.load_surfaces()?,
+        masses: arguments.data.mass_options()?,
     };
     let mut all = Vec::new();
     let mut failed = false;
@@ -86,8 +85,7 @@ fn data_set_line(files: &[Value]) -> Option<String> {
 struct Inspector {
     model: SavedModel,
     options: LoadOptions,
-    choice: MassChoice,
-    surfaces: Option<MuscleSurfaces>,
+    masses: MassOptions,
 }
 
 impl Inspector {
@@ -169,8 +167,8 @@ impl Inspector {
             r,
             &self.model.model,
             self.model.info.trained,
-            self.choice,
-            self.surfaces.as_ref(),
+            self.masses.choice,
+            self.masses.surfaces.as_ref(),
         )?;
         let (t0, t1) = r.span_s();
         let rate = 1.0 / median_step_s(&r.time_s);

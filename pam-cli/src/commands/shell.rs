@@ -2,7 +2,7 @@
 
 use crate::arguments::{Arguments, CompletionsArguments, ManArguments};
 use crate::console::Console;
-use crate::error::CliError;
+use crate::error::{CliError, failed};
 use clap::CommandFactory;
 use pam_data::atomic::write_atomic;
 use serde_json::json;
@@ -44,9 +44,7 @@ fn write_pages(
     let mut page = Vec::new();
     // A page is named by the whole command, `pam-rig-record`.
     let named = command.clone().name(name.to_owned());
-    clap_mangen::Man::new(named)
-        .render(&mut page)
-        .map_err(|e| CliError::Usage(format!("{file}: {e}")))?;
+    clap_mangen::Man::new(named).render(&mut page).map_err(|e| failed(format!("{file}: {e}")))?;
     write_atomic(&arguments.out.join(&file), &page)?;
     pages.push(file);
     for sub in command.get_subcommands().filter(|c| c.get_name() != "help" && !c.is_hide_set()) {

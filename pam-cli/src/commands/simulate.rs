@@ -4,7 +4,7 @@ use super::convert::{numbered, recording_writer};
 use crate::PARTIAL;
 use crate::arguments::{GlobalOptions, SimulateArguments};
 use crate::console::Console;
-use crate::error::CliError;
+use crate::error::{CliError, failed, usage};
 use crate::options::describe_model;
 use crate::run_record::made_by;
 use pam_core::SealedMasses;
@@ -37,7 +37,7 @@ pub fn run(
     let saved = arguments.model.load_extended()?;
     let settings = arguments.solver.settings_for(&saved)?;
     let subjects = match &arguments.data {
-        Some(path) => arguments.reading.subjects(std::slice::from_ref(path), &saved, &|| {})?,
+        Some(path) => arguments.reading.subjects(std::slice::from_ref(path), &saved, console)?,
         None => vec![made_up(arguments, &saved)?],
     };
     // A recording with gaps falls into parts, which become numbered files.
@@ -48,7 +48,6 @@ pub fn run(
     let mut runs = Vec::new();
     let mut stopped = false;
     for (i, subject) in subjects.iter().enumerate() {
-        console.notes(&subject.recording);
         let run = Run::of(&saved, subject, &settings)?;
         let out = path_of(&arguments.out, i);
         write(&out, &run.trajectory)?;
@@ -91,7 +90,7 @@ impl Run {
             Err(e) => (e.partial, Some(e.why)),
         };
         if prediction.is_empty() {
-            return Err(CliError::Usage(failure.unwrap_or_else(|| "nothing was simulated".into())));
+            return Err(failed(failure.unwrap_or_else(|| "nothing was simulated".into())));
         }
         Ok(Self {
             trajectory: prediction.to_recording(&subject.recording, subject.masses),
@@ -148,7 +147,7 @@ fn made_up(arguments: &SimulateArguments, saved: &SavedModel) -> Result<Subject,
     let masses = match (&arguments.air_masses, &arguments.pressures) {
         (Some(m), _) => {
             let [f, e] = pair("--air-masses", m)?;
-            SealedMasses::new(f, e)?
+            SealedMasses::new(f, e).map_err(usage)?
         }
         (None, pressures) => {
             let p = match pressures {
@@ -156,7 +155,7 @@ fn made_up(arguments: &SimulateArguments, saved: &SavedModel) -> Result<Subject,
                 None => [DEFAULT_PRESSURE_KPA; 2],
             };
             let m = saved.model.gas_law_masses(0.0, p);
-            SealedMasses::new(m.flexor_g, m.extensor_g)?
+            SealedMasses::new(m.flexor_g, m.extensor_g).map_err(usage)?
         }
     };
     let [pf, pe] = saved.model.gas_law_pressures_kpa(0.0, masses);

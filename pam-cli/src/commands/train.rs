@@ -6,7 +6,6 @@ use crate::console::{Console, table};
 use crate::error::CliError;
 use crate::run_record::{self, made_by, write_json};
 use pam_data::atomic::write_atomic;
-use pam_data::collect_paths;
 use pam_effects::effects::ALL;
 use pam_report::page::number;
 use pam_report::training::{EpochRow, ParameterRow, StageRow};
@@ -45,11 +44,8 @@ pub fn run(
         return Err(CliError::Usage("--checkpoint-s must not be negative".into()));
     }
 
-    let paths = collect_paths(&arguments.data)?;
-    let bar = console.progress(paths.len(), "reading");
-    let recordings = arguments.reading.recordings(&paths, &|| bar.inc(1))?;
-    bar.finish_and_clear();
-    let surfaces = arguments.reading.load_surfaces()?;
+    let recordings = arguments.reading.recordings(&arguments.data, console)?;
+    let surfaces = arguments.reading.mass_options()?.surfaces;
     if let StartModel::File(path) = &curriculum.model.start
         && !path.exists()
     {

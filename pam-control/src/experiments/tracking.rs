@@ -9,12 +9,18 @@ use pam_core::{AnyForce, JointModel};
 use rayon::prelude::*;
 use serde::Serialize;
 
+/// Shapes of the motion of the tests.
+pub const SHAPES: [&str; 2] = ["sine", "triangle"];
+
+/// Series of tests, by the quantity that they vary.
+pub const SERIES: [&str; 3] = ["amplitude", "frequency", "stiffness"];
+
 /// One test.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackingCase {
-    /// `sine` or `triangle`.
+    /// One of [`SHAPES`].
     pub shape: &'static str,
-    /// What is varied in its series.
+    /// One of [`SERIES`].
     pub series: &'static str,
     /// Amplitude, mm.
     pub amplitude_mm: f64,
@@ -35,13 +41,13 @@ pub fn published_cases() -> Vec<TrackingCase> {
     let stiffnesses = [140.0, 150.0, 160.0];
     let errors = [
         (
-            "sine",
+            SHAPES[0],
             [0.151, 0.139, 0.113, 0.108],
             [0.127, 0.094, 0.067, 0.190, 0.375],
             [0.180, 0.151, 0.142],
         ),
         (
-            "triangle",
+            SHAPES[1],
             [0.109, 0.113, 0.115, 0.138],
             [0.128, 0.078, 0.120, 0.249, 0.300],
             [0.132, 0.131, 0.134],
@@ -53,13 +59,13 @@ pub fn published_cases() -> Vec<TrackingCase> {
             TrackingCase { shape, series, amplitude_mm, frequency_hz, stiffness_n_mm, published_mm }
         };
         for (a, e) in amplitudes.into_iter().zip(by_amplitude) {
-            cases.push(case("amplitude", a, 0.1, 150.0, e));
+            cases.push(case(SERIES[0], a, 0.1, 150.0, e));
         }
         for (f, e) in frequencies.into_iter().zip(by_frequency) {
-            cases.push(case("frequency", 1.0, f, 150.0, e));
+            cases.push(case(SERIES[1], 1.0, f, 150.0, e));
         }
         for (k, e) in stiffnesses.into_iter().zip(by_stiffness) {
-            cases.push(case("stiffness", 1.0, 0.1, k, e));
+            cases.push(case(SERIES[2], 1.0, 0.1, k, e));
         }
     }
     cases

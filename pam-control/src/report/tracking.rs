@@ -1,5 +1,5 @@
 use super::over_time;
-use crate::experiments::tracking::TrackingResult;
+use crate::experiments::tracking::{SERIES, SHAPES, TrackingResult};
 use maud::{Markup, html};
 use pam_report::figure::{LineFigure, Role, Stroke};
 use pam_report::page::{figure, number, page, wide_figure};
@@ -40,8 +40,8 @@ pub fn tracking_report(results: &[TrackingResult], lead: &str, made_by: &str) ->
     };
     let body = html! {
         div class="grid three" {
-            @for shape in ["sine", "triangle"] {
-                @for series in ["amplitude", "frequency", "stiffness"] {
+            @for shape in SHAPES {
+                @for series in SERIES {
                     @if let Some(svg) = curve(shape, series) { (figure(svg, "")) }
                 }
             }
@@ -83,7 +83,7 @@ fn differences(results: &[TrackingResult]) -> Markup {
         all.sort_by(|a, b| a.case.frequency_hz.total_cmp(&b.case.frequency_hz));
         Some((shape, *all.first()?, *all.last()?))
     };
-    let spans: Vec<_> = ["sine", "triangle"].into_iter().filter_map(of).collect();
+    let spans: Vec<_> = SHAPES.into_iter().filter_map(of).collect();
     let held: usize = results.iter().filter(|r| r.plan.nearest_stiffness > 0).count();
     html! {
         @if !spans.is_empty() {

@@ -16,6 +16,7 @@ use super::mat;
 use crate::detect::LoadOptions;
 use crate::error::DataError;
 use crate::recording::Recording;
+use pam_core::NamedChoice;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N, NOMINAL_LENGTH_MM};
 use std::path::Path;
 
@@ -63,6 +64,15 @@ pub enum PressureReference {
     Absolute,
     /// Zero is the atmosphere.
     Gauge,
+}
+
+impl NamedChoice for PressureReference {
+    const KIND: &'static str = "pressure reference";
+    const ALL: &'static [(&'static str, Self, &'static str)] = &[
+        ("auto", Self::Auto, "decide by the gas law and print the decision"),
+        ("absolute", Self::Absolute, "zero is vacuum"),
+        ("gauge", Self::Gauge, "zero is the atmosphere"),
+    ];
 }
 
 /// Reads a measured run at `rate_hz` samples per second.

@@ -7,7 +7,7 @@ pub use surfaces::MuscleSurfaces;
 
 use crate::error::DataError;
 use crate::recording::Recording;
-use pam_core::{ForceModel, JointModel, SealedMasses};
+use pam_core::{ForceModel, JointModel, NamedChoice, SealedMasses};
 
 /// Which source of masses is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -20,6 +20,28 @@ pub enum MassChoice {
     GasLaw,
     /// Equilibrium on the surfaces of single muscles, averaged over both branches.
     Surfaces,
+}
+
+impl NamedChoice for MassChoice {
+    const KIND: &'static str = "source of the masses";
+    const ALL: &'static [(&'static str, Self, &'static str)] = &[
+        (
+            "auto",
+            Self::Auto,
+            "gas law for a trained model, surfaces (if given) for an untrained one",
+        ),
+        ("gas-law", Self::GasLaw, "the model's gas law at the start of the run"),
+        ("surfaces", Self::Surfaces, "equilibrium on the single-muscle surfaces"),
+    ];
+}
+
+/// How the masses of recordings are found.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct MassOptions {
+    /// The source.
+    pub choice: MassChoice,
+    /// Surfaces of single muscles, for the sources that need them.
+    pub surfaces: Option<MuscleSurfaces>,
 }
 
 /// Where masses came from.

@@ -2,7 +2,7 @@
 
 use super::landing::Landing;
 use super::{Joint, excitation, masses, motion};
-use pam_core::{ParametricForce, SealedMasses};
+use pam_core::{NamedChoice, ParametricForce, SealedMasses};
 use pam_exact::{ExactProblem, ExactSolver, ExactStatistics, ForceSignal};
 use pam_solvers::Interpolation;
 use rayon::prelude::*;

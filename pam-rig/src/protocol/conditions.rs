@@ -1,5 +1,6 @@
 //! Pairs of sealed pressures.
 
+use pam_core::NamedChoice;
 use pam_data::conditions::TRAINING_PSI;
 use serde::{Deserialize, Serialize};
 
@@ -13,6 +14,15 @@ pub enum ConditionSet {
     Grid,
     /// The 15 equal pairs of the grid.
     Symmetric,
+}
+
+impl NamedChoice for ConditionSet {
+    const KIND: &'static str = "set of conditions";
+    const ALL: &'static [(&'static str, Self, &'static str)] = &[
+        ("train", Self::Train, "the 29 training conditions"),
+        ("grid", Self::Grid, "all 225 pairs of 10, 15, …, 80 psi"),
+        ("symmetric", Self::Symmetric, "the 15 equal pairs of the grid"),
+    ];
 }
 
 /// The sealed pressures at which a protocol is run.
@@ -82,11 +92,8 @@ impl Conditions {
     /// # Errors
     /// A message that says what is expected.
     pub fn parse(text: &str) -> Result<Self, String> {
-        match text.trim() {
-            "train" => return Ok(Self::Set(ConditionSet::Train)),
-            "grid" => return Ok(Self::Set(ConditionSet::Grid)),
-            "symmetric" => return Ok(Self::Set(ConditionSet::Symmetric)),
-            _ => {}
+        if let Ok(set) = ConditionSet::from_name(text.trim()) {
+            return Ok(Self::Set(set));
         }
         let pair = |part: &str| {
             let (f, e) = part.split_once('/')?;
@@ -94,8 +101,10 @@ impl Conditions {
         };
         let pairs: Option<Vec<_>> = text.split(',').map(pair).collect();
         let list = Self::List(pairs.ok_or_else(|| {
+            let names: Vec<&str> = ConditionSet::ALL.iter().map(|(name, ..)| *name).collect();
             format!(
-                "`{text}` is neither train, grid, symmetric nor a list of whole psi like 30/60,45/45"
+                "`{text}` is neither {} nor a list of whole psi like 30/60,45/45",
+                names.join(", ")
             )
         })?);
         list.check()?;

@@ -12,6 +12,7 @@ pub use encoder::EncoderParameters;
 pub use motor::MotorParameters;
 pub use pressure::{PressureParameters, PressureSensor};
 
+use pam_core::NamedChoice;
 use serde::{Deserialize, Serialize};
 
 /// Parameters of motor, sensors and clock.
@@ -47,22 +48,16 @@ pub enum Part {
     Clock,
 }
 
-impl Part {
-    /// All parts with their names.
-    pub const ALL: [(&'static str, Self); 6] = [
-        ("motor", Self::Motor),
-        ("encoder", Self::Encoder),
-        ("pressure-lag", Self::PressureLag),
-        ("pressure-noise", Self::PressureNoise),
-        ("current", Self::Current),
-        ("clock", Self::Clock),
+impl NamedChoice for Part {
+    const KIND: &'static str = "part";
+    const ALL: &'static [(&'static str, Self, &'static str)] = &[
+        ("motor", Self::Motor, "commanded current without quantisation"),
+        ("encoder", Self::Encoder, "encoder without quantisation"),
+        ("pressure-lag", Self::PressureLag, "pressure sensors without low-pass"),
+        ("pressure-noise", Self::PressureNoise, "pressure sensors without quantisation and noise"),
+        ("current", Self::Current, "current sensor without quantisation and noise"),
+        ("clock", Self::Clock, "sampling without jitter"),
     ];
-
-    /// The part of a name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.iter().find(|(n, _)| *n == name).map(|(_, part)| *part)
-    }
 }
 
 impl SensorParameters {
@@ -75,7 +70,7 @@ impl SensorParameters {
     /// The same with all parts ideal.
     #[must_use]
     pub fn all_ideal(self) -> Self {
-        Part::ALL.iter().fold(self, |sensors, (_, part)| sensors.with_ideal(*part))
+        Part::ALL.iter().fold(self, |sensors, (_, part, _)| sensors.with_ideal(*part))
     }
 
     /// The same with one part ideal.

@@ -1,6 +1,5 @@
 use super::{Input, ParametricInput, Side};
-use pam_core::ModelError;
-use pam_core::Scalar;
+use pam_core::{NamedChoice, Scalar};
 use std::borrow::Cow;
 use thiserror::Error;
 
@@ -23,33 +22,22 @@ pub enum Interpolation {
     Cubic,
 }
 
-impl Interpolation {
-    /// Names in files and on the command line.
-    pub const NAMES: &'static [&'static str] = &["zoh", "linear", "ramp", "cubic"];
-
-    /// The name of this interpolation.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Hold => "zoh",
-            Self::Linear => "linear",
-            Self::Ramp => "ramp",
-            Self::Cubic => "cubic",
-        }
-    }
-
-    /// The interpolation of this name.
-    ///
-    /// # Errors
-    /// [`ModelError::UnknownName`] with the names that exist.
-    pub fn from_name(name: &str) -> Result<Self, ModelError> {
-        let all = [Self::Hold, Self::Linear, Self::Ramp, Self::Cubic];
-        all.into_iter().find(|i| i.name() == name).ok_or_else(|| ModelError::UnknownName {
-            kind: "reading of the input",
-            name: name.to_owned(),
-            known: Self::NAMES.join(", "),
-        })
-    }
+impl NamedChoice for Interpolation {
+    const KIND: &'static str = "interpolation of the input";
+    const ALL: &'static [(&'static str, Self, &'static str)] = &[
+        ("zoh", Self::Hold, "zero-order hold, as in the published code"),
+        (
+            "linear",
+            Self::Linear,
+            "straight lines between samples; leads a held force by half a sample",
+        ),
+        (
+            "ramp",
+            Self::Ramp,
+            "straight lines between the middles of the hold intervals; no lead, long steps",
+        ),
+        ("cubic", Self::Cubic, "cubic Hermite pieces"),
+    ];
 }
 
 /// A sampled signal that cannot be an input.

@@ -4,7 +4,7 @@ use crate::case::{brief, gradients_apart, loss};
 use crate::fields::{Linear, VanDerPol, tanh_joint};
 use crate::inputs::Sine;
 use pam_autodiff::{ByDual, ByTape};
-use pam_core::{ParametricField, SealedMasses};
+use pam_core::{NamedChoice, ParametricField, SealedMasses};
 use pam_solvers::sensitivity::{
     Backsolve, DiscreteAdjoint, GradientMethod, InterpolatingAdjoint, Problem, QuadratureAdjoint,
 };

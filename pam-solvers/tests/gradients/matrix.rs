@@ -3,7 +3,9 @@
 use crate::case::check;
 use crate::fields::{Linear, VanDerPol, WithCreep, leaky_relu_joint, tanh_joint};
 use crate::inputs::Sine;
-use pam_core::{ActivationFunction, JointModel, NetworkForce, ParametricField, SealedMasses};
+use pam_core::{
+    ActivationFunction, JointModel, NamedChoice, NetworkForce, ParametricField, SealedMasses,
+};
 use pam_solvers::sensitivity::Problem;
 use pam_solvers::{
     Constant, ConstantStep, InputFn, Integrator, Interpolation, NoInput, ParametricInput,

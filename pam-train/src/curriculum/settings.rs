@@ -2,7 +2,7 @@
 
 use crate::coordinates::{Frozen, PhysicalForm};
 use crate::warm_start::Initialisation;
-use pam_core::ModelError;
+use pam_core::{ModelError, NamedChoice};
 use pam_data::conditions::{TRAINING_PSI, name_of};
 use pam_effects::EffectRecord;
 use pam_effects::engine::{AUTO, EXACT, EngineChoice};

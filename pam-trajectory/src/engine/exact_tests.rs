@@ -7,7 +7,7 @@ use crate::loss::SquaredError;
 use crate::predict::{SolverSettings, StepChoice, predict};
 use crate::windows::Windows;
 use pam_core::force::{Dense, Mlp};
-use pam_core::{Activation, JointModel, NetworkForce};
+use pam_core::{Activation, JointModel, NamedChoice, NetworkForce};
 use pam_data::Subject;
 use pam_data::{MassOrigin, Recording};
 use pam_solvers::{Interpolation, Tableau};

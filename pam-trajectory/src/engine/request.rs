@@ -2,7 +2,7 @@
 
 use super::EngineError;
 use crate::windows::Windows;
-use pam_core::{AnyForce, JointModel, NetworkForce, ParametricForce};
+use pam_core::{AnyForce, JointModel, NamedChoice, NetworkForce, ParametricForce};
 use pam_data::{Recording, Subject};
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +20,14 @@ pub enum Precision {
     F32,
     /// Double.
     F64,
+}
+
+impl NamedChoice for Precision {
+    const KIND: &'static str = "precision";
+    const ALL: &'static [(&'static str, Self, &'static str)] = &[
+        ("f32", Self::F32, "single precision in the network; states, time and sums stay in double"),
+        ("f64", Self::F64, "double precision throughout"),
+    ];
 }
 
 /// A force model for which an engine can be chosen.

@@ -6,13 +6,13 @@ use pam_data::Recording;
 use serde::{Deserialize, Serialize};
 
 macro_rules! losses {
-    ($($(#[$doc:meta])* $variant:ident($module:ident::$type:ident $(<$of:ty>)?)),+ $(,)?) => {
+    ($($(#[doc = $doc:literal])+ $variant:ident($module:ident::$type:ident $(<$of:ty>)?)),+ $(,)?) => {
         $(pub use super::$module::$type;)+
 
         /// A loss by its name: a table with `kind` and the fields of that loss.
         ///
         /// ```
-        /// # use crate::loss::AnyLoss;
+        /// # use pam_trajectory::AnyLoss;
         /// let loss: AnyLoss = serde_json::from_str(
         ///     r#"{ "kind": "masked", "every": 4, "of": { "kind": "normalised", "weights": [2, 1, 1, 1] } }"#,
         /// )?;
@@ -28,10 +28,17 @@ macro_rules! losses {
             Paper {},
             /// [`SquaredError::published`], the default.
             Published {},
-            $($(#[$doc])* $variant($type $(<$of>)?)),+
+            $($(#[doc = $doc])+ $variant($type $(<$of>)?)),+
         }
 
         impl AnyLoss {
+            /// Name and one-line description of every loss.
+            pub const ALL: &'static [(&'static str, &'static str)] = &[
+                ("paper", "squared error as the paper writes it"),
+                ("published", "half of it, as the published code averages"),
+                $((stringify!($module), concat!($($doc),+).trim_ascii())),+
+            ];
+
             /// The loss behind the name.
             fn with<T>(&self, f: impl FnOnce(&dyn TrajectoryLoss) -> T) -> T {
                 match self {
@@ -45,13 +52,13 @@ macro_rules! losses {
 }
 
 losses! {
-    /// Squared error with weights of one's own.
+    /// squared error with given weights
     Squared(squared::SquaredError),
-    /// Squared error over the variance of the channel.
+    /// squared error over the variance of the channel
     Normalised(normalised::Normalised),
-    /// Squared error that grows linearly beyond a threshold.
+    /// squared error that grows linearly beyond thresholds
     Huber(huber::Huber),
-    /// Another loss on some of the samples.
+    /// another loss on some of the samples
     Masked(masked::Masked<AnyLoss>),
 }
 
@@ -103,6 +110,14 @@ mod tests {
         r#"{"kind":"huber","form":"pseudo_huber","thresholds":[0.5,5.0,2.0,2.0],"weights":[1.0,1.0,1.0,1.0]}"#,
         r#"{"kind":"masked","of":{"kind":"paper"},"every":3,"intervals_s":[[0.0,0.15]]}"#,
     ];
+
+    #[test]
+    fn every_loss_has_its_name() {
+        for ((name, _), json) in AnyLoss::ALL.iter().zip(FILES) {
+            assert!(json.starts_with(&format!(r#"{{"kind":"{name}""#)), "{name}");
+        }
+        assert_eq!(AnyLoss::ALL.len(), FILES.len());
+    }
 
     #[test]
     fn every_kind_is_read_written_and_right() {

@@ -11,6 +11,7 @@ mod masked;
 mod normalised;
 mod pointwise;
 mod shared;
+mod spec;
 mod squared;
 #[cfg(test)]
 mod testing;

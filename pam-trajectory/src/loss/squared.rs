@@ -2,7 +2,6 @@
 
 use super::{TrajectoryLoss, weighted_mean};
 use crate::settings::{SettingsError, require_weights};
-use pam_core::ModelError;
 use pam_data::Recording;
 use serde::{Deserialize, Serialize};
 
@@ -15,9 +14,6 @@ pub struct SquaredError {
 }
 
 impl SquaredError {
-    /// Names of the losses that commands know.
-    pub const NAMES: &'static [&'static str] = &["paper", "published"];
-
     /// The loss as the paper writes it:
     /// `100 · mean[(x̂−x)² + (ẋ̂−ẋ)²] + mean[(P̂_f−P_f)² + (P̂_e−P_e)²]` (Wang and Realmuto 2026,
     /// section III).
@@ -31,22 +27,6 @@ impl SquaredError {
     #[must_use]
     pub fn published() -> Self {
         Self { weights: [50.0, 50.0, 0.5, 0.5] }
-    }
-
-    /// The loss of this name.
-    ///
-    /// # Errors
-    /// [`ModelError::UnknownName`] with the names that exist.
-    pub fn from_name(name: &str) -> Result<Self, ModelError> {
-        match name {
-            "paper" => Ok(Self::paper()),
-            "published" => Ok(Self::published()),
-            _ => Err(ModelError::UnknownName {
-                kind: "loss",
-                name: name.to_owned(),
-                known: Self::NAMES.join(", "),
-            }),
-        }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{maker, rig};
 use crate::arguments::{GlobalOptions, IdentifyArguments, IdentifySchedule};
 use crate::console::{Console, table};
-use crate::error::CliError;
+use crate::error::{CliError, failed};
 use crate::run_record::{self, made_by, write_json};
 use pam_control::equilibrium_point::{EquilibriumPoint, observe};
 use pam_control::execution::{Commands, PulseShape};
@@ -15,7 +15,7 @@ use pam_control::identification::pulses_in_recording;
 use pam_control::report::{IdentificationReport, identification_report};
 use pam_control::synthesis::{Plan, PlanSummary};
 use pam_data::atomic::write_atomic;
-use pam_data::{LoadOptions, Recording, SavedModel, collect_paths, open_recordings};
+use pam_data::{LoadOptions, Recording, SavedModel, open_recordings, read_recordings};
 use pam_numerics::statistics::{mean, standard_deviation};
 use pam_report::page::number;
 use pam_rig::{Protocol, RigParameters, record};
@@ -122,8 +122,8 @@ fn equilibrium_point(
         let protocol = Protocol::paper();
         let runs = protocol.runs()?;
         let bar = console.progress(runs.len(), "recording");
-        let folder = tempfile::tempdir()
-            .map_err(|e| CliError::Usage(format!("no folder for recordings: {e}")))?;
+        let folder =
+            tempfile::tempdir().map_err(|e| failed(format!("no folder for recordings: {e}")))?;
         let made = runs
             .par_iter()
             .map(|run| {
@@ -138,18 +138,10 @@ fn equilibrium_point(
         bar.finish_and_clear();
         made.into_iter().flatten().collect()
     } else {
-        read(&arguments.recordings)?
+        read_recordings(&arguments.recordings, &LoadOptions::default())?
     };
     let observations = recordings.iter().map(observe).collect::<Result<Vec<_>, _>>()?;
     Ok(EquilibriumPoint::fit(&observations)?)
-}
-
-fn read(paths: &[std::path::PathBuf]) -> Result<Vec<Recording>, CliError> {
-    let mut all = Vec::new();
-    for path in collect_paths(paths)? {
-        all.extend(open_recordings(&path, &LoadOptions::default())?);
-    }
-    Ok(all)
 }
 
 fn from_recordings(
@@ -158,7 +150,7 @@ fn from_recordings(
     mass_kg: f64,
 ) -> Result<Vec<Identified>, CliError> {
     let mut pulses = Vec::new();
-    for recording in read(paths)? {
+    for recording in read_recordings(paths, &LoadOptions::default())? {
         let records = pulses_in_recording(&recording, shape)?;
         pulses.extend(stiffness::identify_all(records, mass_kg)?);
     }

@@ -7,7 +7,7 @@ pub mod stiffness;
 pub mod track;
 
 use crate::arguments::BoundsOptions;
-use crate::error::CliError;
+use crate::error::{CliError, usage};
 use crate::rig_joint::RigJoint;
 use pam_control::execution::Joint;
 use pam_control::synthesis::{MassBounds, SynthesisSettings};
@@ -26,7 +26,7 @@ impl BoundsOptions {
     ) -> Result<SynthesisSettings, CliError> {
         let bounds = match self.mass_bounds.as_deref() {
             None => MassBounds::trained(model),
-            Some([least, most]) => MassBounds::new(*least, *most)?,
+            Some([least, most]) => MassBounds::new(*least, *most).map_err(usage)?,
             Some(_) => {
                 return Err(CliError::Usage("--mass-bounds takes two numbers, LEAST,MOST".into()));
             }
@@ -35,7 +35,7 @@ impl BoundsOptions {
             stiffness_step_mm: self.stiffness_step,
             ..SynthesisSettings::published(bounds)
         };
-        settings.validate()?;
+        settings.validate().map_err(usage)?;
         Ok(settings)
     }
 }

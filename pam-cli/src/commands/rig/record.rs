@@ -3,8 +3,9 @@
 use super::rig;
 use crate::arguments::{GlobalOptions, RigRecordArguments};
 use crate::console::{Console, table};
-use crate::error::CliError;
+use crate::error::{CliError, usage};
 use crate::run_record::{self, made_by};
+use pam_core::NamedChoice;
 use pam_data::atomic::write_atomic;
 use pam_data::{LoadOptions, Recording, open_recordings};
 use pam_report::page::number;
@@ -52,19 +53,12 @@ pub(super) fn run(
 fn session(arguments: &RigRecordArguments, seed: u64) -> Result<Session, CliError> {
     let mut rig: RigParameters = rig(arguments.rig.as_deref())?;
     for text in &arguments.effects {
-        rig.effects.push(text.parse().map_err(pam_rig::RigError::from)?);
+        rig.effects.push(text.parse().map_err(|e| usage(format!("--effect {text}: {e}")))?);
     }
     for name in &arguments.ideal {
-        rig.sensors = match (name.as_str(), Part::from_name(name)) {
-            ("all", _) => rig.sensors.all_ideal(),
-            (_, Some(part)) => rig.sensors.with_ideal(part),
-            (_, None) => {
-                let names: Vec<_> = Part::ALL.iter().map(|(n, _)| *n).collect();
-                return Err(CliError::Usage(format!(
-                    "--ideal {name}: there are {}, and all",
-                    names.join(", ")
-                )));
-            }
+        rig.sensors = match Part::from_name(name) {
+            Ok(part) => rig.sensors.with_ideal(part),
+            Err(_) => rig.sensors.all_ideal(),
         };
     }
     let mut protocol = Protocol::open(&arguments.protocol)?;

@@ -1,0 +1,137 @@
+//! Losses written in one line, as a command line takes them.
+
+use super::AnyLoss;
+use crate::settings::SettingsError;
+use serde_json::{Map, Number, Value};
+use std::str::FromStr;
+
+/// Reads `NAME` or `NAME:KEY=VALUE,…`: a name of [`AnyLoss::ALL`] with the fields of that loss. Lists are separated
+/// by slashes, intervals are written `FROM..TO`, and the loss that another one wraps comes last, as `of=LOSS`.
+///
+/// ```
+/// use pam_trajectory::AnyLoss;
+/// for text in [
+///     "paper",
+///     "squared:weights=100/100/1/1",
+///     "huber:form=huber,thresholds=0.5/5/2/2,weights=1/1/1/1",
+///     "masked:every=4,intervals_s=0..10/20..30,of=normalised:weights=2/1/1/1",
+/// ] {
+///     text.parse::<AnyLoss>()?;
+/// }
+/// # Ok::<(), pam_trajectory::SettingsError>(())
+/// ```
+///
+/// # Errors
+/// [`SettingsError`] for unknown names and fields, and for values out of range.
+impl FromStr for AnyLoss {
+    type Err = SettingsError;
+
+    fn from_str(text: &str) -> Result<Self, SettingsError> {
+        let fail = |why: String| SettingsError(format!("loss `{text}`: {why}"));
+        let (name, _) = text.split_once(':').unwrap_or((text, ""));
+        if !Self::ALL.iter().any(|(known, _)| *known == name) {
+            let names: Vec<&str> = Self::ALL.iter().map(|(name, _)| *name).collect();
+            return Err(fail(format!("unknown loss `{name}`; known: {}", names.join(", "))));
+        }
+        let loss: Self = table(text)
+            .and_then(|table| serde_json::from_value(table).map_err(|e| e.to_string()))
+            .map_err(fail)?;
+        loss.check().map_err(|e| fail(e.to_string()))?;
+        Ok(loss)
+    }
+}
+
+/// The table of a loss as a configuration file would hold it.
+fn table(text: &str) -> Result<Value, String> {
+    let (name, mut rest) = text.split_once(':').unwrap_or((text, ""));
+    let mut table = Map::from_iter([("kind".to_owned(), Value::from(name))]);
+    while !rest.is_empty() {
+        if let Some(inner) = rest.strip_prefix("of=") {
+            table.insert("of".into(), self::table(inner)?);
+            break;
+        }
+        let (field, next) = rest.split_once(',').unwrap_or((rest, ""));
+        let (key, value) =
+            field.split_once('=').ok_or_else(|| format!("`{field}` is not KEY=VALUE"))?;
+        if table.insert(key.to_owned(), parsed(value)?).is_some() {
+            return Err(format!("`{key}` is given twice"));
+        }
+        rest = next;
+    }
+    Ok(Value::Object(table))
+}
+
+/// A number, a text, a list of either, or a list of intervals.
+fn parsed(value: &str) -> Result<Value, String> {
+    let number = |text: &str| -> Result<Value, String> {
+        match (text.parse::<u64>(), text.parse::<f64>()) {
+            (Ok(whole), _) => Ok(whole.into()),
+            (_, Ok(number)) => Number::from_f64(number)
+                .map(Value::Number)
+                .ok_or_else(|| format!("`{text}` is not finite")),
+            _ => Err(format!("`{text}` is not a number")),
+        }
+    };
+    if value.contains("..") {
+        let interval = |text: &str| {
+            let (from, to) =
+                text.split_once("..").ok_or_else(|| format!("`{text}` is not FROM..TO"))?;
+            Ok(Value::from(vec![number(from)?, number(to)?]))
+        };
+        value.split('/').map(interval).collect::<Result<Vec<_>, String>>().map(Value::from)
+    } else if value.contains('/') {
+        value.split('/').map(number).collect::<Result<Vec<_>, _>>().map(Value::from)
+    } else {
+        Ok(number(value).unwrap_or_else(|_| value.into()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One line and the table of a configuration file that says the same.
+    #[test]
+    fn lines_say_what_tables_say() {
+        for (line, json) in [
+            ("published", r#"{"kind":"published"}"#),
+            ("squared:weights=100/1e2/1/0.5", r#"{"kind":"squared","weights":[100,100,1,0.5]}"#),
+            ("normalised", r#"{"kind":"normalised"}"#),
+            (
+                "huber:form=huber,thresholds=0.5/5/2/2,weights=1/1/1/1",
+                r#"{"kind":"huber","form":"huber","thresholds":[0.5,5,2,2],"weights":[1,1,1,1]}"#,
+            ),
+            (
+                "masked:every=4,intervals_s=0..10/20..30.5,of=masked:intervals_s=1..2,of=paper",
+                r#"{"kind":"masked","every":4,"intervals_s":[[0,10],[20,30.5]],
+                    "of":{"kind":"masked","intervals_s":[[1,2]],"of":{"kind":"paper"}}}"#,
+            ),
+        ] {
+            assert_eq!(
+                line.parse::<AnyLoss>().unwrap(),
+                serde_json::from_str(json).unwrap(),
+                "{line}"
+            );
+        }
+    }
+
+    #[test]
+    fn wrong_lines_are_refused() {
+        for (line, why) in [
+            ("hinge", "known: paper, published, squared, normalised, huber, masked"),
+            ("squared", "missing field `weights`"),
+            ("squared:weights=1/1/1", "length 4"),
+            ("squared:weights=1/1/1/x", "`x` is not a number"),
+            ("squared:weights=1/1/1/-1", "not negative"),
+            ("squared:weights=1/1/1/1,weights=1/1/1/1", "given twice"),
+            ("paper:weights=1/1/1/1", "unknown field"),
+            ("normalised:2", "`2` is not KEY=VALUE"),
+            ("masked:every=2", "missing field `of`"),
+            ("masked:intervals_s=2..1,of=paper", "end after it begins"),
+            ("masked:of=hinge", "unknown variant `hinge`"),
+        ] {
+            let message = line.parse::<AnyLoss>().unwrap_err().to_string();
+            assert!(message.contains(why) && message.contains(line), "{line}: {message}");
+        }
+    }
+}
