@@ -1,4 +1,5 @@
-//! Wrong input gives a clear error that names file, line and column, and exit code 1.
+//! Wrong input gives a clear error that names file, line and column, and exit code 1; wrong usage names the option
+//! and gives exit code 2.
 
 use pam_tests::{published_weights, run, shared, small_csv, text};
 use std::path::{Path, PathBuf};
@@ -289,6 +290,105 @@ fn unreadable_paths_and_wrong_options() {
     assert_says(&simulate(&["--force", "constant:A=1", "--air-masses", "0,0.1"]), &["positive"]);
     assert_says(&simulate(&["--force", "constant:A=1", "--pressures", "-3,400"]), &["positive"]);
     assert_says(&simulate(&[]), &["--force"]);
+}
+
+/// Wrong command lines, and a part of the error message.
+const WRONG_USAGE: &[(&[&str], &str)] = &[
+    (&["evaluat"], "evaluat"),
+    (&["evaluate"], "--data"),
+    (&["bench", "gradients"], "bench"),
+    (&["--threads", "0", "doctor"], "at least one thread"),
+    (&["evaluate", "--data", "x.csv", "--out", "o", "--method", "rk9"], "tsit5, "),
+    (&["evaluate", "--data", "x.csv", "--out", "o", "--method", "rk4"], "--step-ms"),
+    (
+        &["evaluate", "--data", "x.csv", "--out", "o", "--method", "exact", "--rtol", "1e-3"],
+        "--rtol",
+    ),
+    (&["evaluate", "--data", "x.csv", "--out", "o", "--step-ms", "-1"], "--step-ms"),
+    (&["evaluate", "--data", "x.csv", "--out", "o", "--rtol", "0"], "--rtol"),
+    (
+        &["evaluate", "--data", "x.csv", "--out", "o", "--input", "spline"],
+        "zoh, linear, ramp, cubic",
+    ),
+    (&["evaluate", "--data", "x.csv", "--out", "o", "--activation", "swoosh"], "leaky_relu"),
+    (&["inspect", "x.csv", "--masses", "scales"], "auto, gas-law, surfaces"),
+    (&["inspect", "x.csv", "--mat-pressure", "psi"], "auto, absolute, gauge"),
+    (&["inspect", "x.csv", "--loader", "cutof_hz=3"], "cutoff_hz"),
+    (&["simulate", "--out", "o.csv"], "--force"),
+    (&["simulate", "--out", "o.csv", "--force", "square:A=1"], "sine"),
+    (&["simulate", "--out", "o.csv", "--force", "constant:A=1", "--duration", "0"], "--duration"),
+    (&["simulate", "--out", "o.csv", "--force", "constant:A=1", "--air-masses", "0,1"], "positive"),
+    (&["simulate", "--out", "o.csv", "--force", "constant:A=1", "--pressures", "4"], "--pressures"),
+    (&["gradient", "--data", "x.csv", "--out", "o.csv"], ".npz"),
+    (&["gradient", "--data", "x.csv", "--out", "o.npz", "--loss", "hinge"], "huber, masked"),
+    (
+        &["gradient", "--data", "x.csv", "--out", "o.npz", "--loss", "squared:weights=1/1"],
+        "length 4",
+    ),
+    (&["gradient", "--data", "x.csv", "--out", "o.npz", "--method", "guess"], "adjoint, forward"),
+    (&["gradient", "--data", "x.csv", "--out", "o.npz", "--solver", "euler"], "tsit5"),
+    (&["gradient", "--data", "x.csv", "--out", "o.npz", "--precision", "f16"], "f32, f64"),
+    (
+        &[
+            "gradient",
+            "--data",
+            "x.csv",
+            "--out",
+            "o.npz",
+            "--method",
+            "exact",
+            "--precision",
+            "f32",
+        ],
+        "exact",
+    ),
+    (&["train", "recomended", "--data", "x.csv", "--out", "o"], "recommended, paper"),
+    (&["train", "--print", "--set", "rates=1"], "unknown field `rates`"),
+    (&["train", "--data", "x.csv", "--out", "o", "--resume"], "no run was begun"),
+    (&["train", "--data", "x.csv", "--out", "o", "--checkpoint-s", "-1"], "--checkpoint-s"),
+    (
+        &["diagnose", "--data", "x.csv", "--out", "o", "--effects", "warp"],
+        "there is no effect `warp`",
+    ),
+    (&["diagnose", "--data", "x.csv", "--out", "o", "--max-effects", "0"], "at least 1"),
+    (&["plan", "--motion", "spiral:A=1", "--out", "o"], "spiral"),
+    (&["plan", "--motion", "hold:x=0", "--stiffness", "-3", "--out", "o"], "positive"),
+    (&["plan", "--motion", "hold:x=0", "--method", "newton", "--out", "o"], "auto, exact"),
+    (&["stiffness", "--out", "o", "--reach", "-1"], "--reach"),
+    (&["stiffness", "--out", "o", "--mass-bounds", "0.1"], "--mass-bounds"),
+    (&["stiffness", "--out", "o", "--mass-bounds", "0.2,0.1"], "mass"),
+    (&["track", "--out", "o", "--shapes", "square"], "sine, triangle"),
+    (&["track", "--out", "o", "--series", "load"], "amplitude, frequency, stiffness"),
+    (&["identify", "--out", "o", "--pulse-force", "0"], "--pulse-force"),
+    (&["identify", "--out", "o", "--schedule", "ramp"], "staircase, cycle, compare"),
+    (&["replan", "--out", "o", "--load", "inf"], "--load"),
+    (&["rig", "record", "--out", "o", "--protocol", "papers"], "paper, validation"),
+    (&["rig", "record", "--out", "o", "--conditions", "30-60"], "train, grid, symmetric"),
+    (&["rig", "record", "--out", "o", "--effect", "coulomb"], "coulomb_friction"),
+    (&["rig", "record", "--out", "o", "--ideal", "encoders"], "encoder, pressure-lag"),
+    (&["rig", "protocol", "papers"], "paper, validation"),
+    (&["ablate", "activation", "--out", "o"], "activations, stiffness"),
+    (&["ablate", "activations", "--out", "o", "--shard", "3/2"], "shard"),
+    (&["ablate", "activations", "--list", "--seeds", "1,1"], "--seeds"),
+    (&["compare"], "CONFIG.toml"),
+    (&["completions", "cmd"], "bash"),
+];
+
+#[test]
+fn wrong_usage_ends_with_2_and_names_the_option() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, part) in WRONG_USAGE {
+        let output = std::process::Command::new(PAM)
+            .args(*arguments)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(message.contains(part), "{arguments:?}: {message}");
+        let left = std::fs::read_dir(folder.path()).unwrap().count();
+        assert_eq!(left, 0, "{arguments:?} writes nothing");
+    }
 }
 
 #[test]

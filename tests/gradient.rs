@@ -279,6 +279,23 @@ fn the_report_and_json_tell_the_same() {
     assert!(page.contains("weight_1") && page.contains("<svg") && page.contains("run_30"));
 }
 
+/// A loss as a curriculum writes it: the squared error with the weights of `paper`, and a Huber loss whose
+/// thresholds no error reaches, are `paper`.
+#[test]
+fn every_loss_can_be_asked_for() {
+    let bench = Bench::new();
+    let of = |loss: &str| {
+        let arrays = bench.gradient(&["--loss", loss]);
+        (arrays["loss"].values[0], arrays["grad_weight_0"].values.clone())
+    };
+    let (paper, gradient) = of("paper");
+    assert_eq!(of("squared:weights=100/100/1/1"), (paper, gradient.clone()));
+    let far = "huber:form=huber,thresholds=1e9/1e9/1e9/1e9,weights=100/100/1/1";
+    assert_eq!(of(far), (paper, gradient));
+    let (scaled, _) = of("masked:every=1,of=squared:weights=50/50/0.5/0.5");
+    assert_relative_eq!(scaled, 0.5 * paper, max_relative = 1e-12);
+}
+
 #[test]
 fn wrong_requests_are_told() {
     let bench = Bench::new();

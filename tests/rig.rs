@@ -194,13 +194,13 @@ fn what_is_wrong_is_said_with_file_and_line() {
         fails(&["--protocol", text(&file)], 1, &[expected]);
     }
     fails(&["--protocol", "nowhere.toml"], 1, &["nowhere.toml", "No such file"]);
-    fails(&["--protocol", "papers"], 1, &["papers", "paper, validation, pulses, tracking"]);
-    fails(&["--conditions", "30-60"], 1, &["--conditions", "30/60,45/45"]);
-    fails(&["--conditions", "45/45", "--protocol", "tracking"], 1, &["drives the pressures"]);
-    fails(&["--effect", "coulomb"], 1, &["no effect `coulomb`", "coulomb_friction"]);
-    fails(&["--effect", "backlash:gap=1"], 1, &["no parameter `gap`", "gap_mm"]);
+    fails(&["--protocol", "papers"], 2, &["papers", "paper, validation, pulses, tracking"]);
+    fails(&["--conditions", "30-60"], 2, &["--conditions", "30/60,45/45"]);
+    fails(&["--conditions", "45/45", "--protocol", "tracking"], 2, &["drives the pressures"]);
+    fails(&["--effect", "coulomb"], 2, &["no effect `coulomb`", "coulomb_friction"]);
+    fails(&["--effect", "backlash:gap=1"], 2, &["no parameter `gap`", "gap_mm"]);
     fails(&["--effect", "added_inertia:mass_kg=-150"].repeat(3), 1, &["plant.mass_kg", "positive"]);
-    fails(&["--ideal", "encoders"], 1, &["encoders", "encoder", "pressure-lag"]);
+    fails(&["--ideal", "encoders"], 2, &["encoders", "encoder", "pressure-lag"]);
     std::fs::write(&file, "[plant]\nmass_kg = 0.0\n").unwrap();
     fails(&["--rig", text(&file)], 1, &["plant.mass_kg", "positive"]);
     std::fs::write(&file, "[plant]\nmass = 3\n").unwrap();

@@ -1,8 +1,8 @@
 //! The `pam` command, as a library: argument types and thin commands over the other crates.
 //!
 //! Exit codes: 0 for success, 1 for an error in input, model or output, 2 for wrong usage, 3 when
-//! the command finished but some recordings could not be predicted to their end, 130 when it was
-//! interrupted and can be resumed.
+//! the command finished but some recordings, samples or cells failed, 130 when it was interrupted and
+//! can be resumed.
 
 pub mod arguments;
 pub mod commands;

@@ -65,8 +65,8 @@ Examples:
                                                 ablations: train many, compare seed by seed
   pam convert model.eqx model.safetensors       published weights to the framework's format
 
-Exit codes: 0 success, 1 error, 2 wrong usage, 3 some recordings could not be predicted,
-130 interrupted.";
+Exit codes: 0 success, 1 an error in files, data or the work, 2 wrong usage, 3 finished, but some
+recordings, samples or cells failed, 130 interrupted and can be resumed.";
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
