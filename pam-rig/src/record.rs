@@ -32,8 +32,7 @@ impl Recorded {
 }
 
 /// The seed of a run: the recordings of a folder differ in their noise, and none depends on the others.
-#[must_use]
-pub fn seed_of(seed: u64, name: &str) -> u64 {
+fn seed_of(seed: u64, name: &str) -> u64 {
     let mut hash = ContentHash::seeded(seed);
     hash.bytes(name.as_bytes());
     hash.value()

@@ -8,19 +8,19 @@ const RESISTANCE_N: [f64; 2] = [0.0, 1e3];
 /// A force of either sign, as large.
 const FORCE_N: [f64; 2] = [-1e3, 1e3];
 
+const MECHANICS: EffectInfo = EffectInfo::new("", Group::Mechanics, "", &[]);
+
 pub(crate) const EFFECTS: &[EffectInfo] = &[
     EffectInfo {
         id: "coulomb_friction",
-        group: Group::Mechanics,
         description: "dry friction that opposes the motion and sticks at rest",
         parameters: &[ParameterInfo::linear("force_n", RESISTANCE_N)
             .meaning("friction force while the joint slides; the largest one while it sticks")],
-        switches: &[],
         excited_by: "reversals of a slow motion",
+        ..MECHANICS
     },
     EffectInfo {
         id: "stribeck_friction",
-        group: Group::Mechanics,
         description: "dry friction that is higher near standstill",
         parameters: &[
             ParameterInfo::linear("coulomb_n", RESISTANCE_N)
@@ -32,22 +32,20 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
                 "velocity scale of `coulomb_n + (static_n − coulomb_n) · exp(−(ẋ/velocity_mm_s)²)`",
             ),
         ],
-        switches: &[],
         excited_by: "slow reversals and slow creeping motion",
+        ..MECHANICS
     },
     EffectInfo {
         id: "viscous_damping",
-        group: Group::Mechanics,
         description: "force proportional to the velocity",
         // The published joint has 6000 to 7500 N s/m; a model may have too much of it.
         parameters: &[ParameterInfo::linear("coefficient_ns_m", [-5e3, 1e5])
             .meaning("force `−coefficient_ns_m · ẋ`; negative if the model has too much damping")],
-        switches: &[],
         excited_by: "fast motion",
+        ..MECHANICS
     },
     EffectInfo {
         id: "hysteresis",
-        group: Group::Mechanics,
         description: "force loop with memory that does not depend on the rate",
         parameters: &[
             ParameterInfo::linear("force_n", RESISTANCE_N)
@@ -61,10 +59,10 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
             meaning: "0: Maxwell slip (Iwan 1966); 1 or 2: Bouc–Wen with this exponent (Wen 1976)",
         }],
         excited_by: "motion of several amplitudes, with inner loops",
+        ..MECHANICS
     },
     EffectInfo {
         id: "creep",
-        group: Group::Mechanics,
         description: "slow viscoelastic relaxation, a spring in series with a damper",
         parameters: &[
             // The published stiffness of the joint is 120 to 180 N/mm.
@@ -72,39 +70,35 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
             ParameterInfo::scale("time_constant_s", [0.02, 1e3])
                 .meaning("time in which the force of a held displacement falls to 1/e"),
         ],
-        switches: &[],
         excited_by: "a step that is held, or motion at frequencies far apart",
+        ..MECHANICS
     },
     EffectInfo {
         id: "constant_load",
-        group: Group::Mechanics,
         description: "steady force on the joint (gravity, imbalance, preload)",
         parameters: &[ParameterInfo::linear("force_n", FORCE_N)
             .meaning("force in the direction of +x")],
-        switches: &[],
         excited_by: "any motion; a wide range of pressures separates it from a position offset",
+        ..MECHANICS
     },
     EffectInfo {
         id: "added_inertia",
-        group: Group::Mechanics,
         description: "reflected mass that the model lacks",
         // The datasheet gives 254 kg at the joint, and the sum must stay positive.
         parameters: &[ParameterInfo::linear("mass_kg", [-150.0, 5e3])
             .meaning("additional mass; negative if the model has too much")],
-        switches: &[],
         excited_by: "fast motion",
+        ..MECHANICS
     },
     EffectInfo {
         id: "backlash",
-        group: Group::Mechanics,
         description: "play between joint and encoder",
         parameters: &[ParameterInfo::linear("gap_mm", [0.0, 20.0]).meaning("full width of the play")],
-        switches: &[],
         excited_by: "reversals at several amplitudes",
+        ..MECHANICS
     },
     EffectInfo {
         id: "cogging",
-        group: Group::Mechanics,
         description: "force periodic in the position",
         parameters: &[
             ParameterInfo::linear("force_n", FORCE_N)
@@ -112,12 +106,11 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
             // From a few steps of the encoder to more than the stroke.
             ParameterInfo::scale("pitch_mm", [0.02, 50.0]).meaning("period in the position"),
         ],
-        switches: &[],
         excited_by: "slow motion over the whole range",
+        ..MECHANICS
     },
     EffectInfo {
         id: "tendon_slack",
-        group: Group::Mechanics,
         description: "tendon that is slack beyond a displacement",
         parameters: &[
             ParameterInfo::linear("displacement_mm", [0.0, 20.0]).off_at(None).meaning(
@@ -126,25 +119,23 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
             ParameterInfo::linear("stiffness_loss", [0.0, 1.0])
                 .meaning("share of the elastic force's further growth that is lost there"),
         ],
-        switches: &[],
         excited_by: "motion beyond the slack displacement, to both sides",
+        ..MECHANICS
     },
     EffectInfo {
         id: "stiffness_drift",
-        group: Group::Mechanics,
         description: "restoring force that changes slowly with time",
         parameters: &[ParameterInfo::linear("relative_per_min", [-0.9, 10.0])
             .meaning("restoring force `f · (1 + relative_per_min · t/(60 s))`")],
-        switches: &[],
         excited_by: "a long recording, or the same motion at its two ends",
+        ..MECHANICS
     },
     EffectInfo {
         id: "stiffness_scale",
-        group: Group::Mechanics,
         description: "restoring force that is off by a constant factor",
         parameters: &[ParameterInfo::linear("relative", [-0.9, 5.0])
             .meaning("restoring force `f · (1 + relative)`")],
-        switches: &[],
         excited_by: "motion at frequencies far apart",
+        ..MECHANICS
     },
 ];

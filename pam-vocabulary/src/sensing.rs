@@ -14,57 +14,53 @@ const PRESSURE_BIAS_KPA: [f64; 2] = [-60.0, 60.0];
 /// A quarter; a sensor further off is broken, not out of calibration.
 const PRESSURE_RELATIVE: [f64; 2] = [-0.25, 0.25];
 
+const SENSING: EffectInfo = EffectInfo::new("", Group::Sensing, "", &[]);
+
 pub(crate) const EFFECTS: &[EffectInfo] = &[
     EffectInfo {
         id: "force_gain",
-        group: Group::Sensing,
         description: "real force that differs from the commanded one by a factor",
         parameters: &[ParameterInfo::linear("relative", RELATIVE)
             .meaning("real force = (1 + relative) · commanded force")],
-        switches: &[],
         excited_by: "motion at frequencies far apart",
+        ..SENSING
     },
     EffectInfo {
         id: "force_saturation",
-        group: Group::Sensing,
         description: "real force that is clipped",
         parameters: &[ParameterInfo::linear("force_n", [1.0, 1e5])
             .off_at(None)
             .meaning("largest real force in either direction")],
-        switches: &[],
         excited_by: "amplitudes below and above the limit",
+        ..SENSING
     },
     EffectInfo {
         id: "actuation_delay",
-        group: Group::Sensing,
         description: "real force that follows the recorded one late",
         parameters: &[ParameterInfo::linear("delay_ms", DELAY_MS)
             .meaning("real force at t = recorded force at t − delay_ms")],
-        switches: &[],
         excited_by: "fast motion",
+        ..SENSING
     },
     EffectInfo {
         id: "pressure_sensor_lag",
-        group: Group::Sensing,
         description: "first-order low-pass on both pressure channels",
         // Slower than any motion, to above the Nyquist frequency of 250 Hz recordings.
         parameters: &[ParameterInfo::scale("cutoff_hz", [0.05, 200.0])
             .meaning("cutoff of `1/(1 + s/(2π cutoff_hz))`")],
-        switches: &[],
         excited_by: "fast and slow motion: lag and delay differ in amplitude",
+        ..SENSING
     },
     EffectInfo {
         id: "pressure_delay",
-        group: Group::Sensing,
         description: "pure delay on both pressure channels",
         parameters: &[ParameterInfo::linear("delay_ms", DELAY_MS)
             .meaning("measured pressure at t = true pressure at t − delay_ms")],
-        switches: &[],
         excited_by: "fast and slow motion: lag and delay differ in amplitude",
+        ..SENSING
     },
     EffectInfo {
         id: "pressure_bias",
-        group: Group::Sensing,
         description: "offset of the pressure sensors",
         parameters: &[
             ParameterInfo::linear("flexor_kpa", PRESSURE_BIAS_KPA)
@@ -72,12 +68,11 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
             ParameterInfo::linear("extensor_kpa", PRESSURE_BIAS_KPA)
                 .meaning("measured − true pressure of the extensor"),
         ],
-        switches: &[],
         excited_by: "a wide range of pressures",
+        ..SENSING
     },
     EffectInfo {
         id: "pressure_gain",
-        group: Group::Sensing,
         description: "pressure sensors that are off by a factor",
         parameters: &[
             ParameterInfo::linear("flexor_relative", PRESSURE_RELATIVE)
@@ -86,25 +81,23 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
                 "measured = (1 + extensor_relative) · true gauge pressure of the extensor",
             ),
         ],
-        switches: &[],
         excited_by: "a wide range of pressures",
+        ..SENSING
     },
     EffectInfo {
         id: "position_offset",
-        group: Group::Sensing,
         description: "offset of the position sensor",
         parameters: &[ParameterInfo::linear("offset_mm", [-20.0, 20.0])
             .meaning("measured − true displacement")],
-        switches: &[],
         excited_by: "any motion; a wide range of pressures separates it from a steady force",
+        ..SENSING
     },
     EffectInfo {
         id: "position_gain",
-        group: Group::Sensing,
         description: "position sensor that is off by a factor",
         parameters: &[ParameterInfo::linear("relative", RELATIVE)
             .meaning("measured = (1 + relative) · true displacement")],
-        switches: &[],
         excited_by: "motion at frequencies far apart",
+        ..SENSING
     },
 ];
