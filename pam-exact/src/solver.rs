@@ -15,22 +15,12 @@ use std::sync::Mutex;
 /// Solves trajectories in closed form, in parallel, and keeps its memory between calls.
 #[derive(Debug, Default)]
 pub struct ExactSolver {
-    /// Upper limit of a step, s; unlimited unless set. The solution does not depend on it.
-    max_step_s: Option<f64>,
     workers: Mutex<Vec<Worker>>,
     results: Vec<Mutex<TrajectoryResult>>,
 }
 
 /// The loss of one trajectory: as that of [`ExactSolver::value_and_gradient`], without the index.
 type OneLoss<'a> = dyn Fn(&[f64], &mut [f64]) -> f64 + 'a;
-
-/// Settings of a call, with the loss of one trajectory.
-struct Job<'a> {
-    max_step_s: f64,
-    loss: Option<&'a OneLoss<'a>>,
-    /// True if the gradient of the loss is wanted.
-    backward: bool,
-}
 
 /// Memory of one thread.
 #[derive(Debug, Default)]
@@ -69,14 +59,6 @@ impl ExactSolver {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
-    }
-
-    /// Limits the length of a step, s. Steps are exact at any length and miss no crossing; tests use the
-    /// limit to show that.
-    #[must_use]
-    pub fn with_max_step(mut self, step_s: f64) -> Self {
-        self.max_step_s = Some(step_s);
-        self
     }
 
     /// The sum of the losses of all problems with its gradient.
@@ -138,7 +120,6 @@ impl ExactSolver {
         if self.results.len() < problems.len() {
             self.results.resize_with(problems.len(), Mutex::default);
         }
-        let max_step_s = self.max_step_s.unwrap_or(f64::INFINITY);
         let (workers, results) = (&self.workers, &self.results);
         (0..problems.len()).into_par_iter().with_max_len(1).for_each(|index| {
             let mut worker = workers.lock().expect("no worker panics").pop().unwrap_or_default();
@@ -147,8 +128,7 @@ impl ExactSolver {
                 move |states: &[f64], cotangents: &mut [f64]| loss(index, states, cotangents)
             });
             let loss = one.as_ref().map(|one| one as &OneLoss<'_>);
-            let job = Job { max_step_s, loss, backward };
-            let outcome = worker.run(motion, &problems[index], &job, &mut result);
+            let outcome = worker.run(motion, &problems[index], loss, backward, &mut result);
             result.failure = outcome.err().map(|stopped| TrajectoryFailure {
                 problem: index,
                 kind: stopped.kind,
@@ -205,7 +185,8 @@ impl Worker {
         &mut self,
         motion: &ExactMotion,
         problem: &ExactProblem<'_>,
-        job: &Job<'_>,
+        loss: Option<&OneLoss<'_>>,
+        with_gradient: bool,
         result: &mut TrajectoryResult,
     ) -> Result<(), Stopped> {
         let Self { motion: workspace, cut, backward } = self;
@@ -216,11 +197,11 @@ impl Worker {
             let kind = FailureKind::Request(why);
             return Err(Stopped { kind, time_s: problem.t0, reached: 0 });
         }
-        let forcing = problem.forcing_segments(job.max_step_s, cut);
+        let forcing = problem.forcing_segments(cut);
         let nominal_s = forcing.nominal_length_s();
         let memory = std::mem::take(workspace);
         let mut regions =
-            MotionRegions::new(motion, problem.masses_g(), nominal_s, job.backward, memory);
+            MotionRegions::new(motion, problem.masses_g(), nominal_s, with_gradient, memory);
         backward.segments.clear();
         let at_start = problem.observed_at_start();
         for state in result.states[..2 * at_start].as_chunks_mut::<2>().0 {
@@ -230,7 +211,7 @@ impl Worker {
             regions: &mut regions,
             forcing,
             start: problem.y0,
-            segments: job.backward.then_some(&mut backward.segments),
+            segments: with_gradient.then_some(&mut backward.segments),
             observed: &mut result.states[2 * at_start..],
             statistics: &mut result.statistics,
         }
@@ -239,10 +220,10 @@ impl Worker {
         result.stored_bytes = size_of_val(&backward.segments[..]);
         if let Err(stopped) = &outcome {
             result.states[2 * (at_start + stopped.reached)..].fill(0.0);
-        } else if let Some(loss) = job.loss {
+        } else if let Some(loss) = loss {
             zero(&mut backward.cotangents, 2 * observations);
             result.value = loss(&result.states, &mut backward.cotangents);
-            if job.backward {
+            if with_gradient {
                 backward.run(problem, &regions, forcing, result);
             }
         }

@@ -1,6 +1,7 @@
 //! A sampled force as segments on which it is a straight line.
 
 use pam_solvers::Interpolation;
+use std::ops::Range;
 
 /// From its start on, the force is `force_mn + rate_mn_s τ`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,24 +81,6 @@ pub struct ForceSignal<'a> {
     pub interpolation: Interpolation,
 }
 
-/// Span of a trajectory, and additional cuts of its force.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Cuts<'a> {
-    pub(crate) t0: f64,
-    pub(crate) t1: f64,
-    pub(crate) observe_s: &'a [f64],
-    /// Longer segments are cut into equal parts.
-    pub(crate) max_length_s: f64,
-}
-
-/// Whole sample intervals at the beginning of a signal.
-#[derive(Debug, Clone, Copy, Default)]
-struct WholeIntervals {
-    /// The first sample.
-    first: usize,
-    count: usize,
-}
-
 impl<'a> ForceSignal<'a> {
     /// The knots of the signal: times at which a new straight line begins, with the force there.
     fn knot(&self, k: usize) -> f64 {
@@ -121,56 +104,49 @@ impl<'a> ForceSignal<'a> {
         (self.force_mn[k] + rate * (t - a), rate)
     }
 
-    /// The sample intervals from the start on that are segments as they are: each begins a straight line,
-    /// and the trajectory is observed at each sample, and nowhere in between.
-    fn whole_intervals(&self, cuts: &Cuts<'_>) -> WholeIntervals {
-        let Cuts { t0, t1, observe_s, max_length_s } = *cuts;
+    /// The samples from `t0` on between which the intervals are segments as they are: each begins a straight
+    /// line, and the trajectory is observed at each sample, and nowhere in between.
+    fn whole_intervals(&self, t0: f64, t1: f64, observe_s: &[f64]) -> Range<usize> {
         let after = self.times_s.partition_point(|&s| s <= t0);
         if self.interpolation == Interpolation::Ramp || after == 0 || self.times_s[after - 1] != t0
         {
-            return WholeIntervals::default();
+            return 0..0;
         }
-        let times = &self.times_s[after - 1..];
         let observed = &observe_s[observe_s.partition_point(|&s| s <= t0)..];
-        let ends = &times[1..];
-        let mut count = if std::ptr::eq(ends, observed) {
+        let ends = &self.times_s[after..];
+        let count = if std::ptr::eq(ends, observed) {
             ends.partition_point(|&end| end <= t1)
         } else {
             let both = ends.iter().zip(observed);
             both.take_while(|(end, at)| end == at && **at <= t1).count()
         };
-        if max_length_s.is_finite() {
-            let short = times.windows(2).take(count).take_while(|t| t[1] - t[0] <= max_length_s);
-            count = short.count();
-        }
-        WholeIntervals { first: after - 1, count }
+        if count > 0 { after - 1..after + count } else { 0..0 }
     }
 
-    /// The segments between `t0` and `t1`, cut at the knots, at the observations and into equal parts no
-    /// longer than `max_length_s`. Those that are not whole sample intervals go to `cut`.
+    /// The segments between `t0` and `t1`, cut at the knots and at the observations. Those that are not whole
+    /// sample intervals go to `cut`.
     pub(crate) fn segments<'b>(
         &self,
-        cuts: &Cuts<'_>,
+        t0: f64,
+        t1: f64,
+        observe_s: &[f64],
         cut: &'b mut Vec<ForcingSegment>,
     ) -> ForcingSegments<'b>
     where
         'a: 'b,
     {
         cut.clear();
-        let Cuts { t0, t1, observe_s, max_length_s } = *cuts;
-        let whole = self.whole_intervals(cuts);
+        let samples = self.whole_intervals(t0, t1, observe_s);
         let mut t = t0;
         let mut next_observed = observe_s.partition_point(|&s| s <= t0);
         let mut next_knot = 0;
         while next_knot < self.times_s.len() && self.knot(next_knot) <= t0 {
             next_knot += 1;
         }
-        let mut samples = 0..0;
-        if whole.count > 0 {
-            samples = whole.first..whole.first + whole.count + 1;
-            t = self.times_s[whole.first + whole.count];
-            next_knot += whole.count;
-            next_observed += whole.count;
+        if let Some(last) = samples.clone().last() {
+            t = self.times_s[last];
+            next_knot += samples.len() - 1;
+            next_observed += samples.len() - 1;
         }
         while t < t1 {
             let observed = observe_s.get(next_observed).copied().unwrap_or(f64::INFINITY);
@@ -179,8 +155,7 @@ impl<'a> ForceSignal<'a> {
             let end = observed.min(knot).min(t1);
             let (force_mn, rate_mn_s) = self.line(t, next_knot.checked_sub(1));
             let (length_s, observed) = (end - t, end == observed);
-            ForcingSegment { start_s: t, length_s, force_mn, rate_mn_s, observed }
-                .push_parts(max_length_s, cut);
+            cut.push(ForcingSegment { start_s: t, length_s, force_mn, rate_mn_s, observed });
             next_observed += usize::from(observed);
             next_knot += usize::from(end == knot);
             t = end;
@@ -190,28 +165,6 @@ impl<'a> ForceSignal<'a> {
             force_mn: &self.force_mn[samples],
             held: self.interpolation == Interpolation::Hold,
             cut,
-        }
-    }
-}
-
-impl ForcingSegment {
-    /// Appends the segment in equal parts no longer than `max_length_s`.
-    fn push_parts(self, max_length_s: f64, out: &mut Vec<Self>) {
-        if self.length_s <= max_length_s {
-            out.push(self);
-            return;
-        }
-        let parts = (self.length_s / max_length_s).ceil();
-        let length_s = self.length_s / parts;
-        for part in 0..parts as usize {
-            let into = part as f64 * length_s;
-            out.push(Self {
-                start_s: self.start_s + into,
-                length_s,
-                force_mn: self.force_mn + self.rate_mn_s * into,
-                observed: self.observed && part + 1 == parts as usize,
-                ..self
-            });
         }
     }
 }
@@ -236,22 +189,20 @@ mod tests {
                 input.value_into(t, side, &mut u);
                 u[0]
             };
-            for max_length_s in [f64::INFINITY, 0.02] {
-                let (t0, t1, mut cut) = (-0.05, 4.03, Vec::new());
-                let cuts = Cuts { t0, t1, observe_s: &observe, max_length_s };
-                let segments = signal.segments(&cuts, &mut cut);
-                let mut end = t0;
-                for s in segments.iter() {
-                    assert!((s.start_s - end).abs() < 1e-14 && s.length_s <= max_length_s);
-                    end = s.start_s + s.length_s;
-                    let inside = 0.3 * s.length_s;
+            let (t0, t1, mut cut) = (-0.05, 4.03, Vec::new());
+            let segments = signal.segments(t0, t1, &observe, &mut cut);
+            let mut end = t0;
+            for s in segments.iter() {
+                assert!((s.start_s - end).abs() < 1e-14);
+                end = s.start_s + s.length_s;
+                for inside in [0.3 * s.length_s, 0.8 * s.length_s] {
                     let there = at(s.start_s + inside, Side::Right);
                     assert!((s.force_mn + inside * s.rate_mn_s - there).abs() < 1e-9);
                 }
-                assert!((end - t1).abs() < 1e-14);
-                let observed = segments.iter().filter(|s| s.observed).count();
-                assert_eq!(observed, observe.iter().filter(|&&t| t > t0 && t <= t1).count());
             }
+            assert!((end - t1).abs() < 1e-14);
+            let observed = segments.iter().filter(|s| s.observed).count();
+            assert_eq!(observed, observe.iter().filter(|&&t| t > t0 && t <= t1).count());
         }
     }
 }

@@ -1,4 +1,4 @@
-use super::forcing::{Cuts, ForceSignal, ForcingSegment, ForcingSegments};
+use super::forcing::{ForceSignal, ForcingSegment, ForcingSegments};
 use pam_core::SealedMasses;
 use pam_solvers::Interpolation;
 
@@ -33,14 +33,12 @@ impl<'a> ExactProblem<'a> {
     /// The forcing segments; those that are not whole sample intervals go to `cut`.
     pub(crate) fn forcing_segments<'b>(
         &self,
-        max_length_s: f64,
         cut: &'b mut Vec<ForcingSegment>,
     ) -> ForcingSegments<'b>
     where
         'a: 'b,
     {
-        let (t0, t1, observe_s) = (self.t0, self.t1, self.observe_s);
-        self.signal.segments(&Cuts { t0, t1, observe_s, max_length_s }, cut)
+        self.signal.segments(self.t0, self.t1, self.observe_s, cut)
     }
 
     /// Checks the request; the error is the reason why it is inconsistent.

@@ -21,7 +21,7 @@ impl<'n> StoredTrajectory<'n> {
         let failed = |kind, time_s| TrajectoryFailure { problem: 0, kind, time_s };
         problem.check().map_err(|why| failed(FailureKind::Request(why), problem.t0))?;
         let mut cut = Vec::new();
-        let forcing: Vec<_> = problem.forcing_segments(f64::INFINITY, &mut cut).iter().collect();
+        let forcing: Vec<_> = problem.forcing_segments(&mut cut).iter().collect();
         let all = ForcingSegments::of(&forcing);
         let nominal_s = all.nominal_length_s();
         let workspace = MotionWorkspace::default();
