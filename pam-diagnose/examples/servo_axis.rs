@@ -138,35 +138,29 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Candidate::one("load", 6, ParameterInfo::linear("force_n", [-50.0, 50.0]), &[0.5]),
     ];
     let found = diagnose_field(&problem, &candidates, &FieldOptions::default())?;
-    let story = &found.residual[0];
-    println!(
-        "position misses by {:.3} mm, {:.0} times the noise; goes with {} ({:.0} %)",
-        story.rmse,
-        story.rmse_over_noise,
-        story.goes_with[0].0,
-        100.0 * story.goes_with[0].1
-    );
+    println!("{}", found.residual.description);
     println!("{}: {:?}", found.verdict, found.named());
     for cause in &found.causes {
         for (name, i) in &cause.parameters {
             println!(
                 "  {} {name} = {:.3} [{:.3}, {:.3}]",
-                cause.name, i.value, i.ci95[0], i.ci95[1]
+                cause.effect, i.value, i.ci95[0], i.ci95[1]
             );
         }
     }
+    let position = &found.error_reduction.channels[0];
     println!(
-        "held-out error {:.3} mm before, {:.3} mm after",
-        found.held_rmse[0][0], found.held_rmse[1][0]
+        "error on the test set {:.3} mm before, {:.3} mm after",
+        position.rmse_before, position.rmse_after
     );
     let mut named = found.named();
     named.sort_unstable();
     assert_eq!(found.verdict, Verdict::Explained);
     assert_eq!(named, ["cogging", "dry_friction"]);
     for (index, truth) in [(3, 4.0), (4, 3.0), (5, 5.0)] {
-        assert!((found.parameters[index] - truth).abs() < 0.03 * truth, "{:?}", found.parameters);
+        assert!((found.model.parameters[index] - truth).abs() < 0.03 * truth, "{:?}", found.model.parameters);
     }
-    assert!(found.held_rmse[1][0] < 1.2 * noise_mm);
+    assert!(position.rmse_after < 1.2 * noise_mm);
 
     // A healthy axis: nothing is found.
     let experiments = [record(healthy, 10.0, 0.5)?, record(healthy, 15.0, 0.3)?];

@@ -9,10 +9,13 @@ pub enum DiagnoseError {
     /// There is too little data.
     #[error("{0}")]
     TooLittle(String),
-    /// A field of any other system cannot be solved, or its data do not fit it.
+    /// A setting has an unknown key or an impossible value.
+    #[error("settings: {0}")]
+    Settings(String),
+    /// A field cannot be solved, or its data do not fit it.
     #[error(transparent)]
     Field(#[from] pam_train::field::FieldError),
-    /// The model's own simulation diverges.
+    /// The simulation of the model itself diverges.
     #[error(
         "{0}; the model is not of this joint, or the data are not in the units of their format"
     )]

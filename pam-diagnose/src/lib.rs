@@ -98,14 +98,23 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod design;
+pub mod data;
+mod design;
 pub mod diagnosis;
 pub mod error;
 pub mod field;
 pub mod fit;
+pub mod joint;
+pub mod rejection;
 pub mod report;
 pub mod residual;
 pub mod search;
+pub mod settings;
+pub mod test_set;
+pub mod verdict;
 
-pub use diagnosis::{Diagnosis, Options, Sets, Stage, Verdict, diagnose};
+pub use diagnosis::{Diagnosis, Stage};
 pub use error::DiagnoseError;
+pub use joint::{DiagnoseOptions, JointDiagnosis, RecordingSets, diagnose, refit};
+pub use settings::DiagnosisSettings;
+pub use verdict::Verdict;

@@ -85,7 +85,7 @@ pub mod prelude {
         Channel, LoadOptions, MassChoice, Recording, SavedModel, collect_paths, load_model,
         models::save_model, open_recordings, read_recordings, resolve_masses,
     };
-    pub use pam_diagnose::{Diagnosis, Options, Sets, Verdict, diagnose};
+    pub use pam_diagnose::{DiagnoseOptions, Diagnosis, RecordingSets, Verdict, diagnose};
     pub use pam_effects::effects::{AnyEffect, Effect, EffectInfo, ParameterInfo, by_id};
     pub use pam_effects::{ActiveEffect, ExtendedModel};
     pub use pam_report::{LineFigure, Role};

@@ -11,19 +11,25 @@ pub struct DiagnoseArguments {
     /// Recordings, or folders of them, in which something may be wrong
     #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
     pub data: Vec<PathBuf>,
-    /// Recordings that only judge [default: a third of the data, or of the only recording, is kept aside]
+    /// Test set, which no decision sees [default: a third of the data, or of the only recording, is kept aside]
     #[arg(long, num_args = 1.., value_name = "PATH")]
     pub heldout: Vec<PathBuf>,
-    /// Recordings on which the model was validated: its error there is ordinary and no fault
+    /// Baseline recordings, on which the model was validated: its error there counts as no fault
     #[arg(long, num_args = 1.., value_name = "PATH")]
     pub healthy: Vec<PathBuf>,
     /// Candidates.
     #[arg(long, value_delimiter = ',', value_name = "ID,…", help = candidates())]
     pub effects: Vec<String>,
-    /// Most effects that are named together
-    #[arg(long, default_value_t = 3, value_name = "N")]
-    pub max_effects: usize,
-    /// Also write a protocol for the rig that tells the named cause from those it is confusable with
+    /// Most effects that are named together: the setting `search.max_causes` [default: 3]
+    #[arg(long, value_name = "N")]
+    pub max_effects: Option<usize>,
+    /// Settings of the diagnosis (see docs/diagnosis.md)
+    #[arg(long, value_name = "FILE.toml")]
+    pub settings: Option<PathBuf>,
+    /// Change one setting, like `search.beam_width=4`; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+    /// Also write a protocol for the rig that distinguishes the named cause from those it is confusable with
     #[arg(long)]
     pub design: bool,
     /// How recordings are read.

@@ -11,7 +11,9 @@ use pam_data::Subject;
 use pam_data::atomic::write_atomic;
 use pam_data::models::save_model;
 use pam_diagnose::report::{ReportContext, diagnosis_report, verdict_sentence};
-use pam_diagnose::{Diagnosis, Options, Sets, Stage, diagnose};
+use pam_diagnose::{
+    DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage, diagnose,
+};
 use pam_effects::ExtendedModel;
 use pam_effects::effects::{ALL, VocabularyError, by_id};
 use pam_rig::protocol::CurrentSegment;
@@ -38,9 +40,10 @@ pub fn run(
         Ok(Some(arguments.reading.subjects(paths, &saved, console)?))
     };
     let data = read(&arguments.data)?.unwrap_or_default();
-    let heldout = read(&arguments.heldout)?;
-    let healthy = read(&arguments.healthy)?;
-    let sets = Sets { data: &data, heldout: heldout.as_deref(), healthy: healthy.as_deref() };
+    let test = read(&arguments.heldout)?;
+    let baseline = read(&arguments.healthy)?;
+    let sets =
+        RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
     let diagnosis = diagnose_into(&arguments.out, &saved, &sets, &options, console)?;
     let configuration = json!({
         "model": arguments.model.model,
@@ -48,7 +51,7 @@ pub fn run(
         "heldout": arguments.heldout,
         "healthy": arguments.healthy,
         "effects": options.candidates.iter().map(|e| e.info().id).collect::<Vec<_>>(),
-        "max_effects": arguments.max_effects,
+        "settings": options.settings,
         "reading": arguments.reading.to_json()?,
     });
     run_record::write(&arguments.out, "diagnose", global.seed, &configuration)?;
@@ -59,11 +62,20 @@ pub fn run(
     Ok(ExitCode::SUCCESS)
 }
 
-fn options(arguments: &DiagnoseArguments, seed: u64) -> Result<Options, CliError> {
-    if arguments.max_effects == 0 {
+fn options(arguments: &DiagnoseArguments, seed: u64) -> Result<DiagnoseOptions, CliError> {
+    if arguments.max_effects == Some(0) {
         return Err(CliError::Usage("--max-effects must be at least 1".into()));
     }
-    let mut options = Options { most: arguments.max_effects, seed, ..Options::default() };
+    let text = match &arguments.settings {
+        Some(path) => std::fs::read_to_string(path)
+            .map_err(|e| CliError::Usage(format!("--settings {}: {e}", path.display())))?,
+        None => String::new(),
+    };
+    let most = arguments.max_effects.map(|most| format!("search.max_causes={most}"));
+    let changes: Vec<String> = arguments.overrides.iter().cloned().chain(most).collect();
+    let settings = DiagnosisSettings::parse(&text, &changes)
+        .map_err(|e| CliError::Usage(e.to_string()))?;
+    let mut options = DiagnoseOptions { seed, settings, ..DiagnoseOptions::default() };
     if !arguments.effects.is_empty() {
         options.candidates = arguments
             .effects
@@ -87,15 +99,15 @@ fn options(arguments: &DiagnoseArguments, seed: u64) -> Result<Options, CliError
 pub fn diagnose_into(
     folder: &Path,
     saved: &SavedModel,
-    sets: &Sets<'_>,
-    options: &Options,
+    sets: &RecordingSets<'_>,
+    options: &DiagnoseOptions,
     console: &Console,
-) -> Result<Diagnosis, CliError> {
+) -> Result<JointDiagnosis, CliError> {
     let model = ExtendedModel::from_saved(saved.clone())?;
     let bar = console.progress(1000, "diagnosing");
     let diagnosis = diagnose(&model, sets, options, &|stage, share| show(&bar, stage, share))?;
     bar.finish_and_clear();
-    let mut extended = diagnosis.extended.to_saved();
+    let mut extended = diagnosis.model.extended.to_saved();
     if !diagnosis.causes.is_empty() {
         extended.info.provenance = format!("{}; extended by a diagnosis", saved.info.provenance);
     }
@@ -113,7 +125,7 @@ pub fn diagnose_into(
 }
 
 /// Writes `design.toml`, a protocol for the rig, and `design.json`, how well each excitation separates.
-fn write_design(diagnosis: &Diagnosis, folder: &Path, console: &Console) -> Result<(), CliError> {
+fn write_design(diagnosis: &JointDiagnosis, folder: &Path, console: &Console) -> Result<(), CliError> {
     let all = diagnosis.design();
     write_json(&folder.join("design.json"), &json!(all))?;
     let Some(best) = all.first() else {
@@ -139,7 +151,7 @@ fn write_design(diagnosis: &Diagnosis, folder: &Path, console: &Console) -> Resu
     let path = folder.join("design.toml");
     write_atomic(&path, protocol.to_toml().as_bytes())?;
     console.text(format!(
-        "Excitation that separates best ({}; {:.1} times what counts as explained): {}\n",
+        "Excitation that separates best ({}; {:.1} times the noise): {}\n",
         best.excitation.name,
         best.least(),
         path.display()
@@ -150,16 +162,16 @@ fn write_design(diagnosis: &Diagnosis, folder: &Path, console: &Console) -> Resu
 fn show(bar: &ProgressBar, stage: Stage, share: f64) {
     let (from, to, what) = match stage {
         Stage::Preparing => (0.0, 0.05, "preparing"),
-        Stage::Healthy => (0.05, 0.35, "what is ordinary"),
+        Stage::Baseline => (0.05, 0.35, "baseline discrepancy"),
         Stage::Searching => (0.35, 0.9, "trying causes"),
-        Stage::Judging => (0.9, 1.0, "judging"),
+        Stage::Judging => (0.9, 1.0, "measuring"),
     };
     bar.set_message(what);
     bar.set_position((1000.0 * (from + share * (to - from))) as u64);
 }
 
 /// Prints what was found.
-pub fn finish(diagnosis: &Diagnosis, folder: &Path, console: &Console) {
+pub fn finish(diagnosis: &JointDiagnosis, folder: &Path, console: &Console) {
     console.json(&diagnosis.to_json(&folder.join("model.safetensors").display().to_string()));
     console.text(format!("{}\n\n{}", diagnosis.verdict, verdict_sentence(diagnosis)));
     for cause in &diagnosis.causes {
@@ -171,17 +183,18 @@ pub fn finish(diagnosis: &Diagnosis, folder: &Path, console: &Console) {
             ));
         }
     }
-    let g = &diagnosis.gain;
+    let reduction = &diagnosis.error_reduction;
+    let (x, overall) = (&reduction.channels[0], &reduction.overall);
     console.text(format!(
         "\n{}\nx: RMSE {:.4} -> {:.4} mm, R² {:.4} -> {:.4}; overall error {:+.0} % [{:.0}, {:.0}].",
-        diagnosis.held_out.sentence(),
-        g.x.rmse_before,
-        g.x.rmse_after,
-        g.x.r2_before,
-        g.x.r2_after,
-        -100.0 * g.overall.error_reduction,
-        -100.0 * g.overall.ci95[1],
-        -100.0 * g.overall.ci95[0],
+        diagnosis.test.sentence(),
+        x.rmse_before,
+        x.rmse_after,
+        x.r2_before,
+        x.r2_after,
+        -100.0 * overall.error_reduction,
+        -100.0 * overall.ci95[1],
+        -100.0 * overall.ci95[0],
     ));
     console.text(format!("\nreport: {}", folder.join("report.html").display()));
 }

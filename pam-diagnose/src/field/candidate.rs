@@ -1,6 +1,6 @@
-//! What may be missing from a field.
+//! Terms that may be missing from a field, and the options of its diagnosis.
 
-use crate::search::Acceptance;
+use crate::settings::DiagnosisSettings;
 use pam_effects::effects::ParameterInfo;
 
 /// A possible cause: a term of the field that some of its parameters switch on.
@@ -8,7 +8,7 @@ use pam_effects::effects::ParameterInfo;
 pub struct Candidate {
     /// Its name.
     pub name: String,
-    /// Its parameters: index in the field, name with unit, range, the value at which the term is absent.
+    /// Its parameters: index in the field, and name with unit, range, the value at which the term is absent.
     pub parameters: Vec<(usize, ParameterInfo)>,
     /// Values from which a fit starts, in the order of `parameters`; the derivative by an amplitude must not
     /// vanish there. Scales (widths, periods, times) are spread over a grid.
@@ -36,30 +36,31 @@ impl Candidate {
     }
 }
 
-/// How a field is diagnosed.
+/// Options of [`diagnose_field`](super::diagnose_field).
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldOptions {
-    /// Causes at most.
-    pub most_causes: usize,
-    /// When a cause earns its place.
-    pub acceptance: Acceptance,
-    /// Share of each experiment, its end, that judges and is not fitted.
-    pub held_share: f64,
     /// Parameters of the field (by index) that are fitted along with every hypothesis, since they are not
-    /// known well: a mass, a stiffness. Without them, a cause may be named for a slightly wrong number.
+    /// known well: a mass, a stiffness. Without them, a cause may be named for a slightly wrong parameter.
     pub refitted: Vec<usize>,
-    /// Steps of each fit.
-    pub iterations: usize,
+    /// Prior standard deviation of each initial state; zero for one that is known exactly. If absent, measured states
+    /// have that of their noise and the others are known.
+    pub initial_state_deviation: Option<Vec<f64>>,
+    /// Number of experiments that form the test set: the last ones before those of the baseline. With 0, a part of the
+    /// data is kept aside.
+    pub test: usize,
+    /// Number of experiments, the last ones of the problem, on which the field was validated: their error is its
+    /// baseline discrepancy.
+    pub baseline: usize,
+    /// Seed of the split, the null test and the bootstrap.
+    pub seed: u64,
+    /// Every other number on which the diagnosis depends.
+    pub settings: DiagnosisSettings,
 }
 
 impl Default for FieldOptions {
     fn default() -> Self {
-        Self {
-            most_causes: 3,
-            acceptance: Acceptance::default(),
-            held_share: 1.0 / 3.0,
-            refitted: Vec::new(),
-            iterations: 15,
-        }
+        let (refitted, initial_state_deviation) = (Vec::new(), None);
+        let settings = DiagnosisSettings::default();
+        Self { refitted, initial_state_deviation, test: 0, baseline: 0, seed: 1, settings }
     }
 }

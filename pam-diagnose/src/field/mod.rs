@@ -1,11 +1,10 @@
 //! Diagnosis of any vector field: which of the causes that its author lists explains what it misses.
 //!
-//! The joint has a vocabulary, tables and laws of its own; another system has none of them. What remains is
-//! the idea: candidates compete as simulations, and data that took no part in the fit judge. The author of
-//! the field writes every candidate into it, as a term with parameters, and says which parameters belong
-//! to which [`Candidate`] and at which values the term is absent ([`ParameterInfo::off`]). A set of causes is
-//! then a set of parameters that are fitted, all others being off; [`diagnose_field`] searches it, forward
-//! and backward, and weighs the verdict by the same rules as [`diagnose`](crate::diagnose).
+//! The author of the field writes every candidate into it, as a term with parameters, and lists which parameters belong
+//! to which [`Candidate`] and at which values the term is absent ([`ParameterInfo::off`]). A set of causes is then a set
+//! of parameters that are fitted, all others being off. [`diagnose_field`] runs the same search, rejection and verdict
+//! as [`diagnose`](crate::diagnose) on it, with the same result and report. [`design_field`] compares planned
+//! experiments by how well they distinguish confusable causes.
 //!
 //! ```
 //! use pam_core::{ParametricField, Scalar, VectorField};
@@ -66,14 +65,14 @@
 //! ```
 
 mod candidate;
-mod residual;
-mod result;
-mod search;
+mod design;
+mod diagnose;
+mod features;
+mod system;
 
 pub use candidate::{Candidate, FieldOptions};
-pub use residual::OutputStory;
-pub use result::{FieldCause, FieldDiagnosis, RankedSet};
-pub use search::diagnose_field;
+pub use design::{FieldSeparation, design_field, sine_experiments};
+pub use diagnose::{DiagnosedField, FieldBaseline, FieldDiagnosis, diagnose_field};
 
 #[cfg(doc)]
 use pam_effects::effects::ParameterInfo;

@@ -1,16 +1,16 @@
-//! How sure fitted numbers are.
+//! Confidence intervals of fitted parameters.
 
 use super::hypothesis::coordinate;
+use super::levenberg_marquardt::Fit;
 use super::problem::Problem;
-use super::solve::Fit;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use crate::error::DiagnoseError;
+use crate::search::Candidates;
 use pam_effects::effects::ParameterInfo;
-use pam_effects::simulation::Diverged;
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use pam_numerics::statistics::t_quantile_95;
+use serde::Serialize;
 
-/// A value with its 95 % interval.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+/// A value with its 95 % confidence interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Interval {
     /// The value.
     pub value: f64,
@@ -31,55 +31,50 @@ impl Interval {
         };
         Self { value: self.value, ci95: [end(self.ci95[0], -1.0), end(self.ci95[1], 1.0)] }
     }
+
+    /// Whether the interval holds a value.
+    #[must_use]
+    pub fn contains(&self, value: f64) -> bool {
+        self.ci95[0] <= value && value <= self.ci95[1]
+    }
 }
 
-impl Problem<'_> {
-    /// The fitted parameters with 95 % intervals, in the order of [`Hypothesis::parameters`].
+impl<C: Candidates + ?Sized> Problem<'_, C> {
+    /// The fitted parameters with 95 % intervals, member by member.
     ///
-    /// The covariance is clustered by blocks of two seconds, `H⁻¹ (Σ_b g_b g_bᵀ) H⁻¹` with
-    /// `g_b = J_bᵀ W r_b`, which holds whatever the correlation of the residuals inside a block (Liang and
-    /// Zeger 1986), with quantiles of Student's t for the number of blocks. Scales have intervals that are
-    /// symmetric in their logarithm.
-    ///
-    /// [`Hypothesis::parameters`]: super::Hypothesis::parameters
+    /// The covariance is clustered by blocks of rows, `H⁻¹ (Σ_b g_b g_bᵀ) H⁻¹` with `g_b = J_bᵀ W r_b`, which holds
+    /// for any correlation of the residuals inside a block (Liang and Zeger 1986), with quantiles of Student's t for
+    /// the number of blocks. Scales have intervals that are symmetric in their logarithm.
     ///
     /// # Errors
-    /// [`Diverged`] if the fitted hypothesis cannot be simulated.
-    pub fn intervals(&self, fit: &Fit<'_>) -> Result<Vec<Interval>, Diverged> {
-        let joint = self.linearised(&fit.hypothesis, &fit.errors)?;
-        let parameters = fit.hypothesis.parameters();
-        let h = joint.hessian(0.0);
-        let n = h.nrows();
-        let scale: Vec<f64> = (0..n).map(|i| h[(i, i)].sqrt().recip()).collect();
-        let scaled = Mat::from_fn(n, n, |i, j| h[(i, j)] * scale[i] * scale[j]);
-        let blocks = joint.blocks.len() as f64;
-        let errors: Vec<f64> = match scaled.llt(Side::Lower) {
-            Err(_) => vec![f64::INFINITY; parameters.len()],
-            Ok(factor) => (0..parameters.len())
-                .map(|k| {
-                    let unit = Mat::from_fn(n, 1, |i, _| if i == k { scale[k] } else { 0.0 });
-                    let row = factor.solve(&unit);
-                    let influence = |block: &Vec<f64>| -> f64 {
-                        (0..n).map(|i| row[(i, 0)] * scale[i] * block[i]).sum()
-                    };
-                    let clustered: f64 = joint.blocks.iter().map(|b| influence(b).powi(2)).sum();
-                    let tied: f64 =
-                        (0..n).map(|i| (row[(i, 0)] * scale[i]).powi(2) * joint.ties[i]).sum();
-                    (clustered * blocks / (blocks - 1.0).max(1.0) + tied).sqrt()
-                })
-                .collect(),
+    /// [`DiagnoseError`] if the fitted hypothesis cannot be simulated.
+    pub fn intervals(&self, fit: &Fit) -> Result<Vec<Interval>, DiagnoseError> {
+        let equations = self.normal_equations(&fit.hypothesis, &fit.errors)?;
+        let parameters = fit.hypothesis.parameters(self.system);
+        let n = equations.unknowns();
+        let blocks = equations.blocks.len() as f64;
+        let factor = equations.factor();
+        let error = |k: usize| -> Option<f64> {
+            let mut unit = vec![0.0; n];
+            unit[k] = 1.0;
+            let row = factor.as_ref()?.solve(&unit)?;
+            let influence =
+                |block: &Vec<f64>| -> f64 { row.iter().zip(block).map(|(r, b)| r * b).sum() };
+            let clustered: f64 = equations.blocks.iter().map(|b| influence(b).powi(2)).sum();
+            let prior: f64 = row.iter().zip(&equations.precisions).map(|(r, p)| r * r * p).sum();
+            Some((clustered * blocks / (blocks - 1.0).max(1.0) + prior).sqrt())
         };
-        let freedom = (blocks - 1.0 - parameters.len() as f64).max(1.0);
-        let quantile = StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.975));
+        let quantile = t_quantile_95((blocks - 1.0 - parameters.len() as f64).max(1.0));
         Ok(parameters
             .iter()
-            .zip(errors)
-            .map(|((at, info), error)| {
-                let value = fit.hypothesis.values[*at];
-                let middle = coordinate(value, *info);
-                let end = |s: f64| {
-                    let e = middle + s * quantile * error;
-                    if info.logarithmic { e.exp() } else { e }
+            .enumerate()
+            .map(|(k, p)| {
+                let error = error(k).unwrap_or(f64::INFINITY);
+                let value = fit.hypothesis.members[p.member].values[p.value];
+                let middle = coordinate(value, p.info);
+                let end = |sign: f64| {
+                    let end = middle + sign * quantile * error;
+                    if p.info.logarithmic { end.exp() } else { end }
                 };
                 Interval { value, ci95: [end(-1.0), end(1.0)] }
             })

@@ -1,29 +1,22 @@
-//! Fits of effects through the simulation, by Gauss–Newton with the exact sensitivities of the steps
-//! taken.
+//! The fit of one hypothesis through the simulation, with exact sensitivities of the steps taken.
 //!
-//! A [`Problem`] is a set of trials with the rows that count; [`Hypothesis`] is what is fitted: effects
-//! with their values, and what the recordings leave uncertain (the model's own numbers, when the
-//! force acted between its samples, initial states, sealed masses, offsets of the first pressure readings),
-//! each tied to its measured value by a tolerance. [`Problem::fit`] moves a hypothesis to its best fit,
-//! [`Problem::intervals`] says how sure its numbers are.
+//! A [`Problem`] is a set of experiments with the rows that count; a [`Hypothesis`] is what is fitted: candidates with
+//! their values, and the nuisance values that the experiments leave uncertain, each with a Gaussian prior.
+//! [`Problem::fit`] moves a hypothesis to its best fit by Levenberg–Marquardt, [`Problem::intervals`] computes the
+//! confidence intervals of its parameters.
 
 mod covariance;
 mod hypothesis;
+mod levenberg_marquardt;
 mod likelihood;
-mod linearise;
 mod normal;
 mod problem;
-mod refit;
-mod solve;
 
 pub use covariance::Interval;
 pub(crate) use hypothesis::coordinate;
-pub use hypothesis::{Common, Hypothesis, Local};
-pub(crate) use likelihood::deviance;
-pub use likelihood::{CHANNELS, ChannelErrors, Floors};
-pub(crate) use linearise::Sensitivities;
-pub(crate) use problem::{BLOCK_S, POINTS_PER_ROW};
-pub use problem::{Problem, Tolerances};
-pub(crate) use refit::BURN_IN_S;
-pub use refit::refit;
-pub use solve::Fit;
+pub use hypothesis::{Hypothesis, Member};
+pub use levenberg_marquardt::Fit;
+pub use likelihood::ChannelErrors;
+pub(crate) use normal::dot;
+pub use problem::{Problem, Sensitivities};
+pub(crate) use problem::{fitted_outputs, row_means};

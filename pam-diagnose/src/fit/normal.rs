@@ -1,115 +1,181 @@
-//! The normal equations of all trials together.
+//! The normal equations of all experiments together.
 
-use super::hypothesis::{Common, Hypothesis, Local};
-use super::linearise::Normal;
-use super::problem::Problem;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use super::hypothesis::Hypothesis;
+use super::likelihood::ChannelErrors;
+use super::problem::{Problem, Sensitivities};
+use crate::error::DiagnoseError;
+use crate::search::{Candidates, Nuisance};
+use faer::Mat;
+use pam_numerics::ScaledCholesky;
+use rayon::prelude::*;
 
-/// Normal equations over: parameters of effects, what the trials share, then each trial's own numbers.
-pub(super) struct Joint {
-    /// Data term.
-    pub(super) gram: Mat<f64>,
-    /// `Jᵀ W r` of every block of every trial, in the joint unknowns.
-    pub(super) blocks: Vec<Vec<f64>>,
-    /// One over the variance of each tied number; zero for parameters.
-    pub(super) ties: Vec<f64>,
-    /// Present deviation of each tied number.
-    pub(super) deviations: Vec<f64>,
+/// Normal equations of one experiment: parameters, shared nuisances, its own nuisances.
+struct Part {
+    gram: Vec<f64>,
+    /// `Jᵀ W r` of each block of rows.
+    blocks: Vec<Vec<f64>>,
+    unknowns: usize,
 }
 
-impl Problem<'_> {
-    pub(super) fn joint(&self, hypothesis: &Hypothesis<'_>, parts: &[Normal]) -> Joint {
-        let shared = hypothesis.parameter_len() + Common::LEN;
-        let unknowns = shared + Local::LEN * self.len();
-        let place = |trial: usize, k: usize| {
-            if k < shared { k } else { shared + Local::LEN * trial + (k - shared) }
+/// Normal equations over: parameters, shared nuisances, then the nuisances of each experiment.
+pub(super) struct NormalEquations {
+    /// Data term.
+    gram: Mat<f64>,
+    /// `Jᵀ W r` of every block of every experiment, in the joint unknowns.
+    pub(super) blocks: Vec<Vec<f64>>,
+    /// One over the variance of each prior; zero for parameters.
+    pub(super) precisions: Vec<f64>,
+    /// Present deviation of each nuisance.
+    deviations: Vec<f64>,
+    /// Number of parameters.
+    parameters: usize,
+}
+
+impl<C: Candidates + ?Sized> Problem<'_, C> {
+    /// Weights of the channels at given errors, one over the variance of an independent observation.
+    pub(crate) fn weights(&self, errors: &ChannelErrors) -> Vec<f64> {
+        let rows = self.system.rows_per_observation();
+        let mean = errors.mean();
+        mean.iter().zip(&self.noise).map(|(m, n)| 1.0 / (rows * (m + n * n))).collect()
+    }
+
+    /// Normal equations at a hypothesis whose errors are known.
+    pub(super) fn normal_equations(
+        &self,
+        hypothesis: &Hypothesis,
+        errors: &ChannelErrors,
+    ) -> Result<NormalEquations, DiagnoseError> {
+        let weights = self.weights(errors);
+        let parts: Result<Vec<Part>, DiagnoseError> = (0..self.len())
+            .into_par_iter()
+            .map(|i| {
+                let s = self.sensitivities(hypothesis, i)?;
+                Ok(part(&s, &weights, self.rows(i), self.rows_per_block(i)))
+            })
+            .collect();
+        let (shared, local) = (self.system.shared(), self.system.local());
+        let parameters = hypothesis.parameters(self.system).len();
+        let common = parameters + shared.len();
+        let unknowns = common + local.len() * self.len();
+        let place = |experiment: usize, k: usize| {
+            if k < common { k } else { common + local.len() * experiment + (k - common) }
         };
         let mut gram = Mat::zeros(unknowns, unknowns);
         let mut blocks = Vec::new();
-        for (trial, part) in parts.iter().enumerate() {
+        for (experiment, part) in parts?.iter().enumerate() {
             for i in 0..part.unknowns {
                 for j in 0..part.unknowns {
-                    gram[(place(trial, i), place(trial, j))] += part.gram[i * part.unknowns + j];
+                    gram[(place(experiment, i), place(experiment, j))] +=
+                        part.gram[i * part.unknowns + j];
                 }
             }
             for block in &part.blocks {
                 let mut right = vec![0.0; unknowns];
                 for (k, value) in block.iter().enumerate() {
-                    right[place(trial, k)] = *value;
+                    right[place(experiment, k)] = *value;
                 }
                 blocks.push(right);
             }
         }
-        let t = &self.tolerances;
-        let mut ties = vec![0.0; shared - Common::LEN];
-        let mut deviations = ties.clone();
-        ties.extend(t.common().map(precision));
-        deviations.extend(hypothesis.common.values());
-        for local in &hypothesis.locals {
-            ties.extend(t.local().map(precision));
-            deviations.extend(local.values());
+        let mut precisions = vec![0.0; parameters];
+        let mut deviations = precisions.clone();
+        let precision = |n: &Nuisance| 1.0 / (n.deviation * n.deviation);
+        precisions.extend(shared.iter().map(precision));
+        deviations.extend(&hypothesis.shared);
+        for values in &hypothesis.locals {
+            precisions.extend(local.iter().map(precision));
+            deviations.extend(values);
         }
-        Joint { gram, blocks, ties, deviations }
+        Ok(NormalEquations { gram, blocks, precisions, deviations, parameters })
     }
 }
 
-fn precision(sd: f64) -> f64 {
-    1.0 / (sd * sd)
+fn part(s: &Sensitivities, weights: &[f64], rows: usize, block: usize) -> Part {
+    let unknowns = s.columns.len();
+    let mut gram = vec![0.0; unknowns * unknowns];
+    for i in 0..unknowns {
+        for j in 0..=i {
+            let mut sum = 0.0;
+            for (c, weight) in weights.iter().enumerate() {
+                sum += weight * dot(&s.columns[i][c], &s.columns[j][c]);
+            }
+            gram[i * unknowns + j] = sum;
+            gram[j * unknowns + i] = sum;
+        }
+    }
+    let blocks = (0..rows.div_ceil(block).max(1))
+        .map(|b| {
+            let range = b * block..((b + 1) * block).min(rows);
+            let right = |column: &Vec<Vec<f64>>| {
+                (0..weights.len())
+                    .filter(|&c| !column[c].is_empty())
+                    .map(|c| {
+                        let r = &s.residuals[c][range.clone()];
+                        weights[c] * dot(&column[c][range.clone()], r)
+                    })
+                    .sum()
+            };
+            s.columns.iter().map(right).collect()
+        })
+        .collect();
+    Part { gram, blocks, unknowns }
 }
 
-impl Joint {
-    /// Total right-hand side with the ties.
-    pub(super) fn right(&self) -> Vec<f64> {
-        let mut right: Vec<f64> =
-            self.ties.iter().zip(&self.deviations).map(|(t, d)| -t * d).collect();
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+impl NormalEquations {
+    pub(super) fn unknowns(&self) -> usize {
+        self.precisions.len()
+    }
+
+    fn entry(&self, i: usize, j: usize) -> f64 {
+        self.gram[(i, j)] + if i == j { self.precisions[i] } else { 0.0 }
+    }
+
+    /// The factor of the Hessian with the priors.
+    pub(super) fn factor(&self) -> Option<ScaledCholesky> {
+        ScaledCholesky::new(self.unknowns(), |i, j| self.entry(i, j), 0.0)
+    }
+
+    /// Total right-hand side with the priors.
+    fn right(&self) -> Vec<f64> {
+        let priors = self.precisions.iter().zip(&self.deviations);
+        let mut right: Vec<f64> = priors.map(|(t, d)| -t * d).collect();
         for block in &self.blocks {
             right.iter_mut().zip(block).for_each(|(r, b)| *r += b);
         }
         right
     }
 
-    /// Hessian with ties, and with a share `damping` of each diagonal entry on top.
-    pub(super) fn hessian(&self, damping: f64) -> Mat<f64> {
-        let mut h = self.gram.clone();
-        for (i, tie) in self.ties.iter().enumerate() {
-            let own = h[(i, i)] + tie;
-            // Directions without any sensitivity stay where they are.
-            h[(i, i)] = if own > 0.0 { own * (1.0 + damping) } else { 1.0 };
-        }
-        h
+    /// The damped step. Where it would lead a shared nuisance out of its limits, that one goes to the limit, and
+    /// everything else where it has to then; `None` if the equations cannot be solved.
+    pub(super) fn step(&self, damping: f64, shared: &[Nuisance]) -> Option<Vec<f64>> {
+        let free = self.solve(damping, None)?;
+        let leaving = shared.iter().enumerate().find_map(|(k, n)| {
+            let at = self.parameters + k;
+            let (value, change) = (self.deviations[at], free[at]);
+            let limit = if change < 0.0 { n.limits[0] } else { n.limits[1] };
+            let beyond = value + change < n.limits[0] || value + change > n.limits[1];
+            beyond.then_some((at, limit - value))
+        });
+        if leaving.is_some() { self.solve(damping, leaving) } else { Some(free) }
     }
 
-    /// The damped step from a hypothesis. Where it would lead the force out of its range, the lead goes to the end
-    /// of it, and everything else where it has to then; `None` if the equations cannot be solved.
-    pub(super) fn step_within(&self, damping: f64, from: &Hypothesis<'_>) -> Option<Vec<f64>> {
-        let at = from.parameter_len() + Common::LEAD;
-        let free = self.step(damping, None)?;
-        match from.common.lead_left(free[at]) {
-            Some(left) => self.step(damping, Some((at, left))),
-            None => Some(free),
-        }
-    }
-
-    /// The damped step, with the change of one unknown prescribed if asked for; `None` if the equations cannot be
-    /// solved.
-    fn step(&self, damping: f64, prescribed: Option<(usize, f64)>) -> Option<Vec<f64>> {
-        let mut h = self.hessian(damping);
-        let n = h.nrows();
+    /// The damped step, with the change of one unknown prescribed if asked for.
+    fn solve(&self, damping: f64, prescribed: Option<(usize, f64)>) -> Option<Vec<f64>> {
         let mut right = self.right();
         if let Some((at, change)) = prescribed {
-            for i in 0..n {
-                right[i] -= h[(i, at)] * change;
-                (h[(at, i)], h[(i, at)]) = (0.0, 0.0);
+            for (i, r) in right.iter_mut().enumerate() {
+                *r -= self.entry(i, at) * change;
             }
-            (h[(at, at)], right[at]) = (1.0, change);
+            right[at] = change * (1.0 + damping);
         }
-        // Scaled to a unit diagonal, since the unknowns differ by many orders of magnitude.
-        let scale: Vec<f64> = (0..n).map(|i| h[(i, i)].sqrt().recip()).collect();
-        let scaled = Mat::from_fn(n, n, |i, j| h[(i, j)] * scale[i] * scale[j]);
-        let factor = scaled.llt(Side::Lower).ok()?;
-        let solved = factor.solve(&Mat::from_fn(n, 1, |i, _| right[i] * scale[i]));
-        let step: Vec<f64> = (0..n).map(|i| solved[(i, 0)] * scale[i]).collect();
-        step.iter().all(|s| s.is_finite()).then_some(step)
+        let entry = |i: usize, j: usize| match prescribed {
+            Some((at, _)) if i == at || j == at => f64::from(u8::from(i == j)),
+            _ => self.entry(i, j),
+        };
+        ScaledCholesky::new(self.unknowns(), entry, damping)?.solve(&right)
     }
 }

@@ -1,216 +1,217 @@
-//! Trials with the rows that count.
+//! Experiments with the rows that count.
 
-use super::hypothesis::{Common, Hypothesis, Local};
-use super::likelihood::{CHANNELS, ChannelErrors, Floors};
-use pam_effects::simulation::{Base, Diverged, Trajectory, Trial, simulate};
+use super::hypothesis::Hypothesis;
+use super::likelihood::ChannelErrors;
+use crate::error::DiagnoseError;
+use crate::search::{Candidates, OutputInfo};
+use crate::settings::DiagnosisSettings;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// How far uncertain numbers may be from their measured values (standard deviations).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tolerances {
-    /// Relative, of the model's mass and deformation coefficient.
-    pub model: f64,
-    /// Lead of the recorded force before a held one, in its samples.
-    pub lead_samples: f64,
-    /// Displacement at the start, mm.
-    pub start_mm: f64,
-    /// Velocity at the start, mm/s.
-    pub start_mm_s: f64,
-    /// Relative, of the sealed masses.
-    pub air: f64,
-    /// Offset of the first pressure samples, kPa.
-    pub offset_kpa: f64,
+/// Residuals of one experiment, and their derivatives (of the simulation) by every unknown: parameters of the
+/// members, shared nuisances, the experiment's own nuisances.
+#[derive(Debug, Clone)]
+pub struct Sensitivities {
+    /// Residuals of each fitted channel, row by row.
+    pub residuals: Vec<Vec<f64>>,
+    /// For each unknown and fitted channel one column of rows; empty where it is zero.
+    pub columns: Vec<Vec<Vec<f64>>>,
 }
 
-impl Default for Tolerances {
-    fn default() -> Self {
+/// Experiments and the rows of each that take part.
+#[derive(Debug)]
+pub struct Problem<'a, C: ?Sized> {
+    /// The system with its candidates.
+    pub system: &'a C,
+    /// The settings.
+    pub settings: &'a DiagnosisSettings,
+    /// Indices of the experiments in the system.
+    pub experiments: Vec<usize>,
+    /// Grid points of each experiment that count, a whole number of rows.
+    pub windows: Vec<Range<usize>>,
+    /// Standard deviation below which an error counts as noise, for each fitted channel.
+    pub noise: Vec<f64>,
+    /// Whether the nuisances of these experiments were not fitted, so that errors are forgiven that they would take.
+    pub unseen: bool,
+}
+
+impl<C: ?Sized> Clone for Problem<'_, C> {
+    fn clone(&self) -> Self {
         Self {
-            model: 2e-3,
-            lead_samples: 0.3,
-            start_mm: 0.02,
-            start_mm_s: 1.0,
-            air: 2e-3,
-            offset_kpa: 0.5,
+            experiments: self.experiments.clone(),
+            windows: self.windows.clone(),
+            noise: self.noise.clone(),
+            ..*self
         }
     }
 }
 
-impl Tolerances {
-    /// Those of what recordings share, in order.
-    pub(crate) fn common(&self) -> [f64; Common::LEN] {
-        [self.model, self.model, self.lead_samples]
-    }
-
-    /// Those of one recording's own numbers, in order.
-    pub(crate) fn local(&self) -> [f64; Local::LEN] {
-        [self.start_mm, self.start_mm_s, self.air, self.air, self.offset_kpa, self.offset_kpa]
-    }
-}
-
-/// Trials and the rows of each that take part.
-#[derive(Debug, Clone)]
-pub struct Problem<'a> {
-    /// The trials.
-    pub trials: Vec<&'a Trial>,
-    /// Grid points of each trial that count, a whole number of rows.
-    pub windows: Vec<Range<usize>>,
-    /// The base model's numbers.
-    pub base: Base<f64>,
-    /// Where errors count as explained.
-    pub floors: Floors,
-    /// How far uncertain numbers may go.
-    pub tolerances: Tolerances,
-    /// Whether the steady offset of a pressure, up to twice its tolerance, is no error. Trials that only
-    /// judge have no fitted offset, and their predictions start from one noisy sample.
-    pub forgive_offsets: bool,
-}
-
-/// Grid points that are averaged into one row.
-pub(crate) const POINTS_PER_ROW: usize = 5;
-
-/// Length of a block of rows for clustered errors and for the bootstrap, s.
-pub(crate) const BLOCK_S: f64 = 2.0;
-
-impl<'a> Problem<'a> {
-    /// All trials, from `burn_in_s` on.
+impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
+    /// Experiments of a system from the end of the burn-in on (at most half of each).
     #[must_use]
     pub fn new(
-        trials: impl IntoIterator<Item = &'a Trial>,
-        base: Base<f64>,
-        burn_in_s: f64,
-        floors: Floors,
+        system: &'a C,
+        experiments: Vec<usize>,
+        noise: Vec<f64>,
+        settings: &'a DiagnosisSettings,
     ) -> Self {
-        let trials: Vec<_> = trials.into_iter().collect();
-        let windows = trials
+        let windows = experiments
             .iter()
-            .map(|t| {
-                let from = ((burn_in_s / t.record.step_s) as usize).min(t.record.points() / 2);
-                whole_rows(from..t.record.points())
+            .map(|&e| {
+                let from = system.point_at(e, system.burn_in_s()).min(system.points(e) / 2);
+                whole_rows(from..system.points(e), system.points_per_row())
             })
             .collect();
-        Self {
-            trials,
-            windows,
-            base,
-            floors,
-            tolerances: Tolerances::default(),
-            forgive_offsets: false,
-        }
+        Self { system, settings, experiments, windows, noise, unseen: false }
     }
 
-    /// The same trials with other windows, each cut to whole rows.
+    /// The same experiments with other windows, each cut to whole rows. `window` gets the place of the experiment in
+    /// the problem and its index in the system.
     #[must_use]
-    pub fn with_windows(&self, window: impl Fn(usize, &Trial) -> Range<usize>) -> Self {
+    pub fn with_windows(&self, window: impl Fn(usize, usize) -> Range<usize>) -> Self {
         let mut other = self.clone();
-        for (i, (w, t)) in other.windows.iter_mut().zip(&self.trials).enumerate() {
-            *w = whole_rows(window(i, t));
+        for (i, (w, &e)) in other.windows.iter_mut().zip(&self.experiments).enumerate() {
+            *w = whole_rows(window(i, e), self.system.points_per_row());
         }
         other
     }
 
-    /// Rows of a trial.
-    pub(crate) fn rows(&self, trial: usize) -> usize {
-        self.windows[trial].len() / POINTS_PER_ROW
+    /// One experiment of the problem, in a part of its window.
+    pub(crate) fn part(&self, place: usize, window: Range<usize>) -> Self {
+        let window = whole_rows(window, self.system.points_per_row());
+        Self {
+            experiments: vec![self.experiments[place]],
+            windows: vec![window],
+            noise: self.noise.clone(),
+            ..*self
+        }
+    }
+
+    /// Number of experiments.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.experiments.len()
+    }
+
+    /// Whether there are no experiments.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.experiments.is_empty()
+    }
+
+    /// Rows of an experiment.
+    pub(crate) fn rows(&self, place: usize) -> usize {
+        self.windows[place].len() / self.system.points_per_row()
+    }
+
+    /// Time between two rows of an experiment, s.
+    pub(crate) fn row_s(&self, place: usize) -> f64 {
+        let (e, w) = (self.experiments[place], &self.windows[place]);
+        let span = self.system.time_s(e, w.end.max(1) - 1) - self.system.time_s(e, w.start);
+        span / w.len().saturating_sub(1).max(1) as f64 * self.system.points_per_row() as f64
     }
 
     /// Rows in a block.
-    pub(crate) fn rows_per_block(&self, trial: usize) -> usize {
-        let row_s = self.trials[trial].record.step_s * POINTS_PER_ROW as f64;
-        ((BLOCK_S / row_s).round() as usize).max(1)
+    pub(crate) fn rows_per_block(&self, place: usize) -> usize {
+        self.system.rows_per_block(self.rows(place), self.row_s(place))
     }
 
-    /// Number of trials.
+    /// Names of the experiments.
     #[must_use]
-    pub fn len(&self) -> usize {
-        self.trials.len()
+    pub fn names(&self) -> Vec<String> {
+        self.experiments.iter().map(|&e| self.system.name(e).to_owned()).collect()
     }
 
-    /// Whether there are no trials.
+    /// The hypothesis without any candidate and with all nuisances at zero.
     #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.trials.is_empty()
+    pub fn base(&self) -> Hypothesis {
+        Hypothesis::base(self.system, self.len())
     }
 
-    /// The simulated channels of a trial.
-    ///
-    /// # Errors
-    /// [`Diverged`].
-    pub fn simulate(
+    /// The simulated outputs of an experiment.
+    pub(crate) fn simulate(
         &self,
-        hypothesis: &Hypothesis<'_>,
-        trial: usize,
-        out: &mut Trajectory<f64>,
-    ) -> Result<(), Diverged> {
-        simulate(
-            self.trials[trial],
-            &self.base,
-            &hypothesis.effects,
-            &hypothesis.values,
-            &hypothesis.nuisances(trial),
-            out,
-        )?;
-        let offsets = hypothesis.locals[trial].offset_kpa;
-        for (channel, offset) in out.channels[2..].iter_mut().zip(offsets) {
-            if offset != 0.0 {
-                channel.iter_mut().for_each(|p| *p += offset);
-            }
-        }
-        Ok(())
+        hypothesis: &Hypothesis,
+        place: usize,
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        self.system.simulate(hypothesis, &hypothesis.locals[place], self.experiments[place])
     }
 
-    /// Residuals (measured minus simulated, row means) of the fitted channels of a trial.
+    /// Residuals (measured − simulated, row means) of the fitted channels of an experiment.
     ///
     /// # Errors
-    /// [`Diverged`].
+    /// [`DiagnoseError`] if the simulation fails.
     pub fn residuals(
         &self,
-        hypothesis: &Hypothesis<'_>,
-        trial: usize,
-    ) -> Result<[Vec<f64>; 3], Diverged> {
-        let mut out = Trajectory::default();
-        self.simulate(hypothesis, trial, &mut out)?;
-        let (t, window) = (self.trials[trial], self.windows[trial].clone());
-        Ok(CHANNELS.map(|c| row_means(&t.record.measured[c], &out.channels[c], window.clone())))
+        hypothesis: &Hypothesis,
+        place: usize,
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        let simulated = self.simulate(hypothesis, place)?;
+        let (e, window) = (self.experiments[place], &self.windows[place]);
+        Ok(fitted_outputs(self.system)
+            .map(|(c, _)| {
+                let rows = self.system.points_per_row();
+                row_means(self.system.measured(e, c), &simulated[c], window.clone(), rows)
+            })
+            .collect())
     }
 
-    /// Errors of all trials together.
+    /// Residuals and sensitivities of an experiment.
+    pub(crate) fn sensitivities(
+        &self,
+        hypothesis: &Hypothesis,
+        place: usize,
+    ) -> Result<Sensitivities, DiagnoseError> {
+        let (e, window) = (self.experiments[place], self.windows[place].clone());
+        self.system.sensitivities(hypothesis, &hypothesis.locals[place], e, window)
+    }
+
+    /// Errors of all experiments together.
     ///
     /// # Errors
-    /// [`Diverged`] of the first trial that diverges.
-    pub fn errors(&self, hypothesis: &Hypothesis<'_>) -> Result<ChannelErrors, Diverged> {
-        let each: Result<Vec<ChannelErrors>, Diverged> = (0..self.len())
+    /// [`DiagnoseError`] of the first experiment whose simulation fails.
+    pub fn errors(&self, hypothesis: &Hypothesis) -> Result<ChannelErrors, DiagnoseError> {
+        let each: Result<Vec<ChannelErrors>, DiagnoseError> = (0..self.len())
             .into_par_iter()
             .map(|i| {
                 let mut residuals = self.residuals(hypothesis, i)?;
-                if self.forgive_offsets {
-                    let most = 2.0 * self.tolerances.offset_kpa;
-                    for r in &mut residuals[1..] {
-                        let mean = r.iter().sum::<f64>() / r.len().max(1) as f64;
-                        r.iter_mut().for_each(|v| *v -= mean.clamp(-most, most));
-                    }
+                if self.unseen {
+                    self.system.forgive(&mut residuals);
                 }
-                let rows = residuals[0].len();
-                Ok(ChannelErrors { sums: residuals.map(|r| r.iter().map(|v| v * v).sum()), rows })
+                let sums = residuals.iter().map(|r| r.iter().map(|v| v * v).sum()).collect();
+                Ok(ChannelErrors { sums, rows: self.rows(i) })
             })
             .collect();
-        Ok(each?.iter().fold(ChannelErrors::default(), |sum, e| sum.and(e)))
+        let none = ChannelErrors { sums: vec![0.0; self.noise.len()], rows: 0 };
+        Ok(each?.iter().fold(none, |sum, e| sum.and(e)))
     }
 }
 
-fn whole_rows(range: Range<usize>) -> Range<usize> {
-    let rows = range.len() / POINTS_PER_ROW;
-    range.start..range.start + rows * POINTS_PER_ROW
+/// The fitted outputs of a system with their indices.
+pub(crate) fn fitted_outputs<C: Candidates + ?Sized>(
+    system: &C,
+) -> impl Iterator<Item = (usize, &OutputInfo)> {
+    system.outputs().iter().enumerate().filter(|(_, o)| o.fitted)
+}
+
+fn whole_rows(range: Range<usize>, points_per_row: usize) -> Range<usize> {
+    let rows = range.len() / points_per_row;
+    range.start..range.start + rows * points_per_row
 }
 
 /// Means of `measured − simulated` over each row of a window.
-pub(crate) fn row_means(measured: &[f64], simulated: &[f64], window: Range<usize>) -> Vec<f64> {
-    let pairs = measured[window.clone()].chunks_exact(POINTS_PER_ROW);
+pub(crate) fn row_means(
+    measured: &[f64],
+    simulated: &[f64],
+    window: Range<usize>,
+    points_per_row: usize,
+) -> Vec<f64> {
+    let pairs = measured[window.clone()].chunks_exact(points_per_row);
     pairs
-        .zip(simulated[window].chunks_exact(POINTS_PER_ROW))
+        .zip(simulated[window].chunks_exact(points_per_row))
         .map(|(m, s)| {
             let sum: f64 = m.iter().zip(s).map(|(m, s)| m - s).sum();
-            sum / POINTS_PER_ROW as f64
+            sum / points_per_row as f64
         })
         .collect()
 }

@@ -1,14 +1,16 @@
-//! The report of a diagnosis: what is wrong, why, what changes, what it gains.
+//! The report of a diagnosis: residual, causes, changes, error reduction.
 
-mod gain;
-mod what;
-mod why;
+mod causes;
+mod error_reduction;
+mod residual;
 
-use crate::diagnosis::{Diagnosis, Verdict};
+use crate::diagnosis::Diagnosis;
+use crate::verdict::Verdict;
 use maud::{Markup, html};
+use pam_effects::model::significant;
 use pam_report::page::{card, number, page};
 
-/// What stands around the diagnosis.
+/// Model and program, as the report names them.
 #[derive(Debug, Clone, Default)]
 pub struct ReportContext {
     /// Name of the model.
@@ -19,19 +21,27 @@ pub struct ReportContext {
     pub made_by: String,
 }
 
-/// The report as HTML text that needs nothing else.
+/// The part of a report that only the system knows.
+pub trait ReportModel {
+    /// Paragraphs below the summary.
+    fn notes(&self) -> Markup;
+    /// How the causes become part of the model.
+    fn extension(&self) -> Markup;
+}
+
+/// The report as HTML text that needs no other file.
 #[must_use]
-pub fn diagnosis_report(d: &Diagnosis, context: &ReportContext) -> String {
+pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContext) -> String {
     let body = html! {
         (summary(d))
         h2 { "1. What is wrong" }
-        (what::section(d))
+        (residual::section(d))
         h2 { "2. Why" }
-        (why::section(d))
+        (causes::section(d))
         h2 { "3. What changes" }
         (changes(d))
-        h2 { "4. What it gains" }
-        (gain::section(d))
+        h2 { "4. What it improves" }
+        (error_reduction::section(d))
     };
     let title = match d.verdict {
         Verdict::NothingFound => "Diagnosis: nothing found".to_owned(),
@@ -40,18 +50,18 @@ pub fn diagnosis_report(d: &Diagnosis, context: &ReportContext) -> String {
             format!("Diagnosis: {}", d.named().join(", "))
         }
     };
-    page(
-        &title,
-        &format!("Model {}. {}", context.model, context.model_line),
-        &body,
-        &context.made_by,
-    )
+    let line = format!("Model {}. {}", context.model, context.model_line);
+    page(&title, &line, &body, &context.made_by)
+}
+
+/// A share in per cent.
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
 }
 
 /// The outcome in one paragraph.
 #[must_use]
-pub fn verdict_sentence(d: &Diagnosis) -> String {
-    let percent = |v: f64| format!("{:.0} %", 100.0 * v);
+pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
     let causes: Vec<String> = d
         .causes
         .iter()
@@ -60,90 +70,73 @@ pub fn verdict_sentence(d: &Diagnosis) -> String {
                 .parameters
                 .iter()
                 .map(|(name, i)| {
-                    let n = |v| pam_effects::model::significant(v, 3);
+                    let n = |v| significant(v, 3);
                     format!("{name} = {} [{}, {}]", n(i.value), n(i.ci95[0]), n(i.ci95[1]))
                 })
                 .collect();
             format!("{} ({})", c.effect, values.join(", "))
         })
         .collect();
+    let (named, any) = (percent(d.explainable.named), percent(d.explainable.any_correction));
+    let removes = format!(
+        "{}: removes {named} of the squared error above the noise on the test set",
+        causes.join(" and ")
+    );
     match d.verdict {
         Verdict::NothingFound => {
-            "The model predicts these recordings as well as noise and what is \
-            ordinary for it allow; nothing is wrong that these data could show."
+            "The model predicts these recordings as well as noise and its baseline discrepancy allow; \
+             these data show no fault."
                 .into()
         }
         Verdict::Unexplained => format!(
             "There is an error, and no listed cause explains it: the best candidate alone, {}, removes {} \
-             of what could be removed. A flexible correction without names removes {}.",
-            d.ranking.first().map_or("none", |r| r.effect),
+             of the removable error. A flexible correction without names removes {any}.",
+            d.ranking.first().map_or("none", |r| &r.effect),
             percent(d.ranking.first().map_or(0.0, |r| r.score)),
-            percent(d.ceiling)
         ),
-        Verdict::Explained => format!(
-            "{}: removes {} of the squared error above the noise on recordings that took no part in \
-             naming (a flexible correction without names: {}).",
-            causes.join(" and "),
-            percent(d.removed),
-            percent(d.ceiling)
-        ),
+        Verdict::Explained => {
+            format!("{removes} (a flexible correction without names: {any}).")
+        }
         Verdict::PartlyExplained => format!(
-            "{}: removes {} of the squared error above the noise on recordings that took no part in \
-             naming; the rest has no listed cause (a flexible correction without names removes {}).",
-            causes.join(" and "),
-            percent(d.removed),
-            percent(d.ceiling)
+            "{removes}; the rest has no listed cause (a flexible correction without names removes {any})."
         ),
     }
 }
 
-fn summary(d: &Diagnosis) -> Markup {
-    let g = &d.gain;
+fn summary<M: ReportModel>(d: &Diagnosis<M>) -> Markup {
+    let overall = &d.error_reduction.overall;
     html! {
         div.note { (verdict_sentence(d)) }
         div.cards {
             (card(&d.verdict.to_string(), "verdict"))
-            (card(&format!("{} → {} mm", number(g.x.rmse_before, 4), number(g.x.rmse_after, 4)), "displacement RMSE, kept aside"))
-            (card(&format!("{:.0} %", 100.0 * g.overall.error_reduction),
-                &format!("less error [{:.0}, {:.0}] %", 100.0 * g.overall.ci95[0], 100.0 * g.overall.ci95[1])))
-        }
-        p { "Fitted: " (d.fitted.join(", ")) ". " (d.judged_by.sentence()) " " (d.held_out.sentence()) }
-        p {
-            "The force acts " (number(d.force_lead_samples, 2)) " samples earlier than if each value held until the \
-             next (0 held, ½ smooth)."
-            @if d.force_lead_samples > 0.25 {
-                " It is better read with " code { "--input linear" } " in commands that predict."
+            @if let (Some(c), Some(o)) = (d.error_reduction.channels.first(), d.outputs.first()) {
+                (card(&format!("{} → {} {}", number(c.rmse_before, 4), number(c.rmse_after, 4), o.unit),
+                    &format!("{} RMSE, test set", o.name)))
             }
+            (card(&percent(overall.error_reduction),
+                &format!("less error [{:.0}, {:.0}] %", 100.0 * overall.ci95[0], 100.0 * overall.ci95[1])))
         }
-        @if let Some(o) = &d.ordinary {
-            p {
-                "Ordinary for this model, from healthy recordings (" (o.recordings.join(", ")) "): RMS "
-                (number(o.rms[0], 4)) " mm, " (number(o.rms[1], 3)) " and " (number(o.rms[2], 3)) " kPa"
-                @if !o.effects.is_empty() {
-                    " beside " (o.effects.iter().map(|e| e.effect.info().id).collect::<Vec<_>>().join(", "))
-                }
-                ". That much counts as no fault."
-            }
-        }
+        p { "Fitted: " (d.fitted.join(", ")) ". " (d.validation.sentence()) " " (d.test.sentence()) }
+        (d.model.notes())
     }
 }
 
-fn changes(d: &Diagnosis) -> Markup {
+fn changes<M: ReportModel>(d: &Diagnosis<M>) -> Markup {
     if d.causes.is_empty() {
         return html! { p { "Nothing: the model stays as it is." } };
     }
+    let n = |v: f64| significant(v, 4);
     html! {
-        p { "The model is extended by these terms; the network stays as it is. "
-            code { "model.safetensors" } " holds the result and works in every command that predicts." }
+        p { (d.model.extension()) }
         div.scroll { table {
-            tr { th { "effect" } th { "parameter" } th { "value" } th { "95 % interval" } th.text { "what it is" } }
+            tr { th { "cause" } th { "parameter" } th { "value" } th { "95 % interval" } th.text { "meaning" } }
             @for c in &d.causes { @for (k, (name, i)) in c.parameters.iter().enumerate() {
                 tr {
                     td { @if k == 0 { (c.effect) } }
                     td { (name) }
-                    td { (pam_effects::model::significant(i.value, 4)) }
-                    td { (pam_effects::model::significant(i.ci95[0], 4)) " to " (pam_effects::model::significant(i.ci95[1], 4)) }
-                    td.text { @if k == 0 { (c.what) } }
+                    td { (n(i.value)) }
+                    td { (n(i.ci95[0])) " to " (n(i.ci95[1])) }
+                    td.text { @if k == 0 { (c.description) } }
                 }
             } }
         } }

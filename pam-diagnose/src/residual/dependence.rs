@@ -1,108 +1,79 @@
-//! With what a residual goes.
+//! The dependence of a residual on factors.
 
 use crate::fit::{Hypothesis, Problem};
-use serde::Serialize;
-
-/// What a residual is tested against.
-pub const FACTORS: [&str; 8] = [
-    "position",
-    "velocity",
-    "direction of motion",
-    "force",
-    "phase in the cycle",
-    "amplitude of the motion",
-    "time since sealing",
-    "recording",
-];
+use crate::search::Candidates;
 
 /// The share of a residual's variance that one factor explains.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Dependence {
-    /// One of [`FACTORS`].
-    pub factor: &'static str,
-    /// Correlation ratio η², 0 to 1: variance of the means in twelve groups of equal size over the whole
-    /// variance, less what unrelated groups would show.
+    /// Name of the factor.
+    pub factor: String,
+    /// Its unit.
+    pub unit: String,
+    /// Correlation ratio η², 0 to 1: variance of the means in groups of equal size over the whole variance, less the
+    /// expectation for unrelated groups.
     pub share: f64,
     /// Middle of each group (in the factor's unit) and mean residual there.
     pub groups: Vec<[f64; 2]>,
 }
 
-/// Groups of equal size.
-const GROUPS: usize = 12;
-/// Residuals are correlated over about half a second: so many rows are one observation.
-const ROWS_PER_OBSERVATION: f64 = 25.0;
-
-/// Values of every factor at the rows of a trial.
-pub(super) fn factors(problem: &Problem<'_>, trial: usize) -> [Vec<f64>; 8] {
-    let t = problem.trials[trial];
-    let window = problem.windows[trial].clone();
-    let at: Vec<usize> = window.step_by(crate::fit::POINTS_PER_ROW).map(|k| k + 2).collect();
-    let (x, v) = (&t.record.measured[0], &t.record.measured[1]);
-    let force = t.record.force.values_mn();
-    let speed = (v.iter().map(|v| v * v).sum::<f64>() / v.len() as f64).sqrt();
-    let pick = |values: &[f64]| at.iter().map(|&k| values[k.min(values.len() - 1)]).collect();
-    // The phase by displacement and velocity in units of their own variation about a running middle.
-    let span = (1.0 / t.record.step_s) as usize;
-    let running = |values: &[f64], k: usize, f: fn(f64, f64) -> f64, from: f64| {
-        let (a, b) = (k.saturating_sub(span), (k + span).min(values.len() - 1));
-        values[a..=b].iter().step_by(8).copied().fold(from, f)
-    };
-    let mut phase = Vec::with_capacity(at.len());
-    let mut amplitude = Vec::with_capacity(at.len());
-    for &k in &at {
-        let k = k.min(x.len() - 1);
-        let low = running(x, k, f64::min, f64::INFINITY);
-        let high = running(x, k, f64::max, f64::NEG_INFINITY);
-        let fast = running(v, k, |a, b| a.max(b.abs()), 1e-9);
-        let half = (0.5 * (high - low)).max(1e-9);
-        phase.push((v[k] / fast).atan2((x[k] - 0.5 * (high + low)) / half));
-        amplitude.push(half);
-    }
-    [
-        pick(x),
-        pick(v),
-        at.iter().map(|&k| (v[k.min(v.len() - 1)] / (0.1 * speed)).tanh()).collect(),
-        at.iter().map(|&k| force[(2 * k).min(force.len() - 1)]).collect(),
-        phase,
-        amplitude,
-        at.iter().map(|&k| k as f64 * t.record.step_s).collect(),
-        vec![trial as f64; at.len()],
-    ]
+/// Names and units of the factors of a system, and their values at the rows of all experiments. The last factor is the
+/// experiment.
+pub(super) struct Factors {
+    names: Vec<(String, String)>,
+    columns: Vec<Vec<f64>>,
 }
 
-/// Tests a residual against every factor, strongest first.
-pub(super) fn dependences(
-    problem: &Problem<'_>,
-    residuals: &[[Vec<f64>; 3]],
-    channel: usize,
-) -> Vec<Dependence> {
-    let mut columns: [Vec<f64>; 8] = Default::default();
-    let mut values = Vec::new();
-    for (trial, r) in residuals.iter().enumerate() {
-        for (column, mut more) in columns.iter_mut().zip(factors(problem, trial)) {
-            more.truncate(r[channel].len());
-            column.extend(more);
+impl Factors {
+    pub(super) fn of<C: Candidates + ?Sized>(
+        problem: &Problem<'_, C>,
+        hypothesis: &Hypothesis,
+        residuals: &[Vec<Vec<f64>>],
+    ) -> Self {
+        let mut names = problem.system.factor_names();
+        let mut columns = vec![Vec::new(); names.len() + 1];
+        names.push(("recording".into(), "–".into()));
+        for (i, r) in residuals.iter().enumerate() {
+            let rows = r.first().map_or(0, Vec::len);
+            let (e, window) = (problem.experiments[i], problem.windows[i].clone());
+            let local = &hypothesis.locals[i];
+            let own = problem.system.factors(hypothesis, local, e, window).unwrap_or_default();
+            for (column, more) in columns.iter_mut().zip(own.iter().chain([&vec![i as f64; rows]])) {
+                column.extend(more.iter().take(rows));
+            }
         }
-        values.extend_from_slice(&r[channel]);
+        Self { names, columns }
     }
-    let mut all: Vec<Dependence> = FACTORS
-        .iter()
-        .zip(&columns)
-        .map(|(factor, column)| {
-            let (share, groups) = correlation_ratio(column, &values, ROWS_PER_OBSERVATION);
-            Dependence { factor, share, groups }
-        })
-        .collect();
-    all.sort_by(|a, b| b.share.total_cmp(&a.share));
-    all
+
+    /// Tests a residual against every factor, strongest first.
+    pub(super) fn dependences(
+        &self,
+        values: &[f64],
+        rows_per_observation: f64,
+        groups: usize,
+    ) -> Vec<Dependence> {
+        let mut all: Vec<Dependence> = self
+            .names
+            .iter()
+            .zip(&self.columns)
+            .filter(|(_, column)| column.len() == values.len())
+            .map(|((factor, unit), column)| {
+                let (share, groups) = correlation_ratio(column, values, rows_per_observation, groups);
+                Dependence { factor: factor.clone(), unit: unit.clone(), share, groups }
+            })
+            .collect();
+        all.sort_by(|a, b| b.share.total_cmp(&a.share));
+        all
+    }
 }
 
-/// η² of `values` in groups of `factor`, less what unrelated groups would show if so many rows are one
-/// independent observation; middle and mean of each group.
-pub(crate) fn correlation_ratio(
+/// The correlation ratio η² of `values` in `count` groups of `factor`, less the expectation for unrelated groups if so
+/// many rows are one independent observation; middle and mean of each group.
+pub(super) fn correlation_ratio(
     factor: &[f64],
     values: &[f64],
     rows_per_observation: f64,
+    count: usize,
 ) -> (f64, Vec<[f64; 2]>) {
     let n = values.len();
     let mean = values.iter().sum::<f64>() / n.max(1) as f64;
@@ -111,10 +82,10 @@ pub(crate) fn correlation_ratio(
     order.sort_by(|&a, &b| factor[a].total_cmp(&factor[b]));
     let mut distinct: Vec<f64> = order.iter().map(|&i| factor[i]).collect();
     distinct.dedup();
-    let cuts: Vec<&[usize]> = if distinct.len() <= GROUPS {
+    let cuts: Vec<&[usize]> = if distinct.len() <= count {
         order.chunk_by(|&a, &b| factor[a] == factor[b]).collect()
     } else {
-        order.chunks(n.div_ceil(GROUPS).max(1)).collect()
+        order.chunks(n.div_ceil(count).max(1)).collect()
     };
     let mut between = 0.0;
     let groups = cuts
@@ -131,12 +102,4 @@ pub(crate) fn correlation_ratio(
     let by_chance = ((cuts.len() as f64 - 1.0) / observations).min(1.0);
     let share = if total > 0.0 { between / total } else { 0.0 };
     (((share - by_chance) / (1.0 - by_chance).max(1e-9)).max(0.0), groups)
-}
-
-/// Residuals of every trial at a hypothesis; a trial that diverges has none.
-pub(super) fn all_residuals(
-    problem: &Problem<'_>,
-    hypothesis: &Hypothesis<'_>,
-) -> Vec<[Vec<f64>; 3]> {
-    (0..problem.len()).map(|i| problem.residuals(hypothesis, i).unwrap_or_default()).collect()
 }

@@ -1,12 +1,12 @@
-//! What is wrong: the residual against the noise, and what it goes with.
+//! Where a recording becomes residuals, and what they look like before any name: size over noise, dependence on factors,
+//! spectrum, time profile, and a description in sentences.
 
 mod dependence;
 mod spectrum;
-mod story;
+mod summary;
 mod timing;
 
-pub(crate) use dependence::correlation_ratio;
-pub use dependence::{Dependence, FACTORS};
+pub use dependence::Dependence;
 pub use spectrum::{Line, Spectrum};
-pub use story::{ChannelStory, ResidualStory};
+pub use summary::{ChannelResidual, ResidualSummary};
 pub use timing::{Jump, TimeProfile};

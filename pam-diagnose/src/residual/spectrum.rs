@@ -1,5 +1,6 @@
-//! At which frequencies a residual lives.
+//! Power spectra of a residual and of the excitation.
 
+use crate::settings::ResidualSettings;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -10,32 +11,33 @@ pub struct Line {
     pub frequency_hz: f64,
     /// Share of the residual's power in it, 0 to 1.
     pub share: f64,
-    /// Share of the force's power at the same frequency.
+    /// Share of the excitation's power at the same frequency.
     pub share_of_force: f64,
 }
 
-/// Mean spectra of a residual and of the force over all recordings.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+/// Mean spectra of a residual and of the excitation over all recordings.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Spectrum {
     /// Frequencies, Hz.
     pub frequency_hz: Vec<f64>,
     /// Power of the residual, normalised to a sum of one.
     pub residual: Vec<f64>,
-    /// Power of the force, normalised to a sum of one.
-    pub force: Vec<f64>,
+    /// Power of the excitation, normalised to a sum of one.
+    pub excitation: Vec<f64>,
 }
 
-/// Highest frequency, Hz.
-const HIGHEST_HZ: f64 = 8.0;
-/// Length of a piece, s.
-const PIECE_S: f64 = 8.0;
-
 impl Spectrum {
-    /// Spectra of rows that are `row_s` apart, by averaged periodograms of pieces of 8 s with Hann's
-    /// window (Welch 1967).
-    pub(super) fn new(row_s: f64, residuals: &[&[f64]], forces: &[Vec<f64>]) -> Self {
-        let piece = (PIECE_S / row_s).round() as usize;
-        let lines = (HIGHEST_HZ * PIECE_S) as usize;
+    /// Spectra of rows that are `row_s` apart, by averaged periodograms of overlapping pieces with Hann's window
+    /// (Welch 1967). Series shorter than a piece have no spectrum.
+    pub(super) fn new(
+        row_s: f64,
+        residuals: &[&[f64]],
+        excitations: &[Vec<f64>],
+        settings: &ResidualSettings,
+    ) -> Self {
+        let piece_s = settings.spectrum_piece_s;
+        let piece = ((piece_s / row_s).round() as usize).max(2);
+        let lines = (settings.spectrum_highest_hz * piece_s) as usize;
         let table: Vec<(f64, f64)> = (0..piece)
             .map(|k| {
                 let angle = TAU * k as f64 / piece as f64;
@@ -67,11 +69,11 @@ impl Spectrum {
             let total: f64 = sum.iter().sum();
             sum.iter().map(|v| if total > 0.0 { v / total } else { 0.0 }).collect()
         };
-        let forces: Vec<&[f64]> = forces.iter().map(Vec::as_slice).collect();
+        let excitations: Vec<&[f64]> = excitations.iter().map(Vec::as_slice).collect();
         Self {
-            frequency_hz: (1..=lines).map(|j| j as f64 / PIECE_S).collect(),
+            frequency_hz: (1..=lines).map(|j| j as f64 / piece_s).collect(),
             residual: power(residuals),
-            force: power(&forces),
+            excitation: power(&excitations),
         }
     }
 
@@ -88,7 +90,7 @@ impl Spectrum {
             .map(|j| Line {
                 frequency_hz: self.frequency_hz[j],
                 share: lobe(&self.residual, j),
-                share_of_force: lobe(&self.force, j),
+                share_of_force: lobe(&self.excitation, j),
             })
             .collect();
         peaks.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -96,9 +98,12 @@ impl Spectrum {
         peaks
     }
 
-    /// The strongest line at a frequency that the force hardly has.
+    /// The strongest line at a frequency that the excitation hardly has.
     #[must_use]
-    pub fn foreign_line(&self) -> Option<Line> {
-        self.lines(8).into_iter().find(|l| l.share > 0.2 && l.share_of_force < 0.02 * l.share)
+    pub fn foreign_line(&self, settings: &ResidualSettings) -> Option<Line> {
+        self.lines(2 * settings.lines).into_iter().find(|l| {
+            l.share > settings.foreign_line_share
+                && l.share_of_force < settings.foreign_line_excitation * l.share
+        })
     }
 }

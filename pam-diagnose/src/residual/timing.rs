@@ -1,9 +1,9 @@
-//! When a residual lives.
+//! A residual over time.
 
-use serde::Serialize;
+use crate::settings::ResidualSettings;
 
 /// An instant at which a residual changes for good.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jump {
     /// When, s after the start of the recording.
     pub time_s: f64,
@@ -18,7 +18,7 @@ pub struct Jump {
 }
 
 /// A residual over the time of its recording.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct TimeProfile {
     /// Start of each block, s.
     pub time_s: Vec<f64>,
@@ -28,29 +28,31 @@ pub struct TimeProfile {
     pub jump: Option<Jump>,
 }
 
-/// A split must lower the log of the variance by this much to be told.
-const LEAST_GAIN: f64 = 0.7;
-
 impl TimeProfile {
-    /// Profile of rows that are `row_s` apart and begin at `start_s`, in blocks of a second.
-    pub(super) fn new(row_s: f64, start_s: f64, residual: &[f64]) -> Self {
-        let block = ((1.0 / row_s) as usize).max(1);
+    /// Profile of rows that are `row_s` apart and begin at `start_s`, in blocks.
+    pub(super) fn new(
+        row_s: f64,
+        start_s: f64,
+        residual: &[f64],
+        settings: &ResidualSettings,
+    ) -> Self {
+        let block = ((settings.profile_block_s / row_s * (1.0 + 1e-12)) as usize).max(1);
         let mean_square = |b: &[f64]| b.iter().map(|r| r * r).sum::<f64>() / b.len().max(1) as f64;
         let blocks: Vec<&[f64]> = residual.chunks(block).filter(|b| b.len() * 2 > block).collect();
         let time = |i: usize| start_s + i as f64 * block as f64 * row_s;
         let rms: Vec<f64> = blocks.iter().map(|b| mean_square(b).sqrt()).collect();
         Self {
             time_s: (0..blocks.len()).map(time).collect(),
-            jump: jump(residual, row_s, start_s),
+            jump: jump(residual, row_s, start_s, settings),
             rms,
         }
     }
 }
 
 /// The split into two stretches of own mean that lowers the log-variance most.
-fn jump(residual: &[f64], row_s: f64, start_s: f64) -> Option<Jump> {
+fn jump(residual: &[f64], row_s: f64, start_s: f64, settings: &ResidualSettings) -> Option<Jump> {
     let n = residual.len();
-    let margin = ((3.0 / row_s) as usize).max(8);
+    let margin = ((settings.jump_margin_s / row_s * (1.0 + 1e-12)) as usize).max(8);
     if n < 4 * margin {
         return None;
     }
@@ -79,8 +81,8 @@ fn jump(residual: &[f64], row_s: f64, start_s: f64) -> Option<Jump> {
             (k, whole - mean_step.min(size_step))
         })
         .max_by(|p, q| p.1.total_cmp(&q.1))?;
-    let (k, gain) = best;
-    if gain < LEAST_GAIN {
+    let (k, drop) = best;
+    if drop < settings.jump_drop {
         return None;
     }
     let mean = |a: usize, b: usize| (first[b] - first[a]) / (b - a) as f64;

@@ -1,22 +1,19 @@
-//! Which effects explain the residual: every candidate refitted through the simulation, alone and beside
-//! others, and held against recordings that took no part.
+//! The search for the set of candidates that explains the residual, generic over the searched system
+//! ([`Candidates`]).
+//!
+//! [`forward`](forward::search) fits every candidate alone and grows sets in a beam; [`backward`] drops members that are
+//! not worth their place; [`refit`] fits the chosen set and its rivals to training and validation data, from several
+//! starts. Every fitted set is a [`Scored`] hypothesis.
 
-mod chance;
-mod constancy;
-mod explore;
-mod floors;
+pub(crate) mod backward;
+mod candidates;
+mod extend;
 mod forward;
-mod reference;
-mod scales;
-mod settle;
-mod split;
+pub(crate) mod refit;
+mod scored;
 
-pub use chance::Chance;
-pub use constancy::Constancy;
-pub use explore::{Scored, Search};
-pub use floors::noise_floors;
-pub use forward::{Acceptance, Findings};
-pub use reference::Reference;
-pub use scales::gather;
-pub use settle::Settled;
-pub use split::Split;
+pub use candidates::{CandidateInfo, Candidates, Nuisance, OutputInfo};
+pub(crate) use extend::beside;
+pub use forward::{Findings, search};
+pub use scored::{Scored, fit_base};
+pub(crate) use scored::refit_without;

@@ -38,6 +38,12 @@ impl Outputs {
         Self { states, noise }
     }
 
+    /// States whose noise is not known: its standard deviation is NaN. A diagnosis estimates it; a fit by least squares
+    /// refuses it.
+    pub fn of_unknown_noise(states: impl IntoIterator<Item = usize>) -> Self {
+        Self::new(states.into_iter().map(|state| (state, f64::NAN)))
+    }
+
     /// Number of outputs.
     #[must_use]
     pub fn len(&self) -> usize {

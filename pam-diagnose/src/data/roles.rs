@@ -1,0 +1,268 @@
+//! Which experiments train, validate and test.
+
+use super::split::Split;
+use crate::error::DiagnoseError;
+use crate::fit::Problem;
+use crate::search::Candidates;
+use crate::settings::{DataSettings, DiagnosisSettings};
+use crate::test_set::TestSet;
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+use std::ops::Range;
+
+/// The test data, which no decision sees.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum TestData {
+    /// Recordings that were given as test set.
+    Given {
+        /// Their names.
+        recordings: Vec<String>,
+    },
+    /// Recordings of the data that were kept aside.
+    Kept {
+        /// Their names.
+        recordings: Vec<String>,
+    },
+    /// The last part of the only recording.
+    LastPart {
+        /// Where it begins, s after the first sample.
+        from_s: f64,
+    },
+}
+
+impl TestData {
+    /// In words.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let of = |what: &str, names: &[String]| {
+            format!("The test set is {} {what}: {}.", names.len(), names.join(", "))
+        };
+        match self {
+            Self::Given { recordings } => of("given recording(s)", recordings),
+            Self::Kept { recordings } => of("recording(s) that were kept aside", recordings),
+            Self::LastPart { from_s } => {
+                format!("The test set is the recording after t = {from_s:.1} s.")
+            }
+        }
+    }
+}
+
+/// The validation data, by which names are chosen. Afterwards the names are refitted to training and validation data.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum ValidationData {
+    /// Recordings of the data.
+    Recordings {
+        /// Their names.
+        recordings: Vec<String>,
+    },
+    /// With one or two recordings a part of each, the last one of the first and the first one of the second, so that
+    /// both excitations train and validate.
+    Parts {
+        /// Name, and the span in s after the first sample.
+        parts: Vec<(String, [f64; 2])>,
+    },
+}
+
+impl ValidationData {
+    /// In words.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let by = match self {
+            Self::Recordings { recordings } => recordings.join(", "),
+            Self::Parts { parts } => parts
+                .iter()
+                .map(|(name, [from, to])| format!("{name} from {from:.1} to {to:.1} s"))
+                .collect::<Vec<_>>()
+                .join(", "),
+        };
+        format!("Names were validated on {by}, and then refitted to training and validation data.")
+    }
+}
+
+/// Where the test set comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum TestSource {
+    /// From the experiment of this index on.
+    GivenFrom(usize),
+    /// A part of the data is kept aside.
+    Kept,
+    /// There is none.
+    Absent,
+}
+
+/// An experiment before it has a role.
+pub(crate) struct Span {
+    pub(crate) name: String,
+    pub(crate) duration_s: f64,
+}
+
+/// The role of each experiment.
+#[derive(Debug)]
+pub(crate) struct Roles {
+    train: Vec<usize>,
+    validation: Vec<usize>,
+    test: Vec<usize>,
+    pub(crate) validation_data: ValidationData,
+    /// Absent without a test set.
+    pub(crate) test_data: Option<TestData>,
+}
+
+impl Roles {
+    /// Assigns roles to experiments; the same seed assigns the same ones.
+    pub(crate) fn assign(
+        all: &[Span],
+        source: TestSource,
+        seed: u64,
+        settings: &DataSettings,
+    ) -> Result<Self, DiagnoseError> {
+        let data = match source {
+            TestSource::GivenFrom(first) => first,
+            _ => all.len(),
+        };
+        let fail = |message: String| Err(DiagnoseError::TooLittle(message));
+        if let Some(short) = all[..data].iter().find(|e| e.duration_s < settings.shortest_s) {
+            return fail(format!(
+                "recording `{}` is {:.1} s long; a diagnosis needs at least {} s of each",
+                short.name, short.duration_s, settings.shortest_s
+            ));
+        }
+        if data == 0 {
+            return fail("there are no recordings".into());
+        }
+        let names = |which: &[usize]| which.iter().map(|&i| all[i].name.clone()).collect();
+        let share = settings.kept_share;
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut open: Vec<usize> = (0..data).collect();
+        let (test, test_data) = match source {
+            TestSource::GivenFrom(first) if first == all.len() => {
+                return fail("the test set is empty".into());
+            }
+            TestSource::GivenFrom(first) => {
+                let test: Vec<usize> = (first..all.len()).collect();
+                let recordings = names(&test);
+                (test, Some(TestData::Given { recordings }))
+            }
+            TestSource::Kept if open.len() >= 2 => {
+                let test = keep(&mut open, share, &mut random);
+                let recordings = names(&test);
+                (test, Some(TestData::Kept { recordings }))
+            }
+            TestSource::Kept => {
+                let from_s = (1.0 - share) * all[0].duration_s;
+                (vec![0], Some(TestData::LastPart { from_s }))
+            }
+            TestSource::Absent => (Vec::new(), None),
+        };
+        let (validation, validation_data) = if open.len() >= 3 {
+            let validation = keep(&mut open, share, &mut random);
+            let recordings = names(&validation);
+            (validation, ValidationData::Recordings { recordings })
+        } else {
+            let part = |(place, &i): (usize, &usize)| {
+                let end_s = match test_data {
+                    Some(TestData::LastPart { from_s }) => from_s,
+                    _ => all[i].duration_s,
+                };
+                let span =
+                    if place == 0 { [(1.0 - share) * end_s, end_s] } else { [0.0, share * end_s] };
+                (all[i].name.clone(), span)
+            };
+            let parts = open.iter().enumerate().map(part).collect();
+            (open.clone(), ValidationData::Parts { parts })
+        };
+        Ok(Self { train: open, validation, test, validation_data, test_data })
+    }
+
+    /// The experiments that train or validate.
+    pub(crate) fn open(&self) -> Vec<usize> {
+        let mut open: Vec<usize> = self.train.iter().chain(&self.validation).copied().collect();
+        open.sort_unstable();
+        open.dedup();
+        open
+    }
+
+    /// Training and validation rows.
+    pub(crate) fn split<'a, C: Candidates + ?Sized>(
+        &self,
+        system: &'a C,
+        noise: &[f64],
+        settings: &'a DiagnosisSettings,
+    ) -> Split<'a, C> {
+        let problem = |which: &[usize]| {
+            Problem::new(system, which.to_vec(), noise.to_vec(), settings)
+        };
+        let (train, validation) = (problem(&self.train), problem(&self.validation));
+        let ValidationData::Parts { parts } = &self.validation_data else {
+            let validation = Problem { unseen: true, ..validation };
+            return Split { train, validation, same_experiments: false };
+        };
+        let validated = |place: usize, e: usize| -> Range<usize> {
+            let [from, to] = parts[place].1.map(|s| system.point_at(e, s));
+            from.max(burn_in(system, e))..to.min(self.end_of_open(system, e))
+        };
+        // The validation part is at one end; the rest is fitted.
+        let fitted = |place: usize, e: usize| {
+            let validated = validated(place, e);
+            let (start, end) = (burn_in(system, e), self.end_of_open(system, e));
+            if validated.start <= start { validated.end..end } else { start..validated.start }
+        };
+        Split {
+            train: train.with_windows(fitted),
+            validation: validation.with_windows(validated),
+            same_experiments: true,
+        }
+    }
+
+    /// Training and validation rows together, for names that are chosen already.
+    pub(crate) fn whole<'a, C: Candidates + ?Sized>(
+        &self,
+        system: &'a C,
+        noise: &[f64],
+        settings: &'a DiagnosisSettings,
+    ) -> Problem<'a, C> {
+        Problem::new(system, self.open(), noise.to_vec(), settings)
+            .with_windows(|_, e| burn_in(system, e)..self.end_of_open(system, e))
+    }
+
+    /// The test set.
+    pub(crate) fn test<'a, C: Candidates + ?Sized>(
+        &self,
+        system: &'a C,
+        noise: &[f64],
+        settings: &'a DiagnosisSettings,
+    ) -> TestSet<'a, C> {
+        let problem = Problem::new(system, self.test.clone(), noise.to_vec(), settings);
+        TestSet::new(match self.test_data {
+            Some(TestData::LastPart { from_s }) => {
+                problem.with_windows(|_, e| system.point_at(e, from_s)..system.points(e))
+            }
+            _ => Problem { unseen: true, ..problem },
+        })
+    }
+
+    fn end_of_open<C: Candidates + ?Sized>(&self, system: &C, experiment: usize) -> usize {
+        match self.test_data {
+            Some(TestData::LastPart { from_s }) => system.point_at(experiment, from_s),
+            _ => system.points(experiment),
+        }
+    }
+}
+
+/// Takes a share of the experiments out, at least one, both lists in their order.
+fn keep(open: &mut Vec<usize>, share: f64, random: &mut ChaCha8Rng) -> Vec<usize> {
+    let kept = ((share * open.len() as f64).round() as usize).clamp(1, open.len() - 1);
+    open.shuffle(random);
+    let mut kept: Vec<usize> = open.drain(..kept).collect();
+    kept.sort_unstable();
+    open.sort_unstable();
+    kept
+}
+
+/// Where errors begin to count.
+fn burn_in<C: Candidates + ?Sized>(system: &C, experiment: usize) -> usize {
+    system.point_at(experiment, system.burn_in_s()).min(system.points(experiment) / 4)
+}

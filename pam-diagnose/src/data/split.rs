@@ -1,0 +1,45 @@
+//! Training and validation rows.
+
+use crate::error::DiagnoseError;
+use crate::fit::{ChannelErrors, Hypothesis, Problem};
+use crate::search::Candidates;
+
+/// Rows to which hypotheses are fitted, and rows by which they are chosen.
+#[derive(Debug)]
+pub struct Split<'a, C: ?Sized> {
+    /// The fitted rows.
+    pub train: Problem<'a, C>,
+    /// The validation rows.
+    pub validation: Problem<'a, C>,
+    /// Whether both are parts of the same experiments, which then share their nuisances.
+    pub same_experiments: bool,
+}
+
+impl<'a, C: Candidates + ?Sized> Split<'a, C> {
+    /// Everything is fitted and nothing validates: for names that are chosen already.
+    #[must_use]
+    pub fn fit_all(train: Problem<'a, C>) -> Self {
+        let validation =
+            Problem { experiments: Vec::new(), windows: Vec::new(), ..train.clone() };
+        Self { train, validation, same_experiments: false }
+    }
+
+    /// A fitted hypothesis on the validation rows: experiments that were not fitted have their nuisances at the prior
+    /// mean.
+    #[must_use]
+    pub fn on_validation(&self, fitted: &Hypothesis) -> Hypothesis {
+        let mut h = fitted.clone();
+        if !self.same_experiments {
+            h.locals = self.validation.base().locals;
+        }
+        h
+    }
+
+    /// Errors on the validation rows.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the simulation fails.
+    pub fn validation_errors(&self, fitted: &Hypothesis) -> Result<ChannelErrors, DiagnoseError> {
+        self.validation.errors(&self.on_validation(fitted))
+    }
+}

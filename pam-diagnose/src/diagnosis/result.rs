@@ -1,0 +1,94 @@
+//! The result of a diagnosis; `diagnosis.json`.
+
+use crate::data::{TestData, ValidationData};
+use crate::rejection::NullTest;
+use crate::residual::ResidualSummary;
+use crate::search::OutputInfo;
+use crate::test_set::{ErrorReduction, Trace};
+use crate::verdict::{Cause, Rank, Verdict};
+use serde::Serialize;
+use serde_json::Value;
+
+/// The stages of a diagnosis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Preparing the recordings.
+    Preparing,
+    /// Learning the baseline discrepancy.
+    Baseline,
+    /// Trying candidates.
+    Searching,
+    /// Weighing names and measuring the error reduction.
+    Judging,
+}
+
+/// Shares of the error of the test set above the noise.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Explainable {
+    /// Share that a flexible model without names removes.
+    pub any_correction: f64,
+    /// Share that the named causes remove.
+    pub named: f64,
+}
+
+/// The result of a diagnosis; `model` is the system's own part of it.
+#[derive(Debug, Clone, Serialize)]
+pub struct Diagnosis<M> {
+    /// The outcome.
+    pub verdict: Verdict,
+    /// Named causes, the largest share of the error first.
+    pub causes: Vec<Cause>,
+    /// Every candidate alone, best first.
+    pub ranking: Vec<Rank>,
+    /// The residual before any cause is named.
+    pub residual: ResidualSummary,
+    /// Errors before and after on the test set.
+    #[serde(rename = "gain")]
+    pub error_reduction: ErrorReduction,
+    /// Removable and removed shares of the error of the test set.
+    pub explainable: Explainable,
+    /// The max-statistic null test; absent if there is no residual.
+    pub null_test: Option<NullTest>,
+    /// The validation data, by which names were chosen.
+    pub validation: ValidationData,
+    /// The test data, which no decision has seen.
+    pub test: TestData,
+    /// Names of the recordings that were fitted in the end.
+    pub fitted: Vec<String>,
+    /// The system's own part: the extended model, the field's parameters.
+    #[serde(flatten)]
+    pub model: M,
+    /// Standard deviation below which an error counts as noise, for each fitted channel.
+    #[serde(skip)]
+    pub noise: Vec<f64>,
+    /// The measured channels.
+    #[serde(skip)]
+    pub outputs: Vec<OutputInfo>,
+    /// Name of the excitation with its unit.
+    #[serde(skip)]
+    pub excitation_label: String,
+    /// The test recordings before and after, for figures.
+    #[serde(skip)]
+    pub traces: Vec<Trace>,
+}
+
+impl<M: Serialize> Diagnosis<M> {
+    /// The diagnosis as it is written; `model` is the path of the extended model.
+    ///
+    /// # Panics
+    /// If the system's own part cannot be written as a JSON object.
+    #[must_use]
+    pub fn to_json(&self, model: &str) -> Value {
+        let mut json = serde_json::to_value(self).expect("a diagnosis is made of plain values");
+        json["model"] = model.into();
+        json
+    }
+}
+
+impl<M> Diagnosis<M> {
+    /// Ids of the named causes.
+    #[must_use]
+    pub fn named(&self) -> Vec<&str> {
+        self.causes.iter().map(|c| c.effect.as_str()).collect()
+    }
+}

@@ -1,0 +1,218 @@
+//! The diagnosis of a field, from experiments on.
+
+use super::candidate::{Candidate, FieldOptions};
+use super::features::correlated_rows;
+use super::system::FieldSystem;
+use crate::data::{Roles, Span, TestSource, noise_deviation};
+use crate::diagnosis::{self, Baseline, Diagnosis, Prepared};
+use crate::error::DiagnoseError;
+use crate::report::ReportModel;
+use crate::search::Candidates;
+use crate::settings::DiagnosisSettings;
+use maud::{Markup, html};
+use pam_autodiff::{ByDual, Differentiation};
+use pam_core::ParametricField;
+use pam_solvers::ParametricInput;
+use pam_train::field::{Experiment, FieldError, FieldProblem, Outputs};
+use serde::Serialize;
+
+/// The baseline discrepancy of a field.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FieldBaseline {
+    /// Candidates that the baseline experiments show; part of the field from there on.
+    pub effects: Vec<String>,
+    /// Root-mean-square error of each output that is left then.
+    pub rms: Vec<f64>,
+    /// Names of the baseline experiments.
+    pub recordings: Vec<String>,
+}
+
+/// The field's own part of a diagnosis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DiagnosedField {
+    /// The field's parameters with the named causes in them.
+    pub parameters: Vec<f64>,
+    /// The baseline discrepancy, if baseline experiments were given.
+    pub baseline: Option<FieldBaseline>,
+    /// Fitted deviations of the refitted parameters.
+    #[serde(skip)]
+    pub(super) shared: Vec<f64>,
+}
+
+/// A diagnosis of a field.
+pub type FieldDiagnosis = Diagnosis<DiagnosedField>;
+
+/// Names the causes of a field's error, out of the candidates that its author lists.
+///
+/// The experiments are divided into training, validation and test data as in [`diagnose`](crate::diagnose), and
+/// the search, the rejection of names and the verdict are the same. A noise level of the outputs that is NaN
+/// ([`Outputs::of_unknown_noise`]) is estimated from the data.
+///
+/// # Errors
+/// [`DiagnoseError`] if the shapes do not fit or the field without any cause cannot be solved.
+pub fn diagnose_field<F, I>(
+    problem: &FieldProblem<'_, F, I>,
+    candidates: &[Candidate],
+    options: &FieldOptions,
+) -> Result<FieldDiagnosis, DiagnoseError>
+where
+    F: ParametricField + Sync,
+    F::With<f64>: ParametricField,
+    ByDual: Differentiation<F::With<f64>>,
+    I: ParametricInput + Sync,
+{
+    let problem = with_noise(problem, &options.settings);
+    problem.check()?;
+    check(&problem, candidates, options)?;
+    let mut settings = options.settings;
+    // An experiment of a field may be short.
+    settings.data.shortest_s = 0.0;
+    let data = problem.experiments.len() - options.baseline;
+    let (experiments, of_baseline) = problem.experiments.split_at(data);
+    let mut noise = problem.outputs.noise.clone();
+    let mut system = FieldSystem::new(&problem, experiments, candidates, options);
+    let mut on_baseline = FieldSystem::new(&problem, of_baseline, candidates, options);
+    let mut baseline = None;
+    if !of_baseline.is_empty() {
+        let roles = roles(of_baseline, TestSource::Absent, options.seed, &settings)?;
+        on_baseline.rows_per_observation = correlation(&on_baseline, &roles.open())?;
+        let learned = Baseline::learn(&on_baseline, &roles, &noise, &settings, &|_| {})?;
+        let effects = learned.members.iter().map(|m| candidates[m.candidate].name.clone());
+        let effects = effects.collect();
+        for member in &learned.members {
+            let indices = &candidates[member.candidate].parameters;
+            for ((index, _), value) in indices.iter().zip(&member.values) {
+                (system.plain[*index], on_baseline.plain[*index]) = (*value, *value);
+            }
+        }
+        noise.iter_mut().zip(&learned.rms).for_each(|(n, rms)| *n = n.hypot(*rms));
+        let (rms, recordings) = (learned.rms, learned.recordings);
+        baseline = Some((FieldBaseline { effects, rms, recordings }, roles));
+    }
+    let source = match options.test {
+        0 => TestSource::Kept,
+        test => TestSource::GivenFrom(data - test),
+    };
+    let roles = roles(experiments, source, options.seed, &settings)?;
+    system.rows_per_observation = correlation(&system, &roles.open())?;
+    let own_noise = &problem.outputs.noise;
+    let prepared = Prepared {
+        system: &system,
+        roles: &roles,
+        noise,
+        baseline: baseline.as_ref().map(|(_, r)| r.whole(&on_baseline, own_noise, &settings)),
+        settings: &settings,
+        seed: options.seed,
+    };
+    diagnosis::run(&prepared, &|_, _| {}, |best| DiagnosedField {
+        parameters: system.parameters(best),
+        baseline: baseline.as_ref().map(|b| b.0.clone()),
+        shared: best.shared.clone(),
+    })
+}
+
+/// The problem with noise levels that are not known estimated from its experiments.
+pub(super) fn with_noise<'a, F, I>(
+    problem: &FieldProblem<'a, F, I>,
+    settings: &DiagnosisSettings,
+) -> FieldProblem<'a, F, I> {
+    let given = &problem.outputs;
+    let m = given.states.len();
+    let noise = |(c, noise): (usize, &f64)| {
+        if !noise.is_nan() {
+            return *noise;
+        }
+        let column = |e: &Experiment<I>| e.measured.iter().skip(c).step_by(m).copied().collect();
+        let series: Vec<Vec<f64>> = problem.experiments.iter().map(column).collect();
+        noise_deviation(&series, settings.data.relative_noise)
+    };
+    let noise = given.noise.iter().enumerate().map(noise).collect();
+    FieldProblem { outputs: Outputs { states: given.states.clone(), noise }, ..*problem }
+}
+
+fn check<F: ParametricField, I>(
+    problem: &FieldProblem<'_, F, I>,
+    candidates: &[Candidate],
+    options: &FieldOptions,
+) -> Result<(), DiagnoseError> {
+    let fail = |message: String| Err(FieldError::Shape(message).into());
+    let (len, states) = (problem.field.parameter_len(), problem.field.state_len());
+    for c in candidates {
+        let fits = |s: &Vec<f64>| s.len() == c.parameters.len();
+        let inside = c.parameters.iter().all(|(i, _)| *i < len);
+        if !inside || c.starts.is_empty() || !c.starts.iter().all(fits) {
+            return fail(format!(
+                "candidate `{}`: parameters {:?} and starting values {:?} do not fit a field of {len} \
+                 parameters",
+                c.name,
+                c.parameters.iter().map(|p| p.0).collect::<Vec<_>>(),
+                c.starts
+            ));
+        }
+    }
+    if let Some(bad) = options.refitted.iter().find(|&&i| i >= len) {
+        return fail(format!("the field has no parameter {bad} to refit"));
+    }
+    if let Some(d) = &options.initial_state_deviation
+        && (d.len() != states || d.iter().any(|v| !(v.is_finite() && *v >= 0.0)))
+    {
+        return fail(format!(
+            "the prior standard deviations {d:?} of the initial state must be {states} finite values of at \
+             least 0"
+        ));
+    }
+    let (test, baseline, all) = (options.test, options.baseline, problem.experiments.len());
+    if test + baseline >= all {
+        return fail(format!(
+            "of {all} experiments, {test} for the test set and {baseline} for the baseline leave none"
+        ));
+    }
+    options.settings.check()
+}
+
+fn roles<I>(
+    experiments: &[Experiment<I>],
+    source: TestSource,
+    seed: u64,
+    settings: &DiagnosisSettings,
+) -> Result<Roles, DiagnoseError> {
+    let span = |e: &Experiment<I>| Span {
+        name: e.name.clone(),
+        duration_s: e.times_s[e.times_s.len() - 1] - e.times_s[0],
+    };
+    let spans: Vec<Span> = experiments.iter().map(span).collect();
+    Roles::assign(&spans, source, seed, &settings.data)
+}
+
+/// The largest number of correlated rows among the outputs of the open experiments, without any cause.
+fn correlation<C: Candidates>(system: &C, open: &[usize]) -> Result<f64, DiagnoseError> {
+    let base = crate::fit::Hypothesis::base(system, 1);
+    let mut sums = vec![0.0; system.outputs().len()];
+    for &e in open {
+        let simulated = system.simulate(&base, &base.locals[0], e)?;
+        for (c, (sum, y)) in sums.iter_mut().zip(&simulated).enumerate() {
+            let errors = system.measured(e, c).iter().zip(y).map(|(m, y)| m - y);
+            *sum += correlated_rows(&errors.collect::<Vec<f64>>());
+        }
+    }
+    Ok(sums.iter().map(|s| s / open.len().max(1) as f64).fold(1.0, f64::max))
+}
+
+impl ReportModel for DiagnosedField {
+    fn notes(&self) -> Markup {
+        html! {
+            @if let Some(b) = &self.baseline {
+                p {
+                    "Baseline discrepancy of the field, from " (b.recordings.join(", ")) ": RMS "
+                    (b.rms.iter().map(|r| pam_effects::model::significant(*r, 3)).collect::<Vec<_>>().join(", "))
+                    @if !b.effects.is_empty() { " with " (b.effects.join(", ")) }
+                    ". That much counts as no fault."
+                }
+            }
+        }
+    }
+
+    fn extension(&self) -> Markup {
+        html! { "These terms of the field are switched on; its other parameters stay as they are, or as refitted." }
+    }
+}

@@ -1,0 +1,180 @@
+//! The diagnosis of a joint, from recordings on.
+
+use super::baseline::BaselineDiscrepancy;
+use super::design::{Separation, separate};
+use super::system::JointSystem;
+use crate::data::{Roles, Span, TestSource, estimated_noise};
+use crate::diagnosis::{self, Diagnosis, Prepared, Stage};
+use crate::error::DiagnoseError;
+use crate::settings::DiagnosisSettings;
+use pam_data::Subject;
+use pam_effects::effects::{ALL, AnyEffect, DataScales};
+use pam_effects::model::{ActiveEffect, ExtendedModel};
+use pam_effects::simulation::Trial;
+use serde::Serialize;
+
+/// The recordings of a diagnosis.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RecordingSets<'a> {
+    /// Recordings in which something may be wrong: training and validation data.
+    pub data: &'a [Subject],
+    /// The test set; kept aside from the data if absent.
+    pub test: Option<&'a [Subject]>,
+    /// Recordings on which the model was validated: their error is its baseline discrepancy.
+    pub baseline: Option<&'a [Subject]>,
+}
+
+/// Candidates, seed and settings of [`diagnose`].
+#[derive(Debug, Clone)]
+pub struct DiagnoseOptions {
+    /// Effects that may be named.
+    pub candidates: Vec<&'static dyn AnyEffect>,
+    /// Seed of the split, the null test and the bootstrap.
+    pub seed: u64,
+    /// Every other number on which the diagnosis depends.
+    pub settings: DiagnosisSettings,
+}
+
+impl Default for DiagnoseOptions {
+    fn default() -> Self {
+        Self { candidates: ALL.to_vec(), seed: 1, settings: DiagnosisSettings::default() }
+    }
+}
+
+/// The joint's own part of a diagnosis.
+#[derive(Debug, Clone, Serialize)]
+pub struct DiagnosedJoint {
+    /// The model with the effects of the baseline and the named causes; the given model if none is named.
+    #[serde(skip)]
+    pub extended: ExtendedModel,
+    /// The baseline discrepancy, if baseline recordings were given.
+    pub baseline: Option<BaselineDiscrepancy>,
+    /// By how many of its samples the force acts earlier than a held one, as fitted with the named causes:
+    /// 0 held, ½ smooth.
+    pub force_lead_samples: f64,
+    /// Magnitudes of the fitted recordings.
+    #[serde(skip)]
+    pub scales: DataScales,
+    /// The candidates of the options.
+    #[serde(skip)]
+    pub candidates: Vec<&'static dyn AnyEffect>,
+}
+
+/// A diagnosis of a joint.
+pub type JointDiagnosis = Diagnosis<DiagnosedJoint>;
+
+/// Diagnoses recordings with a model. The same seed gives the same answer at any number of threads.
+///
+/// # Errors
+/// [`DiagnoseError`] if there is too little data, or the model itself diverges on them. That nothing is
+/// found, or nothing is explained, is no error.
+pub fn diagnose(
+    model: &ExtendedModel,
+    sets: &RecordingSets<'_>,
+    options: &DiagnoseOptions,
+    progress: &(dyn Fn(Stage, f64) + Sync),
+) -> Result<JointDiagnosis, DiagnoseError> {
+    let settings = &options.settings;
+    settings.check()?;
+    progress(Stage::Preparing, 0.0);
+    let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()));
+    let source =
+        if sets.test.is_some() { TestSource::GivenFrom(sets.data.len()) } else { TestSource::Kept };
+    let all: Vec<&Trial> = trials.iter().collect();
+    let roles = Roles::assign(&spans(&all), source, options.seed, &settings.data)?;
+    let open = roles.open();
+    let effects: Vec<&dyn AnyEffect> =
+        options.candidates.iter().map(|e| *e as &dyn AnyEffect).collect();
+    let base = model.base();
+    let mut system =
+        JointSystem::new(all, &open, base, &model.effects, effects.clone(), settings);
+    let mut noise = estimated_noise(&system, &open, &settings.data);
+    let mut start = model.clone();
+    let mut baseline = None;
+    let baseline_trials = prepare(model, sets.baseline.unwrap_or_default());
+    if sets.baseline.is_some() {
+        let done = |s| progress(Stage::Baseline, s);
+        let learned =
+            BaselineDiscrepancy::learn(model, &baseline_trials, settings, options.seed, &done)?;
+        noise.iter_mut().zip(&learned.rms).for_each(|(n, rms)| *n = n.hypot(*rms));
+        start = model.with(learned.effects.iter().cloned());
+        system.fixed.clone_from(&start.effects);
+        baseline = Some(learned);
+    }
+    let every: Vec<usize> = (0..baseline_trials.len()).collect();
+    let baseline_system = JointSystem::new(
+        baseline_trials.iter().collect(),
+        &every,
+        base,
+        &start.effects,
+        effects,
+        settings,
+    );
+    let on_baseline = match &baseline {
+        Some(_) => Some(BaselineDiscrepancy::problem(&baseline_system, settings, options.seed)?),
+        None => None,
+    };
+    let prepared = Prepared {
+        system: &system,
+        roles: &roles,
+        noise,
+        baseline: on_baseline,
+        settings,
+        seed: options.seed,
+    };
+    diagnosis::run(&prepared, progress, |best| {
+        let causes: Vec<ActiveEffect> = best
+            .members
+            .iter()
+            .map(|m| ActiveEffect {
+                effect: options.candidates[m.candidate],
+                values: m.values.clone(),
+            })
+            .collect();
+        DiagnosedJoint {
+            extended: if causes.is_empty() { model.clone() } else { start.with(causes) },
+            baseline,
+            force_lead_samples: best.shared[JointSystem::LEAD],
+            scales: system.scales.clone(),
+            candidates: options.candidates.clone(),
+        }
+    })
+}
+
+fn prepare<'s>(
+    model: &ExtendedModel,
+    subjects: impl IntoIterator<Item = &'s Subject>,
+) -> Vec<Trial> {
+    subjects.into_iter().map(|s| Trial::new(&model.joint, s)).collect()
+}
+
+pub(super) fn spans(trials: &[&Trial]) -> Vec<Span> {
+    let span = |t: &&Trial| Span {
+        name: t.record.source.name.clone(),
+        duration_s: t.record.duration_s(),
+    };
+    trials.iter().map(span).collect()
+}
+
+impl JointDiagnosis {
+    /// Excitations that would distinguish the first confusable cause from its alternatives, best first; empty if
+    /// nothing is confusable.
+    #[must_use]
+    pub fn design(&self) -> Vec<Separation> {
+        let model = &self.model;
+        let confusable = self.causes.iter().find(|c| !c.alternatives.is_empty());
+        let Some(cause) = confusable else { return Vec::new() };
+        let alternatives: Vec<ActiveEffect> = cause
+            .alternatives
+            .iter()
+            .map(|m| ActiveEffect {
+                effect: model.candidates[m.candidate],
+                values: m.values.clone(),
+            })
+            .collect();
+        let place = model.extended.effects.iter().rposition(|a| a.effect.info().id == cause.effect);
+        place.map_or_else(Vec::new, |place| {
+            separate(&model.extended, place, &alternatives, &model.scales, &self.noise)
+        })
+    }
+}

@@ -1,0 +1,24 @@
+//! The joint: recordings, the effects of the vocabulary, and a hybrid model with them.
+//!
+//! [`JointSystem`] makes recordings and effects the experiments and candidates of the [search](crate::search). With
+//! frozen weights and sealed air the network is a function of (x, ẋ) alone;
+//! [`simulation`](pam_effects::simulation) tabulates it once for each recording, and reading the table costs
+//! nanoseconds where the network costs hundreds.
+
+mod baseline;
+mod design;
+mod diagnose;
+mod factors;
+mod features;
+mod refit;
+mod report;
+mod scales;
+mod sensitivities;
+mod system;
+
+pub use baseline::BaselineDiscrepancy;
+pub use design::{Excitation, Separation, excitations, separate};
+pub use diagnose::{DiagnoseOptions, DiagnosedJoint, JointDiagnosis, RecordingSets, diagnose};
+pub use refit::refit;
+pub use scales::data_scales;
+pub use system::JointSystem;

@@ -1,0 +1,275 @@
+//! Recordings of the joint as experiments, effects as candidates.
+
+use super::{data_scales, factors, features, sensitivities};
+use crate::error::DiagnoseError;
+use crate::fit::{Hypothesis, Sensitivities};
+use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
+use crate::settings::DiagnosisSettings;
+use pam_core::units::MN_PER_N;
+use pam_data::Channel;
+use pam_effects::effects::{AnyEffect, DataScales, EffectScalar};
+use pam_effects::model::ActiveEffect;
+use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
+use std::ops::Range;
+
+/// Recordings of a joint, its model, and effects that may be missing from it.
+pub struct JointSystem<'a> {
+    pub(super) trials: Vec<&'a Trial>,
+    pub(super) base: Base<f64>,
+    /// Effects that are part of the model.
+    pub(super) fixed: Vec<ActiveEffect>,
+    pub(super) effects: Vec<&'a dyn AnyEffect>,
+    pub(super) scales: DataScales,
+    shared: [Nuisance; 3],
+    local: [Nuisance; 6],
+    outputs: [OutputInfo; 4],
+    settings: DiagnosisSettings,
+}
+
+impl<'a> JointSystem<'a> {
+    /// Place of the lead of the force among the shared nuisances.
+    pub(super) const LEAD: usize = 2;
+
+    /// A system of trials of a model with its own numbers, effects that are part of it, and candidates. Starting values
+    /// of candidates follow from the magnitudes of the trials in `open`.
+    #[must_use]
+    pub fn new(
+        trials: Vec<&'a Trial>,
+        open: &[usize],
+        base: Base<f64>,
+        fixed: &[ActiveEffect],
+        effects: Vec<&'a dyn AnyEffect>,
+        settings: &DiagnosisSettings,
+    ) -> Self {
+        let fit = &settings.fit;
+        let lead = Nuisance {
+            deviation: fit.lead_deviation_samples,
+            limits: [-fit.lead_limit_samples, fit.lead_limit_samples],
+        };
+        let outputs = Channel::ALL.map(|c| OutputInfo {
+            key: c.key().to_owned(),
+            name: match c {
+                Channel::X => "displacement",
+                Channel::V => "velocity",
+                Channel::Pf => "flexor pressure",
+                Channel::Pe => "extensor pressure",
+            }
+            .to_owned(),
+            unit: c.unit().to_owned(),
+            // The velocity is the derivative of the displacement in every data format.
+            fitted: c != Channel::V,
+        });
+        let (model, air) = (Nuisance::of(fit.model_deviation), Nuisance::of(fit.air_deviation));
+        let offset = Nuisance::of(fit.offset_deviation_kpa);
+        let visible: Vec<&Trial> = open.iter().map(|&i| trials[i]).collect();
+        Self {
+            scales: data_scales(&visible, &base),
+            trials,
+            base,
+            fixed: fixed.to_vec(),
+            effects,
+            shared: [model, model, lead],
+            local: [
+                Nuisance::of(fit.start_deviation_mm),
+                Nuisance::of(fit.start_deviation_mm_s),
+                air,
+                air,
+                offset,
+                offset,
+            ],
+            outputs,
+            settings: *settings,
+        }
+    }
+
+    /// The magnitudes from which starting values follow.
+    #[must_use]
+    pub fn scales(&self) -> &DataScales {
+        &self.scales
+    }
+
+    /// The effects of the model and of a hypothesis, and all their values, in the order in which they act.
+    pub(super) fn parts(&self, h: &Hypothesis) -> (Vec<&dyn AnyEffect>, Vec<f64>) {
+        let fixed = self.fixed.iter().map(|a| (a.effect as &dyn AnyEffect, &a.values));
+        let members = h.members.iter().map(|m| (self.effects[m.candidate], &m.values));
+        let (effects, values): (Vec<_>, Vec<_>) = fixed.chain(members).unzip();
+        (effects, values.into_iter().flatten().copied().collect())
+    }
+
+    /// Nuisances: mass, deformation coefficient (logarithms) and lead; start, sealed masses (logarithms); the offsets
+    /// of the pressures behind them are added to the simulated channels.
+    pub(super) fn nuisances<S: EffectScalar>(h: &Hypothesis, local: &[f64]) -> Nuisances<S> {
+        let c = S::constant;
+        Nuisances {
+            log_mass: c(h.shared[0]),
+            log_deformation: c(h.shared[1]),
+            lead_samples: h.shared[Self::LEAD],
+            start_mm: c(local[0]),
+            start_mm_s: c(local[1]),
+            log_air: [c(local[2]), c(local[3])],
+        }
+    }
+}
+
+impl Candidates for JointSystem<'_> {
+    fn candidate_len(&self) -> usize {
+        self.effects.len()
+    }
+
+    fn candidate(&self, index: usize) -> CandidateInfo<'_> {
+        let info = self.effects[index].info();
+        CandidateInfo {
+            id: info.id,
+            description: info.what,
+            excited_by: info.excited_by,
+            parameters: info.parameters,
+            value_len: info.value_len(),
+        }
+    }
+
+    fn starts(&self, index: usize) -> Vec<Vec<f64>> {
+        self.effects[index].starts(&self.scales)
+    }
+
+    fn stands(&self, index: usize, values: &[f64]) -> bool {
+        self.effects[index].stands(values, &self.scales)
+    }
+
+    /// Where the joint sticks and slips, the cost is rugged in the parameters of dry friction.
+    fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
+        f64::hooks(self.effects[index]).dry_friction_mn(values, 0.0) > 0.0
+    }
+
+    fn shared(&self) -> &[Nuisance] {
+        &self.shared
+    }
+
+    fn local(&self) -> &[Nuisance] {
+        &self.local
+    }
+
+    fn outputs(&self) -> &[OutputInfo] {
+        &self.outputs
+    }
+
+    fn name(&self, experiment: usize) -> &str {
+        &self.trials[experiment].record.source.name
+    }
+
+    fn points(&self, experiment: usize) -> usize {
+        self.trials[experiment].record.points()
+    }
+
+    fn time_s(&self, experiment: usize, point: usize) -> f64 {
+        point as f64 * self.trials[experiment].record.step_s
+    }
+
+    fn start_s(&self, experiment: usize) -> f64 {
+        self.trials[experiment].record.source.start_s
+    }
+
+    fn point_at(&self, experiment: usize, time_s: f64) -> usize {
+        let t = &self.trials[experiment].record;
+        ((time_s / t.step_s) as usize).min(t.points())
+    }
+
+    fn measured(&self, experiment: usize, output: usize) -> &[f64] {
+        &self.trials[experiment].record.measured[output]
+    }
+
+    fn points_per_row(&self) -> usize {
+        self.settings.data.points_per_row
+    }
+
+    fn rows_per_observation(&self) -> f64 {
+        self.settings.fit.rows_per_observation
+    }
+
+    fn burn_in_s(&self) -> f64 {
+        self.settings.data.burn_in_s
+    }
+
+    fn rows_per_block(&self, _rows: usize, row_s: f64) -> usize {
+        ((self.settings.intervals.block_s / row_s.max(1e-300)).round() as usize).max(1)
+    }
+
+    fn simulate(
+        &self,
+        hypothesis: &Hypothesis,
+        local: &[f64],
+        experiment: usize,
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        let (effects, values) = self.parts(hypothesis);
+        let nuisances = Self::nuisances(hypothesis, local);
+        let mut out = Trajectory::default();
+        simulate(self.trials[experiment], &self.base, &effects, &values, &nuisances, &mut out)?;
+        for (channel, &offset) in out.channels[2..].iter_mut().zip(&local[4..]) {
+            if offset != 0.0 {
+                channel.iter_mut().for_each(|p| *p += offset);
+            }
+        }
+        Ok(out.channels.into())
+    }
+
+    fn sensitivities(
+        &self,
+        hypothesis: &Hypothesis,
+        local: &[f64],
+        experiment: usize,
+        window: Range<usize>,
+    ) -> Result<Sensitivities, DiagnoseError> {
+        sensitivities::sensitivities(self, hypothesis, local, experiment, window)
+    }
+
+    /// Predictions start from one noisy sample: a steady offset of a pressure is no error.
+    fn forgive(&self, residuals: &mut [Vec<f64>]) {
+        let fit = &self.settings.fit;
+        let most = fit.forgiven_offset_deviations * fit.offset_deviation_kpa;
+        for r in &mut residuals[1..] {
+            let mean = r.iter().sum::<f64>() / r.len().max(1) as f64;
+            r.iter_mut().for_each(|v| *v -= mean.clamp(-most, most));
+        }
+    }
+
+    fn features(
+        &self,
+        _hypothesis: &Hypothesis,
+        _local: &[f64],
+        experiment: usize,
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        Ok(features::features(self.trials[experiment], self.base.mass_kg))
+    }
+
+    fn factor_names(&self) -> Vec<(String, String)> {
+        factors::NAMES.iter().map(|(name, unit)| ((*name).into(), (*unit).into())).collect()
+    }
+
+    fn factors(
+        &self,
+        _hypothesis: &Hypothesis,
+        _local: &[f64],
+        experiment: usize,
+        window: Range<usize>,
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        Ok(factors::factors(self.trials[experiment], window, self.points_per_row()))
+    }
+
+    fn excitation_label(&self) -> String {
+        "force (N)".into()
+    }
+
+    fn excitation(&self, experiment: usize) -> Vec<f64> {
+        let force = self.trials[experiment].record.force.values_mn();
+        (0..self.points(experiment)).map(|k| force[2 * k] / MN_PER_N).collect()
+    }
+
+    fn strata(&self, experiment: usize, window: Range<usize>) -> Vec<(String, Range<usize>)> {
+        let t = &self.trials[experiment].record;
+        let times: Vec<f64> = window.clone().map(|k| k as f64 * t.step_s).collect();
+        let force: Vec<f64> = window.clone().map(|k| t.force.values_mn()[2 * k]).collect();
+        pam_train::frequency_segments(&times, &force)
+            .into_iter()
+            .map(|s| (s.label(), window.start + s.range.start..window.start + s.range.end))
+            .collect()
+    }
+}

@@ -1,0 +1,19 @@
+//! Where a name is rejected.
+//!
+//! | rule | file |
+//! |---|---|
+//! | its intervals hold that it is absent | [`absent`] |
+//! | it has another value in each part of the data, so it only mimics another cause | [`stability`] |
+//! | it explains no more than the best candidate explains by chance | [`null_test`] |
+//!
+//! Two further rules act during the search: a set whose values are no longer what the name says
+//! ([`Candidates::stands`](crate::search::Candidates::stands)) is not followed, and a scale at the limit of its range
+//! costs as much as a further cause.
+
+pub mod absent;
+pub mod null_test;
+pub mod stability;
+
+pub(crate) use absent::{insignificant, may_be_absent};
+pub use null_test::NullTest;
+pub use stability::ParameterStability;

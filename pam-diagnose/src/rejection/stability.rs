@@ -1,0 +1,84 @@
+//! Names that have another value in each part of the data.
+
+use crate::fit::{Hypothesis, Problem, coordinate};
+use crate::search::Candidates;
+use pam_numerics::statistics::t_quantile_95;
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// One cause, fitted anew to parts of the recordings.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterStability {
+    /// Name of its first parameter.
+    pub parameter: &'static str,
+    /// Recording, start of the part (s), value there.
+    pub parts: Vec<(String, f64, f64)>,
+    /// Spread of the parts (half the distance of the quartiles) over the size of the common value.
+    pub relative_spread: f64,
+    /// Half the 95 % interval of each parameter's mean over the parts, in the coordinate in which it is fitted; zero
+    /// for too few parts. It holds errors of the model that change from part to part, which the scatter of the
+    /// residuals does not show.
+    #[serde(skip)]
+    pub half_widths: Vec<f64>,
+}
+
+impl ParameterStability {
+    /// Fits the member at `place` of a fitted set anew to parts of each recording, with everything else as it is. A
+    /// real cause has one value; a name that only mimics another cause has as many as there are parts.
+    #[must_use]
+    pub fn of<C: Candidates + ?Sized>(
+        problem: &Problem<'_, C>,
+        fitted: &Hypothesis,
+        place: usize,
+    ) -> Option<Self> {
+        let settings = &problem.settings.rejection;
+        let member = fitted.members.get(place)?;
+        let infos = problem.system.candidate(member.candidate).parameters;
+        let info = *infos.first()?;
+        // The member goes to the end, where it alone is fitted.
+        let mut alone = fitted.without(place);
+        alone.fixed = alone.members.len();
+        let alone = alone.with(member.candidate, &member.values);
+        let count = settings.stability_parts;
+        let parts: Vec<(String, f64, Vec<f64>)> = (0..problem.len() * count)
+            .into_par_iter()
+            .filter_map(|k| {
+                let (experiment, part) = (k / count, k % count);
+                let whole = problem.windows[experiment].clone();
+                let len = whole.len() / count;
+                let from = whole.start + part * len;
+                let part = problem.part(experiment, from..from + len);
+                let mut start = alone.clone();
+                start.locals = vec![alone.locals[experiment].clone()];
+                let fit = part.fit(start, settings.stability_iterations).ok()?;
+                let e = part.experiments[0];
+                let values = fit.hypothesis.members.last()?.values[..infos.len()].to_vec();
+                let start_s = problem.system.time_s(e, from);
+                Some((problem.system.name(e).to_owned(), start_s, values))
+            })
+            .collect();
+        let quartiles = |of: &dyn Fn(&[f64]) -> f64| {
+            let mut values: Vec<f64> = parts.iter().map(|p| of(&p.2)).collect();
+            values.sort_by(f64::total_cmp);
+            let at = |share: f64| values[(share * (values.len() - 1) as f64).round() as usize];
+            at(0.75) - at(0.25)
+        };
+        let n = parts.len();
+        let size = member.values[0].abs().max(1e-12);
+        let relative_spread = if n < 3 { 0.0 } else { 0.5 * quartiles(&|v| v[0]) / size };
+        let half_widths = infos
+            .iter()
+            .enumerate()
+            .map(|(k, info)| {
+                if n < settings.stability_fewest_parts {
+                    return 0.0;
+                }
+                // Robust against parts in which the cause is hardly excited.
+                let sd = quartiles(&|v| coordinate(v[k], *info)) / 1.349;
+                t_quantile_95(n as f64 - 1.0) * sd / (n as f64).sqrt()
+            })
+            .collect();
+        let parts = parts.into_iter().map(|(name, start, values)| (name, start, values[0]));
+        Some(Self { parameter: info.name, parts: parts.collect(), relative_spread, half_widths })
+    }
+}

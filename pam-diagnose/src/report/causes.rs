@@ -1,0 +1,73 @@
+//! The candidates against each other.
+
+use super::percent;
+use crate::diagnosis::Diagnosis;
+use maud::{Markup, html};
+use pam_report::page::wide_figure;
+use pam_report::{LineFigure, Role};
+
+pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
+    html! {
+        p {
+            "Every candidate was fitted through the simulation, alone and together with others, with the uncertain values \
+             of model and recordings free within their priors. A flexible correction without names removes "
+            (percent(d.explainable.any_correction)) " of the error above the noise on the test set; the named causes \
+             remove " (percent(d.explainable.named)) "."
+        }
+        @if let Some(n) = &d.null_test {
+            p {
+                "Max-statistic null test: with the signs of its blocks drawn at random, the same residual lets the best \
+                 single candidate explain up to " (percent(n.share_q95)) " of it (95 % of " (n.draws)
+                " draws); in the recordings the best one explains " (percent(n.largest_share))
+                " to first order (p = " (format!("{:.3}", n.p_value)) ")"
+                @if d.causes.is_empty() { "." } @else {
+                    ", and the named causes " (percent(n.named_share)) "."
+                }
+            }
+        }
+        @for c in &d.causes {
+            h3 { (c.effect) }
+            p {
+                @if !c.description.is_empty() { (c.description) ": " }
+                (percent(c.share_of_error_removed)) " of the removable error is removed by this cause only. "
+                @if !c.excited_by.is_empty() { "It is excited by " (c.excited_by) ". " }
+                @if c.confusable_with.is_empty() {
+                    "No other candidate explains nearly as much in its place."
+                } @else {
+                    "These recordings do not distinguish it well from " (c.confusable_with.join(", "))
+                    ", which would explain nearly as much in its place."
+                }
+            }
+            @if let Some(k) = &c.stability {
+                @if k.parts.len() > 2 {
+                    p { "Fitted to parts of each recording, " code { (k.parameter) } " spreads by "
+                        (format!("{:.1} %", 100.0 * k.relative_spread)) " (half the distance of the quartiles)." }
+                    (wide_figure(parts(k), "The value in each part of each recording; a real cause has one value."))
+                }
+            }
+        }
+        h3 { "All candidates alone" }
+        div.scroll { table {
+            tr { th { "candidate" } th { "share of the error it removes alone" } th { "fitted values" } th.text { "ends at a limit" } }
+            @for r in &d.ranking {
+                tr {
+                    td { (r.effect) } td { (format!("{:.1} %", 100.0 * r.score)) }
+                    td { (r.values.iter().map(|v| pam_effects::model::significant(*v, 4)).collect::<Vec<_>>().join(", ")) }
+                    td.text { (r.at_limit.join(", ")) }
+                }
+            }
+        } }
+    }
+}
+
+fn parts(k: &crate::rejection::ParameterStability) -> String {
+    let mut plot =
+        LineFigure::new("", "start of the part (s)", k.parameter, 1040, 220).with_marks();
+    let mut names: Vec<&str> = k.parts.iter().map(|p| p.0.as_str()).collect();
+    names.dedup();
+    for (i, name) in names.iter().take(9).enumerate() {
+        let points = k.parts.iter().filter(|p| p.0 == *name).map(|p| (p.1, p.2)).collect();
+        plot = plot.with(name, Role::Category(i), points);
+    }
+    plot.to_svg()
+}

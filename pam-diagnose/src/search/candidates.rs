@@ -1,0 +1,177 @@
+//! The interface between the inference and the system that it is applied to.
+
+use crate::error::DiagnoseError;
+use crate::fit::{Hypothesis, Sensitivities};
+use pam_effects::effects::ParameterInfo;
+use std::ops::Range;
+
+/// A possible cause.
+#[derive(Debug, Clone, Copy)]
+pub struct CandidateInfo<'a> {
+    /// Its id.
+    pub id: &'a str,
+    /// What it is, in a few words.
+    pub description: &'a str,
+    /// Which excitation brings it out; may be empty.
+    pub excited_by: &'a str,
+    /// Its fitted parameters.
+    pub parameters: &'a [ParameterInfo],
+    /// Number of its values: parameters, then switches that are not fitted.
+    pub value_len: usize,
+}
+
+/// A measured channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutputInfo {
+    /// Key in files.
+    pub key: String,
+    /// Name in sentences.
+    pub name: String,
+    /// Unit of its values.
+    pub unit: String,
+    /// Whether its residual is fitted. A derivative of another output carries nothing of its own.
+    pub fitted: bool,
+}
+
+/// An uncertain value that is fitted along with every hypothesis, as deviation from its measured or given value, with a
+/// Gaussian prior of mean zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nuisance {
+    /// Standard deviation of the prior; infinite for a value that is free.
+    pub deviation: f64,
+    /// Least and greatest deviation.
+    pub limits: [f64; 2],
+}
+
+impl Nuisance {
+    /// A nuisance value without limits.
+    #[must_use]
+    pub fn of(deviation: f64) -> Self {
+        Self { deviation, limits: [f64::NEG_INFINITY, f64::INFINITY] }
+    }
+}
+
+/// A system with possible causes, and the experiments in which one of them may be at work.
+///
+/// Experiments are sampled on grid points; windows are ranges of grid points; [`points_per_row`] points are averaged
+/// into one row of residuals `measured − simulated`. `local` are the values of the experiment's own nuisances.
+///
+/// [`points_per_row`]: Self::points_per_row
+pub trait Candidates: Sync {
+    /// Number of candidates.
+    fn candidate_len(&self) -> usize;
+    /// A candidate by its index.
+    fn candidate(&self, index: usize) -> CandidateInfo<'_>;
+    /// Values from which a fit of the candidate starts. The derivative by an amplitude must not vanish there.
+    fn starts(&self, index: usize) -> Vec<Vec<f64>>;
+    /// Whether fitted values are still what the candidate's name says.
+    fn stands(&self, index: usize, values: &[f64]) -> bool {
+        let _ = (index, values);
+        true
+    }
+    /// Whether the cost is rugged in the candidate's parameters, so that a multi-start is worth its time.
+    fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
+        let _ = (index, values);
+        false
+    }
+
+    /// Uncertain values that all experiments share.
+    fn shared(&self) -> &[Nuisance];
+    /// Uncertain values of each experiment.
+    fn local(&self) -> &[Nuisance];
+
+    /// The measured channels.
+    fn outputs(&self) -> &[OutputInfo];
+    /// Name of an experiment.
+    fn name(&self, experiment: usize) -> &str;
+    /// Number of grid points of an experiment.
+    fn points(&self, experiment: usize) -> usize;
+    /// Time of a grid point since the first, s.
+    fn time_s(&self, experiment: usize, point: usize) -> f64;
+    /// Time of the first grid point in the recording, s.
+    fn start_s(&self, experiment: usize) -> f64 {
+        let _ = experiment;
+        0.0
+    }
+    /// The last grid point that is not after a time, at most the number of points.
+    fn point_at(&self, experiment: usize, time_s: f64) -> usize;
+    /// A measured channel at the grid points.
+    fn measured(&self, experiment: usize, output: usize) -> &[f64];
+    /// Grid points that are averaged into one row.
+    fn points_per_row(&self) -> usize {
+        1
+    }
+    /// Rows that count as one independent observation.
+    fn rows_per_observation(&self) -> f64;
+    /// Time from the start that is not fitted, s.
+    fn burn_in_s(&self) -> f64 {
+        0.0
+    }
+    /// Rows in a block, for clustered covariances, the null test and the bootstrap, if the window has so many `rows`
+    /// that are `row_s` apart.
+    fn rows_per_block(&self, rows: usize, row_s: f64) -> usize;
+
+    /// All outputs of an experiment under a hypothesis, at the grid points.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the simulation fails.
+    fn simulate(
+        &self,
+        hypothesis: &Hypothesis,
+        local: &[f64],
+        experiment: usize,
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError>;
+
+    /// Residuals and their sensitivities in a window. Fitted parameters that are logarithmic are differentiated by
+    /// their logarithm.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the simulation fails.
+    fn sensitivities(
+        &self,
+        hypothesis: &Hypothesis,
+        local: &[f64],
+        experiment: usize,
+        window: Range<usize>,
+    ) -> Result<Sensitivities, DiagnoseError>;
+
+    /// Takes from the residuals of an experiment that was not fitted what its nuisances would take.
+    fn forgive(&self, residuals: &mut [Vec<f64>]) {
+        let _ = residuals;
+    }
+
+    /// Features at the grid points from which a flexible model learns the residual.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the simulation fails.
+    fn features(
+        &self,
+        hypothesis: &Hypothesis,
+        local: &[f64],
+        experiment: usize,
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError>;
+
+    /// Names and units of the factors that a residual may depend on.
+    fn factor_names(&self) -> Vec<(String, String)>;
+    /// The factors at the rows of a window.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the simulation fails.
+    fn factors(
+        &self,
+        hypothesis: &Hypothesis,
+        local: &[f64],
+        experiment: usize,
+        window: Range<usize>,
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError>;
+
+    /// Name of the excitation with its unit, for axes of figures.
+    fn excitation_label(&self) -> String;
+    /// The excitation at the grid points; empty without one.
+    fn excitation(&self, experiment: usize) -> Vec<f64>;
+    /// Stretches of a window with an excitation of their own, by name.
+    fn strata(&self, experiment: usize, window: Range<usize>) -> Vec<(String, Range<usize>)> {
+        let _ = experiment;
+        vec![("all".into(), window)]
+    }
+}

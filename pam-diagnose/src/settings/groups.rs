@@ -1,0 +1,299 @@
+//! The settings, group by group: meaning, default, unit, range and origin of each default.
+
+use serde::{Deserialize, Serialize};
+
+/// One row of the reference table.
+pub(super) struct Row {
+    pub(super) key: &'static str,
+    pub(super) meaning: String,
+    pub(super) unit: &'static str,
+    pub(super) default: &'static str,
+    pub(super) origin: &'static str,
+}
+
+/// Numbers of a setting, for the check of its range.
+trait Numbers {
+    fn numbers(&self) -> Vec<f64>;
+}
+
+impl Numbers for f64 {
+    fn numbers(&self) -> Vec<f64> {
+        vec![*self]
+    }
+}
+
+impl Numbers for usize {
+    fn numbers(&self) -> Vec<f64> {
+        vec![*self as f64]
+    }
+}
+
+impl<const N: usize> Numbers for [f64; N] {
+    fn numbers(&self) -> Vec<f64> {
+        self.to_vec()
+    }
+}
+
+/// Declares a group of settings: the struct with its documentation, the defaults, the check of the ranges and the
+/// rows of the reference table, all from one list.
+macro_rules! settings {
+    ($(#[doc = $about:literal])+ $group:literal $name:ident {
+        $($(#[doc = $doc:literal])+ $field:ident: $kind:ty = $default:expr, $unit:literal, $range:expr, $origin:ident;)+
+    }) => {
+        $(#[doc = $about])+
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct $name {
+            $($(#[doc = $doc])+ #[doc = concat!("\n\nUnit: ", $unit, ". Default: `", stringify!($default), "`.")] pub $field: $kind,)+
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default),+ }
+            }
+        }
+
+        impl $name {
+            /// Refuses values outside their range, naming the key.
+            pub(super) fn check(&self) -> Result<(), String> {
+                $(let [low, high]: [f64; 2] = $range;
+                for value in self.$field.numbers() {
+                    if !(low..=high).contains(&value) {
+                        let key = concat!($group, ".", stringify!($field));
+                        return Err(format!("`{key}` must be from {low} to {high}, got {value}"));
+                    }
+                })+
+                Ok(())
+            }
+
+            pub(super) fn rows() -> Vec<Row> {
+                vec![$(Row {
+                    key: concat!($group, ".", stringify!($field)),
+                    meaning: [$($doc),+].concat().trim().to_owned(),
+                    unit: $unit,
+                    default: stringify!($default),
+                    origin: $origin,
+                }),+]
+            }
+        }
+    };
+}
+
+/// The default was chosen on the studies of `docs/studies`: names right, no false alarms.
+const STUDIES: &str = "chosen on docs/studies";
+/// The default follows from the instruments of the rig.
+const RIG: &str = "instruments of the rig";
+/// The default is a usual value of the method.
+const USUAL: &str = "usual for the method";
+/// The default bounds the computing time; a larger value changes no verdict of the studies.
+const TIME: &str = "computing time";
+
+const SHARE: [f64; 2] = [0.0, 1.0];
+const COUNT: [f64; 2] = [1.0, 1e6];
+const POSITIVE: [f64; 2] = [1e-12, 1e12];
+const COST: [f64; 2] = [0.0, 1e12];
+/// Factors that are at least one.
+const FACTOR: [f64; 2] = [1.0, 1e12];
+
+settings! {
+    /// How recordings become rows, and which rows train, validate and test.
+    "data" DataSettings {
+        /// Share of the recordings that is kept for the test set, and of the rest for validation; of one or two
+        /// recordings a share of each for validation.
+        kept_share: f64 = 1.0 / 3.0, "–", [0.05, 0.9], USUAL;
+        /// Shortest recording.
+        shortest_s: f64 = 3.0, "s", COST, STUDIES;
+        /// Time at the start of a recording of the joint that is not fitted: transients of an unknown start.
+        burn_in_s: f64 = 0.5, "s", COST, RIG;
+        /// Grid points of 4 ms that are averaged into one row of residuals of the joint.
+        points_per_row: usize = 5, "points", COUNT, STUDIES;
+        /// Part of a channel's variation that joins the estimated noise, for the errors of solver, grid and filters.
+        relative_noise: f64 = 4e-3, "–", SHARE, STUDIES;
+    }
+}
+
+settings! {
+    /// The fit of one hypothesis by Levenberg–Marquardt, and the priors of the nuisance values.
+    "fit" FitSettings {
+        /// Rows of the joint that count as one independent observation (half a second: residuals of a model that is
+        /// not quite right are correlated over about that long). A field's rows are counted by their correlation.
+        rows_per_observation: f64 = 25.0, "rows", FACTOR, STUDIES;
+        /// Damping of the first step, relative to the diagonal.
+        first_damping: f64 = 1e-3, "–", COST, USUAL;
+        /// Factor on the damping after a step that lowers the cost.
+        damping_after_success: f64 = 0.2, "–", SHARE, USUAL;
+        /// Factor on the damping after a step that does not.
+        damping_after_failure: f64 = 12.0, "–", FACTOR, USUAL;
+        /// Least damping.
+        least_damping: f64 = 1e-9, "–", COST, USUAL;
+        /// Dampings that are tried per iteration.
+        dampings_per_iteration: usize = 4, "–", COUNT, TIME;
+        /// Drop of the cost below which a fit has converged.
+        converged_drop: f64 = 0.05, "cost", COST, STUDIES;
+        /// Largest change of the logarithm of a scale in one step: a factor of three.
+        largest_log_step: f64 = 1.1, "–", POSITIVE, USUAL;
+        /// Prior standard deviation of the logarithms of the model's mass and deformation coefficient.
+        model_deviation: f64 = 2e-3, "–", POSITIVE, RIG;
+        /// Prior standard deviation of the lead of the recorded force before a held one.
+        lead_deviation_samples: f64 = 0.3, "samples", POSITIVE, RIG;
+        /// Largest lead or lag; beyond it, a delay has to be named.
+        lead_limit_samples: f64 = 0.5, "samples", COST, RIG;
+        /// Prior standard deviation of the displacement at the start.
+        start_deviation_mm: f64 = 0.02, "mm", POSITIVE, RIG;
+        /// Prior standard deviation of the velocity at the start.
+        start_deviation_mm_s: f64 = 1.0, "mm/s", POSITIVE, RIG;
+        /// Prior standard deviation of the logarithms of the sealed masses.
+        air_deviation: f64 = 2e-3, "–", POSITIVE, RIG;
+        /// Prior standard deviation of the offset of the first pressure samples.
+        offset_deviation_kpa: f64 = 0.5, "kPa", POSITIVE, RIG;
+        /// Steady pressure offsets up to this many standard deviations are no error of recordings that were not fitted.
+        forgiven_offset_deviations: f64 = 2.0, "–", COST, USUAL;
+    }
+}
+
+settings! {
+    /// The search: how candidates are tried, how sets grow and shrink, and how the chosen set is refitted.
+    "search" SearchSettings {
+        /// Most causes that are named together.
+        max_causes: usize = 3, "causes", COUNT, STUDIES;
+        /// Sets that are extended at each size.
+        beam_width: usize = 3, "sets", COUNT, TIME;
+        /// Least drop of the validation deviance `Σ_c ln(MSE_c + σ_c²)` for each further cause.
+        validation_drop: f64 = 0.08, "–", COST, STUDIES;
+        /// Least drop of the total cost (−2 log-likelihood of all rows, priors, complexity) for each further cause.
+        total_drop: f64 = 12.0, "cost", COST, STUDIES;
+        /// Normalised χ² below which the search stops.
+        sufficient_chi_square: f64 = 1.5, "–", COST, STUDIES;
+        /// Normalised χ² below which errors of the model itself are as large as what is left.
+        near_noise_chi_square: f64 = 2.0, "–", COST, STUDIES;
+        /// Factor on both drops below that χ². On the virtual rig, effects that exist are worth six times the usual
+        /// drop there, and those that follow errors of the model up to four times.
+        near_noise_factor: f64 = 5.0, "–", FACTOR, STUDIES;
+        /// Cost of a scale that ends at a limit of its range: the name stands for something else there.
+        limit_cost: f64 = 12.0, "cost", COST, STUDIES;
+        /// Iterations from each starting value of a candidate alone.
+        screening_iterations: usize = 2, "iterations", COUNT, TIME;
+        /// Iterations from each starting value of a candidate added to a set.
+        screening_iterations_added: usize = 1, "iterations", COUNT, TIME;
+        /// Starting values of a candidate added to a set.
+        starts_added: usize = 3, "values", COUNT, TIME;
+        /// Candidates that are fitted to convergence when added to a set.
+        followed: usize = 6, "candidates", COUNT, TIME;
+        /// Iterations to convergence.
+        iterations: usize = 10, "iterations", COUNT, TIME;
+        /// Iterations of a set from which a member is dropped.
+        drop_iterations: usize = 6, "iterations", COUNT, TIME;
+        /// Iterations of a set from which an insignificant member is dropped.
+        insignificant_iterations: usize = 8, "iterations", COUNT, TIME;
+        /// Difference of the cost within which sets are refitted to all open recordings.
+        rival_cost: f64 = 60.0, "cost", COST, STUDIES;
+        /// Most sets that are refitted to all open recordings.
+        rivals: usize = 5, "sets", COUNT, TIME;
+        /// Iterations of these refits.
+        rival_iterations: usize = 8, "iterations", COUNT, TIME;
+        /// Most sets that are refitted from several starts.
+        finalists: usize = 3, "sets", COUNT, TIME;
+        /// Iterations from each of these starts.
+        multi_start_iterations: usize = 20, "iterations", COUNT, TIME;
+        /// Factors on the parameters of dry friction in a multi-start: the cost is rugged in them.
+        rugged_factors: [f64; 2] = [0.75, 1.33], "–", POSITIVE, STUDIES;
+        /// Iterations of the refit of a set from which a rejected cause is dropped.
+        rejected_iterations: usize = 10, "iterations", COUNT, TIME;
+    }
+}
+
+settings! {
+    /// When a name is rejected.
+    "rejection" RejectionSettings {
+        /// Relative spread of a parameter over parts of the recordings beyond which the name only mimics.
+        mimic_spread: f64 = 0.6, "–", COST, STUDIES;
+        /// Share of the removable error from which a name stands whatever its spread.
+        mimic_share: f64 = 0.8, "–", SHARE, STUDIES;
+        /// Ratio of the ends of a scale's interval beyond which it says nothing.
+        vague_ratio: f64 = 100.0, "–", FACTOR, STUDIES;
+        /// Parts of each recording in which a cause is fitted anew.
+        stability_parts: usize = 3, "parts", COUNT, STUDIES;
+        /// Iterations of these fits.
+        stability_iterations: usize = 3, "iterations", COUNT, TIME;
+        /// Fewest parts from which intervals are widened.
+        stability_fewest_parts: usize = 4, "parts", [2.0, 1e6], USUAL;
+        /// Draws of the max-statistic null test.
+        null_draws: usize = 400, "draws", [20.0, 1e6], USUAL;
+        /// Quantile of the null distribution that names must exceed.
+        null_quantile: f64 = 0.95, "–", [0.5, 0.999], USUAL;
+        /// Fewest blocks into which the rows are divided for the null test.
+        null_blocks: usize = 24, "blocks", COUNT, USUAL;
+    }
+}
+
+settings! {
+    /// Where the verdict falls.
+    "verdict" VerdictSettings {
+        /// Normalised χ² above which there is something to explain.
+        something_chi_square: f64 = 2.5, "–", COST, STUDIES;
+        /// Share of the error above the noise below which no name is given.
+        named_share: f64 = 0.25, "–", SHARE, STUDIES;
+        /// Share of the explainable error that names must remove for `explained`.
+        explained_share: f64 = 0.8, "–", SHARE, STUDIES;
+        /// Share of the error above the noise that they must remove for `explained`.
+        explained_least_share: f64 = 0.5, "–", SHARE, STUDIES;
+        /// A candidate is confusable with a cause if it removes this share of what the cause removes.
+        confusable_share: f64 = 0.85, "–", SHARE, STUDIES;
+        /// Candidates that are tried in place of a cause.
+        confusable_tried: usize = 8, "candidates", COUNT, TIME;
+        /// Ridge of the flexible model, relative to unit columns.
+        explainable_ridge: f64 = 1e-3, "–", POSITIVE, STUDIES;
+        /// Fewest causes that may be learned from baseline recordings.
+        baseline_causes: usize = 2, "causes", COUNT, STUDIES;
+    }
+}
+
+settings! {
+    /// The residual summary.
+    "residual" ResidualSettings {
+        /// Groups of equal size in which a residual is averaged over a factor.
+        groups: usize = 12, "groups", [2.0, 1e4], USUAL;
+        /// Length of the pieces of the averaged periodogram.
+        spectrum_piece_s: f64 = 8.0, "s", POSITIVE, RIG;
+        /// Highest frequency of the spectrum.
+        spectrum_highest_hz: f64 = 8.0, "Hz", POSITIVE, RIG;
+        /// Spectral lines in `diagnosis.json`.
+        lines: usize = 4, "lines", COUNT, USUAL;
+        /// Least share of the power of a line that the excitation does not have.
+        foreign_line_share: f64 = 0.2, "–", SHARE, STUDIES;
+        /// Largest power of the excitation at such a line, relative to the residual's.
+        foreign_line_excitation: f64 = 0.02, "–", SHARE, STUDIES;
+        /// Length of a block of the time profile.
+        profile_block_s: f64 = 1.0, "s", POSITIVE, USUAL;
+        /// Drop of the logarithm of the variance from which a split of a recording counts as a jump.
+        jump_drop: f64 = 0.7, "–", COST, STUDIES;
+        /// Shortest stretch on both sides of a jump.
+        jump_margin_s: f64 = 3.0, "s", COST, STUDIES;
+        /// Multiple of the noise below which a channel has nothing to explain.
+        nothing_ratio: f64 = 2.0, "–", COST, STUDIES;
+        /// Share of the variance from which a factor is mentioned.
+        mentioned_share: f64 = 0.15, "–", SHARE, STUDIES;
+    }
+}
+
+settings! {
+    /// Confidence intervals of parameters and of the error reduction.
+    "intervals" IntervalSettings {
+        /// Length of a block of rows of the joint for clustered covariances, the null test and the bootstrap.
+        block_s: f64 = 2.0, "s", POSITIVE, STUDIES;
+        /// Blocks of the window of one experiment of a field.
+        field_blocks: usize = 10, "blocks", [2.0, 1e6], USUAL;
+        /// Difference of the cost below which two shapes of one effect, or two alternatives, fit equally well.
+        equal_cost: f64 = 12.0, "cost", COST, STUDIES;
+        /// Iterations of the fits of other shapes.
+        shape_iterations: usize = 8, "iterations", COUNT, TIME;
+        /// Iterations of the fit of a named effect to the baseline recordings.
+        baseline_iterations: usize = 6, "iterations", COUNT, TIME;
+        /// Resamplings of the bootstrap of the error reduction.
+        resamples: usize = 1000, "draws", [40.0, 1e6], USUAL;
+        /// Fewest blocks of one excitation frequency of a recording in the bootstrap.
+        stratum_blocks: usize = 3, "blocks", COUNT, STUDIES;
+        /// Shortest block of the bootstrap.
+        shortest_block_s: f64 = 0.5, "s", POSITIVE, STUDIES;
+    }
+}

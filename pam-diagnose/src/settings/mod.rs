@@ -1,0 +1,122 @@
+//! Every number on which a diagnosis depends, with its meaning, unit, default and the default's origin.
+
+mod groups;
+
+pub use groups::{
+    DataSettings, FitSettings, IntervalSettings, RejectionSettings, ResidualSettings, SearchSettings,
+    VerdictSettings,
+};
+
+use crate::error::DiagnoseError;
+use groups::Row;
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+/// All settings of a diagnosis. In TOML each group is a table; values that are missing keep their defaults, unknown
+/// keys are refused.
+///
+/// ```
+/// use pam_diagnose::settings::DiagnosisSettings;
+///
+/// let settings = DiagnosisSettings::parse("[search]\nbeam_width = 5", &["search.max_causes=2".into()])?;
+/// assert_eq!((settings.search.beam_width, settings.search.max_causes), (5, 2));
+/// assert!(DiagnosisSettings::parse("", &["search.beam=2".into()]).is_err());
+/// # Ok::<(), pam_diagnose::DiagnoseError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DiagnosisSettings {
+    /// Rows, and the split of the recordings.
+    pub data: DataSettings,
+    /// The fit of one hypothesis.
+    pub fit: FitSettings,
+    /// The search over sets of candidates.
+    pub search: SearchSettings,
+    /// The rejection of names.
+    pub rejection: RejectionSettings,
+    /// The verdict.
+    pub verdict: VerdictSettings,
+    /// The residual summary.
+    pub residual: ResidualSettings,
+    /// Confidence intervals.
+    pub intervals: IntervalSettings,
+}
+
+impl DiagnosisSettings {
+    /// Reads settings from TOML text and changes single values, written as `search.beam_width=4`.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Settings`] naming the key and the known keys, or the value and its range.
+    pub fn parse(text: &str, changes: &[String]) -> Result<Self, DiagnoseError> {
+        let fail = |message: String| DiagnoseError::Settings(message.trim_end().replace('\n', "; "));
+        let mut table: Table = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
+        let mut settings: Self = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
+        for change in changes {
+            let fail = |message: String| fail(format!("`{change}`: {message}"));
+            let (key, value) =
+                change.split_once('=').ok_or_else(|| fail("write it as key=value".into()))?;
+            let (group, field) = key.trim().split_once('.').ok_or_else(|| {
+                fail(format!("the key has a group and a name, like {}", Self::table()[0].key))
+            })?;
+            let value = toml::from_str::<Table>(&format!("v = {}", value.trim()))
+                .map_err(|_| fail(format!("`{}` is not a value of TOML", value.trim())))?
+                .remove("v");
+            let group = table.entry(group).or_insert_with(|| Value::Table(Table::new()));
+            if let (Some(group), Some(value)) = (group.as_table_mut(), value) {
+                group.insert(field.to_owned(), value);
+            }
+            // Each change is checked by itself, so that the message names the one that is wrong.
+            settings = Value::Table(table.clone())
+                .try_into()
+                .map_err(|e: toml::de::Error| fail(e.message().to_owned()))?;
+        }
+        settings.check()?;
+        Ok(settings)
+    }
+
+    /// Refuses values outside their ranges.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Settings`] naming the key, its range and the value.
+    pub fn check(&self) -> Result<(), DiagnoseError> {
+        self.data
+            .check()
+            .and_then(|()| self.fit.check())
+            .and_then(|()| self.search.check())
+            .and_then(|()| self.rejection.check())
+            .and_then(|()| self.verdict.check())
+            .and_then(|()| self.residual.check())
+            .and_then(|()| self.intervals.check())
+            .map_err(DiagnoseError::Settings)
+    }
+
+    fn table() -> Vec<Row> {
+        [
+            DataSettings::rows(),
+            FitSettings::rows(),
+            SearchSettings::rows(),
+            RejectionSettings::rows(),
+            VerdictSettings::rows(),
+            ResidualSettings::rows(),
+            IntervalSettings::rows(),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+
+    /// The reference table of all settings in Markdown.
+    #[must_use]
+    pub fn reference() -> String {
+        let mut text = String::from(
+            "| key | meaning | unit | default | the default is |\n|---|---|---|---|---|\n",
+        );
+        for row in Self::table() {
+            text += &format!(
+                "| `{}` | {} | {} | {} | {} |\n",
+                row.key, row.meaning, row.unit, row.default, row.origin
+            );
+        }
+        text
+    }
+}
