@@ -3,7 +3,8 @@
 
 use pam_data::Subject;
 use pam_data::{Recording, SavedModel, load_model};
-use pam_diagnose::{Diagnosis, Options, Sets, Verdict, diagnose};
+use pam_diagnose::settings::ResidualSettings;
+use pam_diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, Verdict, diagnose};
 use pam_effects::ExtendedModel;
 use pam_tests::diagnose::{at_strength, diagnosed, plant_runs};
 use pam_tests::plant::{Hidden, Noise, excitation, hidden};
@@ -19,14 +20,14 @@ fn published() -> SavedModel {
     load_model(&published_weights()).unwrap()
 }
 
-fn found(effects: &[Hidden], noise: Noise, seed: u64) -> Diagnosis {
+fn found(effects: &[Hidden], noise: Noise, seed: u64) -> JointDiagnosis {
     let saved = published();
     let data = plant_runs(&saved, &CONDITIONS, &excitation(SHARE), effects, noise, seed);
     diagnosed(&saved, &data, None, seed)
 }
 
 /// Whether a parameter is within 10 % of the truth or its interval holds it.
-fn recovered(d: &Diagnosis, id: &str, name: &str, truth: f64) -> bool {
+fn recovered(d: &JointDiagnosis, id: &str, name: &str, truth: f64) -> bool {
     d.causes.iter().filter(|c| c.effect == id).any(|c| {
         c.parameters.iter().any(|(n, i)| {
             let inside = i.ci95[0] <= truth && truth <= i.ci95[1];
@@ -59,11 +60,11 @@ fn single_effects_are_named_with_their_magnitudes() {
         for (name, truth) in &effect.1 {
             assert!(recovered(&d, id, name, *truth), "{id}: {name} = {truth}, {:?}", d.causes[0]);
         }
-        assert!(d.gain.overall.ci95[0] > 0.0, "{id}: {:?}", d.gain.overall);
-        assert!(d.removed > 0.9, "{id}: {}", d.removed);
+        assert!(d.error_reduction.overall.ci95[0] > 0.0, "{id}: {:?}", d.error_reduction.overall);
+        assert!(d.explainable.named > 0.9, "{id}: {}", d.explainable.named);
         // What explains it explains more than luck would.
-        let chance = d.chance.expect("there is a residual");
-        assert!(chance.p_value < 0.05 && d.explained > chance.share_q95, "{id}: {chance:?}");
+        let null = d.null_test.expect("there is a residual");
+        assert!(null.p_value < 0.05 && null.named_share > null.share_q95, "{id}: {null:?}");
     }
 }
 
@@ -80,18 +81,18 @@ fn recordings_that_measure_the_gain_have_no_say_in_the_names() {
     let other = runs(&[[40.0, 20.0]], &[at_strength("leak", 2.0)], 7);
     let model = ExtendedModel::from_saved(saved.clone()).unwrap();
     let judged = |heldout: &[Subject]| {
-        let sets = Sets { data: &data, heldout: Some(heldout), healthy: None };
-        diagnose(&model, &sets, &Options::default(), &|_, _| {}).unwrap()
+        let sets = RecordingSets { data: &data, test: Some(heldout), baseline: None };
+        diagnose(&model, &sets, &DiagnoseOptions::default(), &|_, _| {}).unwrap()
     };
     let (a, b) = (judged(&same), judged(&other));
     assert_eq!(a.named(), ["backlash"]);
-    let told = |d: &Diagnosis| {
+    let told = |d: &JointDiagnosis| {
         let json = d.to_json("model");
-        ["verdict", "causes", "ranking", "residual", "chance"].map(|key| json[key].clone())
+        ["verdict", "causes", "ranking", "residual", "null_test"].map(|key| json[key].clone())
     };
     assert_eq!(told(&a), told(&b));
-    assert!(a.gain.overall.ci95[0] > 0.0, "{:?}", a.gain.overall);
-    assert!(b.gain.overall.error_reduction < a.gain.overall.error_reduction);
+    assert!(a.error_reduction.overall.ci95[0] > 0.0, "{:?}", a.error_reduction.overall);
+    assert!(b.error_reduction.overall.error_reduction < a.error_reduction.overall.error_reduction);
 }
 
 #[test]
@@ -127,8 +128,8 @@ fn nothing_is_found_where_nothing_is_hidden() {
         let d = found(&[], noise, seed);
         assert_eq!(d.verdict, Verdict::NothingFound, "seed {seed}: {:?}", d.named());
         assert!(d.causes.is_empty());
-        assert!(d.extended.effects.is_empty(), "the model stays as it is");
-        p_values.extend(d.chance.map(|c| c.p_value));
+        assert!(d.model.extended.effects.is_empty(), "the model stays as it is");
+        p_values.extend(d.null_test.map(|t| t.p_value));
     }
     assert!(p_values.iter().any(|&p| p > 0.05), "chance would explain as much: {p_values:?}");
 }
@@ -154,7 +155,11 @@ fn a_smooth_force_is_no_fault() {
         };
         let d = found(std::slice::from_ref(&smooth), 31);
         assert_eq!(d.verdict, Verdict::NothingFound, "{every}: {:?}", d.named());
-        assert!((d.force_lead_samples - 0.5).abs() < 0.15, "{every}: {}", d.force_lead_samples);
+        assert!(
+            (d.model.force_lead_samples - 0.5).abs() < 0.15,
+            "{every}: {}",
+            d.model.force_lead_samples
+        );
         for id in ["viscous_damping", "actuation_delay"] {
             let effect = at_strength(id, 1.0);
             let d = found(&[smooth.clone(), effect.clone()], 32);
@@ -194,7 +199,7 @@ fn what_is_not_listed_gets_no_name_but_a_description() {
     assert!(d.causes.is_empty());
     let told = &d.residual.description;
     assert!(told.contains("where the force has none"), "{told}");
-    let line = d.residual.channels[0].spectrum.foreign_line().unwrap();
+    let line = d.residual.channels[0].spectrum.foreign_line(&ResidualSettings::default()).unwrap();
     assert!((line.frequency_hz - 1.37).abs() < 0.13, "{line:?}");
 
     let slip = hidden("tendon_slip", &[("time_s", 9.0), ("slip_mm", 0.4)]);
@@ -248,7 +253,7 @@ fn the_real_run_shows_dry_friction() {
     let (before, after) = (x["rmse_before"].as_f64().unwrap(), x["rmse_after"].as_f64().unwrap());
     assert!(after <= 0.3 * before, "{before} -> {after} mm");
     assert!(d["gain"]["overall"]["ci95"][0].as_f64().unwrap() > 0.0);
-    assert_eq!(d["held_out"]["kind"], "last_part");
+    assert_eq!(d["test"]["kind"], "last_part");
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
     for part in ["1. What is wrong", "2. Why", "3. What changes", "4. What it gains"] {
         assert!(report.contains(part), "{part}");

@@ -11,7 +11,7 @@
 
 use pam_data::Subject;
 use pam_data::{SavedModel, load_model, parse_model};
-use pam_diagnose::Diagnosis;
+use pam_diagnose::JointDiagnosis;
 use pam_diagnose::fit::Interval;
 use pam_tests::diagnose::{as_text, at_strength, diagnosed, plant_runs, rig_runs, vocabulary};
 use pam_tests::plant::{Hidden, Noise, excitation, hidden};
@@ -118,7 +118,7 @@ struct Estimates {
 }
 
 /// Estimates of the parameters of an effect that was hidden and named: name, truth, interval.
-fn estimates<'d>(hidden: &Hidden, d: &'d Diagnosis) -> Vec<(&'d str, f64, Interval)> {
+fn estimates<'d>(hidden: &Hidden, d: &'d JointDiagnosis) -> Vec<(&'d str, f64, Interval)> {
     let Some(cause) = d.causes.iter().find(|c| c.effect == hidden.0) else { return Vec::new() };
     cause
         .parameters
@@ -136,7 +136,7 @@ fn near(truth: f64, i: &Interval) -> bool {
 }
 
 impl Estimates {
-    fn count(&mut self, set: &[Hidden], d: &Diagnosis) {
+    fn count(&mut self, set: &[Hidden], d: &JointDiagnosis) {
         for (_, truth, i) in set.iter().flat_map(|h| estimates(h, d)) {
             self.all += 1;
             self.inside += usize::from(inside(truth, &i));
@@ -154,12 +154,12 @@ impl Table {
         Self(csv::Writer::from_path(path).expect("a place for the table"))
     }
 
-    fn write(&mut self, source: &str, case: &str, set: &[Hidden], d: &Diagnosis, seed: u64) {
+    fn write(&mut self, source: &str, case: &str, set: &[Hidden], d: &JointDiagnosis, seed: u64) {
         let join = |ids: Vec<&str>| ids.join("+");
         let named = join(d.named());
         let confusable =
             join(d.causes.iter().flat_map(|c| c.confusable_with.iter().copied()).collect());
-        let g = &d.gain.overall;
+        let g = &d.error_reduction.overall;
         let nothing = [("none".to_owned(), Default::default())];
         for hidden in if set.is_empty() { &nothing } else { set } {
             let row = Row {
@@ -198,8 +198,8 @@ impl Table {
 }
 
 /// Residual of the plain model over what the data's noise allows, root mean square over x, P_f and P_e.
-fn over_noise(d: &Diagnosis) -> f64 {
-    let square: f64 = d.residual.channels.iter().map(|c| (c.rms / c.floor).powi(2)).sum();
+fn over_noise(d: &JointDiagnosis) -> f64 {
+    let square: f64 = d.residual.channels.iter().map(|c| (c.rms / c.noise).powi(2)).sum();
     (square / d.residual.channels.len() as f64).sqrt()
 }
 
@@ -244,7 +244,7 @@ fn parse(text: &str) -> Hidden {
 
 /// Prints one case and says whether it came out right: every hidden effect named or confusable with a named
 /// one, or nothing named where nothing listed is hidden.
-fn print(set: &[Hidden], d: &Diagnosis, seed: u64, seconds: f64) -> bool {
+fn print(set: &[Hidden], d: &JointDiagnosis, seed: u64, seconds: f64) -> bool {
     let listed = |id: &str| vocabulary().iter().any(|v| v.0 == id);
     let exact = set.iter().all(|h| d.causes.iter().any(|c| c.effect == h.0));
     let found = |h: &Hidden| {
@@ -288,11 +288,11 @@ fn print(set: &[Hidden], d: &Diagnosis, seed: u64, seconds: f64) -> bool {
     );
     println!(
         "      removed {:.3}, any correction {:.3}, overall gain {:.2} [{:.2}, {:.2}], best alone {:?}",
-        d.removed,
-        d.ceiling,
-        d.gain.overall.error_reduction,
-        d.gain.overall.ci95[0],
-        d.gain.overall.ci95[1],
+        d.explainable.named,
+        d.explainable.any_correction,
+        d.error_reduction.overall.error_reduction,
+        d.error_reduction.overall.ci95[0],
+        d.error_reduction.overall.ci95[1],
         d.ranking.iter().take(3).map(|r| (r.effect, (r.score * 100.0).round())).collect::<Vec<_>>()
     );
     right

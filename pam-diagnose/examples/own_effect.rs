@@ -37,7 +37,7 @@ impl Effect for QuadraticDrag {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     use pam_core::{AnyForce, JointModel, SpringDamper};
     use pam_data::{MassOrigin, ModelInfo, Recording, Subject};
-    use pam_diagnose::{Options, Sets, Verdict, diagnose};
+    use pam_diagnose::{DiagnoseOptions, RecordingSets, Verdict, diagnose};
     use pam_effects::effects::{AnyEffect, by_id};
     use pam_effects::{ActiveEffect, ExtendedModel};
     use pam_trajectory::{Predictor, SolverSettings};
@@ -63,10 +63,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut candidates: Vec<&dyn AnyEffect> =
         listed.iter().filter_map(|id| by_id(id)).map(|e| e as _).collect();
     candidates.push(&QuadraticDrag);
-    let options = Options { candidates, ..Options::default() };
+    let options = DiagnoseOptions { candidates, ..DiagnoseOptions::default() };
     let found = diagnose(
         &model,
-        &Sets { data: &data, heldout: None, healthy: None },
+        &RecordingSets { data: &data, test: None, baseline: None },
         &options,
         &|_, _| {},
     )?;

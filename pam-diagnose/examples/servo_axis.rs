@@ -158,7 +158,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     assert_eq!(found.verdict, Verdict::Explained);
     assert_eq!(named, ["cogging", "dry_friction"]);
     for (index, truth) in [(3, 4.0), (4, 3.0), (5, 5.0)] {
-        assert!((found.model.parameters[index] - truth).abs() < 0.03 * truth, "{:?}", found.model.parameters);
+        assert!(
+            (found.model.parameters[index] - truth).abs() < 0.03 * truth,
+            "{:?}",
+            found.model.parameters
+        );
     }
     assert!(position.rmse_after < 1.2 * noise_mm);
 

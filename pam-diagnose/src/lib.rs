@@ -1,45 +1,40 @@
-//! Shows what a model of the joint gets wrong, names the cause, extends the model, and measures what that
-//! gains.
+//! Shows what a model gets wrong on recordings, names the cause, extends the model by it, and measures the error
+//! reduction.
 //!
 //! # The idea
 //!
-//! A free-run prediction that misses says that something is wrong and not what. This crate answers in the
+//! The error of a free-run prediction shows that something is wrong and not what. This crate answers in the
 //! language of the rig: *dry friction of 41 N*, not *a term in sgn ẋ*.
 //!
-//! * **Effects are parts of a model.** Every entry of a vocabulary of known faults ([`effects`]) is a term with
-//!   parameters that carry units: a force, a law of the air, a memory, a sensor. An [`ExtendedModel`] is
-//!   a hybrid model with such terms; it predicts, is fitted, is saved and loaded like one without. Nothing
-//!   in the base model is trained again, since a network that is fitted to faulty data absorbs the fault.
-//! * **Candidates compete as simulations.** Each candidate is fitted through the simulation, by
-//!   Gauss–Newton with exact derivatives ([`fit`]), from several starting values where it has a scale. What is
-//!   uncertain besides (mass, deformation coefficient, initial states, sealed air) is fitted along,
-//!   tied to its measured value, so that no effect is named for what a slightly wrong start explains. Regressions of
-//!   residuals on features are not used for names: in a free run the whole trajectory answers to a
-//!   missing force, and misfit that lies on the lines of the excitation correlates with anything.
-//! * **Fast enough to try them all.** With frozen weights and sealed air the network is a function of
-//!   (x, ẋ) alone. [`simulation`] tabulates it once for each recording; reading the table costs nanoseconds
-//!   where the network costs hundreds.
-//! * **What was not fitted judges.** Sets of effects grow in a beam and shrink again; each member must earn
-//!   its place on recordings, or parts of one, that took no part in the fit ([`search`]).
-//! * **A name can be refused.** The [`Verdict`] is `nothing_found` where the error is at the level of noise,
-//!   of the solver, or of what is ordinary for this model on healthy recordings; and
-//!   `unexplained` where no name removes enough of what a flexible correction without names could remove. A
-//!   fit that ends where the effect is only another one by its name, or that has another value in each
-//!   part of the data, is refused as well. Alternatives that explain nearly as much are listed with each cause.
+//! * **Causes are parts of a model.** A candidate is a term with parameters that carry units: an
+//!   [effect](pam_effects::effects) of the joint, or a term of any vector field. Nothing in the base model is trained
+//!   again, since a network that is fitted to faulty data absorbs the fault.
+//! * **Candidates compete as simulations.** Each set of candidates is fitted through the simulation, by
+//!   Levenberg–Marquardt with exact derivatives, from several starting values where it has a scale. Uncertain values
+//!   (mass, initial states, sealed air) are fitted along, with Gaussian priors, so that no cause is named for a slightly
+//!   wrong start. Regressions of residuals on features are not used for names: in a free run the whole trajectory responds
+//!   to a missing force.
+//! * **Training, validation and test data.** Sets grow in a beam and shrink again; each member must earn its place on
+//!   validation data. The error reduction is measured on a test set that no decision has seen.
+//! * **A name can be rejected.** The [`Verdict`] is `nothing_found` where the error is at the level of noise or of the
+//!   model's baseline discrepancy, and `unexplained` where no name removes enough of what a flexible model without names
+//!   could remove. Alternatives that explain nearly as much are listed with each cause.
 //!
-//! # Modules, in reading order
+//! # Modules, in the order in which a recording passes them
 //!
-//! 1. [`effects`]: the vocabulary, one file an effect, and the hooks through which an effect acts.
-//! 2. [`simulation`]: a recording made ready, the table of the base model's force, one march over any scalar.
-//! 3. [`extended`]: the model with effects: prediction, files, refit.
-//! 4. [`training`]: the gradient by weights and effects together, for the trainer.
-//! 5. [`fit`]: residuals, sensitivities, normal equations, Levenberg–Marquardt, intervals.
-//! 6. [`residual`]: what is wrong, before any name: dependence, spectrum, timing, sentences.
-//! 7. [`search`]: noise floors, starting values, candidates, sets, the flexible reference.
-//! 8. [`diagnosis`]: [`diagnose`], from recordings to verdict, causes and gain; `diagnosis.json`.
-//! 9. [`design`]: the experiment that would tell confusable causes apart.
-//! 10. [`report`]: the same as a page to read.
-//! 11. [`field`]: the same idea for a vector field of any other system.
+//! | module | what happens there |
+//! |---|---|
+//! | [`joint`], [`field`] | recordings of the joint, or of any vector field, become experiments; effects, or terms, become candidates |
+//! | [`data`] | experiments get their roles: training, validation, test; the noise is estimated |
+//! | [`residual`] | a recording becomes residuals; their size, dependence, spectrum and time profile are summarised |
+//! | [`fit`] | a hypothesis is fitted; confidence intervals |
+//! | [`search`] | sets of candidates grow, shrink and are refitted; the trait [`search::Candidates`] |
+//! | [`rejection`] | a name is rejected: absent, unstable, no better than chance |
+//! | [`verdict`] | the verdict falls; causes with their alternatives |
+//! | [`test_set`] | the data that no decision has seen; error reduction |
+//! | [`diagnosis`] | these steps in order, and their result, `diagnosis.json` |
+//! | [`report`] | the result as a page |
+//! | [`settings`] | every number on which a diagnosis depends |
 //!
 //! # Example
 //!
@@ -49,7 +44,7 @@
 //! use pam_core::{AnyForce, JointModel, SpringDamper};
 //! use pam_data::{MassOrigin, ModelInfo, Recording};
 //! use pam_effects::effects::by_id;
-//! use pam_diagnose::{Options, Sets, Verdict, diagnose};
+//! use pam_diagnose::{DiagnoseOptions, RecordingSets, Verdict, diagnose};
 //! use pam_effects::{ActiveEffect, ExtendedModel};
 //! use pam_data::Subject;
 //! use pam_trajectory::{Predictor, SolverSettings};
@@ -82,11 +77,11 @@
 //!     .collect::<Result<_, Box<pam_trajectory::PredictError>>>()?;
 //!
 //! let candidates = ["coulomb_friction", "viscous_damping", "constant_load", "stiffness_scale"];
-//! let options = Options {
+//! let options = DiagnoseOptions {
 //!     candidates: candidates.iter().filter_map(|id| by_id(id)).collect(), // all 24 by default
-//!     ..Options::default()
+//!     ..DiagnoseOptions::default()
 //! };
-//! let sets = Sets { data: &data, heldout: None, healthy: None };
+//! let sets = RecordingSets { data: &data, test: None, baseline: None };
 //! let found = diagnose(&model, &sets, &options, &|_stage, _share| {})?;
 //!
 //! assert_eq!(found.verdict, Verdict::Explained);
@@ -94,7 +89,8 @@
 //! let (name, force) = found.causes[0].parameters[0];
 //! assert_eq!(name, "force_n");
 //! assert!((force.value - 20.0).abs() < 0.2);
-//! assert!(found.gain.x.rmse_after < 0.05 * found.gain.x.rmse_before);
+//! let x = &found.error_reduction.channels[0];
+//! assert!(x.rmse_after < 0.05 * x.rmse_before);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

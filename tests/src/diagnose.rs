@@ -4,7 +4,7 @@ use crate::plant::{self, Excitation, Hidden, Noise};
 use pam_core::AnyForce;
 use pam_data::Subject;
 use pam_data::{LoadOptions, MassOrigin, Recording, SavedModel, collect_paths, open_recordings};
-use pam_diagnose::{Diagnosis, Options, Sets, diagnose};
+use pam_diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, diagnose};
 use pam_effects::ExtendedModel;
 use pam_rig::protocol::CurrentSegment;
 use pam_rig::{Conditions, Protocol, RigParameters, Session};
@@ -90,10 +90,10 @@ pub fn diagnosed(
     data: &[Subject],
     healthy: Option<&[Subject]>,
     seed: u64,
-) -> Diagnosis {
+) -> JointDiagnosis {
     let model = ExtendedModel::from_saved(saved.clone()).expect("known effects");
-    let options = Options { seed, ..Options::default() };
-    diagnose(&model, &Sets { data, heldout: None, healthy }, &options, &|_, _| {})
+    let options = DiagnoseOptions { seed, ..DiagnoseOptions::default() };
+    diagnose(&model, &RecordingSets { data, test: None, baseline: healthy }, &options, &|_, _| {})
         .expect("a diagnosis")
 }
 

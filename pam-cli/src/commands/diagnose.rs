@@ -42,8 +42,7 @@ pub fn run(
     let data = read(&arguments.data)?.unwrap_or_default();
     let test = read(&arguments.heldout)?;
     let baseline = read(&arguments.healthy)?;
-    let sets =
-        RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
+    let sets = RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
     let diagnosis = diagnose_into(&arguments.out, &saved, &sets, &options, console)?;
     let configuration = json!({
         "model": arguments.model.model,
@@ -73,8 +72,8 @@ fn options(arguments: &DiagnoseArguments, seed: u64) -> Result<DiagnoseOptions, 
     };
     let most = arguments.max_effects.map(|most| format!("search.max_causes={most}"));
     let changes: Vec<String> = arguments.overrides.iter().cloned().chain(most).collect();
-    let settings = DiagnosisSettings::parse(&text, &changes)
-        .map_err(|e| CliError::Usage(e.to_string()))?;
+    let settings =
+        DiagnosisSettings::parse(&text, &changes).map_err(|e| CliError::Usage(e.to_string()))?;
     let mut options = DiagnoseOptions { seed, settings, ..DiagnoseOptions::default() };
     if !arguments.effects.is_empty() {
         options.candidates = arguments
@@ -125,7 +124,11 @@ pub fn diagnose_into(
 }
 
 /// Writes `design.toml`, a protocol for the rig, and `design.json`, how well each excitation separates.
-fn write_design(diagnosis: &JointDiagnosis, folder: &Path, console: &Console) -> Result<(), CliError> {
+fn write_design(
+    diagnosis: &JointDiagnosis,
+    folder: &Path,
+    console: &Console,
+) -> Result<(), CliError> {
     let all = diagnosis.design();
     write_json(&folder.join("design.json"), &json!(all))?;
     let Some(best) = all.first() else {

@@ -192,9 +192,8 @@ impl Roles {
         noise: &[f64],
         settings: &'a DiagnosisSettings,
     ) -> Split<'a, C> {
-        let problem = |which: &[usize]| {
-            Problem::new(system, which.to_vec(), noise.to_vec(), settings)
-        };
+        let problem =
+            |which: &[usize]| Problem::new(system, which.to_vec(), noise.to_vec(), settings);
         let (train, validation) = (problem(&self.train), problem(&self.validation));
         let ValidationData::Parts { parts } = &self.validation_data else {
             let validation = Problem { unseen: true, ..validation };

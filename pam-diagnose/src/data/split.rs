@@ -19,8 +19,7 @@ impl<'a, C: Candidates + ?Sized> Split<'a, C> {
     /// Everything is fitted and nothing validates: for names that are chosen already.
     #[must_use]
     pub fn fit_all(train: Problem<'a, C>) -> Self {
-        let validation =
-            Problem { experiments: Vec::new(), windows: Vec::new(), ..train.clone() };
+        let validation = Problem { experiments: Vec::new(), windows: Vec::new(), ..train.clone() };
         Self { train, validation, same_experiments: false }
     }
 

@@ -65,9 +65,16 @@ where
     problem.check()?;
     check(&problem, candidates, options)?;
     let mut settings = options.settings;
-    // An experiment of a field may be short.
-    settings.data.shortest_s = 0.0;
     let data = problem.experiments.len() - options.baseline;
+    // An experiment of a field may be short or long: lengths of time follow from it.
+    let duration = |e: &Experiment<I>| e.times_s[e.times_s.len() - 1] - e.times_s[0];
+    let shortest_s = problem.experiments[..data].iter().map(duration).fold(f64::INFINITY, f64::min);
+    settings.data.shortest_s = 0.0;
+    settings.intervals.shortest_block_s = 0.0;
+    settings.residual.spectrum_piece_s = shortest_s / 5.0;
+    settings.residual.spectrum_highest_hz = 64.0 * 5.0 / shortest_s;
+    settings.residual.profile_block_s = shortest_s / 20.0;
+    settings.residual.jump_margin_s = shortest_s / 10.0;
     let (experiments, of_baseline) = problem.experiments.split_at(data);
     let mut noise = problem.outputs.noise.clone();
     let mut system = FieldSystem::new(&problem, experiments, candidates, options);

@@ -69,10 +69,7 @@ where
             plain,
             shared: vec![Nuisance::of(f64::INFINITY); options.refitted.len()],
             refitted: options.refitted.clone(),
-            infos: candidates
-                .iter()
-                .map(|c| c.parameters.iter().map(|p| p.1).collect())
-                .collect(),
+            infos: candidates.iter().map(|c| c.parameters.iter().map(|p| p.1).collect()).collect(),
             outputs: outputs
                 .states
                 .iter()
@@ -130,8 +127,7 @@ where
         let term = Term::new(&field, &e.input);
         let (t0, t1) = (e.times_s[0], e.times_s[e.times_s.len() - 1]);
         let y0 = self.initial_state(local, experiment);
-        let solution =
-            self.problem.integrator.solve(&term, t0, t1, &y0, SaveAt::Times(&e.times_s));
+        let solution = self.problem.integrator.solve(&term, t0, t1, &y0, SaveAt::Times(&e.times_s));
         let states = solution.map_err(|error| self.failed(experiment, error))?.states().to_vec();
         if states.iter().all(|v| v.is_finite()) {
             Ok(states)
@@ -174,7 +170,13 @@ where
     fn candidate(&self, index: usize) -> CandidateInfo<'_> {
         let parameters = &self.infos[index];
         let id = &self.candidates[index].name;
-        CandidateInfo { id, description: "", excited_by: "", parameters, value_len: parameters.len() }
+        CandidateInfo {
+            id,
+            description: "",
+            excited_by: "",
+            parameters,
+            value_len: parameters.len(),
+        }
     }
 
     fn starts(&self, index: usize) -> Vec<Vec<f64>> {

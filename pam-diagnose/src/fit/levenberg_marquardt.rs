@@ -53,8 +53,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             let mut drop = 0.0;
             for _ in 0..settings.dampings_per_iteration {
                 let step = equations.step(damping, self.system.shared());
-                let moved =
-                    step.map(|s| best.moved(self.system, &s, settings.largest_log_step));
+                let moved = step.map(|s| best.moved(self.system, &s, settings.largest_log_step));
                 let tried = moved.and_then(|h| self.errors(&h).ok().map(|e| (h, e)));
                 if let Some((next, next_errors)) = tried {
                     let next_cost = self.cost(&next, &next_errors);

@@ -104,11 +104,14 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         self.windows[place].len() / self.system.points_per_row()
     }
 
-    /// Time between two rows of an experiment, s.
+    /// Time between two rows of an experiment, s; infinite for a window without extent.
     pub(crate) fn row_s(&self, place: usize) -> f64 {
         let (e, w) = (self.experiments[place], &self.windows[place]);
         let span = self.system.time_s(e, w.end.max(1) - 1) - self.system.time_s(e, w.start);
-        span / w.len().saturating_sub(1).max(1) as f64 * self.system.points_per_row() as f64
+        if w.len() < 2 || span <= 0.0 {
+            return f64::INFINITY;
+        }
+        span / (w.len() - 1) as f64 * self.system.points_per_row() as f64
     }
 
     /// Rows in a block.

@@ -10,23 +10,18 @@ use crate::settings::DiagnosisSettings;
 use pam_effects::effects::{ALL, AnyEffect};
 use pam_effects::model::{ActiveEffect, ExtendedModel};
 use pam_effects::simulation::Trial;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 /// Effects and error level of baseline recordings. A model that misses something small everywhere misses it
 /// in the data under diagnosis as well; that counts as no fault.
 #[derive(Debug, Clone, Serialize)]
 pub struct BaselineDiscrepancy {
     /// Effects that the baseline recordings show; part of the model from there on.
-    #[serde(serialize_with = "stored")]
     pub effects: Vec<ActiveEffect>,
     /// Root-mean-square errors that are left then: mm, kPa, kPa.
     pub rms: Vec<f64>,
     /// Names of the baseline recordings.
     pub recordings: Vec<String>,
-}
-
-fn stored<S: Serializer>(effects: &[ActiveEffect], to: S) -> Result<S::Ok, S::Error> {
-    to.collect_seq(effects.iter().map(ActiveEffect::stored))
 }
 
 impl BaselineDiscrepancy {
@@ -41,7 +36,12 @@ impl BaselineDiscrepancy {
         seed: u64,
         done: &(dyn Fn(f64) + Sync),
     ) -> Result<Self, DiagnoseError> {
-        let roles = Roles::assign(&spans(&trials.iter().collect::<Vec<_>>()), TestSource::Absent, seed, &settings.data)?;
+        let roles = Roles::assign(
+            &spans(&trials.iter().collect::<Vec<_>>()),
+            TestSource::Absent,
+            seed,
+            &settings.data,
+        )?;
         // Effects of the vocabulary only: a candidate of the user's is what is asked about.
         let effects = ALL.iter().map(|e| *e as &dyn AnyEffect).collect();
         let all: Vec<&Trial> = trials.iter().collect();
@@ -49,8 +49,7 @@ impl BaselineDiscrepancy {
         let system = JointSystem::new(all, &open, base, &model.effects, effects, settings);
         let noise = estimated_noise(&system, &open, &settings.data);
         let found = Baseline::learn(&system, &roles, &noise, settings, done)?;
-        let active =
-            |m: Member| ActiveEffect { effect: ALL[m.candidate], values: m.values };
+        let active = |m: Member| ActiveEffect { effect: ALL[m.candidate], values: m.values };
         Ok(Self {
             effects: found.members.into_iter().map(active).collect(),
             rms: found.rms,
@@ -64,7 +63,8 @@ impl BaselineDiscrepancy {
         settings: &'a DiagnosisSettings,
         seed: u64,
     ) -> Result<Problem<'a, JointSystem<'a>>, DiagnoseError> {
-        let roles = Roles::assign(&spans(&system.trials), TestSource::Absent, seed, &settings.data)?;
+        let roles =
+            Roles::assign(&spans(&system.trials), TestSource::Absent, seed, &settings.data)?;
         let noise = estimated_noise(system, &roles.open(), &settings.data);
         Ok(roles.whole(system, &noise, settings))
     }

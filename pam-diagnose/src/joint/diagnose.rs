@@ -86,8 +86,7 @@ pub fn diagnose(
     let effects: Vec<&dyn AnyEffect> =
         options.candidates.iter().map(|e| *e as &dyn AnyEffect).collect();
     let base = model.base();
-    let mut system =
-        JointSystem::new(all, &open, base, &model.effects, effects.clone(), settings);
+    let mut system = JointSystem::new(all, &open, base, &model.effects, effects.clone(), settings);
     let mut noise = estimated_noise(&system, &open, &settings.data);
     let mut start = model.clone();
     let mut baseline = None;
@@ -149,10 +148,8 @@ fn prepare<'s>(
 }
 
 pub(super) fn spans(trials: &[&Trial]) -> Vec<Span> {
-    let span = |t: &&Trial| Span {
-        name: t.record.source.name.clone(),
-        duration_s: t.record.duration_s(),
-    };
+    let span =
+        |t: &&Trial| Span { name: t.record.source.name.clone(), duration_s: t.record.duration_s() };
     trials.iter().map(span).collect()
 }
 

@@ -49,4 +49,3 @@ pub(super) fn factors(t: &Trial, window: Range<usize>, points_per_row: usize) ->
         at.iter().map(|&k| k as f64 * t.record.step_s).collect(),
     ]
 }
-

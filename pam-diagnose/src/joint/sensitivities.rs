@@ -37,7 +37,12 @@ pub(super) fn sensitivities(
             for &c in &channels {
                 let plain: Vec<f64> = out.channels[c].iter().map(|v| v.value).collect();
                 residuals.push(row_means(&t.record.measured[c], &plain, window.clone(), points));
-                by_lead.push(by_time(&plain, window.clone(), t.record.sample_s / t.record.step_s, points));
+                by_lead.push(by_time(
+                    &plain,
+                    window.clone(),
+                    t.record.sample_s / t.record.step_s,
+                    points,
+                ));
             }
         }
         for k in 0..WIDTH.min(simulated - first) {

@@ -120,7 +120,7 @@ impl Candidates for JointSystem<'_> {
         let info = self.effects[index].info();
         CandidateInfo {
             id: info.id,
-            description: info.what,
+            description: info.description,
             excited_by: info.excited_by,
             parameters: info.parameters,
             value_len: info.value_len(),

@@ -9,8 +9,7 @@ use pam_effects::effects::ParameterInfo;
 pub(crate) fn may_be_absent<'p>(
     parameters: impl IntoIterator<Item = (&'p ParameterInfo, Interval)>,
 ) -> bool {
-    let mut offs =
-        parameters.into_iter().filter_map(|(info, i)| Some((info.off?, i))).peekable();
+    let mut offs = parameters.into_iter().filter_map(|(info, i)| Some((info.off?, i))).peekable();
     offs.peek().is_some() && offs.all(|(off, interval)| interval.contains(off))
 }
 

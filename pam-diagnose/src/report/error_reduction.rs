@@ -81,9 +81,11 @@ fn curves(
     named: bool,
     line: &dyn Fn(&[f64]) -> Vec<(f64, f64)>,
 ) -> String {
-    plot = plot
-        .with("measured", Role::Measured, line(&t.measured[c]))
-        .with("before", Role::Category(4), line(&t.before[c]));
+    plot = plot.with("measured", Role::Measured, line(&t.measured[c])).with(
+        "before",
+        Role::Category(4),
+        line(&t.before[c]),
+    );
     if named {
         plot = plot.with("after", Role::Predicted, line(&t.after[c]));
     }

@@ -38,7 +38,8 @@ impl Factors {
             let (e, window) = (problem.experiments[i], problem.windows[i].clone());
             let local = &hypothesis.locals[i];
             let own = problem.system.factors(hypothesis, local, e, window).unwrap_or_default();
-            for (column, more) in columns.iter_mut().zip(own.iter().chain([&vec![i as f64; rows]])) {
+            for (column, more) in columns.iter_mut().zip(own.iter().chain([&vec![i as f64; rows]]))
+            {
                 column.extend(more.iter().take(rows));
             }
         }
@@ -58,7 +59,8 @@ impl Factors {
             .zip(&self.columns)
             .filter(|(_, column)| column.len() == values.len())
             .map(|((factor, unit), column)| {
-                let (share, groups) = correlation_ratio(column, values, rows_per_observation, groups);
+                let (share, groups) =
+                    correlation_ratio(column, values, rows_per_observation, groups);
                 Dependence { factor: factor.clone(), unit: unit.clone(), share, groups }
             })
             .collect();

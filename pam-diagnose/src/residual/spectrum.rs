@@ -37,7 +37,8 @@ impl Spectrum {
     ) -> Self {
         let piece_s = settings.spectrum_piece_s;
         let piece = ((piece_s / row_s).round() as usize).max(2);
-        let lines = (settings.spectrum_highest_hz * piece_s) as usize;
+        // Not beyond the Nyquist frequency.
+        let lines = ((settings.spectrum_highest_hz * piece_s) as usize).min(piece / 2);
         let table: Vec<(f64, f64)> = (0..piece)
             .map(|k| {
                 let angle = TAU * k as f64 / piece as f64;

@@ -22,7 +22,10 @@ impl Starts {
 
 /// Adds each candidate in turn to the base, from all its starting values, and follows the best start of each to
 /// convergence. Best first.
-pub(super) fn alone<C: Candidates + ?Sized>(split: &Split<'_, C>, base: &Hypothesis) -> Vec<Scored> {
+pub(super) fn alone<C: Candidates + ?Sized>(
+    split: &Split<'_, C>,
+    base: &Hypothesis,
+) -> Vec<Scored> {
     let system = split.train.system;
     let screening = split.train.settings.search.screening_iterations;
     extend(split, base, &|c| Starts::all(system.starts(c)), screening, system.candidate_len())

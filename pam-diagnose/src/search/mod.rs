@@ -15,5 +15,5 @@ mod scored;
 pub use candidates::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 pub(crate) use extend::beside;
 pub use forward::{Findings, search};
-pub use scored::{Scored, fit_base};
 pub(crate) use scored::refit_without;
+pub use scored::{Scored, fit_base};

@@ -25,7 +25,10 @@ pub(crate) struct Refitted {
 ///
 /// `None` if nothing was chosen, or no fit can be simulated.
 #[must_use]
-pub(crate) fn refit<C: Candidates + ?Sized>(whole: &Split<'_, C>, found: &Findings) -> Option<Refitted> {
+pub(crate) fn refit<C: Candidates + ?Sized>(
+    whole: &Split<'_, C>,
+    found: &Findings,
+) -> Option<Refitted> {
     let settings = &whole.train.settings.search;
     if found.best.members() == 0 {
         return None;

@@ -249,7 +249,8 @@ settings! {
 }
 
 settings! {
-    /// The residual summary.
+    /// The residual summary. Lengths of time and frequencies are those of the joint; for a field they follow from the
+    /// length of its experiments.
     "residual" ResidualSettings {
         /// Groups of equal size in which a residual is averaged over a factor.
         groups: usize = 12, "groups", [2.0, 1e4], USUAL;

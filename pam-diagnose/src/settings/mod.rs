@@ -3,8 +3,8 @@
 mod groups;
 
 pub use groups::{
-    DataSettings, FitSettings, IntervalSettings, RejectionSettings, ResidualSettings, SearchSettings,
-    VerdictSettings,
+    DataSettings, FitSettings, IntervalSettings, RejectionSettings, ResidualSettings,
+    SearchSettings, VerdictSettings,
 };
 
 use crate::error::DiagnoseError;
@@ -48,7 +48,8 @@ impl DiagnosisSettings {
     /// # Errors
     /// [`DiagnoseError::Settings`] naming the key and the known keys, or the value and its range.
     pub fn parse(text: &str, changes: &[String]) -> Result<Self, DiagnoseError> {
-        let fail = |message: String| DiagnoseError::Settings(message.trim_end().replace('\n', "; "));
+        let fail =
+            |message: String| DiagnoseError::Settings(message.trim_end().replace('\n', "; "));
         let mut table: Table = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
         let mut settings: Self = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
         for change in changes {

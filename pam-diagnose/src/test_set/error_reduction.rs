@@ -6,8 +6,8 @@ use crate::search::Candidates;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use serde::ser::{SerializeMap, Serializer};
 use serde::Serialize;
+use serde::ser::{SerializeMap, Serializer};
 
 /// One channel before and after, over all test recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -112,9 +112,8 @@ impl Block {
 
     /// The reduction over the fitted channels: a derivative of another channel is not counted twice.
     fn reduction(&self, fitted: &[usize]) -> f64 {
-        let sum = |of: &[f64]| -> f64 {
-            fitted.iter().map(|&c| of[c] / self.total[c].max(1e-300)).sum()
-        };
+        let sum =
+            |of: &[f64]| -> f64 { fitted.iter().map(|&c| of[c] / self.total[c].max(1e-300)).sum() };
         1.0 - (sum(&self.after) / sum(&self.before).max(1e-300)).sqrt()
     }
 

@@ -109,8 +109,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         Ok(members
             .map(|(place, member)| {
                 let info = problem.system.candidate(member.candidate);
-                let own: Vec<Interval> =
-                    intervals.by_ref().take(info.parameters.len()).collect();
+                let own: Vec<Interval> = intervals.by_ref().take(info.parameters.len()).collect();
                 let stability = ParameterStability::of(problem, best.hypothesis(), place);
                 let parameters = self.widened(best, place, &own, stability.as_ref());
                 let without = if best.members() == 1 {

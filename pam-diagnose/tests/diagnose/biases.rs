@@ -1,8 +1,10 @@
 //! What a fit finds where nothing is hidden.
 
 use super::published::{exact_run, weights};
-use pam_diagnose::fit::{Hypothesis, Problem};
-use pam_diagnose::search::noise_floors;
+use pam_diagnose::DiagnosisSettings;
+use pam_diagnose::data::estimated_noise;
+use pam_diagnose::fit::Problem;
+use pam_diagnose::joint::JointSystem;
 use pam_effects::effects::{AnyEffect, by_id};
 use pam_effects::simulation::{Base, Trial};
 use rayon::prelude::*;
@@ -29,19 +31,25 @@ fn nothing_is_found_where_nothing_is_hidden() {
         .into_par_iter()
         .map(|psi| Trial::new(&model, &exact_run(&model, psi, 0.25)))
         .collect();
-    let floors = noise_floors(&trials.iter().collect::<Vec<_>>());
-    let problem = Problem::new(&trials, Base::of(&model), 0.5, floors);
+    let settings = DiagnosisSettings::default();
+    let effects: Vec<&dyn AnyEffect> =
+        NOTHING.iter().map(|(id, ..)| by_id(id).expect("an id") as &dyn AnyEffect).collect();
+    let all: Vec<usize> = (0..trials.len()).collect();
+    let of_trials = trials.iter().collect();
+    let system = JointSystem::new(of_trials, &all, Base::of(&model), &[], effects, &settings);
+    let noise = estimated_noise(&system, &all, &settings.data);
+    let problem = Problem::new(&system, all, noise, &settings);
     let found: Vec<(&str, f64, f64)> = NOTHING
         .par_iter()
-        .map(|&(id, most)| {
-            let effect: &dyn AnyEffect = by_id(id).expect("an id");
-            let info = effect.info().parameters[0];
+        .enumerate()
+        .map(|(candidate, &(id, most))| {
+            let info = by_id(id).expect("an id").info().parameters[0];
             let off = info.off.expect("one that can be switched off");
             // What cannot be negative has no derivative where it is off.
             let start = if info.range[0] == off { off + 2.0 } else { off };
-            let from = Hypothesis::base(&[], trials.len()).with(effect, &[start]);
+            let from = problem.base().with(candidate, &[start]);
             let fit = problem.fit(from, 15).expect("in range");
-            (id, fit.hypothesis.values[0], most)
+            (id, fit.hypothesis.members[0].values[0], most)
         })
         .collect();
     for (id, value, _) in &found {

@@ -2,8 +2,10 @@
 
 use super::joint::{driven, linear, subject};
 use pam_data::MassOrigin;
-use pam_diagnose::fit::{Hypothesis, Problem, Tolerances};
-use pam_diagnose::search::noise_floors;
+use pam_diagnose::DiagnosisSettings;
+use pam_diagnose::data::estimated_noise;
+use pam_diagnose::fit::{Fit, Interval, Problem};
+use pam_diagnose::joint::JointSystem;
 use pam_effects::effects::{AnyEffect, by_id};
 use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
 use rand::SeedableRng;
@@ -24,9 +26,9 @@ fn noisy(effect: &dyn AnyEffect, values: &[f64], seed: u64) -> Vec<Trial> {
         sd * z
     };
     let model = linear();
-    let t = Tolerances::default();
-    let (log_mass, log_deformation) = (normal(t.model), normal(t.model));
-    let lead_samples = normal(t.lead_samples).clamp(-0.5, 0.5);
+    let t = DiagnosisSettings::default().fit;
+    let (log_mass, log_deformation) = (normal(t.model_deviation), normal(t.model_deviation));
+    let lead_samples = normal(t.lead_deviation_samples).clamp(-0.5, 0.5);
     [(0.5, 120.0), (1.0, 80.0)]
         .iter()
         .map(|&(hertz, newton)| {
@@ -38,14 +40,15 @@ fn noisy(effect: &dyn AnyEffect, values: &[f64], seed: u64) -> Vec<Trial> {
                 log_mass,
                 log_deformation,
                 lead_samples,
-                start_mm: normal(t.start_mm),
-                start_mm_s: normal(t.start_mm_s),
-                log_air: [normal(t.air), normal(t.air)],
+                start_mm: normal(t.start_deviation_mm),
+                start_mm_s: normal(t.start_deviation_mm_s),
+                log_air: [normal(t.air_deviation), normal(t.air_deviation)],
             };
             let mut out = Trajectory::default();
             simulate::<f64>(&trial, &Base::of(&model), &[effect], values, &truth, &mut out)
                 .expect("in range");
-            let offsets = [0.0, 0.0, normal(t.offset_kpa), normal(t.offset_kpa)];
+            let offsets =
+                [0.0, 0.0, normal(t.offset_deviation_kpa), normal(t.offset_deviation_kpa)];
             for c in 0..4 {
                 let shown = out.channels[c].iter().map(|v| v + offsets[c] + normal(NOISE[c]));
                 trial.record.measured[c] = shown.collect();
@@ -53,6 +56,24 @@ fn noisy(effect: &dyn AnyEffect, values: &[f64], seed: u64) -> Vec<Trial> {
             trial
         })
         .collect()
+}
+
+/// One effect fitted to trials of the linear joint, with its intervals.
+fn fitted(
+    trials: &[Trial],
+    effect: &dyn AnyEffect,
+    start: &[f64],
+    iterations: usize,
+) -> (Fit, Vec<Interval>) {
+    let settings = DiagnosisSettings::default();
+    let all: Vec<usize> = (0..trials.len()).collect();
+    let (of_trials, base) = (trials.iter().collect(), Base::of(&linear()));
+    let system = JointSystem::new(of_trials, &all, base, &[], vec![effect], &settings);
+    let noise = estimated_noise(&system, &all, &settings.data);
+    let problem = Problem::new(&system, all, noise, &settings);
+    let fit = problem.fit(problem.base().with(0, start), iterations).expect("in range");
+    let intervals = problem.intervals(&fit).expect("in range");
+    (fit, intervals)
 }
 
 /// Of 60 intervals at least 54 hold the truth: so it is 97 times in a hundred if they are right, and 4 times if
@@ -71,12 +92,9 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
             .into_par_iter()
             .map(|seed| {
                 let trials = noisy(effect, truth, 7000 + seed);
-                let floors = noise_floors(&trials.iter().collect::<Vec<_>>());
-                let problem = Problem::new(&trials, Base::of(&linear()), 0.5, floors);
-                let from = Hypothesis::base(&[], trials.len()).with(effect, start);
-                let fit = problem.fit(from, 20).expect("in range");
+                let (fit, intervals) = fitted(&trials, effect, start, 20);
                 assert!(fit.converged, "{id} {seed}");
-                let i = problem.intervals(&fit).expect("in range")[0];
+                let i = intervals[0];
                 (
                     i.value,
                     0.5 * (i.ci95[1] - i.ci95[0]),
@@ -131,11 +149,8 @@ fn a_fit_recovers_what_was_simulated() {
                 .expect("in range");
             trial.record.measured = out.channels;
         }
-        let floors = noise_floors(&trials.iter().collect::<Vec<_>>());
-        let problem = Problem::new(&trials, Base::of(&model), 0.5, floors);
-        let from = Hypothesis::base(&[], trials.len()).with(effect, start);
-        let fit = problem.fit(from, 60).expect("in range");
-        let found = &fit.hypothesis.values;
+        let (fit, _) = fitted(&trials, effect, start, 60);
+        let found = &fit.hypothesis.members[0].values;
         println!("{id}: {found:?}");
         for (value, truth) in found.iter().zip(truth) {
             assert!((value - truth).abs() <= 1e-2 * truth.abs(), "{id}: {found:?}");

@@ -17,5 +17,6 @@ mod plain;
 mod published;
 mod sensing;
 mod sensitivities;
+mod settings;
 mod threads;
 mod training;

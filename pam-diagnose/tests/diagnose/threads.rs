@@ -3,7 +3,7 @@
 use super::joint::{HOLD, driven, linear, subject};
 use pam_data::Subject;
 use pam_data::{MassOrigin, ModelInfo};
-use pam_diagnose::{Options, Sets, diagnose};
+use pam_diagnose::{DiagnoseOptions, RecordingSets, diagnose};
 use pam_effects::effects::by_id;
 use pam_effects::{ActiveEffect, ExtendedModel};
 use pam_trajectory::{Predictor, SolverSettings};
@@ -33,12 +33,12 @@ fn a_diagnosis_does_not_depend_on_the_number_of_threads() {
     let model = ExtendedModel { joint: linear(), info: ModelInfo::default(), effects: Vec::new() };
     let data = data(&model);
     let ids = ["coulomb_friction", "hysteresis", "creep", "stiffness_scale", "pressure_sensor_lag"];
-    let options = Options {
+    let options = DiagnoseOptions {
         candidates: ids.iter().filter_map(|id| by_id(id)).collect(),
         seed: 5,
-        ..Options::default()
+        ..DiagnoseOptions::default()
     };
-    let sets = Sets { data: &data, heldout: None, healthy: None };
+    let sets = RecordingSets { data: &data, test: None, baseline: None };
     let answers = [1, 2, 2].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         let found = pool.install(|| diagnose(&model, &sets, &options, &|_, _| {}));
