@@ -1,21 +1,20 @@
 //! Derivatives of functions and fields that are written against [`pam_core::Scalar`].
 //!
-//! What carries derivatives:
+//! Numbers that carry derivatives:
 //!
 //! - [`numbers`]: [`Chunk`], forward mode for several directions at once, and [`ComplexStep`];
 //!   `num-dual` brings dual and hyper-dual numbers;
 //! - [`tape`]: [`Tape`] and [`Var`], reverse mode.
 //!
-//! What asks for them:
+//! Derivatives of functions and fields:
 //!
 //! - [`drivers`]: derivative, gradient, Jacobian, products with Jacobian and Hessian, of functions;
-//! - [`field`]: vector fields that know the products of their Jacobians, by tape ([`ByTape`]) or by
-//!   duals ([`ByDual`]);
-//! - [`batch`]: the same by hand, for many points at once;
+//! - [`field`]: vector fields with the products of their Jacobians, by tape ([`ByTape`]), by dual
+//!   numbers ([`ByDual`]), or by hand-written VJPs ([`ByHand`]);
+//! - [`batch`]: hand-written VJPs of many points at once;
 //! - [`stiffness`]: stiffness `∂f/∂x` and damping `∂f/∂ẋ` of a force model, exact or by a scheme.
 //!
-//! And what approximates them: [`finite_difference`], schemes as values, so that they can be swapped and
-//! compared.
+//! Approximations: [`finite_difference`], with schemes as values that can be exchanged and compared.
 
 #[macro_use]
 pub mod numbers;

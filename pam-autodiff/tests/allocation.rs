@@ -121,7 +121,7 @@ fn warm_drivers_do_not_allocate() {
         jvp_into(&Norm, &x, &v, &mut one, &mut dual);
         jacobian_forward_into::<8>(&Norm, &x, &mut a, &mut chunk);
         jacobian_reverse_into(&Norm, &x, &mut a, &mut record);
-        hessian_vector_into(&Norm, &x, &v, (&mut a, &mut b), &mut second);
+        hessian_vector_into(&Norm, &x, &v, &mut a, &mut b, &mut second);
     });
     assert_eq!(count, 0);
 }

@@ -40,11 +40,12 @@ impl<F: ParametricField, I: ParametricInput> GradientMethod<F, I> for ComplexSte
         problem: &Problem<'_, F, I>,
         loss: &mut dyn Loss,
     ) -> Result<Gradient, Box<SolveError<f64>>> {
-        let (save_at, interval) = (SaveAt::Times(problem.observations_s), (problem.t0, problem.t1));
+        let save_at = SaveAt::Times(problem.observations_s);
         let mut grid = Grid::new();
         let plain = problem.integrator.solve_with_grid(
             &problem.term(),
-            interval,
+            problem.t0,
+            problem.t1,
             problem.y0,
             save_at,
             &mut grid,

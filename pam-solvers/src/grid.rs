@@ -4,7 +4,7 @@ use crate::observer::{AcceptedStep, StepObserver};
 
 /// The accepted steps of a solve: their ends, and where the input jumps.
 ///
-/// A gradient of an adaptive solve is the gradient of the map with these steps held fixed;
+/// The gradient of an adaptive solve is the gradient of the map with these steps frozen;
 /// [`replay`](crate::replay()) is that map. [`Integrator::solve_with_grid`] records a grid.
 ///
 /// [`Integrator::solve_with_grid`]: crate::Integrator::solve_with_grid
@@ -12,7 +12,7 @@ use crate::observer::{AcceptedStep, StepObserver};
 pub struct Grid {
     /// Step ends, one more than steps.
     times_s: Vec<f64>,
-    /// For each step, whether it restarts.
+    /// For each step, `true` if it restarts.
     restarts: Vec<bool>,
 }
 
@@ -56,8 +56,8 @@ impl Grid {
         (self.times_s[step], self.times_s[step + 1])
     }
 
-    /// Whether step `step` restarts: it is the first one, or the input jumps where it starts. Otherwise
-    /// its first stage is the FSAL stage of its predecessor.
+    /// Returns `true` if step `step` restarts: it is the first one, or the input jumps where it starts.
+    /// Otherwise its first stage is the FSAL stage of its predecessor.
     ///
     /// # Panics
     /// If there are not that many steps.

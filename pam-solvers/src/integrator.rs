@@ -1,4 +1,4 @@
-//! A method and a controller, joined: what solves.
+//! The solver: a Runge–Kutta method with a step controller.
 
 use crate::controller::StepController;
 use crate::error::SolveError;
@@ -54,7 +54,7 @@ impl<C: StepController + ?Sized> Integrator<C> {
         &self.tableau
     }
 
-    /// Solves `ẏ = f(t, y, u(t))` from `y0` at `t0` to `t1` (s) and keeps what `save_at` says.
+    /// Solves `ẏ = f(t, y, u(t))` from `y0` at `t0` to `t1` (s) and saves the points of `save_at`.
     ///
     /// Once memory for the kept points is allocated, a step allocates nothing
     /// ([`SaveAt::Steps`] and [`SaveAt::Dense`] grow with the number of steps).
@@ -75,7 +75,7 @@ impl<C: StepController + ?Sized> Integrator<C> {
         F: VectorField<S>,
         I: Input<S>,
     {
-        self.solve_observed(term, (t0, t1), y0, save_at, &mut ())
+        self.solve_observed(term, t0, t1, y0, save_at, &mut ())
     }
 
     /// [`solve`](Self::solve) that also writes the accepted steps to `grid`, whose memory is reused.
@@ -86,7 +86,8 @@ impl<C: StepController + ?Sized> Integrator<C> {
     pub fn solve_with_grid<S, F, I>(
         &self,
         term: &Term<F, I>,
-        (t0, t1): (f64, f64),
+        t0: f64,
+        t1: f64,
         y0: &[S],
         save_at: SaveAt<'_>,
         grid: &mut Grid,
@@ -97,14 +98,15 @@ impl<C: StepController + ?Sized> Integrator<C> {
         I: Input<S>,
     {
         grid.restart(t0);
-        self.solve_observed(term, (t0, t1), y0, save_at, grid)
+        self.solve_observed(term, t0, t1, y0, save_at, grid)
     }
 
     /// [`solve`](Self::solve) that shows every accepted step to `observer`.
     pub(crate) fn solve_observed<S, F, I, O>(
         &self,
         term: &Term<F, I>,
-        (t0, t1): (f64, f64),
+        t0: f64,
+        t1: f64,
         y0: &[S],
         save_at: SaveAt<'_>,
         observer: &mut O,
@@ -115,16 +117,17 @@ impl<C: StepController + ?Sized> Integrator<C> {
         I: Input<S>,
         O: StepObserver<S>,
     {
-        if let Err(why) = self.check(term, (t0, t1), y0, save_at) {
+        if let Err(why) = self.check(term, t0, t1, y0, save_at) {
             return Err(SolveError::request(why, t0, y0));
         }
-        Run::new(self, term, (t0, t1), y0, save_at, observer).solve()
+        Run::new(self, term, t0, t1, y0, save_at, observer).solve()
     }
 
     fn check<S, F, I>(
         &self,
         term: &Term<F, I>,
-        (t0, t1): (f64, f64),
+        t0: f64,
+        t1: f64,
         y0: &[S],
         save_at: SaveAt<'_>,
     ) -> Result<(), String>
@@ -133,7 +136,7 @@ impl<C: StepController + ?Sized> Integrator<C> {
         F: VectorField<S>,
         I: Input<S>,
     {
-        check_term(term, (t0, t1), y0, save_at)?;
+        check_term(term, t0, t1, y0, save_at)?;
         check_control(&self.controller, &self.tableau, y0.len())
     }
 }

@@ -1,4 +1,4 @@
-//! Which observations belong to which step.
+//! The observations of each step.
 
 /// The observation times (s, increasing) of a solve, sorted into its steps forward or backward.
 #[derive(Debug, Clone, Copy)]
@@ -14,12 +14,12 @@ pub(crate) struct OfStep {
     /// First observation at the end of the step or later: those before it lie inside the step and are
     /// read from the interpolant.
     pub(crate) end: usize,
-    /// Whether observation `end` is the end of the step, where the state itself is taken.
+    /// Observation `end` is at the end of the step, where the state itself is taken.
     pub(crate) at_end: bool,
 }
 
 impl OfStep {
-    /// Whether one lies inside.
+    /// Returns `true` if an observation lies inside the step.
     pub(crate) fn any_inside(self) -> bool {
         self.end > self.first
     }
@@ -42,7 +42,7 @@ impl Observations<'_> {
 
     /// Those of the step from `t` to `t_new`, when all from `after` on are later; for walking backward.
     #[inline]
-    pub(crate) fn until(&self, (t, t_new): (f64, f64), after: usize) -> OfStep {
+    pub(crate) fn until(&self, t: f64, t_new: f64, after: usize) -> OfStep {
         let at_end = after > 0 && self.times_s[after - 1] == t_new;
         let end = if at_end { after - 1 } else { after };
         let mut first = end;

@@ -15,9 +15,9 @@ pub(crate) struct AcceptedStep<'a, S> {
     pub(crate) k: &'a [S],
 }
 
-/// Looks at every accepted step.
+/// Is called with every accepted step.
 pub(crate) trait StepObserver<S> {
-    /// Whether it looks at FSAL stages.
+    /// Returns `true` if the observer reads FSAL stages.
     fn needs_fsal(&self) -> bool {
         false
     }

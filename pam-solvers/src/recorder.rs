@@ -1,4 +1,4 @@
-//! Keeps of a solve what [`SaveAt`] asks for.
+//! Saves the points of a solve that [`SaveAt`] asks for.
 
 use crate::error::{FailureKind, SolveError};
 use crate::save_at::SaveAt;
@@ -25,7 +25,7 @@ impl<'a, S: Scalar> Recorder<'a, S> {
         Self { save_at, saved: 0, solution: Solution::with_capacity(state_len, points) }
     }
 
-    /// Whether something inside the step to `t_new`, or the whole of it, is kept.
+    /// Returns `true` if saving the step to `t_new` needs the interpolant.
     pub(crate) fn needs_interpolant(&self, t_new: f64) -> bool {
         match self.save_at {
             SaveAt::Dense => true,
@@ -34,7 +34,7 @@ impl<'a, S: Scalar> Recorder<'a, S> {
         }
     }
 
-    /// Keeps the initial state `y0` at `t0`.
+    /// Saves the initial state `y0` at `t0`, if asked for.
     pub(crate) fn start(&mut self, tableau: &Tableau, t0: f64, y0: &[S]) {
         match self.save_at {
             SaveAt::Times(times) => {
@@ -52,11 +52,12 @@ impl<'a, S: Scalar> Recorder<'a, S> {
         }
     }
 
-    /// Keeps what the step from `t` to `t_new` holds.
+    /// Saves the points of the step from `t` to `t_new`.
     pub(crate) fn save_step(
         &mut self,
         tableau: &Tableau,
-        (t, t_new): (f64, f64),
+        t: f64,
+        t_new: f64,
         work: &mut Workspace<S>,
     ) {
         match self.save_at {
@@ -92,7 +93,7 @@ impl<'a, S: Scalar> Recorder<'a, S> {
         self.solution
     }
 
-    /// The failure `kind` at `t` with what was kept until then.
+    /// The failure `kind` at `t` with the points saved until then.
     pub(crate) fn fail(
         mut self,
         kind: FailureKind,

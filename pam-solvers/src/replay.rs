@@ -38,7 +38,7 @@ where
     let (Some(&t0), Some(&t1)) = (grid.times_s().first(), grid.times_s().last()) else {
         return Err(SolveError::request("the grid was never recorded".into(), 0.0, y0));
     };
-    if let Err(why) = check_term(term, (t0, t1), y0, save_at) {
+    if let Err(why) = check_term(term, t0, t1, y0, save_at) {
         return Err(SolveError::request(why, t0, y0));
     }
     let mut recorder = Recorder::new(save_at, y0.len());
@@ -56,7 +56,7 @@ where
             return Err(recorder.fail(kind, t, replay.work));
         }
         recorder.solution.statistics.accepted += 1;
-        recorder.save_step(tableau, (t, t_new), &mut replay.work);
+        recorder.save_step(tableau, t, t_new, &mut replay.work);
         replay.proceed(step);
     }
     Ok(recorder.finish(t1, &replay.work))

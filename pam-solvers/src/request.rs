@@ -1,4 +1,4 @@
-//! What every solve asks of a request before it computes anything.
+//! Checks of a request before a solve.
 
 use crate::controller::StepController;
 use crate::input::Input;
@@ -18,7 +18,8 @@ pub(crate) struct Lengths {
 /// Checks interval, initial state, inputs, and the times to save at, if there are any.
 pub(crate) fn check_problem<S: Scalar>(
     lengths: Lengths,
-    (t0, t1): (f64, f64),
+    t0: f64,
+    t1: f64,
     y0: &[S],
     times_s: Option<&[f64]>,
 ) -> Result<(), String> {
@@ -55,7 +56,8 @@ pub(crate) fn check_problem<S: Scalar>(
 /// [`check_problem`] of a term.
 pub(crate) fn check_term<S, F, I>(
     term: &Term<F, I>,
-    interval: (f64, f64),
+    t0: f64,
+    t1: f64,
     y0: &[S],
     save_at: SaveAt<'_>,
 ) -> Result<(), String>
@@ -73,7 +75,7 @@ where
         SaveAt::Times(times) => Some(times),
         SaveAt::End | SaveAt::Steps | SaveAt::Dense => None,
     };
-    check_problem(lengths, interval, y0, times_s)
+    check_problem(lengths, t0, t1, y0, times_s)
 }
 
 /// Checks that a controller can drive a method over `state_len` states.

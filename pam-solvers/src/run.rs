@@ -36,7 +36,8 @@ where
     pub(crate) fn new(
         integrator: &'a Integrator<C>,
         term: &'a Term<F, I>,
-        (t0, t1): (f64, f64),
+        t0: f64,
+        t1: f64,
         y0: &[S],
         save_at: SaveAt<'a>,
         observer: &'a mut O,
@@ -91,7 +92,7 @@ where
                 Err(kind) => return Err(self.fail(kind, control.t)),
             }
             self.recorder.solution.statistics.accepted += 1;
-            self.recorder.save_step(tableau, (step.t, step.t_new), &mut self.work);
+            self.recorder.save_step(tableau, step.t, step.t_new, &mut self.work);
             let (y, k) = (&self.work.y, &self.work.k);
             self.observer.accepted(AcceptedStep { t_new: step.t_new, restarts, y, k });
             std::mem::swap(&mut self.work.y, &mut self.work.y_new);

@@ -1,6 +1,6 @@
-//! What a solve keeps.
+//! The saved points of a solve.
 
-/// Which points of a solution are kept.
+/// The points of a solution that are saved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SaveAt<'a> {
     /// The final state only.

@@ -1,4 +1,4 @@
-//! What a solve returns.
+//! Solutions.
 
 use crate::tableau::Tableau;
 use pam_core::Scalar;
@@ -48,7 +48,7 @@ impl<S: Scalar> Solution<S> {
         self.times_s.len()
     }
 
-    /// Whether nothing was saved.
+    /// Returns `true` if no point was saved.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.times_s.is_empty()

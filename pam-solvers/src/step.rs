@@ -46,8 +46,14 @@ impl<S: Scalar> Workspace<S> {
         I: Input<S>,
     {
         let n = self.y.len();
-        let at = (t, Side::Right);
-        term.eval_into(at, &self.y, &mut self.k[..n], &mut self.u, &mut self.field_work);
+        term.eval_into(
+            t,
+            Side::Right,
+            &self.y,
+            &mut self.k[..n],
+            &mut self.u,
+            &mut self.field_work,
+        );
         self.evaluations += 1;
     }
 
@@ -62,8 +68,14 @@ impl<S: Scalar> Workspace<S> {
         for i in 0..n {
             self.y_new[i] = self.y[i] + self.k[i].scaled(h);
         }
-        let at = (t, Side::Right);
-        term.eval_into(at, &self.y_new, &mut self.scratch, &mut self.u, &mut self.field_work);
+        term.eval_into(
+            t,
+            Side::Right,
+            &self.y_new,
+            &mut self.scratch,
+            &mut self.u,
+            &mut self.field_work,
+        );
         self.evaluations += 1;
     }
 
@@ -77,9 +89,16 @@ impl<S: Scalar> Workspace<S> {
         let (n, h) = (self.y.len(), t_new - t);
         for i in 1..tableau.stages() {
             self.combine(&tableau.a[i], h);
-            let at = tableau.stage_time(i, t, t_new);
+            let (time, side) = tableau.stage_time(i, t, t_new);
             let (_, rest) = self.k.split_at_mut(i * n);
-            term.eval_into(at, &self.y_new, &mut rest[..n], &mut self.u, &mut self.field_work);
+            term.eval_into(
+                time,
+                side,
+                &self.y_new,
+                &mut rest[..n],
+                &mut self.u,
+                &mut self.field_work,
+            );
         }
         self.evaluations += tableau.stages() - 1;
         self.combine(&tableau.b, h);
@@ -93,8 +112,7 @@ impl<S: Scalar> Workspace<S> {
     {
         let n = self.y.len();
         let fsal = &mut self.k[tableau.stages() * n..];
-        let at = (t_new, Side::Left);
-        term.eval_into(at, &self.y_new, fsal, &mut self.u, &mut self.field_work);
+        term.eval_into(t_new, Side::Left, &self.y_new, fsal, &mut self.u, &mut self.field_work);
         self.evaluations += 1;
     }
 

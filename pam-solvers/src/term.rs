@@ -1,4 +1,4 @@
-//! What is integrated: a vector field together with the input that drives it.
+//! The right-hand side of a solve: a vector field with its input.
 
 use crate::input::{Input, Side};
 use pam_core::{Scalar, VectorField};
@@ -23,7 +23,8 @@ impl<F, I> Term<F, I> {
     #[inline]
     pub fn eval_into<S: Scalar>(
         &self,
-        (t, side): (f64, Side),
+        t: f64,
+        side: Side,
         y: &[S],
         dy: &mut [S],
         u: &mut [S],

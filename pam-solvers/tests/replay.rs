@@ -44,7 +44,7 @@ fn check(integrator: &Integrator<dyn StepController>, interpolation: Interpolati
     let mut rejected = 0;
     for save_at in [SaveAt::End, SaveAt::Steps, SaveAt::Times(&saves), SaveAt::Dense] {
         let mut grid = Grid::new();
-        let solved = integrator.solve_with_grid(&term, (0.0, T1), &y0, save_at, &mut grid).unwrap();
+        let solved = integrator.solve_with_grid(&term, 0.0, T1, &y0, save_at, &mut grid).unwrap();
         let plain = integrator.solve(&term, 0.0, T1, &y0, save_at).unwrap();
         assert_eq!(bits(&solved), bits(&plain), "recording the grid changes nothing");
         assert_eq!(solved.statistics, plain.statistics);
@@ -109,7 +109,7 @@ fn a_replay_with_dual_numbers_differentiates_the_frozen_steps() {
     };
     let (term, y0) = field(1.3);
     let mut grid = Grid::new();
-    integrator.solve_with_grid(&term, (0.0, 3.0), &y0, SaveAt::End, &mut grid).unwrap();
+    integrator.solve_with_grid(&term, 0.0, 3.0, &y0, SaveAt::End, &mut grid).unwrap();
     let dual = FieldFn::new(1, 0, |_t, y: &[Dual64], _u: &[Dual64], dy: &mut [Dual64]| {
         dy[0] = -y[0] * y[0];
     });

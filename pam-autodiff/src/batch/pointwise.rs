@@ -1,11 +1,11 @@
-//! Any differentiable field in lanes, point by point.
+//! Any differentiable field as a batched field, point by point.
 
-use super::{BatchField, ParameterSums};
-use crate::field::{At, Cotangent, DifferentiableField};
+use super::{BatchField, ParameterSums, Points};
+use crate::field::{Cotangent, DifferentiableField};
 use std::marker::PhantomData;
 
 /// Any [`DifferentiableField`] as a batched field, point by point: nothing is shared between points,
-/// but every field can run in lanes. The condition of a trajectory is its field, and all parameters
+/// but every field can run in batches. The condition of a trajectory is its field, and all parameters
 /// are the condition's own.
 #[derive(Debug, Clone, Copy)]
 pub struct Pointwise<D> {
@@ -27,7 +27,7 @@ impl<D: DifferentiableField> Pointwise<D> {
     }
 }
 
-/// The field of each lane and its scratch memory.
+/// The field of each member and its scratch memory.
 #[derive(Debug)]
 pub struct PointwiseBatch<D: DifferentiableField> {
     fields: Vec<Option<(D, D::Workspace)>>,
@@ -72,28 +72,26 @@ where
         PointwiseBatch { fields: (0..capacity).map(|_| None).collect() }
     }
 
-    fn set_condition(&self, lane: usize, condition: &D, lanes: &mut Self::Batch) {
-        lanes.fields[lane] = Some((condition.clone(), condition.workspace()));
+    fn set_condition(&self, member: usize, condition: &D, batch: &mut Self::Batch) {
+        batch.fields[member] = Some((condition.clone(), condition.workspace()));
     }
 
-    fn move_condition(&self, from: usize, to: usize, lanes: &mut Self::Batch) {
-        lanes.fields.swap(from, to);
+    fn move_condition(&self, from: usize, to: usize, batch: &mut Self::Batch) {
+        batch.fields.swap(from, to);
     }
 
     fn eval_batch(
         &self,
-        t: &[f64],
-        y: &[f64],
-        u: &[f64],
+        points: Points<'_>,
         dy: &mut [f64],
         _kept: &mut [()],
-        lanes: &mut Self::Batch,
+        batch: &mut Self::Batch,
     ) {
-        let (n, m) = (self.state_len, self.input_len);
-        for (i, (&t, slot)) in t.iter().zip(&mut lanes.fields).enumerate() {
-            let (field, work) = slot.as_mut().expect("the lane has a condition");
-            let at = At { t, y: &y[i * n..(i + 1) * n], u: &u[i * m..(i + 1) * m] };
-            field.eval_into(at, &mut dy[i * n..(i + 1) * n], work);
+        let n = self.state_len;
+        let each = points.each(n, self.input_len).zip(dy.chunks_exact_mut(n));
+        for ((at, dy), slot) in each.zip(&mut batch.fields) {
+            let (field, work) = slot.as_mut().expect("the member has a condition");
+            field.eval_into(at, dy, work);
         }
     }
 
@@ -108,27 +106,21 @@ where
     fn linearise(
         &self,
         condition: &D,
-        t: &[f64],
-        y: &[f64],
-        u: &[f64],
+        points: Points<'_>,
         _kept: &[()],
         jacobians: &mut [f64],
         block: &mut PointwiseBlock,
     ) {
-        let (n, m) = (self.state_len, self.input_len);
+        let n = self.state_len;
         let mut work = condition.workspace();
-        jacobians[..t.len() * n * n].fill(0.0);
-        for (i, &t) in t.iter().enumerate() {
-            let at = At { t, y: &y[i * n..(i + 1) * n], u: &u[i * m..(i + 1) * m] };
-            for row in 0..n {
+        let each = points.each(n, self.input_len).zip(jacobians.chunks_exact_mut(n * n));
+        for (at, jacobian) in each {
+            jacobian.fill(0.0);
+            for (row, y) in jacobian.chunks_exact_mut(n).enumerate() {
                 block.cotangent.fill(0.0);
                 block.cotangent[row] = 1.0;
-                let start = (i * n + row) * n;
-                let sums = Cotangent {
-                    y: &mut jacobians[start..start + n],
-                    u: &mut block.input_sum,
-                    p: &mut block.parameter_sum,
-                };
+                let (u, p) = (&mut block.input_sum, &mut block.parameter_sum);
+                let sums = Cotangent { y, u, p };
                 condition.vjp_into(at, &block.cotangent, sums, &mut work);
             }
         }
@@ -137,20 +129,17 @@ where
     fn accumulate(
         &self,
         condition: &D,
-        t: &[f64],
-        y: &[f64],
-        u: &[f64],
+        points: Points<'_>,
         _kept: &[()],
         w: &[f64],
         sums: &mut ParameterSums<'_>,
         block: &mut PointwiseBlock,
     ) {
-        let (n, m) = (self.state_len, self.input_len);
+        let n = self.state_len;
         let mut work = condition.workspace();
-        for (i, &t) in t.iter().enumerate() {
-            let at = At { t, y: &y[i * n..(i + 1) * n], u: &u[i * m..(i + 1) * m] };
+        for (at, w) in points.each(n, self.input_len).zip(w.chunks_exact(n)) {
             let sums = Cotangent { y: &mut block.cotangent, u: &mut block.input_sum, p: sums.own };
-            condition.vjp_into(at, &w[i * n..(i + 1) * n], sums, &mut work);
+            condition.vjp_into(at, w, sums, &mut work);
         }
     }
 

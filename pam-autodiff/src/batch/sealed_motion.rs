@@ -1,6 +1,6 @@
 //! The joint with sealed chambers as a batched field of two states.
 
-use super::{BatchField, BatchNetwork, NetworkBlock, NetworkSums, ParameterSums};
+use super::{BatchField, BatchNetwork, NetworkBlock, NetworkSums, ParameterSums, Points};
 use pam_core::simd::Float;
 use pam_core::{Activation, ActivationFunction, JointModel, NetworkForce, SealedMasses};
 
@@ -32,10 +32,10 @@ pub struct SealedCondition<T> {
     bias: Vec<T>,
 }
 
-/// The air of each lane, and scratch memory.
+/// The air of each member, and scratch memory.
 #[derive(Debug)]
 pub struct MotionBatch<T> {
-    /// The first bias of each lane.
+    /// The first bias of each member.
     biases: Vec<T>,
     input: Vec<T>,
     out: Vec<T>,
@@ -131,31 +131,30 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
 
     fn set_condition(
         &self,
-        lane: usize,
+        member: usize,
         condition: &SealedCondition<T>,
-        lanes: &mut MotionBatch<T>,
+        batch: &mut MotionBatch<T>,
     ) {
         let n = condition.bias.len();
-        lanes.biases[lane * n..(lane + 1) * n].copy_from_slice(&condition.bias);
+        batch.biases[member * n..(member + 1) * n].copy_from_slice(&condition.bias);
     }
 
-    fn move_condition(&self, from: usize, to: usize, lanes: &mut MotionBatch<T>) {
-        let n = lanes.biases.len() / lanes.block.capacity();
-        lanes.biases.copy_within(from * n..(from + 1) * n, to * n);
+    fn move_condition(&self, from: usize, to: usize, batch: &mut MotionBatch<T>) {
+        let n = batch.biases.len() / batch.block.capacity();
+        batch.biases.copy_within(from * n..(from + 1) * n, to * n);
     }
 
     fn eval_batch(
         &self,
-        t: &[f64],
-        y: &[f64],
-        u: &[f64],
+        points: Points<'_>,
         dy: &mut [f64],
         kept: &mut [T],
-        lanes: &mut MotionBatch<T>,
+        batch: &mut MotionBatch<T>,
     ) {
+        let Points { t, y, u } = points;
         let points = t.len();
-        self.write_input(&y[..2 * points], &mut lanes.input);
-        let MotionBatch { biases, input, out, block } = lanes;
+        self.write_input(&y[..2 * points], &mut batch.input);
+        let MotionBatch { biases, input, out, block } = batch;
         self.network.values_into(points, biases, input, out, kept, block);
         let forces = out.chunks_exact(self.network.output_stride());
         let states = y.chunks_exact(2).zip(dy.chunks_exact_mut(2));
@@ -181,14 +180,12 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
     fn linearise(
         &self,
         condition: &SealedCondition<T>,
-        t: &[f64],
-        y: &[f64],
-        _u: &[f64],
+        points: Points<'_>,
         kept: &[T],
         jacobians: &mut [f64],
         block: &mut MotionBlock<T>,
     ) {
-        let points = t.len();
+        let (y, points) = (points.y, points.t.len());
         self.write_input(&y[..2 * points], &mut block.input);
         let MotionBlock { input, out, ones, slopes, network, .. } = block;
         self.network.forward_into(points, &condition.bias, input, out, kept, network);
@@ -205,14 +202,13 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
     fn accumulate(
         &self,
         condition: &SealedCondition<T>,
-        t: &[f64],
-        y: &[f64],
-        u: &[f64],
+        points: Points<'_>,
         kept: &[T],
         w: &[f64],
         sums: &mut ParameterSums<'_>,
         block: &mut MotionBlock<T>,
     ) {
+        let Points { t, y, u } = points;
         let (points, m) = (t.len(), self.mass_kg);
         let physical = &mut sums.shared[self.network.parameter_len()..];
         let forces = block.out.chunks_exact(self.network.output_stride());
@@ -281,18 +277,19 @@ mod tests {
         let u: Vec<f64> = (0..points).map(|k| 1e5 * number(0.5, k)).collect();
         let w: Vec<f64> = (0..2 * points).map(|k| number(0.9, k)).collect();
 
-        let mut lanes = motion.batch(points);
-        (0..points).for_each(|k| motion.set_condition(k, &condition, &mut lanes));
+        let mut batch = motion.batch(points);
+        (0..points).for_each(|k| motion.set_condition(k, &condition, &mut batch));
         let mut dy = vec![0.0; 2 * points];
         let mut kept = vec![0.0; points * motion.kept_len()];
-        motion.eval_batch(&t, &y, &u, &mut dy, &mut kept, &mut lanes);
+        let at = Points { t: &t, y: &y, u: &u };
+        motion.eval_batch(at, &mut dy, &mut kept, &mut batch);
         let mut jacobians = vec![0.0; 4 * points];
         let mut block = motion.block(points);
-        motion.linearise(&condition, &t, &y, &u, &kept, &mut jacobians, &mut block);
+        motion.linearise(&condition, at, &kept, &mut jacobians, &mut block);
         let mut shared = vec![0.0; motion.parameter_len()];
         let mut own = vec![0.0; 2];
         let mut sums = ParameterSums { shared: &mut shared, own: &mut own };
-        motion.accumulate(&condition, &t, &y, &u, &kept, &w, &mut sums, &mut block);
+        motion.accumulate(&condition, at, &kept, &w, &mut sums, &mut block);
         motion.drain(&condition, &mut sums, &mut block);
 
         let parameters = field.parameters();

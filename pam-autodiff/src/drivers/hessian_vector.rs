@@ -25,7 +25,7 @@ use num_dual::Dual64;
 /// ```
 pub fn hessian_vector(f: &impl Function, x: &[f64], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let (mut gradient, mut product) = (vec![0.0; x.len()], vec![0.0; x.len()]);
-    hessian_vector_into(f, x, v, (&mut gradient, &mut product), &mut Recorder::new());
+    hessian_vector_into(f, x, v, &mut gradient, &mut product, &mut Recorder::new());
     (gradient, product)
 }
 
@@ -44,7 +44,7 @@ pub fn hessian_vector_of(
 ) -> (Vec<f64>, Vec<f64>) {
     let (mut gradient, mut product) = (vec![0.0; x.len()], vec![0.0; x.len()]);
     let f = |x: &[Var<Dual64>], out: &mut [Var<Dual64>]| out[0] = f(x);
-    write(f, x, v, (&mut gradient, &mut product), &mut Recorder::new());
+    write(f, x, v, &mut gradient, &mut product, &mut Recorder::new());
     (gradient, product)
 }
 
@@ -63,26 +63,28 @@ pub fn hessian_vector_of(
 ///     }
 /// }
 /// let (mut gradient, mut product) = ([0.0], [0.0]);
-/// let results = (&mut gradient[..], &mut product[..]);
-/// hessian_vector_into(&Cube, &[2.0], &[1.0], results, &mut Recorder::new());
+/// let work = &mut Recorder::new();
+/// hessian_vector_into(&Cube, &[2.0], &[1.0], &mut gradient, &mut product, work);
 /// assert_eq!((gradient, product), ([12.0], [12.0]));
 /// ```
 pub fn hessian_vector_into(
     f: &impl Function,
     x: &[f64],
     v: &[f64],
-    (gradient, product): (&mut [f64], &mut [f64]),
+    gradient: &mut [f64],
+    product: &mut [f64],
     work: &mut Recorder<Dual64>,
 ) -> f64 {
     require_one_output(f);
-    write(|x, out| f.eval(x, out), x, v, (gradient, product), work)
+    write(|x, out| f.eval(x, out), x, v, gradient, product, work)
 }
 
 fn write(
     f: impl FnOnce(&[Var<Dual64>], &mut [Var<Dual64>]),
     x: &[f64],
     v: &[f64],
-    (gradient, product): (&mut [f64], &mut [f64]),
+    gradient: &mut [f64],
+    product: &mut [f64],
     work: &mut Recorder<Dual64>,
 ) -> f64 {
     assert_eq!(v.len(), x.len(), "one change for each input");

@@ -1,4 +1,4 @@
-//! The joint with a network force, differentiated by hand.
+//! Hand-written VJP and JVP of the joint with a network force.
 
 use super::{At, Cotangent, DifferentiableField, Differentiation, Tangent};
 use crate::batch::{BatchNetwork, NetworkBlock, NetworkSums};
@@ -9,8 +9,9 @@ use pam_core::{
 };
 use std::borrow::Borrow;
 
-/// Differentiates a [`JointField`] whose force is a network: the network by its batched passes, one
-/// point at a time, the mechanics by formula, the gas by one dual evaluation with eight derivatives.
+/// Hand-written VJP and JVP of a [`JointField`] whose force is a network: the network by its batched
+/// passes, one point at a time, the mechanics by formula, the gas by one dual evaluation with eight
+/// derivatives.
 ///
 /// A product from either side costs a few evaluations; nothing is allocated once the workspace is
 /// there.
@@ -54,7 +55,7 @@ impl<F: Borrow<NetworkForce<f64>> + ParametricForce> Differentiation<JointField<
     }
 }
 
-/// What the pressure rates depend on, in the order of their derivatives.
+/// Number of variables of the pressure rates; their indices follow.
 const GAS: usize = 8;
 const GAS_X: usize = 0;
 const GAS_V: usize = 1;

@@ -1,9 +1,8 @@
-//! Vector fields that know their derivatives.
+//! Vector fields with their derivatives.
 //!
-//! [`DifferentiableField`] is what sensitivity methods ask of a field: products of its Jacobians with
-//! vectors from either side. How these come about is a choice of its own, a [`Differentiation`]: by a
-//! tape ([`ByTape`]), by dual numbers ([`ByDual`]), or by hand ([`ByHand`]). Any method goes with any
-//! differentiation.
+//! Sensitivity methods need a [`DifferentiableField`]: the products of its Jacobians with vectors from
+//! either side. A [`Differentiation`] makes one from a field: by a tape ([`ByTape`]), by dual numbers
+//! ([`ByDual`]), or by hand-written VJPs ([`ByHand`]). Any method works with any differentiation.
 
 mod dual;
 mod hand;

@@ -3,7 +3,7 @@
 use num_dual::{DualNum, DualNumFloat};
 use pam_core::Scalar;
 
-/// What the operators are made of.
+/// Basic operations from which the operators are made.
 pub(crate) trait Arithmetic: Copy {
     /// The number inside: value and derivatives are of this type.
     type Inner: Scalar;

@@ -10,7 +10,7 @@ use std::mem::ManuallyDrop;
 /// reverse. Sealed, because each needs a place of its own in the thread.
 pub trait Element: Scalar + Place {}
 
-/// What a tape needs of its element.
+/// Operations of a tape on its numbers.
 pub trait Place: Sized + 'static {
     /// Runs `f` with the arena that records on this thread.
     fn with<R>(f: impl FnOnce(&mut Arena<Self>) -> R) -> R;
@@ -20,7 +20,7 @@ pub trait Place: Sized + 'static {
         Self::with(|recording| std::mem::swap(recording, arena));
     }
 
-    /// Whether the number and its derivatives are exactly zero.
+    /// Returns `true` if the number and its derivatives are exactly zero.
     fn vanishes(&self) -> bool;
 }
 

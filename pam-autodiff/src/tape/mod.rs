@@ -141,7 +141,7 @@ impl<T: Element> Tape<T> {
         self.arena.len()
     }
 
-    /// Whether nothing is recorded.
+    /// Returns `true` if nothing is recorded.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -244,7 +244,7 @@ impl<T: Element> Tape<T> {
         Derivatives::new(self.arena.id(), &self.derivatives)
     }
 
-    /// What was gathered, zeros behind it, and seeds.
+    /// The gathered values, zeros behind them, and seeds.
     fn start_from(&mut self, gathered: &Gathered<T>, seeds: impl IntoIterator<Item = (Var<T>, T)>) {
         let len = self.arena.len() + 1;
         assert!(gathered.0.len() <= len, "the tape is shorter than what was gathered for");

@@ -67,7 +67,7 @@ impl<T: Element> Var<T> {
         by.into_iter().fold(start, |sum, (var, slope)| sum.chain2(var, value, T::one(), slope))
     }
 
-    /// Whether nothing that was recorded led to this number.
+    /// Returns `true` if the number depends on nothing that was recorded.
     #[inline]
     pub fn is_constant(self) -> bool {
         self.place == 0
@@ -90,7 +90,7 @@ impl<T: Element> Var<T> {
         (self.place >> 32) as u32
     }
 
-    /// Whether `vars` are consecutive results of one tape from `first` on.
+    /// Returns `true` if `vars` are consecutive results of one tape from `first` on.
     pub(super) fn lie_side_by_side(first: Self, vars: &[Self]) -> bool {
         let mut expected = first.place;
         for stretch in vars.chunks(64) {

@@ -7,7 +7,7 @@ use crate::observations::Observations;
 use crate::step::combine_into;
 use crate::tableau::Transpose;
 use pam_autodiff::BatchField;
-use pam_autodiff::batch::ParameterSums;
+use pam_autodiff::batch::{ParameterSums, Points};
 use std::ops::Range;
 
 /// Memory of one adjoint.
@@ -63,7 +63,7 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
         sums: &mut AdjointSums<'_>,
         memory: &mut AdjointMemory<B::Block>,
     ) -> usize {
-        let n = self.field.state_len();
+        let (n, condition) = (self.field.state_len(), &self.problem.condition);
         let steps_at_once = (memory.points / self.settings.tableau.stages_with_fsal()).max(1);
         let mut observation = self.problem.observe_s.len();
         memory.transpose.restart(&self.settings.tableau, n);
@@ -74,12 +74,12 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
             let steps = last.saturating_sub(steps_at_once)..last;
             last = steps.start;
             let points = self.gather(steps.clone(), memory);
-            let AdjointMemory { t, y, u, jacobians, block, .. } = memory;
-            let (t, y) = (&t[..points], &y[..points * n]);
             let own = kept.len().saturating_sub(points * self.field.kept_len());
             let (before, own) = kept.split_at(own);
             kept = before;
-            self.field.linearise(&self.problem.condition, t, y, u, own, jacobians, block);
+            let AdjointMemory { t, y, u, jacobians, block, .. } = memory;
+            let at = Points { t: &t[..points], y: &y[..points * n], u };
+            self.field.linearise(condition, at, own, jacobians, block);
             // The number of states as a constant keeps the few numbers of a state in registers.
             let recurse = match n {
                 1 => Self::recurse::<1>,
@@ -90,19 +90,12 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
             };
             recurse(self, steps, points, &mut observation, memory);
             let AdjointMemory { t, y, u, w, block, .. } = memory;
-            self.field.accumulate(
-                &self.problem.condition,
-                &t[..points],
-                &y[..points * n],
-                u,
-                own,
-                &w[..points * n],
-                &mut sums.parameters,
-                block,
-            );
+            let at = Points { t: &t[..points], y: &y[..points * n], u };
+            let w = &w[..points * n];
+            self.field.accumulate(condition, at, own, w, &mut sums.parameters, block);
             linearised += points;
         }
-        self.field.drain(&self.problem.condition, &mut sums.parameters, &mut memory.block);
+        self.field.drain(condition, &mut sums.parameters, &mut memory.block);
         // What is left is observed at the start itself.
         for cotangent in self.cotangents[..observation * n].chunks_exact(n) {
             memory.transpose.observe_state(cotangent);
@@ -158,7 +151,7 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
         for step in steps.rev() {
             let (t, t_new) = (trajectory.times_s()[step], trajectory.times_s()[step + 1]);
             let left = *observation;
-            *observation = transpose.observe::<N>((t, t_new), observations, self.cotangents, left);
+            *observation = transpose.observe::<N>(t, t_new, observations, self.cotangents, left);
             let (has_fsal, restarts) = (trajectory.has_fsal[step], trajectory.restarts[step]);
             // The cotangent of one evaluation is kept for the parameters, and goes back to the state.
             transpose.reverse::<N>(tableau, t_new - t, has_fsal, restarts, |_, k_bar, g| {

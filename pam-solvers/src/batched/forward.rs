@@ -8,6 +8,7 @@ use crate::input::{Input, Side};
 use crate::step::error_into;
 use crate::step_control::{FirstStep, StepControl, Stops};
 use pam_autodiff::BatchField;
+use pam_autodiff::batch::Points;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -125,8 +126,8 @@ where
         let width = if self.queue.keep_bytes.is_some() { self.field.kept_len() } else { 0 };
         let start = i * members.capacity * width;
         let kept = &mut members.kept[start..start + len * width];
-        let (t, u) = (&members.t[..len], &members.u[..len * m]);
-        self.field.eval_batch(t, y, u, dy, kept, &mut members.field);
+        let points = Points { t: &members.t[..len], y, u: &members.u[..len * m] };
+        self.field.eval_batch(points, dy, kept, &mut members.field);
     }
 
     /// Sets time and input of every member.

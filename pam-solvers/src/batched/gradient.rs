@@ -36,7 +36,7 @@ impl<B: BatchField> Default for BatchWorkspace<B> {
     }
 }
 
-/// What one trajectory gives.
+/// Value and gradient of one trajectory.
 #[derive(Debug, Default)]
 struct OneResult {
     value: f64,

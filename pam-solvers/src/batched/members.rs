@@ -38,7 +38,7 @@ pub(super) struct Members<F, K> {
     pub(super) t: Vec<f64>,
     /// Step of each member, once for each state.
     pub(super) h: Vec<f64>,
-    /// What the evaluations of the step left, `[stages][member][kept_len]`; empty if nothing is kept.
+    /// Numbers that the evaluations of the step left for their linearisation, `[stages][member][kept_len]`; empty if nothing is kept.
     pub(super) kept: Vec<K>,
     state_len: usize,
     kept_len: usize,

@@ -31,10 +31,10 @@ use crate::request::{Lengths, check_control, check_problem};
 use crate::tableau::Tableau;
 use thiserror::Error;
 
-/// One trajectory to be solved and observed.
+/// The initial-value problem of one trajectory with its observations.
 #[derive(Debug, Clone)]
 pub struct TrajectoryProblem<'a, C, I> {
-    /// What distinguishes it from the others, as its field wants it.
+    /// The condition of the trajectory; see [`BatchField`](pam_autodiff::BatchField).
     pub condition: C,
     /// Its input.
     pub input: I,
@@ -44,7 +44,7 @@ pub struct TrajectoryProblem<'a, C, I> {
     pub t1: f64,
     /// Initial state.
     pub y0: Vec<f64>,
-    /// Times (s, increasing, within start and end) at which it is observed.
+    /// Times (s, increasing, within start and end) of the observations.
     pub observe_s: &'a [f64],
 }
 
@@ -113,8 +113,8 @@ impl<C: StepController + Sync> BatchedIntegrator<C> {
             inputs: input_len,
             given_inputs: problem.input.input_len(),
         };
-        let interval = (problem.t0, problem.t1);
-        check_problem(lengths, interval, &problem.y0, Some(problem.observe_s))?;
+        let TrajectoryProblem { t0, t1, y0, observe_s, .. } = problem;
+        check_problem(lengths, *t0, *t1, y0, Some(observe_s))?;
         check_control(&self.controller, &self.tableau, state_len)
     }
 }

@@ -1,6 +1,6 @@
 use crate::tableau::{InterpolantTable, Tableau};
 
-/// All accepted steps of one trajectory: what its adjoint and its dense output need.
+/// All accepted steps of one trajectory, for its adjoint and its dense output.
 #[derive(Debug, Clone, Default)]
 pub struct StoredTrajectory<K = ()> {
     state_len: usize,
@@ -11,12 +11,12 @@ pub struct StoredTrajectory<K = ()> {
     states: Vec<f64>,
     /// Stage derivatives of each step, the FSAL stage last.
     k: Vec<f64>,
-    /// For each step, whether it restarts.
+    /// For each step, `true` if it restarts.
     pub(super) restarts: Vec<bool>,
-    /// For each step, whether its FSAL stage was evaluated.
+    /// For each step, `true` if its FSAL stage was evaluated.
     pub(super) has_fsal: Vec<bool>,
-    /// What the evaluations left for their linearisation, `[points, kept_len]` in the order of the
-    /// adjoint's points; empty if it was too much to keep.
+    /// Numbers that the evaluations left for their linearisation, `[points, kept_len]` in the order of the
+    /// adjoint's points; empty if they exceed the memory for them.
     pub(super) kept: Vec<K>,
     pub(super) keeps: bool,
     /// Rejected steps.

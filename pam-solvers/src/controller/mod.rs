@@ -1,4 +1,4 @@
-//! How step sizes are chosen.
+//! Step-size controllers.
 
 mod constant;
 mod pid;
@@ -8,12 +8,12 @@ pub use constant::ConstantStep;
 pub use pid::PidController;
 pub use tolerances::Tolerances;
 
-/// What a controller says of a step with a known error.
+/// Verdict of a controller on a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decision {
-    /// Whether the step counts.
+    /// The step is accepted.
     pub accept: bool,
-    /// The next step is this times the present one.
+    /// Ratio of the next step to the present one.
     pub factor: f64,
 }
 

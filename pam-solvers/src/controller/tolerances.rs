@@ -35,7 +35,7 @@ impl Tolerances {
         (self.atol.len() != 1).then_some(self.atol.len())
     }
 
-    /// Whether every tolerance is a finite number, none is negative, and no state has both at zero.
+    /// Returns `true` if all tolerances are finite and not negative, and no state has both at zero.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         let fine = |v: f64| v.is_finite() && v >= 0.0;

@@ -1,4 +1,4 @@
-//! Inputs: what drives a vector field from outside.
+//! Inputs of a vector field.
 
 mod fixed;
 mod parametric;

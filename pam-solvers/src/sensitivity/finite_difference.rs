@@ -26,7 +26,7 @@ pub struct FiniteDifference<S = Central> {
     pub scheme: S,
     /// Smallest scale of parameters of the field, of initial states, and of parameters of the input.
     pub floors: [f64; 3],
-    /// What is differentiated by; everything, if absent. The gradient is 0 in all other directions.
+    /// Directions of the derivative; all of them if absent. The gradient is 0 in the others.
     pub directions: Option<Vec<Direction>>,
 }
 

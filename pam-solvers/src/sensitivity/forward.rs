@@ -29,7 +29,7 @@ use pam_core::ParametricField;
 pub struct ForwardSensitivity<D> {
     /// How the field is differentiated.
     pub differentiation: D,
-    /// What is differentiated by; everything, if absent. The gradient is 0 in all other directions.
+    /// Directions of the derivative; all of them if absent. The gradient is 0 in the others.
     pub directions: Option<Vec<Direction>>,
 }
 
@@ -38,13 +38,13 @@ pub struct ForwardSensitivity<D> {
 pub struct Sensitivities {
     /// The observed states, row-major `[times, states]`.
     pub states: Vec<f64>,
-    /// What is differentiated by.
+    /// Directions of the derivative.
     pub directions: Vec<Direction>,
     /// Derivative of every observed state in every direction, row-major `[times, directions, states]`.
     pub tangents: Vec<f64>,
     /// The accepted steps.
     pub grid: Grid,
-    /// What it cost.
+    /// Cost.
     pub statistics: GradientStatistics,
 }
 
@@ -238,14 +238,15 @@ where
             next = observed.end + usize::from(observed.at_end);
             let continues = step + 1 < self.grid.steps() && !self.grid.is_restart(step + 1);
             let closes = continues || observed.any_inside();
-            self.prepare((t, t_new), &replay.work.y, &replay.work.k);
+            self.prepare(t, t_new, &replay.work.y, &replay.work.k);
             for direction in 0..self.directions.len() {
                 let first = usize::from(!self.grid.is_restart(step));
                 scratch.k_dot[..n].copy_from_slice(&self.k1_dot[direction * n..][..n]);
                 for i in first..s + usize::from(closes) {
                     let y_dot = &self.y_dot[direction * n..][..n];
                     combine_into(tableau.row(i), h, y_dot, &scratch.k_dot, &mut scratch.stage_dot);
-                    self.push_forward(tableau.stage_time(i, t, t_new), i, direction, &mut scratch);
+                    let (time, side) = tableau.stage_time(i, t, t_new);
+                    self.push_forward(time, side, i, direction, &mut scratch);
                 }
                 let y_dot = &mut self.y_dot[direction * n..][..n];
                 for o in observed.first..observed.end {
@@ -270,7 +271,7 @@ where
     }
 
     /// Stage states and inputs of the step from `t` to `t_new`, which all directions share.
-    fn prepare(&mut self, (t, t_new): (f64, f64), y: &[f64], k: &[f64]) {
+    fn prepare(&mut self, t: f64, t_new: f64, y: &[f64], k: &[f64]) {
         let tableau = self.problem.integrator.tableau();
         let (n, m) = (y.len(), self.problem.input.input_len());
         for i in 0..tableau.stages_with_fsal() {
@@ -284,7 +285,8 @@ where
     /// The tangent of derivative `i`, from the tangent of its stage state.
     fn push_forward(
         &mut self,
-        (t, side): (f64, Side),
+        t: f64,
+        side: Side,
         i: usize,
         direction: usize,
         scratch: &mut Scratch,

@@ -18,7 +18,7 @@ pub struct Gradient {
     pub states: Vec<f64>,
     /// The accepted steps.
     pub grid: Grid,
-    /// What it cost.
+    /// Cost.
     pub statistics: GradientStatistics,
 }
 

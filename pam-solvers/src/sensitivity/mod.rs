@@ -1,10 +1,10 @@
 //! Gradients of losses of a solution.
 //!
-//! A [`Problem`] says what is solved and observed, a [`Loss`] what is made of the observed states, and a
-//! [`GradientMethod`] returns value and [`Gradient`] with respect to the parameters of the field, the
+//! A [`Problem`] defines the solve and its observations, a [`Loss`] maps the observed states to a number,
+//! and a [`GradientMethod`] returns value and [`Gradient`] with respect to the parameters of the field, the
 //! initial state and the parameters of the input. Methods that need derivatives of the field take any
-//! [`Differentiation`](pam_autodiff::Differentiation). [`GradientChoice`] has those that files and commands
-//! know by name.
+//! [`Differentiation`](pam_autodiff::Differentiation). [`GradientChoice`] lists the methods that files and
+//! commands choose by name.
 //!
 //! | method | differentiates | cost, in products or solves | use it |
 //! |---|---|---|---|
@@ -50,7 +50,7 @@
 //!
 //! # What the exact gradient is
 //!
-//! Discrete methods return the gradient of the *computed* solution with its accepted steps held fixed:
+//! Discrete methods return the gradient of the *computed* solution with its accepted steps frozen:
 //! [`replay`](crate::replay()) is the map that they differentiate, and on it they agree to rounding,
 //! at any tolerance. (An adaptive solve that may choose other steps is not differentiable: steps and
 //! rejections change discontinuously.) Continuous methods discretise the derivative of the exact solution

@@ -11,23 +11,23 @@ use crate::integrator::Integrator;
 use pam_autodiff::ByTape;
 use pam_core::{ModelError, ParametricField};
 
-/// What a method that is chosen by its name is made from.
+/// Settings from which a gradient method is made by its name.
 #[derive(Debug, Clone)]
 pub struct MethodSetup<C> {
     /// Method and step control of the forward solve; continuous methods solve backwards with the same.
     pub integrator: Integrator<C>,
-    /// What is differentiated by; everything if absent. Methods that do not pay for each direction give
-    /// all of them and leave this.
+    /// Directions of the derivative; all of them if absent. Methods whose cost does not grow with the
+    /// directions return all of them and ignore this.
     pub directions: Option<Vec<Direction>>,
     /// Smallest scale of parameters of the field, of initial states and of parameters of the input, for
     /// methods that step by them.
     pub floors: [f64; 3],
 }
 
-/// A gradient method that has a name: how it is made where nothing else is said of it.
+/// A gradient method that can be made from its name and a [`MethodSetup`].
 pub trait NamedMethod<C> {
-    /// Whether each number to differentiate by costs solves of its own, so that work on one problem is
-    /// worth sharing out.
+    /// Each direction costs solves of its own, so the work on one problem is worth distributing over
+    /// threads.
     const PAYS_BY_DIRECTION: bool = false;
 
     /// The method.
@@ -48,13 +48,13 @@ macro_rules! gradient_methods {
             /// Every choice with its name in files and on the command line.
             pub const ALL: &'static [(&'static str, Self)] = &[$(($name, Self::$variant)),+];
 
-            /// What it differentiates, in a few words.
+            /// The method in a few words.
             #[must_use]
             pub fn describe(self) -> &'static str {
                 match self { $(Self::$variant => concat!($($doc),+).trim_ascii()),+ }
             }
 
-            /// Whether each number to differentiate by costs solves of its own. `C` is the step control.
+            /// [`NamedMethod::PAYS_BY_DIRECTION`] of the method with the step control `C`.
             #[must_use]
             pub fn pays_by_direction<C>(self) -> bool
             where

@@ -8,8 +8,8 @@ use crate::solution::Solution;
 use crate::term::Term;
 use pam_core::ParametricField;
 
-/// What is differentiated: the states at the observation times, as a function of the parameters of
-/// field and input and of the initial state.
+/// The map that is differentiated: parameters of field and input and the initial state to the states at
+/// the observation times.
 pub struct Problem<'a, F, I> {
     /// The vector field `f(t, y, u; p)`.
     pub field: &'a F,
@@ -101,7 +101,7 @@ impl<'a, F: ParametricField, I: ParametricInput> Problem<'a, F, I> {
         observer: &mut O,
     ) -> Result<Solution<f64>, Box<SolveError<f64>>> {
         let save_at = SaveAt::Times(times_s);
-        let interval = (self.t0, self.t1);
-        self.integrator.solve_observed(&self.term(), interval, self.y0, save_at, observer)
+        let Self { integrator, t0, t1, y0, .. } = *self;
+        integrator.solve_observed(&self.term(), t0, t1, y0, save_at, observer)
     }
 }

@@ -15,14 +15,15 @@ pub struct ToleranceHalving {
     pub relative_difference: [f64; 4],
 }
 
-/// Whether a gradient is converged: compares it with the one at half the tolerances.
+/// Compares a gradient with the one at half the tolerances, to see if it has converged.
 ///
 /// Error control looks at states. The derivative of a solution can be wrong by any factor while the
 /// solution is as accurate as asked, for instance in `u̇ = (t − θ)⁴` past `t = θ`, where steps grow over
 /// the place that matters for `∂u/∂θ`. The gradients here are exact for the steps taken, so nothing but
 /// other steps shows it: a difference much larger than the tolerance means that the tolerance is too
 /// loose *for the gradient*. A small difference is no proof: at a rest point the error vanishes, both
-/// tolerances lead to the same long steps, and only a bound on the step helps. `problem.integrator` is not used; `integrator` and `method` are.
+/// tolerances lead to the same long steps, and only a bound on the step helps. `integrator` replaces
+/// `problem.integrator`.
 ///
 /// # Errors
 /// [`SolveError`] of either gradient.

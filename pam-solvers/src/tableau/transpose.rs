@@ -67,13 +67,14 @@ impl Transpose {
     #[inline]
     pub(crate) fn observe<const N: usize>(
         &mut self,
-        (t, t_new): (f64, f64),
+        t: f64,
+        t_new: f64,
         observations: Observations<'_>,
         cotangents: &[f64],
         left: usize,
     ) -> usize {
         let n = if N == 0 { self.y.len() } else { N };
-        let of_step = observations.until((t, t_new), left);
+        let of_step = observations.until(t, t_new, left);
         let cotangent = |o: usize| &cotangents[o * n..(o + 1) * n];
         if of_step.at_end {
             add(&mut self.y[..n], 1.0, cotangent(of_step.end));
@@ -91,7 +92,7 @@ impl Transpose {
         of_step.first
     }
 
-    /// Whether the FSAL stage of the step has a cotangent, after [`observe`](Self::observe).
+    /// Returns `true` if the FSAL stage of the step has a cotangent, after [`observe`](Self::observe).
     pub(crate) fn reaches_fsal(&self) -> bool {
         self.reaches_fsal
     }

@@ -128,8 +128,8 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         self.output_layer(points, bias, input, out, kept, block);
     }
 
-    /// Whether the values of hidden layer `k` are read where they were kept: for a leaky ReLU, whose
-    /// values say all, if it is the only layer there.
+    /// Returns `true` if the values of hidden layer `k` are read where they were kept: for a leaky ReLU,
+    /// whose values determine its slopes, if it is the only layer there.
     fn stays_kept(&self, k: usize, kept: &[T]) -> bool {
         k == 1 && self.hidden() == 2 && !kept.is_empty() && self.relu_slope().is_some()
     }
@@ -311,7 +311,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
 
     /// Adds the weight cotangents of all points, each weighed by `weights[point]`, to `sums`. To be
     /// called once after [`pull_back`](Self::pull_back) with the same `input`, `cotangent` and `kept`; it
-    /// uses up the cotangents held.
+    /// uses up the cotangents in `block`.
     ///
     /// # Panics
     /// If a slice is too short.
@@ -384,7 +384,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
 
     /// From tangents of the inputs, `[points, input_stride]`, to tangents of the outputs,
     /// `[points, output_stride]`, after [`forward_into`](Self::forward_into) without `kept`; weights and constants do
-    /// not change. Uses up the cotangents held.
+    /// not change. Uses up the cotangents in `block`.
     ///
     /// # Panics
     /// If a slice is too short.

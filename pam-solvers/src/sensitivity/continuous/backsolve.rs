@@ -28,7 +28,7 @@ pub struct Backsolve<D, C> {
     pub differentiation: D,
     /// Method and step control of the backward solve. Its error norm runs over state, adjoint and sums.
     pub backward: Integrator<C>,
-    /// Whether the state is set to the observed one at every observation; `true` unless changed.
+    /// Sets the state to the observed one at every observation; `true` unless changed.
     pub restart_at_observations: bool,
 }
 
@@ -66,8 +66,8 @@ where
         let adjoint = AdjointField::new(field, problem.input, None, true);
         let term = Term::new(&adjoint, reversed_input(problem, &forward));
         let restart = self.restart_at_observations;
-        let nothing = (SaveAt::End, |_: &_| {});
-        let z = solve_backward(problem, &self.backward, &mut forward, &term, restart, nothing)?;
+        let (backward, end) = (&self.backward, SaveAt::End);
+        let z = solve_backward(problem, backward, &mut forward, &term, restart, end, |_| {})?;
         let n = problem.y0.len();
         Ok(gradient(forward, &z[n..2 * n], &z[2 * n..], adjoint.parameter_lens()))
     }

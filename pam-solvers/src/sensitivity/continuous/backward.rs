@@ -86,7 +86,8 @@ pub(super) fn solve_backward<F, I, V, C>(
     forward: &mut Forward,
     term: &Term<&AdjointField<'_, V, I>, ReversedInput<'_, I>>,
     restart_state: bool,
-    (save_at, mut each_segment): (SaveAt<'_>, impl FnMut(&Solution<f64>)),
+    save_at: SaveAt<'_>,
+    mut each_segment: impl FnMut(&Solution<f64>),
 ) -> Result<Vec<f64>, Box<SolveError<f64>>>
 where
     F: ParametricField,

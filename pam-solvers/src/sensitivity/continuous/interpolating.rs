@@ -61,8 +61,8 @@ where
         let field = self.differentiation.of(problem.field);
         let adjoint = AdjointField::new(field, problem.input, dense.as_ref(), true);
         let term = Term::new(&adjoint, reversed_input(problem, &forward));
-        let nothing = (SaveAt::End, |_: &_| {});
-        let z = solve_backward(problem, &self.backward, &mut forward, &term, false, nothing)?;
+        let (backward, end) = (&self.backward, SaveAt::End);
+        let z = solve_backward(problem, backward, &mut forward, &term, false, end, |_| {})?;
         let n = problem.y0.len();
         Ok(gradient(forward, &z[..n], &z[n..], adjoint.parameter_lens()))
     }

@@ -91,9 +91,8 @@ where
                 }
             }
         };
-        let dense_segments = (SaveAt::Dense, integrate);
-        let z =
-            solve_backward(problem, &self.backward, &mut forward, &term, false, dense_segments)?;
+        let (backward, dense) = (&self.backward, SaveAt::Dense);
+        let z = solve_backward(problem, backward, &mut forward, &term, false, dense, integrate)?;
         Ok(gradient(forward, &z, &sums, adjoint.parameter_lens()))
     }
 }

@@ -1,4 +1,4 @@
-/// What the forward solve stores for the reverse sweep. All choices give the same gradient, bit for
+/// States and stages that the forward solve stores for the reverse sweep. All choices give the same gradient, bit for
 /// bit: steps that are not stored are taken again with the same arithmetic.
 ///
 /// With `n` states, `s` stages and `N` steps:

@@ -21,7 +21,7 @@ use sweep::{Sweep, SweepMemory};
 
 /// Reverse mode through the steps of the solver (discretise, then differentiate).
 ///
-/// The gradient is that of the computed solution with its accepted steps held fixed, exact to rounding:
+/// The gradient is that of the computed solution with its accepted steps frozen, exact to rounding:
 /// it agrees with a tape through the solver, with dual numbers and with forward sensitivities at any
 /// tolerance. Cost: `s` vector–Jacobian products a step with `s` stages, independent of the number of
 /// parameters, one more where the input jumps between steps or a step has observations inside; memory
@@ -32,7 +32,7 @@ use sweep::{Sweep, SweepMemory};
 pub struct DiscreteAdjoint<D> {
     /// How the field is differentiated.
     pub differentiation: D,
-    /// What the forward solve stores.
+    /// States and stages that the forward solve stores.
     pub checkpointing: Checkpointing,
 }
 

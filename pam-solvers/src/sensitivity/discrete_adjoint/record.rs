@@ -1,4 +1,4 @@
-//! What is stored of a forward solve.
+//! Storage of the forward solve for the reverse sweep.
 
 use super::Checkpointing;
 use crate::grid::Grid;
@@ -53,7 +53,7 @@ impl Rows {
     }
 }
 
-/// Stores of the first forward solve what the checkpointing asks for, and its grid.
+/// Stores the grid of the first forward solve, and the states and stages that the checkpointing asks for.
 pub(super) struct ForwardRecord<'a> {
     pub(super) checkpointing: Checkpointing,
     pub(super) grid: &'a mut Grid,

@@ -82,7 +82,7 @@ impl<'a, V: DifferentiableField, I: ParametricInput> Sweep<'a, V, I> {
         let (tableau, h) = (self.tableau, t_new - t);
         let SweepMemory { transpose, stage, u, u_bar } = &mut *self.memory;
         let (observations, cotangents) = (self.observations, self.cotangents);
-        self.left = transpose.observe::<0>((t, t_new), observations, cotangents, self.left);
+        self.left = transpose.observe::<0>(t, t_new, observations, cotangents, self.left);
         let has_fsal = transpose.reaches_fsal();
         transpose.reverse::<0>(tableau, h, has_fsal, self.grid.is_restart(step), |i, k_bar, g| {
             combine_into(tableau.row(i), h, y, k, stage);
