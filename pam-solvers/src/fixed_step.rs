@@ -34,11 +34,19 @@ pub fn rk4_step<S: Scalar, const N: usize>(
     h: f64,
     mut rate: impl FnMut(usize, [S; N]) -> [S; N],
 ) -> [S; N] {
-    let along = |k: &[S; N], h: f64| std::array::from_fn(|i| y[i] + k[i].scaled(h));
-    let k_2 = rate(1, along(&k_1, 0.5 * h));
-    let k_3 = rate(1, along(&k_2, 0.5 * h));
-    let k_4 = rate(2, along(&k_3, h));
-    std::array::from_fn(|i| {
-        y[i] + (k_1[i] + (k_2[i] + k_3[i]).scaled(2.0) + k_4[i]).scaled(h / 6.0)
-    })
+    let along = |k: [S; N], h: f64| {
+        let mut end = y;
+        for (end, k) in end.iter_mut().zip(k) {
+            *end += k.scaled(h);
+        }
+        end
+    };
+    let k_2 = rate(1, along(k_1, 0.5 * h));
+    let k_3 = rate(1, along(k_2, 0.5 * h));
+    let k_4 = rate(2, along(k_3, h));
+    let mut sum = k_1;
+    for i in 0..N {
+        sum[i] = k_1[i] + (k_2[i] + k_3[i]).scaled(2.0) + k_4[i];
+    }
+    along(sum, h / 6.0)
 }

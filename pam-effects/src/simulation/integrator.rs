@@ -5,6 +5,7 @@ use super::record::ResampledRecord;
 use super::run::{Base, Diverged, Nuisances, Trajectory};
 use crate::effects::{AnyEffect, ChamberLaw, EffectHooks, EffectScalar, Point, Rest, Restoring};
 use pam_data::MassOrigin;
+use pam_solvers::rk4_step;
 use std::ops::Range;
 
 /// Where a march takes the base model's force from.
@@ -272,22 +273,12 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         let air = force.sealed(self.air_g);
         let driving = [0, 1, 2].map(|i| self.driving_mn(2 * k + i));
         let (x, v) = (self.x, self.v);
-        let stage = |x: S, v: S, half: usize| Stage {
-            x,
-            v,
-            driving_mn: driving[half],
-            time_s: start_s + 0.5 * h * half as f64,
-            since_step_s: 0.5 * h * half as f64,
+        let rate = |half: usize, [x, v]: [S; 2]| {
+            let since_step_s = 0.5 * h * half as f64;
+            let (driving_mn, time_s) = (driving[half], start_s + since_step_s);
+            [v, self.acceleration(&air, Stage { x, v, driving_mn, time_s, since_step_s })]
         };
-        let a1 = self.acceleration(&air, stage(x, v, 0));
-        let v2 = v + a1.scaled(0.5 * h);
-        let a2 = self.acceleration(&air, stage(x + v.scaled(0.5 * h), v2, 1));
-        let v3 = v + a2.scaled(0.5 * h);
-        let a3 = self.acceleration(&air, stage(x + v2.scaled(0.5 * h), v3, 1));
-        let v4 = v + a3.scaled(h);
-        let a4 = self.acceleration(&air, stage(x + v3.scaled(h), v4, 2));
-        let to_x = x + (v + (v2 + v3).scaled(2.0) + v4).scaled(h / 6.0);
-        let to_v = v + (a1 + (a2 + a3).scaled(2.0) + a4).scaled(h / 6.0);
+        let [to_x, to_v] = rk4_step([x, v], rate(0, [x, v]), h, rate);
         let (to_x, to_v) = self.after_friction(to_x, to_v);
         for part in self.parts {
             let memory = &mut self.memory[part.memory.clone()];
