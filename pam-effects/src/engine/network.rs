@@ -1,7 +1,7 @@
-//! The network in a march: asked in plain numbers, and given back to a tape.
+//! The network in a simulation: evaluated in plain numbers, and replayed on a tape.
 
 use crate::effects::Restoring;
-use crate::simulation::integrator::BaseForce;
+use crate::simulation::base::BaseForce;
 use pam_autodiff::Var;
 use pam_autodiff::batch::{BatchNetwork, NetworkBlock};
 use std::cell::RefCell;

@@ -1,9 +1,12 @@
-//! One window: marched forward, swept backward.
+//! One window: simulated forward, swept backward.
 
 use super::network::{Asked, AskedMemory, Replayed};
-use super::observation::{Channels, at_samples, pull_back, shown};
-use crate::effects::AnyEffect;
-use crate::simulation::integrator::{JointIntegrator, Measured, Parts};
+use super::observation::{Channels, at_samples, pull_back};
+use crate::effects::{AnyEffect, EffectScalar};
+use crate::simulation::integrator::JointIntegrator;
+use crate::simulation::measured::Measured;
+use crate::simulation::observation::measure;
+use crate::simulation::parts::Parts;
 use crate::simulation::{Base, Diverged, Nuisances, ResampledRecord};
 use pam_autodiff::batch::{BatchNetwork, NetworkBlock, NetworkSums};
 use pam_autodiff::{Gathered, Tape, Var};
@@ -27,7 +30,7 @@ pub(super) struct At<'a, T> {
     pub(super) values: &'a [f64],
 }
 
-/// What the loss of one window depends on, besides the weights.
+/// Derivatives of the loss of one window, besides those by the weights.
 #[derive(Debug, Clone, Default)]
 pub(super) struct WindowGradient {
     /// Parameters and switches of the effects in turn.
@@ -81,7 +84,7 @@ impl<T: Float> Workspace<T> {
         }
     }
 
-    /// Marches a window from `start` and writes its predictions at the samples.
+    /// Simulates a window from `start` and writes its predictions at the samples.
     pub(super) fn forward(
         &mut self,
         at: &At<'_, T>,
@@ -93,49 +96,20 @@ impl<T: Float> Workspace<T> {
         let parts = Parts::new(at.effects, at.values);
         let asked = Asked::new(at.plain, at.plain_bias, &mut self.asked);
         let measured = measured_from(record, start);
-        let marched = {
-            let mut integrator = JointIntegrator::new(
-                record,
-                &at.base,
-                &asked,
-                &parts,
-                &measured,
-                &Nuisances::none(),
-            );
-            let points = record.points();
-            let len = integrator.state_len();
-            self.states.resize(points * len, 0.0);
-            self.channels.iter_mut().for_each(Vec::clear);
-            self.calls_before.clear();
-            let (limit, at_start, start_kpa) =
-                (integrator.limit_mm(), integrator.pressures(), integrator.start_kpa());
-            let mut reached = Ok(());
-            for k in 0..points {
-                let state = &mut self.states[k * len..(k + 1) * len];
-                integrator.state_into(state);
-                let x = state[0];
-                if !x.is_finite() || x.abs() >= limit {
-                    reached = Err(Diverged { time_s: record.step_s * k as f64 });
-                    break;
-                }
-                self.channels[0].push(x);
-                self.channels[1].push(state[1]);
-                let now = integrator.pressures();
-                for i in 0..2 {
-                    self.channels[2 + i].push(start_kpa[i] + now[i] - at_start[i]);
-                }
-                self.calls_before.push(asked.count());
-                if k + 1 < points {
-                    integrator.step(k);
-                }
-            }
-            reached
-        };
-        marched?;
+        let mut integrator =
+            JointIntegrator::new(record, &at.base, &asked, &parts, &measured, &Nuisances::none());
+        let len = integrator.state_len();
+        self.states.resize(record.points() * len, 0.0);
+        self.calls_before.clear();
+        let (states, calls_before) = (&mut self.states, &mut self.calls_before);
+        integrator.run(&mut self.channels, |k, integrator| {
+            integrator.state_into(&mut states[k * len..(k + 1) * len]);
+            calls_before.push(asked.count());
+        })?;
         for (seen, channel) in self.seen.iter_mut().zip(&self.channels) {
             seen.clone_from(channel);
         }
-        shown(record, &parts, &mut self.seen);
+        measure(record, &parts, &mut self.seen);
         at_samples(record, time_s, &self.seen, out);
         Ok(())
     }
@@ -154,8 +128,9 @@ impl<T: Float> Workspace<T> {
         let mut gradient =
             WindowGradient { values: vec![0.0; at.values.len()], ..WindowGradient::default() };
         let by_channels = pull_back(
-            (record, time_s),
-            (at.effects, at.values),
+            at,
+            record,
+            time_s,
             &self.channels,
             by_samples,
             &mut self.tape,
@@ -309,11 +284,8 @@ impl<T: Float> Workspace<T> {
     }
 }
 
-/// What was measured, with another start `[x, ẋ, P_f, P_e]`.
-fn measured_from<S: crate::effects::EffectScalar>(
-    record: &ResampledRecord,
-    start: [S; 4],
-) -> Measured<S> {
+/// The readings with another start `[x, ẋ, P_f, P_e]`.
+fn measured_from<S: EffectScalar>(record: &ResampledRecord, start: [S; 4]) -> Measured<S> {
     let mut measured = Measured::of(record);
     measured.rest.start_mm = start[0];
     measured.start_mm_s = start[1];

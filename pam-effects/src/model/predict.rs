@@ -1,5 +1,6 @@
 use super::ExtendedModel;
 use crate::effects::AnyEffect;
+use crate::simulation::observation::place;
 use crate::simulation::{Nuisances, Trajectory, Trial, range_of, simulate};
 use pam_core::SealedMasses;
 use pam_data::Subject;
@@ -10,7 +11,7 @@ use pam_trajectory::{PerChannel, PredictError, Prediction, Predictor, SolverSett
 /// How often the table of the force is widened for a motion that leaves it.
 const WIDENINGS: usize = 8;
 
-/// Without effects the model is solved as the settings say. With effects it is marched by the steps of
+/// Without effects the model is solved as the settings say. With effects it takes the steps of
 /// [`simulate`] (4 ms, fourth order, sticking friction); of the settings only the reading of the force counts.
 impl Predictor for ExtendedModel {
     fn predict(
@@ -74,16 +75,11 @@ impl Predictor for ExtendedModel {
             recording.time_s.iter().map(|t| t - t0).take_while(|&t| t < end).collect();
         let column = |c: usize| -> Vec<f64> {
             let values = &out.channels[c];
-            let last = values.len().saturating_sub(1);
-            times
-                .iter()
-                .map(|t| {
-                    let position = (t / trial.record.step_s).min(last as f64);
-                    let k = (position as usize).min(last.saturating_sub(1));
-                    let share = position - k as f64;
-                    values[k] + share * (values[(k + 1).min(last)] - values[k])
-                })
-                .collect()
+            let value = |t: &f64| {
+                let (k, share) = place(values.len(), trial.record.step_s, *t);
+                values[k] + share * (values[(k + 1).min(values.len() - 1)] - values[k])
+            };
+            times.iter().map(value).collect()
         };
         let channels = PerChannel { x: column(0), v: column(1), pf: column(2), pe: column(3) };
         let steps = trial.record.points().saturating_sub(1);

@@ -1,6 +1,6 @@
 //! The air of both chambers under a changed gas law.
 
-use super::run::Base;
+use super::base::Base;
 use crate::effects::ChamberLaw;
 use pam_core::Scalar;
 use pam_core::units::ATMOSPHERE_KPA;

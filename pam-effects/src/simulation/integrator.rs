@@ -1,84 +1,18 @@
 //! The joint with its effects, step by step.
 
+use super::base::{Base, BaseForce};
 use super::gas::Chambers;
+use super::measured::Measured;
+use super::nuisances::Nuisances;
+use super::parts::{Part, Parts};
 use super::record::ResampledRecord;
-use super::run::{Base, Diverged, Nuisances, Trajectory};
-use crate::effects::{AnyEffect, ChamberLaw, EffectHooks, EffectScalar, Point, Rest, Restoring};
+use super::trajectory::Diverged;
+use crate::effects::{ChamberLaw, EffectScalar, Point, Restoring};
 use pam_data::MassOrigin;
 use pam_solvers::rk4_step;
-use std::ops::Range;
 
-/// Where a march takes the base model's force from.
-pub(crate) trait BaseForce<S> {
-    /// The force with given air.
-    type Sealed<'a>: Restoring<S>
-    where
-        Self: 'a;
-
-    /// The force with these masses sealed in, g.
-    fn sealed(&self, air_g: [S; 2]) -> Self::Sealed<'_>;
-}
-
-/// An effect with its values in a simulation, and where its memory lies.
-pub(crate) struct Part<'a, S> {
-    pub(crate) effect: &'a dyn EffectHooks<S>,
-    pub(crate) p: &'a [S],
-    memory: Range<usize>,
-}
-
-/// The effects that act on one joint, with their values.
-pub(crate) struct Parts<'a, S> {
-    pub(crate) list: Vec<Part<'a, S>>,
-    memory_len: usize,
-    /// Whether one of them changes the law of the air.
-    air: bool,
-}
-
-impl<'a, S: EffectScalar> Parts<'a, S> {
-    /// Effects in the order in which they act; `values` holds the parameters and switches of each in turn.
-    pub(crate) fn new(effects: &[&'a dyn AnyEffect], values: &'a [S]) -> Self {
-        let (mut first_value, mut memory_len) = (0, 0);
-        let list = effects
-            .iter()
-            .map(|e| {
-                let (v, m) = (e.info().value_len(), e.memory_len());
-                let part = Part {
-                    effect: S::hooks(*e),
-                    p: &values[first_value..first_value + v],
-                    memory: memory_len..memory_len + m,
-                };
-                first_value += v;
-                memory_len += m;
-                part
-            })
-            .collect();
-        Self { list, memory_len, air: effects.iter().any(|e| e.changes_gas()) }
-    }
-}
-
-/// What was measured at rest and at the start.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Measured<S> {
-    pub(crate) rest: Rest<S>,
-    /// Velocity at the first sample, mm/s.
-    pub(crate) start_mm_s: S,
-}
-
-impl<S: EffectScalar> Measured<S> {
-    /// What a recording says.
-    pub(crate) fn of(record: &ResampledRecord) -> Self {
-        let c = S::constant;
-        let rest = Rest {
-            sealed_mm: c(record.rest.sealed_mm),
-            sealed_kpa: record.rest.sealed_kpa.map(c),
-            start_mm: c(record.rest.start_mm),
-            start_kpa: record.rest.start_kpa.map(c),
-        };
-        Self { rest, start_mm_s: c(record.start_mm_s) }
-    }
-}
-
-/// The joint under way.
+/// The state of the extended joint, moved step by step: Runge–Kutta steps of fourth order, and dry friction as a
+/// set-valued force.
 pub(crate) struct JointIntegrator<'a, S, F> {
     record: &'a ResampledRecord,
     base: &'a Base<S>,
@@ -164,21 +98,27 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         }
     }
 
-    /// Marches to the end.
-    pub(crate) fn run(&mut self, out: &mut Trajectory<S>) -> Result<(), Diverged> {
+    /// Integrates to the end and writes the true channels. `at_point` is called at every grid point, before the
+    /// step from it.
+    pub(crate) fn run(
+        &mut self,
+        channels: &mut [Vec<S>; 4],
+        mut at_point: impl FnMut(usize, &Self),
+    ) -> Result<(), Diverged> {
         let points = self.record.points();
-        for channel in &mut out.channels {
+        for channel in channels.iter_mut() {
             channel.clear();
             channel.reserve(points);
         }
         let limit = self.limit_mm();
         let at_start = self.pressures();
         for k in 0..points {
+            at_point(k, self);
             let now = self.pressures();
-            out.channels[0].push(self.x);
-            out.channels[1].push(self.v);
+            channels[0].push(self.x);
+            channels[1].push(self.v);
             for i in 0..2 {
-                out.channels[2 + i].push(self.start_kpa[i] + now[i] - at_start[i]);
+                channels[2 + i].push(self.start_kpa[i] + now[i] - at_start[i]);
             }
             if k + 1 < points {
                 self.step(k);
@@ -261,7 +201,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     }
 
     /// Displacement beyond which the chambers have no volume, mm.
-    pub(crate) fn limit_mm(&self) -> f64 {
+    fn limit_mm(&self) -> f64 {
         self.base.geometry.displacement_limit_mm(self.base.deformation.real())
     }
 

@@ -1,6 +1,6 @@
 //! The base model's force of one recording, as a table.
 
-use super::integrator::BaseForce;
+use super::base::BaseForce;
 use crate::effects::Restoring;
 use pam_core::{ForceInput, ForceModel, JointModel, Scalar, SealedMasses};
 use rayon::prelude::*;

@@ -1,0 +1,45 @@
+//! The base model in a simulation.
+
+use crate::effects::Restoring;
+use pam_core::{JointModel, MuscleGeometry};
+
+/// The base model's own numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Base<S> {
+    /// Mass m, kg.
+    pub mass_kg: S,
+    /// Deformation coefficient ν.
+    pub deformation: S,
+    /// Gas coefficient C, kPa·mm³/g.
+    pub gas_coefficient: S,
+    /// Auxiliary damping B, kg/s.
+    pub damping_kg_s: S,
+    /// Nominal size.
+    pub geometry: MuscleGeometry,
+}
+
+impl Base<f64> {
+    /// The numbers of a model.
+    #[must_use]
+    pub fn of<F>(model: &JointModel<f64, F>) -> Self {
+        let p = model.physical();
+        Self {
+            mass_kg: p.mass_kg,
+            deformation: p.deformation,
+            gas_coefficient: p.gas_coefficient,
+            damping_kg_s: model.auxiliary_damping_kg_s,
+            geometry: model.geometry,
+        }
+    }
+}
+
+/// A source of the base model's force.
+pub(crate) trait BaseForce<S> {
+    /// The force with given air.
+    type Sealed<'a>: Restoring<S>
+    where
+        Self: 'a;
+
+    /// The force with these masses sealed in, g.
+    fn sealed(&self, air_g: [S; 2]) -> Self::Sealed<'_>;
+}

@@ -1,0 +1,41 @@
+//! Effects in a simulation.
+
+use crate::effects::{AnyEffect, EffectHooks, EffectScalar};
+use std::ops::Range;
+
+/// An effect with its values in a simulation, and where its memory lies.
+pub(crate) struct Part<'a, S> {
+    pub(crate) effect: &'a dyn EffectHooks<S>,
+    pub(crate) p: &'a [S],
+    pub(super) memory: Range<usize>,
+}
+
+/// The effects that act on one joint, with their values.
+pub(crate) struct Parts<'a, S> {
+    pub(crate) list: Vec<Part<'a, S>>,
+    pub(super) memory_len: usize,
+    /// Whether one of them changes the gas law.
+    pub(super) air: bool,
+}
+
+impl<'a, S: EffectScalar> Parts<'a, S> {
+    /// Effects in the order in which they act; `values` holds the parameters and switches of each in turn.
+    pub(crate) fn new(effects: &[&'a dyn AnyEffect], values: &'a [S]) -> Self {
+        let (mut first_value, mut memory_len) = (0, 0);
+        let list = effects
+            .iter()
+            .map(|e| {
+                let (v, m) = (e.info().value_len(), e.memory_len());
+                let part = Part {
+                    effect: S::hooks(*e),
+                    p: &values[first_value..first_value + v],
+                    memory: memory_len..memory_len + m,
+                };
+                first_value += v;
+                memory_len += m;
+                part
+            })
+            .collect();
+        Self { list, memory_len, air: effects.iter().any(|e| e.changes_gas()) }
+    }
+}
