@@ -2,14 +2,14 @@
 //!
 //! - [`segments`]: stretches of one excitation frequency;
 //! - [`balance`]: the force that the model lacks on the measured motion;
-//! - [`evaluation`]: all of these for a whole data set, in parallel;
+//! - [`evaluation`]: predictions and scores of a whole data set, in parallel;
 //! - [`coordinates`]: the numbers that an optimiser moves;
-//! - [`optimiser`]: what moves them;
+//! - [`optimiser`]: Adam and L-BFGS;
 //! - [`schedule`]: how their rate changes, and when they stop;
-//! - [`regulariser`]: what training makes small besides the loss;
-//! - [`warm_start`]: where they start from;
+//! - [`regulariser`]: penalties that are added to the loss;
+//! - [`warm_start`]: starting values by regression;
 //! - [`curriculum`]: how a model is trained, as data;
-//! - [`training`]: a curriculum at work, checkpoints, the files of a run;
+//! - [`training`]: the trainer, checkpoints, the files of a run;
 //! - [`identification`]: standard errors of the physical parameters;
 //! - [`field`]: training of any vector field, of any number of states;
 //! - [`events`]: curves for TensorBoard.

@@ -146,15 +146,15 @@ pub struct PredictError {
     pub name: String,
     /// Why it stopped.
     pub why: String,
-    /// What was predicted until then.
+    /// The prediction until then.
     pub partial: Prediction,
 }
 
-/// Whatever predicts a recording from its first sample: a joint model, or one with more parts.
+/// A model that predicts a recording from its first sample: a joint model, or one with effects.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` does not predict recordings",
     label = "a predictor is needed here",
-    note = "a `JointModel` of any force model predicts, and an `Extended` one; implement `Predictor` for others"
+    note = "a `JointModel` of any force model predicts, and an `ExtendedModel`; implement `Predictor` for others"
 )]
 pub trait Predictor: Sync {
     /// The prediction at the recording's sample times, driven by its measured force alone.
@@ -285,7 +285,7 @@ fn exact<F: ForceModel<f64>>(
     Ok((prediction, stopped))
 }
 
-/// What the exact solver needs of a recording that starts at `y0`.
+/// The problem of the exact solver for a recording that starts at `y0`.
 pub(crate) fn exact_problem<'a>(
     recording: &'a Recording,
     masses: SealedMasses,

@@ -1,4 +1,4 @@
-//! What a stage trains on: whole recordings, or windows of them.
+//! Whole recordings, or windows of them, on which a model is trained.
 
 use crate::metrics::variance;
 use pam_data::{Channel, Subject};

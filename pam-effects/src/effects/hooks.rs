@@ -56,7 +56,7 @@ pub struct ChamberLaw<S> {
     pub feeds_back: bool,
 }
 
-/// What the sensors show, as series on the simulation's own uniform grid.
+/// Measured series on the simulation's own uniform grid.
 #[derive(Debug)]
 pub struct Observed<'a, S> {
     /// Time between two values, s.
@@ -81,7 +81,7 @@ impl<S: Scalar> Observed<'_, S> {
     }
 }
 
-/// What becomes of an effect in a model without effects.
+/// Fate of an effect in a model without effects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Absorbed {
     /// The model's own numbers hold it, exactly.

@@ -1,4 +1,4 @@
-//! What the recordings show before any fit: magnitudes for starting values.
+//! Magnitudes of the recordings, from which fits start.
 
 use std::f64::consts::TAU;
 
@@ -59,8 +59,8 @@ impl DataScales {
         peaks.into_iter().map(|(pitch, amplitude, _)| (pitch, amplitude)).collect()
     }
 
-    /// Amplitude (N) and explained sum of squares of `sin(2π x · per_mm)`, beside a constant, a straight
-    /// line and a cube in x that take the smooth part.
+    /// Amplitude (N) and explained sum of squares of `sin(2π x · per_mm)`, together with a constant, a
+    /// straight line and a cube in x for the smooth part.
     fn sine_fit(&self, per_mm: f64) -> (f64, f64) {
         let columns = |x: f64| {
             let u = x / self.travel_mm;

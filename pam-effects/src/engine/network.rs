@@ -6,24 +6,24 @@ use pam_autodiff::Var;
 use pam_autodiff::batch::{BatchNetwork, NetworkBlock};
 use std::cell::RefCell;
 
-/// A point at which the network was asked: `(m_f, m_e, x, ẋ)` in g, g, mm, mm/s.
+/// A point at which the network was evaluated: `(m_f, m_e, x, ẋ)` in g, g, mm, mm/s.
 pub(super) type Call = [f64; 4];
 
-/// The network in plain numbers, which notes where it is asked and what it says.
+/// The network in plain numbers, which notes its inputs and values.
 pub(super) struct Asked<'n> {
     network: &'n BatchNetwork<f64>,
     first_bias: &'n [f64],
     inner: RefCell<&'n mut AskedMemory>,
 }
 
-/// What [`Asked`] writes to; kept from run to run.
+/// Memory of [`Asked`], kept from run to run.
 #[derive(Debug)]
 pub(super) struct AskedMemory {
     block: NetworkBlock<f64>,
     input: Vec<f64>,
     output: Vec<f64>,
     pub(super) calls: Vec<Call>,
-    /// What the network said, mN.
+    /// Values of the network, mN.
     pub(super) values: Vec<f64>,
 }
 

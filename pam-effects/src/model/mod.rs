@@ -28,7 +28,7 @@ use pam_trajectory::Predictor;
 pub struct ExtendedModel {
     /// The model without effects.
     pub joint: JointModel<f64, AnyForce<f64>>,
-    /// What is known of it.
+    /// Name, provenance and training data.
     pub info: ModelInfo,
     /// The effects, in the order in which they act.
     pub effects: Vec<ActiveEffect>,

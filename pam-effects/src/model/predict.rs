@@ -23,7 +23,7 @@ impl Predictor for ExtendedModel {
         if self.effects.is_empty() {
             return predict(&self.joint, recording, masses, settings);
         }
-        // Masses that follow from the sealed reading move with what an effect says of its sensors.
+        // Masses that follow from the sealed reading change with effects of its sensors.
         let law = self.joint.gas_law_masses(
             recording.reading_at_rest().displacement_mm,
             [

@@ -2,7 +2,7 @@ use super::ExtendedModel;
 use crate::effects::Absorbed;
 use pam_data::SavedModel;
 
-/// An extended model as a model without effects, for what knows none: stiffness maps, planning.
+/// An extended model as a model without effects, for uses that know none: stiffness maps, planning.
 #[derive(Debug, Clone)]
 pub struct WithoutEffects {
     /// The model, with every effect that its own numbers can hold.
@@ -16,7 +16,7 @@ pub struct WithoutEffects {
 }
 
 impl WithoutEffects {
-    /// What became of the effects, in a sentence; `None` if there were none.
+    /// A sentence on the fate of the effects; `None` if there were none.
     #[must_use]
     pub fn sentence(&self) -> Option<String> {
         let parts: Vec<String> = [
@@ -33,8 +33,8 @@ impl WithoutEffects {
 }
 
 impl ExtendedModel {
-    /// The model without effects that comes nearest: what is a factor of the force, a load, a damping, a mass
-    /// or a coefficient of the volumes becomes part of the model's numbers, exactly.
+    /// The nearest model without effects: a factor of the force, a load, a damping, a mass or a coefficient of
+    /// the volumes becomes part of the model's numbers, exactly.
     #[must_use]
     pub fn without_effects(&self) -> WithoutEffects {
         let mut joint = self.joint.clone();

@@ -130,7 +130,7 @@ impl ForceTable {
         if S::NDERIV == 0 && d0 == 0.0 && d1 == 0.0 {
             return S::constant(value);
         }
-        // What more air adds, node by node: a parabola along each mass.
+        // The force of additional air, node by node: a parabola along each mass.
         let k = (j / SLOPE_COLUMNS).min(self.slope_columns - 2);
         let c = (j as f64 + b) / SLOPE_COLUMNS as f64 - k as f64;
         let low = &self.slopes[i * self.slope_columns + k..];
@@ -162,7 +162,7 @@ impl ForceTable {
             let (left, right) = (a01 - a00, a11 - a10);
             own + (left + a * (right - left)) / (self.v_spacing * SLOPE_COLUMNS as f64)
         };
-        // What has no real part carries the derivatives alone.
+        // A number without its real part carries the derivatives alone.
         let tail = |s: S| s - S::constant(s.real());
         S::constant(value)
             + tail(x).scaled(per_x)

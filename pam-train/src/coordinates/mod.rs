@@ -283,7 +283,7 @@ mod tests {
         }
     }
 
-    /// What the coordinates mean: the network between scaled inputs and a scaled output.
+    /// The coordinates are the weights of a network between scaled inputs and a scaled output.
     #[test]
     fn coordinates_are_the_weights_of_a_scaled_network() {
         let model = joint();

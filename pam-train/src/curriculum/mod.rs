@@ -1,16 +1,18 @@
 //! How a model is trained, as data.
 //!
 //! A [`Curriculum`] is a TOML file: the network to start from, the recordings, and stages that follow
-//! each other, each from the best parameters of the one before. What a stage does not say is taken
-//! from the curriculum. Those that come with the crate are in [`Curriculum::BUILT_IN`]; `pam train NAME
+//! each other, each from the best parameters of the one before. Unset options of a stage come from
+//! the curriculum. Those that come with the crate are in [`Curriculum::BUILT_IN`]; `pam train NAME
 //! --print` shows them.
 
 mod builtin;
+mod error;
 mod overrides;
 mod settings;
 mod stage;
 
-pub use overrides::{CurriculumError, set_value};
+pub use error::CurriculumError;
+pub use overrides::set_value;
 pub use settings::{
     CoordinateSettings, DataSettings, ModelSettings, Selection, SelectionSet, SolverChoice,
     StartModel,
@@ -35,7 +37,7 @@ pub struct Curriculum {
     /// Which recordings.
     #[serde(default)]
     pub data: DataSettings,
-    /// What is moved, and in which form.
+    /// Coordinates of the optimiser.
     #[serde(default)]
     pub coordinates: CoordinateSettings,
     /// How the equations are solved.
@@ -44,7 +46,7 @@ pub struct Curriculum {
     /// The loss.
     #[serde(default)]
     pub loss: AnyLoss,
-    /// What is added to the loss.
+    /// Penalties that are added to the loss.
     #[serde(default, skip_serializing_if = "Vec::is_empty", rename = "regulariser")]
     pub regularisers: Vec<AnyRegulariser>,
     /// The optimiser.

@@ -1,56 +1,8 @@
 //! Curricula from text, with single values overridden.
 
-use super::Curriculum;
-use std::path::{Path, PathBuf};
-use thiserror::Error;
+use super::{Curriculum, CurriculumError};
+use std::path::Path;
 use toml::{Table, Value};
-
-/// A curriculum that cannot be used.
-#[derive(Debug, Error)]
-pub enum CurriculumError {
-    /// The file cannot be read.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// A place in the file is wrong.
-    #[error("{}:{line}: {message}", path.display())]
-    Place {
-        /// The file.
-        path: PathBuf,
-        /// Line, counted from one.
-        line: usize,
-        /// What is wrong.
-        message: String,
-    },
-    /// An override is wrong.
-    #[error("--set {text}: {message}")]
-    Override {
-        /// The override as written.
-        text: String,
-        /// What is wrong and what to do.
-        message: String,
-    },
-    /// No curriculum has this name.
-    #[error("`{name}` is neither a file nor a curriculum that comes with the program: {known}")]
-    Unknown {
-        /// The name.
-        name: String,
-        /// The names there are.
-        known: String,
-    },
-    /// What it asks for makes no sense.
-    #[error("curriculum `{name}`: {message}")]
-    Sense {
-        /// Its name.
-        name: String,
-        /// What is wrong and what to do.
-        message: String,
-    },
-}
 
 impl Curriculum {
     /// Reads a curriculum from TOML text, with overrides like `rate=3e-4` or `stage.2.epochs=50`

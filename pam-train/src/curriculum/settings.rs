@@ -72,7 +72,7 @@ pub enum SelectionSet {
     All,
     /// The 29 training conditions of the published curriculum.
     Train,
-    /// What is not trained on.
+    /// Recordings that are not trained on.
     Rest,
     /// None.
     None,
@@ -115,7 +115,7 @@ impl Selection {
     }
 }
 
-/// What is moved, and in which form.
+/// Coordinates of the optimiser.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CoordinateSettings {
@@ -123,7 +123,7 @@ pub struct CoordinateSettings {
     pub scaled: bool,
     /// Form of the physical parameters.
     pub physical: PhysicalForm,
-    /// What stays as it is. C is tied to the masses, which come from the same gas law: a factor of it
+    /// Groups that stay as they are. C is tied to the masses, which come from the same gas law: a factor of it
     /// changes nothing that is measured.
     pub frozen: Frozen,
     /// How much faster than the others the coordinates of effects move. At 1 a step of the rate changes

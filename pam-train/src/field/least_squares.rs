@@ -9,7 +9,7 @@ use pam_solvers::ParametricInput;
 use pam_solvers::sensitivity::{Direction, ForwardSensitivity};
 use rayon::prelude::*;
 
-/// What is fitted, and how.
+/// Settings of a fit.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LeastSquares {
     /// Parameters (by index) that are fitted; all, if absent.

@@ -1,4 +1,4 @@
-//! What a field is fitted to.
+//! Experiments to which a field is fitted.
 
 use pam_core::ParametricField;
 use pam_solvers::controller::StepController;
@@ -79,7 +79,7 @@ pub struct FieldProblem<'a, F, I> {
     pub field: &'a F,
     /// The experiments.
     pub experiments: &'a [Experiment<I>],
-    /// What is measured.
+    /// The measured states.
     pub outputs: Outputs,
     /// Method and step control.
     pub integrator: &'a Integrator<dyn StepController>,

@@ -24,7 +24,7 @@ pub struct FrequencyEstimate {
     pub standard_error: Option<f64>,
 }
 
-/// What the data say of ν.
+/// An estimate of ν.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DeformationEstimate {
     /// ν over everything.
@@ -76,7 +76,7 @@ impl DeformationEstimate {
     }
 }
 
-/// What recordings say of ν.
+/// Estimates ν from recordings.
 #[must_use]
 pub fn identify_deformation(
     subjects: &[Subject],

@@ -9,12 +9,12 @@ use pam_data::Subject;
 use pam_trajectory::engine::NetworkJoint;
 use serde::Serialize;
 
-/// What the data say of m.
+/// An estimate of m.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MassEstimate {
     /// The model's m, kg.
     pub mass_kg: f64,
-    /// What the balance of forces would change it by, kg: δ.
+    /// Correction by the balance of forces, kg: δ.
     pub correction_kg: f64,
     /// Standard error over recordings, kg; none for fewer than two recordings.
     pub standard_error_kg: Option<f64>,
@@ -59,7 +59,7 @@ impl MassEstimate {
     }
 }
 
-/// What recordings say of a model's m.
+/// Estimates a model's m from recordings.
 #[must_use]
 pub fn identify_mass(
     model: &NetworkJoint,

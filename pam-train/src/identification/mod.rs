@@ -14,7 +14,7 @@ pub use mass::{MassEstimate, identify_mass};
 
 use serde::Serialize;
 
-/// What the training recordings say of a model's physical parameters. C is not among them: pressures
+/// Estimates of a model's physical parameters from its training recordings. C is not among them: pressures
 /// show only its product with the masses, which come from the same gas law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Identification {

@@ -1,6 +1,6 @@
 //! A line search for the strong Wolfe conditions.
 
-use super::lbfgs::{LbfgsSettings, dot};
+use super::lbfgs_settings::LbfgsSettings;
 
 /// Value and gradient of a function at a point, or none where it cannot be evaluated.
 pub type Evaluate<'a> = dyn FnMut(&[f64]) -> Option<(f64, Vec<f64>)> + 'a;
@@ -11,6 +11,11 @@ pub(super) fn finite(evaluate: &mut Evaluate<'_>, at: &[f64]) -> Option<(f64, Ve
         assert_eq!(gradient.len(), at.len(), "one derivative for each coordinate");
         value.is_finite() && gradient.iter().all(|g| g.is_finite())
     })
+}
+
+/// `a · b`.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Factor by which a step grows that is too short.

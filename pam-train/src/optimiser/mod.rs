@@ -1,4 +1,4 @@
-//! What moves a vector of numbers downhill.
+//! Optimisers of a vector of numbers.
 //!
 //! [`Adam`] takes a gradient and a rate; [`Lbfgs`] takes a function that it evaluates as often as its
 //! line search needs. [`OptimiserSettings`] is the choice between them in configuration files.
@@ -6,11 +6,13 @@
 mod adam;
 mod clip;
 mod lbfgs;
+mod lbfgs_settings;
 mod line_search;
 mod settings;
 
 pub use adam::{Adam, AdamSettings};
 pub use clip::clip_to_norm;
-pub use lbfgs::{Lbfgs, LbfgsSettings, Outcome, StepKind};
+pub use lbfgs::{Lbfgs, Outcome, StepKind};
+pub use lbfgs_settings::LbfgsSettings;
 pub use line_search::Evaluate;
 pub use settings::OptimiserSettings;

@@ -1,4 +1,4 @@
-//! Regularisers: what training makes small besides the loss, known from the model alone.
+//! Regularisers: penalties on the model that training adds to the loss.
 //!
 //! One regulariser a file: [`L2`], [`Passivity`]. To add one that configuration files name, write its
 //! file and add a line to [`AnyRegulariser`].

@@ -14,8 +14,8 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-/// A training of the joint, described and then run. What is not said is that of the recommended
-/// curriculum, or of the published one with [`published`](Self::published): 96×96 network, its loss,
+/// A training of the joint, described and then run. Unset options come from the recommended
+/// curriculum, or from the published one with [`published`](Self::published): 96×96 network, its loss,
 /// datasheet parameters.
 ///
 /// ```
@@ -61,7 +61,7 @@ pub struct Training {
     seed: u64,
 }
 
-/// What a training made.
+/// The result of a training.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trained {
     /// The model.
@@ -231,7 +231,7 @@ impl Training {
         self.run_with(|_| {})
     }
 
-    /// As [`run`](Self::run), with a closure that is told every epoch.
+    /// As [`run`](Self::run), with a closure that is called after every epoch.
     ///
     /// # Errors
     /// As [`run`](Self::run).

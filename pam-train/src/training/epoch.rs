@@ -17,7 +17,7 @@ use std::time::Instant;
 /// Share of the rate after rollbacks below which a stage is ended.
 const SMALLEST_REDUCTION: f64 = 1e-6;
 
-/// What one step found.
+/// Loss and gradient of one step.
 struct Step {
     loss: f64,
     gradient: Vec<f64>,

@@ -1,4 +1,4 @@
-//! Training in closed form beside training through steps.
+//! Training in closed form against training through steps.
 
 use super::Trainer;
 use crate::curriculum::Curriculum;

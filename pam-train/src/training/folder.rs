@@ -39,14 +39,14 @@ pub struct RunSettings {
     pub made_by: String,
 }
 
-/// What became of a run.
+/// The result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrainedRun {
     /// Whether all stages were done; if not, it was asked to stop and can be resumed.
     pub finished: bool,
-    /// What the stages reached.
+    /// Results of the stages.
     pub results: Vec<StageResult>,
-    /// What happened.
+    /// Messages for the reader.
     pub events: Vec<String>,
     /// All epochs.
     pub rows: Vec<EpochRow>,
@@ -243,7 +243,7 @@ fn row_from(line: &str, effects: usize) -> Option<EpochRow> {
 }
 
 /// Carries a curriculum out in a folder. With `resume` it goes on from the checkpoint there.
-/// `observe` is told every epoch; when `stop` becomes true the running epoch is finished, the state
+/// `observe` is called after every epoch; when `stop` becomes true the running epoch is finished, the state
 /// saved, and the run can be resumed.
 ///
 /// # Errors

@@ -35,7 +35,7 @@ pub struct Starts {
     pub optimiser: Adam,
 }
 
-/// What moves within a stage that is trained through the solver.
+/// The state of a stage that is trained through the solver.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StageState {
     /// Epochs done.
@@ -48,7 +48,7 @@ pub struct StageState {
     pub rate: Rate,
     /// When to stop.
     pub stop: Option<EarlyStop>,
-    /// Whether the stage has nothing left to gain.
+    /// Whether no step lowers the loss any more.
     pub stopped: bool,
     /// Factor of the rate after rollbacks.
     pub reduction: f64,
@@ -64,7 +64,7 @@ pub struct StageState {
     pub seconds: f64,
 }
 
-/// What a finished stage reached.
+/// The result of a finished stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StageResult {
     /// Its name.
@@ -100,9 +100,9 @@ pub struct TrainingState {
     pub units: Vec<f64>,
     /// Within the running stage; absent between stages.
     pub within: Option<StageState>,
-    /// What finished stages reached.
+    /// Results of finished stages.
     pub results: Vec<StageResult>,
-    /// What happened that a reader should know.
+    /// Messages for the reader.
     pub events: Vec<String>,
 }
 

@@ -17,8 +17,8 @@ use pam_trajectory::loss::{SharedLoss, TrajectoryLoss};
 use pam_trajectory::windows::Windows;
 use std::time::Instant;
 
-/// Steps of the regression that tells what of the acceleration is its own: errors of it are of second
-/// order in the result.
+/// Steps of the regression of the acceleration on the inputs of the force: its errors are of second order in the
+/// result.
 const IDENTIFICATION_STEPS: usize = 4000;
 
 /// A curriculum at work.
@@ -102,7 +102,7 @@ impl Trainer {
         Self::from_start(curriculum, &start, recordings, surfaces, effects, seed)
     }
 
-    /// A trainer that starts from a model of the caller's, whatever the curriculum says of it. Masses are
+    /// A trainer that starts from this model in place of that of the curriculum. Masses are
     /// those of its gas law where a recording gives none.
     ///
     /// # Errors
@@ -279,7 +279,7 @@ impl Trainer {
         names.zip(self.coordinates.effect_parameters(&self.state.at)).collect()
     }
 
-    /// What the training recordings say of the physical parameters of the model as it is now. Takes
+    /// Standard errors of the physical parameters of the model as it is now, from the training recordings. Takes
     /// some seconds.
     ///
     /// # Errors
@@ -329,13 +329,8 @@ impl Trainer {
             Stage::Derivatives(s) => {
                 self.coordinates.set_auxiliary_damping(0.0);
                 let subjects = self.selected(s.recordings.as_ref())?;
-                let matched = s.matching.run(
-                    &self.coordinates,
-                    &self.state.at,
-                    &subjects,
-                    self.seed,
-                    &|_, _| {},
-                );
+                let matched =
+                    s.matching.run(&self.coordinates, &self.state.at, &subjects, self.seed);
                 self.state.at = matched.at;
                 self.regressed(&s.name, begun, matched.rms_n, subjects).map(Some)
             }

@@ -1,7 +1,6 @@
 //! Mass and force from accelerations.
 
-use super::own_acceleration::{mass_correction_kg, own_accelerations};
-use crate::coordinates::{Coordinates, Frozen};
+use crate::coordinates::Coordinates;
 use crate::optimiser::{Adam, AdamSettings};
 use pam_autodiff::batch::BatchNetwork;
 use pam_core::{ParametricForce, RawParameters, Scalar};
@@ -18,8 +17,7 @@ use serde::{Deserialize, Serialize};
 /// Derivative matching: `m ẍ + B ẋ + f_θ(x, ẋ, m_f, m_e) = F` is regressed on smoothed data, with the
 /// network and m free, by Adam over shuffled batches with a rate that falls as a cosine.
 ///
-/// With `mass_steps` m is corrected afterwards by what of the acceleration no force could explain, and the
-/// force regressed again.
+/// With `mass_steps` m is corrected afterwards ([`run`](Self::run)), and the force regressed again.
 ///
 /// Displacement and force are smoothed alike, so that what is linear in the equation is not biased.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -54,12 +52,12 @@ impl Default for DerivativeMatching {
     }
 }
 
-/// What derivative matching found.
+/// The result of derivative matching.
 #[derive(Debug, Clone)]
 pub struct Matched {
     /// The coordinates.
     pub at: Vec<f64>,
-    /// Root mean square of the force that is left, N.
+    /// Root mean square of the residual force, N.
     pub rms_n: f64,
     /// Points that were regressed on.
     pub points: usize,
@@ -76,52 +74,11 @@ pub struct Point {
     pub force_mn: f64,
 }
 
-/// Share of the rate with which the regression with the corrected mass begins.
-const RATE_SHARE: f64 = 0.3;
-/// Share of m that one correction changes it by at most.
-const LARGEST_CORRECTION: f64 = 0.5;
-
 /// Points of one task; partial sums are added in the order of the tasks.
 const CHUNK: usize = 256;
 
 impl DerivativeMatching {
-    /// Regresses from coordinates on. `progress` is told each step that is done and the residual (N).
-    #[must_use]
-    pub fn run(
-        &self,
-        coordinates: &Coordinates,
-        start: &[f64],
-        subjects: &[Subject],
-        seed: u64,
-        progress: &dyn Fn(usize, f64),
-    ) -> Matched {
-        let points: Vec<Point> = subjects.iter().flat_map(|s| self.points(s)).collect();
-        let joint = self.regress(coordinates, start, points.clone(), seed, progress);
-        if self.mass_steps == 0 || points.is_empty() || coordinates.frozen().mass {
-            return joint;
-        }
-        let again = Self { steps: self.mass_steps, ..*self };
-        let own = own_accelerations(&again, coordinates, &joint.at, &points, seed);
-        let mut model = coordinates.model(&joint.at);
-        let mut physical = model.physical();
-        let most = LARGEST_CORRECTION * physical.mass_kg;
-        physical.mass_kg += mass_correction_kg(&own).clamp(-most, most);
-        model.raw = physical.to_raw();
-        let held = coordinates.with_frozen(Frozen { mass: true, ..coordinates.frozen() });
-        // Only the mass changes: the network stays as it is, to the bit.
-        let mut at = joint.at;
-        let mass = coordinates.weights_len();
-        at[mass] = coordinates.of(&model)[mass];
-        Self { rate: RATE_SHARE * again.rate, ..again }.regress(
-            &held,
-            &at,
-            points,
-            seed ^ 1,
-            progress,
-        )
-    }
-
-    /// As [`run`](Self::run), on points of the caller's.
+    /// Regresses m and the network on points, from the coordinates `start`.
     #[must_use]
     pub fn regress(
         &self,
@@ -129,7 +86,6 @@ impl DerivativeMatching {
         start: &[f64],
         mut points: Vec<Point>,
         seed: u64,
-        progress: &dyn Fn(usize, f64),
     ) -> Matched {
         let scale = {
             let square = points.iter().map(|p| p.force_mn * p.force_mn).sum::<f64>();
@@ -155,7 +111,6 @@ impl DerivativeMatching {
             adam.step(&mut at, &gradient, rate);
             // A running mean over about fifty batches.
             recent = if step == 0 { loss } else { recent + 0.02 * (loss - recent) };
-            progress(step + 1, 1e-3 * (scale * recent).sqrt());
         }
         let rms_n = 1e-3 * (scale * recent).sqrt();
         Matched { at, rms_n, points: points.len() }

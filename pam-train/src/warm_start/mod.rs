@@ -8,6 +8,7 @@
 pub mod derivative_matching;
 pub mod gas;
 mod initial;
+mod mass_correction;
 pub mod own_acceleration;
 
 pub use derivative_matching::{DerivativeMatching, Matched};

@@ -1,4 +1,4 @@
-//! What of the acceleration the force's inputs do not tell.
+//! The part of the acceleration that is no function of the force's inputs.
 //!
 //! In `F = m ẍ + f(x, ẋ, m_f, m_e)` with a free function f only that part of ẍ says something of m that
 //! is no function of f's inputs. Steady sines leave little: on one ellipse of frequency ω, `ẍ = −ω² x`.
@@ -51,7 +51,7 @@ pub fn own_accelerations(
     });
     undamped.set_auxiliary_damping(0.0);
     let targets = points.iter().map(still).collect();
-    let expected = undamped.model(&matching.regress(&undamped, at, targets, seed, &|_, _| {}).at);
+    let expected = undamped.model(&matching.regress(&undamped, at, targets, seed).at);
 
     let mass = model.physical().mass_kg;
     let damping = coordinates.auxiliary_damping_kg_s();

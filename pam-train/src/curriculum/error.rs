@@ -1,0 +1,51 @@
+//! Errors of curricula.
+
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// A curriculum that cannot be used.
+#[derive(Debug, Error)]
+pub enum CurriculumError {
+    /// The file cannot be read.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The error of the system.
+        source: std::io::Error,
+    },
+    /// A place in the file is wrong.
+    #[error("{}:{line}: {message}", path.display())]
+    Place {
+        /// The file.
+        path: PathBuf,
+        /// Line, counted from one.
+        line: usize,
+        /// The fault.
+        message: String,
+    },
+    /// An override is wrong.
+    #[error("--set {text}: {message}")]
+    Override {
+        /// The override as written.
+        text: String,
+        /// The fault and its remedy.
+        message: String,
+    },
+    /// No curriculum has this name.
+    #[error("`{name}` is neither a file nor a curriculum that comes with the program: {known}")]
+    Unknown {
+        /// The name.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// A setting is impossible, or settings contradict each other.
+    #[error("curriculum `{name}`: {message}")]
+    Sense {
+        /// Its name.
+        name: String,
+        /// The fault and its remedy.
+        message: String,
+    },
+}
