@@ -17,10 +17,11 @@
 //! | [`ablate`] | `pam-ablate` | sweeps over any setting, resumable, compared seed by seed |
 //! | [`baselines`] | `pam-baselines` | Kang, Koopman, GRU and others beside the hybrid model |
 //!
-//! The [`prelude`] has what most programs begin with. A damped oscillator from closures, solved:
+//! The [`prelude`] has the names of first experiments. A damped oscillator from closures, solved:
 //!
 //! ```
 //! use pam::prelude::*;
+//! use pam::solvers::Term;
 //!
 //! let field = FieldFn::new(2, 0, |_t, y: &[f64], _u: &[f64], dy: &mut [f64]| {
 //!     dy[0] = y[1];
@@ -42,6 +43,7 @@
 //! The shipped kind of model, its stiffness and where a force takes it:
 //!
 //! ```
+//! use pam::num_dual::Dual64;
 //! use pam::prelude::*;
 //!
 //! let model = JointModel::datasheet(SpringDamper::<f64>::published()); // any ForceModel goes here
@@ -71,34 +73,20 @@ pub use pam_train as train;
 pub use pam_trajectory as trajectory;
 pub use pam_vocabulary as vocabulary;
 
-/// What most programs begin with.
+/// Names for first experiments: a model and a recording predicted, trained and diagnosed; a vector field solved.
+/// Everything else stands in its crate: `pam::solvers::Term`, `pam::report::LineFigure`, `pam::train::curriculum::Curriculum`.
 pub mod prelude {
-    pub use num_dual::{Dual64, DualNum, HyperDual64};
-    pub use pam_autodiff::{ByDual, ByTape, linearise};
+    pub use pam_autodiff::linearise;
     pub use pam_core::{
-        Activation, AnyForce, FieldFn, ForceInput, ForceModel, JointModel, Mlp, NetworkForce,
-        ParametricField, PhysicalParameters, Scalar, SealedMasses, SpringDamper, VectorField,
+        FieldFn, ForceInput, JointModel, ParametricField, Scalar, SpringDamper, VectorField,
         field_fn,
     };
-    pub use pam_data::Subject;
-    pub use pam_data::{
-        Channel, LoadOptions, MassChoice, Recording, SavedModel, collect_paths, load_model,
-        models::save_model, open_recordings, read_recordings, resolve_masses,
-    };
-    pub use pam_diagnose::{DiagnoseOptions, Diagnosis, RecordingSets, Verdict, diagnose};
-    pub use pam_effects::effects::{AnyEffect, Effect, EffectInfo, ParameterInfo, by_id};
-    pub use pam_effects::{ActiveEffect, ExtendedModel};
-    pub use pam_report::{LineFigure, Role};
-    pub use pam_rig::{Conditions, Protocol, RigParameters, Session};
-    pub use pam_solvers::sensitivity::{DiscreteAdjoint, GradientMethod, Problem};
-    pub use pam_solvers::{
-        Constant, InputFn, Integrator, NoInput, PidController, SaveAt, Solution, Tableau, Term,
-    };
-    pub use pam_train::curriculum::Curriculum;
-    pub use pam_train::training::{Trained, Trainer, Training};
-    pub use pam_train::{Evaluation, evaluate, evaluate_with};
-    pub use pam_trajectory::loss::{SampleErrors, pointwise};
-    pub use pam_trajectory::{GradientChoice, Predictor, SolverSettings, TrajectoryLoss, predict};
+    pub use pam_data::{LoadOptions, Recording, Subject, load_model, read_recordings};
+    pub use pam_diagnose::diagnose;
+    pub use pam_solvers::{InputFn, Integrator, NoInput, PidController, SaveAt, Tableau};
+    pub use pam_train::evaluate;
+    pub use pam_train::training::Training;
+    pub use pam_trajectory::{Predictor, SolverSettings};
 }
 
 /// The Rust code of the README and of the book, compiled and run as documentation tests.

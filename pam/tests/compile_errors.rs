@@ -22,7 +22,11 @@ fn errors_of(name: &str, body: &str) -> String {
     let (library, dependencies) = library();
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let source = folder.join(format!("{name}.rs"));
-    let text = format!("#![allow(unused)]\nuse pam::prelude::*;\nfn main() {{\n{body}\n}}\n");
+    let text = format!(
+        "#![allow(unused)]\nuse pam::prelude::*;\nuse pam::autodiff::ByTape;\nuse pam::solvers::Term;\n\
+         use pam::solvers::sensitivity::{{DiscreteAdjoint, GradientMethod, Problem}};\n\
+         use pam::effects::effects::AnyEffect;\nfn main() {{\n{body}\n}}\n"
+    );
     std::fs::write(&source, text).expect("the folder is writable");
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let output = Command::new(rustc)

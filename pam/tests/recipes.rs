@@ -117,11 +117,11 @@ const RECIPES: [Recipe; 7] = [
 ];
 
 /// What the lists then hold, beside the names that they make of it.
-const KNOWN: &str = "use pam::prelude::*;\nfn main() {
-    let _: &dyn AnyEffect = &pam::effects::effects::QuadraticDrag;
+const KNOWN: &str = "use pam::core::{Activation, AnyForce};\nfn main() {
+    let _: &dyn pam::effects::effects::AnyEffect = &pam::effects::effects::QuadraticDrag;
     let _ = [Activation::Mish(Default::default())];
     let _: fn(_) -> AnyForce<f64> = AnyForce::Hardening;
-    let _ = GradientChoice::ComplexStep;
+    let _ = pam::trajectory::GradientChoice::ComplexStep;
     let _ = pam::train::AnyLoss::LogCosh;
     let _ = pam::baselines::AnyMethod::StaticJoint;
 }
