@@ -1,4 +1,4 @@
-//! Planning, identification, tracking and replanning through the commands, on the virtual rig.
+//! Planning, identification, tracking and receding-horizon MPC through the commands, on the virtual rig.
 
 use pam_tests::{published_weights, run, stdout_of, text};
 use serde_json::Value;
@@ -166,7 +166,7 @@ fn tracking_errors_grow_with_frequency() {
     assert!(errors[0] < 0.127, "0.1 Hz: {} mm, published 0.127", errors[0]);
 }
 
-/// Against a load step that neither knows, replanning misses by less than a third of the table's error.
+/// Against a load step that neither knows, MPC misses by less than a third of the table's error.
 #[test]
 fn replanning_beats_the_table() {
     let folder = tempfile::tempdir().unwrap();

@@ -88,7 +88,7 @@ fn the_force_is_affine_inside_a_pattern() {
     assert!(f.eps1 > 1e4);
 }
 
-/// Held input on the 1 kHz grid with the published network, 1 ms steps: within 1e-5 mm of a
+/// Zero-order hold on the 1 kHz grid with the published network, 1 ms steps: within 1e-5 mm of a
 /// reference that shares no solver code, takes 40 steps a sample and never leaves its hold.
 #[test]
 fn a_held_simulation_agrees_with_a_fine_reference() {

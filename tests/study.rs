@@ -157,8 +157,9 @@ impl Table {
     fn write(&mut self, source: &str, case: &str, set: &[Hidden], d: &JointDiagnosis, seed: u64) {
         let join = |ids: Vec<&str>| ids.join("+");
         let named = join(d.named());
-        let confusable =
-            join(d.causes.iter().flat_map(|c| c.confusable_with.iter().map(String::as_str)).collect());
+        let confusable = join(
+            d.causes.iter().flat_map(|c| c.confusable_with.iter().map(String::as_str)).collect(),
+        );
         let g = &d.error_reduction.overall;
         let nothing = [("none".to_owned(), Default::default())];
         for hidden in if set.is_empty() { &nothing } else { set } {
@@ -293,7 +294,11 @@ fn print(set: &[Hidden], d: &JointDiagnosis, seed: u64, seconds: f64) -> bool {
         d.error_reduction.overall.error_reduction,
         d.error_reduction.overall.ci95[0],
         d.error_reduction.overall.ci95[1],
-        d.ranking.iter().take(3).map(|r| (r.effect.as_str(), (r.score * 100.0).round())).collect::<Vec<_>>()
+        d.ranking
+            .iter()
+            .take(3)
+            .map(|r| (r.effect.as_str(), (r.score * 100.0).round()))
+            .collect::<Vec<_>>()
     );
     right
 }

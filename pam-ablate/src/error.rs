@@ -1,10 +1,10 @@
-//! What a sweep can fail with.
+//! Errors of sweeps.
 
 use pam_data::DataError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// A sweep that cannot be read, begun or told. A cell that fails is none of these: its failure is its
+/// A sweep that cannot be read, begun or reported. A cell that fails is none of these: its failure is its
 /// result.
 #[derive(Debug, Error)]
 pub enum AblateError {
@@ -18,7 +18,7 @@ pub enum AblateError {
         path: PathBuf,
         /// Line, counted from one.
         line: usize,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         message: String,
     },
     /// A sweep has no such name.
@@ -34,7 +34,7 @@ pub enum AblateError {
     Setting {
         /// The option or key.
         what: String,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         message: String,
     },
     /// A folder holds something else.
@@ -42,7 +42,7 @@ pub enum AblateError {
     Folder {
         /// The folder or a file of it.
         path: PathBuf,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         message: String,
     },
 }

@@ -1,4 +1,4 @@
-//! What a cell does.
+//! The experiment of a cell.
 //!
 //! An [`Experiment`] turns a [`Cell`] into numbers. The one that comes with the crate trains models
 //! ([`TrainingExperiment`](crate::TrainingExperiment)); a program sweeps one of its own by implementing
@@ -8,7 +8,7 @@ use crate::sweep::Cell;
 use serde_json::Value;
 use std::fmt;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 /// Numbers that a cell found, in the order in which tables show them.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -18,7 +18,7 @@ pub struct Measurements {
     pub metrics: Vec<(String, f64)>,
     /// Times in seconds, and whatever else is different every time.
     pub times: Vec<(String, f64)>,
-    /// What a reader should know.
+    /// Notes for the reader.
     pub notes: Vec<String>,
 }
 
@@ -36,7 +36,7 @@ pub enum Outcome {
 pub struct Problem {
     /// Which of the cell's assignments is to blame, if one is.
     pub assignment: Option<usize>,
-    /// What is wrong and what to do.
+    /// The problem and its remedy.
     pub message: String,
 }
 
@@ -66,18 +66,10 @@ impl From<String> for Problem {
 pub struct Workplace<'a> {
     /// A folder of its own, in which it finds what it left there when it was stopped or killed.
     pub folder: &'a Path,
-    /// Whether it is asked to stop.
+    /// Set when the cell should save its state and return [`Outcome::Stopped`].
     pub stop: &'a AtomicBool,
-    /// To be told the share that is done, 0 to 1.
+    /// Called with the share that is done, 0 to 1.
     pub progress: &'a (dyn Fn(f64) + Sync),
-}
-
-impl Workplace<'_> {
-    /// Whether the cell is asked to save its state and return [`Outcome::Stopped`].
-    #[must_use]
-    pub fn asked_to_stop(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
 }
 
 impl fmt::Debug for Workplace<'_> {
@@ -86,7 +78,7 @@ impl fmt::Debug for Workplace<'_> {
     }
 }
 
-/// What a cell does. Cells run side by side, each in a pool of threads of its own.
+/// The work of a cell. Cells run concurrently, each in a pool of threads of its own.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no experiment of a sweep",
     note = "implement `Experiment`: `configuration` and `run`; `TrainingExperiment` trains a model in each cell"

@@ -66,7 +66,7 @@ pub mod training;
 pub use error::AblateError;
 pub use training::TrainingExperiment;
 
-/// What most programs begin with.
+/// Names for sweeps of your own.
 pub mod prelude {
     pub use crate::error::AblateError;
     pub use crate::experiment::{Experiment, Measurements, Outcome, Problem, Workplace};

@@ -25,7 +25,7 @@ impl Shard {
     /// A shard from text: `3/8`.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The problem.
     pub fn parse(text: &str) -> Result<Self, String> {
         let numbers = text.split_once('/').and_then(|(i, n)| {
             Some((i.trim().parse::<usize>().ok()?, n.trim().parse::<usize>().ok()?))
@@ -36,7 +36,7 @@ impl Shard {
         }
     }
 
-    /// Whether a cell is its own.
+    /// True if a cell is its own.
     #[must_use]
     pub fn has(self, index: usize) -> bool {
         index % self.count == self.index - 1
@@ -48,7 +48,7 @@ impl Shard {
 pub struct RunOptions {
     /// The share of the cells that is run.
     pub shard: Shard,
-    /// Whether cells of other shards that nobody works on are run after the own ones.
+    /// True if cells of other shards that nobody works on are run after the own ones.
     pub steal: bool,
     /// Cells at a time.
     pub jobs: usize,
@@ -72,7 +72,7 @@ impl Default for RunOptions {
     }
 }
 
-/// What happens, for progress.
+/// Progress events.
 #[derive(Debug, Clone, Copy)]
 pub enum Event<'a> {
     /// This many cells are to be done by this process, and this many of its share are over already.
@@ -89,7 +89,7 @@ pub enum Event<'a> {
     Elsewhere(&'a Planned),
 }
 
-/// What a process did.
+/// Counts of the cells of a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RunCounts {
     /// Cells that ended with numbers.

@@ -14,7 +14,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 /// Pairs up to which the signed-rank test is exact; above, W is taken as normal.
 const EXACT: usize = 60;
 
-/// What differences of pairs say.
+/// Statistics of the differences of pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Paired {
     /// Number of pairs.

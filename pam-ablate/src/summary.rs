@@ -1,4 +1,4 @@
-//! What a sweep found: means, and differences paired by seed.
+//! Results of a sweep: means, and differences paired by seed.
 //!
 //! On each axis of a grid every value is compared with the first one. A pair of cells is alike in all
 //! else; the differences of the pairs of one seed are averaged, so that the unit of sampling is the seed,
@@ -53,7 +53,7 @@ pub struct Difference {
 /// A draw of a random search.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Draw {
-    /// What it has on each axis.
+    /// Values on each axis.
     pub values: Vec<String>,
     /// The same as numbers, where they are.
     pub numbers: Vec<Option<f64>>,
@@ -63,7 +63,7 @@ pub struct Draw {
     pub deviation: Option<f64>,
 }
 
-/// What a sweep found.
+/// Results of a sweep.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
     /// Name of the sweep.
@@ -85,7 +85,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// What cells found: their metrics, or their times.
+    /// Results of cells: their metrics, or their times.
     #[must_use]
     pub fn of(
         sweep: &Sweep,

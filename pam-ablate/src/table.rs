@@ -91,7 +91,7 @@ impl Table {
         })
     }
 
-    /// The table as CSV (RFC 4180); numbers have as many digits as tell them apart.
+    /// The table as CSV (RFC 4180); numbers have the fewest digits that distinguish them.
     ///
     /// # Panics
     /// Never: writing into memory cannot fail.
@@ -177,7 +177,7 @@ mod tests {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
 
-    /// What a reader of Parquet finds is what was written, gaps and all.
+    /// A reader of Parquet finds the written values, gaps included.
     #[test]
     fn parquet_and_csv_hold_the_same() {
         let table = Table {

@@ -1,4 +1,4 @@
-//! What networks on batches share: products of their layers, sums for gradients, checks of settings.
+//! Shared parts of networks on batches: products of their layers, sums for gradients, checks of settings.
 //!
 //! Lanes are columns. Matrices lie column by column, their columns as far apart as they have rows.
 

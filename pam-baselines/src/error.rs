@@ -1,4 +1,4 @@
-//! What can be wrong with a baseline or a comparison.
+//! Errors of baselines and comparisons.
 
 use pam_data::DataError;
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ pub enum BaselineError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// A place in the configuration is wrong.
@@ -37,7 +37,7 @@ pub enum BaselineError {
         path: PathBuf,
         /// Line, counted from one.
         line: usize,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         message: String,
     },
     /// A published file holds something else than it should.
@@ -45,7 +45,7 @@ pub enum BaselineError {
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         message: String,
     },
     /// The data or the settings do not allow what is asked.
@@ -53,7 +53,7 @@ pub enum BaselineError {
     Unfit {
         /// The model.
         model: String,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         why: String,
     },
     /// A signal asked to stop.

@@ -31,9 +31,9 @@ pub trait JointForce: Send + Sync {
     fn dual(&self) -> Self::Dual;
     /// Number of fitted numbers of the force.
     fn parameter_count(&self) -> usize;
-    /// What it consists of.
+    /// Kind of equations.
     fn structure(&self) -> Structure;
-    /// What the fit found.
+    /// Results of the fit.
     fn details(&self) -> Value;
     /// The fitted numbers.
     fn arrays(&self) -> BTreeMap<String, Array>;

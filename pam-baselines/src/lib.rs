@@ -1,4 +1,4 @@
-//! Baselines beside the hybrid model, and their comparison on one split of the data.
+//! Baselines for the hybrid model, and their comparison on one split of the data.
 //!
 //! - [`method`]: what a baseline is; [`registry`]: those that configurations know by name;
 //! - [`koopman`]: Koopman/EDMDc; [`kang`]: the analytical muscle model; [`gru`]: the recurrent network;

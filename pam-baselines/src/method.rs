@@ -1,4 +1,4 @@
-//! What a baseline is: a [`Method`] that makes a [`FittedModel`] from recordings.
+//! Traits of baselines: a [`Method`] makes a [`FittedModel`] from recordings.
 //!
 //! # Start of a prediction
 //!
@@ -28,7 +28,7 @@ pub struct TrainingSet<'a> {
     pub seed: u64,
 }
 
-/// What a model's inside consists of.
+/// Kind of equations of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Structure {
@@ -42,7 +42,7 @@ pub enum Structure {
     Network,
 }
 
-/// What a model needs besides the external force.
+/// Inputs of a model in addition to the external force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Needs {
@@ -76,7 +76,7 @@ impl Run<'_> {
         self.recording.len() - self.start
     }
 
-    /// Whether there is nothing to predict.
+    /// True if there is nothing to predict.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -102,8 +102,8 @@ pub trait FittedModel: Send + Sync {
     /// [`Stopped`] if the prediction diverges.
     fn simulate(&self, run: &Run<'_>) -> Result<Trajectory, Stopped>;
 
-    /// Predicts several runs, in their order; `done` is told how many more are done. Results do not depend
-    /// on the number of threads.
+    /// Predicts several runs, in their order; `done` gets the number of runs finished since the last call.
+    /// Results do not depend on the number of threads.
     fn simulate_all(
         &self,
         runs: &[Run<'_>],
@@ -121,10 +121,10 @@ pub trait FittedModel: Send + Sync {
     /// Number of fitted numbers.
     fn parameter_count(&self) -> usize;
 
-    /// What it consists of.
+    /// Kind of equations.
     fn structure(&self) -> Structure;
 
-    /// What it needs to predict.
+    /// Inputs that a prediction needs.
     fn needs(&self) -> Needs {
         Needs::State
     }
@@ -149,7 +149,7 @@ pub trait FittedModel: Send + Sync {
         None
     }
 
-    /// What the fit found, for people and scripts.
+    /// Results of the fit as JSON, for people and scripts.
     fn details(&self) -> serde_json::Value;
 
     /// The fitted numbers as named arrays, for a file.
@@ -168,18 +168,18 @@ pub trait Method: Sync {
     /// Checks the settings.
     ///
     /// # Errors
-    /// What is wrong and what to do.
+    /// The problem and its remedy.
     fn check(&self) -> Result<(), String> {
         Ok(())
     }
 
-    /// The content of the files that the settings name, if they name any: what tells one fit from another
+    /// The content of the files that the settings name, if they name any: it distinguishes one fit from another
     /// besides the settings.
     fn content_of_files(&self) -> Option<String> {
         None
     }
 
-    /// Fits the model. `progress` is told the share that is done, from 0 to 1, and returns whether to go
+    /// Fits the model. `progress` gets the share that is done, from 0 to 1, and returns whether to go
     /// on.
     ///
     /// # Errors
@@ -236,12 +236,12 @@ impl Predictor for FreeRun<'_> {
 /// The largest displacement (mm) that counts as a motion of the joint; past it a prediction has diverged.
 pub const LARGEST_DISPLACEMENT_MM: f64 = 100.0;
 
-/// Whether a displacement is none of the joint's, NaN included.
+/// True for a displacement outside the range of the joint, and for NaN.
 pub(crate) fn out_of_range(x_mm: f64) -> bool {
     x_mm.is_nan() || x_mm.abs() >= LARGEST_DISPLACEMENT_MM
 }
 
-/// Whether a number is positive; NaN is not.
+/// True if a number is positive; false for NaN.
 pub(crate) fn is_positive(value: f64) -> bool {
     value > 0.0
 }

@@ -9,7 +9,7 @@ recursively), clipping, and Adam, in float32. PyTorch's warm-up is one call of i
 a loop, because an output is the next input. `--compile` also times `torch.compile` of the loss.
 
 The programs take turns, round by round. `ratio` is that of the medians of wall-clock times over all rounds,
-`ratio_low` and `ratio_high` are the extremes of single rounds. `cpu_ratio` compares processor seconds instead,
+`ratio_low` and `ratio_high` are the extremes of single rounds. `cpu_ratio` compares CPU times instead,
 which other work on the machine hardly changes.
 """
 

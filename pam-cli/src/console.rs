@@ -1,4 +1,4 @@
-//! What a person sees while a command runs.
+//! Output of a running command: text, JSON and progress.
 
 use crate::arguments::GlobalOptions;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};

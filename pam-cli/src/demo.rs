@@ -25,7 +25,7 @@ const EXCITATION: [(f64, f64); 3] = [(0.5, 6.0), (1.0, 3.0), (2.0, 2.0)];
 const CONDITIONS: [[u8; 2]; 3] = [[45, 45], [30, 60], [70, 60]];
 const HEALTHY: [[u8; 2]; 3] = [[45, 45], [60, 30], [60, 60]];
 
-/// What may be hidden.
+/// Effects that may be hidden.
 const HIDDEN: [&str; 10] = [
     "coulomb_friction:force_n=20",
     "viscous_damping:coefficient_ns_m=1500",

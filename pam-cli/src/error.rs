@@ -1,4 +1,4 @@
-//! What a command can fail with.
+//! Errors of commands.
 
 use pam_ablate::AblateError;
 use pam_control::ControlError;
@@ -8,7 +8,7 @@ use pam_train::curriculum::CurriculumError;
 use std::fmt::Display;
 use thiserror::Error;
 
-/// An error of a command, told in one line.
+/// An error of a command, with a message of one line.
 #[derive(Debug, Error)]
 pub enum CliError {
     /// A file cannot be read, understood or written.
@@ -38,7 +38,7 @@ pub enum CliError {
     /// A baseline cannot be fitted, or a comparison not made.
     #[error(transparent)]
     Baseline(#[from] pam_baselines::BaselineError),
-    /// A sweep cannot be read, begun or told.
+    /// A sweep cannot be read, begun or reported.
     #[error(transparent)]
     Ablate(#[from] AblateError),
     /// Options contradict each other, or a value of one is out of range or names something that does not exist.
@@ -60,7 +60,7 @@ pub fn failed(error: impl Display) -> CliError {
 }
 
 impl CliError {
-    /// Whether the command line is wrong, and not a file or the data.
+    /// True if the command line is wrong; false for errors in files, data and the work.
     #[must_use]
     pub fn is_usage(&self) -> bool {
         matches!(

@@ -165,7 +165,7 @@ pub struct DataOptions {
     /// be given several times
     #[arg(long = "loader", value_name = "KEY=VALUE")]
     pub loader: Vec<String>,
-    /// What zero means in the pressures of a .mat run
+    /// The zero of the pressures of a .mat run
     #[arg(long, value_parser = choice::<PressureReference>(), default_value = "auto", value_name = "REFERENCE")]
     pub mat_pressure: PressureReference,
 }
@@ -299,7 +299,7 @@ impl SolverOptions {
 }
 
 impl StepOptions {
-    /// Whether steps or tolerances are asked for.
+    /// True if steps or tolerances are given.
     #[must_use]
     pub fn are_given(&self) -> bool {
         self.step_ms.is_some() || self.rtol != DEFAULT_TOLERANCE || self.atol != DEFAULT_TOLERANCE

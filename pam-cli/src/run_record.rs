@@ -1,4 +1,4 @@
-//! What a run folder says of how it was made.
+//! The record of a run: program, version, commit, seed and configuration.
 
 use crate::error::CliError;
 use pam_data::atomic::write_atomic;

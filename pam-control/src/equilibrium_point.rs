@@ -14,7 +14,7 @@ use pam_core::units::MN_PER_N;
 use pam_data::Recording;
 use serde::Serialize;
 
-/// What one recording says of the joint at its pressures.
+/// Stiffness and equilibrium that one recording shows at its pressures.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Observation {
     /// The recording.

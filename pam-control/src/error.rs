@@ -1,4 +1,4 @@
-//! What can be wrong with a plan.
+//! Errors of plans and experiments.
 
 use pam_data::DataError;
 use std::path::PathBuf;
@@ -10,9 +10,9 @@ pub enum ControlError {
     /// A motion or stiffness that is described in words is wrong.
     #[error("`{text}`: {why}")]
     Spec {
-        /// What was given.
+        /// The text that was given.
         text: String,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         why: String,
     },
     /// A number is impossible.
@@ -22,7 +22,7 @@ pub enum ControlError {
         field: &'static str,
         /// Its value.
         value: f64,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         why: String,
     },
     /// No air masses within the bounds give the motion its acceleration.
@@ -56,7 +56,7 @@ pub enum ControlError {
     Table {
         /// The file.
         path: PathBuf,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         why: String,
     },
     /// The data do not hold what is asked of them.

@@ -6,9 +6,9 @@
 //! - [`execution`]: plans carried out on a joint, with and without perturbations;
 //! - [`identification`]: stiffness and damping from the response to a pulse;
 //! - [`stiffness`]: maps of stiffness and damping, reachable ranges;
-//! - [`replanning`]: receding-horizon control over the model with valves and flows;
+//! - [`mpc`]: receding-horizon MPC over the model with valves and flows;
 //! - [`experiments`]: the published tests; [`report`]: what commands show;
-//! - [`equilibrium_point`]: the classical model beside the learned one; [`statistics`]: paired t-test.
+//! - [`equilibrium_point`]: the classical model, for comparison.
 //!
 //! ```
 //! use pam_control::motion::{MotionSpec, StiffnessProfile};
@@ -35,7 +35,7 @@ pub mod experiments;
 pub mod export;
 pub mod identification;
 pub mod motion;
-pub mod replanning;
+pub mod mpc;
 pub mod report;
 pub mod stiffness;
 pub mod synthesis;

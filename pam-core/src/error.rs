@@ -1,4 +1,4 @@
-//! What can be wrong with a model.
+//! Errors of models.
 
 use thiserror::Error;
 
@@ -20,7 +20,7 @@ pub enum ModelError {
     /// A name that is in no registry.
     #[error("unknown {kind} `{name}`; known: {known}")]
     UnknownName {
-        /// What was looked up (activation, tableau, …).
+        /// Kind of the name (activation, tableau, …).
         kind: &'static str,
         /// The name that was given.
         name: String,

@@ -7,7 +7,7 @@ use std::path::Path;
 /// How the names of files begin that are being written. A program that is killed may leave them.
 pub const TEMPORARY_PREFIX: &str = ".pam-";
 
-/// Writes `bytes` to `path`: into a temporary file beside it that is then renamed, so that no reader
+/// Writes `bytes` to `path`: into a temporary file in the same folder that is then renamed, so that no reader
 /// and no crash ever sees half a file. Folders that do not exist are made.
 ///
 /// # Errors

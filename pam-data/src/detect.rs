@@ -16,7 +16,7 @@ pub struct LoadOptions {
     /// Filter data that are no raw log like a raw log and take the velocity anew. Without it they are
     /// taken as they are.
     pub preprocess: bool,
-    /// What zero means in a `.mat` run's pressures.
+    /// The zero of a `.mat` run's pressures.
     pub pressure_reference: PressureReference,
 }
 

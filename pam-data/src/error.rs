@@ -1,4 +1,4 @@
-//! What can be wrong with a file.
+//! Errors of files.
 
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -11,7 +11,7 @@ pub enum DataError {
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// A place in a text file is wrong.
@@ -23,7 +23,7 @@ pub enum DataError {
         line: u64,
         /// Name of the column.
         column: String,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         message: String,
     },
     /// A line of a text file is wrong.
@@ -33,7 +33,7 @@ pub enum DataError {
         path: PathBuf,
         /// Line, counted from one.
         line: u64,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         message: String,
     },
     /// The file as a whole is wrong.
@@ -41,7 +41,7 @@ pub enum DataError {
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         message: String,
     },
 }

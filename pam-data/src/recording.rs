@@ -103,9 +103,9 @@ pub struct Recording {
     pub command_psi: Option<[f64; 2]>,
     /// The low-pass between sensors and columns, where it is known.
     pub low_passed: LowPassed,
-    /// What was done to the data between file and recording.
+    /// Processing of the data between file and recording.
     pub preprocessing: String,
-    /// What a reader should know: gaps, decisions, doubts.
+    /// Notes for the reader: gaps, decisions, doubts.
     pub notes: Vec<String>,
 }
 
@@ -116,7 +116,7 @@ impl Recording {
         self.time_s.len()
     }
 
-    /// Whether there are no samples.
+    /// True if there are no samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.time_s.is_empty()
@@ -338,7 +338,7 @@ pub fn median_step_s(time_s: &[f64]) -> f64 {
 }
 
 /// Splits a recording at its gaps. Parts of fewer than `shortest` samples are dropped, and both are
-/// told in the notes. All parts keep the sealed reading of the run (the first sample's, if the file
+/// recorded in the notes. All parts keep the sealed reading of the run (the first sample's, if the file
 /// has none), because the valves stay closed across a gap.
 ///
 /// # Errors

@@ -57,7 +57,7 @@ impl Subject {
         recordings.into_iter().map(subject).collect()
     }
 
-    /// What is known of the recording, without its samples.
+    /// The recording without its samples, with its masses.
     #[must_use]
     pub fn clone_without_samples(&self) -> Self {
         Self { recording: self.recording.without_samples(), ..*self }

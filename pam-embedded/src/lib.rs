@@ -1,4 +1,4 @@
-//! What a microcontroller needs of a plan: the force network and the table of commands, read in place.
+//! A plan on a microcontroller: the force network and the table of commands, read in place.
 //!
 //! Nothing is allocated and nothing is copied: [`Network`] and [`Table`] borrow the bytes that `pam plan`
 //! writes (`network.bin`, `table.bin`), wherever they lie in flash. Numbers are little-endian and may lie at

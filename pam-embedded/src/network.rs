@@ -20,7 +20,7 @@ pub const VERSION: u32 = 1;
 /// Where the shapes of the layers begin.
 pub const SHAPES_AT: usize = 20 + 6 * 8;
 
-/// What can be wrong with a network's bytes.
+/// Errors in the bytes of a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NetworkError {
     /// They are no network.

@@ -33,7 +33,7 @@ pub const PRESSURE_FLEXOR: usize = 6;
 /// Column of the extensor's pressure.
 pub const PRESSURE_EXTENSOR: usize = 7;
 
-/// What can be wrong with a table's bytes.
+/// Errors in the bytes of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TableError {
     /// They are no table.

@@ -16,7 +16,7 @@ pub const VELOCITIES_MM_S: [f64; 3] = [-5.0, 0.0, 5.0];
 /// 653 kPa absolute.
 const PRESSURES_PSI: [f64; 5] = [10.0, 30.0, 45.0, 60.0, 80.0];
 
-/// Colours of the pairs that stay apart beside each other.
+/// Colours of the pairs, distinguishable side by side.
 const COLOURS: [Role; 5] =
     [Role::Category(0), Role::Category(1), Role::Category(2), Role::Category(3), Role::Category(8)];
 

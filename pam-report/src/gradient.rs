@@ -33,12 +33,12 @@ impl GradientBlock {
     }
 }
 
-/// What the report shows.
+/// Content of the report.
 #[derive(Debug, Clone)]
 pub struct GradientReport {
     /// Title of the page.
     pub title: String,
-    /// What was differentiated, and how.
+    /// One sentence on model, loss and method.
     pub lead: String,
     /// The loss.
     pub loss: f64,

@@ -1,11 +1,11 @@
 //! Figures and self-contained HTML reports.
 //!
 //! - [`figure`]: line figures and coloured maps as SVG text, in one style: units on the axes,
-//!   colours that colour-blind readers can tell apart (Okabe and Ito 2008; viridis);
+//!   colours that colour-blind readers can distinguish (Okabe and Ito 2008; viridis);
 //! - [`page`]: the frame of a report, one HTML file that needs nothing else;
 //! - [`evaluation`]: the report of an evaluation;
 //! - [`mod@force_curves`]: the restoring force over the displacement; [`parameters`]: the joint's own
-//!   parameters beside known ones;
+//!   parameters and their known values;
 //! - [`training`]: the report of a training run;
 //! - [`gradient`]: the report of a loss and its gradient;
 //! - [`recordings`]: the report of recordings before any model;

@@ -1,4 +1,4 @@
-//! The joint's own parameters beside the values known of them.
+//! Fitted parameters of the joint and their known values.
 
 use crate::page::number;
 use maud::{Markup, html};

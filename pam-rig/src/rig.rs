@@ -4,7 +4,7 @@ use crate::effects::{Clock, Effect, Phenomenon, Seen, SetUp};
 use crate::error::RigError;
 use crate::plant::gas::ROOM_K;
 use crate::plant::{Drive, Plant, PlantParameters, VolumeLaw};
-use crate::pneumatics::{Opening, PneumaticsParameters, Servo, Supply, Valve};
+use crate::pneumatics::{AirState, Opening, PneumaticsParameters, Servo, Supply, Valve};
 use crate::sensors::{PressureSensor, SensorParameters};
 use crate::toml_file;
 use crate::truth::TruthRow;
@@ -260,14 +260,15 @@ impl Rig {
             let mut taken_g = 0.0;
             for (i, opening) in openings.into_iter().enumerate() {
                 let air = &self.plant.muscles()[i].air;
-                let (flow, taken) = self.valves[i].flow_g_s(
-                    opening,
-                    (self.supply.pressure_kpa(), ROOM_K),
-                    (air.pressure_kpa(), air.temperature_k()),
-                    ATMOSPHERE_KPA,
-                );
-                drive.air_g[i] = flow * step_s;
-                taken_g += taken * step_s;
+                let supply =
+                    AirState { pressure_kpa: self.supply.pressure_kpa(), temperature_k: ROOM_K };
+                let muscle = AirState {
+                    pressure_kpa: air.pressure_kpa(),
+                    temperature_k: air.temperature_k(),
+                };
+                let flow = self.valves[i].flow(opening, supply, muscle, ATMOSPHERE_KPA);
+                drive.air_g[i] = flow.into_muscle_g_s * step_s;
+                taken_g += flow.from_supply_g_s * step_s;
             }
             self.supply.give(taken_g, step_s);
             for phenomenon in &mut self.phenomena {

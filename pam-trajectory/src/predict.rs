@@ -45,7 +45,7 @@ pub struct SolverSettings {
 }
 
 impl Default for SolverSettings {
-    /// Tsit5 at rtol = atol = 1e-6 with a held input, the input of the published path done exactly.
+    /// Tsit5 at rtol = atol = 1e-6 with a zero-order hold, the input of the published path done exactly.
     fn default() -> Self {
         Self {
             tableau: Tableau::tsit5(),

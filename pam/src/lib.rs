@@ -13,7 +13,7 @@
 //! | [`train`] | `pam-train` | losses, optimisers, curricula, predictions, scores |
 //! | [`report`] | `pam-report` | figures and self-contained HTML |
 //! | [`diagnose`] | `pam-diagnose` | what a model gets wrong, why, and what knowing it gains |
-//! | [`control`] | `pam-control` | stiffness, planning, identification, replanning |
+//! | [`control`] | `pam-control` | stiffness, planning, identification, receding-horizon MPC |
 //! | [`ablate`] | `pam-ablate` | sweeps over any setting, resumable, compared seed by seed |
 //! | [`baselines`] | `pam-baselines` | Kang, Koopman, GRU and others beside the hybrid model |
 //!

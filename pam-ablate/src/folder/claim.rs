@@ -17,7 +17,7 @@
 //!   its locks after the server's lease (90 s by default); NFSv3 when the node reports back.
 //! - Lustre: mounted with `flock`, not `localflock`.
 //!
-//! [`check_locks`] tells if a second open file in the same process gets a lock that is held, which
+//! [`check_locks`] checks if a second open file in the same process gets a lock that is held, which
 //! catches file systems without locks, not those with locks of one node only.
 
 use crate::error::AblateError;
@@ -35,7 +35,7 @@ pub struct Claim {
     attempts: usize,
 }
 
-/// What became of an attempt to claim a cell.
+/// Result of an attempt to lock a cell.
 #[derive(Debug)]
 pub enum Claimed {
     /// It is this process's.
@@ -172,7 +172,7 @@ pub fn attempts(folder: &Path) -> usize {
     seen(folder).iter().filter(|e| *e == BEGAN).count()
 }
 
-/// Whether a cell seems to be over, without claiming it.
+/// True if a cell seems to be finished, without locking it.
 #[must_use]
 pub fn is_over(folder: &Path) -> bool {
     seen(folder).last().is_some_and(|e| e == OVER)

@@ -1,4 +1,4 @@
-//! What is kept of a cell that is over.
+//! The record of a finished cell.
 
 use crate::error::AblateError;
 use crate::experiment::{Measurements, Problem};
@@ -17,7 +17,7 @@ pub enum Status {
     Failed,
 }
 
-/// What of a cell a table shows.
+/// Quantities of a cell that tables show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Numbers that repeat.
@@ -42,7 +42,7 @@ pub struct CellRecord {
     pub metrics: Map<String, Value>,
     /// Numbers that do not, s.
     pub times: Map<String, Value>,
-    /// What a reader should know.
+    /// Notes for the reader.
     #[serde(default)]
     pub notes: Vec<String>,
     /// Everything but the seed that decided the numbers.

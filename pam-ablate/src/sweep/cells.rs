@@ -4,7 +4,7 @@ use super::{Assignment, Range, Sweep, Values};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What a cell has on one axis.
+/// Value of a cell on one axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
     /// Place in the list of the axis; absent for a draw from a range.
@@ -22,7 +22,7 @@ pub struct Cell {
     pub index: usize,
     /// The seed.
     pub seed: u64,
-    /// What it has on each axis.
+    /// Values on each axis.
     pub choices: Vec<Choice>,
     /// All keys that are set, in the order in which they are: those of all cells, then axis by axis.
     pub assignments: Vec<Assignment>,

@@ -1,4 +1,4 @@
-//! What is swept, as data.
+//! Sweeps as data.
 //!
 //! A [`Sweep`] is a list of [`Axis`]es, each with values of one key or with named variants that set
 //! several keys at once, and a list of seeds. Without a [`Search`] its cells are the grid of all values,
@@ -39,7 +39,7 @@ impl Assignment {
 pub struct Variant {
     /// Its name in tables and figures.
     pub name: String,
-    /// What it sets.
+    /// Assignments of the variant.
     pub set: Vec<Assignment>,
 }
 
@@ -55,7 +55,7 @@ pub enum Range {
     Integers(i64, i64),
 }
 
-/// What an axis can be.
+/// Values of an axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Values {
@@ -108,7 +108,7 @@ pub enum Goal {
 pub struct Sweep {
     /// Its name.
     pub name: String,
-    /// What it asks, for the report.
+    /// The question that the sweep answers, for the report.
     pub question: String,
     /// Seeds; every choice is run with each, and compared seed by seed.
     pub seeds: Vec<u64>,
@@ -116,11 +116,11 @@ pub struct Sweep {
     pub metrics: Vec<String>,
     /// Which values of the first metric are better.
     pub goal: Goal,
-    /// What the experiment is told of all cells, in its own terms.
+    /// Settings of the experiment for all cells, in its own terms.
     pub experiment: toml::Table,
-    /// What is set in all cells, before the axes.
+    /// Assignments in all cells, before the axes.
     pub set: Vec<Assignment>,
-    /// What is varied.
+    /// The axes.
     pub axes: Vec<Axis>,
     /// Random search in place of the grid.
     pub search: Option<Search>,
@@ -177,14 +177,6 @@ impl Sweep {
         self
     }
 
-    /// The sweep with an axis from which random search draws.
-    #[must_use]
-    pub fn with_range(mut self, key: &str, range: Range) -> Self {
-        let values = Values::Range(key.to_owned(), range);
-        self.axes.push(Axis { name: key.to_owned(), values, line: 0 });
-        self
-    }
-
     /// The sweep with these seeds.
     #[must_use]
     pub fn with_seeds(mut self, seeds: impl IntoIterator<Item = u64>) -> Self {
@@ -192,7 +184,7 @@ impl Sweep {
         self
     }
 
-    /// Whether two sweeps have the same cells and the same report, wherever they and their data are kept.
+    /// True if two sweeps have the same cells and the same report, wherever they and their data are kept.
     /// Data are the same if their digests are; without digests, if their paths are.
     #[must_use]
     pub fn same_as(&self, other: &Self) -> bool {

@@ -1,4 +1,4 @@
-//! What recordings are, wherever they are.
+//! A digest of recordings, independent of their paths.
 
 use pam_data::{Channel, Recording};
 use pam_numerics::ContentHash;

@@ -2,12 +2,12 @@
 //!
 //! A cell is a curriculum with some of its values changed, a set of recordings, and a seed. It is known by their
 //! content: a sweep goes on where the folders of sweep, curriculum and recordings were moved or are mounted
-//! elsewhere, and is another one where a sample differs. Besides the
+//! elsewhere, and differs where any sample differs. Besides the
 //! curriculum's own keys (`model.activation`, `solver.gradient`, `stage.2.epochs`, …) an axis can set
 //! those of [`CellSettings`]: `curriculum`, `recordings`, `subset`, `seconds`, `stiffness.scheme`,
 //! `stiffness.step_mm`.
 //!
-//! What a cell finds:
+//! Metrics of a cell:
 //!
 //! | metric | |
 //! |---|---|
@@ -56,7 +56,7 @@ pub struct TrainingExperiment {
     read: Mutex<Read>,
     /// Digests that stand for data which need not be there.
     stored: BTreeMap<String, String>,
-    /// Whether data without such a digest are read.
+    /// True if data without such a digest are read.
     reads: bool,
 }
 

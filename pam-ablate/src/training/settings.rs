@@ -1,4 +1,4 @@
-//! What a training cell can be told besides its curriculum.
+//! Settings of a training cell in addition to its curriculum.
 
 use super::StiffnessProbe;
 use crate::experiment::Problem;

@@ -1,4 +1,4 @@
-//! What is compared, as data.
+//! The configuration of a comparison.
 
 use crate::error::BaselineError;
 use crate::registry::AnyMethod;

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 pub struct Keep<'a> {
     /// The folder.
     pub folder: &'a Path,
-    /// Whether models that are there already are taken over.
+    /// True if models that are there already are taken over.
     pub resume: bool,
     /// Program and version; what another one kept is not taken over.
     pub program: &'a str,
@@ -95,7 +95,7 @@ pub(super) fn key<'a>(
     }
 }
 
-/// What tells one split of recordings from another: names, masses and the bits of all samples.
+/// A hash of a split of recordings: names, masses and the bits of all samples.
 fn fingerprint_of_recordings(sets: &Split) -> String {
     let mut hash = ContentHash::default();
     for set in [&sets.train, &sets.held_out] {

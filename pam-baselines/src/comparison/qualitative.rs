@@ -47,10 +47,10 @@ pub struct Qualities {
     /// Mean error of the stiffness ∂f/∂x: strong below 10 %, moderate below 25 %, else weak; for a model
     /// without a force indirect if the stiffness that its predicted motions show is within 25 %, else none.
     pub stiffness: Grade,
-    /// What the model consists of, a property and no measurement: high for equations in physical units or
+    /// Kind of equations, a property and no measurement: high for equations in physical units or
     /// with a learned force, moderate for a dictionary, low for weights.
     pub interpretability: &'static str,
-    /// What it needs to predict.
+    /// Inputs that a prediction needs.
     pub needs: Needs,
 }
 

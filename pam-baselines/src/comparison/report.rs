@@ -327,7 +327,7 @@ impl Comparison {
     }
 }
 
-/// Strokes tell lines of one colour apart.
+/// Strokes distinguish lines of one colour.
 fn stroke(k: usize) -> Stroke {
     if k.is_multiple_of(2) { Stroke::Solid } else { Stroke::Dashed }
 }

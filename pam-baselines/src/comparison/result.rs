@@ -1,4 +1,4 @@
-//! What a comparison found.
+//! Results of a comparison.
 
 use crate::method::{Needs, Structure};
 use pam_numerics::statistics;
@@ -30,7 +30,7 @@ pub struct RecordingScore {
 pub struct Summary {
     /// Mean over the recordings whose prediction reached its end.
     pub mean: Option<f64>,
-    /// Standard deviation (of a sample).
+    /// Sample standard deviation.
     pub deviation: Option<f64>,
     /// Median, a prediction that stopped counting as worst.
     pub median: Option<f64>,
@@ -106,7 +106,7 @@ pub struct BothSets {
     pub held_out: SetScores,
 }
 
-/// What a model says of force and stiffness, on the held-out recordings (on the training ones if there are
+/// Errors of force and stiffness, on the held-out recordings (on the training ones if there are
 /// none).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Mechanics {
@@ -130,9 +130,9 @@ pub struct ModelResult {
     pub name: String,
     /// Kind of the method.
     pub kind: String,
-    /// What it consists of.
+    /// Kind of equations.
     pub structure: Structure,
-    /// What it needs to predict.
+    /// Inputs that a prediction needs.
     pub needs: Needs,
     /// Number of fitted numbers.
     pub parameters: usize,
@@ -142,7 +142,7 @@ pub struct ModelResult {
     pub warm: BothSets,
     /// Force and stiffness.
     pub mechanics: Mechanics,
-    /// What the fit found.
+    /// Results of the fit.
     pub details: Value,
 }
 
@@ -185,7 +185,7 @@ pub struct FinishedModel {
     pub drawn: Vec<Drawn>,
 }
 
-/// What a comparison found.
+/// Results of a comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
     /// Its name.

@@ -19,7 +19,7 @@ pub struct Split {
     pub held_out: Vec<Subject>,
 }
 
-/// What happens, for progress.
+/// Progress events.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event<'a> {
     /// A model is fitted: its name and the share that is done.

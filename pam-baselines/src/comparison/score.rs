@@ -23,7 +23,7 @@ pub(super) fn all(sets: &Split) -> Vec<&Subject> {
     sets.train.iter().chain(&sets.held_out).collect()
 }
 
-/// What all models are scored with.
+/// Data and settings with which all models are scored.
 pub(super) struct Scoring<'a> {
     sets: &'a Split,
     warm_up: usize,

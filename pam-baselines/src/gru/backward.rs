@@ -50,7 +50,7 @@ impl<T: Float> Tape<T> {
                 multiply([h, 2 * h], &layer.gates_back, all, Start::Held, carried);
                 let last = Columns::of(&back[3 * h..], n, 4 * h);
                 multiply([h, h], &layer.new_back, last, Start::Held, carried);
-                // What reaches the input: the layer below, or an output that was fed back.
+                // Cotangents of the input: of the layer below, or of an output that was fed back.
                 let rows = padded(layer.inputs);
                 if let Some(below) = below.last_mut() {
                     let to = &mut below.carried;

@@ -126,7 +126,7 @@ impl GruModel {
             let k = run.start.saturating_sub(back * stride);
             self.scaling.input_over(run.recording, k, stride).map(|v| v as f32)
         };
-        // What is known until the start. A run that knows its first sample only has rested there.
+        // Samples up to the start. A run without earlier samples has rested at its first one.
         for back in (0..self.warm_up).rev() {
             let inputs: Vec<[f32; INPUTS]> = runs.iter().map(|run| known(run, back)).collect();
             running.feed(&self.network, &inputs);

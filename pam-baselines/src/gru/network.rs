@@ -179,7 +179,7 @@ impl<T: Float> Network<T> {
     }
 }
 
-/// What one layer keeps of one step; `hidden` is the new state `[lanes][hidden]`.
+/// Values that one layer keeps from one step; `hidden` is the new state `[lanes][hidden]`.
 pub(super) struct LayerStep<'a, T> {
     pub(super) gates: &'a mut [T],
     pub(super) new: &'a mut [T],

@@ -68,7 +68,7 @@ impl Shape {
         self.parts().last().map_or(0, |p| p.range.end)
     }
 
-    /// Whether there are none.
+    /// True if there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0

@@ -53,7 +53,7 @@ pub struct Tape<T> {
     hidden: Vec<T>,
 }
 
-/// What one layer keeps of all steps, and its cotangents.
+/// Values that one layer keeps from all steps, and their cotangents.
 #[derive(Debug, Clone)]
 pub(super) struct LayerTape<T> {
     /// `[steps + 1][lanes][inputs + hidden]`.
@@ -283,7 +283,7 @@ mod tests {
                     let mut down = numbers.clone();
                     down[at] -= h;
                     let difference = (loss(&up) - loss(&down)) / (2.0 * h);
-                    // What rounding of the two losses leaves of their difference.
+                    // Rounding error of the difference of the two losses.
                     let rounding = 4.0 * f64::EPSILON * value / h;
                     assert!(
                         (gradient[at] - difference).abs() < 1e-6 * difference.abs() + rounding,

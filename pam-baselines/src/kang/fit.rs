@@ -6,7 +6,7 @@ use pam_numerics::ScaledCholesky;
 use pam_trajectory::metrics::r2;
 use serde::{Deserialize, Serialize};
 
-/// What becomes of the braid angle α0.
+/// Treatment of the braid angle α₀.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum BraidAngle {

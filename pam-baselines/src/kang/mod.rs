@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// What the muscle is fitted to.
+/// Data of the fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
@@ -46,7 +46,7 @@ pub enum Source {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Kang {
-    /// What the muscle is fitted to.
+    /// Data of the fit.
     pub fit_to: Source,
     /// Initial braid angle in degrees, or `"fit"` for an effective one; published is 27.5.
     pub braid_angle_deg: BraidAngle,
@@ -75,7 +75,7 @@ impl Default for Kang {
 pub struct KangJoint {
     /// The muscle, twice.
     pub fitted: FittedMuscle,
-    /// What it was fitted to.
+    /// Data of the fit.
     pub source: Source,
     /// Reflected mass m, kg.
     pub mass_kg: f64,

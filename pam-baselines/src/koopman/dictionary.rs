@@ -1,4 +1,4 @@
-//! What the state is lifted to.
+//! Dictionaries of the lifted state.
 
 use serde::{Deserialize, Serialize};
 

@@ -44,7 +44,7 @@ pub enum Rollout {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Koopman {
-    /// What the state is lifted to.
+    /// The dictionary.
     pub dictionary: Dictionary,
     /// λ of the ridge regression, on sums over all samples of standardised data.
     pub ridge: f64,
@@ -84,7 +84,7 @@ impl<const N: usize> Standard<N> {
 /// A fitted model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KoopmanModel {
-    /// What the state is lifted to.
+    /// The dictionary.
     pub dictionary: Dictionary,
     /// K `[4][terms + 1]`, row by row; the last column is the input's.
     pub map: Vec<f64>,
@@ -100,7 +100,7 @@ pub struct KoopmanModel {
     pub rollout: Rollout,
     /// Seconds that the regression took; zero if it was read from a file.
     pub fit_s: f64,
-    /// What it does without input.
+    /// Its behaviour without input.
     pub stability: Stability,
 }
 

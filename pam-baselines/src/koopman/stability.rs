@@ -1,4 +1,4 @@
-//! Whether predictions decay without input.
+//! Decay of predictions without input.
 
 use super::KoopmanModel;
 use faer::Mat;

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct AblateArguments {
-    /// What to do besides running a sweep.
+    /// Subcommand.
     #[command(subcommand)]
     pub command: Option<AblateCommand>,
     /// Sweep.
@@ -65,7 +65,7 @@ fn sweeps() -> String {
     )
 }
 
-/// What `pam ablate` does besides running a sweep.
+/// Subcommands of `pam ablate`.
 #[derive(Debug, Subcommand)]
 pub enum AblateCommand {
     /// Gather the cells of one or several folders of a sweep and write tables and report

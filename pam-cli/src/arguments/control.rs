@@ -53,8 +53,8 @@ pub struct PlanArguments {
     /// Samples per second
     #[arg(long, value_name = "HZ", default_value_t = 1000.0, allow_negative_numbers = true)]
     pub rate: f64,
-    /// auto follows the curve of consistent masses, microseconds a sample; exact goes through all
-    /// polygons of the masses (leaky_relu or relu), milliseconds a sample, and proves the optimum
+    /// auto follows the curve of consistent masses, microseconds per sample; exact goes through all
+    /// polygons of the masses (leaky_relu or relu), milliseconds per sample, and proves the optimum
     #[arg(long, value_enum, default_value = "auto", value_name = "NAME")]
     pub method: PlanMethod,
     /// The bounds.
@@ -108,7 +108,7 @@ pub struct TrackArguments {
     pub out: PathBuf,
 }
 
-/// What `pam identify` carries out.
+/// Schedules of `pam identify`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum IdentifySchedule {
     /// 126 to 176 N/mm at rest
@@ -125,7 +125,7 @@ pub struct IdentifyArguments {
     /// The model that plans, and whose mass is taken.
     #[command(flatten)]
     pub model: ModelOptions,
-    /// What is carried out on the virtual rig
+    /// Schedule on the virtual rig
     #[arg(
         long,
         value_enum,

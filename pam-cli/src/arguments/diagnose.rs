@@ -11,7 +11,7 @@ pub struct DiagnoseArguments {
     /// Recordings, or folders of them, in which something may be wrong
     #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
     pub data: Vec<PathBuf>,
-    /// Test set, which no decision sees [default: a third of the data, or of the only recording, is kept aside]
+    /// Test set, which no decision sees [default: a third of the data, or of the only recording]
     #[arg(long, num_args = 1.., value_name = "PATH")]
     pub heldout: Vec<PathBuf>,
     /// Baseline recordings, on which the model was validated: its error there counts as no fault

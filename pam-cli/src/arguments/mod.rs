@@ -34,7 +34,7 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(name = "pam", version, max_term_width = 100, after_help = AFTER_HELP)]
 pub struct Arguments {
-    /// What to do.
+    /// Command.
     #[command(subcommand)]
     pub command: Option<Command>,
     /// Options of every command.
@@ -60,7 +60,7 @@ Examples:
   pam plan --model model.eqx --motion sine:A=1,f=0.1 --stiffness 150 --out plan
                                                 pressures for a motion and a stiffness
   pam identify --schedule staircase --out id    is the stiffness what was commanded?
-  pam compare models.toml --out compared        baselines beside the hybrid model, one split for all
+  pam compare models.toml --out compared        baselines and the hybrid model on one split
   pam ablate activations --data logs --out sweep
                                                 ablations: train many, compare seed by seed
   pam convert model.eqx model.safetensors       published weights to the framework's format
@@ -118,14 +118,14 @@ pub enum Command {
     Track(TrackArguments),
     /// Identify stiffness and damping from pulses, on the virtual rig or in recordings
     Identify(IdentifyArguments),
-    /// Replan while the joint moves, against a load step or a changed target, on the virtual rig
+    /// Receding-horizon MPC on the virtual rig, under a load step or a changed target
     Replan(ReplanArguments),
     /// The virtual rig: make recordings whose truth is known
     #[command(subcommand)]
     Rig(RigCommand),
     /// Run a sweep: train a model in every cell of a grid or search, and compare seed by seed
     Ablate(AblateArguments),
-    /// Compare models on one split of the data: baselines beside the hybrid model
+    /// Compare models on one split of the data: baselines and the hybrid model
     Compare(CompareArguments),
     /// Hide an effect in recordings of the rig and find it: what runs without a command
     Demo(DemoArguments),

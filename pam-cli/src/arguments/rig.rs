@@ -9,10 +9,10 @@ use pam_rig::protocol::ConditionSet;
 use pam_rig::sensors::Part;
 use std::path::PathBuf;
 
-/// What the virtual rig does.
+/// Commands of the virtual rig.
 #[derive(Debug, Subcommand)]
 pub enum RigCommand {
-    /// Carry out a protocol and write raw logs, with the sealed truth beside them
+    /// Carry out a protocol and write raw logs and the sealed ground truth
     Record(RigRecordArguments),
     /// List the effects that can be hidden in the rig, with parameters and units
     ListEffects,

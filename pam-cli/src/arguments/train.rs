@@ -12,7 +12,7 @@ pub struct TrainArguments {
     /// Curriculum.
     #[arg(default_value = "recommended", value_name = "NAME|FILE", help = curricula())]
     pub curriculum: String,
-    /// Recordings, or folders of them; the curriculum says which are trained on and which held out
+    /// Recordings, or folders of them; the curriculum selects training and validation recordings
     #[arg(long, num_args = 1.., required_unless_present = "print", value_name = "PATH")]
     pub data: Vec<PathBuf>,
     /// Folder of the run

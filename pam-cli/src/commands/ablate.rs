@@ -86,7 +86,7 @@ fn sweep(
         return Err(CliError::Usage("--checkpoint-s must not be negative".into()));
     }
     let mut sweep = asked(arguments)?;
-    // What is wrong with the settings is told before recordings are read.
+    // Wrong settings are reported before recordings are read.
     let seen = plan(&sweep, &TrainingExperiment::without_data(&sweep, &made_by()))?;
     let experiment = experiment(&sweep, arguments.reading.load_options()?, arguments);
     if arguments.list {

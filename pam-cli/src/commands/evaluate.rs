@@ -44,7 +44,7 @@ pub fn run(
     Ok(outcome.finish(&arguments.out, console))
 }
 
-/// What an evaluation gave, in both forms.
+/// Result of an evaluation as text and as JSON.
 #[derive(Debug, Clone)]
 pub struct Outcome {
     /// The evaluation.

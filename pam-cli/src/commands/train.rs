@@ -103,7 +103,7 @@ fn curriculum(arguments: &TrainArguments, folder: &RunFolder) -> Result<Curricul
     Ok(Curriculum::open(&arguments.curriculum, &overrides(arguments))?)
 }
 
-/// What is changed in the curriculum, the method first.
+/// Overrides of the curriculum, the method first.
 fn overrides(arguments: &TrainArguments) -> Vec<String> {
     let method = arguments.method.iter().map(|name| format!("solver.method={name}"));
     // A path is text, whatever is in it.
@@ -153,7 +153,7 @@ fn train(
     trained
 }
 
-/// What a stage reached, in a line.
+/// Result of a stage in one line.
 fn stage_line(r: &StageResult) -> String {
     let r2 = |values: &[Option<f64>; 4]| {
         let cells: Vec<String> =
@@ -211,7 +211,7 @@ fn finish(
     }
     let mut cells =
         vec![["parameter", "value", "standard error", "unit"].map(str::to_owned).to_vec()];
-    // C is told in the report; no data of the joint alone fix it.
+    // C is left to the report: recordings of the joint alone do not determine it.
     for row in rows.iter().filter(|row| !row.name.starts_with("gas")) {
         let error = row.standard_error.map_or("–".into(), |e| format!("± {}", number(e, 4)));
         cells.push(vec![row.name.clone(), number(row.value, 4), error, row.unit.clone()]);

@@ -1,6 +1,6 @@
 use crate::synthesis::Plan;
 
-/// A table of pressure commands with what they are for, one row a sample.
+/// A table of pressure commands and their targets, one row per sample.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Commands {
     /// Time between rows, s.

@@ -1,6 +1,6 @@
 use super::{Air, Commands, Joint, JointCommand, SAMPLE_S};
 
-/// What a joint did while it followed commands, one value a sample.
+/// Motion of a joint under commands, one value per sample.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Followed {
     /// Time, s.

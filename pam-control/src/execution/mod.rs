@@ -17,7 +17,7 @@ pub use perturb::{Pulse, PulseRecord, PulseShape, perturb};
 /// Time between samples, s.
 pub const SAMPLE_S: f64 = 1e-3;
 
-/// What a valve pair does.
+/// State of a pair of valves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Valve {
     /// Both shut.
@@ -29,7 +29,7 @@ pub enum Valve {
     Exhaust,
 }
 
-/// What is done to the air during a sample, flexor before extensor.
+/// Command to the air during a sample, flexor before extensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Air {
     /// All valves shut.
@@ -49,7 +49,7 @@ pub struct JointCommand {
     pub air: Air,
 }
 
-/// What the sensors say before a command is carried out.
+/// Readings of the sensors before a command is carried out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// Displacement, mm.

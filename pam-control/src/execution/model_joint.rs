@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 /// The model itself as a joint: what an experiment would give if the model were the truth.
 ///
-/// `m ẍ = F_e − f(x, ẋ, m_f, m_e) − B ẋ` by one classical Runge–Kutta step a sample. A servo command holds the
+/// `m ẍ = F_e − f(x, ẋ, m_f, m_e) − B ẋ` by one classical Runge–Kutta step per sample. A servo command holds the
 /// air that the gas law gives for its pressures at the displacement of the moment, without delay; sealed air
 /// stays. Noise, friction, the servo's errors and all else that the model does not hold are absent, so a
 /// difference between what a rig and this joint give is no property of the commands or of the evaluation. A

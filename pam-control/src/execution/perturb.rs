@@ -31,7 +31,7 @@ pub struct Pulse {
     pub place: &'static str,
 }
 
-/// What was measured about a perturbation.
+/// Measurement around a perturbation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PulseRecord {
     /// The perturbation.

@@ -1,4 +1,4 @@
-//! The learned model's commands beside the equilibrium-point model's: does stiffness depend on velocity?
+//! Commands of the learned model against those of the equilibrium-point model: does stiffness depend on velocity?
 
 use super::MakeJoint;
 use super::stiffness::{CYCLE_N_MM, CYCLES_A_LEVEL, Identified, cycle, cycle_targets};
@@ -30,7 +30,7 @@ pub struct ComparisonRow {
     pub test: Option<PairedTTest>,
     /// The pairs, N/mm.
     pub pairs: Vec<[f64; 2]>,
-    /// What the learned force itself says of these commands.
+    /// Stiffness of the learned force under these commands.
     pub expected: Option<Expected>,
     /// K at rest and at speed that the same cycle gives on [the learned joint itself](super::on_model), N/mm:
     /// how much of a difference lies in the commands and in what a pulse measures.
@@ -60,7 +60,7 @@ pub struct Expected {
 /// Displacement over which [`expected`] takes its slope, mm: about as far as a pulse moves the joint.
 const SLOPE_MM: f64 = 0.5;
 
-/// What a force says of commands, for each nominal stiffness: the slope over ±0.5 mm at the air that the
+/// Stiffness of a force under commands, for each nominal stiffness: the slope over ±0.5 mm at the air that the
 /// commanded pressures hold.
 #[must_use]
 pub fn expected<F: ForceModel<f64>>(
@@ -130,7 +130,7 @@ pub const PUBLISHED: [[[f64; 5]; 3]; 2] = [
 /// At each place the pushes of both directions, from two cycles in a row, give one stiffness, from
 /// [half the difference](Response::half_difference) of their responses: averaging the stiffnesses of single
 /// pushes instead would favour large ones, since a response is inverse to its stiffness. A pair is the mean
-/// of peak and trough beside the centre of the same cycles.
+/// of peak and trough, and the centre of the same cycles.
 ///
 /// # Errors
 /// As [`cycle`].
@@ -197,8 +197,8 @@ pub fn rows(
     Ok((rows, runs.into_iter().flatten().collect()))
 }
 
-/// Adds to rows what the learned model says of their commands: [`expected`], and the same cycle on the model
-/// itself.
+/// Adds to rows the stiffness of the learned model under their commands: [`expected`], and the same cycle on the
+/// model itself.
 ///
 /// # Errors
 /// As [`rows`].

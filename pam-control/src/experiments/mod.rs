@@ -2,7 +2,7 @@
 //!
 //! - [`tracking`]: sine and triangle over amplitudes, frequencies and stiffnesses;
 //! - [`stiffness`]: the staircase at rest, and the cycle of stiffnesses on a moving joint;
-//! - [`comparison`]: the learned model's commands beside the equilibrium-point model's.
+//! - [`comparison`]: commands of the learned model against those of the equilibrium-point model.
 //!
 //! Each takes a function that makes a fresh joint for a seed, filled to the first pressures of its
 //! commands, so that tests can run side by side.

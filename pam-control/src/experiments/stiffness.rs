@@ -1,4 +1,4 @@
-//! Identified stiffness beside the commanded one.
+//! Identified against commanded stiffness.
 
 use super::{MakeJoint, SETTLE_S};
 use crate::error::ControlError;

@@ -71,7 +71,7 @@ pub fn published_cases() -> Vec<TrackingCase> {
     cases
 }
 
-/// What a test gave.
+/// Result of a test.
 #[derive(Debug, Clone)]
 pub struct TrackingResult {
     /// The test.
@@ -82,7 +82,7 @@ pub struct TrackingResult {
     pub rmse_mm: f64,
     /// Root mean square error of the pressures (measured less commanded), kPa.
     pub pressure_rmse_kpa: f64,
-    /// What the joint did.
+    /// Motion of the joint.
     pub followed: Followed,
 }
 

@@ -4,12 +4,12 @@ use maud::{Markup, html};
 use pam_report::figure::{LineFigure, Role, Stroke};
 use pam_report::page::{figure, number, page};
 
-/// What the report shows.
+/// Content of the report.
 #[derive(Debug, Clone, Default)]
 pub struct IdentificationReport {
     /// Title of the page.
     pub title: String,
-    /// What was done.
+    /// One sentence on the experiment.
     pub lead: String,
     /// Program and version.
     pub made_by: String,
@@ -21,7 +21,7 @@ pub struct IdentificationReport {
     pub tables: Vec<(String, Vec<ComparisonRow>)>,
 }
 
-/// Identified stiffness beside the commanded one, responses, and the comparison's table.
+/// Identified and commanded stiffness, responses, and the table of the comparison.
 #[must_use]
 pub fn identification_report(report: &IdentificationReport) -> String {
     let mut sorted: Vec<&Identified> = report.pulses.iter().collect();
@@ -156,8 +156,8 @@ fn comparison_table(rows: &[ComparisonRow], model: usize) -> Markup {
     }
 }
 
-/// Why the stiffness at speed differs from that at rest: the same cycle on the learned joint itself, and what the
-/// learned force says of place and velocity.
+/// Why the stiffness at speed differs from that at rest: the same cycle on the learned joint itself, and the stiffness
+/// of the learned force split into place and velocity.
 fn explanation(rows: &[ComparisonRow], model: usize) -> Markup {
     let all = || rows.iter().filter_map(|r| Some((r, r.expected?)));
     html! {
@@ -184,7 +184,7 @@ fn explanation(rows: &[ComparisonRow], model: usize) -> Markup {
                  places. The third column carries the same cycle out on the learned joint itself, which has no \
                  friction, noise or servo: what is there already lies in the commands and in what a pulse measures \
                  (the slope over its own travel and at its own speed, not that over the ±2h of the planned K̂); what the second column has \
-                 beyond it is the joint's difference from the model. The next two split what the learned force says of \
+                 beyond it is the joint's difference from the model. The next two split the stiffness of the learned force under \
                  these commands, as slopes over ±0.5 mm, into place and velocity. The published weights, learned from \
                  the published joint, have +0.3 N/mm from the ends to the centre and −4.4 N/mm from standing to \
                  moving: there the motion decides the sign. Where the place weighs more, as here if its column is the \

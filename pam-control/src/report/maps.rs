@@ -113,7 +113,7 @@ pub fn stiffness_report(
     page("Stiffness and damping", lead, &body, made_by)
 }
 
-/// What a map of polygons shows.
+/// Content of a map of polygons.
 fn caption(map: &ExactMap) -> String {
     format!(
         "{} polygons; the part of the plane that is not covered: {:.0e}",

@@ -2,14 +2,14 @@
 
 mod identification;
 mod maps;
+mod mpc;
 mod plan;
-mod replanning;
 mod tracking;
 
 pub use identification::{IdentificationReport, identification_report};
 pub use maps::stiffness_report;
+pub use mpc::{MpcReport, mpc_report};
 pub use plan::plan_report;
-pub use replanning::{ReplanReport, replan_report};
 pub use tracking::tracking_report;
 
 use pam_report::figure::{LineFigure, Role, envelope};

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use pam_report::figure::{LineFigure, Role, Stroke};
 use pam_report::page::{figure, number, page, wide_figure};
 
-/// Errors of all tests beside the published ones, and what the joint did in some of them.
+/// Errors of all tests with the published ones, and the motion in some of them.
 #[must_use]
 pub fn tracking_report(results: &[TrackingResult], lead: &str, made_by: &str) -> String {
     let curve = |shape: &str, series: &str| {

@@ -7,7 +7,7 @@ const MOST_POLYGONS: usize = 200_000;
 /// Stiffness and damping over displacement and velocity as polygons: all linear regions of a ReLU network.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactMap {
-    /// What the map is of, for its title.
+    /// Title of the map.
     pub name: String,
     /// The air in the muscles.
     pub masses: SealedMasses,

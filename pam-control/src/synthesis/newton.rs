@@ -33,7 +33,7 @@ pub(super) fn solve2(rows: [[f64; 2]; 2], right: [f64; 2]) -> Option<[f64; 2]> {
     Some([(right[0] * d - b * right[1]) / determinant, (a * right[1] - c * right[0]) / determinant])
 }
 
-/// Whether a point solves both equations within the bounds.
+/// True if a point solves both equations within the bounds.
 pub(super) fn solves(
     local: &Local,
     target: &Target,

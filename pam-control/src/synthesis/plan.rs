@@ -61,7 +61,7 @@ pub fn targets(
 /// A planned trajectory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// What was wanted.
+    /// The targets.
     pub targets: Vec<Target>,
     /// The air.
     pub solutions: Vec<Solution>,
@@ -76,7 +76,7 @@ impl Plan {
     /// Plans a trajectory. Samples whose stiffness cannot be reached hold the nearest one and say so.
     ///
     /// # Errors
-    /// [`ControlError::Motion`] if a sample's motion cannot be had at all, [`ControlError::Value`] for
+    /// [`ControlError::Motion`] if the motion of a sample cannot be reached at all, [`ControlError::Value`] for
     /// impossible settings or targets.
     pub fn new(
         model: &JointModel<f64, AnyForce<f64>>,
@@ -132,7 +132,7 @@ impl Plan {
         Ok(Self { trained: MassBounds::trained(model), targets, solutions, pressures_kpa })
     }
 
-    /// Whether a sample's air lies outside what the model was trained on.
+    /// True if the air of a sample lies outside the training range of the model.
     #[must_use]
     pub fn extrapolates(&self, sample: usize) -> bool {
         !self.trained.contain(self.solutions[sample].masses)

@@ -1,11 +1,11 @@
-//! What is asked of the synthesis, and what it answers.
+//! Inputs and results of the synthesis.
 
 use crate::error::ControlError;
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
 use pam_core::{JointModel, SealedMasses};
 use serde::{Deserialize, Serialize};
 
-/// What is wanted at one sample.
+/// Target of one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Target {
     /// Time, s.
@@ -90,7 +90,7 @@ impl MassBounds {
         Self::of_pressures(model, TRAINED_KPA)
     }
 
-    /// Whether both masses lie within, up to rounding.
+    /// True if both masses lie within, up to rounding.
     #[must_use]
     pub fn contain(&self, masses: SealedMasses) -> bool {
         let slack = 1e-9 * self.most_g;

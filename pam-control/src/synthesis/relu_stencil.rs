@@ -2,7 +2,7 @@
 //!
 //! Inside one activation pattern of its five points, `g` and K̂ are affine in the masses and in the motion.
 //! With the pattern, the values of every layer before its activation are affine in
-//! `(m_f, m_e, x, ẋ, 1)`: five numbers a neuron tell them, so a neighbouring sample costs five products a
+//! `(m_f, m_e, x, ẋ, 1)`: five numbers per neuron determine them, so a neighbouring sample costs five products per
 //! neuron where the network costs a row of weights. Where a neuron changes its side, the layer above changes by
 //! one outer product. The next kink on a straight line of masses is the smallest positive `−z / ż`.
 
@@ -153,7 +153,7 @@ impl<'a> ReluStencil<'a> {
         [m_f, m_e, self.motion[0] + OFFSETS[point] * self.step_mm, self.motion[1], 1.0]
     }
 
-    /// What the pieces found last say of a pair of masses; true only if it lies in them.
+    /// Values at a pair of masses by the pieces found last; true only if it lies in them.
     pub(super) fn extended(&self, u: [f64; 2]) -> Local {
         let mut forces_mn = [0.0; POINTS];
         for (p, force_mn) in forces_mn.iter_mut().enumerate() {
@@ -173,7 +173,7 @@ impl<'a> ReluStencil<'a> {
             let inputs = self.inputs(p, u);
             let Self { network, points, after, fresh, changes, .. } = self;
             let StencilPoint { layers, force } = &mut points[p];
-            // Whether the affine map of the layer at hand has changed.
+            // True once the affine map of the present layer has changed.
             let mut changed = *fresh;
             let mut bends = changed;
             for k in 0..layers.len() {

@@ -12,7 +12,7 @@ pub(super) const SIGNS: [f64; 5] = [0.0, 1.0, -1.0, 1.0, -1.0];
 /// Points of a stencil.
 pub(super) const POINTS: usize = OFFSETS.len();
 
-/// What is known at one pair of masses `u = (m_f, m_e)`.
+/// Values and derivatives at one pair of masses `u = (m_f, m_e)`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Local {
     /// `g = m ẍ_d + f + B ẋ_d − F_e`, mN.

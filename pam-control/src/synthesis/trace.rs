@@ -1,6 +1,6 @@
 //! The curve `g(m_f, m_e) = 0` within the bounds, followed from end to end.
 //!
-//! What the sample-by-sample solver cannot settle is settled here, for the whole box of masses:
+//! Samples that the sample-by-sample solver cannot settle are settled here, over the whole box of masses:
 //!
 //! 1. the signs of `g` on a grid find every branch of the curve that is larger than a cell;
 //! 2. each branch is followed both ways. For a ReLU network this is exact: the curve is a chain
@@ -15,7 +15,7 @@ use super::walk::{Landscape, Limits, Vertex, Walker};
 /// Cells of the grid of signs along each mass.
 const CELLS: usize = 16;
 
-/// What following the whole curve gave.
+/// Result of following the whole curve.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Traced {
     /// Solutions: points of the curve where K̂ = K_d.
@@ -184,7 +184,7 @@ impl<L: Landscape> Walker<'_, L> {
             let (mut low, mut high) = (0.0, 1.0);
             let (mut at_low, mut at_high) = (approach(&nearest), approach(&end));
             for _ in 0..40 {
-                // What is left to gain is no more than about the slope times the way.
+                // The remaining gain is at most about the slope times the distance.
                 if at_low * (high - low) * length_g < 1e-9 || !at_low.is_finite() {
                     break;
                 }

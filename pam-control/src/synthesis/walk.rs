@@ -16,13 +16,13 @@ const CHORD: f64 = 1.0 / 32.0;
 
 /// `g` and K̂ of one target over the masses.
 pub(super) trait Landscape {
-    /// What is known at a pair of masses.
+    /// Values and derivatives at a pair of masses.
     fn at(&mut self, u: [f64; 2]) -> Local;
 
     /// How far from the last pair asked for both stay affine along a direction of length one, g.
     fn reach(&mut self, direction: [f64; 2]) -> f64;
 
-    /// Whether both are piecewise affine, so that the reach is exact.
+    /// True if both are piecewise affine, so that the reach is exact.
     fn is_piecewise_affine(&self) -> bool;
 }
 
@@ -45,7 +45,7 @@ pub(super) struct Limits {
 /// To its end.
 const WHOLE: Limits = Limits { pieces: MOST_PIECES, way_g: f64::INFINITY, chord_g: f64::INFINITY };
 
-/// What goes along the curve of a target.
+/// State of the walk along the curve of a target.
 pub(super) struct Walker<'a, L> {
     pub(super) landscape: &'a mut L,
     pub(super) target: &'a Target,

@@ -17,8 +17,6 @@ impl Default for LeakyRelu {
 }
 
 impl ActivationFunction for LeakyRelu {
-    const PIECEWISE_LINEAR: bool = true;
-
     fn relu_slope(&self) -> Option<f64> {
         (0.0..=1.0).contains(&self.slope).then_some(self.slope)
     }

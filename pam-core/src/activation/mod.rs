@@ -31,9 +31,6 @@ use std::fmt;
             `Copy + Send + Sync + 'static`"
 )]
 pub trait ActivationFunction: Copy + Send + Sync + 'static {
-    /// Whether `σ` is piecewise linear, so that a network of it is piecewise affine.
-    const PIECEWISE_LINEAR: bool = false;
-
     /// The slope for negative `z` if `σ` is a (leaky) ReLU, `max(z, slope · z)` with a slope from 0 to 1:
     /// batches then need no pass of their own for it.
     fn relu_slope(&self) -> Option<f64> {
@@ -108,12 +105,6 @@ macro_rules! activations {
             #[must_use]
             pub fn name(&self) -> &'static str {
                 match self { $(Self::$variant(_) => $name),+ }
-            }
-
-            /// Whether a network of this activation is piecewise affine.
-            #[must_use]
-            pub fn is_piecewise_linear(&self) -> bool {
-                match self { $(Self::$variant(_) => $module::$type::PIECEWISE_LINEAR),+ }
             }
         }
 

@@ -8,8 +8,6 @@ use serde::{Deserialize, Serialize};
 pub struct Relu;
 
 impl ActivationFunction for Relu {
-    const PIECEWISE_LINEAR: bool = true;
-
     fn relu_slope(&self) -> Option<f64> {
         Some(0.0)
     }

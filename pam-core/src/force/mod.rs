@@ -1,7 +1,7 @@
 //! Force models: what the joint's muscles do, as a restoring force `f(x, ẋ, m_f, m_e)`.
 //!
 //! A force model is anything that implements [`ForceModel`]. To add one that files and commands
-//! know by name, write its file, with [`StoredForce`] beside [`ForceModel`], and add one line to the
+//! know by name, write its file with [`StoredForce`] and [`ForceModel`], and add one line to the
 //! list of [`AnyForce`].
 
 mod any;

@@ -47,20 +47,6 @@ impl<S: Scalar, F> JointModel<S, F> {
         self
     }
 
-    /// The same model with other muscles.
-    #[must_use]
-    pub fn with_geometry(mut self, geometry: MuscleGeometry) -> Self {
-        self.geometry = geometry;
-        self
-    }
-
-    /// The same model with auxiliary damping B, kg/s.
-    #[must_use]
-    pub fn with_auxiliary_damping(mut self, damping_kg_s: S) -> Self {
-        self.auxiliary_damping_kg_s = damping_kg_s;
-        self
-    }
-
     /// The physical parameters, `softplus(raw)`.
     #[must_use]
     pub fn physical(&self) -> PhysicalParameters<S> {
@@ -123,31 +109,6 @@ impl<S: Scalar, F: ForceModel<S>> JointModel<S, F> {
         [
             super::sealed_pressure_kpa(p.gas_coefficient, masses.flexor_g, v.flexor_mm3),
             super::sealed_pressure_kpa(p.gas_coefficient, masses.extensor_g, v.extensor_mm3),
-        ]
-    }
-}
-
-impl<S: Scalar, F> JointModel<S, F> {
-    /// The pressures of sealed air at displacement `x` that were `start_kpa` at `x_start`: the exact
-    /// integral of `Ṗ = −C m V̇/V²`, `P = P_start + C m [1/V(x) − 1/V(x_start)]`, kPa absolute.
-    ///
-    /// They differ from [`gas_law_pressures_kpa`](Self::gas_law_pressures_kpa) by a constant where the
-    /// measured start does not obey the gas law.
-    pub fn sealed_pressures_kpa(
-        &self,
-        x: S,
-        x_start: S,
-        start_kpa: [S; 2],
-        masses: SealedMasses<S>,
-    ) -> [S; 2] {
-        let p = self.physical();
-        let now = self.geometry.volumes(x, p.deformation);
-        let then = self.geometry.volumes(x_start, p.deformation);
-        let change =
-            |mass: S, now: S, then: S| p.gas_coefficient * mass * (now.recip() - then.recip());
-        [
-            start_kpa[0] + change(masses.flexor_g, now.flexor_mm3, then.flexor_mm3),
-            start_kpa[1] + change(masses.extensor_g, now.extensor_mm3, then.extensor_mm3),
         ]
     }
 }

@@ -23,10 +23,10 @@ pub enum Layout {
     Rows,
 }
 
-/// What the sums of a product begin with.
+/// Start value of the sums of a product.
 #[derive(Debug, Clone, Copy)]
 pub enum Start<'a, T> {
-    /// What `C` holds.
+    /// The present values of `C`.
     Held,
     /// Zero.
     Zero,
@@ -34,7 +34,7 @@ pub enum Start<'a, T> {
     Columns(&'a [T]),
 }
 
-/// What is done to the sums before they are stored.
+/// Operation on the sums before they are stored.
 #[derive(Debug, Clone, Copy)]
 pub enum Finish<'a, T> {
     /// Nothing.
@@ -70,9 +70,9 @@ pub struct Product<'a, T> {
     pub layout: Layout,
     /// Distance between columns (or rows) of the second factor.
     pub b_stride: usize,
-    /// What the sums begin with.
+    /// Start value of the sums.
     pub start: Start<'a, T>,
-    /// What is done to the sums at last.
+    /// Last operation on the sums.
     pub finish: Finish<'a, T>,
     /// The result; its columns are `rows` apart.
     pub c: &'a mut [T],

@@ -22,7 +22,7 @@ pub struct Head<'a> {
 }
 
 impl Head<'_> {
-    /// Whether the file has this extension.
+    /// True if the file has this extension.
     #[must_use]
     pub fn has_extension(&self, extension: &str) -> bool {
         self.path.extension().is_some_and(|e| e == extension)
@@ -39,7 +39,7 @@ impl Head<'_> {
         self.lines().find(|l| !l.starts_with('#') && !l.trim().is_empty()).unwrap_or("")
     }
 
-    /// Whether one of the standard columns is named between commas in the first row.
+    /// True if one of the standard columns is named between commas in the first row.
     #[must_use]
     pub fn names_standard_columns(&self) -> bool {
         self.first_row().split(',').any(|cell| columns::NAMES.contains(&cell.trim()))
@@ -59,16 +59,16 @@ pub trait FileFormat: Debug + Send + Sync {
     /// Name with its article, as in "this is a raw log".
     fn name(&self) -> &'static str;
 
-    /// Whether a file that begins like this is of the format. Formats are asked in the order of [`ALL`].
+    /// True if a file that begins like this is of the format. Formats are asked in the order of [`ALL`].
     fn recognises(&self, head: &Head<'_>) -> bool;
 
-    /// Whether this file of the format holds a recording.
+    /// True if this file of the format holds a recording.
     fn holds_recording(&self, path: &Path) -> bool {
         let _ = path;
         true
     }
 
-    /// Whether files of the format hold models.
+    /// True if files of the format hold models.
     fn holds_model(&self) -> bool {
         false
     }
@@ -86,7 +86,7 @@ pub trait FileFormat: Debug + Send + Sync {
         Err(DataError::file(path, format!("a recording was expected, this is {}", self.name())))
     }
 
-    /// Whether [`read_recordings`](Self::read_recordings) filters the channels itself, so that
+    /// True if [`read_recordings`](Self::read_recordings) filters the channels itself, so that
     /// [`LoadOptions::preprocess`] must not filter them again.
     fn filters_channels(&self) -> bool {
         false

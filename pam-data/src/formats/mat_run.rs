@@ -1,9 +1,9 @@
 //! The published measured run (`data.mat`): arrays `F` (N), `x` (m), `dx` (m/s), `p1`, `p2` (kPa),
-//! one row a sample at 1 kHz. `p1` falls as x rises, so it is the flexor.
+//! one row per sample at 1 kHz. `p1` falls as x rises, so it is the flexor.
 //!
 //! # Gauge or absolute
 //!
-//! Whether the pressures are gauge or absolute is not recorded in the file, but the gas law tells:
+//! The file does not record if the pressures are gauge or absolute, but the gas law decides:
 //! in a closed chamber `ln P_abs + ln V(x)` is constant, and near x = 0 `d ln V_f/dx = (2ν − 1)/L0 =
 //! −d ln V_e/dx`. Regressing `ln P` on x therefore gives the deformation coefficient ν that each
 //! reading implies. For the published run this is ν = 3.65 and 3.67 (flexor, extensor) if the
@@ -54,7 +54,7 @@ impl FileFormat for MatRun {
 /// Deformation coefficient of the published trained model.
 const TRAINED_DEFORMATION: f64 = 3.690_974;
 
-/// What zero means in a pressure column.
+/// The zero of a pressure column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PressureReference {
     /// Decide by the gas law.

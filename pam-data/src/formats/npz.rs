@@ -84,7 +84,7 @@ fn truncated(error: &std::io::Error) -> NpyError {
 /// Appends one `.npy` record of doubles.
 ///
 /// # Errors
-/// What the writer says.
+/// Errors of the writer.
 pub fn write_npy(out: &mut impl Write, array: &Array) -> std::io::Result<()> {
     let mut writer =
         npyz::WriteOptions::new().default_dtype().shape(&array.shape).writer(out).begin_nd()?;

@@ -126,7 +126,7 @@ impl RawLog {
         self.columns[0].len()
     }
 
-    /// Whether there are no rows.
+    /// True if there are no rows.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -277,9 +277,9 @@ pub struct Row {
     pub commanded_psi: [f64; 2],
     /// Measured pressures of flexor and extensor, psi gauge.
     pub measured_psi: [f64; 2],
-    /// What the valves of flexor and extensor do: −1 shut, 1 inflating, 2 exhausting.
+    /// State of the valves of flexor and extensor: −1 shut, 1 inflating, 2 exhausting.
     pub valves: [i8; 2],
-    /// Whether the controller runs.
+    /// True if the controller runs.
     pub sync: bool,
 }
 

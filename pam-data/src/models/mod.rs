@@ -8,14 +8,14 @@ use crate::formats::format::format_of;
 use pam_core::{AnyForce, JointModel};
 use std::path::{Path, PathBuf};
 
-/// What is known of a model besides its numbers.
+/// Metadata of a model.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ModelInfo {
     /// Name for reports.
     pub name: String,
     /// Where its numbers come from.
     pub provenance: String,
-    /// Whether it was fitted to data; decides how masses are found by default.
+    /// True if it was fitted to data; decides how masses are found by default.
     pub trained: bool,
     /// Names of the recordings it was fitted to, if they are known.
     pub trained_on: Vec<String>,
@@ -31,7 +31,7 @@ pub struct ModelInfo {
 pub struct SavedModel {
     /// The model.
     pub model: JointModel<f64, AnyForce<f64>>,
-    /// What is known of it.
+    /// Its metadata.
     pub info: ModelInfo,
 }
 

@@ -11,14 +11,14 @@ pub(super) fn maps(
     recordings: &[RecordingEvaluation],
     trained_on: impl Fn(&RecordingEvaluation) -> bool + Copy,
 ) -> Markup {
-    let pressures = |r: &RecordingEvaluation| match r.recording.command_psi {
+    let pressures: Value<'_, [f64; 2]> = &|r| match r.recording.command_psi {
         Some([f, e]) => [f, e].map(|p| p * KPA_PER_PSI + ATMOSPHERE_KPA),
         None => {
             let rest = r.recording.reading_at_rest();
             [rest.pressure_flexor_kpa, rest.pressure_extensor_kpa]
         }
     };
-    let masses = |r: &RecordingEvaluation| [r.masses.flexor_g, r.masses.extensor_g];
+    let masses: Value<'_, [f64; 2]> = &|r| [r.masses.flexor_g, r.masses.extensor_g];
     let worst = recordings
         .iter()
         .map(|r| r.scores.r2.x)
@@ -27,18 +27,28 @@ pub(super) fn maps(
         .clamp(-1.0, 0.9);
     let largest =
         recordings.iter().map(|r| r.scores.rmse.x).filter(|v| v.is_finite()).fold(0.0, f64::max);
-    let r2 = |r: &RecordingEvaluation| r.scores.r2.x;
-    let rmse = |r: &RecordingEvaluation| r.scores.rmse.x;
-    let pressure_axes = ("flexor pressure (kPa abs)", "extensor pressure (kPa abs)");
-    let mass_axes = ("flexor air (g)", "extensor air (g)");
-    let r2_scale = ("R² of displacement", (worst, 1.0));
-    let rmse_scale = ("RMSE of displacement (mm)", (0.0, largest.max(1e-6)));
+    let planes = [
+        Plane {
+            labels: ["flexor pressure (kPa abs)", "extensor pressure (kPa abs)"],
+            place: pressures,
+        },
+        Plane { labels: ["flexor air (g)", "extensor air (g)"], place: masses },
+    ];
+    let quantities = [
+        Quantity { label: "R² of displacement", limits: (worst, 1.0), value: &|r| r.scores.r2.x },
+        Quantity {
+            label: "RMSE of displacement (mm)",
+            limits: (0.0, largest.max(1e-6)),
+            value: &|r| r.scores.rmse.x,
+        },
+    ];
     html! {
         div.grid {
-            (map(recordings, trained_on, pressures, r2, pressure_axes, r2_scale))
-            (map(recordings, trained_on, masses, r2, mass_axes, r2_scale))
-            (map(recordings, trained_on, pressures, rmse, pressure_axes, rmse_scale))
-            (map(recordings, trained_on, masses, rmse, mass_axes, rmse_scale))
+            @for quantity in &quantities {
+                @for plane in &planes {
+                    (map(recordings, trained_on, plane, quantity))
+                }
+            }
         }
         @let ringed = recordings.iter().filter(|r| trained_on(r)).count();
         @if ringed > 0 {
@@ -48,28 +58,41 @@ pub(super) fn maps(
     }
 }
 
+type Value<'a, T> = &'a dyn Fn(&RecordingEvaluation) -> T;
+
+/// Axes of a map, and the place of a recording in it.
+struct Plane<'a> {
+    labels: [&'static str; 2],
+    place: Value<'a, [f64; 2]>,
+}
+
+/// Quantity that a map shows as colour.
+struct Quantity<'a> {
+    label: &'static str,
+    limits: (f64, f64),
+    value: Value<'a, f64>,
+}
+
 fn map(
     recordings: &[RecordingEvaluation],
     trained_on: impl Fn(&RecordingEvaluation) -> bool,
-    place: impl Fn(&RecordingEvaluation) -> [f64; 2],
-    value: impl Fn(&RecordingEvaluation) -> f64,
-    (x_label, y_label): (&str, &str),
-    (value_label, limits): (&str, (f64, f64)),
+    plane: &Plane<'_>,
+    quantity: &Quantity<'_>,
 ) -> Markup {
     let points = recordings
         .iter()
         .map(|r| {
-            let [x, y] = place(r);
-            MapPoint { x, y, value: value(r), ringed: trained_on(r) }
+            let [x, y] = (plane.place)(r);
+            MapPoint { x, y, value: (quantity.value)(r), ringed: trained_on(r) }
         })
         .collect();
     let map = ColourMap {
         plane: ValuePlane {
-            title: value_label.into(),
-            x_label: x_label.into(),
-            y_label: y_label.into(),
-            value_label: value_label.into(),
-            limits,
+            title: quantity.label.into(),
+            x_label: plane.labels[0].into(),
+            y_label: plane.labels[1].into(),
+            value_label: quantity.label.into(),
+            limits: quantity.limits,
             size: (520, 400),
         },
         points,

@@ -19,7 +19,7 @@ use split::Split;
 /// this many.
 const MOST_DETAILED: usize = 12;
 
-/// What a report says besides the results.
+/// Text of a report around the results.
 #[derive(Debug, Clone)]
 pub struct EvaluationContext {
     /// The model.

@@ -18,12 +18,12 @@ impl<'a> Split<'a> {
         Self { recordings, trained_on: trained_on.iter().map(String::as_str).collect() }
     }
 
-    /// Whether the model was trained on the recording of this name.
+    /// True if the model was trained on the recording of this name.
     pub(super) fn trained_on(&self, name: &str) -> bool {
         self.trained_on.contains(name)
     }
 
-    /// Whether any recording here is known to be trained on.
+    /// True if any recording here is known to be trained on.
     pub(super) fn is_known(&self) -> bool {
         self.recordings.iter().any(|r| self.trained_on(&r.recording.name))
     }

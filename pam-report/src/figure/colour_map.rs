@@ -17,7 +17,7 @@ pub struct MapPoint {
     pub y: f64,
     /// Value shown as colour; points without a finite value are drawn hollow.
     pub value: f64,
-    /// Whether a circle is drawn around the point.
+    /// True if a circle is drawn around the point.
     pub ringed: bool,
 }
 
@@ -28,7 +28,7 @@ pub struct ColourMap {
     pub plane: ValuePlane,
     /// The points.
     pub points: Vec<MapPoint>,
-    /// What the circles mean, for the legend; no entry if empty or if no point has one.
+    /// Legend of the circles; no entry if empty or if no point has one.
     pub ring_label: String,
 }
 

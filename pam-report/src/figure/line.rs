@@ -1,6 +1,6 @@
 use super::header::{draw_header, text_width};
 use super::scale::Scale;
-use super::style::{BAND, Role, SCALE, Stroke, TEXT, at_nominal_size, draw_axes};
+use super::style::{AxisLabels, BAND, Role, SCALE, Stroke, TEXT, at_nominal_size, draw_axes};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -11,7 +11,7 @@ pub struct Series {
     pub label: String,
     /// Points in the order they are joined; a lone point has a mark.
     pub points: Vec<(f64, f64)>,
-    /// What the line stands for.
+    /// Role of the line.
     pub role: Role,
     /// How it is drawn.
     pub stroke: Stroke,
@@ -41,7 +41,7 @@ pub struct LineFigure {
     pub x_scale: Scale,
     /// How numbers are laid along the vertical axis.
     pub y_scale: Scale,
-    /// Whether every point has a mark, for measurements that a line only guides the eye between.
+    /// True if every point has a mark, for measurements between which a line only guides the eye.
     pub marks: bool,
     /// The lines, drawn in order.
     pub series: Vec<Series>,
@@ -171,9 +171,16 @@ impl LineFigure {
         }))?;
         draw_axes(
             &mut chart,
-            (&self.x_label, &self.y_label),
-            ticks,
-            (&|v| self.x_scale.label(v, spans.0), &|v| self.y_scale.label(v, spans.1)),
+            AxisLabels {
+                label: &self.x_label,
+                ticks: ticks.0,
+                format: &|v| self.x_scale.label(v, spans.0),
+            },
+            AxisLabels {
+                label: &self.y_label,
+                ticks: ticks.1,
+                format: &|v| self.y_scale.label(v, spans.1),
+            },
         )?;
         let shown = f64::from(self.width.saturating_sub(62 + 16 + 16)) / spans.0;
         let text = ("sans-serif", TEXT * SCALE).into_font().color(&Role::Neutral.colour());

@@ -17,7 +17,7 @@ pub(super) const GRID: RGBColor = RGBColor(228, 228, 228);
 /// Ground of every other band; the grid is drawn over it.
 pub(super) const BAND: RGBColor = RGBColor(241, 244, 248);
 
-/// What a line stands for; decides its colour.
+/// Role of a line, which decides its colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// Measured data.
@@ -28,7 +28,7 @@ pub enum Role {
     Residual,
     /// One of several equals, by number.
     Category(usize),
-    /// Something beside the data: a rule, a sample in the legend.
+    /// Not data: a rule, a sample in the legend.
     Neutral,
 }
 
@@ -107,13 +107,20 @@ pub(super) fn padded_range(values: impl Iterator<Item = f64>, margin: f64) -> (f
     (low - margin * span, high + margin * span)
 }
 
-/// Axes, grid and labels of a figure. `labels` are those of the two axes, `ticks` about how many marks
-/// each has, `formats` how these are written.
+/// How one axis is labelled.
+pub(super) struct AxisLabels<'a> {
+    pub(super) label: &'a str,
+    /// About how many tick marks it has.
+    pub(super) ticks: usize,
+    /// Text of a tick mark.
+    pub(super) format: &'a dyn Fn(f64) -> String,
+}
+
+/// Draws axes, grid and labels of a figure.
 pub(super) fn draw_axes<X, Y>(
     chart: &mut ChartContext<'_, SVGBackend<'_>, Cartesian2d<X, Y>>,
-    labels: (&str, &str),
-    ticks: (usize, usize),
-    formats: (&dyn Fn(f64) -> String, &dyn Fn(f64) -> String),
+    x: AxisLabels<'_>,
+    y: AxisLabels<'_>,
 ) -> Result<(), Box<dyn std::error::Error>>
 where
     X: Ranged<ValueType = f64> + ValueFormatter<f64>,
@@ -122,17 +129,17 @@ where
     let text = ("sans-serif", TEXT * SCALE).into_font().color(&INK);
     chart
         .configure_mesh()
-        .x_desc(labels.0)
-        .y_desc(labels.1)
+        .x_desc(x.label)
+        .y_desc(y.label)
         .label_style(text.clone())
         .axis_desc_style(text)
         .axis_style(INK.stroke_width(SCALE))
         .bold_line_style(GRID.stroke_width(SCALE))
         .max_light_lines(0)
-        .x_labels(ticks.0)
-        .y_labels(ticks.1)
-        .x_label_formatter(&|v| formats.0(*v))
-        .y_label_formatter(&|v| formats.1(*v))
+        .x_labels(x.ticks)
+        .y_labels(y.ticks)
+        .x_label_formatter(&|v| (x.format)(*v))
+        .y_label_formatter(&|v| (y.format)(*v))
         .draw()?;
     Ok(())
 }

@@ -1,5 +1,5 @@
 use super::colour_bar::draw_bar;
-use super::style::{INK, SCALE, TITLE, at_nominal_size, draw_axes, tick_label};
+use super::style::{AxisLabels, INK, SCALE, TITLE, at_nominal_size, draw_axes, tick_label};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -12,7 +12,7 @@ pub(super) type Plane<'p, 's> =
 /// Why something could not be drawn.
 pub(super) type DrawError = Box<dyn std::error::Error>;
 
-/// What stands around a plane whose colours are values: title, axes, colour bar.
+/// Title, axes and colour bar of a plane whose colours are values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ValuePlane {
     /// Title above the axes.
@@ -60,9 +60,8 @@ impl ValuePlane {
             .build_cartesian_2d(x0..x1, y0..y1)?;
         draw_axes(
             &mut chart,
-            (&self.x_label, &self.y_label),
-            (8, 8),
-            (&|v| tick_label(v, x1 - x0), &|v| tick_label(v, y1 - y0)),
+            AxisLabels { label: &self.x_label, ticks: 8, format: &|v| tick_label(v, x1 - x0) },
+            AxisLabels { label: &self.y_label, ticks: 8, format: &|v| tick_label(v, y1 - y0) },
         )?;
         content(&root, &mut chart)?;
         draw_bar(&bar, &self.value_label, self.limits)?;

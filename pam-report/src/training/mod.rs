@@ -45,12 +45,12 @@ pub struct EpochRow {
     pub held_r2: Option<f64>,
 }
 
-/// What the report of a training run shows.
+/// Content of the report of a training run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TrainingReport {
     /// Title of the page.
     pub title: String,
-    /// What was trained on what, in a sentence.
+    /// One sentence on model and data.
     pub lead: String,
     /// Program and version for the footer.
     pub made_by: String,
@@ -58,7 +58,7 @@ pub struct TrainingReport {
     pub stages: Vec<StageRow>,
     /// The epochs in their order.
     pub history: Vec<EpochRow>,
-    /// What happened besides, in sentences: rollbacks and the like.
+    /// Other events, in sentences: rollbacks and the like.
     pub events: Vec<String>,
     /// Parameters after training.
     pub parameters: Vec<ParameterRow>,
@@ -75,7 +75,7 @@ pub struct ParameterRow {
     pub value: f64,
     /// Standard error, if there is one.
     pub standard_error: Option<f64>,
-    /// What a reader should know: whether the data identify it at all.
+    /// A note, for example that the data do not determine the parameter.
     pub note: String,
 }
 

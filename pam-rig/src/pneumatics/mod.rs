@@ -6,7 +6,7 @@ pub mod valve;
 
 pub use servo::{Servo, ServoParameters};
 pub use supply::{Supply, SupplyParameters};
-pub use valve::{Opening, Valve, ValveParameters, iso_6358_flow_g_s};
+pub use valve::{AirState, Opening, Valve, ValveFlow, ValveParameters, iso_6358_flow_g_s};
 
 use serde::{Deserialize, Serialize};
 

@@ -92,6 +92,24 @@ pub struct Valve {
     delay_steps: usize,
 }
 
+/// State of the air at one side of a valve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AirState {
+    /// Absolute pressure, kPa.
+    pub pressure_kpa: f64,
+    /// Temperature, K.
+    pub temperature_k: f64,
+}
+
+/// Mass flows of a valve.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ValveFlow {
+    /// Into the muscle, negative if it leaves, g/s.
+    pub into_muscle_g_s: f64,
+    /// Out of the supply, g/s.
+    pub from_supply_g_s: f64,
+}
+
 impl Valve {
     /// Shut valves, stepped every `step_s`.
     #[must_use]
@@ -100,15 +118,14 @@ impl Valve {
         Self { parameters, pending: VecDeque::new(), delay_steps }
     }
 
-    /// Mass flow into the muscle during a step for a command (negative if it leaves), and its part from the
-    /// supply, g/s.
-    pub fn flow_g_s(
+    /// Mass flow during a step for a command.
+    pub fn flow(
         &mut self,
         command: Opening,
-        supply: (f64, f64),
-        muscle: (f64, f64),
+        supply: AirState,
+        muscle: AirState,
         room_kpa: f64,
-    ) -> (f64, f64) {
+    ) -> ValveFlow {
         self.pending.push_back(command);
         let now = if self.pending.len() > self.delay_steps {
             self.pending.pop_front().unwrap_or_default()
@@ -117,26 +134,26 @@ impl Valve {
         };
         let p = &self.parameters;
         match now {
-            Opening::Shut => (0.0, 0.0),
+            Opening::Shut => ValveFlow::default(),
             Opening::Inflate => {
                 let flow = iso_6358_flow_g_s(
                     p.inflate_conductance,
                     p.critical_ratio,
-                    supply.0,
-                    supply.1,
-                    muscle.0,
+                    supply.pressure_kpa,
+                    supply.temperature_k,
+                    muscle.pressure_kpa,
                 );
-                (flow, flow)
+                ValveFlow { into_muscle_g_s: flow, from_supply_g_s: flow }
             }
             Opening::Exhaust => {
                 let flow = iso_6358_flow_g_s(
                     p.exhaust_conductance,
                     p.critical_ratio,
-                    muscle.0,
-                    muscle.1,
+                    muscle.pressure_kpa,
+                    muscle.temperature_k,
                     room_kpa,
                 );
-                (-flow, 0.0)
+                ValveFlow { into_muscle_g_s: -flow, from_supply_g_s: 0.0 }
             }
         }
     }
@@ -172,8 +189,9 @@ mod tests {
     fn valves_follow_their_command_late() {
         let mut valve =
             Valve::new(ValveParameters { response_ms: 2.0, ..Default::default() }, 1e-3);
+        let air = |pressure_kpa| AirState { pressure_kpa, temperature_k: 295.0 };
         let flows: Vec<f64> = [Opening::Inflate, Opening::Shut, Opening::Shut, Opening::Shut]
-            .map(|c| valve.flow_g_s(c, (700.0, 295.0), (200.0, 295.0), 101.0).0)
+            .map(|c| valve.flow(c, air(700.0), air(200.0), 101.0).into_muscle_g_s)
             .to_vec();
         assert_eq!(flows[..2], [0.0, 0.0]);
         assert!(flows[2] > 0.0 && flows[3] == 0.0);

@@ -69,41 +69,7 @@ pub fn start(model: &JointModel<f64, NetworkForce<f64>>, masses: SealedMasses) -
 /// motion and pressures.
 #[must_use]
 pub fn case(activation: Activation, width: usize, horizon_s: f64) -> Case<Joint, Drive> {
-    with_scales(activation, width, horizon_s, [0.3, 4.0, 20.0, 20.0])
-}
-
-/// The same with a loss of the motion only.
-#[must_use]
-pub fn motion_case(activation: Activation, width: usize, horizon_s: f64) -> Case<Joint, Drive> {
-    with_scales(activation, width, horizon_s, [0.3, 4.0, f64::INFINITY, f64::INFINITY])
-}
-
-/// The loss of [`motion_case`] for states `[x, ẋ]`.
-pub fn motion_loss() -> impl Fn(&[f64], &[f64], &mut [f64]) -> f64 {
-    half_squares(|t| motion_target(t).into(), [0.3, 4.0])
-}
-
-/// The same for the published network's size and activation.
-#[must_use]
-pub fn published_size(horizon_s: f64) -> Case<Joint, Drive> {
-    let activation = Activation::LeakyRelu(Default::default());
-    let mut case = case(activation, PUBLISHED_WIDTH, horizon_s);
-    case.name = PUBLISHED_SIZE.into();
-    case
-}
-
-/// When a solve up to `horizon_s` is observed, s.
-#[must_use]
-pub fn observations_s(horizon_s: f64) -> Vec<f64> {
-    evenly((20.0 * horizon_s).round().max(1.0) as usize, horizon_s)
-}
-
-fn with_scales(
-    activation: Activation,
-    width: usize,
-    horizon_s: f64,
-    scales: [f64; 4],
-) -> Case<Joint, Drive> {
+    let scales = [0.3, 4.0, 20.0, 20.0];
     let model = model(activation, width);
     let masses = masses(0);
     let y0 = start(&model, masses);
@@ -121,6 +87,26 @@ fn with_scales(
         }));
     }
     case
+}
+
+/// The loss of the motion alone, for states `[x, ẋ]`.
+pub fn motion_loss() -> impl Fn(&[f64], &[f64], &mut [f64]) -> f64 {
+    half_squares(|t| motion_target(t).into(), [0.3, 4.0])
+}
+
+/// The same for the published network's size and activation.
+#[must_use]
+pub fn published_size(horizon_s: f64) -> Case<Joint, Drive> {
+    let activation = Activation::LeakyRelu(Default::default());
+    let mut case = case(activation, PUBLISHED_WIDTH, horizon_s);
+    case.name = PUBLISHED_SIZE.into();
+    case
+}
+
+/// When a solve up to `horizon_s` is observed, s.
+#[must_use]
+pub fn observations_s(horizon_s: f64) -> Vec<f64> {
+    evenly((20.0 * horizon_s).round().max(1.0) as usize, horizon_s)
 }
 
 /// What finds the truth of a joint with kinks.

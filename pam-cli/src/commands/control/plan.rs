@@ -73,7 +73,7 @@ pub fn run(
         "settings": settings,
     });
     run_record::write(out, "plan", global.seed, &configuration)?;
-    // The time is no result: it is told, not written.
+    // Times vary from run to run: they are printed, not written.
     let mut told = value;
     told["microseconds_a_sample"] = json!(1e6 * seconds / summary.samples as f64);
     console.json(&told);
@@ -124,7 +124,7 @@ pub fn run(
     Ok(ExitCode::from(PARTIAL))
 }
 
-/// What proves the samples of an exact plan; null for others.
+/// Certificates of an exact plan; null for others.
 fn certificate_json(certificates: &[Certificate]) -> serde_json::Value {
     if certificates.is_empty() {
         return serde_json::Value::Null;

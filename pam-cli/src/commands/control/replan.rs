@@ -8,8 +8,8 @@ use crate::rig_joint::RigJoint;
 use crate::run_record::{self, made_by, write_json};
 use pam_control::execution::{Commands, follow};
 use pam_control::motion::{Motion, MotionPoint, MotionSpec, StiffnessProfile};
-use pam_control::replanning::{ReplanSettings, Replanned, follow_replanning};
-use pam_control::report::{ReplanReport, replan_report};
+use pam_control::mpc::{MpcRun, MpcSettings, MpcTask, run_mpc};
+use pam_control::report::{MpcReport, mpc_report};
 use pam_control::synthesis::{Plan, plan::targets};
 use pam_data::atomic::write_atomic;
 use pam_report::page::number;
@@ -82,25 +82,29 @@ pub fn run(
 
     let mut joint = RigJoint::new(&rig, global.seed, first)?;
     let followed = follow(&mut joint, &commands, SETTLE_S, load);
-    let mut tabled = Replanned {
+    let mut tabled = MpcRun {
         time_s: followed.time_s.clone(),
         wanted_mm: followed.time_s.iter().map(|&t| motion.at(t).displacement_mm).collect(),
         measured_mm: followed.measured_mm.clone(),
-        ..Replanned::default()
+        ..MpcRun::default()
     };
     tabled.masses_g =
         plan.solutions.iter().map(|s| [s.masses.flexor_g, s.masses.extensor_g]).collect();
-    let replan_settings = ReplanSettings::default();
+    let replan_settings = MpcSettings::default();
     let mut joint = RigJoint::new(&rig, global.seed, first)?;
-    let replanned = follow_replanning(
+    let mpc = run_mpc(
         &mut joint,
         &saved.model,
         replan_settings,
         settings.bounds,
-        (&motion, spec.duration_s),
-        total,
-        (first, SETTLE_S),
-        load,
+        &MpcTask {
+            motion: &motion,
+            duration_s: spec.duration_s,
+            total_g: &total,
+            first_kpa: first,
+            settle_s: SETTLE_S,
+            force_n: &load,
+        },
     )?;
 
     let end = spec.duration_s + 1.0;
@@ -115,15 +119,15 @@ pub fn run(
     let rows: Vec<_> = stretches
         .iter()
         .map(|(name, stretch)| {
-            let [a, b] = [tabled.rmse_mm(*stretch), replanned.rmse_mm(*stretch)];
+            let [a, b] = [tabled.rmse_mm(*stretch), mpc.rmse_mm(*stretch)];
             (*name, a, b)
         })
         .collect();
-    let quantiles = [0.5, 0.99, 1.0].map(|q| 1e6 * replanned.decision_quantile_s(q));
+    let quantiles = [0.5, 0.99, 1.0].map(|q| 1e6 * mpc.decision_quantile_s(q));
     let horizon_ms = 1e3 * replan_settings.horizon.steps as f64 * replan_settings.horizon.step_s;
     let value = json!({
-        "rmse_mm": rows.iter().map(|(name, table, replanned)| json!({
-            "stretch": name, "table": table, "replanned": replanned, "ratio": table / replanned,
+        "rmse_mm": rows.iter().map(|(name, table, mpc)| json!({
+            "stretch": name, "table": table, "replanned": mpc, "ratio": table / mpc,
         })).collect::<Vec<_>>(),
         "decision_us": { "median": quantiles[0], "p99": quantiles[1], "largest": quantiles[2] },
         "horizon_ms": horizon_ms,
@@ -133,18 +137,18 @@ pub fn run(
     let out = &arguments.out;
     write_json(&out.join("replan.json"), &value)?;
     let mut text = String::from("time_s,wanted_mm,table_mm,replanned_mm,unexplained_n\n");
-    for k in 0..replanned.time_s.len().min(tabled.time_s.len()) {
+    for k in 0..mpc.time_s.len().min(tabled.time_s.len()) {
         text += &format!(
             "{},{},{},{},{}\n",
-            replanned.time_s[k],
-            replanned.wanted_mm[k],
+            mpc.time_s[k],
+            mpc.wanted_mm[k],
             tabled.measured_mm[k],
-            replanned.measured_mm[k],
-            replanned.unexplained_n[k]
+            mpc.measured_mm[k],
+            mpc.unexplained_n[k]
         );
     }
     write_atomic(&out.join("replan.csv"), text.as_bytes())?;
-    let report = ReplanReport {
+    let report = MpcReport {
         lead: format!(
             "{}; {}. Horizon {horizon_ms:.0} ms, a decision every millisecond: median {:.0} µs, 99 % within \
              {:.0} µs.",
@@ -156,9 +160,9 @@ pub fn run(
         made_by: made_by(),
         rows: rows.iter().map(|(n, a, b)| ((*n).to_owned(), *a, *b)).collect(),
         table: tabled,
-        replanned,
+        mpc,
     };
-    write_atomic(&out.join("report.html"), replan_report(&report).as_bytes())?;
+    write_atomic(&out.join("report.html"), mpc_report(&report).as_bytes())?;
     let configuration = json!({
         "model": arguments.model.model,
         "motion": arguments.motion,
@@ -172,7 +176,7 @@ pub fn run(
     });
     run_record::write(out, "replan", global.seed, &configuration)?;
     console.json(&value);
-    let mut cells = vec![["RMSE (mm)", "table", "replanned", "ratio"].map(str::to_owned).to_vec()];
+    let mut cells = vec![["RMSE (mm)", "table", "MPC", "ratio"].map(str::to_owned).to_vec()];
     for (name, a, b) in &rows {
         cells.push(vec![(*name).into(), number(*a, 4), number(*b, 4), number(a / b, 1)]);
     }
@@ -188,7 +192,7 @@ pub fn run(
     Ok(ExitCode::SUCCESS)
 }
 
-/// What the table does not know, in words.
+/// Disturbances that the planned table does not contain, in words.
 fn disturbances(arguments: &ReplanArguments) -> String {
     let mut all = Vec::new();
     if arguments.load != 0.0 {

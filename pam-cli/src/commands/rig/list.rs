@@ -1,4 +1,4 @@
-//! What the rig offers: effects, protocols, parameters, observables.
+//! Lists of the rig: effects, protocols, parameters, observables.
 
 use super::rig;
 use crate::arguments::{RigObservablesArguments, RigProtocolArguments};

@@ -34,7 +34,7 @@ pub(super) fn run(
     let bar = console.progress(names.len(), "recording");
     let entries = session.record_into(&arguments.out, arguments.overwrite, &|_| bar.inc(1))?;
     bar.finish_and_clear();
-    // What was hidden stands in the sealed settings alone.
+    // Hidden effects are recorded in the sealed settings only.
     let configuration = json!({
         "protocol": session.protocol,
         "recordings": names,
@@ -49,7 +49,7 @@ pub(super) fn run(
     Ok(())
 }
 
-/// What the arguments ask for.
+/// The session of the arguments.
 fn session(arguments: &RigRecordArguments, seed: u64) -> Result<Session, CliError> {
     let mut rig: RigParameters = rig(arguments.rig.as_deref())?;
     for text in &arguments.effects {

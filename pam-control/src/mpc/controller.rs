@@ -11,10 +11,10 @@ use pam_numerics::statistics::quantile;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// Settings of a [`Replanner`].
+/// Settings of a [`MpcController`].
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct ReplanSettings {
+pub struct MpcSettings {
     /// The horizon.
     pub horizon: HorizonSettings,
     /// The observer.
@@ -25,10 +25,10 @@ pub struct ReplanSettings {
 
 /// Receding-horizon control of a joint, a millisecond at a time.
 #[derive(Debug)]
-pub struct Replanner<'a> {
+pub struct MpcController<'a> {
     model: &'a JointModel<f64, AnyForce<f64>>,
     mass_kg: f64,
-    settings: ReplanSettings,
+    settings: MpcSettings,
     horizon: Horizon<AnyBatch>,
     observer: Observer,
     modulators: [Modulator; 2],
@@ -36,14 +36,14 @@ pub struct Replanner<'a> {
     flows_g_s: [f64; 2],
 }
 
-impl<'a> Replanner<'a> {
+impl<'a> MpcController<'a> {
     /// A controller for a joint that is at rest, from a first reading.
     ///
     /// # Errors
     /// [`ControlError::Value`] if the settings are impossible.
     pub fn new(
         model: &'a JointModel<f64, AnyForce<f64>>,
-        settings: ReplanSettings,
+        settings: MpcSettings,
         bounds: MassBounds,
         reading: &Reading,
     ) -> Result<Self, ControlError> {
@@ -72,7 +72,7 @@ impl<'a> Replanner<'a> {
         })
     }
 
-    /// What is believed of the joint.
+    /// Estimated state of the joint.
     #[must_use]
     pub fn belief(&self) -> &Belief {
         self.observer.belief()
@@ -99,9 +99,9 @@ impl<'a> Replanner<'a> {
     }
 }
 
-/// What a joint did under replanning, one value a sample.
+/// Motion of a joint under receding-horizon MPC, one value per sample.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Replanned {
+pub struct MpcRun {
     /// Time, s.
     pub time_s: Vec<f64>,
     /// Wanted displacement, mm.
@@ -116,7 +116,7 @@ pub struct Replanned {
     pub decision_s: Vec<f64>,
 }
 
-impl Replanned {
+impl MpcRun {
     /// Root mean square error of the displacement in a stretch of time, mm.
     #[must_use]
     pub fn rmse_mm(&self, [from_s, to_s]: [f64; 2]) -> f64 {
@@ -134,38 +134,50 @@ impl Replanned {
     }
 }
 
-/// Lets the servo bring a joint to `first_kpa` for `settle_s`, then replans along a motion. `total_g` is the
-/// air in both muscles that holds the stiffness at a time, `force_n` the external force, which the
-/// controller is not told.
+/// A motion under receding-horizon control.
+#[derive(Clone, Copy)]
+pub struct MpcTask<'a> {
+    /// Wanted motion.
+    pub motion: &'a dyn Motion,
+    /// How long it lasts, s.
+    pub duration_s: f64,
+    /// Air in both muscles (g) that holds the wanted stiffness at a time (s).
+    pub total_g: &'a dyn Fn(f64) -> f64,
+    /// Pressures to which the servo brings the muscles first, kPa absolute.
+    pub first_kpa: [f64; 2],
+    /// How long the servo takes for that, s.
+    pub settle_s: f64,
+    /// External force (N) at a time (s), unknown to the controller.
+    pub force_n: &'a dyn Fn(f64) -> f64,
+}
+
+/// Lets the servo bring a joint to the first pressures, then controls it by receding-horizon MPC.
 ///
 /// # Errors
-/// As [`Replanner::new`].
-#[allow(clippy::too_many_arguments)]
-pub fn follow_replanning(
+/// As [`MpcController::new`].
+pub fn run_mpc(
     joint: &mut impl Joint,
     model: &JointModel<f64, AnyForce<f64>>,
-    settings: ReplanSettings,
+    settings: MpcSettings,
     bounds: MassBounds,
-    (motion, duration_s): (&dyn Motion, f64),
-    total_g: impl Fn(f64) -> f64,
-    (first_kpa, settle_s): ([f64; 2], f64),
-    force_n: impl Fn(f64) -> f64,
-) -> Result<Replanned, ControlError> {
-    let hold = JointCommand { force_n: 0.0, air: Air::Servo(first_kpa) };
-    for _ in 0..(settle_s / SAMPLE_S).round() as usize {
+    task: &MpcTask<'_>,
+) -> Result<MpcRun, ControlError> {
+    let MpcTask { motion, total_g, force_n, .. } = task;
+    let hold = JointCommand { force_n: 0.0, air: Air::Servo(task.first_kpa) };
+    for _ in 0..(task.settle_s / SAMPLE_S).round() as usize {
         joint.tick(&hold);
     }
-    // The valves are shut for a moment, so that the sensors' low-pass tells the pressure.
+    // The valves stay shut for a moment, until the low-pass of the sensors has settled.
     let mut reading = joint.tick(&JointCommand { force_n: 0.0, air: Air::Sealed });
     for _ in 0..500 {
         reading = joint.tick(&JointCommand { force_n: 0.0, air: Air::Sealed });
     }
-    let mut replanner = Replanner::new(model, settings, bounds, &reading)?;
-    let mut done = Replanned::default();
-    for k in 0..=(duration_s / SAMPLE_S).round() as usize {
+    let mut controller = MpcController::new(model, settings, bounds, &reading)?;
+    let mut done = MpcRun::default();
+    for k in 0..=(task.duration_s / SAMPLE_S).round() as usize {
         let time_s = k as f64 * SAMPLE_S;
         let start = Instant::now();
-        let valves = replanner.tick(&reading, |ahead_s| {
+        let valves = controller.tick(&reading, |ahead_s| {
             let point = motion.at(time_s + ahead_s);
             Reference {
                 displacement_mm: point.displacement_mm,
@@ -177,7 +189,7 @@ pub fn follow_replanning(
         done.time_s.push(time_s);
         done.wanted_mm.push(motion.at(time_s).displacement_mm);
         done.measured_mm.push(reading.displacement_mm);
-        let belief = replanner.belief();
+        let belief = controller.belief();
         done.unexplained_n.push(1e-3 * belief.force_mn);
         done.masses_g.push([belief.masses.flexor_g, belief.masses.extensor_g]);
         reading = joint.tick(&JointCommand { force_n: force_n(time_s), air: Air::Valves(valves) });

@@ -1,4 +1,4 @@
-//! Replanning while the joint moves: receding-horizon control over the learned model.
+//! Receding-horizon model predictive control (MPC) over the learned model.
 //!
 //! Every millisecond the controller
 //!
@@ -6,10 +6,10 @@
 //! 2. linearises the model along the trajectory that it predicted last, with exact derivatives, and
 //!    discretises it; the air masses are states now, driven by the valves' flows ([`horizon`], [`flow`]);
 //! 3. solves the quadratic program of the horizon from the last solution ([`box_qp`]): one step of
-//!    sequential quadratic programming a sample (Diehl, Bock and Schlöder 2005);
+//!    sequential quadratic programming per sample (Diehl, Bock and Schlöder 2005);
 //! 4. turns the first flows into openings of the on/off valves ([`modulator`]).
 //!
-//! [`Replanner`] joins them, [`follow_replanning`] closes the loop over a [`Joint`](crate::execution::Joint).
+//! [`MpcController`] joins them, [`run_mpc`] closes the loop over a [`Joint`](crate::execution::Joint).
 
 pub mod box_qp;
 mod controller;
@@ -18,6 +18,6 @@ pub mod horizon;
 pub mod modulator;
 pub mod observer;
 
-pub use controller::{ReplanSettings, Replanned, Replanner, follow_replanning};
+pub use controller::{MpcController, MpcRun, MpcSettings, MpcTask, run_mpc};
 pub use flow::ValveModel;
 pub use horizon::{Horizon, HorizonSettings, Reference};

@@ -1,5 +1,5 @@
 use super::over_time;
-use crate::replanning::Replanned;
+use crate::mpc::MpcRun;
 use maud::html;
 use pam_report::figure::Role;
 use pam_report::page::{number, page, wide_figure};
@@ -7,34 +7,33 @@ use pam_report::page::{number, page, wide_figure};
 /// Time between decisions, µs.
 const PERIOD_US: f64 = 1000.0;
 
-/// What the report shows.
+/// Content of the report.
 #[derive(Debug, Clone)]
-pub struct ReplanReport {
-    /// What was done.
+pub struct MpcReport {
+    /// One sentence on the experiment.
     pub lead: String,
     /// Program and version.
     pub made_by: String,
-    /// Stretches of time with both errors (mm): table, replanned.
+    /// Stretches of time with both errors (mm): lookup table, MPC.
     pub rows: Vec<(String, f64, f64)>,
     /// The joint under the lookup table.
-    pub table: Replanned,
-    /// The joint under replanning.
-    pub replanned: Replanned,
+    pub table: MpcRun,
+    /// The joint under MPC.
+    pub mpc: MpcRun,
 }
 
-/// Both motions beside each other, errors, and what the controller believed.
+/// Both motions, errors, and the estimates of the controller.
 #[must_use]
-pub fn replan_report(report: &ReplanReport) -> String {
-    let (t, r) = (&report.table, &report.replanned);
-    let error = |m: &Replanned| {
-        m.wanted_mm.iter().zip(&m.measured_mm).map(|(w, x)| x - w).collect::<Vec<_>>()
-    };
+pub fn mpc_report(report: &MpcReport) -> String {
+    let (t, r) = (&report.table, &report.mpc);
+    let error =
+        |m: &MpcRun| m.wanted_mm.iter().zip(&m.measured_mm).map(|(w, x)| x - w).collect::<Vec<_>>();
     let (flexor, extensor) = (Role::Category(0), Role::Category(1));
     let decisions: Vec<f64> = r.decision_s.iter().map(|s| (1e6 * s).min(PERIOD_US)).collect();
     let late = r.decision_s.iter().filter(|s| 1e6 * **s > PERIOD_US).count();
     let body = html! {
         div.scroll { table {
-            tr { th { "RMSE (mm)" } th { "lookup table" } th { "replanned" } th { "ratio" } }
+            tr { th { "RMSE (mm)" } th { "lookup table" } th { "MPC" } th { "ratio" } }
             @for (name, a, b) in &report.rows {
                 tr { td { (name) } td { (number(*a, 4)) } td { (number(*b, 4)) } td { (number(a / b, 1)) } }
             }
@@ -42,14 +41,14 @@ pub fn replan_report(report: &ReplanReport) -> String {
         (wide_figure(over_time("x (mm)", &r.time_s, &[
             ("wanted", Role::Measured, r.wanted_mm.clone()),
             ("lookup table", Role::Category(0), t.measured_mm.clone()),
-            ("replanned", Role::Predicted, r.measured_mm.clone()),
+            ("MPC", Role::Predicted, r.measured_mm.clone()),
         ]), ""))
         (wide_figure(over_time("error (mm)", &r.time_s, &[
             ("lookup table", Role::Category(0), error(t)),
-            ("replanned", Role::Predicted, error(r)),
+            ("MPC", Role::Predicted, error(r)),
         ]), ""))
         (wide_figure(over_time("unexplained force (N)", &r.time_s, &[("", Role::Predicted, r.unexplained_n.clone())]),
-            "What the observer believes acts besides the model: load, dry friction, warm air."))
+            "Estimated force that the model does not contain: load, dry friction, warm air."))
         (wide_figure(over_time("air (g)", &r.time_s, &[
             ("flexor", flexor, r.masses_g.iter().map(|m| m[0]).collect()),
             ("extensor", extensor, r.masses_g.iter().map(|m| m[1]).collect()),
@@ -63,5 +62,5 @@ pub fn replan_report(report: &ReplanReport) -> String {
             ),
         ))
     };
-    page("Replanning against the lookup table", &report.lead, &body, &report.made_by)
+    page("Receding-horizon MPC against the lookup table", &report.lead, &body, &report.made_by)
 }

@@ -55,7 +55,7 @@ impl Default for HorizonSettings {
     }
 }
 
-/// What is wanted at the end of a step.
+/// Reference at the end of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Reference {
     /// Displacement, mm.
@@ -136,11 +136,6 @@ impl<B: ForceBatch> Horizon<B> {
     /// The force in batches, and memory for it.
     pub fn force(&mut self) -> (&B, &mut B::Work) {
         (&self.batch, &mut self.work)
-    }
-
-    /// Predicted displacements at the ends of the steps, mm.
-    pub fn predicted_mm(&self) -> impl Iterator<Item = f64> + '_ {
-        self.predicted.iter().skip(1).map(|s| s[0])
     }
 
     /// The flows (g/s) of the first step from what is believed; `references` has one entry a step.

@@ -13,7 +13,7 @@ pub struct Modulator {
 }
 
 impl Modulator {
-    /// What the valves do in the next sample for a wanted flow (g/s), and the flow that this gives by the
+    /// Opening of the valves in the next sample for a wanted flow (g/s), and the flow that it gives by the
     /// model, g/s.
     pub fn decide(
         &mut self,
@@ -22,7 +22,7 @@ impl Modulator {
         valves: &ValveModel,
     ) -> (Valve, f64) {
         let (inflow, outflow) = (valves.inflow_g_s(pressure_kpa), valves.outflow_g_s(pressure_kpa));
-        // What cannot be had within a horizon is not owed for ever.
+        // A flow that cannot be reached within a horizon is not carried over for ever.
         let most = 4.0 * valves.shortest_s * inflow.max(outflow).max(1e-6);
         self.owed_g = (self.owed_g + wanted_g_s * SAMPLE_S).clamp(-most, most);
         if self.left_s < 0.5 * SAMPLE_S {

@@ -1,9 +1,9 @@
-//! Time of a decision of the replanner, on one core: every millisecond of a second-long closed loop over
+//! Time of a decision of the receding-horizon controller, on one core: every millisecond of a second-long closed loop over
 //! the model itself, horizon 120 ms.
 
 use pam_bench::published_model;
 use pam_control::execution::Reading;
-use pam_control::replanning::{Reference, ReplanSettings, Replanner};
+use pam_control::mpc::{MpcController, MpcSettings, Reference};
 use pam_control::synthesis::MassBounds;
 use std::time::Instant;
 
@@ -14,14 +14,14 @@ fn main() {
         displacement_mm: 0.05 * (0.013 * k as f64).sin(),
         pressures_kpa: [300.0, 300.0 + 2.0 * (0.01 * k as f64).sin()],
     };
-    let settings = ReplanSettings::default();
-    let mut replanner =
-        Replanner::new(&model, settings, bounds, &reading(0)).expect("settings are right");
+    let settings = MpcSettings::default();
+    let mut controller =
+        MpcController::new(&model, settings, bounds, &reading(0)).expect("settings are right");
     let mut times: Vec<f64> = (0..20_000)
         .map(|k| {
             let reading = reading(k);
             let begin = Instant::now();
-            replanner.tick(&reading, |ahead| Reference {
+            controller.tick(&reading, |ahead| Reference {
                 displacement_mm: (0.6 * (1e-3 * k as f64 + ahead)).sin(),
                 velocity_mm_s: 0.6 * (0.6 * (1e-3 * k as f64 + ahead)).cos(),
                 total_g: 0.12,

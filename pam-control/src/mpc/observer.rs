@@ -34,7 +34,7 @@ impl Default for ObserverSettings {
     }
 }
 
-/// What is believed of the joint.
+/// Estimated state of the joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Belief {
     /// Displacement, mm.
@@ -76,7 +76,7 @@ impl Observer {
         Self { settings, belief, filtered_kpa: reading.pressures_kpa }
     }
 
-    /// What is believed now.
+    /// The present estimate.
     #[must_use]
     pub fn belief(&self) -> &Belief {
         &self.belief

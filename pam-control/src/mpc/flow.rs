@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Density of air at the reference atmosphere (100 kPa, 20 °C), g/dm³.
 const REFERENCE_DENSITY_G_DM3: f64 = 1.185;
 
-/// What the controller believes of valves and supply. Temperatures are those of the reference
+/// Model of valves and supply that the controller uses. Temperatures are those of the reference
 /// atmosphere.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
