@@ -351,6 +351,7 @@ const WRONG_USAGE: &[(&[&str], &str)] = &[
         "there is no effect `warp`",
     ),
     (&["diagnose", "--data", "x.csv", "--out", "o", "--max-effects", "0"], "at least 1"),
+    (&["diagnose", "--data", "x.csv", "--out", "o", "--set", "search.beam=4"], "beam"),
     (&["plan", "--motion", "spiral:A=1", "--out", "o"], "spiral"),
     (&["plan", "--motion", "hold:x=0", "--stiffness", "-3", "--out", "o"], "positive"),
     (&["plan", "--motion", "hold:x=0", "--method", "newton", "--out", "o"], "auto, exact"),

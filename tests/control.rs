@@ -168,7 +168,7 @@ fn tracking_errors_grow_with_frequency() {
 
 /// Against a load step that neither knows, MPC misses by less than a third of the table's error.
 #[test]
-fn replanning_beats_the_table() {
+fn mpc_beats_the_table() {
     let folder = tempfile::tempdir().unwrap();
     let found =
         json_of(&["replan", "--json", "--quiet", "--out", text(&folder.path().join("replan"))]);
@@ -183,7 +183,7 @@ fn replanning_beats_the_table() {
 
 /// The same when the wanted displacement changes and the table does not know it.
 #[test]
-fn replanning_follows_changed_targets() {
+fn mpc_follows_changed_targets() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("replan");
     let found =

@@ -1,8 +1,7 @@
 //! The diagnosis on data with something hidden in them: by a plant that is the published model, by the
 //! virtual rig, and by nature (the published real run).
 
-use pam_data::Subject;
-use pam_data::{Recording, SavedModel, load_model};
+use pam_data::{Recording, SavedModel, Subject, load_model};
 use pam_diagnose::settings::ResidualSettings;
 use pam_diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, Verdict, diagnose};
 use pam_effects::ExtendedModel;

@@ -9,8 +9,7 @@
 //! With `PAM_STUDY_CSV=FILE` every hidden effect becomes a row of a table; `study -- tables FILE…` sums such
 //! tables up.
 
-use pam_data::Subject;
-use pam_data::{SavedModel, load_model, parse_model};
+use pam_data::{SavedModel, Subject, load_model, parse_model};
 use pam_diagnose::JointDiagnosis;
 use pam_diagnose::fit::Interval;
 use pam_tests::diagnose::{as_text, at_strength, diagnosed, plant_runs, rig_runs, vocabulary};

@@ -9,9 +9,8 @@ use pam_autodiff::linearise;
 use pam_core::{
     ForceInput, ForceModel, JointModel, MuscleGeometry, PhysicalParameters, SealedMasses,
 };
-use pam_data::Subject;
 use pam_data::formats::npz::Array;
-use pam_data::{MassChoice, Recording, resolve_masses};
+use pam_data::{MassChoice, Recording, Subject, resolve_masses};
 use pam_train::curriculum::SolverChoice;
 use pam_train::warm_start::fit_deformation;
 use pam_trajectory::SolverSettings;

@@ -9,9 +9,8 @@
 
 use crate::error::BaselineError;
 use pam_core::{ForceInput, SealedMasses};
-use pam_data::Subject;
 use pam_data::formats::npz::Array;
-use pam_data::{MuscleSurfaces, Recording};
+use pam_data::{MuscleSurfaces, Recording, Subject};
 use pam_trajectory::{PerChannel, PredictError, Prediction, Predictor, SolverSettings};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -2,8 +2,9 @@
 
 use crate::plant::{self, Excitation, Hidden, Noise};
 use pam_core::AnyForce;
-use pam_data::Subject;
-use pam_data::{LoadOptions, MassOrigin, Recording, SavedModel, collect_paths, open_recordings};
+use pam_data::{
+    LoadOptions, MassOrigin, Recording, SavedModel, Subject, collect_paths, open_recordings,
+};
 use pam_diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, diagnose};
 use pam_effects::ExtendedModel;
 use pam_rig::protocol::CurrentSegment;

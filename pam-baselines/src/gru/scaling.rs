@@ -1,7 +1,6 @@
 //! Min–max scaling to [−1, 1].
 
-use pam_data::Subject;
-use pam_data::{Channel, Recording};
+use pam_data::{Channel, Recording, Subject};
 use pam_numerics::statistics::mean;
 
 use super::parameters::{INPUTS, OUTPUTS};

@@ -4,9 +4,8 @@ use super::{Koopman, KoopmanModel, Rollout, Stability, Standard};
 use crate::error::BaselineError;
 use crate::method::is_positive;
 use crate::regression::Moments;
-use pam_data::Subject;
 use pam_data::recording::median_step_s;
-use pam_data::{Channel, Recording};
+use pam_data::{Channel, Recording, Subject};
 use rayon::prelude::*;
 use std::time::Instant;
 

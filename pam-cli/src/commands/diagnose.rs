@@ -2,14 +2,13 @@
 
 use crate::arguments::{DiagnoseArguments, GlobalOptions};
 use crate::console::Console;
-use crate::error::CliError;
+use crate::error::{CliError, failed, usage};
 use crate::options::describe_model;
 use crate::run_record::{self, made_by, write_json};
 use indicatif::ProgressBar;
-use pam_data::SavedModel;
-use pam_data::Subject;
 use pam_data::atomic::write_atomic;
 use pam_data::models::save_model;
+use pam_data::{DataError, SavedModel, Subject};
 use pam_diagnose::report::{ReportContext, diagnosis_report, verdict_sentence};
 use pam_diagnose::{
     DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage, diagnose,
@@ -66,14 +65,17 @@ fn options(arguments: &DiagnoseArguments, seed: u64) -> Result<DiagnoseOptions, 
         return Err(CliError::Usage("--max-effects must be at least 1".into()));
     }
     let text = match &arguments.settings {
-        Some(path) => std::fs::read_to_string(path)
-            .map_err(|e| CliError::Usage(format!("--settings {}: {e}", path.display())))?,
+        Some(path) => {
+            let text = std::fs::read_to_string(path).map_err(|e| DataError::io(path, e))?;
+            DiagnosisSettings::parse(&text, &[])
+                .map_err(|e| failed(format!("{}: {e}", path.display())))?;
+            text
+        }
         None => String::new(),
     };
     let most = arguments.max_effects.map(|most| format!("search.max_causes={most}"));
     let changes: Vec<String> = arguments.overrides.iter().cloned().chain(most).collect();
-    let settings =
-        DiagnosisSettings::parse(&text, &changes).map_err(|e| CliError::Usage(e.to_string()))?;
+    let settings = DiagnosisSettings::parse(&text, &changes).map_err(usage)?;
     let mut options = DiagnoseOptions { seed, settings, ..DiagnoseOptions::default() };
     if !arguments.effects.is_empty() {
         options.candidates = arguments
