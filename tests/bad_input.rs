@@ -345,7 +345,7 @@ const WRONG_USAGE: &[(&[&str], &str)] = &[
     (&["train", "recomended", "--data", "x.csv", "--out", "o"], "recommended, paper"),
     (&["train", "--print", "--set", "rates=1"], "unknown field `rates`"),
     (&["train", "--data", "x.csv", "--out", "o", "--resume"], "no run was begun"),
-    (&["train", "--data", "x.csv", "--out", "o", "--checkpoint-s", "-1"], "--checkpoint-s"),
+    (&["train", "--data", "x.csv", "--out", "o", "--checkpoint-s=-1"], "--checkpoint-s"),
     (
         &["diagnose", "--data", "x.csv", "--out", "o", "--effects", "warp"],
         "there is no effect `warp`",

@@ -267,7 +267,8 @@ fn help_teaches() {
         assert!(help.contains(word), "{word}");
     }
     for command in ["evaluate", "simulate", "inspect", "convert", "demo"] {
-        assert!(stdout_of(PAM, &[command, "--help"]).contains("--seed"));
+        let help = stdout_of(PAM, &[command, "--help"]);
+        assert!(help.contains("--seed") && help.contains("Exit codes: 0 success"), "{help}");
     }
     assert_eq!(run(PAM, &["evaluate"]).status.code(), Some(2));
 }

@@ -20,7 +20,7 @@ pub use train::TrainArguments;
 
 use crate::options::{DataOptions, ModelOptions, SolverOptions, StepOptions, choice};
 use clap::builder::PossibleValuesParser;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use pam_effects::engine::EXACT;
 use pam_solvers::Tableau;
 use pam_trajectory::engine::Precision;
@@ -32,7 +32,7 @@ use std::path::PathBuf;
 /// Without a command, the virtual rig records a joint in which an effect is hidden, and the diagnosis of
 /// the default model names it; the report is ./pam-demo/report.html.
 #[derive(Debug, Parser)]
-#[command(name = "pam", version, max_term_width = 100, after_help = AFTER_HELP)]
+#[command(name = "pam", version, max_term_width = 100, after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}"))]
 pub struct Arguments {
     /// Command.
     #[command(subcommand)]
@@ -42,7 +42,7 @@ pub struct Arguments {
     pub global: GlobalOptions,
 }
 
-const AFTER_HELP: &str = "\
+const EXAMPLES: &str = "\
 Examples:
   pam                                           hide an effect in rig data, find it, report it
   pam inspect nn_3060 model.eqx                 what is in these files
@@ -63,10 +63,29 @@ Examples:
   pam compare models.toml --out compared        baselines and the hybrid model on one split
   pam ablate activations --data logs --out sweep
                                                 ablations: train many, compare seed by seed
-  pam convert model.eqx model.safetensors       published weights to the framework's format
+  pam convert model.eqx model.safetensors       published weights to the framework's format";
 
+const EXIT_CODES: &str = "\
 Exit codes: 0 success, 1 an error in files, data or the work, 2 wrong usage, 3 finished, but some
 recordings, samples or cells failed, 130 interrupted and can be resumed.";
+
+impl Arguments {
+    /// The commands, each with the exit codes in its help.
+    #[must_use]
+    pub fn with_exit_codes() -> clap::Command {
+        fn documented(command: clap::Command) -> clap::Command {
+            command.after_help(EXIT_CODES).mut_subcommands(documented)
+        }
+        Self::command().mut_subcommands(documented)
+    }
+
+    /// The arguments of the process; ends it with a message and exit code 2 if they are wrong.
+    #[must_use]
+    pub fn of_process() -> Self {
+        let matches = Self::with_exit_codes().get_matches();
+        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+}
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]

@@ -3,7 +3,6 @@
 use crate::arguments::{Arguments, CompletionsArguments, ManArguments};
 use crate::console::Console;
 use crate::error::{CliError, failed};
-use clap::CommandFactory;
 use pam_data::atomic::write_atomic;
 use serde_json::json;
 use std::io::Write;
@@ -15,7 +14,7 @@ use std::process::ExitCode;
 /// None; a closed pipe ends the output.
 pub fn completions(arguments: &CompletionsArguments) -> Result<ExitCode, CliError> {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Arguments::command(), "pam", &mut script);
+    clap_complete::generate(arguments.shell, &mut Arguments::with_exit_codes(), "pam", &mut script);
     let _ = std::io::stdout().lock().write_all(&script);
     Ok(ExitCode::SUCCESS)
 }
@@ -25,7 +24,7 @@ pub fn completions(arguments: &CompletionsArguments) -> Result<ExitCode, CliErro
 /// # Errors
 /// [`CliError`] if a page cannot be written.
 pub fn man(arguments: &ManArguments, console: &Console) -> Result<ExitCode, CliError> {
-    let mut command = Arguments::command();
+    let mut command = Arguments::with_exit_codes();
     command.build();
     let mut pages = Vec::new();
     write_pages(&command, "pam", arguments, &mut pages)?;
