@@ -250,7 +250,7 @@ fn print(set: &[Hidden], d: &JointDiagnosis, seed: u64, seconds: f64) -> bool {
     let found = |h: &Hidden| {
         d.causes
             .iter()
-            .any(|c| c.effect == h.0 || c.confusable_with.iter().any(|other| *other == h.0))
+            .any(|c| c.effect == h.0 || c.confusable_with.contains(&h.0))
     };
     let right = if set.iter().any(|h| !listed(&h.0)) {
         d.verdict != pam_diagnose::Verdict::Explained

@@ -79,7 +79,7 @@ fn curves(
     t: &Trace,
     c: usize,
     named: bool,
-    line: &dyn Fn(&[f64]) -> Vec<(f64, f64)>,
+    line: impl Fn(&[f64]) -> Vec<(f64, f64)>,
 ) -> String {
     plot = plot.with("measured", Role::Measured, line(&t.measured[c])).with(
         "before",
@@ -103,17 +103,17 @@ fn loop_of(t: &Trace, c: usize, label: &str, excitation: &str, named: bool) -> S
     let u = &t.excitation[from..];
     if c == 0 {
         let plot = LineFigure::new("", label, excitation, 480, 330);
-        curves(plot, t, c, named, &|y| thin(&y[from..], u, POINTS))
+        curves(plot, t, c, named, |y| thin(&y[from..], u, POINTS))
     } else {
         let plot = LineFigure::new("", excitation, label, 480, 330);
-        curves(plot, t, c, named, &|y| thin(u, &y[from..], POINTS))
+        curves(plot, t, c, named, |y| thin(u, &y[from..], POINTS))
     }
 }
 
 fn series(t: &Trace, c: usize, label: &str, named: bool) -> String {
     let from = last(t);
     let plot = LineFigure::new("", "time (s)", label, 1040, 240);
-    curves(plot, t, c, named, &|y| thin(&t.time_s[from..], &y[from..], POINTS))
+    curves(plot, t, c, named, |y| thin(&t.time_s[from..], &y[from..], POINTS))
 }
 
 fn errors(t: &Trace, c: usize, label: &str, named: bool) -> String {
