@@ -12,7 +12,7 @@ use pam_core::{Activation, ActivationFunction, JointModel, NetworkForce, SealedM
 /// ```
 ///
 /// With valves closed the pressures never act back on the motion; they follow from it by the gas law
-/// (see [`JointModel::sealed_pressures_kpa`]), so two states are enough. The masses are constant along
+/// (see [`JointModel::gas_law_pressures_kpa`]), so two states are enough. The masses are constant along
 /// a trajectory and are folded into the network's first bias. States, time and sums are doubles; the
 /// network runs in `T`.
 ///
