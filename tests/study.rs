@@ -247,11 +247,8 @@ fn parse(text: &str) -> Hidden {
 fn print(set: &[Hidden], d: &JointDiagnosis, seed: u64, seconds: f64) -> bool {
     let listed = |id: &str| vocabulary().iter().any(|v| v.0 == id);
     let exact = set.iter().all(|h| d.causes.iter().any(|c| c.effect == h.0));
-    let found = |h: &Hidden| {
-        d.causes
-            .iter()
-            .any(|c| c.effect == h.0 || c.confusable_with.contains(&h.0))
-    };
+    let found =
+        |h: &Hidden| d.causes.iter().any(|c| c.effect == h.0 || c.confusable_with.contains(&h.0));
     let right = if set.iter().any(|h| !listed(&h.0)) {
         d.verdict != pam_diagnose::Verdict::Explained
     } else if set.is_empty() {
