@@ -1,6 +1,6 @@
 //! Shared parts of networks on batches: products of their layers, sums for gradients, checks of settings.
 //!
-//! Lanes are columns. Matrices lie column by column, their columns as far apart as they have rows.
+//! Members of the batch are columns. Matrices lie column by column, their columns as far apart as they have rows.
 
 use pam_core::simd::Float;
 use pam_core::simd::gemm::{Finish, Layout, Product, Start};

@@ -15,7 +15,7 @@ use std::time::Instant;
 
 /// The square size of the peak.
 const SQUARE: usize = 768;
-/// Points of a block, and lanes.
+/// Points of a block, and members of a batch.
 const POINTS: [usize; 3] = [15, 128, 256];
 /// Time spent on each figure, s.
 const SECONDS: f64 = 0.4;

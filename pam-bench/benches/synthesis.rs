@@ -1,6 +1,6 @@
 //! Time of the inverse synthesis for a sample, on one core.
 //!
-//! Each motion is solved in stretches of 2048 samples (16 lanes of 128); the median over the stretches and
+//! Each motion is solved in stretches of 2048 samples (16 segments of 128); the median over the stretches and
 //! repeats is printed, with the largest residual and the share of samples whose stiffness is reached.
 //! Unreachable samples, whose whole curve of masses is followed, are shown by themselves.
 

@@ -103,8 +103,8 @@ fn on_the_quartic_the_gradient_is_worse_than_the_state() {
 #[test]
 fn lanes_are_the_adjoint_of_all_trajectories() {
     let _alone = alone();
-    let lanes = BatchGrid {
-        part: parts::LANES.into(),
+    let batched = BatchGrid {
+        part: parts::BATCHED.into(),
         activation: tanh(),
         width: 8,
         horizon_s: 0.1,
@@ -112,7 +112,7 @@ fn lanes_are_the_adjoint_of_all_trajectories() {
         tableau: Tableau::rk4(),
         step_s: 5e-3,
     };
-    let result = run(Study::new().with(lanes));
+    let result = run(Study::new().with(batched));
     assert_eq!(result.rows.len(), 6);
     for row in &result.rows {
         let within = if row.kind == Kind::SinglePrecision { 1e-4 } else { 1e-10 };
@@ -188,7 +188,7 @@ fn unknown_names_list_the_known_ones() {
         assert!(error.contains(name), "{error}");
     }
     let error = parts::quick().with_methods(&["magic".into()]).err().unwrap().to_string();
-    for name in ["adjoint", "forward", "backsolve", "interpolating", "quadrature", "lanes"] {
+    for name in ["adjoint", "forward", "backsolve", "interpolating", "quadrature", "batched"] {
         assert!(error.contains(name), "{error}");
     }
 }

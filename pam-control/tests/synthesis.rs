@@ -266,7 +266,7 @@ fn threads_and_lanes_change_nothing_that_matters() {
     let a = one.install(|| solve(&model, &targets, bounds));
     let b = two.install(|| solve(&model, &targets, bounds));
     assert_eq!(a, b);
-    let settings = SynthesisSettings { lanes: 3, ..SynthesisSettings::published(bounds) };
+    let settings = SynthesisSettings { segments: 3, ..SynthesisSettings::published(bounds) };
     let c = Synthesiser::new(&model, settings).unwrap().solve(&targets).unwrap();
     for (a, c) in a.iter().zip(&c) {
         assert!((a.masses.flexor_g - c.masses.flexor_g).abs() < 1e-9);

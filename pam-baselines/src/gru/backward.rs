@@ -37,7 +37,7 @@ impl<T: Float> Tape<T> {
                 arch().dispatch(GatesBack {
                     h,
                     inputs: layer.inputs,
-                    lanes: n,
+                    members: n,
                     stack: &tape.stack[t * n * (layer.inputs + h)..],
                     gates: &tape.gates[t * n * 2 * h..],
                     new: &tape.new[t * n * h..],
@@ -58,9 +58,9 @@ impl<T: Float> Tape<T> {
                 } else if let Some(k) = t.checked_sub(self.known) {
                     let to = &mut self.input_back;
                     multiply([rows, 3 * h], &layer.input_back, all, Start::Zero, to);
-                    for lane in 0..n {
-                        let out = &mut self.out[(k * n + lane) * OUT_STRIDE..][..OUTPUTS];
-                        for (o, b) in out.iter_mut().zip(&self.input_back[lane * rows..]) {
+                    for member in 0..n {
+                        let out = &mut self.out[(k * n + member) * OUT_STRIDE..][..OUTPUTS];
+                        for (o, b) in out.iter_mut().zip(&self.input_back[member * rows..]) {
                             *o += *b;
                         }
                     }
@@ -70,7 +70,7 @@ impl<T: Float> Tape<T> {
     }
 
     /// Adds the gradient of the weights: products of cotangents with what they multiplied, over all steps
-    /// and lanes at once.
+    /// and members at once.
     pub(super) fn collect(&mut self, network: &Network<T>, n: usize, gradient: &mut [f64]) {
         let h = network.shape.hidden;
         let parts = network.shape.parts();
@@ -121,7 +121,7 @@ impl<T: Float> Tape<T> {
 struct GatesBack<'a, T> {
     h: usize,
     inputs: usize,
-    lanes: usize,
+    members: usize,
     stack: &'a [T],
     gates: &'a [T],
     new: &'a [T],
@@ -137,13 +137,13 @@ impl<T: Float> WithSimd for GatesBack<'_, T> {
     fn with_simd<S: Simd>(self, _simd: S) {
         let h = self.h;
         let one = T::narrow(1.0);
-        for lane in 0..self.lanes {
-            let (r, z) = self.gates[lane * 2 * h..][..2 * h].split_at(h);
-            let new = &self.new[lane * h..][..h];
-            let new_hidden = &self.new_hidden[lane * h..][..h];
-            let old = &self.stack[lane * (self.inputs + h) + self.inputs..][..h];
-            let carried = &mut self.carried[lane * h..][..h];
-            let (gates_back, rest) = self.back[lane * 4 * h..][..4 * h].split_at_mut(2 * h);
+        for member in 0..self.members {
+            let (r, z) = self.gates[member * 2 * h..][..2 * h].split_at(h);
+            let new = &self.new[member * h..][..h];
+            let new_hidden = &self.new_hidden[member * h..][..h];
+            let old = &self.stack[member * (self.inputs + h) + self.inputs..][..h];
+            let carried = &mut self.carried[member * h..][..h];
+            let (gates_back, rest) = self.back[member * 4 * h..][..4 * h].split_at_mut(2 * h);
             let (r_back, z_back) = gates_back.split_at_mut(h);
             let (new_back, hidden_back) = rest.split_at_mut(h);
             for i in 0..h {

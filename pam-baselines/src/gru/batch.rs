@@ -6,14 +6,14 @@ use rayon::prelude::*;
 
 /// Windows of one task. Sums of tasks are added in their order, so results do not depend on the number of
 /// threads.
-pub const LANES: usize = 32;
+pub const TASK_WINDOWS: usize = 32;
 
 /// Windows that one task runs side by side, and where they begin.
 #[derive(Debug, Clone)]
 pub struct Block<'a> {
     /// Where they begin; blocks that go on are those at the same place of the batch before.
     pub begin: Begin,
-    /// Up to [`LANES`] windows.
+    /// Up to [`TASK_WINDOWS`] windows.
     pub windows: Vec<Window<'a, f32>>,
 }
 
@@ -29,11 +29,11 @@ impl BatchGradient {
     /// For batches of up to `batch` windows.
     #[must_use]
     pub fn new(network: &Network<f32>, batch: usize, warm_up: usize, horizon: usize) -> Self {
-        let tasks = batch.div_ceil(LANES);
-        let lanes = batch.min(LANES);
+        let tasks = batch.div_ceil(TASK_WINDOWS);
+        let members = batch.min(TASK_WINDOWS);
         Self {
             horizon,
-            tapes: (0..tasks).map(|_| Tape::new(network, lanes, warm_up, horizon)).collect(),
+            tapes: (0..tasks).map(|_| Tape::new(network, members, warm_up, horizon)).collect(),
             gradients: vec![vec![0.0; network.shape.len()]; tasks],
         }
     }
@@ -47,7 +47,7 @@ impl BatchGradient {
         gradient: Option<&mut [f64]>,
     ) -> f64 {
         let blocks: Vec<Block<'_>> = windows
-            .chunks(LANES)
+            .chunks(TASK_WINDOWS)
             .map(|w| Block { begin: Begin::Rest, windows: w.to_vec() })
             .collect();
         self.run_blocks(network, &blocks, gradient)

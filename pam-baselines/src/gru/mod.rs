@@ -20,7 +20,7 @@ mod scaling;
 mod tape;
 mod train;
 
-pub use batch::{BatchGradient, Block, LANES};
+pub use batch::{BatchGradient, Block, TASK_WINDOWS};
 pub use model::GruModel;
 pub use network::{Network, Running};
 pub use parameters::{INPUTS, OUTPUTS, Part, Shape};

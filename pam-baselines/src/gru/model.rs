@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Recordings of one task.
-const LANES: usize = 16;
+const TASK_RUNS: usize = 16;
 
 fn append(trajectory: &mut Trajectory, state: &[f64; OUTPUTS]) {
     let Trajectory { x, v, pf, pe } = trajectory;
@@ -148,30 +148,30 @@ impl GruModel {
         // Samples 0 to `from` of the runs are done.
         for from in (0..longest - 1).step_by(stride) {
             running.read(&self.network, &mut out);
-            for (lane, run) in runs.iter().enumerate() {
+            for (member, run) in runs.iter().enumerate() {
                 let left = run.len().saturating_sub(from + 1).min(stride);
                 if left == 0 {
                     continue;
                 }
                 let before = std::mem::replace(
-                    &mut states[lane],
-                    self.scaling.state(out[lane].map(f64::from)),
+                    &mut states[member],
+                    self.scaling.state(out[member].map(f64::from)),
                 );
-                let state = states[lane];
-                if let Ok(trajectory) = &mut results[lane] {
+                let state = states[member];
+                if let Ok(trajectory) = &mut results[member] {
                     for k in 1..=left {
                         let share = k as f64 / stride as f64;
-                        append(trajectory, &between(&before, &state, share, step_s[lane]));
+                        append(trajectory, &between(&before, &state, share, step_s[member]));
                     }
                     if out_of_range(state[0]) {
-                        results[lane] = Err(diverged(run, from + stride, state[0]));
+                        results[member] = Err(diverged(run, from + stride, state[0]));
                     }
                 }
-                let [x, v, pf, pe] = out[lane];
+                let [x, v, pf, pe] = out[member];
                 let sample = run.start + from + stride;
                 if sample < run.recording.len() {
                     let force = self.scaling.force_over(run.recording, sample, stride);
-                    inputs[lane] = [x, v, pf, pe, force as f32];
+                    inputs[member] = [x, v, pf, pe, force as f32];
                 }
             }
             running.feed(&self.network, &inputs);
@@ -201,7 +201,7 @@ impl FittedModel for GruModel {
         runs: &[Run<'_>],
         done: &(dyn Fn(usize) + Sync),
     ) -> Vec<Result<Trajectory, Stopped>> {
-        runs.par_chunks(LANES)
+        runs.par_chunks(TASK_RUNS)
             .flat_map_iter(|part| {
                 let results = match part.iter().try_for_each(|run| self.check_step(run)) {
                     Ok(()) => self.predict(part),

@@ -1,4 +1,4 @@
-//! The network on a batch of lanes, forwards.
+//! The network on a batch, forwards.
 //!
 //! ```text
 //! r = σ(W_ir x + b_ir + W_hr h + b_hr)      z = σ(W_iz x + b_iz + W_hz h + b_hz)
@@ -6,7 +6,7 @@
 //! ŷ = W₂ tanh(W₁ h' + b₁) + b₂
 //! ```
 //!
-//! (Cho et al. 2014 in the form of PyTorch, with the reset gate after the product.) Lanes are columns.
+//! (Cho et al. 2014 in the form of PyTorch, with the reset gate after the product.) Members of the batch are columns.
 
 use super::parameters::{INPUTS, OUTPUTS, Shape};
 use crate::batched::{Columns, multiply};
@@ -141,7 +141,7 @@ impl<T: Float> Network<T> {
     pub(super) fn layer_forward(
         &self,
         l: usize,
-        lanes: usize,
+        members: usize,
         stack: &[T],
         keep: LayerStep<'_, T>,
     ) {
@@ -149,17 +149,17 @@ impl<T: Float> Network<T> {
         let stride = layer.inputs + h;
         let LayerStep { gates, new, new_hidden, hidden } = keep;
         let inputs = layer.inputs;
-        let all = Columns::of(stack, lanes, stride);
+        let all = Columns::of(stack, members, stride);
         multiply([2 * h, stride], &layer.gates, all, Start::Columns(&layer.gates_bias), gates);
         let bias = Start::Columns(&layer.new_input_bias);
         multiply([h, inputs], &layer.new_input, all, bias, new);
-        let before = Columns::of(&stack[inputs..], lanes, stride);
+        let before = Columns::of(&stack[inputs..], members, stride);
         let bias = Start::Columns(&layer.new_hidden_bias);
         multiply([h, h], &layer.new_hidden, before, bias, new_hidden);
         arch().dispatch(Gates {
             h,
             inputs: layer.inputs,
-            lanes,
+            members,
             stack,
             gates,
             new,
@@ -169,17 +169,23 @@ impl<T: Float> Network<T> {
     }
 
     /// The head: from hidden states to outputs, keeping `tanh(W₁ h + b₁)`.
-    pub(super) fn head_forward(&self, lanes: usize, hidden: &[T], inner: &mut [T], out: &mut [T]) {
+    pub(super) fn head_forward(
+        &self,
+        members: usize,
+        hidden: &[T],
+        inner: &mut [T],
+        out: &mut [T],
+    ) {
         let h = self.shape.hidden;
         let bias = Start::Columns(&self.head_bias);
-        multiply([h, h], &self.head, Columns::of(hidden, lanes, h), bias, inner);
+        multiply([h, h], &self.head, Columns::of(hidden, members, h), bias, inner);
         arch().dispatch(Tanh { z: &mut *inner });
         let bias = Start::Columns(&self.out_bias);
-        multiply([OUT_STRIDE, h], &self.out, Columns::of(inner, lanes, h), bias, out);
+        multiply([OUT_STRIDE, h], &self.out, Columns::of(inner, members, h), bias, out);
     }
 }
 
-/// Values that one layer keeps from one step; `hidden` is the new state `[lanes][hidden]`.
+/// Values that one layer keeps from one step; `hidden` is the new state `[members][hidden]`.
 pub(super) struct LayerStep<'a, T> {
     pub(super) gates: &'a mut [T],
     pub(super) new: &'a mut [T],
@@ -191,7 +197,7 @@ pub(super) struct LayerStep<'a, T> {
 struct Gates<'a, T> {
     h: usize,
     inputs: usize,
-    lanes: usize,
+    members: usize,
     stack: &'a [T],
     gates: &'a mut [T],
     new: &'a mut [T],
@@ -205,15 +211,15 @@ impl<T: Float> WithSimd for Gates<'_, T> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
         let h = self.h;
-        for g in &mut self.gates[..2 * h * self.lanes] {
+        for g in &mut self.gates[..2 * h * self.members] {
             *g = math::sigmoid(*g);
         }
-        for lane in 0..self.lanes {
-            let (r, z) = self.gates[lane * 2 * h..][..2 * h].split_at(h);
-            let new = &mut self.new[lane * h..][..h];
-            let new_hidden = &self.new_hidden[lane * h..][..h];
-            let old = &self.stack[lane * (self.inputs + h) + self.inputs..][..h];
-            let to = &mut self.hidden[lane * h..][..h];
+        for member in 0..self.members {
+            let (r, z) = self.gates[member * 2 * h..][..2 * h].split_at(h);
+            let new = &mut self.new[member * h..][..h];
+            let new_hidden = &self.new_hidden[member * h..][..h];
+            let old = &self.stack[member * (self.inputs + h) + self.inputs..][..h];
+            let to = &mut self.hidden[member * h..][..h];
             for i in 0..h {
                 let n = math::tanh(r[i].fma(new_hidden[i], new[i]));
                 new[i] = n;
@@ -226,7 +232,7 @@ impl<T: Float> WithSimd for Gates<'_, T> {
 /// Hidden states of a batch in operation, without anything kept for a gradient.
 #[derive(Debug, Clone)]
 pub struct Running<T> {
-    lanes: usize,
+    members: usize,
     /// `[x; h]` of each layer.
     stacks: Vec<Vec<T>>,
     gates: Vec<T>,
@@ -240,11 +246,11 @@ pub struct Running<T> {
 impl<T: Float> Running<T> {
     /// A batch with hidden states of zero.
     #[must_use]
-    pub fn new(network: &Network<T>, lanes: usize) -> Self {
+    pub fn new(network: &Network<T>, members: usize) -> Self {
         let h = network.shape.hidden;
-        let zeros = |n: usize| vec![T::default(); n * lanes];
+        let zeros = |n: usize| vec![T::default(); n * members];
         Self {
-            lanes,
+            members,
             stacks: network.layers.iter().map(|l| zeros(l.inputs + h)).collect(),
             gates: zeros(2 * h),
             new: zeros(h),
@@ -255,7 +261,7 @@ impl<T: Float> Running<T> {
         }
     }
 
-    /// Feeds one scaled input a lane; hidden states go on.
+    /// Feeds one scaled input a member; hidden states go on.
     pub fn feed(&mut self, network: &Network<T>, inputs: &[[T; INPUTS]]) {
         let h = network.shape.hidden;
         let stride = INPUTS + h;
@@ -270,20 +276,20 @@ impl<T: Float> Running<T> {
                 new_hidden: &mut self.new_hidden,
                 hidden: &mut self.hidden,
             };
-            network.layer_forward(l, self.lanes, &before[l], keep);
+            network.layer_forward(l, self.members, &before[l], keep);
             let own = network.layers[l].inputs;
-            for (lane, hidden) in self.hidden.chunks_exact(h).enumerate() {
-                before[l][lane * (own + h) + own..][..h].copy_from_slice(hidden);
+            for (member, hidden) in self.hidden.chunks_exact(h).enumerate() {
+                before[l][member * (own + h) + own..][..h].copy_from_slice(hidden);
                 if let Some(next) = after.first_mut() {
-                    next[lane * 2 * h..][..h].copy_from_slice(hidden);
+                    next[member * 2 * h..][..h].copy_from_slice(hidden);
                 }
             }
         }
     }
 
-    /// The scaled next state of each lane, from the hidden states.
+    /// The scaled next state of each member, from the hidden states.
     pub fn read(&mut self, network: &Network<T>, outputs: &mut [[T; OUTPUTS]]) {
-        network.head_forward(self.lanes, &self.hidden, &mut self.inner, &mut self.out);
+        network.head_forward(self.members, &self.hidden, &mut self.inner, &mut self.out);
         for (to, column) in outputs.iter_mut().zip(self.out.chunks_exact(OUT_STRIDE)) {
             to.copy_from_slice(&column[..OUTPUTS]);
         }

@@ -31,20 +31,20 @@ pub struct Window<'a, T> {
 /// Memory for loss and gradient of a block of windows.
 #[derive(Debug, Clone)]
 pub struct Tape<T> {
-    lanes: usize,
+    members: usize,
     warm_up: usize,
     pub(super) horizon: usize,
     /// Samples of the present block that are not predicted.
     pub(super) known: usize,
     /// Windows of the block that ran last.
     carried: usize,
-    /// `[lanes]`: its last predictions.
+    /// `[members]`: its last predictions.
     carried_state: Vec<[T; OUTPUTS]>,
     pub(super) layers: Vec<LayerTape<T>>,
-    /// `[horizon][lanes][hidden]`: hidden states that the head read, and what it made of them.
+    /// `[horizon][members][hidden]`: hidden states that the head read, and what it made of them.
     pub(super) head_in: Vec<T>,
     pub(super) head_inner: Vec<T>,
-    /// `[horizon][lanes][16]`: outputs, later their cotangents.
+    /// `[horizon][members][16]`: outputs, later their cotangents.
     pub(super) out: Vec<T>,
     /// Cotangents of the head.
     pub(super) head_back: Vec<T>,
@@ -56,27 +56,27 @@ pub struct Tape<T> {
 /// Values that one layer keeps from all steps, and their cotangents.
 #[derive(Debug, Clone)]
 pub(super) struct LayerTape<T> {
-    /// `[steps + 1][lanes][inputs + hidden]`.
+    /// `[steps + 1][members][inputs + hidden]`.
     pub(super) stack: Vec<T>,
-    /// `[steps][lanes][2 hidden]`.
+    /// `[steps][members][2 hidden]`.
     pub(super) gates: Vec<T>,
-    /// `[steps][lanes][hidden]`.
+    /// `[steps][members][hidden]`.
     pub(super) new: Vec<T>,
     pub(super) new_hidden: Vec<T>,
-    /// `[steps][lanes][4 hidden]`: cotangents of the sums of reset, update, new, and of `W_hn h + b_hn`.
+    /// `[steps][members][4 hidden]`: cotangents of the sums of reset, update, new, and of `W_hn h + b_hn`.
     pub(super) back: Vec<T>,
-    /// `[lanes][hidden]`: the hidden state at the end of the last block.
+    /// `[members][hidden]`: the hidden state at the end of the last block.
     last: Vec<T>,
-    /// `[lanes][hidden]`: cotangent of the hidden state that goes on.
+    /// `[members][hidden]`: cotangent of the hidden state that goes on.
     pub(super) carried: Vec<T>,
     /// `[inputs + hidden][4 hidden]`: the gradient of the weights.
     pub(super) sums: Vec<T>,
 }
 
 impl<T: Float> Tape<T> {
-    /// Memory for blocks of up to `lanes` windows.
+    /// Memory for blocks of up to `members` windows.
     #[must_use]
-    pub fn new(network: &Network<T>, lanes: usize, warm_up: usize, horizon: usize) -> Self {
+    pub fn new(network: &Network<T>, members: usize, warm_up: usize, horizon: usize) -> Self {
         let h = network.shape.hidden;
         let steps = warm_up + horizon - 1;
         let zeros = |n: usize| vec![T::default(); n];
@@ -84,30 +84,30 @@ impl<T: Float> Tape<T> {
             .layers
             .iter()
             .map(|l| LayerTape {
-                stack: zeros((steps + 1) * lanes * (l.inputs + h)),
-                gates: zeros(steps * lanes * 2 * h),
-                new: zeros(steps * lanes * h),
-                new_hidden: zeros(steps * lanes * h),
-                back: zeros(steps * lanes * 4 * h),
-                last: zeros(lanes * h),
-                carried: zeros(lanes * h),
+                stack: zeros((steps + 1) * members * (l.inputs + h)),
+                gates: zeros(steps * members * 2 * h),
+                new: zeros(steps * members * h),
+                new_hidden: zeros(steps * members * h),
+                back: zeros(steps * members * 4 * h),
+                last: zeros(members * h),
+                carried: zeros(members * h),
                 sums: zeros((l.inputs + h) * 4 * h),
             })
             .collect();
         Self {
-            lanes,
+            members,
             warm_up,
             horizon,
             known: warm_up,
             carried: 0,
-            carried_state: vec![[T::default(); OUTPUTS]; lanes],
+            carried_state: vec![[T::default(); OUTPUTS]; members],
             layers,
-            head_in: zeros(horizon * lanes * h),
-            head_inner: zeros(horizon * lanes * h),
-            out: zeros(horizon * lanes * OUT_STRIDE),
-            head_back: zeros(horizon * lanes * h),
-            input_back: zeros(lanes * h.max(padded(INPUTS))),
-            hidden: zeros(lanes * h),
+            head_in: zeros(horizon * members * h),
+            head_inner: zeros(horizon * members * h),
+            out: zeros(horizon * members * OUT_STRIDE),
+            head_back: zeros(horizon * members * h),
+            input_back: zeros(members * h.max(padded(INPUTS))),
+            hidden: zeros(members * h),
         }
     }
 
@@ -115,7 +115,7 @@ impl<T: Float> Tape<T> {
     /// gradient, added there in the order of [`Shape::parts`](super::Shape::parts).
     ///
     /// # Panics
-    /// If there are more windows than lanes, a window is too short, or a block goes on from one of another
+    /// If there are more windows than the batch holds, a window is too short, or a block goes on from one of another
     /// number of windows.
     pub fn run(
         &mut self,
@@ -125,8 +125,8 @@ impl<T: Float> Tape<T> {
         gradient: Option<&mut [f64]>,
     ) -> f64 {
         let n = windows.len();
-        assert!(n <= self.lanes, "more windows than lanes");
-        assert!(begin == Begin::Rest || n == self.carried, "a block goes on in the same lanes");
+        assert!(n <= self.members, "more windows than the batch holds");
+        assert!(begin == Begin::Rest || n == self.carried, "a block goes on with the same windows");
         self.known = if begin == Begin::Rest { self.warm_up } else { 1 };
         self.carried = n;
         self.start(network, begin, n);
@@ -180,14 +180,14 @@ impl<T: Float> Tape<T> {
         let mut loss = 0.0;
         for t in 0..self.steps() {
             let block = t * n * (INPUTS + h);
-            for (lane, window) in windows.iter().enumerate() {
-                let to = &mut self.layers[0].stack[block + lane * (INPUTS + h)..][..INPUTS];
+            for (member, window) in windows.iter().enumerate() {
+                let to = &mut self.layers[0].stack[block + member * (INPUTS + h)..][..INPUTS];
                 to.copy_from_slice(&window.samples[t]);
                 if let Some(k) = t.checked_sub(self.known) {
-                    let predicted = &self.out[(k * n + lane) * OUT_STRIDE..][..OUTPUTS];
+                    let predicted = &self.out[(k * n + member) * OUT_STRIDE..][..OUTPUTS];
                     to[..OUTPUTS].copy_from_slice(predicted);
                 } else if begin == Begin::Carried {
-                    to[..OUTPUTS].copy_from_slice(&self.carried_state[lane]);
+                    to[..OUTPUTS].copy_from_slice(&self.carried_state[member]);
                 }
             }
             for l in 0..count {
@@ -202,10 +202,10 @@ impl<T: Float> Tape<T> {
                     hidden: &mut self.hidden,
                 };
                 network.layer_forward(l, n, &now[t * n * stride..], keep);
-                for (lane, hidden) in self.hidden[..n * h].chunks_exact(h).enumerate() {
-                    next[lane * stride + stride - h..][..h].copy_from_slice(hidden);
+                for (member, hidden) in self.hidden[..n * h].chunks_exact(h).enumerate() {
+                    next[member * stride + stride - h..][..h].copy_from_slice(hidden);
                     if let Some(above) = above.first_mut() {
-                        above.stack[(t * n + lane) * 2 * h..][..h].copy_from_slice(hidden);
+                        above.stack[(t * n + member) * 2 * h..][..h].copy_from_slice(hidden);
                     }
                 }
             }
@@ -238,13 +238,13 @@ mod tests {
     use super::super::parameters::Shape;
     use super::*;
 
-    fn samples(lanes: usize, len: usize) -> Vec<Vec<[f64; INPUTS]>> {
-        (0..lanes)
-            .map(|lane| {
+    fn samples(members: usize, len: usize) -> Vec<Vec<[f64; INPUTS]>> {
+        (0..members)
+            .map(|member| {
                 (0..len)
                     .map(|t| {
                         std::array::from_fn(|c| {
-                            (0.31 * t as f64 + 0.7 * lane as f64 + 1.3 * c as f64).sin()
+                            (0.31 * t as f64 + 0.7 * member as f64 + 1.3 * c as f64).sin()
                         })
                     })
                     .collect()
@@ -312,7 +312,7 @@ mod tests {
         assert!((first + second - whole).abs() < 1e-12 * whole, "{first} {second} {whole}");
     }
 
-    /// A block of fewer windows than lanes, after a fuller one, is as good as new.
+    /// A block of fewer windows than the batch holds, after a fuller one, is as good as new.
     #[test]
     fn memory_leaves_no_trace() {
         let shape = Shape { hidden: 16, layers: 2 };

@@ -11,7 +11,7 @@
 //! over the whole training recordings.
 
 use super::Gru;
-use super::batch::{BatchGradient, Block, LANES};
+use super::batch::{BatchGradient, Block, TASK_WINDOWS};
 use super::network::{Network, Running};
 use super::parameters::{INPUTS, OUTPUTS, Shape};
 use super::samples::Samples;
@@ -41,7 +41,7 @@ pub struct History {
 
 /// Rollouts of one task, side by side.
 struct Rollouts<'a> {
-    lanes: Vec<&'a [[f32; INPUTS]]>,
+    members: Vec<&'a [[f32; INPUTS]]>,
     segment: usize,
     segments: usize,
 }
@@ -52,7 +52,7 @@ impl<'a> Rollouts<'a> {
         &mut self,
         settings: &Gru,
         samples: &'a Samples,
-        lanes: usize,
+        members: usize,
         longest: usize,
         random: &mut ChaCha8Rng,
     ) -> Block<'a> {
@@ -61,8 +61,8 @@ impl<'a> Rollouts<'a> {
             self.segments = random.random_range(1..=longest);
             self.segment = 0;
             let len = warm_up + self.segments * horizon;
-            self.lanes =
-                (0..lanes).map(|_| samples.draw(len, settings.rest_share, random)).collect();
+            self.members =
+                (0..members).map(|_| samples.draw(len, settings.rest_share, random)).collect();
         }
         let (begin, from) = match self.segment {
             0 => (Begin::Rest, 0),
@@ -70,7 +70,7 @@ impl<'a> Rollouts<'a> {
         };
         self.segment += 1;
         let to = warm_up + self.segment * horizon;
-        let windows = self.lanes.iter().map(|s| Window { samples: &s[from..to] }).collect();
+        let windows = self.members.iter().map(|s| Window { samples: &s[from..to] }).collect();
         Block { begin, windows }
     }
 }
@@ -104,10 +104,10 @@ pub(super) fn train(
     let mut mean = numbers.clone();
     let mut best = numbers.clone();
     let mut history = History { loss: Vec::new(), free_run: Vec::new(), best_epoch: 0 };
-    let mut tasks: Vec<(usize, Rollouts<'_>)> = (0..settings.batch.div_ceil(LANES))
+    let mut tasks: Vec<(usize, Rollouts<'_>)> = (0..settings.batch.div_ceil(TASK_WINDOWS))
         .map(|k| {
-            let lanes = (settings.batch - k * LANES).min(LANES);
-            (lanes, Rollouts { lanes: Vec::new(), segment: 0, segments: 0 })
+            let members = (settings.batch - k * TASK_WINDOWS).min(TASK_WINDOWS);
+            (members, Rollouts { members: Vec::new(), segment: 0, segments: 0 })
         })
         .collect();
     let total = (settings.epochs * settings.updates_per_epoch) as f64;
@@ -119,8 +119,8 @@ pub(super) fn train(
             let grown = 1 + ((done / GROWING).min(1.0) * (longest - 1) as f64).round() as usize;
             let blocks: Vec<Block<'_>> = tasks
                 .iter_mut()
-                .map(|(lanes, rollouts)| {
-                    rollouts.next(settings, samples, *lanes, grown, &mut random)
+                .map(|(members, rollouts)| {
+                    rollouts.next(settings, samples, *members, grown, &mut random)
                 })
                 .collect();
             let network = Network::new(shape, &numbers);
@@ -152,7 +152,7 @@ pub(super) fn train(
 fn free_run_loss(network: &Network<f32>, samples: &Samples, warm_up: usize) -> f64 {
     let whole: Vec<&[[f32; INPUTS]]> = samples.whole().filter(|s| s.len() > warm_up).collect();
     let sums: Vec<(f64, usize)> = whole
-        .par_chunks(LANES / 2)
+        .par_chunks(TASK_WINDOWS / 2)
         .map(|part| {
             let mut running = Running::new(network, part.len());
             let mut out = vec![[0.0_f32; OUTPUTS]; part.len()];

@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Windows of one task; sums of tasks are added in their order.
-const LANES: usize = 16;
+const TASK_WINDOWS: usize = 16;
 
 /// How the field is made and trained.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -118,9 +118,9 @@ impl Method for NeuralOde {
         let mut numbers = random(self.width, training.seed);
         let mut generator = ChaCha8Rng::seed_from_u64(training.seed ^ 0x51ed_270b);
         let mut adam = Adam::new(AdamSettings::default(), numbers.len());
-        let tasks = self.batch.div_ceil(LANES);
+        let tasks = self.batch.div_ceil(TASK_WINDOWS);
         let mut tapes: Vec<Tape<f32>> = (0..tasks)
-            .map(|_| Tape::new(self.width, LANES, self.steps_per_window, step_s))
+            .map(|_| Tape::new(self.width, TASK_WINDOWS, self.steps_per_window, step_s))
             .collect();
         let mut parts = vec![vec![0.0; numbers.len()]; tasks];
         let mut gradient = vec![0.0; numbers.len()];
@@ -133,7 +133,7 @@ impl Method for NeuralOde {
             let windows: Vec<&Window<f32>> = windows.iter().collect();
             let field = Field::<f32>::new(self.width, &numbers, rates);
             let losses: Vec<f64> = windows
-                .par_chunks(LANES)
+                .par_chunks(TASK_WINDOWS)
                 .zip(&mut tapes)
                 .zip(&mut parts)
                 .map(|((part, tape), own)| {

@@ -1,4 +1,4 @@
-//! The field on a batch of lanes, and its pull-back.
+//! The field on a batch, and its pull-back.
 //!
 //! ```text
 //! ż = s ⊙ (W₃ tanh(W₂ tanh(W₁ [z; u] + b₁) + b₂) + b₃)
@@ -89,53 +89,53 @@ impl<T: Float> Field<T> {
         Self { width, forward, bias, back, rates: rates.map(T::narrow) }
     }
 
-    /// Rates of the states of all lanes: `inputs` `[lanes][16]` holds `[z; u]`, `rates` `[lanes][16]` gets
+    /// Rates of the states of the batch: `inputs` `[members][16]` holds `[z; u]`, `rates` `[members][16]` gets
     /// ż; both hidden layers are kept.
-    pub(super) fn eval(&self, lanes: usize, inputs: &[T], keep: [&mut [T]; 2], rates: &mut [T]) {
+    pub(super) fn eval(&self, members: usize, inputs: &[T], keep: [&mut [T]; 2], rates: &mut [T]) {
         let w = self.width;
         let [first, second] = keep;
         let [w1, w2, w3] = &self.forward;
         let [b1, b2, b3] = self.bias.each_ref().map(|b| Start::Columns(b));
-        multiply([w, INPUTS], w1, Columns::of(inputs, lanes, STRIDE), b1, first);
-        arch().dispatch(Tanh { z: &mut first[..lanes * w] });
-        multiply([w, w], w2, Columns::of(first, lanes, w), b2, second);
-        arch().dispatch(Tanh { z: &mut second[..lanes * w] });
-        multiply([STRIDE, w], w3, Columns::of(second, lanes, w), b3, rates);
-        for column in rates[..lanes * STRIDE].chunks_exact_mut(STRIDE) {
+        multiply([w, INPUTS], w1, Columns::of(inputs, members, STRIDE), b1, first);
+        arch().dispatch(Tanh { z: &mut first[..members * w] });
+        multiply([w, w], w2, Columns::of(first, members, w), b2, second);
+        arch().dispatch(Tanh { z: &mut second[..members * w] });
+        multiply([STRIDE, w], w3, Columns::of(second, members, w), b3, rates);
+        for column in rates[..members * STRIDE].chunks_exact_mut(STRIDE) {
             for (v, s) in column.iter_mut().zip(self.rates) {
                 *v *= s;
             }
         }
     }
 
-    /// The pull-back at one evaluation. `outs` `[lanes][16]` holds the cotangents of ż and gets those of the
-    /// last layer's sums; `hidden` gets those of the sums of both hidden layers; `inputs` `[lanes][16]` those
+    /// The pull-back at one evaluation. `outs` `[members][16]` holds the cotangents of ż and gets those of the
+    /// last layer's sums; `hidden` gets those of the sums of both hidden layers; `inputs` `[members][16]` those
     /// of `[z; u]`.
     pub(super) fn pull_back(
         &self,
-        lanes: usize,
+        members: usize,
         kept: [&[T]; 2],
         outs: &mut [T],
         hidden: [&mut [T]; 2],
         inputs: &mut [T],
     ) {
         let w = self.width;
-        for column in outs[..lanes * STRIDE].chunks_exact_mut(STRIDE) {
+        for column in outs[..members * STRIDE].chunks_exact_mut(STRIDE) {
             for (v, s) in column.iter_mut().zip(self.rates) {
                 *v *= s;
             }
         }
         let [first, second] = hidden;
         let [w1, w2, w3] = &self.back;
-        multiply([w, STATES], w3, Columns::of(outs, lanes, STRIDE), Start::Zero, second);
-        arch().dispatch(TanhBack { values: &kept[1][..lanes * w], cotangents: second });
-        multiply([w, w], w2, Columns::of(second, lanes, w), Start::Zero, first);
-        arch().dispatch(TanhBack { values: &kept[0][..lanes * w], cotangents: first });
-        multiply([STRIDE, w], w1, Columns::of(first, lanes, w), Start::Zero, inputs);
+        multiply([w, STATES], w3, Columns::of(outs, members, STRIDE), Start::Zero, second);
+        arch().dispatch(TanhBack { values: &kept[1][..members * w], cotangents: second });
+        multiply([w, w], w2, Columns::of(second, members, w), Start::Zero, first);
+        arch().dispatch(TanhBack { values: &kept[0][..members * w], cotangents: first });
+        multiply([STRIDE, w], w1, Columns::of(first, members, w), Start::Zero, inputs);
     }
 
     /// Adds the gradient of all numbers from the cotangents of the sums and what they multiplied, over
-    /// `columns` evaluations times lanes.
+    /// `columns` evaluations times members.
     pub(super) fn collect(
         &self,
         columns: usize,

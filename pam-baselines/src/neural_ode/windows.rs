@@ -21,35 +21,35 @@ const HALF: [usize; 4] = [0, 1, 1, 2];
 /// Memory for loss and gradient of a block of windows.
 #[derive(Debug)]
 pub struct Tape<T> {
-    lanes: usize,
+    members: usize,
     steps: usize,
     step_s: f64,
-    /// `[4 steps][lanes][..]`: inputs, hidden layers and the cotangents of the sums.
+    /// `[4 steps][members][..]`: inputs, hidden layers and the cotangents of the sums.
     inputs: Vec<T>,
     kept: [Vec<T>; 2],
     sums: [Vec<T>; 3],
-    /// `[steps + 1][lanes][4]`.
+    /// `[steps + 1][members][4]`.
     states: Vec<[T; STATES]>,
     rates: Vec<T>,
     by_input: Vec<T>,
 }
 
 impl<T: Float> Tape<T> {
-    /// Memory for up to `lanes` windows of `steps` steps.
+    /// Memory for up to `members` windows of `steps` steps.
     #[must_use]
-    pub fn new(width: usize, lanes: usize, steps: usize, step_s: f64) -> Self {
-        let stages = 4 * steps * lanes;
+    pub fn new(width: usize, members: usize, steps: usize, step_s: f64) -> Self {
+        let stages = 4 * steps * members;
         let zeros = |n: usize| vec![T::default(); n];
         Self {
-            lanes,
+            members,
             steps,
             step_s,
             inputs: zeros(stages * STRIDE),
             kept: [zeros(stages * width), zeros(stages * width)],
             sums: [zeros(stages * width), zeros(stages * width), zeros(stages * STRIDE)],
-            states: vec![[T::default(); STATES]; (steps + 1) * lanes],
-            rates: zeros(4 * lanes * STRIDE),
-            by_input: zeros(lanes * STRIDE),
+            states: vec![[T::default(); STATES]; (steps + 1) * members],
+            rates: zeros(4 * members * STRIDE),
+            by_input: zeros(members * STRIDE),
         }
     }
 
@@ -57,7 +57,7 @@ impl<T: Float> Tape<T> {
     /// exact gradient is added there.
     ///
     /// # Panics
-    /// If there are more windows than lanes, or a window is too short.
+    /// If there are more windows than the batch holds, or a window is too short.
     pub fn run(
         &mut self,
         field: &Field<T>,
@@ -65,7 +65,7 @@ impl<T: Float> Tape<T> {
         gradient: Option<&mut [f64]>,
     ) -> f64 {
         let (n, w) = (windows.len(), field.width);
-        assert!(n <= self.lanes, "more windows than lanes");
+        assert!(n <= self.members, "more windows than the batch holds");
         let h = T::narrow(self.step_s);
         for (state, window) in self.states.iter_mut().zip(windows) {
             *state = window.states[0];
@@ -75,36 +75,36 @@ impl<T: Float> Tape<T> {
             for s in 0..4 {
                 let at = 4 * k + s;
                 let inputs = &mut self.inputs[at * block..][..block];
-                for (lane, column) in inputs.chunks_exact_mut(STRIDE).enumerate() {
-                    let state = &self.states[k * n + lane];
+                for (member, column) in inputs.chunks_exact_mut(STRIDE).enumerate() {
+                    let state = &self.states[k * n + member];
                     for c in 0..STATES {
                         column[c] = state[c];
                         if s > 0 {
-                            let before = self.rates[(s - 1) * block + lane * STRIDE + c];
+                            let before = self.rates[(s - 1) * block + member * STRIDE + c];
                             column[c] += h * T::narrow(REACH[s]) * before;
                         }
                     }
-                    column[STATES] = windows[lane].forces[2 * k + HALF[s]];
+                    column[STATES] = windows[member].forces[2 * k + HALF[s]];
                 }
                 let [first, second] = &mut self.kept;
                 let keep = [&mut first[at * n * w..], &mut second[at * n * w..]];
                 field.eval(n, inputs, keep, &mut self.rates[s * block..]);
             }
-            for lane in 0..n {
-                let mut next = self.states[k * n + lane];
+            for member in 0..n {
+                let mut next = self.states[k * n + member];
                 for (s, weight) in WEIGHT.iter().enumerate() {
                     for (c, x) in next.iter_mut().enumerate() {
-                        *x += h * T::narrow(*weight) * self.rates[s * block + lane * STRIDE + c];
+                        *x += h * T::narrow(*weight) * self.rates[s * block + member * STRIDE + c];
                     }
                 }
-                self.states[(k + 1) * n + lane] = next;
+                self.states[(k + 1) * n + member] = next;
             }
         }
         let mut loss = 0.0;
         for k in 1..=self.steps {
-            for (lane, window) in windows.iter().enumerate() {
+            for (member, window) in windows.iter().enumerate() {
                 for c in 0..STATES {
-                    let error = (self.states[k * n + lane][c] - window.states[k][c]).widen();
+                    let error = (self.states[k * n + member][c] - window.states[k][c]).widen();
                     loss += error * error;
                 }
             }
@@ -128,12 +128,12 @@ impl<T: Float> Tape<T> {
         // Cotangents of the rates of the four stages.
         let mut by_rates = vec![T::default(); 4 * block];
         for k in (0..self.steps).rev() {
-            for (lane, own) in carried.iter_mut().enumerate() {
+            for (member, own) in carried.iter_mut().enumerate() {
                 for (c, own) in own.iter_mut().enumerate() {
-                    let predicted = self.states[(k + 1) * n + lane][c];
-                    *own += two * (predicted - windows[lane].states[k + 1][c]);
+                    let predicted = self.states[(k + 1) * n + member][c];
+                    *own += two * (predicted - windows[member].states[k + 1][c]);
                     for (s, weight) in WEIGHT.iter().enumerate() {
-                        by_rates[s * block + lane * STRIDE + c] = h * T::narrow(*weight) * *own;
+                        by_rates[s * block + member * STRIDE + c] = h * T::narrow(*weight) * *own;
                     }
                 }
             }
@@ -146,12 +146,12 @@ impl<T: Float> Tape<T> {
                 let [first, second, last] = &mut self.sums;
                 let hidden = [&mut first[here.clone()], &mut second[here]];
                 field.pull_back(n, kept, &mut last[at * block..], hidden, &mut self.by_input);
-                for (lane, own) in carried.iter_mut().enumerate() {
+                for (member, own) in carried.iter_mut().enumerate() {
                     for (c, own) in own.iter_mut().enumerate() {
-                        let by = self.by_input[lane * STRIDE + c];
+                        let by = self.by_input[member * STRIDE + c];
                         *own += by;
                         if s > 0 {
-                            let before = &mut by_rates[(s - 1) * block + lane * STRIDE + c];
+                            let before = &mut by_rates[(s - 1) * block + member * STRIDE + c];
                             *before += h * T::narrow(REACH[s]) * by;
                         }
                     }

@@ -1,4 +1,4 @@
-//! Batched lanes against the exact adjoint, trajectory by trajectory.
+//! Batched trajectories against the exact adjoint, trajectory by trajectory.
 
 use super::cells::{Cells, blank, finite};
 use super::measure::{Measured, measure};
@@ -18,13 +18,13 @@ use pam_solvers::{
 };
 
 /// Name of the method.
-pub const NAME: &str = "lanes";
+pub const NAME: &str = "batched";
 /// Parameters of the joint after those of its network.
 const OWN: usize = 6;
 
 /// Joints that differ in their air and share a network, under constant steps and a loss of the motion.
 ///
-/// Three rows for each number of trajectories: the exact adjoint one by one, and lanes in each float of the
+/// Three rows for each number of trajectories: the exact adjoint one by one, and batched in each float of the
 /// network. What is compared is the gradient of the sum of the losses with respect to the network. The
 /// adjoint one by one stands for the frozen steps here; the grids of the study hold it against dual
 /// numbers.
@@ -122,7 +122,7 @@ impl BatchGrid {
             observe_s: &times,
         };
         let problems: Vec<_> = (0..count).map(problem).collect();
-        let lanes = BatchedIntegrator::new(self.tableau.clone(), ConstantStep::new(self.step_s));
+        let batched = BatchedIntegrator::new(self.tableau.clone(), ConstantStep::new(self.step_s));
         let loss =
             |_: usize, states: &[f64], out: &mut [f64]| joint::motion_loss()(&times, states, out);
         let mut memory = BatchWorkspace::default();
@@ -135,7 +135,7 @@ impl BatchGrid {
             linearised,
             stored_bytes,
             ..
-        } = lanes.value_and_gradient(&motion, &problems, &loss, &mut memory);
+        } = batched.value_and_gradient(&motion, &problems, &loss, &mut memory);
         if let Some(failure) = failures.first() {
             return Err(failure.to_string());
         }
@@ -204,8 +204,8 @@ impl Cells for BatchGrid {
     }
 
     fn run(&self, repeat: usize, wanted: &dyn Fn(&str, &str) -> bool, found: &mut dyn FnMut(Row)) {
-        let [adjoint, lanes] = ["adjoint", NAME].map(|method| wanted(joint::NAME, method));
-        if !(adjoint || lanes) {
+        let [adjoint, batched] = ["adjoint", NAME].map(|method| wanted(joint::NAME, method));
+        if !(adjoint || batched) {
             return;
         }
         let model = joint::model(self.activation, self.width);
@@ -227,7 +227,7 @@ impl Cells for BatchGrid {
                 let result = measure(repeat, || one_by_one(&self.solver()));
                 found(self.row(("adjoint", "tape"), count, result, &truths));
             }
-            if let (true, Ok(pool)) = (lanes, &pool) {
+            if let (true, Ok(pool)) = (batched, &pool) {
                 let of_double = || pool.install(|| self.together::<f64>(&model, count));
                 found(self.row((NAME, f64::NAME), count, measure(repeat, of_double), &truths));
                 let of_single = || pool.install(|| self.together::<f32>(&model, count));

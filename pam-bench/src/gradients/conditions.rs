@@ -75,9 +75,9 @@ impl ConditionGrid {
                 }
             })
             .collect();
-        let lanes = BatchedIntegrator::new(tableau.clone(), ConstantStep::new(step_s));
+        let batched = BatchedIntegrator::new(tableau.clone(), ConstantStep::new(step_s));
         let mut memory = BatchWorkspace::default();
-        let failures = lanes.solve(&motion, &problems, &mut memory);
+        let failures = batched.solve(&motion, &problems, &mut memory);
         if let Some(failure) = failures.first() {
             let of = problems.len();
             return Err(format!("{} of {of} solves stopped early: {failure}", failures.len()));

@@ -10,7 +10,7 @@ use super::table::{bytes_text, error_text, longest, seconds_text, shown};
 /// All findings, in the order of the report.
 #[must_use]
 pub fn findings(result: &StudyResult) -> Vec<String> {
-    [exactness, order, kinks, stiffness, trap, horizon, parameters, lanes, checkpoints]
+    [exactness, order, kinks, stiffness, trap, horizon, parameters, batched, checkpoints]
         .into_iter()
         .flat_map(|of| of(result))
         .collect()
@@ -289,10 +289,10 @@ pub fn parameters(result: &StudyResult) -> Vec<String> {
     )]
 }
 
-/// Lanes against one adjoint after the other.
+/// Batched trajectories against one adjoint after the other.
 #[must_use]
-pub fn lanes(result: &StudyResult) -> Vec<String> {
-    let rows = || result.part(parts::LANES);
+pub fn batched(result: &StudyResult) -> Vec<String> {
+    let rows = || result.part(parts::BATCHED);
     let width = rows().filter_map(|row| row.width).max();
     let most = rows().map(|row| row.trajectories).max().unwrap_or(0);
     let at = |differentiation: &str| {
@@ -306,7 +306,7 @@ pub fn lanes(result: &StudyResult) -> Vec<String> {
     };
     match (at("tape"), at("f64"), at("f32")) {
         (Some((one, _)), Some((double, _)), Some((single, error))) => vec![format!(
-            "Lanes take the gradient of {most} trajectories of a network of width {} {} times faster than \
+            "A batch takes the gradient of {most} trajectories of a network of width {} {} times faster than \
              one adjoint after the other in double precision, {} times in single precision with an error \
              of {error:.0e}, on one thread.",
             width.unwrap_or(0),

@@ -20,14 +20,14 @@ pub const STEPS: &str = "steps";
 pub const HORIZON: &str = "horizon";
 /// Part: cost against the number of parameters.
 pub const PARAMETERS: &str = "parameters";
-/// Part: one and many trajectories in lanes.
-pub const LANES: &str = "lanes";
+/// Part: one and many trajectories in a batch.
+pub const BATCHED: &str = "batched";
 /// Part: time against memory of the adjoint.
 pub const CHECKPOINTS: &str = "checkpoints";
 
 /// Width of the networks of the grid.
 const SMALL: usize = 8;
-/// Width of the networks whose Runge–Kutta methods are compared, and of lanes.
+/// Width of the networks whose Runge–Kutta methods are compared, and of batches.
 const MIDDLE: usize = 32;
 /// Steps that the published figures are about, s.
 pub const FIVE_MS: f64 = 5e-3;
@@ -40,7 +40,7 @@ pub fn full() -> Study {
     let study = steps(study, &[20.0, 10.0, 5.0, 2.0, 1.0, 0.5], 1.0);
     let study = horizons(study, &[0.125, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0]);
     let study = parameters(study, &[8, 16, 32, 64, 96], 0.05);
-    let study = lanes(study, &[32, 96], &[1, 4, 16], 1.0);
+    let study = batched(study, &[32, 96], &[1, 4, 16], 1.0);
     checkpoints(study, 10.0)
 }
 
@@ -52,7 +52,7 @@ pub fn quick() -> Study {
     let study = steps(study, &[20.0, 10.0, 5.0, 2.0, 1.0], 0.5);
     let study = horizons(study, &[0.25, 0.5, 1.0]);
     let study = parameters(study, &[8, 16, 32], 0.02);
-    let study = lanes(study, &[32], &[1, 4], 0.3);
+    let study = batched(study, &[32], &[1, 4], 0.3);
     checkpoints(study, 2.0)
 }
 
@@ -153,10 +153,10 @@ fn parameters(mut study: Study, widths: &[usize], horizon_s: f64) -> Study {
     study
 }
 
-fn lanes(mut study: Study, widths: &[usize], trajectories: &[usize], horizon_s: f64) -> Study {
+fn batched(mut study: Study, widths: &[usize], trajectories: &[usize], horizon_s: f64) -> Study {
     for &width in widths {
         study = study.with(BatchGrid {
-            part: LANES.into(),
+            part: BATCHED.into(),
             activation: activation("leaky_relu"),
             width,
             horizon_s,

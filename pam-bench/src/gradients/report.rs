@@ -60,10 +60,10 @@ pub fn report(result: &StudyResult, made_by: &str) -> String {
             div class="grid" { @for (svg, caption) in figures::parameters(result) { (figure(svg, &caption)) } }
             (folded("All sizes", &of(parts::PARAMETERS)))
         }
-        @if has(parts::LANES) {
-            h2 { "Lanes" }
-            (paragraphs(&findings::lanes(result)))
-            @for table in of(parts::LANES) { (markup(table)) }
+        @if has(parts::BATCHED) {
+            h2 { "Batched trajectories" }
+            (paragraphs(&findings::batched(result)))
+            @for table in of(parts::BATCHED) { (markup(table)) }
         }
         @if has(parts::CHECKPOINTS) {
             h2 { "Time for memory" }
@@ -83,7 +83,7 @@ const PARTS: [&str; 6] = [
     parts::GRID,
     parts::HORIZON,
     parts::PARAMETERS,
-    parts::LANES,
+    parts::BATCHED,
     parts::CHECKPOINTS,
 ];
 

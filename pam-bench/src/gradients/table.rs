@@ -79,7 +79,7 @@ pub fn tables(result: &StudyResult) -> Vec<Table> {
         (parts::STEPS, "Runge–Kutta methods at constant steps", Row::problem_text),
         (parts::HORIZON, "Against the horizon", |row| format!("{} s", row.horizon_s)),
         (parts::PARAMETERS, "Against the number of parameters", |row| row.parameters.to_string()),
-        (parts::LANES, "Lanes", |row| {
+        (parts::BATCHED, "Batched trajectories", |row| {
             format!("{} × width {}", row.trajectories, row.width.unwrap_or(0))
         }),
         (parts::CHECKPOINTS, "Checkpointing", |row| format!("{} s", row.horizon_s)),
@@ -93,7 +93,7 @@ pub fn tables(result: &StudyResult) -> Vec<Table> {
                 parts::PARAMETERS => {
                     format!("{title}: {} s, {}, {}", row.horizon_s, row.solver, row.steps_text())
                 }
-                parts::LANES => format!("{title}: {} s, {}", row.horizon_s, row.steps_text()),
+                parts::BATCHED => format!("{title}: {} s, {}", row.horizon_s, row.steps_text()),
                 _ => format!("{title}: {}, {}", row.solver, row.steps_text()),
             };
             tables.push(costs(&title, part, first, &rows));
@@ -113,7 +113,7 @@ fn costs(title: &str, part: &str, first: fn(&Row) -> String, rows: &[&Row]) -> T
     let name = match part {
         parts::PARAMETERS => "parameters",
         parts::HORIZON | parts::CHECKPOINTS => "horizon",
-        parts::LANES => "trajectories",
+        parts::BATCHED => "trajectories",
         _ => "problem",
     };
     let with_solver = part == parts::STEPS;

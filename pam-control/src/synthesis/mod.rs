@@ -6,7 +6,7 @@
 //! - [`certified`]: the global optimum with a proof, [`CertifiedSynthesiser`];
 //! - [`plan`]: a whole trajectory with its pressure commands, [`Plan`].
 //!
-//! Inside: the stencil of K̂, Newton's method in lanes, and the curve of dynamically consistent masses,
+//! Inside: the stencil of K̂, Newton's method on batched segments, and the curve of dynamically consistent masses,
 //! followed piece by piece.
 
 pub mod batch;

@@ -5,7 +5,7 @@
 //! followed instead (see [`trace`](super::trace)).
 //!
 //! A smooth force goes through [`march`]: the solutions of three samples, carried on along a parabola, start
-//! the next one, and all lanes are evaluated together. A ReLU network goes through [`track`]: it is
+//! the next one, and all segments are evaluated together. A ReLU network goes through [`track`]: it is
 //! piecewise affine, so from sample to sample its pieces say the next solution exactly until a kink is passed,
 //! and Newton's method ends after one step once it has found the right pieces.
 
@@ -58,9 +58,9 @@ pub(super) fn step(local: &Local, target: &Target, longest_g: f64) -> Option<[f6
     Some(step.map(|s| scale * s))
 }
 
-/// One lane: a stretch of a trajectory, solved sample by sample.
+/// A segment of a trajectory, solved sample by sample.
 #[derive(Debug, Clone)]
-pub(super) struct Lane {
+pub(super) struct Segment {
     next: usize,
     end: usize,
     u: [f64; 2],
@@ -70,8 +70,8 @@ pub(super) struct Lane {
     outside: usize,
 }
 
-impl Lane {
-    /// A lane over the samples `start..end` that begins from a guess.
+impl Segment {
+    /// A segment over the samples `start..end` that begins from a guess.
     pub(super) fn new(start: usize, end: usize, guess: [f64; 2]) -> Self {
         Self { next: start, end, u: guess, last: [None; 2], steps: 0, outside: 0 }
     }
@@ -113,68 +113,71 @@ impl Lane {
     }
 }
 
-/// Solves all samples of the lanes. `solved` gets each sample's masses and what is known there; where
-/// Newton's method fails, `otherwise` is asked with the lane's last solution and must give a solution.
+/// Solves all samples of the segments. `solved` gets each sample's masses and what is known there; where
+/// Newton's method fails, `otherwise` is asked with the segment's last solution and must give a solution.
 pub(super) fn march<B: ForceBatch>(
     evaluator: &mut Evaluator<'_, B>,
     targets: &[Target],
     settings: &SynthesisSettings,
-    mut lanes: Vec<Lane>,
+    mut segments: Vec<Segment>,
     mut solved: impl FnMut(usize, [f64; 2], Local),
     mut otherwise: impl FnMut(usize, [f64; 2]) -> [f64; 2],
 ) {
-    let mut locals = Vec::with_capacity(lanes.len());
-    lanes.retain(|lane| lane.next < lane.end);
-    while !lanes.is_empty() {
-        evaluator.evaluate(lanes.iter().map(|lane| (&targets[lane.next], lane.u)), &mut locals);
-        for (lane, local) in lanes.iter_mut().zip(&locals) {
-            let target = &targets[lane.next];
-            if solves(local, target, lane.u, settings) {
-                solved(lane.next, lane.u, *local);
-                lane.advance(lane.u, &settings.bounds);
-            } else if !lane.improve(local, target, &settings.bounds) {
-                let hint = lane.last[0].unwrap_or(lane.u);
-                let u = otherwise(lane.next, hint);
-                lane.advance(u, &settings.bounds);
+    let mut locals = Vec::with_capacity(segments.len());
+    segments.retain(|segment| segment.next < segment.end);
+    while !segments.is_empty() {
+        evaluator.evaluate(
+            segments.iter().map(|segment| (&targets[segment.next], segment.u)),
+            &mut locals,
+        );
+        for (segment, local) in segments.iter_mut().zip(&locals) {
+            let target = &targets[segment.next];
+            if solves(local, target, segment.u, settings) {
+                solved(segment.next, segment.u, *local);
+                segment.advance(segment.u, &settings.bounds);
+            } else if !segment.improve(local, target, &settings.bounds) {
+                let hint = segment.last[0].unwrap_or(segment.u);
+                let u = otherwise(segment.next, hint);
+                segment.advance(u, &settings.bounds);
             }
         }
-        lanes.retain(|lane| lane.next < lane.end);
+        segments.retain(|segment| segment.next < segment.end);
     }
 }
 
-/// As [`march`], for a ReLU network: one lane after the other.
+/// As [`march`], for a ReLU network: one segment after the other.
 pub(super) fn track(
     stencil: &mut ReluStencil<'_>,
     targets: &[Target],
     settings: &SynthesisSettings,
-    lanes: Vec<Lane>,
+    segments: Vec<Segment>,
     mut solved: impl FnMut(usize, [f64; 2], Local),
     mut otherwise: impl FnMut(usize, [f64; 2]) -> [f64; 2],
 ) {
     let bounds = &settings.bounds;
-    for mut lane in lanes {
+    for mut segment in segments {
         stencil.refresh();
         let mut in_pieces = false;
-        while lane.next < lane.end {
-            let target = &targets[lane.next];
+        while segment.next < segment.end {
+            let target = &targets[segment.next];
             stencil.aim(target);
-            let ahead = stencil.extended(lane.u);
+            let ahead = stencil.extended(segment.u);
             if let (true, Some([f, e])) =
                 (in_pieces, step(&ahead, target, LONGEST * bounds.width_g()))
             {
-                lane.u = bounds.clamp([lane.u[0] + f, lane.u[1] + e]);
+                segment.u = bounds.clamp([segment.u[0] + f, segment.u[1] + e]);
             }
             in_pieces = loop {
-                let local = stencil.at(lane.u);
-                if solves(&local, target, lane.u, settings) {
-                    solved(lane.next, lane.u, local);
-                    lane.arrive(lane.u);
+                let local = stencil.at(segment.u);
+                if solves(&local, target, segment.u, settings) {
+                    solved(segment.next, segment.u, local);
+                    segment.arrive(segment.u);
                     break true;
                 }
-                if !lane.improve(&local, target, bounds) {
-                    let hint = lane.last[0].unwrap_or(lane.u);
-                    let u = otherwise(lane.next, hint);
-                    lane.arrive(u);
+                if !segment.improve(&local, target, bounds) {
+                    let hint = segment.last[0].unwrap_or(segment.u);
+                    let u = otherwise(segment.next, hint);
+                    segment.arrive(u);
                     break false;
                 }
             };

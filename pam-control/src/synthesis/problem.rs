@@ -122,7 +122,7 @@ pub struct SynthesisSettings {
     /// Least and most air.
     pub bounds: MassBounds,
     /// Samples that are solved side by side.
-    pub lanes: usize,
+    pub segments: usize,
 }
 
 impl SynthesisSettings {
@@ -135,7 +135,7 @@ impl SynthesisSettings {
             tolerance_mn: 1e-3,
             stiffness_tolerance_n_mm: 1e-6,
             bounds,
-            lanes: 16,
+            segments: 16,
         }
     }
 
@@ -150,7 +150,7 @@ impl SynthesisSettings {
             "stiffness tolerance (N/mm)",
             self.stiffness_tolerance_n_mm,
         )?;
-        ControlError::require_positive("lanes", self.lanes as f64)?;
+        ControlError::require_positive("segments", self.segments as f64)?;
         MassBounds::new(self.bounds.least_g, self.bounds.most_g).map(|_| ())
     }
 }

@@ -1,7 +1,7 @@
 //! Targets to masses.
 
 use super::batch::{AnyBatch, ForceBatch};
-use super::newton::{Lane, march, track};
+use super::newton::{Segment, march, track};
 use super::problem::{Outcome, Solution, SynthesisSettings, Target};
 use super::relu_stencil::{ReluLayout, ReluStencil};
 use super::stencil::{Evaluator, Inertia, Local};
@@ -11,9 +11,9 @@ use crate::error::ControlError;
 use pam_core::{AnyForce, JointModel, SealedMasses};
 use rayon::prelude::*;
 
-/// Samples of a lane that are solved one after the other; the first one of each starts from the lane
+/// Samples of a segment that are solved one after the other; the first one of each starts from the segment
 /// before.
-const LANE_SAMPLES: usize = 128;
+const SEGMENT_SAMPLES: usize = 128;
 
 /// Samples over which the nearest stiffness is carried on before the whole curve is followed again.
 const MOST_CARRIED: usize = 15;
@@ -94,8 +94,8 @@ impl<B: ForceBatch> Synthesiser<B> {
     pub fn solve(&self, targets: &[Target]) -> Result<Vec<Solution>, ControlError> {
         targets.iter().try_for_each(Target::validate)?;
         let starts = self.starts(targets);
-        let group = self.settings.lanes;
-        let samples = group * LANE_SAMPLES;
+        let group = self.settings.segments;
+        let samples = group * SEGMENT_SAMPLES;
         let groups: Vec<Vec<Solution>> = starts
             .par_chunks(group)
             .enumerate()
@@ -124,8 +124,8 @@ impl<B: ForceBatch> Synthesiser<B> {
         traced.branches.iter().map(|b| b.iter().map(point).collect()).collect()
     }
 
-    fn evaluator(&self, lanes: usize) -> Evaluator<'_, B> {
-        Evaluator::new(&self.batch, self.inertia, &self.settings, lanes.max(8))
+    fn evaluator(&self, segments: usize) -> Evaluator<'_, B> {
+        Evaluator::new(&self.batch, self.inertia, &self.settings, segments.max(8))
     }
 
     fn stencil(&self) -> Option<ReluStencil<'_>> {
@@ -137,36 +137,36 @@ impl<B: ForceBatch> Synthesiser<B> {
         Follower { evaluator: self.evaluator(1), stencil: self.stencil() }
     }
 
-    /// Solves all samples of the lanes, see [`march`].
+    /// Solves all samples of the segments, see [`march`].
     fn sweep(
         &self,
         targets: &[Target],
-        lanes: Vec<Lane>,
+        segments: Vec<Segment>,
         solved: impl FnMut(usize, [f64; 2], Local),
         otherwise: impl FnMut(usize, [f64; 2]) -> [f64; 2],
     ) {
         match &mut self.stencil() {
-            Some(stencil) => track(stencil, targets, &self.settings, lanes, solved, otherwise),
+            Some(stencil) => track(stencil, targets, &self.settings, segments, solved, otherwise),
             None => {
-                let mut evaluator = self.evaluator(lanes.len());
-                march(&mut evaluator, targets, &self.settings, lanes, solved, otherwise);
+                let mut evaluator = self.evaluator(segments.len());
+                march(&mut evaluator, targets, &self.settings, segments, solved, otherwise);
             }
         }
     }
 
-    /// Masses from which each lane starts: the solutions of their first samples, each carried on to the
-    /// next lane, so that all lanes lie on the same branch.
+    /// Masses from which each segment starts: the solutions of their first samples, each carried on to the
+    /// next segment, so that all segments lie on the same branch.
     fn starts(&self, targets: &[Target]) -> Vec<[f64; 2]> {
-        let firsts: Vec<Target> = targets.iter().copied().step_by(LANE_SAMPLES).collect();
+        let firsts: Vec<Target> = targets.iter().copied().step_by(SEGMENT_SAMPLES).collect();
         let bounds = self.settings.bounds;
         let middle = [0.5 * (bounds.least_g + bounds.most_g); 2];
         let mut starts = vec![middle; firsts.len()];
         let mut follower = self.follower();
-        let lane = vec![Lane::new(0, firsts.len(), middle)];
+        let segment = vec![Segment::new(0, firsts.len(), middle)];
         let mut fallback = Vec::new();
         self.sweep(
             &firsts,
-            lane,
+            segment,
             |k, u, _| starts[k] = u,
             |k, hint| {
                 let (u, _) = self.settle(&firsts[k], hint, &mut follower);
@@ -181,20 +181,20 @@ impl<B: ForceBatch> Synthesiser<B> {
     }
 
     fn solve_group(&self, targets: &[Target], starts: &[[f64; 2]]) -> Vec<Solution> {
-        let lanes = starts.iter().enumerate().map(|(k, &start)| {
-            let from = k * LANE_SAMPLES;
-            Lane::new(from, (from + LANE_SAMPLES).min(targets.len()), start)
+        let segments = starts.iter().enumerate().map(|(k, &start)| {
+            let from = k * SEGMENT_SAMPLES;
+            Segment::new(from, (from + SEGMENT_SAMPLES).min(targets.len()), start)
         });
-        let lanes: Vec<Lane> = lanes.collect();
+        let segments: Vec<Segment> = segments.collect();
         let mut follower = self.follower();
         let solutions = std::cell::RefCell::new(vec![None; targets.len()]);
         let mut since_traced = vec![0; targets.len()];
         self.sweep(
             targets,
-            lanes,
+            segments,
             |k, u, local| solutions.borrow_mut()[k] = Some(reached(u, local)),
             |k, hint| {
-                let before = k.checked_sub(1).filter(|_| k % LANE_SAMPLES != 0);
+                let before = k.checked_sub(1).filter(|_| k % SEGMENT_SAMPLES != 0);
                 let before = before.and_then(|b| solutions.borrow()[b].map(|s| (targets[b], s)));
                 let carried = before.filter(|_| since_traced[k - 1] < MOST_CARRIED).and_then(
                     |(target, solution)| {

@@ -76,9 +76,9 @@ impl<'a, B: ForceBatch> Evaluator<'a, B> {
         batch: &'a B,
         inertia: Inertia,
         settings: &SynthesisSettings,
-        lanes: usize,
+        pairs: usize,
     ) -> Self {
-        let capacity = lanes * POINTS;
+        let capacity = pairs * POINTS;
         Self {
             batch,
             inertia,
@@ -107,8 +107,8 @@ impl<'a, B: ForceBatch> Evaluator<'a, B> {
         let Self { batch, points, forces_mn, slopes, work, .. } = self;
         batch.slopes_into(points, &mut forces_mn[..n], &mut slopes[..n], work);
         out.clear();
-        for (lane, (target, _)) in pairs.enumerate() {
-            let at = lane * POINTS;
+        for (pair, (target, _)) in pairs.enumerate() {
+            let at = pair * POINTS;
             let slope = |p: usize| [slopes[at + p][0], slopes[at + p][1]];
             let inertial = self.inertia.force_mn(target);
             out.push(Local::of(&forces_mn[at..at + POINTS], slope, inertial, self.step_mm));
