@@ -85,7 +85,7 @@ impl ConditionGrid {
         let mut states = vec![0.0; 2 * count];
         let (mut x, mut evaluations, mut steps) = (Vec::new(), 0, 0);
         for index in 0..problems.len() {
-            memory.observe(index, tableau, &times, &mut states);
+            memory.trajectory(index).observe(tableau, &times, &mut states);
             x.extend(states.iter().step_by(2));
             let trajectory = memory.trajectory(index);
             evaluations += trajectory.evaluations;

@@ -114,9 +114,9 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
         let trajectory = self.trajectory;
         let mut point = 0;
         for step in steps {
-            let (t, t_new) = (trajectory.times_s()[step], trajectory.times_s()[step + 1]);
+            let (t, t_new) = trajectory.grid.step_s(step);
             let (y, k) = (trajectory.state(step), trajectory.derivatives(step));
-            let first = usize::from(!trajectory.restarts[step]);
+            let first = usize::from(!trajectory.grid.is_restart(step));
             for i in first..tableau.stages() + usize::from(trajectory.has_fsal[step]) {
                 let (time, side) = tableau.stage_time(i, t, t_new);
                 memory.t[point] = time;
@@ -149,10 +149,11 @@ impl<B: BatchField, I: Input<f64>, C: StepController + Sync> Adjoint<'_, '_, B, 
         let AdjointMemory { jacobians, w, transpose, .. } = memory;
         let mut point = points;
         for step in steps.rev() {
-            let (t, t_new) = (trajectory.times_s()[step], trajectory.times_s()[step + 1]);
+            let (t, t_new) = trajectory.grid.step_s(step);
             let left = *observation;
             *observation = transpose.observe::<N>(t, t_new, observations, self.cotangents, left);
-            let (has_fsal, restarts) = (trajectory.has_fsal[step], trajectory.restarts[step]);
+            let (has_fsal, restarts) =
+                (trajectory.has_fsal[step], trajectory.grid.is_restart(step));
             // The cotangent of one evaluation is kept for the parameters, and goes back to the state.
             transpose.reverse::<N>(tableau, t_new - t, has_fsal, restarts, |_, k_bar, g| {
                 point -= 1;

@@ -77,7 +77,7 @@ pub struct BatchGradient {
 
 impl<C: StepController + Sync> BatchedIntegrator<C> {
     /// Solves all problems. The trajectories stay in `memory`, to be read with
-    /// [`BatchWorkspace::observe`].
+    /// [`BatchWorkspace::trajectory`].
     pub fn solve<B, I>(
         &self,
         field: &B,
@@ -276,20 +276,5 @@ impl<B: BatchField> BatchWorkspace<B> {
     /// If there was no such problem.
     pub fn observed(&mut self, problem: usize) -> &[f64] {
         &self.results[problem].get_mut().expect("no thread panics").states
-    }
-
-    /// Writes the states of a problem of the last solve at `times_s` (increasing) to `out`,
-    /// `[times, states]`; returns how many times were reached.
-    ///
-    /// # Panics
-    /// If there was no such problem.
-    pub fn observe(
-        &mut self,
-        problem: usize,
-        tableau: &crate::Tableau,
-        times_s: &[f64],
-        out: &mut [f64],
-    ) -> usize {
-        self.trajectory(problem).observe(tableau, times_s, out)
     }
 }

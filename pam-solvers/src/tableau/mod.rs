@@ -195,6 +195,3 @@ impl Tableau {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -6,6 +6,7 @@ mod convergence;
 mod fields;
 mod inputs;
 mod matrix;
+mod named;
 mod one_by_one;
 mod requests;
 mod traps;

@@ -101,6 +101,3 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         self.layers.len() - 1
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,7 +1,10 @@
-use super::*;
+//! Every pass of the batched network against the generic one.
+
 use num_dual::Dual64;
-use pam_core::force::Dense;
-use pam_core::{ParametricForce, Scalar};
+use pam_autodiff::batch::{BatchNetwork, NetworkBlock};
+use pam_core::force::{Dense, Mlp};
+use pam_core::simd::Float;
+use pam_core::{Activation, ParametricForce, Scalar};
 use proptest::prelude::*;
 
 fn value(seed: u32, k: usize) -> f64 {
@@ -29,7 +32,7 @@ fn generic<S: Scalar>(mlp: &Mlp<S>, input: &[S]) -> Vec<S> {
     out
 }
 
-/// One batch through all passes, with the numbers that the generic network gives beside it.
+/// One batch through all passes, with the numbers of the generic network.
 struct Case {
     mlp: Mlp<f64>,
     constants: Vec<f64>,

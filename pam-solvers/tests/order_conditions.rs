@@ -1,6 +1,6 @@
 //! Order conditions of every tableau, by rooted trees up to order five (Butcher).
 
-use super::*;
+use pam_solvers::Tableau;
 
 /// The order conditions `Σ_i w_i Φ_i(t) = 1/γ(t)` of all rooted trees up to `order`, each as its
 /// residual for the weights `w` on derivatives with nodes `c` and matrix `a`.

@@ -1,0 +1,4 @@
+//! Batched networks and fields against the generic ones.
+
+mod network;
+mod sealed_motion;
