@@ -1,8 +1,8 @@
 //! The search for the set of candidates that explains the residual, generic over the searched system
 //! ([`Candidates`]).
 //!
-//! [`forward`](forward::search) fits every candidate alone and grows sets in a beam; [`backward`] drops members that are
-//! not worth their place; [`refit`] fits the chosen set and its rivals to training and validation data, from several
+//! [`forward`](forward::search) fits every candidate alone and grows sets in a beam; `backward` drops members that are
+//! not worth their place; `refit` fits the chosen set and its rivals to training and validation data, from several
 //! starts. Every fitted set is a [`Scored`] hypothesis.
 
 pub(crate) mod backward;

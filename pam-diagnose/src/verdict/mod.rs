@@ -1,7 +1,7 @@
 //! Where the verdict falls: from the chosen set to names that stand.
 //!
-//! [`naming`] rejects names and describes the [`Cause`]s that are left; [`outcome`] has the rule of the [`Verdict`];
-//! [`explainable`] measures how much any correction could remove.
+//! `naming` rejects names and describes the [`Cause`]s that are left; `outcome` has the rule of the [`Verdict`];
+//! `explainable` measures how much any correction could remove.
 
 mod cause;
 mod explainable;
