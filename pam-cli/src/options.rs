@@ -135,7 +135,7 @@ pub(crate) fn possible_values<T: NamedChoice>() -> impl Iterator<Item = Possible
     })
 }
 
-/// Parser of a choice of the library, with [`possible_values`]. Underscores may stand for hyphens.
+/// Parser of a choice of the library, with `possible_values`. Underscores may stand for hyphens.
 pub fn choice<T: NamedChoice>() -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(possible_values::<T>())
         .try_map(|name| T::from_name(&name.replace('_', "-")))
