@@ -7,7 +7,6 @@
 pub mod arguments;
 pub mod commands;
 pub mod console;
-pub mod demo;
 pub mod error;
 pub mod options;
 pub mod rig_joint;
@@ -17,6 +16,8 @@ pub use arguments::{Arguments, Command};
 pub use console::Console;
 pub use error::CliError;
 
+use commands::RunCommand;
+use commands::demo::DemoArguments;
 use std::process::ExitCode;
 
 /// Exit code for an error in input, model or output.
@@ -53,25 +54,7 @@ fn dispatch(arguments: &Arguments) -> Result<ExitCode, CliError> {
     }
     let console = Console::new(global);
     match &arguments.command {
-        None => demo::run(&arguments::DemoArguments::default(), global, &console),
-        Some(Command::Demo(a)) => demo::run(a, global, &console),
-        Some(Command::Inspect(a)) => commands::inspect::run(a, &console),
-        Some(Command::Convert(a)) => commands::convert::run(a, &console),
-        Some(Command::Simulate(a)) => commands::simulate::run(a, global, &console),
-        Some(Command::Gradient(a)) => commands::gradient::run(a, global, &console),
-        Some(Command::Train(a)) => commands::train::run(a, global, &console),
-        Some(Command::Diagnose(a)) => commands::diagnose::run(a, global, &console),
-        Some(Command::Stiffness(a)) => commands::control::stiffness::run(a, global, &console),
-        Some(Command::Plan(a)) => commands::control::plan::run(a, global, &console),
-        Some(Command::Track(a)) => commands::control::track::run(a, global, &console),
-        Some(Command::Identify(a)) => commands::control::identify::run(a, global, &console),
-        Some(Command::Replan(a)) => commands::control::replan::run(a, global, &console),
-        Some(Command::Rig(a)) => commands::rig::run(a, global, &console),
-        Some(Command::Ablate(a)) => commands::ablate::run(a, global, &console),
-        Some(Command::Compare(a)) => commands::compare::run(a, global, &console),
-        Some(Command::Doctor(a)) => commands::doctor::run(a, &console),
-        Some(Command::Completions(a)) => commands::shell::completions(a),
-        Some(Command::Man(a)) => commands::shell::man(a, &console),
-        Some(Command::Evaluate(a)) => commands::evaluate::run(a, global, &console),
+        None => DemoArguments::default().run(global, &console),
+        Some(command) => command.run(global, &console),
     }
 }

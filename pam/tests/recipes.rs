@@ -1,9 +1,11 @@
 //! The recipes of `CONTRIBUTING.md`, carried out: every example's type becomes a file of its crate, with two
-//! lines elsewhere, and the whole workspace compiles with the names known.
+//! lines elsewhere. The names are then known in the library and on the command line, and the tests of the
+//! crates that got a file pass.
 //!
-//! Compiles all crates once more, so it runs on request only:
+//! This compiles all crates once more, so it runs on request only:
 //! `cargo test --release --workspace --test recipes -- --ignored`.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -25,7 +27,7 @@ const fn line(file: &'static str, behind: &'static str, line: &'static str) -> L
     Line { file, behind, line }
 }
 
-const RECIPES: [Recipe; 7] = [
+const RECIPES: [Recipe; 9] = [
     Recipe {
         example: "pam-diagnose/examples/own_effect.rs",
         file: "pam-effects/src/effects/mechanics/quadratic_drag.rs",
@@ -114,10 +116,30 @@ const RECIPES: [Recipe; 7] = [
             ),
         ],
     },
+    Recipe {
+        example: "pam-cli/examples/own_command.rs",
+        file: "pam-cli/src/commands/duration.rs",
+        lines: [
+            line("pam-cli/src/commands/mod.rs", "pub mod doctor;", "pub mod duration;"),
+            line(
+                "pam-cli/src/commands/mod.rs",
+                "commands! {",
+                "/** Time that recordings cover */ Duration(duration::DurationArguments),",
+            ),
+        ],
+    },
+    Recipe {
+        example: "pam-data/examples/own_format.rs",
+        file: "pam-data/src/formats/si_log.rs",
+        lines: [
+            line("pam-data/src/formats/mod.rs", "pub mod raw_log;", "pub mod si_log;"),
+            line("pam-data/src/formats/format.rs", "formats! {", "si_log::SiLog,"),
+        ],
+    },
 ];
 
-/// What the lists then hold, beside the names that they make of it.
-const KNOWN: &str = "use pam::core::{Activation, AnyForce};\nfn main() {
+/// A program that names the entries in the lists of the library.
+const NAMES: &str = "use pam::core::{Activation, AnyForce};\nfn main() {
     let _: &dyn pam::effects::effects::AnyEffect = &pam::effects::effects::QuadraticDrag;
     let _ = [Activation::Mish(Default::default())];
     let _: fn(_) -> AnyForce<f64> = AnyForce::Hardening;
@@ -126,6 +148,9 @@ const KNOWN: &str = "use pam::core::{Activation, AnyForce};\nfn main() {
     let _ = pam::baselines::AnyMethod::StaticJoint;
 }
 ";
+
+/// A recording in the format of the recipe: 2 s at rest.
+const SI_LOG: &str = "#SI\n0;0;0;412000;412000;0\n1;0;0;412000;412000;0\n2;0;0;412000;412000;0\n";
 
 /// The part of an example that becomes the file: all before `main`, with the crate's own names.
 fn file_of(example: &str, crate_name: &str) -> String {
@@ -159,6 +184,21 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
+/// Cargo in the copy. It builds into the folder of this build, so that crates from outside the workspace are
+/// there already; those of the workspace are optimised less, for a short build.
+fn cargo(root: &Path) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("a folder of builds");
+    command.current_dir(root).env("CARGO_TARGET_DIR", target);
+    for entry in std::fs::read_dir(root).expect("the copy").flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if name.starts_with("pam") && entry.path().join("Cargo.toml").exists() {
+            command.args(["--config", &format!("profile.release.package.{name}.opt-level=1")]);
+        }
+    }
+    command
+}
+
 #[test]
 #[ignore = "compiles the workspace once more"]
 fn each_recipe_is_one_new_file_and_two_lines() {
@@ -168,28 +208,57 @@ fn each_recipe_is_one_new_file_and_two_lines() {
     copy(workspace, &root);
     // The README and the book are parts of the documentation of `pam`.
     copy(&workspace.join("docs"), &root.join("docs"));
+    let mut touched = BTreeSet::new();
     for recipe in &RECIPES {
         let example =
             std::fs::read_to_string(workspace.join(recipe.example)).expect(recipe.example);
-        let crate_name = recipe.file.split('/').next().expect("a crate").replace('-', "_");
+        let package = recipe.file.split('/').next().expect("a crate");
         let to = root.join(recipe.file);
         assert!(!to.exists(), "{} is new", recipe.file);
-        std::fs::write(to, file_of(&example, &crate_name)).expect("a copy is writable");
+        std::fs::write(to, file_of(&example, &package.replace('-', "_"))).expect("writable");
         recipe.lines.iter().for_each(|l| insert(&root, l));
+        touched.insert(package);
     }
     let example = root.join("pam/examples");
     std::fs::create_dir_all(&example).expect("a folder");
-    std::fs::write(example.join("names.rs"), KNOWN).expect("a copy is writable");
+    std::fs::write(example.join("names.rs"), NAMES).expect("a copy is writable");
+    let recording = root.join("run.log");
+    std::fs::write(&recording, SI_LOG).expect("a copy is writable");
 
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    // In the same folder, so that what does not belong to the workspace is there already.
-    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("a folder of builds");
-    let status = Command::new(cargo)
-        .args(["check", "--release", "--workspace", "--bin", "pam", "--example", "names"])
+    let names = cargo(&root)
+        .args(["check", "--release", "--package", "pam", "--example", "names"])
         .args(["--offline", "--locked", "--quiet"])
-        .current_dir(&root)
-        .env("CARGO_TARGET_DIR", target)
         .status();
-    assert!(status.expect("cargo runs").success(), "the workspace compiles with all recipes");
+    assert!(names.expect("cargo runs").success(), "the library knows the names");
+
+    let tests = cargo(&root)
+        .args([
+            "test",
+            "--release",
+            "--lib",
+            "--bins",
+            "--tests",
+            "--offline",
+            "--locked",
+            "--quiet",
+        ])
+        .args(touched.iter().flat_map(|package| ["--package", package]))
+        .env("PAM_SHARED", shared(workspace))
+        .status();
+    assert!(tests.expect("cargo runs").success(), "the tests of {touched:?}");
+
+    let run = cargo(&root)
+        .args(["run", "--release", "--offline", "--locked", "--quiet", "--bin", "pam", "--"])
+        .args(["duration", "run.log", "--json"])
+        .output()
+        .expect("cargo runs");
+    let text = String::from_utf8_lossy(&run.stdout);
+    let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(found["duration_s"], 2.0, "{text}{}", String::from_utf8_lossy(&run.stderr));
     let _ = std::fs::remove_dir_all(&root);
+}
+
+/// The reference data, which the tests of the copy read as well.
+fn shared(workspace: &Path) -> PathBuf {
+    std::env::var_os("PAM_SHARED").map_or_else(|| workspace.join("../shared"), PathBuf::from)
 }

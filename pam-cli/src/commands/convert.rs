@@ -1,8 +1,11 @@
 //! `pam convert`.
 
-use crate::arguments::ConvertArguments;
+use super::RunCommand;
+use crate::arguments::GlobalOptions;
 use crate::console::Console;
 use crate::error::CliError;
+use crate::options::DataOptions;
+use clap::Args;
 use pam_data::formats::format::RecordingWriter;
 use pam_data::models::save_model;
 use pam_data::{Recording, format_of, load_model, open_recordings, writer_for};
@@ -11,35 +14,51 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Runs the command.
-///
-/// # Errors
-/// [`CliError`] naming file, line and column, or the option.
-pub fn run(arguments: &ConvertArguments, console: &Console) -> Result<ExitCode, CliError> {
-    let (input, output) = (&arguments.input, &arguments.output);
-    let written = match format_of(input)? {
-        format if format.holds_model() => {
-            let mut saved = load_model(input)?;
-            if arguments.plain {
-                let plain = ExtendedModel::from_saved(saved)?.without_effects();
-                if let Some(sentence) = plain.sentence() {
-                    console.text(sentence);
+/// Arguments of `pam convert`.
+#[derive(Debug, Args)]
+pub struct ConvertArguments {
+    /// A recording (raw log, CSV, .npz, .mat) or a model (.eqx, .safetensors)
+    #[arg(value_name = "IN")]
+    pub input: PathBuf,
+    /// .csv or .npz for a recording, .safetensors or .eqx for a model
+    #[arg(value_name = "OUT")]
+    pub output: PathBuf,
+    /// Write an extended model without its effects: those that the model's own numbers can hold become part
+    /// of them, exactly
+    #[arg(long)]
+    pub plain: bool,
+    /// How recordings are read.
+    #[command(flatten)]
+    pub data: DataOptions,
+}
+
+impl RunCommand for ConvertArguments {
+    fn run(&self, _global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+        let (input, output) = (&self.input, &self.output);
+        let written = match format_of(input)? {
+            format if format.holds_model() => {
+                let mut saved = load_model(input)?;
+                if self.plain {
+                    let plain = ExtendedModel::from_saved(saved)?.without_effects();
+                    if let Some(sentence) = plain.sentence() {
+                        console.text(sentence);
+                    }
+                    saved = plain.saved;
                 }
-                saved = plain.saved;
+                save_model(output, &saved)?;
+                vec![output.clone()]
             }
-            save_model(output, &saved)?;
-            vec![output.clone()]
+            _ => {
+                let recordings = open_recordings(input, &self.data.load_options()?)?;
+                convert_recordings(&recordings, output, console)?
+            }
+        };
+        for path in &written {
+            console.text(format!("{} -> {}", input.display(), path.display()));
         }
-        _ => {
-            let recordings = open_recordings(input, &arguments.data.load_options()?)?;
-            convert_recordings(&recordings, output, console)?
-        }
-    };
-    for path in &written {
-        console.text(format!("{} -> {}", input.display(), path.display()));
+        console.json(&json!({ "input": input, "written": written }));
+        Ok(ExitCode::SUCCESS)
     }
-    console.json(&json!({ "input": input, "written": written }));
-    Ok(ExitCode::SUCCESS)
 }
 
 fn convert_recordings(

@@ -1,10 +1,12 @@
 //! `pam diagnose`.
 
-use crate::arguments::{DiagnoseArguments, GlobalOptions};
+use super::RunCommand;
+use crate::arguments::GlobalOptions;
 use crate::console::Console;
 use crate::error::{CliError, failed, usage};
-use crate::options::describe_model;
+use crate::options::{DataOptions, ModelOptions, describe_model};
 use crate::run_record::{self, made_by, write_json};
+use clap::Args;
 use indicatif::ProgressBar;
 use pam_data::atomic::write_atomic;
 use pam_data::models::save_model;
@@ -21,43 +23,82 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Runs the command.
-///
-/// # Errors
-/// [`CliError`] naming file, line and column, or the option. A verdict is no error.
-pub fn run(
-    arguments: &DiagnoseArguments,
-    global: &GlobalOptions,
-    console: &Console,
-) -> Result<ExitCode, CliError> {
-    let options = options(arguments, global.seed)?;
-    let saved = arguments.model.load_extended()?;
-    let read = |paths: &[PathBuf]| -> Result<Option<Vec<Subject>>, CliError> {
-        if paths.is_empty() {
-            return Ok(None);
+/// Arguments of `pam diagnose`.
+#[derive(Debug, Args)]
+pub struct DiagnoseArguments {
+    /// The model.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// Recordings, or folders of them, in which something may be wrong
+    #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
+    pub data: Vec<PathBuf>,
+    /// Test set, which no decision sees [default: a third of the data, or of the only recording]
+    #[arg(long, num_args = 1.., value_name = "PATH")]
+    pub heldout: Vec<PathBuf>,
+    /// Baseline recordings, on which the model was validated: its error there counts as no fault
+    #[arg(long, num_args = 1.., value_name = "PATH")]
+    pub healthy: Vec<PathBuf>,
+    /// Candidates.
+    #[arg(long, value_delimiter = ',', value_name = "ID,…", help = candidates())]
+    pub effects: Vec<String>,
+    /// Most effects that are named together: the setting `search.max_causes` [default: 3]
+    #[arg(long, value_name = "N")]
+    pub max_effects: Option<usize>,
+    /// Settings of the diagnosis (see docs/diagnosis.md)
+    #[arg(long, value_name = "FILE.toml")]
+    pub settings: Option<PathBuf>,
+    /// Change one setting, like `search.beam_width=4`; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+    /// Also write a protocol for the rig that distinguishes the named cause from those it is confusable with
+    #[arg(long)]
+    pub design: bool,
+    /// How recordings are read.
+    #[command(flatten)]
+    pub reading: DataOptions,
+    /// Folder for diagnosis.json, report.html and model.safetensors
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+/// Help of `pam diagnose --effects`.
+fn candidates() -> String {
+    let ids: Vec<&str> = pam_effects::effects::ALL.iter().map(|e| e.info().id).collect();
+    format!("Effects that may be named, separated by commas [default: all of {}]", ids.join(", "))
+}
+
+impl RunCommand for DiagnoseArguments {
+    fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+        let options = options(self, global.seed)?;
+        let saved = self.model.load_extended()?;
+        let read = |paths: &[PathBuf]| -> Result<Option<Vec<Subject>>, CliError> {
+            if paths.is_empty() {
+                return Ok(None);
+            }
+            Ok(Some(self.reading.subjects(paths, &saved, console)?))
+        };
+        let data = read(&self.data)?.unwrap_or_default();
+        let test = read(&self.heldout)?;
+        let baseline = read(&self.healthy)?;
+        let sets =
+            RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
+        let diagnosis = diagnose_into(&self.out, &saved, &sets, &options, console)?;
+        let configuration = json!({
+            "model": self.model.model,
+            "data": self.data,
+            "heldout": self.heldout,
+            "healthy": self.healthy,
+            "effects": options.candidates.iter().map(|e| e.info().id).collect::<Vec<_>>(),
+            "settings": options.settings,
+            "reading": self.reading.to_json()?,
+        });
+        run_record::write(&self.out, "diagnose", global.seed, &configuration)?;
+        if self.design {
+            write_design(&diagnosis, &self.out, console)?;
         }
-        Ok(Some(arguments.reading.subjects(paths, &saved, console)?))
-    };
-    let data = read(&arguments.data)?.unwrap_or_default();
-    let test = read(&arguments.heldout)?;
-    let baseline = read(&arguments.healthy)?;
-    let sets = RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
-    let diagnosis = diagnose_into(&arguments.out, &saved, &sets, &options, console)?;
-    let configuration = json!({
-        "model": arguments.model.model,
-        "data": arguments.data,
-        "heldout": arguments.heldout,
-        "healthy": arguments.healthy,
-        "effects": options.candidates.iter().map(|e| e.info().id).collect::<Vec<_>>(),
-        "settings": options.settings,
-        "reading": arguments.reading.to_json()?,
-    });
-    run_record::write(&arguments.out, "diagnose", global.seed, &configuration)?;
-    if arguments.design {
-        write_design(&diagnosis, &arguments.out, console)?;
+        finish(&diagnosis, &self.out, console);
+        Ok(ExitCode::SUCCESS)
     }
-    finish(&diagnosis, &arguments.out, console);
-    Ok(ExitCode::SUCCESS)
 }
 
 fn options(arguments: &DiagnoseArguments, seed: u64) -> Result<DiagnoseOptions, CliError> {

@@ -1,10 +1,12 @@
 //! `pam doctor`.
 
-use crate::arguments::DoctorArguments;
+use super::RunCommand;
+use crate::arguments::GlobalOptions;
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::default_model;
 use crate::run_record::made_by;
+use clap::Args;
 use pam_data::atomic::write_atomic;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -13,6 +15,17 @@ use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
+
+/// Arguments of `pam doctor`.
+#[derive(Debug, Args)]
+pub struct DoctorArguments {
+    /// Folder of the reference data [default: PAM_SHARED, or ../shared]
+    #[arg(long, value_name = "DIR")]
+    pub shared: Option<PathBuf>,
+    /// A folder in which runs are to be written [default: the current one]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
 
 /// Outcome of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -41,32 +54,30 @@ const REFERENCE: [&str; 6] = [
     "reference/effects.md",
 ];
 
-/// Runs the command: success unless a check fails; warnings are no failure.
-///
-/// # Errors
-/// None: what is wrong is a check that fails.
-pub fn run(arguments: &DoctorArguments, console: &Console) -> Result<ExitCode, CliError> {
-    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("."));
-    let checks = [
-        Check { what: "program", outcome: Outcome::Ok, found: made_by() },
-        threads(),
-        instructions(),
-        model(),
-        writable("write access", &out),
-        writable("temporary folder", &std::env::temp_dir()),
-        reference(arguments.shared.as_deref()),
-    ];
-    for check in &checks {
-        let mark = match check.outcome {
-            Outcome::Ok => "ok     ",
-            Outcome::Warning => "warning",
-            Outcome::Failure => "FAILURE",
-        };
-        console.text(format!("{mark}  {}: {}", check.what, check.found));
+impl RunCommand for DoctorArguments {
+    fn run(&self, _global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+        let out = self.out.clone().unwrap_or_else(|| PathBuf::from("."));
+        let checks = [
+            Check { what: "program", outcome: Outcome::Ok, found: made_by() },
+            threads(),
+            instructions(),
+            model(),
+            writable("write access", &out),
+            writable("temporary folder", &std::env::temp_dir()),
+            reference(self.shared.as_deref()),
+        ];
+        for check in &checks {
+            let mark = match check.outcome {
+                Outcome::Ok => "ok     ",
+                Outcome::Warning => "warning",
+                Outcome::Failure => "FAILURE",
+            };
+            console.text(format!("{mark}  {}: {}", check.what, check.found));
+        }
+        let healthy = checks.iter().all(|c| c.outcome != Outcome::Failure);
+        console.json(&json!({ "healthy": healthy, "checks": checks }));
+        Ok(if healthy { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
-    let healthy = checks.iter().all(|c| c.outcome != Outcome::Failure);
-    console.json(&json!({ "healthy": healthy, "checks": checks }));
-    Ok(if healthy { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 /// Threads, and how much faster they are together than one.

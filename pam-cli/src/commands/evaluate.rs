@@ -1,11 +1,13 @@
 //! `pam evaluate`.
 
+use super::RunCommand;
 use crate::PARTIAL;
-use crate::arguments::{EvaluateArguments, GlobalOptions};
+use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::CliError;
-use crate::options::{describe_model, solver_json};
+use crate::options::{DataOptions, ModelOptions, SolverOptions, describe_model, solver_json};
 use crate::run_record::{self, made_by, write_json};
+use clap::Args;
 use pam_data::atomic::write_atomic;
 use pam_data::formats::csv_columns;
 use pam_data::{Channel, SavedModel, Subject};
@@ -16,31 +18,45 @@ use pam_train::{Evaluation, evaluate_with};
 use pam_trajectory::SolverSettings;
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Runs the command.
-///
-/// # Errors
-/// [`CliError`] naming file, line and column, or the option.
-pub fn run(
-    arguments: &EvaluateArguments,
-    global: &GlobalOptions,
-    console: &Console,
-) -> Result<ExitCode, CliError> {
-    let saved = arguments.model.load_extended()?;
-    let settings = arguments.solver.settings_for(&saved)?;
-    let subjects = arguments.reading.subjects(&arguments.data, &saved, console)?;
-    let configuration = json!({
-        "model": arguments.model.model,
-        "activation": arguments.model.activation.map(|a| a.name()),
-        "data": arguments.data,
-        "reading": arguments.reading.to_json()?,
-        "solver": solver_json(&settings),
-    });
-    let outcome = evaluate_into(&arguments.out, &saved, subjects, &settings, console)?;
-    run_record::write(&arguments.out, "evaluate", global.seed, &configuration)?;
-    Ok(outcome.finish(&arguments.out, console))
+/// Arguments of `pam evaluate`.
+#[derive(Debug, Args)]
+pub struct EvaluateArguments {
+    /// The model.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// Recordings, or folders of them
+    #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
+    pub data: Vec<PathBuf>,
+    /// Folder for evaluation.json, report.html, run.json and predictions/
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// How recordings are read.
+    #[command(flatten)]
+    pub reading: DataOptions,
+    /// How the equations are solved.
+    #[command(flatten)]
+    pub solver: SolverOptions,
+}
+
+impl RunCommand for EvaluateArguments {
+    fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+        let saved = self.model.load_extended()?;
+        let settings = self.solver.settings_for(&saved)?;
+        let subjects = self.reading.subjects(&self.data, &saved, console)?;
+        let configuration = json!({
+            "model": self.model.model,
+            "activation": self.model.activation.map(|a| a.name()),
+            "data": self.data,
+            "reading": self.reading.to_json()?,
+            "solver": solver_json(&settings),
+        });
+        let outcome = evaluate_into(&self.out, &saved, subjects, &settings, console)?;
+        run_record::write(&self.out, "evaluate", global.seed, &configuration)?;
+        Ok(outcome.finish(&self.out, console))
+    }
 }
 
 /// Result of an evaluation as text and as JSON.

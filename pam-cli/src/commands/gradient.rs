@@ -1,11 +1,14 @@
 //! `pam gradient`.
 
+use super::RunCommand;
 use crate::PARTIAL;
-use crate::arguments::{GlobalOptions, GradientArguments};
+use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::{CliError, failed, usage};
-use crate::options::{describe_model, solver_json};
+use crate::options::{DataOptions, ModelOptions, StepOptions, choice, describe_model, solver_json};
 use crate::run_record::made_by;
+use clap::Args;
+use clap::builder::PossibleValuesParser;
 use pam_core::{ModelError, NamedChoice, ParametricForce};
 use pam_data::atomic::write_atomic;
 use pam_data::formats::npz::{self, Array};
@@ -13,41 +16,120 @@ use pam_data::{DataError, SavedModel, Subject};
 use pam_effects::engine::{AUTO, EXACT, EngineChoice, choose};
 use pam_numerics::statistics::median;
 use pam_report::{GradientBlock, GradientReport, gradient_report};
+use pam_solvers::Tableau;
 use pam_trajectory::engine::{Precision, Progress};
 use pam_trajectory::{
-    GradientChoice, SolverSettings, StepChoice, TrajectoryGradient, TrajectoryRequest, Windows,
+    AnyLoss, GradientChoice, SettingsError, SolverSettings, StepChoice, TrajectoryGradient,
+    TrajectoryRequest, Windows,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Runs the command.
-///
-/// # Errors
-/// [`CliError`] naming file, line and column, or the option.
-pub fn run(
-    arguments: &GradientArguments,
-    global: &GlobalOptions,
-    console: &Console,
-) -> Result<ExitCode, CliError> {
-    if arguments.out.extension().is_none_or(|e| e != "npz") {
-        return Err(CliError::Usage(format!("--out {} must end in .npz", arguments.out.display())));
+/// Arguments of `pam gradient`.
+#[derive(Debug, Args)]
+pub struct GradientArguments {
+    /// The model.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// Recordings, or folders of them; each is predicted from its first row
+    #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
+    pub data: Vec<PathBuf>,
+    /// Loss, averaged over the recordings.
+    #[arg(long, default_value = "paper", value_name = "NAME[:KEY=VALUE,…]", value_parser = NamedLoss::parse, help = losses())]
+    pub loss: NamedLoss,
+    /// Gradient method, by its name.
+    #[arg(long, default_value = "auto", value_name = "NAME", help = gradient_methods())]
+    pub method: String,
+    /// Runge–Kutta method [default: tsit5]
+    #[arg(long, value_name = "NAME", value_parser = tableaux())]
+    pub solver: Option<String>,
+    /// Float of the network; f32 goes with the adjoint of a network
+    #[arg(long, value_parser = choice::<Precision>(), default_value = "f64", value_name = "FLOAT")]
+    pub precision: Precision,
+    /// Number of timed repeats; their median is reported
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub repeat: u32,
+    /// .npz with true displacements (mm), for the largest error: `x` [recordings, samples] in the order of
+    /// --data or of an array `names`, or one array a recording, x_0, x_1, … or named as the recordings
+    #[arg(long, value_name = "FILE.npz")]
+    pub reference: Option<PathBuf>,
+    /// Where loss, gradient and time go
+    #[arg(long, value_name = "FILE.npz")]
+    pub out: PathBuf,
+    /// Also write a report with figures
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+    /// How recordings are read.
+    #[command(flatten)]
+    pub reading: DataOptions,
+    /// Steps and input.
+    #[command(flatten)]
+    pub steps: StepOptions,
+}
+
+/// Parser of `pam gradient --solver`.
+fn tableaux() -> PossibleValuesParser {
+    Tableau::NAMES.iter().copied().chain([EXACT]).into()
+}
+
+/// A loss with the text that names it.
+#[derive(Debug, Clone)]
+pub struct NamedLoss {
+    /// The text as given.
+    pub text: String,
+    /// The loss.
+    pub loss: AnyLoss,
+}
+
+impl NamedLoss {
+    fn parse(text: &str) -> Result<Self, SettingsError> {
+        Ok(Self { text: text.to_owned(), loss: text.parse()? })
     }
-    let saved = arguments.model.load()?;
-    let choice = engine_choice(arguments, &saved)?;
-    let subjects = arguments.reading.subjects(&arguments.data, &saved, console)?;
-    let reference = match &arguments.reference {
-        Some(path) => Some(reference_displacements(path, &subjects)?),
-        None => None,
-    };
-    let settings = choice.settings_for(&saved.model.force, false);
-    let windows = Windows::of(subjects, None);
-    let work = Work { arguments, saved: &saved, windows: &windows, settings, choice };
-    let measured = work.measure(console)?;
-    let x_error = reference.map(|r| largest_error_mm(&r, &measured));
-    work.finish(&measured, x_error, global, console)
+}
+
+/// Help of `pam gradient --loss`.
+fn losses() -> String {
+    let named = AnyLoss::ALL.iter().map(|(name, description)| format!("{name} ({description})"));
+    format!(
+        "Loss, averaged over the recordings: {}. Fields as in a curriculum, lists with slashes: \
+         squared:weights=100/100/1/1, huber:thresholds=0.5/5/2/2,weights=1/1/1/1, \
+         masked:every=4,intervals_s=0..10/20..30,of=normalised",
+        named.collect::<Vec<_>>().join(", ")
+    )
+}
+
+/// Help of `pam gradient --method`.
+fn gradient_methods() -> String {
+    let named = GradientChoice::ALL.iter().map(|(name, c)| format!("{name} ({})", c.describe()));
+    format!(
+        "Gradient method: exact (closed form, for networks of leaky_relu or relu), {}, or auto: exact where \
+         it applies, else adjoint",
+        named.collect::<Vec<_>>().join(", ")
+    )
+}
+
+impl RunCommand for GradientArguments {
+    fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+        if self.out.extension().is_none_or(|e| e != "npz") {
+            return Err(CliError::Usage(format!("--out {} must end in .npz", self.out.display())));
+        }
+        let saved = self.model.load()?;
+        let choice = engine_choice(self, &saved)?;
+        let subjects = self.reading.subjects(&self.data, &saved, console)?;
+        let reference = match &self.reference {
+            Some(path) => Some(reference_displacements(path, &subjects)?),
+            None => None,
+        };
+        let settings = choice.settings_for(&saved.model.force, false);
+        let windows = Windows::of(subjects, None);
+        let work = Work { arguments: self, saved: &saved, windows: &windows, settings, choice };
+        let measured = work.measure(console)?;
+        let x_error = reference.map(|r| largest_error_mm(&r, &measured));
+        work.finish(&measured, x_error, global, console)
+    }
 }
 
 /// Steps and gradient method. Without a word on either the exact method is taken where it applies, else

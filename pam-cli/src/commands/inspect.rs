@@ -1,9 +1,11 @@
 //! `pam inspect`.
 
-use crate::arguments::InspectArguments;
+use super::RunCommand;
+use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::CliError;
-use crate::options::{built_in_spring_damper, describe_model};
+use crate::options::{DataOptions, built_in_spring_damper, describe_model};
+use clap::Args;
 use num_dual::Dual64;
 use pam_autodiff::{FourPointSmoothed, linearise, stiffness_by_difference_n_mm};
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
@@ -18,44 +20,56 @@ use pam_data::{
 };
 use pam_numerics::statistics::mean;
 use serde_json::{Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Runs the command.
-///
-/// # Errors
-/// [`CliError`] naming file, line and column, or the option.
-pub fn run(arguments: &InspectArguments, console: &Console) -> Result<ExitCode, CliError> {
-    let model = match &arguments.model {
-        Some(path) => load_model(path)?,
-        None => built_in_spring_damper(),
-    };
-    let inspector = Inspector {
-        model,
-        options: arguments.data.load_options()?,
-        masses: arguments.data.mass_options()?,
-    };
-    let mut all = Vec::new();
-    let mut failed = false;
-    for path in collect_paths(&arguments.files)? {
-        match inspector.file(&path) {
-            Ok((text, value)) => {
-                console.text(text);
-                all.push(value);
-            }
-            // One bad file does not hide the others.
-            Err(e) => {
-                eprintln!("error: {e}");
-                all.push(json!({ "file": path, "error": e.to_string() }));
-                failed = true;
+/// Arguments of `pam inspect`.
+#[derive(Debug, Args)]
+pub struct InspectArguments {
+    /// Files of any kind, or folders of recordings
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// How recordings are read.
+    #[command(flatten)]
+    pub data: DataOptions,
+    /// Model whose gas law gives the masses [default: datasheet parameters]
+    #[arg(long, value_name = "MODEL")]
+    pub model: Option<PathBuf>,
+}
+
+impl RunCommand for InspectArguments {
+    fn run(&self, _global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+        let model = match &self.model {
+            Some(path) => load_model(path)?,
+            None => built_in_spring_damper(),
+        };
+        let inspector = Inspector {
+            model,
+            options: self.data.load_options()?,
+            masses: self.data.mass_options()?,
+        };
+        let mut all = Vec::new();
+        let mut failed = false;
+        for path in collect_paths(&self.files)? {
+            match inspector.file(&path) {
+                Ok((text, value)) => {
+                    console.text(text);
+                    all.push(value);
+                }
+                // One bad file does not hide the others.
+                Err(e) => {
+                    eprintln!("error: {e}");
+                    all.push(json!({ "file": path, "error": e.to_string() }));
+                    failed = true;
+                }
             }
         }
+        if let Some(line) = data_set_line(&all) {
+            console.text(line);
+        }
+        console.json(&Value::from(all));
+        Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
     }
-    if let Some(line) = data_set_line(&all) {
-        console.text(line);
-    }
-    console.json(&Value::from(all));
-    Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
 /// One line on all recordings together, if there are several.

@@ -1,9 +1,13 @@
-//! The commands, one file each.
+//! The commands, one file each: its arguments, and what it does with the library.
+//!
+//! A new command is a file with a type that implements [`clap::Args`] and [`RunCommand`], and an entry of the
+//! list below.
 
 pub mod ablate;
 pub mod compare;
 pub mod control;
 pub mod convert;
+pub mod demo;
 pub mod diagnose;
 pub mod doctor;
 pub mod evaluate;
@@ -13,3 +17,80 @@ pub mod rig;
 pub mod shell;
 pub mod simulate;
 pub mod train;
+
+use crate::arguments::GlobalOptions;
+use crate::console::Console;
+use crate::error::CliError;
+use clap::Subcommand;
+use std::process::ExitCode;
+
+/// A command: its arguments, which can be run.
+pub trait RunCommand {
+    /// Runs the command and returns its exit code: success, [`PARTIAL`](crate::PARTIAL) or
+    /// [`INTERRUPTED`](crate::INTERRUPTED).
+    ///
+    /// # Errors
+    /// [`CliError`] naming the file with its line and field, or the option.
+    fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError>;
+}
+
+/// Makes [`Command`] of a list of names and argument types.
+macro_rules! commands {
+    ($($(#[$attribute:meta])* $name:ident($arguments:ty),)*) => {
+        /// The commands.
+        #[derive(Debug, Subcommand)]
+        pub enum Command {
+            $($(#[$attribute])* $name($arguments),)*
+        }
+
+        impl RunCommand for Command {
+            fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+                match self {
+                    $(Self::$name(arguments) => arguments.run(global, console),)*
+                }
+            }
+        }
+    };
+}
+
+commands! {
+    /// Say what is in a log, a recording, a model or another data file
+    Inspect(inspect::InspectArguments),
+    /// Turn a recording into CSV or .npz, a model into .safetensors or .eqx
+    Convert(convert::ConvertArguments),
+    /// Simulate the joint under a measured or a made-up force
+    Simulate(simulate::SimulateArguments),
+    /// Predict recordings with a model and score the predictions
+    Evaluate(evaluate::EvaluateArguments),
+    /// Loss of a model on recordings, and its gradient with respect to every parameter
+    Gradient(gradient::GradientArguments),
+    /// Train a model on recordings by a curriculum
+    Train(train::TrainArguments),
+    /// Show what a model gets wrong on recordings, name the cause, and measure what naming gains
+    Diagnose(diagnose::DiagnoseArguments),
+    /// Stiffness and damping of a model over its inputs, and what stiffness can be reached
+    Stiffness(control::stiffness::StiffnessArguments),
+    /// Find the air and the pressures for a motion and a stiffness
+    Plan(control::plan::PlanArguments),
+    /// Carry plans out on the virtual rig: the published tracking tests
+    Track(control::track::TrackArguments),
+    /// Identify stiffness and damping from pulses, on the virtual rig or in recordings
+    Identify(control::identify::IdentifyArguments),
+    /// Receding-horizon MPC on the virtual rig, under a load step or a changed target
+    Replan(control::replan::ReplanArguments),
+    /// The virtual rig: make recordings whose truth is known
+    #[command(subcommand)]
+    Rig(rig::RigCommand),
+    /// Run a sweep: train a model in every cell of a grid or search, and compare seed by seed
+    Ablate(ablate::AblateArguments),
+    /// Compare models on one split of the data: baselines and the hybrid model
+    Compare(compare::CompareArguments),
+    /// Hide an effect in recordings of the rig and find it: what runs without a command
+    Demo(demo::DemoArguments),
+    /// Check this machine: version, threads, vector instructions, write access, reference data
+    Doctor(doctor::DoctorArguments),
+    /// Print a completion script for a shell: `pam completions bash > /etc/bash_completion.d/pam`
+    Completions(shell::CompletionsArguments),
+    /// Write manual pages, one a command
+    Man(shell::ManArguments),
+}

@@ -1,36 +1,51 @@
 //! `pam completions` and `pam man`.
 
-use crate::arguments::{Arguments, CompletionsArguments, ManArguments};
+use super::RunCommand;
+use crate::arguments::{Arguments, GlobalOptions};
 use crate::console::Console;
 use crate::error::{CliError, failed};
+use clap::Args;
 use pam_data::atomic::write_atomic;
 use serde_json::json;
 use std::io::Write;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Prints the completion script of a shell.
-///
-/// # Errors
-/// None; a closed pipe ends the output.
-pub fn completions(arguments: &CompletionsArguments) -> Result<ExitCode, CliError> {
-    let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Arguments::with_exit_codes(), "pam", &mut script);
-    let _ = std::io::stdout().lock().write_all(&script);
-    Ok(ExitCode::SUCCESS)
+/// Arguments of `pam completions`.
+#[derive(Debug, Args)]
+pub struct CompletionsArguments {
+    /// The shell
+    #[arg(value_name = "SHELL")]
+    pub shell: clap_complete::Shell,
 }
 
-/// Writes `pam.1` and one page a command, `pam-train.1`, `pam-rig-record.1`, ….
-///
-/// # Errors
-/// [`CliError`] if a page cannot be written.
-pub fn man(arguments: &ManArguments, console: &Console) -> Result<ExitCode, CliError> {
-    let mut command = Arguments::with_exit_codes();
-    command.build();
-    let mut pages = Vec::new();
-    write_pages(&command, "pam", arguments, &mut pages)?;
-    console.text(format!("{} pages in {}", pages.len(), arguments.out.display()));
-    console.json(&json!({ "pages": pages }));
-    Ok(ExitCode::SUCCESS)
+/// Arguments of `pam man`.
+#[derive(Debug, Args)]
+pub struct ManArguments {
+    /// Folder for pam.1 and one page a command
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+impl RunCommand for CompletionsArguments {
+    fn run(&self, _global: &GlobalOptions, _console: &Console) -> Result<ExitCode, CliError> {
+        let mut script = Vec::new();
+        clap_complete::generate(self.shell, &mut Arguments::with_exit_codes(), "pam", &mut script);
+        let _ = std::io::stdout().lock().write_all(&script);
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+impl RunCommand for ManArguments {
+    fn run(&self, _global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+        let mut command = Arguments::with_exit_codes();
+        command.build();
+        let mut pages = Vec::new();
+        write_pages(&command, "pam", self, &mut pages)?;
+        console.text(format!("{} pages in {}", pages.len(), self.out.display()));
+        console.json(&json!({ "pages": pages }));
+        Ok(ExitCode::SUCCESS)
+    }
 }
 
 fn write_pages(

@@ -1,12 +1,14 @@
 //! `pam simulate`.
 
+use super::RunCommand;
 use super::convert::{numbered, recording_writer};
 use crate::PARTIAL;
-use crate::arguments::{GlobalOptions, SimulateArguments};
+use crate::arguments::GlobalOptions;
 use crate::console::Console;
 use crate::error::{CliError, failed, usage};
-use crate::options::describe_model;
+use crate::options::{DataOptions, ModelOptions, SolverOptions, describe_model};
 use crate::run_record::made_by;
+use clap::Args;
 use pam_core::SealedMasses;
 use pam_core::units::MN_PER_N;
 use pam_data::atomic::write_atomic;
@@ -17,52 +19,98 @@ use pam_solvers::Statistics;
 use pam_trajectory::{Predictor, SolverSettings};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+/// Arguments of `pam simulate`.
+#[derive(Debug, Args)]
+pub struct SimulateArguments {
+    /// The model.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// Recording whose measured force drives the joint, from its first sample
+    #[arg(long, value_name = "PATH", conflicts_with_all = ["force", "pressures", "air_masses", "duration"])]
+    pub data: Option<PathBuf>,
+    /// Made-up force on the joint at rest: constant:A=N, step:A=N,t=S, sine:A=N,f=HZ or
+    /// chirp:A=N,f0=HZ,f1=HZ (A in N)
+    #[arg(long, value_name = "SPEC", required_unless_present = "data")]
+    pub force: Option<String>,
+    /// Length of a made-up run, s
+    #[arg(long, value_name = "S", default_value_t = 10.0, allow_negative_numbers = true)]
+    pub duration: f64,
+    /// Samples per second of a made-up run
+    #[arg(long, value_name = "HZ", default_value_t = 1000.0, allow_negative_numbers = true)]
+    pub rate: f64,
+    /// Sealed pressures of flexor and extensor at x = 0, kPa absolute [default: 412,412]
+    #[arg(
+        long,
+        value_name = "PF,PE",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true,
+        conflicts_with = "air_masses"
+    )]
+    pub pressures: Option<Vec<f64>>,
+    /// Sealed air masses of flexor and extensor, g
+    #[arg(
+        long,
+        value_name = "MF,ME",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true
+    )]
+    pub air_masses: Option<Vec<f64>>,
+    /// Where the trajectory goes: .csv or .npz
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// Also write a report with figures
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+    /// How recordings are read.
+    #[command(flatten)]
+    pub reading: DataOptions,
+    /// How the equations are solved.
+    #[command(flatten)]
+    pub solver: SolverOptions,
+}
 
 /// Sealed pressures of a made-up run if none are given, kPa absolute (45 psi gauge).
 const DEFAULT_PRESSURE_KPA: f64 = 412.0;
 
-/// Runs the command.
-///
-/// # Errors
-/// [`CliError`] naming file, line and column, or the option.
-pub fn run(
-    arguments: &SimulateArguments,
-    global: &GlobalOptions,
-    console: &Console,
-) -> Result<ExitCode, CliError> {
-    let write = recording_writer(&arguments.out)?;
-    let saved = arguments.model.load_extended()?;
-    let settings = arguments.solver.settings_for(&saved)?;
-    let subjects = match &arguments.data {
-        Some(path) => arguments.reading.subjects(std::slice::from_ref(path), &saved, console)?,
-        None => vec![made_up(arguments, &saved)?],
-    };
-    // A recording with gaps falls into parts, which become numbered files.
-    let parts = subjects.len();
-    let path_of = |path: &Path, i: usize| {
-        if parts == 1 { path.to_owned() } else { numbered(path, i + 1) }
-    };
-    let mut runs = Vec::new();
-    let mut stopped = false;
-    for (i, subject) in subjects.iter().enumerate() {
-        let run = Run::of(&saved, subject, &settings)?;
-        let out = path_of(&arguments.out, i);
-        write(&out, &run.trajectory)?;
-        if let Some(path) = &arguments.report {
-            let text = report(&run, &saved, &settings.describe());
-            write_atomic(&path_of(path, i), text.as_bytes())?;
+impl RunCommand for SimulateArguments {
+    fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+        let write = recording_writer(&self.out)?;
+        let saved = self.model.load_extended()?;
+        let settings = self.solver.settings_for(&saved)?;
+        let subjects = match &self.data {
+            Some(path) => self.reading.subjects(std::slice::from_ref(path), &saved, console)?,
+            None => vec![made_up(self, &saved)?],
+        };
+        // A recording with gaps falls into parts, which become numbered files.
+        let parts = subjects.len();
+        let path_of = |path: &Path, i: usize| {
+            if parts == 1 { path.to_owned() } else { numbered(path, i + 1) }
+        };
+        let mut runs = Vec::new();
+        let mut stopped = false;
+        for (i, subject) in subjects.iter().enumerate() {
+            let run = Run::of(&saved, subject, &settings)?;
+            let out = path_of(&self.out, i);
+            write(&out, &run.trajectory)?;
+            if let Some(path) = &self.report {
+                let text = report(&run, &saved, &settings.describe());
+                write_atomic(&path_of(path, i), text.as_bytes())?;
+            }
+            console.text(run.summary(&out));
+            if let Some(why) = &run.failure {
+                console.warn(format!("stopped early, what was reached is written: {why}"));
+                stopped = true;
+            }
+            runs.push(run.to_json(&out));
         }
-        console.text(run.summary(&out));
-        if let Some(why) = &run.failure {
-            console.warn(format!("stopped early, what was reached is written: {why}"));
-            stopped = true;
-        }
-        runs.push(run.to_json(&out));
+        console.json(&json!({ "runs": runs, "seed": global.seed }));
+        Ok(if stopped { ExitCode::from(PARTIAL) } else { ExitCode::SUCCESS })
     }
-    console.json(&json!({ "runs": runs, "seed": global.seed }));
-    Ok(if stopped { ExitCode::from(PARTIAL) } else { ExitCode::SUCCESS })
 }
 
 /// One simulated trajectory.

@@ -1,87 +1,142 @@
 //! `pam train`.
 
+use super::RunCommand;
 use crate::INTERRUPTED;
-use crate::arguments::{GlobalOptions, TrainArguments};
+use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::CliError;
+use crate::options::DataOptions;
 use crate::run_record::{self, made_by, write_json};
+use clap::Args;
 use pam_data::atomic::write_atomic;
 use pam_effects::effects::ALL;
 use pam_report::page::number;
 use pam_report::training::{EpochRow, ParameterRow, StageRow};
 use pam_report::{TrainingReport, effect_courses, force_curves, training_report};
+use pam_solvers::Tableau;
 use pam_train::curriculum::{Curriculum, Stage, StartModel};
 use pam_train::identification::{DeformationEstimate, Identification, MassEstimate};
 use pam_train::training::{
     RunFolder, RunSettings, StageResult, TrainedRun, Trainer, TrainingError, effects_of, train_into,
 };
 use serde_json::{Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Runs the command.
-///
-/// # Errors
-/// [`CliError`] naming file and line, the option, or stage, epoch and recording.
-pub fn run(
-    arguments: &TrainArguments,
-    global: &GlobalOptions,
-    console: &Console,
-) -> Result<ExitCode, CliError> {
-    if arguments.print {
-        let curriculum = Curriculum::open(&arguments.curriculum, &overrides(arguments))?;
-        console.json(&serde_json::to_value(&curriculum).unwrap_or(Value::Null));
-        console.text(curriculum.to_toml().trim_end());
-        return Ok(ExitCode::SUCCESS);
-    }
-    let out = arguments.out.as_deref().unwrap_or(Path::new("."));
-    let folder = RunFolder::new(out);
-    let curriculum = curriculum(arguments, &folder)?;
-    if !(arguments.checkpoint_s.is_finite() && arguments.checkpoint_s >= 0.0) {
-        return Err(CliError::Usage("--checkpoint-s must not be negative".into()));
-    }
+/// Arguments of `pam train`.
+#[derive(Debug, Args)]
+pub struct TrainArguments {
+    /// Curriculum.
+    #[arg(default_value = "recommended", value_name = "NAME|FILE", help = curricula())]
+    pub curriculum: String,
+    /// Recordings, or folders of them; the curriculum selects training and validation recordings
+    #[arg(long, num_args = 1.., required_unless_present = "print", value_name = "PATH")]
+    pub data: Vec<PathBuf>,
+    /// Folder of the run
+    #[arg(long, required_unless_present = "print", value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// The model file to start from in place of the curriculum's. Its effects, if it is an extended model, are
+    /// trained along with the network; --set coordinates.frozen.network=true trains them alone,
+    /// --set coordinates.frozen.effects=true leaves them as they are
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    pub start: Option<PathBuf>,
+    /// Override a value of the curriculum: rate=3e-4, stage.2.epochs=50 (stages count from zero). Can be
+    /// repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+    /// Method.
+    #[arg(long, value_name = "NAME", conflicts_with = "resume", help = methods())]
+    pub method: Option<String>,
+    /// Go on with the run in the folder, from its last checkpoint and with its curriculum
+    #[arg(long, conflicts_with = "overrides")]
+    pub resume: bool,
+    /// Seconds between checkpoints
+    #[arg(long, default_value_t = 10.0, value_name = "S")]
+    pub checkpoint_s: f64,
+    /// Print the curriculum as TOML and do nothing
+    #[arg(long)]
+    pub print: bool,
+    /// How recordings are read.
+    #[command(flatten)]
+    pub reading: DataOptions,
+}
 
-    let recordings = arguments.reading.recordings(&arguments.data, console)?;
-    let surfaces = arguments.reading.mass_options()?.surfaces;
-    if let StartModel::File(path) = &curriculum.model.start
-        && !path.exists()
-    {
-        return Err(CliError::Usage(format!(
-            "the model to start from, {}, is not there; name it with --start FILE",
-            path.display()
-        )));
-    }
-    let effects = effects_of(&curriculum, ALL)?;
-    let mut trainer = Trainer::extended(curriculum, recordings, surfaces, effects, global.seed)?;
-    console.text(format!(
-        "{}: {} recordings to train on, {} held out.",
-        trainer.curriculum().name,
-        trainer.trained_on().len(),
-        trainer.held_out_len()
-    ));
-    let effects = trainer.effect_values();
-    if !effects.is_empty() {
-        let from: Vec<String> =
-            effects.iter().map(|(name, v)| format!("{name} = {}", number(*v, 4))).collect();
-        console.text(format!("Effects: {}.", from.join(", ")));
-    }
+/// Help of the curriculum of `pam train`.
+fn curricula() -> String {
+    format!("A curriculum: {}, or a TOML file", Curriculum::BUILT_IN.join(", "))
+}
 
-    let settings = RunSettings {
-        checkpoint_every: Duration::from_secs_f64(arguments.checkpoint_s),
-        model_name: format!("hybrid joint, {} (seed {})", trainer.curriculum().name, global.seed),
-        made_by: made_by(),
-    };
-    let configuration = json!({
-        "curriculum": trainer.curriculum(),
-        "data": arguments.data,
-        "reading": arguments.reading.to_json()?,
-    });
-    run_record::write(out, "train", global.seed, &configuration)?;
-    let trained = train(&mut trainer, &folder, &settings, arguments.resume, console)?;
-    finish(&trainer, &trained, out, console)
+/// Help of `pam train --method`.
+fn methods() -> String {
+    format!(
+        "How the equations are solved: exact (leaky_relu or relu), {}, or auto; the same as --set \
+         solver.method=NAME",
+        Tableau::NAMES.join(", ")
+    )
+}
+
+impl RunCommand for TrainArguments {
+    fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+        if self.print {
+            let curriculum = Curriculum::open(&self.curriculum, &overrides(self))?;
+            console.json(&serde_json::to_value(&curriculum).unwrap_or(Value::Null));
+            console.text(curriculum.to_toml().trim_end());
+            return Ok(ExitCode::SUCCESS);
+        }
+        let out = self.out.as_deref().unwrap_or(Path::new("."));
+        let folder = RunFolder::new(out);
+        let curriculum = curriculum(self, &folder)?;
+        if !(self.checkpoint_s.is_finite() && self.checkpoint_s >= 0.0) {
+            return Err(CliError::Usage("--checkpoint-s must not be negative".into()));
+        }
+
+        let recordings = self.reading.recordings(&self.data, console)?;
+        let surfaces = self.reading.mass_options()?.surfaces;
+        if let StartModel::File(path) = &curriculum.model.start
+            && !path.exists()
+        {
+            return Err(CliError::Usage(format!(
+                "the model to start from, {}, is not there; name it with --start FILE",
+                path.display()
+            )));
+        }
+        let effects = effects_of(&curriculum, ALL)?;
+        let mut trainer =
+            Trainer::extended(curriculum, recordings, surfaces, effects, global.seed)?;
+        console.text(format!(
+            "{}: {} recordings to train on, {} held out.",
+            trainer.curriculum().name,
+            trainer.trained_on().len(),
+            trainer.held_out_len()
+        ));
+        let effects = trainer.effect_values();
+        if !effects.is_empty() {
+            let from: Vec<String> =
+                effects.iter().map(|(name, v)| format!("{name} = {}", number(*v, 4))).collect();
+            console.text(format!("Effects: {}.", from.join(", ")));
+        }
+
+        let settings = RunSettings {
+            checkpoint_every: Duration::from_secs_f64(self.checkpoint_s),
+            model_name: format!(
+                "hybrid joint, {} (seed {})",
+                trainer.curriculum().name,
+                global.seed
+            ),
+            made_by: made_by(),
+        };
+        let configuration = json!({
+            "curriculum": trainer.curriculum(),
+            "data": self.data,
+            "reading": self.reading.to_json()?,
+        });
+        run_record::write(out, "train", global.seed, &configuration)?;
+        let trained = train(&mut trainer, &folder, &settings, self.resume, console)?;
+        finish(&trainer, &trained, out, console)
+    }
 }
 
 /// The curriculum of the arguments, or that of the run that is resumed.

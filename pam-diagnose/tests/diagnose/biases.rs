@@ -1,6 +1,6 @@
 //! What a fit finds where nothing is hidden.
 
-use super::published::{exact_run, weights};
+use crate::support::published::{exact_run, weights};
 use pam_diagnose::DiagnosisSettings;
 use pam_diagnose::data::estimated_noise;
 use pam_diagnose::fit::Problem;

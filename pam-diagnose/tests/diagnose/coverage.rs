@@ -1,6 +1,6 @@
 //! Fits recover what was simulated, and their intervals hold what they promise.
 
-use super::joint::{driven, linear, subject};
+use crate::support::joint::{driven, linear, subject};
 use pam_data::MassOrigin;
 use pam_diagnose::DiagnosisSettings;
 use pam_diagnose::data::estimated_noise;

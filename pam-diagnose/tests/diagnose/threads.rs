@@ -1,6 +1,6 @@
 //! The same seed gives the same answer.
 
-use super::joint::{HOLD, driven, linear, subject};
+use crate::support::joint::{HOLD, driven, linear, subject};
 use pam_data::Subject;
 use pam_data::{MassOrigin, ModelInfo};
 use pam_diagnose::{DiagnoseOptions, RecordingSets, diagnose};

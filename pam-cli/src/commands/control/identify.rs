@@ -1,10 +1,13 @@
 //! `pam identify`.
 
-use super::{maker, rig};
-use crate::arguments::{GlobalOptions, IdentifyArguments, IdentifySchedule};
+use super::{BoundsOptions, maker, rig};
+use crate::arguments::GlobalOptions;
+use crate::commands::RunCommand;
 use crate::console::{Console, table};
 use crate::error::{CliError, failed};
+use crate::options::ModelOptions;
 use crate::run_record::{self, made_by, write_json};
+use clap::{Args, ValueEnum};
 use pam_control::equilibrium_point::{EquilibriumPoint, observe};
 use pam_control::execution::{Commands, PulseShape};
 use pam_control::experiments::stiffness::{
@@ -21,85 +24,140 @@ use pam_report::page::number;
 use pam_rig::{Protocol, RigParameters, record};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Runs the command.
-///
-/// # Errors
-/// [`CliError`] naming the option, or file and line.
-pub fn run(
-    arguments: &IdentifyArguments,
-    global: &GlobalOptions,
-    console: &Console,
-) -> Result<ExitCode, CliError> {
-    let saved = arguments.model.load()?;
-    let settings = arguments.bounds.settings(&saved.model)?;
-    let shape = PulseShape {
-        force_n: arguments.pulse_force,
-        window_s: 1e-3 * arguments.window,
-        ..PulseShape::default()
-    };
-    if !(shape.force_n.is_finite() && shape.force_n != 0.0) {
-        return Err(CliError::Usage("--pulse-force must be finite and not zero".into()));
-    }
-    if !(0.05..=5.0).contains(&shape.window_s) {
-        return Err(CliError::Usage("--window must lie between 50 and 5000 ms".into()));
-    }
-    let mass_kg = saved.model.physical().mass_kg;
-    let mut report = IdentificationReport {
-        title: "Identified stiffness".into(),
-        made_by: made_by(),
-        lead: format!("M = {mass_kg:.1} kg; pulses of {} N.", shape.force_n),
-        ..IdentificationReport::default()
-    };
-    let mut extra = json!({});
-    if arguments.data.is_empty() {
-        let rig = rig(arguments.rig.as_deref())?;
-        let plan = |targets| Plan::new(&saved.model, targets, settings);
-        let make = maker(&rig);
-        match arguments.schedule {
-            IdentifySchedule::Staircase => {
-                let plan = plan(staircase_targets(&STAIRCASE_N_MM)?)?;
-                warn_of_plan(&plan.summary(), console);
-                let commands = Commands::from(&plan);
-                let levels = STAIRCASE_N_MM.len();
-                report.pulses = staircase(&commands, levels, &shape, mass_kg, global.seed, &make)?;
-                let twin = on_model(&saved.model);
-                report.on_model = staircase(&commands, levels, &shape, mass_kg, 0, &twin)?;
-            }
-            IdentifySchedule::Cycle => {
-                let plan = plan(comparison::targets()?)?;
-                warn_of_plan(&plan.summary(), console);
-                let commands = Commands::from(&plan);
-                report.pulses = stiffness::cycle(&commands, &shape, mass_kg, global.seed, &make)?;
-                let twin = on_model(&saved.model);
-                report.on_model = stiffness::cycle(&commands, &shape, mass_kg, 0, &twin)?;
-            }
-            IdentifySchedule::Compare => {
-                let targets = comparison::targets()?;
-                let plan = plan(targets.clone())?;
-                warn_of_plan(&plan.summary(), console);
-                let repeats = arguments.repeats as usize;
-                let model = equilibrium_point(arguments, &rig, global.seed, console)?;
-                let commands = [Commands::from(&plan), model.commands(&targets)];
-                let names = [saved.info.name.clone(), "equilibrium point".to_owned()];
-                for (commands, name) in commands.iter().zip(names) {
-                    let (mut rows, pulses) =
-                        comparison::rows(commands, &shape, mass_kg, repeats, global.seed, &make)?;
-                    comparison::explain(&mut rows, &saved.model, &targets, commands, &shape)?;
-                    report.tables.push((name, rows));
-                    if report.pulses.is_empty() {
-                        report.pulses = pulses;
-                    }
-                }
-                extra = json!({ "equilibrium_point": model });
-            }
+/// Schedules of `pam identify`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum IdentifySchedule {
+    /// 126 to 176 N/mm at rest
+    Staircase,
+    /// 140, 150, 160 N/mm on a sine of 1 mm at 0.1 Hz
+    Cycle,
+    /// The cycle with the learned model's and the equilibrium-point model's commands
+    Compare,
+}
+
+/// Arguments of `pam identify`.
+#[derive(Debug, Args)]
+pub struct IdentifyArguments {
+    /// The model that plans, and whose mass is taken.
+    #[command(flatten)]
+    pub model: ModelOptions,
+    /// Schedule on the virtual rig
+    #[arg(
+        long,
+        value_enum,
+        default_value = "staircase",
+        value_name = "NAME",
+        conflicts_with = "data"
+    )]
+    pub schedule: IdentifySchedule,
+    /// Identify from recordings instead: every pulse of force in them that follows 50 ms without
+    #[arg(long, num_args = 1.., value_name = "PATH")]
+    pub data: Vec<PathBuf>,
+    /// Recordings to which the equilibrium-point model is fitted [default: the 29 training conditions on
+    /// the rig]
+    #[arg(long, num_args = 1.., value_name = "PATH")]
+    pub recordings: Vec<PathBuf>,
+    /// The bounds.
+    #[command(flatten)]
+    pub bounds: BoundsOptions,
+    /// Parameters of the rig, a TOML file
+    #[arg(long, value_name = "FILE")]
+    pub rig: Option<PathBuf>,
+    /// Force of the pulses, N
+    #[arg(long, value_name = "N", default_value_t = 90.0, allow_negative_numbers = true)]
+    pub pulse_force: f64,
+    /// Time from the start of a pulse that counts, ms
+    #[arg(long, value_name = "MS", default_value_t = 150.0, allow_negative_numbers = true)]
+    pub window: f64,
+    /// How often a cycle is repeated, each time with another seed
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..))]
+    pub repeats: u32,
+    /// Folder for pulses.csv, identify.json, report.html and run.json
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+impl RunCommand for IdentifyArguments {
+    fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+        let saved = self.model.load()?;
+        let settings = self.bounds.settings(&saved.model)?;
+        let shape = PulseShape {
+            force_n: self.pulse_force,
+            window_s: 1e-3 * self.window,
+            ..PulseShape::default()
+        };
+        if !(shape.force_n.is_finite() && shape.force_n != 0.0) {
+            return Err(CliError::Usage("--pulse-force must be finite and not zero".into()));
         }
-    } else {
-        report.pulses = from_recordings(&arguments.data, &shape, mass_kg)?;
+        if !(0.05..=5.0).contains(&shape.window_s) {
+            return Err(CliError::Usage("--window must lie between 50 and 5000 ms".into()));
+        }
+        let mass_kg = saved.model.physical().mass_kg;
+        let mut report = IdentificationReport {
+            title: "Identified stiffness".into(),
+            made_by: made_by(),
+            lead: format!("M = {mass_kg:.1} kg; pulses of {} N.", shape.force_n),
+            ..IdentificationReport::default()
+        };
+        let mut extra = json!({});
+        if self.data.is_empty() {
+            let rig = rig(self.rig.as_deref())?;
+            let plan = |targets| Plan::new(&saved.model, targets, settings);
+            let make = maker(&rig);
+            match self.schedule {
+                IdentifySchedule::Staircase => {
+                    let plan = plan(staircase_targets(&STAIRCASE_N_MM)?)?;
+                    warn_of_plan(&plan.summary(), console);
+                    let commands = Commands::from(&plan);
+                    let levels = STAIRCASE_N_MM.len();
+                    report.pulses =
+                        staircase(&commands, levels, &shape, mass_kg, global.seed, &make)?;
+                    let twin = on_model(&saved.model);
+                    report.on_model = staircase(&commands, levels, &shape, mass_kg, 0, &twin)?;
+                }
+                IdentifySchedule::Cycle => {
+                    let plan = plan(comparison::targets()?)?;
+                    warn_of_plan(&plan.summary(), console);
+                    let commands = Commands::from(&plan);
+                    report.pulses =
+                        stiffness::cycle(&commands, &shape, mass_kg, global.seed, &make)?;
+                    let twin = on_model(&saved.model);
+                    report.on_model = stiffness::cycle(&commands, &shape, mass_kg, 0, &twin)?;
+                }
+                IdentifySchedule::Compare => {
+                    let targets = comparison::targets()?;
+                    let plan = plan(targets.clone())?;
+                    warn_of_plan(&plan.summary(), console);
+                    let repeats = self.repeats as usize;
+                    let model = equilibrium_point(self, &rig, global.seed, console)?;
+                    let commands = [Commands::from(&plan), model.commands(&targets)];
+                    let names = [saved.info.name.clone(), "equilibrium point".to_owned()];
+                    for (commands, name) in commands.iter().zip(names) {
+                        let (mut rows, pulses) = comparison::rows(
+                            commands,
+                            &shape,
+                            mass_kg,
+                            repeats,
+                            global.seed,
+                            &make,
+                        )?;
+                        comparison::explain(&mut rows, &saved.model, &targets, commands, &shape)?;
+                        report.tables.push((name, rows));
+                        if report.pulses.is_empty() {
+                            report.pulses = pulses;
+                        }
+                    }
+                    extra = json!({ "equilibrium_point": model });
+                }
+            }
+        } else {
+            report.pulses = from_recordings(&self.data, &shape, mass_kg)?;
+        }
+        finish(&report, &extra, self, &saved, global, console)
     }
-    finish(&report, &extra, arguments, &saved, global, console)
 }
 
 fn warn_of_plan(plan: &PlanSummary, console: &Console) {

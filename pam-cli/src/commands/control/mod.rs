@@ -6,14 +6,32 @@ pub mod replan;
 pub mod stiffness;
 pub mod track;
 
-use crate::arguments::BoundsOptions;
 use crate::error::{CliError, usage};
 use crate::rig_joint::RigJoint;
+use clap::Args;
 use pam_control::execution::Joint;
 use pam_control::synthesis::{MassBounds, SynthesisSettings};
 use pam_core::{AnyForce, JointModel};
 use pam_rig::RigParameters;
 use std::path::Path;
+
+/// Within which masses a plan stays.
+#[derive(Debug, Clone, Args)]
+pub struct BoundsOptions {
+    /// Least and most air in a muscle, g [default: what 10 and 80 psi gauge hold at x = 0]. What lies
+    /// outside the default is flagged as extrapolation
+    #[arg(
+        long,
+        value_name = "LEAST,MOST",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true
+    )]
+    pub mass_bounds: Option<Vec<f64>>,
+    /// Step h of the stiffness estimate, mm
+    #[arg(long, value_name = "MM", default_value_t = 1.0, allow_negative_numbers = true)]
+    pub stiffness_step: f64,
+}
 
 impl BoundsOptions {
     /// The settings of the synthesis.

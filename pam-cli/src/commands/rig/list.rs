@@ -1,14 +1,32 @@
 //! Lists of the rig: effects, protocols, parameters, observables.
 
 use super::rig;
-use crate::arguments::{RigObservablesArguments, RigProtocolArguments};
 use crate::console::{Console, table};
 use crate::error::CliError;
+use clap::Args;
+use clap::builder::PossibleValuesParser;
 use pam_report::page::number;
 use pam_rig::effects::{ALL, Group, HiddenEffect};
 use pam_rig::observables::observables;
 use pam_rig::{Protocol, RigParameters};
 use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// Arguments of `pam rig protocol`.
+#[derive(Debug, Args)]
+pub struct RigProtocolArguments {
+    /// A protocol that comes with the rig
+    #[arg(value_name = "NAME", value_parser = PossibleValuesParser::new(Protocol::BUILT_IN))]
+    pub name: Option<String>,
+}
+
+/// Arguments of `pam rig observables`.
+#[derive(Debug, Args)]
+pub struct RigObservablesArguments {
+    /// Parameters of the rig, a TOML file
+    #[arg(long, value_name = "FILE")]
+    pub rig: Option<PathBuf>,
+}
 
 const UNLISTED: &str = "unlisted phenomena (not in the vocabulary; for testing what is outside it)";
 

@@ -1,32 +1,46 @@
 //! `pam rig`.
 
-mod list;
-mod record;
+pub mod list;
+pub mod record;
 
-use crate::arguments::{GlobalOptions, RigCommand};
+pub use list::{RigObservablesArguments, RigProtocolArguments};
+pub use record::RigRecordArguments;
+
+use crate::arguments::GlobalOptions;
+use crate::commands::RunCommand;
 use crate::console::Console;
 use crate::error::CliError;
+use clap::Subcommand;
 use pam_rig::RigParameters;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Runs the command.
-///
-/// # Errors
-/// [`CliError`] naming file and line, or the option.
-pub fn run(
-    command: &RigCommand,
-    global: &GlobalOptions,
-    console: &Console,
-) -> Result<ExitCode, CliError> {
-    match command {
-        RigCommand::Record(arguments) => record::run(arguments, global, console)?,
-        RigCommand::ListEffects => list::effects(console),
-        RigCommand::Protocol(arguments) => list::protocol(arguments, console)?,
-        RigCommand::Parameters => list::parameters(console),
-        RigCommand::Observables(arguments) => list::observables_of(arguments, console)?,
+/// Commands of the virtual rig.
+#[derive(Debug, Subcommand)]
+pub enum RigCommand {
+    /// Carry out a protocol and write raw logs and the sealed ground truth
+    Record(RigRecordArguments),
+    /// List the effects that can be hidden in the rig, with parameters and units
+    ListEffects,
+    /// Print a protocol as TOML, to start one's own from; without a name, list them
+    Protocol(RigProtocolArguments),
+    /// Print the rig's parameters as TOML, for --rig
+    Parameters,
+    /// Measure on the rig what is published about the joint
+    Observables(RigObservablesArguments),
+}
+
+impl RunCommand for RigCommand {
+    fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+        match self {
+            RigCommand::Record(arguments) => record::run(arguments, global, console)?,
+            RigCommand::ListEffects => list::effects(console),
+            RigCommand::Protocol(arguments) => list::protocol(arguments, console)?,
+            RigCommand::Parameters => list::parameters(console),
+            RigCommand::Observables(arguments) => list::observables_of(arguments, console)?,
+        }
+        Ok(ExitCode::SUCCESS)
     }
-    Ok(ExitCode::SUCCESS)
 }
 
 /// The rig of a file, or the default one.

@@ -1,19 +1,92 @@
 //! `pam rig record`.
 
 use super::rig;
-use crate::arguments::{GlobalOptions, RigRecordArguments};
+use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::{CliError, usage};
+use crate::options::possible_values;
 use crate::run_record::{self, made_by};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use pam_core::NamedChoice;
 use pam_data::atomic::write_atomic;
 use pam_data::{LoadOptions, Recording, open_recordings};
 use pam_report::page::number;
 use pam_report::{RecordedRun, recordings_report};
 use pam_rig::folder::SETTINGS_FILE;
+use pam_rig::protocol::ConditionSet;
 use pam_rig::sensors::Part;
 use pam_rig::{Conditions, Entry, Protocol, RigParameters, Session};
 use serde_json::json;
+use std::path::PathBuf;
+
+/// Arguments of `pam rig record`.
+#[derive(Debug, Args)]
+pub struct RigRecordArguments {
+    /// Protocol.
+    #[arg(long, default_value = "paper", value_name = "NAME|FILE", help = protocols())]
+    pub protocol: String,
+    /// Sealed pressures.
+    #[arg(long, value_name = "SET|PAIRS", help = conditions())]
+    pub conditions: Option<String>,
+    /// Parameters of the rig, a TOML file; what it leaves out has its default
+    #[arg(long, value_name = "FILE")]
+    pub rig: Option<PathBuf>,
+    /// Hidden effects.
+    #[arg(long = "effect", value_name = "ID[:NAME=VALUE,…]", help = hidden_effects())]
+    pub effects: Vec<String>,
+    /// Parts to make ideal, separated by commas
+    #[arg(long, value_delimiter = ',', value_name = "PARTS", value_parser = parts())]
+    pub ideal: Vec<String>,
+    /// Write no truth of the samples, only the settings
+    #[arg(long)]
+    pub no_truth: bool,
+    /// Replace recordings that were made with other settings
+    #[arg(long)]
+    pub overwrite: bool,
+    /// Folder for the logs; recordings of an interrupted run that are there are kept
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Also write a report with figures
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+}
+
+/// Parser of `pam rig record --ideal`.
+fn parts() -> PossibleValuesParser {
+    possible_values::<Part>().chain([PossibleValue::new("all").help("all of them")]).into()
+}
+
+/// Help of `pam rig record --protocol`.
+fn protocols() -> String {
+    format!(
+        "A protocol that comes with the rig ({}), or a TOML file",
+        Protocol::BUILT_IN.join(", ")
+    )
+}
+
+/// Help of `pam rig record --conditions`.
+fn conditions() -> String {
+    let sets = ConditionSet::ALL.iter().map(|(name, _, what)| format!("{name} ({what})"));
+    format!(
+        "Sealed pressures instead of the protocol's: {}, or pairs of psi gauge like 30/60,45/45 (flexor/extensor)",
+        sets.collect::<Vec<_>>().join(", ")
+    )
+}
+
+/// Help of `pam rig record --effect`.
+fn hidden_effects() -> String {
+    let ids = |listed: bool| {
+        let some = pam_rig::effects::ALL.iter().filter(|e| e.is_listed() == listed);
+        some.map(|e| e.info.id).collect::<Vec<_>>().join(", ")
+    };
+    format!(
+        "Hide an effect, with or without its parameters: coulomb_friction:force_n=20. Can be repeated. Effects: \
+         {}. Phenomena outside the vocabulary: {}",
+        ids(true),
+        ids(false)
+    )
+}
 
 /// Most rows of the printed table; the rest is in the files.
 const MOST_ROWS: usize = 30;

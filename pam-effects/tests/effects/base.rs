@@ -1,6 +1,6 @@
 //! The simulation without effects.
 
-use super::joint::{HOLD, linear_run, plain};
+use crate::support::joint::{HOLD, linear_run, plain};
 use std::f64::consts::TAU;
 
 /// Steps of 4 ms, a force averaged over 2 ms: the motion at 2 Hz is right to 1e-4 of its amplitude.
@@ -23,7 +23,7 @@ fn a_linear_joint_answers_as_its_transfer_function_says() {
 /// periods, ω h = 0.1) a fourth-order method loses (ω h)⁶/144 a step, 1e-5 in all.
 #[test]
 fn free_motion_keeps_its_energy() {
-    use super::joint::{K, M, driven, run, subject, undamped};
+    use crate::support::joint::{K, M, driven, run, subject, undamped};
     let model = undamped();
     let subject = subject(&model, driven(6.0, 0.5, |_| 0.0), pam_data::MassOrigin::Given);
     let free = run(&model, &subject, &[]);

@@ -1,8 +1,10 @@
 //! Training of weights and effects together: it finds what neither finds alone, goes on where it stopped, and
 //! writes a model that reads back.
 
-use super::published::exact_run;
-use super::training::extended;
+#[path = "../../pam-effects/tests/effects/support/mod.rs"]
+#[allow(dead_code)]
+mod support;
+
 use pam_core::{AnyForce, ParametricForce};
 use pam_data::Subject;
 use pam_data::models::safetensors_file;
@@ -19,6 +21,8 @@ use rand_distr::{Distribution, Normal};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
+use support::extended::extended;
+use support::published::exact_run;
 
 /// Runs of a plant with noise of its sensors: 3 µm, 0.2 mm/s, 0.05 kPa.
 fn recordings(plant: &ExtendedModel, conditions: &[[f64; 2]]) -> Vec<Subject> {

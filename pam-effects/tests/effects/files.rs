@@ -1,7 +1,7 @@
 //! Extended models in files, and what is refused.
 
-use super::joint::linear;
-use super::sensitivities::medium;
+use crate::support::joint::linear;
+use crate::support::values::medium;
 use pam_data::ModelInfo;
 use pam_data::models::{load_model, save_model};
 use pam_effects::EffectError;

@@ -1,6 +1,6 @@
 //! Dry friction.
 
-use super::joint::{B, HOLD, K, M, driven, linear, linear_run, run, subject, undamped};
+use crate::support::joint::{B, HOLD, K, M, driven, linear, linear_run, run, subject, undamped};
 use pam_data::MassOrigin;
 use pam_effects::effects::{EffectHooks, StribeckFriction};
 use std::f64::consts::TAU;

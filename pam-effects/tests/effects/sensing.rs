@@ -1,7 +1,7 @@
 //! What the sensors show.
 
-use super::complex::{Complex, line};
-use super::joint::{P, Run, driven, linear, linear_run, run, subject, volumes};
+use crate::support::complex::{Complex, line};
+use crate::support::joint::{P, Run, driven, linear, linear_run, run, subject, volumes};
 use pam_core::units::ATMOSPHERE_KPA;
 use pam_data::MassOrigin;
 use std::f64::consts::TAU;

@@ -1,6 +1,6 @@
 //! Rate-independent loops: their area over a cycle.
 
-use super::joint::{B, HOLD, K, driven, linear, run, subject};
+use crate::support::joint::{B, HOLD, K, driven, linear, run, subject};
 use pam_data::MassOrigin;
 use std::f64::consts::TAU;
 

@@ -1,6 +1,6 @@
 //! The air.
 
-use super::joint::{K, P, driven, linear, linear_run, run, subject, volumes};
+use crate::support::joint::{K, P, driven, linear, linear_run, run, subject, volumes};
 use pam_core::units::ATMOSPHERE_KPA;
 use pam_data::MassOrigin;
 use std::f64::consts::TAU;

@@ -1,60 +1,11 @@
 //! Derivatives that the fits use, against differences of plain runs.
 
-use super::published::{exact_run, weights};
+use crate::support::published::{exact_run, weights};
+use crate::support::values::medium;
 use pam_core::Scalar;
 use pam_data::MassOrigin;
-use pam_effects::effects::{ALL, AnyEffect, DataScales, Derivatives, by_id};
+use pam_effects::effects::{ALL, AnyEffect, Derivatives, by_id};
 use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
-
-/// Medium values of each effect, switches behind them. Effects that are not listed here take the values from
-/// which their first fit starts.
-pub(crate) fn medium() -> Vec<(&'static str, Vec<f64>)> {
-    let mut values = vec![
-        ("coulomb_friction", vec![13.0]),
-        ("stribeck_friction", vec![9.0, 17.0, 2.1]),
-        ("viscous_damping", vec![800.0]),
-        ("hysteresis", vec![15.0, 0.51, 0.0]),
-        ("hysteresis", vec![15.0, 0.51, 1.0]),
-        ("hysteresis", vec![15.0, 0.51, 2.0]),
-        ("creep", vec![8.0, 0.7]),
-        ("constant_load", vec![12.0]),
-        ("added_inertia", vec![35.0]),
-        ("backlash", vec![0.13]),
-        ("cogging", vec![7.0, 0.61]),
-        ("tendon_slack", vec![0.77, 0.2]),
-        ("stiffness_drift", vec![0.12]),
-        ("stiffness_scale", vec![0.07]),
-        ("leak", vec![1.5e-3, 7e-4]),
-        ("polytropic_gas", vec![1.2, 0.0]),
-        ("polytropic_gas", vec![1.2, 1.0]),
-        ("geometry_coefficient", vec![0.08, 0.0]),
-        ("geometry_coefficient", vec![0.08, 1.0]),
-        ("force_gain", vec![-0.07]),
-        ("force_saturation", vec![151.3]),
-        ("actuation_delay", vec![10.7]),
-        ("pressure_sensor_lag", vec![5.0]),
-        ("pressure_delay", vec![25.7]),
-        ("pressure_bias", vec![12.0, -8.0]),
-        ("pressure_gain", vec![0.05, -0.04]),
-        ("position_offset", vec![0.12]),
-        ("position_gain", vec![0.04]),
-    ];
-    let scales = DataScales {
-        force_n: 100.0,
-        peak_force_n: 150.0,
-        travel_mm: 1.0,
-        speed_mm_s: 6.0,
-        stiffness_n_mm: 150.0,
-        samples: Vec::new(),
-    };
-    for effect in ALL {
-        let id = effect.info().id;
-        if values.iter().all(|v| v.0 != id) {
-            values.push((id, effect.starts(&scales).swap_remove(0)));
-        }
-    }
-    values
-}
 
 /// Effects under which a chamber holds other air than the force table stands at. The table's slopes along the
 /// masses vary with x and ẋ, and its derivatives leave that variation out: a few parts in a hundred at 3 % of
@@ -84,10 +35,10 @@ fn plain(
     out
 }
 
-/// The derivative of every channel by every parameter is that of the steps taken: it equals central
-/// differences of the same march, whose error is of second order in the change and that of rounding.
+/// The derivative of every channel with respect to every parameter is that of the steps taken: it equals
+/// central differences of the same simulation up to an error of second order in the change, and rounding.
 #[test]
-fn sensitivities_are_the_derivatives_of_the_march() {
+fn sensitivities_are_the_derivatives_of_the_simulation() {
     let model = weights();
     let mut subject = exact_run(&model, [30.0, 60.0], 0.08);
     subject.origin = MassOrigin::GasLaw;

@@ -1,7 +1,7 @@
 //! Smooth forces and the observation of position.
 
-use super::complex::Complex;
-use super::joint::{B, HOLD, K, M, answer, linear_run, plain};
+use crate::support::complex::Complex;
+use crate::support::joint::{B, HOLD, K, M, answer, linear_run, plain};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 const RATE: f64 = TAU;

@@ -1,7 +1,7 @@
 //! Extended models as models without effects.
 
-use super::joint::driven;
-use super::published::{exact, paper_force_n, weights};
+use crate::support::joint::driven;
+use crate::support::published::{exact, paper_force_n, weights};
 use pam_data::ModelInfo;
 use pam_effects::effects::by_id;
 use pam_effects::{ActiveEffect, ExtendedModel};

@@ -1,32 +1,16 @@
 //! Weights and effects together: the gradient against differences of the loss itself.
 
-use super::published::exact_run;
-use super::sensitivities::medium;
-use pam_core::{AnyForce, JointModel, ParametricForce};
+use crate::support::extended::{extended, smooth};
+use crate::support::published::exact_run;
+use crate::support::values::medium;
+use pam_core::{AnyForce, ParametricForce};
+use pam_data::MassOrigin;
 use pam_data::Subject;
-use pam_data::{MassOrigin, ModelInfo, load_model};
+use pam_effects::ExtendedModel;
 use pam_effects::effects::by_id;
-use pam_effects::{ActiveEffect, ExtendedModel};
 use pam_trajectory::{AnyLoss, Predictor, SolverSettings, TrajectoryGradient};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::path::Path;
-
-/// The model that comes with the program: a smooth network, whose loss has derivatives everywhere.
-pub(crate) fn smooth() -> JointModel<f64, AnyForce<f64>> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../pam-cli/models/default.safetensors");
-    load_model(&path).expect("the default model").model
-}
-
-/// The model with effects.
-pub(crate) fn extended(effects: &[(&str, Vec<f64>)]) -> ExtendedModel {
-    let active = effects.iter().map(|(id, values)| ActiveEffect {
-        effect: by_id(id).expect("an id"),
-        values: values.clone(),
-    });
-    let plain = ExtendedModel { joint: smooth(), info: ModelInfo::default(), effects: Vec::new() };
-    plain.with(active)
-}
 
 /// A run of the model without effects, 5.6 s, behind the loader's low-pass.
 fn subject(seconds_share: f64) -> Subject {

@@ -1,12 +1,14 @@
 //! The main job on no data at all: the virtual rig records with an effect hidden in it, the default model
 //! predicts, the diagnosis names what is hidden, and the report shows the gain.
 
-use crate::arguments::{DemoArguments, GlobalOptions};
+use crate::arguments::GlobalOptions;
+use crate::commands::RunCommand;
 use crate::commands::diagnose::{diagnose_into, finish};
 use crate::console::Console;
 use crate::error::{CliError, failed};
 use crate::options::default_model;
 use crate::run_record;
+use clap::Args;
 use pam_data::{LoadOptions, MassChoice, MassOptions, SavedModel, Subject, read_recordings};
 use pam_diagnose::{DiagnoseOptions, RecordingSets};
 use pam_rig::protocol::CurrentSegment;
@@ -15,8 +17,22 @@ use rand::SeedableRng;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+/// Arguments of `pam demo`.
+#[derive(Debug, Args)]
+pub struct DemoArguments {
+    /// Folder for the recording, the predictions and the report
+    #[arg(long, value_name = "DIR", default_value = "pam-demo")]
+    pub out: PathBuf,
+}
+
+impl Default for DemoArguments {
+    fn default() -> Self {
+        Self { out: PathBuf::from("pam-demo") }
+    }
+}
 
 /// Excitation: frequency (Hz), length at 1 A and at 1.5 A (s). The published one, shortened.
 const EXCITATION: [(f64, f64); 3] = [(0.5, 6.0), (1.0, 3.0), (2.0, 2.0)];
@@ -39,34 +55,29 @@ const HIDDEN: [&str; 10] = [
     "position_gain:relative=0.08",
 ];
 
-/// Runs the demo.
-///
-/// # Errors
-/// [`CliError`] if a file cannot be written.
-pub fn run(
-    arguments: &DemoArguments,
-    global: &GlobalOptions,
-    console: &Console,
-) -> Result<ExitCode, CliError> {
-    let folder = &arguments.out;
-    let mut random = ChaCha8Rng::seed_from_u64(global.seed);
-    let hidden = HIDDEN.choose(&mut random).copied().unwrap_or(HIDDEN[0]);
-    let saved = default_model()?;
-    console.text(format!(
+impl RunCommand for DemoArguments {
+    fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+        let folder = &self.out;
+        let mut random = ChaCha8Rng::seed_from_u64(global.seed);
+        let hidden = HIDDEN.choose(&mut random).copied().unwrap_or(HIDDEN[0]);
+        let saved = default_model()?;
+        console.text(format!(
         "The virtual rig (seed {}) records a healthy joint and one in which something is hidden: three \
          pressures each, torque at 0.5, 1 and 2 Hz.",
         global.seed
     ));
-    let healthy = recorded(&folder.join("healthy"), &HEALTHY, None, global.seed + 1, &saved)?;
-    let data = recorded(&folder.join("logs"), &CONDITIONS, Some(hidden), global.seed, &saved)?;
-    console.text("The default model predicts; the diagnosis asks what it gets wrong, and why.\n");
-    let sets = RecordingSets { data: &data, test: None, baseline: Some(&healthy) };
-    let options = DiagnoseOptions { seed: global.seed, ..DiagnoseOptions::default() };
-    let diagnosis = diagnose_into(folder, &saved, &sets, &options, console)?;
-    run_record::write(folder, "demo", global.seed, &json!({ "hidden": hidden }))?;
-    console.text(format!("Hidden in the logs was {hidden}.\n"));
-    finish(&diagnosis, folder, console);
-    Ok(ExitCode::SUCCESS)
+        let healthy = recorded(&folder.join("healthy"), &HEALTHY, None, global.seed + 1, &saved)?;
+        let data = recorded(&folder.join("logs"), &CONDITIONS, Some(hidden), global.seed, &saved)?;
+        console
+            .text("The default model predicts; the diagnosis asks what it gets wrong, and why.\n");
+        let sets = RecordingSets { data: &data, test: None, baseline: Some(&healthy) };
+        let options = DiagnoseOptions { seed: global.seed, ..DiagnoseOptions::default() };
+        let diagnosis = diagnose_into(folder, &saved, &sets, &options, console)?;
+        run_record::write(folder, "demo", global.seed, &json!({ "hidden": hidden }))?;
+        console.text(format!("Hidden in the logs was {hidden}.\n"));
+        finish(&diagnosis, folder, console);
+        Ok(ExitCode::SUCCESS)
+    }
 }
 
 /// Records a short run of the published excitation at each pressure and reads the logs.

@@ -1,0 +1,90 @@
+//! The command line.
+
+pub use crate::commands::Command;
+
+use clap::{Args, CommandFactory, FromArgMatches, Parser};
+
+/// Hybrid neural ODEs of an antagonistic pneumatic-muscle joint.
+///
+/// Without a command, the virtual rig records a joint in which an effect is hidden, and the diagnosis of
+/// the default model names it; the report is ./pam-demo/report.html.
+#[derive(Debug, Parser)]
+#[command(name = "pam", version, max_term_width = 100, after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}"))]
+pub struct Arguments {
+    /// Command.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// Options of every command.
+    #[command(flatten)]
+    pub global: GlobalOptions,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  pam                                           hide an effect in rig data, find it, report it
+  pam inspect nn_3060 model.eqx                 what is in these files
+  pam evaluate --model model.eqx --data logs/ --out out
+                                                predict all logs, score them, write out/report.html
+  pam simulate --model model.eqx --force sine:A=120,f=0.5 --duration 10 \\
+      --pressures 412,412 --out run.csv         a run that was never measured
+  pam gradient --model model.eqx --data logs/ --out gradient.npz
+                                                loss and exact gradient, for checking others
+  pam rig record --conditions 30/60,45/45 --effect coulomb_friction:force_n=20 --out logs
+                                                made-up recordings with a hidden effect
+  pam diagnose --model model.eqx --data logs --out found
+                                                name what the model gets wrong there
+  pam train --data logs --out run               train on recordings; run/model.safetensors
+  pam plan --model model.eqx --motion sine:A=1,f=0.1 --stiffness 150 --out plan
+                                                pressures for a motion and a stiffness
+  pam identify --schedule staircase --out id    is the stiffness what was commanded?
+  pam compare models.toml --out compared        baselines and the hybrid model on one split
+  pam ablate activations --data logs --out sweep
+                                                ablations: train many, compare seed by seed
+  pam convert model.eqx model.safetensors       published weights to the framework's format";
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 success, 1 an error in files, data or the work, 2 wrong usage, 3 finished, but some
+recordings, samples or cells failed, 130 interrupted and can be resumed.";
+
+impl Arguments {
+    /// The commands, each with the exit codes in its help.
+    #[must_use]
+    pub fn with_exit_codes() -> clap::Command {
+        fn documented(command: clap::Command) -> clap::Command {
+            command.after_help(EXIT_CODES).mut_subcommands(documented)
+        }
+        Self::command().mut_subcommands(documented)
+    }
+
+    /// The arguments of the process; ends it with a message and exit code 2 if they are wrong.
+    #[must_use]
+    pub fn of_process() -> Self {
+        let matches = Self::with_exit_codes().get_matches();
+        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+}
+
+/// Options of every command.
+#[derive(Debug, Clone, Args)]
+pub struct GlobalOptions {
+    /// Print results as JSON on the standard output instead of text
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Seed of everything random; the same seed gives the same bytes at any number of threads
+    #[arg(long, global = true, default_value_t = 1, value_name = "N")]
+    pub seed: u64,
+    /// Number of threads [default: all cores]
+    #[arg(long, global = true, value_name = "N", value_parser = parse_threads)]
+    pub threads: Option<usize>,
+    /// No progress and no text, only errors and, with --json, results
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+}
+
+fn parse_threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) => Err("there must be at least one thread".into()),
+        Ok(n) => Ok(n),
+        Err(e) => Err(format!("{e}")),
+    }
+}

@@ -1,0 +1,17 @@
+//! The effects and their simulation against equations written out here, against an exact solver, and against
+//! themselves (derivatives, files).
+
+mod support;
+
+mod accuracy;
+mod base;
+mod files;
+mod friction;
+mod gas;
+mod loops;
+mod mechanics;
+mod plain;
+mod sensing;
+mod sensitivities;
+mod training;
+mod vocabulary;
