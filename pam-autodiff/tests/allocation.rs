@@ -10,6 +10,7 @@ use pam_core::{ParametricField, Scalar};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+#[path = "all/support/mod.rs"]
 mod support;
 
 thread_local! {

@@ -29,30 +29,3 @@ pub trait NamedChoice: Copy + PartialEq + Send + Sync + 'static {
         Self::ALL.iter().find(|(_, choice, _)| *choice == self).map_or("", |(name, ..)| name)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    enum Fruit {
-        Apple,
-        Pear,
-    }
-
-    impl NamedChoice for Fruit {
-        const KIND: &'static str = "fruit";
-        const ALL: &'static [(&'static str, Self, &'static str)] =
-            &[("apple", Self::Apple, "round"), ("pear", Self::Pear, "longer")];
-    }
-
-    #[test]
-    fn names_are_read_and_written() {
-        for (name, fruit, _) in Fruit::ALL {
-            assert_eq!(Fruit::from_name(name), Ok(*fruit));
-            assert_eq!(fruit.name(), *name);
-        }
-        let message = Fruit::from_name("plum").unwrap_err().to_string();
-        assert_eq!(message, "unknown fruit `plum`; known: apple, pear");
-    }
-}

@@ -46,16 +46,3 @@ pub fn datasheet_deformation_coefficient() -> f64 {
 pub fn tendon_force_mn_per_a() -> f64 {
     TORQUE_CONSTANT_MNM_PER_A * GEAR_RATIO / (PULLEY_RADIUS_MM * 1e-3)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use approx::assert_relative_eq;
-
-    #[test]
-    fn datasheet_values_match_the_paper() {
-        assert_relative_eq!(datasheet_reflected_mass_kg(), 253.9, max_relative = 1e-3);
-        assert_relative_eq!(datasheet_deformation_coefficient(), 4.60, max_relative = 1e-3);
-        assert_relative_eq!(tendon_force_mn_per_a() / MN_PER_N, 133.5, max_relative = 1e-3);
-    }
-}

@@ -215,7 +215,3 @@ impl EarlyStop {
         self.waited
     }
 }
-
-#[cfg(test)]
-#[path = "schedule_tests.rs"]
-mod tests;

@@ -114,19 +114,3 @@ impl Scores {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn r2_and_rmse_on_known_values() {
-        let measured = [1.0, 2.0, 3.0, 4.0];
-        assert_eq!(r2(&measured, &measured), 1.0);
-        assert_eq!(r2(&measured, &[2.5; 4]), 0.0);
-        // Residuals 1, −1, 1, −1: Σ = 4, total = 5.
-        assert!((r2(&measured, &[0.0, 3.0, 2.0, 5.0]) - 0.2).abs() < 1e-15);
-        assert_eq!(rmse(&measured, &[0.0, 3.0, 2.0, 5.0]), 1.0);
-        assert!(r2(&[2.0, 2.0], &[2.0, 2.0]).is_nan());
-    }
-}

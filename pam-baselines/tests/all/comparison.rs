@@ -1,5 +1,8 @@
 //! Comparisons on recordings of a joint that is known exactly.
 
+mod config;
+mod result;
+
 use pam_baselines::comparison::{Comparison, ComparisonConfig, Event, Keep, Split, compare, split};
 use pam_baselines::method::{FittedModel, FreeRun, Run, TrainingSet};
 use pam_baselines::{AnyMethod, BaselineError};

@@ -1,5 +1,7 @@
 //! The analytical muscle on measured single-muscle data.
 
+mod muscle;
+
 use crate::shared;
 use pam_baselines::kang::{
     BraidAngle, Fit, KangMuscle, MuscleSize, fit, of_map, of_rig, of_surfaces,

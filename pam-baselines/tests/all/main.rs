@@ -1,8 +1,21 @@
 //! Tests against published files, measured muscles and joints that are known exactly.
 
 mod comparison;
+mod equilibrium_point;
+mod gru {
+    mod batch;
+    mod tape;
+}
 mod kang;
+mod koopman {
+    mod dictionary;
+}
+mod neural_ode {
+    mod windows;
+}
 mod published;
+mod regression;
+mod sparse_force;
 
 use std::path::PathBuf;
 

@@ -27,15 +27,3 @@ impl EncoderParameters {
         quantised(-(displacement_mm / self.pulley_radius_mm).to_degrees(), self.step_deg)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_step_is_the_published_one() {
-        let encoder = EncoderParameters::default();
-        assert!((encoder.step_deg - 0.087_890_6).abs() < 1e-7);
-        assert!((encoder.read_deg(-0.010_55 * 10.0) - 0.878_906).abs() < 1e-6);
-    }
-}

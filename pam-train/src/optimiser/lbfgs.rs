@@ -208,7 +208,3 @@ fn add(to: &mut [f64], factor: f64, from: &[f64]) {
         *t += factor * f;
     }
 }
-
-#[cfg(test)]
-#[path = "lbfgs_tests.rs"]
-mod tests;

@@ -10,8 +10,6 @@ mod builder;
 mod effects;
 mod epoch;
 mod error;
-#[cfg(test)]
-mod exact_tests;
 pub mod folder;
 mod scores;
 mod stage;

@@ -12,8 +12,6 @@
 mod batched;
 mod closed_form;
 mod error;
-#[cfg(test)]
-mod exact_tests;
 mod general;
 mod gradient;
 pub mod pressures;

@@ -1,0 +1,5 @@
+//! Factorisations, hashes and statistics against published values.
+
+mod cholesky;
+mod hash;
+mod statistics;

@@ -1,0 +1,49 @@
+use pam_report::figure::MapPoint;
+use pam_report::{ColourMap, ValuePlane};
+
+fn map(ringed: impl Fn(usize) -> bool) -> ColourMap {
+    let point = |k: usize| {
+        let (x, y) = (100.0 + 35.0 * (k % 15) as f64, 100.0 + 35.0 * (k / 15) as f64);
+        MapPoint { x, y, value: k as f64 / 225.0, ringed: ringed(k) }
+    };
+    ColourMap {
+        plane: ValuePlane {
+            title: "Map".into(),
+            x_label: "x".into(),
+            y_label: "y".into(),
+            value_label: "value".into(),
+            limits: (0.0, 1.0),
+            size: (520, 400),
+        },
+        points: (0..225).map(point).collect(),
+        ring_label: "trained on".into(),
+    }
+}
+
+/// Centres and radii of the circles, those of the rings with the legend's last.
+fn circles(svg: &str) -> Vec<[f64; 3]> {
+    let number = |text: &str, name: &str| {
+        let rest = text.split(&format!("{name}=\"")).nth(1).unwrap();
+        rest.split('"').next().unwrap().parse().unwrap()
+    };
+    svg.split("<circle").skip(1).map(|c| ["cx", "cy", "r"].map(|n| number(c, n))).collect()
+}
+
+#[test]
+fn rings_stand_around_their_points_only() {
+    let svg = map(|k| k % 16 == 0).to_svg();
+    let rings = circles(&svg);
+    assert_eq!(rings.len(), 15 + 1, "the diagonal and the legend");
+    assert!(svg.contains("trained on"));
+    for pair in rings[..15].windows(2) {
+        assert!(pair[1][0] > pair[0][0] && pair[1][1] < pair[0][1], "up the diagonal");
+        let distance = (pair[1][0] - pair[0][0]).max(pair[0][1] - pair[1][1]);
+        assert!(pair[0][2] <= 0.5 * distance + 1.0, "neighbours do not touch");
+    }
+}
+
+#[test]
+fn without_rings_there_is_no_legend() {
+    let svg = map(|_| false).to_svg();
+    assert!(circles(&svg).is_empty() && !svg.contains("trained on"));
+}
