@@ -8,19 +8,9 @@ use thiserror::Error;
 /// result.
 #[derive(Debug, Error)]
 pub enum AblateError {
-    /// A file cannot be read or written.
+    /// A file cannot be read or written, or a line of it is wrong.
     #[error(transparent)]
     Data(#[from] DataError),
-    /// A place in a sweep file is wrong.
-    #[error("{}:{line}: {message}", path.display())]
-    Place {
-        /// The file.
-        path: PathBuf,
-        /// Line, counted from one.
-        line: usize,
-        /// The problem and its remedy.
-        message: String,
-    },
     /// A sweep has no such name.
     #[error("`{name}` is neither a file nor a sweep that comes with the program: {known}")]
     Unknown {
@@ -49,7 +39,7 @@ pub enum AblateError {
 
 impl AblateError {
     pub(crate) fn io(path: &Path, source: std::io::Error) -> Self {
-        Self::Data(DataError::Io { path: path.to_owned(), source })
+        Self::Data(DataError::io(path, source))
     }
 
     pub(crate) fn folder(path: &Path, message: impl Into<String>) -> Self {

@@ -1,6 +1,7 @@
 //! Arrays of a fitted baseline in an `.npz` file.
 
 use crate::error::BaselineError;
+use pam_data::DataError;
 use pam_data::formats::npz::{self, Array};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,7 +19,7 @@ impl<'a> SavedArrays<'a> {
     }
 
     pub(crate) fn error(&self, message: String) -> BaselineError {
-        BaselineError::file(self.path, message)
+        DataError::file(self.path, message).into()
     }
 
     pub(crate) fn has(&self, name: &str) -> bool {

@@ -1,7 +1,6 @@
 //! Errors of plans and experiments.
 
 use pam_data::DataError;
-use std::path::PathBuf;
 use thiserror::Error;
 
 /// Something that cannot be planned, identified or executed as asked.
@@ -51,14 +50,6 @@ pub enum ControlError {
     /// A file is wrong.
     #[error(transparent)]
     Data(#[from] DataError),
-    /// A table file is wrong.
-    #[error("{}: {why}", path.display())]
-    Table {
-        /// The file.
-        path: PathBuf,
-        /// The problem and its remedy.
-        why: String,
-    },
     /// The data do not hold what is asked of them.
     #[error("{0}")]
     Insufficient(String),

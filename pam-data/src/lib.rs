@@ -13,8 +13,8 @@
 //! Models come from the published `.eqx` weights or from safetensors ([`models`]); sealed air masses
 //! from the file itself, the gas law, or the single-muscle surfaces ([`masses`]).
 //!
-//! Every error names the file, and the line and column where there is one. Files are written
-//! atomically ([`atomic`]).
+//! Every error names the file, and the line and column where there is one, in TOML files too
+//! ([`toml_file`]). Files are written atomically ([`atomic`]).
 
 pub mod atomic;
 pub mod conditions;
@@ -26,6 +26,7 @@ pub mod models;
 pub mod preprocess;
 pub mod recording;
 pub mod subject;
+pub mod toml_file;
 
 pub use detect::{
     LoadOptions, TRUTH_SUFFIX, collect_paths, open_recordings, read_files, read_recordings,

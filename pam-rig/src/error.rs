@@ -18,16 +18,6 @@ pub enum RigError {
         /// The problem and its remedy.
         message: String,
     },
-    /// A settings or protocol file is wrong.
-    #[error("{}:{line}: {message}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// Line, counted from one.
-        line: usize,
-        /// The problem and its remedy.
-        message: String,
-    },
     /// A protocol that was not read from a file is wrong.
     #[error("protocol `{name}`: {message}")]
     Protocol {
@@ -47,7 +37,7 @@ pub enum RigError {
     /// An effect as written is wrong.
     #[error(transparent)]
     Effect(#[from] VocabularyError),
-    /// A file cannot be read or written.
+    /// A file cannot be read or written, or a settings or protocol file is wrong.
     #[error(transparent)]
     Data(#[from] DataError),
 }

@@ -41,7 +41,6 @@ pub mod protocol;
 pub mod record;
 pub mod rig;
 pub mod sensors;
-mod toml_file;
 pub mod truth;
 
 pub use effects::{Effect, HiddenEffect};

@@ -6,10 +6,10 @@ use crate::plant::gas::ROOM_K;
 use crate::plant::{Drive, Plant, PlantParameters, VolumeLaw};
 use crate::pneumatics::{AirState, Opening, PneumaticsParameters, Servo, Supply, Valve};
 use crate::sensors::{PressureSensor, SensorParameters};
-use crate::toml_file;
 use crate::truth::TruthRow;
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
 use pam_data::formats::raw_log::Row;
+use pam_data::toml_file;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -51,7 +51,7 @@ impl RigParameters {
     /// # Errors
     /// [`RigError`] naming file and line.
     pub fn read(path: &Path) -> Result<Self, RigError> {
-        toml_file::parse(&toml_file::text(path)?, path)
+        Ok(toml_file::parse(&toml_file::text(path)?, path)?)
     }
 
     /// The parameters as TOML text.

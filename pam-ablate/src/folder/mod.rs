@@ -25,6 +25,7 @@ pub use record::{CellRecord, Quantity, Status};
 use crate::error::AblateError;
 use crate::experiment::{Experiment, Problem};
 use crate::sweep::{Cell, Sweep};
+use pam_data::DataError;
 use pam_data::atomic::write_atomic;
 use pam_numerics::ContentHash;
 use serde_json::Value;
@@ -103,10 +104,9 @@ impl SweepFolder {
             }
             _ => AblateError::io(&path, e),
         })?;
-        let mut sweep: Sweep = serde_json::from_str(&text).map_err(|e| AblateError::Place {
-            path: path.clone(),
-            line: e.line(),
-            message: format!("{e}; it was written by another version or changed"),
+        let mut sweep: Sweep = serde_json::from_str(&text).map_err(|e| {
+            let message = format!("{e}; it was written by another version or changed");
+            DataError::line(&path, e.line() as u64, message)
         })?;
         sweep.path = path;
         Ok(sweep)
@@ -123,7 +123,7 @@ impl SweepFolder {
 /// of a random search that are alike are one.
 ///
 /// # Errors
-/// [`AblateError::Place`] with the line that sets what makes no sense.
+/// [`AblateError`] with the line that sets what makes no sense.
 pub fn plan(sweep: &Sweep, experiment: &dyn Experiment) -> Result<Vec<Planned>, AblateError> {
     let mut planned: Vec<Planned> = Vec::new();
     let mut ids = std::collections::HashMap::new();
@@ -162,7 +162,7 @@ fn located(sweep: &Sweep, cell: &Cell, problem: &Problem) -> AblateError {
     };
     match blamed.map_or(sweep.experiment_line, |a| a.line) {
         0 => AblateError::setting(format!("sweep `{}`", sweep.name), message),
-        line => AblateError::Place { path: sweep.path.clone(), line, message },
+        line => DataError::line(&sweep.path, line, message).into(),
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::error::AblateError;
 use crate::experiment::{Measurements, Problem};
 use crate::folder::{Planned, SweepFolder};
+use pam_data::DataError;
 use pam_data::atomic::write_atomic;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -116,10 +117,9 @@ impl SweepFolder {
     pub fn read_record(&self, id: &str) -> Result<Option<CellRecord>, AblateError> {
         let path = self.cell(id).join("result.json");
         match std::fs::read_to_string(&path) {
-            Ok(text) => serde_json::from_str(&text).map(Some).map_err(|e| AblateError::Place {
-                path,
-                line: e.line(),
-                message: format!("{e}; remove the cell's folder to have it run again"),
+            Ok(text) => serde_json::from_str(&text).map(Some).map_err(|e| {
+                let message = format!("{e}; remove the cell's folder to have it run again");
+                DataError::line(&path, e.line() as u64, message).into()
             }),
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
             Err(e) => Err(AblateError::io(&path, e)),

@@ -23,7 +23,7 @@ pub struct Assignment {
     pub value: toml::Value,
     /// Line of the sweep file that says so; zero if none does.
     #[serde(skip)]
-    pub line: usize,
+    pub line: u64,
 }
 
 impl Assignment {
@@ -74,7 +74,7 @@ pub struct Axis {
     pub values: Values,
     /// Line of the sweep file; zero if none.
     #[serde(skip)]
-    pub line: usize,
+    pub line: u64,
 }
 
 /// Random search in place of a grid.
@@ -136,7 +136,7 @@ pub struct Sweep {
     pub path: PathBuf,
     /// Line of `[experiment]`, for messages.
     #[serde(skip)]
-    pub experiment_line: usize,
+    pub experiment_line: u64,
 }
 
 impl Sweep {

@@ -2,6 +2,7 @@
 
 use super::{Assignment, Axis, Goal, Range, Search, Sweep, Values, Variant};
 use crate::error::AblateError;
+use pam_data::{DataError, toml_file};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -63,16 +64,12 @@ struct Places<'a> {
 }
 
 impl Places<'_> {
-    fn line(&self, offset: usize) -> usize {
-        1 + self.text.bytes().take(offset).filter(|&b| b == b'\n').count()
+    fn line(&self, offset: usize) -> u64 {
+        toml_file::line_of(self.text, offset)
     }
 
     fn error(&self, offset: usize, message: impl Into<String>) -> AblateError {
-        AblateError::Place {
-            path: self.path.to_owned(),
-            line: self.line(offset),
-            message: message.into(),
-        }
+        DataError::line(self.path, self.line(offset), message).into()
     }
 
     /// Assignments in the order of the file, which a map does not keep.
@@ -185,32 +182,23 @@ impl Sweep {
     /// Reads a sweep from TOML text; `path` is for messages, and relative paths start from its folder.
     ///
     /// # Errors
-    /// [`AblateError::Place`] with the line.
+    /// [`AblateError`] with the line.
     pub fn parse(text: &str, path: &Path) -> Result<Self, AblateError> {
         let places = Places { text, path };
-        let raw: RawSweep = toml::from_str(text).map_err(|e| {
-            places.error(e.span().map_or(0, |s| s.start), e.message().replace('\n', "; "))
-        })?;
+        let raw: RawSweep = toml_file::parse(text, path)?;
         let axes: Vec<Axis> =
             raw.axis.into_iter().map(|a| places.axis(a)).collect::<Result<_, _>>()?;
         for (i, axis) in axes.iter().enumerate() {
             if axes[..i].iter().any(|a| a.name == axis.name) {
-                return Err(AblateError::Place {
-                    path: path.to_owned(),
-                    line: axis.line,
-                    message: format!("two axes are called `{}`; give one a `name`", axis.name),
-                });
+                let message = format!("two axes are called `{}`; give one a `name`", axis.name);
+                return Err(DataError::line(path, axis.line, message).into());
             }
             if raw.search.is_none() && matches!(axis.values, Values::Range(..)) {
-                return Err(AblateError::Place {
-                    path: path.to_owned(),
-                    line: axis.line,
-                    message: format!(
-                        "`{}` is a range, which a grid cannot run through; give values, or \
-                         [search] draws = N",
-                        axis.name
-                    ),
-                });
+                let message = format!(
+                    "`{}` is a range, which a grid cannot run through; give values, or [search] draws = N",
+                    axis.name
+                );
+                return Err(DataError::line(path, axis.line, message).into());
             }
         }
         if let Some(search) = raw.search.as_ref().filter(|s| s.get_ref().draws == 0) {
@@ -250,8 +238,7 @@ impl Sweep {
                 known: Self::BUILT_IN.join(", "),
             });
         }
-        let text = std::fs::read_to_string(path).map_err(|e| AblateError::io(path, e))?;
-        Self::parse(&text, path)
+        Self::parse(&toml_file::text(path)?, path)
     }
 
     /// Sets a key in all cells, before the axes: `rate=3e-4`, the value in TOML or, if it is none, as

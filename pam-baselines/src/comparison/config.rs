@@ -2,6 +2,7 @@
 
 use crate::error::BaselineError;
 use crate::registry::AnyMethod;
+use pam_data::{DataError, toml_file};
 use pam_train::curriculum::{Selection, SelectionSet};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -107,25 +108,18 @@ impl ComparisonConfig {
     /// # Errors
     /// [`BaselineError`] with the line.
     pub fn open(path: &Path) -> Result<Self, BaselineError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| BaselineError::Io { path: path.to_owned(), source })?;
-        Self::parse(&text, path)
+        Self::parse(&toml_file::text(path)?, path)
     }
 
     /// Reads a configuration from text; `path` is for messages and relative paths.
     ///
     /// # Errors
-    /// [`BaselineError::Place`] with the line.
+    /// [`BaselineError`] with the line.
     pub fn parse(text: &str, path: &Path) -> Result<Self, BaselineError> {
-        let place = |offset: usize, message: String| BaselineError::Place {
-            path: path.to_owned(),
-            line: 1 + text.bytes().take(offset).filter(|&b| b == b'\n').count(),
-            message,
+        let place = |offset: usize, message: String| -> BaselineError {
+            DataError::line(path, toml_file::line_of(text, offset), message).into()
         };
-        let at = |e: &toml::de::Error, otherwise: usize| {
-            place(e.span().map_or(otherwise, |s| s.start), e.message().replace('\n', "; "))
-        };
-        let raw: Raw = toml::from_str(text).map_err(|e| at(&e, 0))?;
+        let raw: Raw = toml_file::parse(text, path)?;
         let mut models: Vec<ModelConfig> = Vec::new();
         for spanned in raw.model {
             let start = spanned.span().start;
@@ -137,8 +131,9 @@ impl ComparisonConfig {
                     return Err(place(start, format!("`name` must be a text, not {other}")));
                 }
             };
-            let method: AnyMethod =
-                toml::Value::Table(table).try_into().map_err(|e: toml::de::Error| at(&e, start))?;
+            let method: AnyMethod = toml::Value::Table(table)
+                .try_into()
+                .map_err(|e| toml_file::fault(text, path, &e, start))?;
             method
                 .method()
                 .check()

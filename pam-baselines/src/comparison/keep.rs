@@ -9,7 +9,7 @@ use super::run::Split;
 use crate::error::BaselineError;
 use pam_data::atomic::write_atomic;
 use pam_data::formats::npz::{self, Array};
-use pam_data::{Channel, MuscleSurfaces};
+use pam_data::{Channel, DataError, MuscleSurfaces};
 use pam_numerics::ContentHash;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -54,9 +54,8 @@ impl Keep<'_> {
         npz::write(&self.path(name, "npz"), arrays)?;
         let path = self.path(name, "json");
         let kept = Kept { key, finished: finished.clone() };
-        let text = serde_json::to_string(&kept).map_err(|e| {
-            BaselineError::file(&path, format!("the result cannot be written: {e}"))
-        })?;
+        let text = serde_json::to_string(&kept)
+            .map_err(|e| DataError::file(&path, format!("the result cannot be written: {e}")))?;
         write_atomic(&path, text.as_bytes())?;
         Ok(())
     }

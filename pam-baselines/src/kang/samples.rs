@@ -1,8 +1,7 @@
 //! Data of a single muscle.
 
-use crate::error::BaselineError;
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
-use pam_data::MuscleSurfaces;
+use pam_data::{DataError, MuscleSurfaces};
 use pam_rig::plant::{HeatExchange, Muscle, MuscleParameters, VolumeLaw};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -93,15 +92,10 @@ pub fn of_rig(reach_mm: f64, length_mm: f64) -> Vec<MuscleSample> {
 /// columns give (`F_N_at_L250mm`, …). Zero is slack and takes part.
 ///
 /// # Errors
-/// [`BaselineError`] naming the line.
-pub fn of_map(path: &Path, length_mm: f64) -> Result<Vec<MuscleSample>, BaselineError> {
-    let place = |line: usize, message: String| BaselineError::Place {
-        path: path.to_owned(),
-        line,
-        message,
-    };
-    let text = std::fs::read_to_string(path)
-        .map_err(|source| BaselineError::Io { path: path.to_owned(), source })?;
+/// [`DataError`] naming the line.
+pub fn of_map(path: &Path, length_mm: f64) -> Result<Vec<MuscleSample>, DataError> {
+    let place = |line: usize, message: String| DataError::line(path, line as u64, message);
+    let text = std::fs::read_to_string(path).map_err(|e| DataError::io(path, e))?;
     let mut lines = text.lines().enumerate();
     let (_, head) = lines.next().ok_or_else(|| place(1, "the file is empty".into()))?;
     let names: Vec<&str> = head.split(',').map(str::trim).collect();

@@ -41,10 +41,9 @@ impl MotionTable {
         };
         let [times_s, displacements_mm] = read_columns(path, ["time_s", "displacement_mm"])?;
         if times_s.len() < 3 {
-            return Err(ControlError::Table {
-                path: path.to_owned(),
-                why: format!("{} rows make no motion: at least three are needed", times_s.len()),
-            });
+            let rows = times_s.len();
+            let why = format!("{rows} rows make no motion: at least three are needed");
+            return Err(DataError::file(path, why).into());
         }
         let bends = natural_spline(&times_s, &displacements_mm);
         Ok(Self {

@@ -65,7 +65,7 @@ pub trait FileFormat: Debug + Send + Sync {
     /// True if this file of the format holds a recording.
     fn holds_recording(&self, path: &Path) -> bool {
         let _ = path;
-        true
+        !self.holds_model()
     }
 
     /// True if files of the format hold models.

@@ -28,9 +28,6 @@ impl FileFormat for Eqx {
     fn recognises(&self, head: &Head<'_>) -> bool {
         head.bytes.starts_with(b"\x93NUMPY") || head.has_extension("eqx")
     }
-    fn holds_recording(&self, _path: &Path) -> bool {
-        false
-    }
     fn holds_model(&self) -> bool {
         true
     }

@@ -41,9 +41,6 @@ impl FileFormat for Safetensors {
     fn recognises(&self, head: &Head<'_>) -> bool {
         head.bytes.get(8) == Some(&b'{') || head.has_extension("safetensors")
     }
-    fn holds_recording(&self, _path: &Path) -> bool {
-        false
-    }
     fn holds_model(&self) -> bool {
         true
     }

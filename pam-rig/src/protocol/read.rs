@@ -2,7 +2,7 @@
 
 use super::{CurrentSegment, PressureSegment, Protocol};
 use crate::error::RigError;
-use crate::toml_file;
+use pam_data::{DataError, toml_file};
 use serde::Deserialize;
 use std::path::Path;
 use toml::Spanned;
@@ -44,10 +44,8 @@ impl Protocol {
     pub fn parse(text: &str, path: &Path) -> Result<Self, RigError> {
         let mut protocol: Self = toml_file::parse(text, path)?;
         let places: Places = toml_file::parse(text, path)?;
-        let fail = |offset: usize, message: String| RigError::File {
-            path: path.to_owned(),
-            line: toml_file::line_of(text, offset),
-            message,
+        let fail = |offset: usize, message: String| -> RigError {
+            DataError::line(path, toml_file::line_of(text, offset), message).into()
         };
         let folder = path.parent().unwrap_or(Path::new("."));
         for (i, (segment, place)) in protocol.current.iter_mut().zip(&places.current).enumerate() {

@@ -1,6 +1,7 @@
 //! Columns over time from a CSV file.
 
 use crate::error::RigError;
+use pam_data::DataError;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -42,8 +43,7 @@ impl<const N: usize> Table<N> {
             unreachable!("columns start with the time")
         };
         if time_s.len() < 2 {
-            let message = "a table needs at least two rows".into();
-            return Err(RigError::File { path, line: 1, message });
+            return Err(DataError::line(&path, 1, "a table needs at least two rows").into());
         }
         self.time_s.clone_from(time_s);
         self.rows = (0..time_s.len()).map(|i| std::array::from_fn(|c| others[c][i])).collect();

@@ -1,29 +1,14 @@
 //! Errors of curricula.
 
-use std::path::PathBuf;
+use pam_data::DataError;
 use thiserror::Error;
 
 /// A curriculum that cannot be used.
 #[derive(Debug, Error)]
 pub enum CurriculumError {
-    /// The file cannot be read.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The error of the system.
-        source: std::io::Error,
-    },
-    /// A place in the file is wrong.
-    #[error("{}:{line}: {message}", path.display())]
-    Place {
-        /// The file.
-        path: PathBuf,
-        /// Line, counted from one.
-        line: usize,
-        /// The fault.
-        message: String,
-    },
+    /// The file cannot be read, or a line of it is wrong.
+    #[error(transparent)]
+    Data(#[from] DataError),
     /// An override is wrong.
     #[error("--set {text}: {message}")]
     Override {

@@ -1,6 +1,7 @@
 //! Curricula from text, with single values overridden.
 
 use super::{Curriculum, CurriculumError};
+use pam_data::toml_file;
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -11,18 +12,9 @@ impl Curriculum {
     /// # Errors
     /// [`CurriculumError`] naming file and line, or the override.
     pub fn parse(text: &str, path: &Path, overrides: &[String]) -> Result<Self, CurriculumError> {
-        let place = |e: &toml::de::Error| {
-            let offset = e.span().map_or(0, |span| span.start);
-            CurriculumError::Place {
-                path: path.to_owned(),
-                line: 1 + text.bytes().take(offset).filter(|&b| b == b'\n').count(),
-                message: e.message().replace('\n', "; "),
-            }
-        };
-        let plain: Self = toml::from_str(text).map_err(|e| place(&e))?;
-        let mut curriculum = plain;
+        let mut curriculum: Self = toml_file::parse(text, path)?;
         if !overrides.is_empty() {
-            let mut table: Table = toml::from_str(text).map_err(|e| place(&e))?;
+            let mut table: Table = toml_file::parse(text, path)?;
             for change in overrides {
                 let fail =
                     |message: String| CurriculumError::Override { text: change.clone(), message };
@@ -54,9 +46,7 @@ impl Curriculum {
                 known: Self::BUILT_IN.join(", "),
             });
         }
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| CurriculumError::Io { path: path.to_owned(), source })?;
-        Self::parse(&text, path, overrides)
+        Self::parse(&toml_file::text(path)?, path, overrides)
     }
 
     /// The curriculum as TOML text.
