@@ -29,9 +29,8 @@ pub mod tape;
 pub use batch::BatchField;
 pub use drivers::{
     CHUNK, Function, Point, Recorder, derivative, gradient, gradient_into, gradient_of, hessian,
-    hessian_vector, hessian_vector_into, hessian_vector_of, jacobian_forward,
-    jacobian_forward_into, jacobian_forward_of, jacobian_reverse, jacobian_reverse_into,
-    jacobian_reverse_of, jvp, jvp_into, jvp_of, vjp, vjp_into, vjp_of,
+    hessian_vector, hessian_vector_into, jacobian_forward, jacobian_forward_into, jacobian_reverse,
+    jacobian_reverse_into, jvp, jvp_into, vjp, vjp_into,
 };
 pub use field::{
     At, ByChunk, ByDual, ByHand, ByTape, Cotangent, DifferentiableField, Differentiation, Tangent,

@@ -75,14 +75,16 @@ impl ExactSolver {
         self.run(motion, problems, Some(loss), true)
     }
 
-    /// The sum of the losses alone; the gradients of the result are zero.
-    pub fn value(
+    /// As [`value_and_gradient`](Self::value_and_gradient), without `backward` the losses alone: the gradients of
+    /// the result are then zero.
+    pub fn evaluate(
         &mut self,
         motion: &ExactMotion,
         problems: &[ExactProblem<'_>],
         loss: &(impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync),
+        backward: bool,
     ) -> ExactGradient {
-        self.run(motion, problems, Some(loss), false)
+        self.run(motion, problems, Some(loss), backward)
     }
 
     /// Solves all problems and returns the failures; [`observed`](Self::observed) has the states.

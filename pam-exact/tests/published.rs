@@ -90,7 +90,7 @@ fn gradient_is_that_of_the_exact_value() {
         let start = ExactProblem { y0: [0.4, -3.0], ..start };
         let value = |model: &common::Joint, problem: &ExactProblem<'_>| {
             let motion = common::motion(model);
-            let result = ExactSolver::new().value(&motion, &[*problem], &squares);
+            let result = ExactSolver::new().evaluate(&motion, &[*problem], &squares, false);
             assert!(result.failures.is_empty());
             result.value
         };
@@ -120,7 +120,7 @@ fn gradient_is_that_of_the_exact_value() {
             let mut motion = common::motion(&model);
             motion.mass_kg += mass_kg;
             motion.auxiliary_damping_kg_s += damping;
-            ExactSolver::new().value(&motion, &[start], &squares).value
+            ExactSolver::new().evaluate(&motion, &[start], &squares, false).value
         };
         check("m".into(), gradient.mass, motion.mass_kg, &|h| with(h, 0.0));
         check("B".into(), gradient.damping, 700.0, &|h| with(0.0, h));

@@ -117,26 +117,11 @@ impl<C: StepController + ?Sized> Integrator<C> {
         I: Input<S>,
         O: StepObserver<S>,
     {
-        if let Err(why) = self.check(term, t0, t1, y0, save_at) {
+        let checked = check_term(term, t0, t1, y0, save_at)
+            .and_then(|()| check_control(&self.controller, &self.tableau, y0.len()));
+        if let Err(why) = checked {
             return Err(SolveError::request(why, t0, y0));
         }
         Run::new(self, term, t0, t1, y0, save_at, observer).solve()
-    }
-
-    fn check<S, F, I>(
-        &self,
-        term: &Term<F, I>,
-        t0: f64,
-        t1: f64,
-        y0: &[S],
-        save_at: SaveAt<'_>,
-    ) -> Result<(), String>
-    where
-        S: Scalar,
-        F: VectorField<S>,
-        I: Input<S>,
-    {
-        check_term(term, t0, t1, y0, save_at)?;
-        check_control(&self.controller, &self.tableau, y0.len())
     }
 }

@@ -1,6 +1,5 @@
 use super::function::require_one_output;
 use super::{Function, Recorder};
-use crate::tape::Var;
 use num_dual::Dual64;
 
 /// Gradient and product `H v` `[n]` of the Hessian with a direction `v` `[n]`, of a function with one
@@ -26,25 +25,6 @@ use num_dual::Dual64;
 pub fn hessian_vector(f: &impl Function, x: &[f64], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let (mut gradient, mut product) = (vec![0.0; x.len()], vec![0.0; x.len()]);
     hessian_vector_into(f, x, v, &mut gradient, &mut product, &mut Recorder::new());
-    (gradient, product)
-}
-
-/// [`hessian_vector`] of a closure.
-///
-/// ```
-/// use num_dual::Dual64;
-/// use pam_autodiff::{Var, hessian_vector_of};
-/// let f = |x: &[Var<Dual64>]| x[0] * x[1] * x[1];
-/// assert_eq!(hessian_vector_of(f, &[2.0, 3.0], &[1.0, 0.0]).1, [0.0, 6.0]);
-/// ```
-pub fn hessian_vector_of(
-    f: impl FnOnce(&[Var<Dual64>]) -> Var<Dual64>,
-    x: &[f64],
-    v: &[f64],
-) -> (Vec<f64>, Vec<f64>) {
-    let (mut gradient, mut product) = (vec![0.0; x.len()], vec![0.0; x.len()]);
-    let f = |x: &[Var<Dual64>], out: &mut [Var<Dual64>]| out[0] = f(x);
-    write(f, x, v, &mut gradient, &mut product, &mut Recorder::new());
     (gradient, product)
 }
 
@@ -76,20 +56,10 @@ pub fn hessian_vector_into(
     work: &mut Recorder<Dual64>,
 ) -> f64 {
     require_one_output(f);
-    write(|x, out| f.eval(x, out), x, v, gradient, product, work)
-}
-
-fn write(
-    f: impl FnOnce(&[Var<Dual64>], &mut [Var<Dual64>]),
-    x: &[f64],
-    v: &[f64],
-    gradient: &mut [f64],
-    product: &mut [f64],
-    work: &mut Recorder<Dual64>,
-) -> f64 {
     assert_eq!(v.len(), x.len(), "one change for each input");
     assert!(gradient.len() == x.len() && product.len() == x.len(), "one entry for each input");
-    work.record(f, x.iter().zip(v).map(|(&x, &v)| Dual64::new(x, v)), 1);
+    let moved = x.iter().zip(v).map(|(&x, &v)| Dual64::new(x, v));
+    work.record(|x, out| f.eval(x, out), moved, 1);
     let value = work.values().map(|out| out.re).sum();
     let (adjoints, x) = work.reverse([Dual64::from_re(1.0)].into_iter());
     for ((&x, gradient), product) in x.iter().zip(gradient).zip(product) {

@@ -1,6 +1,5 @@
 use super::{Function, Point, Recorder};
 use crate::numbers::Chunk;
-use crate::tape::Var;
 
 /// Columns of the Jacobian that one evaluation in forward mode gives: a vector of doubles.
 pub const CHUNK: usize = 8;
@@ -30,23 +29,6 @@ pub fn jacobian_forward(f: &impl Function, x: &[f64]) -> Vec<f64> {
     jacobian
 }
 
-/// [`jacobian_forward`] of a closure that writes `outputs` outputs.
-///
-/// ```
-/// use pam_autodiff::{CHUNK, Chunk, jacobian_forward_of};
-/// let f = |x: &[Chunk<CHUNK>], out: &mut [Chunk<CHUNK>]| out[0] = x[0] * x[1];
-/// assert_eq!(jacobian_forward_of(f, 1, &[2.0, 3.0]), [3.0, 2.0]);
-/// ```
-pub fn jacobian_forward_of(
-    f: impl Fn(&[Chunk<CHUNK>], &mut [Chunk<CHUNK>]),
-    outputs: usize,
-    x: &[f64],
-) -> Vec<f64> {
-    let mut jacobian = vec![0.0; outputs * x.len()];
-    write_columns(f, outputs, x, &mut jacobian, &mut Point::new());
-    jacobian
-}
-
 /// Writes the [`jacobian_forward`], `N` columns at a time.
 ///
 /// # Panics
@@ -71,21 +53,12 @@ pub fn jacobian_forward_into<const N: usize>(
     jacobian: &mut [f64],
     work: &mut Point<Chunk<N>>,
 ) {
-    write_columns(|x, out| f.eval(x, out), f.output_len(), x, jacobian, work);
-}
-
-fn write_columns<const N: usize>(
-    f: impl Fn(&[Chunk<N>], &mut [Chunk<N>]),
-    outputs: usize,
-    x: &[f64],
-    jacobian: &mut [f64],
-    work: &mut Point<Chunk<N>>,
-) {
+    let outputs = f.output_len();
     const { assert!(N > 0, "a chunk has at least one direction") };
     assert_eq!(jacobian.len(), outputs * x.len(), "one entry for each output and input");
     for first in (0..x.len()).step_by(N) {
         let seeded = x.iter().enumerate().map(|(k, &value)| Chunk::seeded(value, k, first));
-        let out = work.eval(&f, seeded, outputs);
+        let out = work.eval(|x, out| f.eval(x, out), seeded, outputs);
         for (row, out) in jacobian.chunks_exact_mut(x.len()).zip(out) {
             for (entry, &d) in row[first..].iter_mut().zip(&out.derivatives) {
                 *entry = d;
@@ -99,23 +72,6 @@ fn write_columns<const N: usize>(
 pub fn jacobian_reverse(f: &impl Function, x: &[f64]) -> Vec<f64> {
     let mut jacobian = vec![0.0; f.output_len() * x.len()];
     jacobian_reverse_into(f, x, &mut jacobian, &mut Recorder::new());
-    jacobian
-}
-
-/// [`jacobian_reverse`] of a closure that writes `outputs` outputs.
-///
-/// ```
-/// use pam_autodiff::{Var, jacobian_reverse_of};
-/// let f = |x: &[Var], out: &mut [Var]| out[0] = x[0] * x[1];
-/// assert_eq!(jacobian_reverse_of(f, 1, &[2.0, 3.0]), [3.0, 2.0]);
-/// ```
-pub fn jacobian_reverse_of(
-    f: impl FnOnce(&[Var], &mut [Var]),
-    outputs: usize,
-    x: &[f64],
-) -> Vec<f64> {
-    let mut jacobian = vec![0.0; outputs * x.len()];
-    write_rows(f, outputs, x, &mut jacobian, &mut Recorder::new());
     jacobian
 }
 
@@ -143,21 +99,12 @@ pub fn jacobian_reverse_into(
     jacobian: &mut [f64],
     work: &mut Recorder,
 ) {
-    write_rows(|x, out| f.eval(x, out), f.output_len(), x, jacobian, work);
-}
-
-fn write_rows(
-    f: impl FnOnce(&[Var], &mut [Var]),
-    outputs: usize,
-    x: &[f64],
-    jacobian: &mut [f64],
-    work: &mut Recorder,
-) {
+    let outputs = f.output_len();
     assert_eq!(jacobian.len(), outputs * x.len(), "one entry for each output and input");
     if x.is_empty() {
         return;
     }
-    work.record(f, x.iter().copied(), outputs);
+    work.record(|x, out| f.eval(x, out), x.iter().copied(), outputs);
     for (i, row) in jacobian.chunks_exact_mut(x.len()).enumerate() {
         let (adjoints, x) = work.reverse((0..outputs).map(|k| f64::from(k == i)));
         row.fill(0.0);

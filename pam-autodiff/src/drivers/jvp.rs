@@ -28,25 +28,6 @@ pub fn jvp(f: &impl Function, x: &[f64], v: &[f64]) -> Vec<f64> {
     product
 }
 
-/// [`jvp`] of a closure that writes `outputs` outputs.
-///
-/// ```
-/// use num_dual::Dual64;
-/// use pam_autodiff::jvp_of;
-/// let f = |x: &[Dual64], out: &mut [Dual64]| out[0] = x[0] * x[1];
-/// assert_eq!(jvp_of(f, 1, &[2.0, 3.0], &[1.0, 1.0]), [5.0]);
-/// ```
-pub fn jvp_of(
-    f: impl FnOnce(&[Dual64], &mut [Dual64]),
-    outputs: usize,
-    x: &[f64],
-    v: &[f64],
-) -> Vec<f64> {
-    let mut product = vec![0.0; outputs];
-    write(f, x, v, &mut product, &mut Point::new());
-    product
-}
-
 /// Writes the [`jvp`].
 ///
 /// # Panics
@@ -73,19 +54,9 @@ pub fn jvp_into(
     work: &mut Point<Dual64>,
 ) {
     assert_eq!(product.len(), f.output_len(), "one entry for each output");
-    write(|x, out| f.eval(x, out), x, v, product, work);
-}
-
-fn write(
-    f: impl FnOnce(&[Dual64], &mut [Dual64]),
-    x: &[f64],
-    v: &[f64],
-    product: &mut [f64],
-    work: &mut Point<Dual64>,
-) {
     assert_eq!(v.len(), x.len(), "one change for each input");
     let x = x.iter().zip(v).map(|(&x, &v)| Dual64::new(x, v));
-    let out = work.eval(f, x, product.len());
+    let out = work.eval(|x, out| f.eval(x, out), x, product.len());
     for (product, out) in product.iter_mut().zip(out) {
         *product = out.eps;
     }

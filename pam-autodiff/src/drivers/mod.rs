@@ -15,7 +15,7 @@
 //! swept 10. The upper ends are those of a network, whose plain run has vector instructions.
 //!
 //! A Rust closure cannot be generic over the scalar, so these take a [`Function`], which is a type with
-//! one generic method. Where one number type is enough there is also a form for closures, named `…_of`.
+//! one generic method; [`gradient_of`] takes a closure over tape variables.
 //! Functions named `…_into` write to the caller's memory and allocate nothing once their workspace,
 //! a [`Recorder`] or a [`Point`], has seen a call of the size.
 
@@ -33,11 +33,10 @@ pub use derivative::derivative;
 pub use function::Function;
 pub use gradient::{gradient, gradient_into, gradient_of};
 pub use hessian::hessian;
-pub use hessian_vector::{hessian_vector, hessian_vector_into, hessian_vector_of};
+pub use hessian_vector::{hessian_vector, hessian_vector_into};
 pub use jacobian::{
-    CHUNK, jacobian_forward, jacobian_forward_into, jacobian_forward_of, jacobian_reverse,
-    jacobian_reverse_into, jacobian_reverse_of,
+    CHUNK, jacobian_forward, jacobian_forward_into, jacobian_reverse, jacobian_reverse_into,
 };
-pub use jvp::{jvp, jvp_into, jvp_of};
-pub use vjp::{vjp, vjp_into, vjp_of};
+pub use jvp::{jvp, jvp_into};
+pub use vjp::{vjp, vjp_into};
 pub use workspace::{Point, Recorder};

@@ -1,5 +1,4 @@
 use super::{Function, Recorder};
-use crate::tape::Var;
 
 /// The product from the left `wᵀ J` `[n]` of the Jacobian with a cotangent `w` `[m]`, by a tape: some
 /// ten evaluations whatever `n` and `m`.
@@ -28,19 +27,6 @@ pub fn vjp(f: &impl Function, x: &[f64], w: &[f64]) -> Vec<f64> {
     product
 }
 
-/// [`vjp`] of a closure that writes as many outputs as `w` has entries.
-///
-/// ```
-/// use pam_autodiff::{Var, vjp_of};
-/// let product = vjp_of(|x: &[Var], out: &mut [Var]| out[1] = x[0] * x[1], &[2.0, 3.0], &[7.0, 1.0]);
-/// assert_eq!(product, [3.0, 2.0]);
-/// ```
-pub fn vjp_of(f: impl FnOnce(&[Var], &mut [Var]), x: &[f64], w: &[f64]) -> Vec<f64> {
-    let mut product = vec![0.0; x.len()];
-    write(f, x, w, &mut product, &mut Recorder::new());
-    product
-}
-
 /// Writes the [`vjp`].
 ///
 /// # Panics
@@ -61,17 +47,7 @@ pub fn vjp_of(f: impl FnOnce(&[Var], &mut [Var]), x: &[f64], w: &[f64]) -> Vec<f
 /// ```
 pub fn vjp_into(f: &impl Function, x: &[f64], w: &[f64], product: &mut [f64], work: &mut Recorder) {
     assert_eq!(w.len(), f.output_len(), "one cotangent for each output");
-    write(|x, out| f.eval(x, out), x, w, product, work);
-}
-
-fn write(
-    f: impl FnOnce(&[Var], &mut [Var]),
-    x: &[f64],
-    w: &[f64],
-    product: &mut [f64],
-    work: &mut Recorder,
-) {
-    work.record(f, x.iter().copied(), w.len());
+    work.record(|x, out| f.eval(x, out), x.iter().copied(), w.len());
     let (adjoints, x) = work.reverse(w.iter().copied());
     product.fill(0.0);
     adjoints.add_to(x, product);

@@ -33,20 +33,6 @@ impl<S: Scalar, F> JointModel<S, F> {
         }
     }
 
-    /// The same model with other physical parameters.
-    ///
-    /// ```
-    /// use pam_core::{JointModel, PhysicalParameters, SpringDamper};
-    /// let heavy = PhysicalParameters { mass_kg: 315.0, ..PhysicalParameters::datasheet() };
-    /// let model = JointModel::datasheet(SpringDamper::<f64>::published()).with_physical(heavy);
-    /// assert!((model.physical().mass_kg - 315.0).abs() < 1e-9);
-    /// ```
-    #[must_use]
-    pub fn with_physical(mut self, physical: PhysicalParameters<S>) -> Self {
-        self.raw = physical.to_raw();
-        self
-    }
-
     /// The physical parameters, `softplus(raw)`.
     #[must_use]
     pub fn physical(&self) -> PhysicalParameters<S> {

@@ -144,26 +144,12 @@ impl<C: StepController + Sync> BatchedIntegrator<C> {
         B: BatchField,
         I: Input<f64> + Sync,
     {
-        self.value_and_maybe_gradient(field, problems, loss, memory, true)
+        self.evaluate(field, problems, loss, memory, true)
     }
 
-    /// The sum of the losses alone, as in [`value_and_gradient`](Self::value_and_gradient); the
-    /// gradients of the result are zero.
-    pub fn value<B, I>(
-        &self,
-        field: &B,
-        problems: &[TrajectoryProblem<'_, B::Condition, I>],
-        loss: &(impl Fn(usize, &[f64], &mut [f64]) -> f64 + Sync),
-        memory: &mut BatchWorkspace<B>,
-    ) -> BatchGradient
-    where
-        B: BatchField,
-        I: Input<f64> + Sync,
-    {
-        self.value_and_maybe_gradient(field, problems, loss, memory, false)
-    }
-
-    fn value_and_maybe_gradient<B, I>(
+    /// As [`value_and_gradient`](Self::value_and_gradient), without `backward` the losses alone: the gradients of
+    /// the result are then zero.
+    pub fn evaluate<B, I>(
         &self,
         field: &B,
         problems: &[TrajectoryProblem<'_, B::Condition, I>],

@@ -1,9 +1,6 @@
 use super::direction::{Blocks, Direction};
-use super::{
-    Gradient, GradientMethod, GradientStatistics, Loss, MethodSetup, NamedMethod, Problem, loss,
-};
+use super::{Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem, loss};
 use crate::error::SolveError;
-use crate::grid::Grid;
 use crate::input::ParametricInput;
 use crate::replay::replay;
 use crate::save_at::SaveAt;
@@ -81,11 +78,7 @@ where
         problem: &Problem<'_, F, I>,
         loss: &mut dyn Loss,
     ) -> Result<Gradient, Box<SolveError<f64>>> {
-        let mut grid = Grid::new();
-        grid.restart(problem.t0);
-        let solution = problem.solve(&mut grid)?;
-        let mut statistics = GradientStatistics::of_forward(solution.statistics);
-        let states = solution.into_states();
+        let (states, grid, mut statistics) = problem.solve_on_grid()?;
         let mut cotangents = Vec::new();
         let value = loss::evaluate(loss, problem.observations_s, &states, &mut cotangents);
 

@@ -76,7 +76,7 @@ impl<D> ForwardSensitivity<D> {
     {
         let wanted = self.directions.as_deref();
         let directions = Blocks::zeros(problem).directions(wanted, problem)?;
-        let (states, grid, mut statistics) = solve(problem)?;
+        let (states, grid, mut statistics) = problem.solve_on_grid()?;
         let field = self.differentiation.of(problem.field);
         let n = problem.y0.len();
         let mut tangents = vec![0.0; problem.observations_s.len() * directions.len() * n];
@@ -87,16 +87,6 @@ impl<D> ForwardSensitivity<D> {
         });
         Ok(Sensitivities { states, directions, tangents, grid, statistics })
     }
-}
-
-fn solve<F: ParametricField, I: ParametricInput>(
-    problem: &Problem<'_, F, I>,
-) -> Result<(Vec<f64>, Grid, GradientStatistics), Box<SolveError<f64>>> {
-    let mut grid = Grid::new();
-    grid.restart(problem.t0);
-    let solution = problem.solve(&mut grid)?;
-    let statistics = GradientStatistics::of_forward(solution.statistics);
-    Ok((solution.into_states(), grid, statistics))
 }
 
 impl<C> NamedMethod<C> for ForwardSensitivity<ByTape> {
@@ -124,7 +114,7 @@ where
     ) -> Result<Gradient, Box<SolveError<f64>>> {
         let mut sums = Blocks::zeros(problem);
         let directions = sums.directions(self.directions.as_deref(), problem)?;
-        let (states, grid, mut statistics) = solve(problem)?;
+        let (states, grid, mut statistics) = problem.solve_on_grid()?;
         let mut cotangents = Vec::new();
         let value = loss::evaluate(loss, problem.observations_s, &states, &mut cotangents);
         let field = self.differentiation.of(problem.field);

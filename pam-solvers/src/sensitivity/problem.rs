@@ -1,5 +1,7 @@
+use super::GradientStatistics;
 use crate::controller::StepController;
 use crate::error::SolveError;
+use crate::grid::Grid;
 use crate::input::{NoInput, ParametricInput};
 use crate::integrator::Integrator;
 use crate::observer::StepObserver;
@@ -92,6 +94,17 @@ impl<'a, F: ParametricField, I: ParametricInput> Problem<'a, F, I> {
         observer: &mut O,
     ) -> Result<Solution<f64>, Box<SolveError<f64>>> {
         self.solve_at(self.observations_s, observer)
+    }
+
+    /// The states at the observation times and the accepted steps.
+    pub(super) fn solve_on_grid(
+        &self,
+    ) -> Result<(Vec<f64>, Grid, GradientStatistics), Box<SolveError<f64>>> {
+        let mut grid = Grid::new();
+        grid.restart(self.t0);
+        let solution = self.solve(&mut grid)?;
+        let statistics = GradientStatistics::of_forward(solution.statistics);
+        Ok((solution.into_states(), grid, statistics))
     }
 
     /// The states at other times.

@@ -64,11 +64,7 @@ impl<T: Float> BatchedEngine<T> {
             .collect::<Result<Vec<_>, InputError>>()?;
         self.states.reserve(problems.len());
         let loss = self.states.loss_of_motion(request, loss, backward);
-        Ok(if backward {
-            integrator.value_and_gradient(&motion, &problems, &loss, &mut self.memory)
-        } else {
-            integrator.value(&motion, &problems, &loss, &mut self.memory)
-        })
+        Ok(integrator.evaluate(&motion, &problems, &loss, &mut self.memory, backward))
     }
 }
 

@@ -47,11 +47,7 @@ impl<F: ForceModel<f64> + Sync> TrajectoryEngine<F> for ClosedFormEngine {
         self.states.reserve(problems.len());
         let motion = {
             let loss = self.states.loss_of_motion(request, loss, backward);
-            if backward {
-                self.solver.value_and_gradient(&motion, &problems, &loss)
-            } else {
-                self.solver.value(&motion, &problems, &loss)
-            }
+            self.solver.evaluate(&motion, &problems, &loss, backward)
         };
         let sums = GradientSums {
             force: motion.network,

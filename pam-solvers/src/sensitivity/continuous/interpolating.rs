@@ -1,13 +1,10 @@
-use super::adjoint_field::AdjointField;
-use super::backward::{Forward, solve_backward};
-use super::{gradient, method_name, reversed_input};
+use super::backward::Forward;
+use super::{method_name, with_sums};
 use crate::controller::StepController;
 use crate::error::SolveError;
 use crate::input::ParametricInput;
 use crate::integrator::Integrator;
-use crate::save_at::SaveAt;
 use crate::sensitivity::{Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem};
-use crate::term::Term;
 use pam_autodiff::{ByTape, Differentiation};
 use pam_core::ParametricField;
 
@@ -56,14 +53,8 @@ where
         problem: &Problem<'_, F, I>,
         loss: &mut dyn Loss,
     ) -> Result<Gradient, Box<SolveError<f64>>> {
-        let mut forward = Forward::new(problem, loss, true)?;
-        let dense = forward.dense.take();
+        let forward = Forward::new(problem, loss, true)?;
         let field = self.differentiation.of(problem.field);
-        let adjoint = AdjointField::new(field, problem.input, dense.as_ref(), true);
-        let term = Term::new(&adjoint, reversed_input(problem, &forward));
-        let (backward, end) = (&self.backward, SaveAt::End);
-        let z = solve_backward(problem, backward, &mut forward, &term, false, end, |_| {})?;
-        let n = problem.y0.len();
-        Ok(gradient(forward, &z[..n], &z[n..], adjoint.parameter_lens()))
+        with_sums(problem, forward, field, &self.backward, false)
     }
 }

@@ -17,9 +17,15 @@ pub use quadrature::QuadratureAdjoint;
 
 use super::{Gradient, Problem};
 use crate::controller::StepController;
-use crate::input::Input;
+use crate::error::SolveError;
+use crate::input::{Input, ParametricInput};
 use crate::integrator::Integrator;
-use backward::Forward;
+use crate::save_at::SaveAt;
+use crate::term::Term;
+use adjoint_field::AdjointField;
+use backward::{Forward, solve_backward};
+use pam_autodiff::DifferentiableField;
+use pam_core::ParametricField;
 use reversed::ReversedInput;
 
 /// The gradient from the adjoint at the start and the sums over field and input parameters.
@@ -33,6 +39,23 @@ fn gradient(forward: Forward, lambda: &[f64], sums: &[f64], [p, q]: [usize; 2]) 
         grid: forward.grid,
         statistics: forward.statistics,
     }
+}
+
+/// The gradient with its sums integrated along with the adjoint.
+fn with_sums<F: ParametricField, I: ParametricInput, C: StepController>(
+    problem: &Problem<'_, F, I>,
+    mut forward: Forward,
+    field: impl DifferentiableField,
+    backward: &Integrator<C>,
+    restart: bool,
+) -> Result<Gradient, Box<SolveError<f64>>> {
+    let dense = forward.dense.take();
+    let adjoint = AdjointField::new(field, problem.input, dense.as_ref(), true);
+    let term = Term::new(&adjoint, reversed_input(problem, &forward));
+    let end = SaveAt::End;
+    let z = solve_backward(problem, backward, &mut forward, &term, restart, end, |_| {})?;
+    let (lambda, sums) = z[adjoint.lambda()..].split_at(problem.y0.len());
+    Ok(gradient(forward, lambda, sums, adjoint.parameter_lens()))
 }
 
 fn reversed_input<'a, F, I: Input<f64>>(

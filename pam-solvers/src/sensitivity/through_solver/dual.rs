@@ -1,9 +1,8 @@
-use super::Plain;
 use crate::error::SolveError;
 use crate::input::ParametricInput;
 use crate::replay::replay;
 use crate::save_at::SaveAt;
-use crate::sensitivity::{Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem};
+use crate::sensitivity::{Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem, loss};
 use crate::term::Term;
 use pam_autodiff::Chunk;
 use pam_core::{ParametricField, Scalar};
@@ -36,7 +35,9 @@ where
         loss: &mut dyn Loss,
     ) -> Result<Gradient, Box<SolveError<f64>>> {
         const { assert!(N > 0, "a dual number has at least one derivative") };
-        let Plain { value, states, cotangents, grid, mut statistics } = Plain::new(problem, loss)?;
+        let (states, grid, mut statistics) = problem.solve_on_grid()?;
+        let mut cotangents = Vec::new();
+        let value = loss::evaluate(loss, problem.observations_s, &states, &mut cotangents);
         let plain = [&problem.field.parameters(), problem.y0, &problem.input.parameters()].concat();
         let (p, n) = (problem.field.parameter_len(), problem.y0.len());
         let mut numbers: Vec<Chunk<N>> = plain.iter().map(|&x| Chunk::constant(x)).collect();

@@ -1,9 +1,8 @@
-use super::Plain;
 use crate::error::SolveError;
 use crate::input::ParametricInput;
 use crate::replay::replay;
 use crate::save_at::SaveAt;
-use crate::sensitivity::{Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem};
+use crate::sensitivity::{Gradient, GradientMethod, Loss, MethodSetup, NamedMethod, Problem, loss};
 use crate::term::Term;
 use pam_autodiff::Tape;
 use pam_core::ParametricField;
@@ -32,7 +31,9 @@ impl<F: ParametricField, I: ParametricInput> GradientMethod<F, I> for TapeThroug
         problem: &Problem<'_, F, I>,
         loss: &mut dyn Loss,
     ) -> Result<Gradient, Box<SolveError<f64>>> {
-        let Plain { value, states, cotangents, grid, mut statistics } = Plain::new(problem, loss)?;
+        let (states, grid, mut statistics) = problem.solve_on_grid()?;
+        let mut cotangents = Vec::new();
+        let value = loss::evaluate(loss, problem.observations_s, &states, &mut cotangents);
         let mut tape = Tape::<f64>::new();
         let parameters = tape.variables(&problem.field.parameters());
         let y0 = tape.variables(problem.y0);
