@@ -11,11 +11,11 @@ use crate::error::BaselineError;
 use crate::joint::{JointBaseline, JointForce, gas_of};
 use crate::method::{FittedModel, Method, Structure, TrainingSet};
 use crate::points::motion_points;
-use crate::regression::least_squares;
 use pam_control::equilibrium_point::{EquilibriumPoint, Observation, observe};
 use pam_core::units::MN_PER_N;
 use pam_core::{ForceInput, ForceModel, MuscleGeometry, Scalar};
 use pam_data::formats::npz::Array;
+use pam_numerics::least_squares;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -61,12 +61,7 @@ impl<S: Scalar> ForceModel<S> for EquilibriumForce {
 }
 
 impl JointForce for EquilibriumForce {
-    type Plain = Self;
     type Dual = Self;
-
-    fn plain(&self) -> &Self {
-        self
-    }
 
     fn dual(&self) -> Self::Dual {
         *self

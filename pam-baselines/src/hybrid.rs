@@ -29,12 +29,7 @@ impl Default for Hybrid {
 }
 
 impl JointForce for NetworkForce<f64> {
-    type Plain = Self;
     type Dual = NetworkForce<Dual64>;
-
-    fn plain(&self) -> &Self {
-        self
-    }
 
     fn dual(&self) -> Self::Dual {
         self.map(Dual64::constant)

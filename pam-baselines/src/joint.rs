@@ -18,14 +18,10 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 
 /// A restoring force that can be evaluated and differentiated.
-pub trait JointForce: Send + Sync {
-    /// The force with plain numbers.
-    type Plain: ForceModel<f64> + Send + Sync;
+pub trait JointForce: ForceModel<f64> + Send + Sync {
     /// The force with dual numbers.
     type Dual: ForceModel<Dual64>;
 
-    /// The force with plain numbers.
-    fn plain(&self) -> &Self::Plain;
     /// The force with dual numbers, all constant.
     fn dual(&self) -> Self::Dual;
     /// Number of fitted numbers of the force.
@@ -57,8 +53,8 @@ impl<F: JointForce> JointBaseline<F> {
         Ok(Self { physical, force, settings: SolverChoice::default().settings()? })
     }
 
-    fn model(&self) -> JointModel<f64, &F::Plain> {
-        let mut model = JointModel::datasheet(self.force.plain());
+    fn model(&self) -> JointModel<f64, &F> {
+        let mut model = JointModel::datasheet(&self.force);
         model.raw = self.physical.to_raw();
         model
     }
@@ -97,9 +93,8 @@ impl<F: JointForce> FittedModel for JointBaseline<F> {
     }
 
     fn restoring_force_mn(&self, at: &ForceInput<f64>, _pressures_kpa: [f64; 2]) -> Option<f64> {
-        let force = self.force.plain();
-        let mut work = vec![0.0; force.work_len()];
-        Some(force.restoring_force_mn(at, &mut work))
+        let mut work = vec![0.0; self.force.work_len()];
+        Some(self.force.restoring_force_mn(at, &mut work))
     }
 
     fn stiffness_n_mm(&self, at: &ForceInput<f64>, _pressures_kpa: [f64; 2]) -> Option<f64> {

@@ -76,12 +76,7 @@ impl<S: Scalar> ForceModel<S> for Polynomial<S> {
 }
 
 impl JointForce for Polynomial<f64> {
-    type Plain = Self;
     type Dual = Polynomial<Dual64>;
-
-    fn plain(&self) -> &Self {
-        self
-    }
 
     fn dual(&self) -> Self::Dual {
         Polynomial {

@@ -11,10 +11,10 @@ use crate::error::BaselineError;
 use crate::joint::{JointBaseline, JointForce, gas_of, masses_of};
 use crate::method::{FittedModel, Method, Structure, TrainingSet, is_positive};
 use crate::points::motion_points;
-use crate::regression::least_squares;
 use num_dual::Dual64;
 use pam_core::{Scalar, SpringDamper};
 use pam_data::formats::npz::Array;
+use pam_numerics::least_squares;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -28,12 +28,7 @@ const SPACING_S: f64 = 0.01;
 pub struct LinearJoint {}
 
 impl JointForce for SpringDamper<f64> {
-    type Plain = Self;
     type Dual = SpringDamper<Dual64>;
-
-    fn plain(&self) -> &Self {
-        self
-    }
 
     fn dual(&self) -> Self::Dual {
         self.map(Dual64::constant)

@@ -12,6 +12,7 @@ use crate::execution::Commands;
 use crate::synthesis::Target;
 use pam_core::units::MN_PER_N;
 use pam_data::Recording;
+use pam_numerics::least_squares;
 use serde::Serialize;
 
 /// Stiffness and equilibrium that one recording shows at its pressures.
@@ -50,23 +51,17 @@ pub struct EquilibriumPoint {
 pub fn observe(recording: &Recording) -> Result<Observation, ControlError> {
     let (x, v, t) = (&recording.displacement_mm, &recording.velocity_mm_s, &recording.time_s);
     let reach = 10;
-    let mut normal = [[0.0; 5]; 4];
-    for k in reach..x.len().saturating_sub(reach) {
+    let rows = (reach..x.len().saturating_sub(reach)).map(|k| {
         let acceleration = (v[k + reach] - v[k - reach]) / (t[k + reach] - t[k - reach]);
-        let row = [acceleration, v[k], x[k], 1.0, recording.force_mn[k]];
-        for i in 0..4 {
-            for j in 0..5 {
-                normal[i][j] += row[i] * row[j];
-            }
-        }
-    }
+        ([acceleration, v[k], x[k], 1.0], recording.force_mn[k])
+    });
     let insufficient = || {
         ControlError::Insufficient(format!(
             "recording {} does not move enough to show its stiffness",
             recording.name
         ))
     };
-    let [_, _, stiffness, offset] = solve4(normal).ok_or_else(insufficient)?;
+    let [_, _, stiffness, offset] = least_squares(rows, 0.0).ok_or_else(insufficient)?;
     let rest = recording.reading_at_rest();
     if !(stiffness.is_finite() && stiffness > 0.0) {
         return Err(insufficient());
@@ -77,37 +72,6 @@ pub fn observe(recording: &Recording) -> Result<Observation, ControlError> {
         equilibrium_mm: -offset / stiffness,
         stiffness_n_mm: stiffness / MN_PER_N,
     })
-}
-
-/// Gaussian elimination with pivots; none if the matrix is singular.
-fn solve4(mut m: [[f64; 5]; 4]) -> Option<[f64; 4]> {
-    let scale: [f64; 4] = std::array::from_fn(|i| m[i][i].sqrt());
-    if !scale.iter().all(|s| *s > 0.0) {
-        return None;
-    }
-    for i in 0..4 {
-        for j in 0..4 {
-            m[i][j] /= scale[i] * scale[j];
-        }
-        m[i][4] /= scale[i];
-    }
-    for c in 0..4 {
-        let pivot = (c..4).max_by(|&a, &b| m[a][c].abs().total_cmp(&m[b][c].abs()))?;
-        m.swap(c, pivot);
-        if m[c][c].abs() < 1e-12 {
-            return None;
-        }
-        for r in 0..4 {
-            if r != c {
-                let factor = m[r][c] / m[c][c];
-                let pivot_row = m[c];
-                for (value, pivot) in m[r].iter_mut().zip(pivot_row).skip(c) {
-                    *value -= factor * pivot;
-                }
-            }
-        }
-    }
-    Some(std::array::from_fn(|i| m[i][4] / m[i][i] / scale[i]))
 }
 
 impl EquilibriumPoint {

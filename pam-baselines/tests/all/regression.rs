@@ -1,4 +1,5 @@
-use pam_baselines::regression::{Moments, least_squares};
+use pam_baselines::regression::Moments;
+use pam_numerics::least_squares;
 
 /// A linear map is found again from exact rows, in as many blocks as it takes.
 #[test]

@@ -4,7 +4,7 @@ use super::{MakeJoint, SETTLE_S};
 use crate::error::ControlError;
 use crate::execution::{Commands, PulseRecord, PulseShape, perturb};
 use crate::identification::{Estimate, Response, cycling_pulses, identify, staircase_pulses};
-use crate::motion::{Hold, MotionSpec, Sine, StiffnessProfile};
+use crate::motion::{Hold, Motion, MotionSpec, Sine, StiffnessProfile};
 use crate::synthesis::{Target, plan};
 use serde::Serialize;
 
@@ -49,17 +49,7 @@ pub fn identify_all(
 /// # Errors
 /// Never for finite levels; as [`plan::targets`].
 pub fn staircase_targets(levels_n_mm: &[f64]) -> Result<Vec<Target>, ControlError> {
-    let spec = MotionSpec {
-        motion: Box::new(Hold { displacement_mm: 0.0 }),
-        duration_s: STAIR_S * levels_n_mm.len() as f64,
-        period_s: None,
-        table: None,
-    };
-    let values_n_mm = levels_n_mm.to_vec();
-    let steps = StiffnessProfile::Steps { values_n_mm, hold_s: STAIR_S };
-    let mut targets = plan::targets(&spec, Some(&steps), 0.0, 1000.0)?;
-    targets.pop();
-    Ok(targets)
+    targets_of(Box::new(Hold { displacement_mm: 0.0 }), None, levels_n_mm, STAIR_S)
 }
 
 /// Targets of the cycle: a sine of 1 mm at 0.1 Hz, each level for `cycles` cycles.
@@ -67,15 +57,20 @@ pub fn staircase_targets(levels_n_mm: &[f64]) -> Result<Vec<Target>, ControlErro
 /// # Errors
 /// As [`plan::targets`].
 pub fn cycle_targets(levels_n_mm: &[f64], cycles: usize) -> Result<Vec<Target>, ControlError> {
-    let hold_s = 10.0 * cycles as f64;
-    let spec = MotionSpec {
-        motion: Box::new(Sine { centre_mm: 0.0, amplitude_mm: 1.0, frequency_hz: 0.1 }),
-        duration_s: hold_s * levels_n_mm.len() as f64,
-        period_s: Some(10.0),
-        table: None,
-    };
-    let values_n_mm = levels_n_mm.to_vec();
-    let steps = StiffnessProfile::Steps { values_n_mm, hold_s };
+    let sine = Sine { centre_mm: 0.0, amplitude_mm: 1.0, frequency_hz: 0.1 };
+    targets_of(Box::new(sine), Some(10.0), levels_n_mm, 10.0 * cycles as f64)
+}
+
+/// Targets of a motion whose stiffness stays at each level for `hold_s`.
+fn targets_of(
+    motion: Box<dyn Motion + Send + Sync>,
+    period_s: Option<f64>,
+    levels_n_mm: &[f64],
+    hold_s: f64,
+) -> Result<Vec<Target>, ControlError> {
+    let duration_s = hold_s * levels_n_mm.len() as f64;
+    let spec = MotionSpec { motion, duration_s, period_s, table: None };
+    let steps = StiffnessProfile::Steps { values_n_mm: levels_n_mm.to_vec(), hold_s };
     let mut targets = plan::targets(&spec, Some(&steps), 0.0, 1000.0)?;
     targets.pop();
     Ok(targets)
