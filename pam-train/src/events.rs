@@ -175,4 +175,19 @@ fn crc32c(data: &[u8]) -> u32 {
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+
+    /// Vectors of RFC 3720, appendix B.4, and the check value of the catalogue of CRCs.
+    #[test]
+    fn the_checksum_is_crc_32c() {
+        let ascending: Vec<u8> = (0..32).collect();
+        let descending: Vec<u8> = (0..32).rev().collect();
+        assert_eq!(crc32c(b"123456789"), 0xe306_9283);
+        assert_eq!(crc32c(&[0; 32]), 0x8a91_36aa);
+        assert_eq!(crc32c(&[0xff; 32]), 0x62a8_ab43);
+        assert_eq!(crc32c(&ascending), 0x46dd_794e);
+        assert_eq!(crc32c(&descending), 0x113f_db5c);
+        assert_eq!(crc32c(b""), 0);
+    }
+}

@@ -1,5 +1,6 @@
 //! The analytical muscle on measured single-muscle data.
 
+mod fit;
 mod muscle;
 
 use crate::shared;

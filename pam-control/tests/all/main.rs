@@ -2,6 +2,9 @@
 
 mod common;
 mod equilibrium_point;
+mod execution {
+    mod model_joint;
+}
 mod export;
 mod identification {
     mod fit;

@@ -6,4 +6,5 @@ mod figure {
     mod line;
     mod polygon_map;
 }
+mod force_curves;
 mod parameters;

@@ -6,12 +6,14 @@ mod effects {
     mod mechanics {
         mod hysteresis;
     }
+    mod spec;
 }
 mod observables;
 mod plant {
     mod braid;
     mod friction;
     mod gas;
+    mod losses;
     mod wall;
 }
 mod pneumatics {

@@ -5,6 +5,7 @@ mod curriculum {
     mod overrides;
     mod settings;
 }
+mod events;
 mod optimiser {
     mod adam;
     mod clip;
