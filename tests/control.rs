@@ -10,10 +10,11 @@ fn json_of(arguments: &[&str]) -> Value {
     serde_json::from_str(&stdout_of(PAM, arguments)).expect("JSON")
 }
 
-fn error_of(arguments: &[&str]) -> String {
+/// The message of a command that ends with `code`: 1 for a task that cannot be met or a file that cannot be
+/// read, 2 for wrong usage.
+fn error_of(code: i32, arguments: &[&str]) -> String {
     let output = run(PAM, arguments);
-    // 1 for a task that cannot be met, 2 for wrong usage.
-    assert!(matches!(output.status.code(), Some(1 | 2)), "{arguments:?}");
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}");
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
@@ -68,27 +69,27 @@ fn what_cannot_be_reached_is_told() {
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(told.contains("extrapolates"), "{told}");
 
-    let fails = |more: &[&str]| error_of(&[&base, more].concat());
-    let message = fails(&["--motion", "sine:A=4,f=0.2", "--stiffness", "150"]);
+    let fails = |code: i32, more: &[&str]| error_of(code, &[&base, more].concat());
+    let message = fails(1, &["--motion", "sine:A=4,f=0.2", "--stiffness", "150"]);
     assert!(
         message.contains("cannot be reached at t =") && message.contains("N within"),
         "{message}"
     );
-    for (motion, stiffness, expected) in [
-        ("sine:A=1", "150", "`f` is missing"),
-        ("sine:A=nan,f=1", "150", "A is not finite"),
-        ("square:A=1,f=1", "150", "known are sine"),
-        ("sine:A=1,f=0.1", "-3", "positive"),
-        ("nowhere.csv", "150", "nowhere.csv"),
+    for (motion, stiffness, expected, code) in [
+        ("sine:A=1", "150", "`f` is missing", 2),
+        ("sine:A=nan,f=1", "150", "A is not finite", 2),
+        ("square:A=1,f=1", "150", "known are sine", 2),
+        ("sine:A=1,f=0.1", "-3", "positive", 2),
+        ("nowhere.csv", "150", "nowhere.csv", 1),
     ] {
-        let message = fails(&["--motion", motion, "--stiffness", stiffness]);
+        let message = fails(code, &["--motion", motion, "--stiffness", stiffness]);
         assert!(message.contains(expected), "{motion}: {message}");
     }
-    let message = fails(&["--motion", "hold:x=0"]);
+    let message = fails(2, &["--motion", "hold:x=0"]);
     assert!(message.contains("stiffness"), "{message}");
     let csv = folder.path().join("motion.csv");
     std::fs::write(&csv, "time_s,displacement_mm\n0,0\n0.1,abc\n0.2,0\n").unwrap();
-    let message = fails(&["--motion", text(&csv), "--stiffness", "150"]);
+    let message = fails(1, &["--motion", text(&csv), "--stiffness", "150"]);
     assert!(message.contains("motion.csv:3") && message.contains("abc"), "{message}");
 }
 

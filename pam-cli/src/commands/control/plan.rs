@@ -71,6 +71,12 @@ impl RunCommand for PlanArguments {
         let settings = self.bounds.settings(&saved.model)?;
         let motion = MotionSpec::parse(&self.motion)?;
         let stiffness = self.stiffness.as_deref().map(StiffnessProfile::parse).transpose()?;
+        if stiffness.is_none() && motion.table.is_none() {
+            return Err(CliError::Usage(format!(
+                "--stiffness is missing: --motion {} has no column `stiffness_n_mm`",
+                self.motion
+            )));
+        }
         let targets = targets(&motion, stiffness.as_ref(), self.load, self.rate)?;
         let start = Instant::now();
         let (plan, certificates) = match self.method {
