@@ -96,7 +96,7 @@ impl<S> fmt::Display for SolveError<S> {
     }
 }
 
-// `unwrap` prints this: the story, not the trajectory.
+// `unwrap` prints this: the message, not the trajectory.
 impl<S> fmt::Debug for SolveError<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("SolveError")

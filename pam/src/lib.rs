@@ -5,7 +5,7 @@
 //! |---|---|---|
 //! | [`core`] | `pam-core` | scalars, activations, force models, the vector field |
 //! | [`autodiff`] | `pam-autodiff` | duals, tape, finite differences, exact ∂f/∂x |
-//! | [`solvers`] | `pam-solvers` | Runge–Kutta methods, adjoints, lanes |
+//! | [`solvers`] | `pam-solvers` | Runge–Kutta methods, adjoints, batched trajectories |
 //! | [`exact`] | `pam-exact` | closed form of networks of LeakyReLU and ReLU |
 //! | [`data`] | `pam-data` | recordings, models, their files |
 //! | [`vocabulary`] | `pam-vocabulary` | the effects that rig and diagnosis share, as data |

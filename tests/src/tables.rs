@@ -34,7 +34,7 @@ pub struct Row {
     pub low: Option<f64>,
     /// Upper end.
     pub high: Option<f64>,
-    /// Reduction of the error on what took no part.
+    /// Reduction of the error on the test set.
     pub gain: f64,
     /// Lower end of its 95 % interval.
     pub gain_low: f64,
@@ -217,7 +217,7 @@ fn numbers(rows: &[&Row], out: &mut String) {
     );
     let _ = writeln!(
         out,
-        "Gain on what took no part: positive with its interval above zero in {} of {} diagnoses that name something.  ",
+        "Error reduction on the test set: positive with its interval above zero in {} of {} diagnoses that name something.  ",
         named.iter().filter(|c| c.gain_low > 0.0).count(),
         named.len()
     );

@@ -4,7 +4,7 @@
 //! solution has the objective zero and is therefore a global minimum. Where the method fails, the curve is
 //! followed instead (see [`trace`](super::trace)).
 //!
-//! A smooth force goes through [`march`]: the solutions of three samples, carried on along a parabola, start
+//! A smooth force goes through [`continuation`]: the solutions of three samples, carried on along a parabola, start
 //! the next one, and all segments are evaluated together. A ReLU network goes through [`track`]: it is
 //! piecewise affine, so from sample to sample its pieces say the next solution exactly until a kink is passed,
 //! and Newton's method ends after one step once it has found the right pieces.
@@ -115,7 +115,7 @@ impl Segment {
 
 /// Solves all samples of the segments. `solved` gets each sample's masses and what is known there; where
 /// Newton's method fails, `otherwise` is asked with the segment's last solution and must give a solution.
-pub(super) fn march<B: ForceBatch>(
+pub(super) fn continuation<B: ForceBatch>(
     evaluator: &mut Evaluator<'_, B>,
     targets: &[Target],
     settings: &SynthesisSettings,
@@ -145,7 +145,7 @@ pub(super) fn march<B: ForceBatch>(
     }
 }
 
-/// As [`march`], for a ReLU network: one segment after the other.
+/// As [`continuation`], for a ReLU network: one segment after the other.
 pub(super) fn track(
     stencil: &mut ReluStencil<'_>,
     targets: &[Target],

@@ -109,7 +109,7 @@ pub(super) struct ReluStencil<'a> {
     /// An affine map after the activation.
     after: Vec<f64>,
     changes: usize,
-    fresh: bool,
+    restart: bool,
 }
 
 impl<'a> ReluStencil<'a> {
@@ -134,13 +134,13 @@ impl<'a> ReluStencil<'a> {
             inertial_mn: 0.0,
             after: vec![0.0; widest],
             changes: 0,
-            fresh: true,
+            restart: true,
         }
     }
 
     /// Computes everything anew at the next pair of masses.
     pub(super) fn refresh(&mut self) {
-        (self.fresh, self.changes) = (true, 0);
+        (self.restart, self.changes) = (true, 0);
     }
 
     /// Turns to a target.
@@ -171,10 +171,10 @@ impl<'a> ReluStencil<'a> {
         }
         for p in 0..POINTS {
             let inputs = self.inputs(p, u);
-            let Self { network, points, after, fresh, changes, .. } = self;
+            let Self { network, points, after, restart, changes, .. } = self;
             let StencilPoint { layers, force } = &mut points[p];
             // True once the affine map of the present layer has changed.
-            let mut changed = *fresh;
+            let mut changed = *restart;
             let mut bends = changed;
             for k in 0..layers.len() {
                 let (below, above) = layers.split_at_mut(k + 1);
@@ -231,7 +231,7 @@ impl<'a> ReluStencil<'a> {
                 force[INPUTS - 1] += network.last_bias;
             }
         }
-        self.fresh = false;
+        self.restart = false;
     }
 }
 

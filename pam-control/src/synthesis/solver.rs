@@ -1,7 +1,7 @@
 //! Targets to masses.
 
 use super::batch::{AnyBatch, ForceBatch};
-use super::newton::{Segment, march, track};
+use super::newton::{Segment, continuation, track};
 use super::problem::{Outcome, Solution, SynthesisSettings, Target};
 use super::relu_stencil::{ReluLayout, ReluStencil};
 use super::stencil::{Evaluator, Inertia, Local};
@@ -137,7 +137,7 @@ impl<B: ForceBatch> Synthesiser<B> {
         Follower { evaluator: self.evaluator(1), stencil: self.stencil() }
     }
 
-    /// Solves all samples of the segments, see [`march`].
+    /// Solves all samples of the segments, see [`continuation`].
     fn sweep(
         &self,
         targets: &[Target],
@@ -149,7 +149,7 @@ impl<B: ForceBatch> Synthesiser<B> {
             Some(stencil) => track(stencil, targets, &self.settings, segments, solved, otherwise),
             None => {
                 let mut evaluator = self.evaluator(segments.len());
-                march(&mut evaluator, targets, &self.settings, segments, solved, otherwise);
+                continuation(&mut evaluator, targets, &self.settings, segments, solved, otherwise);
             }
         }
     }

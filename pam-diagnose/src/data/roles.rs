@@ -21,7 +21,7 @@ pub enum TestData {
         /// Their names.
         recordings: Vec<String>,
     },
-    /// Recordings of the data that were kept aside.
+    /// Recordings of the data that were held out.
     Kept {
         /// Their names.
         recordings: Vec<String>,
@@ -42,7 +42,7 @@ impl TestData {
         };
         match self {
             Self::Given { recordings } => of("given recording(s)", recordings),
-            Self::Kept { recordings } => of("recording(s) that were kept aside", recordings),
+            Self::Kept { recordings } => of("recording(s) of the data, held out", recordings),
             Self::LastPart { from_s } => {
                 format!("The test set is the recording after t = {from_s:.1} s.")
             }
@@ -88,7 +88,7 @@ impl ValidationData {
 pub(crate) enum TestSource {
     /// From the experiment of this index on.
     GivenFrom(usize),
-    /// A part of the data is kept aside.
+    /// A part of the data is held out.
     Kept,
     /// There is none.
     Absent,

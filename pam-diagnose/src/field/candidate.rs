@@ -46,7 +46,7 @@ pub struct FieldOptions {
     /// have that of their noise and the others are known.
     pub initial_state_deviation: Option<Vec<f64>>,
     /// Number of experiments that form the test set: the last ones before those of the baseline. With 0, a part of the
-    /// data is kept aside.
+    /// data is held out.
     pub test: usize,
     /// Number of experiments, the last ones of the problem, on which the field was validated: their error is its
     /// baseline discrepancy.

@@ -18,7 +18,7 @@ use serde::Serialize;
 pub struct RecordingSets<'a> {
     /// Recordings in which something may be wrong: training and validation data.
     pub data: &'a [Subject],
-    /// The test set; kept aside from the data if absent.
+    /// The test set; taken from the data if absent.
     pub test: Option<&'a [Subject]>,
     /// Recordings on which the model was validated: their error is its baseline discrepancy.
     pub baseline: Option<&'a [Subject]>,

@@ -1,4 +1,4 @@
-//! The test set: rows that took no part in fitting, choosing or rejecting names.
+//! The test set: rows that no fit, search or rejection of a name has read.
 //!
 //! A [`TestSet`] does not give its rows away. It answers only for hypotheses that are final: their errors, the error
 //! reduction, the share that a flexible model explains, and trajectories for figures.

@@ -3,7 +3,7 @@
 mod maps;
 mod recording;
 mod split;
-mod story;
+mod summary;
 
 use crate::force_curves::force_curves;
 use crate::page::{card, number, page};
@@ -59,7 +59,7 @@ pub fn evaluation_report<F: ForceModel<f64>>(
             "measured force alone. " (context.model_line) " Solved with " (context.solver_line) "." }
         @if !evaluation.failed.is_empty() { (failures(evaluation)) }
         h2 { "What the model misses" }
-        (story::sentences(evaluation))
+        (summary::sentences(evaluation))
         h2 { "Error over the operating points" }
         @if evaluation.recordings.len() > 1 {
             (maps::maps(&evaluation.recordings, trained_on))

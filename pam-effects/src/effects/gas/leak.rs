@@ -20,7 +20,7 @@ impl Effect for Leak {
         true
     }
 
-    fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {
+    fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {
         vec![vec![0.0, 0.0]]
     }
 

@@ -16,7 +16,7 @@ impl Effect for PolytropicGas {
         true
     }
 
-    fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {
+    fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {
         vec![vec![1.0, 0.0], vec![1.0, 1.0]]
     }
 

@@ -12,7 +12,7 @@ impl Effect for AddedInertia {
         const { entry("added_inertia") }
     }
 
-    fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {
+    fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {
         vec![vec![0.0]]
     }
 

@@ -13,7 +13,7 @@ impl Effect for ConstantLoad {
         const { entry("constant_load") }
     }
 
-    fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {
+    fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {
         vec![vec![0.0]]
     }
 

@@ -12,7 +12,7 @@ impl Effect for StiffnessScale {
         const { entry("stiffness_scale") }
     }
 
-    fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {
+    fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {
         vec![vec![0.0]]
     }
 

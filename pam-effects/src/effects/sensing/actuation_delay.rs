@@ -12,7 +12,7 @@ impl Effect for ActuationDelay {
         const { entry("actuation_delay") }
     }
 
-    fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {
+    fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {
         vec![vec![1.0], vec![20.0]]
     }
 

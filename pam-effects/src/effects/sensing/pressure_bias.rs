@@ -12,7 +12,7 @@ impl Effect for PressureBias {
         const { entry("pressure_bias") }
     }
 
-    fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {
+    fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {
         vec![vec![0.0, 0.0]]
     }
 

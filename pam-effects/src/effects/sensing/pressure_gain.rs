@@ -14,12 +14,12 @@ impl Effect for PressureGain {
         const { entry("pressure_gain") }
     }
 
-    fn stands(&self, values: &[f64], _evidence: &DataScales) -> bool {
+    fn stands(&self, values: &[f64], _scales: &DataScales) -> bool {
         // A sensor that is off by a fifth is broken, not out of calibration.
         values.iter().all(|relative| relative.abs() <= 0.2)
     }
 
-    fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {
+    fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {
         vec![vec![0.0, 0.0]]
     }
 

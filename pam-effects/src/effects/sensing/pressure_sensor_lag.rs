@@ -12,7 +12,7 @@ impl Effect for PressureSensorLag {
         const { entry("pressure_sensor_lag") }
     }
 
-    fn starts(&self, _evidence: &DataScales) -> Vec<Vec<f64>> {
+    fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {
         [3.0, 15.0, 50.0].map(|f| vec![f]).to_vec()
     }
 
