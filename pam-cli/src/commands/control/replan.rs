@@ -122,12 +122,12 @@ impl RunCommand for ReplanArguments {
         };
         tabled.masses_g =
             plan.solutions.iter().map(|s| [s.masses.flexor_g, s.masses.extensor_g]).collect();
-        let replan_settings = MpcSettings::default();
+        let mpc_settings = MpcSettings::default();
         let mut joint = RigJoint::new(&rig, global.seed, first)?;
         let mpc = run_mpc(
             &mut joint,
             &saved.model,
-            replan_settings,
+            mpc_settings,
             settings.bounds,
             &MpcTask {
                 motion: &motion,
@@ -157,14 +157,14 @@ impl RunCommand for ReplanArguments {
             .collect();
         let quantiles = [0.5, 0.99, 1.0].map(|q| 1e6 * mpc.decision_quantile_s(q));
         let horizon_ms =
-            1e3 * replan_settings.horizon.steps as f64 * replan_settings.horizon.step_s;
+            1e3 * mpc_settings.horizon.steps as f64 * replan_settings.horizon.step_s;
         let value = json!({
             "rmse_mm": rows.iter().map(|(name, table, mpc)| json!({
                 "stretch": name, "table": table, "replanned": mpc, "ratio": table / mpc,
             })).collect::<Vec<_>>(),
             "decision_us": { "median": quantiles[0], "p99": quantiles[1], "largest": quantiles[2] },
             "horizon_ms": horizon_ms,
-            "settings": replan_settings,
+            "settings": mpc_settings,
             "made_by": made_by(),
         });
         let out = &self.out;
@@ -204,7 +204,7 @@ impl RunCommand for ReplanArguments {
             "load_at_s": self.load_at,
             "shift_mm": self.shift,
             "shift_at_s": self.shift_at,
-            "settings": replan_settings,
+            "settings": mpc_settings,
             "rig": rig,
         });
         run_record::write(out, "replan", global.seed, &configuration)?;
