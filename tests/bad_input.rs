@@ -1,7 +1,7 @@
 //! Wrong input gives a clear error that names file, line and column, and exit code 1; wrong usage names the option
 //! and gives exit code 2.
 
-use pam_tests::{published_weights, run, shared, small_csv, text};
+use pam_tests::{published, published_weights, run, small_csv, text};
 use std::path::{Path, PathBuf};
 
 const PAM: &str = env!("CARGO_BIN_EXE_pam-under-test");
@@ -154,17 +154,17 @@ fn raw_logs() {
 fn wrong_and_damaged_binary_files() {
     let f = Folder::new();
     let weights = std::fs::read(published_weights()).unwrap();
-    let run_bytes = std::fs::read(shared("pneu-sim/data.mat")).unwrap();
-    let data = shared("pneu-sim/data.mat");
+    let run_bytes = std::fs::read(published("data.mat")).unwrap();
+    let data = published("data.mat");
     // Models in place of data and the other way round.
     assert_says(&f.evaluation_error(&published_weights()), &[".eqx", "a recording was expected"]);
     assert_says(&f.error(&data, &data), &["data.mat", "a model was expected"]);
     assert_says(
-        &f.evaluation_error(&shared("pneu-sim/poly44_all_fits.mat")),
+        &f.evaluation_error(&published("poly44_all_fits.mat")),
         &["poly44_all_fits.mat", "`x` is missing", "powers"],
     );
     assert_says(
-        &f.evaluation_error(&shared("pneu-sim/koopman_model.npz")),
+        &f.evaluation_error(&published("koopman_model.npz")),
         &["koopman_model.npz", "`time_s` is missing", "X_mean"],
     );
     // Truncated.
@@ -203,7 +203,7 @@ fn safetensors(meta: &str, shape: &str, values: &[f64]) -> Vec<u8> {
 #[test]
 fn models_whose_inputs_do_not_match() {
     let f = Folder::new();
-    let data = shared("pneu-sim/data.mat");
+    let data = published("data.mat");
     let foreign = f.file("foreign.safetensors", safetensors("\"format\":\"pt\"", "[1]", &[1.0]));
     assert_says(
         &f.error(&foreign, &data),
@@ -256,7 +256,7 @@ fn unreadable_paths_and_wrong_options() {
     let empty = f.0.path().join("nothing");
     std::fs::create_dir(&empty).unwrap();
     assert_says(&f.evaluation_error(&empty), &["nothing", "holds no recording"]);
-    let data = shared("pneu-sim/data.mat");
+    let data = published("data.mat");
     assert_says(&f.error(Path::new("/nowhere/m.eqx"), &data), &["/nowhere/m.eqx"]);
     let weights = published_weights();
     let with = |extra: &[&str]| {
@@ -397,7 +397,7 @@ fn unwritable_output_is_an_error() {
     let f = Folder::new();
     let blocker = f.file("file", b"x");
     let out = blocker.join("out");
-    let (weights, data) = (published_weights(), shared("pneu-sim/data.mat"));
+    let (weights, data) = (published_weights(), published("data.mat"));
     let arguments =
         ["evaluate", "--model", text(&weights), "--data", text(&data), "--out", text(&out)];
     let output = run(PAM, &arguments);

@@ -1,6 +1,6 @@
 //! The commands as a newcomer and a script use them.
 
-use pam_tests::{published_weights, run, shared, small_csv, stdout_of, text};
+use pam_tests::{published, published_weights, run, small_csv, stdout_of, text};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -98,9 +98,8 @@ fn an_evaluation_of_many_recordings_is_the_same_at_any_thread_count() {
 
 #[test]
 fn inspect_says_what_is_in_any_file() {
-    let (weights, run) = (published_weights(), shared("pneu-sim/data.mat"));
-    let (log, surfaces) =
-        (shared("pneu-sim/nn_3060_excerpt.txt"), shared("pneu-sim/poly44_all_fits.mat"));
+    let (weights, run) = (published_weights(), published("data.mat"));
+    let (log, surfaces) = (published("nn_3060_excerpt.txt"), published("poly44_all_fits.mat"));
     let printed = stdout_of(
         PAM,
         &["inspect", text(&weights), text(&run), text(&log), text(&surfaces), "--json"],
@@ -276,25 +275,19 @@ fn help_teaches() {
 /// The list of checks, and what is missing in it, for a person and for a script.
 #[test]
 fn doctor_finds_what_is_missing() {
-    let checks: Value =
-        serde_json::from_str(&stdout_of(PAM, &["doctor", "--json", "--shared", text(&shared(""))]))
-            .unwrap();
+    let checks: Value = serde_json::from_str(&stdout_of(PAM, &["doctor", "--json"])).unwrap();
     assert_eq!(checks["healthy"], true);
     let outcome = |checks: &Value, what: &str| {
         let all = checks["checks"].as_array().unwrap();
         all.iter().find(|c| c["what"] == what).unwrap()["outcome"].clone()
     };
-    assert_eq!(outcome(&checks, "reference data"), "ok");
     assert_eq!(outcome(&checks, "default model"), "ok");
 
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     std::fs::write(&file, "").unwrap();
-    // A file is no folder to write in, and an empty folder holds no reference data.
-    let output = run(
-        PAM,
-        &["doctor", "--json", "--shared", text(folder.path()), "--out", text(&file.join("below"))],
-    );
+    // A file is no folder to write in.
+    let output = run(PAM, &["doctor", "--json", "--out", text(&file.join("below"))]);
     assert_eq!(output.status.code(), Some(1));
     let checks: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(outcome(&checks, "write access"), "failure");

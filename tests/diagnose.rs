@@ -7,7 +7,7 @@ use pam_diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, Verdict, diag
 use pam_effects::ExtendedModel;
 use pam_tests::diagnose::{at_strength, diagnosed, plant_runs};
 use pam_tests::plant::{Hidden, Noise, excitation, hidden};
-use pam_tests::{published_weights, run, shared, stdout_of, text};
+use pam_tests::{published, published_weights, run, stdout_of, text};
 use serde_json::Value;
 use std::path::Path;
 
@@ -15,12 +15,12 @@ const PAM: &str = env!("CARGO_BIN_EXE_pam-under-test");
 const CONDITIONS: [[f64; 2]; 3] = [[45.0, 45.0], [30.0, 60.0], [70.0, 60.0]];
 const SHARE: f64 = 0.3;
 
-fn published() -> SavedModel {
+fn published_model() -> SavedModel {
     load_model(&published_weights()).unwrap()
 }
 
 fn found(effects: &[Hidden], noise: Noise, seed: u64) -> JointDiagnosis {
-    let saved = published();
+    let saved = published_model();
     let data = plant_runs(&saved, &CONDITIONS, &excitation(SHARE), effects, noise, seed);
     diagnosed(&saved, &data, None, seed)
 }
@@ -70,7 +70,7 @@ fn single_effects_are_named_with_their_magnitudes() {
 /// What measures the gain is blind: other recordings there, even faulty ones, change the gain and nothing else.
 #[test]
 fn recordings_that_measure_the_gain_have_no_say_in_the_names() {
-    let saved = published();
+    let saved = published_model();
     let effect = at_strength("backlash", 1.0);
     let runs = |conditions: &[[f64; 2]], effects: &[Hidden], seed| {
         plant_runs(&saved, conditions, &excitation(SHARE), effects, Noise::default(), seed)
@@ -137,7 +137,7 @@ fn nothing_is_found_where_nothing_is_hidden() {
 /// what else is hidden keeps its name and size.
 #[test]
 fn a_smooth_force_is_no_fault() {
-    let saved = published();
+    let saved = published_model();
     let smooth = hidden("smooth_command", &[]);
     for every in [1, 5] {
         let found = |effects: &[Hidden], seed| {
@@ -233,7 +233,7 @@ fn read_json(path: &Path) -> Value {
 fn the_real_run_shows_dry_friction() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("found");
-    let (model, data) = (published_weights(), shared("pneu-sim/data.mat"));
+    let (model, data) = (published_weights(), published("data.mat"));
     let printed = stdout_of(
         PAM,
         &["diagnose", "--model", text(&model), "--data", text(&data), "--out", text(&out)],
@@ -361,7 +361,7 @@ fn an_effect_hidden_by_the_rig_is_found_beside_healthy_recordings() {
 fn wrong_usage_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let data = shared("pneu-sim/data.mat");
+    let data = published("data.mat");
     let fails = |more: &[&str], says: &str| {
         let mut arguments = vec!["diagnose", "--data", text(&data), "--out", text(&out)];
         arguments.extend(more);

@@ -5,7 +5,7 @@ use pam_core::{Activation, AnyForce, JointModel, Mlp, NetworkForce, SpringDamper
 use pam_data::formats::{csv_columns, npz_columns};
 use pam_data::models::save_model;
 use pam_data::{LoadOptions, ModelInfo, SavedModel, load_model, open_recordings};
-use pam_tests::{published_weights, shared, small_csv};
+use pam_tests::{published, published_weights, small_csv};
 use std::path::Path;
 
 #[test]
@@ -123,8 +123,7 @@ fn model_files_describe_themselves() {
 /// The measured run: units, orientation, and the decision on its pressures.
 #[test]
 fn the_real_run_is_read_in_our_units() {
-    let r =
-        open_recordings(&shared("pneu-sim/data.mat"), &LoadOptions::default()).unwrap().remove(0);
+    let r = open_recordings(&published("data.mat"), &LoadOptions::default()).unwrap().remove(0);
     assert_eq!(r.len(), 28_027);
     assert!((r.force_mn[0] - 42_185.309).abs() < 1e-2);
     assert!((r.displacement_mm[0] - 0.149_21).abs() < 1e-4);

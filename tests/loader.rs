@@ -6,7 +6,7 @@ use pam_data::{
     LoadOptions, MassChoice, MassOrigin, MuscleSurfaces, RawLog, RawLogOptions, Recording,
     open_recordings, resolve_masses,
 };
-use pam_tests::{published_weights, shared};
+use pam_tests::{published, published_weights};
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -124,7 +124,7 @@ fn the_default_is_the_published_preprocessing() {
 /// Masses of SciPy's SLSQP on the same surfaces.
 #[test]
 fn surface_masses_match_an_independent_optimiser() {
-    let surfaces = MuscleSurfaces::read(&shared("pneu-sim/poly44_all_fits.mat")).unwrap();
+    let surfaces = MuscleSurfaces::read(&published("poly44_all_fits.mat")).unwrap();
     let all = recordings(&log_text(|_| true));
     let m = surfaces.masses(&all[0]).unwrap();
     assert_abs_diff_eq!(m.flexor_g, 0.07495866271198212, epsilon = 2e-8);
@@ -136,7 +136,7 @@ fn surface_masses_match_an_independent_optimiser() {
 #[test]
 fn masses_follow_the_choice_and_given_ones_win() {
     let saved = pam_data::load_model(&published_weights()).unwrap();
-    let surfaces = MuscleSurfaces::read(&shared("pneu-sim/poly44_all_fits.mat")).unwrap();
+    let surfaces = MuscleSurfaces::read(&published("poly44_all_fits.mat")).unwrap();
     let mut r = recordings(&log_text(|_| true)).remove(0);
     let resolve = |r: &Recording, trained, choice| {
         resolve_masses(r, &saved.model, trained, choice, Some(&surfaces)).unwrap()
@@ -173,7 +173,7 @@ fn frame_gaps_split_the_recording() {
 /// The real excerpt: its format is read, its gap is seen, and its shortness is told.
 #[test]
 fn the_real_excerpt_is_understood() {
-    let path = shared("pneu-sim/nn_3060_excerpt.txt");
+    let path = published("nn_3060_excerpt.txt");
     let log = RawLog::read(&path).unwrap();
     assert_eq!((log.len(), log.frame_rate_hz), (13, Some(1000.0)));
     assert_eq!(log.current_a()[0], 0.022461);

@@ -1,6 +1,6 @@
 //! `pam evaluate` with the published weights on the real measured run.
 
-use pam_tests::{published_weights, shared, stdout_of, text};
+use pam_tests::{published, published_weights, stdout_of, text};
 use serde_json::Value;
 
 const PAM: &str = env!("CARGO_BIN_EXE_pam-under-test");
@@ -19,7 +19,7 @@ fn columns(csv: &str) -> Vec<Vec<f64>> {
 #[test]
 fn the_published_model_predicts_the_real_run_and_the_report_is_honest() {
     let folder = tempfile::tempdir().unwrap();
-    let (weights, data) = (published_weights(), shared("pneu-sim/data.mat"));
+    let (weights, data) = (published_weights(), published("data.mat"));
     let out = folder.path().join("out");
     let arguments =
         ["evaluate", "--model", text(&weights), "--data", text(&data), "--out", text(&out)];
@@ -79,7 +79,7 @@ fn the_published_model_predicts_the_real_run_and_the_report_is_honest() {
 #[test]
 fn solvers_agree_on_the_real_run() {
     let folder = tempfile::tempdir().unwrap();
-    let (weights, data) = (published_weights(), shared("pneu-sim/data.mat"));
+    let (weights, data) = (published_weights(), published("data.mat"));
     let mut results = Vec::new();
     let variants: [&[&str]; 4] = [
         &["--rtol", "1e-9", "--atol", "1e-9"],

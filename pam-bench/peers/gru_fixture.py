@@ -1,7 +1,7 @@
 """Makes the numbers that the tests of the GRU and of the Koopman model are held to, with PyTorch and NumPy.
 
     pip install torch numpy
-    python gru_fixture.py --shared ../../../shared --out ../../pam-baselines/tests/fixtures/published_peers.json
+    python gru_fixture.py --out ../../pam-baselines/tests/fixtures/published_peers.json
 
 The history and the forces are formulas, so that the file holds results only:
 
@@ -76,8 +76,8 @@ def gru(published):
     }
 
 
-def koopman(shared):
-    m = np.load(shared / "pneu-sim/koopman_model.npz")
+def koopman(published):
+    m = np.load(published / "koopman_model.npz")
     states, forces, following = [], [], []
     for k in range(6):
         x = m["X_mean"] + m["X_std"] * np.array([math.sin(k + i) for i in range(4)])
@@ -92,10 +92,7 @@ def koopman(shared):
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("--shared", type=Path, required=True)
-    parser.add_argument(
-        "--gru", type=Path, default=Path("../../pam-baselines/data/published_gru.npz")
-    )
+    parser.add_argument("--published", type=Path, default=Path("../../data/published"))
     parser.add_argument("--out", type=Path, required=True)
     args = parser.parse_args()
     torch.manual_seed(0)
@@ -103,8 +100,8 @@ def main():
         "made_by": "pam-bench/peers/gru_fixture.py",
         "torch": torch.__version__,
         "numpy": np.__version__,
-        "gru": gru(args.gru),
-        "koopman": koopman(args.shared),
+        "gru": gru(args.published / "gru_model.npz"),
+        "koopman": koopman(args.published),
     }
     args.out.write_text(json.dumps(made, indent=1) + "\n")
 

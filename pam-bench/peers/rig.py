@@ -114,12 +114,9 @@ class Recordings:
 
 
 def published_weights():
-    """Path of the published weights, under `PAM_SHARED` or in `shared` beside the workspace."""
-    beside = Path(__file__).resolve().parents[3] / "shared"
-    path = Path(os.environ.get("PAM_SHARED", beside)) / "pneu-sim" / "hybrid_model_puresine_16.eqx"
-    if not path.is_file():
-        raise InputError(f"{path} is missing; PAM_SHARED names the folder of the reference data")
-    return path
+    """Path of the published weights."""
+    workspace = Path(__file__).resolve().parents[2]
+    return workspace / "data" / "published" / "hybrid_model_puresine_16.eqx"
 
 
 def softplus(z):

@@ -16,17 +16,10 @@ use pam_data::{MassOrigin, Recording, load_model};
 use pam_trajectory::{SolverSettings, predict};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Samples of a 70 s recording at 1 kHz.
 pub const SAMPLES: usize = 70_000;
-
-/// The folder of the reference data.
-#[must_use]
-pub fn shared_folder() -> PathBuf {
-    std::env::var_os("PAM_SHARED")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from)
-}
 
 /// The published model.
 ///
@@ -34,8 +27,9 @@ pub fn shared_folder() -> PathBuf {
 /// If the reference data are missing.
 #[must_use]
 pub fn published_model() -> JointModel<f64, AnyForce<f64>> {
-    let path = shared_folder().join("pneu-sim/hybrid_model_puresine_16.eqx");
-    load_model(&path).expect("the reference data must be present (PAM_SHARED)").model
+    let path = "../data/published/hybrid_model_puresine_16.eqx";
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+    load_model(&path).expect("the published weights").model
 }
 
 /// The published excitation over 70 s, A: 0.5 Hz to 40 s, 1 Hz to 60 s, 2 Hz to 70 s, each at 1 A and

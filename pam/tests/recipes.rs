@@ -243,7 +243,6 @@ fn each_recipe_is_one_new_file_and_two_lines() {
             "--quiet",
         ])
         .args(touched.iter().flat_map(|package| ["--package", package]))
-        .env("PAM_SHARED", shared(workspace))
         .status();
     assert!(tests.expect("cargo runs").success(), "the tests of {touched:?}");
 
@@ -256,9 +255,4 @@ fn each_recipe_is_one_new_file_and_two_lines() {
     let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!(found["duration_s"], 2.0, "{text}{}", String::from_utf8_lossy(&run.stderr));
     let _ = std::fs::remove_dir_all(&root);
-}
-
-/// The reference data, which the tests of the copy read as well.
-fn shared(workspace: &Path) -> PathBuf {
-    std::env::var_os("PAM_SHARED").map_or_else(|| workspace.join("../shared"), PathBuf::from)
 }

@@ -8,28 +8,16 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Output};
 use std::time::{Duration, Instant};
 
-/// A file of the reference data. The folder is `../shared` beside the workspace, or named by the
-/// environment variable `PAM_SHARED`.
-///
-/// # Panics
-/// If it is missing: tests fail without the reference data, they do not skip.
+/// A file of the published reference data, `data/published` of the workspace.
 #[must_use]
-pub fn shared(path: &str) -> PathBuf {
-    let folder = std::env::var_os("PAM_SHARED")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
-    let file = folder.join(path);
-    assert!(
-        file.exists(),
-        "reference data missing: {} (set PAM_SHARED to the folder that holds it)",
-        file.display()
-    );
-    file
+pub fn published(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/published").join(name)
 }
 
 /// The published weights.
 #[must_use]
 pub fn published_weights() -> PathBuf {
-    shared("pneu-sim/hybrid_model_puresine_16.eqx")
+    published("hybrid_model_puresine_16.eqx")
 }
 
 /// Runs a program and returns what it printed.

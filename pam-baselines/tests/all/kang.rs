@@ -13,7 +13,7 @@ const EFFECTIVE: BraidAngle = BraidAngle::Fitted(Fit::Fit);
 
 #[test]
 fn it_fits_the_measured_surfaces() {
-    let surfaces = MuscleSurfaces::read(&shared("pneu-sim/poly44_all_fits.mat")).unwrap();
+    let surfaces = MuscleSurfaces::read(&published("poly44_all_fits.mat")).unwrap();
     let samples = of_surfaces(&surfaces, 6.0, 200.0);
     assert!(samples.len() > 1000);
     let guess = KangMuscle::published_guess(MuscleSize::JOINT);
@@ -30,7 +30,7 @@ fn it_fits_the_measured_surfaces() {
 
 #[test]
 fn it_fits_the_measured_map_of_the_dmsp_10() {
-    let map = shared("dmsp10/DMSP-10-250_force_map.csv");
+    let map = published("DMSP-10-250_force_map.csv");
     let samples = of_map(&map, MuscleSize::DMSP_10_250.length_mm).unwrap();
     assert_eq!(samples.len(), 17 * 5);
     let found = fit(&KangMuscle::published_guess(MuscleSize::DMSP_10_250), EFFECTIVE, &samples);

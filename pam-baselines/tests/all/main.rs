@@ -17,14 +17,9 @@ mod published;
 mod regression;
 mod sparse_force;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A file of the reference data.
-fn shared(name: &str) -> PathBuf {
-    std::env::var_os("PAM_SHARED")
-        .map_or_else(
-            || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"),
-            PathBuf::from,
-        )
-        .join(name)
+fn published(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/published").join(name)
 }

@@ -19,7 +19,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 }
 
 fn published_gru() -> GruModel {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/published_gru.npz");
+    let path = published("gru_model.npz");
     GruModel::from_npz(&path).unwrap()
 }
 
@@ -35,7 +35,7 @@ fn window(shift: usize) -> Vec<[f32; INPUTS]> {
 
 #[test]
 fn koopman_steps_are_those_of_numpy() {
-    let model = KoopmanModel::from_npz(&shared("pneu-sim/koopman_model.npz")).unwrap();
+    let model = KoopmanModel::from_npz(&published("koopman_model.npz")).unwrap();
     assert_eq!(model.dictionary, Dictionary::Linear);
     assert_eq!(model.map.len(), 4 * 6);
     let expected = &peers()["koopman"];
@@ -106,7 +106,7 @@ fn saved_models_are_read_again() {
     let again = GruModel::from_npz(&path).unwrap();
     assert_eq!((again.numbers, again.scaling.low), (gru.numbers, gru.scaling.low));
     assert_eq!((again.warm_up, again.samples_per_step, again.step_s), (100, 1, None));
-    let koopman = KoopmanModel::from_npz(&shared("pneu-sim/koopman_model.npz")).unwrap();
+    let koopman = KoopmanModel::from_npz(&published("koopman_model.npz")).unwrap();
     npz::write(&path, &koopman.arrays()).unwrap();
     assert_eq!(KoopmanModel::from_npz(&path).unwrap(), koopman);
 }
@@ -115,11 +115,11 @@ fn saved_models_are_read_again() {
 fn damaged_and_foreign_files_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("broken.npz");
-    let bytes = std::fs::read(shared("pneu-sim/koopman_model.npz")).unwrap();
+    let bytes = std::fs::read(published("koopman_model.npz")).unwrap();
     std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
     let message = GruModel::from_npz(&path).unwrap_err().to_string();
     assert!(message.contains("broken.npz"), "{message}");
-    let koopman = shared("pneu-sim/koopman_model.npz");
+    let koopman = published("koopman_model.npz");
     let message = GruModel::from_npz(&koopman).unwrap_err().to_string();
     assert!(message.contains("no array `gru.weight_hh_l0`"), "{message}");
     let mut arrays = published_gru().arrays();

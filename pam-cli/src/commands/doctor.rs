@@ -19,9 +19,6 @@ use std::time::Instant;
 /// Arguments of `pam doctor`.
 #[derive(Debug, Args)]
 pub struct DoctorArguments {
-    /// Folder of the reference data [default: PAM_SHARED, or ../shared]
-    #[arg(long, value_name = "DIR")]
-    pub shared: Option<PathBuf>,
     /// A folder in which runs are to be written [default: the current one]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -44,16 +41,6 @@ struct Check {
     found: String,
 }
 
-/// Files of the reference data that tests and tutorials read.
-const REFERENCE: [&str; 6] = [
-    "pneu-sim/hybrid_model_puresine_16.eqx",
-    "pneu-sim/data.mat",
-    "pneu-sim/poly44_all_fits.mat",
-    "pneu-sim/koopman_model.npz",
-    "pneu-sim/nn_3060_excerpt.txt",
-    "reference/effects.md",
-];
-
 impl RunCommand for DoctorArguments {
     fn run(&self, _global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let out = self.out.clone().unwrap_or_else(|| PathBuf::from("."));
@@ -64,7 +51,6 @@ impl RunCommand for DoctorArguments {
             model(),
             writable("write access", &out),
             writable("temporary folder", &std::env::temp_dir()),
-            reference(self.shared.as_deref()),
         ];
         for check in &checks {
             let mark = match check.outcome {
@@ -140,24 +126,4 @@ fn writable(what: &'static str, folder: &Path) -> Check {
         Ok(()) => Check { what, outcome: Outcome::Ok, found: folder.display().to_string() },
         Err(e) => Check { what, outcome: Outcome::Failure, found: e.to_string() },
     }
-}
-
-fn reference(folder: Option<&Path>) -> Check {
-    let folder = folder.map(Path::to_owned).unwrap_or_else(|| {
-        std::env::var_os("PAM_SHARED").map_or_else(|| PathBuf::from("../shared"), PathBuf::from)
-    });
-    let missing: Vec<&str> = REFERENCE.into_iter().filter(|f| !folder.join(f).is_file()).collect();
-    let (outcome, found) = if missing.is_empty() {
-        (Outcome::Ok, folder.display().to_string())
-    } else {
-        (
-            Outcome::Warning,
-            format!(
-                "{} lacks {}; tests and comparisons with published numbers need it (PAM_SHARED)",
-                folder.display(),
-                missing.join(", ")
-            ),
-        )
-    };
-    Check { what: "reference data", outcome, found }
 }

@@ -15,10 +15,9 @@ use std::path::{Path, PathBuf};
 pub(crate) type Joint = JointModel<f64, NetworkForce<f64>>;
 
 pub(crate) fn published() -> Joint {
-    let shared = std::env::var_os("PAM_SHARED")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
-    let path = shared.join("pneu-sim/hybrid_model_puresine_16.eqx");
-    let model = pam_data::load_model(&path).expect("the reference data (PAM_SHARED)").model;
+    let path = "../data/published/hybrid_model_puresine_16.eqx";
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+    let model = pam_data::load_model(&path).expect("the published weights").model;
     let AnyForce::Network(force) = &model.force else { panic!("the force is a network") };
     model.map(|v| v, |_| force.clone())
 }

@@ -156,8 +156,7 @@ impl RunCommand for ReplanArguments {
             })
             .collect();
         let quantiles = [0.5, 0.99, 1.0].map(|q| 1e6 * mpc.decision_quantile_s(q));
-        let horizon_ms =
-            1e3 * mpc_settings.horizon.steps as f64 * replan_settings.horizon.step_s;
+        let horizon_ms = 1e3 * mpc_settings.horizon.steps as f64 * mpc_settings.horizon.step_s;
         let value = json!({
             "rmse_mm": rows.iter().map(|(name, table, mpc)| json!({
                 "stretch": name, "table": table, "replanned": mpc, "ratio": table / mpc,

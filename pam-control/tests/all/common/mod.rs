@@ -5,18 +5,11 @@ use pam_control::synthesis::Target;
 use pam_core::activation::Activation;
 use pam_core::force::Dense;
 use pam_core::{AnyForce, JointModel, Mlp, NetworkForce};
-use std::path::PathBuf;
-
-pub(crate) fn shared(name: &str) -> PathBuf {
-    let folder = std::env::var_os("PAM_SHARED").map_or_else(
-        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"),
-        PathBuf::from,
-    );
-    folder.join(name)
-}
+use std::path::Path;
 
 pub(crate) fn published() -> JointModel<f64, AnyForce<f64>> {
-    pam_data::load_model(&shared("pneu-sim/hybrid_model_puresine_16.eqx")).unwrap().model
+    let path = "../data/published/hybrid_model_puresine_16.eqx";
+    pam_data::load_model(&Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap().model
 }
 
 /// A target at rest.

@@ -7,14 +7,13 @@ use pam_data::{MassOrigin, Recording, load_model};
 use pam_solvers::{Interpolation, Tableau};
 use pam_trajectory::{SolverSettings, StepChoice, predict};
 use std::f64::consts::TAU;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The published weights.
 pub(crate) fn weights() -> Joint {
-    let shared = std::env::var_os("PAM_SHARED")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
-    let path = shared.join("pneu-sim/hybrid_model_puresine_16.eqx");
-    load_model(&path).expect("the reference data are beside the workspace or in PAM_SHARED").model
+    let path = "../data/published/hybrid_model_puresine_16.eqx";
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+    load_model(&path).expect("the published weights").model
 }
 
 /// The published solver settings at a tolerance that leaves no error to speak of.
