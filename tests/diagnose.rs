@@ -197,7 +197,7 @@ fn what_is_not_listed_gets_no_name_but_a_description() {
     assert_eq!(d.verdict, Verdict::Unexplained);
     assert!(d.causes.is_empty());
     let told = &d.residual.description;
-    assert!(told.contains("where the force has none"), "{told}");
+    assert!(told.contains("where the excitation has none"), "{told}");
     let line = d.residual.channels[0].spectrum.foreign_line(&ResidualSettings::default()).unwrap();
     assert!((line.frequency_hz - 1.37).abs() < 0.13, "{line:?}");
 

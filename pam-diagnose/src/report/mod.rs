@@ -40,7 +40,7 @@ pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContex
         (causes::section(d))
         h2 { "3. What changes" }
         (changes(d))
-        h2 { "4. What it improves" }
+        h2 { "4. What it gains" }
         (error_reduction::section(d))
     };
     let title = match d.verdict {
