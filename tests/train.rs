@@ -331,7 +331,7 @@ fn effects_are_trained_along_and_saved() {
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success() && message.contains(expected), "{effects}: {message}");
     };
-    fails("model.effects=[{ effect = \"rust\", values = {} }]", "`rust`: there is no such effect");
+    fails("model.effects=[{ effect = \"rust\", values = {} }]", "there is no effect `rust`");
     fails(
         "model.effects=[{ effect = \"coulomb_friction\", values = {} }]",
         "`coulomb_friction`: `force_n` is missing",

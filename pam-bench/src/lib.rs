@@ -1,7 +1,6 @@
 //! Benchmarks: the comparison of gradient methods ([`gradients`], the command `pam-bench`), the memory that work takes
 //! ([`memory`]), and what the timings of `cargo bench -p pam-bench` work on: the published weights, and
-//! recordings of the published length. The weights are read from the reference data, whose folder is
-//! `../shared` beside the workspace or named by the environment variable `PAM_SHARED`; the comparison of
+//! recordings of the published length. The weights are read from `data/published` of the workspace; the comparison of
 //! gradient methods needs none.
 
 pub mod gradients;

@@ -3,7 +3,7 @@
 mod fit;
 mod muscle;
 
-use crate::shared;
+use crate::published;
 use pam_baselines::kang::{
     BraidAngle, Fit, KangMuscle, MuscleSize, fit, of_map, of_rig, of_surfaces,
 };

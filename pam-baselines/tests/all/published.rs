@@ -1,13 +1,12 @@
 //! The published files: their predictions are those of NumPy and PyTorch, stored by
 //! `pam-bench/peers/gru_fixture.py`.
 
-use crate::shared;
+use crate::published;
 use pam_baselines::gru::{BatchGradient, GruModel, INPUTS, Network, Window};
 use pam_baselines::koopman::{Dictionary, KoopmanModel};
 use pam_baselines::method::FittedModel;
 use pam_data::formats::npz;
 use serde_json::Value;
-use std::path::Path;
 
 fn peers() -> Value {
     let text = include_str!("../fixtures/published_peers.json");

@@ -10,7 +10,7 @@ use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, tendon_force_mn_per_a};
 use pam_core::{AnyForce, JointModel, NetworkForce, SealedMasses};
 use pam_exact::ExactMotion;
 use std::f64::consts::TAU;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 pub(crate) type Joint = JointModel<f64, NetworkForce<f64>>;
 

@@ -12,13 +12,13 @@ pub type SampleErrors = [Chunk<4>; 4];
 ///
 /// ```
 /// use num_dual::DualNum;
-/// use crate::loss::{SampleErrors, pointwise};
+/// use pam_trajectory::loss::{SampleErrors, pointwise};
 ///
 /// // A logarithm of hyperbolic cosine for the displacement, little weight for the rest.
 /// let loss = pointwise(|[x, v, pf, pe]: SampleErrors| {
 ///     x.cosh().ln() + (v * v + pf * pf + pe * pe) * 1e-3
 /// });
-/// # let _: &dyn crate::TrajectoryLoss = &loss;
+/// # let _: &dyn pam_trajectory::TrajectoryLoss = &loss;
 /// ```
 pub fn pointwise<F>(function: F) -> Pointwise<F>
 where

@@ -1,14 +1,7 @@
+use crate::common::published;
 use pam_control::synthesis::{
     CertifiedSynthesiser, MassBounds, Solution, SynthesisSettings, Synthesiser, Target,
 };
-use pam_core::{AnyForce, JointModel};
-use std::path::{Path, PathBuf};
-
-fn published() -> JointModel<f64, AnyForce<f64>> {
-    let shared = std::env::var_os("PAM_SHARED")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
-    pam_data::load_model(&shared.join("pneu-sim/hybrid_model_puresine_16.eqx")).unwrap().model
-}
 
 /// Never farther from the wanted stiffness than the general solver, which follows the curve, and at
 /// the same force; every certificate is complete.
