@@ -85,7 +85,7 @@ impl ValidationData {
 
 /// Where the test set comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum TestSource {
+pub enum TestSource {
     /// From the experiment of this index on.
     GivenFrom(usize),
     /// A part of the data is held out.
@@ -95,25 +95,50 @@ pub(crate) enum TestSource {
 }
 
 /// An experiment before it has a role.
-pub(crate) struct Span {
-    pub(crate) name: String,
-    pub(crate) duration_s: f64,
+#[derive(Debug, Clone, PartialEq)]
+pub struct Span {
+    /// Its name.
+    pub name: String,
+    /// Time from its first to its last sample, s.
+    pub duration_s: f64,
+}
+
+/// An experiment up to the end of its open part: the rows that may train, validate, and set a noise level or a scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OpenPart {
+    /// Index of the experiment.
+    pub experiment: usize,
+    /// Time after the first sample at which the test rows begin, s; infinite without test rows.
+    pub end_s: f64,
+}
+
+impl OpenPart {
+    /// The first `count` experiments, each as a whole.
+    #[must_use]
+    pub fn whole(count: usize) -> Vec<Self> {
+        (0..count).map(|experiment| Self { experiment, end_s: f64::INFINITY }).collect()
+    }
 }
 
 /// The role of each experiment.
 #[derive(Debug)]
-pub(crate) struct Roles {
+pub struct Roles {
     train: Vec<usize>,
     validation: Vec<usize>,
     test: Vec<usize>,
-    pub(crate) validation_data: ValidationData,
-    /// Absent without a test set.
-    pub(crate) test_data: Option<TestData>,
+    /// The validation data.
+    pub validation_data: ValidationData,
+    /// The test data; absent without a test set.
+    pub test_data: Option<TestData>,
 }
 
 impl Roles {
     /// Assigns roles to experiments; the same seed assigns the same ones.
-    pub(crate) fn assign(
+    ///
+    /// # Errors
+    /// [`DiagnoseError::TooLittle`] if there are no experiments, no test experiments where they are given, or one is
+    /// shorter than [`DataSettings::shortest_s`].
+    pub fn assign(
         all: &[Span],
         source: TestSource,
         seed: u64,
@@ -178,15 +203,18 @@ impl Roles {
     }
 
     /// The experiments that train or validate.
-    pub(crate) fn open(&self) -> Vec<usize> {
+    #[must_use]
+    pub fn open(&self) -> Vec<OpenPart> {
         let mut open: Vec<usize> = self.train.iter().chain(&self.validation).copied().collect();
         open.sort_unstable();
         open.dedup();
-        open
+        let end_s = self.end_of_open_s();
+        open.into_iter().map(|experiment| OpenPart { experiment, end_s }).collect()
     }
 
     /// Training and validation rows.
-    pub(crate) fn split<'a, C: Candidates + ?Sized>(
+    #[must_use]
+    pub fn split<'a, C: Candidates + ?Sized>(
         &self,
         system: &'a C,
         noise: &[f64],
@@ -201,13 +229,14 @@ impl Roles {
         };
         let validated = |place: usize, e: usize| -> Range<usize> {
             let [from, to] = parts[place].1.map(|s| system.point_at(e, s));
-            from.max(burn_in(system, e))..to.min(self.end_of_open(system, e))
+            let open = self.open_window(&train, place);
+            from.max(open.start)..to.min(open.end)
         };
         // The validation part is at one end; the rest is fitted.
         let fitted = |place: usize, e: usize| {
-            let validated = validated(place, e);
-            let (start, end) = (burn_in(system, e), self.end_of_open(system, e));
-            if validated.start <= start { validated.end..end } else { start..validated.start }
+            let (validated, open) = (validated(place, e), self.open_window(&train, place));
+            let at_start = validated.start <= open.start;
+            if at_start { validated.end..open.end } else { open.start..validated.start }
         };
         Split {
             train: train.with_windows(fitted),
@@ -217,18 +246,21 @@ impl Roles {
     }
 
     /// Training and validation rows together, for names that are chosen already.
-    pub(crate) fn whole<'a, C: Candidates + ?Sized>(
+    #[must_use]
+    pub fn whole<'a, C: Candidates + ?Sized>(
         &self,
         system: &'a C,
         noise: &[f64],
         settings: &'a DiagnosisSettings,
     ) -> Problem<'a, C> {
-        Problem::new(system, self.open(), noise.to_vec(), settings)
-            .with_windows(|_, e| burn_in(system, e)..self.end_of_open(system, e))
+        let open = self.open().iter().map(|part| part.experiment).collect();
+        let all = Problem::new(system, open, noise.to_vec(), settings);
+        all.with_windows(|place, _| self.open_window(&all, place))
     }
 
     /// The test set.
-    pub(crate) fn test<'a, C: Candidates + ?Sized>(
+    #[must_use]
+    pub fn test<'a, C: Candidates + ?Sized>(
         &self,
         system: &'a C,
         noise: &[f64],
@@ -243,11 +275,21 @@ impl Roles {
         })
     }
 
-    fn end_of_open<C: Candidates + ?Sized>(&self, system: &C, experiment: usize) -> usize {
+    fn end_of_open_s(&self) -> f64 {
         match self.test_data {
-            Some(TestData::LastPart { from_s }) => system.point_at(experiment, from_s),
-            _ => system.points(experiment),
+            Some(TestData::LastPart { from_s }) => from_s,
+            _ => f64::INFINITY,
         }
+    }
+
+    /// The window of an experiment of a problem up to the test rows.
+    fn open_window<C: Candidates + ?Sized>(
+        &self,
+        problem: &Problem<'_, C>,
+        place: usize,
+    ) -> Range<usize> {
+        let end = problem.system.point_at(problem.experiments[place], self.end_of_open_s());
+        problem.windows[place].start..end
     }
 }
 
@@ -259,9 +301,4 @@ fn keep(open: &mut Vec<usize>, share: f64, random: &mut ChaCha8Rng) -> Vec<usize
     kept.sort_unstable();
     open.sort_unstable();
     kept
-}
-
-/// Where errors begin to count.
-fn burn_in<C: Candidates + ?Sized>(system: &C, experiment: usize) -> usize {
-    system.point_at(experiment, system.burn_in_s()).min(system.points(experiment) / 4)
 }

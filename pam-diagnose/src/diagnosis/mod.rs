@@ -1,7 +1,8 @@
 //! The whole diagnosis of any system, in the order in which it happens, and its result.
 //!
 //! Preparing the data and their roles is the part of the system: [`joint::diagnose`](crate::joint::diagnose) and
-//! [`field::diagnose_field`](crate::field::diagnose_field).
+//! [`field::diagnose_field`](crate::field::diagnose_field) do it and call [`run`], which takes any
+//! [`Candidates`](crate::search::Candidates).
 
 mod baseline;
 mod result;
@@ -9,4 +10,4 @@ mod run;
 
 pub(crate) use baseline::Baseline;
 pub use result::{Diagnosis, Explainable, Stage};
-pub(crate) use run::{Prepared, run};
+pub use run::{Prepared, run};

@@ -10,20 +10,29 @@ use crate::settings::DiagnosisSettings;
 use crate::verdict::{Naming, ranking, share};
 
 /// A system whose experiments have their roles.
-pub(crate) struct Prepared<'a, C: ?Sized> {
-    pub(crate) system: &'a C,
-    pub(crate) roles: &'a Roles,
-    /// Noise, joined by the baseline discrepancy.
-    pub(crate) noise: Vec<f64>,
+#[derive(Debug)]
+pub struct Prepared<'a, C: ?Sized> {
+    /// The system with its candidates.
+    pub system: &'a C,
+    /// The role of each experiment.
+    pub roles: &'a Roles,
+    /// Standard deviation below which an error counts as noise, for each fitted channel: noise, joined by the baseline
+    /// discrepancy.
+    pub noise: Vec<f64>,
     /// Baseline recordings, if they were given.
-    pub(crate) baseline: Option<Problem<'a, C>>,
-    pub(crate) settings: &'a DiagnosisSettings,
-    pub(crate) seed: u64,
+    pub baseline: Option<Problem<'a, C>>,
+    /// The settings.
+    pub settings: &'a DiagnosisSettings,
+    /// Seed of the null test and the bootstrap.
+    pub seed: u64,
 }
 
-/// Searches with the training and validation data, refits and names with both, and measures on the test set. `model`
-/// makes the system's own part of the result from the final hypothesis.
-pub(crate) fn run<C: Candidates + ?Sized, M>(
+/// Diagnoses any system: searches with the training and validation data, refits and names with both, and measures on the
+/// test set. `model` makes the system's own part of the result from the final hypothesis.
+///
+/// # Errors
+/// [`DiagnoseError`] if the system without any cause cannot be simulated.
+pub fn run<C: Candidates + ?Sized, M>(
     prepared: &Prepared<'_, C>,
     progress: &(dyn Fn(Stage, f64) + Sync),
     model: impl FnOnce(&Hypothesis) -> M,
@@ -52,6 +61,7 @@ pub(crate) fn run<C: Candidates + ?Sized, M>(
     // Every decision is made. Only now is the test set opened.
     let test = roles.test(*system, noise, settings);
     let best = named.best.hypothesis();
+    let start = base.hypothesis().at_prior_mean(*system, open.len());
     let (before, after) = (test.chi_square(base.hypothesis()), test.chi_square(best));
     let lowest = after.min(1.0);
     let any_correction = test
@@ -61,8 +71,8 @@ pub(crate) fn run<C: Candidates + ?Sized, M>(
         verdict: named.verdict,
         causes: named.causes,
         ranking: ranking(&choosing, &found.base, &found.singles),
-        residual: ResidualSummary::of(open, &open.base(), best),
-        error_reduction: test.error_reduction(&open.base(), best, *seed),
+        residual: ResidualSummary::of(open, &start, best),
+        error_reduction: test.error_reduction(&start, best, *seed),
         explainable: Explainable { any_correction, named: share(before, after, lowest) },
         null_test: named.null_test,
         validation: roles.validation_data.clone(),
@@ -72,6 +82,6 @@ pub(crate) fn run<C: Candidates + ?Sized, M>(
         noise: noise.clone(),
         outputs: system.outputs().to_vec(),
         excitation_label: system.excitation_label(),
-        traces: test.traces(&open.base(), best),
+        traces: test.traces(&start, best),
     })
 }

@@ -1,7 +1,7 @@
 //! Experiments that would distinguish confusable causes of a field.
 
 use super::candidate::{Candidate, FieldOptions};
-use super::diagnose::{FieldDiagnosis, with_noise};
+use super::diagnose::FieldDiagnosis;
 use super::system::FieldSystem;
 use crate::design::difference;
 use crate::fit::Hypothesis;
@@ -9,7 +9,7 @@ use crate::search::Candidates;
 use pam_autodiff::{ByDual, Differentiation};
 use pam_core::ParametricField;
 use pam_solvers::{InputFn, ParametricInput, Side};
-use pam_train::field::{Experiment, FieldProblem};
+use pam_train::field::{Experiment, FieldProblem, Outputs};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -52,7 +52,8 @@ where
     let Some(place) = diagnosis.causes.iter().position(|c| !c.alternatives.is_empty()) else {
         return Vec::new();
     };
-    let outputs = with_noise(problem, &options.settings).outputs;
+    let outputs =
+        Outputs { noise: diagnosis.noise.clone(), states: problem.outputs.states.clone() };
     let points = |e: &Experiment<J>| e.times_s.len() * outputs.len();
     let planned: Vec<Experiment<J>> = planned
         .iter()

@@ -1,14 +1,13 @@
 //! The diagnosis of a field, from experiments on.
 
 use super::candidate::{Candidate, FieldOptions};
-use super::features::correlated_rows;
 use super::system::FieldSystem;
-use crate::data::{Roles, Span, TestSource, noise_deviation};
+use crate::data::{OpenPart, Roles, Span, TestSource, correlated_rows, noise_deviation};
 use crate::diagnosis::{self, Baseline, Diagnosis, Prepared};
 use crate::error::DiagnoseError;
+use crate::fit::Problem;
 use crate::report::ReportModel;
 use crate::search::Candidates;
-use crate::settings::DiagnosisSettings;
 use maud::{Markup, html};
 use pam_autodiff::{ByDual, Differentiation};
 use pam_core::ParametricField;
@@ -46,7 +45,7 @@ pub type FieldDiagnosis = Diagnosis<DiagnosedField>;
 ///
 /// The experiments are divided into training, validation and test data as in [`diagnose`](crate::diagnose), and
 /// the search, the rejection of names and the verdict are the same. A noise level of the outputs that is NaN
-/// ([`Outputs::of_unknown_noise`]) is estimated from the data.
+/// ([`Outputs::of_unknown_noise`]) is estimated from the open data.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the shapes do not fit or the field without any cause cannot be solved.
@@ -61,9 +60,8 @@ where
     ByDual: Differentiation<F::With<f64>>,
     I: ParametricInput + Sync,
 {
-    let problem = with_noise(problem, &options.settings);
-    problem.check()?;
-    check(&problem, candidates, options)?;
+    with_noise(problem, |_, _| 1.0).check()?;
+    check(problem, candidates, options)?;
     let mut settings = options.settings;
     let data = problem.experiments.len() - options.baseline;
     // An experiment of a field may be short or long: lengths of time follow from it.
@@ -71,18 +69,40 @@ where
     let shortest_s = problem.experiments[..data].iter().map(duration).fold(f64::INFINITY, f64::min);
     settings.data.shortest_s = 0.0;
     settings.intervals.shortest_block_s = 0.0;
-    settings.residual.spectrum_piece_s = shortest_s / 5.0;
-    settings.residual.spectrum_highest_hz = 64.0 * 5.0 / shortest_s;
-    settings.residual.profile_block_s = shortest_s / 20.0;
-    settings.residual.jump_margin_s = shortest_s / 10.0;
+    let residual = &mut settings.residual;
+    residual.spectrum_piece_s = shortest_s / residual.field_spectrum_pieces;
+    residual.spectrum_highest_hz = residual.field_spectrum_lines / residual.spectrum_piece_s;
+    residual.profile_block_s = shortest_s / residual.field_profile_blocks;
+    residual.jump_margin_s = shortest_s * residual.field_jump_margin;
     let (experiments, of_baseline) = problem.experiments.split_at(data);
+    let source = match options.test {
+        0 => TestSource::Kept,
+        test => TestSource::GivenFrom(data - test),
+    };
+    let span = |e: &Experiment<I>| Span { name: e.name.clone(), duration_s: duration(e) };
+    let roles_of = |experiments: &[Experiment<I>], source| {
+        let spans: Vec<Span> = experiments.iter().map(span).collect();
+        Roles::assign(&spans, source, options.seed, &settings.data)
+    };
+    let roles = roles_of(experiments, source)?;
+    let open = roles.open();
+    let problem = &with_noise(problem, |output, outputs| {
+        let column = |part: &OpenPart| -> Vec<f64> {
+            let e = &experiments[part.experiment];
+            let rows = e.times_s.partition_point(|t| t - e.times_s[0] < part.end_s);
+            e.measured.iter().skip(output).step_by(outputs).take(rows).copied().collect()
+        };
+        let series: Vec<Vec<f64>> = open.iter().map(column).collect();
+        noise_deviation(&series, settings.data.relative_noise)
+    });
     let mut noise = problem.outputs.noise.clone();
-    let mut system = FieldSystem::new(&problem, experiments, candidates, options);
-    let mut on_baseline = FieldSystem::new(&problem, of_baseline, candidates, options);
+    let mut system = FieldSystem::new(problem, experiments, candidates, options);
+    let mut on_baseline = FieldSystem::new(problem, of_baseline, candidates, options);
     let mut baseline = None;
     if !of_baseline.is_empty() {
-        let roles = roles(of_baseline, TestSource::Absent, options.seed, &settings)?;
-        on_baseline.rows_per_observation = correlation(&on_baseline, &roles.open())?;
+        let roles = roles_of(of_baseline, TestSource::Absent)?;
+        on_baseline.rows_per_observation =
+            correlation(&roles.whole(&on_baseline, &noise, &settings))?;
         let learned = Baseline::learn(&on_baseline, &roles, &noise, &settings, &|_| {})?;
         let effects = learned.members.iter().map(|m| candidates[m.candidate].name.clone());
         let effects = effects.collect();
@@ -96,12 +116,7 @@ where
         let (rms, recordings) = (learned.rms, learned.recordings);
         baseline = Some((FieldBaseline { effects, rms, recordings }, roles));
     }
-    let source = match options.test {
-        0 => TestSource::Kept,
-        test => TestSource::GivenFrom(data - test),
-    };
-    let roles = roles(experiments, source, options.seed, &settings)?;
-    system.rows_per_observation = correlation(&system, &roles.open())?;
+    system.rows_per_observation = correlation(&roles.whole(&system, &noise, &settings))?;
     let own_noise = &problem.outputs.noise;
     let prepared = Prepared {
         system: &system,
@@ -118,23 +133,16 @@ where
     })
 }
 
-/// The problem with noise levels that are not known estimated from its experiments.
-pub(super) fn with_noise<'a, F, I>(
+/// The problem with another value for each noise level that is not known; `estimate` gets the index of the output and
+/// the number of outputs.
+fn with_noise<'a, F, I>(
     problem: &FieldProblem<'a, F, I>,
-    settings: &DiagnosisSettings,
+    estimate: impl Fn(usize, usize) -> f64,
 ) -> FieldProblem<'a, F, I> {
-    let given = &problem.outputs;
-    let m = given.states.len();
-    let noise = |(c, noise): (usize, &f64)| {
-        if !noise.is_nan() {
-            return *noise;
-        }
-        let column = |e: &Experiment<I>| e.measured.iter().skip(c).step_by(m).copied().collect();
-        let series: Vec<Vec<f64>> = problem.experiments.iter().map(column).collect();
-        noise_deviation(&series, settings.data.relative_noise)
-    };
-    let noise = given.noise.iter().enumerate().map(noise).collect();
-    FieldProblem { outputs: Outputs { states: given.states.clone(), noise }, ..*problem }
+    let Outputs { states, noise } = &problem.outputs;
+    let known = |(c, n): (usize, &f64)| if n.is_nan() { estimate(c, noise.len()) } else { *n };
+    let noise = noise.iter().enumerate().map(known).collect();
+    FieldProblem { outputs: Outputs { states: states.clone(), noise }, ..*problem }
 }
 
 fn check<F: ParametricField, I>(
@@ -177,32 +185,16 @@ fn check<F: ParametricField, I>(
     options.settings.check()
 }
 
-fn roles<I>(
-    experiments: &[Experiment<I>],
-    source: TestSource,
-    seed: u64,
-    settings: &DiagnosisSettings,
-) -> Result<Roles, DiagnoseError> {
-    let span = |e: &Experiment<I>| Span {
-        name: e.name.clone(),
-        duration_s: e.times_s[e.times_s.len() - 1] - e.times_s[0],
-    };
-    let spans: Vec<Span> = experiments.iter().map(span).collect();
-    Roles::assign(&spans, source, seed, &settings.data)
-}
-
-/// The largest number of correlated rows among the outputs of the open experiments, without any cause.
-fn correlation<C: Candidates>(system: &C, open: &[usize]) -> Result<f64, DiagnoseError> {
-    let base = crate::fit::Hypothesis::base(system, 1);
-    let mut sums = vec![0.0; system.outputs().len()];
-    for &e in open {
-        let simulated = system.simulate(&base, &base.locals[0], e)?;
-        for (c, (sum, y)) in sums.iter_mut().zip(&simulated).enumerate() {
-            let errors = system.measured(e, c).iter().zip(y).map(|(m, y)| m - y);
-            *sum += correlated_rows(&errors.collect::<Vec<f64>>());
+/// The largest number of correlated rows among the outputs of a problem, without any cause.
+fn correlation<C: Candidates>(problem: &Problem<'_, C>) -> Result<f64, DiagnoseError> {
+    let base = problem.base();
+    let mut sums = vec![0.0; problem.noise.len()];
+    for i in 0..problem.len() {
+        for (sum, errors) in sums.iter_mut().zip(problem.residuals(&base, i)?) {
+            *sum += correlated_rows(&errors, &problem.settings.data);
         }
     }
-    Ok(sums.iter().map(|s| s / open.len().max(1) as f64).fold(1.0, f64::max))
+    Ok(sums.iter().map(|s| s / problem.len().max(1) as f64).fold(1.0, f64::max))
 }
 
 impl ReportModel for DiagnosedField {

@@ -5,6 +5,7 @@ use super::features;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Sensitivities};
 use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
+use crate::settings::DiagnosisSettings;
 use pam_autodiff::{ByDual, Differentiation};
 use pam_core::ParametricField;
 use pam_effects::effects::ParameterInfo;
@@ -29,7 +30,7 @@ pub(super) struct FieldSystem<'a, F, I> {
     outputs: Vec<OutputInfo>,
     /// Measured outputs of each experiment.
     measured: Vec<Vec<Vec<f64>>>,
-    blocks: usize,
+    settings: DiagnosisSettings,
     /// Rows over which the residual is correlated.
     pub(super) rows_per_observation: f64,
 }
@@ -81,7 +82,7 @@ where
                 })
                 .collect(),
             measured: experiments.iter().map(columns).collect(),
-            blocks: options.settings.intervals.field_blocks,
+            settings: options.settings,
             rows_per_observation: 1.0,
             problem,
             experiments,
@@ -172,7 +173,7 @@ where
         let id = &self.candidates[index].name;
         CandidateInfo {
             id,
-            description: "",
+            description: parameters.first().map_or("", |p| p.meaning),
             excited_by: "",
             parameters,
             value_len: parameters.len(),
@@ -226,7 +227,7 @@ where
     }
 
     fn rows_per_block(&self, rows: usize, _row_s: f64) -> usize {
-        rows.div_ceil(self.blocks).max(1)
+        rows.div_ceil(self.settings.intervals.field_blocks).max(1)
     }
 
     fn simulate(
@@ -319,7 +320,8 @@ where
         experiment: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         let states = self.columns(&self.states(hypothesis, local, experiment)?);
-        Ok(features::features(&states, &self.inputs(experiment)))
+        let width = self.settings.verdict.direction_width;
+        Ok(features::features(&states, &self.inputs(experiment), width))
     }
 
     fn factor_names(&self) -> Vec<(String, String)> {

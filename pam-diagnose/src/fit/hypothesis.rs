@@ -44,14 +44,17 @@ impl Hypothesis {
         }
     }
 
-    /// The same members with all nuisances at zero, for a number of experiments.
+    /// The same members with the nuisances at the mean of their priors, for a number of experiments. A shared nuisance
+    /// without a prior, a refitted parameter of the system, keeps its value.
     #[must_use]
-    pub fn at_prior_mean(&self, experiments: usize) -> Self {
-        let local = self.locals.first().map_or(0, Vec::len);
+    pub fn at_prior_mean<C: Candidates + ?Sized>(&self, system: &C, experiments: usize) -> Self {
+        let shared = self.shared.iter().zip(system.shared());
+        let free = |(v, n): (&f64, &Nuisance)| if n.deviation.is_finite() { 0.0 } else { *v };
         Self {
-            shared: vec![0.0; self.shared.len()],
-            locals: vec![vec![0.0; local]; experiments],
-            ..self.clone()
+            members: self.members.clone(),
+            fixed: self.fixed,
+            shared: shared.map(free).collect(),
+            locals: vec![vec![0.0; system.local().len()]; experiments],
         }
     }
 

@@ -47,7 +47,7 @@ impl<C: ?Sized> Clone for Problem<'_, C> {
 }
 
 impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
-    /// Experiments of a system from the end of the burn-in on (at most half of each).
+    /// Experiments of a system from the end of the burn-in on.
     #[must_use]
     pub fn new(
         system: &'a C,
@@ -58,7 +58,8 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         let windows = experiments
             .iter()
             .map(|&e| {
-                let from = system.point_at(e, system.burn_in_s()).min(system.points(e) / 2);
+                let most = settings.data.burn_in_share * system.points(e) as f64;
+                let from = system.point_at(e, system.burn_in_s()).min(most as usize);
                 whole_rows(from..system.points(e), system.points_per_row())
             })
             .collect();

@@ -1,6 +1,7 @@
 //! Force excitations that would distinguish confusable causes of the joint.
 
 use super::system::JointSystem;
+use crate::data::OpenPart;
 use crate::design::difference;
 use crate::fit::{Hypothesis, Member};
 use crate::settings::DiagnosisSettings;
@@ -89,7 +90,7 @@ pub fn separate(
         .map(|(excitation, psi)| {
             let trials: Vec<Trial> =
                 psi.iter().map(|&p| trial(extended, &excitation, p, scales)).collect();
-            let all: Vec<usize> = (0..trials.len()).collect();
+            let all = OpenPart::whole(trials.len());
             let effects = actives.iter().map(|a| a.effect as &dyn AnyEffect).collect();
             let (of_trials, base) = (trials.iter().collect(), extended.base());
             let system = JointSystem::new(of_trials, &all, base, &[], effects, &settings);

@@ -3,7 +3,7 @@
 use super::baseline::BaselineDiscrepancy;
 use super::design::{Separation, separate};
 use super::system::JointSystem;
-use crate::data::{Roles, Span, TestSource, estimated_noise};
+use crate::data::{OpenPart, Roles, Span, TestSource, estimated_noise};
 use crate::diagnosis::{self, Diagnosis, Prepared, Stage};
 use crate::error::DiagnoseError;
 use crate::settings::DiagnosisSettings;
@@ -100,7 +100,7 @@ pub fn diagnose(
         system.fixed.clone_from(&start.effects);
         baseline = Some(learned);
     }
-    let every: Vec<usize> = (0..baseline_trials.len()).collect();
+    let every = OpenPart::whole(baseline_trials.len());
     let baseline_system = JointSystem::new(
         baseline_trials.iter().collect(),
         &every,

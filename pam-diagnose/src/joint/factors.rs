@@ -1,5 +1,6 @@
 //! Factors that the residual of the joint may depend on.
 
+use crate::settings::ResidualSettings;
 use pam_core::units::MN_PER_N;
 use pam_effects::simulation::Trial;
 use std::ops::Range;
@@ -16,17 +17,22 @@ pub(super) const NAMES: [(&str, &str); 7] = [
 ];
 
 /// The factors at the rows of a window.
-pub(super) fn factors(t: &Trial, window: Range<usize>, points_per_row: usize) -> Vec<Vec<f64>> {
+pub(super) fn factors(
+    t: &Trial,
+    window: Range<usize>,
+    points_per_row: usize,
+    settings: &ResidualSettings,
+) -> Vec<Vec<f64>> {
     let at: Vec<usize> = window.step_by(points_per_row).map(|k| k + points_per_row / 2).collect();
     let (x, v) = (&t.record.measured[0], &t.record.measured[1]);
     let force = t.record.force.values_mn();
     let speed = (v.iter().map(|v| v * v).sum::<f64>() / v.len() as f64).sqrt();
     let pick = |values: &[f64]| at.iter().map(|&k| values[k.min(values.len() - 1)]).collect();
     // The phase by displacement and velocity in units of their own variation about a running middle.
-    let span = (1.0 / t.record.step_s) as usize;
+    let span = (settings.cycle_window_s / t.record.step_s) as usize;
     let running = |values: &[f64], k: usize, f: fn(f64, f64) -> f64, from: f64| {
         let (a, b) = (k.saturating_sub(span), (k + span).min(values.len() - 1));
-        values[a..=b].iter().step_by(8).copied().fold(from, f)
+        values[a..=b].iter().step_by(settings.cycle_stride).copied().fold(from, f)
     };
     let mut phase = Vec::with_capacity(at.len());
     let mut amplitude = Vec::with_capacity(at.len());
@@ -42,7 +48,9 @@ pub(super) fn factors(t: &Trial, window: Range<usize>, points_per_row: usize) ->
     vec![
         pick(x),
         pick(v),
-        at.iter().map(|&k| (v[k.min(v.len() - 1)] / (0.1 * speed)).tanh()).collect(),
+        at.iter()
+            .map(|&k| (v[k.min(v.len() - 1)] / (settings.direction_width * speed)).tanh())
+            .collect(),
         at.iter().map(|&k| force[(2 * k).min(force.len() - 1)] / MN_PER_N).collect(),
         phase,
         amplitude,

@@ -1,16 +1,18 @@
 //! Features from which a flexible model learns the residual of the joint.
 
+use crate::settings::VerdictSettings;
 use pam_effects::simulation::Trial;
 
 /// Forces that might be missing (powers of position and velocity, direction, the command, play of three widths, three
 /// relaxations, time) as the joint would respond to them, through the second-order system that the model is near its
 /// middle; and the same features as a sensor would add them.
-pub(super) fn features(t: &Trial, mass_kg: f64) -> Vec<Vec<f64>> {
+pub(super) fn features(t: &Trial, mass_kg: f64, settings: &VerdictSettings) -> Vec<Vec<f64>> {
     let (x, v) = (&t.record.measured[0], &t.record.measured[1]);
     let n = x.len();
     let rms = |s: &[f64]| (s.iter().map(|a| a * a).sum::<f64>() / n as f64).sqrt().max(1e-9);
     let (sx, sv) = (rms(x), rms(v));
     let map = |f: &dyn Fn(usize) -> f64| (0..n).map(f).collect::<Vec<f64>>();
+    // Any scale serves: the ridge is relative to columns of unit size.
     let pressure = (t.record.rest.sealed_kpa[0] + t.record.rest.sealed_kpa[1]) / 1000.0;
     let difference = (t.record.rest.sealed_kpa[0] - t.record.rest.sealed_kpa[1]) / 500.0;
     let play = |half: f64| {
@@ -41,15 +43,15 @@ pub(super) fn features(t: &Trial, mass_kg: f64) -> Vec<Vec<f64>> {
         map(&|k| v[k] / sv),
         map(&|k| pressure * v[k] / sv),
         map(&|k| v[k] * v[k].abs() / (sv * sv)),
-        map(&|k| (v[k] / (0.05 * sv)).tanh()),
+        map(&|k| (v[k] / (settings.direction_width * sv)).tanh()),
         map(&|k| x[k] * v[k] / (sx * sv)),
         map(&|k| force[2 * k] / rms(force)),
         map(&|k| (force[2 * k] / rms(force)).powi(3)),
         map(&|k| k as f64 / n as f64),
         map(&|k| x[k] / sx * k as f64 / n as f64),
     ];
-    features.extend([0.05, 0.2, 0.6].map(|w| play(w * sx)));
-    features.extend([0.1, 1.0, 10.0].map(relaxed));
+    features.extend(settings.play_widths.map(|w| play(w * sx)));
+    features.extend(settings.relaxations_s.map(relaxed));
     // The model near the middle of the motion.
     let middle = x.iter().sum::<f64>() / n as f64;
     let f = |x: f64, v: f64| t.table.force_mn(x, v, [0.0; 2]);

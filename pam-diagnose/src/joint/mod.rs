@@ -20,5 +20,4 @@ pub use baseline::BaselineDiscrepancy;
 pub use design::{Excitation, Separation, excitations, separate};
 pub use diagnose::{DiagnoseOptions, DiagnosedJoint, JointDiagnosis, RecordingSets, diagnose};
 pub use refit::refit;
-pub use scales::data_scales;
 pub use system::JointSystem;

@@ -1,7 +1,7 @@
 //! The fit of all effects of an extended model to recordings.
 
 use super::system::JointSystem;
-use crate::data::estimated_noise;
+use crate::data::{OpenPart, estimated_noise};
 use crate::error::DiagnoseError;
 use crate::fit::{Interval, Problem};
 use crate::settings::DiagnosisSettings;
@@ -23,12 +23,12 @@ pub fn refit(
 ) -> Result<(ExtendedModel, Vec<Vec<Interval>>), DiagnoseError> {
     let settings = DiagnosisSettings::default();
     let trials: Vec<Trial> = subjects.iter().map(|s| Trial::new(&model.joint, s)).collect();
-    let all: Vec<usize> = (0..trials.len()).collect();
+    let all = OpenPart::whole(trials.len());
     let effects = model.effects.iter().map(|a| a.effect as &dyn AnyEffect).collect();
     let base = model.base();
     let system = JointSystem::new(trials.iter().collect(), &all, base, &[], effects, &settings);
     let noise = estimated_noise(&system, &all, &settings.data);
-    let problem = Problem::new(&system, all, noise, &settings);
+    let problem = Problem::new(&system, (0..trials.len()).collect(), noise, &settings);
     let start = (0..).zip(&model.effects).fold(problem.base(), |h, (c, a)| h.with(c, &a.values));
     let fit = problem.fit(start, iterations)?;
     let mut intervals = problem.intervals(&fit)?.into_iter();

@@ -5,7 +5,7 @@ use crate::report::ReportModel;
 use maud::{Markup, html};
 use pam_report::page::number;
 
-/// Lead of the force (samples) from which reading it as smooth is better.
+/// Lead of the force (samples) from which it is nearer to a smooth one (½) than to a held one (0).
 const SMOOTH: f64 = 0.25;
 
 impl ReportModel for DiagnosedJoint {

@@ -1,15 +1,25 @@
 //! Magnitudes of the recordings, from which starting values follow.
 
+use crate::data::OpenPart;
+use crate::settings::DataSettings;
 use pam_core::units::MN_PER_N;
 use pam_effects::effects::{DataScales, ScaleSample};
 use pam_effects::simulation::{Base, Trial};
 
-/// Samples that are kept, over all trials.
-const SAMPLES: usize = 6000;
-
-/// The magnitudes of trials before any fit.
+/// The magnitudes of the open parts of trials before any fit.
 #[must_use]
-pub fn data_scales(trials: &[&Trial], base: &Base<f64>) -> DataScales {
+pub(super) fn data_scales(
+    trials: &[&Trial],
+    open: &[OpenPart],
+    base: &Base<f64>,
+    settings: &DataSettings,
+) -> DataScales {
+    let (high, peak) = (settings.scale_quantile, settings.peak_quantile);
+    let points = |t: &Trial, end_s: f64| t.record.points().min((end_s / t.record.step_s) as usize);
+    let open: Vec<(&Trial, usize)> = open
+        .iter()
+        .map(|part| (trials[part.experiment], points(trials[part.experiment], part.end_s)))
+        .collect();
     let percentile = |mut values: Vec<f64>, share: f64| {
         if values.is_empty() {
             return 0.0;
@@ -17,17 +27,22 @@ pub fn data_scales(trials: &[&Trial], base: &Base<f64>) -> DataScales {
         let at = (share * (values.len() - 1) as f64) as usize;
         *values.select_nth_unstable_by(at, f64::total_cmp).1
     };
-    let sizes = |f: &dyn Fn(&Trial) -> Vec<f64>| trials.iter().flat_map(|t| f(t)).collect();
-    let force: Vec<f64> = sizes(&|t| t.record.force.values_mn().iter().map(|f| f.abs()).collect());
-    let travel: Vec<f64> = sizes(&|t| {
-        let middle = percentile(t.record.measured[0].clone(), 0.5);
-        t.record.measured[0].iter().map(|x| (x - middle).abs()).collect()
+    let sizes = |f: &dyn Fn(&Trial, usize) -> Vec<f64>| -> Vec<f64> {
+        open.iter().flat_map(|&(t, n)| f(t, n)).collect()
+    };
+    // Two values of the force per point.
+    let force =
+        sizes(&|t, n| t.record.force.values_mn()[..2 * n].iter().map(|f| f.abs()).collect());
+    let travel = sizes(&|t, n| {
+        let x = &t.record.measured[0][..n];
+        let middle = percentile(x.to_vec(), 0.5);
+        x.iter().map(|x| (x - middle).abs()).collect()
     });
-    let speed: Vec<f64> = sizes(&|t| t.record.measured[1].iter().map(|v| v.abs()).collect());
-    let stride = (trials.iter().map(|t| t.record.points()).sum::<usize>() / SAMPLES).max(1);
+    let speed = sizes(&|t, n| t.record.measured[1][..n].iter().map(|v| v.abs()).collect());
+    let stride = (open.iter().map(|t| t.1).sum::<usize>() / settings.scale_samples).max(1);
     let mut samples = Vec::new();
-    for t in trials {
-        for k in (2..t.record.points().saturating_sub(2)).step_by(stride) {
+    for &(t, n) in &open {
+        for k in (2..n.saturating_sub(2)).step_by(stride) {
             let v = &t.record.measured[1];
             let acceleration = (v[k + 2] - v[k - 2]) / (4.0 * t.record.step_s);
             let x = t.record.measured[0][k];
@@ -38,12 +53,12 @@ pub fn data_scales(trials: &[&Trial], base: &Base<f64>) -> DataScales {
         }
     }
     let (force_n, travel_mm) =
-        (percentile(force.clone(), 0.95) / MN_PER_N, percentile(travel, 0.95));
+        (percentile(force.clone(), high) / MN_PER_N, percentile(travel, high));
     DataScales {
         force_n,
-        peak_force_n: percentile(force, 0.999) / MN_PER_N,
+        peak_force_n: percentile(force, peak) / MN_PER_N,
         travel_mm,
-        speed_mm_s: percentile(speed, 0.95),
+        speed_mm_s: percentile(speed, high),
         stiffness_n_mm: force_n / travel_mm.max(1e-3),
         samples,
     }

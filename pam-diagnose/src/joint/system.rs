@@ -1,6 +1,8 @@
 //! Recordings of the joint as experiments, effects as candidates.
 
-use super::{data_scales, factors, features, sensitivities};
+use super::scales::data_scales;
+use super::{factors, features, sensitivities};
+use crate::data::OpenPart;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Sensitivities};
 use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
@@ -31,11 +33,11 @@ impl<'a> JointSystem<'a> {
     pub(super) const LEAD: usize = 2;
 
     /// A system of trials of a model with its own numbers, effects that are part of it, and candidates. Starting values
-    /// of candidates follow from the magnitudes of the trials in `open`.
+    /// of candidates follow from the magnitudes of the parts of trials in `open`.
     #[must_use]
     pub fn new(
         trials: Vec<&'a Trial>,
-        open: &[usize],
+        open: &[OpenPart],
         base: Base<f64>,
         fixed: &[ActiveEffect],
         effects: Vec<&'a dyn AnyEffect>,
@@ -61,9 +63,8 @@ impl<'a> JointSystem<'a> {
         });
         let (model, air) = (Nuisance::of(fit.model_deviation), Nuisance::of(fit.air_deviation));
         let offset = Nuisance::of(fit.offset_deviation_kpa);
-        let visible: Vec<&Trial> = open.iter().map(|&i| trials[i]).collect();
         Self {
-            scales: data_scales(&visible, &base),
+            scales: data_scales(&trials, open, &base, &settings.data),
             trials,
             base,
             fixed: fixed.to_vec(),
@@ -237,7 +238,8 @@ impl Candidates for JointSystem<'_> {
         _local: &[f64],
         experiment: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        Ok(features::features(self.trials[experiment], self.base.mass_kg))
+        let (trial, mass_kg) = (self.trials[experiment], self.base.mass_kg);
+        Ok(features::features(trial, mass_kg, &self.settings.verdict))
     }
 
     fn factor_names(&self) -> Vec<(String, String)> {
@@ -251,7 +253,8 @@ impl Candidates for JointSystem<'_> {
         experiment: usize,
         window: Range<usize>,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        Ok(factors::factors(self.trials[experiment], window, self.points_per_row()))
+        let (trial, rows) = (self.trials[experiment], self.points_per_row());
+        Ok(factors::factors(trial, window, rows, &self.settings.residual))
     }
 
     fn excitation_label(&self) -> String {
@@ -261,15 +264,5 @@ impl Candidates for JointSystem<'_> {
     fn excitation(&self, experiment: usize) -> Vec<f64> {
         let force = self.trials[experiment].record.force.values_mn();
         (0..self.points(experiment)).map(|k| force[2 * k] / MN_PER_N).collect()
-    }
-
-    fn strata(&self, experiment: usize, window: Range<usize>) -> Vec<(String, Range<usize>)> {
-        let t = &self.trials[experiment].record;
-        let times: Vec<f64> = window.clone().map(|k| k as f64 * t.step_s).collect();
-        let force: Vec<f64> = window.clone().map(|k| t.force.values_mn()[2 * k]).collect();
-        pam_train::frequency_segments(&times, &force)
-            .into_iter()
-            .map(|s| (s.label(), window.start + s.range.start..window.start + s.range.end))
-            .collect()
     }
 }

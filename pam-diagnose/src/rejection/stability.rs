@@ -65,7 +65,8 @@ impl ParameterStability {
         };
         let n = parts.len();
         let size = member.values[0].abs().max(1e-12);
-        let relative_spread = if n < 3 { 0.0 } else { 0.5 * quartiles(&|v| v[0]) / size };
+        let relative_spread =
+            if n < settings.spread_fewest_parts { 0.0 } else { 0.5 * quartiles(&|v| v[0]) / size };
         let half_widths = infos
             .iter()
             .enumerate()

@@ -7,9 +7,9 @@ use std::f64::consts::TAU;
 /// A spectral line.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Line {
-    /// Frequency, Hz.
+    /// Frequency of the nearest bin, Hz: bins are one over the length of a piece apart.
     pub frequency_hz: f64,
-    /// Share of the residual's power in it, 0 to 1.
+    /// Share of the residual's power up to the highest frequency of the spectrum in it, 0 to 1.
     pub share: f64,
     /// Share of the excitation's power at the same frequency.
     pub share_of_force: f64,
@@ -38,7 +38,8 @@ impl Spectrum {
         let piece_s = settings.spectrum_piece_s;
         let piece = ((piece_s / row_s).round() as usize).max(2);
         // Not beyond the Nyquist frequency.
-        let lines = ((settings.spectrum_highest_hz * piece_s) as usize).min(piece / 2);
+        let lines =
+            ((settings.spectrum_highest_hz * piece_s * (1.0 + 1e-12)) as usize).min(piece / 2);
         let table: Vec<(f64, f64)> = (0..piece)
             .map(|k| {
                 let angle = TAU * k as f64 / piece as f64;
@@ -102,7 +103,7 @@ impl Spectrum {
     /// The strongest line at a frequency that the excitation hardly has.
     #[must_use]
     pub fn foreign_line(&self, settings: &ResidualSettings) -> Option<Line> {
-        self.lines(2 * settings.lines).into_iter().find(|l| {
+        self.lines(settings.foreign_lines).into_iter().find(|l| {
             l.share > settings.foreign_line_share
                 && l.share_of_force < settings.foreign_line_excitation * l.share
         })

@@ -174,7 +174,7 @@ impl ChannelResidual {
         if self.ratio() < settings.nothing_ratio {
             return text + ": nothing to explain.";
         }
-        if self.mean.abs() > 0.5 * self.rms {
+        if self.mean.abs() > settings.steady_share * self.rms {
             text += &format!("; most of it is a steady {} {unit}", n(self.mean));
         }
         text += ".";
@@ -182,7 +182,7 @@ impl ChannelResidual {
             .dependence
             .iter()
             .filter(|d| d.share > settings.mentioned_share)
-            .take(3)
+            .take(settings.mentioned_factors)
             .map(|d| format!("{} ({:.0} %)", d.factor, 100.0 * d.share))
             .collect();
         if strong.is_empty() {
@@ -217,8 +217,11 @@ impl ChannelResidual {
         {
             text += &format!(" It is largest in {name} ({} {unit}).", n(rms));
         }
-        for (name, jump) in
-            self.profiles.iter().filter_map(|(name, p)| p.jump.map(|j| (name, j))).take(2)
+        for (name, jump) in self
+            .profiles
+            .iter()
+            .filter_map(|(name, p)| p.jump.map(|j| (name, j)))
+            .take(settings.mentioned_jumps)
         {
             text += &format!(
                 " In {name} it changes at t = {} s: mean {} {unit} before and {} {unit} after, RMS {} and \

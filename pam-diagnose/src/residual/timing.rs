@@ -52,8 +52,9 @@ impl TimeProfile {
 /// The split into two stretches of own mean that lowers the log-variance most.
 fn jump(residual: &[f64], row_s: f64, start_s: f64, settings: &ResidualSettings) -> Option<Jump> {
     let n = residual.len();
-    let margin = ((settings.jump_margin_s / row_s * (1.0 + 1e-12)) as usize).max(8);
-    if n < 4 * margin {
+    let margin =
+        ((settings.jump_margin_s / row_s * (1.0 + 1e-12)) as usize).max(settings.jump_margin_rows);
+    if n < settings.jump_fewest_margins * margin {
         return None;
     }
     let sums = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {

@@ -93,7 +93,8 @@ pub trait Candidates: Sync {
         let _ = experiment;
         0.0
     }
-    /// The last grid point that is not after a time, at most the number of points.
+    /// The grid point at a time since the first, or a neighbour of that time; at most the number of points, which an
+    /// infinite time gives. It must not decrease with the time.
     fn point_at(&self, experiment: usize, time_s: f64) -> usize;
     /// A measured channel at the grid points.
     fn measured(&self, experiment: usize, output: usize) -> &[f64];
@@ -169,9 +170,16 @@ pub trait Candidates: Sync {
     fn excitation_label(&self) -> String;
     /// The excitation at the grid points; empty without one.
     fn excitation(&self, experiment: usize) -> Vec<f64>;
-    /// Stretches of a window with an excitation of their own, by name.
+    /// Stretches of a window with an excitation of their own, by name: those of one frequency of the excitation.
     fn strata(&self, experiment: usize, window: Range<usize>) -> Vec<(String, Range<usize>)> {
-        let _ = experiment;
-        vec![("all".into(), window)]
+        let excitation = self.excitation(experiment);
+        let Some(excitation) = excitation.get(window.clone()).filter(|e| !e.is_empty()) else {
+            return vec![("all".into(), window)];
+        };
+        let times: Vec<f64> = window.clone().map(|k| self.time_s(experiment, k)).collect();
+        pam_train::frequency_segments(&times, excitation)
+            .into_iter()
+            .map(|s| (s.label(), window.start + s.range.start..window.start + s.range.end))
+            .collect()
     }
 }

@@ -101,14 +101,26 @@ settings! {
         /// Share of the recordings that is kept for the test set, and of the rest for validation; of one or two
         /// recordings a share of each for validation.
         kept_share: f64 = 1.0 / 3.0, "–", [0.05, 0.9], USUAL;
-        /// Shortest recording.
+        /// Shortest recording of the joint.
         shortest_s: f64 = 3.0, "s", COST, STUDIES;
         /// Time at the start of a recording of the joint that is not fitted: transients of an unknown start.
         burn_in_s: f64 = 0.5, "s", COST, RIG;
+        /// Largest share of a recording that is not fitted for that reason.
+        burn_in_share: f64 = 0.25, "–", SHARE, USUAL;
         /// Grid points of 4 ms that are averaged into one row of residuals of the joint.
         points_per_row: usize = 5, "points", COUNT, STUDIES;
         /// Part of a channel's variation that joins the estimated noise, for the errors of solver, grid and filters.
         relative_noise: f64 = 4e-3, "–", SHARE, STUDIES;
+        /// Quantile of the sizes of force, travel and speed of the joint from which starting values follow.
+        scale_quantile: f64 = 0.95, "–", SHARE, STUDIES;
+        /// Quantile of the size of the force that counts as its peak.
+        peak_quantile: f64 = 0.999, "–", SHARE, STUDIES;
+        /// Samples of the missing force that starting values may use.
+        scale_samples: usize = 6000, "samples", COUNT, TIME;
+        /// Longest lag at which the autocorrelation of a field's residual is summed, as a share of its rows.
+        lag_share: f64 = 0.25, "–", SHARE, USUAL;
+        /// Largest number of rows of a field that count as one observation, as a share of its rows.
+        correlated_share: f64 = 0.1, "–", SHARE, USUAL;
     }
 }
 
@@ -215,6 +227,8 @@ settings! {
         stability_parts: usize = 3, "parts", COUNT, STUDIES;
         /// Iterations of these fits.
         stability_iterations: usize = 3, "iterations", COUNT, TIME;
+        /// Fewest parts that have a spread.
+        spread_fewest_parts: usize = 3, "parts", COUNT, USUAL;
         /// Fewest parts from which intervals are widened.
         stability_fewest_parts: usize = 4, "parts", [2.0, 1e6], USUAL;
         /// Draws of the max-statistic null test.
@@ -243,6 +257,12 @@ settings! {
         confusable_tried: usize = 8, "candidates", COUNT, TIME;
         /// Ridge of the flexible model, relative to unit columns.
         explainable_ridge: f64 = 1e-3, "–", POSITIVE, STUDIES;
+        /// Size at which the direction of a motion turns in the flexible model, relative to its root mean square.
+        direction_width: f64 = 0.05, "–", POSITIVE, STUDIES;
+        /// Widths of plays in the flexible model of the joint, relative to the root mean square of the displacement.
+        play_widths: [f64; 3] = [0.05, 0.2, 0.6], "–", POSITIVE, STUDIES;
+        /// Time constants of relaxations in the flexible model of the joint.
+        relaxations_s: [f64; 3] = [0.1, 1.0, 10.0], "s", POSITIVE, STUDIES;
         /// Fewest causes that may be learned from baseline recordings.
         baseline_causes: usize = 2, "causes", COUNT, STUDIES;
     }
@@ -260,6 +280,8 @@ settings! {
         spectrum_highest_hz: f64 = 8.0, "Hz", POSITIVE, RIG;
         /// Spectral lines in `diagnosis.json`.
         lines: usize = 4, "lines", COUNT, USUAL;
+        /// Strongest lines among which one is looked for that the excitation does not have.
+        foreign_lines: usize = 8, "lines", COUNT, USUAL;
         /// Least share of the power of a line that the excitation does not have.
         foreign_line_share: f64 = 0.2, "–", SHARE, STUDIES;
         /// Largest power of the excitation at such a line, relative to the residual's.
@@ -270,6 +292,30 @@ settings! {
         jump_drop: f64 = 0.7, "–", COST, STUDIES;
         /// Shortest stretch on both sides of a jump.
         jump_margin_s: f64 = 3.0, "s", COST, STUDIES;
+        /// Fewest rows on both sides of a jump.
+        jump_margin_rows: usize = 8, "rows", COUNT, USUAL;
+        /// Fewest of these stretches in a recording in which a jump is looked for.
+        jump_fewest_margins: usize = 4, "stretches", [2.0, 1e6], USUAL;
+        /// Size at which the direction of a motion turns as a factor, relative to the root mean square of the velocity.
+        direction_width: f64 = 0.1, "–", POSITIVE, USUAL;
+        /// Time before and after an instant from which phase and amplitude of the joint's motion are taken.
+        cycle_window_s: f64 = 1.0, "s", POSITIVE, RIG;
+        /// Every how many grid points of it are read.
+        cycle_stride: usize = 8, "points", COUNT, TIME;
+        /// Pieces of the averaged periodogram in the shortest experiment of a field.
+        field_spectrum_pieces: f64 = 5.0, "pieces", FACTOR, USUAL;
+        /// Frequencies of the spectrum of a field.
+        field_spectrum_lines: f64 = 64.0, "lines", FACTOR, USUAL;
+        /// Blocks of the time profile in the shortest experiment of a field.
+        field_profile_blocks: f64 = 20.0, "blocks", FACTOR, USUAL;
+        /// Shortest stretch on both sides of a jump, as a share of the shortest experiment of a field.
+        field_jump_margin: f64 = 0.1, "–", SHARE, USUAL;
+        /// Share of the root mean square from which the mean of a residual is mentioned.
+        steady_share: f64 = 0.5, "–", SHARE, USUAL;
+        /// Most factors that are mentioned.
+        mentioned_factors: usize = 3, "factors", COUNT, USUAL;
+        /// Most jumps that are mentioned.
+        mentioned_jumps: usize = 2, "jumps", COUNT, USUAL;
         /// Multiple of the noise below which a channel has nothing to explain.
         nothing_ratio: f64 = 2.0, "–", COST, STUDIES;
         /// Share of the variance from which a factor is mentioned.
@@ -294,7 +340,7 @@ settings! {
         resamples: usize = 1000, "draws", [40.0, 1e6], USUAL;
         /// Fewest blocks of one excitation frequency of a recording in the bootstrap.
         stratum_blocks: usize = 3, "blocks", COUNT, STUDIES;
-        /// Shortest block of the bootstrap.
+        /// Shortest block of the bootstrap of the joint.
         shortest_block_s: f64 = 0.5, "s", POSITIVE, STUDIES;
     }
 }

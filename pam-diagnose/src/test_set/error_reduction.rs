@@ -141,7 +141,8 @@ impl<C: Candidates + ?Sized> TestSet<'_, C> {
         let outputs = problem.system.outputs();
         let channels = outputs.len();
         let fitted: Vec<usize> = (0..channels).filter(|&c| outputs[c].fitted).collect();
-        let [before, after] = [before, after].map(|h| h.at_prior_mean(problem.len()));
+        let [before, after] =
+            [before, after].map(|h| h.at_prior_mean(problem.system, problem.len()));
         let experiments: Vec<(usize, Vec<Stratum>)> = (0..problem.len())
             .into_par_iter()
             .filter_map(|i| {

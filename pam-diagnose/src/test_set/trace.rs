@@ -27,7 +27,8 @@ impl<C: Candidates + ?Sized> TestSet<'_, C> {
     #[must_use]
     pub fn traces(&self, before: &Hypothesis, after: &Hypothesis) -> Vec<Trace> {
         let problem = &self.problem;
-        let [before, after] = [before, after].map(|h| h.at_prior_mean(problem.len()));
+        let [before, after] =
+            [before, after].map(|h| h.at_prior_mean(problem.system, problem.len()));
         (0..problem.len())
             .filter_map(|i| {
                 let (e, window) = (problem.experiments[i], problem.windows[i].clone());

@@ -2,7 +2,7 @@
 
 use crate::support::published::{exact_run, weights};
 use pam_diagnose::DiagnosisSettings;
-use pam_diagnose::data::estimated_noise;
+use pam_diagnose::data::{OpenPart, estimated_noise};
 use pam_diagnose::fit::Problem;
 use pam_diagnose::joint::JointSystem;
 use pam_effects::effects::{AnyEffect, by_id};
@@ -34,11 +34,11 @@ fn nothing_is_found_where_nothing_is_hidden() {
     let settings = DiagnosisSettings::default();
     let effects: Vec<&dyn AnyEffect> =
         NOTHING.iter().map(|(id, ..)| by_id(id).expect("an id") as &dyn AnyEffect).collect();
-    let all: Vec<usize> = (0..trials.len()).collect();
+    let all = OpenPart::whole(trials.len());
     let of_trials = trials.iter().collect();
     let system = JointSystem::new(of_trials, &all, Base::of(&model), &[], effects, &settings);
     let noise = estimated_noise(&system, &all, &settings.data);
-    let problem = Problem::new(&system, all, noise, &settings);
+    let problem = Problem::new(&system, (0..trials.len()).collect(), noise, &settings);
     let found: Vec<(&str, f64, f64)> = NOTHING
         .par_iter()
         .enumerate()

@@ -3,7 +3,7 @@
 use crate::support::joint::{driven, linear, subject};
 use pam_data::MassOrigin;
 use pam_diagnose::DiagnosisSettings;
-use pam_diagnose::data::estimated_noise;
+use pam_diagnose::data::{OpenPart, estimated_noise};
 use pam_diagnose::fit::{Fit, Interval, Problem};
 use pam_diagnose::joint::JointSystem;
 use pam_effects::effects::{AnyEffect, by_id};
@@ -66,11 +66,11 @@ fn fitted(
     iterations: usize,
 ) -> (Fit, Vec<Interval>) {
     let settings = DiagnosisSettings::default();
-    let all: Vec<usize> = (0..trials.len()).collect();
+    let all = OpenPart::whole(trials.len());
     let (of_trials, base) = (trials.iter().collect(), Base::of(&linear()));
     let system = JointSystem::new(of_trials, &all, base, &[], vec![effect], &settings);
     let noise = estimated_noise(&system, &all, &settings.data);
-    let problem = Problem::new(&system, all, noise, &settings);
+    let problem = Problem::new(&system, (0..trials.len()).collect(), noise, &settings);
     let fit = problem.fit(problem.base().with(0, start), iterations).expect("in range");
     let intervals = problem.intervals(&fit).expect("in range");
     (fit, intervals)
