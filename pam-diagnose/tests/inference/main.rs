@@ -1,0 +1,12 @@
+//! The inference by class of problem, on systems whose truth is known: a linear regression, and a vector field with a
+//! hidden term. The expected numbers are theory (least squares, binomial rates, Parseval's theorem) written out here.
+
+mod coverage;
+mod field;
+mod linear;
+mod null_test;
+mod residual;
+mod roles;
+mod spectrum;
+mod subsets;
+mod verdict;

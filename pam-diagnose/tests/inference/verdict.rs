@@ -1,0 +1,172 @@
+//! The verdict's truth table: first the rule between its numbers, then what comes in before it.
+
+use crate::linear::{Experiment, Linear, coloured, combined, white};
+use pam_diagnose::data::TestSource;
+use pam_diagnose::diagnosis::Diagnosis;
+use pam_diagnose::verdict::ChiSquares;
+use pam_diagnose::{DiagnosisSettings, Verdict};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// Each combination of what the rule reads: no cause or some, base below or above 2.5; the share `(base − named)/(base − 1)`
+/// of all error above the noise below a quarter, below a half, or above; the share of the explainable error,
+/// `(base − named)/(base − explainable)`, below or above 0.8.
+#[test]
+fn the_rule_has_one_outcome_for_each_combination() {
+    use Verdict::{Explained, NothingFound, PartlyExplained, Unexplained};
+    let settings = DiagnosisSettings::default().verdict;
+    let rows = [
+        // causes, χ² of base, named and explainable
+        (0, [2.4, 2.4, 1.0], NothingFound),
+        (0, [1.0, 1.0, 1.0], NothingFound),
+        (0, [0.5, 0.5, 0.5], NothingFound),
+        (0, [2.5, 2.5, 1.0], Unexplained), // the bound itself is above
+        (0, [2.6, 2.6, 1.0], Unexplained),
+        (0, [101.0, 101.0, 101.0], Unexplained),
+        (1, [101.0, 1.0, 1.0], Explained),         // all of both
+        (1, [101.0, 21.0, 1.0], Explained),        // 80 % of both: the bound itself is enough
+        (1, [101.0, 22.0, 1.0], PartlyExplained),  // 79 % of both
+        (1, [101.0, 22.0, 11.0], Explained),       // 79 % of all, 88 % of the explainable
+        (1, [101.0, 51.0, 41.0], Explained),       // 50 % of all, 83 % of the explainable
+        (1, [101.0, 51.0, 1.0], PartlyExplained),  // 50 % of both
+        (1, [101.0, 52.0, 48.0], PartlyExplained), // 49 % of all, though 92 % of the explainable
+        (1, [101.0, 76.0, 70.0], PartlyExplained), // 25 % of all: the bound itself is enough
+        (1, [101.0, 77.0, 76.0], Unexplained),     // 24 % of all, though 96 % of the explainable
+        (1, [101.0, 101.0, 101.0], Unexplained),   // nothing
+        (1, [101.0, 120.0, 1.0], Unexplained),     // less than nothing
+        (1, [101.0, 0.4, 0.2], Explained),         // below the noise counts as at the noise
+        (1, [2.0, 1.0, 1.0], Explained),           // a name stands below 2.5 as well
+        (1, [2.0, 1.7, 1.0], PartlyExplained),
+        (1, [2.0, 1.9, 1.0], Unexplained),
+    ];
+    for (causes, [base, named, explainable], verdict) in rows {
+        let chi = ChiSquares { base, named, explainable };
+        assert_eq!(Verdict::of(chi, causes, &settings), verdict, "{causes}, {chi:?}");
+        if causes > 0 {
+            assert_eq!(Verdict::of(chi, 3, &settings), verdict, "how many do not count: {chi:?}");
+        }
+    }
+    let words = [NothingFound, Explained, PartlyExplained, Unexplained].map(|v| {
+        assert_eq!(serde_json::to_value(v).unwrap(), v.to_string());
+        v.to_string()
+    });
+    assert_eq!(words, ["nothing_found", "explained", "partly_explained", "unexplained"]);
+}
+
+/// Three runs of 400 rows with noise of unit variance: `y = Σ θ_j x_j + u z + e`, with four candidate columns and a column
+/// `z` that is none of them, but a feature of the flexible model.
+fn runs(slopes: [f64; 4], unlisted: f64, seed: u64) -> Linear {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let experiments = (0..3)
+        .map(|_| {
+            let columns: Vec<Vec<f64>> = (0..4).map(|_| coloured(&mut random, 400, 0.5)).collect();
+            let other = coloured(&mut random, 400, 0.5);
+            let mut measured = combined(&columns, &slopes, &white(&mut random, 400), 1.0);
+            measured.iter_mut().zip(&other).for_each(|(y, z)| *y += unlisted * z);
+            let features = columns.iter().cloned().chain([other]).collect();
+            Experiment { columns, measured, features, ..Experiment::default() }
+        })
+        .collect();
+    Linear::new(experiments)
+}
+
+fn diagnosed(system: &Linear) -> Diagnosis<()> {
+    system.diagnosed(TestSource::Absent, 1.0, None, &DiagnosisSettings::default(), 1)
+}
+
+/// With θ and u the error above the noise is θ² + u² times the noise's variance, of which θ²/(θ² + u²) has a name.
+#[test]
+fn the_outcome_follows_from_what_is_hidden() {
+    use Verdict::{Explained, NothingFound, PartlyExplained, Unexplained};
+    let nothing: &[&str] = &[];
+    let rows = [
+        ([0.0; 4], 0.0, NothingFound, nothing),
+        ([5.0, 0.0, 0.0, 0.0], 0.0, Explained, &["x0"]),
+        ([5.0, 0.0, -4.0, 0.0], 0.0, Explained, &["x0", "x2"]), // the larger share first
+        ([5.0, 0.0, 0.0, 0.0], 1.5, Explained, &["x0"]),        // 92 %
+        ([5.0, 0.0, 0.0, 0.0], 4.0, PartlyExplained, &["x0"]),  // 61 %
+        ([5.0, 0.0, 0.0, 0.0], 7.0, PartlyExplained, &["x0"]),  // 34 %
+        ([5.0, 0.0, 0.0, 0.0], 14.0, Unexplained, nothing),     // 11 %
+        ([0.0; 4], 5.0, Unexplained, nothing),
+    ];
+    for (slopes, unlisted, verdict, names) in rows {
+        let d = diagnosed(&runs(slopes, unlisted, 3));
+        assert_eq!((d.verdict, d.named()), (verdict, names.to_vec()), "{slopes:?}, {unlisted}");
+        let all: f64 = slopes.iter().map(|s| s * s).sum::<f64>() + unlisted * unlisted;
+        for cause in &d.causes {
+            let place = cause.effect[1..].parse::<usize>().unwrap();
+            let own = slopes[place] * slopes[place];
+            let share = own / all;
+            assert!((cause.share_of_error_removed - share).abs() < 0.12, "{cause:?}, {share}");
+            assert!(cause.confusable_with.is_empty(), "{:?}", cause.confusable_with);
+        }
+    }
+}
+
+/// A term that is at work in a part of each recording has no common value. The name that takes its mean is
+/// rejected where it does not explain the error; as the error is there all the same, the verdict is `unexplained`
+/// even where χ² is below 2.5.
+#[test]
+fn a_name_that_only_mimics_is_rejected() {
+    for size in [1.35, 5.0] {
+        let mut system = runs([0.0; 4], 0.0, 5);
+        for e in &mut system.experiments {
+            let rows = e.measured.len();
+            for k in 0..rows {
+                // Off in the last third: the mean explains two thirds of the error, and half the distance of the quartiles is
+                // 0.75 of it.
+                let slope = if 3 * k < 2 * rows { size } else { 0.0 };
+                e.measured[k] += slope * e.columns[1][k];
+            }
+        }
+        let d = diagnosed(&system);
+        println!("{size}: {} {:?} {:?}", d.verdict, d.named(), d.null_test);
+        assert_eq!(d.named(), [""; 0]);
+        assert_eq!(d.verdict, Verdict::Unexplained, "{size}");
+        // With one sign everywhere the same name stands.
+        let d = diagnosed(&runs([0.0, size, 0.0, 0.0], 0.0, 5));
+        assert_eq!(d.named(), ["x1"], "{size}");
+        assert!(d.causes[0].stability.as_ref().unwrap().relative_spread < 0.3);
+    }
+}
+
+/// A candidate that seems to be as large on baseline recordings, where it is absent, is no cause: its interval is widened
+/// by 1.96 times its value there. With baseline recordings that do not show it, it stands.
+#[test]
+fn a_name_that_the_baseline_shows_as_well_is_rejected() {
+    let settings = DiagnosisSettings::default();
+    let system = runs([3.0, 0.0, 0.0, 0.0], 0.0, 6);
+    let with = |slope: f64| {
+        let baseline = runs([slope, 0.0, 0.0, 0.0], 0.0, 7);
+        system.diagnosed(TestSource::Absent, 1.0, Some(&baseline), &settings, 1)
+    };
+    let (absent, present) = (with(0.0), with(2.8));
+    assert_eq!((absent.verdict, absent.named()), (Verdict::Explained, vec!["x0"]));
+    assert_eq!((present.verdict, present.named()), (Verdict::Unexplained, vec![]));
+    // In between the interval is wider by the apparent value.
+    let between = with(1.0);
+    let half = |d: &Diagnosis<()>| {
+        let [low, high] = d.causes[0].parameters[0].1.ci95;
+        0.5 * (high - low)
+    };
+    assert!((half(&between) - 1.96 * 1.0_f64.hypot(half(&absent) / 1.96)).abs() < 0.2);
+}
+
+/// Columns that hardly differ are confusable; independent ones are not. The threshold is a share of 85 % of the removed error:
+/// a column that correlates by ρ removes ρ² of it.
+#[test]
+fn columns_that_hardly_differ_are_confusable() {
+    for (rho, confusable) in [(0.98_f64, true), (0.8, false)] {
+        let mut system = runs([5.0, 0.0, 0.0, 0.0], 0.0, 8);
+        let mut random = ChaCha8Rng::seed_from_u64(9);
+        for e in &mut system.experiments {
+            let new = coloured(&mut random, 400, 0.5);
+            let old = e.columns[0].iter().zip(&new);
+            e.columns[3] = old.map(|(x, n)| rho * x + (1.0 - rho * rho).sqrt() * n).collect();
+        }
+        let d = diagnosed(&system);
+        assert_eq!(d.named(), ["x0"]);
+        let expected: &[&str] = if confusable { &["x3"] } else { &[] };
+        assert_eq!(d.causes[0].confusable_with, expected, "{rho}");
+    }
+}
