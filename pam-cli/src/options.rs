@@ -7,10 +7,9 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use pam_core::{
     Activation, AnyForce, JointModel, Mlp, ModelError, NamedChoice, NetworkForce, SpringDamper,
 };
-use pam_data::formats::mat_run::PressureReference;
 use pam_data::{
-    LoadOptions, MassChoice, MassOptions, ModelInfo, MuscleSurfaces, Recording, SavedModel,
-    Subject, collect_paths, load_model, parse_model, read_files,
+    LoadOptions, MassChoice, MassOptions, ModelInfo, MuscleSurfaces, PressureReference, Recording,
+    SavedModel, Subject, collect_paths, load_model, parse_model, read_files,
 };
 use pam_effects::ExtendedModel;
 use pam_effects::engine::{AUTO, EXACT, EngineChoice};

@@ -1,24 +1,12 @@
 //! Opens any supported file by its content.
 
 use crate::error::DataError;
-use crate::formats::format::format_of;
-use crate::formats::mat_run::PressureReference;
-use crate::preprocess::{RawLogOptions, refilter};
+use crate::formats::list::format_of;
+use crate::load_options::LoadOptions;
+use crate::preprocess::refilter;
 use crate::recording::Recording;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
-
-/// How recordings are read.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct LoadOptions {
-    /// Constants of the raw-log loader; its cutoff also serves `preprocess`.
-    pub raw_log: RawLogOptions,
-    /// Filter data that are no raw log like a raw log and take the velocity anew. Without it they are
-    /// taken as they are.
-    pub preprocess: bool,
-    /// The zero of a `.mat` run's pressures.
-    pub pressure_reference: PressureReference,
-}
 
 /// How the names of files end that hold the truth behind a made-up log. They are sealed:
 /// [`open_recordings`] refuses them and folders are expanded without them.

@@ -21,6 +21,7 @@ pub mod conditions;
 pub mod detect;
 pub mod error;
 pub mod formats;
+pub mod load_options;
 pub mod masses;
 pub mod models;
 pub mod preprocess;
@@ -28,12 +29,12 @@ pub mod recording;
 pub mod subject;
 pub mod toml_file;
 
-pub use detect::{
-    LoadOptions, TRUTH_SUFFIX, collect_paths, open_recordings, read_files, read_recordings,
-};
+pub use detect::{TRUTH_SUFFIX, collect_paths, open_recordings, read_files, read_recordings};
 pub use error::DataError;
-pub use formats::format::{FileFormat, format_of, write_recording, writer_for};
+pub use formats::format::FileFormat;
+pub use formats::list::{format_of, write_recording, writer_for};
 pub use formats::raw_log::RawLog;
+pub use load_options::{LoadOptions, PressureReference};
 pub use masses::{MassChoice, MassOptions, MassOrigin, MuscleSurfaces, resolve_masses};
 pub use models::{ModelInfo, SavedModel, load_model, parse_model};
 pub use preprocess::RawLogOptions;

@@ -5,16 +5,18 @@
 //! samples (*warm*), scored on the same samples after them. So the advantage of knowing a history is
 //! separated from that of a model.
 
+pub mod cache;
 pub mod config;
 pub mod files;
-pub mod keep;
 pub mod qualitative;
 pub mod report;
 pub mod result;
 pub mod run;
 mod score;
+pub mod split;
 
+pub use cache::ModelCache;
 pub use config::{ComparisonConfig, DataConfig, EvaluationConfig, ModelConfig};
-pub use keep::Keep;
 pub use result::{Comparison, FinishedModel, ModelResult, ModelTimes, SetScores, Summary};
-pub use run::{Event, Split, compare, split};
+pub use run::{Event, compare};
+pub use split::{Split, split};

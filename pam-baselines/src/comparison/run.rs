@@ -1,23 +1,15 @@
 //! The comparison at work.
 
+use super::cache::{ModelCache, key};
 use super::config::ComparisonConfig;
-use super::keep::{Keep, key};
 use super::result::{Comparison, FinishedModel, ModelTimes};
 use super::score::{Scoring, all, draw};
+use super::split::Split;
 use crate::error::BaselineError;
 use crate::method::TrainingSet;
 use pam_data::MuscleSurfaces;
 use pam_data::Subject;
 use std::time::Instant;
-
-/// Recordings as the configuration splits them.
-#[derive(Debug, Clone, Default)]
-pub struct Split {
-    /// To fit to.
-    pub train: Vec<Subject>,
-    /// To score on.
-    pub held_out: Vec<Subject>,
-}
 
 /// Progress events.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,41 +24,6 @@ pub enum Event<'a> {
     Kept(&'a str),
 }
 
-/// Sorts recordings into the two sets.
-///
-/// # Errors
-/// [`BaselineError::Unfit`] if there is nothing to fit to, or a recording is shorter than the warm-up.
-pub fn split(config: &ComparisonConfig, subjects: Vec<Subject>) -> Result<Split, BaselineError> {
-    let mut sets = Split::default();
-    for subject in subjects {
-        let r = &subject.recording;
-        let train = config.data.train.takes(&r.name, false);
-        let held = !train && config.data.held_out.takes(&r.name, false);
-        if (train || held) && r.len() < 2 * config.evaluation.warm_up + 2 {
-            return Err(BaselineError::unfit(
-                &r.name,
-                format!(
-                    "{} samples are too few for a warm-up of {}",
-                    r.len(),
-                    config.evaluation.warm_up
-                ),
-            ));
-        }
-        if train {
-            sets.train.push(subject);
-        } else if held {
-            sets.held_out.push(subject);
-        }
-    }
-    if sets.train.is_empty() {
-        return Err(BaselineError::unfit(
-            "data.train",
-            "it selects none of the recordings; select \"all\", or give their names",
-        ));
-    }
-    Ok(sets)
-}
-
 /// Fits and scores all models of a configuration. With a folder, each model that is done is kept there, and
 /// those that the same program kept for the same data, settings and seed are taken over if asked for.
 ///
@@ -78,16 +35,16 @@ pub fn compare(
     sets: &Split,
     surfaces: Option<&MuscleSurfaces>,
     seed: u64,
-    keep: Option<Keep<'_>>,
+    cache: Option<ModelCache<'_>>,
     event: &(dyn Fn(Event<'_>) -> bool + Sync),
 ) -> Result<Comparison, BaselineError> {
     let drawn = drawn_names(config, sets);
     let scoring = Scoring::new(sets, config.evaluation.warm_up, &drawn);
-    let key_of = key(config, sets, surfaces, seed, keep.map_or("", |k| k.program));
+    let key_of = key(config, sets, surfaces, seed, cache.map_or("", |k| k.program));
     let mut models = Vec::new();
     for model in &config.models {
         let key = key_of(model);
-        if let Some(finished) = keep.and_then(|k| k.read(&model.name, &key)) {
+        if let Some(finished) = cache.and_then(|k| k.read(&model.name, &key)) {
             event(Event::Kept(&model.name));
             models.push(finished);
             continue;
@@ -105,8 +62,8 @@ pub fn compare(
         });
         let times = ModelTimes { fit_s, predict_s: begun.elapsed().as_secs_f64() };
         let finished = FinishedModel { result, times, drawn };
-        if let Some(keep) = keep {
-            keep.write(key, &finished, &fitted.arrays())?;
+        if let Some(cache) = cache {
+            cache.write(key, &finished, &fitted.arrays())?;
         }
         if !event(Event::Done(&finished)) {
             return Err(BaselineError::Interrupted);

@@ -1,7 +1,7 @@
 //! How a fitted model is scored: predictions from both starts, force and stiffness.
 
 use super::result::{BothSets, Drawn, Mechanics, ModelResult, RecordingScore, SetScores};
-use super::run::Split;
+use super::split::Split;
 use crate::method::{FittedModel, Needs, Run, Stopped, Trajectory};
 use crate::points::motion_points;
 use pam_control::equilibrium_point::observe;

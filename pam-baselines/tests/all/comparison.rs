@@ -3,7 +3,9 @@
 mod config;
 mod result;
 
-use pam_baselines::comparison::{Comparison, ComparisonConfig, Event, Keep, Split, compare, split};
+use pam_baselines::comparison::{
+    Comparison, ComparisonConfig, Event, ModelCache, Split, compare, split,
+};
 use pam_baselines::method::{FittedModel, FreeRun, Run, TrainingSet};
 use pam_baselines::{AnyMethod, BaselineError};
 use pam_core::{JointModel, PhysicalParameters, SealedMasses, SpringDamper};
@@ -178,7 +180,7 @@ fn numbers_repeat_from_the_seed_at_any_number_of_threads_and_resumed() {
         use std::sync::atomic::Ordering::Relaxed;
         !(matches!(event, Event::Done(_)) && done.fetch_add(1, Relaxed) == 2)
     };
-    let keep = Keep { folder: folder.path(), resume: false, program: "one" };
+    let keep = ModelCache { folder: folder.path(), resume: false, program: "one" };
     let stopped = compare(&config, &sets, None, 1, Some(keep), &stop);
     assert!(matches!(stopped, Err(BaselineError::Interrupted)));
     let kept = std::sync::Mutex::new(Vec::new());
@@ -188,7 +190,7 @@ fn numbers_repeat_from_the_seed_at_any_number_of_threads_and_resumed() {
         }
         true
     };
-    let keep = Keep { resume: true, ..keep };
+    let keep = ModelCache { resume: true, ..keep };
     let resumed = compare(&config, &sets, None, 1, Some(keep), &note).unwrap();
     assert_eq!(resumed.to_json().to_string(), one.to_string());
     assert_eq!(kept.lock().unwrap().len(), 3);
@@ -199,7 +201,7 @@ fn numbers_repeat_from_the_seed_at_any_number_of_threads_and_resumed() {
     nudged.held_out[0].recording.pressure_flexor_kpa[7] += 1e-9;
     let taken = |seed: u64, program: &str, sets: &Split| {
         kept.lock().unwrap().clear();
-        let keep = Keep { program, ..keep };
+        let keep = ModelCache { program, ..keep };
         compare(&quick, sets, None, seed, Some(keep), &note).unwrap();
         kept.lock().unwrap().len()
     };

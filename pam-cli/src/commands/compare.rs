@@ -8,7 +8,7 @@ use crate::options::{DataOptions, built_in_spring_damper};
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
 use pam_baselines::comparison::files::{seconds, summary_text};
-use pam_baselines::comparison::{Comparison, ComparisonConfig, Event, Keep, compare, split};
+use pam_baselines::comparison::{Comparison, ComparisonConfig, Event, ModelCache, compare, split};
 use pam_data::MuscleSurfaces;
 use pam_data::atomic::write_atomic;
 use serde_json::json;
@@ -100,8 +100,8 @@ impl RunCommand for CompareArguments {
             !stop.load(Ordering::Relaxed)
         };
         let program = made_by();
-        let keep = Some(Keep { folder: out, resume: self.resume, program: &program });
-        let compared = compare(&config, &sets, surfaces.as_ref(), global.seed, keep, &event);
+        let cache = Some(ModelCache { folder: out, resume: self.resume, program: &program });
+        let compared = compare(&config, &sets, surfaces.as_ref(), global.seed, cache, &event);
         bar.finish_and_clear();
         let comparison = match compared {
             Err(pam_baselines::BaselineError::Interrupted) => {

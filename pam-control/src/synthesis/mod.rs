@@ -11,6 +11,7 @@
 
 pub mod batch;
 pub mod certified;
+mod landscape;
 mod newton;
 
 pub mod plan;

@@ -10,10 +10,10 @@
 //! and Newton's method ends after one step once it has found the right pieces.
 
 use super::batch::ForceBatch;
+use super::landscape::Landscape;
 use super::problem::{MassBounds, SynthesisSettings, Target};
 use super::relu_stencil::ReluStencil;
 use super::stencil::{Evaluator, Local};
-use super::walk::Landscape;
 
 /// Newton steps for one sample before the curve is followed.
 const MOST_STEPS: usize = 14;

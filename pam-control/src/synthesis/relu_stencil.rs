@@ -6,9 +6,9 @@
 //! neuron where the network costs a row of weights. Where a neuron changes its side, the layer above changes by
 //! one outer product. The next kink on a straight line of masses is the smallest positive `−z / ż`.
 
+use super::landscape::Landscape;
 use super::problem::{SynthesisSettings, Target};
 use super::stencil::{Inertia, Local, OFFSETS, POINTS};
-use super::walk::Landscape;
 use pam_core::simd::gemm::{Finish, Layout, Product, Start};
 use pam_core::simd::{arch, padded};
 use pam_core::{ActivationFunction, NetworkForce};

@@ -9,8 +9,9 @@
 //! 3. every crossing of K_d on a piece is a solution; without one, the vertex nearest to K_d is the nearest
 //!    reachable stiffness, and the extremes of K̂ are the reachable range.
 
+use super::landscape::Landscape;
 use super::problem::{MassBounds, SynthesisSettings, Target};
-use super::walk::{Landscape, Limits, Vertex, Walker};
+use super::walk::{Limits, Vertex, Walker};
 
 /// Cells of the grid of signs along each mass.
 const CELLS: usize = 16;

@@ -3,6 +3,7 @@
 //! A [`Walker`] goes from a point of the curve to the next kink of the [`Landscape`], or by a chord where there
 //! are no kinks, and settles back onto the curve.
 
+use super::landscape::Landscape;
 use super::newton::{solves, step};
 use super::problem::{MassBounds, SynthesisSettings, Target};
 use super::stencil::Local;
@@ -13,18 +14,6 @@ const MOST_PIECES: usize = 20_000;
 const PAST: f64 = 1e-11;
 /// Length of a chord of a smooth curve, as a share of the bounds' width.
 const CHORD: f64 = 1.0 / 32.0;
-
-/// `g` and K̂ of one target over the masses.
-pub(super) trait Landscape {
-    /// Values and derivatives at a pair of masses.
-    fn at(&mut self, u: [f64; 2]) -> Local;
-
-    /// How far from the last pair asked for both stay affine along a direction of length one, g.
-    fn reach(&mut self, direction: [f64; 2]) -> f64;
-
-    /// True if both are piecewise affine, so that the reach is exact.
-    fn is_piecewise_affine(&self) -> bool;
-}
 
 /// A point of the curve.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -13,8 +13,8 @@
 use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES};
 use super::format::{FileFormat, Head, RecordingWriter};
 use crate::atomic::write_atomic;
-use crate::detect::LoadOptions;
 use crate::error::{DataError, read_bytes};
+use crate::load_options::LoadOptions;
 use crate::recording::Recording;
 use pam_core::SealedMasses;
 use std::fmt::Write;

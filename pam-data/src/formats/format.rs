@@ -1,13 +1,12 @@
-//! A file format, and the list of all of them.
+//! What a file format can do.
 
-use super::{columns, csv_columns, mat_run, npz_columns, raw_log};
-use crate::detect::LoadOptions;
+use super::columns;
 use crate::error::DataError;
-use crate::models::{SavedModel, eqx, safetensors_file};
+use crate::load_options::LoadOptions;
+use crate::models::SavedModel;
 use crate::recording::Recording;
 use std::borrow::Cow;
 use std::fmt::Debug;
-use std::io::Read;
 use std::path::Path;
 
 /// The first bytes of a file and its name, from which a format is recognised.
@@ -21,7 +20,12 @@ pub struct Head<'a> {
     text: Cow<'a, str>,
 }
 
-impl Head<'_> {
+impl<'a> Head<'a> {
+    /// The head of a file with these first bytes.
+    pub(super) fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
+        Self { path, bytes, text: String::from_utf8_lossy(bytes) }
+    }
+
     /// True if the file has this extension.
     #[must_use]
     pub fn has_extension(&self, extension: &str) -> bool {
@@ -51,7 +55,7 @@ pub type RecordingWriter = fn(&Path, &Recording) -> Result<(), DataError>;
 
 /// A file format of recordings or models. A format implements what it can hold; the rest has defaults.
 ///
-/// To add one, write its file in this folder, name the module in `mod.rs`, and add its type to the list below.
+/// To add one, write its file in this folder, name the module in `mod.rs`, and add its type to [the list](super::list).
 pub trait FileFormat: Debug + Send + Sync {
     /// Id, unique among formats.
     fn id(&self) -> &'static str;
@@ -59,7 +63,7 @@ pub trait FileFormat: Debug + Send + Sync {
     /// Name with its article, as in "this is a raw log".
     fn name(&self) -> &'static str;
 
-    /// True if a file that begins like this is of the format. Formats are asked in the order of [`ALL`].
+    /// True if a file that begins like this is of the format. Formats are asked in the order of [`ALL`](super::list::ALL).
     fn recognises(&self, head: &Head<'_>) -> bool;
 
     /// True if this file of the format holds a recording.
@@ -108,63 +112,4 @@ pub trait FileFormat: Debug + Send + Sync {
             format!("a model was expected (.safetensors or .eqx), this is {}", self.name()),
         ))
     }
-}
-
-macro_rules! formats {
-    ($($format:path),+ $(,)?) => {
-        /// All formats, in the order in which they are asked whether they recognise a file.
-        pub static ALL: &[&dyn FileFormat] = &[$(&$format),+];
-    };
-}
-
-formats! {
-    mat_run::MatRun,
-    eqx::Eqx,
-    npz_columns::NpzColumns,
-    safetensors_file::Safetensors,
-    csv_columns::CsvColumns,
-    raw_log::RawLogText,
-}
-
-/// The format of a file, judged by its first bytes and its extension.
-///
-/// # Errors
-/// [`DataError`] if the file cannot be read, is empty, or is of no known format.
-pub fn format_of(path: &Path) -> Result<&'static dyn FileFormat, DataError> {
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)
-        .and_then(|f| f.take(65536).read_to_end(&mut bytes))
-        .map_err(|e| DataError::io(path, e))?;
-    if bytes.is_empty() {
-        return Err(DataError::file(path, "the file is empty"));
-    }
-    let head = Head { path, bytes: &bytes, text: String::from_utf8_lossy(&bytes) };
-    ALL.iter().find(|format| format.recognises(&head)).copied().ok_or_else(|| {
-        let names: Vec<&str> = ALL.iter().map(|format| format.name()).collect();
-        DataError::file(
-            path,
-            format!("not a file this program knows; it reads {}", names.join(", ")),
-        )
-    })
-}
-
-/// The function that writes recordings to files with the extension of this path.
-///
-/// # Errors
-/// [`DataError`] if no format with this extension can hold a recording.
-pub fn writer_for(path: &Path) -> Result<RecordingWriter, DataError> {
-    let writers: Vec<_> = ALL.iter().filter_map(|format| format.recording_writer()).collect();
-    let fits = |(extension, _): &&(&str, _)| path.extension().is_some_and(|e| e == *extension);
-    writers.iter().find(fits).map(|(_, write)| *write).ok_or_else(|| {
-        let known: Vec<String> = writers.iter().map(|(e, _)| format!(".{e}")).collect();
-        DataError::file(path, format!("a recording is written as {}", known.join(" or ")))
-    })
-}
-
-/// Writes a recording in the format of the path's extension.
-///
-/// # Errors
-/// [`DataError`] if no format with this extension can hold a recording, or the file cannot be written.
-pub fn write_recording(path: &Path, recording: &Recording) -> Result<(), DataError> {
-    writer_for(path)?(path, recording)
 }

@@ -13,10 +13,9 @@
 
 use super::format::{FileFormat, Head};
 use super::mat;
-use crate::detect::LoadOptions;
 use crate::error::DataError;
+use crate::load_options::{LoadOptions, PressureReference};
 use crate::recording::Recording;
-use pam_core::NamedChoice;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N, NOMINAL_LENGTH_MM};
 use std::path::Path;
 
@@ -53,27 +52,6 @@ impl FileFormat for MatRun {
 
 /// Deformation coefficient of the published trained model.
 const TRAINED_DEFORMATION: f64 = 3.690_974;
-
-/// The zero of a pressure column.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum PressureReference {
-    /// Decide by the gas law.
-    #[default]
-    Auto,
-    /// Zero is vacuum.
-    Absolute,
-    /// Zero is the atmosphere.
-    Gauge,
-}
-
-impl NamedChoice for PressureReference {
-    const KIND: &'static str = "pressure reference";
-    const ALL: &'static [(&'static str, Self, &'static str)] = &[
-        ("auto", Self::Auto, "decide by the gas law and print the decision"),
-        ("absolute", Self::Absolute, "zero is vacuum"),
-        ("gauge", Self::Gauge, "zero is the atmosphere"),
-    ];
-}
 
 /// Reads a measured run at `rate_hz` samples per second.
 ///

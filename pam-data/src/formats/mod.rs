@@ -3,6 +3,7 @@
 pub mod columns;
 pub mod csv_columns;
 pub mod format;
+pub mod list;
 pub mod mat;
 pub mod mat_run;
 pub mod npz;

@@ -3,8 +3,8 @@
 use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES};
 use super::format::{FileFormat, Head, RecordingWriter};
 use super::npz::{self, Array};
-use crate::detect::LoadOptions;
 use crate::error::DataError;
+use crate::load_options::LoadOptions;
 use crate::recording::Recording;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -6,8 +6,8 @@
 //! Columns are found by their names, so further or reordered columns do no harm.
 
 use super::format::{FileFormat, Head};
-use crate::detect::LoadOptions;
 use crate::error::{DataError, read_bytes};
+use crate::load_options::LoadOptions;
 use crate::preprocess::recordings_from_raw_log;
 use crate::recording::Recording;
 use std::path::{Path, PathBuf};

@@ -4,7 +4,7 @@ pub mod eqx;
 pub mod safetensors_file;
 
 use crate::error::DataError;
-use crate::formats::format::format_of;
+use crate::formats::list::format_of;
 use pam_core::{AnyForce, JointModel};
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,6 @@
 //! The baseline discrepancy of the joint.
 
-use super::diagnose::spans;
+use super::spans::spans;
 use super::system::JointSystem;
 use crate::data::{Roles, TestSource, estimated_noise};
 use crate::diagnosis::Baseline;

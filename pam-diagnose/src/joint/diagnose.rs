@@ -2,8 +2,9 @@
 
 use super::baseline::BaselineDiscrepancy;
 use super::design::{Separation, separate};
+use super::spans::spans;
 use super::system::JointSystem;
-use crate::data::{OpenPart, Roles, Span, TestSource, estimated_noise};
+use crate::data::{OpenPart, Roles, TestSource, estimated_noise};
 use crate::diagnosis::{self, Diagnosis, Prepared, Stage};
 use crate::error::DiagnoseError;
 use crate::settings::DiagnosisSettings;
@@ -145,12 +146,6 @@ fn prepare<'s>(
     subjects: impl IntoIterator<Item = &'s Subject>,
 ) -> Vec<Trial> {
     subjects.into_iter().map(|s| Trial::new(&model.joint, s)).collect()
-}
-
-pub(super) fn spans(trials: &[&Trial]) -> Vec<Span> {
-    let span =
-        |t: &&Trial| Span { name: t.record.source.name.clone(), duration_s: t.record.duration_s() };
-    trials.iter().map(span).collect()
 }
 
 impl JointDiagnosis {

@@ -14,6 +14,7 @@ mod refit;
 mod report;
 mod scales;
 mod sensitivities;
+mod spans;
 mod system;
 
 pub use baseline::BaselineDiscrepancy;

@@ -5,7 +5,7 @@
 
 use super::config::{ComparisonConfig, ModelConfig};
 use super::result::FinishedModel;
-use super::run::Split;
+use super::split::Split;
 use crate::error::BaselineError;
 use pam_data::atomic::write_atomic;
 use pam_data::formats::npz::{self, Array};
@@ -15,9 +15,9 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Where models that are done are kept.
+/// Folder that holds the models of a comparison that are done.
 #[derive(Debug, Clone, Copy)]
-pub struct Keep<'a> {
+pub struct ModelCache<'a> {
     /// The folder.
     pub folder: &'a Path,
     /// True if models that are there already are taken over.
@@ -27,19 +27,19 @@ pub struct Keep<'a> {
 }
 
 #[derive(Serialize, Deserialize)]
-struct Kept {
+struct Entry {
     key: String,
     finished: FinishedModel,
 }
 
-impl Keep<'_> {
+impl ModelCache<'_> {
     /// A model that was done before with this key.
     pub(super) fn read(&self, name: &str, key: &str) -> Option<FinishedModel> {
         if !self.resume {
             return None;
         }
         let text = std::fs::read_to_string(self.path(name, "json")).ok()?;
-        let kept: Kept = serde_json::from_str(&text).ok()?;
+        let kept: Entry = serde_json::from_str(&text).ok()?;
         (kept.key == key).then_some(kept.finished)
     }
 
@@ -53,7 +53,7 @@ impl Keep<'_> {
         let name = &finished.result.name;
         npz::write(&self.path(name, "npz"), arrays)?;
         let path = self.path(name, "json");
-        let kept = Kept { key, finished: finished.clone() };
+        let kept = Entry { key, finished: finished.clone() };
         let text = serde_json::to_string(&kept)
             .map_err(|e| DataError::file(&path, format!("the result cannot be written: {e}")))?;
         write_atomic(&path, text.as_bytes())?;

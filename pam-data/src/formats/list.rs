@@ -1,0 +1,68 @@
+//! The list of file formats.
+
+use super::format::{FileFormat, Head, RecordingWriter};
+use super::{csv_columns, mat_run, npz_columns, raw_log};
+use crate::error::DataError;
+use crate::models::{eqx, safetensors_file};
+use crate::recording::Recording;
+use std::io::Read;
+use std::path::Path;
+
+macro_rules! formats {
+    ($($format:path),+ $(,)?) => {
+        /// All formats, in the order in which they are asked whether they recognise a file.
+        pub static ALL: &[&dyn FileFormat] = &[$(&$format),+];
+    };
+}
+
+formats! {
+    mat_run::MatRun,
+    eqx::Eqx,
+    npz_columns::NpzColumns,
+    safetensors_file::Safetensors,
+    csv_columns::CsvColumns,
+    raw_log::RawLogText,
+}
+
+/// The format of a file, judged by its first bytes and its extension.
+///
+/// # Errors
+/// [`DataError`] if the file cannot be read, is empty, or is of no known format.
+pub fn format_of(path: &Path) -> Result<&'static dyn FileFormat, DataError> {
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)
+        .and_then(|f| f.take(65536).read_to_end(&mut bytes))
+        .map_err(|e| DataError::io(path, e))?;
+    if bytes.is_empty() {
+        return Err(DataError::file(path, "the file is empty"));
+    }
+    let head = Head::new(path, &bytes);
+    ALL.iter().find(|format| format.recognises(&head)).copied().ok_or_else(|| {
+        let names: Vec<&str> = ALL.iter().map(|format| format.name()).collect();
+        DataError::file(
+            path,
+            format!("not a file this program knows; it reads {}", names.join(", ")),
+        )
+    })
+}
+
+/// The function that writes recordings to files with the extension of this path.
+///
+/// # Errors
+/// [`DataError`] if no format with this extension can hold a recording.
+pub fn writer_for(path: &Path) -> Result<RecordingWriter, DataError> {
+    let writers: Vec<_> = ALL.iter().filter_map(|format| format.recording_writer()).collect();
+    let fits = |(extension, _): &&(&str, _)| path.extension().is_some_and(|e| e == *extension);
+    writers.iter().find(fits).map(|(_, write)| *write).ok_or_else(|| {
+        let known: Vec<String> = writers.iter().map(|(e, _)| format!(".{e}")).collect();
+        DataError::file(path, format!("a recording is written as {}", known.join(" or ")))
+    })
+}
+
+/// Writes a recording in the format of the path's extension.
+///
+/// # Errors
+/// [`DataError`] if no format with this extension can hold a recording, or the file cannot be written.
+pub fn write_recording(path: &Path, recording: &Recording) -> Result<(), DataError> {
+    writer_for(path)?(path, recording)
+}
