@@ -3,7 +3,7 @@
 use super::columns;
 use crate::error::DataError;
 use crate::load_options::LoadOptions;
-use crate::models::SavedModel;
+use crate::models::saved_model::SavedModel;
 use crate::recording::Recording;
 use std::borrow::Cow;
 use std::fmt::Debug;

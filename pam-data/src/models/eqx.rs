@@ -2,7 +2,7 @@
 //! writes them: `W1[96,4] b1[96] W2[96,96] b2[96] W3[1,96] b3[1] params[3] r0 L0`. Any number of
 //! layers is read; the activation is not in the file and is taken as LeakyReLU with slope 0.01.
 
-use super::{ModelInfo, SavedModel};
+use super::saved_model::{ModelInfo, SavedModel};
 use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
 use crate::formats::format::{FileFormat, Head};

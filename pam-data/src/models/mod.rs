@@ -2,38 +2,13 @@
 
 pub mod eqx;
 pub mod safetensors_file;
+pub mod saved_model;
+
+pub use saved_model::{ModelInfo, SavedModel};
 
 use crate::error::DataError;
 use crate::formats::list::format_of;
-use pam_core::{AnyForce, JointModel};
-use std::path::{Path, PathBuf};
-
-/// Metadata of a model.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct ModelInfo {
-    /// Name for reports.
-    pub name: String,
-    /// Where its numbers come from.
-    pub provenance: String,
-    /// True if it was fitted to data; decides how masses are found by default.
-    pub trained: bool,
-    /// Names of the recordings it was fitted to, if they are known.
-    pub trained_on: Vec<String>,
-    /// Effects that extend the joint model, in the order in which they act; empty for a model without. They are
-    /// carried through unchanged: `pam-effects` reads and writes them.
-    pub effects: Vec<serde_json::Value>,
-    /// The file it was read from, if any.
-    pub source: Option<PathBuf>,
-}
-
-/// A joint model as it stands in a file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SavedModel {
-    /// The model.
-    pub model: JointModel<f64, AnyForce<f64>>,
-    /// Its metadata.
-    pub info: ModelInfo,
-}
+use std::path::Path;
 
 /// Loads a model from a file of either format.
 ///

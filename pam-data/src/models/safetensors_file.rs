@@ -17,7 +17,7 @@
 //! `name`, `provenance`, `trained`, `trained_on` (names of recordings, JSON), `effects` (of an extended model, JSON), and the settings of the force: `activation` and
 //! `activation_parameters` (JSON) for a network.
 
-use super::{ModelInfo, SavedModel};
+use super::saved_model::{ModelInfo, SavedModel};
 use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
 use crate::formats::format::{FileFormat, Head};

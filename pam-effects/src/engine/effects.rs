@@ -1,6 +1,7 @@
 //! The engine of models with effects.
 
-use super::window::{At, WindowGradient, Workspace};
+use super::operating_model::OperatingModel;
+use super::window::{WindowGradient, Workspace};
 use crate::effects::AnyEffect;
 use crate::model::ActiveEffect;
 use crate::simulation::{Base, ResampledRecord};
@@ -183,7 +184,7 @@ impl<T: Float, F: EngineForce> TrajectoryEngine<F> for EffectsEngine<T> {
         if self.slots.len() < count {
             self.slots.resize_with(count, Slot::default);
         }
-        let at = At {
+        let at = OperatingModel {
             base: Base::of(request.model),
             plain: &plain,
             plain_bias: &plain_bias,

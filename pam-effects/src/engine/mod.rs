@@ -19,6 +19,7 @@ mod choice;
 mod effects;
 mod network;
 mod observation;
+mod operating_model;
 mod window;
 
 pub use choice::{AUTO, EXACT, EngineChoice, choose};

@@ -1,6 +1,6 @@
 //! From the joint's channels on the grid to predictions at the samples, and back.
 
-use super::window::At;
+use super::operating_model::OperatingModel;
 use crate::simulation::ResampledRecord;
 use crate::simulation::observation::{observe, place};
 use crate::simulation::parts::Parts;
@@ -29,7 +29,7 @@ pub(super) fn at_samples(
 /// The derivatives by the channels, and by the values of the effects (added to `by_values`), from those by the
 /// predictions at the samples.
 pub(super) fn pull_back<T>(
-    at: &At<'_, T>,
+    at: &OperatingModel<'_, T>,
     record: &ResampledRecord,
     time_s: &[f64],
     channels: &Channels<f64>,

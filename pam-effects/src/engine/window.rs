@@ -2,7 +2,8 @@
 
 use super::network::{Asked, AskedMemory, Replayed};
 use super::observation::{Channels, at_samples, pull_back};
-use crate::effects::{AnyEffect, EffectScalar};
+use super::operating_model::OperatingModel;
+use crate::effects::EffectScalar;
 use crate::simulation::integrator::JointIntegrator;
 use crate::simulation::measured::Measured;
 use crate::simulation::observation::measure;
@@ -15,20 +16,6 @@ use pam_core::simd::Float;
 
 /// Points of the network that are worked out together.
 const BLOCK: usize = 512;
-
-/// A model at the numbers of one call.
-pub(super) struct At<'a, T> {
-    pub(super) base: Base<f64>,
-    /// For values.
-    pub(super) plain: &'a BatchNetwork<f64>,
-    pub(super) plain_bias: &'a [f64],
-    /// For slopes and weights.
-    pub(super) network: &'a BatchNetwork<T>,
-    pub(super) first_bias: &'a [T],
-    pub(super) effects: &'a [&'static dyn AnyEffect],
-    /// Parameters and switches of the effects in turn.
-    pub(super) values: &'a [f64],
-}
 
 /// Derivatives of the loss of one window, besides those by the weights.
 #[derive(Debug, Clone, Default)]
@@ -87,7 +74,7 @@ impl<T: Float> Workspace<T> {
     /// Simulates a window from `start` and writes its predictions at the samples.
     pub(super) fn forward(
         &mut self,
-        at: &At<'_, T>,
+        at: &OperatingModel<'_, T>,
         record: &ResampledRecord,
         time_s: &[f64],
         start: [f64; 4],
@@ -118,7 +105,7 @@ impl<T: Float> Workspace<T> {
     /// That by the weights is added to [`sums`](Self::sums), and those to `by_weights` when they are emptied.
     pub(super) fn backward(
         &mut self,
-        at: &At<'_, T>,
+        at: &OperatingModel<'_, T>,
         record: &ResampledRecord,
         time_s: &[f64],
         start: [f64; 4],
@@ -245,7 +232,7 @@ impl<T: Float> Workspace<T> {
     }
 
     /// Values and slopes of the network at the calls of these steps.
-    fn work_out(&mut self, at: &At<'_, T>, steps: std::ops::Range<usize>) {
+    fn work_out(&mut self, at: &OperatingModel<'_, T>, steps: std::ops::Range<usize>) {
         let calls = &self.asked.calls[self.calls_before[steps.start]..self.calls_before[steps.end]];
         let network = at.network;
         for (to, call) in self.input.chunks_exact_mut(network.input_stride()).zip(calls) {
@@ -266,7 +253,12 @@ impl<T: Float> Workspace<T> {
     }
 
     /// Adds the weight derivatives of these steps.
-    fn flush(&mut self, at: &At<'_, T>, steps: std::ops::Range<usize>, by_weights: &mut [f64]) {
+    fn flush(
+        &mut self,
+        at: &OperatingModel<'_, T>,
+        steps: std::ops::Range<usize>,
+        by_weights: &mut [f64],
+    ) {
         let count = self.calls_before[steps.end] - self.calls_before[steps.start];
         if steps.is_empty() || count == 0 {
             return;

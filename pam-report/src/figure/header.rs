@@ -1,6 +1,6 @@
 //! Title and legend above the axes, where they hide nothing.
 
-use super::line::Series;
+use super::series::Series;
 use super::style::{INK, SCALE, TEXT, TITLE};
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;

@@ -1,21 +1,9 @@
 use super::header::{draw_header, text_width};
 use super::scale::Scale;
+use super::series::Series;
 use super::style::{AxisLabels, BAND, Role, SCALE, Stroke, TEXT, at_nominal_size, draw_axes};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-
-/// One line of a figure.
-#[derive(Debug, Clone)]
-pub struct Series {
-    /// Name in the legend; no entry if empty.
-    pub label: String,
-    /// Points in the order they are joined; a lone point has a mark.
-    pub points: Vec<(f64, f64)>,
-    /// Role of the line.
-    pub role: Role,
-    /// How it is drawn.
-    pub stroke: Stroke,
-}
 
 /// A stretch of the horizontal axis; every other one has a ground of its own.
 #[derive(Debug, Clone, PartialEq)]
