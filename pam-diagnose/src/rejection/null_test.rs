@@ -18,9 +18,11 @@ use serde::Serialize;
 /// sign: the score is drawn again with random signs of the blocks (a wild block bootstrap, Mammen 1993), and the
 /// maximum over all candidates and directions is kept, which controls the family-wise error (Westfall and Young 1993).
 ///
-/// Blocks of random signs are independent; those of a residual that is correlated over a good part of a block are not, and
+/// Blocks of random signs are independent; those of noise that is correlated over a good part of a block are not, and
 /// the variance of their sum is larger by `1 + 2 ρ₁` with the correlation `ρ₁` of neighbouring blocks. Each direction's draws
-/// are multiplied by that factor, with `ρ₁` about the mean, free of its bias `−1/n`, where it is positive.
+/// are multiplied by that factor, with `ρ₁` about the mean, free of its bias `−1/n`, where it is positive. `ρ₁` is that of the
+/// residuals which the named causes leave: those of the base model contain the causes, whose blocks resemble their
+/// neighbours as the motion does.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NullTest {
     /// Quantile (95 % by default) of the largest share that any candidate explains under the null hypothesis.
@@ -44,6 +46,8 @@ struct Products {
     nuisances: Vec<Vec<f64>>,
     /// `Δᵀ W r` of each block for each direction.
     directions: Vec<Vec<f64>>,
+    /// Both again with the residual that the named causes leave.
+    remaining: [Vec<Vec<f64>>; 2],
     /// `Zᵀ W Z`, with the precisions of the priors on the diagonal.
     gram: Vec<Vec<f64>>,
     /// `Zᵀ W Δ` of each direction.
@@ -55,11 +59,13 @@ struct Products {
 }
 
 impl NullTest {
-    /// Calibrates the largest score over all candidates; `None` if nothing can be simulated.
+    /// Calibrates the largest score over all candidates; `None` if nothing can be simulated. `named` is the fit whose
+    /// residuals tell how the noise is correlated, the base model if nothing is named.
     #[must_use]
     pub fn calibrate<C: Candidates + ?Sized>(
         problem: &Problem<'_, C>,
         base: &Scored,
+        named: &Scored,
         seed: u64,
     ) -> Option<Self> {
         let settings = &problem.settings.rejection;
@@ -76,6 +82,7 @@ impl NullTest {
             .into_par_iter()
             .map(|i| {
                 let s = problem.sensitivities(h, i).ok()?;
+                let remaining = problem.residuals(named.hypothesis(), i).ok()?;
                 let directions: Vec<Vec<Direction>> = starts
                     .par_iter()
                     .enumerate()
@@ -101,7 +108,7 @@ impl NullTest {
                     })
                     .collect();
                 let directions: Vec<Direction> = directions.into_iter().flatten().collect();
-                Some(products(system, &s, &directions, &weights, block))
+                Some(products(system, &s, &remaining, &directions, &weights, block))
             })
             .collect();
         let experiments = experiments?;
@@ -159,6 +166,7 @@ pub(crate) fn explained<C: Candidates + ?Sized>(
 fn products<C: Candidates + ?Sized>(
     system: &C,
     s: &Sensitivities,
+    remaining: &Direction,
     directions: &[Direction],
     weights: &[f64],
     block: usize,
@@ -170,25 +178,31 @@ fn products<C: Candidates + ?Sized>(
             .sum()
     };
     let rows = s.residuals[0].len();
-    let in_blocks = |a: &Direction| -> Vec<f64> {
-        (0..rows)
-            .step_by(block)
-            .map(|from| inner(a, &s.residuals, from, (from + block).min(rows)))
-            .collect()
+    let in_blocks = |a: &Direction, r: &Direction| -> Vec<f64> {
+        (0..rows).step_by(block).map(|from| inner(a, r, from, (from + block).min(rows))).collect()
     };
+    let all = |of: &[Direction], r| of.iter().map(|a| in_blocks(a, r)).collect();
     let against = |a: &Direction| s.columns.iter().map(|z| inner(z, a, 0, rows)).collect();
     let mut gram: Vec<Vec<f64>> = s.columns.iter().map(against).collect();
     for (i, n) in system.shared().iter().chain(system.local()).enumerate() {
         gram[i][i] += 1.0 / (n.deviation * n.deviation);
     }
     Products {
-        nuisances: s.columns.iter().map(in_blocks).collect(),
-        directions: directions.iter().map(in_blocks).collect(),
+        nuisances: all(&s.columns, &s.residuals),
+        directions: all(directions, &s.residuals),
+        remaining: [all(&s.columns, remaining), all(directions, remaining)],
         gram,
         cross: directions.iter().map(against).collect(),
         size: directions.iter().map(|a| inner(a, a, 0, rows)).collect(),
         residual: inner(&s.residuals, &s.residuals, 0, rows),
     }
+}
+
+/// A direction in one experiment, cleared of the nuisances.
+struct Part {
+    blocks: Vec<f64>,
+    remaining: Vec<f64>,
+    size: f64,
 }
 
 /// A direction that is cleared of the nuisances.
@@ -225,7 +239,7 @@ const OWN_SHARE: f64 = 1e-6;
 
 fn cleared(experiments: &[Products]) -> Vec<Cleared> {
     let directions = experiments.first().map_or(0, |t| t.size.len());
-    let parts: Vec<Vec<(Vec<f64>, f64)>> = experiments
+    let parts: Vec<Vec<Part>> = experiments
         .iter()
         .map(|t| {
             let n = t.gram.len();
@@ -235,21 +249,30 @@ fn cleared(experiments: &[Products]) -> Vec<Cleared> {
                     let solved = factor.as_ref().and_then(|f| f.solve(&t.cross[k]));
                     let share = solved.unwrap_or_else(|| vec![0.0; n]);
                     let imitated = dot(&share, &t.cross[k]);
-                    let mut d = t.directions[k].clone();
-                    for (a, z) in share.iter().zip(&t.nuisances) {
-                        d.iter_mut().zip(z).for_each(|(d, z)| *d -= a * z);
+                    let clear = |direction: &[f64], nuisances: &[Vec<f64>]| {
+                        let mut d = direction.to_vec();
+                        for (a, z) in share.iter().zip(nuisances) {
+                            d.iter_mut().zip(z).for_each(|(d, z)| *d -= a * z);
+                        }
+                        d
+                    };
+                    let [nuisances, directions] = &t.remaining;
+                    Part {
+                        blocks: clear(&t.directions[k], &t.nuisances),
+                        remaining: clear(&directions[k], nuisances),
+                        size: (t.size[k] - imitated).max(0.0),
                     }
-                    (d, (t.size[k] - imitated).max(0.0))
                 })
                 .collect()
         })
         .collect();
     (0..directions)
         .filter_map(|k| {
-            let each: Vec<&[f64]> = parts.iter().map(|p| p[k].0.as_slice()).collect();
-            let size: f64 = parts.iter().map(|p| p[k].1).sum();
+            let blocks = parts.iter().flat_map(|p| &p[k].blocks).copied().collect();
+            let remaining: Vec<&[f64]> = parts.iter().map(|p| p[k].remaining.as_slice()).collect();
+            let size: f64 = parts.iter().map(|p| p[k].size).sum();
             let whole: f64 = experiments.iter().map(|t| t.size[k]).sum();
-            let found = Cleared { blocks: each.concat(), size, correlated: correlated(&each) };
+            let found = Cleared { blocks, size, correlated: correlated(&remaining) };
             (size > OWN_SHARE * whole && size > 0.0).then_some(found)
         })
         .collect()

@@ -53,7 +53,10 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 .filter(|less| less.whole.members() > 0);
             causes = self.causes(set.as_ref())?;
         }
-        let mut null_test = NullTest::calibrate(problem, self.base, self.seed);
+        let mut null_test = {
+            let named = set.as_ref().map_or(self.base, |s| &s.whole);
+            NullTest::calibrate(problem, self.base, named, self.seed)
+        };
         set = set.filter(|s| {
             let share = explained(problem, self.base, &s.whole);
             null_test.is_none_or(|test| share > test.of_set(s.whole.members()))

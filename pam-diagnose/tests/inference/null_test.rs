@@ -32,7 +32,7 @@ fn p_values(rho: f64, count: u64) -> Vec<f64> {
             let system = nothing(rho, seed);
             let problem = system.problem(0.1, &settings);
             let base = fit_base(&Split::fit_all(problem.clone())).unwrap();
-            NullTest::calibrate(&problem, &base, seed).unwrap().p_value
+            NullTest::calibrate(&problem, &base, &base, seed).unwrap().p_value
         })
         .collect()
 }
@@ -89,9 +89,27 @@ fn a_cause_is_no_chance() {
         }
         let problem = system.problem(0.1, &settings);
         let base = fit_base(&Split::fit_all(problem.clone())).unwrap();
-        let test = NullTest::calibrate(&problem, &base, 1).unwrap();
+        let test = NullTest::calibrate(&problem, &base, &base, 1).unwrap();
         // Half of the variance is the cause's.
         assert!((test.largest_share - 0.5).abs() < 0.1, "{test:?}");
         assert!(test.p_value < 0.01 && test.largest_share > 2.0 * test.share_q95, "{test:?}");
     }
+}
+
+/// A cause that is loud in one section of each run and quiet in the others is found: its own blocks resemble their
+/// neighbours, the residuals that it leaves do not.
+#[test]
+fn a_cause_of_changing_size_is_no_chance() {
+    let settings = DiagnosisSettings::default();
+    let mut system = nothing(0.6, 7);
+    for e in &mut system.experiments {
+        for (k, x) in e.columns[2].iter_mut().enumerate() {
+            *x = [0.2, 0.5, 2.0][k / 134] * (0.7 * k as f64).sin();
+        }
+        e.measured.iter_mut().zip(&e.columns[2]).for_each(|(y, x)| *y += 5.0 * x);
+    }
+    let d = system.diagnosed(TestSource::Kept, 1.0, None, &settings, 1);
+    let named: Vec<&str> = d.causes.iter().map(|c| c.effect.as_str()).collect();
+    assert_eq!(named, ["column_2"], "{:?}", d.null_test);
+    assert!(d.null_test.unwrap().p_value < 0.01, "{:?}", d.null_test);
 }
