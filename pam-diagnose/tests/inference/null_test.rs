@@ -110,6 +110,6 @@ fn a_cause_of_changing_size_is_no_chance() {
     }
     let d = system.diagnosed(TestSource::Kept, 1.0, None, &settings, 1);
     let named: Vec<&str> = d.causes.iter().map(|c| c.effect.as_str()).collect();
-    assert_eq!(named, ["column_2"], "{:?}", d.null_test);
+    assert_eq!(named, ["x2"], "{:?}", d.null_test);
     assert!(d.null_test.unwrap().p_value < 0.01, "{:?}", d.null_test);
 }
