@@ -1,7 +1,7 @@
 //! A data format of another rig: lines of `key;value;…` in SI units, without a header of standard columns.
 //!
 //! To read such files everywhere, put the part before `main` into `pam-data/src/formats/si_log.rs` and add two
-//! lines: `pub mod si_log;` in `mod.rs` and `si_log::SiLog,` in the list of `list.rs`.
+//! lines: `pub mod si_log;` in `mod.rs` and `super::si_log::SiLog,` in the list of `list.rs`.
 
 use pam_data::formats::format::{FileFormat, Head};
 use pam_data::{DataError, LoadOptions, Recording};

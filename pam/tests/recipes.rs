@@ -133,7 +133,7 @@ const RECIPES: [Recipe; 9] = [
         file: "pam-data/src/formats/si_log.rs",
         lines: [
             line("pam-data/src/formats/mod.rs", "pub mod raw_log;", "pub mod si_log;"),
-            line("pam-data/src/formats/list.rs", "formats! {", "si_log::SiLog,"),
+            line("pam-data/src/formats/list.rs", "formats! {", "super::si_log::SiLog,"),
         ],
     },
 ];

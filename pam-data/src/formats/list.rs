@@ -1,9 +1,7 @@
 //! The list of file formats.
 
 use super::format::{FileFormat, Head, RecordingWriter};
-use super::{csv_columns, mat_run, npz_columns, raw_log};
 use crate::error::DataError;
-use crate::models::{eqx, safetensors_file};
 use crate::recording::Recording;
 use std::io::Read;
 use std::path::Path;
@@ -16,12 +14,12 @@ macro_rules! formats {
 }
 
 formats! {
-    mat_run::MatRun,
-    eqx::Eqx,
-    npz_columns::NpzColumns,
-    safetensors_file::Safetensors,
-    csv_columns::CsvColumns,
-    raw_log::RawLogText,
+    super::mat_run::MatRun,
+    crate::models::eqx::Eqx,
+    super::npz_columns::NpzColumns,
+    crate::models::safetensors_file::Safetensors,
+    super::csv_columns::CsvColumns,
+    super::raw_log::RawLogText,
 }
 
 /// The format of a file, judged by its first bytes and its extension.
