@@ -144,7 +144,7 @@ const NAMES: &str = "use pam::core::{Activation, AnyForce};\nfn main() {
     let _ = [Activation::Mish(Default::default())];
     let _: fn(_) -> AnyForce<f64> = AnyForce::Hardening;
     let _ = pam::trajectory::GradientChoice::ComplexStep;
-    let _ = pam::train::AnyLoss::LogCosh;
+    let _ = pam::trajectory::AnyLoss::LogCosh;
     let _ = pam::baselines::AnyMethod::StaticJoint;
 }
 ";

@@ -19,10 +19,10 @@ use serde::Serialize;
 /// maximum over all candidates and directions is kept, which controls the family-wise error (Westfall and Young 1993).
 ///
 /// Blocks of random signs are independent; those of noise that is correlated over a good part of a block are not, and
-/// the variance of their sum is larger by `1 + 2 ρ₁` with the correlation `ρ₁` of neighbouring blocks. Each direction's draws
-/// are multiplied by that factor, with `ρ₁` about the mean, free of its bias `−1/n`, where it is positive. `ρ₁` is that of the
-/// residuals which the named causes leave: those of the base model contain the causes, whose blocks resemble their
-/// neighbours as the motion does.
+/// the variance of their sum is larger by `2 ρ₁ Σ_b e_b²` with the correlation `ρ₁` of neighbouring blocks. `e_b` is the inner
+/// product with the residual that the named causes leave: the residual of the base model contains the causes, whose
+/// blocks resemble their neighbours as the motion does. Each direction's draws are multiplied by
+/// `1 + 2 ρ₁ Σ e_b² / Σ d_b²`, with `ρ₁` about the mean, free of its bias `−1/n`, where it is positive.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NullTest {
     /// Quantile (95 % by default) of the largest share that any candidate explains under the null hypothesis.
@@ -211,12 +211,12 @@ struct Cleared {
     blocks: Vec<f64>,
     /// Its squared size.
     size: f64,
-    /// The variance of the sum of its blocks over that of blocks with independent signs.
+    /// The variance of the sum of its blocks over that of blocks with independent signs, at least 1.
     correlated: f64,
 }
 
-/// `1 + 2 ρ₁` with the correlation of neighbouring blocks of the same experiment; at least 1.
-fn correlated(experiments: &[&[f64]]) -> f64 {
+/// Correlation of neighbouring blocks of the same experiment; at least 0.
+fn neighbour_correlation(experiments: &[&[f64]]) -> f64 {
     let blocks: f64 = experiments.iter().map(|d| d.len() as f64).sum();
     let mean = experiments.iter().flat_map(|d| d.iter()).sum::<f64>() / blocks;
     let (mut neighbours, mut pairs, mut variance) = (0.0, 0.0, 0.0);
@@ -226,10 +226,10 @@ fn correlated(experiments: &[&[f64]]) -> f64 {
         variance += d.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
     }
     if pairs == 0.0 || variance <= 0.0 {
-        return 1.0;
+        return 0.0;
     }
     // `pairs / blocks` of the neighbours are there.
-    1.0 + 2.0 * (neighbours / variance + pairs / (blocks * blocks)).max(0.0)
+    (neighbours / variance + pairs / (blocks * blocks)).max(0.0)
 }
 
 /// Ridge that leaves directions alone that nearly coincide.
@@ -268,12 +268,14 @@ fn cleared(experiments: &[Products]) -> Vec<Cleared> {
         .collect();
     (0..directions)
         .filter_map(|k| {
-            let blocks = parts.iter().flat_map(|p| &p[k].blocks).copied().collect();
+            let blocks: Vec<f64> = parts.iter().flat_map(|p| &p[k].blocks).copied().collect();
             let remaining: Vec<&[f64]> = parts.iter().map(|p| p[k].remaining.as_slice()).collect();
             let size: f64 = parts.iter().map(|p| p[k].size).sum();
             let whole: f64 = experiments.iter().map(|t| t.size[k]).sum();
-            let found = Cleared { blocks, size, correlated: correlated(&remaining) };
-            (size > OWN_SHARE * whole && size > 0.0).then_some(found)
+            let left: f64 = remaining.iter().map(|e| dot(e, e)).sum();
+            let share = (left / dot(&blocks, &blocks).max(f64::MIN_POSITIVE)).min(1.0);
+            let correlated = 1.0 + 2.0 * neighbour_correlation(&remaining) * share;
+            (size > OWN_SHARE * whole && size > 0.0).then_some(Cleared { blocks, size, correlated })
         })
         .collect()
 }
