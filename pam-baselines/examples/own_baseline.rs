@@ -51,8 +51,10 @@ impl Method for StaticJoint {
 impl FittedModel for Fitted {
     fn simulate(&self, run: &Run<'_>) -> Result<Trajectory, Stopped> {
         let r = run.recording;
-        let x: Vec<f64> =
+        let mut x: Vec<f64> =
             r.force_mn[run.start..].iter().map(|f| f / self.stiffness_mn_mm).collect();
+        // Every model starts from the measured state.
+        x[0] = r.displacement_mm[run.start];
         let time = &r.time_s[run.start..];
         let last = x.len() - 1;
         let v = (0..x.len())

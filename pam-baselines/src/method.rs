@@ -95,7 +95,7 @@ pub struct Stopped {
 
 /// A model that was fitted or read from a file.
 pub trait FittedModel: Send + Sync {
-    /// Predicts one run.
+    /// Predicts one run. Its first sample is the measured state at the start.
     ///
     /// # Errors
     /// [`Stopped`] if the prediction diverges.
