@@ -240,7 +240,7 @@ fn each_recipe_is_one_new_file_and_two_lines() {
             "--tests",
             "--offline",
             "--locked",
-            "--quiet",
+            "--no-fail-fast",
         ])
         .args(touched.iter().flat_map(|package| ["--package", package]))
         .status();
