@@ -6,6 +6,7 @@
 //! `"mish" => Mish(mish::Mish),`.
 
 use num_dual::Dual64;
+use pam_core::activation::Tanh;
 use pam_core::force::Dense;
 use pam_core::{ActivationFunction, ForceInput, ForceModel, Mlp, ModelError, NetworkForce, Scalar};
 use serde::{Deserialize, Serialize};
@@ -16,7 +17,8 @@ pub struct Mish;
 
 impl ActivationFunction for Mish {
     fn value<S: Scalar>(&self, z: S) -> S {
-        z * z.softplus().tanh()
+        // `DualNum::tanh` overflows far out; the activation does not.
+        z * Tanh.value(z.softplus())
     }
 }
 
