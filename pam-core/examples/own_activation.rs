@@ -17,7 +17,7 @@ pub struct Mish;
 
 impl ActivationFunction for Mish {
     fn value<S: Scalar>(&self, z: S) -> S {
-        // `DualNum::tanh` overflows far out; the activation does not.
+        // Far out the derivative of `DualNum::tanh` is NaN; that of `Tanh` is 0.
         z * Tanh.value(z.softplus())
     }
 }

@@ -87,7 +87,7 @@ commands! {
     Compare(compare::CompareArguments),
     /// Hide an effect in recordings of the rig and find it: what runs without a command
     Demo(demo::DemoArguments),
-    /// Check this machine: version, threads, vector instructions, write access, reference data
+    /// Check this machine: version, threads, vector instructions, write access
     Doctor(doctor::DoctorArguments),
     /// Print a completion script for a shell: `pam completions bash > /etc/bash_completion.d/pam`
     Completions(shell::CompletionsArguments),

@@ -16,10 +16,13 @@ const FILES: [&str; 6] = [
 
 #[test]
 fn every_loss_has_its_name() {
+    // In their order; further losses may stand between them.
+    let mut names = AnyLoss::ALL.iter().map(|(name, _)| name);
     for json in FILES {
         let named = |name: &str| json.starts_with(&format!(r#"{{"kind":"{name}""#));
-        assert!(AnyLoss::ALL.iter().any(|(name, _)| named(name)), "{json}");
+        assert!(names.any(|name| named(name)), "{json}");
     }
+    // A file that names a loss of the list is refused for its fields only.
     for (name, _) in AnyLoss::ALL {
         let refusal = parse(&format!(r#"{{"kind":"{name}","colour":1}}"#)).unwrap_err();
         assert!(!refusal.to_string().contains("variant"), "{name}: {refusal}");
