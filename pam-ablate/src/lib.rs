@@ -5,7 +5,7 @@
 //! - [`experiment`]: what a cell does, a trait; [`training`]: the one that trains models;
 //! - [`folder`]: the folder of a sweep, claims on cells, merging;
 //! - [`run`]: cells at work, side by side, in shards;
-//! - [`table`]: results as CSV and Parquet;
+//! - [`table`]: results as CSV and, with the feature `parquet`, Apache Parquet;
 //! - [`statistics`]: differences paired by seed; [`summary`]: what a sweep found;
 //! - [`report`]: files and the page;
 //! - [`slurm`]: job arrays.
@@ -54,6 +54,8 @@
 pub mod error;
 pub mod experiment;
 pub mod folder;
+#[cfg(feature = "parquet")]
+mod parquet_file;
 pub mod report;
 pub mod run;
 pub mod slurm;

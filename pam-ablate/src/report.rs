@@ -16,8 +16,8 @@ const SHOWN: usize = 4;
 /// Draws that are listed.
 const LISTED: usize = 30;
 
-/// Writes `results.csv`, `results.parquet`, `times.csv`, `summary.csv`, `summary.json`,
-/// `summary.md` and `report.html` from what the folder holds, and returns the summary.
+/// Writes `results.csv`, `times.csv`, `summary.csv`, `summary.json`, `summary.md`, `report.html` and, with the
+/// feature `parquet`, `results.parquet` from what the folder holds, and returns the summary.
 ///
 /// # Errors
 /// [`AblateError`] if a record cannot be read or a file not be written.
@@ -31,8 +31,11 @@ pub fn write_results(
     let file = |name: &str| folder.path().join(name);
     let results = Table::of(sweep, planned, &records, Quantity::Metrics);
     write_atomic(&file("results.csv"), results.to_csv().as_bytes())?;
-    let parquet = file("results.parquet");
-    write_atomic(&parquet, &results.to_parquet(&parquet)?)?;
+    #[cfg(feature = "parquet")]
+    {
+        let parquet = file("results.parquet");
+        write_atomic(&parquet, &results.to_parquet(&parquet)?)?;
+    }
     let times = Table::of(sweep, planned, &records, Quantity::Times);
     write_atomic(&file("times.csv"), times.to_csv().as_bytes())?;
     let summary = Summary::of(sweep, planned, &records, Quantity::Metrics);

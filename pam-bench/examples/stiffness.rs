@@ -14,8 +14,8 @@ use pam_core::{AnyForce, ForceInput, NetworkForce, Scalar};
 use pam_data::{SavedModel, load_model};
 use pam_report::figure::{ColourMap, MapPoint, ValuePlane};
 use pam_report::{LineFigure, Role, Scale};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use std::error::Error;
 use std::path::Path;
 

@@ -60,6 +60,15 @@ pub fn failed(error: impl Display) -> CliError {
 }
 
 impl CliError {
+    /// A command that this build leaves out.
+    #[cfg(not(all(feature = "completions", feature = "man")))]
+    pub(crate) fn without_feature(feature: &str) -> Self {
+        usage(format!(
+            "this program was built without `{feature}`: build it with \
+             `cargo install --path pam-cli --features {feature}`"
+        ))
+    }
+
     /// True if the command line is wrong; false for errors in files, data and the work.
     #[must_use]
     pub fn is_usage(&self) -> bool {

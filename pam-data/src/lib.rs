@@ -20,6 +20,7 @@ pub mod atomic;
 pub mod conditions;
 pub mod detect;
 pub mod error;
+pub mod fingerprint;
 pub mod formats;
 pub mod load_options;
 pub mod masses;

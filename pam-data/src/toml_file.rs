@@ -23,12 +23,19 @@ pub fn line_of(text: &str, offset: usize) -> u64 {
 /// # Errors
 /// [`DataError::Line`].
 pub fn parse<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, DataError> {
-    toml::from_str(text).map_err(|e| fault(text, path, &e, 0))
+    toml::from_str(text).map_err(|e: toml::de::Error| {
+        let offset = e.span().map_or(0, |span| span.start);
+        DataError::line(path, line_of(text, offset), e.message().replace('\n', "; "))
+    })
 }
 
-/// The error of a deserialisation at its line, or at that of the byte `otherwise` where it has none.
-#[must_use]
-pub fn fault(text: &str, path: &Path, error: &toml::de::Error, otherwise: usize) -> DataError {
-    let offset = error.span().map_or(otherwise, |span| span.start);
-    DataError::line(path, line_of(text, offset), error.message().replace('\n', "; "))
+/// The value that a table holds.
+///
+/// It is read from the text of the table: types that are read from files and from tables are then compiled for one
+/// reader only.
+///
+/// # Errors
+/// What is wrong, without a line.
+pub fn from_table<T: DeserializeOwned>(table: &toml::Table) -> Result<T, String> {
+    toml::from_str(&table.to_string()).map_err(|e| e.message().to_owned())
 }

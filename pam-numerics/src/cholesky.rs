@@ -30,8 +30,20 @@ impl ScaledCholesky {
     /// relative to the diagonal. `None` if the matrix is not positive definite.
     #[must_use]
     pub fn new(n: usize, entry: impl Fn(usize, usize) -> f64, ridge: f64) -> Option<Self> {
+        let mut lower = Mat::zeros(n, n);
+        for j in 0..n {
+            for i in j..n {
+                lower[(i, j)] = entry(i, j);
+            }
+        }
+        Self::of_lower(lower, ridge)
+    }
+
+    /// Not generic, so that the factorisation is compiled once.
+    fn of_lower(mut scaled: Mat<f64>, ridge: f64) -> Option<Self> {
+        let n = scaled.nrows();
         let scale: Vec<f64> = (0..n)
-            .map(|i| match entry(i, i) {
+            .map(|i| match scaled[(i, i)] {
                 0.0 => 1.0,
                 diagonal => diagonal.sqrt().recip(),
             })
@@ -39,11 +51,12 @@ impl ScaledCholesky {
         if !scale.iter().all(|s| s.is_finite()) {
             return None;
         }
-        let scaled = Mat::from_fn(n, n, |i, j| match i.cmp(&j) {
-            std::cmp::Ordering::Less => 0.0,
-            std::cmp::Ordering::Equal => 1.0 + ridge,
-            std::cmp::Ordering::Greater => entry(i, j) * scale[i] * scale[j],
-        });
+        for j in 0..n {
+            scaled[(j, j)] = 1.0 + ridge;
+            for i in j + 1..n {
+                scaled[(i, j)] = scaled[(i, j)] * scale[i] * scale[j];
+            }
+        }
         Some(Self { factor: scaled.llt(Side::Lower).ok()?, scale })
     }
 

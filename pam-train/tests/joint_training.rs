@@ -16,7 +16,7 @@ use pam_train::effects_of;
 use pam_train::training::{RunFolder, RunSettings, Trainer, train_into};
 use pam_trajectory::{Predictor, SolverSettings};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

@@ -7,9 +7,10 @@ use pam_data::Recording;
 use pam_exact::{ExactMotion, ExactProblem, ExactSolver, ForceSignal, ReluNetwork};
 use pam_solvers::{
     ConstantStep, Integrator, Interpolation, PidController, SampledInput, SaveAt, Solution,
-    SolveError, Statistics, Tableau, Term,
+    Statistics, StepController, Tableau, Term,
 };
 use serde::Serialize;
+use std::sync::Arc;
 use thiserror::Error;
 
 /// How steps are chosen.
@@ -31,6 +32,18 @@ pub enum StepChoice {
     /// No steps: closed-form segments of a (leaky) ReLU network (see [`pam_exact`]). Of the settings only
     /// the reading of the input counts, and it may not be cubic.
     Exact,
+}
+
+impl StepChoice {
+    /// The step control, or `None` if there are no steps.
+    #[must_use]
+    pub fn controller(&self) -> Option<Arc<dyn StepController>> {
+        match *self {
+            Self::Exact => None,
+            Self::Constant { step_s } => Some(Arc::new(ConstantStep::new(step_s))),
+            Self::Adaptive { rtol, atol } => Some(Arc::new(PidController::new(rtol, atol))),
+        }
+    }
 }
 
 /// With which method, steps and reading of the input a recording is predicted.
@@ -210,28 +223,19 @@ pub(crate) fn predict_from<F: ForceModel<f64>>(
     let times = &recording.time_s;
     let input = SampledInput::new(times, &recording.force_mn, settings.interpolation)
         .map_err(|e| fail(e.to_string(), nothing()))?;
-    if settings.step == StepChoice::Exact {
+    let Some(controller) = settings.step.controller() else {
         let (prediction, stopped) = exact(model, recording, masses, settings.interpolation, y0)
             .map_err(|e| fail(e.to_string(), nothing()))?;
         return match stopped {
             None => within_limits(model, recording, prediction),
             Some(why) => Err(fail(why, prediction)),
         };
-    }
+    };
     let term = Term::new(model.sealed(masses), input);
     let (t0, t1) = recording.span_s();
     let save = SaveAt::Times(times);
     let tableau = settings.tableau.clone();
-    let solved: Result<_, Box<SolveError<f64>>> = match settings.step {
-        StepChoice::Exact => unreachable!("the exact method has returned"),
-        StepChoice::Constant { step_s } => {
-            Integrator::new(tableau, ConstantStep::new(step_s)).solve(&term, t0, t1, &y0, save)
-        }
-        StepChoice::Adaptive { rtol, atol } => {
-            Integrator::new(tableau, PidController::new(rtol, atol)).solve(&term, t0, t1, &y0, save)
-        }
-    };
-    match solved {
+    match Integrator::new(tableau, controller).solve(&term, t0, t1, &y0, save) {
         Ok(solution) => within_limits(model, recording, Prediction::from_solution(&solution)),
         Err(e) => Err(fail(e.to_string(), Prediction::from_solution(&e.partial))),
     }

@@ -1,8 +1,8 @@
 //! The cells of a sweep.
 
 use super::{Assignment, Range, Sweep, Values};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Value of a cell on one axis.
 #[derive(Debug, Clone, PartialEq)]

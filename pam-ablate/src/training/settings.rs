@@ -3,10 +3,11 @@
 use super::StiffnessProbe;
 use crate::experiment::Problem;
 use crate::sweep::Assignment;
+use pam_data::toml_file;
 use pam_train::curriculum::{Curriculum, CurriculumError, set_value};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use toml::{Table, Value};
+use toml::Table;
 
 /// The keys of a cell that are not its curriculum's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -51,12 +52,11 @@ impl CellSettings {
         let mut table = experiment.clone();
         let mut overrides: Vec<(usize, String)> = Vec::new();
         let read = |table: &Table, assignment: Option<usize>| {
-            let parsed: Result<Self, toml::de::Error> = Value::Table(table.clone()).try_into();
-            let settings = parsed.map_err(|e| match e.message() {
+            let settings: Self = toml_file::from_table(table).map_err(|message| match message {
                 m if m.contains("missing field `recordings`") => Problem::new(
                     "there are no recordings; give [experiment] recordings = [\"folder\"] or --data",
                 ),
-                m => Problem { assignment, message: m.to_owned() },
+                message => Problem { assignment, message },
             })?;
             settings.check().map_err(|message| Problem { assignment, message })?;
             Ok::<Self, Problem>(settings)

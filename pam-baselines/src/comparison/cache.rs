@@ -8,8 +8,9 @@ use super::result::FinishedModel;
 use super::split::Split;
 use crate::error::BaselineError;
 use pam_data::atomic::write_atomic;
+use pam_data::fingerprint::fingerprint_of_subjects;
 use pam_data::formats::npz::{self, Array};
-use pam_data::{Channel, DataError, MuscleSurfaces};
+use pam_data::{DataError, MuscleSurfaces};
 use pam_numerics::ContentHash;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -73,7 +74,7 @@ pub(super) fn key<'a>(
     seed: u64,
     program: &'a str,
 ) -> impl Fn(&ModelConfig) -> String + use<'a> {
-    let recordings = fingerprint_of_recordings(sets);
+    let recordings = [&sets.train, &sets.held_out].map(fingerprint_of_subjects);
     // The text of all coefficients.
     let surfaces = surfaces.map(|s| {
         let mut hash = ContentHash::default();
@@ -92,23 +93,6 @@ pub(super) fn key<'a>(
         })
         .to_string()
     }
-}
-
-/// A hash of a split of recordings: names, masses and the bits of all samples.
-fn fingerprint_of_recordings(sets: &Split) -> String {
-    let mut hash = ContentHash::default();
-    for set in [&sets.train, &sets.held_out] {
-        for s in set {
-            let r = &s.recording;
-            hash.text(&r.name);
-            let columns = Channel::ALL.map(|c| r.channel(c));
-            let all = columns.into_iter().chain([&r.time_s[..], &r.force_mn]);
-            all.for_each(|column| hash.numbers(column));
-            hash.numbers(&[s.masses.flexor_g, s.masses.extensor_g]);
-        }
-        hash.word(set.len() as u64);
-    }
-    hash.hex()
 }
 
 /// A name as part of a file name.

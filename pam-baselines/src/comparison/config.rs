@@ -131,9 +131,8 @@ impl ComparisonConfig {
                     return Err(place(start, format!("`name` must be a text, not {other}")));
                 }
             };
-            let method: AnyMethod = toml::Value::Table(table)
-                .try_into()
-                .map_err(|e| toml_file::fault(text, path, &e, start))?;
+            let method: AnyMethod =
+                toml_file::from_table(&table).map_err(|why| place(start, why))?;
             method
                 .method()
                 .check()

@@ -1,7 +1,7 @@
 //! Sizes and numbers of the network.
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Numbers of an input: state and force.
 pub const INPUTS: usize = 5;

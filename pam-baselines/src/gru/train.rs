@@ -20,8 +20,8 @@ use crate::batched::cosine_rate;
 use crate::error::BaselineError;
 use crate::method::go_on;
 use pam_train::optimiser::{Adam, AdamSettings, clip_to_norm};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::Serialize;
 

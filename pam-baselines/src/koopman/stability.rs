@@ -1,7 +1,7 @@
 //! Decay of predictions without input.
 
 use super::KoopmanModel;
-use faer::Mat;
+use pam_numerics::eigenvalues;
 use serde::Serialize;
 
 /// One mode of a linear map from sample to sample.
@@ -80,19 +80,17 @@ fn jacobian(model: &KoopmanModel, state: &[f64; 4]) -> Vec<f64> {
 
 /// Modes of a square matrix, row by row, largest first; one that is not a number if it has none.
 fn modes_of(n: usize, matrix: &[f64], step_s: Option<f64>) -> Vec<Mode> {
-    let matrix = Mat::from_fn(n, n, |i, j| matrix[i * n + j]);
-    let Ok(values) = matrix.eigenvalues() else {
+    let Some(values) = eigenvalues(n, matrix) else {
         return vec![Mode { magnitude: f64::NAN, time_constant_s: None, frequency_hz: None }];
     };
     let mut modes: Vec<Mode> = values
         .iter()
-        .map(|value| {
-            let magnitude = value.re.hypot(value.im);
+        .map(|[re, im]| {
+            let magnitude = re.hypot(*im);
             Mode {
                 magnitude,
                 time_constant_s: step_s.map(|h| -h / magnitude.ln()).filter(|t| t.is_finite()),
-                frequency_hz: step_s
-                    .map(|h| value.im.atan2(value.re).abs() / (std::f64::consts::TAU * h)),
+                frequency_hz: step_s.map(|h| im.atan2(*re).abs() / (std::f64::consts::TAU * h)),
             }
         })
         .collect();

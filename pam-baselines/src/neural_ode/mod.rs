@@ -17,8 +17,8 @@ use crate::koopman::{Standard, common_step_s, standard_of};
 use crate::method::{FittedModel, Method, TrainingSet, go_on};
 use pam_data::Channel;
 use pam_train::optimiser::{Adam, AdamSettings, clip_to_norm};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

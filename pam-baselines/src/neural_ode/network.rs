@@ -10,8 +10,8 @@ use crate::batched::{Columns, multiply, row_sums, weight_gradient};
 use crate::tanh::{Tanh, TanhBack};
 use pam_core::simd::gemm::Start;
 use pam_core::simd::{Float, arch};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// States.
 pub const STATES: usize = 4;

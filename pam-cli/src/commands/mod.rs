@@ -5,6 +5,7 @@
 
 pub mod ablate;
 pub mod compare;
+pub mod completions;
 pub mod control;
 pub mod convert;
 pub mod demo;
@@ -13,8 +14,9 @@ pub mod doctor;
 pub mod evaluate;
 pub mod gradient;
 pub mod inspect;
+pub mod man;
 pub mod rig;
-pub mod shell;
+
 pub mod simulate;
 pub mod train;
 
@@ -90,7 +92,7 @@ commands! {
     /// Check this machine: version, threads, vector instructions, write access
     Doctor(doctor::DoctorArguments),
     /// Print a completion script for a shell: `pam completions bash > /etc/bash_completion.d/pam`
-    Completions(shell::CompletionsArguments),
+    Completions(completions::CompletionsArguments),
     /// Write manual pages, one a command
-    Man(shell::ManArguments),
+    Man(man::ManArguments),
 }

@@ -121,9 +121,25 @@ macro_rules! activations {
                 match self { $(Self::$variant(a) => a.value_and_slope(z)),+ }
             }
             fn apply_to_batch<T: Float>(&self, z: &mut [T]) {
-                match self { $(Self::$variant(a) => a.apply_to_batch(z)),+ }
+                T::activate(self, z);
             }
             fn apply_to_batch_with_slopes<T: Float>(&self, z: &mut [T], slopes: &mut [T]) {
+                T::activate_with_slopes(self, z, slopes);
+            }
+        }
+
+        impl Activation {
+            /// What [`Float::activate`] compiles for each float.
+            pub(crate) fn apply_to_any_batch<T: Float>(&self, z: &mut [T]) {
+                match self { $(Self::$variant(a) => a.apply_to_batch(z)),+ }
+            }
+
+            /// What [`Float::activate_with_slopes`] compiles for each float.
+            pub(crate) fn apply_to_any_batch_with_slopes<T: Float>(
+                &self,
+                z: &mut [T],
+                slopes: &mut [T],
+            ) {
                 match self { $(Self::$variant(a) => a.apply_to_batch_with_slopes(z, slopes)),+ }
             }
         }

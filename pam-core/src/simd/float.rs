@@ -1,3 +1,6 @@
+use super::arch;
+use super::gemm::Product;
+use crate::activation::Activation;
 use crate::scalar::Scalar;
 use num_dual::DualNumFloat;
 use pulp::Simd;
@@ -64,6 +67,15 @@ pub trait Float: Scalar<Primitive = Self> + DualNumFloat + Default + Send + Sync
 
     /// `self · a + b`, rounded once where the machine can.
     fn fma(self, a: Self, b: Self) -> Self;
+
+    /// Runs a matrix product. This and the two below are compiled once for each float, in this crate.
+    fn run_product(product: Product<'_, Self>);
+
+    /// Replaces each `z` by `σ(z)`.
+    fn activate(activation: &Activation, z: &mut [Self]);
+
+    /// Replaces each `z` by `σ(z)` and writes `σ'(z)` to `slopes`.
+    fn activate_with_slopes(activation: &Activation, z: &mut [Self], slopes: &mut [Self]);
 
     /// `|self|`.
     fn magnitude(self) -> Self;
@@ -150,6 +162,15 @@ macro_rules! float {
             #[inline(always)]
             fn fma(self, a: Self, b: Self) -> Self {
                 $float::mul_add(self, a, b)
+            }
+            fn run_product(product: Product<'_, Self>) {
+                arch().dispatch(product);
+            }
+            fn activate(activation: &Activation, z: &mut [Self]) {
+                activation.apply_to_any_batch(z);
+            }
+            fn activate_with_slopes(activation: &Activation, z: &mut [Self], slopes: &mut [Self]) {
+                activation.apply_to_any_batch_with_slopes(z, slopes);
             }
             #[inline(always)]
             fn magnitude(self) -> Self {

@@ -8,7 +8,7 @@
 //! On 96×96 layers this is faster than the general-purpose products of the crates `gemm` and
 //! `matrixmultiply`, most of all for few columns (`cargo bench -p pam-bench --bench gemm`).
 
-use super::{Float, arch};
+use super::Float;
 use pulp::{Simd, WithSimd};
 
 /// Inner dimension that is worked off at once when the second factor lies row by row.
@@ -86,7 +86,7 @@ impl<T: Float> Product<'_, T> {
     pub fn run(self) {
         assert!(self.rows.is_multiple_of(super::PAD), "rows are padded to whole vectors");
         assert!(self.a.len() >= self.rows * self.inner && self.c.len() >= self.rows * self.columns);
-        arch().dispatch(self);
+        T::run_product(self);
     }
 
     /// A tile of `V` vectors of rows from row `i` by `N` columns from column `j`.

@@ -1,11 +1,16 @@
 //! MATLAB level 5 files: named arrays of real numbers.
+//!
+//! A file is a header of 128 bytes and elements, each with a tag of type and size. An array is an element of
+//! elements, often inside a zlib stream (The MathWorks, *MAT-File Format*, chapter 1).
 
 use crate::error::{DataError, read_bytes};
-use matfile::{MatFile, NumericData};
+use flate2::read::ZlibDecoder;
 use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::Path;
 
-/// Reads all real arrays of a `.mat` file, column-major as MATLAB stores them.
+/// Reads all real arrays of a `.mat` file, column-major as MATLAB stores them. Texts, cells, structures and sparse
+/// arrays are left out, and so is the imaginary part of a complex array.
 ///
 /// # Errors
 /// [`DataError::File`] if the file is not level 5 or is damaged.
@@ -17,59 +22,125 @@ pub fn read(path: &Path) -> Result<BTreeMap<String, Vec<f64>>, DataError> {
             "a MATLAB 7.3 (HDF5) file; save it again with `save(…, '-v7')`",
         ));
     }
-    check_complete(&bytes).map_err(|why| DataError::file(path, why))?;
-    let parsed = std::panic::catch_unwind(|| MatFile::parse(bytes.as_slice()))
-        .map_err(|_| DataError::file(path, "a damaged MATLAB file"))?;
-    let file = parsed.map_err(|e| {
-        DataError::file(
-            path,
-            format!("not a readable MATLAB level 5 file ({e}); it may be truncated"),
-        )
-    })?;
-    Ok(file.arrays().iter().map(|a| (a.name().to_owned(), to_f64(a.data()))).collect())
+    parse(&bytes).map_err(|why| DataError::file(path, why))
 }
 
-/// Walks the elements of a level 5 file: the parser takes a file that ends inside an element for one
-/// that ends before it.
-fn check_complete(bytes: &[u8]) -> Result<(), String> {
-    const HEADER: usize = 128;
-    const TAG: usize = 8;
+const HEADER: usize = 128;
+const TAG: usize = 8;
+const TRUNCATED: &str = "the file ends inside an array; it is truncated";
+// Types of elements that hold no numbers.
+const MATRIX: u32 = 14;
+const COMPRESSED: u32 = 15;
+/// Classes of arrays of numbers: double, single and eight kinds of integers.
+const NUMERIC: std::ops::RangeInclusive<u8> = 6..=15;
+
+fn parse(bytes: &[u8]) -> Result<BTreeMap<String, Vec<f64>>, String> {
     if !bytes.starts_with(b"MATLAB 5.0") {
         return Err("not a MATLAB level 5 file".into());
     }
     let big_endian = bytes.get(126..HEADER) == Some(b"MI");
-    let mut at = HEADER;
-    while at < bytes.len() {
-        let tag: Option<[u8; 4]> = bytes.get(at + 4..at + TAG).and_then(|b| b.try_into().ok());
-        let end = tag
-            .map(|b| if big_endian { u32::from_be_bytes(b) } else { u32::from_le_bytes(b) })
-            .and_then(|size| (at + TAG).checked_add(size as usize))
-            .filter(|&end| end <= bytes.len())
-            .ok_or("the file ends inside an array; it is truncated")?;
-        at = end;
+    let mut file = Elements { rest: bytes.get(HEADER..).unwrap_or_default(), big_endian };
+    if file.rest.is_empty() {
+        return Err("a MATLAB file without arrays; it may be truncated".into());
     }
-    if at == HEADER {
-        Err("a MATLAB file without arrays; it may be truncated".into())
-    } else {
-        Ok(())
+    let mut arrays = BTreeMap::new();
+    while !file.rest.is_empty() {
+        let mut unpacked = Vec::new();
+        let (mut kind, mut content) = file.take()?;
+        if kind == COMPRESSED {
+            ZlibDecoder::new(content)
+                .read_to_end(&mut unpacked)
+                .map_err(|e| format!("an array cannot be unpacked ({e}); the file is damaged"))?;
+            (kind, content) = Elements { rest: &unpacked, big_endian }.take()?;
+        }
+        if kind == MATRIX {
+            arrays.extend(Elements { rest: content, big_endian }.array()?);
+        }
     }
+    Ok(arrays)
 }
 
-fn to_f64(data: &NumericData) -> Vec<f64> {
-    fn all<T: Copy>(values: &[T], f: impl Fn(T) -> f64) -> Vec<f64> {
-        values.iter().map(|&v| f(v)).collect()
+/// The elements that follow one another in a file or in an array.
+struct Elements<'a> {
+    rest: &'a [u8],
+    big_endian: bool,
+}
+
+impl<'a> Elements<'a> {
+    /// Type and content of the next element.
+    fn take(&mut self) -> Result<(u32, &'a [u8]), String> {
+        let word = |at: usize| {
+            let bytes = self.rest.get(at..at + 4)?.try_into().ok()?;
+            Some(if self.big_endian {
+                u32::from_be_bytes(bytes)
+            } else {
+                u32::from_le_bytes(bytes)
+            })
+        };
+        let first = word(0).ok_or(TRUNCATED)?;
+        // Up to four bytes stand in the tag, with their size in the upper half of its first word.
+        let (kind, start, size) = match first >> 16 {
+            0 => (first, TAG, word(4).ok_or(TRUNCATED)? as usize),
+            size => (first & 0xffff, TAG / 2, size as usize),
+        };
+        let content = start
+            .checked_add(size)
+            .and_then(|end| self.rest.get(start..end))
+            .filter(|_| start == TAG || size <= TAG / 2)
+            .ok_or(TRUNCATED)?;
+        // Elements begin at multiples of eight bytes, but a compressed one is as long as it is.
+        let end = start + size;
+        let end = if kind == COMPRESSED { end } else { end.next_multiple_of(TAG) };
+        self.rest = &self.rest[end.min(self.rest.len())..];
+        Ok((kind, content))
     }
-    match data {
-        NumericData::Int8 { real, .. } => all(real, f64::from),
-        NumericData::UInt8 { real, .. } => all(real, f64::from),
-        NumericData::Int16 { real, .. } => all(real, f64::from),
-        NumericData::UInt16 { real, .. } => all(real, f64::from),
-        NumericData::Int32 { real, .. } => all(real, f64::from),
-        NumericData::UInt32 { real, .. } => all(real, f64::from),
-        NumericData::Int64 { real, .. } => all(real, |v| v as f64),
-        NumericData::UInt64 { real, .. } => all(real, |v| v as f64),
-        NumericData::Single { real, .. } => all(real, f64::from),
-        NumericData::Double { real, .. } => real.clone(),
+
+    /// Name and real part of the array whose parts these are; `None` if it holds no numbers.
+    fn array(mut self) -> Result<Option<(String, Vec<f64>)>, String> {
+        let (_, flags) = self.take()?;
+        let class = *flags.get(if self.big_endian { 3 } else { 0 }).ok_or(TRUNCATED)?;
+        if !NUMERIC.contains(&class) {
+            return Ok(None);
+        }
+        let (_, _dimensions) = self.take()?;
+        let (_, name) = self.take()?;
+        let (kind, values) = self.take()?;
+        let name = String::from_utf8_lossy(name).into_owned();
+        let values = self.numbers(kind, values).ok_or_else(|| {
+            format!("array `{name}` holds elements of type {kind}; the file is damaged")
+        })?;
+        Ok(Some((name, values)))
+    }
+
+    /// The numbers of an element; MATLAB stores doubles that are whole in the shortest type that holds them.
+    fn numbers(&self, kind: u32, content: &[u8]) -> Option<Vec<f64>> {
+        macro_rules! all {
+            ($type:ty) => {{
+                const SIZE: usize = size_of::<$type>();
+                let number = |bytes: &[u8; SIZE]| {
+                    let number = if self.big_endian {
+                        <$type>::from_be_bytes(*bytes)
+                    } else {
+                        <$type>::from_le_bytes(*bytes)
+                    };
+                    number as f64
+                };
+                Some(content.as_chunks::<SIZE>().0.iter().map(number).collect())
+            }};
+        }
+        match kind {
+            1 => all!(i8),
+            2 => all!(u8),
+            3 => all!(i16),
+            4 => all!(u16),
+            5 => all!(i32),
+            6 => all!(u32),
+            7 => all!(f32),
+            9 => all!(f64),
+            12 => all!(i64),
+            13 => all!(u64),
+            _ => None,
+        }
     }
 }
 

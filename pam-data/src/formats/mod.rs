@@ -6,6 +6,7 @@ pub mod format;
 pub mod list;
 pub mod mat;
 pub mod mat_run;
+pub mod npy;
 pub mod npz;
 pub mod npz_columns;
 pub mod raw_log;

@@ -1,96 +1,13 @@
 //! NumPy archives: named arrays of numbers.
 
+use super::npy::{NpyError, read_npy, read_npy_texts, write_npy};
 use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
-use npyz::WriterBuilder;
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read, Seek, Write};
+use std::io::{Cursor, Read, Seek};
 use std::path::Path;
-use thiserror::Error;
 
-/// An array of doubles with its shape.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Array {
-    /// Length of each dimension; empty for a scalar.
-    pub shape: Vec<u64>,
-    /// Values in row-major order.
-    pub values: Vec<f64>,
-}
-
-impl Array {
-    /// A vector.
-    #[must_use]
-    pub fn vector(values: Vec<f64>) -> Self {
-        Self { shape: vec![values.len() as u64], values }
-    }
-
-    /// A scalar.
-    #[must_use]
-    pub fn scalar(value: f64) -> Self {
-        Self { shape: vec![], values: vec![value] }
-    }
-}
-
-/// A `.npy` record that cannot be read as doubles.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum NpyError {
-    /// The record is damaged, cut short, or no record at all.
-    #[error("{0}")]
-    Damaged(String),
-    /// The record holds something else than real numbers in a layout that is read.
-    #[error("{0} are not supported; store float64 in C order")]
-    Unsupported(String),
-}
-
-/// Reads one `.npy` record of real numbers (floats or integers) as doubles. Fortran order is turned
-/// into row-major order.
-///
-/// # Errors
-/// [`NpyError`] that says what is wrong.
-pub fn read_npy(reader: &mut impl Read) -> Result<Array, NpyError> {
-    let npy = npyz::NpyFile::new(reader)
-        .map_err(|e| NpyError::Damaged(format!("not a .npy record: {e}")))?;
-    let shape = npy.shape().to_vec();
-    let fortran = npy.order() == npyz::Order::Fortran;
-    let dtype = npy.dtype();
-    let kind = dtype.descr();
-    let mut values: Vec<f64> = if kind.contains("f8") {
-        npy.into_vec::<f64>().map_err(|e| truncated(&e))?
-    } else if kind.contains("f4") {
-        npy.into_vec::<f32>().map_err(|e| truncated(&e))?.into_iter().map(f64::from).collect()
-    } else if kind.contains("i8") {
-        npy.into_vec::<i64>().map_err(|e| truncated(&e))?.into_iter().map(|v| v as f64).collect()
-    } else if kind.contains("i4") {
-        npy.into_vec::<i32>().map_err(|e| truncated(&e))?.into_iter().map(f64::from).collect()
-    } else {
-        return Err(NpyError::Unsupported(format!("numbers of type {kind}")));
-    };
-    if fortran && shape.len() == 2 {
-        let (rows, columns) = (shape[0] as usize, shape[1] as usize);
-        values = (0..rows)
-            .flat_map(|r| (0..columns).map(move |c| c * rows + r))
-            .map(|i| values[i])
-            .collect();
-    } else if fortran && shape.len() > 2 {
-        return Err(NpyError::Unsupported("more than two dimensions in Fortran order".into()));
-    }
-    Ok(Array { shape, values })
-}
-
-fn truncated(error: &std::io::Error) -> NpyError {
-    NpyError::Damaged(format!("the record ends early ({error}); the file may be truncated"))
-}
-
-/// Appends one `.npy` record of doubles.
-///
-/// # Errors
-/// Errors of the writer.
-pub fn write_npy(out: &mut impl Write, array: &Array) -> std::io::Result<()> {
-    let mut writer =
-        npyz::WriteOptions::new().default_dtype().shape(&array.shape).writer(out).begin_nd()?;
-    writer.extend(array.values.iter().copied())?;
-    writer.finish()
-}
+pub use super::npy::Array;
 
 /// Opens an archive on bytes in memory or on a file.
 fn open<R: Read + Seek>(path: &Path, reader: R) -> Result<zip::ZipArchive<R>, DataError> {
@@ -155,8 +72,7 @@ pub fn read_texts(path: &Path, name: &str) -> Result<Option<Vec<String>>, DataEr
     };
     let mut content = Vec::new();
     file.read_to_end(&mut content).map_err(|e| fail(e.to_string()))?;
-    let texts = npyz::NpyFile::new(content.as_slice()).and_then(|npy| npy.into_vec::<String>());
-    texts.map(Some).map_err(|e| fail(format!("no array of Unicode strings: {e}")))
+    read_npy_texts(&mut content.as_slice()).map(Some).map_err(|e| fail(e.to_string()))
 }
 
 /// Writes arrays as an uncompressed `.npz` file; the same arrays give the same bytes.

@@ -6,8 +6,7 @@ use super::saved_model::{ModelInfo, SavedModel};
 use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
 use crate::formats::format::{FileFormat, Head};
-use crate::formats::npz::{Array, read_npy};
-use npyz::WriterBuilder;
+use crate::formats::npy::{Array, read_npy, write_npy, write_npy_f32};
 use pam_core::force::Dense;
 use pam_core::{
     Activation, AnyForce, JointModel, Mlp, MuscleGeometry, NetworkForce, RawParameters,
@@ -134,20 +133,13 @@ pub fn write(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
     let io = |e: std::io::Error| DataError::io(path, e);
     for layer in force.mlp().layers() {
         let (n, m) = (layer.outputs() as u64, layer.inputs() as u64);
-        append_f32(&mut out, &[n, m], &layer.weight_rows()).map_err(io)?;
-        append_f32(&mut out, &[n], layer.bias()).map_err(io)?;
+        write_npy_f32(&mut out, &[n, m], &layer.weight_rows()).map_err(io)?;
+        write_npy_f32(&mut out, &[n], layer.bias()).map_err(io)?;
     }
     let raw = saved.model.raw;
-    append_f32(&mut out, &[3], &[raw.mass, raw.gas_coefficient, raw.deformation]).map_err(io)?;
+    write_npy_f32(&mut out, &[3], &[raw.mass, raw.gas_coefficient, raw.deformation]).map_err(io)?;
     for value in [saved.model.geometry.radius_mm, saved.model.geometry.length_mm] {
-        crate::formats::npz::write_npy(&mut out, &Array::scalar(value)).map_err(io)?;
+        write_npy(&mut out, &Array::scalar(value)).map_err(io)?;
     }
     write_atomic(path, &out)
-}
-
-fn append_f32(out: &mut Vec<u8>, shape: &[u64], values: &[f64]) -> std::io::Result<()> {
-    let mut writer =
-        npyz::WriteOptions::<f32>::new().default_dtype().shape(shape).writer(out).begin_nd()?;
-    writer.extend(values.iter().map(|&v| v as f32))?;
-    writer.finish()
 }

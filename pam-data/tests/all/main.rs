@@ -5,4 +5,6 @@ mod preprocess {
     mod low_pass;
     mod options;
 }
+mod fingerprint;
+mod numpy_and_matlab;
 mod recording;

@@ -7,8 +7,8 @@ use crate::search::Candidates;
 use crate::settings::{DataSettings, DiagnosisSettings};
 use crate::test_set::TestSet;
 use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
-use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use std::ops::Range;
 

@@ -5,8 +5,7 @@ use super::likelihood::ChannelErrors;
 use super::problem::{Problem, Sensitivities};
 use crate::error::DiagnoseError;
 use crate::search::{Candidates, Nuisance};
-use faer::Mat;
-use pam_numerics::ScaledCholesky;
+use pam_numerics::{ScaledCholesky, SquareMatrix};
 use rayon::prelude::*;
 
 /// Normal equations of one experiment: parameters, shared nuisances, its own nuisances.
@@ -20,7 +19,7 @@ struct Part {
 /// Normal equations over: parameters, shared nuisances, then the nuisances of each experiment.
 pub(super) struct NormalEquations {
     /// Data term.
-    gram: Mat<f64>,
+    gram: SquareMatrix,
     /// `Jᵀ W r` of every block of every experiment, in the joint unknowns.
     pub(super) blocks: Vec<Vec<f64>>,
     /// One over the variance of each prior; zero for parameters.
@@ -60,7 +59,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         let place = |experiment: usize, k: usize| {
             if k < common { k } else { common + local.len() * experiment + (k - common) }
         };
-        let mut gram = Mat::zeros(unknowns, unknowns);
+        let mut gram = SquareMatrix::zeros(unknowns);
         let mut blocks = Vec::new();
         for (experiment, part) in parts?.iter().enumerate() {
             for i in 0..part.unknowns {

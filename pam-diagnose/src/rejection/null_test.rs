@@ -3,8 +3,8 @@
 use crate::fit::{Problem, Sensitivities, dot};
 use crate::search::{Candidates, Scored};
 use pam_numerics::ScaledCholesky;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::Serialize;
 

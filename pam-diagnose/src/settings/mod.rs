@@ -9,6 +9,7 @@ pub use groups::{
 
 use crate::error::DiagnoseError;
 use groups::Row;
+use pam_data::toml_file;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
@@ -67,9 +68,7 @@ impl DiagnosisSettings {
                 group.insert(field.to_owned(), value);
             }
             // Each change is checked by itself, so that the message names the one that is wrong.
-            settings = Value::Table(table.clone())
-                .try_into()
-                .map_err(|e: toml::de::Error| fail(e.message().to_owned()))?;
+            settings = toml_file::from_table(&table).map_err(fail)?;
         }
         settings.check()?;
         Ok(settings)

@@ -3,8 +3,8 @@
 use super::TestSet;
 use crate::fit::{Hypothesis, Problem};
 use crate::search::Candidates;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};

@@ -9,7 +9,7 @@ use pam_diagnose::joint::JointSystem;
 use pam_effects::effects::{AnyEffect, by_id};
 use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::f64::consts::TAU;

@@ -5,7 +5,7 @@ use pam_diagnose::DiagnosisSettings;
 use pam_diagnose::data::TestSource;
 use pam_diagnose::fit::Interval;
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 
 const SLOPE: f64 = 0.8;

@@ -11,7 +11,7 @@ use pam_effects::effects::ParameterInfo;
 use pam_solvers::{InputFn, Integrator, ParametricInput, PidController, SaveAt, Tableau, Term};
 use pam_train::field::{Experiment, FieldProblem, Outputs};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use std::f64::consts::TAU;
 

@@ -7,7 +7,7 @@ use pam_diagnose::fit::{Hypothesis, Problem, Sensitivities};
 use pam_diagnose::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use pam_diagnose::{DiagnoseError, DiagnosisSettings};
 use pam_effects::effects::ParameterInfo;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::ops::Range;
 

@@ -6,7 +6,7 @@ use pam_diagnose::data::{Split, TestSource};
 use pam_diagnose::rejection::NullTest;
 use pam_diagnose::search::fit_base;
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 
 /// Three runs of 400 rows with eight columns, smooth ones and rough ones, and a residual that none of them causes.

@@ -7,7 +7,7 @@ use pam_diagnose::rejection::ParameterStability;
 use pam_diagnose::residual::{ChannelResidual, ResidualSummary};
 use pam_diagnose::verdict::ExplainableReference;
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 
 fn summary(experiments: Vec<Experiment>) -> ChannelResidual {
     let system = Linear::new(experiments);

@@ -7,7 +7,7 @@ use pam_diagnose::diagnosis::{Diagnosis, Prepared, run};
 use pam_diagnose::fit::{Hypothesis, Problem};
 use pam_diagnose::search::Candidates;
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 
 /// Runs of 5.0, 5.2, 5.4, … s with two columns, of which the first is at work, in rows of five points.
 fn runs(count: usize, seed: u64) -> Linear {

@@ -4,7 +4,7 @@ use crate::linear::{Experiment, Linear, coloured, white};
 use pam_diagnose::DiagnosisSettings;
 use pam_diagnose::residual::{ChannelResidual, ResidualSummary};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use std::f64::consts::TAU;
 
 const ROW_S: f64 = 0.02;

@@ -4,9 +4,9 @@ use crate::linear::{Experiment, Linear, combined, white};
 use pam_diagnose::DiagnosisSettings;
 use pam_diagnose::data::{Split, TestSource};
 use pam_diagnose::search::search;
+use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 const SIGMA: f64 = 0.5;
 const COLUMNS: usize = 8;

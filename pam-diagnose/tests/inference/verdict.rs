@@ -6,7 +6,7 @@ use pam_diagnose::diagnosis::Diagnosis;
 use pam_diagnose::verdict::ChiSquares;
 use pam_diagnose::{DiagnosisSettings, Verdict};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 
 /// Each combination of what the rule reads: no cause or some, base below or above 2.5; the share `(base − named)/(base − 1)`
 /// of all error above the noise below a quarter, below a half, or above; the share of the explainable error,

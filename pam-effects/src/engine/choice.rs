@@ -2,7 +2,7 @@
 
 use super::EffectsEngine;
 use crate::model::ActiveEffect;
-use pam_core::ForceModel;
+use pam_core::{AnyForce, ForceModel, NetworkForce};
 use pam_trajectory::engine::{
     BatchedEngine, ClosedFormEngine, EngineError, EngineForce, GeneralEngine, GradientChoice,
     Precision, TrajectoryEngine,
@@ -94,12 +94,54 @@ fn engines<F: EngineForce>() -> [Entry<F>; 4] {
     ]
 }
 
+/// Forces for whose models an engine can be chosen at run time.
+///
+/// The engines of [`NetworkForce`] and [`AnyForce`] are compiled in this crate, once. For a force of one's own an
+/// empty implementation compiles them where it is used.
+pub trait ChooseEngine: EngineForce + Sized + 'static {
+    /// See [`choose`].
+    ///
+    /// # Errors
+    /// As [`choose`].
+    fn choose_engine(
+        &self,
+        effects: &[ActiveEffect],
+        choice: &EngineChoice,
+    ) -> Result<Box<dyn TrajectoryEngine<Self>>, EngineError> {
+        choose_any(self, effects, choice)
+    }
+}
+
+macro_rules! compiled_here {
+    ($($force:ty),+) => {
+        $(impl ChooseEngine for $force {
+            fn choose_engine(
+                &self,
+                effects: &[ActiveEffect],
+                choice: &EngineChoice,
+            ) -> Result<Box<dyn TrajectoryEngine<Self>>, EngineError> {
+                choose_any(self, effects, choice)
+            }
+        })+
+    };
+}
+
+compiled_here!(NetworkForce<f64>, AnyForce<f64>);
+
 /// The engine for models with this kind of force and these effects.
 ///
 /// # Errors
 /// [`EngineError::Request`] if another gradient method than the adjoint is chosen for a model with effects or for
 /// the closed form, which have adjoints of their own.
-pub fn choose<F: EngineForce>(
+pub fn choose<F: ChooseEngine>(
+    force: &F,
+    effects: &[ActiveEffect],
+    choice: &EngineChoice,
+) -> Result<Box<dyn TrajectoryEngine<F>>, EngineError> {
+    force.choose_engine(effects, choice)
+}
+
+fn choose_any<F: EngineForce + 'static>(
     force: &F,
     effects: &[ActiveEffect],
     choice: &EngineChoice,

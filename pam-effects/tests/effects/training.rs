@@ -9,8 +9,8 @@ use pam_data::Subject;
 use pam_effects::ExtendedModel;
 use pam_effects::effects::by_id;
 use pam_trajectory::{AnyLoss, Predictor, SolverSettings, TrajectoryGradient};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// A run of the model without effects, 5.6 s, behind the loader's low-pass.
 fn subject(seconds_share: f64) -> Subject {

@@ -8,6 +8,8 @@ pub use constant::ConstantStep;
 pub use pid::PidController;
 pub use tolerances::Tolerances;
 
+use std::sync::Arc;
+
 /// Verdict of a controller on a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decision {
@@ -40,4 +42,20 @@ pub trait StepController: Send + Sync {
     /// two accepted steps, the latest first, 1 where there is none; `order` is the exponent of the
     /// step in the error estimate.
     fn decide(&self, error: f64, history: [f64; 2], order: usize) -> Decision;
+}
+
+/// A controller that is chosen at run time.
+impl StepController for Arc<dyn StepController> {
+    fn initial_step_s(&self) -> Option<f64> {
+        self.as_ref().initial_step_s()
+    }
+    fn largest_step_s(&self) -> f64 {
+        self.as_ref().largest_step_s()
+    }
+    fn tolerances(&self) -> Option<&Tolerances> {
+        self.as_ref().tolerances()
+    }
+    fn decide(&self, error: f64, history: [f64; 2], order: usize) -> Decision {
+        self.as_ref().decide(error, history, order)
+    }
 }

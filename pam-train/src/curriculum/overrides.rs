@@ -20,15 +20,11 @@ impl Curriculum {
                     |message: String| CurriculumError::Override { text: change.clone(), message };
                 set(&mut table, change).map_err(fail)?;
                 // Each is checked by itself, so that the message names the one that is wrong.
-                curriculum = Self::deserialize_table(&table).map_err(fail)?;
+                curriculum = toml_file::from_table(&table).map_err(fail)?;
             }
         }
         curriculum.check()?;
         Ok(curriculum)
-    }
-
-    fn deserialize_table(table: &Table) -> Result<Self, String> {
-        Value::Table(table.clone()).try_into().map_err(|e: toml::de::Error| e.message().to_owned())
     }
 
     /// Opens a curriculum by the name of a built-in one or the path of a file.

@@ -1,26 +1,25 @@
 //! Normal equations of a few unknowns.
 
-use faer::Mat;
-use pam_numerics::ScaledCholesky;
+use pam_numerics::{ScaledCholesky, SquareMatrix};
 
 /// `Jᵀ W J`, and `Jᵀ W r` block by block.
 pub(super) struct Normal {
-    pub(super) gram: Mat<f64>,
+    pub(super) gram: SquareMatrix,
     pub(super) blocks: Vec<Vec<f64>>,
 }
 
 impl Normal {
     pub(super) fn zeros(unknowns: usize) -> Self {
-        Self { gram: Mat::zeros(unknowns, unknowns), blocks: Vec::new() }
+        Self { gram: SquareMatrix::zeros(unknowns), blocks: Vec::new() }
     }
 
     pub(super) fn add(&mut self, other: Normal) {
-        self.gram += other.gram;
+        self.gram += &other.gram;
         self.blocks.extend(other.blocks);
     }
 
     pub(super) fn right(&self) -> Vec<f64> {
-        let mut sum = vec![0.0; self.gram.nrows()];
+        let mut sum = vec![0.0; self.gram.size()];
         for block in &self.blocks {
             sum.iter_mut().zip(block).for_each(|(s, b)| *s += b);
         }
@@ -30,7 +29,7 @@ impl Normal {
     /// Solves `(G + damping·diag G) x = b` for each right-hand side, on a unit diagonal: unknowns differ by
     /// orders of magnitude. None if the equations are singular.
     pub(super) fn solve(&self, damping: f64, rights: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
-        let factor = ScaledCholesky::new(self.gram.nrows(), |i, j| self.gram[(i, j)], damping)?;
+        let factor = ScaledCholesky::new(self.gram.size(), |i, j| self.gram[(i, j)], damping)?;
         rights.iter().map(|right| factor.solve(right)).collect()
     }
 
@@ -40,8 +39,8 @@ impl Normal {
     pub(super) fn standard_errors(&self) -> Vec<f64> {
         let blocks = self.blocks.len() as f64;
         match self.solve(0.0, &self.blocks) {
-            None => vec![f64::INFINITY; self.gram.nrows()],
-            Some(influences) => (0..self.gram.nrows())
+            None => vec![f64::INFINITY; self.gram.size()],
+            Some(influences) => (0..self.gram.size())
                 .map(|i| {
                     let sum: f64 = influences.iter().map(|x| x[i] * x[i]).sum();
                     let determined = self.gram[(i, i)] > 0.0;

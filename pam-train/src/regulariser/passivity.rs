@@ -4,8 +4,8 @@ use super::Regulariser;
 use pam_autodiff::batch::BatchNetwork;
 use pam_trajectory::engine::NetworkJoint;
 use pam_trajectory::settings::{SettingsError, require, require_weights};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 /// Ranges `[lowest, highest]` of the inputs of a force.

@@ -10,8 +10,8 @@ use pam_data::Recording;
 use pam_trajectory::engine::{NetworkJoint, TrajectoryGradient, TrajectoryRequest};
 use pam_trajectory::loss::TrajectoryLoss;
 use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
-use rand_chacha::ChaCha8Rng;
 use std::time::Instant;
 
 /// Share of the rate after rollbacks below which a stage is ended.

@@ -60,7 +60,7 @@ struct Checkpoint {
     state: TrainingState,
 }
 
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 /// The folder of a run.
 #[derive(Debug)]

@@ -9,9 +9,9 @@ use crate::curriculum::{Curriculum, SolveStage, Stage};
 use crate::identification::{Identification, identify_deformation, identify_mass};
 use crate::warm_start::fit_deformation;
 use pam_core::{ParametricForce, PhysicalParameters};
+use pam_data::fingerprint::fingerprint;
 use pam_data::{MuscleSurfaces, Recording, Subject};
 use pam_effects::ActiveEffect;
-use pam_numerics::ContentHash;
 use pam_trajectory::engine::{GradientChoice, NetworkJoint, TrajectoryEngine};
 use pam_trajectory::loss::{SharedLoss, TrajectoryLoss};
 use pam_trajectory::windows::Windows;
@@ -233,16 +233,13 @@ impl Trainer {
         self.train.iter().map(|s| s.recording.name.clone()).collect()
     }
 
-    /// A hash of the training recordings: names, displacements and forces.
+    /// The [fingerprint](pam_data::fingerprint) of the recordings, those that are held out included.
     #[must_use]
     pub fn fingerprint(&self) -> String {
-        let mut hash = ContentHash::default();
-        for s in &self.train {
-            hash.bytes(s.recording.name.as_bytes());
-            hash.numbers(&s.recording.displacement_mm);
-            hash.numbers(&s.recording.force_mn);
-        }
-        hash.hex()
+        // Without the air masses, which may follow the model as it is trained.
+        [&self.train[..], self.held_out.subjects()]
+            .map(|subjects| fingerprint(subjects.iter().map(|s| &s.recording)))
+            .join(" ")
     }
 
     /// Number of recordings that are held out.

@@ -9,8 +9,8 @@ use pam_data::preprocess::{LowPass, gradient};
 use pam_data::recording::median_step_s;
 use pam_trajectory::engine::NetworkJoint;
 use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

@@ -2,8 +2,8 @@
 
 use pam_core::force::Dense;
 use pam_core::{Activation, Mlp, ModelError, NetworkForce};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 /// How weights are drawn.

@@ -5,15 +5,14 @@ use super::{
     EngineError, EngineForce, GradientStatistics, GradientSums, IndexedLoss, Precision,
     TrajectoryEngine, TrajectoryGradient, TrajectoryRequest,
 };
-use crate::predict::{SolverSettings, StepChoice};
+use crate::predict::SolverSettings;
 use pam_autodiff::batch::SealedMotion;
 use pam_autodiff::batch::sealed_motion::{DAMPING, MASS};
 use pam_core::Activation;
 use pam_core::simd::Float;
 use pam_solvers::input::InputError;
 use pam_solvers::{
-    BatchGradient, BatchWorkspace, BatchedIntegrator, ConstantStep, PidController, SampledInput,
-    StepController, TrajectoryProblem,
+    BatchGradient, BatchWorkspace, BatchedIntegrator, SampledInput, TrajectoryProblem,
 };
 
 /// Trajectories in batches and their discrete adjoint, for networks with sealed chambers. The network runs in
@@ -35,15 +34,17 @@ impl<T: Float> BatchedEngine<T> {
         Self { settings, memory: BatchWorkspace::default(), states: SealedStates::default() }
     }
 
-    fn integrate<F: EngineForce, C: StepController + Sync>(
+    fn integrate<F: EngineForce>(
         &mut self,
-        controller: C,
         request: &TrajectoryRequest<'_, F>,
         loss: &IndexedLoss<'_>,
         backward: bool,
     ) -> Result<BatchGradient, EngineError> {
         let network = request.model.force.network().ok_or_else(|| {
             EngineError::Request("the batched engine is for networks; take the general one".into())
+        })?;
+        let controller = self.settings.step.controller().ok_or_else(|| {
+            EngineError::Request("the closed form has an engine of its own".into())
         })?;
         let integrator = BatchedIntegrator::new(self.settings.tableau.clone(), controller);
         let motion = SealedMotion::<T, Activation>::new(request.model, network);
@@ -76,19 +77,7 @@ impl<T: Float, F: EngineForce> TrajectoryEngine<F> for BatchedEngine<T> {
         backward: bool,
     ) -> Result<TrajectoryGradient, EngineError> {
         request.check()?;
-        let motion = match self.settings.step {
-            StepChoice::Exact => {
-                return Err(EngineError::Request(
-                    "the closed form has an engine of its own".into(),
-                ));
-            }
-            StepChoice::Constant { step_s } => {
-                self.integrate(ConstantStep::new(step_s), request, loss, backward)
-            }
-            StepChoice::Adaptive { rtol, atol } => {
-                self.integrate(PidController::new(rtol, atol), request, loss, backward)
-            }
-        }?;
+        let motion = self.integrate(request, loss, backward)?;
         let mut force = motion.shared;
         let physical = force.split_off(force.len() - 2);
         let sums = GradientSums {

@@ -4,17 +4,16 @@ use super::{
     EngineError, GradientChoice, GradientSums, IndexedLoss, TrajectoryEngine, TrajectoryGradient,
     TrajectoryRequest,
 };
-use crate::predict::{SolverSettings, StepChoice, predict_from};
+use crate::predict::{SolverSettings, predict_from};
 use pam_core::{JointField, ParametricField, ParametricForce};
 use pam_data::Recording;
-use pam_solvers::input::InputError;
 use pam_solvers::sensitivity::{Direction, Gradient, MethodSetup, Problem};
 use pam_solvers::{
-    ConstantStep, FailureKind, Fixed, Integrator, PidController, SampledInput, StepController,
-    TrajectoryFailure,
+    FailureKind, Fixed, Integrator, PidController, SampledInput, StepController, TrajectoryFailure,
 };
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Smallest scale of the numbers that differences step by.
 const FLOORS: [f64; 3] = [1.0; 3];
@@ -109,31 +108,12 @@ impl GeneralEngine {
         loss: &IndexedLoss<'_>,
         task: &Task,
     ) -> Result<Outcome, EngineError> {
-        let tableau = self.settings.tableau.clone();
-        Ok(match self.settings.step {
-            StepChoice::Exact => {
-                return Err(EngineError::Request(
-                    "the exact method has a gradient of its own and takes no other method's".into(),
-                ));
-            }
-            StepChoice::Constant { step_s } => {
-                let integrator = Integrator::new(tableau, ConstantStep::new(step_s));
-                self.with_integrator(&integrator, request, loss, task)
-            }
-            StepChoice::Adaptive { rtol, atol } => {
-                let integrator = Integrator::new(tableau, PidController::new(rtol, atol));
-                self.with_integrator(&integrator, request, loss, task)
-            }
-        }?)
-    }
-
-    fn with_integrator<F: ParametricForce, C: StepController + Clone + 'static>(
-        &self,
-        integrator: &Integrator<C>,
-        request: &TrajectoryRequest<'_, F>,
-        loss: &IndexedLoss<'_>,
-        task: &Task,
-    ) -> Result<Outcome, InputError> {
+        let controller = self.settings.step.controller().ok_or_else(|| {
+            EngineError::Request(
+                "the exact method has a gradient of its own and takes no other method's".into(),
+            )
+        })?;
+        let integrator = Integrator::new(self.settings.tableau.clone(), controller);
         let subject = request.subject(task.window);
         let measured: &Recording = &subject.recording;
         let force =
@@ -147,14 +127,14 @@ impl GeneralEngine {
             t1,
             y0: &request.start(task.window),
             observations_s: &measured.time_s,
-            integrator,
+            integrator: &integrator,
         };
         let setup = MethodSetup {
             integrator: integrator.clone(),
             directions: Some(task.list(field.parameter_len())),
             floors: FLOORS,
         };
-        let method = self.choice.method::<Field<'_, F>, Force<'_>, C>(setup);
+        let method = self.choice.method::<Field<'_, F>, Force<'_>, Arc<dyn StepController>>(setup);
         let mut on_states = |_: &[f64], states: &[f64], cotangents: &mut [f64]| {
             let (states, _) = states.as_chunks::<4>();
             let (cotangents, _) = cotangents.as_chunks_mut::<4>();

@@ -4,8 +4,8 @@ use pam_core::force::Dense;
 use pam_core::{Activation, JointModel, Mlp, NetworkForce, ParametricForce};
 use pam_train::Regulariser;
 use pam_trajectory::engine::NetworkJoint;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// A joint whose force is a network of `layers` with tanh.
 pub(crate) fn joint(layers: Vec<Dense<f64>>) -> NetworkJoint {

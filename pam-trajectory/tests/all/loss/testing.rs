@@ -2,8 +2,8 @@
 
 use pam_data::{Channel, Recording};
 use pam_trajectory::TrajectoryLoss;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use std::path::Path;
 
 /// Samples 0.01 s apart from 7.3 s on, each channel drawn from a box.

@@ -1,23 +1,12 @@
-//! `pam completions` and `pam man`.
+//! `pam man` (feature `man`).
 
 use super::RunCommand;
-use crate::arguments::{Arguments, GlobalOptions};
+use crate::arguments::GlobalOptions;
 use crate::console::Console;
-use crate::error::{CliError, failed};
+use crate::error::CliError;
 use clap::Args;
-use pam_data::atomic::write_atomic;
-use serde_json::json;
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
-
-/// Arguments of `pam completions`.
-#[derive(Debug, Args)]
-pub struct CompletionsArguments {
-    /// The shell
-    #[arg(value_name = "SHELL")]
-    pub shell: clap_complete::Shell,
-}
 
 /// Arguments of `pam man`.
 #[derive(Debug, Args)]
@@ -27,27 +16,25 @@ pub struct ManArguments {
     pub out: PathBuf,
 }
 
-impl RunCommand for CompletionsArguments {
-    fn run(&self, _global: &GlobalOptions, _console: &Console) -> Result<ExitCode, CliError> {
-        let mut script = Vec::new();
-        clap_complete::generate(self.shell, &mut Arguments::with_exit_codes(), "pam", &mut script);
-        let _ = std::io::stdout().lock().write_all(&script);
-        Ok(ExitCode::SUCCESS)
-    }
-}
-
 impl RunCommand for ManArguments {
+    #[cfg(feature = "man")]
     fn run(&self, _global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let mut command = Arguments::with_exit_codes();
+        let mut command = crate::arguments::Arguments::with_exit_codes();
         command.build();
         let mut pages = Vec::new();
         write_pages(&command, "pam", self, &mut pages)?;
         console.text(format!("{} pages in {}", pages.len(), self.out.display()));
-        console.json(&json!({ "pages": pages }));
+        console.json(&serde_json::json!({ "pages": pages }));
         Ok(ExitCode::SUCCESS)
+    }
+
+    #[cfg(not(feature = "man"))]
+    fn run(&self, _global: &GlobalOptions, _console: &Console) -> Result<ExitCode, CliError> {
+        Err(CliError::without_feature("man"))
     }
 }
 
+#[cfg(feature = "man")]
 fn write_pages(
     command: &clap::Command,
     name: &str,
@@ -58,8 +45,10 @@ fn write_pages(
     let mut page = Vec::new();
     // A page is named by the whole command, `pam-rig-record`.
     let named = command.clone().name(name.to_owned());
-    clap_mangen::Man::new(named).render(&mut page).map_err(|e| failed(format!("{file}: {e}")))?;
-    write_atomic(&arguments.out.join(&file), &page)?;
+    clap_mangen::Man::new(named)
+        .render(&mut page)
+        .map_err(|e| crate::error::failed(format!("{file}: {e}")))?;
+    pam_data::atomic::write_atomic(&arguments.out.join(&file), &page)?;
     pages.push(file);
     for sub in command.get_subcommands().filter(|c| c.get_name() != "help" && !c.is_hide_set()) {
         write_pages(sub, &format!("{name}-{}", sub.get_name()), arguments, pages)?;

@@ -1,0 +1,39 @@
+//! `pam completions` (feature `completions`).
+
+use super::RunCommand;
+use crate::arguments::GlobalOptions;
+use crate::console::Console;
+use crate::error::CliError;
+use clap::Args;
+use std::process::ExitCode;
+
+#[cfg(feature = "completions")]
+use clap_complete::Shell;
+#[cfg(not(feature = "completions"))]
+type Shell = String;
+
+/// Arguments of `pam completions`.
+#[derive(Debug, Args)]
+pub struct CompletionsArguments {
+    /// The shell
+    #[arg(value_name = "SHELL")]
+    pub shell: Shell,
+}
+
+impl RunCommand for CompletionsArguments {
+    #[cfg(feature = "completions")]
+    fn run(&self, _global: &GlobalOptions, _console: &Console) -> Result<ExitCode, CliError> {
+        use std::io::Write;
+
+        let mut program = crate::arguments::Arguments::with_exit_codes();
+        let mut script = Vec::new();
+        clap_complete::generate(self.shell, &mut program, "pam", &mut script);
+        let _ = std::io::stdout().lock().write_all(&script);
+        Ok(ExitCode::SUCCESS)
+    }
+
+    #[cfg(not(feature = "completions"))]
+    fn run(&self, _global: &GlobalOptions, _console: &Console) -> Result<ExitCode, CliError> {
+        Err(CliError::without_feature("completions"))
+    }
+}
