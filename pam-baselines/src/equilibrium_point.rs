@@ -12,11 +12,11 @@ use crate::joint::{JointBaseline, JointForce, gas_of};
 use crate::method::{FittedModel, Method, Structure, TrainingSet};
 use crate::points::motion_points;
 use pam_control::equilibrium_point::{EquilibriumPoint, Observation, observe};
+use pam_core::parallel;
 use pam_core::units::MN_PER_N;
 use pam_core::{ForceInput, ForceModel, MuscleGeometry, Scalar};
 use pam_data::formats::npz::Array;
 use pam_numerics::least_squares;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -104,7 +104,7 @@ impl Method for EquilibriumModel {
         _progress: &(dyn Fn(f64) -> bool + Sync),
     ) -> Result<Box<dyn FittedModel>, BaselineError> {
         let observed: Vec<_> =
-            training.subjects.par_iter().map(|s| observe(&s.recording)).collect();
+            parallel::map(training.subjects.len(), |k| observe(&training.subjects[k].recording));
         // Recordings that do not show a stiffness say nothing of it.
         let observations: Vec<Observation> = observed.into_iter().filter_map(Result::ok).collect();
         let point = EquilibriumPoint::fit(&observations)?;

@@ -5,6 +5,7 @@ use crate::joint::{JointBaseline, JointForce};
 use crate::method::{FittedModel, Method, Structure, TrainingSet, go_on};
 use num_dual::Dual64;
 use pam_core::{NetworkForce, Scalar};
+use pam_data::document;
 use pam_data::formats::npz::Array;
 use pam_train::curriculum::{Curriculum, Selection, SelectionSet};
 use pam_train::training::Trainer;
@@ -70,7 +71,7 @@ impl Method for Hybrid {
 
     fn content_of_files(&self) -> Option<String> {
         let curriculum = Curriculum::open(&self.curriculum, &self.set).ok()?;
-        serde_json::to_string(&curriculum).ok()
+        document::to_json(&curriculum).ok()
     }
 
     fn fit(

@@ -8,11 +8,11 @@
 //! takes its hidden state and any other model its first state.
 
 use crate::error::BaselineError;
+use pam_core::parallel;
 use pam_core::{ForceInput, SealedMasses};
 use pam_data::formats::npz::Array;
 use pam_data::{MuscleSurfaces, Recording, Subject};
 use pam_trajectory::{PerChannel, PredictError, Prediction, Predictor, SolverSettings};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -108,13 +108,11 @@ pub trait FittedModel: Send + Sync {
         runs: &[Run<'_>],
         done: &(dyn Fn(usize) + Sync),
     ) -> Vec<Result<Trajectory, Stopped>> {
-        runs.par_iter()
-            .map(|run| {
-                let result = self.simulate(run);
-                done(1);
-                result
-            })
-            .collect()
+        parallel::map(runs.len(), |k| {
+            let result = self.simulate(&runs[k]);
+            done(1);
+            result
+        })
     }
 
     /// Number of fitted numbers.

@@ -30,6 +30,7 @@ pub mod error;
 pub mod field;
 pub mod force;
 pub mod joint;
+pub mod parallel;
 pub mod scalar;
 pub mod simd;
 pub mod units;

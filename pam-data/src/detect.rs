@@ -5,7 +5,7 @@ use crate::formats::list::format_of;
 use crate::load_options::LoadOptions;
 use crate::preprocess::refilter;
 use crate::recording::Recording;
-use rayon::prelude::*;
+use pam_core::parallel;
 use std::path::{Path, PathBuf};
 
 /// How the names of files end that hold the truth behind a made-up log. They are sealed:
@@ -67,14 +67,11 @@ pub fn read_files(
     options: &LoadOptions,
     read: &(dyn Fn() + Sync),
 ) -> Result<Vec<Recording>, DataError> {
-    let files: Vec<Result<Vec<Recording>, DataError>> = paths
-        .par_iter()
-        .map(|path| {
-            let recordings = open_recordings(path, options);
-            read();
-            recordings
-        })
-        .collect();
+    let files: Vec<Result<Vec<Recording>, DataError>> = parallel::map(paths.len(), |k| {
+        let recordings = open_recordings(&paths[k], options);
+        read();
+        recordings
+    });
     let mut all: Vec<Recording> = Vec::new();
     for recordings in files {
         for mut recording in recordings? {

@@ -19,6 +19,7 @@
 pub mod atomic;
 pub mod conditions;
 pub mod detect;
+pub mod document;
 pub mod error;
 pub mod fingerprint;
 pub mod formats;

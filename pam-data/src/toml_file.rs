@@ -1,5 +1,6 @@
 //! TOML files whose errors name file and line.
 
+use crate::document;
 use crate::error::DataError;
 use serde::de::DeserializeOwned;
 use std::path::Path;
@@ -23,19 +24,28 @@ pub fn line_of(text: &str, offset: usize) -> u64 {
 /// # Errors
 /// [`DataError::Line`].
 pub fn parse<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, DataError> {
-    toml::from_str(text).map_err(|e: toml::de::Error| {
-        let offset = e.span().map_or(0, |span| span.start);
-        DataError::line(path, line_of(text, offset), e.message().replace('\n', "; "))
-    })
+    document::from_toml(text)
+        .map_err(|e| DataError::line(path, e.line(text), e.to_string().replace('\n', "; ")))
+}
+
+/// The value of an assignment on a command line, written as TOML writes it; `None` if it is none.
+#[must_use]
+pub fn single_value(text: &str) -> Option<toml::Value> {
+    table(&format!("v = {text}")).ok()?.remove("v")
+}
+
+/// The table that TOML text holds.
+///
+/// # Errors
+/// What is wrong, without a line.
+pub fn table(text: &str) -> Result<toml::Table, String> {
+    document::from_toml(text).map_err(|e| e.to_string())
 }
 
 /// The value that a table holds.
 ///
-/// It is read from the text of the table: types that are read from files and from tables are then compiled for one
-/// reader only.
-///
 /// # Errors
 /// What is wrong, without a line.
 pub fn from_table<T: DeserializeOwned>(table: &toml::Table) -> Result<T, String> {
-    toml::from_str(&table.to_string()).map_err(|e| e.message().to_owned())
+    document::from_toml(&table.to_string()).map_err(|e| e.to_string())
 }

@@ -8,8 +8,8 @@ use crate::trajectory::forcing::{ForcingSegment, ForcingSegments};
 use crate::trajectory::forward::{ForwardSolve, Segment, Stopped};
 use crate::trajectory::motion::{MotionRegions, MotionWorkspace};
 use crate::trajectory::{ExactMotion, ExactProblem, ExactStatistics};
+use pam_core::parallel;
 use pam_solvers::{FailureKind, TrajectoryFailure};
-use rayon::prelude::*;
 use std::sync::Mutex;
 
 /// Solves trajectories in closed form, in parallel, and keeps its memory between calls.
@@ -123,7 +123,7 @@ impl ExactSolver {
             self.results.resize_with(problems.len(), Mutex::default);
         }
         let (workers, results) = (&self.workers, &self.results);
-        (0..problems.len()).into_par_iter().with_max_len(1).for_each(|index| {
+        parallel::for_each(problems.len(), &|index| {
             let mut worker = workers.lock().expect("no worker panics").pop().unwrap_or_default();
             let mut result = results[index].lock().expect("no worker panics");
             let one = loss.map(|loss| {

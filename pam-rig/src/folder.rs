@@ -5,10 +5,11 @@ use crate::protocol::{Protocol, Run};
 use crate::record::record;
 use crate::rig::{Rig, RigParameters};
 use crate::truth::Truth;
+use pam_core::parallel;
 use pam_data::DataError;
 use pam_data::atomic::write_atomic;
+use pam_data::document;
 use pam_data::formats::raw_log::RawLog;
-use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -87,13 +88,13 @@ impl Session {
         // What is impossible is told before anything is written.
         Rig::new(&self.rig, self.seed, 0.0)?;
         let resumes = self.claim(folder, &runs, overwrite)?;
-        runs.into_par_iter()
-            .map(|run| {
-                let entry = self.record_one(folder, run, resumes)?;
-                progress(&entry);
-                Ok(entry)
-            })
-            .collect()
+        parallel::map_each(runs, |run| {
+            let entry = self.record_one(folder, run, resumes)?;
+            progress(&entry);
+            Ok(entry)
+        })
+        .into_iter()
+        .collect()
     }
 
     fn record_one(&self, folder: &Path, run: Run, resumes: bool) -> Result<Entry, RigError> {
@@ -186,7 +187,7 @@ impl Session {
 fn names_in(settings: &str) -> Vec<String> {
     serde_json::from_str::<Value>(settings)
         .ok()
-        .and_then(|v| serde_json::from_value::<Protocol>(v["protocol"].clone()).ok())
+        .and_then(|v| document::from_value::<Protocol>(v["protocol"].clone()).ok())
         .and_then(|protocol| protocol.runs().ok())
         .map_or_else(Vec::new, |runs| runs.into_iter().map(|run| run.name).collect())
 }

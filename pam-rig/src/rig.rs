@@ -60,7 +60,7 @@ impl RigParameters {
     /// Never: every parameter can be written as TOML.
     #[must_use]
     pub fn to_toml(&self) -> String {
-        toml::to_string(self).expect("parameters are plain tables")
+        pam_data::document::to_toml(self).expect("parameters are plain tables")
     }
 }
 

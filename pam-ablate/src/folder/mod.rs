@@ -27,6 +27,7 @@ use crate::experiment::{Experiment, Problem};
 use crate::sweep::{Cell, Sweep};
 use pam_data::DataError;
 use pam_data::atomic::write_atomic;
+use pam_data::document;
 use pam_numerics::ContentHash;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -104,9 +105,9 @@ impl SweepFolder {
             }
             _ => AblateError::io(&path, e),
         })?;
-        let mut sweep: Sweep = serde_json::from_str(&text).map_err(|e| {
+        let mut sweep: Sweep = document::from_json(&text).map_err(|e| {
             let message = format!("{e}; it was written by another version or changed");
-            DataError::line(&path, e.line() as u64, message)
+            DataError::line(&path, e.line(&text), message)
         })?;
         sweep.path = path;
         Ok(sweep)

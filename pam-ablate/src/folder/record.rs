@@ -5,6 +5,7 @@ use crate::experiment::{Measurements, Problem};
 use crate::folder::{Planned, SweepFolder};
 use pam_data::DataError;
 use pam_data::atomic::write_atomic;
+use pam_data::document;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
@@ -117,9 +118,9 @@ impl SweepFolder {
     pub fn read_record(&self, id: &str) -> Result<Option<CellRecord>, AblateError> {
         let path = self.cell(id).join("result.json");
         match std::fs::read_to_string(&path) {
-            Ok(text) => serde_json::from_str(&text).map(Some).map_err(|e| {
+            Ok(text) => document::from_json(&text).map(Some).map_err(|e| {
                 let message = format!("{e}; remove the cell's folder to have it run again");
-                DataError::line(&path, e.line() as u64, message).into()
+                DataError::line(&path, e.line(&text), message).into()
             }),
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
             Err(e) => Err(AblateError::io(&path, e)),

@@ -258,10 +258,8 @@ impl Sweep {
         if let Some(axis) = self.axes.iter().find(swept) {
             return Err(fail(format!("the axis `{}` sets this key itself", axis.name)));
         }
-        let value = toml::from_str::<toml::Table>(&format!("v = {value}"))
-            .ok()
-            .and_then(|mut t| t.remove("v"))
-            .unwrap_or_else(|| Value::String(value.to_owned()));
+        let value =
+            toml_file::single_value(value).unwrap_or_else(|| Value::String(value.to_owned()));
         self.set.retain(|a| a.key != key);
         self.set.push(Assignment::new(key, value));
         Ok(())

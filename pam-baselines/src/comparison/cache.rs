@@ -10,7 +10,7 @@ use crate::error::BaselineError;
 use pam_data::atomic::write_atomic;
 use pam_data::fingerprint::fingerprint_of_subjects;
 use pam_data::formats::npz::{self, Array};
-use pam_data::{DataError, MuscleSurfaces};
+use pam_data::{DataError, MuscleSurfaces, document};
 use pam_numerics::ContentHash;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -40,7 +40,7 @@ impl ModelCache<'_> {
             return None;
         }
         let text = std::fs::read_to_string(self.path(name, "json")).ok()?;
-        let kept: Entry = serde_json::from_str(&text).ok()?;
+        let kept: Entry = document::from_json(&text).ok()?;
         (kept.key == key).then_some(kept.finished)
     }
 
@@ -55,7 +55,7 @@ impl ModelCache<'_> {
         npz::write(&self.path(name, "npz"), arrays)?;
         let path = self.path(name, "json");
         let kept = Entry { key, finished: finished.clone() };
-        let text = serde_json::to_string(&kept)
+        let text = document::to_json(&kept)
             .map_err(|e| DataError::file(&path, format!("the result cannot be written: {e}")))?;
         write_atomic(&path, text.as_bytes())?;
         Ok(())

@@ -2,7 +2,7 @@
 
 use crate::error::BaselineError;
 use crate::registry::AnyMethod;
-use pam_data::{DataError, toml_file};
+use pam_data::{DataError, document, toml_file};
 use pam_train::curriculum::{Selection, SelectionSet};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -96,7 +96,7 @@ impl ComparisonConfig {
              # figures = [\"nn_3065\"]  # recordings to draw\n",
         );
         for method in AnyMethod::defaults() {
-            let settings = toml::to_string(&method).unwrap_or_default();
+            let settings = document::to_toml(&method).unwrap_or_default();
             text.push_str("\n[[model]]\n");
             text.push_str(&settings);
         }

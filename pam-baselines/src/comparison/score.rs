@@ -6,11 +6,11 @@ use crate::method::{FittedModel, Needs, Run, Stopped, Trajectory};
 use crate::points::motion_points;
 use pam_control::equilibrium_point::observe;
 use pam_core::SealedMasses;
+use pam_core::parallel;
 use pam_data::{Channel, Recording, Subject};
 use pam_numerics::statistics::mean;
 use pam_train::frequency_segments;
 use pam_trajectory::metrics::{r2, rmse};
-use rayon::prelude::*;
 
 /// Points of the equation of motion, s apart.
 const FORCE_SPACING_S: f64 = 0.05;
@@ -34,10 +34,8 @@ pub(super) struct Scoring<'a> {
 impl<'a> Scoring<'a> {
     /// Scores on these recordings, after `warm_up` samples; trajectories of those called `drawn` are kept.
     pub(super) fn new(sets: &'a Split, warm_up: usize, drawn: &'a [String]) -> Self {
-        let measured_stiffness = all(sets)
-            .into_par_iter()
-            .map(|s| observe(&s.recording).ok().map(|o| o.stiffness_n_mm))
-            .collect();
+        let measured_stiffness =
+            parallel::map_each(all(sets), |s| observe(&s.recording).ok().map(|o| o.stiffness_n_mm));
         Self { sets, warm_up, drawn, measured_stiffness }
     }
 
@@ -75,9 +73,8 @@ impl<'a> Scoring<'a> {
                         }
                     }
                     let warm_up = self.warm_up;
-                    scores.par_extend(
-                        runs.par_iter().zip(predicted).map(|(run, p)| score(run, p, warm_up)),
-                    );
+                    let both = runs.iter().zip(predicted).collect();
+                    scores.extend(parallel::map_each(both, |(run, p)| score(run, p, warm_up)));
                 }
                 SetScores::of(scores)
             };
@@ -154,9 +151,8 @@ fn input(x: f64, v: f64, masses: SealedMasses) -> pam_core::ForceInput<f64> {
 /// R² of the restoring force against `F − m ẍ` along all measured motions.
 fn force_r2(model: &dyn FittedModel, subjects: &[Subject]) -> Option<f64> {
     let mass = model.mass_kg()?;
-    let parts: Vec<Option<Vec<[f64; 2]>>> = subjects
-        .par_iter()
-        .map(|s| {
+    let parts: Vec<Option<Vec<[f64; 2]>>> =
+        parallel::map_each(subjects.iter().collect(), |s: &Subject| {
             // Masses by the sealed reading, as the model itself would take them; pressures of a model
             // that needs them are those of the moment.
             let rest = s.recording.reading_at_rest();
@@ -174,8 +170,7 @@ fn force_r2(model: &dyn FittedModel, subjects: &[Subject]) -> Option<f64> {
                     Some([p.force_mn - mass * p.acceleration_mm_s2, force])
                 })
                 .collect()
-        })
-        .collect();
+        });
     let parts: Option<Vec<Vec<[f64; 2]>>> = parts.into_iter().collect();
     let (measured, own): (Vec<f64>, Vec<f64>) =
         parts?.into_iter().flatten().map(|[m, f]| (m, f)).unzip();

@@ -7,9 +7,9 @@ use super::train::History;
 use crate::error::BaselineError;
 use crate::method::{FittedModel, Run, Stopped, Structure, Trajectory, diverged, out_of_range};
 use crate::saved::SavedArrays;
+use pam_core::parallel;
 use pam_data::formats::npz::Array;
 use pam_data::recording::median_step_s;
-use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -201,16 +201,17 @@ impl FittedModel for GruModel {
         runs: &[Run<'_>],
         done: &(dyn Fn(usize) + Sync),
     ) -> Vec<Result<Trajectory, Stopped>> {
-        runs.par_chunks(TASK_RUNS)
-            .flat_map_iter(|part| {
-                let results = match part.iter().try_for_each(|run| self.check_step(run)) {
-                    Ok(()) => self.predict(part),
-                    Err(_) => part.iter().map(|run| self.simulate(run)).collect(),
-                };
-                done(part.len());
-                results
-            })
-            .collect()
+        parallel::map_each(runs.chunks(TASK_RUNS).collect(), |part| {
+            let results = match part.iter().try_for_each(|run| self.check_step(run)) {
+                Ok(()) => self.predict(part),
+                Err(_) => part.iter().map(|run| self.simulate(run)).collect(),
+            };
+            done(part.len());
+            results
+        })
+        .into_iter()
+        .flatten()
+        .collect()
     }
 
     fn parameter_count(&self) -> usize {

@@ -2,9 +2,9 @@
 
 use super::parameters::INPUTS;
 use super::scaling::Scaling;
+use pam_core::parallel;
 use pam_data::Subject;
 use rand::{Rng, RngExt};
-use rayon::prelude::*;
 
 /// The scaled samples of all recordings, one sequence for each recording and each sample of a step that a
 /// sequence may begin with.
@@ -33,10 +33,9 @@ impl Samples {
             let rest = first.flat_map(|f| std::iter::repeat_n(f, warm_up.saturating_sub(1)));
             rest.chain(own).collect()
         };
-        let sequences = subjects
-            .par_iter()
-            .flat_map_iter(|s| (0..samples_per_step).map(move |phase| sequence(s, phase)))
-            .collect();
+        let sequences = parallel::map(subjects.len() * samples_per_step, |k| {
+            sequence(&subjects[k / samples_per_step], k % samples_per_step)
+        });
         Self { samples_per_step, sequences }
     }
 

@@ -19,10 +19,10 @@ use super::tape::{Begin, LOSS_WEIGHTS, Window};
 use crate::batched::cosine_rate;
 use crate::error::BaselineError;
 use crate::method::go_on;
+use pam_core::parallel;
 use pam_train::optimiser::{Adam, AdamSettings, clip_to_norm};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rayon::prelude::*;
 use serde::Serialize;
 
 /// Share of the training in which rollouts grow.
@@ -151,9 +151,8 @@ pub(super) fn train(
 /// Mean loss over all samples of free runs from rest over whole recordings.
 fn free_run_loss(network: &Network<f32>, samples: &Samples, warm_up: usize) -> f64 {
     let whole: Vec<&[[f32; INPUTS]]> = samples.whole().filter(|s| s.len() > warm_up).collect();
-    let sums: Vec<(f64, usize)> = whole
-        .par_chunks(TASK_WINDOWS / 2)
-        .map(|part| {
+    let sums: Vec<(f64, usize)> =
+        parallel::map_each(whole.chunks(TASK_WINDOWS / 2).collect(), |part| {
             let mut running = Running::new(network, part.len());
             let mut out = vec![[0.0_f32; OUTPUTS]; part.len()];
             let mut inputs = vec![[0.0_f32; INPUTS]; part.len()];
@@ -178,8 +177,7 @@ fn free_run_loss(network: &Network<f32>, samples: &Samples, warm_up: usize) -> f
                 running.feed(network, &inputs);
             }
             (sum, count)
-        })
-        .collect();
+        });
     let count: usize = sums.iter().map(|s| s.1).sum();
     sums.iter().map(|s| s.0).sum::<f64>() / count.max(1) as f64
 }

@@ -4,9 +4,9 @@ use super::{Koopman, KoopmanModel, Rollout, Stability, Standard};
 use crate::error::BaselineError;
 use crate::method::is_positive;
 use crate::regression::Moments;
+use pam_core::parallel;
 use pam_data::recording::median_step_s;
 use pam_data::{Channel, Recording, Subject};
-use rayon::prelude::*;
 use std::time::Instant;
 
 impl Koopman {
@@ -23,9 +23,8 @@ impl Koopman {
         let (state, input) = standard_of(&recordings).map_err(fail)?;
 
         let terms = self.dictionary.len();
-        let parts: Vec<Moments> = recordings
-            .par_iter()
-            .map(|r| {
+        let parts: Vec<Moments> =
+            parallel::map_each(recordings.iter().copied().collect(), |r: &Recording| {
                 let mut moments = Moments::new(terms + 1, terms);
                 let at = |k: usize| {
                     let x = Channel::ALL.map(|c| r.channel(c)[k]);
@@ -45,8 +44,7 @@ impl Koopman {
                     force = next_force;
                 }
                 moments
-            })
-            .collect();
+            });
         let mut parts = parts.into_iter();
         let mut moments = parts.next().ok_or_else(|| fail("there are no recordings".into()))?;
         parts.for_each(|part| moments.merge(part));

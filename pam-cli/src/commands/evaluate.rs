@@ -8,6 +8,7 @@ use crate::error::CliError;
 use crate::options::{DataOptions, ModelOptions, SolverOptions, describe_model, solver_json};
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
+use pam_core::parallel;
 use pam_data::atomic::write_atomic;
 use pam_data::formats::csv_columns;
 use pam_data::{Channel, SavedModel, Subject};
@@ -16,7 +17,6 @@ use pam_report::page::number;
 use pam_report::{EvaluationContext, evaluation_report};
 use pam_train::{Evaluation, evaluate_with};
 use pam_trajectory::SolverSettings;
-use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -85,14 +85,16 @@ pub fn evaluate_into(
     bar.finish_and_clear();
 
     let bar = console.progress(evaluation.recordings.len(), "writing");
-    evaluation.recordings.par_iter().try_for_each(|r| {
+    let written = parallel::map(evaluation.recordings.len(), |k| {
+        let r = &evaluation.recordings[k];
         let predicted = r.prediction.to_recording(&r.recording, r.masses);
         let path = folder.join("predictions").join(format!("{}.csv", r.recording.name));
         let written =
             write_atomic(&path, csv_columns::to_csv(&predicted, Some(r.masses)).as_bytes());
         bar.inc(1);
         written
-    })?;
+    });
+    written.into_iter().collect::<Result<(), _>>()?;
     bar.finish_and_clear();
     let context = EvaluationContext {
         model: saved.info.clone(),

@@ -6,10 +6,10 @@ use crate::error::ControlError;
 use crate::execution::{Commands, PulseShape};
 use crate::identification::{Response, identify};
 use crate::synthesis::Target;
+use pam_core::parallel;
 use pam_core::units::MN_PER_N;
 use pam_core::{ForceInput, ForceModel, JointModel, SealedMasses};
 use pam_numerics::statistics::{PairedTTest, mean, paired_t_test, standard_deviation};
-use rayon::prelude::*;
 use serde::Serialize;
 
 /// The range by which Δ is divided, N/mm (Wang and Realmuto 2026, equation of Δ).
@@ -142,10 +142,10 @@ pub fn rows(
     seed: u64,
     make: MakeJoint<'_>,
 ) -> Result<(Vec<ComparisonRow>, Vec<Identified>), ControlError> {
-    let runs: Vec<Vec<Identified>> = (0..repeats)
-        .into_par_iter()
-        .map(|k| cycle(commands, shape, mass_kg, seed + k as u64, make))
-        .collect::<Result<_, _>>()?;
+    let runs: Vec<Vec<Identified>> =
+        parallel::map(repeats, |k| cycle(commands, shape, mass_kg, seed + k as u64, make))
+            .into_iter()
+            .collect::<Result<_, _>>()?;
     let mut rows = Vec::new();
     for nominal in CYCLE_N_MM {
         let mut pairs = Vec::new();

@@ -5,8 +5,8 @@ use crate::error::ControlError;
 use crate::execution::{Commands, Followed, follow};
 use crate::motion::{MotionSpec, StiffnessProfile};
 use crate::synthesis::{Plan, PlanSummary, SynthesisSettings, plan};
+use pam_core::parallel;
 use pam_core::{AnyForce, JointModel};
-use rayon::prelude::*;
 use serde::Serialize;
 
 /// Shapes of the motion of the tests.
@@ -99,37 +99,36 @@ pub fn track(
     make: MakeJoint<'_>,
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<TrackingResult>, ControlError> {
-    cases
-        .par_iter()
-        .map(|case| {
-            let period = 1.0 / case.frequency_hz;
-            let lead = period * (2.0 / period).ceil().max(1.0);
-            let length = lead + period * (10.0 / period).ceil().max(2.0);
-            let text = format!(
-                "{}:A={},f={},duration={length}",
-                case.shape, case.amplitude_mm, case.frequency_hz
-            );
-            let motion = MotionSpec::parse(&text)?;
-            let stiffness = StiffnessProfile::Constant(case.stiffness_n_mm);
-            let targets = plan::targets(&motion, Some(&stiffness), 0.0, 1000.0)?;
-            let plan = Plan::new(model, targets, settings)?;
-            let commands = Commands::from(&plan);
-            let mut joint = make(seed, commands.pressures_kpa(0.0));
-            let followed = follow(&mut joint, &commands, SETTLE_S, |_| 0.0);
-            let errors = followed
-                .commanded_kpa
-                .iter()
-                .zip(&followed.pressures_kpa)
-                .flat_map(|(c, p)| [c[0] - p[0], c[1] - p[1]]);
-            let squares: f64 = errors.map(|e| e * e).sum();
-            done();
-            Ok(TrackingResult {
-                case: case.clone(),
-                plan: plan.summary(),
-                rmse_mm: followed.rmse_mm(lead),
-                pressure_rmse_kpa: (squares / (2 * followed.time_s.len()) as f64).sqrt(),
-                followed,
-            })
+    parallel::map_each(cases.iter().collect(), |case: &TrackingCase| {
+        let period = 1.0 / case.frequency_hz;
+        let lead = period * (2.0 / period).ceil().max(1.0);
+        let length = lead + period * (10.0 / period).ceil().max(2.0);
+        let text = format!(
+            "{}:A={},f={},duration={length}",
+            case.shape, case.amplitude_mm, case.frequency_hz
+        );
+        let motion = MotionSpec::parse(&text)?;
+        let stiffness = StiffnessProfile::Constant(case.stiffness_n_mm);
+        let targets = plan::targets(&motion, Some(&stiffness), 0.0, 1000.0)?;
+        let plan = Plan::new(model, targets, settings)?;
+        let commands = Commands::from(&plan);
+        let mut joint = make(seed, commands.pressures_kpa(0.0));
+        let followed = follow(&mut joint, &commands, SETTLE_S, |_| 0.0);
+        let errors = followed
+            .commanded_kpa
+            .iter()
+            .zip(&followed.pressures_kpa)
+            .flat_map(|(c, p)| [c[0] - p[0], c[1] - p[1]]);
+        let squares: f64 = errors.map(|e| e * e).sum();
+        done();
+        Ok(TrackingResult {
+            case: case.clone(),
+            plan: plan.summary(),
+            rmse_mm: followed.rmse_mm(lead),
+            pressure_rmse_kpa: (squares / (2 * followed.time_s.len()) as f64).sqrt(),
+            followed,
         })
-        .collect()
+    })
+    .into_iter()
+    .collect()
 }

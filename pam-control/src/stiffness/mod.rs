@@ -12,8 +12,8 @@ use pam_autodiff::{
     Central, DifferenceScheme, Forward, FourPointSmoothed, Richardson, linearise,
     stiffness_by_difference_n_mm,
 };
+use pam_core::parallel;
 use pam_core::{AnyForce, ForceInput, JointModel, Scalar, SealedMasses};
-use rayon::prelude::*;
 use serde::Serialize;
 
 mod polygons;
@@ -66,17 +66,16 @@ pub fn map(
     step_mm: f64,
 ) -> Vec<StiffnessPoint> {
     let dual = model.force.map(Dual64::constant);
-    grid.masses
-        .par_iter()
-        .flat_map_iter(|masses| {
-            let dual = &dual;
-            grid.velocities_mm_s.iter().flat_map(move |&v| {
-                grid.displacements_mm
-                    .iter()
-                    .map(move |&x| point(model, dual, x, v, *masses, step_mm))
-            })
-        })
-        .collect()
+    let points = parallel::map_each(grid.masses.iter().collect(), |masses: &SealedMasses| {
+        let mut points =
+            Vec::with_capacity(grid.velocities_mm_s.len() * grid.displacements_mm.len());
+        for &v in &grid.velocities_mm_s {
+            let at = |&x: &f64| point(model, &dual, x, v, *masses, step_mm);
+            points.extend(grid.displacements_mm.iter().map(at));
+        }
+        points
+    });
+    points.into_iter().flatten().collect()
 }
 
 fn point(
@@ -158,19 +157,16 @@ pub fn reachable(
         .iter()
         .flat_map(|&v| displacements_mm.iter().map(move |&x| [x, v]))
         .collect();
-    Ok(pairs
-        .par_iter()
-        .map(|&[displacement_mm, velocity_mm_s]| {
-            let target = Target {
-                time_s: 0.0,
-                displacement_mm,
-                velocity_mm_s,
-                acceleration_mm_s2: 0.0,
-                stiffness_n_mm: 1.0,
-                load_mn: 0.0,
-            };
-            let stiffness_n_mm = synthesiser.reachable_n_mm(&target);
-            Reachable { displacement_mm, velocity_mm_s, stiffness_n_mm }
-        })
-        .collect())
+    Ok(parallel::map_each(pairs, |[displacement_mm, velocity_mm_s]| {
+        let target = Target {
+            time_s: 0.0,
+            displacement_mm,
+            velocity_mm_s,
+            acceleration_mm_s2: 0.0,
+            stiffness_n_mm: 1.0,
+            load_mn: 0.0,
+        };
+        let stiffness_n_mm = synthesiser.reachable_n_mm(&target);
+        Reachable { displacement_mm, velocity_mm_s, stiffness_n_mm }
+    }))
 }

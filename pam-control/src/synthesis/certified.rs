@@ -2,10 +2,10 @@
 
 use super::problem::{Outcome, Solution, SynthesisSettings, Target};
 use crate::error::ControlError;
+use pam_core::parallel;
 use pam_core::units::MN_PER_N;
 use pam_core::{ForceModel, JointModel, SealedMasses};
 use pam_exact::{Certificate, InverseProblem, InverseSolver, ReluNetwork, Window};
-use rayon::prelude::*;
 
 /// Samples that are solved one after the other; among equal solutions the one nearest to the sample
 /// before is taken.
@@ -50,7 +50,7 @@ impl CertifiedSynthesiser {
     pub fn solve(&self, targets: &[Target]) -> Result<Vec<(Solution, Certificate)>, ControlError> {
         targets.iter().try_for_each(Target::validate)?;
         let stretches: Vec<Vec<(Solution, Certificate)>> =
-            targets.par_chunks(STRETCH).map(|targets| self.stretch(targets)).collect();
+            parallel::map_each(targets.chunks(STRETCH).collect(), |targets| self.stretch(targets));
         Ok(stretches.into_iter().flatten().collect())
     }
 

@@ -8,8 +8,8 @@ use super::stencil::{Evaluator, Inertia, Local};
 use super::trace::{Traced, grid_nodes, nearest_around, trace};
 use super::walk::{Chords, Vertex};
 use crate::error::ControlError;
+use pam_core::parallel;
 use pam_core::{AnyForce, JointModel, SealedMasses};
-use rayon::prelude::*;
 
 /// Samples of a segment that are solved one after the other; the first one of each starts from the segment
 /// before.
@@ -96,15 +96,12 @@ impl<B: ForceBatch> Synthesiser<B> {
         let starts = self.starts(targets);
         let group = self.settings.segments;
         let samples = group * SEGMENT_SAMPLES;
-        let groups: Vec<Vec<Solution>> = starts
-            .par_chunks(group)
-            .enumerate()
-            .map(|(k, starts)| {
-                let from = k * samples;
-                let stretch = &targets[from..(from + samples).min(targets.len())];
-                self.solve_group(stretch, starts)
-            })
-            .collect();
+        let groups: Vec<Vec<Solution>> = parallel::map(starts.len().div_ceil(group), |k| {
+            let starts = &starts[k * group..starts.len().min((k + 1) * group)];
+            let from = k * samples;
+            let stretch = &targets[from..(from + samples).min(targets.len())];
+            self.solve_group(stretch, starts)
+        });
         Ok(groups.into_iter().flatten().collect())
     }
 

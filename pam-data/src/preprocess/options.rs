@@ -1,3 +1,4 @@
+use crate::document;
 use pam_core::units;
 use serde::{Deserialize, Serialize};
 
@@ -69,7 +70,7 @@ impl RawLogOptions {
             return Err(format!("unknown option `{key}`; known: {}", known.join(", ")));
         }
         fields.insert(key.to_owned(), number);
-        *self = serde_json::from_value(all).map_err(|e| format!("option `{key}`: {e}"))?;
+        *self = document::from_value(all).map_err(|e| format!("option `{key}`: {e}"))?;
         Ok(())
     }
 

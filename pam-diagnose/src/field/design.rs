@@ -8,9 +8,9 @@ use crate::fit::Hypothesis;
 use crate::search::Candidates;
 use pam_autodiff::{ByDual, Differentiation};
 use pam_core::ParametricField;
+use pam_core::parallel;
 use pam_solvers::{InputFn, ParametricInput, Side};
 use pam_train::field::{Experiment, FieldProblem, Outputs};
-use rayon::prelude::*;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -62,30 +62,28 @@ where
     let (field, integrator) = (problem.field, problem.integrator);
     let problem =
         FieldProblem { field, experiments: &planned, integrator, outputs: outputs.clone() };
-    let mut all: Vec<FieldSeparation> = planned
-        .par_iter()
-        .map(|experiment| {
-            let one = std::slice::from_ref(experiment);
-            let system = FieldSystem::new(&problem, one, candidates, options);
-            let named = Hypothesis {
-                members: diagnosis.causes.iter().map(|c| c.member.clone()).collect(),
-                shared: diagnosis.model.shared.clone(),
-                ..Hypothesis::base(&system, 1)
-            };
-            let by_alternative = diagnosis.causes[place]
-                .alternatives
-                .iter()
-                .map(|alternative| {
-                    let mut other = named.clone();
-                    other.members[place] = alternative.clone();
-                    let distance = difference(&system, &named, &other, place, &outputs.noise);
-                    let id = system.candidate(alternative.candidate).id.to_owned();
-                    (id, distance.unwrap_or(0.0))
-                })
-                .collect();
-            FieldSeparation { experiment: experiment.name.clone(), by_alternative }
-        })
-        .collect();
+    let mut all: Vec<FieldSeparation> = parallel::map(planned.len(), |k| {
+        let experiment = &planned[k];
+        let one = std::slice::from_ref(experiment);
+        let system = FieldSystem::new(&problem, one, candidates, options);
+        let named = Hypothesis {
+            members: diagnosis.causes.iter().map(|c| c.member.clone()).collect(),
+            shared: diagnosis.model.shared.clone(),
+            ..Hypothesis::base(&system, 1)
+        };
+        let by_alternative = diagnosis.causes[place]
+            .alternatives
+            .iter()
+            .map(|alternative| {
+                let mut other = named.clone();
+                other.members[place] = alternative.clone();
+                let distance = difference(&system, &named, &other, place, &outputs.noise);
+                let id = system.candidate(alternative.candidate).id.to_owned();
+                (id, distance.unwrap_or(0.0))
+            })
+            .collect();
+        FieldSeparation { experiment: experiment.name.clone(), by_alternative }
+    });
     all.sort_by(|a, b| b.least().total_cmp(&a.least()));
     all
 }

@@ -5,8 +5,8 @@ use super::likelihood::ChannelErrors;
 use super::problem::{Problem, Sensitivities};
 use crate::error::DiagnoseError;
 use crate::search::{Candidates, Nuisance};
+use pam_core::parallel;
 use pam_numerics::{ScaledCholesky, SquareMatrix};
-use rayon::prelude::*;
 
 /// Normal equations of one experiment: parameters, shared nuisances, its own nuisances.
 struct Part {
@@ -45,13 +45,12 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         errors: &ChannelErrors,
     ) -> Result<NormalEquations, DiagnoseError> {
         let weights = self.weights(errors);
-        let parts: Result<Vec<Part>, DiagnoseError> = (0..self.len())
-            .into_par_iter()
-            .map(|i| {
-                let s = self.sensitivities(hypothesis, i)?;
-                Ok(part(&s, &weights, self.rows(i), self.rows_per_block(i)))
-            })
-            .collect();
+        let parts: Result<Vec<Part>, DiagnoseError> = parallel::map(self.len(), |i| {
+            let s = self.sensitivities(hypothesis, i)?;
+            Ok(part(&s, &weights, self.rows(i), self.rows_per_block(i)))
+        })
+        .into_iter()
+        .collect();
         let (shared, local) = (self.system.shared(), self.system.local());
         let parameters = hypothesis.parameters(self.system).len();
         let common = parameters + shared.len();

@@ -5,7 +5,7 @@ use super::likelihood::ChannelErrors;
 use crate::error::DiagnoseError;
 use crate::search::{Candidates, OutputInfo};
 use crate::settings::DiagnosisSettings;
-use rayon::prelude::*;
+use pam_core::parallel;
 use std::ops::Range;
 
 /// Residuals of one experiment, and their derivatives (of the simulation) by every unknown: parameters of the
@@ -175,17 +175,16 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
     /// # Errors
     /// [`DiagnoseError`] of the first experiment whose simulation fails.
     pub fn errors(&self, hypothesis: &Hypothesis) -> Result<ChannelErrors, DiagnoseError> {
-        let each: Result<Vec<ChannelErrors>, DiagnoseError> = (0..self.len())
-            .into_par_iter()
-            .map(|i| {
-                let mut residuals = self.residuals(hypothesis, i)?;
-                if self.unseen {
-                    self.system.forgive(&mut residuals);
-                }
-                let sums = residuals.iter().map(|r| r.iter().map(|v| v * v).sum()).collect();
-                Ok(ChannelErrors { sums, rows: self.rows(i) })
-            })
-            .collect();
+        let each: Result<Vec<ChannelErrors>, DiagnoseError> = parallel::map(self.len(), |i| {
+            let mut residuals = self.residuals(hypothesis, i)?;
+            if self.unseen {
+                self.system.forgive(&mut residuals);
+            }
+            let sums = residuals.iter().map(|r| r.iter().map(|v| v * v).sum()).collect();
+            Ok(ChannelErrors { sums, rows: self.rows(i) })
+        })
+        .into_iter()
+        .collect();
         let none = ChannelErrors { sums: vec![0.0; self.noise.len()], rows: 0 };
         Ok(each?.iter().fold(none, |sum, e| sum.and(e)))
     }

@@ -5,13 +5,13 @@ use crate::data::OpenPart;
 use crate::design::difference;
 use crate::fit::{Hypothesis, Member};
 use crate::settings::DiagnosisSettings;
+use pam_core::parallel;
 use pam_core::units::MN_PER_N;
 use pam_data::Subject;
 use pam_data::{MassOrigin, Recording};
 use pam_effects::effects::{AnyEffect, DataScales};
 use pam_effects::model::{ActiveEffect, ExtendedModel};
 use pam_effects::simulation::{ResampledRecord, Trial};
-use rayon::prelude::*;
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -85,30 +85,27 @@ pub fn separate(
     for excitation in excitations(scales.force_n) {
         tried.extend(PRESSURES.iter().map(|p| (excitation.clone(), *p)));
     }
-    let mut all: Vec<Separation> = tried
-        .into_par_iter()
-        .map(|(excitation, psi)| {
-            let trials: Vec<Trial> =
-                psi.iter().map(|&p| trial(extended, &excitation, p, scales)).collect();
-            let all = OpenPart::whole(trials.len());
-            let effects = actives.iter().map(|a| a.effect as &dyn AnyEffect).collect();
-            let (of_trials, base) = (trials.iter().collect(), extended.base());
-            let system = JointSystem::new(of_trials, &all, base, &[], effects, &settings);
-            let named = Hypothesis {
-                members: (0..extended.effects.len()).map(member).collect(),
-                ..Hypothesis::base(&system, trials.len())
-            };
-            let by_alternative = (extended.effects.len()..actives.len())
-                .map(|alternative| {
-                    let mut other = named.clone();
-                    other.members[place] = member(alternative);
-                    let distance = difference(&system, &named, &other, place, noise);
-                    (actives[alternative].effect.info().id.to_owned(), distance.unwrap_or(0.0))
-                })
-                .collect();
-            Separation { excitation, psi: psi.to_vec(), by_alternative }
-        })
-        .collect();
+    let mut all: Vec<Separation> = parallel::map_each(tried, |(excitation, psi)| {
+        let trials: Vec<Trial> =
+            psi.iter().map(|&p| trial(extended, &excitation, p, scales)).collect();
+        let all = OpenPart::whole(trials.len());
+        let effects = actives.iter().map(|a| a.effect as &dyn AnyEffect).collect();
+        let (of_trials, base) = (trials.iter().collect(), extended.base());
+        let system = JointSystem::new(of_trials, &all, base, &[], effects, &settings);
+        let named = Hypothesis {
+            members: (0..extended.effects.len()).map(member).collect(),
+            ..Hypothesis::base(&system, trials.len())
+        };
+        let by_alternative = (extended.effects.len()..actives.len())
+            .map(|alternative| {
+                let mut other = named.clone();
+                other.members[place] = member(alternative);
+                let distance = difference(&system, &named, &other, place, noise);
+                (actives[alternative].effect.info().id.to_owned(), distance.unwrap_or(0.0))
+            })
+            .collect();
+        Separation { excitation, psi: psi.to_vec(), by_alternative }
+    });
     all.sort_by(|a, b| b.least().total_cmp(&a.least()));
     all
 }

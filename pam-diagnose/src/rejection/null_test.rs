@@ -2,10 +2,10 @@
 
 use crate::fit::{Problem, Sensitivities, dot};
 use crate::search::{Candidates, Scored};
+use pam_core::parallel;
 use pam_numerics::ScaledCholesky;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rayon::prelude::*;
 use serde::Serialize;
 
 /// How much of the residual the best candidate explains when none is at work.
@@ -78,39 +78,35 @@ impl NullTest {
         let block = blocks.min(rows / settings.null_blocks).max(1);
         let weights = problem.weights(&base.fit.errors);
         let h = base.hypothesis();
-        let experiments: Option<Vec<Products>> = (0..problem.len())
-            .into_par_iter()
-            .map(|i| {
-                let s = problem.sensitivities(h, i).ok()?;
-                let remaining = problem.residuals(named.hypothesis(), i).ok()?;
-                let directions: Vec<Vec<Direction>> = starts
-                    .par_iter()
-                    .enumerate()
-                    .map(|(k, (candidate, values))| {
-                        let with = h.with(*candidate, values);
-                        let first = k == 0 || starts[k - 1].0 != *candidate;
-                        let parameters = system.candidate(*candidate).parameters.len();
-                        let none = vec![Vec::new(); weights.len()];
-                        let mut directions = vec![none; 1 + if first { parameters } else { 0 }];
-                        if let Ok(r) = problem.residuals(&with, i) {
-                            let change = |(a, b): (&Vec<f64>, &Vec<f64>)| {
-                                a.iter().zip(b).map(|(a, b)| a - b).collect()
-                            };
-                            directions[0] = s.residuals.iter().zip(&r).map(change).collect();
-                        }
-                        if first && let Ok(there) = problem.sensitivities(&with, i) {
-                            // The base has no parameters: those of the candidate come first.
-                            for (to, column) in directions[1..].iter_mut().zip(there.columns) {
-                                *to = column;
-                            }
-                        }
-                        directions
-                    })
-                    .collect();
-                let directions: Vec<Direction> = directions.into_iter().flatten().collect();
-                Some(products(system, &s, &remaining, &directions, &weights, block))
-            })
-            .collect();
+        let experiments: Option<Vec<Products>> = parallel::map(problem.len(), |i| {
+            let s = problem.sensitivities(h, i).ok()?;
+            let remaining = problem.residuals(named.hypothesis(), i).ok()?;
+            let directions: Vec<Vec<Direction>> = parallel::map(starts.len(), |k| {
+                let (candidate, values) = &starts[k];
+                let with = h.with(*candidate, values);
+                let first = k == 0 || starts[k - 1].0 != *candidate;
+                let parameters = system.candidate(*candidate).parameters.len();
+                let none = vec![Vec::new(); weights.len()];
+                let mut directions = vec![none; 1 + if first { parameters } else { 0 }];
+                if let Ok(r) = problem.residuals(&with, i) {
+                    let change = |(a, b): (&Vec<f64>, &Vec<f64>)| {
+                        a.iter().zip(b).map(|(a, b)| a - b).collect()
+                    };
+                    directions[0] = s.residuals.iter().zip(&r).map(change).collect();
+                }
+                if first && let Ok(there) = problem.sensitivities(&with, i) {
+                    // The base has no parameters: those of the candidate come first.
+                    for (to, column) in directions[1..].iter_mut().zip(there.columns) {
+                        *to = column;
+                    }
+                }
+                directions
+            });
+            let directions: Vec<Direction> = directions.into_iter().flatten().collect();
+            Some(products(system, &s, &remaining, &directions, &weights, block))
+        })
+        .into_iter()
+        .collect();
         let experiments = experiments?;
         let residual: f64 = experiments.iter().map(|t| t.residual).sum();
         if residual <= 0.0 {

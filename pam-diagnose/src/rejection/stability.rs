@@ -2,8 +2,8 @@
 
 use crate::fit::{Hypothesis, Problem, coordinate};
 use crate::search::Candidates;
+use pam_core::parallel;
 use pam_numerics::statistics::t_quantile_95;
-use rayon::prelude::*;
 use serde::Serialize;
 
 /// One cause, fitted anew to parts of the recordings.
@@ -40,23 +40,23 @@ impl ParameterStability {
         alone.fixed = alone.members.len();
         let alone = alone.with(member.candidate, &member.values);
         let count = settings.stability_parts;
-        let parts: Vec<(String, f64, Vec<f64>)> = (0..problem.len() * count)
-            .into_par_iter()
-            .filter_map(|k| {
-                let (experiment, part) = (k / count, k % count);
-                let whole = problem.windows[experiment].clone();
-                let len = whole.len() / count;
-                let from = whole.start + part * len;
-                let part = problem.part(experiment, from..from + len);
-                let mut start = alone.clone();
-                start.locals = vec![alone.locals[experiment].clone()];
-                let fit = part.fit(start, settings.stability_iterations).ok()?;
-                let e = part.experiments[0];
-                let values = fit.hypothesis.members.last()?.values[..infos.len()].to_vec();
-                let start_s = problem.system.time_s(e, from);
-                Some((problem.system.name(e).to_owned(), start_s, values))
-            })
-            .collect();
+        let parts: Vec<(String, f64, Vec<f64>)> = parallel::map(problem.len() * count, |k| {
+            let (experiment, part) = (k / count, k % count);
+            let whole = problem.windows[experiment].clone();
+            let len = whole.len() / count;
+            let from = whole.start + part * len;
+            let part = problem.part(experiment, from..from + len);
+            let mut start = alone.clone();
+            start.locals = vec![alone.locals[experiment].clone()];
+            let fit = part.fit(start, settings.stability_iterations).ok()?;
+            let e = part.experiments[0];
+            let values = fit.hypothesis.members.last()?.values[..infos.len()].to_vec();
+            let start_s = problem.system.time_s(e, from);
+            Some((problem.system.name(e).to_owned(), start_s, values))
+        })
+        .into_iter()
+        .flatten()
+        .collect();
         let quartiles = |of: &dyn Fn(&[f64]) -> f64| {
             let mut values: Vec<f64> = parts.iter().map(|p| of(&p.2)).collect();
             values.sort_by(f64::total_cmp);

@@ -4,7 +4,7 @@ use super::candidates::Candidates;
 use super::scored::{Scored, refit_without};
 use crate::data::Split;
 use crate::rejection::insignificant;
-use rayon::prelude::*;
+use pam_core::parallel;
 
 /// Drops members that are not worth their place once the others are there.
 pub(super) fn shrink<C: Candidates + ?Sized>(split: &Split<'_, C>, mut best: Scored) -> Scored {
@@ -13,10 +13,12 @@ pub(super) fn shrink<C: Candidates + ?Sized>(split: &Split<'_, C>, mut best: Sco
         if best.members() < 2 {
             return best;
         }
-        let without: Vec<Scored> = (0..best.members())
-            .into_par_iter()
-            .filter_map(|place| refit_without(split, &best, place, settings.drop_iterations))
-            .collect();
+        let without: Vec<Scored> = parallel::map(best.members(), |place| {
+            refit_without(split, &best, place, settings.drop_iterations)
+        })
+        .into_iter()
+        .flatten()
+        .collect();
         let dropped = without
             .into_iter()
             .filter(|less| !best.earns(less, &split.train.noise, settings, 1.0))

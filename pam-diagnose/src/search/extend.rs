@@ -4,7 +4,7 @@ use super::candidates::Candidates;
 use super::scored::{Scored, score};
 use crate::data::Split;
 use crate::fit::{Fit, Hypothesis};
-use rayon::prelude::*;
+use pam_core::parallel;
 
 /// The starting values of a candidate that are tried.
 struct Starts {
@@ -79,12 +79,9 @@ fn extend<C: Candidates + ?Sized>(
         candidates.filter(|&c| !from.contains(c)).map(|c| (c, choose(c))).collect();
     let mut best: Vec<Option<Fit>> = vec![None; problem.system.candidate_len()];
     let screen = |starts: Vec<(usize, &Vec<f64>)>, best: &mut [Option<Fit>]| {
-        let fits: Vec<Option<(usize, Fit)>> = starts
-            .into_par_iter()
-            .map(|(c, values)| {
-                problem.fit(from.with(c, values), screening).ok().map(|fit| (c, fit))
-            })
-            .collect();
+        let fits: Vec<Option<(usize, Fit)>> = parallel::map_each(starts, |(c, values)| {
+            problem.fit(from.with(c, values), screening).ok().map(|fit| (c, fit))
+        });
         for (c, fit) in fits.into_iter().flatten() {
             if best[c].as_ref().is_none_or(|b| fit.cost < b.cost) {
                 best[c] = Some(fit);
@@ -103,13 +100,13 @@ fn extend<C: Candidates + ?Sized>(
     let mut promising: Vec<Fit> = best.into_iter().flatten().collect();
     promising.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     promising.truncate(keep);
-    let mut scored: Vec<Scored> = promising
-        .into_par_iter()
-        .filter_map(|fit| {
-            let fit = problem.fit(fit.hypothesis, problem.settings.search.iterations).ok()?;
-            stands(problem.system, &fit.hypothesis).then(|| score(split, fit)).flatten()
-        })
-        .collect();
+    let mut scored: Vec<Scored> = parallel::map_each(promising, |fit| {
+        let fit = problem.fit(fit.hypothesis, problem.settings.search.iterations).ok()?;
+        stands(problem.system, &fit.hypothesis).then(|| score(split, fit)).flatten()
+    })
+    .into_iter()
+    .flatten()
+    .collect();
     scored.sort_by(|a, b| a.total.total_cmp(&b.total));
     scored
 }

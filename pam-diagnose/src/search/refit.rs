@@ -7,7 +7,7 @@ use super::scored::{Scored, refit_without, score};
 use crate::data::Split;
 use crate::fit::Hypothesis;
 use crate::rejection::insignificant;
-use rayon::prelude::*;
+use pam_core::parallel;
 
 /// A set of candidates, as the search chose it and as all open experiments fit it.
 #[derive(Debug, Clone)]
@@ -44,15 +44,15 @@ pub(crate) fn refit<C: Candidates + ?Sized>(
         }
     }
     let by_price = |a: &Refitted, b: &Refitted| price(&a.whole).total_cmp(&price(&b.whole));
-    let mut fitted: Vec<Refitted> = sets
-        .into_par_iter()
-        .filter_map(|chosen| {
-            let locals = whole.train.base().locals;
-            let start = Hypothesis { locals, ..chosen.hypothesis().clone() };
-            let fit = whole.train.fit(start, settings.rival_iterations).ok()?;
-            score(whole, fit).map(|whole| Refitted { chosen, whole })
-        })
-        .collect();
+    let mut fitted: Vec<Refitted> = parallel::map_each(sets, |chosen| {
+        let locals = whole.train.base().locals;
+        let start = Hypothesis { locals, ..chosen.hypothesis().clone() };
+        let fit = whole.train.fit(start, settings.rival_iterations).ok()?;
+        score(whole, fit).map(|whole| Refitted { chosen, whole })
+    })
+    .into_iter()
+    .flatten()
+    .collect();
     fitted.sort_by(by_price);
     let best = fitted.first().map(|s| price(&s.whole))?;
     fitted.retain(|s| price(&s.whole) < best + settings.rival_cost);
@@ -104,15 +104,13 @@ fn multi_start<C: Candidates + ?Sized>(split: &Split<'_, C>, best: Scored) -> Sc
             }));
         }
     }
-    starts
-        .into_par_iter()
-        .filter_map(|start| {
-            let fit = split.train.fit(start, settings.multi_start_iterations).ok()?;
-            stands(system, &fit.hypothesis).then(|| score(split, fit)).flatten()
-        })
-        .collect::<Vec<_>>()
-        .into_iter()
-        .fold(best, |best, other| if other.total < best.total { other } else { best })
+    parallel::map_each(starts, |start| {
+        let fit = split.train.fit(start, settings.multi_start_iterations).ok()?;
+        stands(system, &fit.hypothesis).then(|| score(split, fit)).flatten()
+    })
+    .into_iter()
+    .flatten()
+    .fold(best, |best, other| if other.total < best.total { other } else { best })
 }
 
 fn with_values(h: &Hypothesis, place: usize, values: Vec<f64>) -> Hypothesis {

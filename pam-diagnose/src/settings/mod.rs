@@ -51,8 +51,8 @@ impl DiagnosisSettings {
     pub fn parse(text: &str, changes: &[String]) -> Result<Self, DiagnoseError> {
         let fail =
             |message: String| DiagnoseError::Settings(message.trim_end().replace('\n', "; "));
-        let mut table: Table = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
-        let mut settings: Self = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
+        let mut table: Table = toml_file::table(text).map_err(fail)?;
+        let mut settings: Self = toml_file::from_table(&table).map_err(fail)?;
         for change in changes {
             let fail = |message: String| fail(format!("`{change}`: {message}"));
             let (key, value) =
@@ -60,11 +60,10 @@ impl DiagnosisSettings {
             let (group, field) = key.trim().split_once('.').ok_or_else(|| {
                 fail(format!("the key has a group and a name, like {}", Self::table()[0].key))
             })?;
-            let value = toml::from_str::<Table>(&format!("v = {}", value.trim()))
-                .map_err(|_| fail(format!("`{}` is not a value of TOML", value.trim())))?
-                .remove("v");
+            let value = toml_file::single_value(value.trim())
+                .ok_or_else(|| fail(format!("`{}` is not a value of TOML", value.trim())))?;
             let group = table.entry(group).or_insert_with(|| Value::Table(Table::new()));
-            if let (Some(group), Some(value)) = (group.as_table_mut(), value) {
+            if let Some(group) = group.as_table_mut() {
                 group.insert(field.to_owned(), value);
             }
             // Each change is checked by itself, so that the message names the one that is wrong.

@@ -3,9 +3,9 @@
 use super::TestSet;
 use crate::fit::{Hypothesis, Problem};
 use crate::search::Candidates;
+use pam_core::parallel;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rayon::prelude::*;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
@@ -143,14 +143,14 @@ impl<C: Candidates + ?Sized> TestSet<'_, C> {
         let fitted: Vec<usize> = (0..channels).filter(|&c| outputs[c].fitted).collect();
         let [before, after] =
             [before, after].map(|h| h.at_prior_mean(problem.system, problem.len()));
-        let experiments: Vec<(usize, Vec<Stratum>)> = (0..problem.len())
-            .into_par_iter()
-            .filter_map(|i| {
-                let old = problem.simulate(&before, i).ok()?;
-                let new = problem.simulate(&after, i).ok()?;
-                Some((i, strata(problem, i, &old, &new)))
-            })
-            .collect();
+        let experiments: Vec<(usize, Vec<Stratum>)> = parallel::map(problem.len(), |i| {
+            let old = problem.simulate(&before, i).ok()?;
+            let new = problem.simulate(&after, i).ok()?;
+            Some((i, strata(problem, i, &old, &new)))
+        })
+        .into_iter()
+        .flatten()
+        .collect();
         let all: Vec<&Stratum> = experiments.iter().flat_map(|t| &t.1).collect();
         let whole = Block::of(channels, all.iter().flat_map(|s| &s.1));
         let resamples = problem.settings.intervals.resamples;

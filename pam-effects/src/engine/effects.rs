@@ -7,6 +7,7 @@ use crate::model::ActiveEffect;
 use crate::simulation::{Base, ResampledRecord};
 use pam_autodiff::batch::BatchNetwork;
 use pam_core::JointModel;
+use pam_core::parallel;
 use pam_core::simd::Float;
 use pam_solvers::{FailureKind, TrajectoryFailure};
 use pam_trajectory::Windows;
@@ -77,7 +78,9 @@ impl<T: Float> EffectsEngine<T> {
             since_start_s,
             ..ResampledRecord::new(subject)
         };
-        self.records = windows.subjects().par_iter().zip(&windows.since_s).map(record).collect();
+        let subjects = windows.subjects();
+        self.records =
+            parallel::map(subjects.len(), |k| record((&subjects[k], &windows.since_s[k])));
         self.windows = Some(windows.id());
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use super::{CurrentSegment, PressureSegment, Protocol};
 use crate::error::RigError;
-use pam_data::{DataError, toml_file};
+use pam_data::{DataError, document, toml_file};
 use serde::Deserialize;
 use std::path::Path;
 use toml::Spanned;
@@ -34,7 +34,7 @@ impl Protocol {
     /// Never: a protocol is plain tables.
     #[must_use]
     pub fn to_toml(&self) -> String {
-        toml::to_string(self).expect("a protocol is plain tables")
+        document::to_toml(self).expect("a protocol is plain tables")
     }
 
     /// Reads a protocol from text; `path` is for messages and the place of its tables.

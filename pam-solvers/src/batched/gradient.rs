@@ -8,6 +8,7 @@ use crate::controller::StepController;
 use crate::input::Input;
 use pam_autodiff::BatchField;
 use pam_autodiff::batch::ParameterSums;
+use pam_core::parallel;
 use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicUsize;
@@ -167,7 +168,7 @@ impl<C: StepController + Sync> BatchedIntegrator<C> {
         }
         let BatchWorkspace { slots, adjoint, results, .. } = &*memory;
         // One task each, and the longest work is not left for the end.
-        (0..problems.len()).into_par_iter().with_max_len(1).for_each(|index| {
+        parallel::for_each(problems.len(), &|index| {
             let slot = slots[index].lock().expect("no thread panics");
             let mut result = results[index].lock().expect("no thread panics");
             if slot.failure.is_some() {

@@ -1,6 +1,7 @@
 //! Curricula from text, with single values overridden.
 
 use super::{Curriculum, CurriculumError};
+use pam_data::document;
 use pam_data::toml_file;
 use std::path::Path;
 use toml::{Table, Value};
@@ -51,7 +52,7 @@ impl Curriculum {
     /// Never: every part of a curriculum can be written as TOML.
     #[must_use]
     pub fn to_toml(&self) -> String {
-        toml::to_string(self).expect("a curriculum is made of plain tables")
+        document::to_toml(self).expect("a curriculum is made of plain tables")
     }
 }
 
@@ -59,10 +60,7 @@ impl Curriculum {
 fn set(table: &mut Table, change: &str) -> Result<(), String> {
     let (path, text) = change.split_once('=').ok_or("write it as key=value")?;
     let text = text.trim();
-    let value = toml::from_str::<Table>(&format!("v = {text}"))
-        .ok()
-        .and_then(|mut t| t.remove("v"))
-        .unwrap_or_else(|| Value::String(text.to_owned()));
+    let value = toml_file::single_value(text).unwrap_or_else(|| Value::String(text.to_owned()));
     set_value(table, path.trim(), value)
 }
 

@@ -6,12 +6,12 @@ pub use result::{Evaluation, FailedRecording, RecordingEvaluation, SegmentScores
 
 use crate::balance::ForceBalance;
 use crate::segments::{Segment, frequency_segments};
+use pam_core::parallel;
 use pam_core::units::MN_PER_N;
 use pam_core::{ForceModel, JointModel};
 use pam_data::{Recording, Subject};
 use pam_trajectory::metrics::{PerChannel, Scores};
 use pam_trajectory::predict::{Predictor, SolverSettings};
-use rayon::prelude::*;
 
 /// Predicts every recording from its first sample and scores the predictions, in parallel on the
 /// current thread pool. Results stand in the order of the subjects and do not depend on the number
@@ -35,14 +35,11 @@ pub fn evaluate_with<F: ForceModel<f64> + Sync>(
     settings: &SolverSettings,
     done: &(dyn Fn() + Sync),
 ) -> Evaluation {
-    let results: Vec<_> = subjects
-        .into_par_iter()
-        .map(|subject| {
-            let result = evaluate_one(predictor, joint, subject, settings);
-            done();
-            result
-        })
-        .collect();
+    let results: Vec<_> = parallel::map_each(subjects, |subject| {
+        let result = evaluate_one(predictor, joint, subject, settings);
+        done();
+        result
+    });
     let mut recordings = Vec::new();
     let mut failed = Vec::new();
     for result in results {

@@ -4,10 +4,10 @@ use super::normal::Normal;
 use super::problem::{FieldError, FieldProblem, failed};
 use pam_autodiff::{ByDual, Differentiation};
 use pam_core::ParametricField;
+use pam_core::parallel;
 use pam_numerics::statistics::t_quantile_95;
 use pam_solvers::ParametricInput;
 use pam_solvers::sensitivity::{Direction, ForwardSensitivity};
-use rayon::prelude::*;
 
 /// Settings of a fit.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -166,9 +166,7 @@ where
     fn normal(&self, at: &[f64], free: &[usize], until: f64) -> Result<Normal, FieldError> {
         let directions: Vec<Direction> = free.iter().map(|&k| Direction::Parameter(k)).collect();
         let method = ForwardSensitivity::new(ByDual).with_directions(directions);
-        let parts: Result<Vec<Normal>, FieldError> = (0..self.experiments.len())
-            .into_par_iter()
-            .map(|k| {
+        let parts: Result<Vec<Normal>, FieldError> = parallel::map(self.experiments.len(), |k| {
                 let field = self.field.with_parameters::<f64>(at);
                 let s = method
                     .sensitivities(&self.of(&field, k))
@@ -181,6 +179,7 @@ where
                 let errors = self.errors(k, &s.states);
                 Ok(self.part(&errors, &s.tangents, free.len(), self.counted(k, until)))
             })
+            .into_iter()
             .collect();
         let mut sum = Normal::zeros(free.len());
         parts?.into_iter().for_each(|part| sum.add(part));

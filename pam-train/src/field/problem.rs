@@ -1,10 +1,10 @@
 //! Experiments to which a field is fitted.
 
 use pam_core::ParametricField;
+use pam_core::parallel;
 use pam_solvers::controller::StepController;
 use pam_solvers::sensitivity::Problem;
 use pam_solvers::{Integrator, ParametricInput, SaveAt, Term};
-use rayon::prelude::*;
 use thiserror::Error;
 
 /// One run of a system: what drove it, where it started, what was measured.
@@ -147,18 +147,18 @@ where
     /// [`FieldError::Solve`] for the first experiment that cannot be solved.
     pub fn predict(&self, parameters: &[f64]) -> Result<Vec<Vec<f64>>, FieldError> {
         // Fields over plain numbers need not be shareable between threads: each solves its own.
-        self.experiments
-            .par_iter()
-            .map(|e| {
-                let field = self.field.with_parameters::<f64>(parameters);
-                let term = Term::new(&field, &e.input);
-                let (t0, t1) = (e.times_s[0], e.times_s[e.times_s.len() - 1]);
-                self.integrator
-                    .solve(&term, t0, t1, &e.initial_state, SaveAt::Times(&e.times_s))
-                    .map(|s| s.states().to_vec())
-                    .map_err(|error| failed(e, &error))
-            })
-            .collect()
+        parallel::map(self.experiments.len(), |k| {
+            let e = &self.experiments[k];
+            let field = self.field.with_parameters::<f64>(parameters);
+            let term = Term::new(&field, &e.input);
+            let (t0, t1) = (e.times_s[0], e.times_s[e.times_s.len() - 1]);
+            self.integrator
+                .solve(&term, t0, t1, &e.initial_state, SaveAt::Times(&e.times_s))
+                .map(|s| s.states().to_vec())
+                .map_err(|error| failed(e, &error))
+        })
+        .into_iter()
+        .collect()
     }
 
     /// The errors `predicted − measured` of one experiment, row-major `[times, outputs]`.

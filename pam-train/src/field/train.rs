@@ -3,9 +3,9 @@
 use super::problem::{Experiment, FieldError, FieldProblem, failed};
 use crate::optimiser::{Lbfgs, LbfgsSettings, StepKind};
 use pam_core::ParametricField;
+use pam_core::parallel;
 use pam_solvers::ParametricInput;
 use pam_solvers::sensitivity::GradientMethod;
-use rayon::prelude::*;
 
 /// A loss of the states of one experiment. Closures
 /// `|experiment, states, cotangents| -> value` are losses; `states` and `cotangents` are row-major
@@ -115,20 +115,19 @@ where
     where
         M: GradientMethod<F::With<f64>, I> + Sync,
     {
-        let parts: Result<Vec<_>, FieldError> = (0..self.experiments.len())
-            .into_par_iter()
-            .map(|k| {
-                let experiment = &self.experiments[k];
-                let field = self.field.with_parameters::<f64>(parameters);
-                let mut of_states = |_times: &[f64], states: &[f64], cotangents: &mut [f64]| {
-                    loss.value_and_cotangents(experiment, states, cotangents)
-                };
-                method
-                    .value_and_gradient(&self.of(&field, k), &mut of_states)
-                    .map(|g| (g.value, g.parameters))
-                    .map_err(|error| failed(experiment, &error))
-            })
-            .collect();
+        let parts: Result<Vec<_>, FieldError> = parallel::map(self.experiments.len(), |k| {
+            let experiment = &self.experiments[k];
+            let field = self.field.with_parameters::<f64>(parameters);
+            let mut of_states = |_times: &[f64], states: &[f64], cotangents: &mut [f64]| {
+                loss.value_and_cotangents(experiment, states, cotangents)
+            };
+            method
+                .value_and_gradient(&self.of(&field, k), &mut of_states)
+                .map(|g| (g.value, g.parameters))
+                .map_err(|error| failed(experiment, &error))
+        })
+        .into_iter()
+        .collect();
         let share = 1.0 / self.experiments.len().max(1) as f64;
         let mut sum = (0.0, vec![0.0; parameters.len()]);
         for (value, gradient) in parts? {

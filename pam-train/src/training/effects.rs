@@ -3,13 +3,13 @@
 use super::error::TrainingError;
 use crate::curriculum::{Curriculum, StartModel};
 use pam_core::Scalar;
+use pam_core::parallel;
 use pam_data::{Subject, load_model};
 use pam_effects::effects::{AnyEffect, Derivatives, WIDTH};
 use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
 use pam_effects::{ActiveEffect, EffectError, EffectRecord};
 use pam_trajectory::engine::NetworkJoint;
 use pam_trajectory::metrics::variance;
-use rayon::prelude::*;
 
 /// The effects that a curriculum trains: those of the model file that it starts from, then those of
 /// `model.effects`, which replace effects of the same id in the file. Ids are looked up among `known` and in
@@ -77,10 +77,10 @@ pub(super) fn units(
     model: &NetworkJoint,
     subjects: &[Subject],
 ) -> Result<Vec<f64>, EffectError> {
-    let squares: Vec<Vec<f64>> = subjects
-        .par_iter()
-        .map(|subject| sensitivities(effects, model, subject))
-        .collect::<Result<_, _>>()?;
+    let squares: Vec<Vec<f64>> =
+        parallel::map(subjects.len(), |k| sensitivities(effects, model, &subjects[k]))
+            .into_iter()
+            .collect::<Result<_, _>>()?;
     let count = subjects.len().max(1) as f64;
     let values = effects.iter().flat_map(ActiveEffect::parameters);
     parameters(effects)

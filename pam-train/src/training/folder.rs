@@ -19,7 +19,7 @@ use crate::events::EventFile;
 use pam_core::AnyForce;
 use pam_data::atomic::write_atomic;
 use pam_data::models::safetensors_file;
-use pam_data::{DataError, ModelInfo};
+use pam_data::{DataError, ModelInfo, document};
 use pam_effects::ExtendedModel;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
@@ -99,8 +99,9 @@ impl RunFolder {
     fn load(&self, trainer: &mut Trainer) -> Result<(), TrainingError> {
         let path = self.file("checkpoint.json");
         let io = |source| DataError::Io { path: path.clone(), source };
-        let bytes = std::fs::read(&path).map_err(io)?;
-        let checkpoint: Checkpoint = serde_json::from_slice(&bytes).map_err(|e| io(e.into()))?;
+        let text = std::fs::read_to_string(&path).map_err(io)?;
+        let checkpoint: Checkpoint =
+            document::from_json(&text).map_err(|e| io(std::io::Error::other(e)))?;
         let fail = |what: &str| TrainingError::Curriculum(format!("{}: {what}", path.display()));
         if checkpoint.format != FORMAT {
             return Err(fail("written by another version of the program"));
@@ -122,9 +123,9 @@ impl RunFolder {
             state: trainer.state().clone(),
         };
         let path = self.file("checkpoint.json");
-        let bytes = serde_json::to_vec(&checkpoint)
-            .map_err(|e| DataError::Io { path: path.clone(), source: e.into() })?;
-        Ok(write_atomic(&path, &bytes)?)
+        let text = document::to_json(&checkpoint)
+            .map_err(|e| DataError::Io { path: path.clone(), source: std::io::Error::other(e) })?;
+        Ok(write_atomic(&path, text.as_bytes())?)
     }
 
     fn save_model(

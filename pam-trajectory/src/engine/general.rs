@@ -5,6 +5,7 @@ use super::{
     TrajectoryRequest,
 };
 use crate::predict::{SolverSettings, predict_from};
+use pam_core::parallel;
 use pam_core::{JointField, ParametricField, ParametricForce};
 use pam_data::Recording;
 use pam_solvers::sensitivity::{Direction, Gradient, MethodSetup, Problem};
@@ -229,17 +230,15 @@ impl<F: ParametricForce + Sync> TrajectoryEngine<F> for GeneralEngine {
         if let Some(progress) = request.progress {
             progress.planned(tasks.len());
         }
-        let results = tasks
-            .par_iter()
-            .with_max_len(1)
-            .map(|task| {
-                let result = self.one(request, loss, task);
-                if let Some(progress) = request.progress {
-                    progress.done();
-                }
-                result
-            })
-            .collect::<Result<Vec<_>, EngineError>>()?;
+        let results = parallel::map(tasks.len(), |k| {
+            let result = self.one(request, loss, &tasks[k]);
+            if let Some(progress) = request.progress {
+                progress.done();
+            }
+            result
+        })
+        .into_iter()
+        .collect::<Result<Vec<_>, EngineError>>()?;
         Ok(TrajectoryGradient::mean_of(self.sums(request.len(), force_len, &tasks, results)))
     }
 

@@ -2,6 +2,7 @@
 
 use super::AnyLoss;
 use crate::settings::SettingsError;
+use pam_data::document;
 use serde_json::{Map, Number, Value};
 use std::str::FromStr;
 
@@ -34,7 +35,7 @@ impl FromStr for AnyLoss {
             return Err(fail(format!("unknown loss `{name}`; known: {}", names.join(", "))));
         }
         let loss: Self = table(text)
-            .and_then(|table| serde_json::from_value(table).map_err(|e| e.to_string()))
+            .and_then(|table| document::from_value(table).map_err(|e| e.to_string()))
             .map_err(fail)?;
         loss.check().map_err(|e| fail(e.to_string()))?;
         Ok(loss)

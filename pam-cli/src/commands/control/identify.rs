@@ -17,12 +17,12 @@ use pam_control::experiments::{comparison, on_model, stiffness};
 use pam_control::identification::pulses_in_recording;
 use pam_control::report::{IdentificationReport, identification_report};
 use pam_control::synthesis::{Plan, PlanSummary};
+use pam_core::parallel;
 use pam_data::atomic::write_atomic;
 use pam_data::{LoadOptions, Recording, SavedModel, open_recordings, read_recordings};
 use pam_numerics::statistics::{mean, standard_deviation};
 use pam_report::page::number;
 use pam_rig::{Protocol, RigParameters, record};
-use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -182,17 +182,17 @@ fn equilibrium_point(
         let bar = console.progress(runs.len(), "recording");
         let folder =
             tempfile::tempdir().map_err(|e| failed(format!("no folder for recordings: {e}")))?;
-        let made = runs
-            .par_iter()
-            .map(|run| {
-                let path = folder.path().join(&run.name);
-                let log =
-                    record(rig, &protocol, run, seed)?.log_text("for the equilibrium-point model");
-                write_atomic(&path, log.as_bytes())?;
-                bar.inc(1);
-                Ok(open_recordings(&path, &LoadOptions::default())?)
-            })
-            .collect::<Result<Vec<_>, CliError>>()?;
+        let made = parallel::map(runs.len(), |k| {
+            let run = &runs[k];
+            let path = folder.path().join(&run.name);
+            let log =
+                record(rig, &protocol, run, seed)?.log_text("for the equilibrium-point model");
+            write_atomic(&path, log.as_bytes())?;
+            bar.inc(1);
+            Ok(open_recordings(&path, &LoadOptions::default())?)
+        })
+        .into_iter()
+        .collect::<Result<Vec<_>, CliError>>()?;
         bar.finish_and_clear();
         made.into_iter().flatten().collect()
     } else {

@@ -1,0 +1,303 @@
+//! Values read from a [`Node`], through a single form of each of serde's traits.
+
+use super::node::{Content, Node};
+use serde::de::{
+    DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, SeqAccess, VariantAccess, Visitor,
+};
+use serde::forward_to_deserialize_any;
+use std::fmt::Display;
+use std::ops::Range;
+
+/// What is wrong in a file, and where.
+#[derive(Clone, Debug)]
+pub struct DocumentError {
+    message: String,
+    span: Option<Range<usize>>,
+    /// The keys from the value outwards.
+    path: Vec<String>,
+}
+
+impl DocumentError {
+    pub(super) fn new(message: String) -> Self {
+        Self { message, span: None, path: Vec::new() }
+    }
+
+    /// The place, unless one within it is known.
+    pub(super) fn at(mut self, span: Option<Range<usize>>) -> Self {
+        self.span = self.span.or(span);
+        self
+    }
+
+    fn inside(mut self, key: impl Into<String>) -> Self {
+        self.path.push(key.into());
+        self
+    }
+
+    /// What is wrong, without the place.
+    #[must_use]
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// Bytes of the text that are wrong; none for a wrong field of JSON, and none if a field of the whole file is
+    /// missing.
+    #[must_use]
+    pub fn span(&self) -> Option<Range<usize>> {
+        self.span.clone()
+    }
+
+    /// The line of `text`, counted from one, in which the place is; the first if there is none.
+    #[must_use]
+    pub fn line(&self, text: &str) -> u64 {
+        let offset = self.span.as_ref().map_or(0, |span| span.start);
+        1 + text.bytes().take(offset).filter(|&b| b == b'\n').count() as u64
+    }
+
+    /// The field that is wrong, as `stage.2.epochs`; empty for the whole file.
+    #[must_use]
+    pub fn path(&self) -> String {
+        self.path.iter().rev().map(String::as_str).collect::<Vec<_>>().join(".")
+    }
+}
+
+impl Display for DocumentError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if !self.path.is_empty() {
+            write!(f, "`{}`: ", self.path())?;
+        }
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for DocumentError {}
+
+impl Error for DocumentError {
+    fn custom<T: Display>(message: T) -> Self {
+        Self::new(message.to_string())
+    }
+}
+
+impl From<serde_json::Error> for DocumentError {
+    fn from(error: serde_json::Error) -> Self {
+        Self::new(error.to_string())
+    }
+}
+
+impl<'de> Deserializer<'de> for Node {
+    type Error = DocumentError;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DocumentError> {
+        let span = self.span;
+        match self.content {
+            Content::Null => visitor.visit_unit(),
+            Content::Bool(b) => visitor.visit_bool(b),
+            Content::Integer(i) => visitor.visit_i64(i),
+            Content::Unsigned(u) => visitor.visit_u64(u),
+            Content::Float(f) => visitor.visit_f64(f),
+            Content::Text(text) => visitor.visit_string(text),
+            Content::List(list) => visitor.visit_seq(Items { rest: list.into_iter(), at: 0 }),
+            Content::Table(entries) => visitor.visit_map(Entries::new(entries)),
+        }
+        .map_err(|e: DocumentError| e.at(span))
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DocumentError> {
+        match self.content {
+            Content::Null => visitor.visit_none(),
+            _ => visitor.visit_some(self),
+        }
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, DocumentError> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, DocumentError> {
+        // A value that wants its place: start, end and the value itself.
+        if let (true, [start, end, value]) = (serde_spanned::de::is_spanned(name), fields) {
+            let span = self.span.clone().unwrap_or(0..0);
+            let key = |name: &str| Node::new(Content::Text(name.to_owned()), None);
+            let number = |at: usize| Node::new(Content::Unsigned(at as u64), None);
+            let entries = vec![
+                (key(start), number(span.start)),
+                (key(end), number(span.end)),
+                (key(value), self),
+            ];
+            return visitor.visit_map(Entries { silent: true, ..Entries::new(entries) });
+        }
+        self.deserialize_any(visitor)
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, DocumentError> {
+        let span = self.span.clone();
+        let variant = match self.content {
+            Content::Text(_) => Variant { name: self, content: None },
+            Content::Table(mut entries) if entries.len() == 1 => {
+                let (name, content) = entries.remove(0);
+                Variant { name, content: Some(content) }
+            }
+            _ => {
+                let what = "a name, or a table with one name as its key, is expected here";
+                return Err(DocumentError::new(what.into()).at(span));
+            }
+        };
+        visitor.visit_enum(variant).map_err(|e| e.at(span))
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf
+        unit unit_struct seq tuple tuple_struct map identifier ignored_any
+    }
+}
+
+/// The items of a list.
+struct Items {
+    rest: std::vec::IntoIter<Node>,
+    at: usize,
+}
+
+impl<'de> SeqAccess<'de> for Items {
+    type Error = DocumentError;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, DocumentError> {
+        let Some(item) = self.rest.next() else { return Ok(None) };
+        let at = self.at;
+        self.at += 1;
+        seed.deserialize(item).map(Some).map_err(|e| e.inside(at.to_string()))
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.rest.len())
+    }
+}
+
+/// The entries of a table.
+struct Entries {
+    rest: std::vec::IntoIter<(Node, Node)>,
+    value: Option<(String, Node)>,
+    /// Keys that stand in no file are not told.
+    silent: bool,
+}
+
+impl Entries {
+    fn new(entries: Vec<(Node, Node)>) -> Self {
+        Self { rest: entries.into_iter(), value: None, silent: false }
+    }
+}
+
+impl<'de> MapAccess<'de> for Entries {
+    type Error = DocumentError;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, DocumentError> {
+        let Some((key, value)) = self.rest.next() else { return Ok(None) };
+        let name = match &key.content {
+            Content::Text(name) => name.clone(),
+            _ => String::new(),
+        };
+        self.value = Some((name, value));
+        seed.deserialize(key).map(Some)
+    }
+
+    fn next_value_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<T::Value, DocumentError> {
+        let (name, value) =
+            self.value.take().ok_or_else(|| DocumentError::custom("a value without key"))?;
+        let span = value.span.clone();
+        seed.deserialize(value).map_err(|e| {
+            let e = e.at(span);
+            if self.silent { e } else { e.inside(name) }
+        })
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.rest.len())
+    }
+}
+
+/// A variant of an enumeration.
+struct Variant {
+    name: Node,
+    content: Option<Node>,
+}
+
+impl<'de> EnumAccess<'de> for Variant {
+    type Error = DocumentError;
+    type Variant = VariantContent;
+
+    fn variant_seed<T: DeserializeSeed<'de>>(
+        self,
+        seed: T,
+    ) -> Result<(T::Value, VariantContent), DocumentError> {
+        let span = self.name.span.clone();
+        let variant = seed.deserialize(self.name).map_err(|e| e.at(span))?;
+        Ok((variant, VariantContent(self.content)))
+    }
+}
+
+/// What a variant holds.
+struct VariantContent(Option<Node>);
+
+impl VariantContent {
+    fn content(self) -> Result<Node, DocumentError> {
+        self.0
+            .ok_or_else(|| DocumentError::custom("this name needs a value: write { name = value }"))
+    }
+}
+
+impl<'de> VariantAccess<'de> for VariantContent {
+    type Error = DocumentError;
+
+    fn unit_variant(self) -> Result<(), DocumentError> {
+        match self.0 {
+            None => Ok(()),
+            Some(content) => {
+                Err(DocumentError::custom("this name takes no value").at(content.span))
+            }
+        }
+    }
+
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(
+        self,
+        seed: T,
+    ) -> Result<T::Value, DocumentError> {
+        seed.deserialize(self.content()?)
+    }
+
+    fn tuple_variant<V: Visitor<'de>>(
+        self,
+        _len: usize,
+        visitor: V,
+    ) -> Result<V::Value, DocumentError> {
+        self.content()?.deserialize_any(visitor)
+    }
+
+    fn struct_variant<V: Visitor<'de>>(
+        self,
+        _fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, DocumentError> {
+        self.content()?.deserialize_any(visitor)
+    }
+}
