@@ -2,8 +2,9 @@
 //! lines elsewhere. The names are then known in the library and on the command line, and the tests of the
 //! crates that got a file pass.
 //!
-//! This compiles all crates once more, so it runs on request only:
-//! `cargo test --release --workspace --test recipes -- --ignored`.
+//! This compiles all crates once more, so it runs on request only. `.ci/run` runs the first of the two tests:
+//! `cargo test --release --workspace --test recipes -- --ignored each_recipe`. The other one compiles and runs all tests
+//! of the crates that got a file: `… -- --ignored the_tests`.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -186,24 +187,25 @@ fn copy(from: &Path, to: &Path) {
 
 /// Cargo in the copy. It builds into the folder of this build, so that crates from outside the workspace are
 /// there already; those of the workspace are optimised less, for a short build.
-fn cargo(root: &Path) -> Command {
+fn cargo(root: &Path, level: u8) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("a folder of builds");
     command.current_dir(root).env("CARGO_TARGET_DIR", target);
     for entry in std::fs::read_dir(root).expect("the copy").flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        if name.starts_with("pam") && entry.path().join("Cargo.toml").exists() {
-            command.args(["--config", &format!("profile.release.package.{name}.opt-level=1")]);
+        let manifest = std::fs::read_to_string(entry.path().join("Cargo.toml")).unwrap_or_default();
+        let name = manifest.lines().find_map(|l| l.strip_prefix("name = \"")?.strip_suffix('"'));
+        if let Some(name) = name {
+            let level = format!("profile.release.package.{name}.opt-level={level}");
+            command.args(["--config", &level]);
         }
     }
     command
 }
 
-#[test]
-#[ignore = "compiles the workspace once more"]
-fn each_recipe_is_one_new_file_and_two_lines() {
+/// A copy of the workspace with the recipes carried out, and the crates that they touch.
+fn carried_out(copy_name: &str) -> (PathBuf, BTreeSet<&'static str>) {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
-    let root: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("recipes");
+    let root: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(copy_name);
     let _ = std::fs::remove_dir_all(&root);
     copy(workspace, &root);
     // The README and the book are parts of the documentation of `pam`.
@@ -219,40 +221,47 @@ fn each_recipe_is_one_new_file_and_two_lines() {
         recipe.lines.iter().for_each(|l| insert(&root, l));
         touched.insert(package);
     }
+    (root, touched)
+}
+
+#[test]
+#[ignore = "compiles the workspace once more"]
+fn each_recipe_is_one_new_file_and_two_lines() {
+    let (root, _) = carried_out("recipes");
     let example = root.join("pam/examples");
     std::fs::create_dir_all(&example).expect("a folder");
     std::fs::write(example.join("names.rs"), NAMES).expect("a copy is writable");
     let recording = root.join("run.log");
     std::fs::write(&recording, SI_LOG).expect("a copy is writable");
 
-    let names = cargo(&root)
-        .args(["check", "--release", "--package", "pam", "--example", "names"])
+    // All of the workspace: features of crates from outside are then those of the build that is there.
+    let built = cargo(&root, 0)
+        .args(["build", "--release", "--workspace", "--example", "names", "--bin", "pam"])
         .args(["--offline", "--locked", "--quiet"])
         .status();
-    assert!(names.expect("cargo runs").success(), "the library knows the names");
-
-    let tests = cargo(&root)
-        .args([
-            "test",
-            "--release",
-            "--lib",
-            "--bins",
-            "--tests",
-            "--offline",
-            "--locked",
-            "--no-fail-fast",
-        ])
-        .args(touched.iter().flat_map(|package| ["--package", package]))
-        .status();
-    assert!(tests.expect("cargo runs").success(), "the tests of {touched:?}");
-
-    let run = cargo(&root)
-        .args(["run", "--release", "--offline", "--locked", "--quiet", "--bin", "pam", "--"])
-        .args(["duration", "run.log", "--json"])
-        .output()
-        .expect("cargo runs");
+    assert!(built.expect("cargo runs").success(), "the library knows the names");
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("a folder of builds");
+    let run =
+        Command::new(target.join("release").join(format!("pam{}", std::env::consts::EXE_SUFFIX)))
+            .current_dir(&root)
+            .args(["duration", "run.log", "--json"])
+            .output()
+            .expect("the command runs");
     let text = String::from_utf8_lossy(&run.stdout);
     let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!(found["duration_s"], 2.0, "{text}{}", String::from_utf8_lossy(&run.stderr));
+    let _ = std::fs::remove_dir_all(&root);
+}
+
+#[test]
+#[ignore = "compiles the tests once more and runs them"]
+fn the_tests_pass_with_the_recipes() {
+    let (root, touched) = carried_out("recipes-tested");
+    let tests = cargo(&root, 1)
+        .args(["test", "--release", "--lib", "--bins", "--tests", "--offline", "--locked"])
+        .arg("--no-fail-fast")
+        .args(touched.iter().flat_map(|package| ["--package", package]))
+        .status();
+    assert!(tests.expect("cargo runs").success(), "the tests of {touched:?}");
     let _ = std::fs::remove_dir_all(&root);
 }
