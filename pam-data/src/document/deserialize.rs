@@ -95,6 +95,7 @@ impl<'de> Deserializer<'de> for Node {
             Content::Unsigned(u) => visitor.visit_u64(u),
             Content::Float(f) => visitor.visit_f64(f),
             Content::Text(text) => visitor.visit_string(text),
+            Content::Known(name) => visitor.visit_borrowed_str(name),
             Content::List(list) => visitor.visit_seq(Items { rest: list.into_iter(), at: 0 }),
             Content::Table(entries) => visitor.visit_map(Entries::new(entries)),
         }
@@ -125,7 +126,7 @@ impl<'de> Deserializer<'de> for Node {
         // A value that wants its place: start, end and the value itself.
         if let (true, [start, end, value]) = (serde_spanned::de::is_spanned(name), fields) {
             let span = self.span.clone().unwrap_or(0..0);
-            let key = |name: &str| Node::new(Content::Text(name.to_owned()), None);
+            let key = |name: &&'static str| Node::new(Content::Known(name), None);
             let number = |at: usize| Node::new(Content::Unsigned(at as u64), None);
             let entries = vec![
                 (key(start), number(span.start)),
@@ -145,7 +146,7 @@ impl<'de> Deserializer<'de> for Node {
     ) -> Result<V::Value, DocumentError> {
         let span = self.span.clone();
         let variant = match self.content {
-            Content::Text(_) => Variant { name: self, content: None },
+            Content::Text(_) | Content::Known(_) => Variant { name: self, content: None },
             Content::Table(mut entries) if entries.len() == 1 => {
                 let (name, content) = entries.remove(0);
                 Variant { name, content: Some(content) }

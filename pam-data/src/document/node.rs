@@ -21,6 +21,8 @@ pub(super) enum Content {
     Unsigned(u64),
     Float(f64),
     Text(String),
+    /// A key that the program itself asks for.
+    Known(&'static str),
     List(Vec<Node>),
     /// Keys are nodes too: their places are told.
     Table(Vec<(Node, Node)>),
