@@ -2,9 +2,7 @@
 
 use pam_core::activation::{LeakyRelu, Tanh};
 use pam_core::force::Dense;
-use pam_core::{
-    ActivationFunction, JointModel, Mlp, NetworkForce, ParametricField, Scalar, VectorField,
-};
+use pam_core::{Activation, JointModel, Mlp, NetworkForce, ParametricField, Scalar, VectorField};
 
 /// `ẏ = A y + B u`, two states; parameters are A (rows) and B (rows).
 pub(crate) struct Linear<S> {
@@ -118,7 +116,7 @@ impl<F: ParametricField> ParametricField for WithCreep<f64, F> {
 }
 
 /// A joint whose force is a 12 × 12 network of moderate size.
-fn joint<A: ActivationFunction>(activation: A) -> JointModel<f64, NetworkForce<f64, A>> {
+fn joint(activation: Activation) -> JointModel<f64, NetworkForce<f64>> {
     let mut state = 4711_u64;
     let mut next = || {
         state =
@@ -143,10 +141,10 @@ fn joint<A: ActivationFunction>(activation: A) -> JointModel<f64, NetworkForce<f
     model
 }
 
-pub(crate) fn leaky_relu_joint() -> JointModel<f64, NetworkForce<f64, LeakyRelu>> {
-    joint(LeakyRelu::default())
+pub(crate) fn leaky_relu_joint() -> JointModel<f64, NetworkForce<f64>> {
+    joint(Activation::LeakyRelu(LeakyRelu::default()))
 }
 
-pub(crate) fn tanh_joint() -> JointModel<f64, NetworkForce<f64, Tanh>> {
-    joint(Tanh)
+pub(crate) fn tanh_joint() -> JointModel<f64, NetworkForce<f64>> {
+    joint(Activation::Tanh(Tanh))
 }

@@ -2,10 +2,8 @@
 
 use crate::case::check;
 use crate::fields::{Linear, VanDerPol, WithCreep, leaky_relu_joint, tanh_joint};
-use crate::inputs::Sine;
-use pam_core::{
-    ActivationFunction, JointModel, NamedChoice, NetworkForce, ParametricField, SealedMasses,
-};
+use crate::inputs::{AnyInput, Sine};
+use pam_core::{JointModel, NamedChoice, NetworkForce, ParametricField, SealedMasses};
 use pam_solvers::sensitivity::Problem;
 use pam_solvers::{
     Constant, ConstantStep, InputFn, Integrator, Interpolation, NoInput, ParametricInput,
@@ -76,22 +74,29 @@ fn cells<F: ParametricField, I: ParametricInput>(
 /// A field that takes any number of inputs, without input and with all kinds of them.
 fn any_input<F: ParametricField>(name: &str, field: impl Fn(usize) -> F) {
     let (y0, scales, steps) = (&[1.2, -0.4][..], &[1.0, 2.0][..], (Tableau::NAMES, (0.043, 1e-5)));
-    cells(&format!("{name}, no input"), (&field(0), &NoInput), y0, scales, steps);
+    cells(&format!("{name}, no input"), (&field(0), &AnyInput::None(NoInput)), y0, scales, steps);
     let times = sample_times();
     let (one, three) = (samples(&[1.0]), samples(&[0.5, 0.3, 0.2]));
     for interpolation in [Interpolation::Hold, Interpolation::Linear, Interpolation::Cubic] {
-        let input = SampledInput::new(&times, &one, interpolation).unwrap();
+        let input = AnyInput::Sampled(SampledInput::new(&times, &one, interpolation).unwrap());
         let name = format!("{name}, {}", interpolation.name());
         cells(&name, (&field(1), &input), y0, scales, steps);
     }
     let input = SampledInput::with_variables(&times, &three, 3, Interpolation::Hold).unwrap();
+    let input = AnyInput::Sampled(input);
     cells(&format!("{name}, three holds"), (&field(3), &input), y0, scales, steps);
-    let sine = Sine { amplitude: 0.8, frequency: 5.0, phase: 0.3 };
+    let sine = AnyInput::Sine(Sine { amplitude: 0.8, frequency: 5.0, phase: 0.3 });
     cells(&format!("{name}, sine"), (&field(1), &sine), y0, scales, steps);
-    let constant = Constant(vec![0.4, -0.9]);
+    let constant = AnyInput::Constant(Constant(vec![0.4, -0.9]));
     cells(&format!("{name}, constant"), (&field(2), &constant), y0, scales, steps);
+}
+
+#[test]
+fn a_closure_as_input() {
     let closure = InputFn::new(1, |t: f64, u: &mut [f64]| u[0] = (4.0 * t).cos());
-    cells(&format!("{name}, closure"), (&field(1), &closure), y0, scales, steps);
+    let field = VanDerPol { mu: 2.5, inputs: 1 };
+    let steps = (Tableau::NAMES, (0.043, 1e-5));
+    cells("van der pol, closure", (&field, &closure), &[1.2, -0.4], &[1.0, 2.0], steps);
 }
 
 #[test]
@@ -110,6 +115,7 @@ fn a_further_state() {
     let times = sample_times();
     let values = samples(&[1.0]);
     let input = SampledInput::new(&times, &values, Interpolation::Hold).unwrap();
+    let input = AnyInput::Sampled(input);
     let (y0, scales) = ([1.2, -0.4, 0.1], [1.0, 2.0, 0.5]);
     cells(
         "van der pol with creep, held",
@@ -121,24 +127,25 @@ fn a_further_state() {
 }
 
 /// The joint, with valves closed and open, alone and with a creep state, with held and smooth input.
-fn joint<A: ActivationFunction>(name: &str, model: &JointModel<f64, NetworkForce<f64, A>>) {
+fn joint(name: &str, model: &JointModel<f64, NetworkForce<f64>>) {
     let masses = SealedMasses::new(0.06, 0.07).unwrap();
     let [pf, pe] = model.gas_law_pressures_kpa(0.3, masses);
     let steps = (&["tsit5"][..], (0.025, 1e-5));
     let times = sample_times();
     let forces = samples(&[1.2e5]);
-    let held = SampledInput::new(&times, &forces, Interpolation::Hold).unwrap();
-    let sine = Sine { amplitude: 1.2e5, frequency: 7.0, phase: 0.3 };
+    let held = AnyInput::Sampled(SampledInput::new(&times, &forces, Interpolation::Hold).unwrap());
+    let sine = AnyInput::Sine(Sine { amplitude: 1.2e5, frequency: 7.0, phase: 0.3 });
     let (y0, scales) = ([0.3, 2.0, pf, pe], [1.0, 10.0, 100.0, 100.0]);
     let sealed = model.sealed(masses);
     let name = |what: &str| format!("{name}, {what}");
     cells(&name("sealed, held"), (&sealed, &held), &y0, &scales, steps);
     cells(&name("sealed, sine"), (&sealed, &sine), &y0, &scales, steps);
-    let steady = Constant(vec![3e4]);
+    let steady = AnyInput::Constant(Constant(vec![3e4]));
     cells(&name("sealed, constant"), (&sealed, &steady), &y0, &scales, steps);
 
     let flows = samples(&[1.2e5, 0.01, 0.008]);
     let valves = SampledInput::with_variables(&times, &flows, 3, Interpolation::Hold).unwrap();
+    let valves = AnyInput::Sampled(valves);
     let (y0, scales) = ([0.3, 2.0, pf, pe, 0.06, 0.07], [1.0, 10.0, 100.0, 100.0, 0.02, 0.02]);
     let open = model.with_open_valves();
     cells(&name("open valves, held flows"), (&open, &valves), &y0, &scales, steps);
