@@ -25,7 +25,7 @@ pub fn line_of(text: &str, offset: usize) -> u64 {
 /// [`DataError::Line`].
 pub fn parse<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, DataError> {
     document::from_toml(text)
-        .map_err(|e| DataError::line(path, e.line(text), e.to_string().replace('\n', "; ")))
+        .map_err(|e| DataError::line(path, e.line(text), e.message().replace('\n', "; ")))
 }
 
 /// The value of an assignment on a command line, written as TOML writes it; `None` if it is none.

@@ -46,7 +46,7 @@ impl ParametricInput for Sine<f64> {
 }
 
 /// Any of these inputs: the gradient methods are then compiled for one type of input.
-pub(crate) enum AnyInput<'a, S> {
+pub(crate) enum AnyInput<'a, S: Clone> {
     None(NoInput),
     Constant(Constant<S>),
     Sampled(SampledInput<'a, S>),
