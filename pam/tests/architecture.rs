@@ -58,6 +58,33 @@ fn crates_use_only_layers_below_them() {
     assert_eq!(crates, height.len(), "the figure shows the crates of the workspace and no others");
 }
 
+/// A library that is not compiled for unit tests has none that would silently not run.
+#[test]
+fn unit_tests_stand_where_they_are_run() {
+    let mut checked = 0;
+    for entry in std::fs::read_dir(root()).expect("the workspace").flatten() {
+        let manifest = std::fs::read_to_string(entry.path().join("Cargo.toml")).unwrap_or_default();
+        let library = manifest.split("[lib]").nth(1).unwrap_or_default();
+        if !library.split("\n[").next().unwrap_or_default().contains("test = false") {
+            continue;
+        }
+        checked += 1;
+        let mut folders = vec![entry.path().join("src")];
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(&folder).expect("sources").flatten() {
+                let path = entry.path();
+                if path.is_dir() {
+                    folders.push(path);
+                } else {
+                    let tests = read(&path).contains("#[cfg(test)]");
+                    assert!(!tests, "{}: remove `test = false` from Cargo.toml", path.display());
+                }
+            }
+        }
+    }
+    assert!(checked > 0, "some library has all its tests in its folder `tests`");
+}
+
 /// Code in figures is `path` or `path: item`; the file exists and has the item.
 #[test]
 fn figures_name_code_that_exists() {
