@@ -23,28 +23,27 @@ impl Koopman {
         let (state, input) = standard_of(&recordings).map_err(fail)?;
 
         let terms = self.dictionary.len();
-        let parts: Vec<Moments> =
-            parallel::map_each(recordings.iter().copied().collect(), |r: &Recording| {
-                let mut moments = Moments::new(terms + 1, terms);
-                let at = |k: usize| {
-                    let x = Channel::ALL.map(|c| r.channel(c)[k]);
-                    (state.apply(&x), input.apply(&[r.force_mn[k]])[0])
-                };
-                let mut lifted = vec![0.0; terms];
-                let (x, mut force) = at(0);
-                self.dictionary.lift(&x, &mut lifted);
-                for k in 1..r.len() {
-                    let (x, next_force) = at(k);
-                    moments.add(|features, targets| {
-                        features[..terms].copy_from_slice(&lifted);
-                        features[terms] = force;
-                        self.dictionary.lift(&x, targets);
-                        lifted.copy_from_slice(targets);
-                    });
-                    force = next_force;
-                }
-                moments
-            });
+        let parts: Vec<Moments> = parallel::map_each(recordings.clone(), |r: &Recording| {
+            let mut moments = Moments::new(terms + 1, terms);
+            let at = |k: usize| {
+                let x = Channel::ALL.map(|c| r.channel(c)[k]);
+                (state.apply(&x), input.apply(&[r.force_mn[k]])[0])
+            };
+            let mut lifted = vec![0.0; terms];
+            let (x, mut force) = at(0);
+            self.dictionary.lift(&x, &mut lifted);
+            for k in 1..r.len() {
+                let (x, next_force) = at(k);
+                moments.add(|features, targets| {
+                    features[..terms].copy_from_slice(&lifted);
+                    features[terms] = force;
+                    self.dictionary.lift(&x, targets);
+                    lifted.copy_from_slice(targets);
+                });
+                force = next_force;
+            }
+            moments
+        });
         let mut parts = parts.into_iter();
         let mut moments = parts.next().ok_or_else(|| fail("there are no recordings".into()))?;
         parts.for_each(|part| moments.merge(part));

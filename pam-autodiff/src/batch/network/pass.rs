@@ -465,14 +465,31 @@ impl<T: Float> WithSimd for Dots<'_, T> {
         for (d, w) in self.vectors.chunks_exact(self.stride).enumerate() {
             let (w, _) = T::split::<S>(w);
             let start = self.start.get(d).copied().unwrap_or_default();
-            let points = self.source.chunks_exact(self.stride).take(self.points);
-            for (x, out) in points.zip(self.target.chunks_exact_mut(self.out_stride)) {
-                let (x, _) = T::split::<S>(x);
+            let at = |point: usize| {
+                let (x, _) = T::split::<S>(&self.source[point * self.stride..][..self.stride]);
+                &x[..w.len()]
+            };
+            let mut point = 0;
+            // Four points at a time: each addition waits for the one before it, but not for those of other points.
+            while point + 4 <= self.points {
+                let x = [at(point), at(point + 1), at(point + 2), at(point + 3)];
+                let mut sums = [T::splat(simd, T::default()); 4];
+                for (k, &w) in w.iter().enumerate() {
+                    for (sum, x) in sums.iter_mut().zip(x) {
+                        *sum = T::fused(simd, w, x[k], *sum);
+                    }
+                }
+                for (n, sum) in sums.into_iter().enumerate() {
+                    self.target[(point + n) * self.out_stride + d] = start + T::across(simd, sum);
+                }
+                point += 4;
+            }
+            for point in point..self.points {
                 let mut sum = T::splat(simd, T::default());
-                for (&w, &x) in w.iter().zip(x) {
+                for (&w, &x) in w.iter().zip(at(point)) {
                     sum = T::fused(simd, w, x, sum);
                 }
-                out[d] = start + T::across(simd, sum);
+                self.target[point * self.out_stride + d] = start + T::across(simd, sum);
             }
         }
     }
