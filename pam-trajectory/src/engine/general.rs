@@ -58,7 +58,7 @@ impl Task {
 }
 
 impl GeneralEngine {
-    /// An engine with this gradient method and these steps, which may not be [`StepChoice::Exact`].
+    /// An engine with this gradient method and these steps, which may not be [`StepChoice::Exact`](crate::StepChoice::Exact).
     #[must_use]
     pub fn new(choice: GradientChoice, settings: SolverSettings) -> Self {
         Self { choice, settings, states: Vec::new() }
