@@ -1,7 +1,7 @@
 //! The joint with sealed chambers as a batched field of two states.
 
 use super::{BatchField, BatchNetwork, NetworkBlock, NetworkSums, ParameterSums, Points};
-use pam_core::simd::Float;
+use pam_core::simd::{AlignedVec, Float};
 use pam_core::{Activation, ActivationFunction, JointModel, NetworkForce, SealedMasses};
 
 /// The joint with sealed chambers, reduced to its motion and batched:
@@ -36,21 +36,21 @@ pub struct SealedCondition<T> {
 #[derive(Debug)]
 pub struct MotionBatch<T> {
     /// The first bias of each member.
-    biases: Vec<T>,
-    input: Vec<T>,
-    out: Vec<T>,
+    biases: AlignedVec<T>,
+    input: AlignedVec<T>,
+    out: AlignedVec<T>,
     block: NetworkBlock<T>,
 }
 
 /// Scratch memory of a block.
 #[derive(Debug)]
 pub struct MotionBlock<T> {
-    input: Vec<T>,
-    out: Vec<T>,
+    input: AlignedVec<T>,
+    out: AlignedVec<T>,
     /// Cotangents of the network's output: ones, since each point's weight comes later.
     ones: Vec<T>,
-    slopes: Vec<T>,
-    weights: Vec<T>,
+    slopes: AlignedVec<T>,
+    weights: AlignedVec<T>,
     network: NetworkBlock<T>,
     sums: NetworkSums<T>,
     /// Points in the sums.
@@ -93,10 +93,6 @@ impl<T: Float, A: ActivationFunction> SealedMotion<T, A> {
     }
 }
 
-fn zeros<T: Float>(len: usize) -> Vec<T> {
-    vec![T::default(); len]
-}
-
 impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
     type Condition = SealedCondition<T>;
     type Batch = MotionBatch<T>;
@@ -122,9 +118,9 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
 
     fn batch(&self, capacity: usize) -> MotionBatch<T> {
         MotionBatch {
-            biases: zeros(capacity * self.network.fold(&[0.0; 2]).len()),
-            input: zeros(capacity * self.network.input_stride()),
-            out: zeros(capacity * self.network.output_stride()),
+            biases: AlignedVec::zeros(capacity * self.network.fold(&[0.0; 2]).len()),
+            input: AlignedVec::zeros(capacity * self.network.input_stride()),
+            out: AlignedVec::zeros(capacity * self.network.output_stride()),
             block: self.network.block(capacity),
         }
     }
@@ -166,11 +162,11 @@ impl<T: Float, A: ActivationFunction> BatchField for SealedMotion<T, A> {
 
     fn block(&self, capacity: usize) -> MotionBlock<T> {
         MotionBlock {
-            input: zeros(capacity * self.network.input_stride()),
-            out: zeros(capacity * self.network.output_stride()),
+            input: AlignedVec::zeros(capacity * self.network.input_stride()),
+            out: AlignedVec::zeros(capacity * self.network.output_stride()),
             ones: vec![T::narrow(1.0); capacity],
-            slopes: zeros(capacity * 2),
-            weights: zeros(capacity),
+            slopes: AlignedVec::zeros(capacity * 2),
+            weights: AlignedVec::zeros(capacity),
             network: self.network.block(capacity),
             sums: self.network.sums(capacity),
             pending: 0,

@@ -68,7 +68,7 @@ pub trait Float: Scalar<Primitive = Self> + DualNumFloat + Default + Send + Sync
     /// `self · a + b`, rounded once where the machine can.
     fn fma(self, a: Self, b: Self) -> Self;
 
-    /// Runs a matrix product. This and the two below are compiled once for each float, in this crate.
+    /// Runs a matrix product. Like the next two functions, it is compiled in this crate once for each float type.
     fn run_product(product: Product<'_, Self>);
 
     /// Replaces each `z` by `σ(z)`.

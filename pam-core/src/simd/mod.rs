@@ -4,12 +4,16 @@
 //! of the machine at hand. [`gemm`] is the one matrix kernel; [`math`] holds branch-free elementary
 //! functions that loops over slices vectorise.
 //!
+//! [`AlignedVec`] holds their operands.
+//!
 //! A loop body that is handed to [`arch`]`().dispatch(…)` is compiled once for each instruction set.
 
+mod aligned;
 mod float;
 pub mod gemm;
 pub mod math;
 
+pub use aligned::AlignedVec;
 pub use float::Float;
 
 use pulp::Arch;

@@ -1,5 +1,5 @@
 use pam_core::force::Dense;
-use pam_core::simd::{Float, padded};
+use pam_core::simd::{AlignedVec, Float, padded};
 
 /// One dense layer in both orders, padded to whole vectors with zeros.
 #[derive(Debug, Clone)]
@@ -11,11 +11,11 @@ pub(super) struct Layer<T> {
     /// Distance between points of an output batch.
     pub(super) output_stride: usize,
     /// The weight matrix column by column, `[inputs, output_stride]`: for values and tangents.
-    pub(super) columns: Vec<T>,
+    pub(super) columns: AlignedVec<T>,
     /// The weight matrix row by row, `[outputs, input_stride]`: for cotangents.
-    pub(super) rows: Vec<T>,
+    pub(super) rows: AlignedVec<T>,
     /// The bias, `[output_stride]`.
-    pub(super) bias: Vec<T>,
+    pub(super) bias: AlignedVec<T>,
 }
 
 impl<T: Float> Layer<T> {
@@ -28,9 +28,9 @@ impl<T: Float> Layer<T> {
             outputs,
             input_stride,
             output_stride,
-            columns: vec![T::default(); inputs * output_stride],
-            rows: vec![T::default(); outputs * input_stride],
-            bias: vec![T::default(); output_stride],
+            columns: AlignedVec::zeros(inputs * output_stride),
+            rows: AlignedVec::zeros(outputs * input_stride),
+            bias: AlignedVec::zeros(output_stride),
         };
         for (i, column) in dense.weight_columns().chunks_exact(outputs).skip(skip).enumerate() {
             for (j, &w) in column.iter().enumerate() {

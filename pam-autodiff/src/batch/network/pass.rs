@@ -3,7 +3,7 @@
 use super::{BatchNetwork, NetworkSums};
 use pam_core::ActivationFunction;
 use pam_core::simd::gemm::{Finish, Layout, Product, Start};
-use pam_core::simd::{Float, arch};
+use pam_core::simd::{AlignedVec, Float, arch};
 use pulp::{Simd, WithSimd};
 
 /// Memory for one block of points: per hidden layer the values, the slopes of the activation and the
@@ -11,11 +11,11 @@ use pulp::{Simd, WithSimd};
 #[derive(Debug, Clone)]
 pub struct NetworkBlock<T> {
     capacity: usize,
-    values: Vec<Vec<T>>,
-    slopes: Vec<Vec<T>>,
-    cotangents: Vec<Vec<T>>,
+    values: Vec<AlignedVec<T>>,
+    slopes: Vec<AlignedVec<T>>,
+    cotangents: Vec<AlignedVec<T>>,
     /// Output cotangents times the weights of the points.
-    weighted: Vec<T>,
+    weighted: AlignedVec<T>,
 }
 
 impl<T: Float> NetworkBlock<T> {
@@ -31,13 +31,14 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
     #[must_use]
     pub fn block(&self, capacity: usize) -> NetworkBlock<T> {
         let hidden = &self.layers[..self.hidden()];
-        let buffers = || hidden.iter().map(|l| zeros(capacity * l.output_stride)).collect();
+        let buffers =
+            || hidden.iter().map(|l| AlignedVec::zeros(capacity * l.output_stride)).collect();
         NetworkBlock {
             capacity,
             values: buffers(),
             slopes: buffers(),
             cotangents: buffers(),
-            weighted: zeros(capacity * self.outputs()),
+            weighted: AlignedVec::zeros(capacity * self.outputs()),
         }
     }
 
@@ -135,7 +136,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
     }
 
     /// The values of hidden layer `k`.
-    fn hidden_values<'b>(&self, k: usize, kept: &'b [T], values: &'b [Vec<T>]) -> &'b [T] {
+    fn hidden_values<'b>(&self, k: usize, kept: &'b [T], values: &'b [AlignedVec<T>]) -> &'b [T] {
         if self.stays_kept(k, kept) { kept } else { &values[k] }
     }
 
@@ -300,8 +301,8 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         &self,
         k: usize,
         kept: &'b [T],
-        values: &'b [Vec<T>],
-        slopes: &'b [Vec<T>],
+        values: &'b [AlignedVec<T>],
+        slopes: &'b [AlignedVec<T>],
     ) -> Finish<'b, T> {
         match self.relu_slope() {
             Some(slope) => Finish::Gate { values: self.hidden_values(k, kept, values), slope },
@@ -359,7 +360,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
             .zip(cotangent.chunks_exact(layer.outputs).zip(weights))
             .take(points)
         {
-            for ((w, &c), b) in w.iter_mut().zip(c).zip(&mut sums.biases[last]) {
+            for ((w, &c), b) in w.iter_mut().zip(c).zip(&mut *sums.biases[last]) {
                 *w = c * weight;
                 *b += *w;
             }
@@ -420,10 +421,6 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
             .run();
         }
     }
-}
-
-fn zeros<T: Float>(len: usize) -> Vec<T> {
-    vec![T::default(); len]
 }
 
 /// Each point times its weight.

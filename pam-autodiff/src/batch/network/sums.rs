@@ -1,6 +1,6 @@
 use super::BatchNetwork;
 use pam_core::ActivationFunction;
-use pam_core::simd::Float;
+use pam_core::simd::{AlignedVec, Float};
 
 /// Sums of weight cotangents over a block of points.
 ///
@@ -9,9 +9,9 @@ use pam_core::simd::Float;
 #[derive(Debug, Clone)]
 pub struct NetworkSums<T> {
     /// Per layer `[inputs, output_stride]`; the last one `[outputs, input_stride]`.
-    pub(super) weights: Vec<Vec<T>>,
+    pub(super) weights: Vec<AlignedVec<T>>,
     /// Per layer `[output_stride]`.
-    pub(super) biases: Vec<Vec<T>>,
+    pub(super) biases: Vec<AlignedVec<T>>,
     pub(super) ones: Vec<T>,
 }
 
@@ -23,11 +23,11 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
         let weights = self.layers.iter().enumerate().map(|(k, l)| {
             let len =
                 if k == last { l.outputs * l.input_stride } else { l.inputs * l.output_stride };
-            vec![T::default(); len]
+            AlignedVec::zeros(len)
         });
         NetworkSums {
             weights: weights.collect(),
-            biases: self.layers.iter().map(|l| vec![T::default(); l.output_stride]).collect(),
+            biases: self.layers.iter().map(|l| AlignedVec::zeros(l.output_stride)).collect(),
             ones: vec![T::narrow(1.0); capacity],
         }
     }
@@ -57,7 +57,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
                 {
                     let (own, next) = rest.split_at_mut(n);
                     rest = next;
-                    for ((o, b), w) in own.iter_mut().zip(bias).zip(column) {
+                    for ((o, b), w) in own.iter_mut().zip(&**bias).zip(column) {
                         *o += value * b.widen();
                         *c += w.widen() * b.widen();
                     }
@@ -76,7 +76,7 @@ impl<T: Float, A: ActivationFunction> BatchNetwork<T, A> {
             }
             let (own, next) = next.split_at_mut(n);
             rest = next;
-            for (o, b) in own.iter_mut().zip(&sums.biases[k]) {
+            for (o, b) in own.iter_mut().zip(&*sums.biases[k]) {
                 *o += b.widen();
             }
         }
