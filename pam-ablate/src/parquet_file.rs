@@ -1,4 +1,4 @@
-//! Tables as Apache Parquet (feature `parquet`).
+//! Writing tables as Apache Parquet (feature `parquet`).
 
 use crate::error::AblateError;
 use crate::table::{Column, Table};
@@ -12,7 +12,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 impl Table {
-    /// The table as Apache Parquet, uncompressed, one row group.
+    /// Encodes the table as Apache Parquet: uncompressed, one row group.
     ///
     /// # Errors
     /// [`AblateError::Folder`] naming `path` if it cannot be encoded.
@@ -44,7 +44,7 @@ impl Table {
         for (_, column) in &self.columns {
             let mut to = group
                 .next_column()?
-                .ok_or_else(|| ParquetError::General("a column too many".into()))?;
+                .ok_or_else(|| ParquetError::General("more columns than the schema has".into()))?;
             match column {
                 Column::Text(v) => {
                     let values: Vec<ByteArray> =
@@ -67,7 +67,7 @@ impl Table {
     }
 }
 
-/// Which values are there, as Parquet says it.
+/// Parquet's definition levels: 1 for a value, 0 for a missing one.
 fn levels<T>(values: &[Option<T>]) -> Vec<i16> {
     values.iter().map(|v| i16::from(v.is_some())).collect()
 }

@@ -16,8 +16,10 @@ const SHOWN: usize = 4;
 /// Draws that are listed.
 const LISTED: usize = 30;
 
-/// Writes `results.csv`, `times.csv`, `summary.csv`, `summary.json`, `summary.md`, `report.html` and, with the
-/// feature `parquet`, `results.parquet` from what the folder holds, and returns the summary.
+/// Writes the result files of a sweep from the cells in its folder, and returns the summary.
+///
+/// The files are `results.csv`, `times.csv`, `summary.csv`, `summary.json`, `summary.md`, `report.html` and, with the
+/// feature `parquet`, `results.parquet`.
 ///
 /// # Errors
 /// [`AblateError`] if a record cannot be read or a file not be written.

@@ -1,9 +1,9 @@
-//! Independent work on all cores, with results in order.
+//! Parallel maps over independent tasks, with results in index order.
 //!
-//! One loop over indices runs on rayon's threads; it is compiled once, here, and calls what it is given through a
-//! pointer. The adapters of rayon, in contrast, are compiled again for each closure: some 3,000 lines of intermediate
-//! code each. Each index is one task, so this is for work of some microseconds and more. Loops whose tasks own
-//! mutable memory of their caller use rayon itself.
+//! rayon's iterator adapters are instantiated for every closure, at about 3,000 lines of LLVM IR each. Here a single
+//! parallel loop over indices is compiled once and calls the closure through a `dyn` reference. Every index is its own
+//! task, so use this for tasks of a few microseconds or more. Loops that hand out mutable slices of the caller's memory
+//! use rayon directly.
 //!
 //! ```
 //! use pam_core::parallel;
@@ -14,12 +14,12 @@
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use std::sync::{Mutex, PoisonError};
 
-/// Calls `body` with each index below `count`, on all threads.
+/// Calls `body(i)` for every `i < count`, in parallel.
 pub fn for_each(count: usize, body: &(dyn Fn(usize) + Sync)) {
     (0..count).into_par_iter().with_max_len(1).for_each(body);
 }
 
-/// `result(i)` of each index below `count`, in order. Does not depend on the number of threads.
+/// Computes `result(i)` for every `i < count` in parallel. Results are in index order at any number of threads.
 pub fn map<R: Send>(count: usize, result: impl Fn(usize) -> R + Sync) -> Vec<R> {
     let slots: Vec<Mutex<Option<R>>> = (0..count).map(|_| Mutex::new(None)).collect();
     for_each(count, &|i| {
@@ -30,7 +30,7 @@ pub fn map<R: Send>(count: usize, result: impl Fn(usize) -> R + Sync) -> Vec<R> 
     slots.into_iter().map(|slot| value(slot).expect("each index was run")).collect()
 }
 
-/// As [`map`], of items that the work takes.
+/// Like [`map`], over items that are moved into the closure.
 pub fn map_each<T: Send, R: Send>(items: Vec<T>, result: impl Fn(T) -> R + Sync) -> Vec<R> {
     let items: Vec<Mutex<Option<T>>> = items.into_iter().map(|t| Mutex::new(Some(t))).collect();
     map(items.len(), |i| {

@@ -1,13 +1,13 @@
-//! Fingerprints of recordings: equal for equal data, wherever the files lie.
+//! Content hashes of recordings, used to check that a resumed run or a cached result belongs to the same data.
 //!
-//! They guard resumed runs and cached results. Everything that a training or an evaluation sees counts: the
-//! name, time, all channels, force, air masses, the sealed state and the filters. Paths and notes do not.
+//! The hash covers every input of training and evaluation: name, time, all channels, force, air masses, sealed state
+//! and filters. It ignores file paths and notes.
 
 use crate::recording::{Channel, Recording};
 use crate::subject::Subject;
 use pam_numerics::ContentHash;
 
-/// The fingerprint of recordings, in their order: 32 hexadecimal digits.
+/// Hashes recordings in the given order. Returns 32 hexadecimal digits.
 #[must_use]
 pub fn fingerprint<'a>(recordings: impl IntoIterator<Item = &'a Recording>) -> String {
     let mut hash = ContentHash::default();
@@ -15,7 +15,7 @@ pub fn fingerprint<'a>(recordings: impl IntoIterator<Item = &'a Recording>) -> S
     hash.hex()
 }
 
-/// The fingerprint of recordings with the air masses that were found for them, in their order.
+/// Hashes recordings together with their computed air masses, in the given order. Returns 32 hexadecimal digits.
 #[must_use]
 pub fn fingerprint_of_subjects<'a>(subjects: impl IntoIterator<Item = &'a Subject>) -> String {
     let mut hash = ContentHash::default();

@@ -1,51 +1,45 @@
-//! TOML files whose errors name file and line.
+//! Reading TOML files, with file and line in errors.
 
 use crate::document;
 use crate::error::DataError;
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
-/// The text of a file.
+/// Reads a text file.
 ///
 /// # Errors
-/// [`DataError::Io`].
+/// [`DataError::Io`] if the file cannot be read as UTF-8.
 pub fn text(path: &Path) -> Result<String, DataError> {
     std::fs::read_to_string(path).map_err(|e| DataError::io(path, e))
 }
 
-/// The line, counted from one, of a byte offset.
-#[must_use]
-pub fn line_of(text: &str, offset: usize) -> u64 {
-    1 + text.bytes().take(offset).filter(|&b| b == b'\n').count() as u64
-}
-
-/// Reads a value from TOML text; `path` is for messages.
+/// Deserializes TOML text; `path` appears in errors only.
 ///
 /// # Errors
-/// [`DataError::Line`].
+/// [`DataError::Line`] if the text is not TOML or does not match `T`.
 pub fn parse<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, DataError> {
     document::from_toml(text)
         .map_err(|e| DataError::line(path, e.line(text), e.message().replace('\n', "; ")))
 }
 
-/// The value of an assignment on a command line, written as TOML writes it; `None` if it is none.
+/// Parses a command-line value written in TOML syntax; `None` if it is not valid TOML.
 #[must_use]
 pub fn single_value(text: &str) -> Option<toml::Value> {
     table(&format!("v = {text}")).ok()?.remove("v")
 }
 
-/// The table that TOML text holds.
+/// Parses TOML text as a table.
 ///
 /// # Errors
-/// What is wrong, without a line.
+/// The message of the [`DocumentError`](document::DocumentError) if the text is not TOML.
 pub fn table(text: &str) -> Result<toml::Table, String> {
     document::from_toml(text).map_err(|e| e.to_string())
 }
 
-/// The value that a table holds.
+/// Deserializes a table.
 ///
 /// # Errors
-/// What is wrong, without a line.
+/// The message of the [`DocumentError`](document::DocumentError) if the table does not match `T`.
 pub fn from_table<T: DeserializeOwned>(table: &toml::Table) -> Result<T, String> {
     document::from_toml(&table.to_string()).map_err(|e| e.to_string())
 }

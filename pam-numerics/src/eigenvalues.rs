@@ -2,8 +2,7 @@
 
 use faer::Mat;
 
-/// The eigenvalues `[real, imaginary]` of an `n × n` matrix whose rows follow one another; `None` if the iteration
-/// does not converge.
+/// Eigenvalues `[real, imaginary]` of an `n × n` row-major matrix; `None` if the iteration does not converge.
 ///
 /// # Panics
 /// If the matrix has fewer than `n²` entries.

@@ -1,32 +1,32 @@
-//! A hash of content that stays the same over runs and machines.
+//! A content hash that is stable across runs and machines.
 
-/// BLAKE3 over texts and numbers, each with its length in front, so that neighbours cannot be confused.
+/// BLAKE3 over length-prefixed strings and arrays, so that moving bytes between neighbours changes the hash.
 ///
-/// It identifies recordings and settings in names of files and in the checks of resumed runs.
+/// It identifies recordings and settings in file names and when a run is resumed.
 #[derive(Debug, Clone, Default)]
 pub struct ContentHash(blake3::Hasher);
 
 impl ContentHash {
-    /// Adds a whole number.
+    /// Adds an integer.
     pub fn word(&mut self, word: u64) {
         self.0.update(&word.to_le_bytes());
     }
 
-    /// Adds bytes with their count.
+    /// Adds a byte string, prefixed with its length.
     pub fn bytes(&mut self, bytes: &[u8]) {
         self.word(bytes.len() as u64);
         self.0.update(bytes);
     }
 
-    /// Adds a text with its length.
+    /// Adds a string, prefixed with its length.
     pub fn text(&mut self, text: &str) {
         self.bytes(text.as_bytes());
     }
 
-    /// Adds the bits of numbers with their count.
+    /// Adds the bits of an array, prefixed with its length.
     pub fn numbers(&mut self, values: &[f64]) {
         self.word(values.len() as u64);
-        // Many samples to one update, which is much faster than one by one.
+        // One update per 128 samples: an update per sample is much slower.
         let mut buffer = [0; 1024];
         for chunk in values.chunks(buffer.len() / 8) {
             for (to, v) in buffer.chunks_exact_mut(8).zip(chunk) {

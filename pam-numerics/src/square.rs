@@ -2,7 +2,7 @@
 
 use std::ops::{AddAssign, Index, IndexMut};
 
-/// A square matrix that is filled entry by entry, such as that of normal equations.
+/// A square matrix that is assembled entry by entry, such as a normal matrix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SquareMatrix {
     size: usize,
@@ -38,7 +38,7 @@ impl IndexMut<(usize, usize)> for SquareMatrix {
 
 impl AddAssign<&SquareMatrix> for SquareMatrix {
     fn add_assign(&mut self, other: &SquareMatrix) {
-        assert_eq!(self.size, other.size, "the sizes differ");
+        assert_eq!(self.size, other.size, "matrix sizes differ");
         self.rows.iter_mut().zip(&other.rows).for_each(|(a, b)| *a += b);
     }
 }

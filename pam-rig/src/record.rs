@@ -30,10 +30,10 @@ impl Recorded {
     }
 }
 
-/// The seed of a run: the recordings of a folder differ in their noise, and none depends on the others.
+/// Derives the noise seed of a run from the session seed and the run's name, so that runs have independent noise.
 ///
-/// The sum is FNV-1a of the name, begun at `seed`. It is a part of what a seed means: with another sum the same
-/// seed would give other recordings.
+/// This is FNV-1a over the name, with `seed` mixed into the initial state. Changing the function changes the recordings
+/// of every published seed.
 fn seed_of(seed: u64, name: &str) -> u64 {
     const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
     const PRIME: u64 = 0x0100_0000_01b3;

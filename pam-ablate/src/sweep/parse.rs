@@ -2,7 +2,7 @@
 
 use super::{Assignment, Axis, Goal, Range, Search, Sweep, Values, Variant};
 use crate::error::AblateError;
-use pam_data::{DataError, toml_file};
+use pam_data::{DataError, document, toml_file};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -65,7 +65,7 @@ struct Places<'a> {
 
 impl Places<'_> {
     fn line(&self, offset: usize) -> u64 {
-        toml_file::line_of(self.text, offset)
+        document::line_of(self.text, offset)
     }
 
     fn error(&self, offset: usize, message: impl Into<String>) -> AblateError {

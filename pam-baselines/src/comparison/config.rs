@@ -117,7 +117,7 @@ impl ComparisonConfig {
     /// [`BaselineError`] with the line.
     pub fn parse(text: &str, path: &Path) -> Result<Self, BaselineError> {
         let place = |offset: usize, message: String| -> BaselineError {
-            DataError::line(path, toml_file::line_of(text, offset), message).into()
+            DataError::line(path, document::line_of(text, offset), message).into()
         };
         let raw: Raw = toml_file::parse(text, path)?;
         let mut models: Vec<ModelConfig> = Vec::new();

@@ -16,7 +16,6 @@ pub mod gradient;
 pub mod inspect;
 pub mod man;
 pub mod rig;
-
 pub mod simulate;
 pub mod train;
 

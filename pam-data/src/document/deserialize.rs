@@ -1,4 +1,4 @@
-//! Values read from a [`Node`], through a single form of each of serde's traits.
+//! A serde deserializer over [`Node`], so that each type is compiled for one input format only.
 
 use super::node::{Content, Node};
 use serde::de::{
@@ -8,12 +8,12 @@ use serde::forward_to_deserialize_any;
 use std::fmt::Display;
 use std::ops::Range;
 
-/// What is wrong in a file, and where.
+/// A document that could not be parsed or does not match the type: message, byte range and field path.
 #[derive(Clone, Debug)]
 pub struct DocumentError {
     message: String,
     span: Option<Range<usize>>,
-    /// The keys from the value outwards.
+    /// Field names, innermost first.
     path: Vec<String>,
 }
 
@@ -22,7 +22,7 @@ impl DocumentError {
         Self { message, span: None, path: Vec::new() }
     }
 
-    /// The place, unless one within it is known.
+    /// Sets the byte range unless a narrower one is already known.
     pub(super) fn at(mut self, span: Option<Range<usize>>) -> Self {
         self.span = self.span.or(span);
         self
@@ -33,27 +33,25 @@ impl DocumentError {
         self
     }
 
-    /// What is wrong, without the place.
+    /// The message without line or field.
     #[must_use]
     pub fn message(&self) -> &str {
         &self.message
     }
 
-    /// Bytes of the text that are wrong; none for a wrong field of JSON, and none if a field of the whole file is
-    /// missing.
+    /// The byte range of the offending text. `None` for a field in JSON, and for a missing top-level field.
     #[must_use]
     pub fn span(&self) -> Option<Range<usize>> {
         self.span.clone()
     }
 
-    /// The line of `text`, counted from one, in which the place is; the first if there is none.
+    /// The line of `text`, counted from one, where the error is; the first line if its position is unknown.
     #[must_use]
     pub fn line(&self, text: &str) -> u64 {
-        let offset = self.span.as_ref().map_or(0, |span| span.start);
-        1 + text.bytes().take(offset).filter(|&b| b == b'\n').count() as u64
+        super::line_of(text, self.span.as_ref().map_or(0, |span| span.start))
     }
 
-    /// The field that is wrong, as `stage.2.epochs`; empty for the whole file.
+    /// The path of the offending field, such as `stage.2.epochs`; empty for the whole document.
     #[must_use]
     pub fn path(&self) -> String {
         self.path.iter().rev().map(String::as_str).collect::<Vec<_>>().join(".")
@@ -123,7 +121,7 @@ impl<'de> Deserializer<'de> for Node {
         fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, DocumentError> {
-        // A value that wants its place: start, end and the value itself.
+        // `Spanned<T>` asks for three fields: start, end and the value.
         if let (true, [start, end, value]) = (serde_spanned::de::is_spanned(name), fields) {
             let span = self.span.clone().unwrap_or(0..0);
             let key = |name: &&'static str| Node::new(Content::Known(name), None);
@@ -152,7 +150,7 @@ impl<'de> Deserializer<'de> for Node {
                 Variant { name, content: Some(content) }
             }
             _ => {
-                let what = "a name, or a table with one name as its key, is expected here";
+                let what = "expected a name, or a table with a single key";
                 return Err(DocumentError::new(what.into()).at(span));
             }
         };
@@ -193,7 +191,7 @@ impl<'de> SeqAccess<'de> for Items {
 struct Entries {
     rest: std::vec::IntoIter<(Node, Node)>,
     value: Option<(String, Node)>,
-    /// Keys that stand in no file are not told.
+    /// The keys are those of `Spanned`, not of the file: errors do not mention them.
     silent: bool,
 }
 
@@ -224,7 +222,7 @@ impl<'de> MapAccess<'de> for Entries {
         seed: T,
     ) -> Result<T::Value, DocumentError> {
         let (name, value) =
-            self.value.take().ok_or_else(|| DocumentError::custom("a value without key"))?;
+            self.value.take().ok_or_else(|| DocumentError::custom("a value without a key"))?;
         let span = value.span.clone();
         seed.deserialize(value).map_err(|e| {
             let e = e.at(span);
@@ -237,7 +235,7 @@ impl<'de> MapAccess<'de> for Entries {
     }
 }
 
-/// A variant of an enumeration.
+/// An enum variant: its name, and its content if it has any.
 struct Variant {
     name: Node,
     content: Option<Node>,
@@ -257,7 +255,7 @@ impl<'de> EnumAccess<'de> for Variant {
     }
 }
 
-/// What a variant holds.
+/// The content of an enum variant.
 struct VariantContent(Option<Node>);
 
 impl VariantContent {

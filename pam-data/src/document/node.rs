@@ -1,4 +1,4 @@
-//! The tree that files of both formats become.
+//! The tree that TOML and JSON text is parsed into.
 
 use super::DocumentError;
 use serde_json::Value;
@@ -6,7 +6,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
 
-/// A value with its place in the text, if it has one.
+/// A value and, if known, its byte range in the text.
 #[derive(Clone, Debug)]
 pub struct Node {
     pub(super) content: Content,
@@ -21,10 +21,10 @@ pub(super) enum Content {
     Unsigned(u64),
     Float(f64),
     Text(String),
-    /// A key that the program itself asks for.
+    /// A field name known at compile time.
     Known(&'static str),
     List(Vec<Node>),
-    /// Keys are nodes too: their places are told.
+    /// Keys are nodes as well, so that errors can point at them.
     Table(Vec<(Node, Node)>),
 }
 
@@ -33,21 +33,21 @@ impl Node {
         Self { content, span }
     }
 
-    /// Parses TOML text. A date becomes a text.
+    /// Parses TOML text. Dates become strings.
     ///
     /// # Errors
-    /// [`DocumentError`] with the place.
+    /// [`DocumentError`] with the position if the text is not TOML.
     pub fn from_toml(text: &str) -> Result<Self, DocumentError> {
         let table = DeTable::parse(text)
             .map_err(|e| DocumentError::new(e.message().to_owned()).at(e.span()))?;
-        // A field that the whole file lacks is told without a place.
+        // No span for the root: the error of a missing top-level field has no position.
         Ok(Self::new(of_table(table.into_inner())?, None))
     }
 
     /// Parses JSON text.
     ///
     /// # Errors
-    /// [`DocumentError`] that names line and column.
+    /// [`DocumentError`] with line and column if the text is not JSON.
     pub fn from_json(text: &str) -> Result<Self, DocumentError> {
         let place = |e: &serde_json::Error| {
             let line = text.split_inclusive('\n').take(e.line().saturating_sub(1)).map(str::len);

@@ -51,9 +51,9 @@ fn all() -> All {
     }
 }
 
-/// The ready readers and writers of both formats say what a file means.
+/// The crates `toml` and `serde_json` are the reference.
 #[test]
-fn texts_of_both_formats_mean_what_their_own_libraries_say() {
+fn both_formats_agree_with_their_reference_libraries() {
     let value = all();
     let (toml_text, json_text) = (to_toml(&value).unwrap(), to_json(&value).unwrap());
     assert_eq!(toml::from_str::<All>(&toml_text).unwrap(), value);
@@ -79,7 +79,7 @@ fn numbers_keep_every_bit() {
 }
 
 #[test]
-fn forms_of_numbers_of_toml() {
+fn toml_number_formats() {
     let read = |text: &str| from_toml::<BTreeMap<String, f64>>(text).map(|m| m["v"]);
     assert_eq!(read("v = 1_000").unwrap(), 1000.0);
     assert_eq!(read("v = 0x1F").unwrap(), 31.0);
@@ -94,7 +94,7 @@ fn forms_of_numbers_of_toml() {
 }
 
 #[test]
-fn errors_name_the_place_and_the_field() {
+fn errors_have_line_and_field() {
     let place = |text: &str| {
         let error = from_toml::<All>(text).unwrap_err();
         let line = error.span().map(|_| error.line(text));
@@ -108,7 +108,7 @@ fn errors_name_the_place_and_the_field() {
     let wrong = text.replace("time_s = 2.0", "time_s = true");
     let error = from_toml::<All>(&wrong).unwrap_err();
     assert!(error.to_string().starts_with("`step.0"), "{error}");
-    // A tagged table is read as a whole: its place is told.
+    // serde buffers an internally tagged table, so the error points at the table and not at the field.
     assert!((line_of("[[step]]")..=line_of("time_s")).contains(&error.line(&wrong)), "{error:?}");
     let (message, line) = place(&text.replace("count = 3", "cuont = 3"));
     assert_eq!(line, Some(line_of("count = 3")));
@@ -124,7 +124,7 @@ fn errors_name_the_place_and_the_field() {
 }
 
 #[test]
-fn a_value_that_wants_its_place_gets_it() {
+fn spanned_values_match_the_toml_crate() {
     #[derive(Deserialize)]
     struct Placed {
         a: toml::Spanned<f64>,

@@ -1,7 +1,7 @@
 //! MATLAB level 5 files: named arrays of real numbers.
 //!
-//! A file is a header of 128 bytes and elements, each with a tag of type and size. An array is an element of
-//! elements, often inside a zlib stream (The MathWorks, *MAT-File Format*, chapter 1).
+//! A file is a 128-byte header followed by data elements, each with a tag that holds its type and size. An array is an
+//! element made of elements and is often zlib-compressed (The MathWorks, *MAT-File Format*, chapter 1).
 
 use crate::error::{DataError, read_bytes};
 use flate2::read::ZlibDecoder;
@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
-/// Reads all real arrays of a `.mat` file, column-major as MATLAB stores them. Texts, cells, structures and sparse
-/// arrays are left out, and so is the imaginary part of a complex array.
+/// Reads all numeric arrays of a `.mat` file, in column-major order. Character arrays, cells, structures, sparse
+/// arrays and imaginary parts are skipped.
 ///
 /// # Errors
 /// [`DataError::File`] if the file is not level 5 or is damaged.
@@ -28,10 +28,10 @@ pub fn read(path: &Path) -> Result<BTreeMap<String, Vec<f64>>, DataError> {
 const HEADER: usize = 128;
 const TAG: usize = 8;
 const TRUNCATED: &str = "the file ends inside an array; it is truncated";
-// Types of elements that hold no numbers.
+// Data types of elements that are not numeric.
 const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
-/// Classes of arrays of numbers: double, single and eight kinds of integers.
+/// Numeric array classes: double, single and eight integer types.
 const NUMERIC: std::ops::RangeInclusive<u8> = 6..=15;
 
 fn parse(bytes: &[u8]) -> Result<BTreeMap<String, Vec<f64>>, String> {
@@ -60,14 +60,14 @@ fn parse(bytes: &[u8]) -> Result<BTreeMap<String, Vec<f64>>, String> {
     Ok(arrays)
 }
 
-/// The elements that follow one another in a file or in an array.
+/// Consecutive data elements of a file or an array.
 struct Elements<'a> {
     rest: &'a [u8],
     big_endian: bool,
 }
 
 impl<'a> Elements<'a> {
-    /// Type and content of the next element.
+    /// Takes the type and content of the next element.
     fn take(&mut self) -> Result<(u32, &'a [u8]), String> {
         let word = |at: usize| {
             let bytes = self.rest.get(at..at + 4)?.try_into().ok()?;
@@ -78,7 +78,7 @@ impl<'a> Elements<'a> {
             })
         };
         let first = word(0).ok_or(TRUNCATED)?;
-        // Up to four bytes stand in the tag, with their size in the upper half of its first word.
+        // Up to four bytes are stored inside the tag, with their size in the upper half of its first word.
         let (kind, start, size) = match first >> 16 {
             0 => (first, TAG, word(4).ok_or(TRUNCATED)? as usize),
             size => (first & 0xffff, TAG / 2, size as usize),
@@ -88,14 +88,14 @@ impl<'a> Elements<'a> {
             .and_then(|end| self.rest.get(start..end))
             .filter(|_| start == TAG || size <= TAG / 2)
             .ok_or(TRUNCATED)?;
-        // Elements begin at multiples of eight bytes, but a compressed one is as long as it is.
+        // Elements are padded to eight bytes, except compressed ones.
         let end = start + size;
         let end = if kind == COMPRESSED { end } else { end.next_multiple_of(TAG) };
         self.rest = &self.rest[end.min(self.rest.len())..];
         Ok((kind, content))
     }
 
-    /// Name and real part of the array whose parts these are; `None` if it holds no numbers.
+    /// Reads these elements as an array: name and real part, or `None` if the array is not numeric.
     fn array(mut self) -> Result<Option<(String, Vec<f64>)>, String> {
         let (_, flags) = self.take()?;
         let class = *flags.get(if self.big_endian { 3 } else { 0 }).ok_or(TRUNCATED)?;
@@ -107,12 +107,12 @@ impl<'a> Elements<'a> {
         let (kind, values) = self.take()?;
         let name = String::from_utf8_lossy(name).into_owned();
         let values = self.numbers(kind, values).ok_or_else(|| {
-            format!("array `{name}` holds elements of type {kind}; the file is damaged")
+            format!("array `{name}` has values of unknown type {kind}; the file is damaged")
         })?;
         Ok(Some((name, values)))
     }
 
-    /// The numbers of an element; MATLAB stores doubles that are whole in the shortest type that holds them.
+    /// Converts an element to doubles. MATLAB stores integer-valued doubles in the smallest integer type that fits.
     fn numbers(&self, kind: u32, content: &[u8]) -> Option<Vec<f64>> {
         macro_rules! all {
             ($type:ty) => {{

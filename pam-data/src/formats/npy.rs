@@ -1,4 +1,4 @@
-//! `.npy` records: one array of NumPy with a header that is a Python literal (NEP 1, versions 1 to 3).
+//! The NumPy `.npy` format: one array, preceded by a header that is a Python dictionary (NEP 1, versions 1 to 3).
 
 use std::io::{Read, Write};
 use thiserror::Error;
@@ -26,26 +26,25 @@ impl Array {
     }
 }
 
-/// A `.npy` record that cannot be read.
+/// Why an array could not be read.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum NpyError {
-    /// The record is damaged, cut short, or no record at all.
+    /// The bytes are truncated, corrupt or not in `.npy` format.
     #[error("{0}")]
     Damaged(String),
-    /// The record holds something else than real numbers in a layout that is read.
+    /// The data type or memory layout is not supported.
     #[error("{0} are not supported; store float64 in C order")]
     Unsupported(String),
 }
 
 const MAGIC: &[u8; 6] = b"\x93NUMPY";
-/// Data begin at a multiple of this many bytes.
+/// The data start at a multiple of this many bytes.
 const ALIGNMENT: usize = 64;
 
-/// Reads one `.npy` record of real numbers (floats, integers, booleans) as doubles. Fortran order is turned
-/// into row-major order.
+/// Reads an array of floats, integers or booleans as `f64`, converted to row-major order.
 ///
 /// # Errors
-/// [`NpyError`] that says what is wrong.
+/// [`NpyError`] if the bytes are not a complete array of a supported type.
 pub fn read_npy(reader: &mut impl Read) -> Result<Array, NpyError> {
     let header = Header::read(reader)?;
     let (kind, size) = (header.kind, header.size);
@@ -86,15 +85,17 @@ pub fn read_npy(reader: &mut impl Read) -> Result<Array, NpyError> {
     Ok(Array { shape: header.shape, values })
 }
 
-/// Reads one `.npy` record of Unicode strings, in the order in which they are stored.
+/// Reads an array of Unicode strings, in storage order.
 ///
 /// # Errors
-/// [`NpyError`] that says what is wrong.
+/// [`NpyError`] if the bytes are not a complete array of strings.
 pub fn read_npy_texts(reader: &mut impl Read) -> Result<Vec<String>, NpyError> {
     let header = Header::read(reader)?;
     if header.kind != 'U' {
         let (kind, size) = (header.kind, header.size);
-        return Err(NpyError::Damaged(format!("no Unicode strings but type {kind}{size}")));
+        return Err(NpyError::Damaged(format!(
+            "expected Unicode strings, found type {kind}{size}"
+        )));
     }
     let bytes = header.read_items(reader)?;
     let length = header.size / 4;
@@ -108,7 +109,9 @@ pub fn read_npy_texts(reader: &mut impl Read) -> Result<Vec<String>, NpyError> {
                 u32::from_le_bytes(*code)
             };
             text.push(char::from_u32(code).ok_or_else(|| {
-                NpyError::Damaged(format!("string {i} holds {code:#x}, which is no character"))
+                NpyError::Damaged(format!(
+                    "string {i} contains {code:#x}, which is not a Unicode character"
+                ))
             })?);
         }
         text.truncate(text.trim_end_matches('\0').len());
@@ -117,19 +120,19 @@ pub fn read_npy_texts(reader: &mut impl Read) -> Result<Vec<String>, NpyError> {
     (0..header.count()?).map(text).collect()
 }
 
-/// Appends one `.npy` record of doubles.
+/// Writes an array of `f64`.
 ///
 /// # Errors
-/// Errors of the writer.
+/// I/O errors of `out`.
 pub fn write_npy(out: &mut impl Write, array: &Array) -> std::io::Result<()> {
     write_header(out, "<f8", &array.shape)?;
     array.values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))
 }
 
-/// Appends one `.npy` record of single-precision numbers.
+/// Writes an array of `f32`.
 ///
 /// # Errors
-/// Errors of the writer.
+/// I/O errors of `out`.
 pub fn write_npy_f32(out: &mut impl Write, shape: &[u64], values: &[f64]) -> std::io::Result<()> {
     write_header(out, "<f4", shape)?;
     values.iter().try_for_each(|v| out.write_all(&(*v as f32).to_le_bytes()))
@@ -146,7 +149,7 @@ fn write_header(out: &mut impl Write, descr: &str, shape: &[u64]) -> std::io::Re
     text.extend(std::iter::repeat_n(' ', end - before - text.len() - 1));
     text.push('\n');
     let length = u16::try_from(text.len()).map_err(|_| {
-        std::io::Error::new(std::io::ErrorKind::InvalidInput, "an array of too many dimensions")
+        std::io::Error::new(std::io::ErrorKind::InvalidInput, "the array has too many dimensions")
     })?;
     out.write_all(MAGIC)?;
     out.write_all(&[1, 0])?;
@@ -154,11 +157,11 @@ fn write_header(out: &mut impl Write, descr: &str, shape: &[u64]) -> std::io::Re
     out.write_all(text.as_bytes())
 }
 
-/// What stands in front of the data.
+/// Data type, order and shape of the array.
 struct Header {
-    /// `f`, `i`, `u`, `b` or `U`; others are not told apart.
+    /// NumPy's type code: `f`, `i`, `u`, `b`, `U`, or another one that is not supported.
     kind: char,
-    /// Bytes of an item.
+    /// Bytes per item.
     size: usize,
     big_endian: bool,
     fortran_order: bool,
@@ -186,7 +189,7 @@ impl Header {
         Self::parse(text).ok_or_else(|| no_record(&format!("its header is `{}`", text.trim_end())))
     }
 
-    /// The dictionary of a header, whose keys may stand in any order.
+    /// Parses the dictionary, whose keys may be in any order.
     fn parse(text: &str) -> Option<Self> {
         let value = |key: &str| {
             let at = ['\'', '"'].iter().find_map(|q| {
@@ -197,7 +200,7 @@ impl Header {
         };
         let descr = value("descr")?;
         let quote = descr.chars().next().filter(|&c| c == '\'' || c == '"');
-        // A list instead of a text is a record with fields.
+        // A list instead of a string describes a structured array.
         let Some(quote) = quote else {
             let fields =
                 Self { kind: 'V', size: 0, big_endian: false, fortran_order: false, shape: vec![] };
@@ -208,7 +211,7 @@ impl Header {
         let rest = &descr[order.map_or(0, char::len_utf8)..];
         let kind = rest.chars().next()?;
         let digits = &rest[kind.len_utf8()..];
-        // Dates carry a unit behind their size.
+        // The size of a date is followed by its unit in brackets.
         let digits = digits.split('[').next()?;
         let size: usize = if digits.is_empty() { 0 } else { digits.parse().ok()? };
         let fortran_order = value("fortran_order")?;
@@ -232,12 +235,12 @@ impl Header {
             .ok_or_else(|| NpyError::Damaged(format!("its shape is {:?}", self.shape)))
     }
 
-    /// The bytes of all items.
+    /// Reads the bytes of all items.
     fn read_items(&self, reader: &mut impl Read) -> Result<Vec<u8>, NpyError> {
         let expected = (self.count()?)
             .checked_mul(self.size)
             .ok_or_else(|| NpyError::Damaged(format!("its shape is {:?}", self.shape)))?;
-        // No room is reserved: the length of a damaged header may be any.
+        // Nothing is preallocated, because a corrupt header can claim any length.
         let mut bytes = Vec::new();
         reader
             .take(expected as u64)
@@ -261,9 +264,9 @@ fn read_array<const N: usize>(reader: &mut impl Read) -> Result<[u8; N], NpyErro
 }
 
 fn no_record(why: &str) -> NpyError {
-    NpyError::Damaged(format!("not a .npy record: {why}"))
+    NpyError::Damaged(format!("not in .npy format: {why}"))
 }
 
 fn truncated(why: &str) -> NpyError {
-    NpyError::Damaged(format!("the record ends early ({why}); the file may be truncated"))
+    NpyError::Damaged(format!("the array ends early ({why}); the file may be truncated"))
 }

@@ -94,15 +94,15 @@ fn engines<F: EngineForce>() -> [Entry<F>; 4] {
     ]
 }
 
-/// Forces for whose models an engine can be chosen at run time.
+/// A force model whose engine is chosen at run time.
 ///
-/// The engines of [`NetworkForce`] and [`AnyForce`] are compiled in this crate, once. For a force of one's own an
-/// empty implementation compiles them where it is used.
+/// This crate instantiates the engines for [`NetworkForce`] and [`AnyForce`], so that crates above do not compile them
+/// again. For another force, an empty `impl ChooseEngine` is enough; its engines are compiled in the crate that uses it.
 pub trait ChooseEngine: EngineForce + Sized + 'static {
-    /// See [`choose`].
+    /// Implements [`choose`].
     ///
     /// # Errors
-    /// As [`choose`].
+    /// See [`choose`].
     fn choose_engine(
         &self,
         effects: &[ActiveEffect],
@@ -112,6 +112,7 @@ pub trait ChooseEngine: EngineForce + Sized + 'static {
     }
 }
 
+// A default method is instantiated in the crate that calls it; a method written out for a concrete type is compiled here.
 macro_rules! compiled_here {
     ($($force:ty),+) => {
         $(impl ChooseEngine for $force {

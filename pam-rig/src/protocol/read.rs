@@ -45,7 +45,7 @@ impl Protocol {
         let mut protocol: Self = toml_file::parse(text, path)?;
         let places: Places = toml_file::parse(text, path)?;
         let fail = |offset: usize, message: String| -> RigError {
-            DataError::line(path, toml_file::line_of(text, offset), message).into()
+            DataError::line(path, document::line_of(text, offset), message).into()
         };
         let folder = path.parent().unwrap_or(Path::new("."));
         for (i, (segment, place)) in protocol.current.iter_mut().zip(&places.current).enumerate() {
