@@ -1,4 +1,4 @@
-//! The results of a sweep as a table: one row a cell.
+//! The results of a sweep as a table: one row per cell.
 //!
 //! Columns: `cell`, one for each axis, `seed`, `status` (`done`, `failed`, `missing`), one for each
 //! metric, `error`. CSV and, with the feature `parquet`, Parquet hold the same; with equal configurations, seeds and data they are the

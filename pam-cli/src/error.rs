@@ -60,7 +60,7 @@ pub fn failed(error: impl Display) -> CliError {
 }
 
 impl CliError {
-    /// A command that this build leaves out.
+    /// The command is behind a cargo feature that is off.
     #[cfg(not(all(feature = "completions", feature = "man")))]
     pub(crate) fn without_feature(feature: &str) -> Self {
         usage(format!(

@@ -58,7 +58,7 @@ fn crates_use_only_layers_below_them() {
     assert_eq!(crates, height.len(), "the figure shows the crates of the workspace and no others");
 }
 
-/// A library that is not compiled for unit tests has none that would silently not run.
+/// Unit tests in a crate with `test = false` would silently not run.
 #[test]
 fn unit_tests_stand_where_they_are_run() {
     let mut checked = 0;

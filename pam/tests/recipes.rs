@@ -202,7 +202,7 @@ fn cargo(root: &Path, level: u8) -> Command {
     command
 }
 
-/// A copy of the workspace with the recipes carried out, and the crates that they touch.
+/// A copy of the workspace with the recipes applied, and the crates they change.
 fn carried_out(copy_name: &str) -> (PathBuf, BTreeSet<&'static str>) {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
     let root: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(copy_name);

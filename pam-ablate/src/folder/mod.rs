@@ -7,7 +7,7 @@
 //! | `cells/ID/claim` | who works or worked on the cell; locked as long as somebody does |
 //! | `cells/ID/work/` | what the cell keeps while it runs: checkpoint, metrics, models |
 //! | `cells/ID/result.json` | numbers, or why it failed |
-//! | `results.csv`, `results.parquet` (feature `parquet`) | one row a cell, the same bytes every time |
+//! | `results.csv`, `results.parquet` (feature `parquet`) | one row per cell, the same bytes every time |
 //! | `times.csv` | times of the cells |
 //! | `summary.csv`, `summary.json`, `summary.md` | means and paired differences |
 //! | `report.html` | tables and figures |

@@ -16,7 +16,7 @@ fn csv_quotes_and_leaves_gaps() {
     assert_eq!(table().to_csv(), csv);
 }
 
-/// A reader of Parquet finds the written values, gaps included.
+/// A Parquet reader gets the written values back, including missing ones.
 #[cfg(feature = "parquet")]
 #[test]
 fn parquet_holds_the_same() {

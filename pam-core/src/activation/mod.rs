@@ -129,12 +129,12 @@ macro_rules! activations {
         }
 
         impl Activation {
-            /// What [`Float::activate`] compiles for each float.
+            /// Implements [`Float::activate`].
             pub(crate) fn apply_to_any_batch<T: Float>(&self, z: &mut [T]) {
                 match self { $(Self::$variant(a) => a.apply_to_batch(z)),+ }
             }
 
-            /// What [`Float::activate_with_slopes`] compiles for each float.
+            /// Implements [`Float::activate_with_slopes`].
             pub(crate) fn apply_to_any_batch_with_slopes<T: Float>(
                 &self,
                 z: &mut [T],

@@ -1,4 +1,4 @@
-//! Files that NumPy and SciPy wrote (`tests/files/make.py`).
+//! Reading files written by NumPy and SciPy (`tests/files/make.py`).
 
 use pam_data::formats::npy::{Array, NpyError, read_npy, read_npy_texts, write_npy, write_npy_f32};
 use pam_data::formats::{mat, npz};
@@ -113,7 +113,7 @@ fn damaged_matlab_files_are_refused() {
                 assert!(arrays.len() < 5 || cut > whole.len() - 300, "{name} cut at {cut}");
             }
         }
-        // Whatever is changed, the answer is arrays or an error.
+        // A corrupt file yields arrays or an error, never a panic.
         for at in 128..whole.len() {
             let mut damaged = whole.clone();
             damaged[at] ^= 0xff;

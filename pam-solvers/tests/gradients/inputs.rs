@@ -45,7 +45,7 @@ impl ParametricInput for Sine<f64> {
     }
 }
 
-/// Any of these inputs: the gradient methods are then compiled for one type of input.
+/// One type for all inputs, so that the gradient methods are instantiated once.
 pub(crate) enum AnyInput<'a, S: Clone> {
     None(NoInput),
     Constant(Constant<S>),
@@ -53,7 +53,7 @@ pub(crate) enum AnyInput<'a, S: Clone> {
     Sine(Sine<S>),
 }
 
-/// Calls the input, whichever it is.
+/// Forwards a call to the input.
 macro_rules! delegate {
     ($self:ident, $input:ident => $call:expr) => {
         match $self {

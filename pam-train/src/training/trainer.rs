@@ -233,7 +233,7 @@ impl Trainer {
         self.train.iter().map(|s| s.recording.name.clone()).collect()
     }
 
-    /// The [fingerprint](pam_data::fingerprint) of the recordings, those that are held out included.
+    /// The [fingerprint](pam_data::fingerprint) of all recordings, including the held-out ones.
     #[must_use]
     pub fn fingerprint(&self) -> String {
         // Without the air masses, which may follow the model as it is trained.
