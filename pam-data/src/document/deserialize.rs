@@ -2,7 +2,8 @@
 
 use super::node::{Content, Node};
 use serde::de::{
-    DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, SeqAccess, VariantAccess, Visitor,
+    DeserializeSeed, Deserializer, EnumAccess, Error, Expected, MapAccess, SeqAccess, Unexpected,
+    VariantAccess, Visitor,
 };
 use serde::forward_to_deserialize_any;
 use std::fmt::Display;
@@ -81,12 +82,42 @@ impl From<serde_json::Error> for DocumentError {
     }
 }
 
+impl Node {
+    /// The error of a value that is not of the expected type.
+    fn unexpected(self, expected: &dyn Expected) -> DocumentError {
+        let found = match &self.content {
+            Content::Null => Unexpected::Unit,
+            Content::Bool(b) => Unexpected::Bool(*b),
+            Content::Integer(i) => Unexpected::Signed(*i),
+            Content::Unsigned(u) => Unexpected::Unsigned(*u),
+            Content::Float(f) => Unexpected::Float(*f),
+            Content::Text(text) => Unexpected::Str(text),
+            Content::Known(name) => Unexpected::Str(name),
+            Content::List(_) => Unexpected::Seq,
+            Content::Table(_) => Unexpected::Map,
+        };
+        DocumentError::invalid_type(found, expected).at(self.span)
+    }
+}
+
+/// Adds the byte range of the value to an error.
+fn located<T>(
+    result: Result<T, DocumentError>,
+    span: Option<Range<usize>>,
+) -> Result<T, DocumentError> {
+    match result {
+        Err(e) => Err(e.at(span)),
+        ok => ok,
+    }
+}
+
+// `deserialize_any` instantiates nine methods of each visitor. Types that say which kind of value they expect get one.
 impl<'de> Deserializer<'de> for Node {
     type Error = DocumentError;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DocumentError> {
         let span = self.span;
-        match self.content {
+        let result = match self.content {
             Content::Null => visitor.visit_unit(),
             Content::Bool(b) => visitor.visit_bool(b),
             Content::Integer(i) => visitor.visit_i64(i),
@@ -94,10 +125,43 @@ impl<'de> Deserializer<'de> for Node {
             Content::Float(f) => visitor.visit_f64(f),
             Content::Text(text) => visitor.visit_string(text),
             Content::Known(name) => visitor.visit_borrowed_str(name),
-            Content::List(list) => visitor.visit_seq(Items { rest: list.into_iter(), at: 0 }),
+            Content::List(list) => visitor.visit_seq(Items::new(list)),
             Content::Table(entries) => visitor.visit_map(Entries::new(entries)),
+        };
+        located(result, span)
+    }
+
+    fn deserialize_identifier<V: Visitor<'de>>(
+        self,
+        visitor: V,
+    ) -> Result<V::Value, DocumentError> {
+        match self.content {
+            Content::Text(text) => located(visitor.visit_string(text), self.span),
+            Content::Known(name) => visitor.visit_str(name),
+            _ => Err(self.unexpected(&visitor)),
         }
-        .map_err(|e: DocumentError| e.at(span))
+    }
+
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DocumentError> {
+        match self.content {
+            Content::List(list) => located(visitor.visit_seq(Items::new(list)), self.span),
+            _ => Err(self.unexpected(&visitor)),
+        }
+    }
+
+    fn deserialize_tuple<V: Visitor<'de>>(
+        self,
+        _len: usize,
+        visitor: V,
+    ) -> Result<V::Value, DocumentError> {
+        self.deserialize_seq(visitor)
+    }
+
+    fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DocumentError> {
+        match self.content {
+            Content::Table(entries) => located(visitor.visit_map(Entries::new(entries)), self.span),
+            _ => Err(self.unexpected(&visitor)),
+        }
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DocumentError> {
@@ -133,7 +197,10 @@ impl<'de> Deserializer<'de> for Node {
             ];
             return visitor.visit_map(Entries { silent: true, ..Entries::new(entries) });
         }
-        self.deserialize_any(visitor)
+        match self.content {
+            Content::List(list) => located(visitor.visit_seq(Items::new(list)), self.span),
+            _ => self.deserialize_map(visitor),
+        }
     }
 
     fn deserialize_enum<V: Visitor<'de>>(
@@ -154,12 +221,12 @@ impl<'de> Deserializer<'de> for Node {
                 return Err(DocumentError::new(what.into()).at(span));
             }
         };
-        visitor.visit_enum(variant).map_err(|e| e.at(span))
+        located(visitor.visit_enum(variant), span)
     }
 
     forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf
-        unit unit_struct seq tuple tuple_struct map identifier ignored_any
+        unit unit_struct tuple_struct ignored_any
     }
 }
 
@@ -167,6 +234,16 @@ impl<'de> Deserializer<'de> for Node {
 struct Items {
     rest: std::vec::IntoIter<Node>,
     at: usize,
+}
+
+impl Items {
+    fn new(list: Vec<Node>) -> Self {
+        Self { rest: list.into_iter(), at: 0 }
+    }
+
+    fn error_inside<T>(&self, error: DocumentError) -> Result<T, DocumentError> {
+        Err(error.inside((self.at - 1).to_string()))
+    }
 }
 
 impl<'de> SeqAccess<'de> for Items {
@@ -177,9 +254,11 @@ impl<'de> SeqAccess<'de> for Items {
         seed: T,
     ) -> Result<Option<T::Value>, DocumentError> {
         let Some(item) = self.rest.next() else { return Ok(None) };
-        let at = self.at;
         self.at += 1;
-        seed.deserialize(item).map(Some).map_err(|e| e.inside(at.to_string()))
+        match seed.deserialize(item) {
+            Ok(value) => Ok(Some(value)),
+            Err(e) => self.error_inside(e),
+        }
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -190,14 +269,38 @@ impl<'de> SeqAccess<'de> for Items {
 /// The entries of a table.
 struct Entries {
     rest: std::vec::IntoIter<(Node, Node)>,
-    value: Option<(String, Node)>,
+    value: Option<Node>,
+    /// Name and byte range of the value that is read.
+    place: (String, Option<Range<usize>>),
     /// The keys are those of `Spanned`, not of the file: errors do not mention them.
     silent: bool,
 }
 
 impl Entries {
     fn new(entries: Vec<(Node, Node)>) -> Self {
-        Self { rest: entries.into_iter(), value: None, silent: false }
+        let place = (String::new(), None);
+        Self { rest: entries.into_iter(), value: None, place, silent: false }
+    }
+
+    fn next_key(&mut self) -> Option<Node> {
+        let (key, value) = self.rest.next()?;
+        let name = match &key.content {
+            Content::Text(name) => name.clone(),
+            _ => String::new(),
+        };
+        self.place = (name, value.span.clone());
+        self.value = Some(value);
+        Some(key)
+    }
+
+    fn next_value(&mut self) -> Result<Node, DocumentError> {
+        self.value.take().ok_or_else(|| DocumentError::custom("a value without a key"))
+    }
+
+    fn located(&mut self, error: DocumentError) -> DocumentError {
+        let (name, span) = std::mem::take(&mut self.place);
+        let error = error.at(span);
+        if self.silent { error } else { error.inside(name) }
     }
 }
 
@@ -208,26 +311,22 @@ impl<'de> MapAccess<'de> for Entries {
         &mut self,
         seed: K,
     ) -> Result<Option<K::Value>, DocumentError> {
-        let Some((key, value)) = self.rest.next() else { return Ok(None) };
-        let name = match &key.content {
-            Content::Text(name) => name.clone(),
-            _ => String::new(),
-        };
-        self.value = Some((name, value));
-        seed.deserialize(key).map(Some)
+        let Some(key) = self.next_key() else { return Ok(None) };
+        match seed.deserialize(key) {
+            Ok(key) => Ok(Some(key)),
+            Err(e) => Err(e),
+        }
     }
 
     fn next_value_seed<T: DeserializeSeed<'de>>(
         &mut self,
         seed: T,
     ) -> Result<T::Value, DocumentError> {
-        let (name, value) =
-            self.value.take().ok_or_else(|| DocumentError::custom("a value without a key"))?;
-        let span = value.span.clone();
-        seed.deserialize(value).map_err(|e| {
-            let e = e.at(span);
-            if self.silent { e } else { e.inside(name) }
-        })
+        let value = self.next_value()?;
+        match seed.deserialize(value) {
+            Err(e) => Err(self.located(e)),
+            ok => ok,
+        }
     }
 
     fn size_hint(&self) -> Option<usize> {

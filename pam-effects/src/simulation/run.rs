@@ -8,13 +8,60 @@ use super::observation::measure;
 use super::parts::Parts;
 use super::trajectory::{Diverged, Trajectory};
 use super::trial::Trial;
-use crate::effects::{AnyEffect, EffectScalar};
+use crate::effects::{AnyEffect, Derivatives, EffectScalar};
+
+/// Scalars that trials are simulated with: numbers, and numbers with derivatives.
+pub trait SimulationScalar: EffectScalar {
+    /// Implements [`simulate`].
+    ///
+    /// # Errors
+    /// See [`simulate`].
+    fn simulate(
+        trial: &Trial,
+        base: &Base<f64>,
+        effects: &[&dyn AnyEffect],
+        values: &[Self],
+        nuisances: &Nuisances<Self>,
+        out: &mut Trajectory<Self>,
+    ) -> Result<(), Diverged>;
+}
+
+// Methods for concrete types are compiled in this crate, once.
+macro_rules! simulation_scalars {
+    ($($scalar:ty),+) => {
+        $(impl SimulationScalar for $scalar {
+            fn simulate(
+                trial: &Trial,
+                base: &Base<f64>,
+                effects: &[&dyn AnyEffect],
+                values: &[Self],
+                nuisances: &Nuisances<Self>,
+                out: &mut Trajectory<Self>,
+            ) -> Result<(), Diverged> {
+                run(trial, base, effects, values, nuisances, out)
+            }
+        })+
+    };
+}
+
+simulation_scalars!(f64, Derivatives);
 
 /// Simulates a trial with effects. `values` holds the parameters and switches of each effect in turn.
 ///
 /// # Errors
 /// [`Diverged`] with the time, if the displacement leaves the range in which the chambers have a volume.
-pub fn simulate<S: EffectScalar>(
+pub fn simulate<S: SimulationScalar>(
+    trial: &Trial,
+    base: &Base<f64>,
+    effects: &[&dyn AnyEffect],
+    values: &[S],
+    nuisances: &Nuisances<S>,
+    out: &mut Trajectory<S>,
+) -> Result<(), Diverged> {
+    S::simulate(trial, base, effects, values, nuisances, out)
+}
+
+fn run<S: EffectScalar>(
     trial: &Trial,
     base: &Base<f64>,
     effects: &[&dyn AnyEffect],
