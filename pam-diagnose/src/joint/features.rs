@@ -10,7 +10,8 @@ pub(super) fn features(t: &Trial, mass_kg: f64, settings: &VerdictSettings) -> V
     let (x, v) = (&t.record.measured[0], &t.record.measured[1]);
     let n = x.len();
     let rms = |s: &[f64]| (s.iter().map(|a| a * a).sum::<f64>() / n as f64).sqrt().max(1e-9);
-    let (sx, sv) = (rms(x), rms(v));
+    let force = t.record.force.values_mn();
+    let (sx, sv, sf) = (rms(x), rms(v), rms(force));
     let map = |f: &dyn Fn(usize) -> f64| (0..n).map(f).collect::<Vec<f64>>();
     // Any scale serves: the ridge is relative to columns of unit size.
     let pressure = (t.record.rest.sealed_kpa[0] + t.record.rest.sealed_kpa[1]) / 1000.0;
@@ -30,7 +31,6 @@ pub(super) fn features(t: &Trial, mass_kg: f64, settings: &VerdictSettings) -> V
             x - at
         })
     };
-    let force = t.record.force.values_mn();
     let mut features: Vec<Vec<f64>> = vec![
         vec![1.0; n],
         vec![pressure; n],
@@ -45,8 +45,8 @@ pub(super) fn features(t: &Trial, mass_kg: f64, settings: &VerdictSettings) -> V
         map(&|k| v[k] * v[k].abs() / (sv * sv)),
         map(&|k| (v[k] / (settings.direction_width * sv)).tanh()),
         map(&|k| x[k] * v[k] / (sx * sv)),
-        map(&|k| force[2 * k] / rms(force)),
-        map(&|k| (force[2 * k] / rms(force)).powi(3)),
+        map(&|k| force[2 * k] / sf),
+        map(&|k| (force[2 * k] / sf).powi(3)),
         map(&|k| k as f64 / n as f64),
         map(&|k| x[k] / sx * k as f64 / n as f64),
     ];
