@@ -14,21 +14,26 @@
 //!   (mass, initial states, sealed air) are fitted along, with Gaussian priors, so that no cause is named for a slightly
 //!   wrong start. Regressions of residuals on features are not used for names: in a free run the whole trajectory responds
 //!   to a missing force.
-//! * **Training, validation and test data.** Sets grow in a beam and shrink again; each member must earn its place on
-//!   validation data. The error reduction is measured on a test set that no decision has seen.
+//! * **The noise is learned.** What a flexible model cannot learn from the motion is noise, of any colour. All decisions
+//!   read residuals that are whitened by it, so that sums of squares are likelihoods ([`noise`]).
+//! * **All candidates and all pairs are screened at once**, to first order, and the largest score is compared with what
+//!   chance makes of it. Sets are compared by their posterior odds, and each further cause must reach a ratio of odds.
+//! * **Training, validation and test data.** Names are chosen on training and validation data. The verdict reads a test set
+//!   that no decision has seen: each channel must be within its noise, and the error reduction must be proven.
 //! * **A name can be rejected.** The [`Verdict`] is `nothing_found` where the error is at the level of noise or of the
-//!   model's baseline discrepancy, and `unexplained` where no name removes enough of what a flexible model without names
-//!   could remove. Alternatives that explain nearly as much are listed with each cause.
+//!   model's baseline discrepancy, and `unexplained` where something is left that has no name. Alternatives that explain
+//!   nearly as much are listed with each cause, and every candidate that is not named with the reason.
 //!
 //! # Modules, in the order in which a recording passes them
 //!
 //! | module | what happens there |
 //! |---|---|
 //! | [`joint`], [`field`] | recordings of the joint, or of any vector field, become experiments; effects, or terms, become candidates |
-//! | [`data`] | experiments get their roles: training, validation, test; the noise is estimated |
+//! | [`data`] | experiments get their roles: training, validation, test |
+//! | [`noise`] | the noise of each channel is learned; residuals are whitened |
 //! | [`residual`] | a recording becomes residuals; their size, dependence, spectrum and time profile are summarised |
 //! | [`fit`] | a hypothesis is fitted; confidence intervals |
-//! | [`search`] | sets of candidates grow, shrink and are refitted; the trait [`search::Candidates`] |
+//! | [`search`] | sets of candidates are screened, fitted and exchanged; the trait [`search::Candidates`] |
 //! | [`rejection`] | a name is rejected: absent, unstable, no better than chance |
 //! | [`verdict`] | the verdict falls; causes with their alternatives |
 //! | [`test_set`] | the data that no decision has seen; error reduction |
@@ -101,6 +106,8 @@ pub mod error;
 pub mod field;
 pub mod fit;
 pub mod joint;
+mod linearised;
+pub mod noise;
 pub mod rejection;
 pub mod report;
 pub mod residual;

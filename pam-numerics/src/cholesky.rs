@@ -19,6 +19,7 @@ use faer::{Mat, Side};
 /// let x = factor.solve(&[8.0, 20.0]).unwrap();
 /// assert!((x[0] - 1.0).abs() < 1e-15 && (x[1] - 2.0).abs() < 1e-15);
 /// ```
+#[derive(Debug)]
 pub struct ScaledCholesky {
     factor: Llt<f64>,
     scale: Vec<f64>,

@@ -1,7 +1,7 @@
 //! Means, quantiles, Student's t and the paired t-test.
 
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 
 /// Arithmetic mean; NaN without values.
 #[must_use]
@@ -52,6 +52,28 @@ pub fn t_quantile_95(freedom: f64) -> f64 {
         return z + (z.powi(3) + z) / (4.0 * freedom);
     }
     StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.975))
+}
+
+/// Quantile of Student's t with `freedom` degrees of freedom: the value that it exceeds with a probability of
+/// `1 − probability`; that of the normal distribution for more than 100 000. NaN for arguments out of range.
+#[must_use]
+pub fn t_quantile(probability: f64, freedom: f64) -> f64 {
+    if !(0.0..=1.0).contains(&probability) {
+        return f64::NAN;
+    }
+    if freedom > 1e5 {
+        return Normal::standard().inverse_cdf(probability);
+    }
+    StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |t| t.inverse_cdf(probability))
+}
+
+/// Quantile of the χ² distribution with `freedom` degrees of freedom; NaN for arguments out of range.
+#[must_use]
+pub fn chi_square_quantile(probability: f64, freedom: f64) -> f64 {
+    if !(0.0..=1.0).contains(&probability) {
+        return f64::NAN;
+    }
+    ChiSquared::new(freedom).map_or(f64::NAN, |c| c.inverse_cdf(probability))
 }
 
 /// Half the width of the 95 % confidence interval of a mean, `t₀.₉₇₅(n − 1) s / √n`; `None` below two values.

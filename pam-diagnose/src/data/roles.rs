@@ -3,6 +3,7 @@
 use super::split::Split;
 use crate::error::DiagnoseError;
 use crate::fit::Problem;
+use crate::noise::Noise;
 use crate::search::Candidates;
 use crate::settings::{DataSettings, DiagnosisSettings};
 use crate::test_set::TestSet;
@@ -217,14 +218,13 @@ impl Roles {
     pub fn split<'a, C: Candidates + ?Sized>(
         &self,
         system: &'a C,
-        noise: &[f64],
+        noise: &Noise,
         settings: &'a DiagnosisSettings,
     ) -> Split<'a, C> {
         let problem =
-            |which: &[usize]| Problem::new(system, which.to_vec(), noise.to_vec(), settings);
+            |which: &[usize]| Problem::new(system, which.to_vec(), noise.clone(), settings);
         let (train, validation) = (problem(&self.train), problem(&self.validation));
         let ValidationData::Parts { parts } = &self.validation_data else {
-            let validation = Problem { unseen: true, ..validation };
             return Split { train, validation, same_experiments: false };
         };
         let validated = |place: usize, e: usize| -> Range<usize> {
@@ -250,11 +250,11 @@ impl Roles {
     pub fn whole<'a, C: Candidates + ?Sized>(
         &self,
         system: &'a C,
-        noise: &[f64],
+        noise: &Noise,
         settings: &'a DiagnosisSettings,
     ) -> Problem<'a, C> {
         let open = self.open().iter().map(|part| part.experiment).collect();
-        let all = Problem::new(system, open, noise.to_vec(), settings);
+        let all = Problem::new(system, open, noise.clone(), settings);
         all.with_windows(|place, _| self.open_window(&all, place))
     }
 
@@ -263,16 +263,18 @@ impl Roles {
     pub fn test<'a, C: Candidates + ?Sized>(
         &self,
         system: &'a C,
-        noise: &[f64],
+        noise: &Noise,
         settings: &'a DiagnosisSettings,
     ) -> TestSet<'a, C> {
-        let problem = Problem::new(system, self.test.clone(), noise.to_vec(), settings);
-        TestSet::new(match self.test_data {
+        let problem = Problem::new(system, self.test.clone(), noise.clone(), settings);
+        let same_experiments = matches!(self.test_data, Some(TestData::LastPart { .. }));
+        let problem = match self.test_data {
             Some(TestData::LastPart { from_s }) => {
                 problem.with_windows(|_, e| system.point_at(e, from_s)..system.points(e))
             }
-            _ => Problem { unseen: true, ..problem },
-        })
+            _ => problem,
+        };
+        TestSet::new(problem, same_experiments)
     }
 
     fn end_of_open_s(&self) -> f64 {

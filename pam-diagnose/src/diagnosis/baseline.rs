@@ -1,18 +1,24 @@
 //! The baseline discrepancy: the error of a model on recordings on which it was validated.
 
-use crate::data::{Roles, Split};
+use crate::data::Roles;
 use crate::error::DiagnoseError;
 use crate::fit::Member;
-use crate::search::{Candidates, refit, search};
+use crate::noise::{Noise, NoisePrior};
+use crate::search::{Candidates, Rows, search};
 use crate::settings::DiagnosisSettings;
+use crate::verdict::Naming;
 
-/// Candidates and error level of baseline recordings. A model that misses something small everywhere misses it in the
+/// Candidates and errors of baseline recordings. A model that misses something small everywhere misses it in the
 /// data under diagnosis as well; that counts as no fault.
 pub(crate) struct Baseline {
     /// Candidates that the baseline recordings show; part of the model from there on.
     pub(crate) members: Vec<Member>,
     /// Root-mean-square errors of the fitted channels that are left then.
     pub(crate) rms: Vec<f64>,
+    /// Autocovariances of the part of these errors that goes with the motion: the discrepancy of the model.
+    pub(crate) discrepancy: Vec<Vec<f64>>,
+    /// The noise of the recordings.
+    pub(crate) noise: Noise,
     /// Names of the recordings.
     pub(crate) recordings: Vec<String>,
 }
@@ -23,23 +29,28 @@ impl Baseline {
         system: &C,
         roles: &Roles,
         noise: &[f64],
+        prior: NoisePrior,
         settings: &DiagnosisSettings,
+        seed: u64,
         done: &(dyn Fn(f64) + Sync),
     ) -> Result<Self, DiagnoseError> {
         let most = settings.search.max_causes.max(settings.verdict.baseline_causes);
-        let found = search(&roles.split(system, noise, settings), most, done).ok_or_else(|| {
-            DiagnoseError::TooLittle("the model diverges on the baseline recordings".into())
-        })?;
-        let whole = Split::fit_all(roles.whole(system, noise, settings));
-        let refitted = refit::refit(&whole, &found);
-        // Validation rows have no nuisances of their own: the errors of both, as in the data to come.
-        let chosen = refitted.as_ref().map_or(&found.best, |s| &s.chosen);
-        let left = chosen.fit.errors.and(&chosen.validation);
-        let best = refitted.as_ref().map_or(&found.best, |s| &s.whole);
+        let diverges =
+            || DiagnoseError::TooLittle("the model diverges on the baseline recordings".into());
+        let noise = Noise::white(noise);
+        let (choosing, whole) =
+            (roles.split(system, &noise, settings), roles.whole(system, &noise, settings));
+        let mut rows = Rows::new(choosing, whole, prior);
+        let found = search(&mut rows, most, seed, done).ok_or_else(diverges)?;
+        let names = Naming { rows: &mut rows, found: &found, baseline: None }.names()?;
+        let best = &names.best.hypothesis;
+        let left = rows.whole.motion_errors(best).ok_or_else(diverges)?;
         Ok(Self {
-            members: best.hypothesis().members.clone(),
-            rms: left.mean().into_iter().map(f64::sqrt).collect(),
-            recordings: whole.train.names(),
+            members: best.members.clone(),
+            rms: left.iter().map(|l| l.rms).collect(),
+            discrepancy: left.into_iter().map(|l| l.autocovariance).collect(),
+            noise: rows.whole.noise.clone(),
+            recordings: rows.whole.names(),
         })
     }
 }

@@ -5,7 +5,7 @@ use crate::rejection::NullTest;
 use crate::residual::ResidualSummary;
 use crate::search::OutputInfo;
 use crate::test_set::{ErrorReduction, Trace};
-use crate::verdict::{Cause, Rank, Verdict};
+use crate::verdict::{Anomaly, Cause, ChannelBand, Rank, Refused, Verdict};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -38,6 +38,16 @@ pub struct Diagnosis<M> {
     pub verdict: Verdict,
     /// Named causes, the largest share of the error first.
     pub causes: Vec<Cause>,
+    /// Causes that are certain but remove next to nothing of the error.
+    pub minor: Vec<Cause>,
+    /// What stands against `explained`, or speaks for an error without a name, in sentences.
+    pub reasons: Vec<String>,
+    /// Each channel of the test data beside its noise.
+    pub bands: Vec<ChannelBand>,
+    /// What is left that noise does not do.
+    pub anomalies: Vec<Anomaly>,
+    /// Candidates that are not named, and why; the most probable first.
+    pub refused: Vec<Refused>,
     /// Every candidate alone, best first.
     pub ranking: Vec<Rank>,
     /// The residual before any cause is named.

@@ -1,13 +1,18 @@
 //! The steps of a diagnosis.
 
 use super::result::{Diagnosis, Explainable, Stage};
-use crate::data::{Roles, Split, TestData};
+use crate::data::{Roles, TestData};
 use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, Problem};
+use crate::fit::{Hypothesis, Problem, fitted_outputs};
+use crate::noise::{Noise, NoisePrior};
+use crate::rejection::null_test::explained;
 use crate::residual::ResidualSummary;
-use crate::search::{Candidates, fit_base, search};
+use crate::search::{Candidates, Rows, search};
 use crate::settings::DiagnosisSettings;
-use crate::verdict::{Naming, ranking, share};
+use crate::test_set::TestSet;
+use crate::verdict::{
+    Anomaly, Cause, ChannelBand, Evidence, Names, Naming, Refused, Verdict, ranking, share,
+};
 
 /// A system whose experiments have their roles.
 #[derive(Debug)]
@@ -16,9 +21,12 @@ pub struct Prepared<'a, C: ?Sized> {
     pub system: &'a C,
     /// The role of each experiment.
     pub roles: &'a Roles,
-    /// Standard deviation below which an error counts as noise, for each fitted channel: noise, joined by the baseline
-    /// discrepancy.
+    /// First estimate of the standard deviation of the noise of each fitted channel; it is learned from there on.
     pub noise: Vec<f64>,
+    /// What is known of the noise.
+    pub prior: NoisePrior,
+    /// Whether the model's own errors on baseline recordings are part of that prior.
+    pub baseline_discrepancy: Vec<f64>,
     /// Baseline recordings, if they were given.
     pub baseline: Option<Problem<'a, C>>,
     /// The settings.
@@ -37,51 +45,198 @@ pub fn run<C: Candidates + ?Sized, M>(
     progress: &(dyn Fn(Stage, f64) + Sync),
     model: impl FnOnce(&Hypothesis) -> M,
 ) -> Result<Diagnosis<M>, DiagnoseError> {
-    let Prepared { system, roles, noise, baseline, settings, seed } = prepared;
-    let choosing = roles.split(*system, noise, settings);
-    let whole = Split::fit_all(roles.whole(*system, noise, settings));
-    let open = &whole.train;
+    let Prepared { system, roles, settings, seed, .. } = prepared;
+    let noise = Noise::white(&prepared.noise);
+    let (choosing, whole) =
+        (roles.split(*system, &noise, settings), roles.whole(*system, &noise, settings));
     // The model alone must be able to run at all.
-    open.errors(&open.base())?;
-    let diverges =
-        || DiagnoseError::TooLittle("the model diverges on the recordings to be fitted".into());
-    let most = settings.search.max_causes;
-    let found = search(&choosing, most, &|s| progress(Stage::Searching, s)).ok_or_else(diverges)?;
+    whole.errors(&whole.base())?;
+    let mut rows = Rows::new(choosing, whole, prepared.prior.clone());
+    let searching = |s| progress(Stage::Searching, s);
+    let found =
+        search(&mut rows, settings.search.max_causes, *seed, &searching).ok_or_else(|| {
+            DiagnoseError::TooLittle("the model diverges on the recordings to be fitted".into())
+        })?;
     progress(Stage::Judging, 0.0);
-    let base = fit_base(&whole).ok_or_else(diverges)?;
-    let named = Naming {
-        choosing: &choosing,
-        whole: &whole,
-        found: &found,
-        base: &base,
-        baseline: baseline.as_ref(),
-        seed: *seed,
+    let baseline = prepared.baseline.as_ref();
+    let mut names = Naming { rows: &mut rows, found: &found, baseline }.names()?;
+    let mut null_test = found.null_test;
+    if let Some(test) = &mut null_test {
+        test.named_share = explained(&rows.whole, &names.base, &names.best);
     }
-    .named()?;
-    // Every decision is made. Only now is the test set opened.
-    let test = roles.test(*system, noise, settings);
-    let best = named.best.hypothesis();
-    let start = base.hypothesis().at_prior_mean(*system, open.len());
-    let (before, after) = (test.chi_square(base.hypothesis()), test.chi_square(best));
-    let lowest = after.min(1.0);
-    let any_correction = test
-        .explainable(open, base.hypothesis())
-        .map_or(0.0, |chi| share(before, chi.min(after), lowest));
+    // Every decision on names is made. Only now is the test set opened.
+    let open = &rows.whole;
+    let base = names.base.hypothesis.clone();
+    let test = roles.test(*system, &open.noise, settings).opened(&base)?;
+    let judged = Judged::of(&test, open, &names, prepared);
+    let by_chance =
+        null_test.as_ref().is_some_and(|t| t.p_value > 1.0 - settings.rejection.null_quantile);
+    let (mut minor, mut causes): (Vec<Cause>, Vec<Cause>) =
+        std::mem::take(&mut names.causes).into_iter().partition(|c| c.minor);
+    let evidence = Evidence {
+        causes: causes.len(),
+        confirmed: judged.confirmed,
+        named_share: judged.explainable.named,
+        left: judged.is_left() || (causes.is_empty() && names.mimicked),
+        doubtful: causes.iter().any(|c| !c.at_limit.is_empty() || !c.constancy.holds()),
+        beyond_chance: null_test.is_some() && !by_chance && minor.is_empty(),
+        inadequate: judged.inadequate,
+    };
+    let verdict = Verdict::of(evidence, &settings.verdict);
+    let reasons = judged.reasons(&causes, &names.best.hypothesis, &test);
+    if matches!(verdict, Verdict::Unconfirmed | Verdict::Unexplained) {
+        let why = if judged.confirmed {
+            "it removes too little of the error to stand for it"
+        } else {
+            "the test data do not confirm it"
+        };
+        let taken = causes.drain(..).chain(minor.drain(..)).map(|c| Refused {
+            effect: c.effect,
+            inclusion: c.inclusion,
+            reason: why.to_owned(),
+        });
+        let taken: Vec<Refused> = taken.collect();
+        names.refused.splice(0..0, taken);
+    }
+    if causes.is_empty() {
+        names.best = names.base.clone();
+    }
+    names.refused.sort_by(|a, b| b.inclusion.total_cmp(&a.inclusion));
+    let best = &names.best.hypothesis;
+    // What all recordings share, such as the timing of the force, is the same before and after.
+    let start =
+        Hypothesis { shared: best.shared.clone(), ..base }.without_locals(*system, open.len());
     Ok(Diagnosis {
-        verdict: named.verdict,
-        causes: named.causes,
-        ranking: ranking(&choosing, &found.base, &found.singles),
+        verdict,
+        reasons,
+        ranking: ranking(*system, &found),
         residual: ResidualSummary::of(open, &start, best),
         error_reduction: test.error_reduction(&start, best, *seed),
-        explainable: Explainable { any_correction, named: share(before, after, lowest) },
-        null_test: named.null_test,
+        explainable: judged.explainable,
+        null_test,
+        bands: judged.bands,
+        anomalies: judged.anomalies,
+        refused: names.refused,
         validation: roles.validation_data.clone(),
         test: roles.test_data.clone().unwrap_or(TestData::Given { recordings: Vec::new() }),
         fitted: open.names(),
         model: model(best),
-        noise: noise.clone(),
+        noise: open.noise.deviations(),
         outputs: system.outputs().to_vec(),
         excitation_label: system.excitation_label(),
         traces: test.traces(&start, best),
+        causes,
+        minor,
+    })
+}
+
+/// What the test data say.
+struct Judged {
+    bands: Vec<ChannelBand>,
+    anomalies: Vec<Anomaly>,
+    explainable: Explainable,
+    confirmed: bool,
+    inadequate: bool,
+}
+
+impl Judged {
+    fn of<C: Candidates + ?Sized>(
+        test: &TestSet<'_, C>,
+        open: &Problem<'_, C>,
+        names: &Names,
+        prepared: &Prepared<'_, C>,
+    ) -> Self {
+        let (base, best) = (&names.base.hypothesis, &names.best.hypothesis);
+        let (before, after) = (test.chi_square(base), test.chi_square(best));
+        let bands = test.bands(open, best);
+        let learnable = |band: &ChannelBand| band.ratio.powi(2) * band.learnable_share;
+        let removable: f64 = test.bands(open, base).iter().map(learnable).sum();
+        let count = bands.len().max(1) as f64;
+        let lowest = after.min(1.0);
+        let reduction = test.error_reduction(base, best, prepared.seed).overall;
+        Self {
+            anomalies: test.anomalies(open, best),
+            explainable: Explainable {
+                any_correction: share(before, before - removable / count, lowest),
+                named: share(before, after, lowest),
+            },
+            confirmed: test.is_reduced(base, best) && reduction.error_reduction > 0.0,
+            inadequate: inadequate(prepared, open, names),
+            bands,
+        }
+    }
+
+    /// Whether something is left that is no noise.
+    fn is_left(&self) -> bool {
+        self.bands.iter().any(|b| b.outside) || !self.anomalies.is_empty()
+    }
+
+    /// What stands against `explained`, in sentences.
+    fn reasons<C: Candidates + ?Sized>(
+        &self,
+        causes: &[Cause],
+        best: &Hypothesis,
+        test: &TestSet<'_, C>,
+    ) -> Vec<String> {
+        let mut reasons = Vec::new();
+        if !causes.is_empty() && !self.confirmed {
+            reasons.push(format!(
+                "the test data do not confirm {}: the error there is not proven to be smaller",
+                causes.iter().map(|c| c.effect.as_str()).collect::<Vec<_>>().join(" and ")
+            ));
+        }
+        let outputs = fitted_outputs(test.problem().system);
+        for (k, (band, (_, output))) in self.bands.iter().zip(outputs).enumerate() {
+            if !band.outside {
+                continue;
+            }
+            let error = if causes.is_empty() { "an error" } else { "a second error" };
+            let with = test.goes_with(best, k);
+            let with = with.filter(|w| w.1 > test.problem().settings.residual.mentioned_share);
+            let with = with.map_or_else(String::new, |w| format!(", which goes with {}", w.0));
+            reasons.push(format!(
+                "{error} remains in the {}{with}: {:.2} times its noise (at most {:.2} by chance), of which a flexible \
+                 model removes {:.0} %",
+                output.name,
+                band.ratio,
+                band.upper,
+                100.0 * band.learnable_share.max(0.0)
+            ));
+        }
+        reasons.extend(self.anomalies.iter().map(|a| a.description.clone()));
+        for cause in causes {
+            let limits = cause.at_limit.iter();
+            reasons.extend(
+                limits.map(|p| format!("`{p}` of {} is at a limit of its range", cause.effect)),
+            );
+            let sentence = cause.constancy.sentence(&cause.effect);
+            if !sentence.is_empty() {
+                reasons.push(sentence);
+            }
+        }
+        if self.inadequate && causes.is_empty() {
+            reasons.push(
+                "the model's own errors on the baseline recordings are as large as the errors in these data".into(),
+            );
+        }
+        reasons
+    }
+}
+
+/// Whether some channel has errors of the model on the baseline recordings that are much larger than the noise, and
+/// errors in the data that are no larger than those.
+fn inadequate<C: Candidates + ?Sized>(
+    prepared: &Prepared<'_, C>,
+    open: &Problem<'_, C>,
+    names: &Names,
+) -> bool {
+    let ratio = prepared.settings.verdict.inadequate_ratio;
+    let own = names.base.errors.mean();
+    prepared.baseline_discrepancy.iter().enumerate().any(|(c, &discrepancy)| {
+        let noise = open.noise.deviation(c);
+        // The noise holds the discrepancy.
+        let sensors = (noise * noise - discrepancy * discrepancy).max(0.0).sqrt();
+        let error = own[c].sqrt() * noise;
+        discrepancy > ratio * sensors && error > ratio * sensors && error < ratio * discrepancy
     })
 }

@@ -2,12 +2,11 @@
 
 use super::candidate::{Candidate, FieldOptions};
 use super::system::FieldSystem;
-use crate::data::{OpenPart, Roles, Span, TestSource, correlated_rows, noise_deviation};
+use crate::data::{OpenPart, Roles, Span, TestSource};
 use crate::diagnosis::{self, Baseline, Diagnosis, Prepared};
 use crate::error::DiagnoseError;
-use crate::fit::Problem;
+use crate::noise::{NoisePrior, noise_deviation};
 use crate::report::ReportModel;
-use crate::search::Candidates;
 use maud::{Markup, html};
 use pam_autodiff::{ByDual, Differentiation};
 use pam_core::ParametricField;
@@ -86,6 +85,9 @@ where
     };
     let roles = roles_of(experiments, source)?;
     let open = roles.open();
+    // A noise level that is given is a lower limit; one that is not known is learned.
+    let given = |n: &f64| if n.is_nan() { f64::MIN_POSITIVE.sqrt() } else { *n };
+    let least = problem.outputs.noise.iter().map(given).collect();
     let problem = &with_noise(problem, |output, outputs| {
         let column = |part: &OpenPart| -> Vec<f64> {
             let e = &experiments[part.experiment];
@@ -93,17 +95,18 @@ where
             e.measured.iter().skip(output).step_by(outputs).take(rows).copied().collect()
         };
         let series: Vec<Vec<f64>> = open.iter().map(column).collect();
-        noise_deviation(&series, settings.data.relative_noise)
+        noise_deviation(&series, settings.noise.relative)
     });
-    let mut noise = problem.outputs.noise.clone();
+    let noise = problem.outputs.noise.clone();
+    let mut prior = NoisePrior::at_least(least);
     let mut system = FieldSystem::new(problem, experiments, candidates, options);
     let mut on_baseline = FieldSystem::new(problem, of_baseline, candidates, options);
-    let mut baseline = None;
+    let (mut baseline, mut baseline_discrepancy) = (None, Vec::new());
     if !of_baseline.is_empty() {
         let roles = roles_of(of_baseline, TestSource::Absent)?;
-        on_baseline.rows_per_observation =
-            correlation(&roles.whole(&on_baseline, &noise, &settings))?;
-        let learned = Baseline::learn(&on_baseline, &roles, &noise, &settings, &|_| {})?;
+        let seed = options.seed;
+        let own = prior.clone();
+        let learned = Baseline::learn(&on_baseline, &roles, &noise, own, &settings, seed, &|_| {})?;
         let effects = learned.members.iter().map(|m| candidates[m.candidate].name.clone());
         let effects = effects.collect();
         for member in &learned.members {
@@ -112,17 +115,19 @@ where
                 (system.plain[*index], on_baseline.plain[*index]) = (*value, *value);
             }
         }
-        noise.iter_mut().zip(&learned.rms).for_each(|(n, rms)| *n = n.hypot(*rms));
+        baseline_discrepancy =
+            learned.discrepancy.iter().map(|d| d.first().map_or(0.0, |v| v.sqrt())).collect();
+        prior.add(learned.discrepancy);
         let (rms, recordings) = (learned.rms, learned.recordings);
-        baseline = Some((FieldBaseline { effects, rms, recordings }, roles));
+        baseline = Some((FieldBaseline { effects, rms, recordings }, roles, learned.noise));
     }
-    system.rows_per_observation = correlation(&roles.whole(&system, &noise, &settings))?;
-    let own_noise = &problem.outputs.noise;
     let prepared = Prepared {
         system: &system,
         roles: &roles,
         noise,
-        baseline: baseline.as_ref().map(|(_, r)| r.whole(&on_baseline, own_noise, &settings)),
+        prior,
+        baseline_discrepancy,
+        baseline: baseline.as_ref().map(|(_, r, n)| r.whole(&on_baseline, n, &settings)),
         settings: &settings,
         seed: options.seed,
     };
@@ -183,18 +188,6 @@ fn check<F: ParametricField, I>(
         ));
     }
     options.settings.check()
-}
-
-/// The largest number of correlated rows among the outputs of a problem, without any cause.
-fn correlation<C: Candidates>(problem: &Problem<'_, C>) -> Result<f64, DiagnoseError> {
-    let base = problem.base();
-    let mut sums = vec![0.0; problem.noise.len()];
-    for i in 0..problem.len() {
-        for (sum, errors) in sums.iter_mut().zip(problem.residuals(&base, i)?) {
-            *sum += correlated_rows(&errors, &problem.settings.data);
-        }
-    }
-    Ok(sums.iter().map(|s| s / problem.len().max(1) as f64).fold(1.0, f64::max))
 }
 
 impl ReportModel for DiagnosedField {

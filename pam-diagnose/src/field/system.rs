@@ -31,8 +31,6 @@ pub(super) struct FieldSystem<'a, F, I> {
     /// Measured outputs of each experiment.
     measured: Vec<Vec<Vec<f64>>>,
     settings: DiagnosisSettings,
-    /// Rows over which the residual is correlated.
-    pub(super) rows_per_observation: f64,
 }
 
 impl<'a, F, I> FieldSystem<'a, F, I>
@@ -83,7 +81,6 @@ where
                 .collect(),
             measured: experiments.iter().map(columns).collect(),
             settings: options.settings,
-            rows_per_observation: 1.0,
             problem,
             experiments,
             candidates,
@@ -220,10 +217,6 @@ where
 
     fn measured(&self, experiment: usize, output: usize) -> &[f64] {
         &self.measured[experiment][output]
-    }
-
-    fn rows_per_observation(&self) -> f64 {
-        self.rows_per_observation
     }
 
     fn rows_per_block(&self, rows: usize, _row_s: f64) -> usize {

@@ -2,6 +2,7 @@
 
 use super::hypothesis::coordinate;
 use super::levenberg_marquardt::Fit;
+use super::normal::dot;
 use super::problem::Problem;
 use crate::error::DiagnoseError;
 use crate::search::Candidates;
@@ -39,7 +40,37 @@ impl Interval {
     }
 }
 
+/// How much each block of rows moves each parameter: `H⁻¹ g_b` with the Hessian `H` of the cost and the score `g_b` of the
+/// block, in the coordinate in which the parameter is fitted. The sum over all blocks is zero at the best fit, but for
+/// priors.
+#[derive(Debug, Clone)]
+pub(crate) struct Influences {
+    /// For each fitted parameter one value for each block.
+    pub(crate) values: Vec<Vec<f64>>,
+    /// The place of the experiment of each block.
+    pub(crate) experiments: Vec<usize>,
+}
+
 impl<C: Candidates + ?Sized> Problem<'_, C> {
+    /// The influences of all blocks on all fitted parameters.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the simulation fails.
+    pub(crate) fn influences(&self, fit: &Fit) -> Result<Influences, DiagnoseError> {
+        let equations = self.normal_equations(&fit.hypothesis, &fit.errors)?;
+        let count = fit.hypothesis.parameters(self.system).len();
+        let factor = equations.factor();
+        let of_parameter = |k: usize| -> Vec<f64> {
+            let mut unit = vec![0.0; equations.unknowns()];
+            unit[k] = 1.0;
+            let row = factor.as_ref().and_then(|f| f.solve(&unit));
+            let row = row.unwrap_or_else(|| vec![0.0; equations.unknowns()]);
+            equations.blocks.iter().map(|b| dot(&row, b)).collect()
+        };
+        let values = (0..count).map(of_parameter).collect();
+        Ok(Influences { values, experiments: equations.experiments.clone() })
+    }
+
     /// The fitted parameters with 95 % intervals, member by member.
     ///
     /// The covariance is clustered by blocks of rows, `H⁻¹ (Σ_b g_b g_bᵀ) H⁻¹` with `g_b = J_bᵀ W r_b`, which holds

@@ -58,6 +58,12 @@ impl Hypothesis {
         }
     }
 
+    /// The same with the nuisances of its own experiments at the prior mean, and those that all share as fitted.
+    #[must_use]
+    pub fn without_locals<C: Candidates + ?Sized>(&self, system: &C, experiments: usize) -> Self {
+        Self { locals: vec![vec![0.0; system.local().len()]; experiments], ..self.clone() }
+    }
+
     /// The same with one more candidate.
     #[must_use]
     pub fn with(&self, candidate: usize, values: &[f64]) -> Self {

@@ -24,17 +24,21 @@ pub struct Fit {
 }
 
 impl<C: Candidates + ?Sized> Problem<'_, C> {
-    /// Minus two times the log-likelihood of data and nuisances, with `n` independent observations:
-    /// `n Σ_c ln(MSE_c + σ_c²) + Σ (deviation / prior standard deviation)²`.
+    /// Minus two times the log-likelihood of data and nuisances, with `n` rows of which `ρ` are one observation:
+    /// `n/ρ Σ_c g(MSE_c) + Σ (deviation / prior standard deviation)²`, with the `g` of [`ChannelErrors::deviance`].
     #[must_use]
     pub fn cost(&self, hypothesis: &Hypothesis, errors: &ChannelErrors) -> f64 {
-        let observations = errors.rows as f64 / self.system.rows_per_observation();
+        errors.rows as f64 / self.rows_per_observation * errors.deviance()
+            + self.prior_cost(hypothesis)
+    }
+
+    /// `Σ (deviation / prior standard deviation)²` of the nuisances.
+    pub(crate) fn prior_cost(&self, hypothesis: &Hypothesis) -> f64 {
         let cost = |values: &[f64], nuisances: &[Nuisance]| -> f64 {
             values.iter().zip(nuisances).map(|(d, n)| (d / n.deviation).powi(2)).sum()
         };
         let locals: f64 = hypothesis.locals.iter().map(|l| cost(l, self.system.local())).sum();
-        observations * errors.deviance(&self.noise)
-            + (cost(&hypothesis.shared, self.system.shared()) + locals)
+        cost(&hypothesis.shared, self.system.shared()) + locals
     }
 
     /// Moves a hypothesis towards its best fit in at most `iterations` steps.

@@ -1,6 +1,6 @@
 //! Errors by channel, and the likelihood in which hypotheses compete.
 
-/// Squared errors of the fitted channels.
+/// Squared errors of the fitted channels, whitened: in units of the noise.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ChannelErrors {
     /// Sum of squared errors of each channel.
@@ -28,19 +28,20 @@ impl ChannelErrors {
         sum
     }
 
-    /// Minus two times the log-likelihood per row for errors of unknown variance in each channel, but not below the
-    /// noise: `Σ_c ln(MSE_c + σ_c²)`, up to a constant.
+    /// Minus two times the log-likelihood per row, `Σ_c g(MSE_c)` up to a constant, for residuals in units of the noise.
+    ///
+    /// `g(m) = m − 1` at and below the noise: its size is known. `g(m) = ln m` above it: the error is that of a model that
+    /// is not right, of unknown variance (the likelihood with the variance at its maximum).
     #[must_use]
-    pub fn deviance(&self, noise: &[f64]) -> f64 {
-        let sum = self.mean().iter().zip(noise).map(|(m, f)| (m + f * f).ln()).sum();
+    pub fn deviance(&self) -> f64 {
+        let of = |m: f64| if m > 1.0 { m.ln() } else { m - 1.0 };
         // Without rows there is nothing to be likely.
-        if self.rows == 0 { 0.0 } else { sum }
+        if self.rows == 0 { 0.0 } else { self.mean().into_iter().map(of).sum() }
     }
 
-    /// Normalised χ², the mean of `MSE_c / σ_c²` over the channels: 1 for errors at the level of the noise.
+    /// Normalised χ², the mean of `MSE_c` over the channels: 1 for errors at the level of the noise.
     #[must_use]
-    pub fn chi_square(&self, noise: &[f64]) -> f64 {
-        let sum: f64 = self.mean().iter().zip(noise).map(|(m, f)| m / (f * f)).sum();
-        sum / noise.len().max(1) as f64
+    pub fn chi_square(&self) -> f64 {
+        self.mean().iter().sum::<f64>() / self.sums.len().max(1) as f64
     }
 }

@@ -11,7 +11,9 @@ mod levenberg_marquardt;
 mod likelihood;
 mod normal;
 mod problem;
+mod unseen;
 
+pub(crate) use covariance::Influences;
 pub use covariance::Interval;
 pub(crate) use hypothesis::coordinate;
 pub use hypothesis::{Hypothesis, Member};

@@ -22,6 +22,8 @@ pub(super) struct NormalEquations {
     gram: SquareMatrix,
     /// `Jᵀ W r` of every block of every experiment, in the joint unknowns.
     pub(super) blocks: Vec<Vec<f64>>,
+    /// The experiment of each block.
+    pub(super) experiments: Vec<usize>,
     /// One over the variance of each prior; zero for parameters.
     pub(super) precisions: Vec<f64>,
     /// Present deviation of each nuisance.
@@ -31,11 +33,9 @@ pub(super) struct NormalEquations {
 }
 
 impl<C: Candidates + ?Sized> Problem<'_, C> {
-    /// Weights of the channels at given errors, one over the variance of an independent observation.
+    /// Weights of the whitened channels at given errors, the slope of the cost by half their squares.
     pub(crate) fn weights(&self, errors: &ChannelErrors) -> Vec<f64> {
-        let rows = self.system.rows_per_observation();
-        let mean = errors.mean();
-        mean.iter().zip(&self.noise).map(|(m, n)| 1.0 / (rows * (m + n * n))).collect()
+        errors.mean().iter().map(|m| 1.0 / (self.rows_per_observation * m.max(1.0))).collect()
     }
 
     /// Normal equations at a hypothesis whose errors are known.
@@ -46,7 +46,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
     ) -> Result<NormalEquations, DiagnoseError> {
         let weights = self.weights(errors);
         let parts: Result<Vec<Part>, DiagnoseError> = parallel::map(self.len(), |i| {
-            let s = self.sensitivities(hypothesis, i)?;
+            let s = self.whitened_sensitivities(hypothesis, i)?;
             Ok(part(&s, &weights, self.rows(i), self.rows_per_block(i)))
         })
         .into_iter()
@@ -59,7 +59,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             if k < common { k } else { common + local.len() * experiment + (k - common) }
         };
         let mut gram = SquareMatrix::zeros(unknowns);
-        let mut blocks = Vec::new();
+        let (mut blocks, mut experiments) = (Vec::new(), Vec::new());
         for (experiment, part) in parts?.iter().enumerate() {
             for i in 0..part.unknowns {
                 for j in 0..part.unknowns {
@@ -73,6 +73,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
                     right[place(experiment, k)] = *value;
                 }
                 blocks.push(right);
+                experiments.push(experiment);
             }
         }
         let mut precisions = vec![0.0; parameters];
@@ -84,7 +85,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             precisions.extend(local.iter().map(precision));
             deviations.extend(values);
         }
-        Ok(NormalEquations { gram, blocks, precisions, deviations, parameters })
+        Ok(NormalEquations { gram, blocks, experiments, precisions, deviations, parameters })
     }
 }
 
@@ -119,8 +120,19 @@ fn part(s: &Sensitivities, weights: &[f64], rows: usize, block: usize) -> Part {
     Part { gram, blocks, unknowns }
 }
 
+/// The inner product, in eight sums so that they need not wait for each other.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let n = a.len().min(b.len());
+    let (a, b) = (&a[..n], &b[..n]);
+    let mut sums = [0.0; 8];
+    let (first, second) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = first.remainder().iter().zip(second.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in first.zip(second) {
+        for k in 0..8 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }
 
 impl NormalEquations {

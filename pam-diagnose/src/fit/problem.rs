@@ -2,11 +2,14 @@
 
 use super::hypothesis::Hypothesis;
 use super::likelihood::ChannelErrors;
+use super::unseen::UnseenNuisances;
 use crate::error::DiagnoseError;
+use crate::noise::{Noise, correlated_rows};
 use crate::search::{Candidates, OutputInfo};
 use crate::settings::DiagnosisSettings;
 use pam_core::parallel;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Residuals of one experiment, and their derivatives (of the simulation) by every unknown: parameters of the
 /// members, shared nuisances, the experiment's own nuisances.
@@ -29,10 +32,13 @@ pub struct Problem<'a, C: ?Sized> {
     pub experiments: Vec<usize>,
     /// Grid points of each experiment that count, a whole number of rows.
     pub windows: Vec<Range<usize>>,
-    /// Standard deviation below which an error counts as noise, for each fitted channel.
-    pub noise: Vec<f64>,
-    /// Whether the nuisances of these experiments were not fitted, so that errors are forgiven that they would take.
-    pub unseen: bool,
+    /// The noise of the fitted channels.
+    pub noise: Noise,
+    /// Whitened rows that count as one independent observation: more than one where the residual of a model that is not
+    /// right is correlated.
+    pub rows_per_observation: f64,
+    /// What the nuisances of experiments that were not fitted would take, experiment by experiment.
+    pub(crate) unseen: Option<Arc<Vec<UnseenNuisances>>>,
 }
 
 impl<C: ?Sized> Clone for Problem<'_, C> {
@@ -41,6 +47,7 @@ impl<C: ?Sized> Clone for Problem<'_, C> {
             experiments: self.experiments.clone(),
             windows: self.windows.clone(),
             noise: self.noise.clone(),
+            unseen: self.unseen.clone(),
             ..*self
         }
     }
@@ -52,7 +59,7 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
     pub fn new(
         system: &'a C,
         experiments: Vec<usize>,
-        noise: Vec<f64>,
+        noise: Noise,
         settings: &'a DiagnosisSettings,
     ) -> Self {
         let windows = experiments
@@ -63,7 +70,15 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
                 whole_rows(from..system.points(e), system.points_per_row())
             })
             .collect();
-        Self { system, settings, experiments, windows, noise, unseen: false }
+        Self {
+            system,
+            settings,
+            experiments,
+            windows,
+            noise,
+            rows_per_observation: 1.0,
+            unseen: None,
+        }
     }
 
     /// The same experiments with other windows, each cut to whole rows. `window` gets the place of the experiment in
@@ -84,6 +99,7 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
             experiments: vec![self.experiments[place]],
             windows: vec![window],
             noise: self.noise.clone(),
+            unseen: None,
             ..*self
         }
     }
@@ -160,33 +176,88 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
             .collect())
     }
 
-    /// Residuals and sensitivities of an experiment.
-    pub(crate) fn sensitivities(
+    /// Residuals of an experiment, whitened by the noise; of an experiment that was not fitted, less what its nuisances
+    /// would take.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the simulation fails.
+    pub fn whitened_residuals(
+        &self,
+        hypothesis: &Hypothesis,
+        place: usize,
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        let residuals = self.residuals(hypothesis, place)?;
+        let white = self.noise.whitened(self.experiments[place], &residuals);
+        Ok(match &self.unseen {
+            Some(nuisances) => nuisances[place].cleared(white),
+            None => white,
+        })
+    }
+
+    /// Residuals and sensitivities of an experiment, whitened by the noise.
+    pub(crate) fn whitened_sensitivities(
         &self,
         hypothesis: &Hypothesis,
         place: usize,
     ) -> Result<Sensitivities, DiagnoseError> {
         let (e, window) = (self.experiments[place], self.windows[place].clone());
-        self.system.sensitivities(hypothesis, &hypothesis.locals[place], e, window)
+        let s = self.system.sensitivities(hypothesis, &hypothesis.locals[place], e, window)?;
+        let columns = s.columns.iter().map(|column| self.noise.whitened(e, column)).collect();
+        Ok(Sensitivities { residuals: self.noise.whitened(e, &s.residuals), columns })
     }
 
-    /// Errors of all experiments together.
+    /// The same experiments as ones whose nuisances are not fitted: what those of `base` would take counts as no error.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the simulation fails.
+    pub(crate) fn as_unseen(&self, base: &Hypothesis) -> Result<Self, DiagnoseError> {
+        let plain = Self { unseen: None, ..self.clone() };
+        let base = Hypothesis { members: Vec::new(), fixed: 0, ..base.clone() };
+        let each: Result<Vec<UnseenNuisances>, DiagnoseError> = parallel::map(self.len(), |i| {
+            let s = plain.whitened_sensitivities(&base, i)?;
+            let locals = s.columns[self.system.shared().len()..].to_vec();
+            Ok(UnseenNuisances::new(locals, self.system.local()))
+        })
+        .into_iter()
+        .collect();
+        Ok(Self { unseen: Some(Arc::new(each?)), ..plain })
+    }
+
+    /// Errors of all experiments together, whitened.
     ///
     /// # Errors
     /// [`DiagnoseError`] of the first experiment whose simulation fails.
     pub fn errors(&self, hypothesis: &Hypothesis) -> Result<ChannelErrors, DiagnoseError> {
         let each: Result<Vec<ChannelErrors>, DiagnoseError> = parallel::map(self.len(), |i| {
-            let mut residuals = self.residuals(hypothesis, i)?;
-            if self.unseen {
-                self.system.forgive(&mut residuals);
-            }
+            let residuals = self.whitened_residuals(hypothesis, i)?;
             let sums = residuals.iter().map(|r| r.iter().map(|v| v * v).sum()).collect();
             Ok(ChannelErrors { sums, rows: self.rows(i) })
         })
         .into_iter()
         .collect();
-        let none = ChannelErrors { sums: vec![0.0; self.noise.len()], rows: 0 };
+        let none = ChannelErrors { sums: vec![0.0; self.noise.channels()], rows: 0 };
         Ok(each?.iter().fold(none, |sum, e| sum.and(e)))
+    }
+
+    /// Whitened rows over which the residual of a hypothesis is correlated, the most of its channels. 1 where the
+    /// hypothesis leaves nothing but noise.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] of the first experiment whose simulation fails.
+    pub fn correlated_rows(&self, hypothesis: &Hypothesis) -> Result<f64, DiagnoseError> {
+        let each: Result<Vec<Vec<f64>>, DiagnoseError> = parallel::map(self.len(), |i| {
+            let residuals = self.whitened_residuals(hypothesis, i)?;
+            let settings = &self.settings.noise;
+            Ok(residuals.iter().map(|r| correlated_rows(r, settings) * r.len() as f64).collect())
+        })
+        .into_iter()
+        .collect();
+        let rows: usize = (0..self.len()).map(|i| self.rows(i)).sum();
+        let mut sums = vec![0.0; self.noise.channels()];
+        for own in each? {
+            sums.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
+        }
+        Ok(sums.into_iter().map(|s| s / rows.max(1) as f64).fold(1.0, f64::max))
     }
 }
 

@@ -2,10 +2,11 @@
 
 use super::spans::spans;
 use super::system::JointSystem;
-use crate::data::{Roles, TestSource, estimated_noise};
+use crate::data::{Roles, TestSource};
 use crate::diagnosis::Baseline;
 use crate::error::DiagnoseError;
 use crate::fit::{Member, Problem};
+use crate::noise::{Noise, estimated_noise};
 use crate::settings::DiagnosisSettings;
 use pam_effects::effects::{ALL, AnyEffect};
 use pam_effects::model::{ActiveEffect, ExtendedModel};
@@ -22,6 +23,11 @@ pub struct BaselineDiscrepancy {
     pub rms: Vec<f64>,
     /// Names of the baseline recordings.
     pub recordings: Vec<String>,
+    /// Autocovariances of the errors that go with the motion.
+    #[serde(skip)]
+    pub(super) discrepancy: Vec<Vec<f64>>,
+    #[serde(skip)]
+    noise: Noise,
 }
 
 impl BaselineDiscrepancy {
@@ -47,25 +53,33 @@ impl BaselineDiscrepancy {
         let all: Vec<&Trial> = trials.iter().collect();
         let (base, open) = (model.base(), roles.open());
         let system = JointSystem::new(all, &open, base, &model.effects, effects, settings);
-        let noise = estimated_noise(&system, &open, &settings.data);
-        let found = Baseline::learn(&system, &roles, &noise, settings, done)?;
+        let noise = estimated_noise(&system, &open, &settings.noise);
+        let prior = system.noise_prior(&open);
+        let found = Baseline::learn(&system, &roles, &noise, prior, settings, seed, done)?;
         let active = |m: Member| ActiveEffect { effect: ALL[m.candidate], values: m.values };
         Ok(Self {
             effects: found.members.into_iter().map(active).collect(),
             rms: found.rms,
             recordings: found.recordings,
+            discrepancy: found.discrepancy,
+            noise: found.noise,
         })
+    }
+
+    /// Root mean squares of the errors that go with the motion.
+    pub(super) fn sizes(&self) -> Vec<f64> {
+        self.discrepancy.iter().map(|d| d.first().map_or(0.0, |v| v.sqrt())).collect()
     }
 
     /// The baseline recordings as a problem: what a candidate seems to be where it is absent.
     pub(super) fn problem<'a>(
+        &self,
         system: &'a JointSystem<'a>,
         settings: &'a DiagnosisSettings,
         seed: u64,
     ) -> Result<Problem<'a, JointSystem<'a>>, DiagnoseError> {
         let roles =
             Roles::assign(&spans(&system.trials), TestSource::Absent, seed, &settings.data)?;
-        let noise = estimated_noise(system, &roles.open(), &settings.data);
-        Ok(roles.whole(system, &noise, settings))
+        Ok(roles.whole(system, &self.noise, settings))
     }
 }

@@ -4,9 +4,10 @@ use super::baseline::BaselineDiscrepancy;
 use super::design::{Separation, separate};
 use super::spans::spans;
 use super::system::JointSystem;
-use crate::data::{OpenPart, Roles, TestSource, estimated_noise};
+use crate::data::{OpenPart, Roles, TestSource};
 use crate::diagnosis::{self, Diagnosis, Prepared, Stage};
 use crate::error::DiagnoseError;
+use crate::noise::estimated_noise;
 use crate::settings::DiagnosisSettings;
 use pam_data::Subject;
 use pam_effects::effects::{ALL, AnyEffect, DataScales};
@@ -88,7 +89,8 @@ pub fn diagnose(
         options.candidates.iter().map(|e| *e as &dyn AnyEffect).collect();
     let base = model.base();
     let mut system = JointSystem::new(all, &open, base, &model.effects, effects.clone(), settings);
-    let mut noise = estimated_noise(&system, &open, &settings.data);
+    let noise = estimated_noise(&system, &open, &settings.noise);
+    let mut prior = system.noise_prior(&open);
     let mut start = model.clone();
     let mut baseline = None;
     let baseline_trials = prepare(model, sets.baseline.unwrap_or_default());
@@ -96,7 +98,7 @@ pub fn diagnose(
         let done = |s| progress(Stage::Baseline, s);
         let learned =
             BaselineDiscrepancy::learn(model, &baseline_trials, settings, options.seed, &done)?;
-        noise.iter_mut().zip(&learned.rms).for_each(|(n, rms)| *n = n.hypot(*rms));
+        prior.add(learned.discrepancy.clone());
         start = model.with(learned.effects.iter().cloned());
         system.fixed.clone_from(&start.effects);
         baseline = Some(learned);
@@ -111,13 +113,15 @@ pub fn diagnose(
         settings,
     );
     let on_baseline = match &baseline {
-        Some(_) => Some(BaselineDiscrepancy::problem(&baseline_system, settings, options.seed)?),
+        Some(b) => Some(b.problem(&baseline_system, settings, options.seed)?),
         None => None,
     };
     let prepared = Prepared {
         system: &system,
         roles: &roles,
         noise,
+        prior,
+        baseline_discrepancy: baseline.as_ref().map_or_else(Vec::new, BaselineDiscrepancy::sizes),
         baseline: on_baseline,
         settings,
         seed: options.seed,

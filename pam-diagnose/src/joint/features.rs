@@ -6,8 +6,12 @@ use pam_effects::simulation::Trial;
 /// Forces that might be missing (powers of position and velocity, direction, the command, play of three widths, three
 /// relaxations, time) as the joint would respond to them, through the second-order system that the model is near its
 /// middle; and the same features as a sensor would add them.
-pub(super) fn features(t: &Trial, mass_kg: f64, settings: &VerdictSettings) -> Vec<Vec<f64>> {
-    let (x, v) = (&t.record.measured[0], &t.record.measured[1]);
+pub(super) fn features(
+    t: &Trial,
+    [x, v]: [&[f64]; 2],
+    mass_kg: f64,
+    settings: &VerdictSettings,
+) -> Vec<Vec<f64>> {
     let n = x.len();
     let rms = |s: &[f64]| (s.iter().map(|a| a * a).sum::<f64>() / n as f64).sqrt().max(1e-9);
     let force = t.record.force.values_mn();

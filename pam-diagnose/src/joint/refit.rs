@@ -1,9 +1,10 @@
 //! The fit of all effects of an extended model to recordings.
 
 use super::system::JointSystem;
-use crate::data::{OpenPart, estimated_noise};
+use crate::data::OpenPart;
 use crate::error::DiagnoseError;
 use crate::fit::{Interval, Problem};
+use crate::noise::{Noise, estimated_noise};
 use crate::settings::DiagnosisSettings;
 use pam_data::Subject;
 use pam_effects::ExtendedModel;
@@ -27,10 +28,15 @@ pub fn refit(
     let effects = model.effects.iter().map(|a| a.effect as &dyn AnyEffect).collect();
     let base = model.base();
     let system = JointSystem::new(trials.iter().collect(), &all, base, &[], effects, &settings);
-    let noise = estimated_noise(&system, &all, &settings.data);
-    let problem = Problem::new(&system, (0..trials.len()).collect(), noise, &settings);
+    let noise = Noise::white(&estimated_noise(&system, &all, &settings.noise));
+    let mut problem = Problem::new(&system, (0..trials.len()).collect(), noise, &settings);
     let start = (0..).zip(&model.effects).fold(problem.base(), |h, (c, a)| h.with(c, &a.values));
-    let fit = problem.fit(start, iterations)?;
+    let mut fit = problem.fit(start, iterations)?;
+    if let Some(noise) = Noise::learned(&problem, &fit.hypothesis, &system.noise_prior(&all)) {
+        problem.noise = noise;
+        problem.rows_per_observation = problem.correlated_rows(&fit.hypothesis)?;
+        fit = problem.fit(fit.hypothesis, iterations)?;
+    }
     let mut intervals = problem.intervals(&fit)?.into_iter();
     let mut fitted = model.clone();
     let mut by_effect = Vec::new();

@@ -5,6 +5,7 @@ use super::{factors, features, sensitivities};
 use crate::data::OpenPart;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Sensitivities};
+use crate::noise::{NoisePrior, moving_discrepancy};
 use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
 use pam_core::units::MN_PER_N;
@@ -25,6 +26,8 @@ pub struct JointSystem<'a> {
     shared: [Nuisance; 3],
     local: [Nuisance; 6],
     outputs: [OutputInfo; 4],
+    /// Grid points of a row: a sample interval at least, so that rows are no interpolations of each other.
+    points_per_row: usize,
     settings: DiagnosisSettings,
 }
 
@@ -63,7 +66,10 @@ impl<'a> JointSystem<'a> {
         });
         let (model, air) = (Nuisance::of(fit.model_deviation), Nuisance::of(fit.air_deviation));
         let offset = Nuisance::of(fit.offset_deviation_kpa);
+        let sample_points = |t: &&Trial| (t.record.sample_s / t.record.step_s).ceil() as usize;
+        let slowest = trials.iter().map(sample_points).max().unwrap_or(1);
         Self {
+            points_per_row: settings.data.points_per_row.max(slowest),
             scales: data_scales(&trials, open, &base, &settings.data),
             trials,
             base,
@@ -87,6 +93,14 @@ impl<'a> JointSystem<'a> {
     #[must_use]
     pub fn scales(&self) -> &DataScales {
         &self.scales
+    }
+
+    /// What is known of the noise: the model's own errors, as a part of the motion.
+    pub(super) fn noise_prior(&self, open: &[OpenPart]) -> NoisePrior {
+        NoisePrior {
+            least: vec![f64::MIN_POSITIVE.sqrt(); Channel::ALL.len() - 1],
+            discrepancy: moving_discrepancy(self, open, &self.settings.noise),
+        }
     }
 
     /// The effects of the model and of a hypothesis, and all their values, in the order in which they act.
@@ -179,11 +193,7 @@ impl Candidates for JointSystem<'_> {
     }
 
     fn points_per_row(&self) -> usize {
-        self.settings.data.points_per_row
-    }
-
-    fn rows_per_observation(&self) -> f64 {
-        self.settings.fit.rows_per_observation
+        self.points_per_row
     }
 
     fn burn_in_s(&self) -> f64 {
@@ -222,24 +232,17 @@ impl Candidates for JointSystem<'_> {
         sensitivities::sensitivities(self, hypothesis, local, experiment, window)
     }
 
-    /// Predictions start from one noisy sample: a steady offset of a pressure is no error.
-    fn forgive(&self, residuals: &mut [Vec<f64>]) {
-        let fit = &self.settings.fit;
-        let most = fit.forgiven_offset_deviations * fit.offset_deviation_kpa;
-        for r in &mut residuals[1..] {
-            let mean = r.iter().sum::<f64>() / r.len().max(1) as f64;
-            r.iter_mut().for_each(|v| *v -= mean.clamp(-most, most));
-        }
-    }
-
     fn features(
         &self,
-        _hypothesis: &Hypothesis,
-        _local: &[f64],
+        hypothesis: &Hypothesis,
+        local: &[f64],
         experiment: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        // The predicted motion: the measured one holds the noise that is to be told from an error.
+        let simulated = self.simulate(hypothesis, local, experiment)?;
         let (trial, mass_kg) = (self.trials[experiment], self.base.mass_kg);
-        Ok(features::features(trial, mass_kg, &self.settings.verdict))
+        let motion = [simulated[0].as_slice(), simulated[1].as_slice()];
+        Ok(features::features(trial, motion, mass_kg, &self.settings.verdict))
     }
 
     fn factor_names(&self) -> Vec<(String, String)> {

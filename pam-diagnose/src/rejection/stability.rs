@@ -1,6 +1,6 @@
 //! Names that have another value in each part of the data.
 
-use crate::fit::{Hypothesis, Problem, coordinate};
+use crate::fit::{Hypothesis, Interval, Problem, coordinate};
 use crate::search::Candidates;
 use pam_core::parallel;
 use pam_numerics::statistics::t_quantile_95;
@@ -9,7 +9,7 @@ use serde::Serialize;
 /// One cause, fitted anew to parts of the recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParameterStability {
-    /// Name of its first parameter.
+    /// Name of its parameter that is furthest from absent, in units of its interval.
     pub parameter: &'static str,
     /// Recording, start of the part (s), value there.
     pub parts: Vec<(String, f64, f64)>,
@@ -30,11 +30,22 @@ impl ParameterStability {
         problem: &Problem<'_, C>,
         fitted: &Hypothesis,
         place: usize,
+        intervals: &[Interval],
     ) -> Option<Self> {
         let settings = &problem.settings.rejection;
         let member = fitted.members.get(place)?;
         let infos = problem.system.candidate(member.candidate).parameters;
-        let info = *infos.first()?;
+        // A cause of two sides may be at work on one of them only.
+        let clear = |k: &usize| {
+            let i = intervals.get(*k)?;
+            let half = 0.5 * (i.ci95[1] - i.ci95[0]);
+            Some((i.value - infos[*k].off.unwrap_or(0.0)).abs() / half.max(f64::MIN_POSITIVE))
+        };
+        let judged = (0..infos.len())
+            .filter(|&k| !infos[k].logarithmic)
+            .max_by(|a, b| clear(a).partial_cmp(&clear(b)).unwrap_or(std::cmp::Ordering::Equal))
+            .unwrap_or(0);
+        let info = *infos.get(judged)?;
         // The member goes to the end, where it alone is fitted.
         let mut alone = fitted.without(place);
         alone.fixed = alone.members.len();
@@ -64,9 +75,12 @@ impl ParameterStability {
             at(0.75) - at(0.25)
         };
         let n = parts.len();
-        let size = member.values[0].abs().max(1e-12);
-        let relative_spread =
-            if n < settings.spread_fewest_parts { 0.0 } else { 0.5 * quartiles(&|v| v[0]) / size };
+        let size = member.values[judged].abs().max(1e-12);
+        let relative_spread = if n < settings.spread_fewest_parts {
+            0.0
+        } else {
+            0.5 * quartiles(&|v| v[judged]) / size
+        };
         let half_widths = infos
             .iter()
             .enumerate()
@@ -79,7 +93,7 @@ impl ParameterStability {
                 t_quantile_95(n as f64 - 1.0) * sd / (n as f64).sqrt()
             })
             .collect();
-        let parts = parts.into_iter().map(|(name, start, values)| (name, start, values[0]));
+        let parts = parts.into_iter().map(|(name, start, values)| (name, start, values[judged]));
         Some(Self { parameter: info.name, parts: parts.collect(), relative_spread, half_widths })
     }
 }

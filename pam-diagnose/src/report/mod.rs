@@ -46,6 +46,8 @@ pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContex
     let title = match d.verdict {
         Verdict::NothingFound => "Diagnosis: nothing found".to_owned(),
         Verdict::Unexplained => "Diagnosis: an error that no listed cause explains".to_owned(),
+        Verdict::Unconfirmed => "Diagnosis: a cause that the test data do not confirm".to_owned(),
+        Verdict::ModelInadequate => "Diagnosis: the model is too inaccurate to tell".to_owned(),
         Verdict::Explained | Verdict::PartlyExplained => {
             format!("Diagnosis: {}", d.named().join(", "))
         }
@@ -82,6 +84,11 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
         "{}: removes {named} of the squared error above the noise on the test set",
         causes.join(" and ")
     );
+    let because = if d.reasons.is_empty() {
+        String::new()
+    } else {
+        format!(" In detail: {}.", d.reasons.join("; "))
+    };
     match d.verdict {
         Verdict::NothingFound => {
             "The model predicts these recordings as well as noise and its baseline discrepancy allow; \
@@ -90,15 +97,23 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
         }
         Verdict::Unexplained => format!(
             "There is an error, and no listed cause explains it: the best candidate alone, {}, removes {} \
-             of the removable error. A flexible correction without names removes {any}.",
+             of the squared error. A flexible correction without names removes {any} of what is above the noise.{because}",
             d.ranking.first().map_or("none", |r| &r.effect),
             percent(d.ranking.first().map_or(0.0, |r| r.score)),
         ),
+        Verdict::Unconfirmed => format!(
+            "Something seems to be at work, most likely {}, but the test data do not confirm it. Record more data.{because}",
+            d.refused.first().map_or("none of the candidates", |r| &r.effect),
+        ),
+        Verdict::ModelInadequate => format!(
+            "The model's own errors on the baseline recordings are as large as the errors in these data, so a fault cannot be \
+             told from them. Train the model further, or record where it is accurate.{because}"
+        ),
         Verdict::Explained => {
-            format!("{removes} (a flexible correction without names: {any}).")
+            format!("{removes} (a flexible correction without names: {any}). What is left is noise.")
         }
         Verdict::PartlyExplained => format!(
-            "{removes}; the rest has no listed cause (a flexible correction without names removes {any})."
+            "{removes} (a flexible correction without names: {any}), but it is not all.{because}"
         ),
     }
 }

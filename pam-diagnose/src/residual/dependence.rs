@@ -19,13 +19,13 @@ pub struct Dependence {
 
 /// Names and units of the factors of a system, and their values at the rows of all experiments. The last factor is the
 /// experiment.
-pub(super) struct Factors {
+pub(crate) struct Factors {
     names: Vec<(String, String)>,
     columns: Vec<Vec<f64>>,
 }
 
 impl Factors {
-    pub(super) fn of<C: Candidates + ?Sized>(
+    pub(crate) fn of<C: Candidates + ?Sized>(
         problem: &Problem<'_, C>,
         hypothesis: &Hypothesis,
         residuals: &[Vec<Vec<f64>>],
@@ -47,7 +47,7 @@ impl Factors {
     }
 
     /// Tests a residual against every factor, strongest first.
-    pub(super) fn dependences(
+    pub(crate) fn dependences(
         &self,
         values: &[f64],
         rows_per_observation: f64,

@@ -29,7 +29,7 @@ pub struct Spectrum {
 impl Spectrum {
     /// Spectra of rows that are `row_s` apart, by averaged periodograms of overlapping pieces with Hann's window
     /// (Welch 1967). Series shorter than a piece have no spectrum.
-    pub(super) fn new(
+    pub(crate) fn new(
         row_s: f64,
         residuals: &[&[f64]],
         excitations: &[Vec<f64>],

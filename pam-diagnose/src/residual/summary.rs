@@ -4,6 +4,7 @@ use super::dependence::{Dependence, Factors};
 use super::spectrum::Spectrum;
 use super::timing::TimeProfile;
 use crate::fit::{Hypothesis, Problem, fitted_outputs};
+use crate::noise::correlated_rows;
 use crate::search::Candidates;
 use crate::settings::ResidualSettings;
 use pam_effects::model::significant;
@@ -76,7 +77,7 @@ fn by_key<S: Serializer>(list: &[ChannelResidual], to: S) -> Result<S::Ok, S::Er
 
 /// Residuals of every experiment at a hypothesis; one that cannot be simulated has none.
 fn residuals<C: Candidates + ?Sized>(p: &Problem<'_, C>, h: &Hypothesis) -> Vec<Vec<Vec<f64>>> {
-    let none = || vec![Vec::new(); p.noise.len()];
+    let none = || vec![Vec::new(); p.noise.channels()];
     (0..p.len()).map(|i| p.residuals(h, i).unwrap_or_else(|_| none())).collect()
 }
 
@@ -120,7 +121,9 @@ impl ResidualSummary {
                     .map(|w| (w[0] - mean) * (w[1] - mean))
                     .sum();
                 let variance = (square / n - mean * mean).max(1e-300);
-                let observation = problem.system.rows_per_observation();
+                let per_experiment =
+                    each.iter().map(|r| correlated_rows(r, &problem.settings.noise));
+                let observation = per_experiment.fold(1.0, f64::max);
                 let spectrum = Spectrum::new(row_s, &each, &excitations, settings);
                 let profile = |(i, r): (usize, &&[f64])| {
                     let (e, window) = (problem.experiments[i], &problem.windows[i]);
@@ -134,7 +137,7 @@ impl ResidualSummary {
                     unit: output.unit.clone(),
                     rms: (square / n).sqrt(),
                     rms_left: rms(left.iter().flat_map(|r| &r[c])),
-                    noise: problem.noise[c],
+                    noise: problem.noise.deviation(c),
                     mean,
                     next_correlation: next / n / variance,
                     dependence: factors.dependences(&values, observation, settings.groups),

@@ -30,7 +30,7 @@ pub struct TimeProfile {
 
 impl TimeProfile {
     /// Profile of rows that are `row_s` apart and begin at `start_s`, in blocks.
-    pub(super) fn new(
+    pub(crate) fn new(
         row_s: f64,
         start_s: f64,
         residual: &[f64],

@@ -102,8 +102,6 @@ pub trait Candidates: Sync {
     fn points_per_row(&self) -> usize {
         1
     }
-    /// Rows that count as one independent observation.
-    fn rows_per_observation(&self) -> f64;
     /// Time from the start that is not fitted, s.
     fn burn_in_s(&self) -> f64 {
         0.0
@@ -135,11 +133,6 @@ pub trait Candidates: Sync {
         experiment: usize,
         window: Range<usize>,
     ) -> Result<Sensitivities, DiagnoseError>;
-
-    /// Takes from the residuals of an experiment that was not fitted what its nuisances would take.
-    fn forgive(&self, residuals: &mut [Vec<f64>]) {
-        let _ = residuals;
-    }
 
     /// Features at the grid points from which a flexible model learns the residual.
     ///

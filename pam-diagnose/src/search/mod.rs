@@ -1,19 +1,20 @@
 //! The search for the set of candidates that explains the residual, generic over the searched system
 //! ([`Candidates`]).
 //!
-//! [`forward`](forward::search) fits every candidate alone and grows sets in a beam; `backward` drops members that are
-//! not worth their place; `refit` fits the chosen set and its rivals to training and validation data, from several
-//! starts. Every fitted set is a [`Scored`] hypothesis.
+//! [`search`] screens all candidates and all pairs to first order ([`linearised`](crate::linearised)), fits the most
+//! promising sets, and then adds, exchanges and drops members until no change is worth it; each time the noise is learned
+//! anew beside the set. [`refit`] fits the chosen set to training and validation data from several starts. Every fitted set
+//! is a [`Scored`] hypothesis; sets are compared by their odds ([`Rows::log_odds`]).
 
-pub(crate) mod backward;
 mod candidates;
-mod extend;
-mod forward;
+mod chosen;
+mod fits;
 pub(crate) mod refit;
+mod rows;
 mod scored;
 
 pub use candidates::{CandidateInfo, Candidates, Nuisance, OutputInfo};
-pub(crate) use extend::beside;
-pub use forward::{Findings, search};
-pub(crate) use scored::refit_without;
-pub use scored::{Scored, fit_base};
+pub use chosen::{Findings, search};
+pub(crate) use fits::stands;
+pub use rows::Rows;
+pub use scored::Scored;

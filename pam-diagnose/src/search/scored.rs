@@ -3,7 +3,6 @@
 use super::candidates::Candidates;
 use crate::data::Split;
 use crate::fit::{ChannelErrors, Fit, Hypothesis};
-use crate::settings::SearchSettings;
 
 /// A fitted hypothesis with its errors on the validation rows.
 #[derive(Debug, Clone)]
@@ -12,9 +11,12 @@ pub struct Scored {
     pub fit: Fit,
     /// Errors on the validation rows.
     pub validation: ChannelErrors,
-    /// Minus two times the log-likelihood of all rows, with the priors, the complexity `p ln n` of `p` parameters and
-    /// the cost of scales at their limits.
-    pub total: f64,
+    /// `n Σ_c g(MSE_c)` of training and validation rows: minus two times the log-likelihood if every row is an
+    /// observation.
+    pub misfit: f64,
+    /// What the hypothesis costs whatever the data: priors of its nuisances, `p ln n` for `p` parameters (Schwarz 1978),
+    /// `2 ln K` for the choice of each member among `K` candidates, and the cost of scales at their limits.
+    pub price: f64,
 }
 
 impl Scored {
@@ -30,57 +32,32 @@ impl Scored {
         self.fit.hypothesis.members.len()
     }
 
-    /// Normalised χ² of training and validation rows.
+    /// Minus two times the logarithm of the posterior probability, up to a constant, if so many rows are one observation.
     #[must_use]
-    pub fn chi_square(&self, noise: &[f64]) -> f64 {
-        self.fit.errors.and(&self.validation).chi_square(noise)
+    pub fn total(&self, rows_per_observation: f64) -> f64 {
+        self.misfit / rows_per_observation + self.price
     }
 
-    /// Whether this hypothesis is better than another by the drops of deviance and total cost that `causes` further
-    /// causes must be worth, times a `factor`.
-    pub(super) fn earns(
-        &self,
-        over: &Self,
-        noise: &[f64],
-        settings: &SearchSettings,
-        factor: f64,
-    ) -> bool {
-        let drop = over.validation.deviance(noise) - self.validation.deviance(noise);
-        drop >= settings.validation_drop * factor
-            && over.total - self.total >= settings.total_drop * factor
+    /// Normalised χ² of training and validation rows.
+    #[must_use]
+    pub fn chi_square(&self) -> f64 {
+        self.fit.errors.and(&self.validation).chi_square()
     }
 }
 
 /// Scores a fit on the validation rows; `None` if the simulation fails there.
 #[must_use]
-pub(crate) fn score<C: Candidates + ?Sized>(split: &Split<'_, C>, fit: Fit) -> Option<Scored> {
+pub(super) fn score<C: Candidates + ?Sized>(split: &Split<'_, C>, fit: Fit) -> Option<Scored> {
     let validation = split.validation_errors(&fit.hypothesis).ok()?;
     let problem = &split.train;
-    let rows_per_observation = problem.system.rows_per_observation();
-    let observations = (fit.errors.rows + validation.rows) as f64 / rows_per_observation;
-    let parameters = fit.hypothesis.parameters(problem.system).len();
-    let complexity = parameters as f64 * observations.max(2.0).ln();
-    let validated =
-        validation.rows as f64 / rows_per_observation * validation.deviance(&problem.noise);
+    let rows = |e: &ChannelErrors| e.rows as f64 * e.deviance();
+    let misfit = rows(&fit.errors) + rows(&validation);
+    let observations = (fit.errors.rows + validation.rows).max(2) as f64;
+    let parameters = fit.hypothesis.parameters(problem.system).len() as f64;
+    let members = (fit.hypothesis.members.len() - fit.hypothesis.fixed) as f64;
+    let choice = 2.0 * members * (problem.system.candidate_len().max(1) as f64).ln();
     let limits = problem.settings.search.limit_cost * fit.scales_at_limit as f64;
-    Some(Scored { total: fit.cost + validated + complexity + limits, validation, fit })
-}
-
-/// The system without candidates, with its nuisances fitted; `None` if the simulation fails.
-#[must_use]
-pub fn fit_base<C: Candidates + ?Sized>(split: &Split<'_, C>) -> Option<Scored> {
-    let problem = &split.train;
-    let fit = problem.fit(problem.base(), problem.settings.search.iterations).ok()?;
-    score(split, fit)
-}
-
-/// Drops the member at `place` and refits the others; `None` if the simulation fails.
-#[must_use]
-pub(crate) fn refit_without<C: Candidates + ?Sized>(
-    split: &Split<'_, C>,
-    scored: &Scored,
-    place: usize,
-    iterations: usize,
-) -> Option<Scored> {
-    score(split, split.train.fit(scored.hypothesis().without(place), iterations).ok()?)
+    let price =
+        problem.prior_cost(&fit.hypothesis) + parameters * observations.ln() + choice + limits;
+    Some(Scored { misfit, price, validation, fit })
 }

@@ -107,19 +107,40 @@ settings! {
         burn_in_s: f64 = 0.5, "s", COST, RIG;
         /// Largest share of a recording that is not fitted for that reason.
         burn_in_share: f64 = 0.25, "–", SHARE, USUAL;
-        /// Grid points of 4 ms that are averaged into one row of residuals of the joint.
+        /// Grid points of 4 ms that are averaged into one row of residuals of the joint; more where the samples are
+        /// further apart.
         points_per_row: usize = 5, "points", COUNT, STUDIES;
-        /// Part of a channel's variation that joins the estimated noise, for the errors of solver, grid and filters.
-        relative_noise: f64 = 4e-3, "–", SHARE, STUDIES;
         /// Quantile of the sizes of force, travel and speed of the joint from which starting values follow.
         scale_quantile: f64 = 0.95, "–", SHARE, STUDIES;
         /// Quantile of the size of the force that counts as its peak.
         peak_quantile: f64 = 0.999, "–", SHARE, STUDIES;
         /// Samples of the missing force that starting values may use.
         scale_samples: usize = 6000, "samples", COUNT, TIME;
-        /// Longest lag at which the autocorrelation of a field's residual is summed, as a share of its rows.
+    }
+}
+
+settings! {
+    /// The noise of each channel, from what a flexible model cannot learn.
+    "noise" NoiseSettings {
+        /// Part of a channel's variation that joins the first estimate of its noise, which serves until the noise is
+        /// learned.
+        relative: f64 = 4e-3, "–", SHARE, STUDIES;
+        /// Standard deviation of the model's own error where no baseline recordings tell it, as a part of a channel's
+        /// variation: it moves as the channel does.
+        discrepancy: f64 = 2e-4, "–", SHARE, STUDIES;
+        /// Highest order of the autoregression.
+        order: usize = 8, "–", [0.0, 100.0], USUAL;
+        /// Rows of the shortest recording for each order.
+        rows_per_order: usize = 15, "rows", COUNT, USUAL;
+        /// Multiple of the robust standard deviation to which outliers are limited before the noise is learned.
+        largest_deviations: f64 = 5.0, "–", FACTOR, USUAL;
+        /// Least share of the rows that count as degrees of freedom beside a flexible model.
+        least_freedom: f64 = 0.25, "–", [1e-3, 1.0], USUAL;
+        /// Observations that the common size of the noise is worth beside those of each recording.
+        relative_observations: f64 = 50.0, "observations", COST, USUAL;
+        /// Longest lag at which the autocorrelation of a residual is summed, as a share of its rows.
         lag_share: f64 = 0.25, "–", SHARE, USUAL;
-        /// Largest number of rows of a field that count as one observation, as a share of its rows.
+        /// Largest number of rows that count as one observation, as a share of the rows.
         correlated_share: f64 = 0.1, "–", SHARE, USUAL;
     }
 }
@@ -127,9 +148,6 @@ settings! {
 settings! {
     /// The fit of one hypothesis by Levenberg–Marquardt, and the priors of the nuisance values.
     "fit" FitSettings {
-        /// Rows of the joint that count as one independent observation (half a second: residuals of a model that is
-        /// not quite right are correlated over about that long). A field's rows are counted by their correlation.
-        rows_per_observation: f64 = 25.0, "rows", FACTOR, STUDIES;
         /// Damping of the first step, relative to the diagonal.
         first_damping: f64 = 1e-3, "–", COST, USUAL;
         /// Factor on the damping after a step that lowers the cost.
@@ -158,59 +176,46 @@ settings! {
         air_deviation: f64 = 2e-3, "–", POSITIVE, RIG;
         /// Prior standard deviation of the offset of the first pressure samples.
         offset_deviation_kpa: f64 = 0.5, "kPa", POSITIVE, RIG;
-        /// Steady pressure offsets up to this many standard deviations are no error of recordings that were not fitted.
-        forgiven_offset_deviations: f64 = 2.0, "–", COST, USUAL;
     }
 }
 
 settings! {
-    /// The search: how candidates are tried, how sets grow and shrink, and how the chosen set is refitted.
+    /// The search: how candidates are screened, which sets are fitted, and how they are compared.
     "search" SearchSettings {
         /// Most causes that are named together.
         max_causes: usize = 3, "causes", COUNT, STUDIES;
-        /// Sets that are extended at each size.
-        beam_width: usize = 3, "sets", COUNT, TIME;
-        /// Least drop of the validation deviance `Σ_c ln(MSE_c + σ_c²)` for each further cause.
-        validation_drop: f64 = 0.08, "–", COST, STUDIES;
-        /// Least drop of the total cost (−2 log-likelihood of all rows, priors, complexity) for each further cause.
-        total_drop: f64 = 12.0, "cost", COST, STUDIES;
-        /// Normalised χ² below which the search stops.
-        sufficient_chi_square: f64 = 1.5, "–", COST, STUDIES;
-        /// Normalised χ² below which errors of the model itself are as large as what is left.
-        near_noise_chi_square: f64 = 2.0, "–", COST, STUDIES;
-        /// Factor on both drops below that χ². On the virtual rig, effects that exist are worth six times the usual
-        /// drop there, and those that follow errors of the model up to four times.
-        near_noise_factor: f64 = 5.0, "–", FACTOR, STUDIES;
+        /// Odds that a further cause must reach.
+        odds: f64 = 20.0, "–", FACTOR, USUAL;
+        /// Odds that a further cause must reach where there are fewer blocks of rows than `rejection.fewest_blocks`.
+        odds_of_few_blocks: f64 = 150.0, "–", FACTOR, USUAL;
         /// Cost of a scale that ends at a limit of its range: the name stands for something else there.
         limit_cost: f64 = 12.0, "cost", COST, STUDIES;
-        /// Iterations from each starting value of a candidate alone.
-        screening_iterations: usize = 2, "iterations", COUNT, TIME;
-        /// Iterations from each starting value of a candidate added to a set.
-        screening_iterations_added: usize = 1, "iterations", COUNT, TIME;
-        /// Starting values of a candidate added to a set.
-        starts_added: usize = 3, "values", COUNT, TIME;
-        /// Candidates that are fitted to convergence when added to a set.
-        followed: usize = 6, "candidates", COUNT, TIME;
+        /// Candidates that are fitted alone.
+        singles: usize = 8, "candidates", COUNT, TIME;
+        /// Pairs that are fitted after the screening.
+        pairs: usize = 4, "pairs", COUNT, TIME;
+        /// Starting values of each candidate, the best of the first screening, that are screened beside a set.
+        starts: usize = 2, "values", COUNT, TIME;
+        /// Candidates that are fitted beside a set.
+        additions: usize = 4, "candidates", COUNT, TIME;
+        /// Candidates that are fitted in place of a member.
+        exchanges: usize = 4, "candidates", COUNT, TIME;
+        /// Pairs that are fitted in place of a member.
+        exchanges_for_two: usize = 2, "pairs", COUNT, TIME;
+        /// Sets of the round before that are fitted again with the noise of the present one.
+        rivals: usize = 4, "sets", COUNT, TIME;
+        /// Rounds of additions and exchanges.
+        rounds: usize = 4, "rounds", COUNT, TIME;
+        /// Iterations after which only the most promising starts are followed.
+        first_iterations: usize = 4, "iterations", COUNT, TIME;
+        /// Starts that are followed.
+        followed: usize = 3, "starts", COUNT, TIME;
         /// Iterations to convergence.
-        iterations: usize = 10, "iterations", COUNT, TIME;
-        /// Iterations of a set from which a member is dropped.
-        drop_iterations: usize = 6, "iterations", COUNT, TIME;
-        /// Iterations of a set from which an insignificant member is dropped.
-        insignificant_iterations: usize = 8, "iterations", COUNT, TIME;
-        /// Difference of the cost within which sets are refitted to all open recordings.
-        rival_cost: f64 = 60.0, "cost", COST, STUDIES;
-        /// Most sets that are refitted to all open recordings.
-        rivals: usize = 5, "sets", COUNT, TIME;
-        /// Iterations of these refits.
-        rival_iterations: usize = 8, "iterations", COUNT, TIME;
-        /// Most sets that are refitted from several starts.
-        finalists: usize = 3, "sets", COUNT, TIME;
-        /// Iterations from each of these starts.
+        iterations: usize = 12, "iterations", COUNT, TIME;
+        /// Iterations from each start of the last refit.
         multi_start_iterations: usize = 20, "iterations", COUNT, TIME;
         /// Factors on the parameters of dry friction in a multi-start: the cost is rugged in them.
         rugged_factors: [f64; 2] = [0.75, 1.33], "–", POSITIVE, STUDIES;
-        /// Iterations of the refit of a set from which a rejected cause is dropped.
-        rejected_iterations: usize = 10, "iterations", COUNT, TIME;
     }
 }
 
@@ -235,26 +240,43 @@ settings! {
         null_draws: usize = 400, "draws", [20.0, 1e6], USUAL;
         /// Quantile of the null distribution that names must exceed.
         null_quantile: f64 = 0.95, "–", [0.5, 0.999], USUAL;
-        /// Fewest blocks into which the rows are divided for the null test.
-        null_blocks: usize = 24, "blocks", COUNT, USUAL;
+        /// Fewest blocks of rows that tell chance by themselves. With fewer the blocks of the null test are shorter, only the
+        /// noise model vouches for their independence, and the odds that a cause must reach are higher.
+        fewest_blocks: usize = 20, "blocks", COUNT, USUAL;
+        /// Quantile of the null distribution that a change of a parameter in time, or between recordings, must exceed.
+        constancy_quantile: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
     }
 }
 
 settings! {
     /// Where the verdict falls.
     "verdict" VerdictSettings {
-        /// Normalised χ² above which there is something to explain.
-        something_chi_square: f64 = 2.5, "–", COST, STUDIES;
         /// Share of the error above the noise below which no name is given.
         named_share: f64 = 0.25, "–", SHARE, STUDIES;
-        /// Share of the explainable error that names must remove for `explained`.
-        explained_share: f64 = 0.8, "–", SHARE, STUDIES;
-        /// Share of the error above the noise that they must remove for `explained`.
-        explained_least_share: f64 = 0.5, "–", SHARE, STUDIES;
-        /// A candidate is confusable with a cause if it removes this share of what the cause removes.
-        confusable_share: f64 = 0.85, "–", SHARE, STUDIES;
-        /// Candidates that are tried in place of a cause.
-        confusable_tried: usize = 8, "candidates", COUNT, TIME;
+        /// Probability with which a channel without error is inside its noise band.
+        band_probability: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
+        /// Observations that the Gaussian scatter of the blocks is worth beside the scatter that they show.
+        band_observations: f64 = 3.0, "blocks", COST, USUAL;
+        /// Least share of what is left of a channel that a flexible model must learn for it to be an error of the model.
+        learnable_share: f64 = 0.05, "–", SHARE, STUDIES;
+        /// Multiple of the noise from which a channel is outside its band although a flexible model learns nothing of it:
+        /// the noise of recordings differs by less.
+        unlearnable_ratio: f64 = 2.0, "–", FACTOR, STUDIES;
+        /// Probability that no row of noise counts as an event.
+        event_probability: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
+        /// Degrees of freedom of Student's t by which events are judged: noise has heavier tails than a Gaussian.
+        event_freedom: f64 = 10.0, "–", FACTOR, USUAL;
+        /// Multiple of its standard error from which a step of the mean of a residual counts.
+        step_ratio: f64 = 6.0, "–", FACTOR, STUDIES;
+        /// A cause is minor if it removes less than this share of what all named causes remove.
+        minor_share: f64 = 0.01, "–", SHARE, STUDIES;
+        /// All causes are minor if they remove less than this share of the squared residual.
+        minor_of_residual: f64 = 0.03, "–", SHARE, STUDIES;
+        /// The model is inadequate if its own errors on baseline recordings are more than this multiple of the noise, and
+        /// the errors in the data less than this multiple of those.
+        inadequate_ratio: f64 = 2.0, "–", FACTOR, STUDIES;
+        /// A candidate is confusable with a cause if the odds of the cause against it are less than this.
+        confusable_odds: f64 = 1000.0, "–", FACTOR, STUDIES;
         /// Ridge of the flexible model, relative to unit columns.
         explainable_ridge: f64 = 1e-3, "–", POSITIVE, STUDIES;
         /// Size at which the direction of a motion turns in the flexible model, relative to its root mean square.

@@ -3,8 +3,8 @@
 mod groups;
 
 pub use groups::{
-    DataSettings, FitSettings, IntervalSettings, RejectionSettings, ResidualSettings,
-    SearchSettings, VerdictSettings,
+    DataSettings, FitSettings, IntervalSettings, NoiseSettings, RejectionSettings,
+    ResidualSettings, SearchSettings, VerdictSettings,
 };
 
 use crate::error::DiagnoseError;
@@ -19,9 +19,9 @@ use toml::{Table, Value};
 /// ```
 /// use pam_diagnose::settings::DiagnosisSettings;
 ///
-/// let settings = DiagnosisSettings::parse("[search]\nbeam_width = 5", &["search.max_causes=2".into()])?;
-/// assert_eq!((settings.search.beam_width, settings.search.max_causes), (5, 2));
-/// assert!(DiagnosisSettings::parse("", &["search.beam=2".into()]).is_err());
+/// let settings = DiagnosisSettings::parse("[search]\nsingles = 5", &["search.max_causes=2".into()])?;
+/// assert_eq!((settings.search.singles, settings.search.max_causes), (5, 2));
+/// assert!(DiagnosisSettings::parse("", &["search.single=2".into()]).is_err());
 /// # Ok::<(), pam_diagnose::DiagnoseError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -29,6 +29,8 @@ use toml::{Table, Value};
 pub struct DiagnosisSettings {
     /// Rows, and the split of the recordings.
     pub data: DataSettings,
+    /// The noise of each channel.
+    pub noise: NoiseSettings,
     /// The fit of one hypothesis.
     pub fit: FitSettings,
     /// The search over sets of candidates.
@@ -44,7 +46,7 @@ pub struct DiagnosisSettings {
 }
 
 impl DiagnosisSettings {
-    /// Reads settings from TOML text and changes single values, written as `search.beam_width=4`.
+    /// Reads settings from TOML text and changes single values, written as `search.singles=4`.
     ///
     /// # Errors
     /// [`DiagnoseError::Settings`] naming the key and the known keys, or the value and its range.
@@ -80,6 +82,7 @@ impl DiagnosisSettings {
     pub fn check(&self) -> Result<(), DiagnoseError> {
         self.data
             .check()
+            .and_then(|()| self.noise.check())
             .and_then(|()| self.fit.check())
             .and_then(|()| self.search.check())
             .and_then(|()| self.rejection.check())
@@ -92,6 +95,7 @@ impl DiagnosisSettings {
     fn table() -> Vec<Row> {
         [
             DataSettings::rows(),
+            NoiseSettings::rows(),
             FitSettings::rows(),
             SearchSettings::rows(),
             RejectionSettings::rows(),

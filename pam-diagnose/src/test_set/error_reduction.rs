@@ -124,7 +124,7 @@ impl Block {
 }
 
 impl<C: Candidates + ?Sized> TestSet<'_, C> {
-    /// The error reduction from one hypothesis to another, both with all nuisances at the prior mean. An experiment on
+    /// The error reduction from one hypothesis to another, both with the nuisances of the test recordings at the prior mean. An experiment on
     /// which one of them cannot be simulated is left out.
     ///
     /// The bootstrap draws blocks with replacement, which keeps the correlation of errors inside them, and draws them
@@ -142,7 +142,7 @@ impl<C: Candidates + ?Sized> TestSet<'_, C> {
         let channels = outputs.len();
         let fitted: Vec<usize> = (0..channels).filter(|&c| outputs[c].fitted).collect();
         let [before, after] =
-            [before, after].map(|h| h.at_prior_mean(problem.system, problem.len()));
+            [before, after].map(|h| h.without_locals(problem.system, problem.len()));
         let experiments: Vec<(usize, Vec<Stratum>)> = parallel::map(problem.len(), |i| {
             let old = problem.simulate(&before, i).ok()?;
             let new = problem.simulate(&after, i).ok()?;

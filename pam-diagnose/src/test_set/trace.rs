@@ -22,13 +22,13 @@ pub struct Trace {
 }
 
 impl<C: Candidates + ?Sized> TestSet<'_, C> {
-    /// Both predictions of every experiment, with all nuisances at the prior mean; experiments on which one of them
+    /// Both predictions of every experiment, with the nuisances of the test recordings at the prior mean; experiments on which one of them
     /// cannot be simulated are left out.
     #[must_use]
     pub fn traces(&self, before: &Hypothesis, after: &Hypothesis) -> Vec<Trace> {
         let problem = &self.problem;
         let [before, after] =
-            [before, after].map(|h| h.at_prior_mean(problem.system, problem.len()));
+            [before, after].map(|h| h.without_locals(problem.system, problem.len()));
         (0..problem.len())
             .filter_map(|i| {
                 let (e, window) = (problem.experiments[i], problem.windows[i].clone());

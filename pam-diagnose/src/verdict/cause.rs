@@ -1,10 +1,8 @@
-//! A named cause, and the candidates alone.
+//! A named cause, a candidate that was not named, and the candidates alone.
 
-use super::outcome::share;
-use crate::data::Split;
 use crate::fit::{Interval, Member};
-use crate::rejection::ParameterStability;
-use crate::search::{Candidates, Scored, beside, refit_without};
+use crate::rejection::{Constancy, ParameterStability};
+use crate::search::{Candidates, Findings};
 use crate::settings::RejectionSettings;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
@@ -22,15 +20,24 @@ pub struct Cause {
     pub parameters: Vec<(&'static str, Interval)>,
     /// Share of the removable error of training and validation rows that only this cause removes.
     pub share_of_error_removed: f64,
+    /// Whether it is certain but small: it removes next to nothing of the error.
+    #[serde(skip)]
+    pub minor: bool,
+    /// Posterior probability that it is at work, over the sets that were fitted.
+    pub inclusion: f64,
     /// Candidates that explain nearly as much in its place.
     pub confusable_with: Vec<String>,
     /// The same candidates with their fitted values.
     #[serde(skip)]
     pub alternatives: Vec<Member>,
+    /// Parameters that ended at a limit of their range.
+    pub at_limit: Vec<&'static str>,
     /// Which excitation brings it out.
     pub excited_by: String,
     /// Its value in parts of the recordings.
     pub stability: Option<ParameterStability>,
+    /// Whether its value is the same at all times and in all recordings.
+    pub constancy: Constancy,
     /// The candidate with its fitted values.
     #[serde(skip)]
     pub member: Member,
@@ -54,14 +61,26 @@ impl Cause {
     }
 }
 
+/// A candidate that is not named, and why.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Refused {
+    /// Id of the candidate.
+    pub effect: String,
+    /// Posterior probability that it is at work, over the sets that were fitted.
+    pub inclusion: f64,
+    /// Why it is not named.
+    pub reason: String,
+}
+
 /// A candidate alone.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rank {
     /// Id of the candidate.
     pub effect: String,
-    /// Share of the removable error that it removes alone, 0 to 1.
+    /// Share of the whitened squared residual that it removes alone, 0 to 1: fitted where it is promising, else to first
+    /// order.
     pub score: f64,
-    /// Its fitted values.
+    /// Its fitted values; empty where it was screened only.
     #[serde(skip)]
     pub values: Vec<f64>,
     /// Parameters that ended at a limit of their range.
@@ -69,56 +88,33 @@ pub struct Rank {
 }
 
 /// The candidates alone, best first.
-pub(crate) fn ranking<C: Candidates + ?Sized>(
-    split: &Split<'_, C>,
-    base: &Scored,
-    singles: &[Scored],
-) -> Vec<Rank> {
-    let noise = &split.train.noise;
-    let from = base.chi_square(noise);
-    let lowest = singles.iter().map(|s| s.chi_square(noise)).fold(1.0, f64::min);
-    singles
+pub(crate) fn ranking<C: Candidates + ?Sized>(system: &C, found: &Findings) -> Vec<Rank> {
+    let id = |candidate: usize| system.candidate(candidate).id.to_owned();
+    let from = found.base.chi_square();
+    let mut all: Vec<Rank> = found
+        .screened
         .iter()
-        .filter_map(|s| {
-            let member = s.hypothesis().members.last()?;
-            Some(Rank {
-                effect: split.train.system.candidate(member.candidate).id.to_owned(),
-                score: share(from, s.chi_square(noise), lowest),
-                values: member.values.clone(),
-                at_limit: s.fit.at_limit.clone(),
-            })
+        .map(|&(candidate, score)| {
+            let fitted = found.singles.iter().find(|s| s.hypothesis().contains(candidate));
+            let Some(single) = fitted else {
+                return Rank {
+                    effect: id(candidate),
+                    score,
+                    values: Vec::new(),
+                    at_limit: Vec::new(),
+                };
+            };
+            let member = single.hypothesis().members.last();
+            Rank {
+                effect: id(candidate),
+                score: (1.0 - single.chi_square() / from.max(1e-300)).clamp(0.0, 1.0),
+                values: member.map(|m| m.values.clone()).unwrap_or_default(),
+                at_limit: single.fit.at_limit.clone(),
+            }
         })
-        .collect()
-}
-
-/// Candidates that explain nearly as much in place of the member at `place` of a set, with the values that they take
-/// there.
-pub(super) fn confusable<C: Candidates + ?Sized>(
-    split: &Split<'_, C>,
-    base: &Scored,
-    best: &Scored,
-    place: usize,
-    singles: &[Scored],
-) -> Vec<Member> {
-    let settings = split.train.settings;
-    let noise = &split.train.noise;
-    let (without, alternatives) = if best.members() == 1 {
-        (base.chi_square(noise), singles.to_vec())
-    } else {
-        let iterations = settings.search.drop_iterations;
-        let Some(less) = refit_without(split, best, place, iterations) else {
-            return Vec::new();
-        };
-        let tried = settings.verdict.confusable_tried;
-        (less.chi_square(noise), beside(split, less.hypothesis(), singles, tried))
-    };
-    let named = best.chi_square(noise);
-    let removed = |chi: f64| share(without, chi, named.min(1.0));
-    let asked = settings.verdict.confusable_share * removed(named);
-    alternatives
-        .iter()
-        .filter(|s| removed(s.chi_square(noise)) >= asked)
-        .filter_map(|s| s.hypothesis().members.last().cloned())
-        .filter(|m| !best.hypothesis().contains(m.candidate))
-        .collect()
+        .collect();
+    // Fitted scores count more than those to first order.
+    let fitted = |r: &Rank| !r.values.is_empty();
+    all.sort_by(|a, b| fitted(b).cmp(&fitted(a)).then(b.score.total_cmp(&a.score)));
+    all
 }

@@ -1,16 +1,18 @@
 //! Where the verdict falls: from the chosen set to names that stand.
 //!
-//! `naming` rejects names and describes the [`Cause`]s that are left; `outcome` has the rule of the [`Verdict`];
-//! `explainable` measures how much any correction could remove.
+//! `naming` rejects names and describes the [`Cause`]s that are left; `bands` and `anomalies` look at what is left of the
+//! test data; `outcome` has the rule of the [`Verdict`].
 
+pub(crate) mod anomalies;
+pub(crate) mod bands;
 mod cause;
-mod explainable;
 mod naming;
 mod outcome;
 
+pub use anomalies::Anomaly;
+pub use bands::ChannelBand;
 pub(crate) use cause::ranking;
-pub use cause::{Cause, Rank};
-pub use explainable::ExplainableReference;
-pub(crate) use naming::Naming;
+pub use cause::{Cause, Rank, Refused};
+pub(crate) use naming::{Names, Naming};
 pub(crate) use outcome::share;
-pub use outcome::{ChiSquares, Verdict};
+pub use outcome::{Evidence, Verdict};

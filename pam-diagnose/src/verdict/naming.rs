@@ -1,166 +1,241 @@
-//! From a chosen set to names that stand, and the verdict.
+//! From a chosen set to names that stand.
 
-use super::cause::{Cause, confusable};
-use super::explainable::ExplainableReference;
-use super::outcome::{ChiSquares, Verdict};
-use crate::data::Split;
+use super::cause::{Cause, Refused};
+use super::outcome::share;
 use crate::error::DiagnoseError;
-use crate::fit::{Interval, Problem};
-use crate::rejection::null_test::explained;
-use crate::rejection::{NullTest, ParameterStability, may_be_absent};
-use crate::search::refit::{self, Refitted, other_shapes};
-use crate::search::{Candidates, Findings, Scored, refit_without};
+use crate::fit::{Fit, Hypothesis, Interval, Member, Problem};
+use crate::rejection::{Constancy, ParameterStability, may_be_absent, vague};
+use crate::search::refit::{multi_start, other_shapes};
+use crate::search::{Candidates, Findings, Rows, Scored};
 
 /// Everything from which names follow.
 pub(crate) struct Naming<'n, 'a, C: ?Sized> {
-    /// Training rows, and the validation rows by which the search chose.
-    pub(crate) choosing: &'n Split<'a, C>,
-    /// Both together, all fitted.
-    pub(crate) whole: &'n Split<'a, C>,
+    /// Training and validation rows.
+    pub(crate) rows: &'n mut Rows<'a, C>,
     /// The result of the search.
     pub(crate) found: &'n Findings,
-    /// The base model on all open rows.
-    pub(crate) base: &'n Scored,
     /// Baseline recordings, if they were given.
     pub(crate) baseline: Option<&'n Problem<'a, C>>,
-    /// Seed of the null test.
-    pub(crate) seed: u64,
 }
 
-/// Names with their verdict.
-pub(crate) struct Named {
-    pub(crate) verdict: Verdict,
+/// Names, from training and validation rows.
+pub(crate) struct Names {
+    /// The base model on all open rows.
+    pub(crate) base: Fit,
+    /// The base model with the named causes.
+    pub(crate) best: Fit,
     /// The largest share of the error first.
     pub(crate) causes: Vec<Cause>,
-    /// The base model if nothing is named.
-    pub(crate) best: Scored,
-    pub(crate) null_test: Option<NullTest>,
+    /// Candidates that are not named.
+    pub(crate) refused: Vec<Refused>,
+    /// Whether a name was rejected that stood for an error of another kind.
+    pub(crate) mimicked: bool,
 }
 
 impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
-    /// Refits the chosen set, rejects names that stand for something else, and weighs what is left.
-    pub(crate) fn named(&self) -> Result<Named, DiagnoseError> {
-        let problem = &self.whole.train;
-        let rejection = &problem.settings.rejection;
-        let mut set = refit::refit(self.whole, self.found);
-        let mut causes = self.causes(set.as_ref())?;
-        // A rejected name goes; the others are fitted again without it.
+    /// Refits the chosen set and rejects names that stand for something else.
+    pub(crate) fn names(&mut self) -> Result<Names, DiagnoseError> {
+        let diverges = || DiagnoseError::TooLittle("the model diverges on the open rows".into());
+        let rejection = self.rows.whole.settings.rejection;
+        let mut set = self.found.best.hypothesis().clone();
+        let mut refused = Vec::new();
         let mut mimicked = false;
-        let rejected = |c: &Cause| c.mimics(rejection) || self.absent(c);
-        while let (Some(s), Some(place)) = (&set, causes.iter().position(rejected)) {
-            mimicked |= causes[place].mimics(rejection) && !self.absent(&causes[place]);
-            set = refit::without(self.choosing, self.whole, s, place)
-                .filter(|less| less.whole.members() > 0);
-            causes = self.causes(set.as_ref())?;
+        loop {
+            let fit = self.rows.learn_beside(&set).ok_or_else(diverges)?;
+            let problem = &self.rows.whole;
+            let base = problem.fit(problem.base(), problem.settings.search.iterations)?;
+            if set.members.is_empty() {
+                let causes = Vec::new();
+                self.refuse_others(&set, &mut refused);
+                return Ok(Names { best: base.clone(), base, causes, refused, mimicked });
+            }
+            let best = multi_start(problem, fit);
+            let mut causes = self.causes(&base, &best)?;
+            let reason = |(place, c): (usize, &Cause)| {
+                let mimics = c.mimics(&rejection);
+                let why = if self.absent(c) {
+                    "its interval holds the value at which it is absent"
+                } else if vague(problem, c) {
+                    "the interval of its scale says nothing"
+                } else if mimics {
+                    "it has no common value in the parts of the recordings: it takes the mean of something else"
+                } else {
+                    return None;
+                };
+                Some((place, why.to_owned(), mimics))
+            };
+            if let Some((place, reason, mimics)) = causes.iter().enumerate().find_map(reason) {
+                mimicked |= mimics;
+                let Cause { effect, inclusion, .. } = causes.swap_remove(place);
+                refused.push(Refused { effect, inclusion, reason });
+                set = best.hypothesis.without(place);
+                continue;
+            }
+            let names = Hypothesis { members: best.hypothesis.members.clone(), ..set };
+            self.refuse_others(&names, &mut refused);
+            self.mark_minor(&mut causes, &base, &best);
+            causes.sort_by(|a, b| {
+                let share = b.share_of_error_removed.total_cmp(&a.share_of_error_removed);
+                a.minor.cmp(&b.minor).then(share)
+            });
+            return Ok(Names { base, best, causes, refused, mimicked });
         }
-        let mut null_test = {
-            let named = set.as_ref().map_or(self.base, |s| &s.whole);
-            NullTest::calibrate(problem, self.base, named, self.seed)
-        };
-        set = set.filter(|s| {
-            let share = explained(problem, self.base, &s.whole);
-            null_test.is_none_or(|test| share > test.of_set(s.whole.members()))
-        });
-        let mut verdict = self.verdict(set.as_ref());
-        // A mimicked error is there all the same.
-        if verdict == Verdict::NothingFound && mimicked {
-            verdict = Verdict::Unexplained;
-        }
-        if verdict == Verdict::Unexplained {
-            set = None;
-        }
-        let Some(set) = set else {
-            let best = self.base.clone();
-            return Ok(Named { verdict, causes: Vec::new(), best, null_test });
-        };
-        if let Some(test) = &mut null_test {
-            test.named_share = explained(problem, self.base, &set.whole);
-        }
-        causes.sort_by(|a, b| b.share_of_error_removed.total_cmp(&a.share_of_error_removed));
-        Ok(Named { verdict, causes, best: set.whole, null_test })
     }
 
-    fn verdict(&self, set: Option<&Refitted>) -> Verdict {
-        let (split, noise) = (self.choosing, &self.whole.train.noise);
-        let base = self.base.chi_square(noise);
-        let found = &self.found.base;
-        let validation = found.validation.chi_square(noise);
-        let here = split.on_validation(found.hypothesis());
-        let reference = ExplainableReference::learn(
-            (&split.train, found.hypothesis()),
-            (&split.validation, &here),
-        );
-        let explainable = reference.map_or(1.0, |r| r.errors.chi_square(noise) / validation * base);
-        let (named, causes) = match set {
-            Some(s) => (s.whole.chi_square(noise), s.whole.members()),
-            None => (base, 0),
-        };
-        let chi = ChiSquares { base, named, explainable: explainable.min(base) };
-        Verdict::of(chi, causes, &self.whole.train.settings.verdict)
+    /// Marks causes that are certain but remove next to nothing.
+    fn mark_minor(&self, causes: &mut [Cause], base: &Fit, best: &Fit) {
+        let settings = &self.rows.whole.settings.verdict;
+        let sum = |f: &Fit| f.errors.sums.iter().sum::<f64>();
+        let removed = 1.0 - sum(best) / sum(base).max(f64::MIN_POSITIVE);
+        let all_minor = removed < settings.minor_of_residual;
+        for cause in causes {
+            cause.minor = all_minor || cause.share_of_error_removed < settings.minor_share;
+        }
     }
 
-    fn causes(&self, set: Option<&Refitted>) -> Result<Vec<Cause>, DiagnoseError> {
-        let Some(set) = set else { return Ok(Vec::new()) };
-        let best = &set.whole;
-        let problem = &self.whole.train;
-        let noise = &problem.noise;
-        let mut intervals = problem.intervals(&best.fit)?.into_iter();
-        let named = best.chi_square(noise);
-        let base = self.base.chi_square(noise);
-        let iterations = problem.settings.search.drop_iterations;
-        let members = best.hypothesis().members.iter().enumerate();
+    /// The causes of a fitted set.
+    fn causes(&self, base: &Fit, best: &Fit) -> Result<Vec<Cause>, DiagnoseError> {
+        let problem = &self.rows.whole;
+        let mut intervals = problem.intervals(best)?.into_iter();
+        let influences = problem.influences(best)?;
+        let (named, from) = (best.errors.chi_square(), base.errors.chi_square());
+        // Only the share of the error is read of these fits.
+        let iterations = problem.settings.search.first_iterations;
+        let inclusion = self.inclusion();
+        let mut first = 0;
+        let members = best.hypothesis.members.iter().enumerate();
         Ok(members
             .map(|(place, member)| {
                 let info = problem.system.candidate(member.candidate);
                 let own: Vec<Interval> = intervals.by_ref().take(info.parameters.len()).collect();
-                let stability = ParameterStability::of(problem, best.hypothesis(), place);
+                let fitted = first..first + info.parameters.len();
+                first = fitted.end;
+                let stability = ParameterStability::of(problem, &best.hypothesis, place, &own);
                 let parameters = self.widened(best, place, &own, stability.as_ref());
-                let without = if best.members() == 1 {
-                    base
+                let without = if best.hypothesis.members.len() == 1 {
+                    from
                 } else {
-                    let less = refit_without(self.whole, best, place, iterations);
-                    less.map_or(named, |s| s.chi_square(noise))
+                    let less = problem.fit(best.hypothesis.without(place), iterations);
+                    less.map_or(named, |f| f.errors.chi_square())
                 };
-                let removable = (base - named.min(1.0)).max(1e-9);
-                let found = &self.found;
-                let alternatives =
-                    confusable(self.choosing, &found.base, &set.chosen, place, &found.singles);
+                let alternatives = self.alternatives(member.candidate);
                 let id = |c: usize| problem.system.candidate(c).id.to_owned();
+                let limits = info.parameters.iter().map(|p| p.name);
                 Cause {
                     effect: info.id.to_owned(),
                     description: info.description.to_owned(),
                     parameters,
-                    share_of_error_removed: ((without - named) / removable).clamp(0.0, 1.0),
+                    share_of_error_removed: share(
+                        without,
+                        named,
+                        without - (from - named.min(1.0)),
+                    ),
+                    minor: false,
+                    inclusion: inclusion[member.candidate],
                     confusable_with: alternatives.iter().map(|a| id(a.candidate)).collect(),
                     alternatives,
+                    at_limit: limits.filter(|p| best.at_limit.contains(p)).collect(),
                     excited_by: info.excited_by.to_owned(),
                     stability,
+                    constancy: Constancy::of(problem, best, &influences, fitted),
                     member: member.clone(),
                 }
             })
             .collect())
     }
 
+    /// Candidates that explain nearly as much in place of a member of the chosen set: sets with another candidate in its
+    /// place against which the odds are not enough.
+    fn alternatives(&self, candidate: usize) -> Vec<Member> {
+        let chosen = &self.found.best;
+        let rest: Vec<usize> =
+            chosen.hypothesis().set().into_iter().filter(|&c| c != candidate).collect();
+        let limit = self.rows.whole.settings.verdict.confusable_odds.ln();
+        let in_place = |s: &&Scored| {
+            let h = s.hypothesis();
+            h.members.len() == chosen.members()
+                && !h.contains(candidate)
+                && rest.iter().all(|&c| h.contains(c))
+        };
+        let near = self.found.others.iter().filter(in_place);
+        near.filter(|s| self.rows.log_odds(chosen, s) < limit)
+            .filter_map(|s| {
+                let other = |m: &&Member| !chosen.hypothesis().contains(m.candidate);
+                s.hypothesis().members.iter().find(other).cloned()
+            })
+            .collect()
+    }
+
+    /// The posterior probability that each candidate is at work, over the sets that were fitted in the last round, by
+    /// their totals (Hoeting and others 1999).
+    fn inclusion(&self) -> Vec<f64> {
+        let count = self.rows.whole.system.candidate_len();
+        let best = &self.found.best;
+        let odds: Vec<f64> = self
+            .found
+            .others
+            .iter()
+            .map(|s| (-self.rows.log_odds(best, s)).min(0.0).exp())
+            .collect();
+        let all: f64 = odds.iter().sum();
+        let of = |c: usize| {
+            let sets = self.found.others.iter().zip(&odds);
+            sets.filter(|(s, _)| s.hypothesis().contains(c)).map(|(_, o)| o).sum::<f64>()
+        };
+        (0..count).map(|c| if all > 0.0 { of(c) / all } else { 0.0 }).collect()
+    }
+
+    /// Lists every candidate that is neither named nor refused yet.
+    fn refuse_others(&self, named: &Hypothesis, refused: &mut Vec<Refused>) {
+        let system = self.rows.whole.system;
+        let inclusion = self.inclusion();
+        let best = &self.found.best;
+        for candidate in 0..system.candidate_len() {
+            let id = system.candidate(candidate).id;
+            if named.contains(candidate) || refused.iter().any(|r| r.effect == id) {
+                continue;
+            }
+            let sets = self.found.others.iter().filter(|s| s.hypothesis().contains(candidate));
+            let odds = sets.map(|s| self.rows.log_odds(s, best)).fold(f64::NEG_INFINITY, f64::max);
+            let by_chance = self.found.null_test.as_ref().is_some_and(|t| {
+                t.p_value > 1.0 - self.rows.whole.settings.rejection.null_quantile
+            });
+            let reason = if odds > f64::NEG_INFINITY {
+                format!("sets with it are not better: logarithm of the odds {odds:.1}")
+            } else if by_chance {
+                "no candidate explains more than chance".to_owned()
+            } else {
+                "it explains less than the candidates that were fitted, to first order".to_owned()
+            };
+            refused.push(Refused {
+                effect: id.to_owned(),
+                inclusion: inclusion[candidate],
+                reason,
+            });
+        }
+    }
+
     /// Whether the widened intervals hold that there is no such cause. The scatter of the residuals alone spoke for
     /// it, or it would not be in the set; errors of the model that change from part to part, or its apparent value on
     /// baseline recordings, are as large as it is.
     fn absent(&self, cause: &Cause) -> bool {
-        let infos = self.whole.train.system.candidate(cause.member.candidate).parameters;
+        let infos = self.rows.whole.system.candidate(cause.member.candidate).parameters;
         may_be_absent(infos.iter().zip(cause.parameters.iter().map(|p| p.1)))
     }
 
     /// The intervals of a cause's parameters with what the scatter of the residuals does not show: errors of the model
     /// that change from part to part, the apparent value on baseline recordings, and other shapes of the same cause
-    /// that fit as well.
+    /// that fit as well. No end leaves the range of its parameter.
     fn widened(
         &self,
-        best: &Scored,
+        best: &Fit,
         place: usize,
         own: &[Interval],
         stability: Option<&ParameterStability>,
     ) -> Vec<(&'static str, Interval)> {
-        let member = &best.hypothesis().members[place];
-        let infos = self.whole.train.system.candidate(member.candidate).parameters;
+        let problem = &self.rows.whole;
+        let member = &best.hypothesis.members[place];
+        let infos = problem.system.candidate(member.candidate).parameters;
         let apparent = self.apparent(member.candidate, &member.values);
         let mut intervals: Vec<Interval> = own
             .iter()
@@ -176,10 +251,13 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 interval.widened(parts.hypot(baseline.min(interval.value.abs())), *info)
             })
             .collect();
-        for shape in other_shapes(self.whole, best, place) {
+        for shape in other_shapes(problem, best, place) {
             for (interval, value) in intervals.iter_mut().zip(shape) {
                 interval.ci95 = [interval.ci95[0].min(value), interval.ci95[1].max(value)];
             }
+        }
+        for (interval, info) in intervals.iter_mut().zip(infos) {
+            interval.ci95 = interval.ci95.map(|end| end.clamp(info.range[0], info.range[1]));
         }
         infos.iter().map(|p| p.name).zip(intervals).collect()
     }

@@ -1,4 +1,4 @@
-//! The four verdicts, and the rule between them.
+//! The verdicts, and the rule between them.
 
 use crate::settings::VerdictSettings;
 use serde::Serialize;
@@ -10,12 +10,16 @@ use std::fmt;
 pub enum Verdict {
     /// The model predicts these recordings as well as noise (and its baseline discrepancy) allows.
     NothingFound,
-    /// The named causes remove most of what can be removed.
+    /// Each channel of the test data is within its noise with the named causes.
     Explained,
-    /// The named causes stand, but leave a good part of what can be removed.
+    /// The named causes stand, and a second error remains.
     PartlyExplained,
     /// There is an error, and no listed cause explains it.
     Unexplained,
+    /// A cause seems to be at work, but the test data do not confirm it.
+    Unconfirmed,
+    /// The model's own errors on baseline recordings are as large as those in the data.
+    ModelInadequate,
 }
 
 impl fmt::Display for Verdict {
@@ -25,49 +29,56 @@ impl fmt::Display for Verdict {
             Self::Explained => "explained",
             Self::PartlyExplained => "partly_explained",
             Self::Unexplained => "unexplained",
+            Self::Unconfirmed => "unconfirmed",
+            Self::ModelInadequate => "model_inadequate",
         })
     }
 }
 
-/// Normalised χ², 1 at the noise, of the base, of the named causes, and of the flexible model.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ChiSquares {
-    /// Without any cause.
-    pub base: f64,
-    /// With the named causes.
-    pub named: f64,
-    /// With a flexible model without names.
-    pub explainable: f64,
+/// What a verdict reads.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Evidence {
+    /// Number of causes that were named on training and validation data.
+    pub causes: usize,
+    /// Whether the error on the test data is proven to be smaller with them.
+    pub confirmed: bool,
+    /// Share of the removable error that they remove.
+    pub named_share: f64,
+    /// Whether something is left that is no noise: a channel outside its band, or an anomaly.
+    pub left: bool,
+    /// Whether a value is at its limit, or differs between times or recordings.
+    pub doubtful: bool,
+    /// Whether a candidate explains more than chance.
+    pub beyond_chance: bool,
+    /// Whether the model's own errors on baseline recordings are as large as the errors in the data.
+    pub inadequate: bool,
 }
 
 impl Verdict {
-    /// The verdict on `causes` named causes:
+    /// The verdict:
     ///
     /// | causes | condition | verdict |
     /// |---|---|---|
-    /// | 0 | χ² of the base below `something_chi_square` | nothing found |
-    /// | 0 | otherwise | unexplained |
-    /// | > 0 | share of the error above the noise below `named_share` | unexplained |
-    /// | > 0 | shares of at least `explained_share` of the explainable and `explained_least_share` of all error | explained |
-    /// | > 0 | otherwise | partly explained |
+    /// | 0 | the model's own errors are as large | model inadequate |
+    /// | 0 | something is left that is no noise | unexplained |
+    /// | 0 | a candidate explains more than chance | unconfirmed |
+    /// | 0 | otherwise | nothing found |
+    /// | > 0 | the test data do not confirm them | unconfirmed |
+    /// | > 0 | they remove less than `named_share` of the removable error | unexplained |
+    /// | > 0 | something is left that is no noise, or a value is doubtful | partly explained |
+    /// | > 0 | otherwise | explained |
     #[must_use]
-    pub fn of(chi: ChiSquares, causes: usize, settings: &VerdictSettings) -> Self {
-        let ChiSquares { base, named, explainable } = chi;
-        if causes == 0 {
-            let nothing = base < settings.something_chi_square;
-            return if nothing { Self::NothingFound } else { Self::Unexplained };
-        }
-        let share = |lowest: f64| (base - named) / (base - lowest).max(1e-9);
-        let of_all = share(named.min(1.0));
-        let of_explainable = share(explainable.max(1.0).min(base));
-        if of_all < settings.named_share {
-            Self::Unexplained
-        } else if of_explainable >= settings.explained_share
-            && of_all >= settings.explained_least_share
-        {
-            Self::Explained
-        } else {
-            Self::PartlyExplained
+    pub fn of(evidence: Evidence, settings: &VerdictSettings) -> Self {
+        let e = evidence;
+        match e.causes {
+            0 if e.inadequate => Self::ModelInadequate,
+            0 if e.left => Self::Unexplained,
+            0 if e.beyond_chance => Self::Unconfirmed,
+            0 => Self::NothingFound,
+            _ if !e.confirmed => Self::Unconfirmed,
+            _ if e.named_share < settings.named_share => Self::Unexplained,
+            _ if e.left || e.doubtful => Self::PartlyExplained,
+            _ => Self::Explained,
         }
     }
 }

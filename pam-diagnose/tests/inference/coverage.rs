@@ -20,10 +20,7 @@ fn runs(rho: f64, seed: u64) -> Linear {
             Experiment { columns, measured, ..Experiment::default() }
         })
         .collect();
-    let mut system = Linear::new(experiments).with_offset(1.0);
-    // The noise is correlated over (1 + ρ) / (1 − ρ) rows.
-    system.rows_per_observation = (1.0 + rho) / (1.0 - rho);
-    system
+    Linear::new(experiments).with_offset(1.0)
 }
 
 fn covered(each: impl Fn(u64) -> Option<Interval> + Sync, count: u64) -> [usize; 2] {
@@ -44,7 +41,8 @@ fn clustered_intervals_hold_the_truth_at_their_level() {
     for rho in [0.0, 0.6, 0.9] {
         let fitted = |seed| {
             let system = runs(rho, seed);
-            let problem = system.problem(1.0, &settings);
+            let mut problem = system.problem(1.0, &settings);
+            problem.rows_per_observation = (1.0 + rho) / (1.0 - rho);
             let fit = problem.fit(problem.base().with(0, &[0.1]), 20).ok()?;
             Some(problem.intervals(&fit).ok()?[0])
         };

@@ -4,7 +4,8 @@
 use pam_diagnose::data::{OpenPart, Roles, Span, TestSource};
 use pam_diagnose::diagnosis::{Diagnosis, Prepared, run};
 use pam_diagnose::fit::{Hypothesis, Problem, Sensitivities};
-use pam_diagnose::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
+use pam_diagnose::noise::{Noise, NoisePrior};
+use pam_diagnose::search::{CandidateInfo, Candidates, Nuisance, OutputInfo, Rows};
 use pam_diagnose::{DiagnoseError, DiagnosisSettings};
 use pam_effects::effects::ParameterInfo;
 use rand::rngs::ChaCha8Rng;
@@ -28,7 +29,6 @@ pub(crate) struct Linear {
     pub(crate) row_s: f64,
     pub(crate) points_per_row: usize,
     pub(crate) burn_in_s: f64,
-    pub(crate) rows_per_observation: f64,
     pub(crate) rows_per_block: usize,
     names: Vec<String>,
     ids: Vec<String>,
@@ -51,7 +51,6 @@ impl Linear {
             row_s: 0.02,
             points_per_row: 1,
             burn_in_s: 0.0,
-            rows_per_observation: 1.0,
             rows_per_block: 40,
             local: Vec::new(),
             outputs: [output],
@@ -69,7 +68,7 @@ impl Linear {
         noise: f64,
         settings: &'a DiagnosisSettings,
     ) -> Problem<'a, Self> {
-        Problem::new(self, (0..self.experiments.len()).collect(), vec![noise], settings)
+        Problem::new(self, (0..self.experiments.len()).collect(), Noise::white(&[noise]), settings)
     }
 
     pub(crate) fn roles(
@@ -86,7 +85,20 @@ impl Linear {
         Roles::assign(&spans, source, seed, &settings.data).expect("long enough")
     }
 
-    /// The whole diagnosis, with a known noise.
+    /// Training and validation rows for a search, with a known noise.
+    pub(crate) fn rows<'a>(
+        &'a self,
+        roles: &Roles,
+        noise: f64,
+        settings: &'a DiagnosisSettings,
+    ) -> Rows<'a, Self> {
+        let white = Noise::white(&[noise]);
+        let (choosing, whole) =
+            (roles.split(self, &white, settings), roles.whole(self, &white, settings));
+        Rows::new(choosing, whole, NoisePrior::at_least(vec![noise]))
+    }
+
+    /// The whole diagnosis, with at least this noise.
     pub(crate) fn diagnosed(
         &self,
         source: TestSource,
@@ -100,6 +112,8 @@ impl Linear {
             system: self,
             roles: &roles,
             noise: vec![noise],
+            prior: NoisePrior::at_least(vec![noise]),
+            baseline_discrepancy: Vec::new(),
             baseline: baseline.map(|b| b.problem(noise, settings)),
             settings,
             seed,
@@ -212,9 +226,6 @@ impl Candidates for Linear {
     }
     fn points_per_row(&self) -> usize {
         self.points_per_row
-    }
-    fn rows_per_observation(&self) -> f64 {
-        self.rows_per_observation
     }
     fn burn_in_s(&self) -> f64 {
         self.burn_in_s

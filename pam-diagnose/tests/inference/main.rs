@@ -4,6 +4,7 @@
 mod coverage;
 mod field;
 mod linear;
+mod noise;
 mod null_test;
 mod residual;
 mod roles;

@@ -2,10 +2,10 @@
 
 use crate::linear::{Experiment, Linear, coloured, combined, white};
 use pam_diagnose::DiagnosisSettings;
-use pam_diagnose::data::{TestSource, correlated_rows};
+use pam_diagnose::data::TestSource;
+use pam_diagnose::noise::{Autoregression, autocovariance, correlated_rows};
 use pam_diagnose::rejection::ParameterStability;
-use pam_diagnose::residual::{ChannelResidual, ResidualSummary};
-use pam_diagnose::verdict::ExplainableReference;
+use pam_diagnose::residual::{ChannelResidual, FlexibleModel, ResidualSummary};
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
@@ -78,7 +78,7 @@ fn neighbours_correlate_as_they_were_made() {
 /// a rectangular wave of half period 20 falls linearly to zero at lag 10: 1 + 2 Σ (1 − k/10) = 10.
 #[test]
 fn correlation_is_counted_in_rows() {
-    let settings = DiagnosisSettings::default().data;
+    let settings = DiagnosisSettings::default().noise;
     let mut random = ChaCha8Rng::seed_from_u64(7);
     assert!(correlated_rows(&white(&mut random, 4000), &settings) < 1.2);
     for rho in [0.6_f64, 0.9] {
@@ -148,7 +148,8 @@ fn a_slope_that_changes_is_not_stable() {
         let system = Linear::new(experiments);
         let problem = system.problem(0.5, &settings);
         let fit = problem.fit(problem.base().with(0, &[0.1]), 20).unwrap();
-        let found = ParameterStability::of(&problem, &fit.hypothesis, 0).unwrap();
+        let intervals = problem.intervals(&fit).unwrap();
+        let found = ParameterStability::of(&problem, &fit.hypothesis, 0, &intervals).unwrap();
         assert_eq!(found.parts.len(), 6);
         for (name, start_s, value) in &found.parts {
             let truth = if *start_s > 7.9 { last } else { 2.0 };
@@ -165,38 +166,21 @@ fn a_slope_that_changes_is_not_stable() {
     }
 }
 
-/// The flexible reference removes what its features span and leaves the noise; with features that are not in it, it
-/// removes nothing; and it never claims less than the noise.
+/// The flexible model removes what its features span and leaves the noise; with features that are not in it, it removes
+/// nothing. Its effective number of weights is that of its columns, and what they took of the noise is given back.
 #[test]
-fn the_reference_removes_what_its_features_span() {
-    let settings = DiagnosisSettings::default();
+fn the_flexible_model_leaves_what_its_features_do_not_span() {
     for (known, left) in [(true, 1.0), (false, 10.0)] {
         let mut random = ChaCha8Rng::seed_from_u64(6);
-        let experiments = (0..3)
-            .map(|_| {
-                let (z, other) = (white(&mut random, 500), white(&mut random, 500));
-                // Error of 9 + 1 times the variance of the noise.
-                let measured =
-                    combined(std::slice::from_ref(&z), &[3.0], &white(&mut random, 500), 1.0);
-                let features = vec![if known { z } else { other }];
-                Experiment { measured, features, ..Experiment::default() }
-            })
-            .collect();
-        let system = Linear::new(experiments);
-        let roles = system.roles(TestSource::Absent, 1, &settings);
-        let split = roles.split(&system, &[1.0], &settings);
-        let base = |p: &pam_diagnose::fit::Problem<'_, Linear>| p.base();
-        let (train, here) = (base(&split.train), base(&split.validation));
-        let reference =
-            ExplainableReference::learn((&split.train, &train), (&split.validation, &here));
-        let chi = reference.unwrap().errors.chi_square(&[1.0]);
-        assert!((chi / left - 1.0).abs() < 0.15, "{known}: {chi}");
-        // With a noise that is declared larger than it is, it stops at that noise.
-        let split = roles.split(&system, &[2.0], &settings);
-        let reference =
-            ExplainableReference::learn((&split.train, &train), (&split.validation, &here));
-        let chi = reference.unwrap().errors.chi_square(&[2.0]);
-        assert!(chi >= 1.0 - 1e-12, "{chi}");
+        let (z, other) = (white(&mut random, 1500), white(&mut random, 1500));
+        // Error of 9 + 1 times the variance of the noise.
+        let residual = combined(std::slice::from_ref(&z), &[3.0], &white(&mut random, 1500), 1.0);
+        let features = vec![if known { z } else { other }, vec![1.0; 1500]];
+        let model = FlexibleModel::learn(&features, &residual, 1e-9).unwrap();
+        assert!((model.weight_count - 2.0).abs() < 1e-6, "{}", model.weight_count);
+        let rest = model.left(&features, &residual);
+        let mean_square = rest.iter().map(|r| r * r).sum::<f64>() / 1500.0;
+        assert!((mean_square / left - 1.0).abs() < 0.15, "{known}: {mean_square}");
     }
 }
 

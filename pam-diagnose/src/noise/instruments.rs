@@ -1,9 +1,10 @@
-//! The noise of each channel, from the data alone, and the correlation length of a residual.
+//! A first estimate of the noise of each channel, from the data alone.
 
-use super::OpenPart;
+use super::autocovariance;
+use crate::data::OpenPart;
 use crate::fit::fitted_outputs;
 use crate::search::Candidates;
-use crate::settings::DataSettings;
+use crate::settings::NoiseSettings;
 use pam_numerics::statistics::mean;
 
 /// The standard deviation of the noise of each fitted channel, by [`noise_deviation`] of its row means in the open part
@@ -12,20 +13,46 @@ use pam_numerics::statistics::mean;
 pub fn estimated_noise<C: Candidates + ?Sized>(
     system: &C,
     open: &[OpenPart],
-    settings: &DataSettings,
+    settings: &NoiseSettings,
 ) -> Vec<f64> {
-    let points = system.points_per_row();
     fitted_outputs(system)
         .map(|(c, _)| {
-            let rows = |part: &OpenPart| -> Vec<f64> {
-                let end = system.point_at(part.experiment, part.end_s);
-                let measured = system.measured(part.experiment, c)[..end].chunks_exact(points);
-                measured.map(|r| r.iter().sum::<f64>() / points as f64).collect()
-            };
-            let series: Vec<Vec<f64>> = open.iter().map(rows).collect();
-            noise_deviation(&series, settings.relative_noise)
+            let series: Vec<Vec<f64>> =
+                open.iter().map(|part| row_means(system, part, c)).collect();
+            noise_deviation(&series, settings.relative)
         })
         .collect()
+}
+
+/// Autocovariances of an error that moves as each fitted channel does in the open parts, with a standard deviation of
+/// [`discrepancy`](NoiseSettings::discrepancy) times that of the channel.
+#[must_use]
+pub fn moving_discrepancy<C: Candidates + ?Sized>(
+    system: &C,
+    open: &[OpenPart],
+    settings: &NoiseSettings,
+) -> Vec<Vec<f64>> {
+    let of_channel = |(c, _)| {
+        let series: Vec<Vec<f64>> = open
+            .iter()
+            .map(|part| {
+                let rows = row_means(system, part, c);
+                let centre = mean(&rows);
+                rows.iter().map(|r| settings.discrepancy * (r - centre)).collect()
+            })
+            .collect();
+        let series: Vec<&[f64]> = series.iter().map(Vec::as_slice).collect();
+        autocovariance(&series, settings.order)
+    };
+    fitted_outputs(system).map(of_channel).collect()
+}
+
+/// The row means of a channel in an open part.
+fn row_means<C: Candidates + ?Sized>(system: &C, part: &OpenPart, channel: usize) -> Vec<f64> {
+    let points = system.points_per_row();
+    let end = system.point_at(part.experiment, part.end_s);
+    let measured = system.measured(part.experiment, channel)[..end].chunks_exact(points);
+    measured.map(|r| r.iter().sum::<f64>() / points as f64).collect()
 }
 
 /// The standard deviation below which an error is no error: that of the noise, joined by a `relative` part of the
@@ -50,24 +77,4 @@ pub fn noise_deviation(series: &[Vec<f64>], relative: f64) -> f64 {
         variation.push((square / rows.len() as f64).sqrt());
     }
     if noise.is_empty() { 1e-9 } else { mean(&noise).hypot(relative * mean(&variation)).max(1e-9) }
-}
-
-/// Rows over which a residual is correlated, `1 + 2 Σ ρ_k` up to the first `ρ_k` below zero (Sokal 1997), at most
-/// [`correlated_share`](DataSettings::correlated_share) of the rows.
-#[must_use]
-pub fn correlated_rows(errors: &[f64], settings: &DataSettings) -> f64 {
-    let n = errors.len();
-    let mean = errors.iter().sum::<f64>() / n as f64;
-    let at_lag = |k: usize| -> f64 {
-        errors.iter().zip(&errors[k..]).map(|(a, b)| (a - mean) * (b - mean)).sum()
-    };
-    let variance = at_lag(0);
-    if variance <= 0.0 {
-        return 1.0;
-    }
-    let sum: f64 = (1..(settings.lag_share * n as f64) as usize)
-        .map(|k| at_lag(k) / variance)
-        .take_while(|r| *r > 0.0)
-        .sum();
-    (1.0 + 2.0 * sum).min(settings.correlated_share * n as f64).max(1.0)
 }

@@ -1,0 +1,43 @@
+//! Experiments whose own nuisances were not fitted.
+
+use super::normal::dot;
+use crate::search::Nuisance;
+use pam_numerics::ScaledCholesky;
+
+/// What the nuisances of one experiment would take from its whitened residual: the projection on their sensitivities `Z`,
+/// with their priors, `r − Z (ZᵀZ + Σ⁻¹)⁻¹ Zᵀ r`.
+///
+/// Start, sealed masses and offsets belong to an experiment, not to a hypothesis; their effect is linear over their priors.
+#[derive(Debug)]
+pub(crate) struct UnseenNuisances {
+    columns: Vec<Vec<Vec<f64>>>,
+    factor: Option<ScaledCholesky>,
+}
+
+impl UnseenNuisances {
+    pub(super) fn new(columns: Vec<Vec<Vec<f64>>>, priors: &[Nuisance]) -> Self {
+        let entry = |i: usize, j: usize| {
+            let data: f64 = columns[i].iter().zip(&columns[j]).map(|(a, b)| dot(a, b)).sum();
+            data + if i == j { priors[i].deviation.powi(-2) } else { 0.0 }
+        };
+        let factor = ScaledCholesky::new(columns.len(), entry, 0.0);
+        Self { columns, factor }
+    }
+
+    pub(super) fn cleared(&self, mut residuals: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        let right: Vec<f64> = self
+            .columns
+            .iter()
+            .map(|column| column.iter().zip(&residuals).map(|(z, r)| dot(z, r)).sum())
+            .collect();
+        let Some(values) = self.factor.as_ref().and_then(|f| f.solve(&right)) else {
+            return residuals;
+        };
+        for (value, column) in values.iter().zip(&self.columns) {
+            for (r, z) in residuals.iter_mut().zip(column) {
+                r.iter_mut().zip(z).for_each(|(r, z)| *r -= value * z);
+            }
+        }
+        residuals
+    }
+}

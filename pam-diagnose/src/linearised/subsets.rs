@@ -1,0 +1,64 @@
+//! What every set of one or two candidates would explain.
+
+use super::gram::{Linearised, Start};
+use pam_numerics::ScaledCholesky;
+
+/// Ridge of the least squares over a subset, so that nearly parallel directions do not explain by their difference.
+const RIDGE: f64 = 1e-6;
+
+/// Candidates with the starting values at which they explain most.
+#[derive(Debug, Clone)]
+pub(crate) struct Subset<'l> {
+    /// One for each candidate.
+    pub(crate) starts: Vec<&'l Start>,
+    /// Drop of the weighted squared residual by least squares.
+    pub(crate) drop: f64,
+}
+
+impl Linearised {
+    /// The drop of the weighted squared residual by least squares over the directions of several starting values.
+    fn subset<'l>(&'l self, starts: &[&'l Start]) -> Subset<'l> {
+        let all: Vec<usize> = starts.iter().flat_map(|s| self.directions_of(s)).collect();
+        let right: Vec<f64> = all.iter().map(|&k| self.right[k]).collect();
+        let entry = |i: usize, j: usize| self.gram[(all[i], all[j])];
+        let solved = ScaledCholesky::new(all.len(), entry, RIDGE).and_then(|f| f.solve(&right));
+        let drop = solved.map_or(0.0, |x| x.iter().zip(&right).map(|(x, b)| x * b).sum());
+        Subset { starts: starts.to_vec(), drop }
+    }
+
+    /// Every candidate at its best starting value, best first.
+    pub(crate) fn singles(&self) -> Vec<Subset<'_>> {
+        best_of_each(self.starts.iter().map(|s| self.subset(&[s])).collect())
+    }
+
+    /// The `count` best starting values of each candidate, in the order of the candidates.
+    pub(crate) fn best_starts(&self, count: usize) -> Vec<(usize, Vec<f64>)> {
+        let mut all: Vec<Subset<'_>> = self.starts.iter().map(|s| self.subset(&[s])).collect();
+        all.sort_by(|a, b| {
+            let candidate = a.starts[0].candidate.cmp(&b.starts[0].candidate);
+            candidate.then(b.drop.total_cmp(&a.drop))
+        });
+        let same = |a: &Subset<'_>, b: &Subset<'_>| a.starts[0].candidate == b.starts[0].candidate;
+        let of_each = all.chunk_by(same).flat_map(|own| own.iter().take(count));
+        of_each.map(|s| (s.starts[0].candidate, s.starts[0].values.clone())).collect()
+    }
+
+    /// Every pair of candidates at its best starting values, best first.
+    pub(crate) fn pairs(&self) -> Vec<Subset<'_>> {
+        let mut all = Vec::new();
+        for (i, a) in self.starts.iter().enumerate() {
+            for b in self.starts[i + 1..].iter().filter(|b| b.candidate != a.candidate) {
+                all.push(self.subset(&[a, b]));
+            }
+        }
+        best_of_each(all)
+    }
+}
+
+/// The best subset of each set of candidates, best first.
+fn best_of_each(mut all: Vec<Subset<'_>>) -> Vec<Subset<'_>> {
+    all.sort_by(|a, b| b.drop.total_cmp(&a.drop));
+    let mut known = std::collections::HashSet::new();
+    all.retain(|s| known.insert(s.starts.iter().map(|s| s.candidate).collect::<Vec<_>>()));
+    all
+}

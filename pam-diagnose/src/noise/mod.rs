@@ -1,0 +1,93 @@
+//! What the residual of a right model looks like: the noise of each channel, its correlation in time and between
+//! channels.
+//!
+//! The residual of a right model holds more than the noise of the sensors. Noise of the *measured force* drives the
+//! simulation and comes out as slow, correlated errors of all channels; quantisation, filters and interpolation colour it.
+//! No list of instruments tells all of that, but the data do: what a flexible model cannot learn from the motion is noise
+//! ([`Noise::learned`]). A fault, in contrast, repeats with the motion.
+//!
+//! All decisions of a diagnosis read *whitened* residuals ([`Noise::whitened`]): each channel less what the channels before
+//! it and its own past predict of its noise, in units of the error of that prediction. Under a right model they are
+//! independent and of unit variance, whatever the sampling rate, the filter and the colour of the noise, so that sums of
+//! squares are likelihoods and rows are observations (Cochrane and Orcutt 1949; Box, Jenkins and Reinsel, *Time Series
+//! Analysis*).
+
+mod autoregression;
+mod correlation;
+mod instruments;
+mod learned;
+
+pub use autoregression::{Autoregression, autocovariance};
+pub use correlation::correlated_rows;
+pub use instruments::{estimated_noise, moving_discrepancy, noise_deviation};
+pub use learned::NoisePrior;
+
+/// The noise of the rows of each fitted channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Noise {
+    /// What each channel has of its own.
+    channels: Vec<Autoregression>,
+    /// For each channel, the multiples of the noise of the channels before it that it contains.
+    shared: Vec<Vec<f64>>,
+    /// For each experiment of the system, the size of each channel's noise relative to `channels`; empty where it was not
+    /// learned.
+    relative: Vec<Vec<f64>>,
+}
+
+impl Noise {
+    /// White noise of known standard deviations, independent between the channels.
+    #[must_use]
+    pub fn white(deviations: &[f64]) -> Self {
+        let channels: Vec<_> = deviations.iter().map(|d| Autoregression::white(*d)).collect();
+        let shared = (0..channels.len()).map(|c| vec![0.0; c]).collect();
+        Self { channels, shared, relative: Vec::new() }
+    }
+
+    /// Number of channels.
+    #[must_use]
+    pub fn channels(&self) -> usize {
+        self.channels.len()
+    }
+
+    /// Standard deviation of the noise of a channel, with what it shares with other channels, in the channel's unit.
+    #[must_use]
+    pub fn deviation(&self, channel: usize) -> f64 {
+        let shared = self.shared[channel].iter().enumerate();
+        let variance: f64 = shared.map(|(d, share)| (share * self.deviation(d)).powi(2)).sum();
+        self.channels[channel].deviation().hypot(variance.sqrt())
+    }
+
+    /// Standard deviations of all channels.
+    #[must_use]
+    pub fn deviations(&self) -> Vec<f64> {
+        (0..self.channels()).map(|c| self.deviation(c)).collect()
+    }
+
+    /// The correlation of a channel's own noise.
+    #[must_use]
+    pub fn channel(&self, channel: usize) -> &Autoregression {
+        &self.channels[channel]
+    }
+
+    /// The rows of all channels of an experiment, whitened. An empty channel is zero.
+    #[must_use]
+    pub fn whitened(&self, experiment: usize, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let relative = self.relative.get(experiment).filter(|r| !r.is_empty());
+        (0..rows.len())
+            .map(|c| {
+                let mut own = rows[c].clone();
+                for (share, other) in self.shared[c].iter().zip(rows) {
+                    if *share != 0.0 && !other.is_empty() {
+                        own.resize(other.len(), 0.0);
+                        own.iter_mut().zip(other).for_each(|(o, x)| *o -= share * x);
+                    }
+                }
+                let mut white = self.channels[c].whitened(&own);
+                if let Some(relative) = relative {
+                    white.iter_mut().for_each(|w| *w /= relative[c]);
+                }
+                white
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,148 @@
+//! A flexible model of the residual that has no names: what can be learned from the motion, and what is left.
+
+use crate::fit::{Hypothesis, Problem, dot};
+use crate::noise::Autoregression;
+use crate::search::Candidates;
+use pam_numerics::ScaledCholesky;
+use std::ops::Range;
+
+/// Residuals and features of all rows of a problem.
+#[derive(Debug, Clone)]
+pub struct FeatureRows {
+    /// Each fitted channel over all experiments, one after another.
+    pub residuals: Vec<Vec<f64>>,
+    /// Each feature ([`Candidates::features`]) likewise.
+    features: Vec<Vec<f64>>,
+    /// The rows of each experiment.
+    pub experiments: Vec<Range<usize>>,
+}
+
+impl FeatureRows {
+    /// Residuals of a hypothesis with the features of its motion; `None` if the simulation fails.
+    #[must_use]
+    pub fn gather<C: Candidates + ?Sized>(
+        problem: &Problem<'_, C>,
+        hypothesis: &Hypothesis,
+    ) -> Option<Self> {
+        let mut residuals = vec![Vec::new(); problem.noise.channels()];
+        let mut features: Vec<Vec<f64>> = Vec::new();
+        let mut experiments = Vec::new();
+        let points = problem.system.points_per_row();
+        let mut from = 0;
+        for i in 0..problem.len() {
+            let r = problem.residuals(hypothesis, i).ok()?;
+            let (e, window) = (problem.experiments[i], problem.windows[i].clone());
+            let all = problem.system.features(hypothesis, &hypothesis.locals[i], e).ok()?;
+            features.resize(all.len(), Vec::new());
+            for (feature, series) in features.iter_mut().zip(&all) {
+                let rows = series[window.clone()].chunks_exact(points);
+                feature.extend(rows.map(|c| c.iter().sum::<f64>() / points as f64));
+            }
+            for (all, own) in residuals.iter_mut().zip(r) {
+                all.extend(own);
+            }
+            experiments.push(from..from + problem.rows(i));
+            from += problem.rows(i);
+        }
+        Some(Self { residuals, features, experiments })
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.residuals.first().map_or(0, Vec::len)
+    }
+
+    /// Whether there are no rows.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The features as a channel with such noise shows them.
+    fn whitened(&self, noise: &Autoregression) -> Vec<Vec<f64>> {
+        let of = |f: &Vec<f64>| -> Vec<f64> {
+            self.experiments.iter().flat_map(|r| noise.whitened(&f[r.clone()])).collect()
+        };
+        self.features.iter().map(of).collect()
+    }
+}
+
+/// The regression of one channel's residual on features.
+#[derive(Debug, Clone)]
+pub struct FlexibleModel {
+    weights: Vec<f64>,
+    /// Effective number of fitted weights, the trace of the smoother.
+    pub weight_count: f64,
+}
+
+impl FlexibleModel {
+    /// Least squares with a ridge relative to columns of unit size; `None` if the normal equations cannot be solved.
+    #[must_use]
+    pub fn learn(features: &[Vec<f64>], residual: &[f64], ridge: f64) -> Option<Self> {
+        let (n, rows) = (features.len(), residual.len().max(1) as f64);
+        let mut gram = vec![0.0; n * n];
+        for i in 0..n {
+            for j in 0..=i {
+                gram[i * n + j] = dot(&features[i], &features[j]) / rows;
+                gram[j * n + i] = gram[i * n + j];
+            }
+        }
+        let factor = ScaledCholesky::new(n, |i, j| gram[i * n + j], ridge)?;
+        let right: Vec<f64> = features.iter().map(|f| dot(f, residual) / rows).collect();
+        let mut weight_count = 0.0;
+        for k in 0..n {
+            weight_count += factor.solve(&gram[k * n..(k + 1) * n])?[k];
+        }
+        Some(Self { weights: factor.solve(&right)?, weight_count })
+    }
+
+    /// What the learned weights leave of a residual.
+    #[must_use]
+    pub fn left(&self, features: &[Vec<f64>], residual: &[f64]) -> Vec<f64> {
+        let mut left = residual.to_vec();
+        for (w, feature) in self.weights.iter().zip(features) {
+            left.iter_mut().zip(feature).for_each(|(l, f)| *l -= w * f);
+        }
+        left
+    }
+}
+
+/// What flexible models leave of each channel of the rows from which they were learned, by ordinary least squares, and the
+/// effective number of weights of each.
+pub(crate) fn left_of_itself(rows: &FeatureRows, ridge: f64) -> Option<Vec<(Vec<f64>, f64)>> {
+    let model = |r: &Vec<f64>| {
+        let model = FlexibleModel::learn(&rows.features, r, ridge)?;
+        Some((model.left(&rows.features, r), model.weight_count))
+    };
+    rows.residuals.iter().map(model).collect()
+}
+
+/// What flexible models leave of each whitened channel of rows that they have not seen. The features are whitened as the
+/// channel's own noise is, which makes this generalised least squares.
+pub(crate) fn left_of_unseen<C: Candidates + ?Sized>(
+    learned: (&Problem<'_, C>, &Hypothesis),
+    judged: (&Problem<'_, C>, &Hypothesis),
+) -> Option<Vec<Vec<f64>>> {
+    let ridge = learned.0.settings.verdict.explainable_ridge;
+    let noise = &judged.0.noise;
+    let (train, test) =
+        (FeatureRows::gather(learned.0, learned.1)?, FeatureRows::gather(judged.0, judged.1)?);
+    let whitened = |rows: &FeatureRows, problem: &Problem<'_, C>, h: &Hypothesis| {
+        let mut all = vec![Vec::with_capacity(rows.len()); noise.channels()];
+        for i in 0..problem.len() {
+            let own = problem.whitened_residuals(h, i).ok()?;
+            all.iter_mut().zip(own).for_each(|(all, own)| all.extend(own));
+        }
+        Some(all)
+    };
+    let (to_learn, to_judge) =
+        (whitened(&train, learned.0, learned.1)?, whitened(&test, judged.0, judged.1)?);
+    (0..noise.channels())
+        .map(|c| {
+            let [of_train, of_test] = [&train, &test].map(|rows| rows.whitened(noise.channel(c)));
+            let model = FlexibleModel::learn(&of_train, &to_learn[c], ridge)?;
+            Some(model.left(&of_test, &to_judge[c]))
+        })
+        .collect()
+}

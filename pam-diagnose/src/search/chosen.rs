@@ -1,0 +1,183 @@
+//! From the screening to the chosen set.
+
+use super::candidates::Candidates;
+use super::rows::Rows;
+use super::scored::Scored;
+use crate::fit::Hypothesis;
+use crate::linearised::{Products, Subset, all_starts};
+use crate::rejection::NullTest;
+
+/// What a search found.
+#[derive(Debug, Clone)]
+pub struct Findings {
+    /// The system without candidates.
+    pub base: Scored,
+    /// Every candidate with the share of the whitened squared residual that it would explain alone, to first order; best
+    /// first.
+    pub screened: Vec<(usize, f64)>,
+    /// The most promising candidates alone, fitted, best first.
+    pub singles: Vec<Scored>,
+    /// The chosen set; the base if nothing earned its place.
+    pub best: Scored,
+    /// The sets in the neighbourhood of the chosen one that were fitted: with a member more, less, or exchanged.
+    pub others: Vec<Scored>,
+    /// The chosen set without each of its members.
+    pub without: Vec<Option<Scored>>,
+    /// How much candidates explain by chance; absent if there is nothing to simulate.
+    pub null_test: Option<NullTest>,
+}
+
+/// Searches for the set of at most `most` candidates that explains best what the base leaves; `None` if the base cannot be
+/// simulated. `done` is called with the finished share of the work.
+///
+/// Where no candidate explains more than chance ([`NullTest`]), nothing is fitted or chosen.
+pub fn search<C: Candidates + ?Sized>(
+    rows: &mut Rows<'_, C>,
+    most: usize,
+    seed: u64,
+    done: &(dyn Fn(f64) + Sync),
+) -> Option<Findings> {
+    let settings = rows.whole.settings.search;
+    let iterations = settings.iterations;
+    let whole = rows.learn_beside(&rows.whole.base())?;
+    let all = all_starts(rows.whole.system);
+    let linearised = Products::at(&rows.whole, &whole.hypothesis, &all)?.beside();
+    let starts = linearised.best_starts(settings.starts);
+    let null_test = NullTest::of(&linearised, &rows.whole.settings.rejection, seed);
+    done(0.1);
+    let base = rows.fitted(rows.choosing.train.base(), iterations)?;
+    let first_order = linearised.singles();
+    let share = |drop: f64| (drop / linearised.residual.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    let screened = first_order.iter().map(|s| (s.starts[0].candidate, share(s.drop))).collect();
+    let none = Findings {
+        screened,
+        singles: Vec::new(),
+        best: base.clone(),
+        others: Vec::new(),
+        without: Vec::new(),
+        null_test,
+        base,
+    };
+    let by_chance = |t: &NullTest| t.p_value > 1.0 - rows.whole.settings.rejection.null_quantile;
+    if most == 0 || null_test.as_ref().is_some_and(by_chance) {
+        done(1.0);
+        return Some(none);
+    }
+    let from = none.base.hypothesis();
+    let singles =
+        rows.fit_subsets(from, &first_order.iter().take(settings.singles).collect::<Vec<_>>());
+    done(0.3);
+    let mut sets = singles.clone();
+    if most > 1 {
+        let pairs = linearised.pairs();
+        sets.extend(rows.fit_subsets(from, &pairs.iter().take(settings.pairs).collect::<Vec<_>>()));
+    }
+    sets.push(none.base.clone());
+    // Beside the best set so far the noise is learned anew; only then the odds decide.
+    let mut best = rows.best_of(&sets)?.clone();
+    done(0.5);
+    let mut found = Findings { singles, ..none };
+    for round in 0..settings.rounds {
+        if best.members() == 0 {
+            break;
+        }
+        rows.learn_beside(best.hypothesis())?;
+        let again = |s: &Scored| rows.fitted(s.hypothesis().clone(), iterations);
+        found.base = again(&found.base)?;
+        best = again(&best)?;
+        let rivals = sets.iter().filter(|s| s.members() > 0).take(settings.rivals);
+        let rivals = rivals.map(|s| s.hypothesis().clone()).collect();
+        sets = rows.fit_all(rivals);
+        let near = neighbours(rows, &best, &found.base, &starts, most)?;
+        found.without = near.without;
+        sets.extend(near.sets);
+        sets.extend([best.clone(), found.base.clone()]);
+        sets = distinct(rows, sets);
+        let next = rows.preferred(&sets)?;
+        done(0.5 + 0.5 * (round + 1) as f64 / settings.rounds as f64);
+        let same = next.hypothesis().set() == best.hypothesis().set();
+        best = next;
+        if same {
+            break;
+        }
+        found.without = Vec::new();
+    }
+    done(1.0);
+    found.best = best;
+    found.others = sets;
+    Some(found)
+}
+
+/// The best of each set of candidates, best first.
+fn distinct<C: Candidates + ?Sized>(rows: &Rows<'_, C>, mut sets: Vec<Scored>) -> Vec<Scored> {
+    let per_observation = rows.whole.rows_per_observation;
+    sets.sort_by(|a, b| a.total(per_observation).total_cmp(&b.total(per_observation)));
+    let mut known = std::collections::HashSet::new();
+    sets.retain(|s| known.insert(s.hypothesis().set()));
+    sets
+}
+
+/// Sets that differ from a fitted one by a member.
+struct Neighbours {
+    /// With a member more, less, exchanged for another, or exchanged for two.
+    sets: Vec<Scored>,
+    /// Without each member.
+    without: Vec<Option<Scored>>,
+}
+
+fn neighbours<C: Candidates + ?Sized>(
+    rows: &Rows<'_, C>,
+    best: &Scored,
+    base: &Scored,
+    starts: &[(usize, Vec<f64>)],
+    most: usize,
+) -> Option<Neighbours> {
+    let settings = rows.whole.settings.search;
+    let members = best.members();
+    let products = Products::at(&rows.choosing.train, best.hypothesis(), starts)?;
+    let mut sets = Vec::new();
+    let first = |all: Vec<Subset<'_>>, from: &Hypothesis, count: usize| -> Vec<Scored> {
+        rows.fit_subsets(from, &all.iter().take(count).collect::<Vec<_>>())
+    };
+    if members < most {
+        let beside = products.beside();
+        sets.extend(first(beside.singles(), best.hypothesis(), settings.additions));
+    }
+    let mut without = Vec::new();
+    for place in 0..members {
+        let less = if members == 1 { Some(base.clone()) } else { rows.fitted_without(best, place) };
+        let linearised = products.in_place_of(place);
+        let rest = best.hypothesis().without(place);
+        sets.extend(first(linearised.singles(), &rest, settings.exchanges));
+        if members < most {
+            sets.extend(first(linearised.pairs(), &rest, settings.exchanges_for_two));
+        }
+        sets.extend(less.clone());
+        without.push(less);
+    }
+    Some(Neighbours { sets, without })
+}
+
+impl<C: Candidates + ?Sized> Rows<'_, C> {
+    /// The set of the best odds.
+    fn best_of<'s>(&self, sets: &'s [Scored]) -> Option<&'s Scored> {
+        let mut best = sets.first()?;
+        for other in &sets[1..] {
+            if self.log_odds(other, best) > 0.0 {
+                best = other;
+            }
+        }
+        Some(best)
+    }
+
+    /// The set of the best odds, or the smallest one against which its odds are not enough for further causes.
+    pub(super) fn preferred(&self, sets: &[Scored]) -> Option<Scored> {
+        let best = self.best_of(sets)?;
+        let needed = self.needed_log_odds();
+        let mut smaller: Vec<&Scored> =
+            sets.iter().filter(|s| s.members() < best.members()).collect();
+        smaller.sort_by_key(|s| s.members());
+        let enough = smaller.into_iter().find(|s| self.log_odds(best, s) < needed);
+        Some(enough.unwrap_or(best).clone())
+    }
+}

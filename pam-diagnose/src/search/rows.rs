@@ -1,0 +1,88 @@
+//! The rows of a search, in units of a noise that is learned anew as the search goes on.
+
+use super::candidates::Candidates;
+use super::scored::{Scored, score};
+use crate::data::Split;
+use crate::fit::{Fit, Hypothesis, Problem};
+use crate::noise::{Noise, NoisePrior};
+
+/// Training and validation rows, apart and together.
+#[derive(Debug)]
+pub struct Rows<'a, C: ?Sized> {
+    /// Training rows, to which hypotheses are fitted, and validation rows, by which they are chosen as well.
+    pub choosing: Split<'a, C>,
+    /// Both together, all fitted.
+    pub whole: Problem<'a, C>,
+    prior: NoisePrior,
+}
+
+impl<'a, C: Candidates + ?Sized> Rows<'a, C> {
+    /// Rows of which so much is known beforehand.
+    #[must_use]
+    pub fn new(choosing: Split<'a, C>, whole: Problem<'a, C>, prior: NoisePrior) -> Self {
+        Self { choosing, whole, prior }
+    }
+
+    /// Takes the noise beside a set as the unit of all errors, and the correlation of what the set leaves as the number of
+    /// rows that are one observation. Returns the set fitted to all rows; `None` if it cannot be simulated.
+    pub fn learn_beside(&mut self, set: &Hypothesis) -> Option<Fit> {
+        let iterations = self.whole.settings.search.iterations;
+        let locals = self.whole.base().locals;
+        let start = Hypothesis { locals, ..set.clone() };
+        let fit = self.whole.fit(start, iterations).ok()?;
+        let noise = Noise::learned(&self.whole, &fit.hypothesis, &self.prior)?;
+        self.set_noise(&noise, &fit.hypothesis)?;
+        self.whole.fit(fit.hypothesis, iterations).ok()
+    }
+
+    fn set_noise(&mut self, noise: &Noise, set: &Hypothesis) -> Option<()> {
+        self.whole.noise = noise.clone();
+        let rows_per_observation = self.whole.correlated_rows(set).ok()?;
+        self.whole.rows_per_observation = rows_per_observation;
+        let Split { train, validation, same_experiments } = &mut self.choosing;
+        for problem in [train, &mut *validation] {
+            problem.noise = noise.clone();
+            problem.rows_per_observation = rows_per_observation;
+        }
+        if !*same_experiments {
+            let base = Hypothesis { shared: set.shared.clone(), ..validation.base() };
+            *validation = validation.as_unseen(&base).ok()?;
+        }
+        Some(())
+    }
+
+    /// A set of starting values fitted to the training rows and scored; `None` if it cannot be simulated, or if a fitted
+    /// value is not what the candidate's name says.
+    #[must_use]
+    pub fn fitted(&self, start: Hypothesis, iterations: usize) -> Option<Scored> {
+        let fit = self.choosing.train.fit(start, iterations).ok()?;
+        super::stands(self.whole.system, &fit.hypothesis).then(|| score(&self.choosing, fit))?
+    }
+
+    /// The logarithm of the odds of one fitted set against another on these rows: half the difference of their
+    /// [totals](Scored::total), with as many rows to an observation as the residual of the first is correlated over. So a
+    /// set that leaves noise is compared with the full weight of all rows, and one that leaves an unexplained motion is
+    /// not, as its errors repeat.
+    #[must_use]
+    pub fn log_odds(&self, of: &Scored, against: &Scored) -> f64 {
+        let rows = self.choosing.train.correlated_rows(of.hypothesis());
+        let rows = rows.unwrap_or(self.whole.rows_per_observation);
+        0.5 * (against.total(rows) - of.total(rows))
+    }
+
+    /// Blocks of rows that count as independent, over all experiments.
+    #[must_use]
+    pub fn blocks(&self) -> usize {
+        let whole = &self.whole;
+        (0..whole.len()).map(|i| whole.rows(i) / whole.rows_per_block(i).max(1)).sum()
+    }
+
+    /// The logarithm of the odds that a further cause must reach. Where there are few blocks, nothing but the noise model
+    /// vouches for the independence of the rows, so more is asked.
+    #[must_use]
+    pub fn needed_log_odds(&self) -> f64 {
+        let settings = &self.whole.settings.search;
+        let few = self.blocks() < self.whole.settings.rejection.fewest_blocks;
+        if few { settings.odds_of_few_blocks.ln() } else { settings.odds.ln() }
+    }
+}

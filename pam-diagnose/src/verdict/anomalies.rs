@@ -1,0 +1,155 @@
+//! What noise does not do: steps, changes of size, foreign lines and events in a residual.
+
+use crate::fit::{Hypothesis, Problem, fitted_outputs};
+use crate::noise::{Autoregression, autocovariance};
+use crate::residual::{Spectrum, TimeProfile};
+use crate::search::Candidates;
+use pam_effects::model::significant;
+use pam_numerics::statistics::{mean, t_quantile};
+use serde::Serialize;
+
+/// Something in the residual of one channel that no noise does.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Anomaly {
+    /// `step` of the mean, `change` of the size, `event` of one row, or `line` of the spectrum.
+    pub kind: &'static str,
+    /// Key of the channel.
+    pub channel: String,
+    /// The recording; absent for a line, which is one of all recordings together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recording: Option<String>,
+    /// When, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
+    /// Frequency, Hz.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frequency_hz: Option<f64>,
+    /// In words.
+    pub description: String,
+}
+
+/// The anomalies in what a hypothesis leaves; experiments that cannot be simulated have none.
+pub(crate) fn anomalies<C: Candidates + ?Sized>(
+    problem: &Problem<'_, C>,
+    hypothesis: &Hypothesis,
+) -> Vec<Anomaly> {
+    let settings = problem.settings;
+    let points = problem.system.points_per_row();
+    let mut found = Vec::new();
+    let rows: Vec<Option<(Vec<Vec<f64>>, Vec<Vec<f64>>)>> = (0..problem.len())
+        .map(|i| {
+            let plain = problem.residuals(hypothesis, i).ok()?;
+            Some((plain, problem.whitened_residuals(hypothesis, i).ok()?))
+        })
+        .collect();
+    let count: usize = (0..problem.len()).map(|i| problem.rows(i)).sum();
+    let tail = (1.0 - settings.verdict.event_probability) / (2 * count.max(1)) as f64;
+    let largest = t_quantile(1.0 - tail, settings.verdict.event_freedom);
+    for (c, (_, output)) in fitted_outputs(problem.system).enumerate() {
+        let anomaly = |kind, recording: Option<usize>, time_s, frequency_hz, description| Anomaly {
+            kind,
+            channel: output.key.clone(),
+            recording: recording.map(|i| problem.system.name(problem.experiments[i]).to_owned()),
+            time_s,
+            frequency_hz,
+            description,
+        };
+        for (i, rows) in rows.iter().enumerate() {
+            let Some((plain, white)) = rows else { continue };
+            let (e, row_s) = (problem.experiments[i], problem.row_s(i));
+            let start_s =
+                problem.system.start_s(e) + problem.system.time_s(e, problem.windows[i].start);
+            let name = problem.system.name(e);
+            let profile = |r| TimeProfile::new(row_s, start_s, r, &settings.residual).jump;
+            if let Some(jump) = profile(&plain[c]) {
+                let at = ((jump.time_s - start_s) / row_s).round() as usize;
+                let ratio = step_ratio(&plain[c], at, settings.noise.order);
+                if ratio > settings.verdict.step_ratio {
+                    let text = format!(
+                        "the {} shifts by {} {} at t = {} s in {name}",
+                        output.name,
+                        significant(jump.after - jump.before, 3),
+                        output.unit,
+                        significant(jump.time_s, 3)
+                    );
+                    found.push(anomaly("step", Some(i), Some(jump.time_s), None, text));
+                }
+            }
+            if let Some(jump) = profile(&white[c]) {
+                let ratio = settings.verdict.unlearnable_ratio;
+                let verb = if jump.rms_after > ratio * jump.rms_before {
+                    "begins"
+                } else if jump.rms_before > ratio * jump.rms_after {
+                    "ends"
+                } else {
+                    ""
+                };
+                // A part that is as quiet as the noise, beside one that is not.
+                if !verb.is_empty() && jump.rms_before.max(jump.rms_after) > ratio {
+                    let at = significant(jump.time_s, 3);
+                    let text =
+                        format!("an error of the {} {verb} at t = {at} s in {name}", output.name);
+                    found.push(anomaly("change", Some(i), Some(jump.time_s), None, text));
+                }
+            }
+            let sizes = white[c].iter().map(|w| w.abs()).enumerate();
+            if let Some((k, size)) = sizes.max_by(|a, b| a.1.total_cmp(&b.1))
+                && size > largest
+            {
+                let time_s = start_s + k as f64 * row_s;
+                let text = format!(
+                    "the {} has an event of {} times its noise at t = {} s in {name}",
+                    output.name,
+                    significant(size, 2),
+                    significant(time_s, 3)
+                );
+                found.push(anomaly("event", Some(i), Some(time_s), None, text));
+            }
+        }
+        let white: Vec<&[f64]> = rows.iter().flatten().map(|r| r.1[c].as_slice()).collect();
+        let excitations: Vec<Vec<f64>> = (0..problem.len())
+            .map(|i| {
+                let excitation = problem.system.excitation(problem.experiments[i]);
+                let rows = problem.windows[i].clone().step_by(points);
+                rows.filter_map(|k| excitation.get(k + points / 2).copied()).collect()
+            })
+            .collect();
+        if excitations.iter().all(Vec::is_empty) || problem.is_empty() {
+            continue;
+        }
+        let row_s = problem.row_s(0);
+        let spectrum = Spectrum::new(row_s, &white, &excitations, &settings.residual);
+        let piece = (settings.residual.spectrum_piece_s / row_s) as usize;
+        let pieces: usize = white.iter().map(|w| 2 * w.len() / piece.max(1)).sum();
+        // A lobe of three lines of white noise has a relative scatter of 1/√(3 · pieces).
+        let lobe = 3.0 / spectrum.frequency_hz.len().max(3) as f64;
+        let by_chance = lobe * (1.0 + 8.0 / (3.0 * pieces.max(1) as f64).sqrt());
+        if let Some(line) =
+            spectrum.foreign_line(&settings.residual).filter(|l| l.share > by_chance)
+        {
+            let text = format!(
+                "{:.0} % of what is left of the {} is at {} Hz, where the excitation has nothing: something else drives \
+                 it",
+                100.0 * line.share,
+                output.name,
+                significant(line.frequency_hz, 3)
+            );
+            found.push(anomaly("line", None, None, Some(line.frequency_hz), text));
+        }
+    }
+    found
+}
+
+/// The step of the mean at a row over its standard error, if what is left beside it is a stationary noise.
+fn step_ratio(rows: &[f64], at: usize, order: usize) -> f64 {
+    let (before, after) = rows.split_at(at.clamp(1, rows.len() - 1));
+    let sides = [before, after].map(|side| {
+        let centre = mean(side);
+        side.iter().map(|r| r - centre).collect::<Vec<f64>>()
+    });
+    let gamma = autocovariance(&[&sides[0], &sides[1]], order);
+    let noise = Autoregression::of_autocovariance(&gamma, rows.len() as f64);
+    let share = 1.0 / before.len() as f64 + 1.0 / after.len() as f64;
+    let error = noise.deviation() * (noise.correlated_rows() * share).sqrt();
+    (mean(after) - mean(before)).abs() / error.max(f64::MIN_POSITIVE)
+}

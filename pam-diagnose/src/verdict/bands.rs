@@ -1,0 +1,92 @@
+//! Whether what is left of each channel is noise.
+
+use crate::fit::{Hypothesis, Problem, fitted_outputs};
+use crate::residual::flexible::left_of_unseen;
+use crate::search::Candidates;
+use pam_numerics::statistics::{mean, standard_deviation, t_quantile};
+use serde::Serialize;
+
+/// One channel of recordings that no decision has seen, beside its noise.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChannelBand {
+    /// Key of the channel.
+    pub channel: String,
+    /// Root mean square of the whitened residual: 1 for noise.
+    pub ratio: f64,
+    /// The ratio that noise exceeds with a probability of `1 − band_probability`, by Student's t over blocks of time.
+    pub upper: f64,
+    /// Share of the whitened squared residual that a flexible model removes which was learned on the open rows.
+    pub learnable_share: f64,
+    /// Whether that share is more than chance.
+    pub learnable: bool,
+    /// Whether the channel is outside its band: more than noise is left, and either it can be learned, so that it is no
+    /// noise of these recordings, or it is more than any noise.
+    pub outside: bool,
+}
+
+/// The bands of all channels of `judged` rows under a hypothesis, beside a flexible model that was learned on other rows;
+/// `None` if the simulation fails.
+pub(crate) fn bands<C: Candidates + ?Sized>(
+    learned: (&Problem<'_, C>, &Hypothesis),
+    judged: (&Problem<'_, C>, &Hypothesis),
+) -> Option<Vec<ChannelBand>> {
+    let (problem, hypothesis) = judged;
+    let settings = &problem.settings.verdict;
+    let white: Vec<Vec<Vec<f64>>> = (0..problem.len())
+        .map(|i| problem.whitened_residuals(hypothesis, i).ok())
+        .collect::<Option<_>>()?;
+    let learned_left = left_of_unseen(learned, judged)?;
+    let fewest = problem.settings.rejection.fewest_blocks;
+    let all = fitted_outputs(problem.system).enumerate();
+    Some(
+        all.map(|(c, (_, output))| {
+            // Mean squares of blocks of time, as they are and with what was learned taken out.
+            let (mut own, mut less) = (Vec::new(), Vec::new());
+            let mut from = 0;
+            for (i, channels) in white.iter().enumerate() {
+                let rows = channels[c].len();
+                let block = problem
+                    .rows_per_block(i)
+                    .min(rows / fewest.div_ceil(white.len()).max(1))
+                    .max(1);
+                let flexible = &learned_left[c][from..from + rows];
+                let square = |b: &[f64]| b.iter().map(|v| v * v).sum::<f64>() / b.len() as f64;
+                own.extend(channels[c].chunks_exact(block).map(|b| (square(b), block)));
+                less.extend(flexible.chunks_exact(block).map(square));
+                from += rows;
+            }
+            let squares: Vec<f64> = own.iter().map(|b| b.0).collect();
+            let count = squares.len().max(1) as f64;
+            let level = mean(&squares);
+            // The scatter of the blocks, with that of Gaussian noise as a prior of a few blocks.
+            let gaussian = own.iter().map(|b| 2.0 / b.1 as f64).sum::<f64>() / count;
+            let scatter =
+                if squares.len() > 1 { standard_deviation(&squares).powi(2) } else { 0.0 };
+            let prior = settings.band_observations;
+            let freedom = count - 1.0 + prior;
+            let quantile = t_quantile(settings.band_probability, freedom);
+            let error = |variance: f64, gaussian: f64| {
+                (((count - 1.0) * variance + prior * gaussian) / freedom / count).sqrt()
+            };
+            // A channel that is much above its noise has blocks of a scatter of its own.
+            let upper = 1.0 + quantile * error(scatter.min(gaussian * level.max(1.0)), gaussian);
+            let gains: Vec<f64> = squares.iter().zip(&less).map(|(a, b)| a - b).collect();
+            let gain = mean(&gains);
+            let of_gain = if gains.len() > 1 { standard_deviation(&gains).powi(2) } else { 0.0 };
+            let share = gain / level.max(f64::MIN_POSITIVE);
+            let learnable = share > settings.learnable_share
+                && gain > quantile * error(of_gain, gaussian * settings.learnable_share);
+            let most = settings.unlearnable_ratio.powi(2);
+            let outside = level > upper && (learnable || level > most);
+            ChannelBand {
+                channel: output.key.clone(),
+                ratio: level.sqrt(),
+                upper: upper.sqrt(),
+                learnable_share: share,
+                learnable,
+                outside,
+            }
+        })
+        .collect(),
+    )
+}

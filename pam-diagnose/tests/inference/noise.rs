@@ -1,0 +1,100 @@
+//! Noise: fitted autoregressions against the processes that made the series, and whitening against its definition.
+
+use crate::linear::{Experiment, Linear, coloured, combined, white};
+use pam_diagnose::DiagnosisSettings;
+use pam_diagnose::noise::{Autoregression, Noise, NoisePrior, autocovariance};
+use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
+
+fn mean_square(rows: &[f64]) -> f64 {
+    rows.iter().map(|r| r * r).sum::<f64>() / rows.len() as f64
+}
+
+/// The autocovariances `ρ^k` are those of a first-order autoregression: order one, coefficient ρ, innovations of variance
+/// `1 − ρ²`, correlated over `(1 + ρ)/(1 − ρ)` rows.
+#[test]
+fn exact_autocovariances_give_the_process() {
+    for rho in [-0.5_f64, 0.0, 0.6, 0.96] {
+        let gamma: Vec<f64> = (0..9).map(|k| rho.powi(k)).collect();
+        let noise = Autoregression::of_autocovariance(&gamma, 1e4);
+        assert_eq!(noise.order(), usize::from(rho != 0.0), "{rho}");
+        assert!((noise.deviation() - 1.0).abs() < 1e-12);
+        let rows = ((1.0 + rho) / (1.0 - rho)).max(1.0);
+        assert!((noise.correlated_rows() / rows - 1.0).abs() < 1e-9, "{rho}");
+        // The first row has no predecessor, the second one has one.
+        let whitened = noise.whitened(&[2.0, 3.0, 5.0]);
+        let s = (1.0 - rho * rho).sqrt();
+        for (w, expected) in
+            whitened.iter().zip([2.0, (3.0 - 2.0 * rho) / s, (5.0 - 3.0 * rho) / s])
+        {
+            assert!((w - expected).abs() < 1e-12, "{rho}: {w} {expected}");
+        }
+    }
+}
+
+/// The second-order process `e_k = a e_{k−1} + b e_{k−2} + w_k` has the autocovariances of its Yule–Walker equations,
+/// `ρ_1 = a/(1 − b)`, `ρ_k = a ρ_{k−1} + b ρ_{k−2}`; whitening recovers the w_k.
+#[test]
+fn a_second_order_process_is_whitened_to_its_innovations() {
+    let (a, b) = (1.2, -0.5);
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let w = white(&mut random, 5000);
+    let mut e = vec![0.0; w.len()];
+    for k in 0..w.len() {
+        let before = |j: usize| if k >= j { e[k - j] } else { 0.0 };
+        e[k] = a * before(1) + b * before(2) + w[k];
+    }
+    let mut rho = vec![1.0, a / (1.0 - b)];
+    for k in 2..8 {
+        rho.push(a * rho[k - 1] + b * rho[k - 2]);
+    }
+    let variance = 1.0 / (1.0 - a * rho[1] - b * rho[2]);
+    let gamma: Vec<f64> = rho.iter().map(|r| r * variance).collect();
+    let noise = Autoregression::of_autocovariance(&gamma, 5000.0);
+    assert_eq!(noise.order(), 2);
+    for (white, w) in noise.whitened(&e).iter().zip(&w).skip(2) {
+        assert!((white - w).abs() < 1e-9);
+    }
+    // From the series itself, with the error of 5000 rows.
+    let learned = Autoregression::of_autocovariance(&autocovariance(&[&e], 8), 5000.0);
+    assert!((mean_square(&learned.whitened(&e)) - 1.0).abs() < 0.05);
+}
+
+/// What is learned of a residual is the noise that made it, whether it is white or coloured, and whether or not there is a
+/// motion in it that the features span.
+#[test]
+fn the_noise_is_learned_beside_a_motion() {
+    let settings = DiagnosisSettings::default();
+    for (rho, motion) in [(0.0, 0.0), (0.9, 0.0), (0.9, 5.0)] {
+        let mut random = ChaCha8Rng::seed_from_u64(2);
+        let experiments = (0..3)
+            .map(|_| {
+                let features: Vec<Vec<f64>> =
+                    (0..3).map(|_| coloured(&mut random, 2000, 0.9)).collect();
+                let noise = coloured(&mut random, 2000, rho);
+                let measured = combined(&features[..1], &[motion], &noise, 0.5);
+                Experiment {
+                    columns: vec![features[1].clone()],
+                    measured,
+                    features,
+                    ..Experiment::default()
+                }
+            })
+            .collect();
+        let system = Linear::new(experiments);
+        let problem = system.problem(0.01, &settings);
+        let base = problem.base();
+        let prior = NoisePrior::at_least(vec![1e-9]);
+        let noise = Noise::learned(&problem, &base, &prior).unwrap();
+        assert!((noise.deviation(0) / 0.5 - 1.0).abs() < 0.1, "{rho}: {}", noise.deviation(0));
+        let rows = noise.channel(0).correlated_rows();
+        let expected = (1.0 + rho) / (1.0 - rho);
+        assert!((rows / expected - 1.0).abs() < 0.35, "{rho}: {rows} {expected}");
+        // A known discrepancy joins, and no noise is below the least.
+        let known = NoisePrior { discrepancy: vec![vec![0.75]], ..prior.clone() };
+        let noise = Noise::learned(&problem, &base, &known).unwrap();
+        assert!((noise.deviation(0) - 1.0).abs() < 0.05, "{}", noise.deviation(0));
+        let noise = Noise::learned(&problem, &base, &NoisePrior::at_least(vec![2.0])).unwrap();
+        assert!((noise.deviation(0) - 2.0).abs() < 1e-9);
+    }
+}
