@@ -6,6 +6,9 @@ use super::weigh::{Reading, Weights};
 use pam_core::units::MN_PER_N;
 use pam_core::{ForceInput, ForceModel};
 
+/// Most points of a recording at which the force is evaluated.
+const MOST_POINTS: usize = 800;
+
 /// Recorded and modelled force of one recording, without their means.
 pub(super) struct Balance {
     recorded_n: Vec<f64>,
@@ -29,6 +32,10 @@ impl Balance {
         let x: Vec<f64> = blocks.x.iter().map(|x| x * reading.mm()).collect();
         let v: Vec<f64> = differences(&x).iter().map(|d| d / dt).collect();
         let a: Vec<f64> = differences(&v).iter().map(|d| d / dt).collect();
+        // Enough points to tell a force from another; a network costs microseconds each.
+        let every = x.len().div_ceil(MOST_POINTS);
+        let thin = |v: &[f64]| v.iter().copied().step_by(every).collect::<Vec<f64>>();
+        let (x, v, a) = (thin(&x), thin(&v), thin(&a));
         let force = &weights.model.force;
         let mut work = vec![0.0; force.work_len()];
         let mut restoring = |x: f64, v: f64| {
@@ -45,7 +52,7 @@ impl Balance {
         let modelled_n =
             (0..x.len()).map(|i| inertial_n[i] + restoring(x[i], v[i])).collect::<Vec<_>>();
         Some(Self {
-            recorded_n: centred(&blocks.force_n),
+            recorded_n: centred(&thin(&blocks.force_n)),
             modelled_n: centred(&modelled_n),
             inertial_n: centred(&inertial_n),
         })

@@ -88,7 +88,9 @@ pub(super) fn findings<F: ForceModel<f64>>(
     for (sample, chosen) in samples.iter().zip(readings) {
         let one = [sample];
         let reading = chosen.reading;
-        out.extend(severity(weights, chosen.odds[0]).map(|s| pressure(weights, sample, reading, s)));
+        out.extend(
+            severity(weights, chosen.odds[0]).map(|s| pressure(weights, sample, reading, s)),
+        );
         out.extend(
             severity(weights, chosen.odds[1]).map(|s| displacement(weights, sample, reading, s)),
         );
@@ -154,7 +156,8 @@ fn gas_sentence<F: ForceModel<f64>>(
     reading: Reading,
     evidence: &mut Vec<Evidence>,
 ) -> String {
-    let before = common_ratio(weights, sample, Reading { reversed: reading.reversed, ..Reading::STATED });
+    let before =
+        common_ratio(weights, sample, Reading { reversed: reading.reversed, ..Reading::STATED });
     let after = common_ratio(weights, sample, reading);
     if before.is_finite() && after.is_finite() {
         let what = "change of pressure with displacement over that of the gas law";
@@ -251,8 +254,16 @@ fn impossible<F: ForceModel<f64>>(
          columns fit; check sensor, column and unit",
         PRESSURES[i], s.lowest_kpa, s.highest_kpa
     );
-    let evidence = vec![Evidence::new(format!("median of {} (kPa)", PRESSURES[i]), *p, s.lowest_kpa)];
-    Some(finding(FindingKind::PressureUnit, Severity::Error, PRESSURES[i], sample, message, evidence))
+    let evidence =
+        vec![Evidence::new(format!("median of {} (kPa)", PRESSURES[i]), *p, s.lowest_kpa)];
+    Some(finding(
+        FindingKind::PressureUnit,
+        Severity::Error,
+        PRESSURES[i],
+        sample,
+        message,
+        evidence,
+    ))
 }
 
 /// Pressures or displacement that never change although something must.
@@ -316,7 +327,8 @@ fn same_sign<F: ForceModel<f64>>(
     reading: Reading,
 ) -> Option<Finding> {
     let [Some(flexor), Some(extensor)] = sample.slopes[reading.pressure] else { return None };
-    if flexor.ratio * extensor.ratio < 0.0 || flexor.r2.min(extensor.r2) < weights.settings.least_r2 {
+    if flexor.ratio * extensor.ratio < 0.0 || flexor.r2.min(extensor.r2) < weights.settings.least_r2
+    {
         return None;
     }
     let clear = flexor.r2.min(extensor.r2) >= CLEAR_R2;
@@ -339,8 +351,8 @@ fn geometry<F: ForceModel<f64>>(
 ) -> Option<Finding> {
     let [[flexor, _], [extensor, _]] = ratios else { return None };
     let common = 0.5 * (flexor + extensor);
-    let threshold = weights.settings.geometry_factor.ln();
-    if common.abs() < threshold {
+    let [low, high] = weights.settings.geometry_factors;
+    if (low.ln()..=high.ln()).contains(&common) {
         return None;
     }
     let agree = (flexor - extensor).abs() < COMMON_RATIO;
@@ -393,5 +405,12 @@ pub(super) fn masses<F: ForceModel<f64>>(
         Evidence::new("given over gas-law mass, flexor", flexor, 1.0),
         Evidence::new("given over gas-law mass, extensor", extensor, 1.0),
     ];
-    Some(finding(FindingKind::Masses, severity, "mass_flexor_g, mass_extensor_g", sample, message, evidence))
+    Some(finding(
+        FindingKind::Masses,
+        severity,
+        "mass_flexor_g, mass_extensor_g",
+        sample,
+        message,
+        evidence,
+    ))
 }

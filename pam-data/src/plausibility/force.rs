@@ -21,7 +21,10 @@ fn units() -> [(&'static str, f64); 6] {
     [
         ("kN", 1e3),
         ("mN", 1e-3),
-        ("N·m at the pulley, or amperes of the motor", (torque_n_per_nm * tendon_force_mn_per_a() / MN_PER_N).sqrt()),
+        (
+            "N·m at the pulley, or amperes of the motor",
+            (torque_n_per_nm * tendon_force_mn_per_a() / MN_PER_N).sqrt(),
+        ),
         ("N·mm at the pulley", 1e-3 * torque_n_per_nm),
         ("kgf", 9.806_65),
         ("lbf", 4.448_222),
@@ -41,7 +44,11 @@ pub(super) fn findings<F: ForceModel<f64>>(
     let sign = clear.map(|b| b.correlation().signum());
     let mut evidence = Vec::new();
     if let Some(b) = clear {
-        evidence.push(Evidence::new("correlation of recorded and modelled force", b.correlation(), 1.0));
+        evidence.push(Evidence::new(
+            "correlation of recorded and modelled force",
+            b.correlation(),
+            1.0,
+        ));
     }
     let make = |kind, severity, channel: &str, message: String| Finding {
         kind,
@@ -107,9 +114,14 @@ fn unit<F: ForceModel<f64>>(
         "the force is {ratio:.4} times what mass, acceleration and the model's restoring force ask for"
     );
     let message = if fits {
-        format!("{what}: it looks like {} where N are meant; multiply force_n by {:.5}", nearest.0, nearest.1)
+        format!(
+            "{what}: it looks like {} where N are meant; multiply force_n by {:.5}",
+            nearest.0, nearest.1
+        )
     } else {
-        format!("{what}; check its unit (N at the tendon), the unit of the displacement, and that the model is of this joint")
+        format!(
+            "{what}; check its unit (N at the tendon), the unit of the displacement, and that the model is of this joint"
+        )
     };
     Some(Finding {
         kind: FindingKind::ForceUnit,

@@ -70,8 +70,13 @@ fn velocity(sample: &Sample<'_>, reading: Reading, s: &PlausibilitySettings) -> 
     };
     const REMEDY: &str = "correct the column, or use --preprocess, which takes the velocity anew from the displacement";
     if sample.recording.velocity_mm_s.iter().all(|v| *v == 0.0) {
-        let message = format!("the velocity is zero throughout while the displacement changes; {REMEDY}");
-        let evidence = vec![Evidence::new("change of x over the integral of the velocity", f64::INFINITY, 1.0)];
+        let message =
+            format!("the velocity is zero throughout while the displacement changes; {REMEDY}");
+        let evidence = vec![Evidence::new(
+            "change of x over the integral of the velocity",
+            f64::INFINITY,
+            1.0,
+        )];
         return Some(make(FindingKind::VelocityMissing, Severity::Error, message, evidence));
     }
     let x: Vec<f64> = without_drift(&blocks.x).iter().map(|x| x * reading.mm()).collect();
@@ -91,7 +96,9 @@ fn velocity(sample: &Sample<'_>, reading: Reading, s: &PlausibilitySettings) -> 
         );
         return Some(make(FindingKind::Velocity, Severity::Warning, message, evidence));
     }
-    if factor > 0.0 && factor.ln().abs() < s.velocity_factor.ln() {
+    // A velocity in the displacement's unit per second is told with the displacement.
+    let sound = |factor: f64| factor > 0.0 && factor.ln().abs() < s.velocity_factor.ln();
+    if sound(factor) || sound(factor / reading.mm()) {
         return None;
     }
     let severity = if fit.r2 >= s.least_r2 { Severity::Error } else { Severity::Warning };

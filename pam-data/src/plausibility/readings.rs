@@ -5,8 +5,14 @@ use super::settings::PlausibilitySettings;
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, PULLEY_RADIUS_MM};
 
 /// A unit of pressure and its size in kPa.
-const PRESSURE_UNITS: [(&str, f64); 6] =
-    [("kPa", 1.0), ("Pa", 1e-3), ("hPa (mbar)", 0.1), ("bar", 100.0), ("MPa", 1e3), ("psi", KPA_PER_PSI)];
+const PRESSURE_UNITS: [(&str, f64); 6] = [
+    ("kPa", 1.0),
+    ("Pa", 1e-3),
+    ("hPa (mbar)", 0.1),
+    ("bar", 100.0),
+    ("MPa", 1e3),
+    ("psi", KPA_PER_PSI),
+];
 
 /// A unit of displacement and its size in mm; angles turn the pulley.
 pub(super) const DISPLACEMENT_UNITS: [(&str, f64); 7] = [
@@ -35,11 +41,6 @@ pub(super) struct PressureUnit {
 }
 
 impl PressureUnit {
-    /// `true` for what the format states.
-    pub(super) fn is_stated(&self) -> bool {
-        self.reading == PressureReading::STATED
-    }
-
     /// `true` if only the atmosphere is missing.
     pub(super) fn is_gauge_kpa(&self) -> bool {
         self.gauge && self.unit == "kPa" && !self.raw_log
@@ -60,7 +61,11 @@ pub(super) fn pressure_units(from_log: bool, s: &PlausibilitySettings) -> Vec<Pr
                     (size, reference)
                 };
                 let reading = PressureReading { scale, offset_kpa };
-                let stated = if raw_log { unit == "psi" && gauge } else { reading == PressureReading::STATED };
+                let stated = if raw_log {
+                    unit == "psi" && gauge
+                } else {
+                    reading == PressureReading::STATED
+                };
                 if raw_log && stated {
                     continue;
                 }

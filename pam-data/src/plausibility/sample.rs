@@ -74,5 +74,8 @@ pub(super) fn moves(b: &Blocks) -> bool {
 /// Seconds per unit of a time column with this sampling step: seconds, or the largest of ms, µs and ns that makes the
 /// step possible.
 pub(super) fn time_scale(step: f64, s: &PlausibilitySettings) -> f64 {
-    [1.0, 1e-3, 1e-6, 1e-9].into_iter().find(|scale| step * scale <= s.longest_step_s).unwrap_or(1.0)
+    [1.0, 1e-3, 1e-6, 1e-9]
+        .into_iter()
+        .find(|scale| step * scale <= s.longest_step_s)
+        .unwrap_or(1.0)
 }

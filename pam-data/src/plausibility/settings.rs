@@ -15,8 +15,8 @@ pub struct PlausibilitySettings {
     /// Log odds from which another reading is certain. Default: ln 100, "decisive" (Jeffreys 1961).
     pub error_log_odds: f64,
     /// Standard deviation of the common log ratio between the measured and the isothermal change of pressure
-    /// over displacement, for a joint without a fault in the gas. Default: 0.06; the published run has 0.01, air
-    /// that warms has up to 0.1.
+    /// over displacement, for a joint without a fault in the gas. Default: 0.15; the published run has -0.01 at 0.1 Hz,
+    /// air that warms at 0.5 to 2 Hz has 0.18 (virtual rig).
     pub gas_spread: f64,
     /// The same for a joint with a fault: polytropic air (ln 1.4 = 0.34), coefficients off by tens of per cent.
     pub faulty_gas_spread: f64,
@@ -31,13 +31,17 @@ pub struct PlausibilitySettings {
     /// Highest absolute pressure of a muscle, kPa. Default: 1000, above the 8 bar gauge of the largest fluidic
     /// muscles' data sheets.
     pub highest_kpa: f64,
+    /// Recordings, spread over the set, whose force and masses are asked about gauge pressures. Default: 5; more cost
+    /// time and add nothing, since the answer is bounded.
+    pub asked_recordings: usize,
     /// Log odds against gauge pressures where absolute ones are stated, before the data are seen.
     pub gauge_prior: f64,
     /// Log odds against any other unit, scale or sign.
     pub unit_prior: f64,
-    /// Largest factor between measured and modelled change of pressure over displacement that is a fault to be
-    /// diagnosed; a larger one is a wrong geometry.
-    pub geometry_factor: f64,
+    /// Range of the factor between measured and modelled change of pressure over displacement that may be a fault to be
+    /// diagnosed; outside it the geometry is wrong. Default: 0.63 to 2; warming and polytropic air (up to 1.4 each) raise
+    /// the factor, and only gains and coefficients off by tens of per cent lower it.
+    pub geometry_factors: [f64; 2],
     /// Largest factor between given masses and `P V / C` that is a fault to be diagnosed.
     pub mass_factor: f64,
     /// Largest factor between measured and modelled force that is a fault to be diagnosed.
@@ -58,15 +62,16 @@ impl Default for PlausibilitySettings {
         Self {
             warning_log_odds: 10_f64.ln(),
             error_log_odds: 100_f64.ln(),
-            gas_spread: 0.06,
-            faulty_gas_spread: 0.2,
-            faulty_gas_share: 0.15,
+            gas_spread: 0.15,
+            faulty_gas_spread: 0.3,
+            faulty_gas_share: 0.2,
             chamber_spread: 0.05,
             lowest_kpa: 105.0,
             highest_kpa: 1000.0,
+            asked_recordings: 5,
             gauge_prior: -2.2,
             unit_prior: -5.0,
-            geometry_factor: 1.8,
+            geometry_factors: [0.63, 2.0],
             mass_factor: 1.6,
             force_factor: 3.0,
             velocity_factor: 1.5,

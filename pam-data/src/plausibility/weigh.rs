@@ -59,26 +59,33 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
         })
     }
 
-    /// Log odds of a reading, up to a constant that is the same for all.
-    pub(super) fn score(&self, samples: &[&Sample<'_>], reading: Reading) -> f64 {
+    /// Log odds of a reading by prior, levels and gas law, up to a constant that is the same for all.
+    fn gas_score(&self, samples: &[&Sample<'_>], reading: Reading) -> f64 {
         let unit = &self.units[reading.pressure];
         let s = self.settings;
         let mut sum = unit.prior;
         sum += if reading.displacement == 0 { 0.0 } else { s.unit_prior };
         sum += if reading.reversed { s.unit_prior } else { 0.0 };
         sum += samples.iter().map(|sample| self.levels(sample, reading)).sum::<f64>();
-        sum += self.gas(samples, reading);
-        if unit.is_gauge_kpa() && reading.displacement == 0 && !reading.reversed {
-            sum += self.support(samples, reading);
-        }
-        sum
+        sum + self.gas(samples, reading)
+    }
+
+    /// Log odds of a reading, up to a constant, with what force and masses say.
+    pub(super) fn score(&self, samples: &[&Sample<'_>], reading: Reading) -> f64 {
+        self.gas_score(samples, reading) + self.support(samples, reading)
     }
 
     /// The best reading of recordings that share one, and its log odds against the stated one.
     pub(super) fn best(&self, samples: &[&Sample<'_>]) -> (Reading, f64) {
+        let scored: Vec<(Reading, f64)> =
+            self.readings().map(|r| (r, self.gas_score(samples, r))).collect();
+        let highest = scored.iter().fold(f64::NEG_INFINITY, |a, b| a.max(b.1));
+        // Force and masses are asked only where they can decide; they cost most of the time.
+        let open = scored.into_iter().filter(|(_, score)| *score > highest - 4.0 * SUPPORT);
         let stated = self.score(samples, Reading::STATED);
-        let scored = self.readings().map(|r| (r, self.score(samples, r) - stated));
-        scored.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Reading::STATED, 0.0))
+        open.map(|(r, score)| (r, score + self.support(samples, r) - stated))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap_or((Reading::STATED, 0.0))
     }
 
     /// Log odds of a recording's values themselves: pressures and displacement within what a muscle does, pressures
@@ -92,8 +99,8 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
             sum += outside(kpa, s.lowest_kpa, s.highest_kpa);
             if let Some(command) = sample.recording.command_psi {
                 let psi = (kpa - ATMOSPHERE_KPA) / KPA_PER_PSI;
-                // 2 psi and 15 % cover the servo's deadband, air that cooled, and biased sensors.
-                let z = (psi - command[i]) / (2.0 + 0.15 * command[i]);
+                // 1.5 psi and 8 % cover the servo's deadband, air that cooled, and biased sensors.
+                let z = (psi - command[i]) / (1.5 + 0.08 * command[i]);
                 sum -= (0.5 * z * z).min(-IMPOSSIBLE);
             }
         }
@@ -103,14 +110,20 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
 
     /// Log ratios of measured over isothermal change of pressure, one per chamber that follows the motion; the number of
     /// chambers that answer in the wrong direction.
-    pub(super) fn log_ratios(&self, samples: &[&Sample<'_>], reading: Reading) -> (Vec<[f64; 2]>, usize) {
+    pub(super) fn log_ratios(
+        &self,
+        samples: &[&Sample<'_>],
+        reading: Reading,
+    ) -> (Vec<[f64; 2]>, usize) {
         let mm = reading.mm();
         let mut ratios = Vec::new();
         let mut wrong = 0;
         for sample in samples {
             let expected = expected_slopes(self.model, sample.middle_x * mm);
             for (slope, expected) in sample.slopes[reading.pressure].iter().zip(expected) {
-                let Some(slope) = slope.filter(|c| c.r2 >= self.settings.least_r2) else { continue };
+                let Some(slope) = slope.filter(|c| c.r2 >= self.settings.least_r2) else {
+                    continue;
+                };
                 let ratio = slope.ratio / (mm * expected);
                 if (ratio < 0.0) != reading.reversed {
                     wrong += 1;
@@ -130,7 +143,8 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
         }
         let common = median(&ratios.iter().map(|r| r[0]).collect::<Vec<_>>());
         let density = |spread: f64| (-0.5 * (common / spread).powi(2)).exp() / spread;
-        let at_one = (1.0 - s.faulty_gas_share) / s.gas_spread + s.faulty_gas_share / s.faulty_gas_spread;
+        let at_one =
+            (1.0 - s.faulty_gas_share) / s.gas_spread + s.faulty_gas_share / s.faulty_gas_spread;
         let sound = (1.0 - s.faulty_gas_share) * density(s.gas_spread);
         let faulty = s.faulty_gas_share * density(s.faulty_gas_spread);
         let level = ((sound + faulty) / at_one).ln().max(IMPOSSIBLE);
@@ -144,21 +158,29 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
         level + odd + wrong as f64 * WRONG_DIRECTION
     }
 
-    /// What force and given masses say for a reading against the stated one. Masses can only speak for it: if they were
-    /// computed from the same pressures they agree with them whatever their unit.
+    /// What force and given masses say for gauge pressures against absolute ones in the same unit; 0 for others. Masses
+    /// can only speak for it: if they were computed from the same pressures they agree with them whatever their unit.
     fn support(&self, samples: &[&Sample<'_>], reading: Reading) -> f64 {
+        let unit = &self.units[reading.pressure];
+        let absolute =
+            |u: &PressureUnit| u.unit == unit.unit && u.raw_log == unit.raw_log && !u.gauge;
+        let Some(twin) = self.units.iter().position(absolute).filter(|_| unit.gauge) else {
+            return 0.0;
+        };
+        let twin = Reading { pressure: twin, ..reading };
         let mut force = 0.0;
         let mut masses: f64 = 0.0;
-        for sample in samples {
+        let every = samples.len().div_ceil(self.settings.asked_recordings).max(1);
+        for sample in samples.iter().step_by(every) {
             let error = |reading| model_error(self, sample, reading);
-            if let (Some(stated), Some(other)) = (error(Reading::STATED), error(reading)) {
+            if let (Some(stated), Some(other)) = (error(twin), error(reading)) {
                 // Of a useful model only: 20 independent pieces of a recording, 15 % of the force.
                 if stated.min(other) < 0.15 {
                     force += 20.0 * (stated / other).ln();
                 }
             }
             if let (Some(stated), Some(other)) =
-                (self.mass_ratios(sample, Reading::STATED), self.mass_ratios(sample, reading))
+                (self.mass_ratios(sample, twin), self.mass_ratios(sample, reading))
             {
                 let off = |r: [f64; 2]| r.iter().map(|v| (v.ln() / 0.1).powi(2)).sum::<f64>();
                 masses += 0.5 * (off(stated) - off(other));
