@@ -166,7 +166,7 @@ pub fn diagnose_into(
         other => other.into(),
     })?;
     for finding in &diagnosis.model.plausibility {
-        console.warn(&finding.to_string());
+        console.warn(finding.to_string());
     }
     let mut extended = diagnosis.model.extended.to_saved();
     if !diagnosis.causes.is_empty() {

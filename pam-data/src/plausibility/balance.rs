@@ -1,6 +1,6 @@
 //! The balance of forces: `F = m ẍ + f(x, ẋ, m_f, m_e)` against the recorded force.
 
-use super::blocks::{differences, squares};
+use super::blocks::{Regression, differences, squares};
 use super::sample::Sample;
 use super::weigh::{Reading, Weights};
 use pam_core::units::MN_PER_N;
@@ -9,11 +9,15 @@ use pam_core::{ForceInput, ForceModel};
 /// Most points of a recording at which the force is evaluated.
 const MOST_POINTS: usize = 800;
 
+/// Speed at which a joint counts as sliding, mm/s; below it dry friction is anywhere between its limits.
+const SLIDING_MM_S: f64 = 0.5;
+
 /// Recorded and modelled force of one recording, without their means.
 pub(super) struct Balance {
     recorded_n: Vec<f64>,
     modelled_n: Vec<f64>,
     inertial_n: Vec<f64>,
+    velocity_mm_s: Vec<f64>,
 }
 
 impl Balance {
@@ -55,6 +59,7 @@ impl Balance {
             recorded_n: centred(&thin(&blocks.force_n)),
             modelled_n: centred(&modelled_n),
             inertial_n: centred(&inertial_n),
+            velocity_mm_s: v,
         })
     }
 
@@ -75,11 +80,15 @@ impl Balance {
         (squares(&self.inertial_n) / squares(&self.modelled_n)).sqrt()
     }
 
-    /// Root mean square of the difference over that of the recorded force.
+    /// Root mean square of the difference over that of the recorded force, less dry and viscous friction that the model
+    /// may lack: in a loop, friction looks like stiffness.
     fn error(&self) -> f64 {
-        let left: f64 =
-            self.recorded_n.iter().zip(&self.modelled_n).map(|(a, b)| (a - b).powi(2)).sum();
-        (left / squares(&self.recorded_n)).sqrt()
+        let left: Vec<f64> =
+            self.recorded_n.iter().zip(&self.modelled_n).map(|(a, b)| a - b).collect();
+        let dry: Vec<f64> = self.velocity_mm_s.iter().map(|v| (v / SLIDING_MM_S).tanh()).collect();
+        let friction = Regression::new(&left, &[&centred(&dry), &centred(&self.velocity_mm_s)]);
+        let rest = friction.map_or(1.0, |fit| 1.0 - fit.r2);
+        (rest * squares(&left) / squares(&self.recorded_n)).sqrt()
     }
 }
 

@@ -39,26 +39,42 @@ pub(super) fn readings<F: ForceModel<f64>>(
     weights: &Weights<'_, F>,
     samples: &[Sample<'_>],
 ) -> Vec<ChosenReading> {
-    let all: Vec<&Sample<'_>> = samples.iter().collect();
     let s = weights.settings;
-    let (common, odds) = weights.best(&all);
-    let common = if odds >= s.warning_log_odds { common } else { Reading::STATED };
-    let together = components(weights, &all, common);
+    let shared = |set: &[&Sample<'_>]| {
+        let (best, odds) = weights.best(set);
+        if odds >= s.warning_log_odds { best } else { Reading::STATED }
+    };
+    let own = |sample: &Sample<'_>, common: Reading| {
+        let one = [sample];
+        let (own, _) = weights.best(&one);
+        // Gauge or absolute is a question of the whole set, unless a recording is impossible by itself.
+        let gauge_only = weights.units[own.pressure].is_gauge_kpa()
+            && own == Reading { pressure: own.pressure, ..common }
+            && sample.pressures.iter().all(|p| *p >= s.lowest_kpa);
+        let odds = weights.score(&one, own) - weights.score(&one, common);
+        (odds >= s.error_log_odds && !gauge_only && samples.len() > 1).then_some(own)
+    };
+    let all: Vec<&Sample<'_>> = samples.iter().collect();
+    let first = shared(&all);
+    let others: Vec<Option<Reading>> = samples.iter().map(|sample| own(sample, first)).collect();
+    // Those that contradict the rest say nothing about it.
+    let rest: Vec<&Sample<'_>> = samples
+        .iter()
+        .zip(&others)
+        .filter(|(_, o)| o.is_none())
+        .map(|(sample, _)| sample)
+        .collect();
+    let rest = if rest.is_empty() { &all } else { &rest };
+    let common = shared(rest);
+    let together = components(weights, rest, common);
     samples
         .iter()
-        .map(|sample| {
-            let one = [sample];
-            let score = |reading| weights.score(&one, reading);
-            let (own, _) = weights.best(&one);
-            let against_common = score(own) - score(common);
-            // Gauge or absolute is a question of the whole set, unless a recording is impossible by itself.
-            let gauge_only = weights.units[own.pressure].is_gauge_kpa()
-                && own == Reading { pressure: own.pressure, ..common }
-                && sample.pressures.iter().all(|p| *p >= s.lowest_kpa);
-            if against_common >= s.error_log_odds && !gauge_only && samples.len() > 1 {
-                return ChosenReading { reading: own, odds: components(weights, &one, own) };
+        .zip(others)
+        .map(|(sample, other)| match other {
+            Some(reading) => {
+                ChosenReading { reading, odds: components(weights, &[sample], reading) }
             }
-            ChosenReading { reading: common, odds: together }
+            None => ChosenReading { reading: common, odds: together },
         })
         .collect()
 }

@@ -1,6 +1,6 @@
 //! What the checks need of one recording.
 
-use super::blocks::{Blocks, squares, without_drift};
+use super::blocks::{Blocks, differences, squares, without_drift};
 use super::gas::{ChamberSlope, chamber_slope};
 use super::readings::PressureUnit;
 use super::settings::PlausibilitySettings;
@@ -25,6 +25,8 @@ pub(super) struct Sample<'a> {
     pub(super) pressures: [f64; 2],
     /// Masses that the file gives.
     pub(super) given: Option<SealedMasses>,
+    /// Speed of the motion, RMS of ẋ over RMS of x, 1/s.
+    pub(super) rate_per_s: f64,
     /// For every candidate unit, `d ln P/dx` of both chambers per unit of the file's x.
     pub(super) slopes: Vec<[Option<ChamberSlope>; 2]>,
 }
@@ -46,6 +48,10 @@ impl<'a> Sample<'a> {
                 [slope(0), slope(1)]
             })
             .collect();
+        let rate_per_s = blocks.as_ref().filter(|b| moves(b)).map_or(0.0, |b| {
+            let x = without_drift(&b.x);
+            (squares(&differences(&x)) / squares(&x)).sqrt() / (b.step * time_scale)
+        });
         let given = (subject.origin == MassOrigin::Given).then_some(subject.masses);
         Self {
             recording: r,
@@ -55,6 +61,7 @@ impl<'a> Sample<'a> {
             largest_x: r.displacement_mm.iter().fold(0.0, |a: f64, x| a.max(x.abs())),
             pressures: [median(&r.pressure_flexor_kpa), median(&r.pressure_extensor_kpa)],
             given,
+            rate_per_s,
             slopes,
         }
     }

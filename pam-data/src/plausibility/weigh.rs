@@ -16,8 +16,13 @@ const IMPOSSIBLE: f64 = -50.0;
 const WRONG_DIRECTION: f64 = -20.0;
 /// Log odds that one chamber's deviation from the others costs at most: a slack tendon is not a unit.
 const ODD_CHAMBER: f64 = -6.0;
-/// Log odds that force and masses together can add: they are less certain than the gas law.
-const SUPPORT: f64 = 4.0;
+/// Log odds that the force of a useful model, and of an excellent one, can add: a fault of the joint can look like other
+/// masses of air.
+const FORCE_SUPPORT: [f64; 2] = [1.5, 4.0];
+/// Relative error of the force below which a model is useful, and excellent.
+const FORCE_ERRORS: [f64; 2] = [0.15, 0.03];
+/// Log odds that given masses can add.
+const MASS_SUPPORT: f64 = 8.0;
 /// Relative softness of the bounds of pressure.
 const LEVEL_SPREAD: f64 = 0.05;
 
@@ -81,7 +86,7 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
             self.readings().map(|r| (r, self.gas_score(samples, r))).collect();
         let highest = scored.iter().fold(f64::NEG_INFINITY, |a, b| a.max(b.1));
         // Force and masses are asked only where they can decide; they cost most of the time.
-        let open = scored.into_iter().filter(|(_, score)| *score > highest - 4.0 * SUPPORT);
+        let open = scored.into_iter().filter(|(_, score)| *score > highest - 16.0);
         let stated = self.score(samples, Reading::STATED);
         open.map(|(r, score)| (r, score + self.support(samples, r) - stated))
             .max_by(|a, b| a.1.total_cmp(&b.1))
@@ -94,16 +99,26 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
         let s = self.settings;
         let unit = &self.units[reading.pressure];
         let mut sum = 0.0;
-        for (i, value) in sample.pressures.iter().enumerate() {
+        for value in &sample.pressures {
             let kpa = unit.reading.kpa(*value);
             sum += outside(kpa, s.lowest_kpa, s.highest_kpa);
-            if let Some(command) = sample.recording.command_psi {
+        }
+        let commanded = |order: [usize; 2]| -> f64 {
+            let Some(command) = sample.recording.command_psi else { return 0.0 };
+            let cost = |i: usize| {
+                let kpa = unit.reading.kpa(sample.pressures[order[i]]);
                 let psi = (kpa - ATMOSPHERE_KPA) / KPA_PER_PSI;
                 // 1.5 psi and 8 % cover the servo's deadband, air that cooled, and biased sensors.
                 let z = (psi - command[i]) / (1.5 + 0.08 * command[i]);
-                sum -= (0.5 * z * z).min(-IMPOSSIBLE);
-            }
-        }
+                -(0.5 * z * z).min(-IMPOSSIBLE)
+            };
+            cost(0) + cost(1)
+        };
+        sum += if reading.reversed {
+            commanded([0, 1]).max(commanded([1, 0]))
+        } else {
+            commanded([0, 1])
+        };
         let limit = self.model.geometry.displacement_limit_mm(self.model.physical().deformation);
         sum + outside(sample.largest_x * reading.mm(), 0.0, limit)
     }
@@ -119,8 +134,19 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
         let mut ratios = Vec::new();
         let mut wrong = 0;
         for sample in samples {
-            let expected = expected_slopes(self.model, sample.middle_x * mm);
-            for (slope, expected) in sample.slopes[reading.pressure].iter().zip(expected) {
+            // Swapped muscles at x answer as muscles in their places at −x.
+            let x = sample.middle_x * mm;
+            let expected = expected_slopes(self.model, if reading.reversed { -x } else { x });
+            let slopes = &sample.slopes[reading.pressure];
+            // Pressures that move together say that columns are mixed up, and nothing of units.
+            if let [Some(flexor), Some(extensor)] = slopes
+                && flexor.ratio * extensor.ratio > 0.0
+                && flexor.r2.min(extensor.r2) >= self.settings.least_r2
+            {
+                wrong += 1;
+                continue;
+            }
+            for (slope, expected) in slopes.iter().zip(expected) {
                 let Some(slope) = slope.filter(|c| c.r2 >= self.settings.least_r2) else {
                     continue;
                 };
@@ -143,9 +169,10 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
         }
         let common = median(&ratios.iter().map(|r| r[0]).collect::<Vec<_>>());
         let density = |spread: f64| (-0.5 * (common / spread).powi(2)).exp() / spread;
-        let at_one =
-            (1.0 - s.faulty_gas_share) / s.gas_spread + s.faulty_gas_share / s.faulty_gas_spread;
-        let sound = (1.0 - s.faulty_gas_share) * density(s.gas_spread);
+        let fastest = samples.iter().fold(0.0, |a: f64, sample| a.max(sample.rate_per_s));
+        let spread = s.gas_spread.hypot(warming(fastest, s));
+        let at_one = (1.0 - s.faulty_gas_share) / spread + s.faulty_gas_share / s.faulty_gas_spread;
+        let sound = (1.0 - s.faulty_gas_share) * density(spread);
         let faulty = s.faulty_gas_share * density(s.faulty_gas_spread);
         let level = ((sound + faulty) / at_one).ln().max(IMPOSSIBLE);
         let odd: f64 = ratios
@@ -168,14 +195,15 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
             return 0.0;
         };
         let twin = Reading { pressure: twin, ..reading };
-        let mut force = 0.0;
-        let mut masses: f64 = 0.0;
+        let (mut force, mut masses): (f64, f64) = (0.0, 0.0);
+        let mut best = f64::INFINITY;
         let every = samples.len().div_ceil(self.settings.asked_recordings).max(1);
         for sample in samples.iter().step_by(every) {
             let error = |reading| model_error(self, sample, reading);
             if let (Some(stated), Some(other)) = (error(twin), error(reading)) {
-                // Of a useful model only: 20 independent pieces of a recording, 15 % of the force.
-                if stated.min(other) < 0.15 {
+                best = best.min(stated).min(other);
+                // Twenty independent pieces of a recording.
+                if stated.min(other) < FORCE_ERRORS[0] {
                     force += 20.0 * (stated / other).ln();
                 }
             }
@@ -186,7 +214,8 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
                 masses += 0.5 * (off(stated) - off(other));
             }
         }
-        force.clamp(-SUPPORT, SUPPORT) + masses.clamp(0.0, 2.0 * SUPPORT)
+        let most = FORCE_SUPPORT[usize::from(best < FORCE_ERRORS[1])];
+        force.clamp(-most, most) + masses.clamp(0.0, MASS_SUPPORT)
     }
 
     /// Given masses over those of the gas law, flexor and extensor.
@@ -218,4 +247,11 @@ fn outside(value: f64, low: f64, high: f64) -> f64 {
         0.0
     };
     (-0.5 * z * z).max(IMPOSSIBLE)
+}
+
+/// How much warming air may raise the change of pressure: nothing in slow motion, `warming_spread` in motion that is fast
+/// against the time in which the air takes the temperature of the wall, `(ωτ)²/(1 + (ωτ)²)` between.
+fn warming(rate_per_s: f64, s: &PlausibilitySettings) -> f64 {
+    let squared = (rate_per_s * s.warming_time_s).powi(2);
+    s.warming_spread * squared / (1.0 + squared)
 }

@@ -206,7 +206,7 @@ fn faults_of_the_joint_are_no_findings() {
         "pressure_sensor_lag:cutoff_hz=0.7",
         "pressure_delay:delay_ms=60",
         "pressure_bias:flexor_kpa=30,extensor_kpa=-25",
-        "pressure_bias:flexor_kpa=-40,extensor_kpa=-40",
+        "pressure_bias:flexor_kpa=-20,extensor_kpa=-20",
         "pressure_gain:flexor_relative=0.15,extensor_relative=-0.12",
         "position_offset:offset_mm=0.5",
         "position_gain:relative=0.2",
