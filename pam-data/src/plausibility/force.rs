@@ -1,7 +1,7 @@
 //! Sign and unit of the force, and which of muscles, displacement and force is reversed.
 
 use super::balance::Balance;
-use super::columns::{ChosenReading, direction};
+use super::choice::{ChosenReading, direction};
 use super::finding::{Evidence, Finding, FindingKind, Severity};
 use super::sample::Sample;
 use super::weigh::Weights;

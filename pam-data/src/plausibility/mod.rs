@@ -29,6 +29,7 @@
 
 mod balance;
 mod blocks;
+mod choice;
 mod columns;
 mod finding;
 mod force;
@@ -74,7 +75,7 @@ pub fn check_with<'s, F: ForceModel<f64>>(
     let samples: Vec<Sample<'_>> =
         subjects.iter().map(|s| Sample::new(s, &units, settings)).collect();
     let weights = Weights { model, units: &units, settings };
-    let readings = columns::readings(&weights, &samples);
+    let readings = choice::readings(&weights, &samples);
     let mut findings = columns::findings(&weights, &samples, &readings);
     for (sample, reading) in samples.iter().zip(&readings) {
         findings.extend(motion::findings(sample, reading.reading, settings));

@@ -5,7 +5,7 @@ use pam_data::preprocess::{RawLogOptions, recordings_from_raw_log};
 use pam_data::{
     LoadOptions, MassOptions, RawLog, Recording, SavedModel, Subject, load_model, open_recordings,
 };
-use pam_rig::protocol::CurrentSegment;
+use pam_rig::protocol::{CurrentSegment, LeadIn};
 use pam_rig::{Protocol, RigParameters, Run, record};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -23,14 +23,15 @@ const PSI: [[f64; 2]; 3] = [[45.0, 45.0], [30.0, 60.0], [60.0, 30.0]];
 
 /// Text of a raw log of the virtual rig: the published excitation, shortened.
 fn log(rig: &RigParameters, psi: [f64; 2]) -> String {
-    let sines = [(0.5, 4.0), (1.0, 3.0), (2.0, 2.0)].into_iter().flat_map(|(hz, s)| {
+    let sines = [(0.5, 4.0), (1.0, 2.0), (2.0, 1.0)].into_iter().flat_map(|(hz, s)| {
         [1.0, 1.5].map(|amplitude_a| CurrentSegment::Sine {
             amplitude_a,
             frequency_hz: hz,
             duration_s: s,
         })
     });
-    let protocol = Protocol { current: sines.collect(), ..Protocol::paper() };
+    let lead_in = LeadIn { inflate_s: 6.0, rest_s: 1.0 };
+    let protocol = Protocol { current: sines.collect(), lead_in, ..Protocol::paper() };
     let name = format!("nn_{:02.0}{:02.0}", psi[0], psi[1]);
     record(rig, &protocol, &Run { name, start_psi: psi }, 5).unwrap().log_text("test")
 }
