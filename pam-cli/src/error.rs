@@ -79,7 +79,7 @@ impl CliError {
                 | Self::Curriculum(
                     CurriculumError::Override { .. } | CurriculumError::Unknown { .. }
                 )
-                | Self::Rig(RigError::Protocol { .. })
+                | Self::Rig(RigError::Protocol { .. } | RigError::Preset { .. })
                 | Self::Ablate(AblateError::Setting { .. } | AblateError::Unknown { .. })
         )
     }

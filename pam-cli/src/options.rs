@@ -164,9 +164,9 @@ pub struct DataOptions {
     /// be given several times
     #[arg(long = "loader", value_name = "KEY=VALUE")]
     pub loader: Vec<String>,
-    /// The zero of the pressures of a .mat run
-    #[arg(long, value_parser = choice::<PressureReference>(), default_value = "auto", value_name = "REFERENCE")]
-    pub mat_pressure: PressureReference,
+    /// The zero of the pressures of CSV, .npz and .mat data; raw logs are gauge
+    #[arg(long, alias = "mat-pressure", value_parser = choice::<PressureReference>(), default_value = "auto", value_name = "REFERENCE")]
+    pub pressure: PressureReference,
 }
 
 impl DataOptions {
@@ -177,7 +177,7 @@ impl DataOptions {
     pub fn load_options(&self) -> Result<LoadOptions, CliError> {
         let mut options = LoadOptions {
             preprocess: self.preprocess,
-            pressure_reference: self.mat_pressure,
+            pressure_reference: self.pressure,
             ..LoadOptions::default()
         };
         for assignment in &self.loader {
@@ -241,7 +241,7 @@ impl DataOptions {
             "masses": format!("{:?}", self.masses).to_lowercase(),
             "surfaces": self.surfaces,
             "preprocess": self.preprocess,
-            "mat_pressure": format!("{:?}", self.mat_pressure).to_lowercase(),
+            "pressure": format!("{:?}", self.pressure).to_lowercase(),
             "raw_log": load.raw_log,
         }))
     }

@@ -13,6 +13,8 @@
 //! Models come from the published `.eqx` weights or from safetensors ([`models`]); sealed air masses
 //! from the file itself, the gas law, or the single-muscle surfaces ([`masses`]).
 //!
+//! Units, signs and columns that contradict the physics of the joint are found by [`plausibility`].
+//!
 //! Every error names the file, and the line and column where there is one, in TOML files too
 //! ([`toml_file`]). Files are written atomically ([`atomic`]).
 
@@ -26,6 +28,7 @@ pub mod formats;
 pub mod load_options;
 pub mod masses;
 pub mod models;
+pub mod plausibility;
 pub mod preprocess;
 pub mod recording;
 pub mod subject;

@@ -2,6 +2,7 @@
 
 use crate::preprocess::RawLogOptions;
 use pam_core::NamedChoice;
+use pam_core::units::ATMOSPHERE_KPA;
 
 /// How recordings are read.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -11,14 +12,14 @@ pub struct LoadOptions {
     /// Filter data that are no raw log like a raw log and take the velocity anew. Without it they are
     /// taken as they are.
     pub preprocess: bool,
-    /// The zero of a `.mat` run's pressures.
+    /// The zero of the pressures of CSV, `.npz` and `.mat` data; raw logs are gauge by definition.
     pub pressure_reference: PressureReference,
 }
 
 /// The zero of a pressure column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PressureReference {
-    /// Decide by the gas law.
+    /// As the columns' format states it: absolute in CSV and `.npz`, decided by the gas law in `.mat`.
     #[default]
     Auto,
     /// Zero is vacuum.
@@ -27,10 +28,22 @@ pub enum PressureReference {
     Gauge,
 }
 
+impl PressureReference {
+    /// What must be added to pressures that are absolute unless this says otherwise, kPa.
+    #[must_use]
+    pub fn offset_kpa(self) -> f64 {
+        if self == Self::Gauge { ATMOSPHERE_KPA } else { 0.0 }
+    }
+}
+
 impl NamedChoice for PressureReference {
     const KIND: &'static str = "pressure reference";
     const ALL: &'static [(&'static str, Self, &'static str)] = &[
-        ("auto", Self::Auto, "decide by the gas law and print the decision"),
+        (
+            "auto",
+            Self::Auto,
+            "absolute in CSV and .npz; in .mat decided by the gas law and printed",
+        ),
         ("absolute", Self::Absolute, "zero is vacuum"),
         ("gauge", Self::Gauge, "zero is the atmosphere"),
     ];

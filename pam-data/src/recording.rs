@@ -201,7 +201,8 @@ impl Recording {
         for (name, values) in &columns[3..5] {
             if let Some(i) = values.iter().position(|&v| v <= 0.0) {
                 return fail(format!(
-                    "`{name}` is {} kPa at sample {i}; pressures are absolute and positive",
+                    "`{name}` is {} kPa at sample {i}; pressures are absolute and positive. If these are gauge \
+                     pressures, add 101.325 kPa, or read them with --pressure gauge",
                     values[i]
                 ));
             }

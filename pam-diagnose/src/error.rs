@@ -1,5 +1,6 @@
 //! What can go wrong.
 
+use pam_data::plausibility::Finding;
 use pam_effects::simulation::Diverged;
 use thiserror::Error;
 
@@ -15,9 +16,17 @@ pub enum DiagnoseError {
     /// A field cannot be solved, or its data do not fit it.
     #[error(transparent)]
     Field(#[from] pam_train::field::FieldError),
+    /// The recordings contradict the physics of the joint: wrong units, swapped or flipped columns.
+    #[error("{}", sentence(.0))]
+    Implausible(Vec<Finding>),
     /// The simulation of the model itself diverges.
     #[error(
         "{0}; the model is not of this joint, or the data are not in the units of their format"
     )]
     Diverges(#[from] Diverged),
+}
+
+/// All findings in one line.
+fn sentence(findings: &[Finding]) -> String {
+    findings.iter().map(Finding::to_string).collect::<Vec<_>>().join("; ")
 }

@@ -26,6 +26,16 @@ pub enum RigError {
         /// The problem and its remedy.
         message: String,
     },
+    /// A parameter set that is neither a file nor one that comes with the rig.
+    #[error(
+        "rig `{name}`: neither a file nor one of the parameter sets that come with the rig: {known}"
+    )]
+    Preset {
+        /// The name.
+        name: String,
+        /// The names that exist.
+        known: String,
+    },
     /// The folder already holds something else.
     #[error("{}: {message}", folder.display())]
     Folder {

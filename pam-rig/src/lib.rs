@@ -37,6 +37,7 @@ pub mod folder;
 pub mod observables;
 pub mod plant;
 pub mod pneumatics;
+mod presets;
 pub mod protocol;
 pub mod record;
 pub mod rig;

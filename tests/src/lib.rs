@@ -1,6 +1,7 @@
 //! Helpers of the whole-system tests.
 
 pub mod diagnose;
+pub mod loops;
 pub mod plant;
 pub mod tables;
 

@@ -26,11 +26,14 @@ pub struct DemoArguments {
     /// Folder for the recording, the predictions and the report
     #[arg(long, value_name = "DIR", default_value = "pam-demo")]
     pub out: PathBuf,
+    /// Parameters of the rig: default, measured (as rough as the published real run), or a TOML file
+    #[arg(long, value_name = "NAME|FILE", default_value = "default")]
+    pub rig: String,
 }
 
 impl Default for DemoArguments {
     fn default() -> Self {
-        Self { out: PathBuf::from("pam-demo") }
+        Self { out: PathBuf::from("pam-demo"), rig: "default".into() }
     }
 }
 
@@ -66,14 +69,22 @@ impl RunCommand for DemoArguments {
          pressures each, torque at 0.5, 1 and 2 Hz.",
         global.seed
     ));
-        let healthy = recorded(&folder.join("healthy"), &HEALTHY, None, global.seed + 1, &saved)?;
-        let data = recorded(&folder.join("logs"), &CONDITIONS, Some(hidden), global.seed, &saved)?;
+        let rig = RigParameters::open(&self.rig)?;
+        let healthy =
+            recorded(&folder.join("healthy"), &rig, &HEALTHY, None, global.seed + 1, &saved)?;
+        let data =
+            recorded(&folder.join("logs"), &rig, &CONDITIONS, Some(hidden), global.seed, &saved)?;
         console
             .text("The default model predicts; the diagnosis asks what it gets wrong, and why.\n");
         let sets = RecordingSets { data: &data, test: None, baseline: Some(&healthy) };
         let options = DiagnoseOptions { seed: global.seed, ..DiagnoseOptions::default() };
         let diagnosis = diagnose_into(folder, &saved, &sets, &options, console)?;
-        run_record::write(folder, "demo", global.seed, &json!({ "hidden": hidden }))?;
+        run_record::write(
+            folder,
+            "demo",
+            global.seed,
+            &json!({ "hidden": hidden, "rig": self.rig }),
+        )?;
         console.text(format!("Hidden in the logs was {hidden}.\n"));
         finish(&diagnosis, folder, console);
         Ok(ExitCode::SUCCESS)
@@ -83,6 +94,7 @@ impl RunCommand for DemoArguments {
 /// Records a short run of the published excitation at each pressure and reads the logs.
 fn recorded(
     folder: &Path,
+    rig: &RigParameters,
     conditions: &[[u8; 2]],
     hidden: Option<&str>,
     seed: u64,
@@ -100,7 +112,7 @@ fn recorded(
     let effects: Result<Vec<pam_rig::effects::Effect>, _> =
         hidden.iter().map(|text| text.parse()).collect();
     let effects = effects.map_err(|e| failed(format!("the demo's effect: {e}")))?;
-    let rig = RigParameters { effects, ..RigParameters::default() };
+    let rig = RigParameters { effects, ..rig.clone() };
     let session = Session { rig, protocol, seed, truth: true, note: run_record::rig_note(seed) };
     session.record_into(folder, true, &|_| {})?;
     let recordings = read_recordings([folder], &LoadOptions::default())?;

@@ -13,7 +13,8 @@ use pam_data::models::save_model;
 use pam_data::{DataError, SavedModel, Subject};
 use pam_diagnose::report::{ReportContext, diagnosis_report, verdict_sentence};
 use pam_diagnose::{
-    DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage, diagnose,
+    DiagnoseError, DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage,
+    diagnose,
 };
 use pam_effects::ExtendedModel;
 use pam_effects::effects::{ALL, VocabularyError, by_id};
@@ -50,6 +51,9 @@ pub struct DiagnoseArguments {
     /// Change one setting, like `search.beam_width=4`; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
+    /// Diagnose recordings with wrong units, swapped columns or flipped signs all the same
+    #[arg(long)]
+    pub allow_implausible: bool,
     /// Also write a protocol for the rig that distinguishes the named cause from those it is confusable with
     #[arg(long)]
     pub design: bool,
@@ -90,6 +94,7 @@ impl RunCommand for DiagnoseArguments {
             "healthy": self.healthy,
             "effects": options.candidates.iter().map(|e| e.info().id).collect::<Vec<_>>(),
             "settings": options.settings,
+            "allow_implausible": options.allow_implausible,
             "reading": self.reading.to_json()?,
         });
         run_record::write(&self.out, "diagnose", global.seed, &configuration)?;
@@ -117,7 +122,12 @@ fn options(arguments: &DiagnoseArguments, seed: u64) -> Result<DiagnoseOptions, 
     let most = arguments.max_effects.map(|most| format!("search.max_causes={most}"));
     let changes: Vec<String> = arguments.overrides.iter().cloned().chain(most).collect();
     let settings = DiagnosisSettings::parse(&text, &changes).map_err(usage)?;
-    let mut options = DiagnoseOptions { seed, settings, ..DiagnoseOptions::default() };
+    let mut options = DiagnoseOptions {
+        seed,
+        settings,
+        allow_implausible: arguments.allow_implausible,
+        ..DiagnoseOptions::default()
+    };
     if !arguments.effects.is_empty() {
         options.candidates = arguments
             .effects
@@ -147,8 +157,17 @@ pub fn diagnose_into(
 ) -> Result<JointDiagnosis, CliError> {
     let model = ExtendedModel::from_saved(saved.clone())?;
     let bar = console.progress(1000, "diagnosing");
-    let diagnosis = diagnose(&model, sets, options, &|stage, share| show(&bar, stage, share))?;
+    let diagnosis = diagnose(&model, sets, options, &|stage, share| show(&bar, stage, share));
     bar.finish_and_clear();
+    let diagnosis = diagnosis.map_err(|e| match e {
+        DiagnoseError::Implausible(_) => failed(format!(
+            "{e}. Nothing was fitted; correct the data, or give --allow-implausible to go on"
+        )),
+        other => other.into(),
+    })?;
+    for finding in &diagnosis.model.plausibility {
+        console.warn(finding.to_string());
+    }
     let mut extended = diagnosis.model.extended.to_saved();
     if !diagnosis.causes.is_empty() {
         extended.info.provenance = format!("{}; extended by a diagnosis", saved.info.provenance);

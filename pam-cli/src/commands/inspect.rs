@@ -12,11 +12,12 @@ use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_core::{AnyForce, ForceInput, Scalar};
 use pam_data::formats::raw_log::RawLogText;
 use pam_data::formats::{mat, npz};
+use pam_data::plausibility::{self, Finding, Severity};
 use pam_data::preprocess::recordings_from_raw_log;
 use pam_data::recording::{contiguous_ranges, median_step_s};
 use pam_data::{
-    Channel, DataError, LoadOptions, MassOptions, RawLog, Recording, SavedModel, collect_paths,
-    format_of, load_model, open_recordings, resolve_masses,
+    Channel, DataError, LoadOptions, MassOptions, RawLog, Recording, SavedModel, Subject,
+    collect_paths, format_of, load_model, open_recordings, resolve_masses,
 };
 use pam_numerics::statistics::mean;
 use serde_json::{Value, json};
@@ -156,6 +157,7 @@ impl Inspector {
                 let (body, inner) = self.recordings(&recordings)?;
                 text += &body;
                 value["recordings"] = inner["recordings"].clone();
+                value["plausibility"] = inner["plausibility"].clone();
             }
             Err(e) => {
                 text += &format!("  no recording: {}", reason(&e));
@@ -173,7 +175,18 @@ impl Inspector {
             text.push(t);
             values.push(v);
         }
-        Ok((text.join("\n"), json!({ "recordings": values })))
+        let findings = self.plausibility(recordings)?;
+        text.extend(findings.iter().map(|f| match f.severity {
+            Severity::Error => format!("  implausible: {f}"),
+            Severity::Warning => format!("  possibly implausible: {f}"),
+        }));
+        Ok((text.join("\n"), json!({ "recordings": values, "plausibility": findings })))
+    }
+
+    /// What in the recordings of a file contradicts the physics of the joint.
+    fn plausibility(&self, recordings: &[Recording]) -> Result<Vec<Finding>, CliError> {
+        let subjects = Subject::resolve(recordings.to_vec(), &self.model, &self.masses)?;
+        Ok(plausibility::check(&self.model.model, &subjects))
     }
 
     fn recording(&self, r: &Recording) -> Result<(String, Value), CliError> {

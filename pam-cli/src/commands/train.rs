@@ -5,10 +5,11 @@ use crate::INTERRUPTED;
 use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::CliError;
-use crate::options::DataOptions;
+use crate::options::{DataOptions, built_in_spring_damper};
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
 use pam_data::atomic::write_atomic;
+use pam_data::{MassOptions, Recording, Subject, plausibility};
 use pam_effects::effects::ALL;
 use pam_report::page::number;
 use pam_report::training::{EpochRow, ParameterRow, StageRow};
@@ -103,6 +104,7 @@ impl RunCommand for TrainArguments {
                 path.display()
             )));
         }
+        let recordings = checked(recordings, console)?;
         let effects = effects_of(&curriculum, ALL)?;
         let mut trainer =
             Trainer::extended(curriculum, recordings, surfaces, effects, global.seed)?;
@@ -137,6 +139,17 @@ impl RunCommand for TrainArguments {
         let trained = train(&mut trainer, &folder, &settings, self.resume, console)?;
         finish(&trainer, &trained, out, console)
     }
+}
+
+/// Recordings, after a warning for each way in which they contradict the physics of the joint. The data sheet's model is
+/// what is known before training.
+fn checked(recordings: Vec<Recording>, console: &Console) -> Result<Vec<Recording>, CliError> {
+    let saved = built_in_spring_damper();
+    let subjects = Subject::resolve(recordings, &saved, &MassOptions::default())?;
+    for finding in plausibility::check(&saved.model, &subjects) {
+        console.warn(finding.to_string());
+    }
+    Ok(subjects.into_iter().map(|s| s.recording).collect())
 }
 
 /// The curriculum of the arguments, or that of the run that is resumed.

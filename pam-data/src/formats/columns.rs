@@ -1,9 +1,10 @@
 //! The standard columns, shared by CSV and `.npz`.
 
 use crate::error::DataError;
+use crate::load_options::PressureReference;
 use crate::recording::{Recording, split_at_gaps};
 use pam_core::SealedMasses;
-use pam_core::units::MN_PER_N;
+use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 
 /// Names of the standard columns, in order. Force is in N here, everything else as in
 /// [`Recording`].
@@ -22,10 +23,12 @@ pub const MASS_FLEXOR: &str = "mass_flexor_g";
 pub const MASS_EXTENSOR: &str = "mass_extensor_g";
 
 /// Checks what a file gave, puts it into `recording` and splits it at gaps in time.
+/// The pressures count from `reference`.
 pub(crate) fn finish(
     mut recording: Recording,
     columns: [Vec<f64>; 6],
     masses: [Option<f64>; 2],
+    reference: PressureReference,
 ) -> Result<Vec<Recording>, DataError> {
     recording.given_masses = match masses {
         [Some(flexor_g), Some(extensor_g)] => Some(SealedMasses { flexor_g, extensor_g }),
@@ -41,8 +44,12 @@ pub(crate) fn finish(
     recording.time_s = time;
     recording.displacement_mm = x;
     recording.velocity_mm_s = v;
-    recording.pressure_flexor_kpa = pf;
-    recording.pressure_extensor_kpa = pe;
+    let absolute = |p: Vec<f64>| p.into_iter().map(|p| p + reference.offset_kpa()).collect();
+    recording.pressure_flexor_kpa = absolute(pf);
+    recording.pressure_extensor_kpa = absolute(pe);
+    if reference == PressureReference::Gauge {
+        recording.notes.push(format!("pressures read as gauge: {ATMOSPHERE_KPA} kPa added"));
+    }
     recording.force_mn = force_n.into_iter().map(|f| f * MN_PER_N).collect();
     recording.preprocessing = "taken as it is".into();
     recording.validate()?;

@@ -14,7 +14,7 @@ use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES};
 use super::format::{FileFormat, Head, RecordingWriter};
 use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
-use crate::load_options::LoadOptions;
+use crate::load_options::{LoadOptions, PressureReference};
 use crate::recording::Recording;
 use pam_core::SealedMasses;
 use std::fmt::Write;
@@ -37,9 +37,9 @@ impl FileFormat for CsvColumns {
     fn read_recordings(
         &self,
         path: &Path,
-        _options: &LoadOptions,
+        options: &LoadOptions,
     ) -> Result<Vec<Recording>, DataError> {
-        read(path)
+        read_from(path, options.pressure_reference)
     }
     fn recording_writer(&self) -> Option<(&'static str, RecordingWriter)> {
         Some(("csv", write))
@@ -52,13 +52,21 @@ impl FileFormat for CsvColumns {
 /// [`DataError`] with line and column for missing columns, cells that are no finite numbers, rows of
 /// the wrong length, times that do not increase, masses that are not positive, and empty files.
 pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
+    read_from(path, PressureReference::Absolute)
+}
+
+/// [`read`] for pressures that count from `reference`.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_from(path: &Path, reference: PressureReference) -> Result<Vec<Recording>, DataError> {
     let bytes = read_bytes(path)?;
     // Spreadsheets put a byte-order mark in front.
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
     let mut recording = Recording::empty(path);
     let masses = read_header(path, bytes, &mut recording)?;
     let values = parse_columns(path, bytes, NAMES)?;
-    columns::finish(recording, values, masses)
+    columns::finish(recording, values, masses, reference)
 }
 
 /// Reads columns of any CSV file by their names; the first must increase from row to row.

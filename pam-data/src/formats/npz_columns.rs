@@ -4,7 +4,7 @@ use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES};
 use super::format::{FileFormat, Head, RecordingWriter};
 use super::npz::{self, Array};
 use crate::error::DataError;
-use crate::load_options::LoadOptions;
+use crate::load_options::{LoadOptions, PressureReference};
 use crate::recording::Recording;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -29,9 +29,9 @@ impl FileFormat for NpzColumns {
     fn read_recordings(
         &self,
         path: &Path,
-        _options: &LoadOptions,
+        options: &LoadOptions,
     ) -> Result<Vec<Recording>, DataError> {
-        read(path)
+        read_from(path, options.pressure_reference)
     }
     fn recording_writer(&self) -> Option<(&'static str, RecordingWriter)> {
         Some(("npz", write))
@@ -44,6 +44,14 @@ impl FileFormat for NpzColumns {
 /// [`DataError`] naming a missing array, arrays of different lengths, numbers that are not finite,
 /// times that do not increase, or masses that are not positive.
 pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
+    read_from(path, PressureReference::Absolute)
+}
+
+/// [`read`] for pressures that count from `reference`.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_from(path: &Path, reference: PressureReference) -> Result<Vec<Recording>, DataError> {
     let mut arrays = npz::read(path)?;
     let present = arrays.keys().cloned().collect::<Vec<_>>().join(", ");
     let mut values: [Vec<f64>; NAMES.len()] = Default::default();
@@ -70,7 +78,7 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
         }
     };
     let masses = [mass(MASS_FLEXOR)?, mass(MASS_EXTENSOR)?];
-    columns::finish(Recording::empty(path), values, masses)
+    columns::finish(Recording::empty(path), values, masses, reference)
 }
 
 /// Writes a recording as `.npz`.

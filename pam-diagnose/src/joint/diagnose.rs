@@ -10,6 +10,7 @@ use crate::error::DiagnoseError;
 use crate::noise::estimated_noise;
 use crate::settings::DiagnosisSettings;
 use pam_data::Subject;
+use pam_data::plausibility::{self, Finding, PlausibilitySettings};
 use pam_effects::effects::{ALL, AnyEffect, DataScales};
 use pam_effects::model::{ActiveEffect, ExtendedModel};
 use pam_effects::simulation::Trial;
@@ -35,11 +36,21 @@ pub struct DiagnoseOptions {
     pub seed: u64,
     /// Every other number on which the diagnosis depends.
     pub settings: DiagnosisSettings,
+    /// Thresholds of the check of units, signs and columns that comes before the diagnosis.
+    pub plausibility: PlausibilitySettings,
+    /// Diagnose recordings that contradict the physics of the joint all the same.
+    pub allow_implausible: bool,
 }
 
 impl Default for DiagnoseOptions {
     fn default() -> Self {
-        Self { candidates: ALL.to_vec(), seed: 1, settings: DiagnosisSettings::default() }
+        Self {
+            candidates: ALL.to_vec(),
+            seed: 1,
+            settings: DiagnosisSettings::default(),
+            plausibility: PlausibilitySettings::default(),
+            allow_implausible: false,
+        }
     }
 }
 
@@ -54,6 +65,8 @@ pub struct DiagnosedJoint {
     /// By how many of its samples the force acts earlier than a held one, as fitted with the named causes:
     /// 0 held, ½ smooth.
     pub force_lead_samples: f64,
+    /// What in the recordings contradicts the physics of the joint.
+    pub plausibility: Vec<Finding>,
     /// Magnitudes of the fitted recordings.
     #[serde(skip)]
     pub scales: DataScales,
@@ -68,8 +81,9 @@ pub type JointDiagnosis = Diagnosis<DiagnosedJoint>;
 /// Diagnoses recordings with a model. The same seed gives the same answer at any number of threads.
 ///
 /// # Errors
-/// [`DiagnoseError`] if there is too little data, or the model itself diverges on them. That nothing is
-/// found, or nothing is explained, is no error.
+/// [`DiagnoseError`] if there is too little data, the model itself diverges on them, or they contradict the physics of
+/// the joint ([`DiagnoseError::Implausible`], unless the options allow it). That nothing is found, or nothing is
+/// explained, is no error.
 pub fn diagnose(
     model: &ExtendedModel,
     sets: &RecordingSets<'_>,
@@ -79,6 +93,7 @@ pub fn diagnose(
     let settings = &options.settings;
     settings.check()?;
     progress(Stage::Preparing, 0.0);
+    let plausibility = plausible(model, sets, options)?;
     let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()));
     let source =
         if sets.test.is_some() { TestSource::GivenFrom(sets.data.len()) } else { TestSource::Kept };
@@ -139,10 +154,28 @@ pub fn diagnose(
             extended: if causes.is_empty() { model.clone() } else { start.with(causes) },
             baseline,
             force_lead_samples: best.shared[JointSystem::LEAD],
+            plausibility,
             scales: system.scales.clone(),
             candidates: options.candidates.clone(),
         }
     })
+}
+
+/// What in the recordings contradicts the physics of the joint; an error if it is certain and not allowed.
+fn plausible(
+    model: &ExtendedModel,
+    sets: &RecordingSets<'_>,
+    options: &DiagnoseOptions,
+) -> Result<Vec<Finding>, DiagnoseError> {
+    let sets = [Some(sets.data), sets.test, sets.baseline];
+    let subjects = sets.into_iter().flatten().flatten();
+    let findings = plausibility::check_with(&model.joint, subjects, &options.plausibility);
+    let errors = plausibility::errors(&findings);
+    if errors.is_empty() || options.allow_implausible {
+        Ok(findings)
+    } else {
+        Err(DiagnoseError::Implausible(errors))
+    }
 }
 
 fn prepare<'s>(

@@ -11,6 +11,12 @@ const SMOOTH: f64 = 0.25;
 impl ReportModel for DiagnosedJoint {
     fn notes(&self) -> Markup {
         html! {
+            @if !self.plausibility.is_empty() {
+                div.note {
+                    "These recordings contradict the physics of the joint; the rest of this page may mean nothing."
+                    ul { @for finding in &self.plausibility { li { (finding.to_string()) } } }
+                }
+            }
             p {
                 "The force acts " (number(self.force_lead_samples, 2)) " samples earlier than if each value held until \
                  the next (0 held, ½ smooth)."

@@ -63,9 +63,10 @@ pub struct IdentifyArguments {
     /// The bounds.
     #[command(flatten)]
     pub bounds: BoundsOptions,
-    /// Parameters of the rig, a TOML file
-    #[arg(long, value_name = "FILE")]
-    pub rig: Option<PathBuf>,
+    /// Parameters of the rig: default, measured (as rough as the published real run), or a TOML file; what that leaves
+    /// out has its default
+    #[arg(long, value_name = "NAME|FILE", default_value = "default")]
+    pub rig: String,
     /// Force of the pulses, N
     #[arg(long, value_name = "N", default_value_t = 90.0, allow_negative_numbers = true)]
     pub pulse_force: f64,
@@ -104,7 +105,7 @@ impl RunCommand for IdentifyArguments {
         };
         let mut extra = json!({});
         if self.data.is_empty() {
-            let rig = rig(self.rig.as_deref())?;
+            let rig = rig(&self.rig)?;
             let plan = |targets| Plan::new(&saved.model, targets, settings);
             let make = maker(&rig);
             match self.schedule {

@@ -13,7 +13,6 @@ use pam_control::execution::Joint;
 use pam_control::synthesis::{MassBounds, SynthesisSettings};
 use pam_core::{AnyForce, JointModel};
 use pam_rig::RigParameters;
-use std::path::Path;
 
 /// Within which masses a plan stays.
 #[derive(Debug, Clone, Args)]
@@ -58,9 +57,9 @@ impl BoundsOptions {
     }
 }
 
-/// The rig of a file or the default one, checked.
-fn rig(path: Option<&Path>) -> Result<RigParameters, CliError> {
-    let rig = path.map_or_else(|| Ok(RigParameters::default()), RigParameters::read)?;
+/// The rig of a preset or a file, checked.
+fn rig(name: &str) -> Result<RigParameters, CliError> {
+    let rig = RigParameters::open(name)?;
     RigJoint::new(&rig, 1, [400.0; 2])?;
     Ok(rig)
 }

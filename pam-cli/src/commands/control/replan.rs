@@ -47,9 +47,10 @@ pub struct ReplanArguments {
     /// When the wanted displacement changes, s
     #[arg(long, value_name = "S", default_value_t = 8.0, allow_negative_numbers = true)]
     pub shift_at: f64,
-    /// Parameters of the rig, a TOML file
-    #[arg(long, value_name = "FILE")]
-    pub rig: Option<PathBuf>,
+    /// Parameters of the rig: default, measured (as rough as the published real run), or a TOML file; what that leaves
+    /// out has its default
+    #[arg(long, value_name = "NAME|FILE", default_value = "default")]
+    pub rig: String,
     /// Folder for replan.csv, replan.json, report.html and run.json
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -87,7 +88,7 @@ impl RunCommand for ReplanArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let saved = self.model.load()?;
         let settings = self.bounds.settings(&saved.model)?;
-        let rig = rig(self.rig.as_deref())?;
+        let rig = rig(&self.rig)?;
         for (option, value) in [
             ("--load", self.load),
             ("--load-at", self.load_at),

@@ -26,9 +26,10 @@ pub struct TrackArguments {
     /// The bounds.
     #[command(flatten)]
     pub bounds: BoundsOptions,
-    /// Parameters of the rig, a TOML file
-    #[arg(long, value_name = "FILE")]
-    pub rig: Option<PathBuf>,
+    /// Parameters of the rig: default, measured (as rough as the published real run), or a TOML file; what that leaves
+    /// out has its default
+    #[arg(long, value_name = "NAME|FILE", default_value = "default")]
+    pub rig: String,
     /// Only tests of these shapes
     #[arg(long, value_delimiter = ',', value_name = "NAME,…", value_parser = PossibleValuesParser::new(SHAPES))]
     pub shapes: Vec<String>,
@@ -44,7 +45,7 @@ impl RunCommand for TrackArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let saved = self.model.load()?;
         let settings = self.bounds.settings(&saved.model)?;
-        let rig = rig(self.rig.as_deref())?;
+        let rig = rig(&self.rig)?;
         let wanted =
             |list: &[String], name: &str| list.is_empty() || list.iter().any(|l| l == name);
         let mut cases = published_cases();

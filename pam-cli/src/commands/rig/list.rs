@@ -1,6 +1,5 @@
 //! Lists of the rig: effects, protocols, parameters, observables.
 
-use super::rig;
 use crate::console::{Console, table};
 use crate::error::CliError;
 use clap::Args;
@@ -10,7 +9,6 @@ use pam_rig::effects::{ALL, Group, HiddenEffect};
 use pam_rig::observables::observables;
 use pam_rig::{Protocol, RigParameters};
 use serde_json::{Value, json};
-use std::path::PathBuf;
 
 /// Arguments of `pam rig protocol`.
 #[derive(Debug, Args)]
@@ -20,12 +18,22 @@ pub struct RigProtocolArguments {
     pub name: Option<String>,
 }
 
+/// Arguments of `pam rig parameters`.
+#[derive(Debug, Args)]
+pub struct RigParametersArguments {
+    /// Parameters of the rig: default, measured (as rough as the published real run), or a TOML file; what that leaves
+    /// out has its default
+    #[arg(long, value_name = "NAME|FILE", default_value = "default")]
+    pub rig: String,
+}
+
 /// Arguments of `pam rig observables`.
 #[derive(Debug, Args)]
 pub struct RigObservablesArguments {
-    /// Parameters of the rig, a TOML file
-    #[arg(long, value_name = "FILE")]
-    pub rig: Option<PathBuf>,
+    /// Parameters of the rig: default, measured (as rough as the published real run), or a TOML file; what that leaves
+    /// out has its default
+    #[arg(long, value_name = "NAME|FILE", default_value = "default")]
+    pub rig: String,
 }
 
 const UNLISTED: &str = "unlisted phenomena (not in the vocabulary; for testing what is outside it)";
@@ -87,10 +95,14 @@ pub(super) fn protocol(
 }
 
 /// `pam rig parameters`.
-pub(super) fn parameters(console: &Console) {
-    let rig = RigParameters::default();
+pub(super) fn parameters(
+    arguments: &RigParametersArguments,
+    console: &Console,
+) -> Result<(), CliError> {
+    let rig = RigParameters::open(&arguments.rig)?;
     console.json(&serde_json::to_value(&rig).unwrap_or(Value::Null));
     console.text(rig.to_toml().trim_end());
+    Ok(())
 }
 
 /// `pam rig observables`.
@@ -98,7 +110,7 @@ pub(super) fn observables_of(
     arguments: &RigObservablesArguments,
     console: &Console,
 ) -> Result<(), CliError> {
-    let all = observables(&rig(arguments.rig.as_deref())?.plant)?;
+    let all = observables(&RigParameters::open(&arguments.rig)?.plant)?;
     console.json(&serde_json::to_value(&all).unwrap_or(Value::Null));
     let mut rows =
         vec![["observable", "published", "rig", "unit", "source"].map(str::to_owned).to_vec()];

@@ -3,7 +3,7 @@
 pub mod list;
 pub mod record;
 
-pub use list::{RigObservablesArguments, RigProtocolArguments};
+pub use list::{RigObservablesArguments, RigParametersArguments, RigProtocolArguments};
 pub use record::RigRecordArguments;
 
 use crate::arguments::GlobalOptions;
@@ -11,8 +11,6 @@ use crate::commands::RunCommand;
 use crate::console::Console;
 use crate::error::CliError;
 use clap::Subcommand;
-use pam_rig::RigParameters;
-use std::path::Path;
 use std::process::ExitCode;
 
 /// Commands of the virtual rig.
@@ -25,7 +23,7 @@ pub enum RigCommand {
     /// Print a protocol as TOML, to start one's own from; without a name, list them
     Protocol(RigProtocolArguments),
     /// Print the rig's parameters as TOML, for --rig
-    Parameters,
+    Parameters(RigParametersArguments),
     /// Measure on the rig what is published about the joint
     Observables(RigObservablesArguments),
 }
@@ -36,14 +34,9 @@ impl RunCommand for RigCommand {
             RigCommand::Record(arguments) => record::run(arguments, global, console)?,
             RigCommand::ListEffects => list::effects(console),
             RigCommand::Protocol(arguments) => list::protocol(arguments, console)?,
-            RigCommand::Parameters => list::parameters(console),
+            RigCommand::Parameters(arguments) => list::parameters(arguments, console)?,
             RigCommand::Observables(arguments) => list::observables_of(arguments, console)?,
         }
         Ok(ExitCode::SUCCESS)
     }
-}
-
-/// The rig of a file, or the default one.
-fn rig(path: Option<&Path>) -> Result<RigParameters, CliError> {
-    Ok(path.map_or_else(|| Ok(RigParameters::default()), RigParameters::read)?)
 }

@@ -1,6 +1,5 @@
 //! `pam rig record`.
 
-use super::rig;
 use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::{CliError, usage};
@@ -29,9 +28,10 @@ pub struct RigRecordArguments {
     /// Sealed pressures.
     #[arg(long, value_name = "SET|PAIRS", help = conditions())]
     pub conditions: Option<String>,
-    /// Parameters of the rig, a TOML file; what it leaves out has its default
-    #[arg(long, value_name = "FILE")]
-    pub rig: Option<PathBuf>,
+    /// Parameters of the rig: default, measured (as rough as the published real run), or a TOML file; what that leaves
+    /// out has its default
+    #[arg(long, value_name = "NAME|FILE", default_value = "default")]
+    pub rig: String,
     /// Hidden effects.
     #[arg(long = "effect", value_name = "ID[:NAME=VALUE,…]", help = hidden_effects())]
     pub effects: Vec<String>,
@@ -124,7 +124,7 @@ pub(super) fn run(
 
 /// The session of the arguments.
 fn session(arguments: &RigRecordArguments, seed: u64) -> Result<Session, CliError> {
-    let mut rig: RigParameters = rig(arguments.rig.as_deref())?;
+    let mut rig = RigParameters::open(&arguments.rig)?;
     for text in &arguments.effects {
         rig.effects.push(text.parse().map_err(|e| usage(format!("--effect {text}: {e}")))?);
     }

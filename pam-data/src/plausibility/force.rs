@@ -1,0 +1,137 @@
+//! Sign and unit of the force, and which of muscles, displacement and force is reversed.
+
+use super::balance::Balance;
+use super::choice::{ChosenReading, direction};
+use super::finding::{Evidence, Finding, FindingKind, Severity};
+use super::sample::Sample;
+use super::weigh::Weights;
+use pam_core::ForceModel;
+use pam_core::units::{MN_PER_N, PULLEY_RADIUS_MM, tendon_force_mn_per_a};
+
+/// Correlation of recorded and modelled force from which its sign counts.
+const CLEAR_CORRELATION: f64 = 0.6;
+/// Share of inertia in the modelled force above which a wrong mass could turn its sign.
+const MOSTLY_INERTIA: f64 = 0.6;
+/// Largest log distance to a unit of force.
+const NEAR: f64 = 0.5;
+
+/// What a force column may hold, and the newtons of its unit at the tendon.
+fn units() -> [(&'static str, f64); 6] {
+    let torque_n_per_nm = 1e3 / PULLEY_RADIUS_MM;
+    [
+        ("kN", 1e3),
+        ("mN", 1e-3),
+        (
+            "N·m at the pulley, or amperes of the motor",
+            (torque_n_per_nm * tendon_force_mn_per_a() / MN_PER_N).sqrt(),
+        ),
+        ("N·mm at the pulley", 1e-3 * torque_n_per_nm),
+        ("kgf", 9.806_65),
+        ("lbf", 4.448_222),
+    ]
+}
+
+/// Findings in the force and in the directions.
+pub(super) fn findings<F: ForceModel<f64>>(
+    weights: &Weights<'_, F>,
+    sample: &Sample<'_>,
+    chosen: &ChosenReading,
+) -> Vec<Finding> {
+    let balance = Balance::new(weights, sample, chosen.reading);
+    let clear = balance.as_ref().filter(|b| {
+        b.inertia_share() < MOSTLY_INERTIA && b.correlation().abs() >= CLEAR_CORRELATION
+    });
+    let sign = clear.map(|b| b.correlation().signum());
+    let mut evidence = Vec::new();
+    if let Some(b) = clear {
+        evidence.push(Evidence::new(
+            "correlation of recorded and modelled force",
+            b.correlation(),
+            1.0,
+        ));
+    }
+    let make = |kind, severity, channel: &str, message: String| Finding {
+        kind,
+        severity,
+        channel: channel.to_owned(),
+        recordings: vec![sample.name()],
+        message,
+        evidence: evidence.clone(),
+    };
+    let mut out = Vec::new();
+    match (direction(weights, chosen).filter(|_| chosen.reading.reversed), sign) {
+        (Some(severity), Some(-1.0)) => out.push(make(
+            FindingKind::DisplacementSign,
+            severity,
+            "displacement_mm, velocity_mm_s",
+            "the sign of the displacement is wrong: P_f falls and P_e rises where x falls, and a force along +x moves the \
+             joint towards −x. x is positive where the flexor is shorter and its air has expanded; change the sign of \
+             displacement_mm and velocity_mm_s"
+                .into(),
+        )),
+        (Some(severity), known) => out.push(make(
+            FindingKind::SwappedMuscles,
+            severity,
+            "pressure_flexor_kpa, pressure_extensor_kpa",
+            format!(
+                "flexor and extensor look swapped: P_f rises and P_e falls as x rises, while the flexor's volume grows with \
+                 x in the model; swap the two pressures (and the two masses, if the file gives them){}",
+                if known.is_some() {
+                    ", or change the signs of displacement, velocity and force together"
+                } else {
+                    ", or change the signs of displacement and velocity"
+                }
+            ),
+        )),
+        (None, Some(-1.0)) => out.push(make(
+            FindingKind::ForceSign,
+            Severity::Error,
+            "force_n",
+            "the sign of the force is wrong: it pulls the joint against its motion at rest and in motion, while a joint \
+             yields to a force; positive is along +x. Change the sign of force_n"
+                .into(),
+        )),
+        _ => {}
+    }
+    out.extend(clear.and_then(|b| unit(weights, sample, b)));
+    out
+}
+
+/// A force that is off by a large factor.
+fn unit<F: ForceModel<f64>>(
+    weights: &Weights<'_, F>,
+    sample: &Sample<'_>,
+    balance: &Balance,
+) -> Option<Finding> {
+    let ratio = balance.ratio();
+    if !ratio.is_finite() || ratio.ln().abs() < weights.settings.force_factor.ln() {
+        return None;
+    }
+    let distance = |newtons: f64| (ratio * newtons).ln().abs();
+    let nearest = units().into_iter().min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)))?;
+    let fits = distance(nearest.1) < NEAR;
+    let what = format!(
+        "the force is {ratio:.4} times what mass, acceleration and the model's restoring force ask for"
+    );
+    let message = if fits {
+        format!(
+            "{what}: it looks like {} where N are meant; multiply force_n by {:.5}",
+            nearest.0, nearest.1
+        )
+    } else {
+        format!(
+            "{what}; check its unit (N at the tendon), the unit of the displacement, and that the model is of this joint"
+        )
+    };
+    Some(Finding {
+        kind: FindingKind::ForceUnit,
+        severity: if fits { Severity::Error } else { Severity::Warning },
+        channel: "force_n".into(),
+        recordings: vec![sample.name()],
+        message,
+        evidence: vec![
+            Evidence::new("recorded over modelled force", ratio, 1.0),
+            Evidence::new("correlation of recorded and modelled force", balance.correlation(), 1.0),
+        ],
+    })
+}
