@@ -7,11 +7,11 @@ use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Sensitivities};
 use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
-use pam_core::units::MN_PER_N;
+use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_data::Channel;
-use pam_effects::effects::{AnyEffect, DataScales, EffectScalar};
+use pam_effects::effects::{AnyEffect, Contact, DataScales, EffectScalar, Pressures};
 use pam_effects::model::ActiveEffect;
-use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
+use pam_effects::simulation::{Base, Nuisances, ResampledRecord, Trajectory, Trial, simulate};
 use std::ops::Range;
 
 /// Recordings of a joint, its model, and effects that may be missing from it.
@@ -138,7 +138,9 @@ impl Candidates for JointSystem<'_> {
 
     /// Where the joint sticks and slips, the cost is rugged in the parameters of dry friction.
     fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
-        f64::hooks(self.effects[index]).dry_friction_mn(values, 0.0) > 0.0
+        let air = AtPressure(self.scales.gauge_kpa + ATMOSPHERE_KPA);
+        let contact = Contact { velocity_mm_s: 0.0, air: &air };
+        f64::hooks(self.effects[index]).dry_friction_mn(values, &contact) > 0.0
     }
 
     fn shared(&self) -> &[Nuisance] {
@@ -179,7 +181,11 @@ impl Candidates for JointSystem<'_> {
     }
 
     fn points_per_row(&self) -> usize {
-        self.settings.data.points_per_row
+        // Sparse recordings have grid points of more than 4 ms.
+        let shortest_s = self.trials.iter().map(|t| t.record.step_s).fold(f64::INFINITY, f64::min);
+        let points = self.settings.data.points_per_row as f64;
+        let row_s = points * ResampledRecord::STEP_S;
+        (row_s / shortest_s).round().clamp(1.0, points) as usize
     }
 
     fn rows_per_observation(&self) -> f64 {
@@ -262,7 +268,16 @@ impl Candidates for JointSystem<'_> {
     }
 
     fn excitation(&self, experiment: usize) -> Vec<f64> {
-        let force = self.trials[experiment].record.force.values_mn();
-        (0..self.points(experiment)).map(|k| force[2 * k] / MN_PER_N).collect()
+        let record = &self.trials[experiment].record;
+        (0..record.points()).map(|k| record.force_mn(k) / MN_PER_N).collect()
+    }
+}
+
+/// Both chambers at one absolute pressure, kPa.
+struct AtPressure(f64);
+
+impl Pressures<f64> for AtPressure {
+    fn pressures_kpa(&self) -> [f64; 2] {
+        [self.0; 2]
     }
 }

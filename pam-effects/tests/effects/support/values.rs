@@ -8,6 +8,7 @@ pub(crate) fn medium() -> Vec<(&'static str, Vec<f64>)> {
     let mut values = vec![
         ("coulomb_friction", vec![13.0]),
         ("stribeck_friction", vec![9.0, 17.0, 2.1]),
+        ("load_friction", vec![0.041]),
         ("viscous_damping", vec![800.0]),
         ("hysteresis", vec![15.0, 0.51, 0.0]),
         ("hysteresis", vec![15.0, 0.51, 1.0]),
@@ -28,12 +29,15 @@ pub(crate) fn medium() -> Vec<(&'static str, Vec<f64>)> {
         ("force_gain", vec![-0.07]),
         ("force_saturation", vec![151.3]),
         ("actuation_delay", vec![10.7]),
+        ("actuator_lag", vec![4.3]),
         ("pressure_sensor_lag", vec![5.0]),
         ("pressure_delay", vec![25.7]),
         ("pressure_bias", vec![12.0, -8.0]),
         ("pressure_gain", vec![0.05, -0.04]),
         ("position_offset", vec![0.12]),
         ("position_gain", vec![0.04]),
+        ("position_sensor_lag", vec![6.0]),
+        ("position_delay", vec![13.1]),
     ];
     let scales = DataScales {
         force_n: 100.0,
@@ -41,6 +45,7 @@ pub(crate) fn medium() -> Vec<(&'static str, Vec<f64>)> {
         travel_mm: 1.0,
         speed_mm_s: 6.0,
         stiffness_n_mm: 150.0,
+        gauge_kpa: 310.0,
         samples: Vec::new(),
     };
     for effect in ALL {
