@@ -175,9 +175,9 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         let restoring = air.restoring_mn(x, v);
         let mut force = step.driving_mn(share) - restoring - v * self.base.damping_kg_s;
         if !self.parts.is_empty() {
-            let since_step_s = (share - step.from) * step.grid_s;
+            let since_step_s = (share.real() - step.from) * step.grid_s;
             let at = Point {
-                time_s: step.start_s + share * step.grid_s,
+                time_s: step.start_s + share.real() * step.grid_s,
                 displacement_mm: x,
                 velocity_mm_s: v,
                 step_start_mm: self.x,
@@ -216,23 +216,16 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         limits.fold(S::zero(), |sum, limit| sum + limit)
     }
 
-    /// A Runge–Kutta step from `at` to the share `to` of the grid's step, sliding in `direction`; the acceleration at
-    /// `at` and the state at the end.
-    pub(super) fn slide(
-        &self,
-        air: &F::Sealed<'_>,
-        step: &Substep<S>,
-        at: At<S>,
-        to: f64,
-        direction: f64,
-    ) -> (S, [S; 2]) {
-        let shares = [at.share, 0.5 * (at.share + to), to];
+    /// The whole substep as one Runge–Kutta step, sliding in `direction`; the acceleration at its start and the state at
+    /// its end.
+    pub(super) fn slide(&self, air: &F::Sealed<'_>, step: &Substep<S>, direction: f64) -> (S, [S; 2]) {
+        let shares = [step.from, 0.5 * (step.from + step.to), step.to].map(S::constant);
         let rate = |half: usize, [x, v]: [S; 2]| {
             [v, self.acceleration(air, step, At { share: shares[half], x, v }, direction)]
         };
-        let start = [at.x, at.v];
+        let start = [self.x, self.v];
         let first = rate(0, start);
-        (first[1], rk4_step(start, first, (to - at.share) * step.grid_s, rate))
+        (first[1], rk4_step(start, first, (step.to - step.from) * step.grid_s, rate))
     }
 
     /// The recording.
@@ -284,11 +277,11 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     fn substep(&mut self, step: &Substep<S>) {
         let force = self.force;
         let air = force.sealed(self.air_g);
-        let at = At { share: step.from, x: self.x, v: self.v };
         let [to_x, to_v] = if self.rough {
+            let at = At { share: S::constant(step.from), x: self.x, v: self.v };
             self.slide_and_stick(&air, step, at)
         } else {
-            self.slide(&air, step, at, step.to, 0.0).1
+            self.slide(&air, step, 0.0).1
         };
         let h = (step.to - step.from) * step.grid_s;
         for part in self.parts {
@@ -321,7 +314,7 @@ impl<F: BaseForce<f64>> JointIntegrator<'_, f64, F> {
         };
         let force = self.force;
         let air = force.sealed(self.air_g);
-        let at = |x: f64, v: f64| self.acceleration(&air, &step, At { share: 0.0, x, v }, 0.0);
+        let at = |x, v| self.acceleration(&air, &step, At { share: 0.0, x, v }, 0.0);
         let [dx, dv] = STEPS;
         [
             (at(x + dx, v) - at(x - dx, v)) / (2.0 * dx),
@@ -337,24 +330,22 @@ pub(super) struct Substep<S> {
     /// Length of the grid's step, s.
     pub(super) grid_s: f64,
     /// Its ends, as shares of the grid's step.
-    from: f64,
+    pub(super) from: f64,
     pub(super) to: f64,
     /// Driving force at the start, the middle and the end of the grid's step, mN; straight between them.
     driving_mn: [S; 3],
 }
 
 impl<S: EffectScalar> Substep<S> {
-    fn driving_mn(&self, share: f64) -> S {
+    fn driving_mn(&self, share: S) -> S {
         let [start, middle, end] = self.driving_mn;
-        let along = |a: S, b: S, share: f64| match share {
-            0.0 => a,
-            1.0 => b,
-            _ => a + (b - a).scaled(share),
-        };
-        if share <= 0.5 {
-            along(start, middle, 2.0 * share)
-        } else {
-            along(middle, end, 2.0 * share - 1.0)
+        let along = |a: S, b: S, share: S| a + (b - a) * share;
+        match share.real() {
+            0.0 => start,
+            0.5 => middle,
+            1.0 => end,
+            real if real < 0.5 => along(start, middle, share.scaled(2.0)),
+            _ => along(middle, end, share.scaled(2.0) - S::constant(1.0)),
         }
     }
 }
@@ -362,7 +353,8 @@ impl<S: EffectScalar> Substep<S> {
 /// The joint at a share of a step of the grid.
 #[derive(Clone, Copy)]
 pub(super) struct At<S> {
-    pub(super) share: f64,
+    /// Where a joint turns or breaks away, it has derivatives.
+    pub(super) share: S,
     pub(super) x: S,
     pub(super) v: S,
 }

@@ -20,7 +20,7 @@ pub(crate) fn medium() -> Vec<(&'static str, Vec<f64>)> {
         ("cogging", vec![7.0, 0.61]),
         ("tendon_slack", vec![0.77, 0.2]),
         ("stiffness_drift", vec![0.12]),
-        ("stiffness_scale", vec![0.07]),
+        ("stiffness_scale", vec![0.073]),
         ("leak", vec![1.5e-3, 7e-4]),
         ("polytropic_gas", vec![1.2, 0.0]),
         ("polytropic_gas", vec![1.2, 1.0]),
