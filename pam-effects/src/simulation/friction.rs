@@ -19,8 +19,6 @@ const MOST_SWITCHES: usize = 8;
 /// Iterations of Newton's method for the time of a turn. The parabola is right to 1e-3 of a step, and every iteration
 /// adds as many digits.
 const ITERATIONS: usize = 3;
-/// Share of the grid's step at which the driving force bends.
-const BEND: f64 = 0.5;
 /// Share of a step below which nothing is left of it.
 const NOTHING: f64 = 1e-9;
 
@@ -51,7 +49,7 @@ impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
                 self.slide(air, step, direction)
             } else {
                 let to = S::constant(step.to);
-                (self.acceleration(air, step, at, direction), self.reach(air, step, at, to, direction))
+                (self.acceleration(air, step, at, direction), self.piece(air, step, at, to, direction))
             };
             if end[1].real() * direction > 0.0 {
                 return end;
@@ -88,7 +86,7 @@ impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
         let [earliest, latest] = [at.share.real(), step.to].map(S::constant);
         let mut share = S::constant(at.share.real() + part * left);
         let place = |share: S| {
-            let [x, v] = self.reach(air, step, at, share, direction);
+            let [x, v] = self.piece(air, step, at, share, direction);
             At { share, x, v }
         };
         let mut there = place(share);
@@ -109,24 +107,6 @@ impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
         let deviation = there.v - S::constant(there.v.real());
         let carried = (pull + direction * limit) / (pull - direction * limit);
         (At { v: deviation.scaled(carried), ..rest }, -direction)
-    }
-
-    /// The state at the share `to`, in two steps where the driving force bends between: it is straight between
-    /// the stages of a whole step only.
-    fn reach(
-        &self,
-        air: &F::Sealed<'_>,
-        step: &Substep<S>,
-        at: At<S>,
-        to: S,
-        direction: f64,
-    ) -> [S; 2] {
-        if at.share.real() >= BEND || to.real() <= BEND {
-            return self.piece(air, step, at, to, direction);
-        }
-        let share = S::constant(BEND);
-        let [x, v] = self.piece(air, step, at, share, direction);
-        self.piece(air, step, At { share, x, v }, to, direction)
     }
 
     /// A Runge–Kutta step of fourth order of any length, with its derivatives.
@@ -154,26 +134,32 @@ impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
         [x, v]
     }
 
-    /// Where in the step a joint at rest starts to move, and its direction: the force runs straight but for the bend.
+    /// Where in the step a joint at rest starts to move, and its direction, by the parabola through the force at three
+    /// instants.
     fn breaks_away(&self, air: &F::Sealed<'_>, step: &Substep<S>, at: At<S>) -> Option<(S, f64)> {
         let limit = self.friction_limit_mn(at.x, S::zero());
         let pull = |share: S| self.pull_mn(air, step, At { share, x: at.x, v: S::zero() });
         let exceeds = |pull: S| pull.real().abs() > limit.real();
-        let mut before = (at.share, pull(at.share));
-        if exceeds(before.1) {
-            return Some((at.share, before.1.real().signum()));
+        let (left, start) = (S::constant(step.to) - at.share, pull(at.share));
+        if exceeds(start) {
+            return Some((at.share, start.real().signum()));
         }
-        let bend = (at.share.real() < BEND && BEND < step.to).then_some(BEND);
-        for share in bend.into_iter().chain([step.to]).map(S::constant) {
-            let after = (share, pull(share));
-            if exceeds(after.1) {
-                let way = after.1.real().signum();
-                let part = (limit.scaled(way) - before.1) / (after.1 - before.1);
-                return Some((before.0 + part * (after.0 - before.0), way));
-            }
-            before = after;
-        }
-        None
+        let [middle, end] = [0.5, 1.0].map(|part| pull(at.share + left.scaled(part)));
+        let passed = [middle, end].into_iter().find(|&p| exceeds(p))?;
+        let way = passed.real().signum();
+        // way · pull − limit over the share of what is left.
+        let [start, middle, end] = [start, middle, end].map(|p| p.scaled(way) - limit);
+        let slope = middle.scaled(4.0) - start.scaled(3.0) - end;
+        let bend = (start + end - middle.scaled(2.0)).scaled(2.0);
+        let (a, b, c) = (bend.real(), slope.real(), start.real());
+        let part = -2.0 * c / (b + (b * b - 4.0 * a * c).max(0.0).sqrt());
+        let part = if part.is_finite() { part.clamp(0.0, 1.0) } else { 0.0 };
+        // One step of Newton's method gives the root its derivatives.
+        let miss = start + slope.scaled(part) + bend.scaled(part * part);
+        let rising = (b + 2.0 * a * part).max(f64::MIN_POSITIVE);
+        let deviation = miss - S::constant(miss.real());
+        let part = S::constant(part) - deviation.scaled(1.0 / rising);
+        Some((at.share + left * part, way))
     }
 }
 

@@ -332,20 +332,22 @@ pub(super) struct Substep<S> {
     /// Its ends, as shares of the grid's step.
     pub(super) from: f64,
     pub(super) to: f64,
-    /// Driving force at the start, the middle and the end of the grid's step, mN; straight between them.
+    /// Driving force at the start, the middle and the end of the grid's step, mN; a parabola between them.
     driving_mn: [S; 3],
 }
 
 impl<S: EffectScalar> Substep<S> {
     fn driving_mn(&self, share: S) -> S {
         let [start, middle, end] = self.driving_mn;
-        let along = |a: S, b: S, share: S| a + (b - a) * share;
         match share.real() {
             0.0 => start,
             0.5 => middle,
             1.0 => end,
-            real if real < 0.5 => along(start, middle, share.scaled(2.0)),
-            _ => along(middle, end, share.scaled(2.0) - S::constant(1.0)),
+            _ => {
+                let slope = middle.scaled(4.0) - start.scaled(3.0) - end;
+                let bend = (start + end - middle.scaled(2.0)).scaled(2.0);
+                start + share * (slope + share * bend)
+            }
         }
     }
 }
