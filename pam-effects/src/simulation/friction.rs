@@ -49,7 +49,10 @@ impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
                 self.slide(air, step, direction)
             } else {
                 let to = S::constant(step.to);
-                (self.acceleration(air, step, at, direction), self.piece(air, step, at, to, direction))
+                (
+                    self.acceleration(air, step, at, direction),
+                    self.piece(air, step, at, to, direction),
+                )
             };
             if end[1].real() * direction > 0.0 {
                 return end;
@@ -120,7 +123,8 @@ impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
     ) -> [S; 2] {
         let h = (to - at.share).scaled(step.grid_s);
         let middle = (at.share + to).scaled(0.5);
-        let rate = |share: S, x: S, v: S| (v, self.acceleration(air, step, At { share, x, v }, direction));
+        let rate =
+            |share: S, x: S, v: S| (v, self.acceleration(air, step, At { share, x, v }, direction));
         let along = |(v, a): (S, S), h: S| (at.x + v * h, at.v + a * h);
         let k1 = rate(at.share, at.x, at.v);
         let (x, v) = along(k1, h.scaled(0.5));

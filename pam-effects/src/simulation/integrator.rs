@@ -30,7 +30,7 @@ pub(crate) struct JointIntegrator<'a, S, F> {
     rough: bool,
     delay_s: S,
     delayed: bool,
-    lead_s: f64,
+    lead_samples: f64,
     start_kpa: [S; 2],
     x: S,
     v: S,
@@ -99,7 +99,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             substeps,
             rough: false,
             delayed: delay_s.real() != 0.0,
-            lead_s: nuisances.lead_samples * record.sample_s,
+            lead_samples: nuisances.lead_samples,
             delay_s,
             start_kpa: rest.start_kpa,
             x,
@@ -154,11 +154,11 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     /// The driving force at half step `half` of the grid, mN, `since_s` after the last call.
     fn driving_at(&mut self, half: usize, since_s: f64) -> S {
         let recorded = &self.record.force;
-        let time_s = 0.5 * self.record.fine_step_s() * half as f64 + self.lead_s;
+        let (time_s, lead) = (0.5 * self.record.fine_step_s() * half as f64, self.lead_samples);
         let mut force = if self.delayed {
-            recorded.at(S::constant(time_s) - self.delay_s)
-        } else if self.lead_s != 0.0 {
-            S::constant(recorded.at(time_s))
+            recorded.at(S::constant(time_s) - self.delay_s, lead)
+        } else if lead != 0.0 {
+            S::constant(recorded.at(time_s, lead))
         } else {
             S::constant(recorded.values_mn()[half])
         };
@@ -218,7 +218,12 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
 
     /// The whole substep as one Runge–Kutta step, sliding in `direction`; the acceleration at its start and the state at
     /// its end.
-    pub(super) fn slide(&self, air: &F::Sealed<'_>, step: &Substep<S>, direction: f64) -> (S, [S; 2]) {
+    pub(super) fn slide(
+        &self,
+        air: &F::Sealed<'_>,
+        step: &Substep<S>,
+        direction: f64,
+    ) -> (S, [S; 2]) {
         let shares = [step.from, 0.5 * (step.from + step.to), step.to].map(S::constant);
         let rate = |half: usize, [x, v]: [S; 2]| {
             [v, self.acceleration(air, step, At { share: shares[half], x, v }, direction)]
@@ -264,8 +269,11 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     /// Does step `k` of the grid.
     pub(crate) fn step(&mut self, k: usize) {
         let grid_s = self.record.fine_step_s();
-        let driving_mn =
-            [self.driving_mn, self.driving_at(2 * k + 1, 0.5 * grid_s), self.driving_at(2 * k + 2, 0.5 * grid_s)];
+        let driving_mn = [
+            self.driving_mn,
+            self.driving_at(2 * k + 1, 0.5 * grid_s),
+            self.driving_at(2 * k + 2, 0.5 * grid_s),
+        ];
         let start_s = self.record.since_start_s + grid_s * k as f64;
         for part in 0..self.substeps {
             let [from, to] = [part, part + 1].map(|j| j as f64 / self.substeps as f64);
@@ -316,10 +324,7 @@ impl<F: BaseForce<f64>> JointIntegrator<'_, f64, F> {
         let air = force.sealed(self.air_g);
         let at = |x, v| self.acceleration(&air, &step, At { share: 0.0, x, v }, 0.0);
         let [dx, dv] = STEPS;
-        [
-            (at(x + dx, v) - at(x - dx, v)) / (2.0 * dx),
-            (at(x, v + dv) - at(x, v - dv)) / (2.0 * dv),
-        ]
+        [(at(x + dx, v) - at(x - dx, v)) / (2.0 * dx), (at(x, v + dv) - at(x, v - dv)) / (2.0 * dv)]
     }
 }
 

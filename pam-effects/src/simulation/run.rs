@@ -98,7 +98,6 @@ fn substeps_of<S: EffectScalar>(
     let (parts, base) = (Parts::new(effects, &values), base.real());
     let (record, measured) = (&trial.record, Measured::of(&trial.record));
     let none = Nuisances::none();
-    let mut joint =
-        JointIntegrator::new(record, &base, &trial.table, &parts, &measured, &none, 1);
+    let mut joint = JointIntegrator::new(record, &base, &trial.table, &parts, &measured, &none, 1);
     substeps(&mut joint)
 }

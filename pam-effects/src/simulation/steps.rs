@@ -65,8 +65,7 @@ fn step_of(mode: Complex64, rate: Complex64, h: f64) -> (Complex64, Complex64) {
     let z = mode * h;
     let kept = 1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)));
     let [middle, end] = [0.5, 1.0].map(|share| (rate * (h * share)).exp());
-    let sum = 1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 2.0))
-        + middle * (4.0 + z * (2.0 + z / 2.0))
-        + end;
+    let sum =
+        1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 2.0)) + middle * (4.0 + z * (2.0 + z / 2.0)) + end;
     (kept, sum * (h / 6.0))
 }

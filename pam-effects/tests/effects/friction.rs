@@ -1,8 +1,6 @@
 //! Dry friction.
 
-use crate::support::joint::{
-    B, HOLD, K, M, P, driven, linear, linear_run, run, subject, undamped,
-};
+use crate::support::joint::{B, HOLD, K, M, P, driven, linear, linear_run, run, subject, undamped};
 use pam_core::units::ATMOSPHERE_KPA;
 use pam_data::MassOrigin;
 use pam_effects::effects::{Contact, EffectHooks, Pressures, StribeckFriction};
@@ -115,7 +113,8 @@ fn friction_of_the_load_is_proportional_to_gauge_pressure() {
     let limit = 20.0;
     let own: &[f64] = &[limit / gauge];
     for (share, held) in [(0.99, true), (1.01, false)] {
-        let run = linear_run(6.0, 0.0, |t| share * limit * (TAU * t).sin(), &[("load_friction", own)]);
+        let run =
+            linear_run(6.0, 0.0, |t| share * limit * (TAU * t).sin(), &[("load_friction", own)]);
         assert_eq!(run.x.iter().all(|&x| x == 0.0), held, "{share} of the limit");
     }
     // The mean of both pressures changes with the square of x alone: by less than 1e-3 within 1 mm.
@@ -131,7 +130,12 @@ fn friction_of_the_load_is_proportional_to_gauge_pressure() {
 
 /// The joint with set-valued friction and a force that acts half a sample late, by 2 µs of Moreau's time stepping: the
 /// displacement at multiples of `every_s`.
-fn marched(duration_s: f64, force_n: impl Fn(f64) -> f64, friction_n: f64, every_s: f64) -> Vec<f64> {
+fn marched(
+    duration_s: f64,
+    force_n: impl Fn(f64) -> f64,
+    friction_n: f64,
+    every_s: f64,
+) -> Vec<f64> {
     const H: f64 = 2e-6;
     let damped = 1.0 + 0.5 * H * B / M;
     let (mut x, mut v) = (0.0_f64, 0.0_f64);
@@ -169,9 +173,10 @@ fn fast_reversals_are_accurate() {
             };
             let effect = rms(&|k| exact[0][k] - exact[1][k]);
             let whole = rms(&|k| rough.x[k] - exact[0][k]) / effect;
-            let own =
-                rms(&|k| (rough.x[k] - free.x[k]) - (exact[0][k] - exact[1][k])) / effect;
-            println!("{hertz} Hz, {friction} N: {own:.1e} of friction's effect, {whole:.1e} in all");
+            let own = rms(&|k| (rough.x[k] - free.x[k]) - (exact[0][k] - exact[1][k])) / effect;
+            println!(
+                "{hertz} Hz, {friction} N: {own:.1e} of friction's effect, {whole:.1e} in all"
+            );
             assert!(own < 1e-3, "{hertz} Hz, {friction} N: {own:e}");
         }
     }

@@ -1,8 +1,8 @@
 //! What the sensors show.
 
 use crate::support::complex::{Complex, line};
-use crate::support::joint::{P, Run, driven, linear, linear_run, plain, run, subject, volumes};
 use crate::support::joint::HOLD;
+use crate::support::joint::{P, Run, driven, linear, linear_run, plain, run, subject, volumes};
 use pam_core::units::ATMOSPHERE_KPA;
 use pam_data::MassOrigin;
 use std::f64::consts::TAU;

@@ -1,10 +1,10 @@
 //! Steps of the simulation: stability for any mass, and recordings of any rate.
 
 use crate::support::complex::Complex;
-use crate::support::joint::{B, Joint, K, P, Run, SETTLED_S, answer, linear, run, subject};
+use crate::support::joint::{B, Joint, K, M, P, Run, SETTLED_S, answer, linear, run, subject};
 use pam_core::PhysicalParameters;
 use pam_data::{MassOrigin, Recording, Subject};
-use pam_effects::simulation::ResampledRecord;
+use pam_effects::simulation::{Base, Nuisances, ResampledRecord, Trajectory, Trial, simulate};
 use std::f64::consts::TAU;
 
 fn of_mass(mass_kg: f64) -> Joint {
@@ -75,13 +75,15 @@ fn fast_effects_are_stable() {
 #[test]
 fn every_rate_has_its_grid() {
     let model = linear();
-    for (rate_hz, steps) in [(10.0, 25), (25.0, 10), (50.0, 5), (120.0, 3), (250.0, 1), (400.0, 1)] {
+    for (rate_hz, steps) in [(10.0, 25), (25.0, 10), (50.0, 5), (120.0, 3), (250.0, 1), (400.0, 1)]
+    {
         let subject = made(&model, rate_hz, 0.5);
         let record = ResampledRecord::new(&subject);
         assert_eq!(record.steps_per_point, steps, "{rate_hz} Hz");
         assert!((record.step_s * rate_hz - 1.0).abs() < 1e-9, "{rate_hz} Hz");
         assert_eq!(record.points(), subject.recording.time_s.len(), "{rate_hz} Hz");
-        for (ours, sample) in record.measured[2].iter().zip(&subject.recording.pressure_flexor_kpa) {
+        for (ours, sample) in record.measured[2].iter().zip(&subject.recording.pressure_flexor_kpa)
+        {
             assert!((ours - sample).abs() < 1e-9, "{rate_hz} Hz: {ours} {sample}");
         }
     }
@@ -101,10 +103,30 @@ fn every_rate_is_simulated() {
             let run = run(&model, &made(&model, rate_hz, hertz), &[]);
             let miss = miss(&run, mass_kg, rate_hz, hertz);
             println!("{rate_hz} Hz of samples, {hertz} Hz of motion: {miss:.1e}");
-            // The steps of a held force are a motion of its own: (ω dt)²/12 of the amplitude at most.
-            let held = (TAU * hertz / rate_hz).powi(2) / 12.0;
-            assert!(miss < 2e-4 + 3.0 * held, "{rate_hz} Hz, {hertz} Hz: {miss:e}");
+            // Cubics through sparse samples err by at most 9/384 of the fourth power of ω dt.
+            let cubic = 9.0 / 384.0 * (TAU * hertz / rate_hz).powi(4);
+            assert!(miss < 1e-4 + cubic, "{rate_hz} Hz, {hertz} Hz: {miss:e}");
         }
+    }
+}
+
+/// With a lead of half a sample the force is the smooth one that the samples are of.
+#[test]
+fn a_smooth_force_is_followed_between_sparse_samples() {
+    let model = linear();
+    for (rate_hz, hertz) in [(25.0, 1.0), (25.0, 2.0), (50.0, 2.0), (200.0, 4.0)] {
+        let trial = Trial::new(&model, &made(&model, rate_hz, hertz));
+        let nuisances = Nuisances { lead_samples: 0.5, ..Nuisances::none() };
+        let mut out = Trajectory::default();
+        simulate::<f64>(&trial, &Base::of(&model), &[], &[], &nuisances, &mut out).expect("in range");
+        let rate = TAU * hertz;
+        let expected = Complex::real(100.0) * answer(Complex::real(K), B, M, rate);
+        let step_s = trial.record.step_s;
+        let settled = (SETTLED_S / step_s) as usize..out.channels[0].len();
+        let at = |k: usize| (out.channels[0][k] - expected.at(rate, k as f64 * step_s)).abs();
+        let miss = settled.map(at).fold(0.0, f64::max) / expected.size();
+        println!("{rate_hz} Hz of samples, smooth force of {hertz} Hz: {miss:.1e}");
+        assert!(miss < 1e-4 + 9.0 / 384.0 * (rate / rate_hz).powi(4), "{rate_hz} Hz: {miss:e}");
     }
 }
 

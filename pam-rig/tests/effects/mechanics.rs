@@ -89,7 +89,9 @@ fn load_friction() {
         holds(&sealed(&plain(effects), psi, 0.5, |_| newton / NEWTON_PER_AMPERE))
     };
     for (psi, limit) in [(45.0, 31.026), (20.0, 13.790)] {
-        assert!(held(&[effect], [psi; 2], limit - 0.05) && !held(&[effect], [psi; 2], limit + 0.05));
+        assert!(
+            held(&[effect], [psi; 2], limit - 0.05) && !held(&[effect], [psi; 2], limit + 0.05)
+        );
         let both = [effect, coulomb];
         assert!(held(&both, [psi; 2], limit + 4.95) && !held(&both, [psi; 2], limit + 5.05));
     }

@@ -17,7 +17,7 @@ pub(crate) fn medium() -> Vec<(&'static str, Vec<f64>)> {
         ("constant_load", vec![12.0]),
         ("added_inertia", vec![35.0]),
         ("backlash", vec![0.13]),
-        ("cogging", vec![7.0, 0.61]),
+        ("cogging", vec![7.0, 0.613]),
         ("tendon_slack", vec![0.77, 0.2]),
         ("stiffness_drift", vec![0.12]),
         ("stiffness_scale", vec![0.073]),
