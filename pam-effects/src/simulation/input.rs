@@ -47,7 +47,8 @@ impl FineForce {
         }
         let smooth = joined(t, force_mn, start_s, spacing_s, count);
         let bends = interpolated(t, &second_differences(force_mn), start_s, spacing_s, count);
-        let values_mn = smooth.iter().zip(&bends).map(|(f, bend)| f + ADDED_BY_HOLD * bend).collect();
+        let values_mn =
+            smooth.iter().zip(&bends).map(|(f, bend)| f + ADDED_BY_HOLD * bend).collect();
         let by_lead_mn = bends.iter().map(|bend| -2.0 * ADDED_BY_HOLD * bend).collect();
         Self { values_mn, by_lead_mn, spacing_s, sample_s }
     }
@@ -131,13 +132,7 @@ pub(super) fn interpolated(
 }
 
 /// As [`interpolated`], on cubics whose slopes at a sample are those of the line through its neighbours.
-fn joined(
-    time_s: &[f64],
-    values: &[f64],
-    start_s: f64,
-    spacing_s: f64,
-    count: usize,
-) -> Vec<f64> {
+fn joined(time_s: &[f64], values: &[f64], start_s: f64, spacing_s: f64, count: usize) -> Vec<f64> {
     let last = time_s.len() - 1;
     let slope = |k: usize| {
         let (a, b) = (k.saturating_sub(1), (k + 1).min(last));

@@ -118,7 +118,8 @@ fn a_smooth_force_is_followed_between_sparse_samples() {
         let trial = Trial::new(&model, &made(&model, rate_hz, hertz));
         let nuisances = Nuisances { lead_samples: 0.5, ..Nuisances::none() };
         let mut out = Trajectory::default();
-        simulate::<f64>(&trial, &Base::of(&model), &[], &[], &nuisances, &mut out).expect("in range");
+        simulate::<f64>(&trial, &Base::of(&model), &[], &[], &nuisances, &mut out)
+            .expect("in range");
         let rate = TAU * hertz;
         let expected = Complex::real(100.0) * answer(Complex::real(K), B, M, rate);
         let step_s = trial.record.step_s;
