@@ -10,7 +10,7 @@ pub(crate) fn medium() -> Vec<(&'static str, Vec<f64>)> {
         ("stribeck_friction", vec![9.0, 17.0, 2.1]),
         ("load_friction", vec![0.041]),
         ("viscous_damping", vec![800.0]),
-        ("hysteresis", vec![15.0, 0.51, 0.0]),
+        ("hysteresis", vec![15.0, 0.53, 0.0]),
         ("hysteresis", vec![15.0, 0.51, 1.0]),
         ("hysteresis", vec![15.0, 0.51, 2.0]),
         ("creep", vec![8.0, 0.7]),
