@@ -11,7 +11,7 @@ use super::integrator::JointIntegrator;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Longest step, s. Four samples of a log at 1 kHz; the force is averaged over half of it, which weakens 8 Hz by 4·10⁻⁴.
+/// Longest step, s: four samples of a log at 1 kHz, 31 steps in a period of 8 Hz.
 pub(super) const LONGEST_S: f64 = 4e-3;
 /// Highest frequency of the motion at which the gain has to be right, Hz: the published loader reaches 8 Hz.
 const HIGHEST_HZ: f64 = 10.0;
