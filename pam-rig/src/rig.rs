@@ -273,6 +273,7 @@ impl Rig {
             self.supply.give(taken_g, step_s);
             for phenomenon in &mut self.phenomena {
                 drive.force_n += phenomenon.joint_force_n(&clock, &self.plant);
+                drive.dry_friction_n += phenomenon.dry_friction_n(&clock, &self.plant);
                 drive.muscle_scale *= phenomenon.muscle_scale(&clock);
                 let [f, e] = phenomenon.air_g(&clock, &self.plant);
                 drive.air_g[0] += f;

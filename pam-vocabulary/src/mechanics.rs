@@ -36,6 +36,18 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
         ..MECHANICS
     },
     EffectInfo {
+        id: "load_friction",
+        description: "dry friction that grows with the tension of the tendons",
+        parameters: &[
+            // 1 kN, as of the other frictions, at the 200 kPa mean gauge pressure of the published experiments.
+            ParameterInfo::linear("force_n_per_kpa", [0.0, 5.0]).meaning(
+                "friction force for each kPa of the mean gauge pressure of both chambers; it sticks at rest",
+            ),
+        ],
+        excited_by: "reversals of a slow motion at pressures far apart, which separate it from `coulomb_friction`",
+        ..MECHANICS
+    },
+    EffectInfo {
         id: "viscous_damping",
         description: "force proportional to the velocity",
         // The published joint has 6000 to 7500 N s/m; a model may have too much of it.

@@ -14,6 +14,9 @@ const PRESSURE_BIAS_KPA: [f64; 2] = [-60.0, 60.0];
 /// A quarter; a sensor further off is broken, not out of calibration.
 const PRESSURE_RELATIVE: [f64; 2] = [-0.25, 0.25];
 
+/// Slower than any motion, to above the Nyquist frequency of 250 Hz recordings.
+const CUTOFF_HZ: [f64; 2] = [0.05, 200.0];
+
 const SENSING: EffectInfo = EffectInfo::new("", Group::Sensing, "", &[]);
 
 pub(crate) const EFFECTS: &[EffectInfo] = &[
@@ -43,10 +46,17 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
         ..SENSING
     },
     EffectInfo {
+        id: "actuator_lag",
+        description: "real force that follows the commanded one through a first-order low-pass",
+        parameters: &[ParameterInfo::scale("cutoff_hz", CUTOFF_HZ)
+            .meaning("cutoff f of `dF/dt = 2π f (F_commanded − F)`")],
+        excited_by: "fast and slow motion: lag and delay differ in amplitude",
+        ..SENSING
+    },
+    EffectInfo {
         id: "pressure_sensor_lag",
         description: "first-order low-pass on both pressure channels",
-        // Slower than any motion, to above the Nyquist frequency of 250 Hz recordings.
-        parameters: &[ParameterInfo::scale("cutoff_hz", [0.05, 200.0])
+        parameters: &[ParameterInfo::scale("cutoff_hz", CUTOFF_HZ)
             .meaning("cutoff of `1/(1 + s/(2π cutoff_hz))`")],
         excited_by: "fast and slow motion: lag and delay differ in amplitude",
         ..SENSING
@@ -98,6 +108,22 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
         parameters: &[ParameterInfo::linear("relative", RELATIVE)
             .meaning("measured = (1 + relative) · true displacement")],
         excited_by: "motion at frequencies far apart",
+        ..SENSING
+    },
+    EffectInfo {
+        id: "position_sensor_lag",
+        description: "first-order low-pass on the position reading",
+        parameters: &[ParameterInfo::scale("cutoff_hz", CUTOFF_HZ)
+            .meaning("cutoff of `1/(1 + s/(2π cutoff_hz))`")],
+        excited_by: "fast and slow motion: lag and delay differ in amplitude",
+        ..SENSING
+    },
+    EffectInfo {
+        id: "position_delay",
+        description: "pure delay of the position reading",
+        parameters: &[ParameterInfo::linear("delay_ms", DELAY_MS)
+            .meaning("measured displacement at t = true displacement at t − delay_ms")],
+        excited_by: "fast and slow motion: lag and delay differ in amplitude; pressures separate it from a late force",
         ..SENSING
     },
 ];

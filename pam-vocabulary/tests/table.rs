@@ -14,7 +14,7 @@ const PUBLISHED: &str = include_str!("published.csv");
 #[test]
 fn every_published_effect_is_there_with_its_parameters() {
     let lines: Vec<&str> = PUBLISHED.lines().skip(1).collect();
-    assert_eq!(lines.len(), 24);
+    assert_eq!(lines.len(), 28);
     for line in lines {
         let [group, id, parameters] = line.split(',').collect::<Vec<_>>()[..] else {
             panic!("three columns: {line}")

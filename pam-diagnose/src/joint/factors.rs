@@ -25,7 +25,6 @@ pub(super) fn factors(
 ) -> Vec<Vec<f64>> {
     let at: Vec<usize> = window.step_by(points_per_row).map(|k| k + points_per_row / 2).collect();
     let (x, v) = (&t.record.measured[0], &t.record.measured[1]);
-    let force = t.record.force.values_mn();
     let speed = (v.iter().map(|v| v * v).sum::<f64>() / v.len() as f64).sqrt();
     let pick = |values: &[f64]| at.iter().map(|&k| values[k.min(values.len() - 1)]).collect();
     // The phase by displacement and velocity in units of their own variation about a running middle.
@@ -51,7 +50,7 @@ pub(super) fn factors(
         at.iter()
             .map(|&k| (v[k.min(v.len() - 1)] / (settings.direction_width * speed)).tanh())
             .collect(),
-        at.iter().map(|&k| force[(2 * k).min(force.len() - 1)] / MN_PER_N).collect(),
+        at.iter().map(|&k| t.record.force_mn(k.min(x.len() - 1)) / MN_PER_N).collect(),
         phase,
         amplitude,
         at.iter().map(|&k| k as f64 * t.record.step_s).collect(),

@@ -14,8 +14,8 @@ pub(super) fn features(
 ) -> Vec<Vec<f64>> {
     let n = x.len();
     let rms = |s: &[f64]| (s.iter().map(|a| a * a).sum::<f64>() / n as f64).sqrt().max(1e-9);
-    let force = t.record.force.values_mn();
-    let (sx, sv, sf) = (rms(x), rms(v), rms(force));
+    let force: Vec<f64> = (0..n).map(|k| t.record.force_mn(k)).collect();
+    let (sx, sv, sf) = (rms(x), rms(v), rms(&force));
     let map = |f: &dyn Fn(usize) -> f64| (0..n).map(f).collect::<Vec<f64>>();
     // Any scale serves: the ridge is relative to columns of unit size.
     let pressure = (t.record.rest.sealed_kpa[0] + t.record.rest.sealed_kpa[1]) / 1000.0;
@@ -49,8 +49,8 @@ pub(super) fn features(
         map(&|k| v[k] * v[k].abs() / (sv * sv)),
         map(&|k| (v[k] / (settings.direction_width * sv)).tanh()),
         map(&|k| x[k] * v[k] / (sx * sv)),
-        map(&|k| force[2 * k] / sf),
-        map(&|k| (force[2 * k] / sf).powi(3)),
+        map(&|k| force[k] / sf),
+        map(&|k| (force[k] / sf).powi(3)),
         map(&|k| k as f64 / n as f64),
         map(&|k| x[k] / sx * k as f64 / n as f64),
     ];
@@ -66,9 +66,10 @@ pub(super) fn features(
         .map(|cause| {
             let (mut y, mut w) = (0.0, 0.0);
             map_mut(cause, |c| {
-                // Semi-implicit, and implicit in the damping: stable at any step of interest.
+                // Implicit: stable at any step.
                 let free = w + t.record.step_s / mass_kg * (c * 1e3 - stiffness * y);
-                w = free / (1.0 + t.record.step_s * damping / mass_kg);
+                let slowed = damping + t.record.step_s * stiffness.max(0.0);
+                w = free / (1.0 + t.record.step_s * slowed / mass_kg);
                 y += t.record.step_s * w;
                 y
             })

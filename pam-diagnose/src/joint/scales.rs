@@ -2,7 +2,7 @@
 
 use crate::data::OpenPart;
 use crate::settings::DataSettings;
-use pam_core::units::MN_PER_N;
+use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_effects::effects::{DataScales, ScaleSample};
 use pam_effects::simulation::{Base, Trial};
 
@@ -30,9 +30,10 @@ pub(super) fn data_scales(
     let sizes = |f: &dyn Fn(&Trial, usize) -> Vec<f64>| -> Vec<f64> {
         open.iter().flat_map(|&(t, n)| f(t, n)).collect()
     };
-    // Two values of the force per point.
-    let force =
-        sizes(&|t, n| t.record.force.values_mn()[..2 * n].iter().map(|f| f.abs()).collect());
+    let force = sizes(&|t, n| {
+        let values = 2 * t.record.steps_per_point * n;
+        t.record.force.values_mn()[..values].iter().map(|f| f.abs()).collect()
+    });
     let travel = sizes(&|t, n| {
         let x = &t.record.measured[0][..n];
         let middle = percentile(x.to_vec(), 0.5);
@@ -48,18 +49,24 @@ pub(super) fn data_scales(
             let x = t.record.measured[0][k];
             let restoring = t.table.force_mn(x, v[k], [0.0; 2]);
             let missing = base.mass_kg * acceleration + restoring + base.damping_kg_s * v[k]
-                - t.record.force.values_mn()[2 * k];
+                - t.record.force_mn(k);
             samples.push(ScaleSample { displacement_mm: x, missing_n: missing / MN_PER_N });
         }
     }
     let (force_n, travel_mm) =
         (percentile(force.clone(), high) / MN_PER_N, percentile(travel, high));
+    let gauge = |t: &Trial| {
+        let [flexor, extensor] = t.record.rest.sealed_kpa;
+        0.5 * (flexor + extensor) - ATMOSPHERE_KPA
+    };
+    let gauge_kpa = open.iter().map(|&(t, _)| gauge(t)).sum::<f64>() / open.len().max(1) as f64;
     DataScales {
         force_n,
         peak_force_n: percentile(force, peak) / MN_PER_N,
         travel_mm,
         speed_mm_s: percentile(speed, high),
         stiffness_n_mm: force_n / travel_mm.max(1e-3),
+        gauge_kpa,
         samples,
     }
 }

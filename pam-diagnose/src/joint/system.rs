@@ -8,11 +8,11 @@ use crate::fit::{Hypothesis, Sensitivities};
 use crate::noise::{NoisePrior, moving_discrepancy};
 use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
-use pam_core::units::MN_PER_N;
+use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_data::Channel;
-use pam_effects::effects::{AnyEffect, DataScales, EffectScalar};
+use pam_effects::effects::{AnyEffect, Contact, DataScales, EffectScalar, Pressures};
 use pam_effects::model::ActiveEffect;
-use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
+use pam_effects::simulation::{Base, Nuisances, ResampledRecord, Trajectory, Trial, simulate};
 use std::ops::Range;
 
 /// Recordings of a joint, its model, and effects that may be missing from it.
@@ -26,8 +26,6 @@ pub struct JointSystem<'a> {
     shared: [Nuisance; 3],
     local: [Nuisance; 6],
     outputs: [OutputInfo; 4],
-    /// Grid points of a row: a sample interval at least, so that rows are no interpolations of each other.
-    points_per_row: usize,
     settings: DiagnosisSettings,
 }
 
@@ -66,10 +64,7 @@ impl<'a> JointSystem<'a> {
         });
         let (model, air) = (Nuisance::of(fit.model_deviation), Nuisance::of(fit.air_deviation));
         let offset = Nuisance::of(fit.offset_deviation_kpa);
-        let sample_points = |t: &&Trial| (t.record.sample_s / t.record.step_s).ceil() as usize;
-        let slowest = trials.iter().map(sample_points).max().unwrap_or(1);
         Self {
-            points_per_row: settings.data.points_per_row.max(slowest),
             scales: data_scales(&trials, open, &base, &settings.data),
             trials,
             base,
@@ -152,7 +147,9 @@ impl Candidates for JointSystem<'_> {
 
     /// Where the joint sticks and slips, the cost is rugged in the parameters of dry friction.
     fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
-        f64::hooks(self.effects[index]).dry_friction_mn(values, 0.0) > 0.0
+        let air = AtPressure(self.scales.gauge_kpa + ATMOSPHERE_KPA);
+        let contact = Contact { velocity_mm_s: 0.0, air: &air };
+        f64::hooks(self.effects[index]).dry_friction_mn(values, &contact) > 0.0
     }
 
     fn shared(&self) -> &[Nuisance] {
@@ -193,7 +190,11 @@ impl Candidates for JointSystem<'_> {
     }
 
     fn points_per_row(&self) -> usize {
-        self.points_per_row
+        // Sparse recordings have grid points of more than 4 ms.
+        let shortest_s = self.trials.iter().map(|t| t.record.step_s).fold(f64::INFINITY, f64::min);
+        let points = self.settings.data.points_per_row as f64;
+        let row_s = points * ResampledRecord::STEP_S;
+        (row_s / shortest_s).round().clamp(1.0, points) as usize
     }
 
     fn burn_in_s(&self) -> f64 {
@@ -265,7 +266,16 @@ impl Candidates for JointSystem<'_> {
     }
 
     fn excitation(&self, experiment: usize) -> Vec<f64> {
-        let force = self.trials[experiment].record.force.values_mn();
-        (0..self.points(experiment)).map(|k| force[2 * k] / MN_PER_N).collect()
+        let record = &self.trials[experiment].record;
+        (0..record.points()).map(|k| record.force_mn(k) / MN_PER_N).collect()
+    }
+}
+
+/// Both chambers at one absolute pressure, kPa.
+struct AtPressure(f64);
+
+impl Pressures<f64> for AtPressure {
+    fn pressures_kpa(&self) -> [f64; 2] {
+        [self.0; 2]
     }
 }

@@ -3,7 +3,7 @@
 //! The hooks of [`Effect`] are generic over the scalar, so there is no `dyn Effect`. [`AnyEffect`] offers them
 //! for plain numbers, [`Derivatives`] and tape variables; every [`Effect`] implements it.
 
-use super::{Absorbed, ChamberLaw, DataScales, Effect, EffectInfo, Observed, Point, Rest};
+use super::{Absorbed, ChamberLaw, Contact, DataScales, Effect, EffectInfo, Observed, Point, Rest};
 use pam_autodiff::{Chunk, Var};
 use pam_core::{AnyForce, JointModel, Scalar};
 
@@ -41,10 +41,10 @@ dispatch! {
     [impl<E: Effect, S: Scalar> EffectHooks<S> for E] {
         fn begin(&self, p: &[S], x: S, memory: &mut [S]);
         fn rest(&self, p: &[S], rest: &mut Rest<S>);
-        fn drive(&self, p: &[S], force_mn: S) -> S;
+        fn drive(&self, p: &[S], since_s: f64, force_mn: S, memory: &mut [S]) -> S;
         fn delay_s(&self, p: &[S]) -> S;
         fn force_mn(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S;
-        fn dry_friction_mn(&self, p: &[S], v: S) -> S;
+        fn dry_friction_mn(&self, p: &[S], at: &Contact<'_, S>) -> S;
         fn inertia_kg(&self, p: &[S]) -> S;
         fn chamber(&self, p: &[S], law: &mut ChamberLaw<S>);
         fn advance(&self, p: &[S], step_s: f64, from: S, to: S, memory: &mut [S]);

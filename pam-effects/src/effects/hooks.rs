@@ -1,6 +1,7 @@
 //! Where an effect can act.
 
 use super::{DataScales, EffectInfo, Group};
+use pam_core::units::ATMOSPHERE_KPA;
 use pam_core::{AnyForce, JointModel, Scalar};
 
 /// The base model's restoring force of one recording.
@@ -25,6 +26,30 @@ pub struct Point<'a, S> {
     pub restoring_mn: S,
     /// The base model's restoring force elsewhere.
     pub base: &'a dyn Restoring<S>,
+}
+
+/// Chamber pressures at an instant, worked out where an effect asks for them.
+pub trait Pressures<S> {
+    /// Absolute pressures of flexor and extensor, kPa.
+    fn pressures_kpa(&self) -> [S; 2];
+}
+
+/// Surfaces that slide on each other or stick.
+pub struct Contact<'a, S> {
+    /// Velocity, mm/s; zero at rest.
+    pub velocity_mm_s: S,
+    /// Pressures of the chambers.
+    pub air: &'a dyn Pressures<S>,
+}
+
+impl<S: Scalar> Contact<'_, S> {
+    /// Mean gauge pressure of both chambers, kPa; not below zero.
+    #[must_use]
+    pub fn mean_gauge_kpa(&self) -> S {
+        let [flexor, extensor] = self.air.pressures_kpa();
+        let mean = (flexor + extensor).scaled(0.5) - S::constant(ATMOSPHERE_KPA);
+        mean.maximum(S::zero())
+    }
 }
 
 /// The reading at rest and the measured start, on their way from what was measured to what was.
@@ -143,9 +168,11 @@ pub trait Effect: Send + Sync + 'static {
         let _ = (p, rest);
     }
 
-    /// The real force for a commanded one, mN.
-    fn drive<S: Scalar>(&self, p: &[S], force_mn: S) -> S {
-        let _ = p;
+    /// The real force for a commanded one, mN. It is called at instants `since_s` after each other, first with
+    /// `since_s = 0` and then at the middle and at the end of every step; between two of them the commanded force
+    /// runs straight. A drive that has a state keeps it in `memory` and moves it here.
+    fn drive<S: Scalar>(&self, p: &[S], since_s: f64, force_mn: S, memory: &mut [S]) -> S {
+        let _ = (p, since_s, memory);
         force_mn
     }
 
@@ -161,10 +188,10 @@ pub trait Effect: Send + Sync + 'static {
         S::zero()
     }
 
-    /// Largest dry friction at velocity `v` (mm/s), mN. Friction is set-valued: the joint sticks while
-    /// less than this is needed to hold it.
-    fn dry_friction_mn<S: Scalar>(&self, p: &[S], v: S) -> S {
-        let _ = (p, v);
+    /// Largest dry friction of a contact, mN. Friction is set-valued: the joint sticks while less than this is
+    /// needed to hold it.
+    fn dry_friction_mn<S: Scalar>(&self, p: &[S], at: &Contact<'_, S>) -> S {
+        let _ = (p, at);
         S::zero()
     }
 

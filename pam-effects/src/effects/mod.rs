@@ -21,7 +21,9 @@ mod scales;
 mod sensing;
 
 pub use dynamic::{AnyEffect, Derivatives, EffectHooks, EffectScalar, WIDTH};
-pub use hooks::{Absorbed, ChamberLaw, Effect, Observed, Point, Rest, Restoring};
+pub use hooks::{
+    Absorbed, ChamberLaw, Contact, Effect, Observed, Point, Pressures, Rest, Restoring,
+};
 pub use pam_vocabulary::{EffectInfo, Group, ParameterInfo, Switch, VocabularyError, entry};
 pub use scales::{DataScales, ScaleSample};
 
@@ -40,6 +42,7 @@ macro_rules! effects {
 effects! {
     mechanics::coulomb_friction::CoulombFriction,
     mechanics::stribeck_friction::StribeckFriction,
+    mechanics::load_friction::LoadFriction,
     mechanics::viscous_damping::ViscousDamping,
     mechanics::hysteresis::Hysteresis,
     mechanics::creep::Creep,
@@ -56,12 +59,15 @@ effects! {
     sensing::force_gain::ForceGain,
     sensing::force_saturation::ForceSaturation,
     sensing::actuation_delay::ActuationDelay,
+    sensing::actuator_lag::ActuatorLag,
     sensing::pressure_sensor_lag::PressureSensorLag,
     sensing::pressure_delay::PressureDelay,
     sensing::pressure_bias::PressureBias,
     sensing::pressure_gain::PressureGain,
     sensing::position_offset::PositionOffset,
     sensing::position_gain::PositionGain,
+    sensing::position_sensor_lag::PositionSensorLag,
+    sensing::position_delay::PositionDelay,
 }
 
 /// The effect with this id.

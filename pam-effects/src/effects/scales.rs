@@ -24,6 +24,8 @@ pub struct DataScales {
     pub speed_mm_s: f64,
     /// Slope of force over displacement, N/mm.
     pub stiffness_n_mm: f64,
+    /// Mean gauge pressure of both chambers when they were sealed, kPa.
+    pub gauge_kpa: f64,
     /// Samples spread over all recordings.
     pub samples: Vec<ScaleSample>,
 }

@@ -76,7 +76,7 @@ impl<T: Float> EffectsEngine<T> {
         }
         let record = |(subject, &since_start_s)| ResampledRecord {
             since_start_s,
-            ..ResampledRecord::new(subject)
+            ..ResampledRecord::dense(subject)
         };
         let subjects = windows.subjects();
         self.records =

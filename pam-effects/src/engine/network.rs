@@ -50,6 +50,13 @@ impl<'n> Asked<'n> {
         Self { network, first_bias, inner: RefCell::new(memory) }
     }
 
+    /// Forgets the calls up to now.
+    pub(super) fn forget(&self) {
+        let memory = &mut **self.inner.borrow_mut();
+        memory.calls.clear();
+        memory.values.clear();
+    }
+
     /// Number of calls up to now.
     pub(super) fn count(&self) -> usize {
         self.inner.borrow().calls.len()

@@ -8,6 +8,7 @@ use crate::simulation::integrator::JointIntegrator;
 use crate::simulation::measured::Measured;
 use crate::simulation::observation::measure;
 use crate::simulation::parts::Parts;
+use crate::simulation::steps::substeps;
 use crate::simulation::{Base, Diverged, Nuisances, ResampledRecord};
 use pam_autodiff::batch::{BatchNetwork, NetworkBlock, NetworkSums};
 use pam_autodiff::{Gathered, Tape, Var};
@@ -36,6 +37,8 @@ pub(super) struct Workspace<T> {
     asked: AskedMemory,
     /// Number of calls before each step.
     calls_before: Vec<usize>,
+    /// Substeps of the last run.
+    substeps: usize,
     states: Vec<f64>,
     channels: Channels<f64>,
     seen: Channels<f64>,
@@ -56,6 +59,7 @@ impl<T: Float> Workspace<T> {
         Self {
             asked: AskedMemory::new(plain),
             calls_before: Vec::new(),
+            substeps: 1,
             states: Vec::new(),
             channels: Channels::default(),
             seen: Channels::default(),
@@ -83,8 +87,12 @@ impl<T: Float> Workspace<T> {
         let parts = Parts::new(at.effects, at.values);
         let asked = Asked::new(at.plain, at.plain_bias, &mut self.asked);
         let measured = measured_from(record, start);
+        let (base, none) = (&at.base, Nuisances::none());
+        self.substeps =
+            substeps(&mut JointIntegrator::new(record, base, &asked, &parts, &measured, &none, 1));
+        asked.forget();
         let mut integrator =
-            JointIntegrator::new(record, &at.base, &asked, &parts, &measured, &Nuisances::none());
+            JointIntegrator::new(record, base, &asked, &parts, &measured, &none, self.substeps);
         let len = integrator.state_len();
         self.states.resize(record.points() * len, 0.0);
         self.calls_before.clear();
@@ -146,8 +154,10 @@ impl<T: Float> Workspace<T> {
         let measured = measured_from(record, [begin[0], begin[1], begin[2], begin[3]]);
         let nuisances = Nuisances { log_air: [log_air[0], log_air[1]], ..Nuisances::none() };
         let (mut integrator, at_start, first_state) = tape.record(|| {
-            let integrator =
-                JointIntegrator::new(record, &base, &replayed, &parts, &measured, &nuisances);
+            let substeps = self.substeps;
+            let integrator = JointIntegrator::new(
+                record, &base, &replayed, &parts, &measured, &nuisances, substeps,
+            );
             let mut state = vec![Var::constant(0.0); integrator.state_len()];
             integrator.state_into(&mut state);
             let pressures = integrator.pressures();

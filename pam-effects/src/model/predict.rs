@@ -12,7 +12,7 @@ use pam_trajectory::{PerChannel, PredictError, Prediction, Predictor, SolverSett
 const WIDENINGS: usize = 8;
 
 /// Without effects the model is solved as the settings say. With effects it takes the steps of
-/// [`simulate`] (4 ms, fourth order, sticking friction); of the settings only the reading of the force counts.
+/// [`simulate`] (at most 4 ms, fourth order, sticking friction); of the settings only the reading of the force counts.
 impl Predictor for ExtendedModel {
     fn predict(
         &self,

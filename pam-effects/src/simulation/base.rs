@@ -1,7 +1,7 @@
 //! The base model in a simulation.
 
 use crate::effects::Restoring;
-use pam_core::{JointModel, MuscleGeometry};
+use pam_core::{JointModel, MuscleGeometry, Scalar};
 
 /// The base model's own numbers.
 #[derive(Debug, Clone, Copy)]
@@ -29,6 +29,20 @@ impl Base<f64> {
             gas_coefficient: p.gas_coefficient,
             damping_kg_s: model.auxiliary_damping_kg_s,
             geometry: model.geometry,
+        }
+    }
+}
+
+impl<S: Scalar> Base<S> {
+    /// The numbers without their derivatives.
+    #[must_use]
+    pub fn real(&self) -> Base<f64> {
+        Base {
+            mass_kg: self.mass_kg.real(),
+            deformation: self.deformation.real(),
+            gas_coefficient: self.gas_coefficient.real(),
+            damping_kg_s: self.damping_kg_s.real(),
+            geometry: self.geometry,
         }
     }
 }

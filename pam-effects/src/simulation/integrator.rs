@@ -1,4 +1,8 @@
 //! The joint with its effects, step by step.
+//!
+//! A step of the grid is cut into equal substeps as [stability and accuracy](super::steps) ask. A substep is one
+//! Runge–Kutta step of fourth order; with dry friction, [`friction`](super::friction) cuts it where the joint turns or
+//! breaks away.
 
 use super::base::{Base, BaseForce};
 use super::gas::Chambers;
@@ -7,7 +11,7 @@ use super::nuisances::Nuisances;
 use super::parts::{Part, Parts};
 use super::record::ResampledRecord;
 use super::trajectory::Diverged;
-use crate::effects::{ChamberLaw, EffectScalar, Point, Restoring};
+use crate::effects::{ChamberLaw, Contact, EffectScalar, Point, Pressures, Restoring};
 use pam_data::MassOrigin;
 use pam_solvers::rk4_step;
 
@@ -20,17 +24,24 @@ pub(crate) struct JointIntegrator<'a, S, F> {
     parts: &'a [Part<'a, S>],
     chambers: Chambers<'a, S>,
     inverse_mass: S,
-    total_mass: S,
+    /// Substeps of a step of the grid.
+    substeps: usize,
+    /// Whether there is dry friction.
+    rough: bool,
     delay_s: S,
     delayed: bool,
-    lead_s: f64,
+    lead_samples: f64,
     start_kpa: [S; 2],
     x: S,
     v: S,
     air_g: [S; 2],
-    friction_mn: S,
+    /// The driving force now, mN.
+    driving_mn: S,
     memory: Vec<S>,
 }
+
+/// Friction that holds less than this, mN, is none.
+const LEAST_FRICTION_MN: f64 = 1e-9;
 
 impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     pub(crate) fn new(
@@ -40,6 +51,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         parts: &'a Parts<'a, S>,
         measured: &Measured<S>,
         nuisances: &Nuisances<S>,
+        substeps: usize,
     ) -> Self {
         let mut rest = measured.rest;
         // The sensors' effects are undone in the reverse order of their action.
@@ -77,25 +89,28 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         for (air, log) in air_g.iter_mut().zip(nuisances.log_air) {
             *air *= log.exp();
         }
-        let total_mass = base.mass_kg + inertia;
-        Self {
+        let mut joint = Self {
             record,
             base,
             force,
             parts,
             chambers: Chambers::new(base, law, air_changed, rest.sealed_mm),
-            inverse_mass: total_mass.recip(),
-            total_mass,
+            inverse_mass: (base.mass_kg + inertia).recip(),
+            substeps,
+            rough: false,
             delayed: delay_s.real() != 0.0,
-            lead_s: nuisances.lead_samples * record.sample_s,
+            lead_samples: nuisances.lead_samples,
             delay_s,
             start_kpa: rest.start_kpa,
             x,
             v: measured.start_mm_s + nuisances.start_mm_s,
             air_g,
-            friction_mn: S::zero(),
+            driving_mn: S::zero(),
             memory,
-        }
+        };
+        joint.driving_mn = joint.driving_at(0, 0.0);
+        joint.rough = joint.friction_limit_mn(joint.x, S::zero()).real() > LEAST_FRICTION_MN;
+        joint
     }
 
     /// Integrates to the end and writes the true channels. `at_point` is called at every grid point, before the
@@ -105,7 +120,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         channels: &mut [Vec<S>; 4],
         mut at_point: impl FnMut(usize, &Self),
     ) -> Result<(), Diverged> {
-        let points = self.record.points();
+        let points = self.record.steps() + 1;
         for channel in channels.iter_mut() {
             channel.clear();
             channel.reserve(points);
@@ -124,7 +139,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
                 self.step(k);
                 let x = self.x.real();
                 if !x.is_finite() || x.abs() >= limit {
-                    return Err(Diverged { time_s: self.record.step_s * (k + 1) as f64 });
+                    return Err(Diverged { time_s: self.record.fine_step_s() * (k + 1) as f64 });
                 }
             }
         }
@@ -133,35 +148,36 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
 
     /// Pressures now, kPa, before the readings at the start are put right.
     pub(crate) fn pressures(&self) -> [S; 2] {
-        let per_mass = self.chambers.pressures_per_mass(self.x);
-        [self.air_g[0] * per_mass[0], self.air_g[1] * per_mass[1]]
+        AirAt { chambers: &self.chambers, air_g: self.air_g, x: self.x }.pressures_kpa()
     }
 
-    /// The driving force at half step `fine` of the grid, mN.
-    fn driving_mn(&self, fine: usize) -> S {
+    /// The driving force at half step `half` of the grid, mN, `since_s` after the last call.
+    fn driving_at(&mut self, half: usize, since_s: f64) -> S {
         let recorded = &self.record.force;
-        let time_s = 0.5 * self.record.step_s * fine as f64 + self.lead_s;
+        let (time_s, lead) = (0.5 * self.record.fine_step_s() * half as f64, self.lead_samples);
         let mut force = if self.delayed {
-            recorded.at(S::constant(time_s) - self.delay_s)
-        } else if self.lead_s != 0.0 {
-            S::constant(recorded.at(time_s))
+            recorded.at(S::constant(time_s) - self.delay_s, lead)
+        } else if lead != 0.0 {
+            S::constant(recorded.at(time_s, lead))
         } else {
-            S::constant(recorded.values_mn()[fine])
+            S::constant(recorded.values_mn()[half])
         };
         for part in self.parts {
-            force = part.effect.drive(part.p, force);
+            let memory = &mut self.memory[part.memory.clone()];
+            force = part.effect.drive(part.p, since_s, force, memory);
         }
         force
     }
 
-    /// The acceleration at a stage, mm/s².
-    fn acceleration(&self, air: &F::Sealed<'_>, stage: Stage<S>) -> S {
-        let Stage { x, v, driving_mn, time_s, since_step_s } = stage;
+    /// The force on the joint at an instant but for dry friction, mN.
+    pub(super) fn pull_mn(&self, air: &F::Sealed<'_>, step: &Substep<S>, at: At<S>) -> S {
+        let At { share, x, v } = at;
         let restoring = air.restoring_mn(x, v);
-        let mut force = driving_mn - restoring - v * self.base.damping_kg_s;
+        let mut force = step.driving_mn(share) - restoring - v * self.base.damping_kg_s;
         if !self.parts.is_empty() {
+            let since_step_s = (share.real() - step.from) * step.grid_s;
             let at = Point {
-                time_s,
+                time_s: step.start_s + share.real() * step.grid_s,
                 displacement_mm: x,
                 velocity_mm_s: v,
                 step_start_mm: self.x,
@@ -174,7 +190,52 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             }
             force += self.chambers.feedback_mn(x, self.air_g);
         }
-        (force - self.friction_mn) * self.inverse_mass
+        force
+    }
+
+    /// The acceleration, mm/s², of a joint that slides in `direction` (±1; 0 without dry friction).
+    pub(super) fn acceleration(
+        &self,
+        air: &F::Sealed<'_>,
+        step: &Substep<S>,
+        at: At<S>,
+        direction: f64,
+    ) -> S {
+        let mut force = self.pull_mn(air, step, at);
+        if direction != 0.0 {
+            force -= self.friction_limit_mn(at.x, at.v).scaled(direction);
+        }
+        force * self.inverse_mass
+    }
+
+    /// Largest dry friction at `x` (mm) and `v` (mm/s), mN.
+    pub(super) fn friction_limit_mn(&self, x: S, v: S) -> S {
+        let air = AirAt { chambers: &self.chambers, air_g: self.air_g, x };
+        let contact = Contact { velocity_mm_s: v, air: &air };
+        let limits = self.parts.iter().map(|part| part.effect.dry_friction_mn(part.p, &contact));
+        limits.fold(S::zero(), |sum, limit| sum + limit)
+    }
+
+    /// The whole substep as one Runge–Kutta step, sliding in `direction`; the acceleration at its start and the state at
+    /// its end.
+    pub(super) fn slide(
+        &self,
+        air: &F::Sealed<'_>,
+        step: &Substep<S>,
+        direction: f64,
+    ) -> (S, [S; 2]) {
+        let shares = [step.from, 0.5 * (step.from + step.to), step.to].map(S::constant);
+        let rate = |half: usize, [x, v]: [S; 2]| {
+            [v, self.acceleration(air, step, At { share: shares[half], x, v }, direction)]
+        };
+        let start = [self.x, self.v];
+        let first = rate(0, start);
+        (first[1], rk4_step(start, first, (step.to - step.from) * step.grid_s, rate))
+    }
+
+    /// The recording.
+    pub(super) fn record(&self) -> &'a ResampledRecord {
+        self.record
     }
 
     /// Number of values in a state.
@@ -182,16 +243,16 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         5 + self.memory.len()
     }
 
-    /// Writes the state: displacement, velocity, air, dry friction, memory.
+    /// Writes the state: displacement, velocity, air, driving force, memory.
     pub(crate) fn state_into(&self, out: &mut [S]) {
-        out[..5].copy_from_slice(&[self.x, self.v, self.air_g[0], self.air_g[1], self.friction_mn]);
+        out[..5].copy_from_slice(&[self.x, self.v, self.air_g[0], self.air_g[1], self.driving_mn]);
         out[5..].copy_from_slice(&self.memory);
     }
 
     /// Goes on from a state.
     pub(crate) fn restore(&mut self, state: &[S]) {
         (self.x, self.v, self.air_g) = (state[0], state[1], [state[2], state[3]]);
-        self.friction_mn = state[4];
+        self.driving_mn = state[4];
         self.memory.copy_from_slice(&state[5..]);
     }
 
@@ -207,59 +268,114 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
 
     /// Does step `k` of the grid.
     pub(crate) fn step(&mut self, k: usize) {
-        let h = self.record.step_s;
-        let start_s = self.record.since_start_s + h * k as f64;
+        let grid_s = self.record.fine_step_s();
+        let driving_mn = [
+            self.driving_mn,
+            self.driving_at(2 * k + 1, 0.5 * grid_s),
+            self.driving_at(2 * k + 2, 0.5 * grid_s),
+        ];
+        let start_s = self.record.since_start_s + grid_s * k as f64;
+        for part in 0..self.substeps {
+            let [from, to] = [part, part + 1].map(|j| j as f64 / self.substeps as f64);
+            self.substep(&Substep { start_s, grid_s, from, to, driving_mn });
+        }
+        self.driving_mn = driving_mn[2];
+    }
+
+    fn substep(&mut self, step: &Substep<S>) {
         let force = self.force;
         let air = force.sealed(self.air_g);
-        let driving = [0, 1, 2].map(|i| self.driving_mn(2 * k + i));
-        let (x, v) = (self.x, self.v);
-        let rate = |half: usize, [x, v]: [S; 2]| {
-            let since_step_s = 0.5 * h * half as f64;
-            let (driving_mn, time_s) = (driving[half], start_s + since_step_s);
-            [v, self.acceleration(&air, Stage { x, v, driving_mn, time_s, since_step_s })]
+        let [to_x, to_v] = if self.rough {
+            let at = At { share: S::constant(step.from), x: self.x, v: self.v };
+            self.slide_and_stick(&air, step, at)
+        } else {
+            self.slide(&air, step, 0.0).1
         };
-        let [to_x, to_v] = rk4_step([x, v], rate(0, [x, v]), h, rate);
-        let (to_x, to_v) = self.after_friction(to_x, to_v);
+        let h = (step.to - step.from) * step.grid_s;
         for part in self.parts {
             let memory = &mut self.memory[part.memory.clone()];
-            part.effect.advance(part.p, h, x, to_x, memory);
+            part.effect.advance(part.p, h, self.x, to_x, memory);
         }
         if self.chambers.leaks() {
             self.air_g = self.chambers.leaked(to_x, h, self.air_g);
         }
         (self.x, self.v) = (to_x, to_v);
     }
+}
 
-    /// Dry friction over the step: the smooth step was made with the friction force that held before; the
-    /// one that holds now is the nearest to standstill that the limit allows (a projection, Moreau 1988).
-    fn after_friction(&mut self, to_x: S, to_v: S) -> (S, S) {
-        let mut limit = S::zero();
+impl<F: BaseForce<f64>> JointIntegrator<'_, f64, F> {
+    /// Slopes of the acceleration at the start along displacement (1/s²) and velocity (1/s), if the joint were at rest
+    /// at `x` (mm) and then moved at `v` (mm/s).
+    pub(super) fn slopes(&mut self, x: f64, v: f64) -> [f64; 2] {
+        // Small against what the force bends within, large against rounding.
+        const STEPS: [f64; 2] = [1e-3, 1e-2];
+        self.x = x;
         for part in self.parts {
-            limit += part.effect.dry_friction_mn(part.p, to_v);
+            part.effect.begin(part.p, x, &mut self.memory[part.memory.clone()]);
         }
-        if limit.real() <= 0.0 {
-            return (to_x, to_v);
-        }
-        let h = self.record.step_s;
-        let holding = self.friction_mn + (self.total_mass * to_v).scaled(1.0 / h);
-        let slides = holding.real().abs() > limit.real();
-        let before = self.friction_mn;
-        if slides {
-            self.friction_mn = if holding.real() > 0.0 { limit } else { -limit };
-            let change = (self.friction_mn - before) * self.inverse_mass;
-            (to_x - change.scaled(0.5 * h * h), to_v - change.scaled(h))
-        } else {
-            self.friction_mn = holding;
-            (self.x + self.v.scaled(0.5 * h), S::zero())
+        let step = Substep {
+            start_s: self.record.since_start_s,
+            grid_s: self.record.fine_step_s(),
+            from: 0.0,
+            to: 1.0,
+            driving_mn: [0.0; 3],
+        };
+        let force = self.force;
+        let air = force.sealed(self.air_g);
+        let at = |x, v| self.acceleration(&air, &step, At { share: 0.0, x, v }, 0.0);
+        let [dx, dv] = STEPS;
+        [(at(x + dx, v) - at(x - dx, v)) / (2.0 * dx), (at(x, v + dv) - at(x, v - dv)) / (2.0 * dv)]
+    }
+}
+
+/// A part of a step of the grid.
+pub(super) struct Substep<S> {
+    /// Time at which the grid's step starts, since the excitation began, s.
+    start_s: f64,
+    /// Length of the grid's step, s.
+    pub(super) grid_s: f64,
+    /// Its ends, as shares of the grid's step.
+    pub(super) from: f64,
+    pub(super) to: f64,
+    /// Driving force at the start, the middle and the end of the grid's step, mN; a parabola between them.
+    driving_mn: [S; 3],
+}
+
+impl<S: EffectScalar> Substep<S> {
+    fn driving_mn(&self, share: S) -> S {
+        let [start, middle, end] = self.driving_mn;
+        match share.real() {
+            0.0 => start,
+            0.5 => middle,
+            1.0 => end,
+            _ => {
+                let slope = middle.scaled(4.0) - start.scaled(3.0) - end;
+                let bend = (start + end - middle.scaled(2.0)).scaled(2.0);
+                start + share * (slope + share * bend)
+            }
         }
     }
 }
 
-/// One evaluation point of the step.
-struct Stage<S> {
+/// The joint at a share of a step of the grid.
+#[derive(Clone, Copy)]
+pub(super) struct At<S> {
+    /// Where a joint turns or breaks away, it has derivatives.
+    pub(super) share: S,
+    pub(super) x: S,
+    pub(super) v: S,
+}
+
+/// The air at a displacement.
+struct AirAt<'a, 'b, S> {
+    chambers: &'a Chambers<'b, S>,
+    air_g: [S; 2],
     x: S,
-    v: S,
-    driving_mn: S,
-    time_s: f64,
-    since_step_s: f64,
+}
+
+impl<S: EffectScalar> Pressures<S> for AirAt<'_, '_, S> {
+    fn pressures_kpa(&self) -> [S; 2] {
+        let per_mass = self.chambers.pressures_per_mass(self.x);
+        [self.air_g[0] * per_mass[0], self.air_g[1] * per_mass[1]]
+    }
 }

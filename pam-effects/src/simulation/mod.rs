@@ -6,10 +6,11 @@
 //! few nanoseconds where the network costs hundreds, and carries derivatives as easily.
 //!
 //! [`simulate`] integrates a trial with any effects over any [`EffectScalar`](crate::effects::EffectScalar):
-//! Runge–Kutta steps of fourth order for the smooth part, and dry friction as a set-valued force that
-//! holds the joint exactly still (Moreau's time stepping).
+//! Runge–Kutta steps of fourth order, as short as stability and accuracy ask, and dry friction as a set-valued force
+//! that holds the joint exactly still, with steps cut where the joint turns, stops or breaks away.
 
 pub(crate) mod base;
+mod friction;
 mod gas;
 mod input;
 pub(crate) mod integrator;
@@ -19,6 +20,7 @@ pub(crate) mod observation;
 pub(crate) mod parts;
 mod record;
 mod run;
+pub(crate) mod steps;
 mod table;
 mod trajectory;
 mod trial;

@@ -4,7 +4,7 @@ use super::parts::Parts;
 use super::record::ResampledRecord;
 use crate::effects::{EffectScalar, Observed};
 
-/// Turns true channels into those that the sensors measure.
+/// Turns true channels at the steps of the simulation into those that the sensors measure.
 pub(crate) fn observe<S: EffectScalar>(
     record: &ResampledRecord,
     parts: &Parts<'_, S>,
@@ -12,7 +12,7 @@ pub(crate) fn observe<S: EffectScalar>(
 ) {
     let [x, v, pf, pe] = channels;
     let mut seen = Observed {
-        step_s: record.step_s,
+        step_s: record.fine_step_s(),
         displacement_mm: x,
         velocity_mm_s: v,
         pressures_kpa: [pf, pe],
@@ -22,13 +22,19 @@ pub(crate) fn observe<S: EffectScalar>(
     }
 }
 
-/// Turns true channels into those of the record: through the sensors and the record's low-pass.
+/// Turns true channels at the steps of the simulation into those of the record: through the sensors, to the grid
+/// points, and through the record's low-pass.
 pub(crate) fn measure<S: EffectScalar>(
     record: &ResampledRecord,
     parts: &Parts<'_, S>,
     channels: &mut [Vec<S>; 4],
 ) {
     observe(record, parts, channels);
+    if record.steps_per_point > 1 {
+        for channel in channels.iter_mut() {
+            *channel = channel.iter().copied().step_by(record.steps_per_point).collect();
+        }
+    }
     for (channel, low_pass) in channels.iter_mut().zip(record.filters()) {
         if let Some(low_pass) = low_pass {
             *channel = low_pass.forward_backward(channel);

@@ -1,6 +1,8 @@
 //! A recording on the simulation's own grid.
 
-use super::input::{FineForce, resampled};
+use super::input::{FineForce, interpolated, resampled};
+use super::steps::LONGEST_S;
+use super::trial::range_of;
 use crate::effects::Rest;
 use pam_core::SealedMasses;
 use pam_data::Subject;
@@ -20,19 +22,24 @@ pub struct RecordSource {
     pub start_s: f64,
 }
 
-/// A recording on the uniform grid of the simulation: what drives the joint, and what was measured.
+/// A recording on a uniform grid: what drives the joint, and what was measured.
+///
+/// Grid points are where simulated and measured channels meet; the simulation does one or more steps from
+/// one to the next.
 #[derive(Debug, Clone)]
 pub struct ResampledRecord {
     /// Where it came from.
     pub source: RecordSource,
     /// Time between two grid points, s.
     pub step_s: f64,
+    /// Steps of the simulation from one grid point to the next.
+    pub steps_per_point: usize,
     /// Time between the start of the excitation and the first grid point, s; not zero for a part of a
     /// recording.
     pub since_start_s: f64,
     /// Time between two samples of the recording, s.
     pub sample_s: f64,
-    /// The force at half steps.
+    /// The force at half steps of the simulation.
     pub force: FineForce,
     /// The low-pass that the measured channels went through, for the grid; simulated ones follow.
     pub low_pass: [Option<LowPass>; 4],
@@ -42,22 +49,60 @@ pub struct ResampledRecord {
     pub rest: Rest<f64>,
     /// Measured velocity at the first sample, mm/s.
     pub start_mm_s: f64,
+    /// Range of the displacement (mm) and of the velocity (mm/s) in which the joint moves.
+    pub ranges: [[f64; 2]; 2],
     /// Masses by the measured sealed pressures (or as given), g.
     pub masses: SealedMasses,
 }
 
-impl ResampledRecord {
-    /// Step of the simulation, s.
-    pub const STEP_S: f64 = 4e-3;
+/// Times between samples above this keep their samples as grid points, s: shorter ones are averaged, two and
+/// more to a point.
+const SHORTEST_KEPT_S: f64 = 2.1e-3;
+/// Largest relative difference of mean and median time between samples of a regular recording; a larger one is
+/// a gap.
+const REGULAR: f64 = 0.02;
 
-    /// Prepares a recording: force and channels on the grid.
+impl ResampledRecord {
+    /// Longest step of the simulation, s; the distance of grid points where several samples are averaged.
+    pub const STEP_S: f64 = LONGEST_S;
+
+    /// Prepares a recording: force and channels on a grid for comparison. Recordings of more than 476 Hz are averaged to
+    /// points of 4 ms, and slower ones have their own samples as grid points, with several steps of the simulation
+    /// between two of them below 250 Hz.
     #[must_use]
     pub fn new(subject: &Subject) -> Self {
+        let time_s = &subject.recording.time_s;
+        let median_s = pam_data::recording::median_step_s(time_s);
+        if median_s < SHORTEST_KEPT_S {
+            return Self::dense(subject);
+        }
+        let (t0, t1) = subject.recording.span_s();
+        let mean_s = (t1 - t0) / (time_s.len() - 1).max(1) as f64;
+        let regular = (mean_s / median_s - 1.0).abs() < REGULAR;
+        let step_s = if regular { mean_s } else { median_s };
+        // Times are rounded when they are stored: 4.0001 ms are one step.
+        let steps = (step_s / LONGEST_S - 1e-3).ceil().max(1.0) as usize;
+        Self::on_grid(subject, step_s, steps)
+    }
+
+    /// Prepares a recording with a grid point at every step of the simulation, 4 ms apart, for predictions
+    /// at any time.
+    #[must_use]
+    pub fn dense(subject: &Subject) -> Self {
+        Self::on_grid(subject, LONGEST_S, 1)
+    }
+
+    fn on_grid(subject: &Subject, step_s: f64, steps_per_point: usize) -> Self {
         let r = &subject.recording;
         let (t0, t1) = r.span_s();
-        let points = ((t1 - t0) / Self::STEP_S + 1e-6).floor() as usize + 1;
-        let measured = Channel::ALL
-            .map(|c| resampled(&r.time_s, r.channel(c), t0, Self::STEP_S, points.max(2)));
+        let points = (((t1 - t0) / step_s + 1e-6).floor() as usize + 1).max(2);
+        let sample_s = pam_data::recording::median_step_s(&r.time_s);
+        let averaged = sample_s < SHORTEST_KEPT_S;
+        let measured = Channel::ALL.map(|c| {
+            let on_grid = if averaged { resampled } else { interpolated };
+            on_grid(&r.time_s, r.channel(c), t0, step_s, points)
+        });
+        let half_s = 0.5 * step_s / steps_per_point as f64;
         let sealed = r.reading_at_rest();
         let [x0, v0, pf0, pe0] = r.initial_state();
         let rest = Rest {
@@ -73,14 +118,16 @@ impl ResampledRecord {
                 origin: subject.origin,
                 start_s: t0,
             },
-            step_s: Self::STEP_S,
+            step_s,
+            steps_per_point,
             since_start_s: 0.0,
-            sample_s: pam_data::recording::median_step_s(&r.time_s),
-            force: FineForce::new(r, 0.5 * Self::STEP_S, 2 * points.max(2)),
+            sample_s,
+            force: FineForce::new(r, half_s, 2 * points * steps_per_point),
             low_pass: r
                 .low_passed
                 .cutoff_hz
-                .map(|cutoff| cutoff.and_then(|hz| LowPass::new(hz, 1.0 / Self::STEP_S))),
+                .map(|cutoff| cutoff.and_then(|hz| LowPass::new(hz, 1.0 / step_s))),
+            ranges: [range_of(&measured[0]), range_of(&measured[1])],
             measured,
             rest,
             start_mm_s: v0,
@@ -92,6 +139,30 @@ impl ResampledRecord {
     #[must_use]
     pub fn points(&self) -> usize {
         self.measured[0].len()
+    }
+
+    /// Number of steps of the simulation.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        (self.points() - 1) * self.steps_per_point
+    }
+
+    /// Length of a step of the simulation, s.
+    #[must_use]
+    pub fn fine_step_s(&self) -> f64 {
+        self.step_s / self.steps_per_point as f64
+    }
+
+    /// The recorded force at a grid point, mN.
+    #[must_use]
+    pub fn force_mn(&self, point: usize) -> f64 {
+        self.force.values_mn()[2 * self.steps_per_point * point]
+    }
+
+    /// Displacements (mm) and velocities (mm/s) that span the motion.
+    pub(super) fn operating_points(&self) -> impl Iterator<Item = [f64; 2]> {
+        let [x, v] = self.ranges.map(|[low, high]| [low, 0.5 * (low + high), high]);
+        x.into_iter().flat_map(move |x| v.map(|v| [x, v]))
     }
 
     /// Length, s.

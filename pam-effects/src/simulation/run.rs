@@ -6,6 +6,7 @@ use super::measured::Measured;
 use super::nuisances::Nuisances;
 use super::observation::measure;
 use super::parts::Parts;
+use super::steps::substeps;
 use super::trajectory::{Diverged, Trajectory};
 use super::trial::Trial;
 use crate::effects::{AnyEffect, Derivatives, EffectScalar};
@@ -77,9 +78,26 @@ fn run<S: EffectScalar>(
         damping_kg_s: S::constant(base.damping_kg_s),
         geometry: base.geometry,
     };
+    let substeps = substeps_of(trial, &base, effects, values);
     let measured = Measured::of(&trial.record);
-    JointIntegrator::new(&trial.record, &base, &trial.table, &parts, &measured, nuisances)
+    let record = &trial.record;
+    JointIntegrator::new(record, &base, &trial.table, &parts, &measured, nuisances, substeps)
         .run(&mut out.channels, |_, _| {})?;
     measure(&trial.record, &parts, &mut out.channels);
     Ok(())
+}
+
+/// Substeps by the real parts of all numbers.
+fn substeps_of<S: EffectScalar>(
+    trial: &Trial,
+    base: &Base<S>,
+    effects: &[&dyn AnyEffect],
+    values: &[S],
+) -> usize {
+    let values: Vec<f64> = values.iter().map(|v| v.real()).collect();
+    let (parts, base) = (Parts::new(effects, &values), base.real());
+    let (record, measured) = (&trial.record, Measured::of(&trial.record));
+    let none = Nuisances::none();
+    let mut joint = JointIntegrator::new(record, &base, &trial.table, &parts, &measured, &none, 1);
+    substeps(&mut joint)
 }

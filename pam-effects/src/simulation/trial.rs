@@ -19,28 +19,29 @@ impl Trial {
     /// the measured range.
     #[must_use]
     pub fn new<F: ForceModel<f64> + Sync>(model: &JointModel<f64, F>, subject: &Subject) -> Self {
-        Self::with_table_over(model, subject, None)
+        let record = ResampledRecord::new(subject);
+        let ranges = record.ranges;
+        Self::with_table_over(model, subject, record, ranges)
     }
 
-    /// As [`new`](Self::new) with the table over one and a half times given ranges of displacement (mm) and
-    /// velocity (mm/s), for a motion that has not been measured.
+    /// A trial of a motion that has not been measured, with a grid point at every step, and the table over one and a half
+    /// times given ranges of displacement (mm) and velocity (mm/s).
     #[must_use]
     pub fn over<F: ForceModel<f64> + Sync>(
         model: &JointModel<f64, F>,
         subject: &Subject,
         ranges: [[f64; 2]; 2],
     ) -> Self {
-        Self::with_table_over(model, subject, Some(ranges))
+        let record = ResampledRecord { ranges, ..ResampledRecord::dense(subject) };
+        Self::with_table_over(model, subject, record, ranges)
     }
 
     fn with_table_over<F: ForceModel<f64> + Sync>(
         model: &JointModel<f64, F>,
         subject: &Subject,
-        ranges: Option<[[f64; 2]; 2]>,
+        record: ResampledRecord,
+        ranges: [[f64; 2]; 2],
     ) -> Self {
-        let record = ResampledRecord::new(subject);
-        let ranges = ranges
-            .unwrap_or_else(|| [range_of(&record.measured[0]), range_of(&record.measured[1])]);
         let around = |[low, high]: [f64; 2]| {
             let margin = 0.25 * (high - low) + 0.5;
             [low - margin, high + margin]

@@ -13,5 +13,6 @@ mod mechanics;
 mod plain;
 mod sensing;
 mod sensitivities;
+mod steps;
 mod training;
 mod vocabulary;

@@ -1,7 +1,8 @@
 //! What the sensors show.
 
 use crate::support::complex::{Complex, line};
-use crate::support::joint::{P, Run, driven, linear, linear_run, run, subject, volumes};
+use crate::support::joint::HOLD;
+use crate::support::joint::{P, Run, driven, linear, linear_run, plain, run, subject, volumes};
 use pam_core::units::ATMOSPHERE_KPA;
 use pam_data::MassOrigin;
 use std::f64::consts::TAU;
@@ -110,4 +111,60 @@ fn a_pressure_bias_is_added() {
     for series in &seen.p {
         assert!(series.iter().all(|p| (p - P).abs() < 1e-9 * P));
     }
+}
+
+/// The real force is the commanded one times `1/(1 + j f/f_c)`: amplitude and phase of the answer.
+#[test]
+fn the_actuator_lag_is_a_first_order_low_pass_of_the_force() {
+    for hertz in [0.5, 2.0, 6.0] {
+        for cutoff in [1.0, 3.0, 30.0, 200.0] {
+            let rate = TAU * hertz;
+            let run =
+                linear_run(6.0, 0.0, |t| 100.0 * (rate * t).sin(), &[("actuator_lag", &[cutoff])]);
+            let lag = Complex::real(100.0) / Complex(1.0, hertz / cutoff);
+            let answer = lag * plain(rate);
+            let miss = run.distance(|t| answer.at(rate, t - HOLD));
+            println!("{hertz} Hz, {cutoff} Hz: {:.1e}", miss / answer.size());
+            assert!(miss < 1e-3 * answer.size(), "{hertz} Hz, {cutoff} Hz: {miss}");
+        }
+    }
+}
+
+/// A held command of 40 N from the start is there at once: the lag starts in the steady state of the first command.
+#[test]
+fn the_actuator_lag_starts_with_the_first_command() {
+    let held = linear_run(6.0, 0.0, |_| 40.0, &[("actuator_lag", &[2.0])]);
+    let plain = linear_run(6.0, 0.0, |_| 40.0, &[]);
+    assert!(held.x.iter().zip(&plain.x).all(|(a, b)| (a - b).abs() < 1e-12));
+}
+
+/// Displacement and velocity through `1/(1 + j f/f_c)`; the joint itself and its pressures do not change.
+#[test]
+fn the_position_lag_is_a_first_order_low_pass() {
+    for cutoff in [1.0, 6.0, 40.0] {
+        let plain = linear_run(8.0, 0.0, drive, &[]);
+        let seen = linear_run(8.0, 0.0, drive, &[("position_sensor_lag", &[cutoff])]);
+        let of = |series: &[f64]| line(series, plain.step_s, HERTZ, 3);
+        let expected = Complex::real(1.0) / Complex(1.0, HERTZ / cutoff);
+        for (seen, plain) in [(&seen.x, &plain.x), (&seen.v, &plain.v)] {
+            let miss = (of(seen) / of(plain) + expected * Complex::real(-1.0)).size();
+            assert!(miss < 5e-4, "{cutoff} Hz: {miss}");
+        }
+        assert_eq!(seen.p, plain.p);
+    }
+}
+
+/// The reading is that of `delay` ago, to the last bit where the delay is a number of steps; it stands at the start before.
+#[test]
+fn the_position_delay_shifts_samples() {
+    let plain = linear_run(6.0, 0.1, drive, &[]);
+    let steps = 3;
+    let ms = 1e3 * plain.step_s * steps as f64;
+    let seen = linear_run(6.0, 0.1, drive, &[("position_delay", &[ms])]);
+    for k in 0..plain.x.len() {
+        let then = k.saturating_sub(steps);
+        assert!((seen.x[k] - plain.x[then]).abs() < 1e-12, "{k}");
+        assert!((seen.v[k] - plain.v[then]).abs() < 1e-10, "{k}");
+    }
+    assert_eq!(seen.p, plain.p);
 }

@@ -13,6 +13,9 @@ use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
 const MOVES_THE_AIR: [&str; 5] =
     ["leak", "pressure_bias", "pressure_gain", "position_offset", "position_gain"];
 
+/// Variation of the channels in these runs: mm, mm/s, kPa, kPa.
+const UNITS: [f64; 4] = [2.0, 20.0, 30.0, 30.0];
+
 #[test]
 fn every_effect_is_among_them() {
     let listed = medium();
@@ -60,27 +63,37 @@ fn sensitivities_are_the_derivatives_of_the_simulation() {
         simulate::<Derivatives>(&trial, &base, &[effect], &seeded, &Nuisances::none(), &mut with)
             .expect("in range");
         let centre = plain(&trial, &base, effect, &values);
-        for (parameter, info) in effect.info().parameters.iter().enumerate() {
-            let change = 1e-6 * values[parameter].abs();
-            let moved = |sign: f64| {
-                let mut values = values.clone();
-                values[parameter] += sign * change;
-                plain(&trial, &base, effect, &values)
-            };
-            let (up, down) = (moved(1.0), moved(-1.0));
-            let (mut miss, mut size) = (0.0, 0.0);
-            // Channels in units of their variation here: 2 mm, 20 mm/s, 30 kPa.
-            for (c, unit) in [2.0, 20.0, 30.0, 30.0].into_iter().enumerate() {
-                for k in 0..trial.record.points() {
-                    let exact = with.channels[c][k];
-                    let value = (exact.value - centre.channels[c][k]).abs();
-                    assert!(value < 1e-9 * unit, "{id}: value at {k} differs by {value}");
-                    let by_difference = (up.channels[c][k] - down.channels[c][k]) / (2.0 * change);
-                    miss += ((by_difference - exact.derivatives[parameter]) / unit).powi(2);
-                    size += (by_difference / unit).powi(2);
-                }
+        for (c, unit) in UNITS.into_iter().enumerate() {
+            for (k, exact) in with.channels[c].iter().enumerate() {
+                let value = (exact.value - centre.channels[c][k]).abs();
+                assert!(value < 1e-9 * unit, "{id}: value at {k} differs by {value}");
             }
-            let relative = (miss / size).sqrt();
+        }
+        for (parameter, info) in effect.info().parameters.iter().enumerate() {
+            // A kink of the network that lies within a change spoils that difference: the better one of two.
+            let relative = [1e-6, 1e-7]
+                .map(|share| {
+                    let change = share * values[parameter].abs();
+                    let moved = |sign: f64| {
+                        let mut values = values.clone();
+                        values[parameter] += sign * change;
+                        plain(&trial, &base, effect, &values)
+                    };
+                    let (up, down) = (moved(1.0), moved(-1.0));
+                    let (mut miss, mut size) = (0.0, 0.0);
+                    for (c, unit) in UNITS.into_iter().enumerate() {
+                        for k in 0..trial.record.points() {
+                            let exact = with.channels[c][k].derivatives[parameter];
+                            let by_difference =
+                                (up.channels[c][k] - down.channels[c][k]) / (2.0 * change);
+                            miss += ((by_difference - exact) / unit).powi(2);
+                            size += (by_difference / unit).powi(2);
+                        }
+                    }
+                    (miss / size).sqrt()
+                })
+                .into_iter()
+                .fold(f64::INFINITY, f64::min);
             println!("{id} {}: {relative:.2e}", info.name);
             let most = if MOVES_THE_AIR.contains(&id) { 1e-4 } else { 1e-5 };
             assert!(relative < most, "{id} {}: {relative:e}", info.name);

@@ -98,6 +98,12 @@ pub trait Phenomenon: Send {
         0.0
     }
 
+    /// Dry friction in addition to that of [`SetUp::frictions`], at rest and while sliding, N. Called once per
+    /// step of the plant.
+    fn dry_friction_n(&self, _clock: &Clock, _plant: &Plant) -> f64 {
+        0.0
+    }
+
     /// A factor of the muscles' net force.
     fn muscle_scale(&self, _clock: &Clock) -> f64 {
         1.0
@@ -116,6 +122,7 @@ pub trait Phenomenon: Send {
 pub const ALL: &[HiddenEffect] = &[
     mechanics::coulomb_friction::EFFECT,
     mechanics::stribeck_friction::EFFECT,
+    mechanics::load_friction::EFFECT,
     mechanics::viscous_damping::EFFECT,
     mechanics::hysteresis::EFFECT,
     mechanics::creep::EFFECT,
@@ -132,12 +139,15 @@ pub const ALL: &[HiddenEffect] = &[
     sensing::force_gain::EFFECT,
     sensing::force_saturation::EFFECT,
     sensing::actuation_delay::EFFECT,
+    sensing::actuator_lag::EFFECT,
     sensing::pressure_sensor_lag::EFFECT,
     sensing::pressure_delay::EFFECT,
     sensing::pressure_bias::EFFECT,
     sensing::pressure_gain::EFFECT,
     sensing::position_offset::EFFECT,
     sensing::position_gain::EFFECT,
+    sensing::position_sensor_lag::EFFECT,
+    sensing::position_delay::EFFECT,
     unlisted::periodic_disturbance::EFFECT,
     unlisted::chamber_crosstalk::EFFECT,
     unlisted::tendon_slip::EFFECT,

@@ -70,6 +70,8 @@ impl Default for PlantParameters {
 pub struct Drive {
     /// Force along +x, N.
     pub force_n: f64,
+    /// Dry friction beside that of the parameters, at rest and while sliding, N.
+    pub dry_friction_n: f64,
     /// Factor of the muscles' net force.
     pub muscle_scale: f64,
     /// Air that enters each chamber in the step, g (negative: leaves).
@@ -80,7 +82,13 @@ pub struct Drive {
 
 impl Default for Drive {
     fn default() -> Self {
-        Self { force_n: 0.0, muscle_scale: 1.0, air_g: [0.0; 2], air_k: gas::ROOM_K }
+        Self {
+            force_n: 0.0,
+            dry_friction_n: 0.0,
+            muscle_scale: 1.0,
+            air_g: [0.0; 2],
+            air_k: gas::ROOM_K,
+        }
     }
 }
 
@@ -269,8 +277,9 @@ impl Plant {
         let v = self.velocity_mm_s;
         let denominator = 1.0 + 0.5 * gain * viscous;
         let change = gain * (force - viscous * v) / denominator;
-        let sliding = gain * self.friction_limit_n(v) / denominator;
-        let breaking = gain * self.friction_limit_n(0.0) / denominator;
+        let limit_n = |v: f64| self.friction_limit_n(v) + drive.dry_friction_n;
+        let sliding = gain * limit_n(v) / denominator;
+        let breaking = gain * limit_n(0.0) / denominator;
         self.velocity_mm_s = after_friction(v, change, sliding, breaking);
         self.force_n = drive.force_n;
         self.friction_n = (self.velocity_mm_s - v - change) * denominator / gain;

@@ -78,6 +78,38 @@ fn stribeck_friction() {
     near(6.0, 50.0, 12.0, 1e-3);
 }
 
+/// 0.1 N/kPa times the mean gauge pressure of 45 psi (310.3 kPa), or of 30 and 60 psi, hold 31 N; of 20 psi 13.8 N. It adds to
+/// other friction, and follows the pressures while it slides.
+#[test]
+fn load_friction() {
+    let effect = "load_friction:force_n_per_kpa=0.1";
+    let coulomb = "coulomb_friction:force_n=5";
+    let held = |effects: &[&str], psi: [f64; 2], newton: f64| {
+        // Held against springs that balance at x = 0: equal pressures.
+        holds(&sealed(&plain(effects), psi, 0.5, |_| newton / NEWTON_PER_AMPERE))
+    };
+    for (psi, limit) in [(45.0, 31.026), (20.0, 13.790)] {
+        assert!(
+            held(&[effect], [psi; 2], limit - 0.05) && !held(&[effect], [psi; 2], limit + 0.05)
+        );
+        let both = [effect, coulomb];
+        assert!(held(&both, [psi; 2], limit + 4.95) && !held(&both, [psi; 2], limit + 5.05));
+    }
+    let frames = sealed(&plain(&[effect]), PSI, 4.0, sine(1.5, 1.0));
+    let slides =
+        frames.windows(2).filter(|w| w[0].truth.velocity_mm_s * w[1].truth.velocity_mm_s > 1.0);
+    let mut count = 0;
+    for pair in slides {
+        let truth = pair[0].truth;
+        let [flexor, extensor] = truth.pressures_kpa;
+        let expected = 0.1 * (0.5 * (flexor + extensor) - 101.325) * truth.velocity_mm_s.signum();
+        // Friction of a sample is a mean to the next one.
+        assert!((truth.friction_n + expected).abs() < 1e-2, "{} {expected}", truth.friction_n);
+        count += 1;
+    }
+    assert!(count > 1000);
+}
+
 #[test]
 fn viscous_damping() {
     let points: Vec<_> = force_of("viscous_damping:coefficient_ns_m=3000", 3.0, sine(1.0, 1.0))

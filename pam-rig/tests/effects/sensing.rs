@@ -50,6 +50,26 @@ fn actuation_delay() {
     }
 }
 
+/// A first-order low-pass of the force: gain `1/√(1 + (f/f_c)²)`, phase atan(f/f_c), and the command of the start is there at
+/// once.
+#[test]
+fn actuator_lag() {
+    for cutoff_hz in [1.5_f64, 6.0] {
+        let effect = format!("actuator_lag:cutoff_hz={cutoff_hz}");
+        let frames = sealed(&ideal(&[&effect]), PSI, 6.0, sine(1.0, 1.0));
+        let truth = || frames[3000..].iter().map(|f| f.truth.force_n);
+        let commanded = || frames[3000..].iter().map(commanded_n);
+        let phase = (1.0 / cutoff_hz).atan();
+        let made_ms = delay_ms(commanded(), truth(), 1.0);
+        // Both are means from a sample to the next.
+        assert!((made_ms - 1e3 * phase / TAU).abs() < 0.1, "{made_ms} ms");
+        let gain = phasor(truth(), 1.0).0 / phasor(commanded(), 1.0).0;
+        assert!((gain - phase.cos()).abs() < 1e-4, "{gain}");
+        let held = sealed(&ideal(&[&effect]), PSI, 0.1, |_| 0.5);
+        assert!((held[0].truth.force_n - commanded_n(&held[0])).abs() < 1e-9);
+    }
+}
+
 /// A first-order low-pass: phase atan(f/f_c), gain the cosine of the phase.
 #[test]
 fn pressure_sensor_lag() {
@@ -106,6 +126,33 @@ fn position_offset() {
     assert!(off(&frames, logged_mm, |f| f.truth.displacement_mm + 0.2) < 1e-12);
 }
 
+/// A first-order low-pass, as of the pressures.
+#[test]
+fn position_sensor_lag() {
+    for cutoff_hz in [1.5_f64, 6.0] {
+        let effect = format!("position_sensor_lag:cutoff_hz={cutoff_hz}");
+        let frames = sealed(&ideal(&[&effect]), PSI, 6.0, sine(1.0, 1.0));
+        let truth = || frames[3000..].iter().map(|f| f.truth.displacement_mm);
+        let measured = || frames[3000..].iter().map(logged_mm);
+        let phase = (1.0 / cutoff_hz).atan();
+        // Half a sample less because it is sampled.
+        let expected_ms = 1e3 * phase / TAU - 0.5;
+        let made_ms = delay_ms(truth(), measured(), 1.0);
+        assert!((made_ms - expected_ms).abs() < 0.5, "{made_ms} of {expected_ms} ms");
+        let gain = phasor(measured(), 1.0).0 / phasor(truth(), 1.0).0;
+        assert!((gain - phase.cos()).abs() < 5e-3, "{gain}");
+    }
+}
+
+#[test]
+fn position_delay() {
+    let frames = run(&["position_delay:delay_ms=20"]);
+    for k in 21..frames.len() {
+        let expected = frames[k - 20].truth.displacement_mm;
+        assert!((logged_mm(&frames[k]) - expected).abs() < 1e-12, "{k}");
+    }
+}
+
 #[test]
 fn position_gain() {
     let frames = run(&["position_gain:relative=0.05"]);
@@ -123,6 +170,8 @@ fn sensors_leave_the_joint_alone() {
         "pressure_gain",
         "position_offset",
         "position_gain",
+        "position_sensor_lag",
+        "position_delay",
         "backlash",
         "encoder_freeze:period_s=1,duration_s=0.2",
         "sensor_gain_jump:time_s=1,relative=0.1",

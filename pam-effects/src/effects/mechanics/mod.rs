@@ -7,6 +7,7 @@ pub(super) mod constant_load;
 pub(super) mod coulomb_friction;
 pub(super) mod creep;
 pub(super) mod hysteresis;
+pub(super) mod load_friction;
 pub(super) mod stiffness_drift;
 pub(super) mod stiffness_scale;
 pub(super) mod stribeck_friction;

@@ -16,7 +16,7 @@ impl Effect for ForceGain {
         vec![vec![0.0]]
     }
 
-    fn drive<S: Scalar>(&self, p: &[S], force_mn: S) -> S {
+    fn drive<S: Scalar>(&self, p: &[S], _since_s: f64, force_mn: S, _memory: &mut [S]) -> S {
         force_mn + p[0] * force_mn
     }
 }

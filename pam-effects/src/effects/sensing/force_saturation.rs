@@ -21,7 +21,7 @@ impl Effect for ForceSaturation {
         values[0] < 0.995 * scales.peak_force_n
     }
 
-    fn drive<S: Scalar>(&self, p: &[S], force_mn: S) -> S {
+    fn drive<S: Scalar>(&self, p: &[S], _since_s: f64, force_mn: S, _memory: &mut [S]) -> S {
         let limit = p[0].scaled(MN_PER_N);
         force_mn.clamped(-limit, limit)
     }

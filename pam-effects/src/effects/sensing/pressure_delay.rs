@@ -1,5 +1,6 @@
 //! The pressures come late.
 
+use super::delayed;
 use crate::effects::{DataScales, Effect, EffectInfo, Observed, entry};
 use pam_core::Scalar;
 
@@ -17,17 +18,9 @@ impl Effect for PressureDelay {
     }
 
     fn observe<S: Scalar>(&self, p: &[S], seen: &mut Observed<'_, S>) {
-        let shift = p[0].scaled(1e-3 / seen.step_s);
-        let whole = shift.real().floor();
-        let part = shift - S::constant(whole);
-        let whole = whole as usize;
+        let steps = p[0].scaled(1e-3 / seen.step_s);
         for series in &mut seen.pressures_kpa {
-            let first = series[0];
-            for k in (0..series.len()).rev() {
-                let at = |back: usize| if back <= k { series[k - back] } else { first };
-                let (near, far) = (at(whole), at(whole + 1));
-                series[k] = near + part * (far - near);
-            }
+            delayed(steps, series);
         }
     }
 }

@@ -7,6 +7,7 @@ pub mod constant_load;
 pub mod coulomb_friction;
 pub mod creep;
 pub mod hysteresis;
+pub mod load_friction;
 pub mod stiffness_drift;
 pub mod stiffness_scale;
 pub mod stribeck_friction;

@@ -1,10 +1,13 @@
 //! Effects in actuation and sensing.
 
 pub mod actuation_delay;
+pub mod actuator_lag;
 pub mod force_gain;
 pub mod force_saturation;
+pub mod position_delay;
 pub mod position_gain;
 pub mod position_offset;
+pub mod position_sensor_lag;
 pub mod pressure_bias;
 pub mod pressure_delay;
 pub mod pressure_gain;
