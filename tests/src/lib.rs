@@ -1,8 +1,9 @@
 //! Helpers of the whole-system tests.
 
 pub mod diagnose;
+pub mod magnitudes;
 pub mod plant;
-pub mod tables;
+// pub mod study;
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Output};
