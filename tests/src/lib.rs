@@ -3,7 +3,7 @@
 pub mod diagnose;
 pub mod magnitudes;
 pub mod plant;
-// pub mod study;
+pub mod study;
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Output};

@@ -25,6 +25,7 @@ mod tests;
 
 pub use excitation::Excitation;
 pub use hidden::Hidden;
+pub(crate) use noise::normal;
 pub use noise::{Colour, Noise, Sensors};
 
 use acting::Acting;

@@ -18,7 +18,8 @@ pub enum Colour {
 
 impl Colour {
     /// Correlation of samples that are `step_s` apart.
-    fn correlation(self, step_s: f64) -> f64 {
+    #[must_use]
+    pub fn correlation(self, step_s: f64) -> f64 {
         match self {
             Self::White => 0.0,
             Self::LowPassed(cutoff_hz) => (-TAU * cutoff_hz * step_s).exp(),

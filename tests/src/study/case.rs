@@ -202,9 +202,12 @@ impl Factors {
                 duration_s,
             },
             Shape::Steps => Excitation::steps(amplitude_n, HOLD_S, duration_s, seed),
-            Shape::Noise => {
-                Excitation::noise(NOISE_SHARE * amplitude_n, NOISE_HZ.min(highest), duration_s, seed)
-            }
+            Shape::Noise => Excitation::noise(
+                NOISE_SHARE * amplitude_n,
+                NOISE_HZ.min(highest),
+                duration_s,
+                seed,
+            ),
         }
     }
 

@@ -114,12 +114,7 @@ fn factors(count: usize, random: &mut ChaCha8Rng) -> Vec<Factors> {
 }
 
 /// Cases of a kind from the faults of each.
-fn kind(
-    kind: Kind,
-    name: &str,
-    faults: Vec<Vec<Fault>>,
-    random: &mut ChaCha8Rng,
-) -> Vec<Case> {
+fn kind(kind: Kind, name: &str, faults: Vec<Vec<Fault>>, random: &mut ChaCha8Rng) -> Vec<Case> {
     let factors = factors(faults.len(), random);
     factors
         .into_iter()

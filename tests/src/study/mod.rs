@@ -24,5 +24,5 @@ pub mod rows;
 pub mod store;
 pub mod tables;
 
-pub use case::{Case, Factors, Fault, Kind, ModelError, Source, Shape, Strength};
+pub use case::{Case, Factors, Fault, Kind, ModelError, Shape, Source, Strength};
 pub use outcome::Outcome;
