@@ -31,6 +31,24 @@ static DATA: LazyLock<(tempfile::TempDir, PathBuf)> = LazyLock::new(|| {
     (folder, out)
 });
 
+/// The published excitation with 0.4 of its times: 28 s.
+fn short_protocol(folder: &Path) -> PathBuf {
+    let segments: String = [(0.5, 8.0), (1.0, 4.0), (2.0, 2.0)]
+        .iter()
+        .flat_map(|(f, s)| {
+            [1.0, 1.5].map(|a| {
+                format!(
+                    "[[current]]\nkind = \"sine\"\namplitude_a = {a}\nfrequency_hz = {f}\nduration_s = {s}\n"
+                )
+            })
+        })
+        .collect();
+    let path = folder.join("published.toml");
+    std::fs::write(&path, format!("name = \"short\"\nconditions = [[45, 45]]\n{segments}"))
+        .unwrap();
+    path
+}
+
 /// A short curriculum over them.
 const SHORT: &str = "name = \"short\"\nrate = 1e-4\n[model]\nhidden = [32, 32]\n\
     [[stage]]\nkind = \"gas\"\nname = \"gas\"\n\
@@ -91,7 +109,9 @@ fn random_weights_become_a_model_that_predicts_what_it_has_not_seen() {
     let [logs, out] = ["logs", "run"].map(|n| folder.path().join(n));
     let conditions = "10/10,45/45,80/80,30/60,60/30,70/20,20/70,50/50,55/40";
     let recorded = ["rig", "record", "--ideal", "all", "--no-truth", "--conditions", conditions];
-    let _ = stdout_of(PAM, &[&recorded[..], &["--out", text(&logs)]].concat());
+    let protocol = short_protocol(folder.path());
+    let more = ["--protocol", text(&protocol), "--out", text(&logs)];
+    let _ = stdout_of(PAM, &[&recorded[..], &more].concat());
     let arguments = ["train", "--data", text(&logs), "--out", text(&out), "--json"];
     let shorter = ["--set", "stage.2.epochs=20"];
     let printed = stdout_of(PAM, &[&arguments[..], &shorter].concat());
@@ -142,6 +162,7 @@ fn parameters_come_out_with_errors_where_the_data_identify_them() {
     let mut rig: toml::Table = printed.parse().unwrap();
     let truth = (rig["plant"]["mass_kg"].as_float().unwrap(), equivalent_deformation(&rig));
     assert!((truth.1 - 3.42).abs() < 0.01, "docs/rig.md: {}", truth.1);
+    let protocol = short_protocol(folder.path());
     let record = |rig: &toml::Table, name: &str| {
         let [file, out] = ["toml", "logs"].map(|e| folder.path().join(format!("{name}.{e}")));
         std::fs::write(&file, rig.to_string()).unwrap();
@@ -150,7 +171,11 @@ fn parameters_come_out_with_errors_where_the_data_identify_them() {
             ["rig", "record", "--ideal", "all", "--no-truth", "--conditions", conditions];
         let _ = stdout_of(
             PAM,
-            &[&arguments[..], &["--rig", text(&file), "--out", text(&out)]].concat(),
+            &[
+                &arguments[..],
+                &["--rig", text(&file), "--protocol", text(&protocol), "--out", text(&out)],
+            ]
+            .concat(),
         );
         out
     };

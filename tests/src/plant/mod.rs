@@ -20,8 +20,6 @@ mod motion;
 mod network;
 mod noise;
 mod sensing;
-#[cfg(test)]
-mod tests;
 
 pub use excitation::Excitation;
 pub use hidden::Hidden;
@@ -52,6 +50,7 @@ const REST_SAMPLES: usize = 100;
 /// Fewest samples of it.
 const FEWEST_REST_SAMPLES: usize = 10;
 
+/// Pressure of the room, kPa; kPa per psi.
 const ATMOSPHERE_KPA: f64 = 101.325;
 const KPA_PER_PSI: f64 = 6.894_76;
 
@@ -137,7 +136,8 @@ impl Plant {
             Source::new(sensors.force, rate, &mut random),
         ];
         let rest = ((REST_S * rate) as usize).clamp(FEWEST_REST_SAMPLES, REST_SAMPLES);
-        let samples = (run.excitation.duration_s() * rate).round() as usize;
+        // From zero to the end, both included.
+        let samples = (run.excitation.duration_s() * rate).round() as usize + 1;
         let mut recording = Recording::empty(Path::new(run.name));
         let mut sealed = [0.0; 3];
         for k in 0..rest + samples {

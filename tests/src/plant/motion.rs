@@ -61,9 +61,7 @@ impl Joint {
         // The air is that of the pressures at the displacement where the joint rests with it.
         for _ in 0..3 {
             joint.sealed_mm3 = joint.volumes(joint.x, acting);
-            for i in 0..2 {
-                joint.masses_g[i] = kpa[i] * joint.sealed_mm3[i] / joint.gas_coefficient;
-            }
+            joint.masses_g = [0, 1].map(|i| kpa[i] * joint.sealed_mm3[i] / joint.gas_coefficient);
             let (mut low, mut high) = (-REST_WITHIN_MM, REST_WITHIN_MM);
             for _ in 0..BISECTIONS {
                 let middle = 0.5 * (low + high);

@@ -111,35 +111,3 @@ impl ReluNetwork {
         force
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use pam_core::ForceInput;
-    use rand::rngs::ChaCha8Rng;
-    use rand::{RngExt, SeedableRng};
-
-    #[test]
-    fn the_force_is_that_of_the_published_network() {
-        let model = pam_data::load_model(&crate::published_weights()).unwrap().model;
-        let mut network = ReluNetwork::of(&model.force);
-        let mut work = vec![0.0; model.force.work_len()];
-        let mut random = ChaCha8Rng::seed_from_u64(1);
-        for _ in 0..5000 {
-            let masses = [0, 1].map(|_| random.random_range(0.03..0.13));
-            let (x, v) = (random.random_range(-3.0..3.0), random.random_range(-30.0..30.0));
-            let input = ForceInput {
-                displacement_mm: x,
-                velocity_mm_s: v,
-                mass_flexor_g: masses[0],
-                mass_extensor_g: masses[1],
-            };
-            let expected = model.force.restoring_force_mn(&input, &mut work);
-            let found = network.force_mn(masses, x, v);
-            assert!(
-                (found - expected).abs() < 1e-6 * expected.abs().max(1e3),
-                "{found} {expected}"
-            );
-        }
-    }
-}

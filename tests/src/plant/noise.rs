@@ -132,30 +132,3 @@ pub(crate) fn normal(random: &mut ChaCha8Rng) -> f64 {
     let (a, b): (f64, f64) = (random.random_range(1e-12..1.0), random.random());
     (-2.0 * a.ln()).sqrt() * (TAU * b).cos()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use rand::SeedableRng;
-
-    #[test]
-    fn noises_have_their_deviation_and_correlation() {
-        let mut random = ChaCha8Rng::seed_from_u64(3);
-        let times = [
-            (Colour::White, 0.0),
-            (Colour::LowPassed(30.0), 0.828),
-            (Colour::Correlated(0.5), 0.998),
-        ];
-        for (colour, expected) in times {
-            let noise = Noise { deviation: 2.0, colour };
-            let mut source = Source::new(noise, 1000.0, &mut random);
-            let values: Vec<f64> = (0..400_000).map(|_| source.next(&mut random)).collect();
-            let n = values.len() as f64;
-            let square: f64 = values.iter().map(|v| v * v).sum::<f64>() / n;
-            let next: f64 = values.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / n;
-            // A correlation time of 0.5 s leaves 800 independent values: 2.5 % error, four of them.
-            assert!((square.sqrt() / 2.0 - 1.0).abs() < 0.1, "{colour:?}: {}", square.sqrt());
-            assert!((next / square - expected).abs() < 0.01, "{colour:?}: {}", next / square);
-        }
-    }
-}

@@ -120,9 +120,9 @@ impl<'a> Scale<'a> {
         for (i, &psi) in conditions.iter().enumerate() {
             let truth = scale.record(plant, i, psi, &[], &quiet);
             let seen = scale.predicted(model, i, &truth);
-            for c in 0..3 {
+            for (c, sum) in discrepancy.iter_mut().enumerate() {
                 let apart = channels(&truth)[c].iter().zip(channels(&seen)[c]);
-                discrepancy[c] += mean_square(apart.map(|(a, b)| a - b)) / recordings;
+                *sum += mean_square(apart.map(|(a, b)| a - b)) / recordings;
             }
             let x = &truth.displacement_mm;
             let middle = x.iter().sum::<f64>() / x.len() as f64;
@@ -133,8 +133,8 @@ impl<'a> Scale<'a> {
             scale.motion.travel_mm = scale.motion.travel_mm.max(largest(x, middle));
             scale.motion.force_n = scale.motion.force_n.max(1e-3 * largest(force, 0.0));
         }
-        for c in 0..3 {
-            scale.variance[c] += discrepancy[c] / recordings;
+        for (variance, discrepancy) in scale.variance.iter_mut().zip(discrepancy) {
+            *variance += discrepancy / recordings;
         }
         scale
     }

@@ -60,8 +60,9 @@ pub fn perturbed(saved: &SavedModel, error: ModelError, seed: u64) -> SavedModel
 /// Name and length of the weights of the last layer.
 fn last_layer(force: &AnyForce<f64>) -> (String, usize) {
     let parts = force.to_parts();
-    let weights = parts.tensors.iter().filter(|(name, _)| name.starts_with("weight"));
-    let (name, tensor) = weights.last().expect("a network");
+    let mut backwards = parts.tensors.iter().rev();
+    let weights = backwards.find(|(name, _)| name.starts_with("weight"));
+    let (name, tensor) = weights.expect("a network");
     (name.clone(), tensor.values.len())
 }
 

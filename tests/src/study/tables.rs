@@ -1,7 +1,7 @@
 //! The tables of a folder of outcomes.
 
 use super::criteria::{Share, criteria};
-use super::{Kind, Outcome};
+use super::{Kind, Outcome, Source};
 use pam_numerics::statistics::{median, quantile};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -12,24 +12,43 @@ use std::fmt::Write;
 /// A sentence if the table cannot be written.
 pub fn csv(outcomes: &[Outcome]) -> Result<String, String> {
     let mut writer = csv::Writer::from_writer(Vec::new());
-    for share in criteria(outcomes) {
-        writer.serialize(share).map_err(|e| e.to_string())?;
+    let header = ["source", "criterion", "k", "n", "share", "low", "high", "asked", "holds"];
+    writer.write_record(header).map_err(|e| e.to_string())?;
+    for (source, outcomes) in by_source(outcomes) {
+        for s in criteria(&outcomes) {
+            let row = (source, s.criterion, s.k, s.n, s.share, s.low, s.high, s.asked, s.holds);
+            writer.serialize(row).map_err(|e| e.to_string())?;
+        }
     }
     let bytes = writer.into_inner().map_err(|e| e.to_string())?;
     String::from_utf8(bytes).map_err(|e| e.to_string())
 }
 
+/// Outcomes of plant and rig, which are never counted together.
+fn by_source(outcomes: &[Outcome]) -> Vec<(&'static str, Vec<Outcome>)> {
+    let of = |source| outcomes.iter().filter(move |o| o.case.factors.source == source);
+    let both = [("plant", Source::Plant), ("rig", Source::Rig)];
+    let mut all = both.map(|(name, s)| (name, of(s).cloned().collect::<Vec<_>>())).to_vec();
+    all.retain(|(_, outcomes)| !outcomes.is_empty());
+    all
+}
+
 /// Criteria, names given for each hidden effect, and times, as Markdown.
 #[must_use]
 pub fn markdown(outcomes: &[Outcome]) -> String {
-    let mut out = String::from(
-        "| criterion | k of n | share | 95 % limits | asked | holds |\n|---|---|---|---|---|---|\n",
-    );
-    for s in criteria(outcomes) {
-        line(&s, &mut out);
+    let mut out = String::new();
+    for (source, outcomes) in by_source(outcomes) {
+        let _ = writeln!(
+            out,
+            "## {source}\n\n| criterion | k of n | share | 95 % limits | asked | holds |\n|---|---|---|---|---|---|"
+        );
+        for s in criteria(&outcomes) {
+            line(&s, &mut out);
+        }
+        names(&outcomes, &mut out);
+        times(&outcomes, &mut out);
+        let _ = writeln!(out);
     }
-    names(outcomes, &mut out);
-    times(outcomes, &mut out);
     out
 }
 
