@@ -2,8 +2,9 @@
 
 pub mod diagnose;
 pub mod loops;
+pub mod magnitudes;
 pub mod plant;
-pub mod tables;
+pub mod study;
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Output};

@@ -1,0 +1,164 @@
+//! The recordings of a case.
+
+use super::case::{Case, Fault, Source, Strength};
+use super::detection::Scale;
+use super::model::perturbed;
+use crate::diagnose::{rig_runs, subject};
+use crate::plant::{Experiment, Hidden, Plant};
+use pam_data::{SavedModel, Subject, load_model, parse_model};
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+use rayon::prelude::*;
+use std::path::Path;
+
+/// Gauge pressures from which the conditions of a case are drawn, psi.
+const LOWEST_PSI: usize = 25;
+const STEP_PSI: usize = 5;
+const LEVELS: usize = 11;
+
+/// Baseline recordings: their number and longest duration (s).
+const BASELINES: usize = 3;
+const BASELINE_S: f64 = 20.0;
+
+/// Added to the seed of baseline recordings, models and conditions, so that nothing repeats.
+const BASELINE_SEED: u64 = 500_000;
+const MODEL_SEED: u64 = 700_000;
+const CONDITION_SEED: u64 = 900_000;
+
+const ATMOSPHERE_KPA: f64 = 101.325;
+const PUBLISHED_S: f64 = 70.0;
+
+/// A hidden effect of a case, with its size relative to the limit of detection.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Truth {
+    /// The effect.
+    pub hidden: Hidden,
+    /// Size over the limit of detection; absent where it is not measured (rig).
+    pub limits: Option<f64>,
+}
+
+/// What the diagnosis of a case gets, and the truth.
+#[derive(Debug)]
+pub struct Data {
+    /// The model under diagnosis.
+    pub model: SavedModel,
+    /// Recordings.
+    pub subjects: Vec<Subject>,
+    /// Baseline recordings.
+    pub baseline: Option<Vec<Subject>>,
+    /// What is hidden.
+    pub truth: Vec<Truth>,
+}
+
+fn conditions(count: usize, seed: u64) -> Vec<[f64; 2]> {
+    let mut random = ChaCha8Rng::seed_from_u64(CONDITION_SEED + seed);
+    let mut psi = || (LOWEST_PSI + STEP_PSI * random.random_range(0..LEVELS)) as f64;
+    (0..count).map(|_| [psi(), psi()]).collect()
+}
+
+/// Makes the recordings of a case.
+///
+/// # Panics
+/// If a model cannot be read or the rig cannot write its logs.
+#[must_use]
+pub fn data(case: &Case) -> Data {
+    let mut data = match case.factors.source {
+        Source::Plant => of_plant(case),
+        Source::Rig => of_rig(case),
+    };
+    if case.factors.gauge {
+        for r in data.subjects.iter_mut().map(|s| &mut s.recording) {
+            let columns = [&mut r.pressure_flexor_kpa, &mut r.pressure_extensor_kpa];
+            columns.into_iter().flatten().for_each(|p| *p -= ATMOSPHERE_KPA);
+            if let Some(sealed) = &mut r.sealed {
+                sealed.pressure_flexor_kpa -= ATMOSPHERE_KPA;
+                sealed.pressure_extensor_kpa -= ATMOSPHERE_KPA;
+            }
+        }
+        let again = |s: &Subject| subject(&data.model, s.recording.clone());
+        data.subjects = data.subjects.iter().map(again).collect();
+    }
+    data
+}
+
+fn of_plant(case: &Case) -> Data {
+    let saved = load_model(&crate::published_weights()).expect("the published weights");
+    let plant = Plant::of(&saved.model);
+    let model = perturbed(&saved, case.factors.model_error, MODEL_SEED + case.seed);
+    let conditions = match case.conditions.as_slice() {
+        [] => conditions(case.factors.recordings, case.seed),
+        given => given.to_vec(),
+    };
+    let scale = Scale::of(case, &plant, &Plant::of(&model.model), &conditions);
+    let truth: Vec<Truth> = case.faults.iter().map(|fault| measured(&scale, case, fault)).collect();
+    let hidden: Vec<Hidden> = truth.iter().map(|t| t.hidden.clone()).collect();
+    let record = |psi: &[[f64; 2]], faults: &[Hidden], seed: u64, longest_s: f64| {
+        let mut factors = case.factors.clone();
+        factors.duration_s = factors.duration_s.min(longest_s);
+        psi.par_iter()
+            .enumerate()
+            .map(|(i, &psi)| {
+                let acting: Vec<Hidden> = faults.iter().filter(|f| f.acts_in(i)).cloned().collect();
+                let excitation = factors.excitation(i, seed);
+                let name = format!("nn_{:.0}{:.0}_{i}", psi[0], psi[1]);
+                let seed = seed * 1000 + i as u64;
+                let sensors = scale.sensors();
+                let run = Experiment::new(&name, psi, &excitation, &acting, sensors, seed);
+                subject(&model, plant.record(&run))
+            })
+            .collect::<Vec<Subject>>()
+    };
+    let subjects = record(&conditions, &hidden, case.seed, f64::INFINITY);
+    let seed = BASELINE_SEED + case.seed;
+    let others = self::conditions(BASELINES, seed);
+    let baseline = case.factors.baseline.then(|| record(&others, &[], seed, BASELINE_S));
+    Data { model, subjects, baseline, truth }
+}
+
+fn measured(scale: &Scale<'_>, case: &Case, fault: &Fault) -> Truth {
+    let (hidden, size) = match fault {
+        Fault::Given(hidden) => (hidden.clone(), scale.size(hidden)),
+        Fault::Drawn { label, strength, onset, only } => {
+            let (mut hidden, mut size) = scale.scaled(label, *strength);
+            if *onset > 0.0 || only.is_some() {
+                hidden = hidden.from_s(onset * case.factors.duration_s);
+                hidden.only.clone_from(only);
+                size = scale.size(&hidden);
+            }
+            (hidden, size)
+        }
+    };
+    Truth { hidden, limits: Some(size / super::detection::LIMIT) }
+}
+
+fn of_rig(case: &Case) -> Data {
+    let bytes = include_bytes!("../../../pam-cli/models/default.safetensors");
+    let model = parse_model(Path::new("default"), bytes).expect("the default model");
+    let whole = |psi: [f64; 2]| psi.map(|p| p as u8);
+    let psi: Vec<[u8; 2]> = match case.conditions.as_slice() {
+        [] => conditions(case.factors.recordings, case.seed).into_iter().map(whole).collect(),
+        given => given.iter().copied().map(whole).collect(),
+    };
+    let share = case.factors.duration_s / PUBLISHED_S;
+    let at_strength = |fault: &Fault| match fault {
+        Fault::Given(hidden) => hidden.clone(),
+        Fault::Drawn { label, strength, .. } => {
+            let factor = match strength {
+                Strength::Weak => 0.25,
+                Strength::Medium | Strength::Given => 1.0,
+                Strength::Strong => 2.0,
+            };
+            crate::magnitudes::at_strength(label, factor)
+        }
+    };
+    let hidden: Vec<Hidden> = case.faults.iter().map(at_strength).collect();
+    let texts: Vec<String> = hidden.iter().map(Hidden::text).collect();
+    let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
+    let subjects = rig_runs(&model, &psi, share, &texts, false, case.seed);
+    let others: Vec<[u8; 2]> =
+        conditions(BASELINES, BASELINE_SEED).into_iter().map(whole).collect();
+    let healthy = || rig_runs(&model, &others, share, &[], false, BASELINE_SEED + case.seed);
+    let baseline = case.factors.baseline.then(healthy);
+    let truth = hidden.into_iter().map(|hidden| Truth { hidden, limits: None }).collect();
+    Data { model, subjects, baseline, truth }
+}

@@ -1,0 +1,207 @@
+//! Size of what is hidden, relative to the limit of detection in the data of a case.
+//!
+//! The size of a fault is the root of the deviance that it adds: over the channels x, P_f, P_e, the mean square of the
+//! residual that it leaves to a model without it, over the variance of that mean under noise,
+//!
+//! `S² = Σ_c E_c / (σ_c²/N_c + g_c² σ_F²/N_F + D_c²/R)`
+//!
+//! with the noise `σ_c` of the channel and its effective number of samples `N_c`, the noise of the recorded force, which
+//! moves the prediction, and the discrepancy `D_c` of the model, one value for each of `R` recordings. A fault is
+//! detectable from [`LIMIT`] on.
+
+use super::case::{Case, Strength};
+use crate::magnitudes::{self, Motion};
+use crate::plant::{Excitation, Experiment, Hidden, Noise, Plant, Sensors};
+use pam_data::Recording;
+
+/// Size from which a fault counts as detectable. A candidate with one parameter among 28 needs χ² = 9.8 for a familywise error
+/// rate of 5 % (Bonferroni), a power of 95 % adds 1.64 standard deviations: `(3.1 + 1.64)² = 22.5`, and alternatives that
+/// take up a part of the residual take it to 36.
+pub const LIMIT: f64 = 6.0;
+
+/// Size of medium strength, relative to the limit, where the usual magnitude is smaller; of weak strength.
+const MEDIUM_LIMITS: f64 = 3.0;
+const WEAK_LIMITS: f64 = 1.5;
+
+/// Largest factor on the usual magnitude; factor of strong on medium; most of weak.
+const LARGEST_FACTOR: f64 = 3.0;
+const STRONG_FACTOR: f64 = 2.0;
+const WEAK_FACTOR: f64 = 0.5;
+const SMALLEST_FACTOR: f64 = 0.02;
+
+/// The published joint at 45 psi: stiffness (N/mm), noise bandwidth `ω₀/(8 ζ)` of its response (Hz), and change of either
+/// pressure with x (kPa/mm).
+const STIFFNESS_N_MM: f64 = 150.0;
+const RESPONSE_HZ: f64 = 6.3;
+const KPA_PER_MM: f64 = 13.0;
+
+/// Correlation of the noise below which lags no longer count.
+const UNCORRELATED: f64 = 0.05;
+
+const KPA_PER_PSI: f64 = 6.894_76;
+const ATMOSPHERE_KPA: f64 = 101.325;
+
+/// What sizes of faults are measured against, for one case.
+#[derive(Debug)]
+pub struct Scale<'a> {
+    case: &'a Case,
+    plant: &'a Plant,
+    conditions: &'a [[f64; 2]],
+    sensors: Sensors,
+    quiet: Sensors,
+    /// Variance of the mean of the residual of x, P_f, P_e.
+    variance: [f64; 3],
+    /// Motion without faults.
+    pub motion: Motion,
+}
+
+fn channels(r: &Recording) -> [&[f64]; 3] {
+    [&r.displacement_mm, &r.pressure_flexor_kpa, &r.pressure_extensor_kpa]
+}
+
+fn mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let n = values.len().max(1) as f64;
+    values.map(|v| v * v).sum::<f64>() / n
+}
+
+/// Effective number of independent samples: length over integrated autocorrelation time.
+fn effective(values: &[f64]) -> f64 {
+    let n = values.len();
+    let variance = mean_square(values.iter().copied()).max(f64::MIN_POSITIVE);
+    let correlation = |lag: usize| {
+        let pairs = values.iter().zip(&values[lag..]);
+        pairs.map(|(a, b)| a * b).sum::<f64>() / (n - lag) as f64 / variance
+    };
+    let mut time = 1.0;
+    for lag in 1..n / 4 {
+        let rho = correlation(lag);
+        if rho < UNCORRELATED {
+            break;
+        }
+        time += 2.0 * rho;
+    }
+    n as f64 / time
+}
+
+impl<'a> Scale<'a> {
+    /// Measures noise, discrepancy of `model` and motion on the recordings of a case.
+    #[must_use]
+    pub fn of(case: &'a Case, plant: &'a Plant, model: &Plant, conditions: &'a [[f64; 2]]) -> Self {
+        let sensors = case.factors.sensors();
+        let none = Noise::white(0.0);
+        let quiet =
+            Sensors { encoder_mm: 0.0, displacement: none, pressure: none, force: none, ..sensors };
+        let mut scale = Self {
+            case,
+            plant,
+            conditions,
+            sensors,
+            quiet,
+            variance: [0.0; 3],
+            motion: Motion { force_n: 0.0, travel_mm: 0.0 },
+        };
+        // One recording shows the noise; the motion and the discrepancy are those of all.
+        let clean = scale.record(plant, 0, conditions[0], &[], &quiet);
+        let noisy = scale.record(plant, 0, conditions[0], &[], &sensors);
+        let recordings = conditions.len() as f64;
+        let step_s = 1.0 / sensors.rate_hz;
+        let rho = force_correlation(sensors.force, step_s);
+        let force_share = (2.0 * RESPONSE_HZ * step_s * (1.0 + rho) / (1.0 - rho)).min(1.0);
+        let force_mm = sensors.force.deviation * force_share.sqrt() / STIFFNESS_N_MM;
+        let force_samples = 2.0 * RESPONSE_HZ * case.factors.duration_s * recordings;
+        for c in 0..3 {
+            let pairs = channels(&noisy)[c].iter().zip(channels(&clean)[c]);
+            let noise: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
+            let own = mean_square(noise.iter().copied()) / (recordings * effective(&noise));
+            let moved = force_mm * if c == 0 { 1.0 } else { KPA_PER_MM };
+            scale.variance[c] = own + moved * moved / force_samples;
+        }
+        let mut discrepancy = [0.0; 3];
+        for (i, &psi) in conditions.iter().enumerate() {
+            let truth = scale.record(plant, i, psi, &[], &quiet);
+            let seen = scale.predicted(model, i, &truth);
+            for (c, sum) in discrepancy.iter_mut().enumerate() {
+                let apart = channels(&truth)[c].iter().zip(channels(&seen)[c]);
+                *sum += mean_square(apart.map(|(a, b)| a - b)) / recordings;
+            }
+            let x = &truth.displacement_mm;
+            let middle = x.iter().sum::<f64>() / x.len() as f64;
+            let force = truth.low_passed.force_mn.as_ref().unwrap_or(&truth.force_mn);
+            let largest = |values: &[f64], middle: f64| {
+                values.iter().map(|v| (v - middle).abs()).fold(0.0, f64::max)
+            };
+            scale.motion.travel_mm = scale.motion.travel_mm.max(largest(x, middle));
+            scale.motion.force_n = scale.motion.force_n.max(1e-3 * largest(force, 0.0));
+        }
+        for (variance, discrepancy) in scale.variance.iter_mut().zip(discrepancy) {
+            *variance += discrepancy / recordings;
+        }
+        scale
+    }
+
+    fn record(
+        &self,
+        plant: &Plant,
+        i: usize,
+        psi: [f64; 2],
+        effects: &[Hidden],
+        sensors: &Sensors,
+    ) -> Recording {
+        let excitation: Excitation = self.case.factors.excitation(i, self.case.seed);
+        let acting: Vec<Hidden> = effects.iter().filter(|e| e.acts_in(i)).cloned().collect();
+        plant.record(&Experiment::new("size", psi, &excitation, &acting, sensors, self.case.seed))
+    }
+
+    /// What a model without faults predicts from the sealed reading of a recording.
+    fn predicted(&self, model: &Plant, i: usize, of: &Recording) -> Recording {
+        let rest = of.reading_at_rest();
+        let psi = [rest.pressure_flexor_kpa, rest.pressure_extensor_kpa]
+            .map(|kpa| (kpa - ATMOSPHERE_KPA) / KPA_PER_PSI);
+        self.record(model, i, psi, &[], &self.quiet)
+    }
+
+    /// The size of a fault.
+    #[must_use]
+    pub fn size(&self, fault: &Hidden) -> f64 {
+        let recordings = self.conditions.len() as f64;
+        let mut sum = 0.0;
+        for (i, &psi) in self.conditions.iter().enumerate() {
+            let faulty = self.record(self.plant, i, psi, std::slice::from_ref(fault), &self.quiet);
+            let expected = self.predicted(self.plant, i, &faulty);
+            for c in 0..3 {
+                let apart = channels(&faulty)[c].iter().zip(channels(&expected)[c]);
+                let square = mean_square(apart.map(|(a, b)| a - b));
+                sum += square / recordings / self.variance[c].max(f64::MIN_POSITIVE);
+            }
+        }
+        sum.sqrt()
+    }
+
+    /// A variant at a strength, with its size.
+    #[must_use]
+    pub fn scaled(&self, label: &str, strength: Strength) -> (Hidden, f64) {
+        let at = |factor: f64| magnitudes::scaled(label, factor, &self.motion);
+        let usual = self.size(&at(1.0)).max(f64::MIN_POSITIVE);
+        let medium = (MEDIUM_LIMITS * LIMIT / usual).clamp(1.0, LARGEST_FACTOR);
+        let factor = match strength {
+            Strength::Weak => {
+                (WEAK_LIMITS * LIMIT / usual).clamp(SMALLEST_FACTOR, WEAK_FACTOR * medium)
+            }
+            Strength::Medium | Strength::Given => medium,
+            Strength::Strong => STRONG_FACTOR * medium,
+        };
+        let fault = at(factor);
+        let size = self.size(&fault);
+        (fault, size)
+    }
+
+    /// The sensors of the case.
+    #[must_use]
+    pub fn sensors(&self) -> &Sensors {
+        &self.sensors
+    }
+}
+
+fn force_correlation(noise: Noise, step_s: f64) -> f64 {
+    noise.colour.correlation(step_s).min(0.999)
+}

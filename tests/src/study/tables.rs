@@ -1,0 +1,109 @@
+//! The tables of a folder of outcomes.
+
+use super::criteria::{Share, criteria};
+use super::{Kind, Outcome, Source};
+use pam_numerics::statistics::{median, quantile};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// The criteria as rows of CSV.
+///
+/// # Errors
+/// A sentence if the table cannot be written.
+pub fn csv(outcomes: &[Outcome]) -> Result<String, String> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let header = ["source", "criterion", "k", "n", "share", "low", "high", "asked", "holds"];
+    writer.write_record(header).map_err(|e| e.to_string())?;
+    for (source, outcomes) in by_source(outcomes) {
+        for s in criteria(&outcomes) {
+            let row = (source, s.criterion, s.k, s.n, s.share, s.low, s.high, s.asked, s.holds);
+            writer.serialize(row).map_err(|e| e.to_string())?;
+        }
+    }
+    let bytes = writer.into_inner().map_err(|e| e.to_string())?;
+    String::from_utf8(bytes).map_err(|e| e.to_string())
+}
+
+/// Outcomes of plant and rig, which are never counted together.
+fn by_source(outcomes: &[Outcome]) -> Vec<(&'static str, Vec<Outcome>)> {
+    let of = |source| outcomes.iter().filter(move |o| o.case.factors.source == source);
+    let both = [("plant", Source::Plant), ("rig", Source::Rig)];
+    let mut all = both.map(|(name, s)| (name, of(s).cloned().collect::<Vec<_>>())).to_vec();
+    all.retain(|(_, outcomes)| !outcomes.is_empty());
+    all
+}
+
+/// Criteria, names given for each hidden effect, and times, as Markdown.
+#[must_use]
+pub fn markdown(outcomes: &[Outcome]) -> String {
+    let mut out = String::new();
+    for (source, outcomes) in by_source(outcomes) {
+        let _ = writeln!(
+            out,
+            "## {source}\n\n| criterion | k of n | share | 95 % limits | asked | holds |\n|---|---|---|---|---|---|"
+        );
+        for s in criteria(&outcomes) {
+            line(&s, &mut out);
+        }
+        names(&outcomes, &mut out);
+        times(&outcomes, &mut out);
+        let _ = writeln!(out);
+    }
+    out
+}
+
+fn line(s: &Share, out: &mut String) {
+    let share = s.share.map_or_else(|| "–".into(), |v| format!("{:.1} %", 100.0 * v));
+    let holds = s.holds.map_or("", |h| if h { "yes" } else { "no" });
+    let _ = writeln!(
+        out,
+        "| {} | {} of {} | {share} | {:.1} to {:.1} % | {} | {holds} |",
+        s.criterion,
+        s.k,
+        s.n,
+        100.0 * s.low,
+        100.0 * s.high,
+        s.asked
+    );
+}
+
+/// What the diagnosis said of each kind and hidden effect.
+fn names(outcomes: &[Outcome], out: &mut String) {
+    let mut by: BTreeMap<(Kind, String), BTreeMap<String, usize>> = BTreeMap::new();
+    for o in outcomes.iter().filter(|o| o.case.repeats.is_none()) {
+        let hidden: Vec<&str> = o.truth.iter().map(|t| t.hidden.id.as_str()).collect();
+        // Pairs are too many for a row each.
+        let hidden = match o.case.kind {
+            Kind::Pair => String::new(),
+            _ => hidden.join("+"),
+        };
+        let names = o.headline_text();
+        let said = match o.case.kind {
+            Kind::Pair => o.verdict.clone(),
+            _ => format!("{}{}{names}", o.verdict, if names.is_empty() { "" } else { ": " }),
+        };
+        *by.entry((o.case.kind, hidden)).or_default().entry(said).or_default() += 1;
+    }
+    let _ = writeln!(out, "\n| kind | hidden | said |\n|---|---|---|");
+    for ((kind, hidden), said) in by {
+        let mut said: Vec<(String, usize)> = said.into_iter().collect();
+        said.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(&b.0)));
+        let said: Vec<String> = said.iter().map(|(s, n)| format!("{s} × {n}")).collect();
+        let kind = format!("{kind:?}").to_lowercase();
+        let _ = writeln!(out, "| {kind} | {hidden} | {} |", said.join("; "));
+    }
+}
+
+fn times(outcomes: &[Outcome], out: &mut String) {
+    let cpu: Vec<f64> = outcomes.iter().filter_map(|o| o.cpu_s).collect();
+    if !cpu.is_empty() {
+        let _ = writeln!(
+            out,
+            "\nCPU time of a diagnosis: median {:.1} s, 95 % below {:.1} s, sum {:.0} s of {} cases.",
+            median(&cpu),
+            quantile(&cpu, 0.95),
+            cpu.iter().sum::<f64>(),
+            cpu.len()
+        );
+    }
+}
