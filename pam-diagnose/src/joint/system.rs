@@ -91,7 +91,8 @@ impl<'a> JointSystem<'a> {
     }
 
     /// What is known of the noise: the model's own errors, as a part of the motion.
-    pub(super) fn noise_prior(&self, open: &[OpenPart]) -> NoisePrior {
+    #[must_use]
+    pub fn noise_prior(&self, open: &[OpenPart]) -> NoisePrior {
         NoisePrior {
             least: vec![f64::MIN_POSITIVE.sqrt(); Channel::ALL.len() - 1],
             discrepancy: moving_discrepancy(self, open, &self.settings.noise),

@@ -2,9 +2,10 @@
 
 use crate::support::published::{exact_run, weights};
 use pam_diagnose::DiagnosisSettings;
-use pam_diagnose::data::{OpenPart, estimated_noise};
+use pam_diagnose::data::OpenPart;
 use pam_diagnose::fit::Problem;
 use pam_diagnose::joint::JointSystem;
+use pam_diagnose::noise::{Noise, estimated_noise};
 use pam_effects::effects::{AnyEffect, by_id};
 use pam_effects::simulation::{Base, Trial};
 use rayon::prelude::*;
@@ -37,7 +38,7 @@ fn nothing_is_found_where_nothing_is_hidden() {
     let all = OpenPart::whole(trials.len());
     let of_trials = trials.iter().collect();
     let system = JointSystem::new(of_trials, &all, Base::of(&model), &[], effects, &settings);
-    let noise = estimated_noise(&system, &all, &settings.data);
+    let noise = Noise::white(&estimated_noise(&system, &all, &settings.noise));
     let problem = Problem::new(&system, (0..trials.len()).collect(), noise, &settings);
     let found: Vec<(&str, f64, f64)> = NOTHING
         .par_iter()

@@ -3,9 +3,10 @@
 use crate::support::joint::{driven, linear, subject};
 use pam_data::MassOrigin;
 use pam_diagnose::DiagnosisSettings;
-use pam_diagnose::data::{OpenPart, estimated_noise};
+use pam_diagnose::data::OpenPart;
 use pam_diagnose::fit::{Fit, Interval, Problem};
 use pam_diagnose::joint::JointSystem;
+use pam_diagnose::noise::{Noise, estimated_noise};
 use pam_effects::effects::{AnyEffect, by_id};
 use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
 use rand::SeedableRng;
@@ -69,9 +70,12 @@ fn fitted(
     let all = OpenPart::whole(trials.len());
     let (of_trials, base) = (trials.iter().collect(), Base::of(&linear()));
     let system = JointSystem::new(of_trials, &all, base, &[], vec![effect], &settings);
-    let noise = estimated_noise(&system, &all, &settings.data);
-    let problem = Problem::new(&system, (0..trials.len()).collect(), noise, &settings);
+    let noise = Noise::white(&estimated_noise(&system, &all, &settings.noise));
+    let mut problem = Problem::new(&system, (0..trials.len()).collect(), noise, &settings);
     let fit = problem.fit(problem.base().with(0, start), iterations).expect("in range");
+    let prior = system.noise_prior(&all);
+    problem.noise = Noise::learned(&problem, &fit.hypothesis, &prior).expect("in range");
+    let fit = problem.fit(fit.hypothesis, iterations).expect("in range");
     let intervals = problem.intervals(&fit).expect("in range");
     (fit, intervals)
 }

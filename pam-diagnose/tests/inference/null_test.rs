@@ -2,9 +2,9 @@
 
 use crate::linear::{Experiment, Linear, binomial_range, coloured, white};
 use pam_diagnose::DiagnosisSettings;
-use pam_diagnose::data::{Split, TestSource};
+use pam_diagnose::data::TestSource;
+use pam_diagnose::noise::{Noise, NoisePrior};
 use pam_diagnose::rejection::NullTest;
-use pam_diagnose::search::fit_base;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
@@ -23,6 +23,16 @@ fn nothing(rho: f64, seed: u64) -> Linear {
     Linear::new(experiments).with_offset(1.0)
 }
 
+/// The null test of a system, with the noise learned beside its base.
+fn tested(system: &Linear, settings: &DiagnosisSettings, seed: u64) -> NullTest {
+    let mut problem = system.problem(0.1, settings);
+    let base = problem.fit(problem.base(), 5).unwrap().hypothesis;
+    let prior = NoisePrior::at_least(vec![0.1]);
+    problem.noise = Noise::learned(&problem, &base, &prior).unwrap();
+    let base = problem.fit(base, 5).unwrap().hypothesis;
+    NullTest::calibrate(&problem, &base, seed).unwrap()
+}
+
 /// p-values of residuals without a cause.
 fn p_values(rho: f64, count: u64) -> Vec<f64> {
     let settings = DiagnosisSettings::default();
@@ -30,9 +40,7 @@ fn p_values(rho: f64, count: u64) -> Vec<f64> {
         .into_par_iter()
         .map(|seed| {
             let system = nothing(rho, seed);
-            let problem = system.problem(0.1, &settings);
-            let base = fit_base(&Split::fit_all(problem.clone())).unwrap();
-            NullTest::calibrate(&problem, &base, &base, seed).unwrap().p_value
+            tested(&system, &settings, seed).p_value
         })
         .collect()
 }
@@ -87,9 +95,7 @@ fn a_cause_is_no_chance() {
             e.columns[2] = white(&mut random, 400);
             e.measured.iter_mut().zip(&e.columns[2]).for_each(|(y, x)| *y += x);
         }
-        let problem = system.problem(0.1, &settings);
-        let base = fit_base(&Split::fit_all(problem.clone())).unwrap();
-        let test = NullTest::calibrate(&problem, &base, &base, 1).unwrap();
+        let test = tested(&system, &settings, 1);
         // Half of the variance is the cause's.
         assert!((test.largest_share - 0.5).abs() < 0.1, "{test:?}");
         assert!(test.p_value < 0.01 && test.largest_share > 2.0 * test.share_q95, "{test:?}");

@@ -3,7 +3,7 @@
 use crate::linear::{Experiment, Linear, coloured, combined, white};
 use pam_diagnose::DiagnosisSettings;
 use pam_diagnose::data::TestSource;
-use pam_diagnose::noise::{Autoregression, autocovariance, correlated_rows};
+use pam_diagnose::noise::correlated_rows;
 use pam_diagnose::rejection::ParameterStability;
 use pam_diagnose::residual::{ChannelResidual, FlexibleModel, ResidualSummary};
 use rand::SeedableRng;

@@ -1,10 +1,11 @@
 //! Training, validation and test data: disjoint, complete, and the test data unseen.
 
 use crate::linear::{Experiment, Linear, combined, white};
-use pam_diagnose::DiagnosisSettings;
-use pam_diagnose::data::{Roles, TestSource, estimated_noise, noise_deviation};
+use pam_diagnose::{DiagnosisSettings, Verdict};
+use pam_diagnose::data::{Roles, TestSource};
 use pam_diagnose::diagnosis::{Diagnosis, Prepared, run};
 use pam_diagnose::fit::{Hypothesis, Problem};
+use pam_diagnose::noise::{Noise, NoisePrior, estimated_noise, noise_deviation};
 use pam_diagnose::search::Candidates;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
@@ -17,7 +18,8 @@ fn runs(count: usize, seed: u64) -> Linear {
             let rows = 1250 + 53 * e;
             let columns = vec![white(&mut random, rows), white(&mut random, rows)];
             let measured = combined(&columns, &[1.0, 0.0], &white(&mut random, rows), 0.1);
-            Experiment { columns, measured, ..Experiment::default() }
+            let features = columns.clone();
+            Experiment { columns, measured, features, ..Experiment::default() }
         })
         .collect();
     let mut system = Linear::new(experiments);
@@ -41,7 +43,7 @@ fn none(system: &Linear) -> Vec<Vec<usize>> {
 fn tested(system: &Linear, roles: &Roles, settings: &DiagnosisSettings) -> Vec<Vec<usize>> {
     let base = Hypothesis::base(system, 1);
     let mut points = none(system);
-    for trace in roles.test(system, &[0.1], settings).traces(&base, &base) {
+    for trace in roles.test(system, &Noise::white(&[0.1]), settings).traces(&base, &base) {
         let e = (0..system.experiments.len()).find(|&e| system.name(e) == trace.name).unwrap();
         for t in trace.time_s {
             points[e][(t / system.row_s).round() as usize] += 1;
@@ -61,12 +63,13 @@ fn roles_are_disjoint_and_cover_the_recordings() {
         sources.extend((count > 1).then_some(TestSource::GivenFrom(count - 1)));
         for (source, seed) in sources.iter().flat_map(|s| (0..5).map(move |seed| (*s, seed))) {
             let roles = system.roles(source, seed, &settings);
-            let split = roles.split(&system, &[0.1], &settings);
+            let noise = Noise::white(&[0.1]);
+            let split = roles.split(&system, &noise, &settings);
             let (mut train, mut validation, mut whole) =
                 (none(&system), none(&system), none(&system));
             counted(&system, &split.train, &mut train);
             counted(&system, &split.validation, &mut validation);
-            counted(&system, &roles.whole(&system, &[0.1], &settings), &mut whole);
+            counted(&system, &roles.whole(&system, &noise, &settings), &mut whole);
             let test = tested(&system, &roles, &settings);
             let what = format!("{count} recordings, {source:?}, seed {seed}");
             let mut sums = [0; 3];
@@ -95,11 +98,11 @@ fn roles_are_disjoint_and_cover_the_recordings() {
     }
 }
 
-/// Everything that is decided, or follows from the open data.
+/// Every name and number that follows from the open data; the verdict reads the test data as well.
 fn decisions(d: &Diagnosis<()>) -> String {
     format!(
-        "{:?} {:?} {:?} {:?} {:?} {:?} {:?}",
-        d.verdict, d.causes, d.ranking, d.residual, d.null_test, d.noise, d.fitted
+        "{:?} {:?} {:?} {:?} {:?} {:?}",
+        d.causes, d.ranking, d.residual, d.null_test, d.noise, d.fitted
     )
 }
 
@@ -126,14 +129,22 @@ fn no_decision_sees_the_test_set() {
             }
         }
         let diagnosed = |system: &Linear| {
-            let noise = estimated_noise(system, &roles.open(), &settings.data);
-            let (baseline, settings) = (None, &settings);
-            let prepared = Prepared { system, roles: &roles, noise, baseline, settings, seed: 3 };
+            let prepared = Prepared {
+                system,
+                roles: &roles,
+                noise: estimated_noise(system, &roles.open(), &settings.noise),
+                prior: NoisePrior::at_least(vec![1e-9]),
+                baseline_discrepancy: Vec::new(),
+                baseline: None,
+                settings: &settings,
+                seed: 3,
+            };
             run(&prepared, &|_, _| {}, |_| ()).unwrap()
         };
         let (a, b) = (diagnosed(&clean), diagnosed(&other));
         assert_eq!(a.named(), ["x0"], "{count}, {source:?}");
         assert_eq!(decisions(&a), decisions(&b), "{count}, {source:?}");
+        assert_eq!((a.verdict, b.verdict), (Verdict::Explained, Verdict::PartlyExplained));
         let after = |d: &Diagnosis<()>| d.error_reduction.channels[0].rmse_after;
         assert!(after(&a) < 0.2 && after(&b) > 2.0, "{} {}", after(&a), after(&b));
     }

@@ -24,7 +24,8 @@ fn regression(slopes: &[f64], rho: f64, seed: u64) -> Linear {
                 after[0].iter_mut().zip(&before[j - 1]).for_each(|(x, b)| *x = rho * b + new * *x);
             }
             let measured = combined(&columns, slopes, &white(&mut random, 250), SIGMA);
-            Experiment { columns, measured, ..Experiment::default() }
+            let features = columns.clone();
+            Experiment { columns, measured, features, ..Experiment::default() }
         })
         .collect();
     Linear::new(experiments)
@@ -51,8 +52,8 @@ fn solved(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
     b
 }
 
-/// Minus two times the log-likelihood `n ln(MSE + σ²)` of the fitted and of the validation rows for a subset that is fitted
-/// by ordinary least squares, with `p ln n` for `p` columns.
+/// Minus two times the log-posterior of a subset that is fitted by ordinary least squares to the training rows: the sums of
+/// squares of training and validation rows over σ², with `p ln n` for `p` columns and `2 ln K` for the choice of each.
 fn total(split: &Split<'_, Linear>, subset: &[usize]) -> f64 {
     let system = split.train.system;
     let rows = |which: &[usize], of: &dyn Fn(&Experiment) -> Vec<f64>| -> Vec<f64> {
@@ -71,13 +72,12 @@ fn total(split: &Split<'_, Linear>, subset: &[usize]) -> f64 {
         for (x, slope) in x.iter().zip(&slopes) {
             r.iter_mut().zip(x).for_each(|(r, x)| *r -= slope * x);
         }
-        let n = r.len() as f64;
-        n * (dot(&r, &r) / n + SIGMA * SIGMA).ln()
+        dot(&r, &r) / (SIGMA * SIGMA)
     };
-    cost(train) + cost(validation) + subset.len() as f64 * 750.0_f64.ln()
+    cost(train) + cost(validation) + subset.len() as f64 * (750.0_f64.ln() + 2.0 * (COLUMNS as f64).ln())
 }
 
-/// The subset of at most three columns with the lowest total, at a price of 12 for each column.
+/// The subset of at most three columns with the lowest total.
 fn enumerated(split: &Split<'_, Linear>) -> (Vec<usize>, f64) {
     let subsets = (0_u32..1 << COLUMNS).filter(|s| s.count_ones() <= 3);
     subsets
@@ -86,7 +86,7 @@ fn enumerated(split: &Split<'_, Linear>) -> (Vec<usize>, f64) {
             let total = total(split, &subset);
             (subset, total)
         })
-        .min_by(|a, b| (a.1 + 12.0 * a.0.len() as f64).total_cmp(&(b.1 + 12.0 * b.0.len() as f64)))
+        .min_by(|a, b| a.1.total_cmp(&b.1))
         .unwrap()
 }
 
@@ -109,12 +109,11 @@ fn the_best_subset_is_found() {
         }
         let system = regression(&slopes, rho, seed);
         let roles = system.roles(TestSource::Absent, seed, &settings);
-        let split = roles.split(&system, &[SIGMA], &settings);
-        assert_eq!((split.train.len(), split.validation.len()), (2, 1));
-        let (best, lowest) = enumerated(&split);
-        let found = search(&split, 3, &|_| {}).unwrap();
+        let mut rows = system.rows(&roles, 1e-9, &settings);
+        assert_eq!((rows.choosing.train.len(), rows.choosing.validation.len()), (2, 1));
+        let (best, _) = enumerated(&rows.choosing);
+        let found = search(&mut rows, 3, 1, &|_| {}).unwrap();
         assert_eq!(found.best.hypothesis().set(), best, "seed {seed}, {slopes:?}");
-        assert!((found.best.total - lowest).abs() < 0.1, "{} {lowest}", found.best.total);
         let mut truth = all[..size].to_vec();
         truth.sort_unstable();
         assert_eq!(best, truth, "seed {seed}");
@@ -132,16 +131,12 @@ fn a_pair_is_found_of_which_neither_shows_alone() {
         let slopes = [0.0, 0.0, 0.0, 10.0, -10.0];
         let system = regression(&slopes, 0.98, seed);
         let roles = system.roles(TestSource::Absent, seed, &settings);
-        let split = roles.split(&system, &[SIGMA], &settings);
-        let found = search(&split, 3, &|_| {}).unwrap();
-        let base = found.base.chi_square(&[SIGMA]);
-        let alone = |j: usize| {
-            let single = found.singles.iter().find(|s| s.hypothesis().contains(j)).unwrap();
-            1.0 - single.chi_square(&[SIGMA]) / base
-        };
+        let mut rows = system.rows(&roles, 1e-9, &settings);
+        let found = search(&mut rows, 3, 1, &|_| {}).unwrap();
+        let alone = |j: usize| found.screened.iter().find(|s| s.0 == j).unwrap().1;
         assert!(alone(3) < 0.05 && alone(4) < 0.05, "{} {}", alone(3), alone(4));
         assert_eq!(found.best.hypothesis().set(), [3, 4], "seed {seed}");
-        assert_eq!(enumerated(&split).0, [3, 4], "seed {seed}");
+        assert_eq!(enumerated(&rows.choosing).0, [3, 4], "seed {seed}");
         for member in &found.best.hypothesis().members {
             let slope = if member.candidate == 3 { 10.0 } else { -10.0 };
             assert!((member.values[0] - slope).abs() < 1.0, "{member:?}");
@@ -149,18 +144,19 @@ fn a_pair_is_found_of_which_neither_shows_alone() {
     }
 }
 
-/// Without a column at work, nothing is chosen, whether the residual is at the noise or ten times above it.
+/// Without a column at work, nothing is chosen, correlated columns or not, in all but one of twenty cases.
 #[test]
 fn nothing_is_chosen_where_no_column_is_at_work() {
     let settings = DiagnosisSettings::default();
-    for (rho, noise, seed) in
-        [(0.0, SIGMA, 0), (0.9, SIGMA, 1), (0.0, 0.1 * SIGMA, 2), (0.9, 0.1 * SIGMA, 3)]
-    {
-        let system = regression(&[], rho, seed);
-        let roles = system.roles(TestSource::Absent, seed, &settings);
-        let split = roles.split(&system, &[noise], &settings);
-        let found = search(&split, 3, &|_| {}).unwrap();
-        assert_eq!(found.best.hypothesis().set(), [0_usize; 0]);
-        assert_eq!(found.singles.len(), COLUMNS);
-    }
+    let chosen = (0..100_u64)
+        .filter(|&seed| {
+            let system = regression(&[], [0.0, 0.9][seed as usize % 2], seed);
+            let roles = system.roles(TestSource::Absent, seed, &settings);
+            let mut rows = system.rows(&roles, 1e-9, &settings);
+            let found = search(&mut rows, 3, seed, &|_| {}).unwrap();
+            assert_eq!(found.screened.len(), COLUMNS);
+            found.best.members() > 0
+        })
+        .count();
+    assert!(chosen <= 5, "{chosen} of 100");
 }

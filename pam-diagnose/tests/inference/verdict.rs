@@ -3,54 +3,47 @@
 use crate::linear::{Experiment, Linear, coloured, combined, white};
 use pam_diagnose::data::TestSource;
 use pam_diagnose::diagnosis::Diagnosis;
-use pam_diagnose::verdict::ChiSquares;
+use pam_diagnose::verdict::Evidence;
 use pam_diagnose::{DiagnosisSettings, Verdict};
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
-/// Each combination of what the rule reads: no cause or some, base below or above 2.5; the share `(base − named)/(base − 1)`
-/// of all error above the noise below a quarter, below a half, or above; the share of the explainable error,
-/// `(base − named)/(base − explainable)`, below or above 0.8.
+/// Each combination of what the rule reads.
 #[test]
 fn the_rule_has_one_outcome_for_each_combination() {
-    use Verdict::{Explained, NothingFound, PartlyExplained, Unexplained};
+    use Verdict::{
+        Explained, ModelInadequate, NothingFound, PartlyExplained, Unconfirmed, Unexplained,
+    };
     let settings = DiagnosisSettings::default().verdict;
+    let none = Evidence::default();
+    let good = Evidence { causes: 1, confirmed: true, named_share: 1.0, ..none };
     let rows = [
-        // causes, χ² of base, named and explainable
-        (0, [2.4, 2.4, 1.0], NothingFound),
-        (0, [1.0, 1.0, 1.0], NothingFound),
-        (0, [0.5, 0.5, 0.5], NothingFound),
-        (0, [2.5, 2.5, 1.0], Unexplained), // the bound itself is above
-        (0, [2.6, 2.6, 1.0], Unexplained),
-        (0, [101.0, 101.0, 101.0], Unexplained),
-        (1, [101.0, 1.0, 1.0], Explained),         // all of both
-        (1, [101.0, 21.0, 1.0], Explained),        // 80 % of both: the bound itself is enough
-        (1, [101.0, 22.0, 1.0], PartlyExplained),  // 79 % of both
-        (1, [101.0, 22.0, 11.0], Explained),       // 79 % of all, 88 % of the explainable
-        (1, [101.0, 51.0, 41.0], Explained),       // 50 % of all, 83 % of the explainable
-        (1, [101.0, 51.0, 1.0], PartlyExplained),  // 50 % of both
-        (1, [101.0, 52.0, 48.0], PartlyExplained), // 49 % of all, though 92 % of the explainable
-        (1, [101.0, 76.0, 70.0], PartlyExplained), // 25 % of all: the bound itself is enough
-        (1, [101.0, 77.0, 76.0], Unexplained),     // 24 % of all, though 96 % of the explainable
-        (1, [101.0, 101.0, 101.0], Unexplained),   // nothing
-        (1, [101.0, 120.0, 1.0], Unexplained),     // less than nothing
-        (1, [101.0, 0.4, 0.2], Explained),         // below the noise counts as at the noise
-        (1, [2.0, 1.0, 1.0], Explained),           // a name stands below 2.5 as well
-        (1, [2.0, 1.7, 1.0], PartlyExplained),
-        (1, [2.0, 1.9, 1.0], Unexplained),
+        (none, NothingFound),
+        (Evidence { left: true, ..none }, Unexplained),
+        (Evidence { left: true, beyond_chance: true, ..none }, Unexplained),
+        (Evidence { beyond_chance: true, ..none }, Unconfirmed),
+        (Evidence { inadequate: true, left: true, ..none }, ModelInadequate),
+        (good, Explained),
+        (Evidence { causes: 3, ..good }, Explained),
+        (Evidence { beyond_chance: true, ..good }, Explained),
+        (Evidence { named_share: 0.25, ..good }, Explained), // the bound itself is enough
+        (Evidence { named_share: 0.24, ..good }, Unexplained),
+        (Evidence { left: true, ..good }, PartlyExplained),
+        (Evidence { doubtful: true, ..good }, PartlyExplained),
+        (Evidence { confirmed: false, ..good }, Unconfirmed),
+        (Evidence { confirmed: false, left: true, named_share: 0.0, ..good }, Unconfirmed),
     ];
-    for (causes, [base, named, explainable], verdict) in rows {
-        let chi = ChiSquares { base, named, explainable };
-        assert_eq!(Verdict::of(chi, causes, &settings), verdict, "{causes}, {chi:?}");
-        if causes > 0 {
-            assert_eq!(Verdict::of(chi, 3, &settings), verdict, "how many do not count: {chi:?}");
-        }
+    for (evidence, verdict) in rows {
+        assert_eq!(Verdict::of(evidence, &settings), verdict, "{evidence:?}");
     }
-    let words = [NothingFound, Explained, PartlyExplained, Unexplained].map(|v| {
+    let all =
+        [NothingFound, Explained, PartlyExplained, Unexplained, Unconfirmed, ModelInadequate];
+    let words = all.map(|v| {
         assert_eq!(serde_json::to_value(v).unwrap(), v.to_string());
         v.to_string()
     });
-    assert_eq!(words, ["nothing_found", "explained", "partly_explained", "unexplained"]);
+    assert_eq!(words[..2], ["nothing_found", "explained"]);
+    assert_eq!(words[2..], ["partly_explained", "unexplained", "unconfirmed", "model_inadequate"]);
 }
 
 /// Three runs of 400 rows with noise of unit variance: `y = Σ θ_j x_j + u z + e`, with four candidate columns and a column
