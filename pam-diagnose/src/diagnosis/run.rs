@@ -147,7 +147,11 @@ impl Judged {
         prepared: &Prepared<'_, C>,
     ) -> Self {
         let (base, best) = (&names.base.hypothesis, &names.best.hypothesis);
-        let (before, after) = (test.chi_square(base), test.chi_square(best));
+        let (before, after) = if test.problem().is_empty() {
+            (names.base.errors.chi_square(), names.best.errors.chi_square())
+        } else {
+            (test.chi_square(base), test.chi_square(best))
+        };
         let bands = test.bands(open, best);
         let learnable = |band: &ChannelBand| band.ratio.powi(2) * band.learnable_share;
         let removable: f64 = test.bands(open, base).iter().map(learnable).sum();
@@ -160,7 +164,9 @@ impl Judged {
                 any_correction: share(before, before - removable / count, lowest),
                 named: share(before, after, lowest),
             },
-            confirmed: test.is_reduced(base, best) && reduction.error_reduction > 0.0,
+            // Without a test set, names are as good as training and validation data make them.
+            confirmed: test.problem().is_empty()
+                || (test.is_reduced(base, best) && reduction.error_reduction > 0.0),
             inadequate: inadequate(prepared, open, names),
             bands,
         }

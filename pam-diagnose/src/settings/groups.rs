@@ -277,6 +277,8 @@ settings! {
         inadequate_ratio: f64 = 2.0, "–", FACTOR, STUDIES;
         /// A candidate is confusable with a cause if the odds of the cause against it are less than this.
         confusable_odds: f64 = 1000.0, "–", FACTOR, STUDIES;
+        /// A candidate is confusable with a cause as well if it removes this share of what the cause removes.
+        confusable_share: f64 = 0.95, "–", SHARE, STUDIES;
         /// Ridge of the flexible model, relative to unit columns.
         explainable_ridge: f64 = 1e-3, "–", POSITIVE, STUDIES;
         /// Size at which the direction of a motion turns in the flexible model, relative to its root mean square.

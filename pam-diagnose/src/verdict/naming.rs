@@ -145,12 +145,22 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
     }
 
     /// Candidates that explain nearly as much in place of a member of the chosen set: sets with another candidate in its
-    /// place against which the odds are not enough.
+    /// place against which the odds are not enough, or that remove nearly as much of the error, so that a model that is not
+    /// quite right may have decided between them.
     fn alternatives(&self, candidate: usize) -> Vec<Member> {
         let chosen = &self.found.best;
         let rest: Vec<usize> =
             chosen.hypothesis().set().into_iter().filter(|&c| c != candidate).collect();
-        let limit = self.rows.whole.settings.verdict.confusable_odds.ln();
+        let settings = &self.rows.whole.settings.verdict;
+        let limit = settings.confusable_odds.ln();
+        let place = chosen.hypothesis().members.iter().position(|m| m.candidate == candidate);
+        let less = place.and_then(|p| self.found.without.get(p)).and_then(Option::as_ref);
+        let less = less.unwrap_or(&self.found.base).chi_square();
+        let removed = less - chosen.chi_square();
+        let nearly = |s: &Scored| {
+            self.rows.log_odds(chosen, s) < limit
+                || less - s.chi_square() > settings.confusable_share * removed
+        };
         let in_place = |s: &&Scored| {
             let h = s.hypothesis();
             h.members.len() == chosen.members()
@@ -158,7 +168,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 && rest.iter().all(|&c| h.contains(c))
         };
         let near = self.found.others.iter().filter(in_place);
-        near.filter(|s| self.rows.log_odds(chosen, s) < limit)
+        near.filter(|s| nearly(s))
             .filter_map(|s| {
                 let other = |m: &&Member| !chosen.hypothesis().contains(m.candidate);
                 s.hypothesis().members.iter().find(other).cloned()

@@ -73,8 +73,9 @@ fn widened_intervals_hold_the_truth_at_least_at_their_level() {
         let widths: Vec<f64> =
             (0..20).filter_map(|seed| named(seed).map(|i| i.ci95[1] - i.ci95[0])).collect();
         let mean = widths.iter().sum::<f64>() / widths.len() as f64;
-        // The variance of the slope: Σ_kl x_k x_l ρ^|k−l| / (Σ x²)², with E x_k x_l = 0.9^|k−l|.
-        let factor = (1.0 + 0.9 * rho) / (1.0 - 0.9 * rho);
+        // The variance of the slope by generalised least squares: (1 − ρ²)/Σ (x_k − ρ x_{k−1})², with
+        // E x_k x_{k−1} = 0.9.
+        let factor = (1.0 - rho * rho) / (1.0 + rho * rho - 2.0 * 0.9 * rho);
         let from_noise = 2.0 * 1.96 * (factor / 1800.0).sqrt();
         println!("AR({rho}): {mean} wide, {from_noise} from the noise alone");
         assert!(mean > from_noise && mean < 2.0 * from_noise, "AR({rho}): {mean}, {from_noise}");

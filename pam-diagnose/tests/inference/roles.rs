@@ -1,12 +1,12 @@
 //! Training, validation and test data: disjoint, complete, and the test data unseen.
 
 use crate::linear::{Experiment, Linear, combined, white};
-use pam_diagnose::{DiagnosisSettings, Verdict};
 use pam_diagnose::data::{Roles, TestSource};
 use pam_diagnose::diagnosis::{Diagnosis, Prepared, run};
 use pam_diagnose::fit::{Hypothesis, Problem};
 use pam_diagnose::noise::{Noise, NoisePrior, estimated_noise, noise_deviation};
 use pam_diagnose::search::Candidates;
+use pam_diagnose::{DiagnosisSettings, Verdict};
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
@@ -125,7 +125,7 @@ fn no_decision_sees_the_test_set() {
         for (e, points) in other.experiments.iter_mut().zip(&test) {
             let noise = white(&mut random, points.len());
             for ((y, tested), n) in e.measured.iter_mut().zip(points).zip(noise) {
-                *y += 3.0 * n * *tested as f64;
+                *y += 0.5 * n * *tested as f64;
             }
         }
         let diagnosed = |system: &Linear| {
@@ -146,7 +146,7 @@ fn no_decision_sees_the_test_set() {
         assert_eq!(decisions(&a), decisions(&b), "{count}, {source:?}");
         assert_eq!((a.verdict, b.verdict), (Verdict::Explained, Verdict::PartlyExplained));
         let after = |d: &Diagnosis<()>| d.error_reduction.channels[0].rmse_after;
-        assert!(after(&a) < 0.2 && after(&b) > 2.0, "{} {}", after(&a), after(&b));
+        assert!(after(&a) < 0.2 && after(&b) > 0.4, "{} {}", after(&a), after(&b));
     }
 }
 

@@ -74,7 +74,9 @@ fn total(split: &Split<'_, Linear>, subset: &[usize]) -> f64 {
         }
         dot(&r, &r) / (SIGMA * SIGMA)
     };
-    cost(train) + cost(validation) + subset.len() as f64 * (750.0_f64.ln() + 2.0 * (COLUMNS as f64).ln())
+    cost(train)
+        + cost(validation)
+        + subset.len() as f64 * (750.0_f64.ln() + 2.0 * (COLUMNS as f64).ln())
 }
 
 /// The subset of at most three columns with the lowest total.
