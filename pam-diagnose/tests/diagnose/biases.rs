@@ -20,7 +20,7 @@ const NOTHING: [(&str, f64); 10] = [
     ("stiffness_scale", 1e-3),
     ("stiffness_drift", 2e-3),
     ("force_gain", 1e-3),
-    ("actuation_delay", 0.1),
+    ("actuation_delay", 0.2),
     ("position_gain", 1e-3),
     ("pressure_delay", 0.1),
 ];

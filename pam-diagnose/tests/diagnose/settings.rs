@@ -10,16 +10,16 @@ fn parse(text: &str, changes: &[&str]) -> Result<DiagnosisSettings, String> {
 
 #[test]
 fn wrong_settings_are_refused_with_the_known_keys() {
-    let error = parse("", &["search.beam=4"]).unwrap_err();
-    assert!(error.contains("beam_width") && error.contains("`beam`"), "{error}");
-    let error = parse("[serch]\nbeam_width = 4", &[]).unwrap_err();
+    let error = parse("", &["search.single=4"]).unwrap_err();
+    assert!(error.contains("singles") && error.contains("`single`"), "{error}");
+    let error = parse("[serch]\nsingles = 4", &[]).unwrap_err();
     assert!(error.contains("serch") && error.contains("search"), "{error}");
     for (change, says) in [
-        ("search.beam_width=0", "`search.beam_width` must be from 1"),
-        ("search.beam_width=four", "not a value of TOML"),
+        ("search.singles=0", "`search.singles` must be from 1"),
+        ("search.singles=four", "not a value of TOML"),
         ("verdict.named_share=1.5", "from 0 to 1"),
-        ("beam_width=4", "a group and a name"),
-        ("search.beam_width", "key=value"),
+        ("singles=4", "a group and a name"),
+        ("search.singles", "key=value"),
     ] {
         let error = parse("", &[change]).unwrap_err();
         assert!(error.contains(says), "{change}: {error}");
