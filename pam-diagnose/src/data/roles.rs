@@ -269,9 +269,8 @@ impl Roles {
         let problem = Problem::new(system, self.test.clone(), noise.clone(), settings);
         let same_experiments = matches!(self.test_data, Some(TestData::LastPart { .. }));
         let problem = match self.test_data {
-            Some(TestData::LastPart { from_s }) => {
-                problem.with_windows(|_, e| system.point_at(e, from_s)..system.points(e))
-            }
+            Some(TestData::LastPart { from_s }) => problem
+                .with_windows(|place, e| system.point_at(e, from_s)..problem.windows[place].end),
             _ => problem,
         };
         TestSet::new(problem, same_experiments)

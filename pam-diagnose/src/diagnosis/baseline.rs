@@ -24,7 +24,7 @@ pub(crate) struct Baseline {
 }
 
 impl Baseline {
-    /// Learns the discrepancy from experiments whose roles leave no test set.
+    /// Learns the discrepancy from experiments, of which a test set confirms what is found.
     pub(crate) fn learn<C: Candidates + ?Sized>(
         system: &C,
         roles: &Roles,
@@ -43,7 +43,10 @@ impl Baseline {
         let mut rows = Rows::new(choosing, whole, prior);
         let found = search(&mut rows, most, seed, done).ok_or_else(diverges)?;
         let names = Naming { rows: &mut rows, found: &found, baseline: None }.names()?;
-        let best = &names.best.hypothesis;
+        let test = roles.test(system, &rows.whole.noise, settings);
+        let test = test.opened(&names.base.hypothesis)?;
+        let confirmed = test.is_reduced(&names.base.hypothesis, &names.best.hypothesis);
+        let best = if confirmed { &names.best.hypothesis } else { &names.base.hypothesis };
         let left = rows.whole.motion_errors(best).ok_or_else(diverges)?;
         Ok(Self {
             members: best.members.clone(),

@@ -69,8 +69,6 @@ pub fn run<C: Candidates + ?Sized, M>(
     let base = names.base.hypothesis.clone();
     let test = roles.test(*system, &open.noise, settings).opened(&base)?;
     let judged = Judged::of(&test, open, &names, prepared);
-    let by_chance =
-        null_test.as_ref().is_some_and(|t| t.p_value > 1.0 - settings.rejection.null_quantile);
     let (mut minor, mut causes): (Vec<Cause>, Vec<Cause>) =
         std::mem::take(&mut names.causes).into_iter().partition(|c| c.minor);
     let evidence = Evidence {
@@ -79,7 +77,6 @@ pub fn run<C: Candidates + ?Sized, M>(
         named_share: judged.explainable.named,
         left: judged.is_left() || (causes.is_empty() && names.mimicked),
         doubtful: causes.iter().any(|c| !c.at_limit.is_empty() || !c.constancy.holds()),
-        beyond_chance: null_test.is_some() && !by_chance && minor.is_empty(),
         inadequate: judged.inadequate,
     };
     let verdict = Verdict::of(evidence, &settings.verdict);

@@ -103,7 +103,7 @@ where
     let mut on_baseline = FieldSystem::new(problem, of_baseline, candidates, options);
     let (mut baseline, mut baseline_discrepancy) = (None, Vec::new());
     if !of_baseline.is_empty() {
-        let roles = roles_of(of_baseline, TestSource::Absent)?;
+        let roles = roles_of(of_baseline, TestSource::Kept)?;
         let seed = options.seed;
         let own = prior.clone();
         let learned = Baseline::learn(&on_baseline, &roles, &noise, own, &settings, seed, &|_| {})?;

@@ -54,7 +54,7 @@ impl<C: ?Sized> Clone for Problem<'_, C> {
 }
 
 impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
-    /// Experiments of a system from the end of the burn-in on.
+    /// Experiments of a system between burn-in and burn-out.
     #[must_use]
     pub fn new(
         system: &'a C,
@@ -67,7 +67,11 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
             .map(|&e| {
                 let most = settings.data.burn_in_share * system.points(e) as f64;
                 let from = system.point_at(e, system.burn_in_s()).min(most as usize);
-                whole_rows(from..system.points(e), system.points_per_row())
+                let points = system.points(e);
+                let end_s = system.time_s(e, points.max(1) - 1) - system.burn_out_s();
+                let end =
+                    if system.burn_out_s() > 0.0 { system.point_at(e, end_s) } else { points };
+                whole_rows(from..end.max(from), system.points_per_row())
             })
             .collect();
         Self {

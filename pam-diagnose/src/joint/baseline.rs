@@ -44,7 +44,7 @@ impl BaselineDiscrepancy {
     ) -> Result<Self, DiagnoseError> {
         let roles = Roles::assign(
             &spans(&trials.iter().collect::<Vec<_>>()),
-            TestSource::Absent,
+            TestSource::Kept,
             seed,
             &settings.data,
         )?;

@@ -202,6 +202,10 @@ impl Candidates for JointSystem<'_> {
         self.settings.data.burn_in_s
     }
 
+    fn burn_out_s(&self) -> f64 {
+        self.settings.data.burn_out_s
+    }
+
     fn rows_per_block(&self, _rows: usize, row_s: f64) -> usize {
         ((self.settings.intervals.block_s / row_s.max(1e-300)).round() as usize).max(1)
     }

@@ -106,6 +106,10 @@ pub trait Candidates: Sync {
     fn burn_in_s(&self) -> f64 {
         0.0
     }
+    /// Time up to the end that is not fitted, s: where a zero-phase filter has no samples to come.
+    fn burn_out_s(&self) -> f64 {
+        0.0
+    }
     /// Rows in a block, for clustered covariances, the null test and the bootstrap, if the window has so many `rows`
     /// that are `row_s` apart.
     fn rows_per_block(&self, rows: usize, row_s: f64) -> usize;

@@ -47,6 +47,7 @@ pub fn search<C: Candidates + ?Sized>(
     done(0.1);
     let base = rows.fitted(rows.choosing.train.base(), iterations)?;
     let first_order = linearised.singles();
+    let pairs = if most > 1 { linearised.pairs() } else { Vec::new() };
     let share = |drop: f64| (drop / linearised.residual.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     let screened = first_order.iter().map(|s| (s.starts[0].candidate, share(s.drop))).collect();
     let none = Findings {
@@ -58,8 +59,12 @@ pub fn search<C: Candidates + ?Sized>(
         null_test,
         base,
     };
-    let by_chance = |t: &NullTest| t.p_value > 1.0 - rows.whole.settings.rejection.null_quantile;
-    if most == 0 || null_test.as_ref().is_some_and(by_chance) {
+    let by_chance = none
+        .null_test
+        .as_ref()
+        .is_some_and(|t| t.p_value > 1.0 - rows.whole.settings.rejection.null_quantile);
+    let promising = first_order.iter().chain(&pairs).any(|s| rows.is_promising(s));
+    if most == 0 || by_chance || !promising {
         done(1.0);
         return Some(none);
     }
@@ -68,10 +73,7 @@ pub fn search<C: Candidates + ?Sized>(
         rows.fit_subsets(from, &first_order.iter().take(settings.singles).collect::<Vec<_>>());
     done(0.3);
     let mut sets = singles.clone();
-    if most > 1 {
-        let pairs = linearised.pairs();
-        sets.extend(rows.fit_subsets(from, &pairs.iter().take(settings.pairs).collect::<Vec<_>>()));
-    }
+    sets.extend(rows.fit_subsets(from, &pairs.iter().take(settings.pairs).collect::<Vec<_>>()));
     sets.push(none.base.clone());
     // Beside the best set so far the noise is learned anew; only then the odds decide.
     let mut best = rows.best_of(&sets)?.clone();
@@ -159,6 +161,16 @@ fn neighbours<C: Candidates + ?Sized>(
 }
 
 impl<C: Candidates + ?Sized> Rows<'_, C> {
+    /// Whether a set of the screening would reach the odds that a cause needs, to first order.
+    fn is_promising(&self, subset: &Subset<'_>) -> bool {
+        let rows: usize = (0..self.whole.len()).map(|i| self.whole.rows(i)).sum();
+        let parameters: usize = subset.starts.iter().map(|s| s.directions.len() - 1).sum();
+        let candidates = self.whole.system.candidate_len().max(1) as f64;
+        let price = parameters as f64 * (rows.max(2) as f64).ln()
+            + 2.0 * subset.starts.len() as f64 * candidates.ln();
+        0.5 * (subset.drop - price) > self.needed_log_odds()
+    }
+
     /// The set of the best odds.
     fn best_of<'s>(&self, sets: &'s [Scored]) -> Option<&'s Scored> {
         let mut best = sets.first()?;

@@ -105,7 +105,10 @@ settings! {
         shortest_s: f64 = 3.0, "s", COST, STUDIES;
         /// Time at the start of a recording of the joint that is not fitted: transients of an unknown start.
         burn_in_s: f64 = 0.5, "s", COST, RIG;
-        /// Largest share of a recording that is not fitted for that reason.
+        /// Time at the end of a recording of the joint that is not fitted: a zero-phase low-pass of 20 Hz has not settled
+        /// there.
+        burn_out_s: f64 = 0.1, "s", COST, RIG;
+        /// Largest share of a recording that is not fitted at its start for that reason.
         burn_in_share: f64 = 0.25, "–", SHARE, USUAL;
         /// Grid points of 4 ms that are averaged into one row of residuals of the joint; more where the samples are
         /// further apart.

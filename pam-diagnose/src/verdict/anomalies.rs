@@ -5,7 +5,7 @@ use crate::noise::{Autoregression, autocovariance};
 use crate::residual::{Spectrum, TimeProfile};
 use crate::search::Candidates;
 use pam_effects::model::significant;
-use pam_numerics::statistics::{mean, t_quantile};
+use pam_numerics::statistics::{chi_square_quantile, mean, t_quantile};
 use serde::Serialize;
 
 /// Something in the residual of one channel that no noise does.
@@ -121,9 +121,12 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
         let spectrum = Spectrum::new(row_s, &white, &excitations, &settings.residual);
         let piece = (settings.residual.spectrum_piece_s / row_s) as usize;
         let pieces: usize = white.iter().map(|w| 2 * w.len() / piece.max(1)).sum();
-        // A lobe of three lines of white noise has a relative scatter of 1/√(3 · pieces).
-        let lobe = 3.0 / spectrum.frequency_hz.len().max(3) as f64;
-        let by_chance = lobe * (1.0 + 8.0 / (3.0 * pieces.max(1) as f64).sqrt());
+        // The power of a lobe of three lines of white noise is distributed as χ², with three degrees of freedom for each
+        // independent piece (pieces overlap by half).
+        let lobes = spectrum.frequency_hz.len().max(3) as f64;
+        let freedom = 3.0 * (0.55 * pieces as f64).max(1.0);
+        let tail = (1.0 - settings.verdict.event_probability) / lobes;
+        let by_chance = 3.0 / lobes * chi_square_quantile(1.0 - tail, freedom) / freedom;
         if let Some(line) =
             spectrum.foreign_line(&settings.residual).filter(|l| l.share > by_chance)
         {

@@ -48,8 +48,6 @@ pub struct Evidence {
     pub left: bool,
     /// Whether a value is at its limit, or differs between times or recordings.
     pub doubtful: bool,
-    /// Whether a candidate explains more than chance.
-    pub beyond_chance: bool,
     /// Whether the model's own errors on baseline recordings are as large as the errors in the data.
     pub inadequate: bool,
 }
@@ -61,7 +59,6 @@ impl Verdict {
     /// |---|---|---|
     /// | 0 | the model's own errors are as large | model inadequate |
     /// | 0 | something is left that is no noise | unexplained |
-    /// | 0 | a candidate explains more than chance | unconfirmed |
     /// | 0 | otherwise | nothing found |
     /// | > 0 | the test data do not confirm them | unconfirmed |
     /// | > 0 | they remove less than `named_share` of the removable error | unexplained |
@@ -73,7 +70,6 @@ impl Verdict {
         match e.causes {
             0 if e.inadequate => Self::ModelInadequate,
             0 if e.left => Self::Unexplained,
-            0 if e.beyond_chance => Self::Unconfirmed,
             0 => Self::NothingFound,
             _ if !e.confirmed => Self::Unconfirmed,
             _ if e.named_share < settings.named_share => Self::Unexplained,

@@ -20,12 +20,9 @@ fn the_rule_has_one_outcome_for_each_combination() {
     let rows = [
         (none, NothingFound),
         (Evidence { left: true, ..none }, Unexplained),
-        (Evidence { left: true, beyond_chance: true, ..none }, Unexplained),
-        (Evidence { beyond_chance: true, ..none }, Unconfirmed),
         (Evidence { inadequate: true, left: true, ..none }, ModelInadequate),
         (good, Explained),
         (Evidence { causes: 3, ..good }, Explained),
-        (Evidence { beyond_chance: true, ..good }, Explained),
         (Evidence { named_share: 0.25, ..good }, Explained), // the bound itself is enough
         (Evidence { named_share: 0.24, ..good }, Unexplained),
         (Evidence { left: true, ..good }, PartlyExplained),
