@@ -54,7 +54,7 @@ fn single_effects_are_named_with_their_magnitudes() {
     for id in ids {
         let effect = at_strength(id, 1.0);
         let d = found(std::slice::from_ref(&effect), &Sensors::default(), 3);
-        assert_eq!(d.verdict, Verdict::Explained, "{id}");
+        assert_eq!(d.verdict, Verdict::Explained, "{id}: {:?}", d.reasons);
         assert_eq!(d.named(), [id]);
         for (name, truth) in &effect.values {
             assert!(recovered(&d, id, name, *truth), "{id}: {name} = {truth}, {:?}", d.causes[0]);
@@ -67,7 +67,8 @@ fn single_effects_are_named_with_their_magnitudes() {
     }
 }
 
-/// What measures the gain is blind: other recordings there, even faulty ones, change the gain and nothing else.
+/// The test set has no say in what is found: other recordings there, even faulty ones, change what is confirmed and nothing
+/// else.
 #[test]
 fn recordings_that_measure_the_gain_have_no_say_in_the_names() {
     let saved = published_model();
@@ -94,11 +95,13 @@ fn recordings_that_measure_the_gain_have_no_say_in_the_names() {
     assert_eq!(a.named(), ["backlash"]);
     let told = |d: &JointDiagnosis| {
         let json = d.to_json("model");
-        ["verdict", "causes", "ranking", "residual", "null_test"].map(|key| json[key].clone())
+        (json["ranking"].clone(), json["null_test"]["largest_share"].clone())
     };
     assert_eq!(told(&a), told(&b));
+    // What the other recordings do not confirm is no name.
+    assert_eq!((b.verdict, b.named()), (Verdict::Unconfirmed, vec![]));
+    assert_eq!(b.refused[0].effect, "backlash");
     assert!(a.error_reduction.overall.ci95[0] > 0.0, "{:?}", a.error_reduction.overall);
-    assert!(b.error_reduction.overall.error_reduction < a.error_reduction.overall.error_reduction);
 }
 
 #[test]
@@ -116,7 +119,7 @@ fn effects_that_act_together_are_all_named() {
         let mut truth = ids.to_vec();
         truth.sort_unstable();
         assert_eq!(named, truth);
-        assert_eq!(d.verdict, Verdict::Explained);
+        assert_eq!(d.verdict, Verdict::Explained, "{ids:?}: {:?}", d.reasons);
     }
 }
 
@@ -125,7 +128,7 @@ fn nothing_is_found_where_nothing_is_hidden() {
     let mut p_values = Vec::new();
     for (seed, factor) in [(11, 0.3), (12, 1.0), (14, 3.0)] {
         let d = found(&[], &Sensors::default().louder(factor), seed);
-        assert_eq!(d.verdict, Verdict::NothingFound, "seed {seed}: {:?}", d.named());
+        assert_eq!(d.verdict, Verdict::NothingFound, "seed {seed}: {:?}", d.reasons);
         assert!(d.causes.is_empty());
         assert!(d.model.extended.effects.is_empty(), "the model stays as it is");
         p_values.extend(d.null_test.map(|t| t.p_value));
@@ -147,7 +150,7 @@ fn a_smooth_force_is_no_fault() {
             diagnosed(&saved, &data, None, seed)
         };
         let d = found(&[], 31);
-        assert_eq!(d.verdict, Verdict::NothingFound, "{every}: {:?}", d.named());
+        assert_eq!(d.verdict, Verdict::NothingFound, "{every}: {:?}", d.reasons);
         let lead = d.model.force_lead_samples;
         assert!((lead - 0.5).abs() < 0.15, "{every}: {lead}");
         let effect = at_strength(id, 1.0);

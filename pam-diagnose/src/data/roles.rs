@@ -289,8 +289,9 @@ impl Roles {
         problem: &Problem<'_, C>,
         place: usize,
     ) -> Range<usize> {
+        let window = &problem.windows[place];
         let end = problem.system.point_at(problem.experiments[place], self.end_of_open_s());
-        problem.windows[place].start..end
+        window.start..end.min(window.end)
     }
 }
 

@@ -25,7 +25,8 @@ pub struct Prepared<'a, C: ?Sized> {
     pub noise: Vec<f64>,
     /// What is known of the noise.
     pub prior: NoisePrior,
-    /// Whether the model's own errors on baseline recordings are part of that prior.
+    /// Root mean squares of the errors of the model on baseline recordings that go with the motion, channel by channel; part
+    /// of the prior. Empty without such recordings.
     pub baseline_discrepancy: Vec<f64>,
     /// Baseline recordings, if they were given.
     pub baseline: Option<Problem<'a, C>>,
@@ -33,6 +34,14 @@ pub struct Prepared<'a, C: ?Sized> {
     pub settings: &'a DiagnosisSettings,
     /// Seed of the null test and the bootstrap.
     pub seed: u64,
+}
+
+impl<C: ?Sized> Prepared<'_, C> {
+    /// The first estimate of the noise with the errors of the model on baseline recordings.
+    fn floor(&self) -> Vec<f64> {
+        let discrepancy = self.baseline_discrepancy.iter().copied().chain(std::iter::repeat(0.0));
+        self.noise.iter().zip(discrepancy).map(|(n, d)| n.hypot(d)).collect()
+    }
 }
 
 /// Diagnoses any system: searches with the training and validation data, refits and names with both, and measures on the
@@ -75,7 +84,7 @@ pub fn run<C: Candidates + ?Sized, M>(
         causes: causes.len(),
         confirmed: judged.confirmed,
         named_share: judged.explainable.named,
-        left: judged.is_left() || (causes.is_empty() && names.mimicked),
+        left: judged.is_left(),
         doubtful: causes.iter().any(|c| !c.at_limit.is_empty() || !c.constancy.holds()),
         inadequate: judged.inadequate,
     };
@@ -107,7 +116,7 @@ pub fn run<C: Candidates + ?Sized, M>(
         verdict,
         reasons,
         ranking: ranking(*system, &found),
-        residual: ResidualSummary::of(open, &start, best),
+        residual: ResidualSummary::of(open, &start, best, &prepared.floor()),
         error_reduction: test.error_reduction(&start, best, *seed),
         explainable: judged.explainable,
         null_test,
@@ -155,8 +164,10 @@ impl Judged {
         let count = bands.len().max(1) as f64;
         let lowest = after.min(1.0);
         let reduction = test.error_reduction(base, best, prepared.seed).overall;
+        let mut anomalies = test.anomalies(open, best);
+        anomalies.extend(unmodelled(prepared, open));
         Self {
-            anomalies: test.anomalies(open, best),
+            anomalies,
             explainable: Explainable {
                 any_correction: share(before, before - removable / count, lowest),
                 named: share(before, after, lowest),
@@ -224,6 +235,45 @@ impl Judged {
         }
         reasons
     }
+}
+
+/// Channels whose noise is too much for noise: a part of their variation that goes with nothing.
+fn unmodelled<C: Candidates + ?Sized>(
+    prepared: &Prepared<'_, C>,
+    open: &Problem<'_, C>,
+) -> Vec<Anomaly> {
+    let settings = &prepared.settings.verdict;
+    let floor = prepared.floor();
+    let channels = fitted_outputs(open.system).enumerate();
+    let of_channel = |(k, (c, output)): (usize, (usize, &crate::search::OutputInfo))| {
+        let noise = open.noise.deviation(k);
+        let square = |&e: &usize| {
+            let deviation =
+                pam_numerics::statistics::standard_deviation(open.system.measured(e, c));
+            deviation * deviation
+        };
+        let squares: f64 = open.experiments.iter().map(square).sum();
+        let variation = (squares / open.len().max(1) as f64).sqrt();
+        let much = noise > settings.unmodelled_share * variation
+            && noise > settings.unmodelled_ratio * floor[k];
+        let number = |v: f64| pam_effects::model::significant(v, 3);
+        much.then(|| Anomaly {
+            kind: "unmodelled",
+            channel: output.key.clone(),
+            recording: None,
+            time_s: None,
+            frequency_hz: None,
+            description: format!(
+                "{} {} of the {} go with nothing that a flexible model knows, {:.0} times its noise from one row to the \
+                 next",
+                number(noise),
+                output.unit,
+                output.name,
+                noise / floor[k]
+            ),
+        })
+    };
+    channels.filter_map(of_channel).collect()
 }
 
 /// Whether some channel has errors of the model on the baseline recordings that are much larger than the noise, and

@@ -15,6 +15,17 @@ pub(crate) struct Subset<'l> {
     pub(crate) drop: f64,
 }
 
+/// What a direction must explain to count for as much as one that is not there, about half of `ln n`.
+const PRICE: f64 = 4.0;
+
+impl Subset<'_> {
+    /// The drop less the price of its directions.
+    fn score(&self) -> f64 {
+        let directions: usize = self.starts.iter().map(|s| s.directions.len()).sum();
+        self.drop - PRICE * directions as f64
+    }
+}
+
 impl Linearised {
     /// The drop of the weighted squared residual by least squares over the directions of several starting values.
     fn subset<'l>(&'l self, starts: &[&'l Start]) -> Subset<'l> {
@@ -57,7 +68,7 @@ impl Linearised {
 
 /// The best subset of each set of candidates, best first.
 fn best_of_each(mut all: Vec<Subset<'_>>) -> Vec<Subset<'_>> {
-    all.sort_by(|a, b| b.drop.total_cmp(&a.drop));
+    all.sort_by(|a, b| b.score().total_cmp(&a.score()));
     let mut known = std::collections::HashSet::new();
     all.retain(|s| known.insert(s.starts.iter().map(|s| s.candidate).collect::<Vec<_>>()));
     all

@@ -30,6 +30,9 @@ impl Noise {
         let mut channels = Vec::new();
         let mut relative = vec![Vec::new(); 1 + problem.experiments.iter().max().copied()?];
         for (c, (left, weight_count)) in left.into_iter().enumerate() {
+            // A steady offset or a drift of one recording is no noise.
+            let mut left = left;
+            rows.experiments.iter().for_each(|r| detrend(&mut left[r.clone()]));
             let left = winsorised(left, settings.largest_deviations);
             // Gram–Schmidt: what is left of the channels before is not correlated among each other.
             let mut rest = left;
@@ -41,7 +44,8 @@ impl Noise {
             }
             shared.push(in_channels(&by_own, &shared));
             // At least a row for every row that the flexible model may have used up.
-            let freedom = (n - weight_count - c as f64).max(settings.least_freedom * n);
+            let used = weight_count + c as f64 + 2.0 * rows.experiments.len() as f64;
+            let freedom = (n - used).max(settings.least_freedom * n);
             let series: Vec<&[f64]> = rows.experiments.iter().map(|r| &rest[r.clone()]).collect();
             let shortest = series.iter().map(|s| s.len()).min()?;
             let order = settings.order.min(shortest / settings.rows_per_order);
@@ -119,6 +123,17 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         };
         Some(rows.residuals.iter().zip(left).map(of_channel).collect())
     }
+}
+
+/// Takes the straight line out of rows that fits them best.
+fn detrend(rows: &mut [f64]) {
+    let n = rows.len() as f64;
+    let middle = 0.5 * (n - 1.0);
+    let mean = rows.iter().sum::<f64>() / n.max(1.0);
+    let at = |k: usize| k as f64 - middle;
+    let spread: f64 = (0..rows.len()).map(|k| at(k) * at(k)).sum();
+    let slope = rows.iter().enumerate().map(|(k, r)| at(k) * r).sum::<f64>() / spread.max(1.0);
+    rows.iter_mut().enumerate().for_each(|(k, r)| *r -= mean + slope * at(k));
 }
 
 /// Limits the size of outliers to a multiple of the standard deviation that the median of the sizes stands for.

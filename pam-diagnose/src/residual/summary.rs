@@ -87,12 +87,14 @@ fn rms<'r>(each: impl Iterator<Item = &'r f64> + Clone) -> f64 {
 }
 
 impl ResidualSummary {
-    /// The residual of `before`, with the size of what `after` leaves.
+    /// The residual of `before`, with the size of what `after` leaves, beside a `floor` of each channel: its noise from
+    /// one row to the next, and the errors of the model on baseline recordings.
     #[must_use]
     pub fn of<C: Candidates + ?Sized>(
         problem: &Problem<'_, C>,
         before: &Hypothesis,
         after: &Hypothesis,
+        floor: &[f64],
     ) -> Self {
         let settings = &problem.settings.residual;
         let points = problem.system.points_per_row();
@@ -137,7 +139,7 @@ impl ResidualSummary {
                     unit: output.unit.clone(),
                     rms: (square / n).sqrt(),
                     rms_left: rms(left.iter().flat_map(|r| &r[c])),
-                    noise: problem.noise.deviation(c),
+                    noise: floor[c],
                     mean,
                     next_correlation: next / n / variance,
                     dependence: factors.dependences(&values, observation, settings.groups),

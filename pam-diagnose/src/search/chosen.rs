@@ -27,6 +27,9 @@ pub struct Findings {
     pub null_test: Option<NullTest>,
 }
 
+/// Logarithm of the odds below which two sets are the same answer.
+const TIE: f64 = 1.0;
+
 /// Searches for the set of at most `most` candidates that explains best what the base leaves; `None` if the base cannot be
 /// simulated. `done` is called with the finished share of the work.
 ///
@@ -63,7 +66,8 @@ pub fn search<C: Candidates + ?Sized>(
         .null_test
         .as_ref()
         .is_some_and(|t| t.p_value > 1.0 - rows.whole.settings.rejection.null_quantile);
-    let promising = first_order.iter().chain(&pairs).any(|s| rows.is_promising(s));
+    let promising =
+        first_order.iter().chain(&pairs).any(|s| rows.is_promising(s, linearised.residual));
     if most == 0 || by_chance || !promising {
         done(1.0);
         return Some(none);
@@ -161,14 +165,18 @@ fn neighbours<C: Candidates + ?Sized>(
 }
 
 impl<C: Candidates + ?Sized> Rows<'_, C> {
-    /// Whether a set of the screening would reach the odds that a cause needs, to first order.
-    fn is_promising(&self, subset: &Subset<'_>) -> bool {
+    /// Whether a set of the screening would reach the odds that a cause needs, to first order: by `−R ln(1 − d/R)` for a
+    /// drop `d` of the whitened squared residual `R`, whose variance is not known, and the price of its parameters. Every
+    /// row counts: where the residual is correlated because the base model is not right, the fits will tell.
+    fn is_promising(&self, subset: &Subset<'_>, residual: f64) -> bool {
         let rows: usize = (0..self.whole.len()).map(|i| self.whole.rows(i)).sum();
         let parameters: usize = subset.starts.iter().map(|s| s.directions.len() - 1).sum();
         let candidates = self.whole.system.candidate_len().max(1) as f64;
         let price = parameters as f64 * (rows.max(2) as f64).ln()
             + 2.0 * subset.starts.len() as f64 * candidates.ln();
-        0.5 * (subset.drop - price) > self.needed_log_odds()
+        let weighted = residual * self.whole.rows_per_observation;
+        let share = (subset.drop / residual.max(f64::MIN_POSITIVE)).min(1.0 - 1e-12);
+        0.5 * (-weighted * (-share).ln_1p() - price) > self.needed_log_odds()
     }
 
     /// The set of the best odds.
@@ -190,6 +198,15 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
             sets.iter().filter(|s| s.members() < best.members()).collect();
         smaller.sort_by_key(|s| s.members());
         let enough = smaller.into_iter().find(|s| self.log_odds(best, s) < needed);
-        Some(enough.unwrap_or(best).clone())
+        let chosen = enough.unwrap_or(best);
+        // Of sets that cannot be told apart, the one that the list of candidates names first.
+        let tied = |s: &&Scored| {
+            s.members() == chosen.members()
+                && s.hypothesis().set() < chosen.hypothesis().set()
+                && self.log_odds(chosen, s) < TIE
+        };
+        Some(
+            sets.iter().filter(tied).min_by_key(|s| s.hypothesis().set()).unwrap_or(chosen).clone(),
+        )
     }
 }

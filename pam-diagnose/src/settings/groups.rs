@@ -202,7 +202,7 @@ settings! {
         /// Candidates that are fitted beside a set.
         additions: usize = 4, "candidates", COUNT, TIME;
         /// Candidates that are fitted in place of a member.
-        exchanges: usize = 4, "candidates", COUNT, TIME;
+        exchanges: usize = 6, "candidates", COUNT, TIME;
         /// Pairs that are fitted in place of a member.
         exchanges_for_two: usize = 2, "pairs", COUNT, TIME;
         /// Sets of the round before that are fitted again with the noise of the present one.
@@ -265,6 +265,10 @@ settings! {
         /// Multiple of the noise from which a channel is outside its band although a flexible model learns nothing of it:
         /// the noise of recordings differs by less.
         unlearnable_ratio: f64 = 2.0, "–", FACTOR, STUDIES;
+        /// Share of a channel's variation from which what a flexible model cannot learn is too much for noise.
+        unmodelled_share: f64 = 0.1, "–", SHARE, STUDIES;
+        /// Multiple of the noise from one row to the next that it must be as well.
+        unmodelled_ratio: f64 = 5.0, "–", FACTOR, STUDIES;
         /// Probability that no row of noise counts as an event.
         event_probability: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
         /// Degrees of freedom of Student's t by which events are judged: noise has heavier tails than a Gaussian.

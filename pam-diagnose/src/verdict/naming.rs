@@ -28,8 +28,6 @@ pub(crate) struct Names {
     pub(crate) causes: Vec<Cause>,
     /// Candidates that are not named.
     pub(crate) refused: Vec<Refused>,
-    /// Whether a name was rejected that stood for an error of another kind.
-    pub(crate) mimicked: bool,
 }
 
 impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
@@ -39,7 +37,6 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let rejection = self.rows.whole.settings.rejection;
         let mut set = self.found.best.hypothesis().clone();
         let mut refused = Vec::new();
-        let mut mimicked = false;
         loop {
             let fit = self.rows.learn_beside(&set).ok_or_else(diverges)?;
             let problem = &self.rows.whole;
@@ -47,25 +44,23 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             if set.members.is_empty() {
                 let causes = Vec::new();
                 self.refuse_others(&set, &mut refused);
-                return Ok(Names { best: base.clone(), base, causes, refused, mimicked });
+                return Ok(Names { best: base.clone(), base, causes, refused });
             }
             let best = multi_start(problem, fit);
             let mut causes = self.causes(&base, &best)?;
             let reason = |(place, c): (usize, &Cause)| {
-                let mimics = c.mimics(&rejection);
                 let why = if self.absent(c) {
                     "its interval holds the value at which it is absent"
                 } else if vague(problem, c) {
                     "the interval of its scale says nothing"
-                } else if mimics {
+                } else if c.mimics(&rejection) {
                     "it has no common value in the parts of the recordings: it takes the mean of something else"
                 } else {
                     return None;
                 };
-                Some((place, why.to_owned(), mimics))
+                Some((place, why.to_owned()))
             };
-            if let Some((place, reason, mimics)) = causes.iter().enumerate().find_map(reason) {
-                mimicked |= mimics;
+            if let Some((place, reason)) = causes.iter().enumerate().find_map(reason) {
                 let Cause { effect, inclusion, .. } = causes.swap_remove(place);
                 refused.push(Refused { effect, inclusion, reason });
                 set = best.hypothesis.without(place);
@@ -78,7 +73,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 let share = b.share_of_error_removed.total_cmp(&a.share_of_error_removed);
                 a.minor.cmp(&b.minor).then(share)
             });
-            return Ok(Names { base, best, causes, refused, mimicked });
+            return Ok(Names { base, best, causes, refused });
         }
     }
 

@@ -14,7 +14,7 @@ fn summary(experiments: Vec<Experiment>) -> ChannelResidual {
     let settings = DiagnosisSettings::default();
     let problem = system.problem(0.01, &settings);
     let base = problem.base();
-    ResidualSummary::of(&problem, &base, &base).channels.remove(0)
+    ResidualSummary::of(&problem, &base, &base, &[0.01]).channels.remove(0)
 }
 
 fn share(of: &ChannelResidual, factor: &str) -> f64 {

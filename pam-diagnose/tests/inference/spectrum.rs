@@ -19,7 +19,7 @@ fn summary(residual: Vec<f64>) -> ChannelResidual {
     let settings = DiagnosisSettings::default();
     let problem = system.problem(0.01, &settings);
     let base = problem.base();
-    ResidualSummary::of(&problem, &base, &base).channels.remove(0)
+    ResidualSummary::of(&problem, &base, &base, &[0.01]).channels.remove(0)
 }
 
 fn sine(amplitude: f64, hz: f64) -> Vec<f64> {
