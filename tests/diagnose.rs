@@ -42,6 +42,7 @@ fn recovered(d: &JointDiagnosis, id: &str, name: &str, truth: f64) -> bool {
 fn single_effects_are_named_with_their_magnitudes() {
     // Friction, damping, play and delay are named in the tests below.
     let ids = [
+        "pressure_bias",
         "stribeck_friction",
         "creep",
         "tendon_slack",
@@ -54,7 +55,15 @@ fn single_effects_are_named_with_their_magnitudes() {
     for id in ids {
         let effect = at_strength(id, 1.0);
         let d = found(std::slice::from_ref(&effect), &Sensors::default(), 3);
-        assert_eq!(d.verdict, Verdict::Explained, "{id}: {:?}", d.reasons);
+        assert_eq!(
+            d.verdict,
+            Verdict::Explained,
+            "{id}: {:?} {:?} {:?} {:?}",
+            d.reasons,
+            d.null_test,
+            d.bands,
+            d.refused
+        );
         assert_eq!(d.named(), [id]);
         for (name, truth) in &effect.values {
             assert!(recovered(&d, id, name, *truth), "{id}: {name} = {truth}, {:?}", d.causes[0]);

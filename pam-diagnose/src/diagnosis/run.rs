@@ -136,6 +136,9 @@ pub fn run<C: Candidates + ?Sized, M>(
     })
 }
 
+/// Multiple of what chance allows from which the prior cost of nuisances is an error of its own.
+const STRAINED: f64 = 3.0;
+
 /// What the test data say.
 struct Judged {
     bands: Vec<ChannelBand>,
@@ -166,6 +169,18 @@ impl Judged {
         let reduction = test.error_reduction(base, best, prepared.seed).overall;
         let mut anomalies = test.anomalies(open, best);
         anomalies.extend(unmodelled(prepared, open));
+        if open.prior_strain(best) > STRAINED {
+            anomalies.push(Anomaly {
+                kind: "start",
+                channel: String::new(),
+                recording: None,
+                time_s: None,
+                frequency_hz: None,
+                description: "starts, sealed masses or offsets must be further from their measured values than their \
+                              uncertainty allows"
+                    .into(),
+            });
+        }
         Self {
             anomalies,
             explainable: Explainable {

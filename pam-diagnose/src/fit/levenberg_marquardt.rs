@@ -32,6 +32,19 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             + self.prior_cost(hypothesis)
     }
 
+    /// The prior cost of the nuisances over its 99.9 % quantile if the priors are right: above 1 they took what is no
+    /// nuisance.
+    pub(crate) fn prior_strain(&self, hypothesis: &Hypothesis) -> f64 {
+        let finite = |all: &[Nuisance]| all.iter().filter(|n| n.deviation.is_finite()).count();
+        let count =
+            finite(self.system.shared()) + hypothesis.locals.len() * finite(self.system.local());
+        if count == 0 {
+            return 0.0;
+        }
+        self.prior_cost(hypothesis)
+            / pam_numerics::statistics::chi_square_quantile(0.999, count as f64)
+    }
+
     /// `Σ (deviation / prior standard deviation)²` of the nuisances.
     pub(crate) fn prior_cost(&self, hypothesis: &Hypothesis) -> f64 {
         let cost = |values: &[f64], nuisances: &[Nuisance]| -> f64 {

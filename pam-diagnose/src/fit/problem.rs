@@ -210,6 +210,21 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         Ok(Sensitivities { residuals: self.noise.whitened(e, &s.residuals), columns })
     }
 
+    /// The prior cost of what the nuisances of an experiment that was not fitted take; 0 for one that was.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the simulation fails.
+    pub(crate) fn unseen_prior_cost(
+        &self,
+        hypothesis: &Hypothesis,
+        place: usize,
+    ) -> Result<f64, DiagnoseError> {
+        let Some(nuisances) = &self.unseen else { return Ok(0.0) };
+        let residuals = self.residuals(hypothesis, place)?;
+        let white = self.noise.whitened(self.experiments[place], &residuals);
+        Ok(nuisances[place].prior_cost(&white))
+    }
+
     /// The same experiments as ones whose nuisances are not fitted: what those of `base` would take counts as no error.
     ///
     /// # Errors
@@ -234,8 +249,10 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
     pub fn errors(&self, hypothesis: &Hypothesis) -> Result<ChannelErrors, DiagnoseError> {
         let each: Result<Vec<ChannelErrors>, DiagnoseError> = parallel::map(self.len(), |i| {
             let residuals = self.whitened_residuals(hypothesis, i)?;
-            let sums = residuals.iter().map(|r| r.iter().map(|v| v * v).sum()).collect();
-            Ok(ChannelErrors { sums, rows: self.rows(i) })
+            // What nuisances take of rows that were not fitted costs what it is worth.
+            let prior = self.unseen_prior_cost(hypothesis, i)? / residuals.len().max(1) as f64;
+            let sum = |r: &Vec<f64>| r.iter().map(|v| v * v).sum::<f64>() + prior;
+            Ok(ChannelErrors { sums: residuals.iter().map(sum).collect(), rows: self.rows(i) })
         })
         .into_iter()
         .collect();

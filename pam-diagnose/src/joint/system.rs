@@ -5,7 +5,7 @@ use super::{factors, features, sensitivities};
 use crate::data::OpenPart;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Sensitivities};
-use crate::noise::{NoisePrior, moving_discrepancy};
+use crate::noise::{NoisePrior, moving_discrepancy, noise_deviation};
 use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
@@ -28,6 +28,10 @@ pub struct JointSystem<'a> {
     outputs: [OutputInfo; 4],
     settings: DiagnosisSettings,
 }
+
+/// Standard deviations of the noise from one grid point to the next that the first sample of a pressure may be off by:
+/// noise that is correlated shows a part of itself only from point to point.
+const SAMPLE_DEVIATIONS: f64 = 3.0;
 
 impl<'a> JointSystem<'a> {
     /// Place of the lead of the force among the shared nuisances.
@@ -63,7 +67,17 @@ impl<'a> JointSystem<'a> {
             fitted: c != Channel::V,
         });
         let (model, air) = (Nuisance::of(fit.model_deviation), Nuisance::of(fit.air_deviation));
-        let offset = Nuisance::of(fit.offset_deviation_kpa);
+        // One sample of a noisy sensor starts each prediction.
+        let sensors = [2, 3].map(|c| {
+            let points = |part: &OpenPart| {
+                let t = &trials[part.experiment].record;
+                t.measured[c][..t.points().min((part.end_s / t.step_s) as usize)].to_vec()
+            };
+            let series: Vec<Vec<f64>> = open.iter().map(points).collect();
+            noise_deviation(&series, 0.0)
+        });
+        let noisy_kpa = SAMPLE_DEVIATIONS * sensors[0].max(sensors[1]);
+        let offset = Nuisance::of(fit.offset_deviation_kpa.hypot(noisy_kpa));
         Self {
             scales: data_scales(&trials, open, &base, &settings.data),
             trials,

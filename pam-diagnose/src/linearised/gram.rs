@@ -134,7 +134,8 @@ impl Products {
             let (of_all, local) = own.split_at(joint);
             let all: Vec<&Column> =
                 of_all.iter().chain(directions.iter().flatten()).chain([&residual]).collect();
-            Some(part(&all, local, system.local(), block * roots.len(), joint))
+            let deviations = &hypothesis.locals[i];
+            Some(part(&all, local, (system.local(), deviations), block * roots.len(), joint))
         })
         .into_iter()
         .collect();
@@ -148,7 +149,13 @@ impl Products {
             blocks.iter_mut().zip(part.blocks).for_each(|(all, own)| all.extend(own));
         }
         for (k, n) in system.shared().iter().enumerate() {
-            gram[(parameters.len() + k, parameters.len() + k)] += n.deviation.powi(-2);
+            // The prior is an observation of its own, with the present deviation as its residual.
+            let (k, precision) = (parameters.len() + k, n.deviation.powi(-2));
+            let (last, deviation) = (joint + count, hypothesis.shared[k - parameters.len()]);
+            gram[(k, k)] += precision;
+            gram[(k, last)] -= precision * deviation;
+            gram[(last, k)] -= precision * deviation;
+            gram[(last, last)] += precision * deviation * deviation;
         }
         Some(Self { starts, gram, blocks, sizes, members, joint })
     }
@@ -271,12 +278,18 @@ fn directions<C: Candidates + ?Sized>(
 fn part(
     all: &[&Column],
     local: &[Column],
-    priors: &[Nuisance],
+    (priors, deviations): (&[Nuisance], &[f64]),
     block: usize,
     joint: usize,
 ) -> Part {
-    let products = |z: &Column| -> Vec<f64> { all.iter().map(|a| dot(&z.0, &a.0)).collect() };
-    let cross: Vec<Vec<f64>> = local.iter().map(products).collect();
+    let last = all.len() - 1;
+    let products = |(k, z): (usize, &Column)| -> Vec<f64> {
+        let mut own: Vec<f64> = all.iter().map(|a| dot(&z.0, &a.0)).collect();
+        // The prior is an observation of its own, with the present deviation as its residual.
+        own[last] -= deviations[k] * priors[k].deviation.powi(-2);
+        own
+    };
+    let cross: Vec<Vec<f64>> = local.iter().enumerate().map(products).collect();
     let entry = |i: usize, j: usize| {
         dot(&local[i].0, &local[j].0) + if i == j { priors[i].deviation.powi(-2) } else { 0.0 }
     };
@@ -303,7 +316,8 @@ fn part(
             gram[(j, i)] = *value;
         }
     }
-    let last = all.len() - 1;
+    let prior_cost = priors.iter().zip(deviations).map(|(p, d)| (d / p.deviation).powi(2));
+    gram[(last, last)] += prior_cost.sum::<f64>();
     let residual = &all[last].0;
     let in_blocks = |column: &[f64]| -> Vec<f64> {
         column.chunks(block).zip(residual.chunks(block)).map(|(a, r)| dot(a, r)).collect()

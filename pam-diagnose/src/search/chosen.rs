@@ -62,10 +62,10 @@ pub fn search<C: Candidates + ?Sized>(
         null_test,
         base,
     };
-    let by_chance = none
-        .null_test
-        .as_ref()
-        .is_some_and(|t| t.p_value > 1.0 - rows.whole.settings.rejection.null_quantile);
+    let level = 1.0 - rows.whole.settings.rejection.null_quantile;
+    // A cause may be hidden by nuisances that went far from their priors, which no block of rows shows.
+    let strained = rows.whole.prior_strain(&whole.hypothesis) > 1.0;
+    let by_chance = !strained && none.null_test.as_ref().is_some_and(|t| t.p_value > level);
     let promising =
         first_order.iter().chain(&pairs).any(|s| rows.is_promising(s, linearised.residual));
     if most == 0 || by_chance || !promising {

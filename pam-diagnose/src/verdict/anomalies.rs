@@ -11,8 +11,8 @@ use serde::Serialize;
 /// Something in the residual of one channel that no noise does.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Anomaly {
-    /// `step` of the mean, `change` of the size, `event` of one row, `line` of the spectrum, or `unmodelled`
-    /// motion that goes with nothing.
+    /// `step` of the mean, `change` of the size, `event` of one row, `line` of the spectrum, `unmodelled` motion
+    /// that goes with nothing, or `start` of recordings that is not as measured.
     pub kind: &'static str,
     /// Key of the channel.
     pub channel: String,

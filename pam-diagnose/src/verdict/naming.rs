@@ -77,10 +77,16 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         }
     }
 
+    /// Normalised χ² with the prior cost of the nuisances, which may have taken a part of the error.
+    fn chi_square(&self, fit: &Fit) -> f64 {
+        let rows = (fit.errors.rows * fit.errors.sums.len()).max(1) as f64;
+        fit.errors.chi_square() + self.rows.whole.prior_cost(&fit.hypothesis) / rows
+    }
+
     /// Marks causes that are certain but remove next to nothing.
     fn mark_minor(&self, causes: &mut [Cause], base: &Fit, best: &Fit) {
         let settings = &self.rows.whole.settings.verdict;
-        let sum = |f: &Fit| f.errors.sums.iter().sum::<f64>();
+        let sum = |f: &Fit| self.chi_square(f);
         let removed = 1.0 - sum(best) / sum(base).max(f64::MIN_POSITIVE);
         let all_minor = removed < settings.minor_of_residual;
         for cause in causes {
@@ -93,7 +99,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let problem = &self.rows.whole;
         let mut intervals = problem.intervals(best)?.into_iter();
         let influences = problem.influences(best)?;
-        let (named, from) = (best.errors.chi_square(), base.errors.chi_square());
+        let (named, from) = (self.chi_square(best), self.chi_square(base));
         // Only the share of the error is read of these fits.
         let iterations = problem.settings.search.first_iterations;
         let inclusion = self.inclusion();
@@ -111,7 +117,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                     from
                 } else {
                     let less = problem.fit(best.hypothesis.without(place), iterations);
-                    less.map_or(named, |f| f.errors.chi_square())
+                    less.map_or(named, |f| self.chi_square(&f))
                 };
                 let alternatives = self.alternatives(member.candidate);
                 let id = |c: usize| problem.system.candidate(c).id.to_owned();
