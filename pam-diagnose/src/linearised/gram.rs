@@ -8,6 +8,8 @@ use std::ops::Range;
 
 /// Ridge that leaves directions alone that nearly coincide.
 const RIDGE: f64 = 1e-9;
+/// Multiple of its own size by which a nuisance at its limit is held there.
+const HELD: f64 = 1e9;
 /// A direction of which nuisances and members imitate all but this share has no score of its own: its last digits are
 /// rounding.
 const OWN_SHARE: f64 = 1e-6;
@@ -153,6 +155,10 @@ impl Products {
             let (k, precision) = (parameters.len() + k, n.deviation.powi(-2));
             let (last, deviation) = (joint + count, hypothesis.shared[k - parameters.len()]);
             gram[(k, k)] += precision;
+            // One that is at its limit imitates nothing any more.
+            if deviation <= n.limits[0] || deviation >= n.limits[1] {
+                gram[(k, k)] += HELD * gram[(k, k)];
+            }
             gram[(k, last)] -= precision * deviation;
             gram[(last, k)] -= precision * deviation;
             gram[(last, last)] += precision * deviation * deviation;

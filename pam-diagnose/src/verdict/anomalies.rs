@@ -11,7 +11,7 @@ use serde::Serialize;
 /// Something in the residual of one channel that no noise does.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Anomaly {
-    /// `step` of the mean, `change` of the size, `event` of one row, `line` of the spectrum, `unmodelled` motion
+    /// `step` of the mean, `drift`, `change` of the size, `event` of one row, `line` of the spectrum, `unmodelled` motion
     /// that goes with nothing, or `start` of recordings that is not as measured.
     pub kind: &'static str,
     /// Key of the channel.
@@ -75,6 +75,16 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
                     );
                     found.push(anomaly("step", Some(i), Some(jump.time_s), None, text));
                 }
+            }
+            let (drift, ratio) = drift(&plain[c], settings.noise.order);
+            if ratio > settings.verdict.step_ratio {
+                let text = format!(
+                    "the {} drifts by {} {} in {name}",
+                    output.name,
+                    significant(drift, 3),
+                    output.unit
+                );
+                found.push(anomaly("drift", Some(i), None, None, text));
             }
             if let Some(jump) = profile(&white[c]) {
                 let ratio = settings.verdict.unlearnable_ratio;
@@ -142,6 +152,20 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
         }
     }
     found
+}
+
+/// The drift of a residual over its rows by a straight line, and its size over its standard error, if what is left beside
+/// the line is a stationary noise.
+fn drift(rows: &[f64], order: usize) -> (f64, f64) {
+    let n = rows.len() as f64;
+    let (middle, centre) = (0.5 * (n - 1.0), mean(rows));
+    let at = |k: usize| k as f64 - middle;
+    let spread = n * (n * n - 1.0) / 12.0;
+    let slope = rows.iter().enumerate().map(|(k, r)| at(k) * r).sum::<f64>() / spread.max(1.0);
+    let rest: Vec<f64> = rows.iter().enumerate().map(|(k, r)| r - centre - slope * at(k)).collect();
+    let noise = Autoregression::of_autocovariance(&autocovariance(&[&rest], order), n);
+    let error = noise.deviation() * (noise.correlated_rows() / spread.max(1.0)).sqrt();
+    (slope * n, slope.abs() / error.max(f64::MIN_POSITIVE))
 }
 
 /// The step of the mean at a row over its standard error, if what is left beside it is a stationary noise.
