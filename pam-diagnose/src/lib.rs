@@ -106,7 +106,7 @@ pub mod error;
 pub mod field;
 pub mod fit;
 pub mod joint;
-mod linearised;
+pub mod linearised;
 pub mod noise;
 pub mod rejection;
 pub mod report;

@@ -2,7 +2,7 @@
 //!
 //! At a fitted hypothesis every candidate has directions: the change of the whitened residual by each of its parameters, and
 //! by switching it on, at each of its starting values. Cleared of what nuisances and the members of the hypothesis can
-//! imitate, their inner products ([`Products`], [`Linearised`]) tell for *every* set of candidates what it would explain, by least
+//! imitate, their inner products tell for *every* set of candidates what it would explain, by least
 //! squares, without a further simulation. So no pair is missed of which neither member shows alone, and the null
 //! distribution of the largest score needs no fits ([`NullTest`](crate::rejection::NullTest)).
 

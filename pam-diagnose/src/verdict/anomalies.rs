@@ -37,10 +37,10 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
     let settings = problem.settings;
     let points = problem.system.points_per_row();
     let mut found = Vec::new();
-    let rows: Vec<Option<(Vec<Vec<f64>>, Vec<Vec<f64>>)>> = (0..problem.len())
+    let rows: Vec<Option<[Vec<Vec<f64>>; 2]>> = (0..problem.len())
         .map(|i| {
             let plain = problem.residuals(hypothesis, i).ok()?;
-            Some((plain, problem.whitened_residuals(hypothesis, i).ok()?))
+            Some([plain, problem.whitened_residuals(hypothesis, i).ok()?])
         })
         .collect();
     let count: usize = (0..problem.len()).map(|i| problem.rows(i)).sum();
@@ -56,7 +56,7 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
             description,
         };
         for (i, rows) in rows.iter().enumerate() {
-            let Some((plain, white)) = rows else { continue };
+            let Some([plain, white]) = rows else { continue };
             let (e, row_s) = (problem.experiments[i], problem.row_s(i));
             let start_s =
                 problem.system.start_s(e) + problem.system.time_s(e, problem.windows[i].start);
@@ -117,7 +117,8 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
                 found.push(anomaly("event", Some(i), Some(time_s), None, text));
             }
         }
-        let white: Vec<&[f64]> = rows.iter().flatten().map(|r| r.1[c].as_slice()).collect();
+        let white: Vec<&[f64]> =
+            rows.iter().flatten().map(|[_, white]| white[c].as_slice()).collect();
         let excitations: Vec<Vec<f64>> = (0..problem.len())
             .map(|i| {
                 let excitation = problem.system.excitation(problem.experiments[i]);

@@ -201,7 +201,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let system = self.rows.whole.system;
         let inclusion = self.inclusion();
         let best = &self.found.best;
-        for candidate in 0..system.candidate_len() {
+        for (candidate, &inclusion) in inclusion.iter().enumerate() {
             let id = system.candidate(candidate).id;
             if named.contains(candidate) || refused.iter().any(|r| r.effect == id) {
                 continue;
@@ -218,11 +218,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             } else {
                 "it explains less than the candidates that were fitted, to first order".to_owned()
             };
-            refused.push(Refused {
-                effect: id.to_owned(),
-                inclusion: inclusion[candidate],
-                reason,
-            });
+            refused.push(Refused { effect: id.to_owned(), inclusion, reason });
         }
     }
 
