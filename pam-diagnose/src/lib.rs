@@ -83,7 +83,7 @@
 //!
 //! let candidates = ["coulomb_friction", "viscous_damping", "constant_load", "stiffness_scale"];
 //! let options = DiagnoseOptions {
-//!     candidates: candidates.iter().filter_map(|id| by_id(id)).collect(), // all 24 by default
+//!     candidates: candidates.iter().filter_map(|id| by_id(id)).collect(), // all 28 by default
 //!     ..DiagnoseOptions::default()
 //! };
 //! let sets = RecordingSets { data: &data, test: None, baseline: None };
