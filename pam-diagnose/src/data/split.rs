@@ -16,13 +16,6 @@ pub struct Split<'a, C: ?Sized> {
 }
 
 impl<'a, C: Candidates + ?Sized> Split<'a, C> {
-    /// Everything is fitted and nothing validates: for names that are chosen already.
-    #[must_use]
-    pub fn fit_all(train: Problem<'a, C>) -> Self {
-        let validation = Problem { experiments: Vec::new(), windows: Vec::new(), ..train.clone() };
-        Self { train, validation, same_experiments: false }
-    }
-
     /// A fitted hypothesis on the validation rows: experiments that were not fitted have their nuisances at the prior
     /// mean.
     #[must_use]

@@ -44,20 +44,6 @@ impl Hypothesis {
         }
     }
 
-    /// The same members with the nuisances at the mean of their priors, for a number of experiments. A shared nuisance
-    /// without a prior, a refitted parameter of the system, keeps its value.
-    #[must_use]
-    pub fn at_prior_mean<C: Candidates + ?Sized>(&self, system: &C, experiments: usize) -> Self {
-        let shared = self.shared.iter().zip(system.shared());
-        let free = |(v, n): (&f64, &Nuisance)| if n.deviation.is_finite() { 0.0 } else { *v };
-        Self {
-            members: self.members.clone(),
-            fixed: self.fixed,
-            shared: shared.map(free).collect(),
-            locals: vec![vec![0.0; system.local().len()]; experiments],
-        }
-    }
-
     /// The same with the nuisances of its own experiments at the prior mean, and those that all share as fitted.
     #[must_use]
     pub fn without_locals<C: Candidates + ?Sized>(&self, system: &C, experiments: usize) -> Self {

@@ -140,6 +140,17 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         self.system.rows_per_block(self.rows(place), self.row_s(place))
     }
 
+    /// The excitation in the middle of each row, experiment by experiment; empty without one.
+    pub(crate) fn excitation_rows(&self) -> Vec<Vec<f64>> {
+        let points = self.system.points_per_row();
+        let of_experiment = |(&e, window): (&usize, &Range<usize>)| {
+            let excitation = self.system.excitation(e);
+            let rows = window.clone().step_by(points);
+            rows.filter_map(|k| excitation.get(k + points / 2).copied()).collect()
+        };
+        self.experiments.iter().zip(&self.windows).map(of_experiment).collect()
+    }
+
     /// Names of the experiments.
     #[must_use]
     pub fn names(&self) -> Vec<String> {

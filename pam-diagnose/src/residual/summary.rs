@@ -97,18 +97,11 @@ impl ResidualSummary {
         floor: &[f64],
     ) -> Self {
         let settings = &problem.settings.residual;
-        let points = problem.system.points_per_row();
         let all = residuals(problem, before);
         let left = residuals(problem, after);
         let factors = Factors::of(problem, before, &all);
         let row_s = problem.row_s(0);
-        let excitations: Vec<Vec<f64>> = (0..problem.len())
-            .map(|i| {
-                let excitation = problem.system.excitation(problem.experiments[i]);
-                let rows = problem.windows[i].clone().step_by(points);
-                rows.filter_map(|k| excitation.get(k + points / 2).copied()).collect()
-            })
-            .collect();
+        let excitations = problem.excitation_rows();
         let channels: Vec<ChannelResidual> = fitted_outputs(problem.system)
             .enumerate()
             .map(|(c, (_, output))| {

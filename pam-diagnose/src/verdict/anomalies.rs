@@ -35,7 +35,7 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
     hypothesis: &Hypothesis,
 ) -> Vec<Anomaly> {
     let settings = problem.settings;
-    let points = problem.system.points_per_row();
+    let excitations = problem.excitation_rows();
     let mut found = Vec::new();
     let rows: Vec<Option<[Vec<Vec<f64>>; 2]>> = (0..problem.len())
         .map(|i| {
@@ -119,13 +119,6 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
         }
         let white: Vec<&[f64]> =
             rows.iter().flatten().map(|[_, white]| white[c].as_slice()).collect();
-        let excitations: Vec<Vec<f64>> = (0..problem.len())
-            .map(|i| {
-                let excitation = problem.system.excitation(problem.experiments[i]);
-                let rows = problem.windows[i].clone().step_by(points);
-                rows.filter_map(|k| excitation.get(k + points / 2).copied()).collect()
-            })
-            .collect();
         if excitations.iter().all(Vec::is_empty) || problem.is_empty() {
             continue;
         }
