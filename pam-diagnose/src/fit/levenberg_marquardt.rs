@@ -19,8 +19,16 @@ pub struct Fit {
     pub at_limit: Vec<&'static str>,
     /// Number of logarithmic parameters (lengths, times, cutoffs) among them.
     pub scales_at_limit: usize,
-    /// Whether the last step was small.
-    pub converged: bool,
+    /// Drop of the cost by the last iteration; the fit has converged if it is small.
+    pub last_drop: f64,
+}
+
+impl Fit {
+    /// The cost that further iterations may reach: drops fall by at least a quarter from one to the next.
+    #[must_use]
+    pub fn may_reach(&self) -> f64 {
+        self.cost - 3.0 * self.last_drop
+    }
 }
 
 impl<C: Candidates + ?Sized> Problem<'_, C> {
@@ -64,7 +72,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         let mut errors = self.errors(&best)?;
         let mut cost = self.cost(&best, &errors);
         let mut damping = settings.first_damping;
-        let mut converged = false;
+        let mut last_drop = f64::INFINITY;
         for _ in 0..iterations {
             let equations = self.normal_equations(&best, &errors)?;
             let mut drop = 0.0;
@@ -84,8 +92,8 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
                 }
                 damping *= settings.damping_after_failure;
             }
+            last_drop = drop;
             if drop < settings.converged_drop {
-                converged = true;
                 break;
             }
         }
@@ -101,6 +109,6 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             .collect();
         let scales_at_limit = limited.iter().filter(|p| p.info.logarithmic).count();
         let at_limit = limited.iter().map(|p| p.info.name).collect();
-        Ok(Fit { hypothesis: best, errors, cost, at_limit, scales_at_limit, converged })
+        Ok(Fit { hypothesis: best, errors, cost, at_limit, scales_at_limit, last_drop })
     }
 }

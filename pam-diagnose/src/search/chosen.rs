@@ -73,11 +73,15 @@ pub fn search<C: Candidates + ?Sized>(
         return Some(none);
     }
     let from = none.base.hypothesis();
-    let singles =
-        rows.fit_subsets(from, &first_order.iter().take(settings.singles).collect::<Vec<_>>());
+    let singles = rows.fit_subsets(
+        from,
+        &first_order.iter().take(settings.singles).collect::<Vec<_>>(),
+        None,
+    );
     done(0.3);
     let mut sets = singles.clone();
-    sets.extend(rows.fit_subsets(from, &pairs.iter().take(settings.pairs).collect::<Vec<_>>()));
+    let pairs: Vec<_> = pairs.iter().take(settings.pairs).collect();
+    sets.extend(rows.fit_subsets(from, &pairs, singles.first()));
     sets.push(none.base.clone());
     // Beside the best set so far the noise is learned anew; only then the odds decide.
     let mut best = rows.best_of(&sets)?.clone();
@@ -93,7 +97,7 @@ pub fn search<C: Candidates + ?Sized>(
         best = again(&best)?;
         let rivals = sets.iter().filter(|s| s.members() > 0).take(settings.rivals);
         let rivals = rivals.map(|s| s.hypothesis().clone()).collect();
-        sets = rows.fit_all(rivals);
+        sets = rows.fit_all(rivals, Some(&best));
         let near = neighbours(rows, &best, &found.base, &starts, most)?;
         found.without = near.without;
         sets.extend(near.sets);
@@ -142,21 +146,35 @@ fn neighbours<C: Candidates + ?Sized>(
     let members = best.members();
     let products = Products::at(&rows.choosing.train, best.hypothesis(), starts)?;
     let mut sets = Vec::new();
-    let first = |all: Vec<Subset<'_>>, from: &Hypothesis, count: usize| -> Vec<Scored> {
-        rows.fit_subsets(from, &all.iter().take(count).collect::<Vec<_>>())
+    let beside = products.beside();
+    let reached = rows.first_order_cost(beside.residual);
+    // Sets that may come near the present one.
+    let first = |all: Vec<Subset<'_>>, residual: f64, from: &Hypothesis, count: usize| {
+        let near = |s: &&Subset<'_>| {
+            let explained = (s.drop / residual.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            let left = residual * (1.0 - explained).powf(settings.nonlinear_power);
+            let more = s.starts.len() as isize + from.members.len() as isize - members as isize;
+            let price = more as f64 * rows.least_price();
+            // A larger set has to be better to matter, another of the same size only nearly as good.
+            let slack = if more > 0 { 0.0 } else { rows.confusable_cost() };
+            rows.first_order_cost(left) + price < reached + slack
+        };
+        let near: Vec<_> = all.iter().filter(near).take(count).collect();
+        rows.fit_subsets(from, &near, Some(best))
     };
     if members < most {
-        let beside = products.beside();
-        sets.extend(first(beside.singles(), best.hypothesis(), settings.additions));
+        let all = beside.singles();
+        sets.extend(first(all, beside.residual, best.hypothesis(), settings.additions));
     }
     let mut without = Vec::new();
     for place in 0..members {
         let less = if members == 1 { Some(base.clone()) } else { rows.fitted_without(best, place) };
         let linearised = products.in_place_of(place);
         let rest = best.hypothesis().without(place);
-        sets.extend(first(linearised.singles(), &rest, settings.exchanges));
+        let residual = linearised.residual;
+        sets.extend(first(linearised.singles(), residual, &rest, settings.exchanges));
         if members < most {
-            sets.extend(first(linearised.pairs(), &rest, settings.exchanges_for_two));
+            sets.extend(first(linearised.pairs(), residual, &rest, settings.exchanges_for_two));
         }
         sets.extend(less.clone());
         without.push(less);
@@ -177,6 +195,24 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
         let weighted = residual * self.whole.rows_per_observation;
         let share = (subset.drop / residual.max(f64::MIN_POSITIVE)).min(1.0 - 1e-12);
         0.5 * (-weighted * (-share).ln_1p() - price) > self.needed_log_odds()
+    }
+
+    /// The cost of the training rows that leave such a weighted squared residual ([`Problem::cost`]): itself, or beyond
+    /// one per row and channel its logarithm.
+    ///
+    /// [`Problem::cost`]: crate::fit::Problem::cost
+    fn first_order_cost(&self, residual: f64) -> f64 {
+        let train = &self.choosing.train;
+        let rows: usize = (0..train.len()).map(|i| train.rows(i)).sum();
+        let noise = (rows * train.noise.channels()) as f64 / train.rows_per_observation;
+        if residual > noise { noise * (1.0 + (residual / noise).ln()) } else { residual }
+    }
+
+    /// The least price of a further member: of one parameter, and of the choice.
+    fn least_price(&self) -> f64 {
+        let rows: usize = (0..self.whole.len()).map(|i| self.whole.rows(i)).sum();
+        let candidates = self.whole.system.candidate_len().max(1) as f64;
+        (rows.max(2) as f64).ln() + 2.0 * candidates.ln()
     }
 
     /// The set of the best odds.

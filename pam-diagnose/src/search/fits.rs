@@ -13,17 +13,22 @@ pub(crate) fn stands<C: Candidates + ?Sized>(system: &C, hypothesis: &Hypothesis
 }
 
 impl<C: Candidates + ?Sized> Rows<'_, C> {
-    /// Adds sets of the screening to a hypothesis and fits them, best first.
-    pub(super) fn fit_subsets(&self, from: &Hypothesis, subsets: &[&Subset<'_>]) -> Vec<Scored> {
+    /// Adds sets of the screening to a hypothesis and fits them, best first, as [`fit_all`](Self::fit_all) does.
+    pub(super) fn fit_subsets(
+        &self,
+        from: &Hypothesis,
+        subsets: &[&Subset<'_>],
+        rival: Option<&Scored>,
+    ) -> Vec<Scored> {
         let starts = subsets.iter().map(|subset| {
             subset.starts.iter().fold(from.clone(), |h, s| h.with(s.candidate, &s.values))
         });
-        self.fit_all(starts.collect())
+        self.fit_all(starts.collect(), rival)
     }
 
-    /// Fits hypotheses from their values, a few iterations each, and follows the most promising to convergence. Best first;
-    /// those that are the same set count once.
-    pub(super) fn fit_all(&self, starts: Vec<Hypothesis>) -> Vec<Scored> {
+    /// Fits hypotheses from their values, a few iterations each, and follows to convergence those that may still come near
+    /// the best of them, or the `rival` if that is better. Best first; those that are the same set count once.
+    pub(super) fn fit_all(&self, starts: Vec<Hypothesis>, rival: Option<&Scored>) -> Vec<Scored> {
         let settings = &self.whole.settings.search;
         let rows = self.whole.rows_per_observation;
         let best_first = |mut sets: Vec<Scored>| {
@@ -36,12 +41,26 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
             let each = parallel::map_each(starts, |start| self.fitted(start, iterations));
             best_first(each.into_iter().flatten().collect())
         };
-        let mut sets = fitted(starts, settings.first_iterations);
-        let rest = sets.split_off(settings.followed.min(sets.len()));
-        let followed = sets.into_iter().map(|s| s.fit.hypothesis).collect();
-        let mut all = fitted(followed, settings.iterations);
-        all.extend(rest);
+        let sets = fitted(starts, settings.first_iterations);
+        let lowest = sets.iter().chain(rival).map(|s| s.total(rows)).fold(f64::INFINITY, f64::min);
+        let limit = lowest + self.confusable_cost();
+        let mut followed = 0;
+        let (again, mut all): (Vec<Scored>, Vec<Scored>) = sets.into_iter().partition(|s| {
+            let moves = s.fit.last_drop >= self.whole.settings.fit.converged_drop;
+            let near = s.total(rows) + s.fit.may_reach() - s.fit.cost < limit;
+            followed += usize::from(moves && near);
+            moves && near && followed <= settings.followed
+        });
+        all.extend(fitted(
+            again.into_iter().map(|s| s.fit.hypothesis).collect(),
+            settings.iterations,
+        ));
         best_first(all)
+    }
+
+    /// Difference of minus two times the logarithm of the probability below which sets may be confused.
+    pub(super) fn confusable_cost(&self) -> f64 {
+        2.0 * self.whole.settings.verdict.confusable_odds.ln()
     }
 
     /// A set without the member at `place`, fitted again.

@@ -37,6 +37,7 @@ pub(crate) fn multi_start<C: Candidates + ?Sized>(problem: &Problem<'_, C>, best
         all
     };
     let mut promising = fitted(starts, settings.first_iterations);
+    promising.retain(|f| f.may_reach() < best.cost);
     promising.truncate(settings.followed);
     let promising = promising.into_iter().map(|f| f.hypothesis).collect();
     fitted(promising, settings.multi_start_iterations)

@@ -207,6 +207,9 @@ settings! {
         exchanges_for_two: usize = 2, "pairs", COUNT, TIME;
         /// Sets of the round before that are fitted again with the noise of the present one.
         rivals: usize = 4, "sets", COUNT, TIME;
+        /// Power of the share of the error that a set leaves to first order which it may leave when it is fitted: only sets
+        /// that may come near the present one are.
+        nonlinear_power: f64 = 3.0, "–", FACTOR, STUDIES;
         /// Rounds of additions and exchanges.
         rounds: usize = 4, "rounds", COUNT, TIME;
         /// Iterations after which only the most promising starts are followed.
