@@ -87,6 +87,22 @@ dual_num_by_chain_rule!(
 
 impl<const N: usize, T: Scalar> Scalar for Chunk<N, T> {
     dual_num_by_chain_rule!(@scalar);
+
+    /// All directions in one pass.
+    #[inline]
+    fn with_slopes<const K: usize>(value: f64, arguments: [Self; K], slopes: [f64; K]) -> Self {
+        let along = |k: usize| {
+            let mut sum = T::zero();
+            for (argument, slope) in arguments.iter().zip(slopes) {
+                sum += argument.derivatives[k].scaled(slope);
+            }
+            sum
+        };
+        Self {
+            value: T::with_slopes(value, arguments.map(|a| a.value), slopes),
+            derivatives: std::array::from_fn(along),
+        }
+    }
 }
 
 impl<const N: usize, T: fmt::Display> fmt::Display for Chunk<N, T> {

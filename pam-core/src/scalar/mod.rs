@@ -38,6 +38,20 @@ pub trait Scalar: DualNum + Copy {
         self * Self::Primitive::from_f64(factor).expect("every f64 rounds to a float")
     }
 
+    /// The number `value` with the derivatives of `Σ slopes · arguments`: the result of a function whose value and slopes were
+    /// computed with plain numbers.
+    #[inline]
+    fn with_slopes<const K: usize>(value: f64, arguments: [Self; K], slopes: [f64; K]) -> Self {
+        let mut sum = Self::constant(value);
+        if Self::NDERIV == 0 {
+            return sum;
+        }
+        for (argument, slope) in arguments.into_iter().zip(slopes) {
+            sum += (argument - Self::constant(argument.real())).scaled(slope);
+        }
+        sum
+    }
+
     /// The larger of two numbers by real part; the first one on a tie.
     #[inline]
     fn maximum(self, other: Self) -> Self {

@@ -40,14 +40,15 @@ pub fn search<C: Candidates + ?Sized>(
     seed: u64,
     done: &(dyn Fn(f64) + Sync),
 ) -> Option<Findings> {
+    let t0=std::time::Instant::now();let tick=|w:&str|eprintln!("  {w} {:.1}",t0.elapsed().as_secs_f64());
     let settings = rows.whole.settings.search;
     let iterations = settings.iterations;
     let whole = rows.learn_beside(&rows.whole.base())?;
-    let all = all_starts(rows.whole.system);
+    tick("learned");let all = all_starts(rows.whole.system);
     let linearised = Products::at(&rows.whole, &whole.hypothesis, &all)?.beside();
-    let starts = linearised.best_starts(settings.starts);
+    tick("products");let starts = linearised.best_starts(settings.starts);
     let null_test = NullTest::of(&linearised, &rows.whole.settings.rejection, seed);
-    done(0.1);
+    tick("null");done(0.1);
     let base = rows.fitted(rows.choosing.train.base(), iterations)?;
     let first_order = linearised.singles();
     let pairs = if most > 1 { linearised.pairs() } else { Vec::new() };
@@ -78,14 +79,14 @@ pub fn search<C: Candidates + ?Sized>(
         &first_order.iter().take(settings.singles).collect::<Vec<_>>(),
         None,
     );
-    done(0.3);
+    tick("singles");done(0.3);
     let mut sets = singles.clone();
     let pairs: Vec<_> = pairs.iter().take(settings.pairs).collect();
     sets.extend(rows.fit_subsets(from, &pairs, singles.first()));
     sets.push(none.base.clone());
     // Beside the best set so far the noise is learned anew; only then the odds decide.
     let mut best = rows.best_of(&sets)?.clone();
-    done(0.5);
+    tick("pairs");done(0.5);
     let mut found = Findings { singles, ..none };
     for round in 0..settings.rounds {
         if best.members() == 0 {
@@ -95,11 +96,11 @@ pub fn search<C: Candidates + ?Sized>(
         let again = |s: &Scored| rows.fitted(s.hypothesis().clone(), iterations);
         found.base = again(&found.base)?;
         best = again(&best)?;
-        let rivals = sets.iter().filter(|s| s.members() > 0).take(settings.rivals);
+        tick("again");let rivals = sets.iter().filter(|s| s.members() > 0).take(settings.rivals);
         let rivals = rivals.map(|s| s.hypothesis().clone()).collect();
         sets = rows.fit_all(rivals, Some(&best));
-        let near = neighbours(rows, &best, &found.base, &starts, most)?;
-        found.without = near.without;
+        tick("rivals");let near = neighbours(rows, &best, &found.base, &starts, most)?;
+        tick("near");found.without = near.without;
         sets.extend(near.sets);
         sets.extend([best.clone(), found.base.clone()]);
         sets = distinct(rows, sets);
@@ -219,7 +220,7 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
     fn best_of<'s>(&self, sets: &'s [Scored]) -> Option<&'s Scored> {
         let mut best = sets.first()?;
         for other in &sets[1..] {
-            if self.log_odds(other, best) > 0.0 {
+            if other.log_odds(best) > 0.0 {
                 best = other;
             }
         }
@@ -233,13 +234,13 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
         let mut smaller: Vec<&Scored> =
             sets.iter().filter(|s| s.members() < best.members()).collect();
         smaller.sort_by_key(|s| s.members());
-        let enough = smaller.into_iter().find(|s| self.log_odds(best, s) < needed);
+        let enough = smaller.into_iter().find(|s| best.log_odds(s) < needed);
         let chosen = enough.unwrap_or(best);
         // Of sets that cannot be told apart, the one that the list of candidates names first.
         let tied = |s: &&Scored| {
             s.members() == chosen.members()
                 && s.hypothesis().set() < chosen.hypothesis().set()
-                && self.log_odds(chosen, s) < TIE
+                && chosen.log_odds(s) < TIE
         };
         Some(
             sets.iter().filter(tied).min_by_key(|s| s.hypothesis().set()).unwrap_or(chosen).clone(),

@@ -4,7 +4,7 @@
 //! [`search`] screens all candidates and all pairs to first order ([`linearised`](crate::linearised)), fits the most
 //! promising sets, and then adds, exchanges and drops members until no change is worth it; each time the noise is learned
 //! anew beside the set. `refit` fits the chosen set to training and validation data from several starts. Every fitted set
-//! is a [`Scored`] hypothesis; sets are compared by their odds ([`Rows::log_odds`]).
+//! is a [`Scored`] hypothesis; sets are compared by their odds ([`Scored::log_odds`]).
 
 mod candidates;
 mod chosen;

@@ -59,17 +59,6 @@ impl<'a, C: Candidates + ?Sized> Rows<'a, C> {
         super::stands(self.whole.system, &fit.hypothesis).then(|| score(&self.choosing, fit))?
     }
 
-    /// The logarithm of the odds of one fitted set against another on these rows: half the difference of their
-    /// [totals](Scored::total), with as many rows to an observation as the residual of the first is correlated over. So a
-    /// set that leaves noise is compared with the full weight of all rows, and one that leaves an unexplained motion is
-    /// not, as its errors repeat.
-    #[must_use]
-    pub fn log_odds(&self, of: &Scored, against: &Scored) -> f64 {
-        let rows = self.choosing.train.correlated_rows(of.hypothesis());
-        let rows = rows.unwrap_or(self.whole.rows_per_observation);
-        0.5 * (against.total(rows) - of.total(rows))
-    }
-
     /// Blocks of rows that count as independent, over all experiments.
     #[must_use]
     pub fn blocks(&self) -> usize {

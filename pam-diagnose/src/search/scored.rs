@@ -17,6 +17,8 @@ pub struct Scored {
     /// What the hypothesis costs whatever the data: priors of its nuisances, `p ln n` for `p` parameters (Schwarz 1978),
     /// `2 ln K` for the choice of each member among `K` candidates, and the cost of scales at their limits.
     pub price: f64,
+    /// Whitened rows over which what it leaves of the training rows is correlated: so many count as one observation.
+    pub rows_per_observation: f64,
 }
 
 impl Scored {
@@ -36,6 +38,15 @@ impl Scored {
     #[must_use]
     pub fn total(&self, rows_per_observation: f64) -> f64 {
         self.misfit / rows_per_observation + self.price
+    }
+
+    /// The logarithm of the odds against another fitted set: half the difference of their [totals](Self::total), with as many
+    /// rows to an observation as this one's residual is correlated over. So a set that leaves noise is compared with the full
+    /// weight of all rows, and one that leaves an unexplained motion is not, as its errors repeat.
+    #[must_use]
+    pub fn log_odds(&self, against: &Self) -> f64 {
+        let rows = self.rows_per_observation;
+        0.5 * (against.total(rows) - self.total(rows))
     }
 
     /// Normalised χ² of training and validation rows.
@@ -59,5 +70,6 @@ pub(super) fn score<C: Candidates + ?Sized>(split: &Split<'_, C>, fit: Fit) -> O
     let limits = problem.settings.search.limit_cost * fit.scales_at_limit as f64;
     let price =
         problem.prior_cost(&fit.hypothesis) + parameters * observations.ln() + choice + limits;
-    Some(Scored { misfit, price, validation, fit })
+    let rows_per_observation = problem.correlated_rows(&fit.hypothesis).ok()?;
+    Some(Scored { misfit, price, rows_per_observation, validation, fit })
 }

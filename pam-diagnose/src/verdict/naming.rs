@@ -38,7 +38,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let mut set = self.found.best.hypothesis().clone();
         let mut refused = Vec::new();
         loop {
-            let fit = self.rows.learn_beside(&set).ok_or_else(diverges)?;
+            let t0=std::time::Instant::now();let tick=|w:&str|eprintln!("  {w} {:.1}",t0.elapsed().as_secs_f64());let fit = self.rows.learn_beside(&set).ok_or_else(diverges)?;
             let problem = &self.rows.whole;
             let base = problem.fit(problem.base(), problem.settings.search.iterations)?;
             if set.members.is_empty() {
@@ -46,9 +46,9 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 self.refuse_others(&set, &mut refused);
                 return Ok(Names { best: base.clone(), base, causes, refused });
             }
-            let best = multi_start(problem, fit);
-            let mut causes = self.causes(&base, &best)?;
-            let reason = |(place, c): (usize, &Cause)| {
+            tick("learned");let best = multi_start(problem, fit);
+            tick("multi_start");let mut causes = self.causes(&base, &best)?;
+            tick("causes");let reason = |(place, c): (usize, &Cause)| {
                 let why = if self.absent(c) {
                     "its interval holds the value at which it is absent"
                 } else if vague(problem, c) {
@@ -159,7 +159,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let less = less.unwrap_or(&self.found.base).chi_square();
         let removed = less - chosen.chi_square();
         let nearly = |s: &Scored| {
-            self.rows.log_odds(chosen, s) < limit
+            chosen.log_odds(s) < limit
                 || less - s.chi_square() > settings.confusable_share * removed
         };
         let in_place = |s: &&Scored| {
@@ -182,12 +182,8 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
     fn inclusion(&self) -> Vec<f64> {
         let count = self.rows.whole.system.candidate_len();
         let best = &self.found.best;
-        let odds: Vec<f64> = self
-            .found
-            .others
-            .iter()
-            .map(|s| (-self.rows.log_odds(best, s)).min(0.0).exp())
-            .collect();
+        let odds: Vec<f64> =
+            self.found.others.iter().map(|s| (-best.log_odds(s)).min(0.0).exp()).collect();
         let all: f64 = odds.iter().sum();
         let of = |c: usize| {
             let sets = self.found.others.iter().zip(&odds);
@@ -207,7 +203,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 continue;
             }
             let sets = self.found.others.iter().filter(|s| s.hypothesis().contains(candidate));
-            let odds = sets.map(|s| self.rows.log_odds(s, best)).fold(f64::NEG_INFINITY, f64::max);
+            let odds = sets.map(|s| s.log_odds(best)).fold(f64::NEG_INFINITY, f64::max);
             let by_chance = self.found.null_test.as_ref().is_some_and(|t| {
                 t.p_value > 1.0 - self.rows.whole.settings.rejection.null_quantile
             });

@@ -12,6 +12,7 @@ use super::parts::{Part, Parts};
 use super::record::ResampledRecord;
 use super::trajectory::Diverged;
 use crate::effects::{ChamberLaw, Contact, EffectScalar, Point, Pressures, Restoring};
+use pam_core::SealedMasses;
 use pam_data::MassOrigin;
 use pam_solvers::rk4_step;
 
@@ -231,6 +232,17 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         let start = [self.x, self.v];
         let first = rate(0, start);
         (first[1], rk4_step(start, first, (step.to - step.from) * step.grid_s, rate))
+    }
+
+    /// The masses of air now.
+    pub(super) fn masses(&self) -> SealedMasses {
+        let [flexor_g, extensor_g] = self.air_g.map(|air| air.real());
+        SealedMasses { flexor_g, extensor_g }
+    }
+
+    /// Takes another table of the same force.
+    pub(super) fn set_force(&mut self, force: &'a F) {
+        self.force = force;
     }
 
     /// The recording.

@@ -27,8 +27,10 @@ const MOST_NODES: usize = 1000;
 pub struct ForceTable {
     x_start: f64,
     v_start: f64,
-    x_spacing: f64,
-    v_spacing: f64,
+    /// Nodes per mm.
+    per_x: f64,
+    /// Nodes per mm/s.
+    per_v: f64,
     columns: usize,
     rows: usize,
     masses: SealedMasses,
@@ -92,8 +94,8 @@ impl ForceTable {
         Self {
             x_start: x_range[0],
             v_start: v_range[0],
-            x_spacing,
-            v_spacing,
+            per_x: 1.0 / x_spacing,
+            per_v: 1.0 / v_spacing,
             columns,
             rows,
             masses,
@@ -101,6 +103,30 @@ impl ForceTable {
             slopes,
             slope_columns,
         }
+    }
+
+    /// The same table at other masses, by its slopes and curvatures.
+    #[must_use]
+    pub(crate) fn with_masses(&self, masses: SealedMasses) -> Self {
+        let d = [masses.flexor_g - self.masses.flexor_g, masses.extensor_g - self.masses.extensor_g];
+        let mut other = Self { masses, ..self.clone() };
+        let added = |node: &[f64; 4]| {
+            d[0] * (node[0] + 0.5 * node[2] * d[0]) + d[1] * (node[1] + 0.5 * node[3] * d[1])
+        };
+        let rows = other.values.chunks_exact_mut(self.columns);
+        for (row, nodes) in rows.zip(self.slopes.chunks_exact(self.slope_columns)) {
+            let at_nodes: Vec<f64> = nodes.iter().map(added).collect();
+            for (j, value) in row.iter_mut().enumerate() {
+                let k = (j / SLOPE_COLUMNS).min(self.slope_columns - 2);
+                let share = j as f64 / SLOPE_COLUMNS as f64 - k as f64;
+                *value += at_nodes[k] + share * (at_nodes[k + 1] - at_nodes[k]);
+            }
+        }
+        for node in &mut other.slopes {
+            node[0] += d[0] * node[2];
+            node[1] += d[1] * node[3];
+        }
+        other
     }
 
     /// The masses at which the table stands.
@@ -112,64 +138,70 @@ impl ForceTable {
     /// The restoring force, mN, with `change_g` more air than the table's masses.
     #[inline]
     pub fn force_mn<S: Scalar>(&self, x: S, v: S, change_g: [S; 2]) -> S {
-        let cell = |value: f64, start: f64, spacing: f64, nodes: usize| {
-            let position = (value - start) / spacing;
+        let cell = |value: f64, start: f64, per: f64, nodes: usize| {
+            let position = (value - start) * per;
             // Truncation is the floor of what is not negative.
             let whole = position.clamp(0.0, (nodes - 2) as f64) as usize;
             (whole, position - whole as f64)
         };
-        let (i, a) = cell(x.real(), self.x_start, self.x_spacing, self.rows);
-        let (j, b) = cell(v.real(), self.v_start, self.v_spacing, self.columns);
-        let low = &self.values[i * self.columns + j..];
-        let high = &self.values[(i + 1) * self.columns + j..];
+        let (i, a) = cell(x.real(), self.x_start, self.per_x, self.rows);
+        let (j, b) = cell(v.real(), self.v_start, self.per_v, self.columns);
+        let (low, high) = two_rows(&self.values, self.columns, i, j);
         let (n00, n01, n10, n11) = (low[0], low[1], high[0], high[1]);
         let left = n00 + b * (n01 - n00);
         let right = n10 + b * (n11 - n10);
         let mut value = left + a * (right - left);
         let (d0, d1) = (change_g[0].real(), change_g[1].real());
-        if S::NDERIV == 0 && d0 == 0.0 && d1 == 0.0 {
+        let same_air = d0 == 0.0 && d1 == 0.0;
+        if S::NDERIV == 0 && same_air {
             return S::constant(value);
         }
+        let mut per_x = {
+            let (bottom, top) = (n10 - n00, n11 - n01);
+            bottom + b * (top - bottom)
+        };
+        let mut per_v = {
+            let (left, right) = (n01 - n00, n11 - n10);
+            left + a * (right - left)
+        };
         // The force of additional air, node by node: a parabola along each mass.
         let k = (j / SLOPE_COLUMNS).min(self.slope_columns - 2);
         let c = (j as f64 + b) / SLOPE_COLUMNS as f64 - k as f64;
-        let low = &self.slopes[i * self.slope_columns + k..];
-        let high = &self.slopes[(i + 1) * self.slope_columns + k..];
-        let added = |node: &[f64; 4]| {
-            d0 * (node[0] + 0.5 * node[2] * d0) + d1 * (node[1] + 0.5 * node[3] * d1)
-        };
-        let (a00, a01, a10, a11) =
-            (added(&low[0]), added(&low[1]), added(&high[0]), added(&high[1]));
-        let (below, above) = (a00 + c * (a01 - a00), a10 + c * (a11 - a10));
-        value += below + a * (above - below);
-        if S::NDERIV == 0 {
-            return S::constant(value);
-        }
+        let (low, high) = two_rows(&self.slopes, self.slope_columns, i, k);
         let blend = |q: usize| {
             let left = low[0][q] + c * (low[1][q] - low[0][q]);
             let right = high[0][q] + c * (high[1][q] - high[0][q]);
             left + a * (right - left)
         };
-        let slope_0 = blend(0) + blend(2) * d0;
-        let slope_1 = blend(1) + blend(3) * d1;
-        let per_x = {
-            let (bottom, top) = (n10 - n00, n11 - n01);
-            (bottom + b * (top - bottom) + above - below) / self.x_spacing
-        };
-        let per_v = {
-            let (left, right) = (n01 - n00, n11 - n10);
-            let own = (left + a * (right - left)) / self.v_spacing;
+        let mut slopes = [blend(0), blend(1)];
+        if !same_air {
+            let added = |node: &[f64; 4]| {
+                d0 * (node[0] + 0.5 * node[2] * d0) + d1 * (node[1] + 0.5 * node[3] * d1)
+            };
+            let (a00, a01, a10, a11) =
+                (added(&low[0]), added(&low[1]), added(&high[0]), added(&high[1]));
+            let (below, above) = (a00 + c * (a01 - a00), a10 + c * (a11 - a10));
+            value += below + a * (above - below);
+            per_x += above - below;
             let (left, right) = (a01 - a00, a11 - a10);
-            own + (left + a * (right - left)) / (self.v_spacing * SLOPE_COLUMNS as f64)
-        };
-        // A number without its real part carries the derivatives alone.
-        let tail = |s: S| s - S::constant(s.real());
-        S::constant(value)
-            + tail(x).scaled(per_x)
-            + tail(v).scaled(per_v)
-            + tail(change_g[0]).scaled(slope_0)
-            + tail(change_g[1]).scaled(slope_1)
+            per_v += (left + a * (right - left)) / SLOPE_COLUMNS as f64;
+            slopes[0] += blend(2) * d0;
+            slopes[1] += blend(3) * d1;
+        }
+        S::with_slopes(
+            value,
+            [x, v, change_g[0], change_g[1]],
+            [per_x * self.per_x, per_v * self.per_v, slopes[0], slopes[1]],
+        )
     }
+}
+
+/// Two neighbours in each of two rows of a table.
+#[inline]
+fn two_rows<T>(table: &[T], columns: usize, row: usize, column: usize) -> (&[T; 2], &[T; 2]) {
+    let first = row * columns + column;
+    let pair = |at: usize| table[at..].first_chunk().expect("a cell inside the table");
+    (pair(first), pair(first + columns))
 }
 
 /// The table with a given change of the air.
