@@ -21,6 +21,8 @@ pub struct Fit {
     pub scales_at_limit: usize,
     /// Drop of the cost by the last iteration; the fit has converged if it is small.
     pub last_drop: f64,
+    /// Damping of the next iteration.
+    damping: f64,
 }
 
 impl Fit {
@@ -67,48 +69,75 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
     /// # Errors
     /// [`DiagnoseError`] if the simulation fails at the start.
     pub fn fit(&self, start: Hypothesis, iterations: usize) -> Result<Fit, DiagnoseError> {
-        let settings = &self.settings.fit;
-        let mut best = start;
-        let mut errors = self.errors(&best)?;
-        let mut cost = self.cost(&best, &errors);
-        let mut damping = settings.first_damping;
-        let mut last_drop = f64::INFINITY;
+        let errors = self.errors(&start)?;
+        let fit = Fit {
+            cost: self.cost(&start, &errors),
+            hypothesis: start,
+            errors,
+            at_limit: Vec::new(),
+            scales_at_limit: 0,
+            last_drop: f64::INFINITY,
+            damping: self.settings.fit.first_damping,
+        };
+        self.fit_further(fit, iterations)
+    }
+
+    /// Goes on with a fit for at most `iterations` steps.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the sensitivities cannot be simulated.
+    pub fn fit_further(&self, mut fit: Fit, iterations: usize) -> Result<Fit, DiagnoseError> {
         for _ in 0..iterations {
-            let equations = self.normal_equations(&best, &errors)?;
-            let mut drop = 0.0;
-            for _ in 0..settings.dampings_per_iteration {
-                let step = equations.step(damping, self.system.shared());
-                let moved = step.map(|s| best.moved(self.system, &s, settings.largest_log_step));
-                let tried = moved.and_then(|h| self.errors(&h).ok().map(|e| (h, e)));
-                if let Some((next, next_errors)) = tried {
-                    let next_cost = self.cost(&next, &next_errors);
-                    if next_cost < cost {
-                        drop = cost - next_cost;
-                        (best, errors, cost) = (next, next_errors, next_cost);
-                        damping =
-                            (damping * settings.damping_after_success).max(settings.least_damping);
-                        break;
-                    }
-                }
-                damping *= settings.damping_after_failure;
-            }
-            last_drop = drop;
-            if drop < settings.converged_drop {
+            if self.has_converged(&fit) {
                 break;
             }
+            fit.last_drop = self.improve(&mut fit)?;
         }
-        let parameters = best.parameters(self.system);
+        let parameters = fit.hypothesis.parameters(self.system);
         let limited: Vec<_> = parameters
             .iter()
             .filter(|p| {
                 let [low, high] = p.info.range;
                 let margin = 1e-9 * (high - low);
-                let value = best.members[p.member].values[p.value];
+                let value = fit.hypothesis.members[p.member].values[p.value];
                 value <= low + margin || value >= high - margin
             })
             .collect();
-        let scales_at_limit = limited.iter().filter(|p| p.info.logarithmic).count();
-        let at_limit = limited.iter().map(|p| p.info.name).collect();
-        Ok(Fit { hypothesis: best, errors, cost, at_limit, scales_at_limit, last_drop })
+        fit.scales_at_limit = limited.iter().filter(|p| p.info.logarithmic).count();
+        fit.at_limit = limited.iter().map(|p| p.info.name).collect();
+        Ok(fit)
+    }
+
+    /// Whether the last iteration changed next to nothing.
+    pub(crate) fn has_converged(&self, fit: &Fit) -> bool {
+        fit.last_drop < self.settings.fit.converged_drop
+    }
+
+    /// One iteration: the first damping whose step lowers the cost. Returns by how much; zero where no step does, or none
+    /// would by enough to first order.
+    fn improve(&self, fit: &mut Fit) -> Result<f64, DiagnoseError> {
+        let settings = &self.settings.fit;
+        let equations = self.normal_equations(&fit.hypothesis, &fit.errors)?;
+        for _ in 0..settings.dampings_per_iteration {
+            let step = equations.step(fit.damping, self.system.shared());
+            if step.as_ref().is_some_and(|s| equations.expected_drop(s) < settings.converged_drop) {
+                return Ok(0.0);
+            }
+            let moved =
+                step.map(|s| fit.hypothesis.moved(self.system, &s, settings.largest_log_step));
+            let tried = moved.and_then(|h| self.errors(&h).ok().map(|e| (h, e)));
+            if let Some((next, next_errors)) = tried {
+                let next_cost = self.cost(&next, &next_errors);
+                if next_cost < fit.cost {
+                    let drop = fit.cost - next_cost;
+                    (fit.hypothesis, fit.errors, fit.cost) = (next, next_errors, next_cost);
+                    let less = fit.damping * settings.damping_after_success;
+                    fit.damping = less.max(settings.least_damping);
+                    return Ok(drop);
+                }
+            }
+            fit.damping *= settings.damping_after_failure;
+        }
+        Ok(0.0)
     }
 }

@@ -173,6 +173,11 @@ impl NormalEquations {
         if leaving.is_some() { self.solve(damping, leaving) } else { Some(free) }
     }
 
+    /// Drop of the cost by a step, to first order.
+    pub(super) fn expected_drop(&self, step: &[f64]) -> f64 {
+        dot(step, &self.right())
+    }
+
     /// The damped step, with the change of one unknown prescribed if asked for.
     fn solve(&self, damping: f64, prescribed: Option<(usize, f64)>) -> Option<Vec<f64>> {
         let mut right = self.right();

@@ -28,7 +28,7 @@ pub struct Findings {
 }
 
 /// Logarithm of the odds below which two sets are the same answer.
-const TIE: f64 = 1.0;
+pub(super) const TIE: f64 = 1.0;
 
 /// Searches for the set of at most `most` candidates that explains best what the base leaves; `None` if the base cannot be
 /// simulated. `done` is called with the finished share of the work.
@@ -40,15 +40,14 @@ pub fn search<C: Candidates + ?Sized>(
     seed: u64,
     done: &(dyn Fn(f64) + Sync),
 ) -> Option<Findings> {
-    let t0=std::time::Instant::now();let tick=|w:&str|eprintln!("  {w} {:.1}",t0.elapsed().as_secs_f64());
     let settings = rows.whole.settings.search;
     let iterations = settings.iterations;
     let whole = rows.learn_beside(&rows.whole.base())?;
-    tick("learned");let all = all_starts(rows.whole.system);
+    let all = all_starts(rows.whole.system);
     let linearised = Products::at(&rows.whole, &whole.hypothesis, &all)?.beside();
-    tick("products");let starts = linearised.best_starts(settings.starts);
+    let starts = linearised.best_starts(settings.starts);
     let null_test = NullTest::of(&linearised, &rows.whole.settings.rejection, seed);
-    tick("null");done(0.1);
+    done(0.1);
     let base = rows.fitted(rows.choosing.train.base(), iterations)?;
     let first_order = linearised.singles();
     let pairs = if most > 1 { linearised.pairs() } else { Vec::new() };
@@ -79,14 +78,14 @@ pub fn search<C: Candidates + ?Sized>(
         &first_order.iter().take(settings.singles).collect::<Vec<_>>(),
         None,
     );
-    tick("singles");done(0.3);
+    done(0.3);
     let mut sets = singles.clone();
     let pairs: Vec<_> = pairs.iter().take(settings.pairs).collect();
     sets.extend(rows.fit_subsets(from, &pairs, singles.first()));
     sets.push(none.base.clone());
     // Beside the best set so far the noise is learned anew; only then the odds decide.
     let mut best = rows.best_of(&sets)?.clone();
-    tick("pairs");done(0.5);
+    done(0.5);
     let mut found = Findings { singles, ..none };
     for round in 0..settings.rounds {
         if best.members() == 0 {
@@ -96,11 +95,11 @@ pub fn search<C: Candidates + ?Sized>(
         let again = |s: &Scored| rows.fitted(s.hypothesis().clone(), iterations);
         found.base = again(&found.base)?;
         best = again(&best)?;
-        tick("again");let rivals = sets.iter().filter(|s| s.members() > 0).take(settings.rivals);
+        let rivals = sets.iter().filter(|s| s.members() > 0).take(settings.rivals);
         let rivals = rivals.map(|s| s.hypothesis().clone()).collect();
         sets = rows.fit_all(rivals, Some(&best));
-        tick("rivals");let near = neighbours(rows, &best, &found.base, &starts, most)?;
-        tick("near");found.without = near.without;
+        let near = neighbours(rows, &best, &found.base, &starts, most)?;
+        found.without = near.without;
         sets.extend(near.sets);
         sets.extend([best.clone(), found.base.clone()]);
         sets = distinct(rows, sets);
@@ -147,35 +146,36 @@ fn neighbours<C: Candidates + ?Sized>(
     let members = best.members();
     let products = Products::at(&rows.choosing.train, best.hypothesis(), starts)?;
     let mut sets = Vec::new();
-    let beside = products.beside();
-    let reached = rows.first_order_cost(beside.residual);
-    // Sets that may come near the present one.
-    let first = |all: Vec<Subset<'_>>, residual: f64, from: &Hypothesis, count: usize| {
+    // Sets that may come near the present one, which is `worth` so much more than what they are added to.
+    let first = |all: Vec<Subset<'_>>, residual: f64, worth: f64, from: &Hypothesis, count| {
         let near = |s: &&Subset<'_>| {
             let explained = (s.drop / residual.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
             let left = residual * (1.0 - explained).powf(settings.nonlinear_power);
+            let gain = rows.first_order_cost(residual) - rows.first_order_cost(left);
             let more = s.starts.len() as isize + from.members.len() as isize - members as isize;
-            let price = more as f64 * rows.least_price();
             // A larger set has to be better to matter, another of the same size only nearly as good.
-            let slack = if more > 0 { 0.0 } else { rows.confusable_cost() };
-            rows.first_order_cost(left) + price < reached + slack
+            let slack = if more > 0 { -rows.least_price() } else { rows.confusable_cost() };
+            gain + slack > worth
         };
         let near: Vec<_> = all.iter().filter(near).take(count).collect();
         rows.fit_subsets(from, &near, Some(best))
     };
     if members < most {
+        let beside = products.beside();
         let all = beside.singles();
-        sets.extend(first(all, beside.residual, best.hypothesis(), settings.additions));
+        sets.extend(first(all, beside.residual, 0.0, best.hypothesis(), settings.additions));
     }
     let mut without = Vec::new();
     for place in 0..members {
         let less = if members == 1 { Some(base.clone()) } else { rows.fitted_without(best, place) };
+        let worth = less.as_ref().map_or(0.0, |l| l.fit.cost - best.fit.cost);
         let linearised = products.in_place_of(place);
         let rest = best.hypothesis().without(place);
         let residual = linearised.residual;
-        sets.extend(first(linearised.singles(), residual, &rest, settings.exchanges));
+        sets.extend(first(linearised.singles(), residual, worth, &rest, settings.exchanges));
         if members < most {
-            sets.extend(first(linearised.pairs(), residual, &rest, settings.exchanges_for_two));
+            let pairs = linearised.pairs();
+            sets.extend(first(pairs, residual, worth, &rest, settings.exchanges_for_two));
         }
         sets.extend(less.clone());
         without.push(less);

@@ -2,8 +2,8 @@
 
 use super::candidates::Candidates;
 use super::rows::Rows;
-use super::scored::Scored;
-use crate::fit::Hypothesis;
+use super::scored::{Scored, complexity};
+use crate::fit::{Fit, Hypothesis};
 use crate::linearised::Subset;
 use pam_core::parallel;
 
@@ -26,36 +26,41 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
         self.fit_all(starts.collect(), rival)
     }
 
-    /// Fits hypotheses from their values, a few iterations each, and follows to convergence those that may still come near
-    /// the best of them, or the `rival` if that is better. Best first; those that are the same set count once.
+    /// Fits hypotheses from their values, and scores them. After every few iterations only those go on that may still come
+    /// near the best of them, or the `rival` if that is better, by the training rows. Best first; those that are the same
+    /// set count once.
     pub(super) fn fit_all(&self, starts: Vec<Hypothesis>, rival: Option<&Scored>) -> Vec<Scored> {
         let settings = &self.whole.settings.search;
+        let prospect = |fit: &Fit| fit.cost + complexity(&self.choosing, fit);
+        let train = &self.choosing.train;
+        let fitted =
+            parallel::map_each(starts, |start| train.fit(start, settings.first_iterations));
+        let mut going: Vec<Fit> = fitted.into_iter().flatten().collect();
+        let mut done = Vec::new();
+        let mut iterations = settings.first_iterations;
+        while !going.is_empty() {
+            let all = going.iter().chain(&done).chain(rival.map(|r| &r.fit));
+            let limit = all.map(prospect).fold(f64::INFINITY, f64::min) + self.confusable_cost();
+            going.sort_by(|a, b| prospect(a).total_cmp(&prospect(b)));
+            let mut followed = 0;
+            let (further, ended): (Vec<Fit>, Vec<Fit>) = going.into_iter().partition(|fit| {
+                let near = prospect(fit) + fit.may_reach() - fit.cost < limit;
+                let goes_on = near && !train.has_converged(fit) && iterations < settings.iterations;
+                followed += usize::from(goes_on);
+                goes_on && (iterations < settings.tried_iterations || followed <= settings.followed)
+            });
+            done.extend(ended);
+            iterations += settings.first_iterations;
+            let go_on = |fit| train.fit_further(fit, settings.first_iterations);
+            going = parallel::map_each(further, go_on).into_iter().flatten().collect();
+        }
+        let scored = parallel::map_each(done, |fit| self.scored(fit));
         let rows = self.whole.rows_per_observation;
-        let best_first = |mut sets: Vec<Scored>| {
-            sets.sort_by(|a, b| a.total(rows).total_cmp(&b.total(rows)));
-            let mut known = std::collections::HashSet::new();
-            sets.retain(|s| known.insert(s.hypothesis().set()));
-            sets
-        };
-        let fitted = |starts: Vec<Hypothesis>, iterations: usize| -> Vec<Scored> {
-            let each = parallel::map_each(starts, |start| self.fitted(start, iterations));
-            best_first(each.into_iter().flatten().collect())
-        };
-        let sets = fitted(starts, settings.first_iterations);
-        let lowest = sets.iter().chain(rival).map(|s| s.total(rows)).fold(f64::INFINITY, f64::min);
-        let limit = lowest + self.confusable_cost();
-        let mut followed = 0;
-        let (again, mut all): (Vec<Scored>, Vec<Scored>) = sets.into_iter().partition(|s| {
-            let moves = s.fit.last_drop >= self.whole.settings.fit.converged_drop;
-            let near = s.total(rows) + s.fit.may_reach() - s.fit.cost < limit;
-            followed += usize::from(moves && near);
-            moves && near && followed <= settings.followed
-        });
-        all.extend(fitted(
-            again.into_iter().map(|s| s.fit.hypothesis).collect(),
-            settings.iterations,
-        ));
-        best_first(all)
+        let mut sets: Vec<Scored> = scored.into_iter().flatten().collect();
+        sets.sort_by(|a, b| a.total(rows).total_cmp(&b.total(rows)));
+        let mut known = std::collections::HashSet::new();
+        sets.retain(|s| known.insert(s.hypothesis().set()));
+        sets
     }
 
     /// Difference of minus two times the logarithm of the probability below which sets may be confused.

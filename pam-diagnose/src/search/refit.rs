@@ -1,6 +1,7 @@
 //! The chosen set, fitted to training and validation data from several starts.
 
 use super::candidates::Candidates;
+use super::chosen::TIE;
 use super::fits::stands;
 use crate::fit::{Fit, Hypothesis, Problem};
 use pam_core::parallel;
@@ -10,12 +11,12 @@ use pam_core::parallel;
 pub(crate) fn multi_start<C: Candidates + ?Sized>(problem: &Problem<'_, C>, best: Fit) -> Fit {
     let settings = &problem.settings.search;
     let system = problem.system;
-    let h = &best.hypothesis;
+    let h = best.hypothesis.clone();
     let mut starts = Vec::new();
     for (place, member) in h.members.iter().enumerate() {
         let all = system.starts(member.candidate);
         if all.len() > 1 {
-            starts.extend(all.into_iter().map(|values| with_values(h, place, values)));
+            starts.extend(all.into_iter().map(|values| with_values(&h, place, values)));
         }
         let rugged = system.is_rugged(member.candidate, &member.values);
         let parameters = system.candidate(member.candidate).parameters.len();
@@ -23,26 +24,33 @@ pub(crate) fn multi_start<C: Candidates + ?Sized>(problem: &Problem<'_, C>, best
             starts.extend(settings.rugged_factors.map(|factor| {
                 let mut values = member.values.clone();
                 values[k] *= factor;
-                with_values(h, place, values)
+                with_values(&h, place, values)
             }));
         }
     }
-    let fitted = |starts: Vec<Hypothesis>, iterations: usize| -> Vec<Fit> {
-        let each = parallel::map_each(starts, |start| {
-            let fit = problem.fit(start, iterations).ok()?;
-            stands(system, &fit.hypothesis).then_some(fit)
-        });
-        let mut all: Vec<Fit> = each.into_iter().flatten().collect();
-        all.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        all
-    };
-    let mut promising = fitted(starts, settings.first_iterations);
-    promising.retain(|f| f.may_reach() < best.cost);
-    promising.truncate(settings.followed);
-    let promising = promising.into_iter().map(|f| f.hypothesis).collect();
-    fitted(promising, settings.multi_start_iterations)
-        .into_iter()
-        .fold(best, |best, other| if other.cost < best.cost { other } else { best })
+    let fitted = parallel::map_each(starts, |start| problem.fit(start, settings.first_iterations));
+    let mut going: Vec<Fit> = fitted.into_iter().flatten().collect();
+    let mut best = best;
+    let mut iterations = settings.first_iterations;
+    while !going.is_empty() {
+        for fit in &going {
+            if fit.cost < best.cost && stands(system, &fit.hypothesis) {
+                best = fit.clone();
+            }
+        }
+        going.retain(|fit| fit.may_reach() < best.cost - TIE && !problem.has_converged(fit));
+        going.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        if iterations >= settings.tried_iterations {
+            going.truncate(settings.followed);
+        }
+        if iterations >= settings.multi_start_iterations {
+            break;
+        }
+        iterations += settings.first_iterations;
+        let go_on = |fit| problem.fit_further(fit, settings.first_iterations);
+        going = parallel::map_each(going, go_on).into_iter().flatten().collect();
+    }
+    best
 }
 
 fn with_values(h: &Hypothesis, place: usize, values: Vec<f64>) -> Hypothesis {

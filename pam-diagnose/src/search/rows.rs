@@ -55,7 +55,12 @@ impl<'a, C: Candidates + ?Sized> Rows<'a, C> {
     /// value is not what the candidate's name says.
     #[must_use]
     pub fn fitted(&self, start: Hypothesis, iterations: usize) -> Option<Scored> {
-        let fit = self.choosing.train.fit(start, iterations).ok()?;
+        self.scored(self.choosing.train.fit(start, iterations).ok()?)
+    }
+
+    /// A fit to the training rows, scored; `None` if it cannot be simulated on the validation rows, or if a fitted value is
+    /// not what the candidate's name says.
+    pub(super) fn scored(&self, fit: Fit) -> Option<Scored> {
         super::stands(self.whole.system, &fit.hypothesis).then(|| score(&self.choosing, fit))?
     }
 

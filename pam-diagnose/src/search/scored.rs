@@ -2,7 +2,7 @@
 
 use super::candidates::Candidates;
 use crate::data::Split;
-use crate::fit::{ChannelErrors, Fit, Hypothesis};
+use crate::fit::{ChannelErrors, Fit, Hypothesis, Problem};
 
 /// A fitted hypothesis with its errors on the validation rows.
 #[derive(Debug, Clone)]
@@ -63,13 +63,20 @@ pub(super) fn score<C: Candidates + ?Sized>(split: &Split<'_, C>, fit: Fit) -> O
     let problem = &split.train;
     let rows = |e: &ChannelErrors| e.rows as f64 * e.deviance();
     let misfit = rows(&fit.errors) + rows(&validation);
-    let observations = (fit.errors.rows + validation.rows).max(2) as f64;
+    let price = problem.prior_cost(&fit.hypothesis) + complexity(split, &fit);
+    let rows_per_observation = problem.correlated_rows(&fit.hypothesis).ok()?;
+    Some(Scored { misfit, price, rows_per_observation, validation, fit })
+}
+
+/// The price of the parameters of a fit, of the choice of its members, and of scales at their limits.
+#[must_use]
+pub(super) fn complexity<C: Candidates + ?Sized>(split: &Split<'_, C>, fit: &Fit) -> f64 {
+    let problem = &split.train;
+    let of = |p: &Problem<'_, C>| (0..p.len()).map(|i| p.rows(i)).sum::<usize>();
+    let observations = (of(problem) + of(&split.validation)).max(2) as f64;
     let parameters = fit.hypothesis.parameters(problem.system).len() as f64;
     let members = (fit.hypothesis.members.len() - fit.hypothesis.fixed) as f64;
     let choice = 2.0 * members * (problem.system.candidate_len().max(1) as f64).ln();
     let limits = problem.settings.search.limit_cost * fit.scales_at_limit as f64;
-    let price =
-        problem.prior_cost(&fit.hypothesis) + parameters * observations.ln() + choice + limits;
-    let rows_per_observation = problem.correlated_rows(&fit.hypothesis).ok()?;
-    Some(Scored { misfit, price, rows_per_observation, validation, fit })
+    parameters * observations.ln() + choice + limits
 }

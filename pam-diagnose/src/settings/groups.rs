@@ -212,8 +212,10 @@ settings! {
         nonlinear_power: f64 = 3.0, "–", FACTOR, STUDIES;
         /// Rounds of additions and exchanges.
         rounds: usize = 4, "rounds", COUNT, TIME;
+        /// Iterations after which starts are given up that cannot come near the best one any more.
+        first_iterations: usize = 2, "iterations", COUNT, TIME;
         /// Iterations after which only the most promising starts are followed.
-        first_iterations: usize = 4, "iterations", COUNT, TIME;
+        tried_iterations: usize = 4, "iterations", COUNT, TIME;
         /// Starts that are followed.
         followed: usize = 3, "starts", COUNT, TIME;
         /// Iterations to convergence.

@@ -38,7 +38,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let mut set = self.found.best.hypothesis().clone();
         let mut refused = Vec::new();
         loop {
-            let t0=std::time::Instant::now();let tick=|w:&str|eprintln!("  {w} {:.1}",t0.elapsed().as_secs_f64());let fit = self.rows.learn_beside(&set).ok_or_else(diverges)?;
+            let fit = self.rows.learn_beside(&set).ok_or_else(diverges)?;
             let problem = &self.rows.whole;
             let base = problem.fit(problem.base(), problem.settings.search.iterations)?;
             if set.members.is_empty() {
@@ -46,9 +46,9 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 self.refuse_others(&set, &mut refused);
                 return Ok(Names { best: base.clone(), base, causes, refused });
             }
-            tick("learned");let best = multi_start(problem, fit);
-            tick("multi_start");let mut causes = self.causes(&base, &best)?;
-            tick("causes");let reason = |(place, c): (usize, &Cause)| {
+            let best = multi_start(problem, fit);
+            let mut causes = self.causes(&base, &best)?;
+            let reason = |(place, c): (usize, &Cause)| {
                 let why = if self.absent(c) {
                     "its interval holds the value at which it is absent"
                 } else if vague(problem, c) {
@@ -101,7 +101,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let influences = problem.influences(best)?;
         let (named, from) = (self.chi_square(best), self.chi_square(base));
         // Only the share of the error is read of these fits.
-        let iterations = problem.settings.search.first_iterations;
+        let iterations = problem.settings.search.tried_iterations;
         let inclusion = self.inclusion();
         let mut first = 0;
         let members = best.hypothesis.members.iter().enumerate();

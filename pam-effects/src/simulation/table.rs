@@ -108,7 +108,8 @@ impl ForceTable {
     /// The same table at other masses, by its slopes and curvatures.
     #[must_use]
     pub(crate) fn with_masses(&self, masses: SealedMasses) -> Self {
-        let d = [masses.flexor_g - self.masses.flexor_g, masses.extensor_g - self.masses.extensor_g];
+        let d =
+            [masses.flexor_g - self.masses.flexor_g, masses.extensor_g - self.masses.extensor_g];
         let mut other = Self { masses, ..self.clone() };
         let added = |node: &[f64; 4]| {
             d[0] * (node[0] + 0.5 * node[2] * d[0]) + d[1] * (node[1] + 0.5 * node[3] * d[1])
