@@ -23,9 +23,17 @@ pub struct Fit {
     pub last_drop: f64,
     /// Damping of the next iteration.
     damping: f64,
+    /// Drop of the cost below which it has converged.
+    converged_drop: f64,
 }
 
 impl Fit {
+    /// Whether the last iteration changed next to nothing.
+    #[must_use]
+    pub fn has_converged(&self) -> bool {
+        self.last_drop < self.converged_drop
+    }
+
     /// The cost that further iterations may reach: drops fall by at least a quarter from one to the next.
     #[must_use]
     pub fn may_reach(&self) -> f64 {
@@ -69,6 +77,19 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
     /// # Errors
     /// [`DiagnoseError`] if the simulation fails at the start.
     pub fn fit(&self, start: Hypothesis, iterations: usize) -> Result<Fit, DiagnoseError> {
+        self.fit_to(start, iterations, self.settings.fit.converged_drop)
+    }
+
+    /// As [`fit`](Self::fit), until an iteration lowers the cost by less than `converged_drop`.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the simulation fails at the start.
+    pub fn fit_to(
+        &self,
+        start: Hypothesis,
+        iterations: usize,
+        converged_drop: f64,
+    ) -> Result<Fit, DiagnoseError> {
         let errors = self.errors(&start)?;
         let fit = Fit {
             cost: self.cost(&start, &errors),
@@ -78,6 +99,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             scales_at_limit: 0,
             last_drop: f64::INFINITY,
             damping: self.settings.fit.first_damping,
+            converged_drop,
         };
         self.fit_further(fit, iterations)
     }
@@ -88,7 +110,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
     /// [`DiagnoseError`] if the sensitivities cannot be simulated.
     pub fn fit_further(&self, mut fit: Fit, iterations: usize) -> Result<Fit, DiagnoseError> {
         for _ in 0..iterations {
-            if self.has_converged(&fit) {
+            if fit.has_converged() {
                 break;
             }
             fit.last_drop = self.improve(&mut fit)?;
@@ -108,11 +130,6 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         Ok(fit)
     }
 
-    /// Whether the last iteration changed next to nothing.
-    pub(crate) fn has_converged(&self, fit: &Fit) -> bool {
-        fit.last_drop < self.settings.fit.converged_drop
-    }
-
     /// One iteration: the first damping whose step lowers the cost. Returns by how much; zero where no step does, or none
     /// would by enough to first order.
     fn improve(&self, fit: &mut Fit) -> Result<f64, DiagnoseError> {
@@ -120,7 +137,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         let equations = self.normal_equations(&fit.hypothesis, &fit.errors)?;
         for _ in 0..settings.dampings_per_iteration {
             let step = equations.step(fit.damping, self.system.shared());
-            if step.as_ref().is_some_and(|s| equations.expected_drop(s) < settings.converged_drop) {
+            if step.as_ref().is_some_and(|s| equations.expected_drop(s) < fit.converged_drop) {
                 return Ok(0.0);
             }
             let moved =

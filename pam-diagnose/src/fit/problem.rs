@@ -217,8 +217,27 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
     ) -> Result<Sensitivities, DiagnoseError> {
         let (e, window) = (self.experiments[place], self.windows[place].clone());
         let s = self.system.sensitivities(hypothesis, &hypothesis.locals[place], e, window)?;
-        let columns = s.columns.iter().map(|column| self.noise.whitened(e, column)).collect();
-        Ok(Sensitivities { residuals: self.noise.whitened(e, &s.residuals), columns })
+        Ok(self.whitened(e, &s))
+    }
+
+    /// As [`whitened_sensitivities`](Self::whitened_sensitivities), by the parameters alone.
+    pub(crate) fn whitened_parameter_sensitivities(
+        &self,
+        hypothesis: &Hypothesis,
+        place: usize,
+    ) -> Result<Sensitivities, DiagnoseError> {
+        let (e, window) = (self.experiments[place], self.windows[place].clone());
+        let local = &hypothesis.locals[place];
+        let s = self.system.parameter_sensitivities(hypothesis, local, e, window)?;
+        Ok(self.whitened(e, &s))
+    }
+
+    fn whitened(&self, experiment: usize, s: &Sensitivities) -> Sensitivities {
+        let white = |rows: &Vec<Vec<f64>>| self.noise.whitened(experiment, rows);
+        Sensitivities {
+            residuals: white(&s.residuals),
+            columns: s.columns.iter().map(white).collect(),
+        }
     }
 
     /// The prior cost of what the nuisances of an experiment that was not fitted take; 0 for one that was.

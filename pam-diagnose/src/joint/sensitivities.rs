@@ -4,48 +4,115 @@ use super::system::JointSystem;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Sensitivities, fitted_outputs, row_means};
 use crate::search::Candidates;
+use pam_autodiff::Chunk;
 use pam_core::Scalar;
-use pam_effects::effects::{Derivatives, WIDTH};
-use pam_effects::simulation::{Nuisances, Trajectory, simulate};
+use pam_effects::effects::{NARROW, WIDTH};
+use pam_effects::simulation::{Nuisances, SimulationScalar, Trajectory, simulate};
 use std::ops::Range;
 
 /// Shared and local nuisances that the simulation is differentiated by. The lead follows from the time series, and the
 /// offsets are added to the result.
 const SIMULATED: usize = 6;
 
-pub(super) fn sensitivities(
-    system: &JointSystem<'_>,
-    hypothesis: &Hypothesis,
-    local: &[f64],
-    experiment: usize,
-    window: Range<usize>,
-) -> Result<Sensitivities, DiagnoseError> {
-    let points = system.points_per_row();
-    let channels: Vec<usize> = fitted_outputs(system).map(|(c, _)| c).collect();
-    let (effects, values) = system.parts(hypothesis);
-    let parameters = hypothesis.parameters(system).len();
-    let simulated = parameters + SIMULATED;
-    let t = system.trials[experiment];
-    let mut columns = Vec::with_capacity(simulated + 3);
-    let mut residuals: Vec<Vec<f64>> = Vec::new();
-    let mut by_lead = Vec::new();
-    let mut out = Trajectory::default();
-    for first in (0..simulated).step_by(WIDTH) {
-        let (values, nuisances) = seeded(system, hypothesis, &values, local, first);
-        simulate::<Derivatives>(t, &system.base, &effects, &values, &nuisances, &mut out)?;
-        if first == 0 {
-            for &c in &channels {
-                let plain: Vec<f64> = out.channels[c].iter().map(|v| v.value).collect();
-                residuals.push(row_means(&t.record.measured[c], &plain, window.clone(), points));
-                by_lead.push(by_time(
-                    &plain,
-                    window.clone(),
-                    t.record.sample_s / t.record.step_s,
-                    points,
-                ));
-            }
+/// One recording under a hypothesis.
+#[derive(Clone, Copy)]
+pub(super) struct Experiment<'s> {
+    pub(super) system: &'s JointSystem<'s>,
+    pub(super) hypothesis: &'s Hypothesis,
+    pub(super) local: &'s [f64],
+    pub(super) index: usize,
+}
+
+impl Experiment<'_> {
+    /// Residuals and sensitivities by all unknowns in a window.
+    pub(super) fn sensitivities(
+        &self,
+        window: &Range<usize>,
+    ) -> Result<Sensitivities, DiagnoseError> {
+        let parameters = self.hypothesis.parameters(self.system).len();
+        let mut all = self.differentiated(window, parameters + SIMULATED)?;
+        let t = self.system.trials[self.index];
+        let points = self.system.points_per_row();
+        let share = t.record.sample_s / t.record.step_s;
+        let lead =
+            all.simulated.iter().map(|c| by_time(c, window.clone(), share, points)).collect();
+        all.columns.insert(parameters + JointSystem::LEAD, lead);
+        let channels = all.simulated.len();
+        for i in 0..self.local[4..].len() {
+            let mut unit = vec![Vec::new(); channels];
+            unit[1 + i] = vec![1.0; window.len() / points];
+            all.columns.push(unit);
         }
-        for k in 0..WIDTH.min(simulated - first) {
+        Ok(Sensitivities { residuals: self.residuals(&all, window), columns: all.columns })
+    }
+
+    /// Residuals and sensitivities by the parameters alone.
+    pub(super) fn of_parameters(
+        &self,
+        window: &Range<usize>,
+    ) -> Result<Sensitivities, DiagnoseError> {
+        let all = self.differentiated(window, self.hypothesis.parameters(self.system).len())?;
+        Ok(Sensitivities { residuals: self.residuals(&all, window), columns: all.columns })
+    }
+
+    fn residuals(&self, all: &Differentiated, window: &Range<usize>) -> Vec<Vec<f64>> {
+        let (system, record) = (self.system, &self.system.trials[self.index].record);
+        let points = system.points_per_row();
+        let channels = fitted_outputs(system).zip(&all.simulated);
+        let mut residuals: Vec<Vec<f64>> = channels
+            .map(|((c, _), y)| row_means(&record.measured[c], y, window.clone(), points))
+            .collect();
+        for (i, offset) in self.local[4..].iter().enumerate() {
+            residuals[1 + i].iter_mut().for_each(|r| *r -= offset);
+        }
+        residuals
+    }
+
+    /// The simulated channels, differentiated by the first `count` of parameters and simulated nuisances.
+    fn differentiated(
+        &self,
+        window: &Range<usize>,
+        count: usize,
+    ) -> Result<Differentiated, DiagnoseError> {
+        let mut all =
+            Differentiated { simulated: Vec::new(), columns: Vec::with_capacity(count + 3) };
+        let mut first = 0;
+        while first < count.max(1) {
+            let last = if count - first > NARROW { first + WIDTH } else { first + NARROW };
+            let some = first..last.min(count);
+            if last - first == WIDTH {
+                self.pass::<WIDTH>(window, some, &mut all)?;
+            } else {
+                self.pass::<NARROW>(window, some, &mut all)?;
+            }
+            first = last;
+        }
+        Ok(all)
+    }
+
+    /// Adds the columns of `some` unknowns by one simulation, and the channels if there are none yet.
+    fn pass<const N: usize>(
+        &self,
+        window: &Range<usize>,
+        some: Range<usize>,
+        all: &mut Differentiated,
+    ) -> Result<(), DiagnoseError>
+    where
+        Chunk<N>: SimulationScalar,
+    {
+        let system = self.system;
+        let points = system.points_per_row();
+        let channels: Vec<usize> = fitted_outputs(system).map(|(c, _)| c).collect();
+        let (effects, values) = system.parts(self.hypothesis);
+        let (values, nuisances) = self.seeded::<N>(&values, some.start);
+        let mut out = Trajectory::default();
+        let trial = system.trials[self.index];
+        simulate::<Chunk<N>>(trial, &system.base, &effects, &values, &nuisances, &mut out)?;
+        if all.simulated.is_empty() {
+            let plain = |&c: &usize| out.channels[c].iter().map(|v| v.value).collect();
+            all.simulated = channels.iter().map(plain).collect();
+        }
+        for k in 0..some.len() {
             let column = |&c: &usize| -> Vec<f64> {
                 out.channels[c][window.clone()]
                     .chunks_exact(points)
@@ -55,18 +122,53 @@ pub(super) fn sensitivities(
                     })
                     .collect()
             };
-            columns.push(channels.iter().map(column).collect());
+            all.columns.push(channels.iter().map(column).collect());
         }
+        Ok(())
     }
-    columns.insert(parameters + JointSystem::LEAD, by_lead);
-    let rows = window.len() / points;
-    for (i, offset) in local[4..].iter().enumerate() {
-        residuals[1 + i].iter_mut().for_each(|r| *r -= offset);
-        let mut unit = vec![Vec::new(); channels.len()];
-        unit[1 + i] = vec![1.0; rows];
-        columns.push(unit);
+
+    /// Values and nuisances with the unknowns from `first` on as directions. Parameters with a logarithmic coordinate carry
+    /// the derivative by their logarithm.
+    fn seeded<const N: usize>(
+        &self,
+        values: &[f64],
+        first: usize,
+    ) -> (Vec<Chunk<N>>, Nuisances<Chunk<N>>)
+    where
+        Chunk<N>: SimulationScalar,
+    {
+        let (system, hypothesis) = (self.system, self.hypothesis);
+        let mut values: Vec<Chunk<N>> = values.iter().map(|&v| Chunk::constant(v)).collect();
+        let fixed: usize = system.fixed.iter().map(|a| a.values.len()).sum();
+        let parameters = hypothesis.parameters(system);
+        for (k, p) in parameters.iter().enumerate() {
+            let before: usize = hypothesis.members[..p.member].iter().map(|m| m.values.len()).sum();
+            let value = &mut values[fixed + before + p.value];
+            let seed = Chunk::<N>::seeded(value.value, k, first);
+            let slope = if p.info.logarithmic { seed.value } else { 1.0 };
+            *value = Chunk::new(seed.value, seed.derivatives.map(|d| d * slope));
+        }
+        let mut n = JointSystem::nuisances::<Chunk<N>>(hypothesis, self.local);
+        let [air_f, air_e] = &mut n.log_air;
+        let others = [
+            &mut n.log_mass,
+            &mut n.log_deformation,
+            &mut n.start_mm,
+            &mut n.start_mm_s,
+            air_f,
+            air_e,
+        ];
+        for (k, value) in others.into_iter().enumerate() {
+            *value = Chunk::seeded(value.value, parameters.len() + k, first);
+        }
+        (values, n)
     }
-    Ok(Sensitivities { residuals, columns })
+}
+
+/// Fitted channels at the grid points, and the columns of their derivatives.
+struct Differentiated {
+    simulated: Vec<Vec<f64>>,
+    columns: Vec<Vec<Vec<f64>>>,
 }
 
 /// Derivative of each row by `step_share` of a step of time, by central differences over the row. A force that
@@ -82,33 +184,4 @@ fn by_time(values: &[f64], window: Range<usize>, step_share: f64, points: usize)
             0.5 * step_share * ends / points as f64
         })
         .collect()
-}
-
-/// Values and nuisances with the unknowns from `first` on as directions. Parameters with a logarithmic
-/// coordinate carry the derivative by their logarithm.
-fn seeded(
-    system: &JointSystem<'_>,
-    hypothesis: &Hypothesis,
-    values: &[f64],
-    local: &[f64],
-    first: usize,
-) -> (Vec<Derivatives>, Nuisances<Derivatives>) {
-    let mut values: Vec<Derivatives> = values.iter().map(|&v| Derivatives::constant(v)).collect();
-    let fixed: usize = system.fixed.iter().map(|a| a.values.len()).sum();
-    let parameters = hypothesis.parameters(system);
-    for (k, p) in parameters.iter().enumerate() {
-        let before: usize = hypothesis.members[..p.member].iter().map(|m| m.values.len()).sum();
-        let value = &mut values[fixed + before + p.value];
-        let seed = Derivatives::seeded(value.value, k, first);
-        let slope = if p.info.logarithmic { seed.value } else { 1.0 };
-        *value = Derivatives::new(seed.value, seed.derivatives.map(|d| d * slope));
-    }
-    let mut n = JointSystem::nuisances::<Derivatives>(hypothesis, local);
-    let [air_f, air_e] = &mut n.log_air;
-    let others =
-        [&mut n.log_mass, &mut n.log_deformation, &mut n.start_mm, &mut n.start_mm_s, air_f, air_e];
-    for (k, value) in others.into_iter().enumerate() {
-        *value = Derivatives::seeded(value.value, parameters.len() + k, first);
-    }
-    (values, n)
 }

@@ -1,7 +1,8 @@
 //! Recordings of the joint as experiments, effects as candidates.
 
 use super::scales::data_scales;
-use super::{factors, features, sensitivities};
+use super::sensitivities::Experiment;
+use super::{factors, features};
 use crate::data::OpenPart;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Sensitivities};
@@ -249,7 +250,17 @@ impl Candidates for JointSystem<'_> {
         experiment: usize,
         window: Range<usize>,
     ) -> Result<Sensitivities, DiagnoseError> {
-        sensitivities::sensitivities(self, hypothesis, local, experiment, window)
+        Experiment { system: self, hypothesis, local, index: experiment }.sensitivities(&window)
+    }
+
+    fn parameter_sensitivities(
+        &self,
+        hypothesis: &Hypothesis,
+        local: &[f64],
+        experiment: usize,
+        window: Range<usize>,
+    ) -> Result<Sensitivities, DiagnoseError> {
+        Experiment { system: self, hypothesis, local, index: experiment }.of_parameters(&window)
     }
 
     fn features(

@@ -273,8 +273,8 @@ fn directions<C: Candidates + ?Sized>(
     with.fixed = hypothesis.members.len();
     let parameters = start.directions.len() - 1;
     let none = vec![vec![Vec::new(); here.residuals.len()]; parameters + 1];
-    let Ok(there) = problem.whitened_sensitivities(&with, place) else { return none };
-    let mut all: Vec<Vec<Vec<f64>>> = there.columns.into_iter().take(parameters).collect();
+    let Ok(there) = problem.whitened_parameter_sensitivities(&with, place) else { return none };
+    let mut all = there.columns;
     let change = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| a - b).collect();
     all.push(here.residuals.iter().zip(&there.residuals).map(change).collect());
     let finite = all.iter().flatten().flatten().all(|v| v.is_finite());

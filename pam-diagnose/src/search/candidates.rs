@@ -138,6 +138,23 @@ pub trait Candidates: Sync {
         window: Range<usize>,
     ) -> Result<Sensitivities, DiagnoseError>;
 
+    /// As [`sensitivities`](Self::sensitivities), with the columns of the parameters alone. Implement it where that takes less
+    /// time.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the simulation fails.
+    fn parameter_sensitivities(
+        &self,
+        hypothesis: &Hypothesis,
+        local: &[f64],
+        experiment: usize,
+        window: Range<usize>,
+    ) -> Result<Sensitivities, DiagnoseError> {
+        let mut all = self.sensitivities(hypothesis, local, experiment, window)?;
+        all.columns.truncate(all.columns.len() - self.shared().len() - self.local().len());
+        Ok(all)
+    }
+
     /// Features at the grid points from which a flexible model learns the residual.
     ///
     /// # Errors

@@ -33,8 +33,9 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
         let settings = &self.whole.settings.search;
         let prospect = |fit: &Fit| fit.cost + complexity(&self.choosing, fit);
         let train = &self.choosing.train;
-        let fitted =
-            parallel::map_each(starts, |start| train.fit(start, settings.first_iterations));
+        let fitted = parallel::map_each(starts, |start| {
+            train.fit_to(start, settings.first_iterations, settings.converged_drop)
+        });
         let mut going: Vec<Fit> = fitted.into_iter().flatten().collect();
         let mut done = Vec::new();
         let mut iterations = settings.first_iterations;
@@ -45,7 +46,7 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
             let mut followed = 0;
             let (further, ended): (Vec<Fit>, Vec<Fit>) = going.into_iter().partition(|fit| {
                 let near = prospect(fit) + fit.may_reach() - fit.cost < limit;
-                let goes_on = near && !train.has_converged(fit) && iterations < settings.iterations;
+                let goes_on = near && !fit.has_converged() && iterations < settings.iterations;
                 followed += usize::from(goes_on);
                 goes_on && (iterations < settings.tried_iterations || followed <= settings.followed)
             });

@@ -8,7 +8,7 @@ use pam_core::parallel;
 
 /// Refits a set from where it is, from every starting value of each member (scales have several valleys), and with
 /// the parameters of a member with a rugged cost made smaller and larger.
-pub(crate) fn multi_start<C: Candidates + ?Sized>(problem: &Problem<'_, C>, best: Fit) -> Fit {
+pub(crate) fn multi_start<C: Candidates + ?Sized>(problem: &Problem<'_, C>, mut best: Fit) -> Fit {
     let settings = &problem.settings.search;
     let system = problem.system;
     let h = best.hypothesis.clone();
@@ -28,9 +28,10 @@ pub(crate) fn multi_start<C: Candidates + ?Sized>(problem: &Problem<'_, C>, best
             }));
         }
     }
-    let fitted = parallel::map_each(starts, |start| problem.fit(start, settings.first_iterations));
+    let fitted = parallel::map_each(starts, |start| {
+        problem.fit_to(start, settings.first_iterations, settings.converged_drop)
+    });
     let mut going: Vec<Fit> = fitted.into_iter().flatten().collect();
-    let mut best = best;
     let mut iterations = settings.first_iterations;
     while !going.is_empty() {
         for fit in &going {
@@ -38,7 +39,7 @@ pub(crate) fn multi_start<C: Candidates + ?Sized>(problem: &Problem<'_, C>, best
                 best = fit.clone();
             }
         }
-        going.retain(|fit| fit.may_reach() < best.cost - TIE && !problem.has_converged(fit));
+        going.retain(|fit| fit.may_reach() < best.cost - TIE && !fit.has_converged());
         going.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         if iterations >= settings.tried_iterations {
             going.truncate(settings.followed);
@@ -50,7 +51,8 @@ pub(crate) fn multi_start<C: Candidates + ?Sized>(problem: &Problem<'_, C>, best
         let go_on = |fit| problem.fit_further(fit, settings.first_iterations);
         going = parallel::map_each(going, go_on).into_iter().flatten().collect();
     }
-    best
+    // To the very bottom of the best valley.
+    problem.fit(best.hypothesis.clone(), settings.iterations).unwrap_or(best)
 }
 
 fn with_values(h: &Hypothesis, place: usize, values: Vec<f64>) -> Hypothesis {

@@ -218,10 +218,12 @@ settings! {
         tried_iterations: usize = 4, "iterations", COUNT, TIME;
         /// Starts that are followed.
         followed: usize = 3, "starts", COUNT, TIME;
+        /// Drop of the cost below which a fit of the search has converged: sets are compared by larger differences.
+        converged_drop: f64 = 0.5, "cost", COST, TIME;
         /// Iterations to convergence.
         iterations: usize = 12, "iterations", COUNT, TIME;
         /// Iterations from each start of the last refit.
-        multi_start_iterations: usize = 20, "iterations", COUNT, TIME;
+        multi_start_iterations: usize = 12, "iterations", COUNT, TIME;
         /// Factors on the parameters of dry friction in a multi-start: the cost is rugged in them.
         rugged_factors: [f64; 2] = [0.75, 1.33], "–", POSITIVE, STUDIES;
     }

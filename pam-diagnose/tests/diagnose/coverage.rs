@@ -97,7 +97,7 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
             .map(|seed| {
                 let trials = noisy(effect, truth, 7000 + seed);
                 let (fit, intervals) = fitted(&trials, effect, start, 20);
-                assert!(fit.converged, "{id} {seed}");
+                assert!(fit.has_converged(), "{id} {seed}");
                 let i = intervals[0];
                 (
                     i.value,

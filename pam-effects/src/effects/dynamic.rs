@@ -13,6 +13,12 @@ pub const WIDTH: usize = 8;
 /// The scalar of sensitivities.
 pub type Derivatives = Chunk<WIDTH>;
 
+/// Number of derivatives of the narrower scalar.
+pub const NARROW: usize = 4;
+
+/// The scalar of a few sensitivities, which takes about two thirds of the time.
+pub type FewDerivatives = Chunk<NARROW>;
+
 /// Declares an object-safe trait with methods of [`Effect`] and implements it for every effect.
 macro_rules! dispatch {
     ([$($declared:tt)*] [$($implemented:tt)*] {
@@ -61,7 +67,12 @@ dispatch! {
             note = "implement `Effect` for it, which makes it an `AnyEffect` as well"
         )]
         pub trait AnyEffect:
-            EffectHooks<f64> + EffectHooks<Derivatives> + EffectHooks<Var> + Send + Sync
+            EffectHooks<f64>
+            + EffectHooks<Derivatives>
+            + EffectHooks<FewDerivatives>
+            + EffectHooks<Var>
+            + Send
+            + Sync
     ]
     [impl<E: Effect> AnyEffect for E] {
         fn info(&self) -> &'static EffectInfo;
@@ -90,7 +101,7 @@ macro_rules! effect_scalars {
     };
 }
 
-effect_scalars!(f64, Derivatives, Var);
+effect_scalars!(f64, Derivatives, FewDerivatives, Var);
 
 impl std::fmt::Debug for dyn AnyEffect + '_ {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

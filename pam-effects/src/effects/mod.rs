@@ -20,7 +20,9 @@ mod mechanics;
 mod scales;
 mod sensing;
 
-pub use dynamic::{AnyEffect, Derivatives, EffectHooks, EffectScalar, WIDTH};
+pub use dynamic::{
+    AnyEffect, Derivatives, EffectHooks, EffectScalar, FewDerivatives, NARROW, WIDTH,
+};
 pub use hooks::{
     Absorbed, ChamberLaw, Contact, Effect, Observed, Point, Pressures, Rest, Restoring,
 };

@@ -30,7 +30,7 @@ pub use gas::Chambers;
 pub use input::FineForce;
 pub use nuisances::Nuisances;
 pub use record::{RecordSource, ResampledRecord};
-pub use run::simulate;
+pub use run::{SimulationScalar, simulate};
 pub use table::{Air, ForceTable};
 pub use trajectory::{Diverged, Trajectory};
 pub use trial::Trial;

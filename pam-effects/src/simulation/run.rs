@@ -9,7 +9,7 @@ use super::parts::Parts;
 use super::steps::substeps;
 use super::trajectory::{Diverged, Trajectory};
 use super::trial::Trial;
-use crate::effects::{AnyEffect, Derivatives, EffectScalar};
+use crate::effects::{AnyEffect, Derivatives, EffectScalar, FewDerivatives};
 
 /// Scalars that trials are simulated with: numbers, and numbers with derivatives.
 pub trait SimulationScalar: EffectScalar {
@@ -45,7 +45,7 @@ macro_rules! simulation_scalars {
     };
 }
 
-simulation_scalars!(f64, Derivatives);
+simulation_scalars!(f64, Derivatives, FewDerivatives);
 
 /// Simulates a trial with effects. `values` holds the parameters and switches of each effect in turn.
 ///
