@@ -14,13 +14,13 @@ pub(crate) fn multi_start<C: Candidates + ?Sized>(problem: &Problem<'_, C>, mut 
     let h = best.hypothesis.clone();
     let mut starts = Vec::new();
     for (place, member) in h.members.iter().enumerate() {
-        let all = system.starts(member.candidate);
-        if all.len() > 1 {
-            starts.extend(all.into_iter().map(|values| with_values(&h, place, values)));
+        if !system.is_rugged(member.candidate, &member.values) {
+            let all = system.starts(member.candidate);
+            let others = if all.len() > 1 { all } else { Vec::new() };
+            starts.extend(others.into_iter().map(|values| with_values(&h, place, values)));
+            continue;
         }
-        let rugged = system.is_rugged(member.candidate, &member.values);
-        let parameters = system.candidate(member.candidate).parameters.len();
-        for k in 0..if rugged { parameters } else { 0 } {
+        for k in 0..system.candidate(member.candidate).parameters.len() {
             starts.extend(settings.rugged_factors.map(|factor| {
                 let mut values = member.values.clone();
                 values[k] *= factor;

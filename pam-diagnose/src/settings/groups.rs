@@ -209,7 +209,7 @@ settings! {
         rivals: usize = 4, "sets", COUNT, TIME;
         /// Power of the share of the error that a set leaves to first order which it may leave when it is fitted: only sets
         /// that may come near the present one are.
-        nonlinear_power: f64 = 3.0, "–", FACTOR, STUDIES;
+        nonlinear_power: f64 = 2.0, "–", FACTOR, STUDIES;
         /// Rounds of additions and exchanges.
         rounds: usize = 4, "rounds", COUNT, TIME;
         /// Iterations after which starts are given up that cannot come near the best one any more.
@@ -241,7 +241,7 @@ settings! {
         /// Parts of each recording in which a cause is fitted anew.
         stability_parts: usize = 3, "parts", COUNT, STUDIES;
         /// Iterations of these fits.
-        stability_iterations: usize = 3, "iterations", COUNT, TIME;
+        stability_iterations: usize = 2, "iterations", COUNT, TIME;
         /// Fewest parts that have a spread.
         spread_fewest_parts: usize = 3, "parts", COUNT, USUAL;
         /// Fewest parts from which intervals are widened.
