@@ -46,6 +46,6 @@ fn the_reference_of_the_settings_is_current() {
     if std::env::var_os("UPDATE_DOCS").is_some() {
         std::fs::write(&path, format!("{}{wanted}{}", &page[..from], &page[to..])).unwrap();
     } else {
-        assert_eq!(page[from..to], wanted, "run the test with UPDATE_DOCS=1");
+        assert!(page[from..to] == wanted, "the table is old: run the test with UPDATE_DOCS=1");
     }
 }
