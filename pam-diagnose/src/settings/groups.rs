@@ -283,7 +283,7 @@ settings! {
         /// Multiple of its standard error from which a step of the mean of a residual counts.
         step_ratio: f64 = 6.0, "–", FACTOR, STUDIES;
         /// A cause is minor if it removes less than this share of what all named causes remove.
-        minor_share: f64 = 0.01, "–", SHARE, STUDIES;
+        minor_share: f64 = 0.02, "–", SHARE, STUDIES;
         /// All causes are minor if they remove less than this share of the squared residual.
         minor_of_residual: f64 = 0.03, "–", SHARE, STUDIES;
         /// The model is inadequate if its own errors on baseline recordings are more than this multiple of the noise, and

@@ -88,7 +88,10 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let settings = &self.rows.whole.settings.verdict;
         let sum = |f: &Fit| self.chi_square(f);
         let removed = 1.0 - sum(best) / sum(base).max(f64::MIN_POSITIVE);
-        let all_minor = removed < settings.minor_of_residual;
+        // Starts and masses may have taken what the causes are: a small part of the residual, and far from their priors.
+        let strain = |f: &Fit| self.rows.whole.prior_strain(&f.hypothesis);
+        let relieved = strain(base) > 1.0 && strain(best) < 1.0;
+        let all_minor = removed < settings.minor_of_residual && !relieved;
         for cause in causes {
             cause.minor = all_minor || cause.share_of_error_removed < settings.minor_share;
         }
