@@ -240,11 +240,6 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         SealedMasses { flexor_g, extensor_g }
     }
 
-    /// Takes another table of the same force.
-    pub(super) fn set_force(&mut self, force: &'a F) {
-        self.force = force;
-    }
-
     /// The recording.
     pub(super) fn record(&self) -> &'a ResampledRecord {
         self.record

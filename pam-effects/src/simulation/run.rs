@@ -81,13 +81,11 @@ fn run<S: EffectScalar>(
     let substeps = substeps_of(trial, &base, effects, values);
     let measured = Measured::of(&trial.record);
     let record = &trial.record;
-    let table;
-    let mut joint =
-        JointIntegrator::new(record, &base, &trial.table, &parts, &measured, nuisances, substeps);
+    let joint =
+        |force| JointIntegrator::new(record, &base, force, &parts, &measured, nuisances, substeps);
     // Unless air is lost, its masses stay, and the table at these masses is the force.
-    table = trial.table.with_masses(joint.masses());
-    joint.set_force(&table);
-    joint.run(&mut out.channels, |_, _| {})?;
+    let table = trial.table.with_masses(joint(&trial.table).masses());
+    joint(&table).run(&mut out.channels, |_, _| {})?;
     measure(&trial.record, &parts, &mut out.channels);
     Ok(())
 }
