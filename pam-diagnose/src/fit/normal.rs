@@ -159,18 +159,26 @@ impl NormalEquations {
         right
     }
 
-    /// The damped step. Where it would lead a shared nuisance out of its limits, that one goes to the limit, and
-    /// everything else where it has to then; `None` if the equations cannot be solved.
+    /// The damped step. Where it would lead shared nuisances out of their limits, those go to the limits, and everything
+    /// else where it has to then; `None` if the equations cannot be solved.
     pub(super) fn step(&self, damping: f64, shared: &[Nuisance]) -> Option<Vec<f64>> {
-        let free = self.solve(damping, None)?;
-        let leaving = shared.iter().enumerate().find_map(|(k, n)| {
-            let at = self.parameters + k;
-            let (value, change) = (self.deviations[at], free[at]);
-            let limit = if change < 0.0 { n.limits[0] } else { n.limits[1] };
-            let beyond = value + change < n.limits[0] || value + change > n.limits[1];
-            beyond.then_some((at, limit - value))
-        });
-        if leaving.is_some() { self.solve(damping, leaving) } else { Some(free) }
+        let mut prescribed: Vec<(usize, f64)> = Vec::new();
+        loop {
+            let step = self.solve(damping, &prescribed)?;
+            let before = prescribed.len();
+            for (k, n) in shared.iter().enumerate() {
+                let at = self.parameters + k;
+                let (value, change) = (self.deviations[at], step[at]);
+                let limit = if change < 0.0 { n.limits[0] } else { n.limits[1] };
+                let beyond = value + change < n.limits[0] || value + change > n.limits[1];
+                if beyond && prescribed.iter().all(|p| p.0 != at) {
+                    prescribed.push((at, limit - value));
+                }
+            }
+            if prescribed.len() == before {
+                return Some(step);
+            }
+        }
     }
 
     /// Drop of the cost by a step, to first order.
@@ -178,18 +186,24 @@ impl NormalEquations {
         dot(step, &self.right())
     }
 
-    /// The damped step, with the change of one unknown prescribed if asked for.
-    fn solve(&self, damping: f64, prescribed: Option<(usize, f64)>) -> Option<Vec<f64>> {
+    /// The damped step, with prescribed changes of some unknowns.
+    fn solve(&self, damping: f64, prescribed: &[(usize, f64)]) -> Option<Vec<f64>> {
         let mut right = self.right();
-        if let Some((at, change)) = prescribed {
+        for &(at, change) in prescribed {
             for (i, r) in right.iter_mut().enumerate() {
                 *r -= self.entry(i, at) * change;
             }
+        }
+        for &(at, change) in prescribed {
             right[at] = change * (1.0 + damping);
         }
-        let entry = |i: usize, j: usize| match prescribed {
-            Some((at, _)) if i == at || j == at => f64::from(u8::from(i == j)),
-            _ => self.entry(i, j),
+        let is_prescribed = |i: usize| prescribed.iter().any(|p| p.0 == i);
+        let entry = |i: usize, j: usize| {
+            if is_prescribed(i) || is_prescribed(j) {
+                f64::from(u8::from(i == j))
+            } else {
+                self.entry(i, j)
+            }
         };
         ScaledCholesky::new(self.unknowns(), entry, damping)?.solve(&right)
     }

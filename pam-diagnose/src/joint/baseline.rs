@@ -19,6 +19,10 @@ use serde::Serialize;
 pub struct BaselineDiscrepancy {
     /// Effects that the baseline recordings show; part of the model from there on.
     pub effects: Vec<ActiveEffect>,
+    /// The share of each effect that the data under diagnosis have, from 0 to 1.
+    pub shares: Vec<f64>,
+    /// Prior standard deviations of these shares.
+    pub share_deviations: Vec<f64>,
     /// Root-mean-square errors that are left then: mm, kPa, kPa.
     pub rms: Vec<f64>,
     /// Names of the baseline recordings.
@@ -57,8 +61,12 @@ impl BaselineDiscrepancy {
         let prior = system.noise_prior(&open);
         let found = Baseline::learn(&system, &roles, &noise, prior, settings, seed, done)?;
         let active = |m: Member| ActiveEffect { effect: ALL[m.candidate], values: m.values };
+        let least = settings.fit.share_deviation;
+        let deviation = |d: &f64| d.clamp(least, 1.0);
         Ok(Self {
             effects: found.members.into_iter().map(active).collect(),
+            shares: vec![1.0; found.deviations.len()],
+            share_deviations: found.deviations.iter().map(deviation).collect(),
             rms: found.rms,
             recordings: found.recordings,
             discrepancy: found.discrepancy,

@@ -106,16 +106,16 @@ pub fn diagnose(
     let mut system = JointSystem::new(all, &open, base, &model.effects, effects.clone(), settings);
     let noise = estimated_noise(&system, &open, &settings.noise);
     let mut prior = system.noise_prior(&open);
-    let mut start = model.clone();
     let mut baseline = None;
+    let mut known = model.clone();
     let baseline_trials = prepare(model, sets.baseline.unwrap_or_default());
     if sets.baseline.is_some() {
         let done = |s| progress(Stage::Baseline, s);
         let learned =
             BaselineDiscrepancy::learn(model, &baseline_trials, settings, options.seed, &done)?;
         prior.add(learned.discrepancy.clone());
-        start = model.with(learned.effects.iter().cloned());
-        system.fixed.clone_from(&start.effects);
+        known = model.with(learned.effects.iter().cloned());
+        system.learn(learned.effects.clone(), &learned.share_deviations);
         baseline = Some(learned);
     }
     let every = OpenPart::whole(baseline_trials.len());
@@ -123,7 +123,7 @@ pub fn diagnose(
         baseline_trials.iter().collect(),
         &every,
         base,
-        &start.effects,
+        &known.effects,
         effects,
         settings,
     );
@@ -150,8 +150,13 @@ pub fn diagnose(
                 values: m.values.clone(),
             })
             .collect();
+        let learned = system.learned_in_part(best);
+        if let Some(baseline) = &mut baseline {
+            baseline.shares = JointSystem::shares(best);
+        }
+        let extended = learned.into_iter().chain(causes.iter().cloned());
         DiagnosedJoint {
-            extended: if causes.is_empty() { model.clone() } else { start.with(causes) },
+            extended: if causes.is_empty() { model.clone() } else { model.with(extended) },
             baseline,
             force_lead_samples: best.shared[JointSystem::LEAD],
             plausibility,

@@ -8,6 +8,9 @@ use pam_report::page::number;
 /// Lead of the force (samples) from which it is nearer to a smooth one (½) than to a held one (0).
 const SMOOTH: f64 = 0.25;
 
+/// Share of an effect of the baseline recordings below which it is mentioned.
+const WHOLE: f64 = 0.995;
+
 impl ReportModel for DiagnosedJoint {
     fn notes(&self) -> Markup {
         html! {
@@ -32,6 +35,9 @@ impl ReportModel for DiagnosedJoint {
                         " with " (b.effects.iter().map(|e| e.effect.info().id).collect::<Vec<_>>().join(", "))
                     }
                     ". That much counts as no fault."
+                    @for (effect, share) in b.effects.iter().zip(&b.shares).filter(|(_, share)| **share < WHOLE) {
+                        " Of " (effect.effect.info().id) ", these recordings have " (number(100.0 * share, 0)) " %."
+                    }
                 }
             }
         }

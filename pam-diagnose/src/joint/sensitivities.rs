@@ -1,6 +1,6 @@
 //! Residuals and sensitivities of one recording.
 
-use super::system::JointSystem;
+use super::system::{JointSystem, magnitudes};
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Sensitivities, fitted_outputs, row_means};
 use crate::search::Candidates;
@@ -10,8 +10,8 @@ use pam_effects::effects::{NARROW, WIDTH};
 use pam_effects::simulation::{Nuisances, SimulationScalar, Trajectory, simulate};
 use std::ops::Range;
 
-/// Shared and local nuisances that the simulation is differentiated by. The lead follows from the time series, and the
-/// offsets are added to the result.
+/// Shared and local nuisances that the simulation is differentiated by, beside the shares of learned effects. The lead
+/// follows from the time series, and the offsets are added to the result.
 const SIMULATED: usize = 6;
 
 /// One recording under a hypothesis.
@@ -30,7 +30,7 @@ impl Experiment<'_> {
         window: &Range<usize>,
     ) -> Result<Sensitivities, DiagnoseError> {
         let parameters = self.hypothesis.parameters(self.system).len();
-        let mut all = self.differentiated(window, parameters + SIMULATED)?;
+        let mut all = self.differentiated(window, parameters + SIMULATED + self.system.learned.len())?;
         let t = self.system.trials[self.index];
         let points = self.system.points_per_row();
         let share = t.record.sample_s / t.record.step_s;
@@ -139,8 +139,16 @@ impl Experiment<'_> {
     {
         let (system, hypothesis) = (self.system, self.hypothesis);
         let mut values: Vec<Chunk<N>> = values.iter().map(|&v| Chunk::constant(v)).collect();
-        let fixed: usize = system.fixed.iter().map(|a| a.values.len()).sum();
         let parameters = hypothesis.parameters(system);
+        let mut fixed: usize = system.fixed.iter().map(|a| a.values.len()).sum();
+        for (k, learned) in system.learned.iter().enumerate() {
+            let unknown = parameters.len() + JointSystem::LEAD + k;
+            for (value, magnitude) in values[fixed..].iter_mut().zip(magnitudes(learned)) {
+                let seed = Chunk::<N>::seeded(value.value, unknown, first);
+                *value = Chunk::new(seed.value, seed.derivatives.map(|d| d * magnitude));
+            }
+            fixed += learned.values.len();
+        }
         for (k, p) in parameters.iter().enumerate() {
             let before: usize = hypothesis.members[..p.member].iter().map(|m| m.values.len()).sum();
             let value = &mut values[fixed + before + p.value];
@@ -150,15 +158,10 @@ impl Experiment<'_> {
         }
         let mut n = JointSystem::nuisances::<Chunk<N>>(hypothesis, self.local);
         let [air_f, air_e] = &mut n.log_air;
-        let others = [
-            &mut n.log_mass,
-            &mut n.log_deformation,
-            &mut n.start_mm,
-            &mut n.start_mm_s,
-            air_f,
-            air_e,
-        ];
-        for (k, value) in others.into_iter().enumerate() {
+        let shared = [&mut n.log_mass, &mut n.log_deformation];
+        let local = [&mut n.start_mm, &mut n.start_mm_s, air_f, air_e];
+        let of_learned = JointSystem::LEAD..JointSystem::LEAD + system.learned.len();
+        for (k, value) in (0..of_learned.start).zip(shared).chain((of_learned.end..).zip(local)) {
             *value = Chunk::seeded(value.value, parameters.len() + k, first);
         }
         (values, n)

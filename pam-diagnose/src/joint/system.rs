@@ -11,7 +11,9 @@ use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_data::Channel;
-use pam_effects::effects::{AnyEffect, Contact, DataScales, EffectScalar, Pressures};
+use pam_effects::effects::{
+    AnyEffect, Contact, DataScales, EffectScalar, ParameterInfo, Pressures,
+};
 use pam_effects::model::ActiveEffect;
 use pam_effects::simulation::{Base, Nuisances, ResampledRecord, Trajectory, Trial, simulate};
 use std::ops::Range;
@@ -22,9 +24,11 @@ pub struct JointSystem<'a> {
     pub(super) base: Base<f64>,
     /// Effects that are part of the model.
     pub(super) fixed: Vec<ActiveEffect>,
+    /// Effects that baseline recordings have shown, of which the data may have a part only.
+    pub(super) learned: Vec<ActiveEffect>,
     pub(super) effects: Vec<&'a dyn AnyEffect>,
     pub(super) scales: DataScales,
-    shared: [Nuisance; 3],
+    shared: Vec<Nuisance>,
     local: [Nuisance; 6],
     outputs: [OutputInfo; 4],
     settings: DiagnosisSettings,
@@ -37,6 +41,8 @@ const SAMPLE_DEVIATIONS: f64 = 3.0;
 impl<'a> JointSystem<'a> {
     /// Place of the lead of the force among the shared nuisances.
     pub(super) const LEAD: usize = 2;
+    /// Place of the first share of an effect that baseline recordings have shown.
+    pub(super) const SHARES: usize = 3;
 
     /// A system of trials of a model with its own numbers, effects that are part of it, and candidates. Starting values
     /// of candidates follow from the magnitudes of the parts of trials in `open`.
@@ -84,8 +90,9 @@ impl<'a> JointSystem<'a> {
             trials,
             base,
             fixed: fixed.to_vec(),
+            learned: Vec::new(),
             effects,
-            shared: [model, model, lead],
+            shared: vec![model, model, lead],
             local: [
                 Nuisance::of(fit.start_deviation_mm),
                 Nuisance::of(fit.start_deviation_mm_s),
@@ -97,6 +104,26 @@ impl<'a> JointSystem<'a> {
             outputs,
             settings: *settings,
         }
+    }
+
+    /// Makes effects that baseline recordings have shown a part of the model. Of each, the data have a share between
+    /// nothing and the whole: the whole, with the given prior standard deviation. More than the whole is no error of the
+    /// model but a cause.
+    pub(super) fn learn(&mut self, effects: Vec<ActiveEffect>, deviations: &[f64]) {
+        let share = |&deviation: &f64| Nuisance { deviation, limits: [-1.0, 0.0] };
+        self.shared.extend(deviations.iter().map(share));
+        self.learned.extend(effects);
+    }
+
+    /// The shares of the effects from the baseline recordings under a hypothesis.
+    pub(super) fn shares(h: &Hypothesis) -> Vec<f64> {
+        h.shared[Self::SHARES..].iter().map(|missing| 1.0 + missing).collect()
+    }
+
+    /// The effects from the baseline recordings as far as the data have them.
+    pub(super) fn learned_in_part(&self, h: &Hypothesis) -> Vec<ActiveEffect> {
+        let shares = Self::shares(h);
+        self.learned.iter().zip(shares).map(|(effect, share)| in_part(effect, share)).collect()
     }
 
     /// The magnitudes from which starting values follow.
@@ -116,14 +143,15 @@ impl<'a> JointSystem<'a> {
 
     /// The effects of the model and of a hypothesis, and all their values, in the order in which they act.
     pub(super) fn parts(&self, h: &Hypothesis) -> (Vec<&dyn AnyEffect>, Vec<f64>) {
-        let fixed = self.fixed.iter().map(|a| (a.effect as &dyn AnyEffect, &a.values));
-        let members = h.members.iter().map(|m| (self.effects[m.candidate], &m.values));
-        let (effects, values): (Vec<_>, Vec<_>) = fixed.chain(members).unzip();
-        (effects, values.into_iter().flatten().copied().collect())
+        let of_model = self.fixed.iter().cloned().chain(self.learned_in_part(h));
+        let of_model = of_model.map(|a| (a.effect as &dyn AnyEffect, a.values));
+        let members = h.members.iter().map(|m| (self.effects[m.candidate], m.values.clone()));
+        let (effects, values): (Vec<_>, Vec<_>) = of_model.chain(members).unzip();
+        (effects, values.into_iter().flatten().collect())
     }
 
-    /// Nuisances: mass, deformation coefficient (logarithms) and lead; start, sealed masses (logarithms); the offsets
-    /// of the pressures behind them are added to the simulated channels.
+    /// Nuisances: mass, deformation coefficient (logarithms) and lead, before the shares of learned effects; start,
+    /// sealed masses (logarithms); the offsets of the pressures behind them are added to the simulated channels.
     pub(super) fn nuisances<S: EffectScalar>(h: &Hypothesis, local: &[f64]) -> Nuisances<S> {
         let c = S::constant;
         Nuisances {
@@ -135,6 +163,23 @@ impl<'a> JointSystem<'a> {
             log_air: [c(local[2]), c(local[3])],
         }
     }
+}
+
+/// By how much each value of an effect differs from where the effect is absent; 0 for what is not a magnitude.
+pub(super) fn magnitudes(effect: &ActiveEffect) -> Vec<f64> {
+    let infos = effect.effect.info().parameters.iter().map(Some).chain(std::iter::repeat(None));
+    let magnitude = |(value, info): (&f64, Option<&ParameterInfo>)| {
+        info.and_then(|p| p.off).map_or(0.0, |off| value - off)
+    };
+    effect.values.iter().zip(infos).map(magnitude).collect()
+}
+
+/// A share of an effect.
+fn in_part(effect: &ActiveEffect, share: f64) -> ActiveEffect {
+    let magnitudes = magnitudes(effect);
+    let missing = magnitudes.iter().map(|magnitude| (1.0 - share) * magnitude);
+    let values = effect.values.iter().zip(missing).map(|(value, missing)| value - missing);
+    ActiveEffect { effect: effect.effect, values: values.collect() }
 }
 
 impl Candidates for JointSystem<'_> {

@@ -27,7 +27,7 @@ impl Noise {
         let n = rows.len() as f64;
         let mut shared: Vec<Vec<f64>> = Vec::new();
         let mut own: Vec<Vec<f64>> = Vec::new();
-        let mut channels = Vec::new();
+        let (mut channels, mut discrepancy) = (Vec::new(), Vec::new());
         let mut relative = vec![Vec::new(); 1 + problem.experiments.iter().max().copied()?];
         for (c, (left, weight_count)) in left.into_iter().enumerate() {
             // A steady offset or a drift of one recording is no noise.
@@ -52,9 +52,9 @@ impl Noise {
             let mut gamma = autocovariance(&series, order);
             gamma.iter_mut().for_each(|g| *g *= n / freedom);
             let variance = gamma[0];
-            for (g, known) in gamma.iter_mut().zip(prior.discrepancy.get(c).into_iter().flatten()) {
-                *g += known;
-            }
+            let known = prior.discrepancy.get(c).map_or(&[][..], Vec::as_slice);
+            gamma.iter_mut().zip(known).for_each(|(g, known)| *g += known);
+            discrepancy.push(known.first().map_or(0.0, |variance| variance.max(0.0).sqrt()));
             let learned = Autoregression::of_autocovariance(&gamma, n);
             let deviation = learned.deviation().max(prior.least[c]);
             let learned = learned.scaled_to(deviation);
@@ -64,7 +64,7 @@ impl Noise {
             channels.push(learned);
             own.push(rest);
         }
-        Some(Self { channels, shared, relative })
+        Some(Self { channels, shared, relative, discrepancy })
     }
 }
 

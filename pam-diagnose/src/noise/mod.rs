@@ -32,6 +32,8 @@ pub struct Noise {
     /// For each experiment of the system, the size of each channel's noise relative to `channels`; empty where it was not
     /// learned.
     relative: Vec<Vec<f64>>,
+    /// Standard deviation of the errors that the model itself is known to make in each channel, part of `channels`.
+    discrepancy: Vec<f64>,
 }
 
 impl Noise {
@@ -40,7 +42,8 @@ impl Noise {
     pub fn white(deviations: &[f64]) -> Self {
         let channels: Vec<_> = deviations.iter().map(|d| Autoregression::white(*d)).collect();
         let shared = (0..channels.len()).map(|c| vec![0.0; c]).collect();
-        Self { channels, shared, relative: Vec::new() }
+        let discrepancy = vec![0.0; channels.len()];
+        Self { channels, shared, relative: Vec::new(), discrepancy }
     }
 
     /// Number of channels.
@@ -55,6 +58,12 @@ impl Noise {
         let shared = self.shared[channel].iter().enumerate();
         let variance: f64 = shared.map(|(d, share)| (share * self.deviation(d)).powi(2)).sum();
         self.channels[channel].deviation().hypot(variance.sqrt())
+    }
+
+    /// Standard deviation of the errors that the model itself is known to make in a channel, a part of the noise.
+    #[must_use]
+    pub fn discrepancy(&self, channel: usize) -> f64 {
+        self.discrepancy[channel]
     }
 
     /// Standard deviations of all channels.

@@ -100,12 +100,22 @@ impl Spectrum {
         peaks
     }
 
-    /// The strongest line at a frequency that the excitation hardly has.
+    /// The strongest line at a frequency that the excitation hardly has, and that is no multiple of one that it has much
+    /// of: a joint that is not linear answers at those as well.
     #[must_use]
     pub fn foreign_line(&self, settings: &ResidualSettings) -> Option<Line> {
         self.lines(settings.foreign_lines).into_iter().find(|l| {
             l.share > settings.foreign_line_share
                 && l.share_of_force < settings.foreign_line_excitation * l.share
+                && !self.is_harmonic(l.frequency_hz, settings)
         })
+    }
+
+    fn is_harmonic(&self, frequency_hz: f64, settings: &ResidualSettings) -> bool {
+        let bin_hz = self.frequency_hz.first().copied().unwrap_or(0.0);
+        let much = settings.foreign_line_share;
+        let bins = self.frequency_hz.iter().zip(&self.excitation).filter(|(_, e)| **e > much);
+        let mut multiples = bins.map(|(excited_hz, _)| frequency_hz / excited_hz);
+        multiples.any(|m| m > 1.5 && (m - m.round()).abs() * frequency_hz / m < 0.5 * bin_hz)
     }
 }

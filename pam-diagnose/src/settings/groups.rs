@@ -171,6 +171,8 @@ settings! {
         lead_deviation_samples: f64 = 0.3, "samples", POSITIVE, RIG;
         /// Largest lead or lag; beyond it, a delay has to be named.
         lead_limit_samples: f64 = 0.5, "samples", COST, RIG;
+        /// Least prior standard deviation of the share of an effect from baseline recordings that the data have.
+        share_deviation: f64 = 0.1, "–", POSITIVE, STUDIES;
         /// Prior standard deviation of the displacement at the start.
         start_deviation_mm: f64 = 0.02, "mm", POSITIVE, RIG;
         /// Prior standard deviation of the velocity at the start.

@@ -2,7 +2,7 @@
 
 use crate::fit::{Hypothesis, Problem, fitted_outputs};
 use crate::noise::{Autoregression, autocovariance};
-use crate::residual::{Spectrum, TimeProfile};
+use crate::residual::{Line, Spectrum, TimeProfile};
 use crate::search::Candidates;
 use pam_effects::model::significant;
 use pam_numerics::statistics::{chi_square_quantile, mean, t_quantile};
@@ -55,6 +55,8 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
             frequency_hz,
             description,
         };
+        // A slow change of the root mean square that errors of the model have by themselves is none of the recordings.
+        let own = settings.verdict.inadequate_ratio * problem.noise.discrepancy(c);
         for (i, rows) in rows.iter().enumerate() {
             let Some([plain, white]) = rows else { continue };
             let (e, row_s) = (problem.experiments[i], problem.row_s(i));
@@ -65,7 +67,9 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
             if let Some(jump) = profile(&plain[c]) {
                 let at = ((jump.time_s - start_s) / row_s).round() as usize;
                 let ratio = step_ratio(&plain[c], at, settings.noise.order);
-                if ratio > settings.verdict.step_ratio {
+                let share = at as f64 / plain[c].len().max(1) as f64;
+                let size = (jump.after - jump.before).abs() * (share * (1.0 - share)).max(0.0).sqrt();
+                if ratio > settings.verdict.step_ratio && size > own {
                     let text = format!(
                         "the {} shifts by {} {} at t = {} s in {name}",
                         output.name,
@@ -77,7 +81,9 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
                 }
             }
             let (drift, ratio) = drift(&plain[c], settings.noise.order);
-            if ratio > settings.verdict.step_ratio {
+            // The root mean square of a straight line of this height.
+            let size = drift.abs() / 12_f64.sqrt();
+            if ratio > settings.verdict.step_ratio && size > own {
                 let text = format!(
                     "the {} drifts by {} {} in {name}",
                     output.name,
@@ -132,9 +138,12 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
         let freedom = 3.0 * (0.55 * pieces as f64).max(1.0);
         let tail = (1.0 - settings.verdict.event_probability) / lobes;
         let by_chance = 3.0 / lobes * chi_square_quantile(1.0 - tail, freedom) / freedom;
-        if let Some(line) =
-            spectrum.foreign_line(&settings.residual).filter(|l| l.share > by_chance)
-        {
+        // In units of the noise: the largest part of next to nothing is nothing.
+        let squares = white.iter().flat_map(|w| w.iter()).map(|v| v * v);
+        let level = squares.sum::<f64>() / count.max(1) as f64;
+        let least = by_chance.max(settings.residual.foreign_line_share);
+        let clear = |l: &Line| l.share > by_chance && l.share * level > least;
+        if let Some(line) = spectrum.foreign_line(&settings.residual).filter(clear) {
             let text = format!(
                 "{:.0} % of what is left of the {} is at {} Hz, where the excitation has nothing: something else drives \
                  it",

@@ -7,6 +7,9 @@ use crate::fit::{Fit, Hypothesis, Interval, Member, Problem};
 use crate::rejection::{Constancy, ParameterStability, may_be_absent, vague};
 use crate::search::refit::{multi_start, other_shapes};
 use crate::search::{Candidates, Findings, Rows, Scored};
+use pam_core::parallel;
+use pam_effects::effects::ParameterInfo;
+use pam_numerics::statistics::t_quantile_95;
 
 /// Everything from which names follow.
 pub(crate) struct Naming<'n, 'a, C: ?Sized> {
@@ -249,12 +252,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             .enumerate()
             .map(|(k, (interval, info))| {
                 let parts = stability.and_then(|c| c.half_widths.get(k)).copied().unwrap_or(0.0);
-                let baseline = match (&apparent, info.off) {
-                    (Some(seems), Some(off)) => 1.96 * (seems[k] - off).abs(),
-                    _ => 0.0,
-                };
-                // A baseline recording cannot make more of a value than the value itself.
-                interval.widened(parts.hypot(baseline.min(interval.value.abs())), *info)
+                interval.widened(parts.hypot(apparent[k]), *info)
             })
             .collect();
         for shape in other_shapes(problem, best, place) {
@@ -268,12 +266,30 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         infos.iter().map(|p| p.name).zip(intervals).collect()
     }
 
-    /// The values that a candidate takes on the baseline recordings, where it is absent; `None` without such
-    /// recordings, or if it cannot be fitted there.
-    fn apparent(&self, candidate: usize, values: &[f64]) -> Option<Vec<f64>> {
-        let problem = self.baseline?;
-        let start = problem.base().with(candidate, values);
-        let fit = problem.fit(start, problem.settings.intervals.baseline_iterations).ok()?;
-        fit.hypothesis.members.last().map(|m| m.values.clone())
+    /// Half the 95 % interval of each value that a candidate would seem to have where it is absent: errors of the model
+    /// look like it, in each baseline recording by another value. For the mean of so many recordings as are diagnosed
+    /// beside so many baseline recordings; zeros without baseline recordings, and for what is no magnitude.
+    fn apparent(&self, candidate: usize, values: &[f64]) -> Vec<f64> {
+        let infos = self.rows.whole.system.candidate(candidate).parameters;
+        let Some(problem) = self.baseline else { return vec![0.0; infos.len()] };
+        let iterations = problem.settings.intervals.baseline_iterations;
+        let each: Vec<Vec<f64>> = parallel::map(problem.len(), |i| {
+            let alone = problem.part(i, problem.windows[i].clone());
+            let fit = alone.fit(alone.base().with(candidate, values), iterations).ok()?;
+            fit.hypothesis.members.last().map(|m| m.values.clone())
+        })
+        .into_iter()
+        .flatten()
+        .collect();
+        let (count, data) = (each.len() as f64, self.rows.whole.len() as f64);
+        let of = |(k, info): (usize, &ParameterInfo)| {
+            let (Some(off), false) = (info.off, info.logarithmic || each.is_empty()) else {
+                return 0.0;
+            };
+            // Around absent. Where noise makes the scatter, the baseline recordings cannot exclude such errors.
+            let square = each.iter().map(|v| (v[k] - off).powi(2)).sum::<f64>() / count;
+            t_quantile_95(count) * (square * (1.0 / data + 1.0 / count)).sqrt()
+        };
+        infos.iter().enumerate().map(of).collect()
     }
 }
