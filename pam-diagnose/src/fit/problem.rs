@@ -140,6 +140,12 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         self.system.rows_per_block(self.rows(place), self.row_s(place))
     }
 
+    /// Rows in a block that is short enough for chance to be told from the blocks of all experiments together.
+    pub(crate) fn rows_per_short_block(&self, place: usize) -> usize {
+        let fewest = self.settings.rejection.fewest_blocks.div_ceil(self.len().max(1)).max(1);
+        self.rows_per_block(place).min(self.rows(place) / fewest).max(1)
+    }
+
     /// The excitation in the middle of each row, experiment by experiment; empty without one.
     pub(crate) fn excitation_rows(&self) -> Vec<Vec<f64>> {
         let points = self.system.points_per_row();

@@ -30,7 +30,8 @@ impl Experiment<'_> {
         window: &Range<usize>,
     ) -> Result<Sensitivities, DiagnoseError> {
         let parameters = self.hypothesis.parameters(self.system).len();
-        let mut all = self.differentiated(window, parameters + SIMULATED + self.system.learned.len())?;
+        let mut all =
+            self.differentiated(window, parameters + SIMULATED + self.system.learned.len())?;
         let t = self.system.trials[self.index];
         let points = self.system.points_per_row();
         let share = t.record.sample_s / t.record.step_s;

@@ -58,7 +58,7 @@ impl<'a> JointSystem<'a> {
         let fit = &settings.fit;
         let lead = Nuisance {
             deviation: fit.lead_deviation_samples,
-            limits: [-fit.lead_limit_samples, fit.lead_limit_samples],
+            limits: [-fit.lag_limit_samples, fit.lead_limit_samples],
         };
         let outputs = Channel::ALL.map(|c| OutputInfo {
             key: c.key().to_owned(),

@@ -169,8 +169,10 @@ settings! {
         model_deviation: f64 = 2e-3, "–", POSITIVE, RIG;
         /// Prior standard deviation of the lead of the recorded force before a held one.
         lead_deviation_samples: f64 = 0.3, "samples", POSITIVE, RIG;
-        /// Largest lead or lag; beyond it, a delay has to be named.
+        /// Largest lead: a force that is smooth between its samples is half a sample before a held one.
         lead_limit_samples: f64 = 0.5, "samples", COST, RIG;
+        /// Largest lag behind a held force; beyond it, a delay has to be named.
+        lag_limit_samples: f64 = 0.1, "samples", COST, RIG;
         /// Least prior standard deviation of the share of an effect from baseline recordings that the data have.
         share_deviation: f64 = 0.1, "–", POSITIVE, STUDIES;
         /// Prior standard deviation of the displacement at the start.

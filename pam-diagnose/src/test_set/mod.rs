@@ -15,6 +15,7 @@ use crate::search::Candidates;
 use crate::verdict::anomalies::anomalies;
 use crate::verdict::bands::bands;
 use crate::verdict::{Anomaly, ChannelBand};
+use pam_numerics::statistics::{mean, mean_half_width_95};
 
 /// Drop of the prior cost of nuisances that is clear by itself: χ² of one degree of freedom exceeds it once in 600 cases.
 const CLEAR_PRIOR_COST: f64 = 10.0;
@@ -51,11 +52,12 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
     }
 
     /// Whether the whitened squared error is proven to be smaller by `after` than by `before`: Student's one-sided test at
-    /// 97.5 % of the differences over blocks of time.
+    /// 97.5 % of the differences over blocks of time, or of the differences relative to the sums, which a few blocks with
+    /// all of the error (a delay where levels step) do not scatter.
     pub(crate) fn is_reduced(&self, before: &Hypothesis, after: &Hypothesis) -> bool {
         let problem = &self.problem;
         let (before, after) = (self.here(before), self.here(after));
-        let mut gains = Vec::new();
+        let (mut gains, mut relative) = (Vec::new(), Vec::new());
         // What the nuisances of the recordings have to take: starts and masses that are as measured speak for a cause.
         let mut taken = 0.0;
         for i in 0..problem.len() {
@@ -63,19 +65,20 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
             let (Ok(old), Ok(new)) = (whitened(&before), whitened(&after)) else { return false };
             let prior = |h| problem.unseen_prior_cost(h, i).unwrap_or(0.0);
             taken += prior(&before) - prior(&after);
-            let fewest = problem.settings.rejection.fewest_blocks.div_ceil(problem.len());
-            let rows = problem.rows(i);
-            let block = problem.rows_per_block(i).min(rows / fewest).max(1);
-            for from in (0..rows / block).map(|b| b * block) {
+            let block = problem.rows_per_short_block(i);
+            for from in (0..problem.rows(i) / block).map(|b| b * block) {
                 let square = |r: &[Vec<f64>]| -> f64 {
                     r.iter().flat_map(|c| &c[from..from + block]).map(|v| v * v).sum()
                 };
-                gains.push((square(&old) - square(&new)) / block as f64);
+                let (old, new) = (square(&old), square(&new));
+                gains.push((old - new) / block as f64);
+                relative.push((old - new) / (old + new).max(f64::MIN_POSITIVE));
             }
         }
-        let mean = pam_numerics::statistics::mean(&gains);
-        let half = pam_numerics::statistics::mean_half_width_95(&gains);
-        half.is_some_and(|half| mean > half || (taken > CLEAR_PRIOR_COST && mean > -half))
+        let (gain, of_relative) = (mean(&gains), mean(&relative));
+        let half = mean_half_width_95(&gains);
+        let clear = half.is_some_and(|h| gain > h || (taken > CLEAR_PRIOR_COST && gain > -h));
+        clear || (gain > 0.0 && mean_half_width_95(&relative).is_some_and(|h| of_relative > h))
     }
 
     /// Each channel beside its noise under a hypothesis that was fitted to `open` rows; empty if the simulation fails.

@@ -68,7 +68,8 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
                 let at = ((jump.time_s - start_s) / row_s).round() as usize;
                 let ratio = step_ratio(&plain[c], at, settings.noise.order);
                 let share = at as f64 / plain[c].len().max(1) as f64;
-                let size = (jump.after - jump.before).abs() * (share * (1.0 - share)).max(0.0).sqrt();
+                let size =
+                    (jump.after - jump.before).abs() * (share * (1.0 - share)).max(0.0).sqrt();
                 if ratio > settings.verdict.step_ratio && size > own {
                     let text = format!(
                         "the {} shifts by {} {} at t = {} s in {name}",

@@ -36,7 +36,6 @@ pub(crate) fn bands<C: Candidates + ?Sized>(
         .map(|i| problem.whitened_residuals(hypothesis, i).ok())
         .collect::<Option<_>>()?;
     let learned_left = left_of_unseen(learned, judged)?;
-    let fewest = problem.settings.rejection.fewest_blocks;
     let all = fitted_outputs(problem.system).enumerate();
     Some(
         all.map(|(c, (_, output))| {
@@ -45,10 +44,7 @@ pub(crate) fn bands<C: Candidates + ?Sized>(
             let mut from = 0;
             for (i, channels) in white.iter().enumerate() {
                 let rows = channels[c].len();
-                let block = problem
-                    .rows_per_block(i)
-                    .min(rows / fewest.div_ceil(white.len()).max(1))
-                    .max(1);
+                let block = problem.rows_per_short_block(i);
                 let flexible = &learned_left[c][from..from + rows];
                 let square = |b: &[f64]| b.iter().map(|v| v * v).sum::<f64>() / b.len() as f64;
                 own.extend(channels[c].chunks_exact(block).map(|b| (square(b), block)));

@@ -273,22 +273,26 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let infos = self.rows.whole.system.candidate(candidate).parameters;
         let Some(problem) = self.baseline else { return vec![0.0; infos.len()] };
         let iterations = problem.settings.intervals.baseline_iterations;
-        let each: Vec<Vec<f64>> = parallel::map(problem.len(), |i| {
+        let each: Vec<Vec<Interval>> = parallel::map(problem.len(), |i| {
             let alone = problem.part(i, problem.windows[i].clone());
             let fit = alone.fit(alone.base().with(candidate, values), iterations).ok()?;
-            fit.hypothesis.members.last().map(|m| m.values.clone())
+            alone.intervals(&fit).ok()
         })
         .into_iter()
         .flatten()
         .collect();
-        let (count, data) = (each.len() as f64, self.rows.whole.len() as f64);
+        let data = self.rows.whole.len() as f64;
         let of = |(k, info): (usize, &ParameterInfo)| {
-            let (Some(off), false) = (info.off, info.logarithmic || each.is_empty()) else {
+            let (Some(off), false) = (info.off, info.logarithmic) else { return 0.0 };
+            // A recording whose interval is wider than the value itself says nothing about it.
+            let tells = |i: &&Interval| i.ci95[1] - i.ci95[0] < 2.0 * (values[k] - off).abs();
+            let seen: Vec<f64> =
+                each.iter().map(|i| &i[k]).filter(tells).map(|i| i.value - off).collect();
+            if seen.is_empty() {
                 return 0.0;
-            };
-            // Around absent. Where noise makes the scatter, the baseline recordings cannot exclude such errors.
-            let square = each.iter().map(|v| (v[k] - off).powi(2)).sum::<f64>() / count;
-            t_quantile_95(count) * (square * (1.0 / data + 1.0 / count)).sqrt()
+            }
+            let (count, square) = (seen.len() as f64, seen.iter().map(|v| v * v).sum::<f64>());
+            t_quantile_95(count) * (square / count * (1.0 / data + 1.0 / count)).sqrt()
         };
         infos.iter().enumerate().map(of).collect()
     }

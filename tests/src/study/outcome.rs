@@ -47,6 +47,9 @@ pub struct Named {
     pub effect: String,
     /// Minor causes are listed and not in the headline.
     pub minor: bool,
+    /// Share of what all causes remove.
+    #[serde(default)]
+    pub share: f64,
     /// Ids that explain nearly as much in its place.
     pub confusable_with: Vec<String>,
     /// Value and 95 % interval of each parameter.
@@ -144,6 +147,7 @@ fn read(json: &Value, unread: Outcome) -> Outcome {
         Named {
             effect: text(&cause["effect"]),
             minor: cause["minor"].as_bool().unwrap_or(false),
+            share: number(&cause["share_of_error_removed"]),
             confusable_with: list(&cause["confusable_with"]).iter().map(text).collect(),
             parameters: parameters
                 .iter()
