@@ -29,7 +29,8 @@ fn noisy(effect: &dyn AnyEffect, values: &[f64], seed: u64) -> Vec<Trial> {
     let model = linear();
     let t = DiagnosisSettings::default().fit;
     let (log_mass, log_deformation) = (normal(t.model_deviation), normal(t.model_deviation));
-    let lead_samples = normal(t.lead_deviation_samples).clamp(-0.5, 0.5);
+    let lead_samples =
+        normal(t.lead_deviation_samples).clamp(-t.lag_limit_samples, t.lead_limit_samples);
     [(0.5, 120.0), (1.0, 80.0)]
         .iter()
         .map(|&(hertz, newton)| {

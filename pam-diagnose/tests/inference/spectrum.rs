@@ -38,7 +38,8 @@ fn a_line_is_found_with_its_frequency_and_power() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     for offset in [0.0, 0.2, 0.5, 0.8] {
         for (amplitude, sigma) in [(1.0, 0.3), (1.0, 1.0), (0.5, 1.0)] {
-            let hz = (24.0 + offset) * BIN_HZ;
+            // Not at a multiple of the excitation's 1 Hz.
+            let hz = (26.0 + offset) * BIN_HZ;
             let noise: Vec<f64> = white(&mut random, 3000).iter().map(|e| sigma * e).collect();
             let found = summary(plus(&sine(amplitude, hz), &noise));
             let line = found.lines[0];
@@ -68,6 +69,8 @@ fn lines_are_ordered_and_those_of_the_excitation_are_known() {
     let own = summary(sine(1.0, 1.0));
     assert_eq!(own.lines[0].frequency_hz, 1.0);
     assert!(own.lines[0].share_of_force > 0.99 && own.spectrum.foreign_line(&settings).is_none());
+    // A joint that is not linear answers at multiples of the excitation's frequency.
+    assert!(summary(sine(1.0, 3.0)).spectrum.foreign_line(&settings).is_none());
     let foreign = two.spectrum.foreign_line(&settings).expect("the excitation has 1 Hz only");
     assert_eq!(foreign.frequency_hz, 2.5);
 }

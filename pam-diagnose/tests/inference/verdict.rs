@@ -119,7 +119,9 @@ fn a_cause_that_ends_is_said_to_end() {
 }
 
 /// A candidate that seems to be as large on baseline recordings, where it is absent, is no cause: its interval is widened
-/// by 1.96 times its value there. With baseline recordings that do not show it, it stands.
+/// by what its values there let one expect of the mean of three recordings. With v in each of three baseline recordings
+/// around zero, that is v t √(1/3 + 1/3), with t = 3.182 the 97.5 % quantile of Student's t for three degrees of freedom.
+/// With baseline recordings that do not show it, it stands.
 #[test]
 fn a_name_that_the_baseline_shows_as_well_is_rejected() {
     let settings = DiagnosisSettings::default();
@@ -137,7 +139,8 @@ fn a_name_that_the_baseline_shows_as_well_is_rejected() {
         let [low, high] = d.causes[0].parameters[0].1.ci95;
         0.5 * (high - low)
     };
-    assert!((half(&between) - 1.96 * 1.0_f64.hypot(half(&absent) / 1.96)).abs() < 0.2);
+    let expected = half(&absent).hypot(3.182 * (2.0_f64 / 3.0).sqrt());
+    assert!((half(&between) / expected - 1.0).abs() < 0.1, "{} {expected}", half(&between));
 }
 
 /// Columns that hardly differ are confusable; independent ones are not. The threshold is a share of 95 % of the removed error:

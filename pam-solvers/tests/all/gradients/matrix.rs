@@ -1,8 +1,8 @@
 //! Every method on every problem.
 
-use crate::case::check;
-use crate::fields::{Linear, VanDerPol, WithCreep, leaky_relu_joint, tanh_joint};
-use crate::inputs::{AnyInput, Sine};
+use super::case::check;
+use super::fields::{Linear, VanDerPol, WithCreep, leaky_relu_joint, tanh_joint};
+use super::inputs::{AnyInput, Sine};
 use pam_core::{JointModel, NamedChoice, NetworkForce, ParametricField, SealedMasses};
 use pam_solvers::sensitivity::Problem;
 use pam_solvers::{

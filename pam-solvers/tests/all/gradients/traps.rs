@@ -1,6 +1,6 @@
 //! Where gradients of a well-solved problem go wrong, and what tells.
 
-use crate::case::apart;
+use super::case::apart;
 use pam_autodiff::ByTape;
 use pam_core::{ParametricField, Scalar, VectorField};
 use pam_solvers::sensitivity::{

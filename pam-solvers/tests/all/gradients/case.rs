@@ -1,6 +1,6 @@
 //! One cell of the gradient matrix: every method against every other.
 
-use crate::one_by_one::OneByOne;
+use super::one_by_one::OneByOne;
 use num_dual::Dual64;
 use pam_autodiff::{ByDual, ByTape, Central};
 use pam_core::ParametricField;

@@ -119,9 +119,9 @@ fn random_weights_become_a_model_that_predicts_what_it_has_not_seen() {
     let more = ["--protocol", text(&protocol), "--out", text(&logs)];
     let _ = stdout_of(PAM, &[&recorded[..], &more].concat());
     let arguments = ["train", "--data", text(&logs), "--out", text(&out), "--json"];
-    let steps = steps(3000, 2000);
+    let steps = steps(2000, 1500);
     let fewer = steps.each_ref().map(String::as_str);
-    let shorter = [&["--set", "stage.2.epochs=20"], &fewer[..]].concat();
+    let shorter = [&["--set", "stage.2.epochs=16"], &fewer[..]].concat();
     let printed = stdout_of(PAM, &[&arguments[..], &shorter].concat());
     let json: Value = serde_json::from_str(&printed).unwrap();
     assert_eq!(json["trained_on"].as_array().unwrap().len(), 8);
@@ -212,7 +212,7 @@ fn parameters_come_out_with_errors_where_the_data_identify_them() {
             losses.insert(name.into(), 0.0.into());
         }
     }
-    let json = learn(&record(&rig, "isothermal"), "run", 10, steps(3000, 2000));
+    let json = learn(&record(&rig, "isothermal"), "run", 6, steps(1500, 1000));
     let found = |pointer: &str| json.pointer(pointer).and_then(Value::as_f64).unwrap();
     let mass = (found("/parameters/mass_kg"), found("/identification/mass/standard_error_kg"));
     let nu =

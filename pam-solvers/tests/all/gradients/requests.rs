@@ -1,7 +1,7 @@
 //! Requests at the edge: nothing to observe, nothing to solve, inconsistent ones; and what gradients cost.
 
-use crate::case::loss;
-use crate::fields::{Linear, VanDerPol};
+use super::case::loss;
+use super::fields::{Linear, VanDerPol};
 use pam_autodiff::{ByDual, ByTape};
 use pam_solvers::sensitivity::{
     Backsolve, Checkpointing, Direction, DiscreteAdjoint, DualThroughSolver, FiniteDifference,

@@ -7,29 +7,6 @@ use pam_solvers::sensitivity::{AdjointWorkspace, Checkpointing, DiscreteAdjoint,
 use pam_solvers::{
     ConstantStep, Integrator, Interpolation, PidController, SampledInput, StepController, Tableau,
 };
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: every call is handed to the system allocator unchanged.
-#[allow(unsafe_code)]
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let _ = COUNT.try_with(|c| c.set(c.get() + 1));
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// `ẍ = −k x − c ẋ + u`
 struct Oscillator<S> {
@@ -143,9 +120,9 @@ fn check<D: Differentiation<Oscillator<f64>> + Copy>(differentiation: D) {
                     w.copy_from_slice(y);
                     y.iter().map(|y| 0.5 * y * y).sum()
                 };
-                let before = COUNT.with(Cell::get);
+                let before = crate::count();
                 let gradient = adjoint.value_and_gradient_with(&problem, &mut loss, &mut workspace);
-                let count = COUNT.with(Cell::get) - before;
+                let count = crate::count() - before;
                 (count, gradient.unwrap().statistics.steps)
             };
             for [few, many] in

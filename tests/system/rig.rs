@@ -100,13 +100,16 @@ fn the_published_weights_predict_the_rig() {
 fn a_killed_session_leaves_whole_logs_and_is_finished_by_another() {
     let folder = tempfile::tempdir().unwrap();
     let [whole, cut] = ["whole", "cut"].map(|n| folder.path().join(n));
+    // Long enough to be killed in the middle.
+    let protocol = folder.path().join("protocol.toml");
+    let sine =
+        "[[current]]\nkind = \"sine\"\namplitude_a = 1.5\nfrequency_hz = 1.0\nduration_s = 20.0\n";
+    std::fs::write(&protocol, format!("name = \"killed\"\nconditions = [[45, 45]]\n{sine}"))
+        .unwrap();
     let arguments = |out: &Path| {
-        let out = text(out).to_owned();
-        ["rig", "record", "--conditions", "symmetric", "--quiet", "--out"]
-            .map(str::to_owned)
-            .into_iter()
-            .chain([out])
-            .collect::<Vec<_>>()
+        let more = ["--protocol", text(&protocol), "--out", text(out)];
+        let all = [&["rig", "record", "--conditions", "symmetric", "--quiet"][..], &more].concat();
+        all.into_iter().map(str::to_owned).collect::<Vec<_>>()
     };
     assert!(Command::new(PAM).args(arguments(&whole)).status().unwrap().success());
     let expected = files(&whole);

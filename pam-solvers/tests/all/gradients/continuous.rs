@@ -1,8 +1,8 @@
 //! Continuous adjoints converge to the discrete one as tolerances shrink.
 
-use crate::case::{brief, gradients_apart, loss};
-use crate::fields::{Linear, VanDerPol, tanh_joint};
-use crate::inputs::Sine;
+use super::case::{brief, gradients_apart, loss};
+use super::fields::{Linear, VanDerPol, tanh_joint};
+use super::inputs::Sine;
 use pam_autodiff::{ByDual, ByTape};
 use pam_core::{NamedChoice, ParametricField, SealedMasses};
 use pam_solvers::sensitivity::{

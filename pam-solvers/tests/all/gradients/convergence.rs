@@ -1,6 +1,6 @@
 //! Gradients converge with the order of the method.
 
-use crate::case::brief;
+use super::case::brief;
 use num_dual::Dual64;
 use pam_autodiff::ByTape;
 use pam_core::{ParametricField, Scalar, VectorField};

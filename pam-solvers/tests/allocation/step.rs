@@ -4,29 +4,6 @@ use pam_core::{JointModel, Mlp, NetworkForce, SealedMasses, force::Dense};
 use pam_solvers::{
     ConstantStep, Integrator, Interpolation, PidController, SampledInput, SaveAt, Tableau, Term,
 };
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: every call is handed to the system allocator unchanged.
-#[allow(unsafe_code)]
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let _ = COUNT.try_with(|c| c.set(c.get() + 1));
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 fn network() -> NetworkForce<f64> {
     let value = |k: usize| 0.3 * (k as f64 * 1.7).sin();
@@ -56,13 +33,13 @@ fn steps_do_not_allocate() {
         let (t1, y0) = (times[samples - 1], [0.0, 0.0, pf, pe]);
         let constant = Integrator::new(Tableau::tsit5(), ConstantStep::new(1e-3));
         let controlled = Integrator::new(Tableau::tsit5(), PidController::new(1e-6, 1e-6));
-        let before = COUNT.with(Cell::get);
+        let before = crate::count();
         let solution = if adaptive {
             controlled.solve(&term, 0.0, t1, &y0, SaveAt::Times(&times))
         } else {
             constant.solve(&term, 0.0, t1, &y0, SaveAt::Times(&times))
         };
-        let count = COUNT.with(Cell::get) - before;
+        let count = crate::count() - before;
         assert_eq!(solution.unwrap().len(), samples);
         count
     };

@@ -1,0 +1,20 @@
+//! Whole-system tests: the program and the library on real and made-up data.
+//!
+//! They are one program, so that two cores always have a test to run: `cargo test --release --workspace --test system train::`.
+
+mod ablate;
+mod bad_input;
+mod commands;
+mod compare;
+mod control;
+mod diagnose;
+mod formats;
+mod gradient;
+mod loader;
+mod measured_rig;
+mod plant;
+mod plausibility;
+mod published_model;
+mod real_run;
+mod rig;
+mod train;
