@@ -119,7 +119,7 @@ fn random_weights_become_a_model_that_predicts_what_it_has_not_seen() {
     let more = ["--protocol", text(&protocol), "--out", text(&logs)];
     let _ = stdout_of(PAM, &[&recorded[..], &more].concat());
     let arguments = ["train", "--data", text(&logs), "--out", text(&out), "--json"];
-    let steps = steps(2000, 1500);
+    let steps = steps(3000, 2500);
     let fewer = steps.each_ref().map(String::as_str);
     let shorter = [&["--set", "stage.2.epochs=16"], &fewer[..]].concat();
     let printed = stdout_of(PAM, &[&arguments[..], &shorter].concat());

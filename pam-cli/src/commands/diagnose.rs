@@ -48,9 +48,13 @@ pub struct DiagnoseArguments {
     /// Settings of the diagnosis (see docs/diagnosis.md)
     #[arg(long, value_name = "FILE.toml")]
     pub settings: Option<PathBuf>,
-    /// Change one setting, like `search.beam_width=4`; may be repeated
+    /// Change one setting, like `search.max_causes=4`; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
+    /// Known noise of a channel, the standard deviation of its means over 20 ms: `x=0.004` (mm), `pf=0.3`, `pe=0.3` (kPa)
+    /// [default: learned from the data]
+    #[arg(long, value_delimiter = ',', value_name = "CHANNEL=DEVIATION,…")]
+    pub noise: Vec<String>,
     /// Diagnose recordings with wrong units, swapped columns or flipped signs all the same
     #[arg(long)]
     pub allow_implausible: bool,
@@ -95,6 +99,7 @@ impl RunCommand for DiagnoseArguments {
             "effects": options.candidates.iter().map(|e| e.info().id).collect::<Vec<_>>(),
             "settings": options.settings,
             "allow_implausible": options.allow_implausible,
+            "noise": options.noise,
             "reading": self.reading.to_json()?,
         });
         run_record::write(&self.out, "diagnose", global.seed, &configuration)?;
@@ -104,6 +109,25 @@ impl RunCommand for DiagnoseArguments {
         finish(&diagnosis, &self.out, console);
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// The noise of x, P_f and P_e from texts like `pf=0.3`.
+fn known_noise(texts: &[String]) -> Result<[Option<f64>; 3], CliError> {
+    const CHANNELS: [&str; 3] = ["x", "pf", "pe"];
+    let mut noise = [None; 3];
+    for text in texts {
+        let of = |t: &str| t.trim().parse::<f64>().ok().filter(|d| d.is_finite() && *d > 0.0);
+        let known = text.split_once('=').and_then(|(channel, deviation)| {
+            Some((CHANNELS.iter().position(|c| *c == channel.trim())?, of(deviation)?))
+        });
+        let (channel, deviation) = known.ok_or_else(|| {
+            CliError::Usage(format!(
+                "--noise: `{text}` is no channel (x, pf, pe) with a positive standard deviation, like `pf=0.3`"
+            ))
+        })?;
+        noise[channel] = Some(deviation);
+    }
+    Ok(noise)
 }
 
 fn options(arguments: &DiagnoseArguments, seed: u64) -> Result<DiagnoseOptions, CliError> {
@@ -126,6 +150,7 @@ fn options(arguments: &DiagnoseArguments, seed: u64) -> Result<DiagnoseOptions, 
         seed,
         settings,
         allow_implausible: arguments.allow_implausible,
+        noise: known_noise(&arguments.noise)?,
         ..DiagnoseOptions::default()
     };
     if !arguments.effects.is_empty() {

@@ -1,12 +1,13 @@
 //! The baseline discrepancy of the joint.
 
+use super::diagnose::DiagnoseOptions;
 use super::spans::spans;
 use super::system::JointSystem;
 use crate::data::{Roles, TestSource};
 use crate::diagnosis::Baseline;
 use crate::error::DiagnoseError;
 use crate::fit::{Member, Problem};
-use crate::noise::{Noise, estimated_noise};
+use crate::noise::{Noise, NoisePrior, estimated_noise};
 use crate::settings::DiagnosisSettings;
 use pam_effects::effects::{ALL, AnyEffect};
 use pam_effects::model::{ActiveEffect, ExtendedModel};
@@ -35,17 +36,17 @@ pub struct BaselineDiscrepancy {
 }
 
 impl BaselineDiscrepancy {
-    /// Learns the discrepancy from baseline recordings.
+    /// Learns the discrepancy from baseline recordings, with the settings, the seed and the noise of the options.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the recordings are too short or the model diverges on them.
     pub fn learn(
         model: &ExtendedModel,
         trials: &[Trial],
-        settings: &DiagnosisSettings,
-        seed: u64,
+        options: &DiagnoseOptions,
         done: &(dyn Fn(f64) + Sync),
     ) -> Result<Self, DiagnoseError> {
+        let (settings, seed) = (&options.settings, options.seed);
         let roles = Roles::assign(
             &spans(&trials.iter().collect::<Vec<_>>()),
             TestSource::Kept,
@@ -57,8 +58,10 @@ impl BaselineDiscrepancy {
         let all: Vec<&Trial> = trials.iter().collect();
         let (base, open) = (model.base(), roles.open());
         let system = JointSystem::new(all, &open, base, &model.effects, effects, settings);
-        let noise = estimated_noise(&system, &open, &settings.noise);
-        let prior = system.noise_prior(&open);
+        let mut noise = estimated_noise(&system, &open, &settings.noise);
+        let given = noise.iter_mut().zip(options.noise);
+        given.for_each(|(noise, given)| *noise = given.unwrap_or(*noise));
+        let prior = NoisePrior { given: options.noise.to_vec(), ..system.noise_prior(&open) };
         let found = Baseline::learn(&system, &roles, &noise, prior, settings, seed, done)?;
         let active = |m: Member| ActiveEffect { effect: ALL[m.candidate], values: m.values };
         let least = settings.fit.share_deviation;

@@ -7,7 +7,7 @@ use super::system::JointSystem;
 use crate::data::{OpenPart, Roles, TestSource};
 use crate::diagnosis::{self, Diagnosis, Prepared, Stage};
 use crate::error::DiagnoseError;
-use crate::noise::estimated_noise;
+use crate::noise::{NoisePrior, estimated_noise};
 use crate::settings::DiagnosisSettings;
 use pam_data::Subject;
 use pam_data::plausibility::{self, Finding, PlausibilitySettings};
@@ -40,6 +40,9 @@ pub struct DiagnoseOptions {
     pub plausibility: PlausibilitySettings,
     /// Diagnose recordings that contradict the physics of the joint all the same.
     pub allow_implausible: bool,
+    /// Known standard deviations of the noise of x (mm), P_f and P_e (kPa), in means over
+    /// [`points_per_row`](crate::settings::DataSettings::points_per_row) grid points; learned from the data where absent.
+    pub noise: [Option<f64>; 3],
 }
 
 impl Default for DiagnoseOptions {
@@ -50,6 +53,7 @@ impl Default for DiagnoseOptions {
             settings: DiagnosisSettings::default(),
             plausibility: PlausibilitySettings::default(),
             allow_implausible: false,
+            noise: [None; 3],
         }
     }
 }
@@ -104,15 +108,16 @@ pub fn diagnose(
         options.candidates.iter().map(|e| *e as &dyn AnyEffect).collect();
     let base = model.base();
     let mut system = JointSystem::new(all, &open, base, &model.effects, effects.clone(), settings);
-    let noise = estimated_noise(&system, &open, &settings.noise);
-    let mut prior = system.noise_prior(&open);
+    let mut noise = estimated_noise(&system, &open, &settings.noise);
+    let given = noise.iter_mut().zip(options.noise);
+    given.for_each(|(noise, given)| *noise = given.unwrap_or(*noise));
+    let mut prior = NoisePrior { given: options.noise.to_vec(), ..system.noise_prior(&open) };
     let mut baseline = None;
     let mut known = model.clone();
     let baseline_trials = prepare(model, sets.baseline.unwrap_or_default());
     if sets.baseline.is_some() {
         let done = |s| progress(Stage::Baseline, s);
-        let learned =
-            BaselineDiscrepancy::learn(model, &baseline_trials, settings, options.seed, &done)?;
+        let learned = BaselineDiscrepancy::learn(model, &baseline_trials, options, &done)?;
         prior.add(learned.discrepancy.clone());
         known = model.with(learned.effects.iter().cloned());
         system.learn(learned.effects.clone(), &learned.share_deviations);

@@ -138,6 +138,7 @@ impl<'a> JointSystem<'a> {
         NoisePrior {
             least: vec![f64::MIN_POSITIVE.sqrt(); Channel::ALL.len() - 1],
             discrepancy: moving_discrepancy(self, open, &self.settings.noise),
+            given: Vec::new(),
         }
     }
 

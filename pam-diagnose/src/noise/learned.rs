@@ -35,6 +35,7 @@ impl Noise {
             rows.experiments.iter().for_each(|r| detrend(&mut left[r.clone()]));
             let left = winsorised(left, settings.largest_deviations);
             // Gram–Schmidt: what is left of the channels before is not correlated among each other.
+            let whole = dot(&left, &left);
             let mut rest = left;
             let mut by_own = vec![0.0; c];
             for (d, other) in own.iter().enumerate() {
@@ -50,7 +51,11 @@ impl Noise {
             let shortest = series.iter().map(|s| s.len()).min()?;
             let order = settings.order.min(shortest / settings.rows_per_order);
             let mut gamma = autocovariance(&series, order);
-            gamma.iter_mut().for_each(|g| *g *= n / freedom);
+            // A size that is given, or what the data show with the degrees of freedom that the flexible model has used.
+            let given = prior.given.get(c).copied().flatten().filter(|_| gamma[0] > 0.0);
+            let own_share = dot(&rest, &rest) / whole.max(f64::MIN_POSITIVE);
+            let factor = given.map_or(n / freedom, |d| own_share * d * d / gamma[0]);
+            gamma.iter_mut().for_each(|g| *g *= factor);
             let variance = gamma[0];
             let known = prior.discrepancy.get(c).map_or(&[][..], Vec::as_slice);
             gamma.iter_mut().zip(known).for_each(|(g, known)| *g += known);
@@ -59,7 +64,7 @@ impl Noise {
             let deviation = learned.deviation().max(prior.least[c]);
             let learned = learned.scaled_to(deviation);
             for (&e, own) in problem.experiments.iter().zip(&series) {
-                relative[e].push(relative_size(own, variance, n / freedom, &learned, settings));
+                relative[e].push(relative_size(own, variance, factor, &learned, settings));
             }
             channels.push(learned);
             own.push(rest);
@@ -76,13 +81,16 @@ pub struct NoisePrior {
     /// Autocovariances of the errors that the model itself makes in each channel, at the lags 0, 1, …: its discrepancy
     /// (Kennedy and O'Hagan 2001). Empty without any.
     pub discrepancy: Vec<Vec<f64>>,
+    /// Standard deviations that are known of the noise of each channel, beside the discrepancy; only its correlation is
+    /// learned then. Empty, or none for a channel, where the size is learned as well.
+    pub given: Vec<Option<f64>>,
 }
 
 impl NoisePrior {
     /// Channels with at least this noise.
     #[must_use]
     pub fn at_least(least: Vec<f64>) -> Self {
-        Self { least, discrepancy: Vec::new() }
+        Self { least, ..Self::default() }
     }
 
     /// Adds a further discrepancy.

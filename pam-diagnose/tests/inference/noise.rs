@@ -96,5 +96,10 @@ fn the_noise_is_learned_beside_a_motion() {
         assert!((noise.deviation(0) - 1.0).abs() < 0.05, "{}", noise.deviation(0));
         let noise = Noise::learned(&problem, &base, &NoisePrior::at_least(vec![2.0])).unwrap();
         assert!((noise.deviation(0) - 2.0).abs() < 1e-9);
+        // Of a noise whose size is given, the correlation is learned.
+        let given = NoisePrior { given: vec![Some(3.0)], ..prior };
+        let noise = Noise::learned(&problem, &base, &given).unwrap();
+        assert!((noise.deviation(0) - 3.0).abs() < 1e-9, "{}", noise.deviation(0));
+        assert!((noise.channel(0).correlated_rows() / rows - 1.0).abs() < 1e-9);
     }
 }
