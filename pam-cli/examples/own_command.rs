@@ -29,16 +29,16 @@ impl DurationArguments {
     ///
     /// # Errors
     /// [`CliError`] naming file, line and column, or the option.
-    pub fn duration_s(&self, console: &Console) -> Result<f64, CliError> {
-        let recordings = self.reading.recordings(&self.recordings, console)?;
+    pub fn duration_s(&self, global: &GlobalOptions, console: &Console) -> Result<f64, CliError> {
+        let recordings = self.reading.recordings(&self.recordings, global.rig()?, console)?;
         let spans = recordings.iter().map(|r| r.time_s[r.time_s.len() - 1] - r.time_s[0]);
         Ok(spans.sum())
     }
 }
 
 impl RunCommand for DurationArguments {
-    fn run(&self, _global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let duration_s = self.duration_s(console)?;
+    fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+        let duration_s = self.duration_s(global, console)?;
         console.text(format!("{duration_s:.3} s"));
         console.json(&json!({ "duration_s": duration_s }));
         Ok(ExitCode::SUCCESS)
@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = folder.path().display().to_string();
     let program = <Program as clap::Parser>::try_parse_from(["duration", &path, "--quiet"])?;
     let console = Console::new(&program.global);
-    assert_eq!(program.arguments.duration_s(&console)?, 1.75);
+    assert_eq!(program.arguments.duration_s(&program.global, &console)?, 1.75);
     assert_eq!(program.arguments.run(&program.global, &console)?, ExitCode::SUCCESS);
     Ok(())
 }

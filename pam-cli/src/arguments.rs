@@ -2,7 +2,10 @@
 
 pub use crate::commands::Command;
 
+use crate::error::CliError;
 use clap::{Args, CommandFactory, FromArgMatches, Parser};
+use pam_data::RigFile;
+use std::path::PathBuf;
 
 /// Hybrid neural ODEs of an antagonistic pneumatic-muscle joint.
 ///
@@ -76,9 +79,27 @@ pub struct GlobalOptions {
     /// Number of threads [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = parse_threads)]
     pub threads: Option<usize>,
+    /// Description of a rig of one's own: columns and units of its files, size of its joint (docs/own-rig.md); `pam
+    /// rig-file init FILE` writes a first one [default: that of the model, if it has one]
+    #[arg(long, global = true, value_name = "RIG.toml")]
+    pub rig_file: Option<PathBuf>,
+    /// Use recordings that contradict the physics of the joint (wrong units, swapped columns, flipped signs) all the
+    /// same
+    #[arg(long, alias = "allow-implausible", global = true)]
+    pub accept: bool,
     /// No progress and no text, only errors and, with --json, results
     #[arg(long, short, global = true)]
     pub quiet: bool,
+}
+
+impl GlobalOptions {
+    /// The rig file of `--rig-file`.
+    ///
+    /// # Errors
+    /// [`CliError::Data`] naming line or key of what is wrong in it.
+    pub fn rig(&self) -> Result<Option<RigFile>, CliError> {
+        Ok(self.rig_file.as_deref().map(RigFile::read).transpose()?)
+    }
 }
 
 fn parse_threads(text: &str) -> Result<usize, String> {

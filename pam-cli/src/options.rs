@@ -1,5 +1,6 @@
 //! Options that several commands share, and what they turn into.
 
+use crate::arguments::GlobalOptions;
 use crate::console::Console;
 use crate::error::{CliError, usage};
 use clap::Args;
@@ -7,9 +8,11 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use pam_core::{
     Activation, AnyForce, JointModel, Mlp, ModelError, NamedChoice, NetworkForce, SpringDamper,
 };
+use pam_data::plausibility::PlausibilitySettings;
 use pam_data::{
     LoadOptions, MassChoice, MassOptions, ModelInfo, MuscleSurfaces, PressureReference, Recording,
-    SavedModel, Subject, collect_paths, load_model, parse_model, read_files,
+    RigFile, SavedModel, Subject, collect_paths_of, load_model, parse_model, plausibility,
+    read_files,
 };
 use pam_effects::ExtendedModel;
 use pam_effects::engine::{AUTO, EXACT, EngineChoice};
@@ -45,8 +48,8 @@ impl ModelOptions {
     ///
     /// # Errors
     /// As [`load_extended`](Self::load_extended).
-    pub fn load(&self) -> Result<SavedModel, CliError> {
-        let saved = self.load_extended()?;
+    pub fn load(&self, global: &GlobalOptions) -> Result<SavedModel, CliError> {
+        let saved = self.load_extended(global)?;
         if saved.info.effects.is_empty() {
             return Ok(saved);
         }
@@ -61,15 +64,19 @@ impl ModelOptions {
     ///
     /// # Errors
     /// [`CliError`] naming the file or the option.
-    pub fn load_extended(&self) -> Result<SavedModel, CliError> {
+    pub fn load_extended(&self, global: &GlobalOptions) -> Result<SavedModel, CliError> {
+        let rig = global.rig()?;
         if self.model == Path::new(SPRING_DAMPER) {
-            return Ok(built_in_spring_damper());
+            return Ok(built_in_spring_damper(rig.as_ref()));
         }
         let mut saved = if self.model == Path::new(DEFAULT_MODEL) {
             parse_model(&self.model, DEFAULT_MODEL_BYTES)?
         } else {
             load_model(&self.model)?
         };
+        if let Some(rig) = &rig {
+            self.warn_of_geometry(&saved, rig);
+        }
         if let Some(activation) = self.activation {
             let AnyForce::Network(force) = &saved.model.force else {
                 return Err(CliError::Usage("--activation is for networks".into()));
@@ -78,6 +85,21 @@ impl ModelOptions {
             saved.model.force = AnyForce::Network(NetworkForce::new(mlp)?);
         }
         Ok(saved)
+    }
+
+    /// A trained model keeps its own geometry; says so if the rig file has another.
+    fn warn_of_geometry(&self, saved: &SavedModel, rig: &RigFile) {
+        let (own, other) = (saved.model.geometry, rig.geometry());
+        if own != other {
+            eprintln!(
+                "{}: the model has muscles of {} x {} mm (radius x length), the rig file {} x {} mm; the model keeps its own",
+                self.model.display(),
+                own.radius_mm,
+                own.length_mm,
+                other.radius_mm,
+                other.length_mm
+            );
+        }
     }
 }
 
@@ -89,11 +111,17 @@ pub fn default_model() -> Result<SavedModel, CliError> {
     Ok(parse_model(Path::new(DEFAULT_MODEL), DEFAULT_MODEL_BYTES)?)
 }
 
-/// The physics-only model: datasheet parameters and the published stiffness as a straight line.
+/// The physics-only model: parameters of the data sheet and the published stiffness as a straight line; of a rig those of
+/// its own data sheet, with ideal muscles.
 #[must_use]
-pub fn built_in_spring_damper() -> SavedModel {
+pub fn built_in_spring_damper(rig: Option<&RigFile>) -> SavedModel {
+    let spring = rig.map_or_else(SpringDamper::published, RigFile::spring_damper);
+    let force = AnyForce::SpringDamper(spring);
     SavedModel {
-        model: JointModel::datasheet(AnyForce::SpringDamper(SpringDamper::published())),
+        model: match rig {
+            Some(rig) => rig.model(force),
+            None => JointModel::datasheet(force),
+        },
         info: ModelInfo {
             name: "linear spring–damper".into(),
             provenance:
@@ -103,6 +131,7 @@ pub fn built_in_spring_damper() -> SavedModel {
             trained: false,
             trained_on: Vec::new(),
             effects: Vec::new(),
+            rig: rig.cloned(),
             source: None,
         },
     }
@@ -174,8 +203,9 @@ impl DataOptions {
     ///
     /// # Errors
     /// [`CliError::Usage`] naming a loader option that does not exist.
-    pub fn load_options(&self) -> Result<LoadOptions, CliError> {
+    pub fn load_options(&self, rig: Option<RigFile>) -> Result<LoadOptions, CliError> {
         let mut options = LoadOptions {
+            rig,
             preprocess: self.preprocess,
             pressure_reference: self.pressure,
             ..LoadOptions::default()
@@ -198,35 +228,56 @@ impl DataOptions {
         Ok(MassOptions { choice: self.masses, surfaces })
     }
 
-    /// Reads recordings of files and folders, with a progress bar.
+    /// Reads recordings of files and folders, of a rig if there is one, with a progress bar.
     ///
     /// # Errors
     /// [`CliError`] naming file, line and column, or the option.
     pub fn recordings(
         &self,
         paths: &[PathBuf],
+        rig: Option<RigFile>,
         console: &Console,
     ) -> Result<Vec<Recording>, CliError> {
-        let options = self.load_options()?;
-        let paths = collect_paths(paths)?;
+        let options = self.load_options(rig)?;
+        let paths = collect_paths_of(paths, options.rig.as_ref())?;
         let bar = console.progress(paths.len(), "reading");
         let recordings = read_files(&paths, &options, &|| bar.inc(1));
         bar.finish_and_clear();
         Ok(recordings?)
     }
 
-    /// Reads recordings with their masses for a model, and prints the notes of the recordings.
+    /// Reads recordings with their masses for a model, prints their notes, and checks them against the physics of
+    /// the joint. They are read as files of the rig of `--rig-file`, or of the rig of the model.
     ///
     /// # Errors
-    /// As [`recordings`](Self::recordings).
+    /// As [`recordings`](Self::recordings); [`CliError::Failed`] if units, columns or signs are wrong and `--accept`
+    /// is not given.
     pub fn subjects(
         &self,
         paths: &[PathBuf],
         saved: &SavedModel,
+        global: &GlobalOptions,
+        console: &Console,
+    ) -> Result<Vec<Subject>, CliError> {
+        let subjects = self.unchecked_subjects(paths, saved, global, console)?;
+        check_plausible(saved, &subjects, global, console)?;
+        Ok(subjects)
+    }
+
+    /// [`subjects`](Self::subjects) without the check.
+    ///
+    /// # Errors
+    /// As [`recordings`](Self::recordings).
+    pub fn unchecked_subjects(
+        &self,
+        paths: &[PathBuf],
+        saved: &SavedModel,
+        global: &GlobalOptions,
         console: &Console,
     ) -> Result<Vec<Subject>, CliError> {
         let masses = self.mass_options()?;
-        let subjects = Subject::resolve(self.recordings(paths, console)?, saved, &masses)?;
+        let rig = global.rig()?.or_else(|| saved.info.rig.clone());
+        let subjects = Subject::resolve(self.recordings(paths, rig, console)?, saved, &masses)?;
         subjects.iter().for_each(|s| console.notes(&s.recording));
         Ok(subjects)
     }
@@ -235,16 +286,43 @@ impl DataOptions {
     ///
     /// # Errors
     /// As [`load_options`](DataOptions::load_options).
-    pub fn to_json(&self) -> Result<Value, CliError> {
-        let load = self.load_options()?;
+    pub fn to_json(&self, global: &GlobalOptions) -> Result<Value, CliError> {
+        let load = self.load_options(global.rig()?)?;
         Ok(json!({
             "masses": format!("{:?}", self.masses).to_lowercase(),
             "surfaces": self.surfaces,
             "preprocess": self.preprocess,
             "pressure": format!("{:?}", self.pressure).to_lowercase(),
             "raw_log": load.raw_log,
+            "rig": load.rig,
+            "accept": global.accept,
         }))
     }
+}
+
+/// Prints what in recordings contradicts the physics of the joint.
+///
+/// # Errors
+/// [`CliError::Failed`] if that is certain and `--accept` is not given.
+pub fn check_plausible(
+    saved: &SavedModel,
+    subjects: &[Subject],
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<(), CliError> {
+    let settings = PlausibilitySettings::for_model(saved);
+    let findings = plausibility::check_with(&saved.model, subjects, &settings);
+    let errors = plausibility::errors(&findings);
+    if !(errors.is_empty() || global.accept) {
+        let sentences: Vec<String> = errors.iter().map(ToString::to_string).collect();
+        return Err(CliError::Failed(format!(
+            "{}. Look at the data with `pam inspect`, describe them with --rig-file, or use them all the same with \
+             --accept",
+            sentences.join("; ")
+        )));
+    }
+    findings.iter().for_each(|finding| console.warn(finding.to_string()));
+    Ok(())
 }
 
 /// With which method the equations are solved.

@@ -5,6 +5,8 @@ use crate::formats::list::format_of;
 use crate::load_options::LoadOptions;
 use crate::preprocess::refilter;
 use crate::recording::Recording;
+use crate::rig_file::RigFile;
+use crate::table::Table;
 use pam_core::parallel;
 use std::path::{Path, PathBuf};
 
@@ -32,8 +34,14 @@ pub fn open_recordings(path: &Path, options: &LoadOptions) -> Result<Vec<Recordi
             "this is the sealed truth behind a made-up log; give the log itself",
         ));
     }
+    if let Some(rig) = options.rig.as_ref().filter(|rig| rig.columns.is_some()) {
+        let table = Table::open(path, &rig.file)?;
+        if rig.describes(&table) {
+            return rig.recordings_of(&table, path, options);
+        }
+    }
     let format = format_of(path)?;
-    let taken = format.read_recordings(path, options)?;
+    let taken = format.read_recordings(path, &options.of_rig())?;
     if !options.preprocess || format.filters_channels() {
         return Ok(taken);
     }
@@ -54,7 +62,7 @@ pub fn read_recordings<P: AsRef<Path>>(
     options: &LoadOptions,
 ) -> Result<Vec<Recording>, DataError> {
     let paths: Vec<PathBuf> = paths.into_iter().map(|p| p.as_ref().to_owned()).collect();
-    read_files(&collect_paths(&paths)?, options, &|| {})
+    read_files(&collect_paths_of(&paths, options.rig.as_ref())?, options, &|| {})
 }
 
 /// Reads the recordings of files in parallel and returns them in the order of the files, each with a name of its
@@ -93,6 +101,17 @@ pub fn read_files(
 /// # Errors
 /// [`DataError`] if a path cannot be read or a folder holds no recording.
 pub fn collect_paths(paths: &[PathBuf]) -> Result<Vec<PathBuf>, DataError> {
+    collect_paths_of(paths, None)
+}
+
+/// [`collect_paths`] with the files of a rig: in folders all tables that hold its columns are recordings besides.
+///
+/// # Errors
+/// As [`collect_paths`].
+pub fn collect_paths_of(
+    paths: &[PathBuf],
+    rig: Option<&RigFile>,
+) -> Result<Vec<PathBuf>, DataError> {
     let mut out = Vec::new();
     for path in paths {
         if !path.is_dir() {
@@ -106,7 +125,8 @@ pub fn collect_paths(paths: &[PathBuf]) -> Result<Vec<PathBuf>, DataError> {
             let holds_recording = file.is_file()
                 && !is_truth(&file)
                 && !is_hidden(&file)
-                && format_of(&file).is_ok_and(|format| format.holds_recording(&file));
+                && (rig.is_some_and(|rig| rig.describes_file(&file))
+                    || format_of(&file).is_ok_and(|format| format.holds_recording(&file)));
             if holds_recording {
                 found.push(file);
             }

@@ -9,6 +9,7 @@
 //! | raw log of the rig (`nn_FFEE`) | [`formats::raw_log`], preprocessed by [`preprocess`] |
 //! | CSV and `.npz` of the standard columns | [`formats::csv_columns`], [`formats::npz_columns`] |
 //! | the published MATLAB run (`data.mat`) | [`formats::mat_run`] |
+//! | any table of a rig that is described by a [`rig_file`] | [`table`] |
 //!
 //! Models come from the published `.eqx` weights or from safetensors ([`models`]); sealed air masses
 //! from the file itself, the gas law, or the single-muscle surfaces ([`masses`]).
@@ -31,10 +32,14 @@ pub mod models;
 pub mod plausibility;
 pub mod preprocess;
 pub mod recording;
+pub mod rig_file;
 pub mod subject;
+pub mod table;
 pub mod toml_file;
 
-pub use detect::{TRUTH_SUFFIX, collect_paths, open_recordings, read_files, read_recordings};
+pub use detect::{
+    TRUTH_SUFFIX, collect_paths, collect_paths_of, open_recordings, read_files, read_recordings,
+};
 pub use error::DataError;
 pub use formats::format::FileFormat;
 pub use formats::list::{format_of, write_recording, writer_for};
@@ -44,4 +49,5 @@ pub use masses::{MassChoice, MassOptions, MassOrigin, MuscleSurfaces, resolve_ma
 pub use models::{ModelInfo, SavedModel, load_model, parse_model};
 pub use preprocess::RawLogOptions;
 pub use recording::{Channel, Recording, SealedReading};
+pub use rig_file::RigFile;
 pub use subject::Subject;

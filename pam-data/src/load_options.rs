@@ -1,6 +1,7 @@
 //! How recordings are read.
 
 use crate::preprocess::RawLogOptions;
+use crate::rig_file::RigFile;
 use pam_core::NamedChoice;
 use pam_core::units::ATMOSPHERE_KPA;
 
@@ -14,6 +15,8 @@ pub struct LoadOptions {
     pub preprocess: bool,
     /// The zero of the pressures of CSV, `.npz` and `.mat` data; raw logs are gauge by definition.
     pub pressure_reference: PressureReference,
+    /// The rig whose files these are; [`None`] for files with the columns of their format.
+    pub rig: Option<RigFile>,
 }
 
 /// The zero of a pressure column.
@@ -47,4 +50,29 @@ impl NamedChoice for PressureReference {
         ("absolute", Self::Absolute, "zero is vacuum"),
         ("gauge", Self::Gauge, "zero is the atmosphere"),
     ];
+}
+
+impl LoadOptions {
+    /// The same with the constants of the raw-log loader that the rig file gives: pulley, motor, atmosphere, filter.
+    #[must_use]
+    pub(crate) fn of_rig(&self) -> Self {
+        let mut options = self.clone();
+        if let Some(rig) = &self.rig {
+            let published = RawLogOptions::default();
+            let log = &mut options.raw_log;
+            // An option that was changed by its own name wins.
+            let set = |value: &mut f64, given: Option<f64>, published: f64| {
+                if let Some(given) = given.filter(|_| *value == published) {
+                    *value = given;
+                }
+            };
+            let torque = rig.drive.torque_constant_nm_per_a.map(|c| 1e3 * c);
+            set(&mut log.pulley_radius_mm, rig.drive.pulley_radius_mm, published.pulley_radius_mm);
+            set(&mut log.torque_constant_mnm_per_a, torque, published.torque_constant_mnm_per_a);
+            set(&mut log.gear_ratio, rig.drive.gear_ratio, published.gear_ratio);
+            set(&mut log.atmosphere_kpa, Some(rig.air.atmosphere_kpa), published.atmosphere_kpa);
+            set(&mut log.cutoff_hz, rig.filter.displacement_hz, published.cutoff_hz);
+        }
+        options
+    }
 }

@@ -43,3 +43,12 @@ pub fn table(text: &str) -> Result<toml::Table, String> {
 pub fn from_table<T: DeserializeOwned>(table: &toml::Table) -> Result<T, String> {
     document::from_toml(&table.to_string()).map_err(|e| e.to_string())
 }
+
+/// A value as TOML on one line, for `KEY=VALUE`.
+///
+/// # Errors
+/// If TOML cannot represent the value.
+pub fn inline<T: serde::Serialize>(value: &T) -> Result<String, String> {
+    let text = document::to_toml(value).map_err(|e| e.to_string())?;
+    Ok(toml::Value::Table(table(&text)?).to_string())
+}

@@ -29,7 +29,7 @@ use crate::experiment::{Experiment, Measurements, Outcome, Problem, Workplace};
 use crate::sweep::{Cell, Sweep};
 use pam_data::fingerprint::fingerprint;
 use pam_data::{LoadOptions, Recording, collect_paths, read_files};
-use pam_train::curriculum::Curriculum;
+use pam_train::curriculum::{Curriculum, SplitRole};
 use pam_train::training::{RunFolder, RunSettings, Trainer, train_into};
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
@@ -132,7 +132,11 @@ impl TrainingExperiment {
         seed: u64,
     ) -> Result<Vec<Recording>, Problem> {
         let (all, _) = self.read(&settings.recordings)?;
-        let trained = |r: &&Recording| curriculum.data.train.takes(&r.name, false);
+        let names: Vec<&str> = all.iter().map(|r| r.name.as_str()).collect();
+        let roles = curriculum.data.roles(&names);
+        let trained = |r: &&Recording| {
+            all.iter().zip(&roles).any(|(a, role)| a.name == r.name && *role == SplitRole::Train)
+        };
         let mut train: Vec<&Recording> = all.iter().filter(trained).collect();
         if let Some(subset) = settings.subset {
             if subset > train.len() {
@@ -184,7 +188,10 @@ impl Experiment for TrainingExperiment {
     }
 
     fn run(&self, cell: &Cell, at: &Workplace<'_>) -> Result<Outcome, Problem> {
-        let (settings, curriculum) = self.settings(cell)?;
+        let (settings, mut curriculum) = self.settings(cell)?;
+        let (all, _) = self.read(&settings.recordings)?;
+        let names: Vec<&str> = all.iter().map(|r| r.name.as_str()).collect();
+        curriculum.data = curriculum.data.pinned(&names);
         let recordings = self.selected(&settings, &curriculum, cell.seed)?;
         let held_out: Vec<Recording> = if settings.stiffness.is_some() {
             stiffness::subjects(&recordings, &curriculum)

@@ -48,11 +48,7 @@ const LINE: (f64, f64) = (2.5, 0.01);
 /// The recordings whose stiffness is compared.
 pub(super) fn subjects(recordings: &[Recording], curriculum: &Curriculum) -> Vec<Recording> {
     let data = &curriculum.data;
-    let held = |r: &&Recording| {
-        let trained = data.train.takes(&r.name, false);
-        !trained && data.held_out.takes(&r.name, trained)
-    };
-    let found: Vec<Recording> = recordings.iter().filter(held).cloned().collect();
+    let found = data.split(recordings.to_vec()).held_out;
     if found.is_empty() { recordings.to_vec() } else { found }
 }
 

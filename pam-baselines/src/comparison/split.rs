@@ -3,6 +3,7 @@
 use super::config::ComparisonConfig;
 use crate::error::BaselineError;
 use pam_data::Subject;
+use pam_train::curriculum::{DataSettings, SplitRole};
 
 /// Recordings as the configuration splits them.
 #[derive(Debug, Clone, Default)]
@@ -19,11 +20,16 @@ pub struct Split {
 /// [`BaselineError::Unfit`] if there is nothing to fit to, or a recording is shorter than the warm-up.
 pub fn split(config: &ComparisonConfig, subjects: Vec<Subject>) -> Result<Split, BaselineError> {
     let mut sets = Split::default();
-    for subject in subjects {
+    let settings = DataSettings {
+        train: config.data.train.clone(),
+        held_out: config.data.held_out.clone(),
+        ..DataSettings::default()
+    };
+    let names: Vec<&str> = subjects.iter().map(|s| s.recording.name.as_str()).collect();
+    let roles = settings.roles(&names);
+    for (subject, role) in subjects.into_iter().zip(roles) {
         let r = &subject.recording;
-        let train = config.data.train.takes(&r.name, false);
-        let held = !train && config.data.held_out.takes(&r.name, false);
-        if (train || held) && r.len() < 2 * config.evaluation.warm_up + 2 {
+        if role != SplitRole::Unused && r.len() < 2 * config.evaluation.warm_up + 2 {
             return Err(BaselineError::unfit(
                 &r.name,
                 format!(
@@ -33,10 +39,10 @@ pub fn split(config: &ComparisonConfig, subjects: Vec<Subject>) -> Result<Split,
                 ),
             ));
         }
-        if train {
-            sets.train.push(subject);
-        } else if held {
-            sets.held_out.push(subject);
+        match role {
+            SplitRole::Train => sets.train.push(subject),
+            SplitRole::HeldOut => sets.held_out.push(subject),
+            SplitRole::Unused => {}
         }
     }
     if sets.train.is_empty() {

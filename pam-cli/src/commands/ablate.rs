@@ -166,7 +166,7 @@ fn sweep(
     let mut sweep = asked(arguments)?;
     // Wrong settings are reported before recordings are read.
     let seen = plan(&sweep, &TrainingExperiment::without_data(&sweep, &made_by()))?;
-    let experiment = experiment(&sweep, arguments.reading.load_options()?, arguments);
+    let experiment = experiment(&sweep, arguments.reading.load_options(global.rig()?)?, arguments);
     if arguments.list {
         if arguments.sweep.is_none() && !sweep.data.is_empty() {
             return list(arguments, &sweep, &seen, true, console);
@@ -183,7 +183,7 @@ fn sweep(
         return Err(CliError::Usage("give --out DIR".into()));
     };
     let folder = SweepFolder::begin(out, &sweep, arguments.extend)?;
-    let configuration = json!({ "sweep": sweep, "reading": arguments.reading.to_json()? });
+    let configuration = json!({ "sweep": sweep, "reading": arguments.reading.to_json(global)? });
     run_record::write(out, "ablate", global.seed, &configuration)?;
     if arguments.retry_failed {
         let freed = free_failed(&planned, &folder)?;

@@ -51,8 +51,8 @@ impl RunCommand for CompareArguments {
         let config = ComparisonConfig::open(path)?;
         let surfaces = config.data.surfaces.as_deref().map(MuscleSurfaces::read).transpose()?;
         // Masses for models without a gas law of their own; the others find theirs.
-        let model = built_in_spring_damper();
-        let subjects = self.reading.subjects(&config.data.recordings, &model, console)?;
+        let model = built_in_spring_damper(global.rig()?.as_ref());
+        let subjects = self.reading.subjects(&config.data.recordings, &model, global, console)?;
         let sets = split(&config, subjects)?;
         console.text(format!(
             "{}: {} models, {} recordings to fit to, {} held out.",
@@ -65,7 +65,7 @@ impl RunCommand for CompareArguments {
             out,
             "compare",
             global.seed,
-            &json!({ "comparison": config, "reading": self.reading.to_json()? }),
+            &json!({ "comparison": config, "reading": self.reading.to_json(global)? }),
         )?;
 
         let stop = Arc::new(AtomicBool::new(false));

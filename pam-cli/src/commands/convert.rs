@@ -33,7 +33,7 @@ pub struct ConvertArguments {
 }
 
 impl RunCommand for ConvertArguments {
-    fn run(&self, _global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+    fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let (input, output) = (&self.input, &self.output);
         let written = match format_of(input)? {
             format if format.holds_model() => {
@@ -49,7 +49,7 @@ impl RunCommand for ConvertArguments {
                 vec![output.clone()]
             }
             _ => {
-                let recordings = open_recordings(input, &self.data.load_options()?)?;
+                let recordings = open_recordings(input, &self.data.load_options(global.rig()?)?)?;
                 convert_recordings(&recordings, output, console)?
             }
         };

@@ -55,9 +55,6 @@ pub struct DiagnoseArguments {
     /// [default: learned from the data]
     #[arg(long, value_delimiter = ',', value_name = "CHANNEL=DEVIATION,…")]
     pub noise: Vec<String>,
-    /// Diagnose recordings with wrong units, swapped columns or flipped signs all the same
-    #[arg(long)]
-    pub allow_implausible: bool,
     /// Also write a protocol for the rig that distinguishes the named cause from those it is confusable with
     #[arg(long)]
     pub design: bool,
@@ -77,13 +74,13 @@ fn candidates() -> String {
 
 impl RunCommand for DiagnoseArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let options = options(self, global.seed)?;
-        let saved = self.model.load_extended()?;
+        let options = options(self, global)?;
+        let saved = self.model.load_extended(global)?;
         let read = |paths: &[PathBuf]| -> Result<Option<Vec<Subject>>, CliError> {
             if paths.is_empty() {
                 return Ok(None);
             }
-            Ok(Some(self.reading.subjects(paths, &saved, console)?))
+            Ok(Some(self.reading.unchecked_subjects(paths, &saved, global, console)?))
         };
         let data = read(&self.data)?.unwrap_or_default();
         let test = read(&self.heldout)?;
@@ -100,7 +97,7 @@ impl RunCommand for DiagnoseArguments {
             "settings": options.settings,
             "allow_implausible": options.allow_implausible,
             "noise": options.noise,
-            "reading": self.reading.to_json()?,
+            "reading": self.reading.to_json(global)?,
         });
         run_record::write(&self.out, "diagnose", global.seed, &configuration)?;
         if self.design {
@@ -130,7 +127,10 @@ fn known_noise(texts: &[String]) -> Result<[Option<f64>; 3], CliError> {
     Ok(noise)
 }
 
-fn options(arguments: &DiagnoseArguments, seed: u64) -> Result<DiagnoseOptions, CliError> {
+fn options(
+    arguments: &DiagnoseArguments,
+    global: &GlobalOptions,
+) -> Result<DiagnoseOptions, CliError> {
     if arguments.max_effects == Some(0) {
         return Err(CliError::Usage("--max-effects must be at least 1".into()));
     }
@@ -147,9 +147,9 @@ fn options(arguments: &DiagnoseArguments, seed: u64) -> Result<DiagnoseOptions, 
     let changes: Vec<String> = arguments.overrides.iter().cloned().chain(most).collect();
     let settings = DiagnosisSettings::parse(&text, &changes).map_err(usage)?;
     let mut options = DiagnoseOptions {
-        seed,
+        seed: global.seed,
         settings,
-        allow_implausible: arguments.allow_implausible,
+        allow_implausible: global.accept,
         noise: known_noise(&arguments.noise)?,
         ..DiagnoseOptions::default()
     };

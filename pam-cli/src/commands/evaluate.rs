@@ -43,14 +43,14 @@ pub struct EvaluateArguments {
 
 impl RunCommand for EvaluateArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let saved = self.model.load_extended()?;
+        let saved = self.model.load_extended(global)?;
         let settings = self.solver.settings_for(&saved)?;
-        let subjects = self.reading.subjects(&self.data, &saved, console)?;
+        let subjects = self.reading.subjects(&self.data, &saved, global, console)?;
         let configuration = json!({
             "model": self.model.model,
             "activation": self.model.activation.map(|a| a.name()),
             "data": self.data,
-            "reading": self.reading.to_json()?,
+            "reading": self.reading.to_json(global)?,
             "solver": solver_json(&settings),
         });
         let outcome = evaluate_into(&self.out, &saved, subjects, &settings, console)?;

@@ -116,9 +116,9 @@ impl RunCommand for GradientArguments {
         if self.out.extension().is_none_or(|e| e != "npz") {
             return Err(CliError::Usage(format!("--out {} must end in .npz", self.out.display())));
         }
-        let saved = self.model.load()?;
+        let saved = self.model.load(global)?;
         let choice = engine_choice(self, &saved)?;
-        let subjects = self.reading.subjects(&self.data, &saved, console)?;
+        let subjects = self.reading.subjects(&self.data, &saved, global, console)?;
         let reference = match &self.reference {
             Some(path) => Some(reference_displacements(path, &subjects)?),
             None => None,

@@ -12,12 +12,12 @@ use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_core::{AnyForce, ForceInput, Scalar};
 use pam_data::formats::raw_log::RawLogText;
 use pam_data::formats::{mat, npz};
-use pam_data::plausibility::{self, Finding, Severity};
+use pam_data::plausibility::{self, Finding, PlausibilitySettings, Severity};
 use pam_data::preprocess::recordings_from_raw_log;
 use pam_data::recording::{contiguous_ranges, median_step_s};
 use pam_data::{
     Channel, DataError, LoadOptions, MassOptions, RawLog, Recording, SavedModel, Subject,
-    collect_paths, format_of, load_model, open_recordings, resolve_masses,
+    collect_paths_of, format_of, load_model, open_recordings, resolve_masses,
 };
 use pam_numerics::statistics::mean;
 use serde_json::{Value, json};
@@ -39,19 +39,20 @@ pub struct InspectArguments {
 }
 
 impl RunCommand for InspectArguments {
-    fn run(&self, _global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
+    fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let model = match &self.model {
             Some(path) => load_model(path)?,
-            None => built_in_spring_damper(),
+            None => built_in_spring_damper(global.rig()?.as_ref()),
         };
+        let rig = global.rig()?.or_else(|| model.info.rig.clone());
         let inspector = Inspector {
             model,
-            options: self.data.load_options()?,
+            options: self.data.load_options(rig)?,
             masses: self.data.mass_options()?,
         };
         let mut all = Vec::new();
         let mut failed = false;
-        for path in collect_paths(&self.files)? {
+        for path in collect_paths_of(&self.files, inspector.options.rig.as_ref())? {
             match inspector.file(&path) {
                 Ok((text, value)) => {
                     console.text(text);
@@ -105,6 +106,17 @@ struct Inspector {
 
 impl Inspector {
     fn file(&self, path: &Path) -> Result<(String, Value), CliError> {
+        if let Some(rig) = self.options.rig.as_ref().filter(|rig| rig.describes_file(path)) {
+            let kind = if rig.name.is_empty() {
+                "a file of the rig".into()
+            } else {
+                format!("a file of {}", rig.name)
+            };
+            let (body, mut value) = self.recordings(&open_recordings(path, &self.options)?)?;
+            value["file"] = json!(path);
+            value["kind"] = json!(kind);
+            return Ok((format!("{}: {kind}\n{body}\n", path.display()), value));
+        }
         let format = format_of(path)?;
         let kind = format.name();
         let (body, mut value) = match format.id() {
@@ -186,7 +198,8 @@ impl Inspector {
     /// What in the recordings of a file contradicts the physics of the joint.
     fn plausibility(&self, recordings: &[Recording]) -> Result<Vec<Finding>, CliError> {
         let subjects = Subject::resolve(recordings.to_vec(), &self.model, &self.masses)?;
-        Ok(plausibility::check(&self.model.model, &subjects))
+        let settings = PlausibilitySettings::for_model(&self.model);
+        Ok(plausibility::check_with(&self.model.model, &subjects, &settings))
     }
 
     fn recording(&self, r: &Recording) -> Result<(String, Value), CliError> {

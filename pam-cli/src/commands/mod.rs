@@ -16,6 +16,7 @@ pub mod gradient;
 pub mod inspect;
 pub mod man;
 pub mod rig;
+pub mod rig_file;
 pub mod simulate;
 pub mod train;
 
@@ -82,6 +83,9 @@ commands! {
     /// The virtual rig: make recordings whose truth is known
     #[command(subcommand)]
     Rig(rig::RigCommand),
+    /// Describe a rig of one's own: columns and units of its files, size of its joint
+    #[command(subcommand)]
+    RigFile(rig_file::RigFileCommand),
     /// Run a sweep: train a model in every cell of a grid or search, and compare seed by seed
     Ablate(ablate::AblateArguments),
     /// Compare models on one split of the data: baselines and the hybrid model

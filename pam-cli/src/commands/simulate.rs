@@ -80,10 +80,12 @@ const DEFAULT_PRESSURE_KPA: f64 = 412.0;
 impl RunCommand for SimulateArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let write = recording_writer(&self.out)?;
-        let saved = self.model.load_extended()?;
+        let saved = self.model.load_extended(global)?;
         let settings = self.solver.settings_for(&saved)?;
         let subjects = match &self.data {
-            Some(path) => self.reading.subjects(std::slice::from_ref(path), &saved, console)?,
+            Some(path) => {
+                self.reading.subjects(std::slice::from_ref(path), &saved, global, console)?
+            }
             None => vec![made_up(self, &saved)?],
         };
         // A recording with gaps falls into parts, which become numbered files.

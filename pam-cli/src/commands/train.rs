@@ -5,11 +5,11 @@ use crate::INTERRUPTED;
 use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::CliError;
-use crate::options::{DataOptions, built_in_spring_damper};
+use crate::options::{DataOptions, built_in_spring_damper, check_plausible};
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
 use pam_data::atomic::write_atomic;
-use pam_data::{MassOptions, Recording, Subject, plausibility};
+use pam_data::{MassOptions, Recording, Subject, toml_file};
 use pam_effects::effects::ALL;
 use pam_report::page::number;
 use pam_report::training::{EpochRow, ParameterRow, StageRow};
@@ -33,9 +33,17 @@ pub struct TrainArguments {
     /// Curriculum.
     #[arg(default_value = "recommended", value_name = "NAME|FILE", help = curricula())]
     pub curriculum: String,
-    /// Recordings, or folders of them; the curriculum selects training and validation recordings
+    /// Recordings, or folders of them
     #[arg(long, num_args = 1.., required_unless_present = "print", value_name = "PATH")]
     pub data: Vec<PathBuf>,
+    /// Recordings to train on, by name or pattern (`monday-*`); the same as --set data.train=… [default: the
+    /// published training conditions, or all that are not held out]
+    #[arg(long, num_args = 1.., value_name = "NAME", conflicts_with = "resume")]
+    pub train: Vec<String>,
+    /// Recordings to score on and never train on: names, patterns, or a share (`0.2`) that is drawn by data.split_seed
+    /// [default: the others; a fifth, where recordings are not named after pressures, or the end of a single one]
+    #[arg(long, num_args = 1.., value_name = "NAME|SHARE", conflicts_with = "resume")]
+    pub heldout: Vec<String>,
     /// Folder of the run
     #[arg(long, required_unless_present = "print", value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -82,19 +90,19 @@ fn methods() -> String {
 impl RunCommand for TrainArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         if self.print {
-            let curriculum = Curriculum::open(&self.curriculum, &overrides(self))?;
+            let curriculum = Curriculum::open(&self.curriculum, &overrides(self, global)?)?;
             console.json(&serde_json::to_value(&curriculum).unwrap_or(Value::Null));
             console.text(curriculum.to_toml().trim_end());
             return Ok(ExitCode::SUCCESS);
         }
         let out = self.out.as_deref().unwrap_or(Path::new("."));
         let folder = RunFolder::new(out);
-        let curriculum = curriculum(self, &folder)?;
+        let curriculum = curriculum(self, &folder, global)?;
         if !(self.checkpoint_s.is_finite() && self.checkpoint_s >= 0.0) {
             return Err(CliError::Usage("--checkpoint-s must not be negative".into()));
         }
 
-        let recordings = self.reading.recordings(&self.data, console)?;
+        let recordings = self.reading.recordings(&self.data, global.rig()?, console)?;
         let surfaces = self.reading.mass_options()?.surfaces;
         if let StartModel::File(path) = &curriculum.model.start
             && !path.exists()
@@ -104,7 +112,7 @@ impl RunCommand for TrainArguments {
                 path.display()
             )));
         }
-        let recordings = checked(recordings, console)?;
+        let recordings = checked(recordings, global, console)?;
         let effects = effects_of(&curriculum, ALL)?;
         let mut trainer =
             Trainer::extended(curriculum, recordings, surfaces, effects, global.seed)?;
@@ -133,7 +141,7 @@ impl RunCommand for TrainArguments {
         let configuration = json!({
             "curriculum": trainer.curriculum(),
             "data": self.data,
-            "reading": self.reading.to_json()?,
+            "reading": self.reading.to_json(global)?,
         });
         run_record::write(out, "train", global.seed, &configuration)?;
         let trained = train(&mut trainer, &folder, &settings, self.resume, console)?;
@@ -141,19 +149,25 @@ impl RunCommand for TrainArguments {
     }
 }
 
-/// Recordings, after a warning for each way in which they contradict the physics of the joint. The data sheet's model is
-/// what is known before training.
-fn checked(recordings: Vec<Recording>, console: &Console) -> Result<Vec<Recording>, CliError> {
-    let saved = built_in_spring_damper();
+/// Recordings that do not contradict the physics of the joint. The data sheet's model is what is known before
+/// training.
+fn checked(
+    recordings: Vec<Recording>,
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<Vec<Recording>, CliError> {
+    let saved = built_in_spring_damper(global.rig()?.as_ref());
     let subjects = Subject::resolve(recordings, &saved, &MassOptions::default())?;
-    for finding in plausibility::check(&saved.model, &subjects) {
-        console.warn(finding.to_string());
-    }
+    check_plausible(&saved, &subjects, global, console)?;
     Ok(subjects.into_iter().map(|s| s.recording).collect())
 }
 
 /// The curriculum of the arguments, or that of the run that is resumed.
-fn curriculum(arguments: &TrainArguments, folder: &RunFolder) -> Result<Curriculum, CliError> {
+fn curriculum(
+    arguments: &TrainArguments,
+    folder: &RunFolder,
+    global: &GlobalOptions,
+) -> Result<Curriculum, CliError> {
     if arguments.resume {
         if !folder.has_checkpoint() {
             return Err(CliError::Usage(
@@ -168,18 +182,46 @@ fn curriculum(arguments: &TrainArguments, folder: &RunFolder) -> Result<Curricul
             "the folder of --out holds a run; give another one, or --resume".into(),
         ));
     }
-    Ok(Curriculum::open(&arguments.curriculum, &overrides(arguments))?)
+    Ok(Curriculum::open(&arguments.curriculum, &overrides(arguments, global)?)?)
 }
 
 /// Overrides of the curriculum, the method first.
-fn overrides(arguments: &TrainArguments) -> Vec<String> {
+fn overrides(arguments: &TrainArguments, global: &GlobalOptions) -> Result<Vec<String>, CliError> {
+    let mut all = Vec::new();
+    if let Some(rig) = global.rig()? {
+        let rig = toml_file::inline(&rig).map_err(CliError::Failed)?;
+        all.push(format!("model.rig={rig}"));
+    }
+    if !arguments.train.is_empty() {
+        all.push(format!("data.train={}", json!(arguments.train)));
+    }
+    match &arguments.heldout[..] {
+        [] => {
+            // What is not named to train on is held out.
+            if !arguments.train.is_empty() {
+                all.push("data.held_out=\"rest\"".into());
+            }
+        }
+        heldout => {
+            all.push(match heldout {
+                [share] if share.parse::<f64>().is_ok_and(|s| s > 0.0 && s < 1.0) => {
+                    format!("data.held_out={share}")
+                }
+                names => format!("data.held_out={}", json!(names)),
+            });
+            if arguments.train.is_empty() {
+                all.push("data.train=\"rest\"".into());
+            }
+        }
+    }
     let method = arguments.method.iter().map(|name| format!("solver.method={name}"));
     // A path is text, whatever is in it.
     let start = arguments.start.iter().map(|path| {
         let quoted = serde_json::Value::String(path.display().to_string());
         format!("model.start={{ file = {quoted} }}")
     });
-    method.chain(start).chain(arguments.overrides.iter().cloned()).collect()
+    all.extend(method.chain(start).chain(arguments.overrides.iter().cloned()));
+    Ok(all)
 }
 
 fn train(
@@ -256,7 +298,13 @@ fn finish(
         "stages": trained.results,
         "events": trained.events,
         "trained_on": trainer.trained_on(),
+        // None where the data do not determine it; what the model holds follows.
         "parameters": {
+            "mass_kg": rows[0].value,
+            "gas_coefficient_kpa_mm3_per_g": p.gas_coefficient,
+            "deformation": rows[2].value,
+        },
+        "model_parameters": {
             "mass_kg": p.mass_kg,
             "gas_coefficient_kpa_mm3_per_g": p.gas_coefficient,
             "deformation": p.deformation,
@@ -282,7 +330,8 @@ fn finish(
     // C is left to the report: recordings of the joint alone do not determine it.
     for row in rows.iter().filter(|row| !row.name.starts_with("gas")) {
         let error = row.standard_error.map_or("–".into(), |e| format!("± {}", number(e, 4)));
-        cells.push(vec![row.name.clone(), number(row.value, 4), error, row.unit.clone()]);
+        let value = row.value.map_or("withheld".into(), |value| number(value, 4));
+        cells.push(vec![row.name.clone(), value, error, row.unit.clone()]);
     }
     let notes: String = rows
         .iter()
@@ -302,22 +351,30 @@ fn finish(
 fn parameter_rows(trainer: &Trainer, found: Option<&Identification>) -> Vec<ParameterRow> {
     let p = trainer.model().physical();
     let frozen = trainer.curriculum().coordinates.frozen;
-    let row = |name: &str, unit: &str, value: f64, error: Option<f64>, note: Option<String>| {
-        ParameterRow {
-            name: name.into(),
-            unit: unit.into(),
-            value,
-            standard_error: error,
-            note: note.unwrap_or_default(),
-        }
-    };
+    let row =
+        |name: &str, unit: &str, value: Option<f64>, error: Option<f64>, note: Option<String>| {
+            ParameterRow {
+                name: name.into(),
+                unit: unit.into(),
+                value,
+                // An error without its value would look like one.
+                standard_error: value.and(error),
+                note: note.unwrap_or_default(),
+            }
+        };
     let fixed = |is: bool| is.then(|| "fixed".to_owned());
     let mass = found.map(|f| &f.mass).filter(|_| !frozen.mass);
     let deformation = found.map(|f| &f.deformation).filter(|_| !frozen.deformation);
     let effects = trainer.effect_values().into_iter().map(|(name, value)| {
         let (effect, parameter) = name.split_once('.').unwrap_or(("", &name));
         let note = fixed(frozen.effects);
-        row(&format!("{} {parameter}", effect.replace('_', " ")), "in its name", value, None, note)
+        row(
+            &format!("{} {parameter}", effect.replace('_', " ")),
+            "in its name",
+            Some(value),
+            None,
+            note,
+        )
     });
     let gas =
         "not identified: pressures show its product with the masses, which come from the same law";
@@ -325,15 +382,15 @@ fn parameter_rows(trainer: &Trainer, found: Option<&Identification>) -> Vec<Para
         row(
             "reflected mass m",
             "kg",
-            p.mass_kg,
+            mass.map_or(Some(p.mass_kg), MassEstimate::determined_kg),
             mass.and_then(|m| m.standard_error_kg),
             fixed(frozen.mass).or(mass.and_then(MassEstimate::doubt)),
         ),
-        row("gas coefficient C", "kPa·mm³/g", p.gas_coefficient, None, Some(gas.into())),
+        row("gas coefficient C", "kPa·mm³/g", Some(p.gas_coefficient), None, Some(gas.into())),
         row(
             "deformation ν",
             "1",
-            p.deformation,
+            deformation.map_or(Some(p.deformation), DeformationEstimate::determined),
             deformation.and_then(|d| d.standard_error),
             fixed(frozen.deformation).or(deformation.and_then(DeformationEstimate::doubt)),
         ),

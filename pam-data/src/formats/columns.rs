@@ -2,12 +2,14 @@
 
 use crate::error::DataError;
 use crate::load_options::PressureReference;
+use crate::preprocess::derivative_of;
 use crate::recording::{Recording, split_at_gaps};
+use crate::rig_file::Filters;
 use pam_core::SealedMasses;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 
 /// Names of the standard columns, in order. Force is in N here, everything else as in
-/// [`Recording`].
+/// [`Recording`]. The velocity may be missing: it is then the derivative of the displacement.
 pub const NAMES: [&str; 6] = [
     "time_s",
     "displacement_mm",
@@ -16,6 +18,12 @@ pub const NAMES: [&str; 6] = [
     "pressure_extensor_kpa",
     "force_n",
 ];
+
+/// The column that may be missing.
+pub const VELOCITY: &str = NAMES[2];
+
+/// The others.
+pub(crate) const NEEDED: [&str; 5] = [NAMES[0], NAMES[1], NAMES[3], NAMES[4], NAMES[5]];
 
 /// Key of the flexor's air mass, g.
 pub const MASS_FLEXOR: &str = "mass_flexor_g";
@@ -26,7 +34,8 @@ pub const MASS_EXTENSOR: &str = "mass_extensor_g";
 /// The pressures count from `reference`.
 pub(crate) fn finish(
     mut recording: Recording,
-    columns: [Vec<f64>; 6],
+    columns: [Vec<f64>; 5],
+    velocity: Option<Vec<f64>>,
     masses: [Option<f64>; 2],
     reference: PressureReference,
 ) -> Result<Vec<Recording>, DataError> {
@@ -40,10 +49,12 @@ pub(crate) fn finish(
             ));
         }
     };
-    let [time, x, v, pf, pe, force_n] = columns;
+    let [time, x, pf, pe, force_n] = columns;
+    let time_len = time.len();
     recording.time_s = time;
     recording.displacement_mm = x;
-    recording.velocity_mm_s = v;
+    let derived = velocity.is_none();
+    recording.velocity_mm_s = velocity.unwrap_or_else(|| vec![0.0; time_len]);
     let absolute = |p: Vec<f64>| p.into_iter().map(|p| p + reference.offset_kpa()).collect();
     recording.pressure_flexor_kpa = absolute(pf);
     recording.pressure_extensor_kpa = absolute(pe);
@@ -53,7 +64,12 @@ pub(crate) fn finish(
     recording.force_mn = force_n.into_iter().map(|f| f * MN_PER_N).collect();
     recording.preprocessing = "taken as it is".into();
     recording.validate()?;
-    split_at_gaps(recording, 2)
+    let parts = split_at_gaps(recording, 2)?;
+    if !derived {
+        return Ok(parts);
+    }
+    let cutoff = Filters::default().velocity_hz;
+    parts.into_iter().map(|part| derivative_of(part, Some(cutoff))).collect()
 }
 
 /// The six columns of a recording.

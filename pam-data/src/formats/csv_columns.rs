@@ -10,7 +10,7 @@
 //! Header lines are optional; other `# key = value` lines are kept as notes. Columns are found by
 //! name. Data are taken as they are.
 
-use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES};
+use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES, NEEDED, VELOCITY};
 use super::format::{FileFormat, Head, RecordingWriter};
 use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
@@ -65,8 +65,14 @@ pub fn read_from(path: &Path, reference: PressureReference) -> Result<Vec<Record
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
     let mut recording = Recording::empty(path);
     let masses = read_header(path, bytes, &mut recording)?;
-    let values = parse_columns(path, bytes, NAMES)?;
-    columns::finish(recording, values, masses, reference)
+    let names = names_of(path, bytes)?;
+    let (values, velocity) = if names.iter().any(|n| n == VELOCITY) {
+        let [time, x, v, pf, pe, force] = parse_columns(path, bytes, NAMES)?;
+        ([time, x, pf, pe, force], Some(v))
+    } else {
+        (parse_columns(path, bytes, NEEDED)?, None)
+    };
+    columns::finish(recording, values, velocity, masses, reference)
 }
 
 /// Reads columns of any CSV file by their names; the first must increase from row to row.
@@ -87,10 +93,12 @@ pub fn read_columns<const N: usize>(
 /// [`DataError`] if the file cannot be read or its first line is no line of names.
 pub fn column_names(path: &Path) -> Result<Vec<String>, DataError> {
     let bytes = read_bytes(path)?;
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes));
+    names_of(path, bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes))
+}
+
+fn names_of(path: &Path, bytes: &[u8]) -> Result<Vec<String>, DataError> {
+    let mut reader =
+        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(bytes);
     let names = reader.headers().map_err(|e| csv_error(path, &e))?;
     Ok(names.iter().map(str::to_owned).collect())
 }
@@ -110,20 +118,22 @@ fn parse_columns<const N: usize>(
     if names.iter().all(str::is_empty) {
         return Err(DataError::file(path, "the file is empty: no line of column names"));
     }
-    let mut places = [0; N];
-    for (place, name) in places.iter_mut().zip(wanted) {
-        *place = names.iter().position(|n| n == name).ok_or_else(|| {
-            DataError::line(
-                path,
-                header_line,
-                format!(
-                    "column `{name}` is missing; the columns here are [{}], needed are {}",
-                    names.iter().collect::<Vec<_>>().join(", "),
-                    wanted.join(",")
-                ),
-            )
-        })?;
+    let found = wanted.map(|name| names.iter().position(|n| n == name));
+    let missing: Vec<&str> =
+        wanted.iter().zip(found).filter(|(_, place)| place.is_none()).map(|(n, _)| *n).collect();
+    if !missing.is_empty() {
+        let (column, be) = if missing.len() == 1 { ("column", "is") } else { ("columns", "are") };
+        let message = format!(
+            "{column} `{}` {be} missing; the columns here are [{}], needed are {}. Describe files of other columns, \
+             units or separators in a rig file: `pam rig-file init {}` writes a first one",
+            missing.join("`, `"),
+            names.iter().collect::<Vec<_>>().join(", "),
+            wanted.join(","),
+            path.display()
+        );
+        return Err(DataError::line(path, header_line, message));
     }
+    let places = found.map(Option::unwrap_or_default);
 
     let mut values = [const { Vec::new() }; N];
     let mut record = csv::ByteRecord::new();

@@ -1,6 +1,6 @@
 //! `.npz` files of the standard columns, with the masses as scalars.
 
-use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES};
+use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES, NEEDED, VELOCITY};
 use super::format::{FileFormat, Head, RecordingWriter};
 use super::npz::{self, Array};
 use crate::error::DataError;
@@ -54,19 +54,24 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
 pub fn read_from(path: &Path, reference: PressureReference) -> Result<Vec<Recording>, DataError> {
     let mut arrays = npz::read(path)?;
     let present = arrays.keys().cloned().collect::<Vec<_>>().join(", ");
-    let mut values: [Vec<f64>; NAMES.len()] = Default::default();
-    for (column, name) in values.iter_mut().zip(NAMES) {
-        let array = arrays.remove(name).ok_or_else(|| {
-            DataError::file(
-                path,
-                format!(
-                    "array `{name}` is missing; the arrays here are [{present}], needed are {}",
-                    NAMES.join(", ")
-                ),
-            )
-        })?;
-        *column = array.values;
+    let missing: Vec<&str> =
+        NEEDED.iter().filter(|name| !arrays.contains_key(**name)).copied().collect();
+    if !missing.is_empty() {
+        let (array, be) = if missing.len() == 1 { ("array", "is") } else { ("arrays", "are") };
+        return Err(DataError::file(
+            path,
+            format!(
+                "{array} `{}` {be} missing; the arrays here are [{present}], needed are {}. Describe files of other \
+                 names and units in a rig file: `pam rig-file init {}` writes a first one",
+                missing.join("`, `"),
+                NAMES.join(", "),
+                path.display()
+            ),
+        ));
     }
+    let mut take = |name: &str| arrays.remove(name).map(|array| array.values);
+    let velocity = take(VELOCITY);
+    let values = NEEDED.map(|name| take(name).unwrap_or_default());
     let mass = |name: &str| {
         let Some(array) = arrays.get(name) else { return Ok(None) };
         match array.values[..] {
@@ -78,7 +83,7 @@ pub fn read_from(path: &Path, reference: PressureReference) -> Result<Vec<Record
         }
     };
     let masses = [mass(MASS_FLEXOR)?, mass(MASS_EXTENSOR)?];
-    columns::finish(Recording::empty(path), values, masses, reference)
+    columns::finish(Recording::empty(path), values, velocity, masses, reference)
 }
 
 /// Writes a recording as `.npz`.

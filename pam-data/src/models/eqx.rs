@@ -105,6 +105,7 @@ pub fn read(path: &Path) -> Result<SavedModel, DataError> {
             // The file does not say; the weights that are published were trained on these.
             trained_on: crate::conditions::training_names(),
             effects: Vec::new(),
+            rig: None,
             source: Some(path.to_owned()),
         },
     })

@@ -14,13 +14,14 @@
 //! ([`StoredForce`](pam_core::StoredForce)). float32 tensors are read as well.
 //!
 //! Metadata: `format` = `pam-model`, `format_version`, `force`, `inputs`, `output`, `units`, `sign`,
-//! `name`, `provenance`, `trained`, `trained_on` (names of recordings, JSON), `effects` (of an extended model, JSON), and the settings of the force: `activation` and
+//! `name`, `provenance`, `trained`, `trained_on` (names of recordings, JSON), `effects` (of an extended model, JSON), `rig` (the rig file of its data, TOML), and the settings of the force: `activation` and
 //! `activation_parameters` (JSON) for a network.
 
 use super::saved_model::{ModelInfo, SavedModel};
 use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
 use crate::formats::format::{FileFormat, Head};
+use crate::rig_file::RigFile;
 use pam_core::force::{ForceParts, Tensor};
 use pam_core::{AnyForce, JointModel, ModelError, MuscleGeometry, RawParameters};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
@@ -84,6 +85,9 @@ pub fn write(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
     ];
     if !saved.info.effects.is_empty() {
         meta.push(("effects", serde_json::json!(saved.info.effects).to_string()));
+    }
+    if let Some(rig) = &saved.info.rig {
+        meta.push(("rig", rig.to_toml()));
     }
     let parts = model.force.to_parts();
     tensors.extend(parts.tensors);
@@ -185,6 +189,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<SavedModel, DataError> {
         Some(json) => serde_json::from_str(json)
             .map_err(|e| fail(format!("metadata `effects` cannot be read: {e}")))?,
     };
+    let rig = entry("rig").map(|toml| RigFile::parse(toml, path)).transpose()?;
     Ok(SavedModel {
         model,
         info: ModelInfo {
@@ -195,6 +200,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<SavedModel, DataError> {
                 .and_then(|names| serde_json::from_str(names).ok())
                 .unwrap_or_default(),
             effects,
+            rig,
             source: Some(path.to_owned()),
         },
     })

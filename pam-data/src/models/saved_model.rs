@@ -1,5 +1,6 @@
 //! A model with its metadata.
 
+use crate::rig_file::RigFile;
 use pam_core::{AnyForce, JointModel};
 use std::path::PathBuf;
 
@@ -17,6 +18,8 @@ pub struct ModelInfo {
     /// Effects that extend the joint model, in the order in which they act; empty for a model without. They are
     /// carried through unchanged: `pam-effects` reads and writes them.
     pub effects: Vec<serde_json::Value>,
+    /// The rig that it was trained for, if its files were described by one.
+    pub rig: Option<RigFile>,
     /// The file it was read from, if any.
     pub source: Option<PathBuf>,
 }

@@ -1,5 +1,6 @@
 //! The numbers of the checks.
 
+use crate::models::SavedModel;
 use serde::{Deserialize, Serialize};
 
 /// Thresholds and prior spreads of [`check`](super::check).
@@ -61,6 +62,18 @@ pub struct PlausibilitySettings {
     pub block_s: f64,
     /// Longest sampling step that is taken for seconds, s. Default: 0.2 s; joints are sampled at 10 Hz and above.
     pub longest_step_s: f64,
+}
+
+impl PlausibilitySettings {
+    /// The settings for a model: the force of a data sheet that was never fitted to recordings of the joint may be off
+    /// by a factor of 30, and tells nothing but prefixes of units.
+    #[must_use]
+    pub fn for_model(saved: &SavedModel) -> Self {
+        let settings = Self::default();
+        let unknown = !saved.info.trained && saved.info.rig.is_some();
+        let force_factor = if unknown { 30.0 } else { settings.force_factor };
+        Self { force_factor, ..settings }
+    }
 }
 
 impl Default for PlausibilitySettings {

@@ -10,12 +10,14 @@
 //! Every constant is an option ([`RawLogOptions`]). Gaps in the frame counter split the recording
 //! before filtering, so that no filter runs across a gap.
 
+mod channels;
 mod gradient;
 mod low_pass;
 mod options;
 mod raw;
 
+pub use channels::{Cutoffs, derivative_of, filtered, low_passed, refilter};
 pub use gradient::{gradient, gradient_at_times};
 pub use low_pass::LowPass;
 pub use options::RawLogOptions;
-pub use raw::{recordings_from_raw_log, refilter};
+pub use raw::recordings_from_raw_log;

@@ -1,7 +1,7 @@
-use super::{LowPass, RawLogOptions, gradient, gradient_at_times};
+use super::{LowPass, RawLogOptions, gradient, refilter};
 use crate::error::DataError;
 use crate::formats::raw_log::RawLog;
-use crate::recording::{LowPassed, Recording, SealedReading, median_step_s, split_at_gaps};
+use crate::recording::{Recording, SealedReading, split_at_gaps};
 
 /// Turns a raw log into recordings: one, or one for each stretch between gaps of the frame counter.
 ///
@@ -90,57 +90,4 @@ fn excitation_start(command: &[f64], options: &RawLogOptions) -> (usize, bool) {
     let slopes = gradient(command, 1.0);
     let found = slopes.iter().skip(from).position(|g| g.abs() > options.excitation_threshold);
     (from + found.unwrap_or(0), found.is_some())
-}
-
-/// Filters displacement, force and pressures forward and back and takes the velocity anew from the
-/// filtered displacement. A cutoff of zero takes the velocity without filtering.
-///
-/// # Errors
-/// [`DataError::File`] if the recording is too short or the cutoff is not below half the rate.
-pub fn refilter(mut recording: Recording, cutoff_hz: f64) -> Result<Recording, DataError> {
-    let step = median_step_s(&recording.time_s);
-    if cutoff_hz != 0.0 {
-        let filter = LowPass::new(cutoff_hz, 1.0 / step).ok_or_else(|| {
-            DataError::file(
-                &recording.source,
-                format!(
-                    "a cutoff of {cutoff_hz} Hz needs data sampled faster than {} Hz, this is \
-                     sampled at {:.3} Hz",
-                    2.0 * cutoff_hz,
-                    1.0 / step
-                ),
-            )
-        })?;
-        if recording.len() < LowPass::shortest() {
-            return Err(DataError::file(
-                &recording.source,
-                format!("{} samples are too few to filter", recording.len()),
-            ));
-        }
-        recording.low_passed = LowPassed {
-            cutoff_hz: [Some(cutoff_hz); 4],
-            force_mn: Some(recording.force_mn.clone()),
-        };
-        for column in [
-            &mut recording.displacement_mm,
-            &mut recording.force_mn,
-            &mut recording.pressure_flexor_kpa,
-            &mut recording.pressure_extensor_kpa,
-        ] {
-            *column = filter.forward_backward(column);
-        }
-        recording.preprocessing = format!(
-            "x, force and pressures filtered forward and back by a first-order Butterworth of \
-             {cutoff_hz} Hz; v = gradient of filtered x"
-        );
-    } else {
-        recording.preprocessing = "unfiltered; v = gradient of x".into();
-    }
-    let uniform = recording.time_s.windows(2).all(|w| ((w[1] - w[0]) / step - 1.0).abs() < 1e-6);
-    recording.velocity_mm_s = if uniform {
-        gradient(&recording.displacement_mm, step)
-    } else {
-        gradient_at_times(&recording.displacement_mm, &recording.time_s)
-    };
-    Ok(recording)
 }

@@ -71,8 +71,8 @@ pub struct ParameterRow {
     pub name: String,
     /// Unit.
     pub unit: String,
-    /// Value.
-    pub value: f64,
+    /// Value; none if the data do not determine it.
+    pub value: Option<f64>,
     /// Standard error, if there is one.
     pub standard_error: Option<f64>,
     /// A note, for example that the data do not determine the parameter.
@@ -167,7 +167,10 @@ fn parameters(rows: &[ParameterRow]) -> Markup {
             @for row in rows {
                 tr {
                     td { (row.name) } td.text { (row.unit) }
-                    td { (significant(row.value, 6)) }
+                    td {
+                        @if let Some(value) = row.value { (significant(value, 6)) }
+                        @else { "withheld" }
+                    }
                     td {
                         @if let Some(error) = row.standard_error { "± " (significant(error, 2)) }
                         @else { "–" }
@@ -239,14 +242,14 @@ mod tests {
                 ParameterRow {
                     name: "m".into(),
                     unit: "kg".into(),
-                    value: 304.648_28,
+                    value: Some(304.648_28),
                     standard_error: Some(0.213),
                     note: String::new(),
                 },
                 ParameterRow {
                     name: "C".into(),
                     unit: "kPa·mm³/g".into(),
-                    value: 8.47e7,
+                    value: Some(8.47e7),
                     standard_error: None,
                     note: "not <identified>".into(),
                 },

@@ -46,10 +46,19 @@ impl Curriculum {
         if self.model.hidden.contains(&0) {
             return fail("model.hidden: a layer has no width".into());
         }
-        if self.data.train == Selection::Set(SelectionSet::Rest)
-            || self.data.train == Selection::Set(SelectionSet::None)
+        let held_out_is_said =
+            matches!(self.data.held_out, Selection::Names(_) | Selection::Share(_));
+        if self.data.train == Selection::Set(SelectionSet::None)
+            || (self.data.train == Selection::Set(SelectionSet::Rest) && !held_out_is_said)
         {
             return fail("data.train: name what is trained on".into());
+        }
+        for (key, selection) in [("train", &self.data.train), ("held_out", &self.data.held_out)] {
+            if let Selection::Share(share) = selection
+                && !(*share > 0.0 && *share < 1.0)
+            {
+                return fail(format!("data.{key}: a share lies between 0 and 1, got {share}"));
+            }
         }
         if let Err(e) = self.solver.settings() {
             return fail(format!("solver: {e}"));

@@ -6,17 +6,16 @@
 //! --print` shows them.
 
 mod builtin;
+mod data;
 mod error;
 mod overrides;
 mod settings;
 mod stage;
 
+pub use data::{DataSettings, DataSplit, Selection, SelectionSet, SplitRole};
 pub use error::CurriculumError;
 pub use overrides::set_value;
-pub use settings::{
-    CoordinateSettings, DataSettings, ModelSettings, Selection, SelectionSet, SolverChoice,
-    StartModel,
-};
+pub use settings::{CoordinateSettings, ModelSettings, SolverChoice, StartModel};
 pub use stage::{DerivativeStage, GasStage, Shooting, SolveStage, Stage};
 
 use crate::optimiser::OptimiserSettings;

@@ -3,7 +3,7 @@
 use crate::coordinates::{Frozen, PhysicalForm};
 use crate::warm_start::Initialisation;
 use pam_core::{ModelError, NamedChoice};
-use pam_data::conditions::{TRAINING_PSI, name_of};
+use pam_data::RigFile;
 use pam_effects::EffectRecord;
 use pam_effects::engine::{AUTO, EXACT, EngineChoice};
 use pam_solvers::{Interpolation, Tableau};
@@ -28,6 +28,10 @@ pub struct ModelSettings {
     /// a model file; those of the file to start from besides.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectRecord>,
+    /// The rig: size of its muscles and its data sheet, from which a random model starts, and what its files are. The
+    /// published rig if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rig: Option<RigFile>,
 }
 
 impl Default for ModelSettings {
@@ -38,6 +42,7 @@ impl Default for ModelSettings {
             activation: "leaky_relu".into(),
             initialisation: Initialisation::He,
             effects: Vec::new(),
+            rig: None,
         }
     }
 }
@@ -51,68 +56,6 @@ pub enum StartModel {
     Random,
     /// A model file with a network.
     File(PathBuf),
-}
-
-/// Which recordings of a data set: all, the 29 training conditions, none, those that are not trained
-/// on, or a list of names. A name is that of a recording (`nn_3060`) or its pressures (`3060`).
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged, expecting = "expected \"all\", \"train\", \"rest\", \"none\" or a list of names")]
-pub enum Selection {
-    /// `all`, `train`, `rest` or `none`.
-    Set(SelectionSet),
-    /// Names.
-    Names(Vec<String>),
-}
-
-/// A selection that has a name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SelectionSet {
-    /// All recordings.
-    All,
-    /// The 29 training conditions of the published curriculum.
-    Train,
-    /// Recordings that are not trained on.
-    Rest,
-    /// None.
-    None,
-}
-
-/// Which recordings are trained on and which are held out.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct DataSettings {
-    /// Recordings to train on.
-    pub train: Selection,
-    /// Recordings to score on, never trained on.
-    pub held_out: Selection,
-}
-
-impl Default for DataSettings {
-    fn default() -> Self {
-        Self {
-            train: Selection::Set(SelectionSet::Train),
-            held_out: Selection::Set(SelectionSet::Rest),
-        }
-    }
-}
-
-impl Selection {
-    /// Whether a recording is selected; `trained` says whether it is trained on.
-    #[must_use]
-    pub fn takes(&self, name: &str, trained: bool) -> bool {
-        let code = name.strip_prefix("nn_").unwrap_or(name);
-        match self {
-            Self::Set(SelectionSet::All) => true,
-            Self::Set(SelectionSet::None) => false,
-            Self::Set(SelectionSet::Rest) => !trained,
-            Self::Set(SelectionSet::Train) => {
-                let code = code.get(..4).unwrap_or_default();
-                TRAINING_PSI.iter().any(|c| name_of(*c)[3..] == *code)
-            }
-            Self::Names(names) => names.iter().any(|n| n == name || n == code),
-        }
-    }
 }
 
 /// Coordinates of the optimiser.

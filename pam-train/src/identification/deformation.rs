@@ -43,6 +43,12 @@ const SIGNIFICANCE: f64 = 3.0;
 const SAME_FREQUENCY: f64 = 1.25;
 
 impl DeformationEstimate {
+    /// ν, if the recordings determine it: it is the same at all frequencies of the excitation.
+    #[must_use]
+    pub fn determined(&self) -> Option<f64> {
+        self.doubt().is_none().then_some(self.deformation)
+    }
+
     /// Why ν is not identified, if it is not.
     #[must_use]
     pub fn doubt(&self) -> Option<String> {

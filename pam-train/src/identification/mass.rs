@@ -16,8 +16,11 @@ pub struct MassEstimate {
     pub mass_kg: f64,
     /// Correction by the balance of forces, kg: δ.
     pub correction_kg: f64,
-    /// Standard error over recordings, kg; none for fewer than two recordings.
+    /// Standard error over recordings, over twelfths of a single one, kg. It grows to |δ| where the balance of forces
+    /// contradicts m.
     pub standard_error_kg: Option<f64>,
+    /// Standard error of δ alone, kg.
+    pub scatter_kg: Option<f64>,
     /// Share of the acceleration's variance that the force's inputs do not tell.
     pub unexplained_share: f64,
     /// Root mean square of the force that is left, N.
@@ -29,27 +32,45 @@ pub struct MassEstimate {
 const LEAST_SHARE: f64 = 1e-3;
 /// Relative correction that is worth telling, if it is significant.
 const LEAST_CONTRADICTION: f64 = 0.01;
+/// Standard errors beyond which a correction is no chance.
+const SIGNIFICANCE: f64 = 3.0;
+/// Parts of a single recording over which its standard error is taken.
+const PARTS: usize = 12;
 /// Largest relative standard error of a mass that counts as identified.
 const LARGEST_ERROR: f64 = 0.1;
 
 impl MassEstimate {
+    /// m, if the recordings determine it: its relative error is below a tenth, the balance of forces does not contradict
+    /// it by more, and a share of the acceleration is its own.
+    #[must_use]
+    pub fn determined_kg(&self) -> Option<f64> {
+        let error = self.standard_error_kg?;
+        let sure = error <= LARGEST_ERROR * self.mass_kg && self.unexplained_share >= LEAST_SHARE;
+        sure.then_some(self.mass_kg)
+    }
+
+    /// Whether the balance of forces alone gives another m.
+    fn contradicts(&self) -> bool {
+        let error = self.scatter_kg.unwrap_or(f64::INFINITY);
+        let correction = self.correction_kg.abs();
+        correction > SIGNIFICANCE * error && correction > LEAST_CONTRADICTION * self.mass_kg
+    }
+
     /// Why m is not identified, if it is not.
     #[must_use]
     pub fn doubt(&self) -> Option<String> {
         let Some(error) = self.standard_error_kg else {
-            return Some("no standard error: it takes two recordings".into());
+            return Some("no standard error: the recordings are too short".into());
         };
-        if self.unexplained_share < LEAST_SHARE || error > LARGEST_ERROR * self.mass_kg {
+        let unsure = error > LARGEST_ERROR * self.mass_kg && !self.contradicts();
+        if self.unexplained_share < LEAST_SHARE || unsure {
             return Some(format!(
                 "not identified: all but {:.2} % of the acceleration is a function of the force's \
                  inputs; excite with several amplitudes and frequencies at once",
                 100.0 * self.unexplained_share
             ));
         }
-        let contradiction = self.correction_kg.abs();
-        let told =
-            contradiction > 3.0 * error && contradiction > LEAST_CONTRADICTION * self.mass_kg;
-        told.then(|| {
+        self.contradicts().then(|| {
             format!(
                 "the balance of forces alone says {:.1} kg: the trained force has taken on inertia, \
                  or the model lacks a force",
@@ -67,7 +88,11 @@ pub fn identify_mass(
     matching: &DerivativeMatching,
     seed: u64,
 ) -> MassEstimate {
-    let recordings: Vec<Vec<Point>> = subjects.iter().map(|s| matching.points(s)).collect();
+    let mut recordings: Vec<Vec<Point>> = subjects.iter().map(|s| matching.points(s)).collect();
+    if let [only] = &recordings[..] {
+        let part = only.len().div_ceil(PARTS).max(1);
+        recordings = only.chunks(part).map(<[Point]>::to_vec).collect();
+    }
     let points = recordings.concat();
     let scaling = Scaling::of_data(subjects);
     let coordinates =
@@ -86,16 +111,21 @@ pub fn identify_mass(
             })
         })
         .collect();
-    let (correction_kg, standard_error_kg) = by_groups(&groups);
+    let (correction_kg, scatter_kg) = by_groups(&groups);
     let mean = |sum: f64| sum / points.len().max(1) as f64;
     let own_square: f64 = own.iter().map(|o| o.acceleration * o.acceleration).sum();
     let square: f64 = points.iter().map(|p| p.acceleration * p.acceleration).sum();
     let left: f64 = own.iter().map(|o| o.residual_mn * o.residual_mn).sum();
-    MassEstimate {
+    let mut estimate = MassEstimate {
         mass_kg: model.physical().mass_kg,
         correction_kg,
-        standard_error_kg,
+        standard_error_kg: scatter_kg,
+        scatter_kg,
         unexplained_share: own_square / square.max(f64::MIN_POSITIVE),
         residual_n: 1e-3 * mean(left).sqrt(),
+    };
+    if estimate.contradicts() {
+        estimate.standard_error_kg = scatter_kg.map(|e| e.hypot(correction_kg));
     }
+    estimate
 }

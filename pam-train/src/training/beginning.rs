@@ -67,7 +67,10 @@ impl Start {
                 let activation = Activation::from_name(&settings.activation)?;
                 let force =
                     random_network(&settings.hidden, activation, settings.initialisation, seed)?;
-                let model = JointModel::datasheet(force);
+                let model = match &settings.rig {
+                    Some(rig) => rig.model(force),
+                    None => JointModel::datasheet(force),
+                };
                 return Ok(Self { model, trained: false, scaled_weights: true });
             }
             StartModel::File(path) => path,

@@ -151,6 +151,7 @@ impl RunFolder {
                 trained: true,
                 trained_on: trainer.trained_on(),
                 effects: Vec::new(),
+                rig: curriculum.model.rig.clone(),
                 source: None,
             },
         };

@@ -135,22 +135,17 @@ impl Trainer {
         seed: u64,
     ) -> Result<Self, TrainingError> {
         let (model, trained) = (&start.model, start.trained);
-        let mut train = Vec::new();
-        let mut held_out = Vec::new();
-        for recording in recordings {
-            let name = recording.name.clone();
-            let trained_on = curriculum.data.train.takes(&name, false);
-            let held = curriculum.data.held_out.takes(&name, trained_on) && !trained_on;
-            if trained_on || held {
-                let subject = subject(recording, model, trained, surfaces.as_ref())?;
-                if trained_on { train.push(subject) } else { held_out.push(subject) }
-            }
-        }
+        let names: Vec<String> = recordings.iter().map(|r| r.name.clone()).collect();
+        let split = curriculum.data.split(recordings);
+        let subjects = |recordings: Vec<Recording>| -> Result<Vec<Subject>, TrainingError> {
+            recordings.into_iter().map(|r| subject(r, model, trained, surfaces.as_ref())).collect()
+        };
+        let (train, held_out) = (subjects(split.train)?, subjects(split.held_out)?);
         if train.is_empty() {
-            return Err(TrainingError::Curriculum(
-                "data.train selects none of the recordings; select \"all\", or give their names"
-                    .into(),
-            ));
+            return Err(TrainingError::Curriculum(format!(
+                "data.train selects none of the recordings ({}); select \"all\", or give names or patterns",
+                names.join(", ")
+            )));
         }
         for stage in &curriculum.stages {
             if select(&train, stage.recordings()).is_empty() {

@@ -83,8 +83,8 @@ pub struct IdentifyArguments {
 
 impl RunCommand for IdentifyArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let saved = self.model.load()?;
-        let settings = self.bounds.settings(&saved.model)?;
+        let saved = self.model.load(global)?;
+        let settings = self.bounds.settings(&saved, global)?;
         let shape = PulseShape {
             force_n: self.pulse_force,
             window_s: 1e-3 * self.window,

@@ -6,19 +6,20 @@ pub mod replan;
 pub mod stiffness;
 pub mod track;
 
+use crate::arguments::GlobalOptions;
 use crate::error::{CliError, usage};
 use crate::rig_joint::RigJoint;
 use clap::Args;
 use pam_control::execution::Joint;
 use pam_control::synthesis::{MassBounds, SynthesisSettings};
-use pam_core::{AnyForce, JointModel};
+use pam_data::SavedModel;
 use pam_rig::RigParameters;
 
 /// Within which masses a plan stays.
 #[derive(Debug, Clone, Args)]
 pub struct BoundsOptions {
-    /// Least and most air in a muscle, g [default: what 10 and 80 psi gauge hold at x = 0]. What lies
-    /// outside the default is flagged as extrapolation
+    /// Least and most air in a muscle, g [default: what limits.pressure_kpa of the rig file, else 10 and 80 psi gauge,
+    /// hold at x = 0]. What lies outside 10 and 80 psi gauge is flagged as extrapolation
     #[arg(
         long,
         value_name = "LEAST,MOST",
@@ -39,10 +40,20 @@ impl BoundsOptions {
     /// [`CliError`] naming the option.
     pub fn settings(
         &self,
-        model: &JointModel<f64, AnyForce<f64>>,
+        saved: &SavedModel,
+        global: &GlobalOptions,
     ) -> Result<SynthesisSettings, CliError> {
+        let model = &saved.model;
+        let rig = global.rig()?.or_else(|| saved.info.rig.clone());
+        let limits = rig.and_then(|rig| rig.limits.pressure_kpa);
         let bounds = match self.mass_bounds.as_deref() {
-            None => MassBounds::trained(model),
+            None => match limits {
+                Some(limits) => {
+                    let of = |kpa: f64| model.gas_law_masses(0.0, [kpa, kpa]).flexor_g;
+                    MassBounds::new(of(limits[0]), of(limits[1])).map_err(usage)?
+                }
+                None => MassBounds::trained(model),
+            },
             Some([least, most]) => MassBounds::new(*least, *most).map_err(usage)?,
             Some(_) => {
                 return Err(CliError::Usage("--mass-bounds takes two numbers, LEAST,MOST".into()));

@@ -67,8 +67,8 @@ const MOST_TOLD: usize = 5;
 
 impl RunCommand for PlanArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let saved = self.model.load()?;
-        let settings = self.bounds.settings(&saved.model)?;
+        let saved = self.model.load(global)?;
+        let settings = self.bounds.settings(&saved, global)?;
         let motion = MotionSpec::parse(&self.motion)?;
         let stiffness = self.stiffness.as_deref().map(StiffnessProfile::parse).transpose()?;
         if stiffness.is_none() && motion.table.is_none() {

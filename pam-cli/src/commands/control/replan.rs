@@ -86,8 +86,8 @@ impl Motion for Shifted<'_> {
 
 impl RunCommand for ReplanArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let saved = self.model.load()?;
-        let settings = self.bounds.settings(&saved.model)?;
+        let saved = self.model.load(global)?;
+        let settings = self.bounds.settings(&saved, global)?;
         let rig = rig(&self.rig)?;
         for (option, value) in [
             ("--load", self.load),

@@ -51,8 +51,8 @@ const PROFILE_POINTS: usize = 1201;
 
 impl RunCommand for StiffnessArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let saved = self.model.load()?;
-        let settings = self.bounds.settings(&saved.model)?;
+        let saved = self.model.load(global)?;
+        let settings = self.bounds.settings(&saved, global)?;
         let reach = self.reach;
         if !(reach.is_finite() && reach > 0.0) {
             return Err(CliError::Usage(format!(

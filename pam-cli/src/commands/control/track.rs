@@ -43,8 +43,8 @@ pub struct TrackArguments {
 
 impl RunCommand for TrackArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let saved = self.model.load()?;
-        let settings = self.bounds.settings(&saved.model)?;
+        let saved = self.model.load(global)?;
+        let settings = self.bounds.settings(&saved, global)?;
         let rig = rig(&self.rig)?;
         let wanted =
             |list: &[String], name: &str| list.is_empty() || list.iter().any(|l| l == name);

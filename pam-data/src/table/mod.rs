@@ -1,0 +1,81 @@
+//! Tables of numbers in files of any layout: text with any separator and decimal mark, `.npz`, `.mat`.
+//!
+//! A [`Table`] knows the names of its columns when it is opened, and reads those that are asked for.
+
+mod arrays;
+mod delimited;
+
+pub use delimited::DelimitedTable;
+
+use crate::error::{DataError, read_bytes};
+use crate::formats::{mat, npz};
+use crate::rig_file::FileLayout;
+use arrays::ArrayTable;
+use std::path::Path;
+
+/// An opened table.
+#[derive(Debug)]
+pub enum Table {
+    /// Text.
+    Delimited(DelimitedTable),
+    /// Named arrays of `.npz` or `.mat` files.
+    Arrays(ArrayTable),
+}
+
+impl Table {
+    /// Opens a table; `layout` says of text files what is not to be guessed.
+    ///
+    /// # Errors
+    /// [`DataError`] if the file cannot be read, holds no table, or does not have this layout.
+    pub fn open(path: &Path, layout: &FileLayout) -> Result<Self, DataError> {
+        let bytes = read_bytes(path)?;
+        if bytes.starts_with(b"PK") {
+            let arrays = npz::read(path)?.into_iter().map(|(name, array)| (name, array.values));
+            return Ok(Self::Arrays(ArrayTable::new(path, arrays.collect())));
+        }
+        if bytes.starts_with(b"MATLAB") || bytes.starts_with(b"\x89HDF") {
+            let arrays = mat::read(path)?.into_iter().collect();
+            return Ok(Self::Arrays(ArrayTable::new(path, arrays)));
+        }
+        DelimitedTable::parse(path, bytes, layout).map(Self::Delimited)
+    }
+
+    /// Names of the columns, in the order of the file.
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        match self {
+            Self::Delimited(table) => table.names(),
+            Self::Arrays(table) => table.names(),
+        }
+    }
+
+    /// The line of text (counted from one) that names the columns, if there is one.
+    #[must_use]
+    pub fn header_line(&self) -> Option<u64> {
+        match self {
+            Self::Delimited(table) => table.header_line(),
+            Self::Arrays(_) => None,
+        }
+    }
+
+    /// The columns at these places, counted from zero.
+    ///
+    /// # Errors
+    /// [`DataError`] naming the line and the column of the first cell that is no finite number, or columns of different
+    /// lengths.
+    pub fn columns(&self, places: &[usize]) -> Result<Vec<Vec<f64>>, DataError> {
+        match self {
+            Self::Delimited(table) => table.columns(places),
+            Self::Arrays(table) => table.columns(places),
+        }
+    }
+
+    /// The line of text that holds a row, both counted from one and zero; `None` if the table is not text.
+    #[must_use]
+    pub fn line_of_row(&self, row: usize) -> Option<u64> {
+        match self {
+            Self::Delimited(table) => table.line_of_row(row),
+            Self::Arrays(_) => None,
+        }
+    }
+}
