@@ -1,13 +1,13 @@
 //! The steps of a diagnosis.
 
-use super::result::{Diagnosis, Explainable, Stage};
+use super::result::{Diagnosis, Explainable, SetScore, Stage};
 use crate::data::{Roles, TestData};
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Problem, fitted_outputs};
 use crate::noise::{Noise, NoisePrior};
 use crate::rejection::null_test::explained;
 use crate::residual::ResidualSummary;
-use crate::search::{Candidates, Rows, search};
+use crate::search::{Candidates, Findings, Rows, search};
 use crate::settings::DiagnosisSettings;
 use crate::test_set::TestSet;
 use crate::verdict::{
@@ -115,6 +115,7 @@ pub fn run<C: Candidates + ?Sized, M>(
     Ok(Diagnosis {
         verdict,
         reasons,
+        score: score(&found, best),
         ranking: ranking(*system, &found),
         residual: ResidualSummary::of(open, &start, best, &prepared.floor()),
         error_reduction: test.error_reduction(&start, best, *seed),
@@ -133,6 +134,16 @@ pub fn run<C: Candidates + ?Sized, M>(
         traces: test.traces(&start, best),
         causes,
         minor,
+    })
+}
+
+/// The score of the set of a hypothesis, if it was compared with others.
+fn score(found: &Findings, named: &Hypothesis) -> Option<SetScore> {
+    let compared = [&found.best, &found.base].into_iter().chain(&found.others);
+    let own = compared.into_iter().find(|s| s.hypothesis().set() == named.set())?;
+    Some(SetScore {
+        log_posterior: -0.5 * own.total(own.rows_per_observation),
+        log_odds: own.log_odds(&found.base),
     })
 }
 
