@@ -25,6 +25,24 @@ impl Candidate {
         }
     }
 
+    /// A term with one parameter that is fitted as it is, is absent at zero and stays inside `range`.
+    ///
+    /// ```
+    /// use pam_diagnose::field::Candidate;
+    /// // Parameter 2 of the field, called `coulomb_n`, from 0 to 100 N, fitted from 1 and from 5 N on.
+    /// let friction = Candidate::term("dry_friction", (2, "coulomb_n"), [0.0, 100.0], &[1.0, 5.0]);
+    /// assert_eq!(friction.parameters[0].1.off, Some(0.0));
+    /// ```
+    #[must_use]
+    pub fn term(
+        name: &str,
+        (index, parameter): (usize, &'static str),
+        range: [f64; 2],
+        starts: &[f64],
+    ) -> Self {
+        Self::one(name, index, ParameterInfo::linear(parameter, range), starts)
+    }
+
     /// Writes the values at which the term is absent into the field's parameters; scales keep theirs.
     pub(super) fn switch_off(&self, parameters: &mut [f64]) {
         for (index, info) in &self.parameters {

@@ -115,11 +115,8 @@ where
     let outputs = Outputs { noise: noise.clone(), ..problem.outputs.clone() };
     let problem = &FieldProblem { outputs, ..*problem };
     let mut system = FieldSystem::new(problem, experiments, candidates, options);
-    let baseline_roles = if of_baseline.is_empty() {
-        None
-    } else {
-        Some(roles_of(&of_baseline, TestSource::Kept)?)
-    };
+    let baseline_roles =
+        if of_baseline.is_empty() { None } else { Some(roles_of(&of_baseline, TestSource::Kept)?) };
     let mut on_baseline = FieldSystem::new(problem, of_baseline, candidates, options);
     let (mut baseline, mut baseline_discrepancy) = (None, Vec::new());
     if let Some(roles) = baseline_roles {
@@ -218,7 +215,9 @@ fn check<F: ParametricField, I>(
     }
     let delay = options.delay_deviation_s;
     if !(delay.is_finite() && delay >= 0.0) {
-        return fail(format!("the prior standard deviation {delay} s of the delay must be finite and at least 0"));
+        return fail(format!(
+            "the prior standard deviation {delay} s of the delay must be finite and at least 0"
+        ));
     }
     let (baseline, all) = (options.baseline, problem.experiments.len());
     if baseline >= all {

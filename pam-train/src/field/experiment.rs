@@ -104,16 +104,11 @@ impl Experiment<MeasuredInput> {
         let rows = times_s.len();
         let interleaved = |channels: &[(&str, &[f64])]| -> Result<Vec<f64>, InputError> {
             if let Some(bad) = channels.iter().find(|c| c.1.len() != rows) {
-                return Err(InputError::Lengths {
-                    times: rows,
-                    values: bad.1.len(),
-                    variables: 1,
-                });
+                return Err(InputError::Lengths { times: rows, values: bad.1.len(), variables: 1 });
             }
             Ok((0..rows).flat_map(|k| channels.iter().map(move |c| c.1[k])).collect())
         };
-        let names =
-            |channels: &[(&str, &[f64])]| channels.iter().map(|c| c.0.to_owned()).collect();
+        let names = |channels: &[(&str, &[f64])]| channels.iter().map(|c| c.0.to_owned()).collect();
         let values = interleaved(inputs)?;
         let input =
             SampledInput::owned(times_s.to_vec(), values, inputs.len(), Interpolation::Hold)?;

@@ -178,7 +178,10 @@ where
             ));
         }
         let names = problem.field.names();
-        if let Some(&k) = logarithmic.iter().find(|&&k| start[k].partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater)) {
+        if let Some(&k) = logarithmic
+            .iter()
+            .find(|&&k| start[k].partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater))
+        {
             return fail(format!(
                 "`{}` starts at {} and cannot be fitted by its logarithm; start above zero",
                 names.parameter(k),
@@ -367,9 +370,8 @@ where
         let freedom = (normal.blocks.len() as f64 - 1.0 - self.free.len() as f64).max(1.0);
         let mut standard_errors = normal.standard_errors(&self.unknowns);
         standard_errors.truncate(self.unknowns.common.len());
-        let delay_s = self
-            .with_delay
-            .then(|| [at.delay_s, standard_errors.pop().unwrap_or(f64::INFINITY)]);
+        let delay_s =
+            self.with_delay.then(|| [at.delay_s, standard_errors.pop().unwrap_or(f64::INFINITY)]);
         let experiments = 0..self.problem.experiments.len();
         Ok(FieldFit {
             standard_errors,

@@ -8,6 +8,7 @@ use pam_core::parallel;
 use pam_numerics::statistics::root_mean_square;
 use pam_solvers::controller::StepController;
 use pam_solvers::{Input, Integrator};
+use std::path::PathBuf;
 use thiserror::Error;
 
 /// A field that cannot be fitted.
@@ -22,6 +23,14 @@ pub enum FieldError {
         /// Name of the experiment.
         experiment: String,
         /// Why the solve stopped.
+        why: String,
+    },
+    /// A file of an experiment cannot be read.
+    #[error("{}: {why}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why, with line and column.
         why: String,
     },
 }
@@ -103,7 +112,9 @@ where
             ));
         }
         if let Some(bad) = o.noise.iter().find(|n| n.is_infinite() || **n <= 0.0) {
-            return fail(format!("a noise level must be positive, or NaN if it is not known, got {bad}"));
+            return fail(format!(
+                "a noise level must be positive, or NaN if it is not known, got {bad}"
+            ));
         }
         if self.experiments.is_empty() {
             return fail("there is no experiment to fit".into());

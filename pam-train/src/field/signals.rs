@@ -16,11 +16,7 @@ pub(super) struct SignalLoss<'a, F, I> {
 }
 
 impl<'a, F: ParametricField, I: Input<f64>> SignalLoss<'a, F, I> {
-    pub(super) fn new(
-        field: &'a F,
-        parameters: &'a [f64],
-        experiment: &'a Experiment<I>,
-    ) -> Self {
+    pub(super) fn new(field: &'a F, parameters: &'a [f64], experiment: &'a Experiment<I>) -> Self {
         Self { field, parameters, experiment, by_parameters: vec![0.0; parameters.len()] }
     }
 

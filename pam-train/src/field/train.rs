@@ -172,6 +172,19 @@ where
         Ok(sum)
     }
 
+    /// [`train`](Self::train) by the error of the outputs ([`outputs_error`]) with the usual settings and no report of
+    /// progress.
+    ///
+    /// # Errors
+    /// As [`train`](Self::train).
+    pub fn train_outputs<M>(&self, method: &M) -> Result<TrainedField, FieldError>
+    where
+        M: GradientMethod<F::With<f64>, I> + Sync,
+    {
+        let loss = outputs_error(self.signal_len(), self.outputs.clone());
+        self.train(&loss, method, &FieldTraining::default(), |_step, _loss| true)
+    }
+
     /// Makes a loss small by L-BFGS from the field's present parameters. `progress` is told step and loss and
     /// returns whether to go on. Held-out experiments take no part; the loss on them is reported.
     ///

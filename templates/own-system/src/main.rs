@@ -23,7 +23,9 @@ impl<S: Scalar> Axis<S> {
     pub fn friction_n(&self, v: S, direction: S) -> S {
         let [_, viscous, coulomb, asymmetry, drag] = self.0;
         let size = direction.real().abs();
-        viscous * v + coulomb * (direction + asymmetry.scaled(size)) + drag * v.scaled(v.real().abs())
+        viscous * v
+            + coulomb * (direction + asymmetry.scaled(size))
+            + drag * v * v.scaled(v.real().signum())
     }
 }
 
@@ -56,23 +58,16 @@ impl ParametricField for Axis<f64> {
         Axis(std::array::from_fn(|i| p[i]))
     }
     fn names(&self) -> FieldNames {
-        FieldNames::new(&["position_mm", "speed_mm_s"], &["voltage_v"], &["friction_n"], &PARAMETERS)
+        FieldNames::new(
+            &["position_mm", "speed_mm_s"],
+            &["voltage_v"],
+            &["friction_n"],
+            &PARAMETERS,
+        )
     }
     fn dry_friction(&self) -> Option<DryFriction> {
         Some(DryFriction { velocity: 1, direction: 1 }) // state 1 sticks; input 1 is its direction
     }
-}
-
-/// One recording: lines of time (s), voltage (V), position (mm) under a line of names.
-pub fn read(path: &str) -> Result<Experiment<MeasuredInput>, Box<dyn Error>> {
-    let mut columns: [Vec<f64>; 3] = Default::default();
-    for line in std::fs::read_to_string(path)?.lines().skip(1) {
-        for (column, number) in columns.iter_mut().zip(line.split(',')) {
-            column.push(number.trim().parse()?);
-        }
-    }
-    let [times_s, voltage, position] = columns;
-    Ok(Experiment::sampled(path, &times_s, &[("voltage_v", &voltage)], &[("position_mm", &position)])?)
 }
 
 /// Fits the healthy axis, then asks what it misses; `noise_mm` is a guess of the noise of the position.
@@ -88,20 +83,22 @@ pub fn diagnose_axis(
     let (motor, viscous) = (0, 1);
     let known = vec![motor, viscous];
     let settings = LeastSquares {
-        free: Some(known.clone()), logarithmic: known.clone(), ..LeastSquares::default()
+        free: Some(known.clone()),
+        logarithmic: known.clone(),
+        ..LeastSquares::default()
     };
     let healthy = guess.with_parameters::<f64>(&problem.least_squares(&settings)?.parameters);
 
-    let one = |name, index, range: [f64; 2], starts: &[f64]| {
-        Candidate::one(name, index, ParameterInfo::linear(PARAMETERS[index], range), starts)
-    };
     let candidates = [
-        one("coulomb_friction", 2, [0.0, 100.0], &[0.5, 2.0]),
-        one("friction_asymmetry", 3, [-0.9, 0.9], &[0.05]),
-        one("quadratic_drag", 4, [-1.0, 1.0], &[1e-5]),
+        Candidate::term("coulomb_friction", (2, PARAMETERS[2]), [0.0, 100.0], &[0.5, 2.0]),
+        Candidate::term("friction_asymmetry", (3, PARAMETERS[3]), [-0.9, 0.9], &[0.05]),
+        Candidate::term("quadratic_drag", (4, PARAMETERS[4]), [-1.0, 1.0], &[1e-5]),
     ];
     let options = FieldOptions {
-        refitted: known.clone(), logarithmic: known, delay_deviation_s: 1e-3, ..FieldOptions::default()
+        refitted: known.clone(),
+        logarithmic: known,
+        delay_deviation_s: 1e-3,
+        ..FieldOptions::default()
     };
     let problem = FieldProblem::new(&healthy, runs, outputs, &integrator).with_held_out(held_out);
     Ok(diagnose_field(&problem, &candidates, &options)?)
@@ -109,7 +106,8 @@ pub fn diagnose_axis(
 
 pub fn main() -> Result<(), Box<dyn Error>> {
     let paths: Vec<String> = std::env::args().skip(1).collect();
-    let runs: Vec<_> = paths.iter().map(|path| read(path)).collect::<Result<_, _>>()?;
+    let read = |path| Experiment::read_csv(path, &["voltage_v"], &["position_mm"]);
+    let runs: Vec<_> = paths.iter().map(read).collect::<Result<_, _>>()?;
     let (held_out, runs) = runs.split_last().ok_or("give recordings: data/*.csv")?;
     let found = diagnose_axis(runs, std::slice::from_ref(held_out), 0.01)?;
     println!("{}\n{}: {:?}", found.residual.description, found.verdict, found.named());
