@@ -16,8 +16,8 @@ const VISCOUS_N_S_MM: f64 = 0.03;
 const DRY_N: [f64; 2] = [3.45, 2.55];
 /// The noise that the encoder really has, mm.
 const NOISE_MM: f64 = 2e-3;
-const RATE_HZ: usize = 500;
-const STEPS: usize = 40; // 20 kHz
+/// Steps of the plant in a second.
+const STEPS_HZ: usize = 20_000;
 
 /// One run of the plant: times, voltages (held), positions with noise, and the friction force without it.
 struct Run {
@@ -52,20 +52,21 @@ impl Gauss {
 
 /// `m v̇ = k u − b v − R`, `R ∈ [−2.55, 3.45] N` at rest: the trapezoidal rule for the smooth part, dry friction as the force
 /// that stops within a step if it can.
-fn plant(seconds: usize, voltage: impl Fn(f64) -> f64, dry_n: [f64; 2], seed: u64) -> Run {
-    let h = 1.0 / (RATE_HZ * STEPS) as f64;
+fn plant(seconds: usize, rate_hz: usize, voltage: impl Fn(f64) -> f64, seed: u64) -> Run {
+    let h = 1.0 / STEPS_HZ as f64;
     let (mut x, mut v, mut random) = (0.0_f64, 0.0_f64, Gauss(seed));
     let mut run =
         Run { times_s: vec![], voltage_v: vec![], position_mm: vec![], friction_n: vec![] };
-    for k in 0..seconds * RATE_HZ {
-        let t = k as f64 / RATE_HZ as f64;
-        let u = voltage(t);
+    for k in 0..seconds * rate_hz {
+        let t = k as f64 / rate_hz as f64;
+        // As it is stored: four decimals.
+        let u = (voltage(t) * 1e4).round() * 1e-4;
         let mut friction = 0.0;
-        for step in 0..STEPS {
+        for step in 0..STEPS_HZ / rate_hz {
             let half = 0.5 * h * VISCOUS_N_S_MM * 1e3 / MASS_KG;
             // The speed without dry friction, and what dry friction can take from it.
             let free = (v * (1.0 - half) + h * 1e3 / MASS_KG * MOTOR_N_V * u) / (1.0 + half);
-            let most = dry_n.map(|n| h * 1e3 / MASS_KG * n / (1.0 + half));
+            let most = DRY_N.map(|n| h * 1e3 / MASS_KG * n / (1.0 + half));
             let next = if v > 0.0 || (v == 0.0 && free > 0.0) {
                 let next = free - most[0];
                 // Past zero it is driven on only by more than the friction the other way.
@@ -96,7 +97,7 @@ fn excitation(amplitude: f64, hz: f64) -> impl Fn(f64) -> f64 {
 
 #[test]
 fn dry_friction_is_named_first_and_then_its_asymmetry_whatever_noise_is_assumed() {
-    let record = |amplitude, hz, seed| plant(6, excitation(amplitude, hz), DRY_N, seed);
+    let record = |amplitude, hz, seed| plant(6, 500, excitation(amplitude, hz), seed);
     let runs = [record(1.6, 0.5, 1), record(2.4, 0.8, 2), record(1.2, 0.35, 3)];
     let runs: Vec<_> = runs.iter().zip(["1", "2", "3"]).map(|(r, n)| r.experiment(n)).collect();
     let unseen = record(2.0, 0.6, 4);
@@ -129,4 +130,42 @@ fn force_error(parameters: &[f64], run: &Run, experiment: &Experiment<MeasuredIn
         }
     }
     (errors / f64::max(sizes, f64::MIN_POSITIVE)).sqrt()
+}
+
+/// The recordings in the template are of this plant, and its program says of them what it should.
+/// `UPDATE_DOCS=1` writes them again.
+#[test]
+fn the_recordings_of_the_template_are_diagnosed() {
+    let folder =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../templates/own-system/data");
+    let plans =
+        [(1.6, 0.5, "run_1"), (2.4, 0.8, "run_2"), (1.2, 0.35, "run_3"), (2.0, 0.6, "run_4")];
+    let mut runs = Vec::new();
+    for (seed, (amplitude, hz, name)) in (11..).zip(plans) {
+        let run = plant(5, 200, excitation(amplitude, hz), seed);
+        let mut text = String::from("time_s,voltage_v,position_mm\n");
+        for ((t, u), x) in run.times_s.iter().zip(&run.voltage_v).zip(&run.position_mm) {
+            text += &format!("{t:.3},{u:.4},{x:.4}\n");
+        }
+        let path = folder.join(format!("{name}.csv"));
+        if std::env::var_os("UPDATE_DOCS").is_some() {
+            std::fs::write(&path, &text).expect("the folder is writable");
+        }
+        let stored = std::fs::read_to_string(&path).expect("the recording is stored");
+        assert!(stored == text, "{name}: UPDATE_DOCS=1 cargo test writes it again");
+        let read = Experiment::read_csv(&path, &["voltage_v"], &["position_mm"]);
+        runs.push(read.expect("numbers"));
+    }
+    let (fitted, held_out) = runs.split_at(3);
+    let found = diagnose_axis(fitted, held_out, 0.01).expect("a diagnosis");
+    assert_eq!(found.named(), ["coulomb_friction", "friction_asymmetry"]);
+    let json = found.to_json("axis");
+    assert_eq!(json["parameter_names"][2], "coulomb_n");
+    assert!(json["gain"]["position_mm"]["rmse_after"].is_f64(), "{}", json["gain"]);
+    assert!(
+        json["score"]["log_odds"].as_f64().is_some_and(|odds| odds > 10.0),
+        "{}",
+        json["score"]
+    );
+    assert!(found.residual.description.contains("position"), "{}", found.residual.description);
 }

@@ -7,7 +7,7 @@
 //! it is, to the last bit.
 //!
 //! **Derivatives.** The instant `τ` of a switch depends on everything before, `δτ = −δv / f_v⁻`. Steps have fixed lengths, so
-//! what a changed instant does to the state is added there, `δy⁺ = δy⁻ + (f⁺ − f⁻) δτ`: the saltation of a
+//! what a changed instant does to the state is added there, `δy⁺ = δy⁻ + (f⁻ − f⁺) δτ`: the saltation of a
 //! discontinuous field (Leine and Nijmeijer, *Dynamics and Bifurcations of Non-Smooth Mechanical Systems*, 2004). Dual
 //! numbers and tape variables come through.
 

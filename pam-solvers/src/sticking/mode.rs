@@ -50,11 +50,7 @@ impl<S: Scalar, F: VectorField<S>> VectorField<S> for InMode<'_, F> {
                 self.field.eval_into(t, y, all, other, work);
                 // The convex combination without acceleration.
                 let gap = other[velocity] - dy[velocity];
-                let share = if gap.real() > 0.0 {
-                    other[velocity] / gap
-                } else {
-                    S::constant(0.5)
-                };
+                let share = if gap.real() > 0.0 { other[velocity] / gap } else { S::constant(0.5) };
                 for (forwards, &backwards) in dy.iter_mut().zip(other.iter()) {
                     *forwards = backwards + (*forwards - backwards) * share;
                 }

@@ -250,7 +250,7 @@ where
             let instant = deviation.scaled(-1.0 / slowing);
             let [before, after] = &self.rates;
             for ((y, f), g) in self.work.y_new.iter_mut().zip(before).zip(after) {
-                *y += instant.scaled(g.real() - f.real());
+                *y += instant.scaled(f.real() - g.real());
             }
         }
         if self.mode == Mode::Sticks {

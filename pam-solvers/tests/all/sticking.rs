@@ -3,8 +3,8 @@
 use pam_autodiff::Chunk;
 use pam_core::{DryFriction, Scalar, VectorField};
 use pam_solvers::{
-    Constant, FailureKind, InputFn, Integrator, Interpolation, PidController, SampledInput, Tableau,
-    Term,
+    Constant, FailureKind, InputFn, Integrator, Interpolation, PidController, SampledInput,
+    Tableau, Term,
 };
 
 /// `v̇ = u − c (σ + a |σ|)`: position, velocity.
@@ -34,10 +34,8 @@ fn integrator() -> Integrator<PidController> {
 
 /// The state at the end, by friction (direction 0) and initial velocity (direction 1).
 fn slid(push: f64, velocity: f64, friction: f64, asymmetry: f64, end_s: f64) -> [Chunk<2>; 2] {
-    let sledge = Sledge {
-        friction: Chunk::variable(friction, 0),
-        asymmetry: Chunk::constant(asymmetry),
-    };
+    let sledge =
+        Sledge { friction: Chunk::variable(friction, 0), asymmetry: Chunk::constant(asymmetry) };
     let input = Constant(vec![Chunk::constant(push)]);
     let y0 = [Chunk::constant(0.0), Chunk::variable(velocity, 1)];
     let times = [0.0, 0.37 * end_s, end_s];
@@ -113,7 +111,8 @@ fn it_breaks_away_where_the_push_exceeds_friction() {
 fn it_holds_still_under_changing_pushes() {
     let times: Vec<f64> = (0..2000).map(|k| 0.01 * f64::from(k)).collect();
     let values: Vec<f64> = times.iter().map(|t| 0.99 * (7.0 * t).sin()).collect();
-    let input = SampledInput::owned(times.clone(), values, 1, Interpolation::Hold).expect("samples");
+    let input =
+        SampledInput::owned(times.clone(), values, 1, Interpolation::Hold).expect("samples");
     let sledge = Sledge { friction: 1.0, asymmetry: 0.0 };
     let run = integrator()
         .solve_sticking(&Term::new(sledge, input), FRICTION, &[0.25, 0.0], &times)
