@@ -97,7 +97,7 @@ fn excitation(amplitude: f64, hz: f64) -> impl Fn(f64) -> f64 {
 
 #[test]
 fn dry_friction_is_named_first_and_then_its_asymmetry_whatever_noise_is_assumed() {
-    let record = |amplitude, hz, seed| plant(6, 500, excitation(amplitude, hz), seed);
+    let record = |amplitude, hz, seed| plant(4, 250, excitation(amplitude, hz), seed);
     let runs = [record(1.6, 0.5, 1), record(2.4, 0.8, 2), record(1.2, 0.35, 3)];
     let runs: Vec<_> = runs.iter().zip(["1", "2", "3"]).map(|(r, n)| r.experiment(n)).collect();
     let unseen = record(2.0, 0.6, 4);

@@ -74,6 +74,9 @@ where
     let shortest_s = experiments.iter().map(|e| duration(e)).fold(f64::INFINITY, f64::min);
     settings.data.shortest_s = 0.0;
     settings.intervals.shortest_block_s = 0.0;
+    // What a wrong model leaves of a free motion drifts, and a filter that makes it white takes the motion with it. So
+    // noise is white here, and what is correlated counts as fewer observations.
+    settings.noise.order = 0;
     let residual = &mut settings.residual;
     residual.spectrum_piece_s = shortest_s / residual.field_spectrum_pieces;
     residual.spectrum_highest_hz = residual.field_spectrum_lines / residual.spectrum_piece_s;

@@ -72,6 +72,7 @@ mod diagnose;
 mod features;
 mod labels;
 mod options;
+mod perturbed;
 mod system;
 
 pub use candidate::Candidate;

@@ -4,6 +4,7 @@ use super::candidate::Candidate;
 use super::features;
 use super::labels::label;
 use super::options::FieldOptions;
+use super::perturbed::{Perturbed, Sizes};
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Sensitivities};
 use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
@@ -13,6 +14,7 @@ use pam_effects::effects::ParameterInfo;
 use pam_solvers::{Input, Side};
 use pam_train::field::{Experiment, FieldProblem, Number, Numbers};
 use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 /// A field, experiments with it, and the terms that may be missing from it.
 pub(super) struct FieldSystem<'a, F, I> {
@@ -35,6 +37,8 @@ pub(super) struct FieldSystem<'a, F, I> {
     /// Measured outputs of each experiment.
     measured: Vec<Vec<Vec<f64>>>,
     settings: DiagnosisSettings,
+    /// Sizes of the states, once they are needed.
+    sizes: OnceLock<Arc<Sizes>>,
 }
 
 impl<'a, F, I> FieldSystem<'a, F, I>
@@ -83,6 +87,7 @@ where
             outputs: problem.output_names().into_iter().map(output).collect(),
             measured: experiments.iter().map(columns).collect(),
             settings: options.settings,
+            sizes: OnceLock::new(),
             problem,
             experiments,
             candidates,
@@ -143,6 +148,36 @@ where
         let mut signals = self.signals(h, local, experiment)?;
         signals.truncate(self.problem.field.state_len());
         Ok(signals)
+    }
+
+    /// Responses of the measured outputs to small terms of every simple kind in the derivatives, to first order.
+    fn responses(
+        &self,
+        h: &Hypothesis,
+        local: &[f64],
+        experiment: usize,
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        // Of one motion for all experiments, so that a weight means the same in all of them.
+        let sizes = self.sizes.get_or_init(|| {
+            let base = Hypothesis::base(self, 1);
+            let states = self.states(&base, &base.locals[0], 0);
+            let unknown = vec![vec![1.0]; self.problem.field.state_len()];
+            let width = self.settings.verdict.direction_width;
+            Arc::new(Sizes::of(&states.unwrap_or(unknown), width))
+        });
+        let perturbed = Perturbed::new(self.problem.field, Arc::clone(sizes));
+        let FieldProblem { outputs, integrator, .. } = self.problem;
+        let problem = FieldProblem::<_, I>::new(&perturbed, &[], outputs.clone(), integrator);
+        let mut numbers = self.numbers(h, local, experiment);
+        let own = numbers.parameters.len();
+        numbers.parameters.resize(own + perturbed.weight_len(), 0.0);
+        let by: Vec<Number> = (own..numbers.parameters.len()).map(Number::Parameter).collect();
+        let found = problem.sensitivities(self.experiments[experiment], &numbers, &by)?;
+        let width = problem.signal_len();
+        let of = |by: &Vec<f64>, s: usize| by.iter().skip(s).step_by(width).copied().collect();
+        let columns =
+            found.by.iter().flat_map(|by| outputs.signals.iter().map(move |&s| of(by, s)));
+        Ok(columns.collect())
     }
 
     /// The inputs at the times of an experiment, input by input.
@@ -308,7 +343,9 @@ where
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         let states = self.states(hypothesis, local, experiment)?;
         let width = self.settings.verdict.direction_width;
-        Ok(features::features(&states, &self.inputs(experiment), width))
+        let mut all = features::features(&states, &self.inputs(experiment), width);
+        all.extend(self.responses(hypothesis, local, experiment)?);
+        Ok(all)
     }
 
     fn factor_names(&self) -> Vec<(String, String)> {
