@@ -35,7 +35,7 @@ pub struct Explainable {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SetScore {
     /// Logarithm of its posterior probability, up to a constant that all sets share: the log-likelihood of the whitened
-    /// rows less the prices of parameters, choices and nuisances ([`Scored::total`](crate::search::Scored::total) over −2).
+    /// rows, with the noise that was learned beside the set, less the prices of parameters, choices and nuisances.
     pub log_posterior: f64,
     /// Logarithm of its odds against the system without any cause; 0 where nothing is named.
     pub log_odds: f64,
@@ -58,9 +58,8 @@ pub struct Diagnosis<M> {
     pub anomalies: Vec<Anomaly>,
     /// Candidates that are not named, and why; the most probable first.
     pub refused: Vec<Refused>,
-    /// The score of the named causes together; absent if their set was not among those that were compared, since a name of
-    /// it was rejected.
-    pub score: Option<SetScore>,
+    /// The score of the named causes together.
+    pub score: SetScore,
     /// Every candidate alone, best first.
     pub ranking: Vec<Rank>,
     /// The residual before any cause is named.

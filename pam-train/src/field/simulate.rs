@@ -38,8 +38,9 @@ pub struct SignalSensitivities {
     pub by: Vec<Vec<f64>>,
 }
 
-/// Numbers that one run differentiates by.
-const AT_ONCE: usize = 4;
+/// Numbers that one run differentiates by, where there are few of them and where there are many.
+const FEW: usize = 4;
+const MANY: usize = 8;
 
 impl<F, I> FieldProblem<'_, F, I>
 where
@@ -135,10 +136,24 @@ where
             let signals = self.simulate(experiment, at)?;
             return Ok(SignalSensitivities { signals, by: Vec::new() });
         }
+        if by.len() > FEW {
+            self.derivatives::<MANY>(experiment, at, by)
+        } else {
+            self.derivatives::<FEW>(experiment, at, by)
+        }
+    }
+
+    /// The signals and their derivatives, by `N` numbers in each run.
+    fn derivatives<const N: usize>(
+        &self,
+        experiment: &Experiment<I>,
+        at: &Numbers<f64>,
+        by: &[Number],
+    ) -> Result<SignalSensitivities, FieldError> {
         let mut found = SignalSensitivities { signals: Vec::new(), by: Vec::new() };
-        for some in by.chunks(AT_ONCE) {
+        for some in by.chunks(N) {
             let seeded = |value: f64, number: Number| match some.iter().position(|n| *n == number) {
-                Some(k) => Chunk::<AT_ONCE>::variable(value, k),
+                Some(k) => Chunk::<N>::variable(value, k),
                 None => Chunk::constant(value),
             };
             let all = |values: &[f64], number: fn(usize) -> Number| {
