@@ -13,6 +13,7 @@ use pam_core::ParametricField;
 use pam_solvers::Input;
 use pam_train::field::{Experiment, FieldError, FieldProblem, Outputs};
 use serde::Serialize;
+use std::cmp::Ordering;
 
 /// The baseline discrepancy of a field.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -200,6 +201,14 @@ fn check<F: ParametricField, I>(
     }
     if let Some(bad) = options.refitted.iter().find(|&&i| i >= len) {
         return fail(format!("the field has no parameter {bad} to refit"));
+    }
+    let count = options.refitted.len();
+    if let Some(d) = &options.refitted_deviation
+        && (d.len() != count || d.iter().any(|v| v.partial_cmp(&0.0) != Some(Ordering::Greater)))
+    {
+        return fail(format!(
+            "the prior standard deviations {d:?} of {count} refitted parameters must be as many and positive"
+        ));
     }
     let present = problem.field.parameters();
     let positive = |i: &&usize| !(options.refitted.contains(i) && present[**i] > 0.0);

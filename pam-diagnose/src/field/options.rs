@@ -23,6 +23,10 @@ pub struct FieldOptions {
     pub refitted: Vec<usize>,
     /// Those of them that are positive and fitted by their logarithm.
     pub logarithmic: Vec<usize>,
+    /// Prior standard deviation of each refitted parameter, of its logarithm for a logarithmic one; free, if absent. Where the
+    /// error is large, such as the drift of a free motion, it keeps the model without causes from values at which
+    /// nothing moves.
+    pub refitted_deviation: Option<Vec<f64>>,
     /// Prior standard deviation of each initial state; zero for one that is known exactly. If absent, measured states
     /// have that of their noise and the others are known.
     pub initial_state_deviation: Option<Vec<f64>>,
@@ -45,6 +49,7 @@ impl Default for FieldOptions {
         Self {
             refitted: Vec::new(),
             logarithmic: Vec::new(),
+            refitted_deviation: None,
             initial_state_deviation: None,
             delay_deviation_s: 0.0,
             noise: FieldNoise::default(),

@@ -73,7 +73,9 @@ where
             OutputInfo { key, name, unit, fitted: true }
         };
         let delayed = options.delay_deviation_s > 0.0;
-        let mut shared = vec![Nuisance::of(f64::INFINITY); options.refitted.len()];
+        let free = vec![f64::INFINITY; options.refitted.len()];
+        let refitted = options.refitted_deviation.as_ref().unwrap_or(&free);
+        let mut shared: Vec<Nuisance> = refitted.iter().map(|&d| Nuisance::of(d)).collect();
         shared.extend(delayed.then(|| Nuisance::of(options.delay_deviation_s)));
         Self {
             local: free_states.iter().map(|&s| Nuisance::of(deviation(s))).collect(),
