@@ -124,6 +124,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 (5, ParameterInfo::scale("pitch_mm", [0.5, 50.0])),
             ],
             starts: [3.0, 4.6, 7.0, 10.0].iter().map(|&pitch| vec![1.0, pitch]).collect(),
+            property_of: None,
         },
         Candidate::one("load", 6, ParameterInfo::linear("force_n", [-50.0, 50.0]), &[0.5]),
     ];

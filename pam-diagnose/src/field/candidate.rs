@@ -12,6 +12,9 @@ pub struct Candidate {
     /// Values from which a fit starts, in the order of `parameters`; the derivative by an amplitude must not
     /// vanish there. Scales (widths, periods, times) are spread over a grid.
     pub starts: Vec<Vec<f64>>,
+    /// The candidate of which it is a property, as the asymmetry of a friction is one of the friction: where both are named,
+    /// it follows behind.
+    pub property_of: Option<String>,
 }
 
 impl Candidate {
@@ -22,7 +25,14 @@ impl Candidate {
             name: name.to_owned(),
             parameters: vec![(index, info)],
             starts: starts.iter().map(|&s| vec![s]).collect(),
+            property_of: None,
         }
+    }
+
+    /// The same as a property of another candidate.
+    #[must_use]
+    pub fn of(self, other: &str) -> Self {
+        Self { property_of: Some(other.to_owned()), ..self }
     }
 
     /// A term with one parameter that is fitted as it is, is absent at zero and stays inside `range`.

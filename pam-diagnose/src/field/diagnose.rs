@@ -8,6 +8,7 @@ use crate::diagnosis::{self, Baseline, Diagnosis, Prepared};
 use crate::error::DiagnoseError;
 use crate::noise::{NoisePrior, noise_deviation};
 use crate::report::ReportModel;
+use crate::verdict::Cause;
 use maud::{Markup, html};
 use pam_core::ParametricField;
 use pam_solvers::Input;
@@ -152,13 +153,28 @@ where
         seed: options.seed,
     };
     let names = problem.field.names();
-    diagnosis::run(&prepared, &|_, _| {}, |best| DiagnosedField {
+    let mut found = diagnosis::run(&prepared, &|_, _| {}, |best| DiagnosedField {
         parameters: system.parameters(best),
         parameter_names: (0..system.plain.len()).map(|k| names.parameter(k)).collect(),
         delay_s: (options.delay_deviation_s > 0.0).then(|| system.delay_s(best)),
         baseline: baseline.as_ref().map(|b| b.0.clone()),
         shared: best.shared.clone(),
-    })
+    })?;
+    put_properties_behind(&mut found.causes, candidates);
+    Ok(found)
+}
+
+/// Moves every cause that is a property of another named one behind it; the rest keeps its order.
+fn put_properties_behind(causes: &mut Vec<Cause>, candidates: &[Candidate]) {
+    let owner_of = |cause: &Cause| candidates[cause.member.candidate].property_of.clone();
+    for from in (0..causes.len()).rev() {
+        let Some(owner) = owner_of(&causes[from]) else { continue };
+        let behind = causes[from..].iter().position(|c| c.effect == owner);
+        if let Some(places) = behind {
+            let property = causes.remove(from);
+            causes.insert(from + places, property);
+        }
+    }
 }
 
 /// Part of the variation of an output that is no noise but the error of solver and rounding, where noise is learned.

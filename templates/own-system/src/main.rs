@@ -11,10 +11,10 @@ use std::error::Error;
 const MASS_KG: f64 = 2.0;
 /// Names of the parameters, in the order in which the field takes them.
 const PARAMETERS: [&str; 5] =
-    ["motor_n_v", "viscous_n_s_mm", "coulomb_n", "asymmetry", "quadratic_n_s2_mm2"];
+    ["motor_n_v", "viscous_n_s_mm", "coulomb_n", "asymmetry_n", "quadratic_n_s2_mm2"];
 
-/// `m v̇ = k u − b v − F`, with `F = c (σ + a |σ|) + q v |v|`: the motor `k` (N/V), viscous friction `b`, and what may be
-/// missing: dry friction `c` (N), which is `c (1 + a)` forwards and `c (1 − a)` backwards, and drag `q`.
+/// `m v̇ = k u − b v − F`, with `F = c σ + a |σ| + q v |v|`: the motor `k` (N/V), viscous friction `b`, and what may be
+/// missing: dry friction, `c + a` (N) forwards and `c − a` backwards, and drag `q`.
 #[derive(Clone, Copy)]
 pub struct Axis<S>(pub [S; 5]);
 
@@ -24,7 +24,8 @@ impl<S: Scalar> Axis<S> {
         let [_, viscous, coulomb, asymmetry, drag] = self.0;
         let size = direction.real().abs();
         viscous * v
-            + coulomb * (direction + asymmetry.scaled(size))
+            + coulomb * direction
+            + asymmetry.scaled(size)
             + drag * v * v.scaled(v.real().signum())
     }
 }
@@ -82,7 +83,8 @@ pub fn diagnose_axis(
     let outputs = Outputs::named(&healthy, [("position_mm", noise_mm)])?;
     let candidates = [
         Candidate::term("coulomb_friction", (2, PARAMETERS[2]), [0.0, 100.0], &[0.5, 2.0]),
-        Candidate::term("friction_asymmetry", (3, PARAMETERS[3]), [-0.9, 0.9], &[0.05]),
+        Candidate::term("friction_asymmetry", (3, PARAMETERS[3]), [-100.0, 100.0], &[0.1])
+            .of("coulomb_friction"),
         Candidate::term("quadratic_drag", (4, PARAMETERS[4]), [-1.0, 1.0], &[1e-5]),
     ];
     let options = FieldOptions {
