@@ -81,8 +81,8 @@ impl FieldFit {
 const ARRIVED: f64 = 1e-3;
 /// Largest change of a logarithm in one step: a factor of three.
 const LARGEST_LOG_STEP: f64 = 1.1;
-/// Fits with a noise that is learned anew beside the last one.
-const NOISE_ROUNDS: usize = 3;
+/// Fits with a noise that is learned anew beside the last one, at most.
+const NOISE_ROUNDS: usize = 10;
 /// Relative change of the noise below which it has been learned.
 const NOISE_LEARNED: f64 = 0.02;
 
@@ -125,21 +125,10 @@ where
         let (mut fitting, mut at) = Fitting::new(self, settings)?;
         let iterations = settings.iterations.unwrap_or(30);
         let unknown: Vec<bool> = self.outputs.noise.iter().map(|n| n.is_nan()).collect();
-        let mut converged = fitting.fit(&mut at, iterations)?;
-        for _ in 0..NOISE_ROUNDS {
-            if !unknown.contains(&true) {
-                break;
-            }
-            let mean = fitting.squares(&at)?.mean();
-            let mut changed = false;
-            for ((noise, mean), unknown) in fitting.noise.iter_mut().zip(mean).zip(&unknown) {
-                if *unknown {
-                    let learned = mean.sqrt().max(f64::MIN_POSITIVE.sqrt());
-                    changed |= (learned / *noise - 1.0).abs() > NOISE_LEARNED;
-                    *noise = learned;
-                }
-            }
-            if !changed {
+        let mut converged = false;
+        for round in 0..NOISE_ROUNDS {
+            let changed = fitting.learn_noise(&unknown, &at)?;
+            if round > 0 && !changed {
                 break;
             }
             converged = fitting.fit(&mut at, iterations)?;
@@ -227,6 +216,23 @@ where
             until,
         };
         Ok((fitting, at))
+    }
+
+    /// Takes what the fit leaves for the noise of outputs where that is not known; whether it has changed.
+    fn learn_noise(&mut self, unknown: &[bool], at: &At) -> Result<bool, FieldError> {
+        if !unknown.contains(&true) {
+            return Ok(false);
+        }
+        let mean = self.squares(at)?.mean();
+        let mut changed = false;
+        for ((noise, mean), unknown) in self.noise.iter_mut().zip(mean).zip(unknown) {
+            if *unknown {
+                let learned = mean.sqrt().max(f64::MIN_POSITIVE.sqrt());
+                changed |= (learned / *noise - 1.0).abs() > NOISE_LEARNED;
+                *noise = learned;
+            }
+        }
+        Ok(changed)
     }
 
     /// Moves to the best fit; whether it arrived.
