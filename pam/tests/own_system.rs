@@ -1,7 +1,8 @@
 //! The project template `templates/own-system` on a plant that shares no code with the library: a servo axis with
 //! set-valued dry friction that is larger forwards than backwards, integrated here in fixed steps of 50 µs.
 
-#[allow(dead_code)]
+// A program of its own, whose items need not all be used here.
+#[allow(dead_code, unreachable_pub)]
 #[path = "../../templates/own-system/src/main.rs"]
 mod template;
 
