@@ -38,7 +38,7 @@ pub mod units;
 pub use activation::{Activation, ActivationFunction};
 pub use choice::NamedChoice;
 pub use error::ModelError;
-pub use field::{FieldFn, ParametricField, VectorField};
+pub use field::{DryFriction, FieldFn, FieldNames, ParametricField, VectorField};
 pub use force::{
     AnyForce, ForceInput, ForceModel, ForceParts, Mlp, NetworkForce, ParametricForce, ReluLayers,
     SpringDamper, StoredForce,

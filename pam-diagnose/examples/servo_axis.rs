@@ -76,25 +76,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let y0 = vec![0.0, 0.0];
         let run =
             integrator.solve(&Term::new(axis, input), 0.0, 8.0, &y0, SaveAt::Times(&times_s))?;
-        Ok(Experiment {
-            name: format!("{amplitude_mm} mm at {hz} Hz"),
-            input,
-            initial_state: y0,
-            times_s: times_s.clone(),
-            measured: run.component(0).map(|x| x + noise.sample(&mut random)).collect(),
-        })
+        let measured = run.component(0).map(|x| x + noise.sample(&mut random)).collect();
+        let name = format!("{amplitude_mm} mm at {hz} Hz");
+        Ok(Experiment::new(&name, input, times_s.clone(), measured).starting_at(y0))
     };
 
     // The numbers of the healthy axis, by least squares with intervals.
     let calibration = [record(healthy, 10.0, 0.5)?];
     let guess = Axis([66.0, 18.0, 0.04, 0.0, 0.0, 5.0, 0.0]);
     let outputs = Outputs::new([(0, noise_mm)]);
-    let problem = FieldProblem {
-        field: &guess,
-        experiments: &calibration,
-        integrator: &integrator,
-        outputs: outputs.clone(),
-    };
+    let problem = FieldProblem::new(&guess, &calibration, outputs.clone(), &integrator);
     // The position tells k_F / m and b / m, not all three: the mass is weighed.
     let mut start = guess.parameters();
     start[0] = 60.0;
@@ -112,8 +103,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The worn axis against that model.
     let model = Axis(std::array::from_fn(|i| fit.parameters[i]));
     let experiments = [record(worn, 10.0, 0.5)?, record(worn, 15.0, 0.3)?, record(worn, 6.0, 0.8)?];
-    let problem =
-        FieldProblem { field: &model, experiments: &experiments, integrator: &integrator, outputs };
+    let problem = FieldProblem::new(&model, &experiments, outputs, &integrator);
     let candidates = [
         Candidate::one(
             "motor_gain",
@@ -134,6 +124,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 (5, ParameterInfo::scale("pitch_mm", [0.5, 50.0])),
             ],
             starts: [3.0, 4.6, 7.0, 10.0].iter().map(|&pitch| vec![1.0, pitch]).collect(),
+            property_of: None,
         },
         Candidate::one("load", 6, ParameterInfo::linear("force_n", [-50.0, 50.0]), &[0.5]),
     ];

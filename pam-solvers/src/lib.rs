@@ -9,6 +9,7 @@
 //! | [`controller`] | [`StepController`] | the step sizes: constant, or PI/PID control of an error estimate |
 //! | [`save_at`] | [`SaveAt`] | the saved points: the end, every step, given times, a dense solution |
 //! | [`input`] | [`Input`] | the input between its samples: zero-order hold, linear, cubic |
+//! | `sticking` | [`Integrator::solve_sticking`] | fields with set-valued dry friction |
 //! | [`grid`] | [`Grid`] | the accepted steps; [`replay`](replay()) takes them again with any scalar |
 //! | [`batched`] | [`BatchedIntegrator`] | many trajectories at once, with gradients |
 //! | [`sensitivity`] | [`GradientMethod`](sensitivity::GradientMethod) | the gradient of a loss of the solution: discrete and continuous adjoints, forward sensitivities, differences |
@@ -57,6 +58,7 @@ pub mod sensitivity;
 pub mod solution;
 mod step;
 mod step_control;
+mod sticking;
 pub mod tableau;
 pub mod term;
 
@@ -68,7 +70,8 @@ pub use error::{FailureKind, SolveError};
 pub use fixed_step::rk4_step;
 pub use grid::Grid;
 pub use input::{
-    Constant, Fixed, Input, InputFn, Interpolation, NoInput, ParametricInput, SampledInput, Side,
+    Constant, Fixed, Input, InputError, InputFn, Interpolation, NoInput, ParametricInput,
+    SampledInput, Side,
 };
 pub use integrator::Integrator;
 pub use replay::replay;

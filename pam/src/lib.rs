@@ -73,6 +73,31 @@ pub use pam_train as train;
 pub use pam_trajectory as trajectory;
 pub use pam_vocabulary as vocabulary;
 
+/// Everything for a system of one's own, without any joint: fields and their names, solvers, experiments, fits, the
+/// diagnosis.
+pub mod field {
+    pub use pam_autodiff::ByTape;
+    pub use pam_core::{
+        DryFriction, FieldFn, FieldNames, ParametricField, Scalar, VectorField, field_fn,
+    };
+    pub use pam_diagnose::field::{
+        Candidate, DiagnosedField, FieldBaseline, FieldDiagnosis, FieldNoise, FieldOptions,
+        FieldSeparation, design_field, diagnose_field, sine_experiments,
+    };
+    pub use pam_diagnose::{DiagnosisSettings, Verdict};
+    pub use pam_effects::effects::ParameterInfo;
+    pub use pam_solvers::sensitivity::DiscreteAdjoint;
+    pub use pam_solvers::{
+        Constant, Input, InputFn, Integrator, Interpolation, NoInput, ParametricInput,
+        PidController, SampledInput, SaveAt, Tableau, Term,
+    };
+    pub use pam_train::field::{
+        Experiment, FieldError, FieldFit, FieldLoss, FieldProblem, FieldTraining, HeldOutError,
+        LeastSquares, MeasuredInput, Number, Numbers, Outputs, SignalSensitivities, TrainedField,
+        outputs_error,
+    };
+}
+
 /// Names for first experiments: a model and a recording predicted, trained and diagnosed; a vector field solved.
 /// Everything else stands in its crate: `pam::solvers::Term`, `pam::report::LineFigure`, `pam::train::curriculum::Curriculum`.
 pub mod prelude {

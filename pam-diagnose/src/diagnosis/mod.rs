@@ -9,5 +9,5 @@ mod result;
 mod run;
 
 pub(crate) use baseline::Baseline;
-pub use result::{Diagnosis, Explainable, Stage};
+pub use result::{Diagnosis, Explainable, SetScore, Stage};
 pub use run::{Prepared, run};

@@ -31,6 +31,16 @@ pub struct Explainable {
     pub named: f64,
 }
 
+/// How probable the named set is, from training and validation rows.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SetScore {
+    /// Logarithm of its posterior probability, up to a constant that all sets share: the log-likelihood of the whitened
+    /// rows, with the noise that was learned beside the set, less the prices of parameters, choices and nuisances.
+    pub log_posterior: f64,
+    /// Logarithm of its odds against the system without any cause; 0 where nothing is named.
+    pub log_odds: f64,
+}
+
 /// The result of a diagnosis; `model` is the system's own part of it.
 #[derive(Debug, Clone, Serialize)]
 pub struct Diagnosis<M> {
@@ -48,6 +58,8 @@ pub struct Diagnosis<M> {
     pub anomalies: Vec<Anomaly>,
     /// Candidates that are not named, and why; the most probable first.
     pub refused: Vec<Refused>,
+    /// The score of the named causes together.
+    pub score: SetScore,
     /// Every candidate alone, best first.
     pub ranking: Vec<Rank>,
     /// The residual before any cause is named.

@@ -1,9 +1,9 @@
 //! The steps of a diagnosis.
 
-use super::result::{Diagnosis, Explainable, Stage};
+use super::result::{Diagnosis, Explainable, SetScore, Stage};
 use crate::data::{Roles, TestData};
 use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, Problem, fitted_outputs};
+use crate::fit::{Fit, Hypothesis, Problem, fitted_outputs};
 use crate::noise::{Noise, NoisePrior};
 use crate::rejection::null_test::explained;
 use crate::residual::ResidualSummary;
@@ -115,6 +115,10 @@ pub fn run<C: Candidates + ?Sized, M>(
     Ok(Diagnosis {
         verdict,
         reasons,
+        score: SetScore {
+            log_posterior: -0.5 * total(open, &names.best),
+            log_odds: 0.5 * (total(open, &names.base) - total(open, &names.best)),
+        },
         ranking: ranking(*system, &found),
         residual: ResidualSummary::of(open, &start, best, &prepared.floor()),
         error_reduction: test.error_reduction(&start, best, *seed),
@@ -134,6 +138,21 @@ pub fn run<C: Candidates + ?Sized, M>(
         causes,
         minor,
     })
+}
+
+/// Minus two times the logarithm of the posterior probability of a set that was fitted to the open rows, up to a constant,
+/// with what is known of the noise beside the named set.
+fn total<C: Candidates + ?Sized>(open: &Problem<'_, C>, fit: &Fit) -> f64 {
+    let observations = (fit.errors.rows.max(2)) as f64;
+    let parameters = fit.hypothesis.parameters(open.system).len() as f64;
+    let members = (fit.hypothesis.members.len() - fit.hypothesis.fixed) as f64;
+    let choice = 2.0 * members * (open.system.candidate_len().max(1) as f64).ln();
+    let limits = open.settings.search.limit_cost * fit.scales_at_limit as f64;
+    observations * fit.errors.deviance() / open.rows_per_observation
+        + open.prior_cost(&fit.hypothesis)
+        + parameters * observations.ln()
+        + choice
+        + limits
 }
 
 /// Multiple of what chance allows from which the prior cost of nuisances is an error of its own.

@@ -1,6 +1,5 @@
-//! Terms that may be missing from a field, and the options of its diagnosis.
+//! Terms that may be missing from a field.
 
-use crate::settings::DiagnosisSettings;
 use pam_effects::effects::ParameterInfo;
 
 /// A possible cause: a term of the field that some of its parameters switch on.
@@ -13,6 +12,9 @@ pub struct Candidate {
     /// Values from which a fit starts, in the order of `parameters`; the derivative by an amplitude must not
     /// vanish there. Scales (widths, periods, times) are spread over a grid.
     pub starts: Vec<Vec<f64>>,
+    /// The candidate of which it is a property, as the asymmetry of a friction is one of the friction: where both are named,
+    /// it follows behind.
+    pub property_of: Option<String>,
 }
 
 impl Candidate {
@@ -23,7 +25,32 @@ impl Candidate {
             name: name.to_owned(),
             parameters: vec![(index, info)],
             starts: starts.iter().map(|&s| vec![s]).collect(),
+            property_of: None,
         }
+    }
+
+    /// The same as a property of another candidate.
+    #[must_use]
+    pub fn of(self, other: &str) -> Self {
+        Self { property_of: Some(other.to_owned()), ..self }
+    }
+
+    /// A term with one parameter that is fitted as it is, is absent at zero and stays inside `range`.
+    ///
+    /// ```
+    /// use pam_diagnose::field::Candidate;
+    /// // Parameter 2 of the field, called `coulomb_n`, from 0 to 100 N, fitted from 1 and from 5 N on.
+    /// let friction = Candidate::term("dry_friction", (2, "coulomb_n"), [0.0, 100.0], &[1.0, 5.0]);
+    /// assert_eq!(friction.parameters[0].1.off, Some(0.0));
+    /// ```
+    #[must_use]
+    pub fn term(
+        name: &str,
+        (index, parameter): (usize, &'static str),
+        range: [f64; 2],
+        starts: &[f64],
+    ) -> Self {
+        Self::one(name, index, ParameterInfo::linear(parameter, range), starts)
     }
 
     /// Writes the values at which the term is absent into the field's parameters; scales keep theirs.
@@ -33,34 +60,5 @@ impl Candidate {
                 parameters[*index] = off;
             }
         }
-    }
-}
-
-/// Options of [`diagnose_field`](super::diagnose_field).
-#[derive(Debug, Clone, PartialEq)]
-pub struct FieldOptions {
-    /// Parameters of the field (by index) that are fitted along with every hypothesis, since they are not
-    /// known well: a mass, a stiffness. Without them, a cause may be named for a slightly wrong parameter.
-    pub refitted: Vec<usize>,
-    /// Prior standard deviation of each initial state; zero for one that is known exactly. If absent, measured states
-    /// have that of their noise and the others are known.
-    pub initial_state_deviation: Option<Vec<f64>>,
-    /// Number of experiments that form the test set: the last ones before those of the baseline. With 0, a part of the
-    /// data is held out.
-    pub test: usize,
-    /// Number of experiments, the last ones of the problem, on which the field was validated: their error is its
-    /// baseline discrepancy.
-    pub baseline: usize,
-    /// Seed of the split, the null test and the bootstrap.
-    pub seed: u64,
-    /// Every other number on which the diagnosis depends.
-    pub settings: DiagnosisSettings,
-}
-
-impl Default for FieldOptions {
-    fn default() -> Self {
-        let (refitted, initial_state_deviation) = (Vec::new(), None);
-        let settings = DiagnosisSettings::default();
-        Self { refitted, initial_state_deviation, test: 0, baseline: 0, seed: 1, settings }
     }
 }

@@ -1,15 +1,15 @@
 //! Experiments that would distinguish confusable causes of a field.
 
-use super::candidate::{Candidate, FieldOptions};
+use super::candidate::Candidate;
 use super::diagnose::FieldDiagnosis;
+use super::options::FieldOptions;
 use super::system::FieldSystem;
 use crate::design::difference;
 use crate::fit::Hypothesis;
 use crate::search::Candidates;
-use pam_autodiff::{ByDual, Differentiation};
 use pam_core::ParametricField;
 use pam_core::parallel;
-use pam_solvers::{InputFn, ParametricInput, Side};
+use pam_solvers::{Input, InputFn, ParametricInput, Side};
 use pam_train::field::{Experiment, FieldProblem, Outputs};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -44,28 +44,23 @@ pub fn design_field<F, I, J>(
 ) -> Vec<FieldSeparation>
 where
     F: ParametricField + Sync,
-    F::With<f64>: ParametricField,
-    ByDual: Differentiation<F::With<f64>>,
-    I: ParametricInput + Sync,
-    J: ParametricInput + Sync + Clone,
+    I: Input<f64> + Sync,
+    J: Input<f64> + Sync + Clone,
 {
     let Some(place) = diagnosis.causes.iter().position(|c| !c.alternatives.is_empty()) else {
         return Vec::new();
     };
-    let outputs =
-        Outputs { noise: diagnosis.noise.clone(), states: problem.outputs.states.clone() };
+    let outputs = Outputs { noise: diagnosis.noise.clone(), ..problem.outputs.clone() };
     let points = |e: &Experiment<J>| e.times_s.len() * outputs.len();
     let planned: Vec<Experiment<J>> = planned
         .iter()
         .map(|e| Experiment { measured: vec![0.0; points(e)], ..e.clone() })
         .collect();
     let (field, integrator) = (problem.field, problem.integrator);
-    let problem =
-        FieldProblem { field, experiments: &planned, integrator, outputs: outputs.clone() };
+    let problem = FieldProblem::new(field, &planned, outputs.clone(), integrator);
     let mut all: Vec<FieldSeparation> = parallel::map(planned.len(), |k| {
         let experiment = &planned[k];
-        let one = std::slice::from_ref(experiment);
-        let system = FieldSystem::new(&problem, one, candidates, options);
+        let system = FieldSystem::new(&problem, vec![experiment], candidates, options);
         let named = Hypothesis {
             members: diagnosis.causes.iter().map(|c| c.member.clone()).collect(),
             shared: diagnosis.model.shared.clone(),
@@ -95,10 +90,11 @@ pub fn sine_experiments<F, I>(
     problem: &FieldProblem<'_, F, I>,
 ) -> Vec<Experiment<impl ParametricInput + Sync + Clone>>
 where
-    F: ParametricField,
-    I: ParametricInput,
+    F: ParametricField + Sync,
+    I: Input<f64> + Sync,
 {
-    let m = problem.field.input_len();
+    let first = problem.experiments.first();
+    let m = first.map_or(0, |e| e.input.input_len());
     let (mut low, mut high) = (vec![f64::INFINITY; m], vec![f64::NEG_INFINITY; m]);
     let mut u = vec![0.0; m];
     for e in problem.experiments {
@@ -109,7 +105,6 @@ where
             }
         }
     }
-    let first = problem.experiments.first();
     let mut planned = Vec::new();
     for (e, scale) in first.into_iter().flat_map(|e| [0.5, 1.0, 1.5].map(|scale| (e, scale))) {
         let (from, to) = (e.times_s[0], e.times_s[e.times_s.len() - 1]);
@@ -121,13 +116,11 @@ where
                     *u = 0.5 * (low[k] + high[k] + scale * (high[k] - low[k]) * sine);
                 }
             });
-            planned.push(Experiment {
-                name: format!("{scale} times the range, {:.3} Hz", periods / (to - from)),
-                input,
-                initial_state: e.initial_state.clone(),
-                times_s: e.times_s.clone(),
-                measured: Vec::new(),
-            });
+            let name = format!("{scale} times the range, {:.3} Hz", periods / (to - from));
+            let start = problem.initial_state(e);
+            planned.push(
+                Experiment::new(&name, input, e.times_s.clone(), Vec::new()).starting_at(start),
+            );
         }
     }
     planned

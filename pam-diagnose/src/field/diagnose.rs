@@ -1,18 +1,20 @@
 //! The diagnosis of a field, from experiments on.
 
-use super::candidate::{Candidate, FieldOptions};
+use super::candidate::Candidate;
+use super::options::{FieldNoise, FieldOptions};
 use super::system::FieldSystem;
 use crate::data::{OpenPart, Roles, Span, TestSource};
 use crate::diagnosis::{self, Baseline, Diagnosis, Prepared};
 use crate::error::DiagnoseError;
 use crate::noise::{NoisePrior, noise_deviation};
 use crate::report::ReportModel;
+use crate::verdict::Cause;
 use maud::{Markup, html};
-use pam_autodiff::{ByDual, Differentiation};
 use pam_core::ParametricField;
-use pam_solvers::ParametricInput;
+use pam_solvers::Input;
 use pam_train::field::{Experiment, FieldError, FieldProblem, Outputs};
 use serde::Serialize;
+use std::cmp::Ordering;
 
 /// The baseline discrepancy of a field.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -30,9 +32,13 @@ pub struct FieldBaseline {
 pub struct DiagnosedField {
     /// The field's parameters with the named causes in them.
     pub parameters: Vec<f64>,
+    /// Their names.
+    pub parameter_names: Vec<String>,
+    /// The fitted delay of the inputs, s; absent where none was fitted.
+    pub delay_s: Option<f64>,
     /// The baseline discrepancy, if baseline experiments were given.
     pub baseline: Option<FieldBaseline>,
-    /// Fitted deviations of the refitted parameters.
+    /// Fitted deviations of the refitted parameters and of the delay.
     #[serde(skip)]
     pub(super) shared: Vec<f64>,
 }
@@ -42,9 +48,10 @@ pub type FieldDiagnosis = Diagnosis<DiagnosedField>;
 
 /// Names the causes of a field's error, out of the candidates that its author lists.
 ///
-/// The experiments are divided into training, validation and test data as in [`diagnose`](crate::diagnose), and
-/// the search, the rejection of names and the verdict are the same. A noise level of the outputs that is NaN
-/// ([`Outputs::of_unknown_noise`]) is estimated from the open data.
+/// The experiments are divided into training and validation data as in [`diagnose`](crate::diagnose), and
+/// the search, the rejection of names and the verdict are the same. The held-out experiments of the problem are the test data;
+/// without any, a part of the experiments is. The noise is learned from the open data, unless
+/// [`FieldOptions::noise`] says otherwise.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the shapes do not fit or the field without any cause cannot be solved.
@@ -55,55 +62,69 @@ pub fn diagnose_field<F, I>(
 ) -> Result<FieldDiagnosis, DiagnoseError>
 where
     F: ParametricField + Sync,
-    F::With<f64>: ParametricField,
-    ByDual: Differentiation<F::With<f64>>,
-    I: ParametricInput + Sync,
+    I: Input<f64> + Sync,
 {
-    with_noise(problem, |_, _| 1.0).check()?;
+    problem.check()?;
     check(problem, candidates, options)?;
     let mut settings = options.settings;
-    let data = problem.experiments.len() - options.baseline;
+    let (open, of_baseline) =
+        problem.experiments.split_at(problem.experiments.len() - options.baseline);
+    let experiments: Vec<&Experiment<I>> = open.iter().chain(problem.held_out).collect();
+    let of_baseline: Vec<&Experiment<I>> = of_baseline.iter().collect();
     // An experiment of a field may be short or long: lengths of time follow from it.
     let duration = |e: &Experiment<I>| e.times_s[e.times_s.len() - 1] - e.times_s[0];
-    let shortest_s = problem.experiments[..data].iter().map(duration).fold(f64::INFINITY, f64::min);
+    let shortest_s = experiments.iter().map(|e| duration(e)).fold(f64::INFINITY, f64::min);
     settings.data.shortest_s = 0.0;
     settings.intervals.shortest_block_s = 0.0;
+    // What a wrong model leaves of a free motion drifts, and a filter that makes it white takes the motion with it. So
+    // noise is white here, and what is correlated counts as fewer observations.
+    settings.noise.order = 0;
     let residual = &mut settings.residual;
     residual.spectrum_piece_s = shortest_s / residual.field_spectrum_pieces;
     residual.spectrum_highest_hz = residual.field_spectrum_lines / residual.spectrum_piece_s;
     residual.profile_block_s = shortest_s / residual.field_profile_blocks;
     residual.jump_margin_s = shortest_s * residual.field_jump_margin;
-    let (experiments, of_baseline) = problem.experiments.split_at(data);
-    let source = match options.test {
-        0 => TestSource::Kept,
-        test => TestSource::GivenFrom(data - test),
+    let source = if problem.held_out.is_empty() {
+        TestSource::Kept
+    } else {
+        TestSource::GivenFrom(open.len())
     };
-    let span = |e: &Experiment<I>| Span { name: e.name.clone(), duration_s: duration(e) };
-    let roles_of = |experiments: &[Experiment<I>], source| {
+    let span = |e: &&Experiment<I>| Span { name: e.name.clone(), duration_s: duration(e) };
+    let roles_of = |experiments: &[&Experiment<I>], source| {
         let spans: Vec<Span> = experiments.iter().map(span).collect();
         Roles::assign(&spans, source, options.seed, &settings.data)
     };
-    let roles = roles_of(experiments, source)?;
+    let roles = roles_of(&experiments, source)?;
     let open = roles.open();
-    // A noise level that is given is a lower limit; one that is not known is learned.
-    let given = |n: &f64| if n.is_nan() { f64::MIN_POSITIVE.sqrt() } else { *n };
-    let least = problem.outputs.noise.iter().map(given).collect();
-    let problem = &with_noise(problem, |output, outputs| {
+    let series = |output: usize| -> Vec<Vec<f64>> {
+        let outputs = problem.outputs.len();
         let column = |part: &OpenPart| -> Vec<f64> {
-            let e = &experiments[part.experiment];
+            let e = experiments[part.experiment];
             let rows = e.times_s.partition_point(|t| t - e.times_s[0] < part.end_s);
             e.measured.iter().skip(output).step_by(outputs).take(rows).copied().collect()
         };
-        let series: Vec<Vec<f64>> = open.iter().map(column).collect();
-        noise_deviation(&series, settings.noise.relative)
+        open.iter().map(column).collect()
+    };
+    let mut prior = noise_prior(&problem.outputs.noise, options.noise, |output| {
+        LEAST_SHARE * noise_deviation(&series(output), 1.0)
     });
-    let noise = problem.outputs.noise.clone();
-    let mut prior = NoisePrior::at_least(least);
+    // Where the size of the noise is not given, the first estimate of it is one from the data.
+    let first = problem.outputs.noise.iter().enumerate().map(|(output, &given)| {
+        if given.is_nan() || options.noise == FieldNoise::Learned {
+            noise_deviation(&series(output), settings.noise.relative)
+        } else {
+            given
+        }
+    });
+    let noise: Vec<f64> = first.collect();
+    let outputs = Outputs { noise: noise.clone(), ..problem.outputs.clone() };
+    let problem = &FieldProblem { outputs, ..*problem };
     let mut system = FieldSystem::new(problem, experiments, candidates, options);
+    let baseline_roles =
+        if of_baseline.is_empty() { None } else { Some(roles_of(&of_baseline, TestSource::Kept)?) };
     let mut on_baseline = FieldSystem::new(problem, of_baseline, candidates, options);
     let (mut baseline, mut baseline_discrepancy) = (None, Vec::new());
-    if !of_baseline.is_empty() {
-        let roles = roles_of(of_baseline, TestSource::Kept)?;
+    if let Some(roles) = baseline_roles {
         let seed = options.seed;
         let own = prior.clone();
         let learned = Baseline::learn(&on_baseline, &roles, &noise, own, &settings, seed, &|_| {})?;
@@ -131,23 +152,47 @@ where
         settings: &settings,
         seed: options.seed,
     };
-    diagnosis::run(&prepared, &|_, _| {}, |best| DiagnosedField {
+    let names = problem.field.names();
+    let mut found = diagnosis::run(&prepared, &|_, _| {}, |best| DiagnosedField {
         parameters: system.parameters(best),
+        parameter_names: (0..system.plain.len()).map(|k| names.parameter(k)).collect(),
+        delay_s: (options.delay_deviation_s > 0.0).then(|| system.delay_s(best)),
         baseline: baseline.as_ref().map(|b| b.0.clone()),
         shared: best.shared.clone(),
-    })
+    })?;
+    put_properties_behind(&mut found.causes, candidates);
+    Ok(found)
 }
 
-/// The problem with another value for each noise level that is not known; `estimate` gets the index of the output and
-/// the number of outputs.
-fn with_noise<'a, F, I>(
-    problem: &FieldProblem<'a, F, I>,
-    estimate: impl Fn(usize, usize) -> f64,
-) -> FieldProblem<'a, F, I> {
-    let Outputs { states, noise } = &problem.outputs;
-    let known = |(c, n): (usize, &f64)| if n.is_nan() { estimate(c, noise.len()) } else { *n };
-    let noise = noise.iter().enumerate().map(known).collect();
-    FieldProblem { outputs: Outputs { states: states.clone(), noise }, ..*problem }
+/// Moves every cause that is a property of another named one behind it; the rest keeps its order.
+fn put_properties_behind(causes: &mut Vec<Cause>, candidates: &[Candidate]) {
+    let owner_of = |cause: &Cause| candidates[cause.member.candidate].property_of.clone();
+    for from in (0..causes.len()).rev() {
+        let Some(owner) = owner_of(&causes[from]) else { continue };
+        let behind = causes[from..].iter().position(|c| c.effect == owner);
+        if let Some(places) = behind {
+            let property = causes.remove(from);
+            causes.insert(from + places, property);
+        }
+    }
+}
+
+/// Part of the variation of an output that is no noise but the error of solver and rounding, where noise is learned.
+const LEAST_SHARE: f64 = 1e-6;
+
+/// What is known of the noise, from the given levels and how they are to be taken; `least` is the least noise of an
+/// output.
+fn noise_prior(levels: &[f64], taken: FieldNoise, least: impl Fn(usize) -> f64) -> NoisePrior {
+    let known = |n: &f64| (!n.is_nan()).then_some(*n);
+    let at_least = taken == FieldNoise::AtLeast;
+    let lowest = |(k, n): (usize, &f64)| known(n).filter(|_| at_least).unwrap_or_else(|| least(k));
+    NoisePrior {
+        given: match taken {
+            FieldNoise::Given => levels.iter().map(known).collect(),
+            FieldNoise::Learned | FieldNoise::AtLeast => Vec::new(),
+        },
+        ..NoisePrior::at_least(levels.iter().enumerate().map(lowest).collect())
+    }
 }
 
 fn check<F: ParametricField, I>(
@@ -173,6 +218,21 @@ fn check<F: ParametricField, I>(
     if let Some(bad) = options.refitted.iter().find(|&&i| i >= len) {
         return fail(format!("the field has no parameter {bad} to refit"));
     }
+    let count = options.refitted.len();
+    if let Some(d) = &options.refitted_deviation
+        && (d.len() != count || d.iter().any(|v| v.partial_cmp(&0.0) != Some(Ordering::Greater)))
+    {
+        return fail(format!(
+            "the prior standard deviations {d:?} of {count} refitted parameters must be as many and positive"
+        ));
+    }
+    let present = problem.field.parameters();
+    let positive = |i: &&usize| !(options.refitted.contains(i) && present[**i] > 0.0);
+    if let Some(bad) = options.logarithmic.iter().find(positive) {
+        return fail(format!(
+            "parameter {bad} cannot be refitted by its logarithm; it must be among the refitted ones and positive"
+        ));
+    }
     if let Some(d) = &options.initial_state_deviation
         && (d.len() != states || d.iter().any(|v| !(v.is_finite() && *v >= 0.0)))
     {
@@ -181,11 +241,15 @@ fn check<F: ParametricField, I>(
              least 0"
         ));
     }
-    let (test, baseline, all) = (options.test, options.baseline, problem.experiments.len());
-    if test + baseline >= all {
+    let delay = options.delay_deviation_s;
+    if !(delay.is_finite() && delay >= 0.0) {
         return fail(format!(
-            "of {all} experiments, {test} for the test set and {baseline} for the baseline leave none"
+            "the prior standard deviation {delay} s of the delay must be finite and at least 0"
         ));
+    }
+    let (baseline, all) = (options.baseline, problem.experiments.len());
+    if baseline >= all {
+        return fail(format!("of {all} experiments, {baseline} for the baseline leave none"));
     }
     options.settings.check()
 }

@@ -10,7 +10,7 @@
 //! use pam_core::{ParametricField, Scalar, VectorField};
 //! use pam_diagnose::Verdict;
 //! use pam_effects::effects::ParameterInfo;
-//! use pam_diagnose::field::{Candidate, FieldOptions, diagnose_field};
+//! use pam_diagnose::field::{Candidate, FieldNoise, FieldOptions, diagnose_field};
 //! use pam_solvers::{Integrator, NoInput, PidController, SaveAt, Tableau, Term};
 //! use pam_train::field::{Experiment, FieldProblem, Outputs};
 //!
@@ -43,20 +43,22 @@
 //!         let y0 = vec![angle, 0.0];
 //!         let run = integrator.solve(&real, 0.0, 8.0, &y0, SaveAt::Times(&times_s))?;
 //!         let measured = run.component(0).collect();
-//!         Ok(Experiment { name: format!("from {angle} rad"), input: NoInput, initial_state: y0,
-//!             times_s: times_s.clone(), measured })
+//!         let name = format!("from {angle} rad");
+//!         Ok(Experiment::new(&name, NoInput, times_s.clone(), measured).starting_at(y0))
 //!     })
 //!     .collect::<Result<_, Box<pam_solvers::SolveError<f64>>>>()?;
 //!
 //! let model = Pendulum { p: [0.0; 3] };
-//! let problem = FieldProblem { field: &model, experiments: &experiments, integrator: &integrator,
-//!     outputs: Outputs::new([(0, 2e-3)]) };
+//! let outputs = Outputs::new([(0, 2e-3)]);
+//! let problem = FieldProblem::new(&model, &experiments, outputs, &integrator);
 //! let candidates = [
 //!     Candidate::one("viscous_damping", 0, ParameterInfo::linear("damping_per_s", [0.0, 10.0]), &[0.1]),
 //!     Candidate::one("dry_friction", 1, ParameterInfo::linear("friction_rad_s2", [0.0, 10.0]), &[0.1]),
 //!     Candidate::one("wind", 2, ParameterInfo::linear("push_rad_s2", [-10.0, 10.0]), &[0.1]),
 //! ];
-//! let found = diagnose_field(&problem, &candidates, &FieldOptions::default())?;
+//! // The simulated angles have no noise, so its level is not learned from them.
+//! let options = FieldOptions { noise: FieldNoise::AtLeast, ..FieldOptions::default() };
+//! let found = diagnose_field(&problem, &candidates, &options)?;
 //!
 //! assert_eq!(found.verdict, Verdict::Explained);
 //! assert_eq!(found.named(), ["dry_friction"]);
@@ -68,11 +70,15 @@ mod candidate;
 mod design;
 mod diagnose;
 mod features;
+mod labels;
+mod options;
+mod perturbed;
 mod system;
 
-pub use candidate::{Candidate, FieldOptions};
+pub use candidate::Candidate;
 pub use design::{FieldSeparation, design_field, sine_experiments};
 pub use diagnose::{DiagnosedField, FieldBaseline, FieldDiagnosis, diagnose_field};
+pub use options::{FieldNoise, FieldOptions};
 
 #[cfg(doc)]
 use pam_effects::effects::ParameterInfo;

@@ -1,28 +1,34 @@
 //! Experiments with a vector field, and terms of it as candidates.
 
-use super::candidate::{Candidate, FieldOptions};
+use super::candidate::Candidate;
 use super::features;
+use super::labels::label;
+use super::options::FieldOptions;
+use super::perturbed::{Perturbed, Sizes};
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Sensitivities};
 use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
-use pam_autodiff::{ByDual, Differentiation};
 use pam_core::ParametricField;
 use pam_effects::effects::ParameterInfo;
-use pam_solvers::sensitivity::{Direction, ForwardSensitivity, Problem};
-use pam_solvers::{ParametricInput, SaveAt, Side, Term};
-use pam_train::field::{Experiment, FieldError, FieldProblem};
+use pam_solvers::{Input, Side};
+use pam_train::field::{Experiment, FieldProblem, Number, Numbers};
 use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 /// A field, experiments with it, and the terms that may be missing from it.
 pub(super) struct FieldSystem<'a, F, I> {
     problem: &'a FieldProblem<'a, F, I>,
-    experiments: &'a [Experiment<I>],
+    experiments: Vec<&'a Experiment<I>>,
     candidates: &'a [Candidate],
     infos: Vec<Vec<ParameterInfo>>,
     /// The field's parameters with all candidates off.
     pub(super) plain: Vec<f64>,
     refitted: Vec<usize>,
+    /// Whether each refitted parameter is fitted by its logarithm.
+    logarithmic: Vec<bool>,
+    /// Whether the delay of the inputs is fitted, as the last shared nuisance.
+    delayed: bool,
     shared: Vec<Nuisance>,
     /// Initial states that are not known exactly.
     free_states: Vec<usize>,
@@ -31,18 +37,18 @@ pub(super) struct FieldSystem<'a, F, I> {
     /// Measured outputs of each experiment.
     measured: Vec<Vec<Vec<f64>>>,
     settings: DiagnosisSettings,
+    /// Sizes of the states, once they are needed.
+    sizes: OnceLock<Arc<Sizes>>,
 }
 
 impl<'a, F, I> FieldSystem<'a, F, I>
 where
     F: ParametricField + Sync,
-    F::With<f64>: ParametricField,
-    ByDual: Differentiation<F::With<f64>>,
-    I: ParametricInput + Sync,
+    I: Input<f64> + Sync,
 {
     pub(super) fn new(
         problem: &'a FieldProblem<'a, F, I>,
-        experiments: &'a [Experiment<I>],
+        experiments: Vec<&'a Experiment<I>>,
         candidates: &'a [Candidate],
         options: &FieldOptions,
     ) -> Self {
@@ -52,35 +58,38 @@ where
         let deviation = |state: usize| match &options.initial_state_deviation {
             Some(deviations) => deviations[state],
             None => {
-                let output = outputs.states.iter().position(|&s| s == state);
+                let output = outputs.signals.iter().position(|&s| s == state);
                 output.map_or(0.0, |k| outputs.noise[k])
             }
         };
         let free_states: Vec<usize> =
             (0..problem.field.state_len()).filter(|&s| deviation(s) > 0.0).collect();
-        let columns = |e: &Experiment<I>| -> Vec<Vec<f64>> {
+        let columns = |e: &&Experiment<I>| -> Vec<Vec<f64>> {
             let m = outputs.len();
             (0..m).map(|c| e.measured.iter().skip(c).step_by(m).copied().collect()).collect()
         };
+        let output = |key: String| {
+            let (name, unit) = label(&key);
+            OutputInfo { key, name, unit, fitted: true }
+        };
+        let delayed = options.delay_deviation_s > 0.0;
+        let free = vec![f64::INFINITY; options.refitted.len()];
+        let refitted = options.refitted_deviation.as_ref().unwrap_or(&free);
+        let mut shared: Vec<Nuisance> = refitted.iter().map(|&d| Nuisance::of(d)).collect();
+        shared.extend(delayed.then(|| Nuisance::of(options.delay_deviation_s)));
         Self {
             local: free_states.iter().map(|&s| Nuisance::of(deviation(s))).collect(),
             free_states,
             plain,
-            shared: vec![Nuisance::of(f64::INFINITY); options.refitted.len()],
+            shared,
+            delayed,
+            logarithmic: options.refitted.iter().map(|k| options.logarithmic.contains(k)).collect(),
             refitted: options.refitted.clone(),
             infos: candidates.iter().map(|c| c.parameters.iter().map(|p| p.1).collect()).collect(),
-            outputs: outputs
-                .states
-                .iter()
-                .map(|s| OutputInfo {
-                    key: format!("state_{s}"),
-                    name: format!("state {s}"),
-                    unit: "–".into(),
-                    fitted: true,
-                })
-                .collect(),
+            outputs: problem.output_names().into_iter().map(output).collect(),
             measured: experiments.iter().map(columns).collect(),
             settings: options.settings,
+            sizes: OnceLock::new(),
             problem,
             experiments,
             candidates,
@@ -90,8 +99,13 @@ where
     /// The field's parameters under a hypothesis.
     pub(super) fn parameters(&self, h: &Hypothesis) -> Vec<f64> {
         let mut parameters = self.plain.clone();
-        for (&index, deviation) in self.refitted.iter().zip(&h.shared) {
-            parameters[index] += deviation;
+        let refitted = self.refitted.iter().zip(&self.logarithmic).zip(&h.shared);
+        for ((&index, logarithmic), deviation) in refitted {
+            if *logarithmic {
+                parameters[index] *= deviation.exp();
+            } else {
+                parameters[index] += deviation;
+            }
         }
         for member in &h.members {
             let indices = &self.candidates[member.candidate].parameters;
@@ -102,42 +116,76 @@ where
         parameters
     }
 
-    fn initial_state(&self, local: &[f64], experiment: usize) -> Vec<f64> {
-        let mut y0 = self.experiments[experiment].initial_state.clone();
-        self.free_states.iter().zip(local).for_each(|(&s, d)| y0[s] += d);
-        y0
+    /// The delay of the inputs under a hypothesis, s.
+    pub(super) fn delay_s(&self, h: &Hypothesis) -> f64 {
+        if self.delayed { h.shared.last().copied().unwrap_or(0.0) } else { 0.0 }
     }
 
-    fn failed(&self, experiment: usize, why: impl ToString) -> DiagnoseError {
-        let experiment = self.experiments[experiment].name.clone();
-        FieldError::Solve { experiment, why: why.to_string() }.into()
+    fn numbers(&self, h: &Hypothesis, local: &[f64], experiment: usize) -> Numbers<f64> {
+        let mut initial_state = self.problem.initial_state(self.experiments[experiment]);
+        self.free_states.iter().zip(local).for_each(|(&s, d)| initial_state[s] += d);
+        Numbers { parameters: self.parameters(h), initial_state, delay_s: self.delay_s(h) }
     }
 
-    /// The states at the times of an experiment, row-major.
-    pub(super) fn states(
+    /// The signals at the times of an experiment, signal by signal.
+    fn signals(
         &self,
         h: &Hypothesis,
         local: &[f64],
         experiment: usize,
-    ) -> Result<Vec<f64>, DiagnoseError> {
-        let e = &self.experiments[experiment];
-        let field = self.problem.field.with_parameters::<f64>(&self.parameters(h));
-        let term = Term::new(&field, &e.input);
-        let (t0, t1) = (e.times_s[0], e.times_s[e.times_s.len() - 1]);
-        let y0 = self.initial_state(local, experiment);
-        let solution = self.problem.integrator.solve(&term, t0, t1, &y0, SaveAt::Times(&e.times_s));
-        let states = solution.map_err(|error| self.failed(experiment, error))?.states().to_vec();
-        if states.iter().all(|v| v.is_finite()) {
-            Ok(states)
-        } else {
-            Err(self.failed(experiment, "a state is not finite"))
-        }
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        let numbers = self.numbers(h, local, experiment);
+        let signals = self.problem.simulate(self.experiments[experiment], &numbers)?;
+        let width = self.problem.signal_len();
+        Ok((0..width).map(|i| signals.iter().skip(i).step_by(width).copied().collect()).collect())
+    }
+
+    /// The states at the times of an experiment, state by state.
+    fn states(
+        &self,
+        h: &Hypothesis,
+        local: &[f64],
+        experiment: usize,
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        let mut signals = self.signals(h, local, experiment)?;
+        signals.truncate(self.problem.field.state_len());
+        Ok(signals)
+    }
+
+    /// Responses of the measured outputs to small terms of every simple kind in the derivatives, to first order.
+    fn responses(
+        &self,
+        h: &Hypothesis,
+        local: &[f64],
+        experiment: usize,
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        // Of one motion for all experiments, so that a weight means the same in all of them.
+        let sizes = self.sizes.get_or_init(|| {
+            let base = Hypothesis::base(self, 1);
+            let states = self.states(&base, &base.locals[0], 0);
+            let unknown = vec![vec![1.0]; self.problem.field.state_len()];
+            let width = self.settings.verdict.direction_width;
+            Arc::new(Sizes::of(&states.unwrap_or(unknown), width))
+        });
+        let perturbed = Perturbed::new(self.problem.field, Arc::clone(sizes));
+        let FieldProblem { outputs, integrator, .. } = self.problem;
+        let problem = FieldProblem::<_, I>::new(&perturbed, &[], outputs.clone(), integrator);
+        let mut numbers = self.numbers(h, local, experiment);
+        let own = numbers.parameters.len();
+        numbers.parameters.resize(own + perturbed.weight_len(), 0.0);
+        let by: Vec<Number> = (own..numbers.parameters.len()).map(Number::Parameter).collect();
+        let found = problem.sensitivities(self.experiments[experiment], &numbers, &by)?;
+        let width = problem.signal_len();
+        let of = |by: &Vec<f64>, s: usize| by.iter().skip(s).step_by(width).copied().collect();
+        let columns =
+            found.by.iter().flat_map(|by| outputs.signals.iter().map(move |&s| of(by, s)));
+        Ok(columns.collect())
     }
 
     /// The inputs at the times of an experiment, input by input.
     pub(super) fn inputs(&self, experiment: usize) -> Vec<Vec<f64>> {
-        let e = &self.experiments[experiment];
-        let m = self.problem.field.input_len();
+        let e = self.experiments[experiment];
+        let m = e.input.input_len();
         let mut columns = vec![Vec::with_capacity(e.times_s.len()); m];
         let mut u = vec![0.0; m];
         for &t in &e.times_s {
@@ -147,19 +195,16 @@ where
         columns
     }
 
-    /// States (or their series) column by column.
-    fn columns(&self, states: &[f64]) -> Vec<Vec<f64>> {
-        let n = self.problem.field.state_len();
-        (0..n).map(|i| states.iter().skip(i).step_by(n).copied().collect()).collect()
+    /// Number of inputs that an experiment has.
+    fn input_len(&self) -> usize {
+        self.experiments.first().map_or(0, |e| e.input.input_len())
     }
 }
 
 impl<F, I> Candidates for FieldSystem<'_, F, I>
 where
     F: ParametricField + Sync,
-    F::With<f64>: ParametricField,
-    ByDual: Differentiation<F::With<f64>>,
-    I: ParametricInput + Sync,
+    I: Input<f64> + Sync,
 {
     fn candidate_len(&self) -> usize {
         self.candidates.len()
@@ -229,8 +274,8 @@ where
         local: &[f64],
         experiment: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        let states = self.columns(&self.states(hypothesis, local, experiment)?);
-        Ok(self.problem.outputs.states.iter().map(|&s| states[s].clone()).collect())
+        let signals = self.signals(hypothesis, local, experiment)?;
+        Ok(self.problem.outputs.signals.iter().map(|&s| signals[s].clone()).collect())
     }
 
     fn sensitivities(
@@ -240,8 +285,6 @@ where
         experiment: usize,
         window: Range<usize>,
     ) -> Result<Sensitivities, DiagnoseError> {
-        let e = &self.experiments[experiment];
-        let parameters = self.parameters(hypothesis);
         let fitted = hypothesis.parameters(self);
         let index = |m: usize, value: usize| {
             self.candidates[hypothesis.members[m].candidate].parameters[value].0
@@ -251,54 +294,42 @@ where
             let of = |c: usize| self.candidates[c].parameters.iter().any(|p| p.0 == k);
             hypothesis.members.iter().any(|m| of(m.candidate))
         };
+        let numbers = self.numbers(hypothesis, local, experiment);
         let mut slopes = Vec::new();
-        let mut directions = Vec::new();
+        let mut by = Vec::new();
         for p in &fitted {
             let value = hypothesis.members[p.member].values[p.value];
             slopes.push(if p.info.logarithmic { value } else { 1.0 });
-            directions.push(Direction::Parameter(index(p.member, p.value)));
+            by.push(Number::Parameter(index(p.member, p.value)));
         }
-        for &k in &self.refitted {
-            slopes.push(if replaced(k) { 0.0 } else { 1.0 });
-            directions.push(Direction::Parameter(k));
+        for (&k, logarithmic) in self.refitted.iter().zip(&self.logarithmic) {
+            let slope = if *logarithmic { numbers.parameters[k] } else { 1.0 };
+            slopes.push(if replaced(k) { 0.0 } else { slope });
+            by.push(Number::Parameter(k));
+        }
+        if self.delayed {
+            slopes.push(1.0);
+            by.push(Number::Delay);
         }
         for &s in &self.free_states {
             slopes.push(1.0);
-            directions.push(Direction::InitialState(s));
+            by.push(Number::InitialState(s));
         }
-        let field = self.problem.field.with_parameters::<f64>(&parameters);
-        let y0 = self.initial_state(local, experiment);
-        let solved = ForwardSensitivity::new(ByDual)
-            .with_directions(directions)
-            .sensitivities(&Problem {
-                field: &field,
-                input: &e.input,
-                t0: e.times_s[0],
-                t1: e.times_s[e.times_s.len() - 1],
-                y0: &y0,
-                observations_s: &e.times_s,
-                integrator: self.problem.integrator,
-            })
-            .map_err(|error| self.failed(experiment, error))?;
-        if solved.tangents.iter().any(|t| !t.is_finite()) {
-            let why = "the derivative of its states by a parameter is not finite; look for overflow in \
-                       the field (sinh, cosh, exp of large numbers)";
-            return Err(self.failed(experiment, why));
-        }
-        let n = self.problem.field.state_len();
-        let outputs = self.problem.outputs.states.iter();
+        let e = self.experiments[experiment];
+        let solved = self.problem.sensitivities(e, &numbers, &by)?;
+        let n = self.problem.signal_len();
+        let outputs = self.problem.outputs.signals.iter();
         let residual = |(c, &s): (usize, &usize)| -> Vec<f64> {
             let measured = &self.measured[experiment][c];
-            window.clone().map(|k| measured[k] - solved.states[k * n + s]).collect()
+            window.clone().map(|k| measured[k] - solved.signals[k * n + s]).collect()
         };
         let residuals = outputs.clone().enumerate().map(residual).collect();
         let columns = slopes
             .iter()
-            .enumerate()
-            .map(|(d, slope)| {
-                let at = |k: usize, s: usize| (k * slopes.len() + d) * n + s;
+            .zip(&solved.by)
+            .map(|(slope, by)| {
                 let column = |&s: &usize| -> Vec<f64> {
-                    window.clone().map(|k| slope * solved.tangents[at(k, s)]).collect()
+                    window.clone().map(|k| slope * by[k * n + s]).collect()
                 };
                 outputs.clone().map(column).collect()
             })
@@ -312,21 +343,22 @@ where
         local: &[f64],
         experiment: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        let states = self.columns(&self.states(hypothesis, local, experiment)?);
+        let states = self.states(hypothesis, local, experiment)?;
         let width = self.settings.verdict.direction_width;
-        Ok(features::features(&states, &self.inputs(experiment), width))
+        let mut all = features::features(&states, &self.inputs(experiment), width);
+        all.extend(self.responses(hypothesis, local, experiment)?);
+        Ok(all)
     }
 
     fn factor_names(&self) -> Vec<(String, String)> {
-        let (n, m) = (self.problem.field.state_len(), self.problem.field.input_len());
-        let numbered = |what: &'static str, count: usize| {
-            (0..count).map(move |i| (format!("{what} {i}"), "–".to_owned()))
-        };
-        numbered("state", n)
-            .chain(numbered("direction of state", n))
-            .chain(numbered("input", m))
-            .chain([("time".to_owned(), "s".to_owned())])
-            .collect()
+        let names = self.problem.field.names();
+        let (n, m) = (self.problem.field.state_len(), self.input_len());
+        let states: Vec<(String, String)> = (0..n).map(|k| label(&names.state(k))).collect();
+        let turned = |(name, _): &(String, String)| (format!("direction of {name}"), "–".into());
+        let directions: Vec<(String, String)> = states.iter().map(turned).collect();
+        let inputs = (0..m).map(|k| label(&names.input(k)));
+        let time = [("time".to_owned(), "s".to_owned())];
+        states.into_iter().chain(directions).chain(inputs).chain(time).collect()
     }
 
     fn factors(
@@ -336,7 +368,7 @@ where
         experiment: usize,
         window: Range<usize>,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        let states = self.columns(&self.states(hypothesis, local, experiment)?);
+        let states = self.states(hypothesis, local, experiment)?;
         let last = self.points(experiment) - 1;
         let direction = |y: &Vec<f64>| -> Vec<f64> {
             let slope = |k: usize| (y[(k + 1).min(last)] - y[k.saturating_sub(1)]).signum();
@@ -349,7 +381,8 @@ where
     }
 
     fn excitation_label(&self) -> String {
-        "input 0".into()
+        let (name, unit) = label(&self.problem.field.names().input(0));
+        if unit == "–" { name } else { format!("{name} in {unit}") }
     }
 
     fn excitation(&self, experiment: usize) -> Vec<f64> {

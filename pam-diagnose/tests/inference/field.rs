@@ -74,13 +74,9 @@ fn record(
     let run = integrator().solve(&real, 0.0, times_s[499], &y0, SaveAt::Times(&times_s)).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let noise = Normal::new(0.0, NOISE).unwrap();
-    Experiment {
-        name: format!("{amplitude} at {hz} Hz"),
-        input,
-        initial_state: vec![0.0, 0.0],
-        measured: run.component(0).map(|x| x + noise.sample(&mut random)).collect(),
-        times_s,
-    }
+    let measured = run.component(0).map(|x| x + noise.sample(&mut random)).collect();
+    Experiment::new(&format!("{amplitude} at {hz} Hz"), input, times_s, measured)
+        .starting_at(vec![0.0, 0.0])
 }
 
 fn candidates() -> Vec<Candidate> {
@@ -113,12 +109,8 @@ fn a_field_has_every_part_of_a_diagnosis() {
     let experiments: Vec<_> =
         (0..4).zip(runs).map(|(k, (a, hz))| record(plant(FRICTION), a, hz, k)).collect();
     let integrator = integrator();
-    let problem = FieldProblem {
-        field: &model,
-        experiments: &experiments,
-        integrator: &integrator,
-        outputs: Outputs::of_unknown_noise([0]),
-    };
+    let outputs = Outputs::of_unknown_noise([0]);
+    let problem = FieldProblem::new(&model, &experiments, outputs, &integrator);
     let candidates = candidates();
     let found = diagnose_field(&problem, &candidates, &options()).unwrap();
     println!("{:?} {:?}", found.verdict, found.causes);
@@ -217,12 +209,8 @@ fn initial_states_are_free_where_they_are_uncertain() {
     let experiments: Vec<_> = (0..3).map(|k| record(plant(0.0), 1.0, 0.2, k)).collect();
     let integrator = integrator();
     let model = plant(0.0);
-    let problem = FieldProblem {
-        field: &model,
-        experiments: &experiments,
-        integrator: &integrator,
-        outputs: Outputs::new([(0, NOISE)]),
-    };
+    let outputs = Outputs::new([(0, NOISE)]);
+    let problem = FieldProblem::new(&model, &experiments, outputs, &integrator);
     let left = |deviation: f64| {
         let initial_state_deviation = Some(vec![deviation, 0.0]);
         let options = FieldOptions { initial_state_deviation, ..FieldOptions::default() };
@@ -247,7 +235,7 @@ fn the_last_third_of_a_single_experiment_is_not_seen() {
     let model = plant(0.0);
     let diagnosed = |experiments: &[Experiment<_>]| {
         let outputs = Outputs::of_unknown_noise([0]);
-        let problem = FieldProblem { field: &model, experiments, integrator: &integrator, outputs };
+        let problem = FieldProblem::new(&model, experiments, outputs, &integrator);
         diagnose_field(&problem, &candidates(), &options()).unwrap()
     };
     let (a, b) = (diagnosed(&clean), diagnosed(&other));

@@ -65,9 +65,24 @@ pub enum InputError {
 
 /// A signal known at sample times, such as a measured force. Before the first and after the last
 /// sample it keeps the end values.
+///
+/// It borrows its samples ([`new`](Self::new), [`with_variables`](Self::with_variables)) or owns them
+/// ([`owned`](Self::owned)), so that it can be returned from a function that reads a file.
+///
+/// ```
+/// use pam_solvers::{Input, InputError, Interpolation, SampledInput, Side};
+///
+/// fn ramp() -> Result<SampledInput<'static, f64>, InputError> {
+///     SampledInput::owned(vec![0.0, 1.0, 2.0], vec![0.0, 5.0, 10.0], 1, Interpolation::Linear)
+/// }
+/// let mut u = [0.0];
+/// ramp()?.value_into(1.5, Side::Right, &mut u);
+/// assert_eq!(u, [7.5]);
+/// # Ok::<(), InputError>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct SampledInput<'a, S: Clone> {
-    times_s: &'a [f64],
+    times_s: Cow<'a, [f64]>,
     /// Sample by sample, `variables` values each.
     values: Cow<'a, [S]>,
     variables: usize,
@@ -99,6 +114,15 @@ impl<'a, S: Scalar> SampledInput<'a, S> {
         variables: usize,
         interpolation: Interpolation,
     ) -> Result<Self, InputError> {
+        Self::of(Cow::Borrowed(times_s), Cow::Borrowed(values), variables, interpolation)
+    }
+
+    fn of(
+        times_s: Cow<'a, [f64]>,
+        values: Cow<'a, [S]>,
+        variables: usize,
+        interpolation: Interpolation,
+    ) -> Result<Self, InputError> {
         if times_s.is_empty() || values.len() != times_s.len() * variables {
             return Err(InputError::Lengths {
                 times: times_s.len(),
@@ -124,11 +148,11 @@ impl<'a, S: Scalar> SampledInput<'a, S> {
                 .enumerate()
                 .all(|(k, t)| (t - (first + step * k as f64)).abs() < 0.01 * step);
         Ok(Self {
+            uniform_rate: uniform.then(|| 1.0 / step),
             times_s,
-            values: Cow::Borrowed(values),
+            values,
             variables,
             interpolation,
-            uniform_rate: uniform.then(|| 1.0 / step),
         })
     }
 
@@ -171,7 +195,7 @@ impl<'a, S: Scalar> SampledInput<'a, S> {
 
     /// The secants, by the sample they start at, and their weights in the slope at sample `k`.
     fn secant_weights(&self, k: usize) -> [(usize, f64); 2] {
-        let (t, last) = (self.times_s, self.times_s.len() - 1);
+        let (t, last) = (&self.times_s, self.times_s.len() - 1);
         if k == 0 {
             [(0, 1.0), (0, 0.0)]
         } else if k == last {
@@ -187,7 +211,7 @@ impl<'a, S: Scalar> SampledInput<'a, S> {
     /// The last sample is held as long as the one before it.
     #[inline]
     fn ramp(&self, t: f64) -> (usize, usize, f64) {
-        let (times, last) = (self.times_s, self.times_s.len() - 1);
+        let (times, last) = (&self.times_s, self.times_s.len() - 1);
         let middle = |k: usize| {
             let length = if k < last { times[k + 1] - times[k] } else { times[k] - times[k - 1] };
             times[k] + 0.5 * length
@@ -242,6 +266,27 @@ impl<'a, S: Scalar> SampledInput<'a, S> {
     }
 }
 
+impl<S: Scalar> SampledInput<'static, S> {
+    /// A signal that owns its samples; `values` holds `variables` numbers for each of `times_s` (s, increasing).
+    ///
+    /// # Errors
+    /// [`InputError`] if there is no sample, the lengths do not fit, or times do not increase.
+    pub fn owned(
+        times_s: Vec<f64>,
+        values: Vec<S>,
+        variables: usize,
+        interpolation: Interpolation,
+    ) -> Result<Self, InputError> {
+        Self::of(Cow::Owned(times_s), Cow::Owned(values), variables, interpolation)
+    }
+
+    /// The same samples, read otherwise.
+    #[must_use]
+    pub fn read_by(self, interpolation: Interpolation) -> Self {
+        Self { interpolation, ..self }
+    }
+}
+
 /// Parameters: the sample values, sample by sample. The input is linear in them.
 impl<'a> ParametricInput for SampledInput<'a, f64> {
     type With<S: Scalar> = SampledInput<'a, S>;
@@ -257,7 +302,7 @@ impl<'a> ParametricInput for SampledInput<'a, f64> {
     fn with_parameters<S: Scalar>(&self, parameters: &[S]) -> SampledInput<'a, S> {
         assert_eq!(parameters.len(), self.values.len(), "one number for each parameter");
         SampledInput {
-            times_s: self.times_s,
+            times_s: self.times_s.clone(),
             values: Cow::Owned(parameters.to_vec()),
             variables: self.variables,
             interpolation: self.interpolation,

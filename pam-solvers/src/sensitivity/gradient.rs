@@ -78,3 +78,21 @@ pub trait GradientMethod<F, I> {
         loss: &mut dyn Loss,
     ) -> Result<Gradient, Box<SolveError<f64>>>;
 }
+
+/// A gradient method that is chosen at run time, for a field `F` under an input `I`.
+/// [`GradientChoice::method`](super::GradientChoice::method) makes one from a name.
+pub type AnyGradientMethod<F, I> = Box<dyn GradientMethod<F, I> + Send + Sync>;
+
+impl<F, I, M: GradientMethod<F, I> + ?Sized> GradientMethod<F, I> for Box<M> {
+    fn name(&self) -> String {
+        (**self).name()
+    }
+
+    fn value_and_gradient(
+        &self,
+        problem: &Problem<'_, F, I>,
+        loss: &mut dyn Loss,
+    ) -> Result<Gradient, Box<SolveError<f64>>> {
+        (**self).value_and_gradient(problem, loss)
+    }
+}

@@ -81,7 +81,7 @@ mod tolerance_halving;
 pub use direction::Direction;
 pub use discrete_adjoint::{AdjointWorkspace, Checkpointing};
 pub use forward::Sensitivities;
-pub use gradient::{Gradient, GradientMethod, GradientStatistics};
+pub use gradient::{AnyGradientMethod, Gradient, GradientMethod, GradientStatistics};
 pub use loss::Loss;
 pub use named::*;
 pub use problem::Problem;

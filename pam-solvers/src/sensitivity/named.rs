@@ -4,7 +4,9 @@
 //! `mod.rs`, and add one line to the list at the end of this module. A method that only a program needs is
 //! handed to whatever takes a [`GradientMethod`], without a name.
 
-use super::{Direction, GradientMethod};
+#[cfg(doc)]
+use super::GradientMethod;
+use super::{AnyGradientMethod, Direction};
 use crate::controller::StepController;
 use crate::input::ParametricInput;
 use crate::integrator::Integrator;
@@ -69,7 +71,7 @@ macro_rules! gradient_methods {
 
             /// The method for problems of a field and an input.
             #[must_use]
-            pub fn method<F, I, C>(self, setup: MethodSetup<C>) -> Box<dyn GradientMethod<F, I>>
+            pub fn method<F, I, C>(self, setup: MethodSetup<C>) -> AnyGradientMethod<F, I>
             where
                 F: ParametricField,
                 I: ParametricInput,

@@ -9,4 +9,5 @@ mod joint;
 mod order_conditions;
 mod replay;
 mod sampled_input;
+mod sticking;
 mod zero_order_hold;

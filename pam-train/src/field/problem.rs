@@ -1,61 +1,15 @@
 //! Experiments to which a field is fitted.
 
+use super::experiment::Experiment;
+use super::outputs::Outputs;
+use super::simulate::Numbers;
 use pam_core::ParametricField;
 use pam_core::parallel;
+use pam_numerics::statistics::root_mean_square;
 use pam_solvers::controller::StepController;
-use pam_solvers::sensitivity::Problem;
-use pam_solvers::{Integrator, ParametricInput, SaveAt, Term};
+use pam_solvers::{Input, Integrator};
+use std::path::PathBuf;
 use thiserror::Error;
-
-/// One run of a system: what drove it, where it started, what was measured.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Experiment<I> {
-    /// Name in messages.
-    pub name: String,
-    /// The input `u(t)`.
-    pub input: I,
-    /// The state at the first time.
-    pub initial_state: Vec<f64>,
-    /// Times of the measurements, increasing, s. The solve starts at the first.
-    pub times_s: Vec<f64>,
-    /// The measured outputs, row-major `[times, outputs]`.
-    pub measured: Vec<f64>,
-}
-
-/// Which states are measured, and how well.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Outputs {
-    /// Index of the state behind each output.
-    pub states: Vec<usize>,
-    /// Standard deviation of the noise of each output, in its unit.
-    pub noise: Vec<f64>,
-}
-
-impl Outputs {
-    /// Pairs of a state's index and the standard deviation of its noise.
-    pub fn new(outputs: impl IntoIterator<Item = (usize, f64)>) -> Self {
-        let (states, noise) = outputs.into_iter().unzip();
-        Self { states, noise }
-    }
-
-    /// States whose noise is not known: its standard deviation is NaN. A diagnosis estimates it; a fit by least squares
-    /// refuses it.
-    pub fn of_unknown_noise(states: impl IntoIterator<Item = usize>) -> Self {
-        Self::new(states.into_iter().map(|state| (state, f64::NAN)))
-    }
-
-    /// Number of outputs.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.states.len()
-    }
-
-    /// Whether nothing is measured.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.states.is_empty()
-    }
-}
 
 /// A field that cannot be fitted.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -71,49 +25,106 @@ pub enum FieldError {
         /// Why the solve stopped.
         why: String,
     },
+    /// A file of an experiment cannot be read.
+    #[error("{}: {why}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why, with line and column.
+        why: String,
+    },
 }
 
 /// A field, the experiments that it is to reproduce, and the method that solves it.
 pub struct FieldProblem<'a, F, I> {
     /// The field with its present parameters.
     pub field: &'a F,
-    /// The experiments.
+    /// The experiments to which it is fitted.
     pub experiments: &'a [Experiment<I>],
-    /// The measured states.
+    /// Experiments that no fit sees; errors are reported on them.
+    pub held_out: &'a [Experiment<I>],
+    /// The measured signals.
     pub outputs: Outputs,
     /// Method and step control.
     pub integrator: &'a Integrator<dyn StepController>,
 }
 
+impl<F, I> Clone for FieldProblem<'_, F, I> {
+    fn clone(&self) -> Self {
+        Self { outputs: self.outputs.clone(), ..*self }
+    }
+}
+
+impl<'a, F, I> FieldProblem<'a, F, I> {
+    /// A field, experiments with it, what was measured of it, and what solves it; no experiment is held out.
+    pub fn new(
+        field: &'a F,
+        experiments: &'a [Experiment<I>],
+        outputs: Outputs,
+        integrator: &'a Integrator<dyn StepController>,
+    ) -> Self {
+        Self { field, experiments, held_out: &[], outputs, integrator }
+    }
+
+    /// The same with experiments that no fit sees.
+    #[must_use]
+    pub fn with_held_out(self, held_out: &'a [Experiment<I>]) -> Self {
+        Self { held_out, ..self }
+    }
+}
+
+/// The error on an experiment that was not fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeldOutError {
+    /// Name of the experiment.
+    pub experiment: String,
+    /// Root mean square error of each output, in its unit.
+    pub rms: Vec<f64>,
+}
+
 impl<F, I> FieldProblem<'_, F, I>
 where
     F: ParametricField + Sync,
-    I: ParametricInput + Sync,
+    I: Input<f64> + Sync,
 {
+    /// Names of the outputs.
+    #[must_use]
+    pub fn output_names(&self) -> Vec<String> {
+        let (names, states) = (self.field.names(), self.field.state_len());
+        self.outputs.signals.iter().map(|&s| names.signal(s, states)).collect()
+    }
+
     /// Checks that outputs, experiments and field fit together.
     ///
     /// # Errors
     /// [`FieldError::Shape`] with the experiment and what does not fit.
     pub fn check(&self) -> Result<(), FieldError> {
         let states = self.field.state_len();
+        let signals = states + self.field.output_len();
         let fail = |what: String| Err(FieldError::Shape(what));
         let o = &self.outputs;
-        if o.is_empty() || o.noise.len() != o.len() || o.states.iter().any(|&s| s >= states) {
+        if o.is_empty() || o.noise.len() != o.len() || o.signals.iter().any(|&s| s >= signals) {
             return fail(format!(
-                "outputs {:?} with {} noise levels do not fit a field of {states} states",
-                o.states,
-                o.noise.len()
+                "outputs {:?} with {} noise levels do not fit a field of {states} states and {} outputs",
+                o.signals,
+                o.noise.len(),
+                signals - states
             ));
         }
-        if let Some(bad) = o.noise.iter().find(|n| !(n.is_finite() && **n > 0.0)) {
-            return fail(format!("a noise level must be positive and finite, got {bad}"));
+        if let Some(bad) = o.noise.iter().find(|n| n.is_infinite() || **n <= 0.0) {
+            return fail(format!(
+                "a noise level must be positive, or NaN if it is not known, got {bad}"
+            ));
         }
         if self.experiments.is_empty() {
             return fail("there is no experiment to fit".into());
         }
-        for e in self.experiments {
+        let (names, outputs) = (self.field.names(), self.output_names());
+        let named = |k: usize| o.signals[k] >= states || o.signals[k] < names.states.len();
+        let outputs = if (0..o.len()).all(named) { outputs } else { Vec::new() };
+        for e in self.experiments.iter().chain(self.held_out) {
             let (rows, n) = (e.times_s.len(), e.initial_state.len());
-            if n != states || rows < 2 || e.measured.len() != rows * o.len() {
+            if (n != states && n != 0) || rows < 2 || e.measured.len() != rows * o.len() {
                 return fail(format!(
                     "experiment `{}`: {n} initial values for {states} states, {} measured values for \
                      {rows} times (at least 2) of {} outputs",
@@ -121,6 +132,9 @@ where
                     e.measured.len(),
                     o.len()
                 ));
+            }
+            if let Some(why) = e.misnamed(&names, &outputs) {
+                return fail(why);
             }
             if let Some(k) = (1..rows).find(|&k| {
                 e.times_s[k].partial_cmp(&e.times_s[k - 1]) != Some(std::cmp::Ordering::Greater)
@@ -141,7 +155,24 @@ where
         Ok(())
     }
 
-    /// The states of every experiment at its times, row-major `[times, states]`, with other parameters.
+    /// The state of an experiment at its first time: as given, or at rest, with measured states at their first
+    /// measured value and all others at zero.
+    #[must_use]
+    pub fn initial_state(&self, experiment: &Experiment<I>) -> Vec<f64> {
+        if !experiment.initial_state.is_empty() {
+            return experiment.initial_state.clone();
+        }
+        let mut y0 = vec![0.0; self.field.state_len()];
+        for (&signal, &measured) in self.outputs.signals.iter().zip(&experiment.measured) {
+            if let Some(y) = y0.get_mut(signal) {
+                *y = measured;
+            }
+        }
+        y0
+    }
+
+    /// The signals (states, then outputs) of every experiment at its times, row-major `[times, signals]`, with other
+    /// parameters.
     ///
     /// # Errors
     /// [`FieldError::Solve`] for the first experiment that cannot be solved.
@@ -149,42 +180,50 @@ where
         // Fields over plain numbers need not be shareable between threads: each solves its own.
         parallel::map(self.experiments.len(), |k| {
             let e = &self.experiments[k];
-            let field = self.field.with_parameters::<f64>(parameters);
-            let term = Term::new(&field, &e.input);
-            let (t0, t1) = (e.times_s[0], e.times_s[e.times_s.len() - 1]);
-            self.integrator
-                .solve(&term, t0, t1, &e.initial_state, SaveAt::Times(&e.times_s))
-                .map(|s| s.states().to_vec())
-                .map_err(|error| failed(e, &error))
+            let parameters = parameters.to_vec();
+            self.simulate(e, &Numbers { parameters, ..self.numbers(e) })
         })
         .into_iter()
         .collect()
     }
 
-    /// The errors `predicted − measured` of one experiment, row-major `[times, outputs]`.
+    /// The errors `predicted − measured` of one experiment, row-major `[times, outputs]`, from its signals.
     #[must_use]
-    pub fn errors(&self, experiment: usize, states: &[f64]) -> Vec<f64> {
-        let n = self.field.state_len();
-        let outputs = self.outputs.states.len();
-        let measured = self.experiments[experiment].measured.chunks_exact(outputs);
-        states
-            .chunks_exact(n)
+    pub fn errors(&self, experiment: &Experiment<I>, signals: &[f64]) -> Vec<f64> {
+        let outputs = &self.outputs.signals;
+        let measured = experiment.measured.chunks_exact(outputs.len());
+        signals
+            .chunks_exact(self.signal_len())
             .zip(measured)
-            .flat_map(|(y, m)| self.outputs.states.iter().zip(m).map(move |(&s, m)| y[s] - m))
+            .flat_map(|(y, m)| outputs.iter().zip(m).map(move |(&s, m)| y[s] - m))
             .collect()
     }
 
-    pub(super) fn of<'b, G>(&'b self, field: &'b G, experiment: usize) -> Problem<'b, G, I> {
-        let e = &self.experiments[experiment];
-        Problem {
-            field,
-            input: &e.input,
-            t0: e.times_s[0],
-            t1: e.times_s[e.times_s.len() - 1],
-            y0: &e.initial_state,
-            observations_s: &e.times_s,
-            integrator: self.integrator,
-        }
+    /// The errors on the held-out experiments, from their given starts, with other parameters and a delay of the input
+    /// (s).
+    ///
+    /// # Errors
+    /// [`FieldError::Solve`] for the first experiment that cannot be solved.
+    pub fn held_out_errors(
+        &self,
+        parameters: &[f64],
+        delay_s: f64,
+    ) -> Result<Vec<HeldOutError>, FieldError> {
+        let outputs = self.outputs.len();
+        parallel::map(self.held_out.len(), |k| {
+            let e = &self.held_out[k];
+            let parameters = parameters.to_vec();
+            let signals = self.simulate(e, &Numbers { parameters, delay_s, ..self.numbers(e) })?;
+            let errors = self.errors(e, &signals);
+            let of_output = |c: usize| -> f64 {
+                let own: Vec<f64> = errors.iter().skip(c).step_by(outputs).copied().collect();
+                root_mean_square(&own)
+            };
+            let rms = (0..outputs).map(of_output).collect();
+            Ok(HeldOutError { experiment: e.name.clone(), rms })
+        })
+        .into_iter()
+        .collect()
     }
 }
 

@@ -1,26 +1,29 @@
 //! Any loss of any field, made small by L-BFGS.
 
-use super::problem::{Experiment, FieldError, FieldProblem, failed};
+use super::experiment::Experiment;
+use super::outputs::Outputs;
+use super::problem::{FieldError, FieldProblem, failed};
+use super::signals::SignalLoss;
 use crate::optimiser::{Lbfgs, LbfgsSettings, StepKind};
 use pam_core::ParametricField;
 use pam_core::parallel;
 use pam_solvers::ParametricInput;
-use pam_solvers::sensitivity::GradientMethod;
+use pam_solvers::sensitivity::{GradientMethod, Problem};
 
-/// A loss of the states of one experiment. Closures
-/// `|experiment, states, cotangents| -> value` are losses; `states` and `cotangents` are row-major
-/// `[times, states]`, and `cotangents` holds zeros.
+/// A loss of the signals of one experiment: of its states, and after them of the outputs of the field. Closures
+/// `|experiment, signals, cotangents| -> value` are losses; `signals` and `cotangents` are row-major
+/// `[times, signals]`, and `cotangents` holds zeros.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no loss of an experiment",
-    note = "use `outputs_error(states, outputs)`, or write a closure with all types: \
-            `|experiment: &Experiment<I>, states: &[f64], cotangents: &mut [f64]| -> f64`"
+    note = "use `outputs_error(problem.signal_len(), outputs)`, or write a closure with all types: \
+            `|experiment: &Experiment<I>, signals: &[f64], cotangents: &mut [f64]| -> f64`"
 )]
 pub trait FieldLoss<I>: Sync {
-    /// Returns the loss of `states` and writes its derivative by every state to `cotangents`.
+    /// Returns the loss of `signals` and writes its derivative by every signal to `cotangents`.
     fn value_and_cotangents(
         &self,
         experiment: &Experiment<I>,
-        states: &[f64],
+        signals: &[f64],
         cotangents: &mut [f64],
     ) -> f64;
 }
@@ -32,30 +35,30 @@ where
     fn value_and_cotangents(
         &self,
         experiment: &Experiment<I>,
-        states: &[f64],
+        signals: &[f64],
         cotangents: &mut [f64],
     ) -> f64 {
-        self(experiment, states, cotangents)
+        self(experiment, signals, cotangents)
     }
 }
 
-/// The mean over rows and outputs of `((predicted − measured) / noise)²`, for a field of `state_len` states.
+/// The mean over rows and outputs of `((predicted − measured) / noise)²`, for a field of `signal_len` signals (states
+/// and outputs). An output of unknown noise counts in its own unit.
 pub fn outputs_error<I>(
-    state_len: usize,
-    outputs: super::Outputs,
+    signal_len: usize,
+    outputs: Outputs,
 ) -> impl Fn(&Experiment<I>, &[f64], &mut [f64]) -> f64 {
-    move |experiment, states, cotangents| {
+    let units = outputs.units();
+    move |experiment, signals, cotangents| {
         let m = outputs.len();
         let scale = 1.0 / experiment.measured.len() as f64;
-        let rows = states.chunks_exact(state_len).zip(cotangents.chunks_exact_mut(state_len));
+        let rows = signals.chunks_exact(signal_len).zip(cotangents.chunks_exact_mut(signal_len));
         let mut value = 0.0;
         for ((y, w), measured) in rows.zip(experiment.measured.chunks_exact(m)) {
-            for ((&state, &noise), &target) in
-                outputs.states.iter().zip(&outputs.noise).zip(measured)
-            {
-                let error = (y[state] - target) / noise;
+            for ((&signal, &unit), &target) in outputs.signals.iter().zip(&units).zip(measured) {
+                let error = (y[signal] - target) / unit;
                 value += scale * error * error;
-                w[state] += 2.0 * scale * error / noise;
+                w[signal] += 2.0 * scale * error / unit;
             }
         }
         value
@@ -93,6 +96,9 @@ pub struct TrainedField {
     pub parameters: Vec<f64>,
     /// The loss before each step, and at the end.
     pub losses: Vec<f64>,
+    /// The mean loss on the held-out experiments with the first and with the trained parameters; absent without such
+    /// experiments.
+    pub held_out: Option<[f64; 2]>,
 }
 
 impl<F, I> FieldProblem<'_, F, I>
@@ -115,20 +121,49 @@ where
     where
         M: GradientMethod<F::With<f64>, I> + Sync,
     {
-        let parts: Result<Vec<_>, FieldError> = parallel::map(self.experiments.len(), |k| {
-            let experiment = &self.experiments[k];
+        self.loss_over(self.experiments, parameters, loss, method)
+    }
+
+    /// The mean of a loss over some experiments, and its gradient.
+    fn loss_over<M>(
+        &self,
+        experiments: &[Experiment<I>],
+        parameters: &[f64],
+        loss: &dyn FieldLoss<I>,
+        method: &M,
+    ) -> Result<(f64, Vec<f64>), FieldError>
+    where
+        M: GradientMethod<F::With<f64>, I> + Sync,
+    {
+        let parts: Result<Vec<_>, FieldError> = parallel::map(experiments.len(), |k| {
+            let experiment = &experiments[k];
             let field = self.field.with_parameters::<f64>(parameters);
-            let mut of_states = |_times: &[f64], states: &[f64], cotangents: &mut [f64]| {
-                loss.value_and_cotangents(experiment, states, cotangents)
+            let y0 = self.initial_state(experiment);
+            let problem = Problem {
+                field: &field,
+                input: &experiment.input,
+                t0: experiment.times_s[0],
+                t1: experiment.times_s[experiment.times_s.len() - 1],
+                y0: &y0,
+                observations_s: &experiment.times_s,
+                integrator: self.integrator,
             };
-            method
-                .value_and_gradient(&self.of(&field, k), &mut of_states)
-                .map(|g| (g.value, g.parameters))
-                .map_err(|error| failed(experiment, &error))
+            let mut of_signals = SignalLoss::new(self.field, parameters, experiment);
+            let mut of_states = |_times: &[f64], states: &[f64], cotangents: &mut [f64]| {
+                of_signals.of_states(states, cotangents, |signals, cotangents| {
+                    loss.value_and_cotangents(experiment, signals, cotangents)
+                })
+            };
+            let found = method
+                .value_and_gradient(&problem, &mut of_states)
+                .map_err(|error| failed(experiment, &error))?;
+            let mut gradient = found.parameters;
+            gradient.iter_mut().zip(&of_signals.by_parameters).for_each(|(g, own)| *g += own);
+            Ok((found.value, gradient))
         })
         .into_iter()
         .collect();
-        let share = 1.0 / self.experiments.len().max(1) as f64;
+        let share = 1.0 / experiments.len().max(1) as f64;
         let mut sum = (0.0, vec![0.0; parameters.len()]);
         for (value, gradient) in parts? {
             sum.0 += share * value;
@@ -137,11 +172,25 @@ where
         Ok(sum)
     }
 
-    /// Makes a loss small by L-BFGS from the field's present parameters. `progress` is told step and loss and
-    /// returns whether to go on.
+    /// [`train`](Self::train) by the error of the outputs ([`outputs_error`]) with the usual settings and no report of
+    /// progress.
     ///
     /// # Errors
-    /// [`FieldError`] if shapes do not fit, or the field cannot be solved where it starts.
+    /// As [`train`](Self::train).
+    pub fn train_outputs<M>(&self, method: &M) -> Result<TrainedField, FieldError>
+    where
+        M: GradientMethod<F::With<f64>, I> + Sync,
+    {
+        let loss = outputs_error(self.signal_len(), self.outputs.clone());
+        self.train(&loss, method, &FieldTraining::default(), |_step, _loss| true)
+    }
+
+    /// Makes a loss small by L-BFGS from the field's present parameters. `progress` is told step and loss and
+    /// returns whether to go on. Held-out experiments take no part; the loss on them is reported.
+    ///
+    /// # Errors
+    /// [`FieldError`] if shapes do not fit, the field sticks (no gradient method cuts steps at its switches; use
+    /// [`least_squares`](Self::least_squares)), or it cannot be solved where it starts.
     pub fn train<M>(
         &self,
         loss: &dyn FieldLoss<I>,
@@ -153,6 +202,11 @@ where
         M: GradientMethod<F::With<f64>, I> + Sync,
     {
         self.check()?;
+        if self.field.dry_friction().is_some() {
+            return Err(FieldError::Shape(
+                "a field with dry friction is not trained by gradient methods; fit it by least squares".into(),
+            ));
+        }
         let start = self.field.parameters();
         let scales: Vec<f64> = start.iter().map(|p| p.abs().max(settings.scale_floor)).collect();
         let unscaled =
@@ -179,6 +233,13 @@ where
                 break;
             }
         }
-        Ok(TrainedField { parameters: unscaled(&at), losses })
+        let parameters = unscaled(&at);
+        let on_held_out = |p: &[f64]| self.loss_over(self.held_out, p, loss, method).map(|l| l.0);
+        let held_out = if self.held_out.is_empty() {
+            None
+        } else {
+            Some([on_held_out(&start)?, on_held_out(&parameters)?])
+        };
+        Ok(TrainedField { parameters, losses, held_out })
     }
 }

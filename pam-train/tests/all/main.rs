@@ -6,6 +6,7 @@ mod curriculum {
     mod settings;
 }
 mod events;
+mod field;
 mod optimiser {
     mod adam;
     mod clip;

@@ -1,5 +1,11 @@
 //! Vector fields `ẏ = f(t, y, u)` with an exogenous input `u`.
 
+mod friction;
+mod names;
+
+pub use friction::DryFriction;
+pub use names::FieldNames;
+
 use crate::scalar::Scalar;
 
 /// A vector field `ẏ = f(t, y, u)` over any scalar.
@@ -31,6 +37,18 @@ pub trait VectorField<S: Scalar> {
     /// Writes `f(t, y, u)` to `dy`; `work` holds at least [`work_len`](VectorField::work_len)
     /// scalars of any content.
     fn eval_into(&self, t: f64, y: &[S], u: &[S], dy: &mut [S], work: &mut [S]);
+
+    /// Number of outputs `h(t, y, u)` that the field has beside its states; none unless it says so.
+    fn output_len(&self) -> usize {
+        0
+    }
+
+    /// Writes the outputs `h(t, y, u)` to `out`, which has [`output_len`](VectorField::output_len) entries: what a
+    /// sensor shows that is no state, such as a force, an acceleration or a voltage. Written over the scalar, so
+    /// that derivatives go through.
+    fn outputs_into(&self, t: f64, y: &[S], u: &[S], out: &mut [S]) {
+        let _ = (t, y, u, out);
+    }
 }
 
 impl<S: Scalar, F: VectorField<S> + ?Sized> VectorField<S> for &F {
@@ -45,6 +63,12 @@ impl<S: Scalar, F: VectorField<S> + ?Sized> VectorField<S> for &F {
     }
     fn eval_into(&self, t: f64, y: &[S], u: &[S], dy: &mut [S], work: &mut [S]) {
         (**self).eval_into(t, y, u, dy, work);
+    }
+    fn output_len(&self) -> usize {
+        (**self).output_len()
+    }
+    fn outputs_into(&self, t: f64, y: &[S], u: &[S], out: &mut [S]) {
+        (**self).outputs_into(t, y, u, out);
     }
 }
 
@@ -107,6 +131,17 @@ pub trait ParametricField: VectorField<f64> {
     /// # Panics
     /// If there are not [`parameter_len`](Self::parameter_len) of them.
     fn with_parameters<S: Scalar>(&self, parameters: &[S]) -> Self::With<S>;
+
+    /// Names of states, inputs, outputs and parameters, for reports, sentences and files; `state_0`, `input_0`, …
+    /// where there are none.
+    fn names(&self) -> FieldNames {
+        FieldNames::default()
+    }
+
+    /// The dry friction in the field, with which it sticks; none unless it says so.
+    fn dry_friction(&self) -> Option<DryFriction> {
+        None
+    }
 }
 
 impl<F: ParametricField> ParametricField for &F {
@@ -119,6 +154,12 @@ impl<F: ParametricField> ParametricField for &F {
     }
     fn with_parameters<S: Scalar>(&self, parameters: &[S]) -> Self::With<S> {
         (**self).with_parameters(parameters)
+    }
+    fn names(&self) -> FieldNames {
+        (**self).names()
+    }
+    fn dry_friction(&self) -> Option<DryFriction> {
+        (**self).dry_friction()
     }
 }
 
