@@ -91,9 +91,9 @@ def main(folder):
     os.makedirs(folder, exist_ok=True)
     fills = [(1.5, 1.5), (3.0, 3.0), (2.0, 3.2), (3.2, 2.0), (2.4, 2.4), (2.6, 1.8)]
     for k, bar in enumerate(fills):
-        record(f"{folder}/train-{k + 1}.csv", bar, 30, k, 1.1 * math.sqrt(sum(bar) / 2))
+        record(f"{folder}/train-{k + 1}.csv", bar, 30, k, 0.6 * math.sqrt(sum(bar) / 2))
     for k, bar in enumerate([(2.2, 2.8), (2.8, 2.4)]):
-        record(f"{folder}/stiff-{k + 1}.csv", bar, 30, 100 + k, 1.1 * math.sqrt(sum(bar) / 2), friction_n=6.0)
+        record(f"{folder}/stiff-{k + 1}.csv", bar, 30, 100 + k, 0.6 * math.sqrt(sum(bar) / 2), friction_n=6.0)
 
 
 if __name__ == "__main__":

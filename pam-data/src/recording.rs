@@ -2,6 +2,7 @@
 
 use crate::error::DataError;
 use pam_core::SealedMasses;
+use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
 use std::path::{Path, PathBuf};
 
 /// A measured channel of the state.
@@ -65,6 +66,40 @@ pub struct SealedReading {
     pub pressure_extensor_kpa: f64,
 }
 
+/// How the pressures of a file are stated, where that is not kPa absolute.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StatedPressure {
+    /// Name of the unit.
+    pub unit: &'static str,
+    /// One of it, kPa.
+    pub kpa: f64,
+    /// True if zero is the atmosphere.
+    pub gauge: bool,
+}
+
+impl StatedPressure {
+    /// psi gauge, as raw logs have it.
+    pub const RAW_LOG: Self = Self { unit: "psi", kpa: KPA_PER_PSI, gauge: true };
+
+    /// True for the unit of raw logs.
+    #[must_use]
+    pub fn raw_log(&self) -> bool {
+        *self == Self::RAW_LOG
+    }
+
+    /// Unit and zero in words.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        format!("{} {}", self.unit, if self.gauge { "gauge" } else { "absolute" })
+    }
+
+    /// The pressure at the file's zero, kPa absolute.
+    #[must_use]
+    pub fn offset_kpa(&self) -> f64 {
+        if self.gauge { ATMOSPHERE_KPA } else { 0.0 }
+    }
+}
+
 /// The zero-phase low-pass behind a recording's columns: what a simulation must go through before it is
 /// compared with them. A filter and a nonlinear joint do not commute, so the joint is simulated with the
 /// force before the filter, and its outputs are filtered as the data were.
@@ -101,6 +136,8 @@ pub struct Recording {
     pub sealed: Option<SealedReading>,
     /// Commanded gauge pressures of flexor and extensor, psi, from the name `nn_FFEE`.
     pub command_psi: Option<[f64; 2]>,
+    /// How the file states the pressures, if it was read by a rig file.
+    pub pressure_in_file: Option<StatedPressure>,
     /// The low-pass between sensors and columns, where it is known.
     pub low_passed: LowPassed,
     /// Processing of the data between file and recording.
@@ -242,6 +279,7 @@ impl Recording {
             given_masses: self.given_masses,
             sealed: self.sealed,
             command_psi: self.command_psi,
+            pressure_in_file: self.pressure_in_file,
             preprocessing: self.preprocessing.clone(),
             notes: self.notes.clone(),
             ..Self::empty(&self.source)
@@ -300,6 +338,7 @@ impl Recording {
             force_mn: Vec::new(),
             given_masses: None,
             sealed: None,
+            pressure_in_file: None,
             low_passed: LowPassed::default(),
             preprocessing: String::new(),
             notes: Vec::new(),

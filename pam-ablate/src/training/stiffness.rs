@@ -48,7 +48,7 @@ const LINE: (f64, f64) = (2.5, 0.01);
 /// The recordings whose stiffness is compared.
 pub(super) fn subjects(recordings: &[Recording], curriculum: &Curriculum) -> Vec<Recording> {
     let data = &curriculum.data;
-    let found = data.split(recordings.to_vec()).held_out;
+    let found = data.split(Vec::from(recordings)).held_out;
     if found.is_empty() { recordings.to_vec() } else { found }
 }
 

@@ -123,19 +123,22 @@ fn pressure<F: ForceModel<f64>>(
             FindingKind::GaugePressure,
             format!(
                 "the pressures look like gauge pressures: {flexor:.1} and {extensor:.1} kPa (flexor, extensor) where \
-                 absolute ones are meant{gas}; add {ATMOSPHERE_KPA} kPa to both, or read them with --pressure gauge"
+                 absolute ones are meant{gas}; add {ATMOSPHERE_KPA} kPa to both, or read them as gauge (--pressure gauge, or the rig file)"
             ),
         )
     } else {
         let what = format!("{} {}", unit.unit, if unit.gauge { "gauge" } else { "absolute" });
-        let place = if unit.raw_log {
-            format!("the log's pressures look like {what} where psi gauge is meant; they read")
-        } else {
-            format!("the pressures look like {what} where kPa absolute is meant: they are")
+        let place = match unit.in_file {
+            Some(file) => format!(
+                "the file's pressures look like {what} where {} is meant; they read",
+                file.describe()
+            ),
+            None => format!("the pressures look like {what} where kPa absolute is meant: they are"),
         };
         let offset = unit.reading.offset_kpa;
-        let remedy = match (unit.raw_log, offset != 0.0) {
-            (true, _) => "convert pm1 and pm2 to psi gauge".to_owned(),
+        let remedy = match (unit.in_file, offset != 0.0) {
+            (Some(file), _) if file.raw_log() => "convert pm1 and pm2 to psi gauge".to_owned(),
+            (Some(_), _) => "correct unit and reference in the rig file".to_owned(),
             (_, true) => {
                 format!("multiply both by {} and add {offset} kPa", unit.reading.scale)
             }

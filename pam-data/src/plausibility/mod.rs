@@ -45,7 +45,7 @@ pub use settings::PlausibilitySettings;
 
 use crate::subject::Subject;
 use pam_core::{ForceModel, JointModel};
-use readings::pressure_units;
+use readings::{pressure_units, unit_in_file};
 use sample::Sample;
 use weigh::Weights;
 
@@ -69,9 +69,8 @@ pub fn check_with<'s, F: ForceModel<f64>>(
     settings: &PlausibilitySettings,
 ) -> Vec<Finding> {
     let subjects: Vec<&Subject> = subjects.into_iter().filter(|s| s.recording.len() > 1).collect();
-    // Most recordings named like raw logs are raw logs; one list of units for all keeps indices alike.
-    let named = subjects.iter().filter(|s| s.recording.command_psi.is_some()).count();
-    let units = pressure_units(2 * named > subjects.len(), settings);
+    // One list of units for all keeps indices alike.
+    let units = pressure_units(unit_in_file(subjects.iter().map(|s| &s.recording)), settings);
     let samples: Vec<Sample<'_>> =
         subjects.iter().map(|s| Sample::new(s, &units, settings)).collect();
     let weights = Weights { model, units: &units, settings };

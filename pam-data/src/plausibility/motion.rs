@@ -32,6 +32,20 @@ pub(super) fn findings(
 
 fn time(sample: &Sample<'_>, s: &PlausibilitySettings) -> Option<Finding> {
     let step = median_step_s(&sample.recording.time_s);
+    if step < s.shortest_step_s {
+        let message = format!(
+            "time_s advances by {step:e} s per sample, which is {:.0} Hz: its unit is larger than it was read as",
+            1.0 / step
+        );
+        return Some(Finding {
+            kind: FindingKind::TimeUnit,
+            severity: Severity::Error,
+            channel: "time_s".into(),
+            recordings: vec![sample.name()],
+            message,
+            evidence: vec![Evidence::new("sampling step (s)", step, s.shortest_step_s)],
+        });
+    }
     if sample.time_scale == 1.0 && step <= s.longest_step_s {
         return None;
     }

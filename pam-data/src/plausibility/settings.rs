@@ -62,6 +62,8 @@ pub struct PlausibilitySettings {
     pub block_s: f64,
     /// Longest sampling step that is taken for seconds, s. Default: 0.2 s; joints are sampled at 10 Hz and above.
     pub longest_step_s: f64,
+    /// Shortest sampling step of a joint, s. Default: 20 µs, 50 kHz.
+    pub shortest_step_s: f64,
 }
 
 impl PlausibilitySettings {
@@ -99,6 +101,7 @@ impl Default for PlausibilitySettings {
             least_r2: 0.7,
             block_s: 0.02,
             longest_step_s: 0.2,
+            shortest_step_s: 2e-5,
         }
     }
 }

@@ -190,8 +190,11 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
     fn support(&self, samples: &[&Sample<'_>], reading: Reading) -> f64 {
         let unit = &self.units[reading.pressure];
         let absolute =
-            |u: &PressureUnit| u.unit == unit.unit && u.raw_log == unit.raw_log && !u.gauge;
-        let Some(twin) = self.units.iter().position(absolute).filter(|_| unit.gauge) else {
+            |u: &PressureUnit| u.unit == unit.unit && u.in_file == unit.in_file && !u.gauge;
+        // The first unit is the stated one.
+        let stated = unit.is_gauge_kpa().then_some(0);
+        let twin = self.units.iter().position(absolute).or(stated);
+        let Some(twin) = twin.filter(|_| unit.gauge) else {
             return 0.0;
         };
         let twin = Reading { pressure: twin, ..reading };

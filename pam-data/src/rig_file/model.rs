@@ -116,7 +116,7 @@ impl RigFile {
             ("limits.displacement_mm", self.limits.displacement_mm),
         ] {
             if let Some([low, high]) = range
-                && !(low < high)
+                && low.partial_cmp(&high) != Some(std::cmp::Ordering::Less)
             {
                 return Err(format!("{key} must be [lowest, highest], got [{low}, {high}]"));
             }

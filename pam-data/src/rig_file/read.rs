@@ -1,12 +1,12 @@
 //! Files of a described rig as recordings.
 
 use super::schema::{Column, ColumnKey, Columns, Filters, RigFile, Zero};
-use super::units::Quantity;
+use super::units::{self, Quantity};
 use crate::error::DataError;
 use crate::formats::columns;
 use crate::load_options::LoadOptions;
 use crate::preprocess::{Cutoffs, derivative_of, filtered, low_passed};
-use crate::recording::{Recording, SealedReading, split_at_gaps};
+use crate::recording::{Recording, SealedReading, StatedPressure, split_at_gaps};
 use crate::table::Table;
 use pam_core::SealedMasses;
 use std::path::Path;
@@ -154,6 +154,14 @@ impl RigFile {
                 (0..recording.displacement_mm.len()).map(|k| k as f64 / rate).collect()
             }
         };
+        let stated = &columns.pressure_flexor;
+        recording.pressure_in_file = units::find(Quantity::Pressure, &stated.unit)
+            .map(|unit| StatedPressure {
+                unit: unit.name,
+                kpa: unit.factor,
+                gauge: stated.reference == Zero::Gauge,
+            })
+            .filter(|stated| stated.gauge || stated.kpa != 1.0);
         let offset = |zero: Zero| if zero == Zero::Gauge { self.air.atmosphere_kpa } else { 0.0 };
         for (pressure, zero) in [
             (&mut recording.pressure_flexor_kpa, columns.pressure_flexor.reference),
