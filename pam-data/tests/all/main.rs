@@ -8,3 +8,4 @@ mod preprocess {
 mod fingerprint;
 mod numpy_and_matlab;
 mod recording;
+mod rig_file;

@@ -2,6 +2,7 @@
 
 mod coordinates;
 mod curriculum {
+    mod data;
     mod overrides;
     mod settings;
 }
