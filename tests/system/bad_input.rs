@@ -58,9 +58,9 @@ fn csv_columns_and_cells() {
     assert_says(
         &e(
             "a.csv",
-            "# note\ntime_s,displacement_mm,velocity,pressure_flexor_kpa,pressure_extensor_kpa,force_n\n0,0,0,1,1,0\n",
+            "# note\ntime_s,displacement,velocity_mm_s,pressure_flexor_kpa,pressure_extensor_kpa,force_n\n0,0,0,1,1,0\n",
         ),
-        &["a.csv:2", "`velocity_mm_s` is missing", "velocity,"],
+        &["a.csv:2", "`displacement_mm` is missing", "displacement,", "pam rig-file init"],
     );
     assert_says(
         &e("b.csv", &csv("0,0,0,400,400,0\n0.001,0,oops,400,400,0\n")),
@@ -165,7 +165,7 @@ fn wrong_and_damaged_binary_files() {
     );
     assert_says(
         &f.evaluation_error(&published("koopman_model.npz")),
-        &["koopman_model.npz", "`time_s` is missing", "X_mean"],
+        &["koopman_model.npz", "`time_s`", "are missing", "X_mean"],
     );
     // Truncated.
     let cut = f.file("cut.eqx", &weights[..weights.len() / 2]);

@@ -62,6 +62,7 @@ fn an_evaluation_of_many_recordings_is_the_same_at_any_thread_count() {
     let evaluate = |threads: &str| {
         let arguments = [
             "evaluate",
+            "--accept",
             "--model",
             text(&weights),
             "--data",
@@ -166,6 +167,7 @@ fn a_recording_with_a_gap_is_simulated_in_parts() {
     let (data, out) = (path("run.csv"), path("out.csv"));
     let arguments = [
         "simulate",
+        "--accept",
         "--model",
         "spring-damper",
         "--data",
@@ -236,6 +238,7 @@ fn a_failed_prediction_is_reported_and_the_rest_goes_on() {
             text(&out),
             "--step-ms",
             "1",
+            "--accept",
         ],
     );
     let errors = String::from_utf8_lossy(&output.stderr);

@@ -119,8 +119,9 @@ pub fn derivative_of(
 ) -> Result<Recording, DataError> {
     let of_x = recording.low_passed.cutoff_hz[0];
     let step = median_step_s(&recording.time_s);
-    // A slower recording has no noise above the cutoff.
-    let cutoff_hz = cutoff_hz.filter(|c| of_x.is_none() && *c < 0.5 / step);
+    // A slower recording has no noise above the cutoff; a few samples cannot be filtered.
+    let long = recording.len() >= LowPass::shortest();
+    let cutoff_hz = cutoff_hz.filter(|c| long && of_x.is_none() && *c < 0.5 / step);
     let smooth = match cutoff_hz {
         Some(cutoff) => {
             filter_for(&recording, cutoff)?.forward_backward(&recording.displacement_mm)

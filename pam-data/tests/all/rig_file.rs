@@ -24,7 +24,7 @@ fn columns_are_converted() {
     let path = folder.path().join("run.txt");
     // Tabs, decimal commas, a comment and a column of text.
     let mut text = "# a log\nn\tq\ta\tb\ti\tnote\n".to_owned();
-    for k in 0..5 {
+    for k in 0..9 {
         text += &format!("{k}\t{},5\t2,0\t50\t-1,2\tok\n", k);
     }
     std::fs::write(&path, text).unwrap();
@@ -37,7 +37,7 @@ fn columns_are_converted() {
     close(r.pressure_extensor_kpa[0], 50.0 * 6.894_76);
     // 0.6 A · 0.03 N·m/A · 10 over 20 mm.
     close(r.force_mn[0], -0.6 * 0.03 * 10.0 / 0.02 * 1e3);
-    // Five samples of a straight line.
+    // Nine samples of a straight line, extended by its odd reflection.
     close(r.velocity_mm_s[2], -1.0_f64.to_radians() * 20.0 * 200.0);
     assert!(r.preprocessing.contains("v = gradient of x"), "{}", r.preprocessing);
 }
