@@ -11,7 +11,7 @@ const RIG: &str = "[columns]\ntime = { column = 1, unit = \"samples\" }\n\
     force = { column = \"i\", unit = \"A\", scale = 0.5 }\n\
     [file]\nrate_hz = 200\n\
     [drive]\npulley_radius_mm = 20\ntorque_constant_nm_per_a = 0.03\ngear_ratio = 10\n\
-    [air]\natmosphere_kpa = 95\n";
+    [filter]\nvelocity_hz = 0\n[air]\natmosphere_kpa = 95\n";
 
 fn rig(text: &str) -> Result<RigFile, String> {
     RigFile::parse(text, Path::new("rig.toml")).map_err(|e| e.to_string())
@@ -37,7 +37,7 @@ fn columns_are_converted() {
     close(r.pressure_extensor_kpa[0], 50.0 * 6.894_76);
     // 0.6 A · 0.03 N·m/A · 10 over 20 mm.
     close(r.force_mn[0], -0.6 * 0.03 * 10.0 / 0.02 * 1e3);
-    // Nine samples of a straight line, extended by its odd reflection.
+    // A straight line.
     close(r.velocity_mm_s[2], -1.0_f64.to_radians() * 20.0 * 200.0);
     assert!(r.preprocessing.contains("v = gradient of x"), "{}", r.preprocessing);
 }
