@@ -79,8 +79,8 @@ pub struct GlobalOptions {
     /// Number of threads [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = parse_threads)]
     pub threads: Option<usize>,
-    /// Description of a rig of one's own: columns and units of its files, size of its joint (docs/own-rig.md); `pam
-    /// rig-file init FILE` writes a first one [default: that of the model, if it has one]
+    /// Rig file: describes the columns and units of your recordings and the dimensions of your joint
+    /// (docs/own-rig.md); `pam rig-file init FILE` writes a draft [default: the one saved in the model, if any]
     #[arg(long, global = true, value_name = "RIG.toml")]
     pub rig_file: Option<PathBuf>,
     /// Use recordings that contradict the physics of the joint (wrong units, swapped columns, flipped signs) all the
@@ -96,7 +96,7 @@ impl GlobalOptions {
     /// The rig file of `--rig-file`.
     ///
     /// # Errors
-    /// [`CliError::Data`] naming line or key of what is wrong in it.
+    /// [`CliError::Data`] naming the invalid line or key.
     pub fn rig(&self) -> Result<Option<RigFile>, CliError> {
         Ok(self.rig_file.as_deref().map(RigFile::read).transpose()?)
     }

@@ -83,7 +83,7 @@ commands! {
     /// The virtual rig: make recordings whose truth is known
     #[command(subcommand)]
     Rig(rig::RigCommand),
-    /// Describe a rig of one's own: columns and units of its files, size of its joint
+    /// Write or check a rig file, which describes your recordings and the dimensions of your joint
     #[command(subcommand)]
     RigFile(rig_file::RigFileCommand),
     /// Run a sweep: train a model in every cell of a grid or search, and compare seed by seed

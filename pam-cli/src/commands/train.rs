@@ -149,8 +149,8 @@ impl RunCommand for TrainArguments {
     }
 }
 
-/// Recordings that do not contradict the physics of the joint. The data sheet's model is what is known before
-/// training.
+/// Checks recordings against the physics of the joint, with the data sheet's model: before training there is no
+/// other.
 fn checked(
     recordings: Vec<Recording>,
     global: &GlobalOptions,
@@ -197,7 +197,7 @@ fn overrides(arguments: &TrainArguments, global: &GlobalOptions) -> Result<Vec<S
     }
     match &arguments.heldout[..] {
         [] => {
-            // What is not named to train on is held out.
+            // Recordings that --train does not select are held out.
             if !arguments.train.is_empty() {
                 all.push("data.held_out=\"rest\"".into());
             }
@@ -298,7 +298,7 @@ fn finish(
         "stages": trained.results,
         "events": trained.events,
         "trained_on": trainer.trained_on(),
-        // None where the data do not determine it; what the model holds follows.
+        // Null where the data do not determine the parameter; `model_parameters` has the values in the model.
         "parameters": {
             "mass_kg": rows[0].value,
             "gas_coefficient_kpa_mm3_per_g": p.gas_coefficient,

@@ -207,7 +207,8 @@ impl RigFile {
         velocity: Option<Vec<f64>>,
         options: &LoadOptions,
     ) -> Result<Vec<Recording>, DataError> {
-        recording.velocity_mm_s = vec![0.0; recording.len()];
+        let derived = velocity.is_none();
+        recording.velocity_mm_s = velocity.unwrap_or_else(|| vec![0.0; recording.len()]);
         recording.validate()?;
         if let (Some(flexor_g), Some(extensor_g)) =
             (self.air.mass_flexor_g, self.air.mass_extensor_g)
@@ -215,9 +216,6 @@ impl RigFile {
             recording.given_masses = Some(SealedMasses { flexor_g, extensor_g });
         }
         recording.sealed = self.reading_at_rest(&recording);
-        let derived = velocity.is_none();
-        recording.velocity_mm_s =
-            velocity.unwrap_or_else(|| vec![0.0; recording.displacement_mm.len()]);
         let parts = split_at_gaps(recording, 2)?;
         parts.into_iter().map(|part| self.processed(part, derived, options)).collect()
     }

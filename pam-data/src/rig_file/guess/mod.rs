@@ -11,6 +11,7 @@ mod toml_text;
 use super::schema::{Column, ColumnKey, Columns, Drive, FileLayout, PressureColumn, RigFile};
 use super::units::{self, Quantity, Through};
 use crate::error::DataError;
+use crate::recording::median_step_s;
 use crate::table::Table;
 use names::{Role, named_role, split_unit};
 use numbers::Numbers;
@@ -263,7 +264,7 @@ impl<'a> Guesser<'a> {
     }
 
     fn time(&mut self, time: &Assigned<'_>, file: &mut FileLayout) -> Column {
-        let step = numbers::median_step(&time.values);
+        let step = median_step_s(&time.values);
         let unit = self.unit_of("columns.time", time, || {
             if step == 1.0
                 && time.values.iter().all(|t| t.fract() == 0.0)

@@ -1,6 +1,7 @@
 //! What the numbers of columns say.
 
 use super::super::schema::Zero;
+use crate::preprocess::gradient;
 use pam_core::units::ATMOSPHERE_KPA;
 use pam_numerics::ScaledCholesky;
 use pam_numerics::statistics::{mean, median};
@@ -38,11 +39,10 @@ impl Numbers {
     /// Whether the joint yields to the force: the sign of k in `F = k x + b ẋ + m ẍ`.
     pub(super) fn yields(&self) -> Option<bool> {
         let x = centred(&self.x);
-        let v = centred(&differences(&x));
-        let a = centred(&differences(&v));
+        let v = centred(&gradient(&x, 1.0));
+        let a = centred(&gradient(&v, 1.0));
         let force = centred(&self.force);
         let columns = [&x, &v, &a];
-        let dot = |p: &[f64], q: &[f64]| p.iter().zip(q).map(|(p, q)| p * q).sum::<f64>();
         let factor = ScaledCholesky::new(3, |i, j| dot(columns[i], columns[j]), 1e-9)?;
         let right: Vec<f64> = columns.iter().map(|c| dot(c, &force)).collect();
         let fit = factor.solve(&right)?;
@@ -105,10 +105,8 @@ pub(super) fn range(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)))
 }
 
-/// The median difference of neighbours.
-pub(super) fn median_step(values: &[f64]) -> f64 {
-    let steps: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).collect();
-    if steps.is_empty() { 0.0 } else { median(&steps) }
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn centred(values: &[f64]) -> Vec<f64> {
@@ -116,19 +114,13 @@ fn centred(values: &[f64]) -> Vec<f64> {
     values.iter().map(|v| v - middle).collect()
 }
 
-fn differences(values: &[f64]) -> Vec<f64> {
-    crate::preprocess::gradient(values, 1.0)
-}
-
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let (a, b) = (centred(a), centred(b));
-    let dot = |p: &[f64], q: &[f64]| p.iter().zip(q).map(|(p, q)| p * q).sum::<f64>();
     let size = (dot(&a, &a) * dot(&b, &b)).sqrt();
     if size > 0.0 { dot(&a, &b) / size } else { 0.0 }
 }
 
 fn regression_slope(x: &[f64], y: &[f64]) -> f64 {
     let (x, y) = (centred(x), centred(y));
-    let dot = |p: &[f64], q: &[f64]| p.iter().zip(q).map(|(p, q)| p * q).sum::<f64>();
     dot(&x, &y) / dot(&x, &x)
 }
