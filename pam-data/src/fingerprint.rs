@@ -37,4 +37,5 @@ fn add_recording(hash: &mut ContentHash, r: &Recording) {
     hash.numbers(sealed.as_ref().map_or(&[], |s| &s[..]));
     r.low_passed.cutoff_hz.iter().for_each(|cutoff| hash.numbers(cutoff.as_slice()));
     hash.numbers(r.low_passed.force_mn.as_deref().unwrap_or_default());
+    hash.numbers(&r.low_passed.resolution);
 }

@@ -109,6 +109,9 @@ pub struct LowPassed {
     pub cutoff_hz: [Option<f64>; 4],
     /// The force before its filter, mN, if that is known and differs from the recorded one.
     pub force_mn: Option<Vec<f64>>,
+    /// Steps of the sensors of x, ẋ, P_f, P_e, in the units of the channels, which the filters have blurred; 0 where they are
+    /// not known.
+    pub resolution: [f64; 4],
 }
 
 /// One run of the joint: six columns of equal length, and what is known of their origin.
@@ -168,6 +171,20 @@ impl Recording {
             Channel::Pf => &self.pressure_flexor_kpa,
             Channel::Pe => &self.pressure_extensor_kpa,
         }
+    }
+
+    /// Steps of the sensors of the channels in the order of the state, in their units: those of the samples, or of the ones
+    /// before the filter. 0 where none are seen ([`resolution`](pam_numerics::statistics::resolution)).
+    #[must_use]
+    pub fn resolution(&self) -> [f64; 4] {
+        let mut steps = self.low_passed.resolution;
+        for ((step, cutoff), c) in steps.iter_mut().zip(self.low_passed.cutoff_hz).zip(Channel::ALL)
+        {
+            if cutoff.is_none() {
+                *step = pam_numerics::statistics::resolution(self.channel(c));
+            }
+        }
+        steps
     }
 
     /// The measured state `[x, ẋ, P_f, P_e]` of the first sample, from which predictions start.
@@ -265,6 +282,7 @@ impl Recording {
             low_passed: LowPassed {
                 cutoff_hz: self.low_passed.cutoff_hz,
                 force_mn: self.low_passed.force_mn.as_deref().map(cut),
+                resolution: self.low_passed.resolution,
             },
             ..self.without_samples()
         }

@@ -41,6 +41,29 @@ pub fn median(values: &[f64]) -> f64 {
     quantile(values, 0.5)
 }
 
+/// The step of the grid on which all values lie, such as that of an encoder or of rounded decimals; 0 where they show none,
+/// with less than two different values, or where more than half of them are different.
+///
+/// The step is the mean of the gaps between neighbouring different values, each over the whole number of smallest gaps
+/// nearest to it; each gap must be a whole number of steps to 5 % of a step.
+#[must_use]
+pub fn resolution(values: &[f64]) -> f64 {
+    let mut different: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    different.sort_by(f64::total_cmp);
+    let size = different.first().map_or(0.0, |a| a.abs().max(different[different.len() - 1].abs()));
+    // Values that rounding alone tells apart are the same.
+    different.dedup_by(|b, a| *b - *a <= 1e-12 * size);
+    if different.len() < 2 || 2 * different.len() > values.len() {
+        return 0.0;
+    }
+    let gaps = || different.windows(2).map(|w| w[1] - w[0]);
+    let smallest = gaps().fold(f64::INFINITY, f64::min);
+    let steps: f64 = gaps().map(|g| (g / smallest).round()).sum();
+    let step = gaps().sum::<f64>() / steps;
+    let whole = |g: f64| (g / step - (g / step).round()).abs() < 0.05;
+    if gaps().all(whole) { step } else { 0.0 }
+}
+
 /// Student's t with `freedom` degrees of freedom that a two-sided 95 % interval reaches to: the factor from a
 /// standard error to half the width of the interval. For a `freedom` that is not positive, 1.96 of the normal
 /// distribution.

@@ -80,6 +80,7 @@ fn filter_for(recording: &Recording, cutoff_hz: f64) -> Result<LowPass, DataErro
 /// [`DataError::File`] if the recording is too short or a cutoff is not below half the rate.
 pub fn filtered(mut recording: Recording, cutoffs: &Cutoffs) -> Result<Recording, DataError> {
     let before = recording.force_mn.clone();
+    let seen = recording.resolution();
     let channels =
         [cutoffs.displacement_hz, cutoffs.force_hz, cutoffs.pressure_hz, cutoffs.pressure_hz];
     let filters =
@@ -97,13 +98,14 @@ pub fn filtered(mut recording: Recording, cutoffs: &Cutoffs) -> Result<Recording
     }
     let mut recording = low_passed(recording, cutoffs);
     recording.low_passed.force_mn = cutoffs.force_hz.map(|_| before);
+    recording.low_passed.resolution = seen;
     Ok(recording)
 }
 
 /// A recording whose channels have gone through these filters already.
 #[must_use]
 pub fn low_passed(mut recording: Recording, cutoffs: &Cutoffs) -> Recording {
-    recording.low_passed = LowPassed { cutoff_hz: cutoffs.of_state(), force_mn: None };
+    recording.low_passed = LowPassed { cutoff_hz: cutoffs.of_state(), ..Default::default() };
     recording.preprocessing = cutoffs.describe();
     recording
 }

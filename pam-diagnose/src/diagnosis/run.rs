@@ -11,8 +11,10 @@ use crate::search::{Candidates, Rows, search};
 use crate::settings::DiagnosisSettings;
 use crate::test_set::TestSet;
 use crate::verdict::{
-    Anomaly, Cause, ChannelBand, Evidence, Names, Naming, Refused, Verdict, ranking, share,
+    Anomaly, Cause, ChannelBand, Evidence, Names, Naming, Refused, Verdict, is_stationary, ranking,
+    share,
 };
+use pam_numerics::statistics::{root_mean_square, standard_deviation};
 
 /// A system whose experiments have their roles.
 #[derive(Debug)]
@@ -187,7 +189,7 @@ impl Judged {
         let lowest = after.min(1.0);
         let reduction = test.error_reduction(base, best, prepared.seed).overall;
         let mut anomalies = test.anomalies(open, best);
-        anomalies.extend(unmodelled(prepared, open));
+        anomalies.extend(unmodelled(prepared, open, best));
         if open.prior_strain(best) > STRAINED {
             anomalies.push(Anomaly {
                 kind: "start",
@@ -271,25 +273,28 @@ impl Judged {
     }
 }
 
-/// Channels whose noise is too much for noise: a part of their variation that goes with nothing.
+/// Root mean square of the deviations of a measured channel from its mean in each experiment.
+fn variation<C: Candidates + ?Sized>(open: &Problem<'_, C>, output: usize) -> f64 {
+    let deviation = |&e: &usize| standard_deviation(open.system.measured(e, output));
+    let deviations: Vec<f64> = open.experiments.iter().map(deviation).collect();
+    root_mean_square(&deviations)
+}
+
+/// Channels whose noise is too much for noise: a part of their variation that goes with nothing, and that is not
+/// stationary either.
 fn unmodelled<C: Candidates + ?Sized>(
     prepared: &Prepared<'_, C>,
     open: &Problem<'_, C>,
+    best: &Hypothesis,
 ) -> Vec<Anomaly> {
     let settings = &prepared.settings.verdict;
     let floor = prepared.floor();
     let channels = fitted_outputs(open.system).enumerate();
     let of_channel = |(k, (c, output)): (usize, (usize, &crate::search::OutputInfo))| {
         let noise = open.noise.deviation(k);
-        let square = |&e: &usize| {
-            let deviation =
-                pam_numerics::statistics::standard_deviation(open.system.measured(e, c));
-            deviation * deviation
-        };
-        let squares: f64 = open.experiments.iter().map(square).sum();
-        let variation = (squares / open.len().max(1) as f64).sqrt();
-        let much = noise > settings.unmodelled_share * variation
-            && noise > settings.unmodelled_ratio * floor[k];
+        let much = noise > settings.unmodelled_share * variation(open, c)
+            && noise > settings.unmodelled_ratio * floor[k]
+            && !is_stationary(open, best, k);
         let number = |v: f64| pam_effects::model::significant(v, 3);
         much.then(|| Anomaly {
             kind: "unmodelled",
@@ -310,16 +315,21 @@ fn unmodelled<C: Candidates + ?Sized>(
     channels.filter_map(of_channel).collect()
 }
 
-/// Whether some channel has errors of the model on the baseline recordings that are much larger than the noise, and
-/// errors in the data that are no larger than those.
+/// Whether some channel has errors of the model on the baseline recordings that are a notable part of its variation and
+/// much larger than the noise, and errors in the data that are no larger than those.
 fn inadequate<C: Candidates + ?Sized>(
     prepared: &Prepared<'_, C>,
     open: &Problem<'_, C>,
     names: &Names,
 ) -> bool {
-    let ratio = prepared.settings.verdict.inadequate_ratio;
+    let settings = &prepared.settings.verdict;
+    let ratio = settings.inadequate_ratio;
     let own = names.base.errors.mean();
-    prepared.baseline_discrepancy.iter().enumerate().any(|(c, &discrepancy)| {
+    let channels = fitted_outputs(open.system).zip(&prepared.baseline_discrepancy).enumerate();
+    channels.into_iter().any(|(c, ((output, _), &discrepancy))| {
+        if discrepancy < settings.inadequate_share * variation(open, output) {
+            return false;
+        }
         let noise = open.noise.deviation(c);
         // The noise holds the discrepancy.
         let sensors = (noise * noise - discrepancy * discrepancy).max(0.0).sqrt();

@@ -260,6 +260,10 @@ where
         times.partition_point(|t| t - times[0] < time_s)
     }
 
+    fn resolution(&self, experiment: usize, output: usize) -> f64 {
+        pam_numerics::statistics::resolution(&self.measured[experiment][output])
+    }
+
     fn measured(&self, experiment: usize, output: usize) -> &[f64] {
         &self.measured[experiment][output]
     }

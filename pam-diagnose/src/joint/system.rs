@@ -247,6 +247,10 @@ impl Candidates for JointSystem<'_> {
         ((time_s / t.step_s) as usize).min(t.points())
     }
 
+    fn resolution(&self, experiment: usize, output: usize) -> f64 {
+        self.trials[experiment].record.resolution[output]
+    }
+
     fn measured(&self, experiment: usize, output: usize) -> &[f64] {
         &self.trials[experiment].record.measured[output]
     }

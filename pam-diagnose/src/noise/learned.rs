@@ -23,13 +23,13 @@ impl Noise {
     ) -> Option<Self> {
         let settings = &problem.settings.noise;
         let rows = FeatureRows::gather(problem, hypothesis)?;
-        let left = left_of_itself(&rows, problem.settings.verdict.explainable_ridge)?;
+        let left = left_of_itself(&rows, &problem.settings.verdict)?;
         let n = rows.len() as f64;
         let mut shared: Vec<Vec<f64>> = Vec::new();
         let mut own: Vec<Vec<f64>> = Vec::new();
-        let (mut channels, mut discrepancy) = (Vec::new(), Vec::new());
+        let (mut channels, mut discrepancy, mut freedoms) = (Vec::new(), Vec::new(), Vec::new());
         let mut relative = vec![Vec::new(); 1 + problem.experiments.iter().max().copied()?];
-        for (c, (left, weight_count)) in left.into_iter().enumerate() {
+        for (c, (left, used_rows)) in left.into_iter().enumerate() {
             // A steady offset or a drift of one recording is no noise.
             let mut left = left;
             rows.experiments.iter().for_each(|r| detrend(&mut left[r.clone()]));
@@ -45,7 +45,7 @@ impl Noise {
             }
             shared.push(in_channels(&by_own, &shared));
             // At least a row for every row that the flexible model may have used up.
-            let used = weight_count + c as f64 + 2.0 * rows.experiments.len() as f64;
+            let used = used_rows + c as f64 + 2.0 * rows.experiments.len() as f64;
             let freedom = (n - used).max(settings.least_freedom * n);
             let series: Vec<&[f64]> = rows.experiments.iter().map(|r| &rest[r.clone()]).collect();
             let shortest = series.iter().map(|s| s.len()).min()?;
@@ -59,6 +59,7 @@ impl Noise {
             let variance = gamma[0];
             let known = prior.discrepancy.get(c).map_or(&[][..], Vec::as_slice);
             gamma.iter_mut().zip(known).for_each(|(g, known)| *g += known);
+            freedoms.push(if given.is_some() { f64::INFINITY } else { freedom });
             discrepancy.push(known.first().map_or(0.0, |variance| variance.max(0.0).sqrt()));
             let learned = Autoregression::of_autocovariance(&gamma, n);
             let deviation = learned.deviation().max(prior.least[c]);
@@ -69,7 +70,7 @@ impl Noise {
             channels.push(learned);
             own.push(rest);
         }
-        Some(Self { channels, shared, relative, discrepancy })
+        Some(Self { channels, shared, relative, discrepancy, freedom: freedoms })
     }
 }
 
@@ -118,7 +119,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
     /// The errors of a fitted hypothesis that go with the motion, channel by channel; `None` if it cannot be simulated.
     pub(crate) fn motion_errors(&self, hypothesis: &Hypothesis) -> Option<Vec<MotionError>> {
         let rows = FeatureRows::gather(self, hypothesis)?;
-        let left = left_of_itself(&rows, self.settings.verdict.explainable_ridge)?;
+        let left = left_of_itself(&rows, &self.settings.verdict)?;
         let of_channel = |(residual, (left, _)): (&Vec<f64>, (Vec<f64>, f64))| {
             let learned: Vec<f64> = residual.iter().zip(&left).map(|(r, l)| r - l).collect();
             let series: Vec<&[f64]> =

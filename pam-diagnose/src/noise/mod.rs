@@ -34,6 +34,8 @@ pub struct Noise {
     relative: Vec<Vec<f64>>,
     /// Standard deviation of the errors that the model itself is known to make in each channel, part of `channels`.
     discrepancy: Vec<f64>,
+    /// Degrees of freedom of the learned size of each channel: rows less those that the flexible model used up.
+    freedom: Vec<f64>,
 }
 
 impl Noise {
@@ -43,7 +45,8 @@ impl Noise {
         let channels: Vec<_> = deviations.iter().map(|d| Autoregression::white(*d)).collect();
         let shared = (0..channels.len()).map(|c| vec![0.0; c]).collect();
         let discrepancy = vec![0.0; channels.len()];
-        Self { channels, shared, relative: Vec::new(), discrepancy }
+        let freedom = vec![f64::INFINITY; channels.len()];
+        Self { channels, shared, relative: Vec::new(), discrepancy, freedom }
     }
 
     /// Number of channels.
@@ -64,6 +67,12 @@ impl Noise {
     #[must_use]
     pub fn discrepancy(&self, channel: usize) -> f64 {
         self.discrepancy[channel]
+    }
+
+    /// Degrees of freedom of the learned size of a channel's noise; infinite where it is known.
+    #[must_use]
+    pub fn freedom(&self, channel: usize) -> f64 {
+        self.freedom[channel]
     }
 
     /// Standard deviations of all channels.

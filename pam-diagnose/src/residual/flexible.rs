@@ -3,6 +3,7 @@
 use crate::fit::{Hypothesis, Problem, dot};
 use crate::noise::Autoregression;
 use crate::search::Candidates;
+use crate::settings::VerdictSettings;
 use pam_numerics::ScaledCholesky;
 use std::ops::Range;
 
@@ -68,18 +69,33 @@ impl FeatureRows {
     }
 }
 
+/// Factor by which the ridge is raised.
+const RIDGE_STEP: f64 = 2.0;
+/// Ridge at which a model has hardly any weight left.
+const LARGEST_RIDGE: f64 = 1e6;
+
 /// The regression of one channel's residual on features.
 #[derive(Debug, Clone)]
 pub struct FlexibleModel {
     weights: Vec<f64>,
-    /// Effective number of fitted weights, the trace of the smoother.
+    /// Effective number of fitted weights, the trace of the smoother `S`.
     pub weight_count: f64,
+    /// Rows that the model uses up of a residual of white noise: the expected sum of squares that it leaves of `n` rows is
+    /// `n − tr(2S − S²)` times their variance (Hastie, Tibshirani and Friedman, *The Elements of Statistical Learning*,
+    /// §5.5).
+    pub used_rows: f64,
 }
 
 impl FlexibleModel {
-    /// Least squares with a ridge relative to columns of unit size; `None` if the normal equations cannot be solved.
+    /// Least squares with a ridge relative to columns of unit size, raised until the model has no more than `most_weights`
+    /// effective weights; `None` if the normal equations cannot be solved.
     #[must_use]
-    pub fn learn(features: &[Vec<f64>], residual: &[f64], ridge: f64) -> Option<Self> {
+    pub fn learn(
+        features: &[Vec<f64>],
+        residual: &[f64],
+        ridge: f64,
+        most_weights: f64,
+    ) -> Option<Self> {
         let (n, rows) = (features.len(), residual.len().max(1) as f64);
         let mut gram = vec![0.0; n * n];
         for i in 0..n {
@@ -88,13 +104,22 @@ impl FlexibleModel {
                 gram[j * n + i] = gram[i * n + j];
             }
         }
-        let factor = ScaledCholesky::new(n, |i, j| gram[i * n + j], ridge)?;
         let right: Vec<f64> = features.iter().map(|f| dot(f, residual) / rows).collect();
-        let mut weight_count = 0.0;
-        for k in 0..n {
-            weight_count += factor.solve(&gram[k * n..(k + 1) * n])?[k];
+        let mut ridge = ridge;
+        loop {
+            let factor = ScaledCholesky::new(n, |i, j| gram[i * n + j], ridge)?;
+            // The smoother in the space of the weights, column by column.
+            let smoother: Vec<Vec<f64>> =
+                gram.chunks_exact(n).map(|column| factor.solve(column)).collect::<Option<_>>()?;
+            let weight_count = (0..n).map(|k| smoother[k][k]).sum::<f64>();
+            if weight_count <= most_weights || ridge >= LARGEST_RIDGE {
+                let square =
+                    |k: usize| (0..n).map(|j| smoother[k][j] * smoother[j][k]).sum::<f64>();
+                let used_rows = 2.0 * weight_count - (0..n).map(square).sum::<f64>();
+                return Some(Self { weights: factor.solve(&right)?, weight_count, used_rows });
+            }
+            ridge *= RIDGE_STEP;
         }
-        Some(Self { weights: factor.solve(&right)?, weight_count })
     }
 
     /// What the learned weights leave of a residual.
@@ -109,11 +134,15 @@ impl FlexibleModel {
 }
 
 /// What flexible models leave of each channel of the rows from which they were learned, by ordinary least squares, and the
-/// effective number of weights of each.
-pub(crate) fn left_of_itself(rows: &FeatureRows, ridge: f64) -> Option<Vec<(Vec<f64>, f64)>> {
+/// rows that each uses up.
+pub(crate) fn left_of_itself(
+    rows: &FeatureRows,
+    settings: &VerdictSettings,
+) -> Option<Vec<(Vec<f64>, f64)>> {
+    let most = settings.explainable_weights * rows.len() as f64;
     let model = |r: &Vec<f64>| {
-        let model = FlexibleModel::learn(&rows.features, r, ridge)?;
-        Some((model.left(&rows.features, r), model.weight_count))
+        let model = FlexibleModel::learn(&rows.features, r, settings.explainable_ridge, most)?;
+        Some((model.left(&rows.features, r), model.used_rows))
     };
     rows.residuals.iter().map(model).collect()
 }
@@ -124,7 +153,7 @@ pub(crate) fn left_of_unseen<C: Candidates + ?Sized>(
     learned: (&Problem<'_, C>, &Hypothesis),
     judged: (&Problem<'_, C>, &Hypothesis),
 ) -> Option<Vec<Vec<f64>>> {
-    let ridge = learned.0.settings.verdict.explainable_ridge;
+    let settings = &learned.0.settings.verdict;
     let noise = &judged.0.noise;
     let (train, test) =
         (FeatureRows::gather(learned.0, learned.1)?, FeatureRows::gather(judged.0, judged.1)?);
@@ -141,7 +170,9 @@ pub(crate) fn left_of_unseen<C: Candidates + ?Sized>(
     (0..noise.channels())
         .map(|c| {
             let [of_train, of_test] = [&train, &test].map(|rows| rows.whitened(noise.channel(c)));
-            let model = FlexibleModel::learn(&of_train, &to_learn[c], ridge)?;
+            let (ridge, most) =
+                (settings.explainable_ridge, settings.explainable_weights * train.len() as f64);
+            let model = FlexibleModel::learn(&of_train, &to_learn[c], ridge, most)?;
             Some(model.left(&of_test, &to_judge[c]))
         })
         .collect()

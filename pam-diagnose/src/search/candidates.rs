@@ -98,6 +98,11 @@ pub trait Candidates: Sync {
     fn point_at(&self, experiment: usize, time_s: f64) -> usize;
     /// A measured channel at the grid points.
     fn measured(&self, experiment: usize, output: usize) -> &[f64];
+    /// The step of the sensor of a channel, in its unit; 0 where its values show none.
+    fn resolution(&self, experiment: usize, output: usize) -> f64 {
+        let _ = (experiment, output);
+        0.0
+    }
     /// Grid points that are averaged into one row.
     fn points_per_row(&self) -> usize {
         1

@@ -280,6 +280,8 @@ settings! {
         unmodelled_share: f64 = 0.1, "–", SHARE, STUDIES;
         /// Multiple of the noise from one row to the next that it must be as well.
         unmodelled_ratio: f64 = 5.0, "–", FACTOR, STUDIES;
+        /// Probability with which stationary noise is told to be stationary.
+        stationary_probability: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
         /// Probability that no row of noise counts as an event.
         event_probability: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
         /// Degrees of freedom of Student's t by which events are judged: noise has heavier tails than a Gaussian.
@@ -289,16 +291,20 @@ settings! {
         /// A cause is minor if it removes less than this share of what all named causes remove.
         minor_share: f64 = 0.02, "–", SHARE, STUDIES;
         /// All causes are minor if they remove less than this share of the squared residual.
-        minor_of_residual: f64 = 0.03, "–", SHARE, STUDIES;
+        minor_of_residual: f64 = 0.05, "–", SHARE, STUDIES;
         /// The model is inadequate if its own errors on baseline recordings are more than this multiple of the noise, and
         /// the errors in the data less than this multiple of those.
         inadequate_ratio: f64 = 2.0, "–", FACTOR, STUDIES;
+        /// Least share of a channel's variation that these errors are.
+        inadequate_share: f64 = 0.1, "–", SHARE, USUAL;
         /// A candidate is confusable with a cause if the odds of the cause against it are less than this.
         confusable_odds: f64 = 1000.0, "–", FACTOR, STUDIES;
         /// A candidate is confusable with a cause as well if it removes this share of what the cause removes.
         confusable_share: f64 = 0.95, "–", SHARE, STUDIES;
-        /// Ridge of the flexible model, relative to unit columns.
+        /// Least ridge of the flexible model, relative to unit columns.
         explainable_ridge: f64 = 1e-3, "–", POSITIVE, STUDIES;
+        /// Most weights of the flexible model, as a share of the rows from which it learns; the ridge is raised up to there.
+        explainable_weights: f64 = 0.5, "–", SHARE, USUAL;
         /// Size at which the direction of a motion turns in the flexible model, relative to its root mean square.
         direction_width: f64 = 0.05, "–", POSITIVE, STUDIES;
         /// Widths of plays in the flexible model of the joint, relative to the root mean square of the displacement.

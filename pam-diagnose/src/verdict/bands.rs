@@ -3,7 +3,7 @@
 use crate::fit::{Hypothesis, Problem, fitted_outputs};
 use crate::residual::flexible::left_of_unseen;
 use crate::search::Candidates;
-use pam_numerics::statistics::{mean, standard_deviation, t_quantile};
+use pam_numerics::statistics::{chi_square_quantile, mean, standard_deviation, t_quantile};
 use serde::Serialize;
 
 /// One channel of recordings that no decision has seen, beside its noise.
@@ -13,14 +13,16 @@ pub struct ChannelBand {
     pub channel: String,
     /// Root mean square of the whitened residual: 1 for noise.
     pub ratio: f64,
-    /// The ratio that noise exceeds with a probability of `1 − band_probability`, by Student's t over blocks of time.
+    /// The ratio that noise exceeds with a probability of `1 − band_probability`, by Student's t over blocks of time, with
+    /// the uncertainty of the learned noise.
     pub upper: f64,
     /// Share of the whitened squared residual that a flexible model removes which was learned on the open rows.
     pub learnable_share: f64,
     /// Whether that share is more than chance.
     pub learnable: bool,
     /// Whether the channel is outside its band: more than noise is left, and either it can be learned, so that it is no
-    /// noise of these recordings, or it is more than any noise.
+    /// noise of these recordings, or it is more than any noise. An error below the resolution of the sensor, the standard
+    /// deviation q/√12 of its step q, is within.
     pub outside: bool,
 }
 
@@ -35,10 +37,12 @@ pub(crate) fn bands<C: Candidates + ?Sized>(
     let white: Vec<Vec<Vec<f64>>> = (0..problem.len())
         .map(|i| problem.whitened_residuals(hypothesis, i).ok())
         .collect::<Option<_>>()?;
+    let plain: Vec<Vec<Vec<f64>>> =
+        (0..problem.len()).map(|i| problem.residuals(hypothesis, i).ok()).collect::<Option<_>>()?;
     let learned_left = left_of_unseen(learned, judged)?;
     let all = fitted_outputs(problem.system).enumerate();
     Some(
-        all.map(|(c, (_, output))| {
+        all.map(|(c, (output_index, output))| {
             // Mean squares of blocks of time, as they are and with what was learned taken out.
             let (mut own, mut less) = (Vec::new(), Vec::new());
             let mut from = 0;
@@ -65,7 +69,14 @@ pub(crate) fn bands<C: Candidates + ?Sized>(
                 (((count - 1.0) * variance + prior * gaussian) / freedom / count).sqrt()
             };
             // A channel that is much above its noise has blocks of a scatter of its own.
-            let upper = 1.0 + quantile * error(scatter.min(gaussian * level.max(1.0)), gaussian);
+            let of_blocks = error(scatter.min(gaussian * level.max(1.0)), gaussian);
+            // The noise itself may be larger than it was learned: f/χ² of f degrees of freedom.
+            let f = problem.noise.freedom(c);
+            let of_noise = match f.is_finite() {
+                true => f / chi_square_quantile(1.0 - settings.band_probability, f) - 1.0,
+                false => 0.0,
+            };
+            let upper = 1.0 + (quantile * of_blocks).hypot(of_noise);
             let gains: Vec<f64> = squares.iter().zip(&less).map(|(a, b)| a - b).collect();
             let gain = mean(&gains);
             let of_gain = if gains.len() > 1 { standard_deviation(&gains).powi(2) } else { 0.0 };
@@ -73,7 +84,9 @@ pub(crate) fn bands<C: Candidates + ?Sized>(
             let learnable = share > settings.learnable_share
                 && gain > quantile * error(of_gain, gaussian * settings.learnable_share);
             let most = settings.unlearnable_ratio.powi(2);
-            let outside = level > upper && (learnable || level > most);
+            let outside = level > upper
+                && (learnable || level > most)
+                && error_is_resolved(problem, &plain, (c, output_index));
             ChannelBand {
                 channel: output.key.clone(),
                 ratio: level.sqrt(),
@@ -85,4 +98,22 @@ pub(crate) fn bands<C: Candidates + ?Sized>(
         })
         .collect(),
     )
+}
+
+/// Whether the errors of a channel (its place among the fitted ones, and among all) are larger than its noise by more than
+/// the standard deviation of a quantisation to the steps of its sensor: where the motion is slow, that goes with the motion
+/// and is not in the learned noise.
+fn error_is_resolved<C: Candidates + ?Sized>(
+    problem: &Problem<'_, C>,
+    residuals: &[Vec<Vec<f64>>],
+    (channel, output): (usize, usize),
+) -> bool {
+    let rows = || residuals.iter().flat_map(|channels| &channels[channel]);
+    let square = rows().map(|r| r * r).sum::<f64>() / rows().count().max(1) as f64;
+    let resolution = problem
+        .experiments
+        .iter()
+        .map(|&e| problem.system.resolution(e, output))
+        .fold(0.0, f64::max);
+    square - problem.noise.deviation(channel).powi(2) > resolution * resolution / 12.0
 }

@@ -1,13 +1,14 @@
 //! Where the verdict falls: from the chosen set to names that stand.
 //!
-//! `naming` rejects names and describes the [`Cause`]s that are left; `bands` and `anomalies` look at what is left of the
-//! test data; `outcome` has the rule of the [`Verdict`].
+//! `naming` rejects names and describes the [`Cause`]s that are left; `bands`, `anomalies` and `stationary` look at what is left
+//! of the test data; `outcome` has the rule of the [`Verdict`].
 
 pub(crate) mod anomalies;
 pub(crate) mod bands;
 mod cause;
 mod naming;
 mod outcome;
+mod stationary;
 
 pub use anomalies::Anomaly;
 pub use bands::ChannelBand;
@@ -16,3 +17,4 @@ pub use cause::{Cause, Rank, Refused};
 pub(crate) use naming::{Names, Naming};
 pub(crate) use outcome::share;
 pub use outcome::{Evidence, Verdict};
+pub(crate) use stationary::is_stationary;

@@ -176,7 +176,7 @@ fn the_flexible_model_leaves_what_its_features_do_not_span() {
         // Error of 9 + 1 times the variance of the noise.
         let residual = combined(std::slice::from_ref(&z), &[3.0], &white(&mut random, 1500), 1.0);
         let features = vec![if known { z } else { other }, vec![1.0; 1500]];
-        let model = FlexibleModel::learn(&features, &residual, 1e-9).unwrap();
+        let model = FlexibleModel::learn(&features, &residual, 1e-9, f64::INFINITY).unwrap();
         assert!((model.weight_count - 2.0).abs() < 1e-6, "{}", model.weight_count);
         let rest = model.left(&features, &residual);
         let mean_square = rest.iter().map(|r| r * r).sum::<f64>() / 1500.0;

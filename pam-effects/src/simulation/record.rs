@@ -45,6 +45,10 @@ pub struct ResampledRecord {
     pub low_pass: [Option<LowPass>; 4],
     /// Measured channels at the grid points, in the order of the state: mm, mm/s, kPa, kPa.
     pub measured: [Vec<f64>; 4],
+    /// Steps of the sensors of the channels, in the same units; 0 where they are not known ([`Recording::resolution`]).
+    ///
+    /// [`Recording::resolution`]: pam_data::Recording::resolution
+    pub resolution: [f64; 4],
     /// Readings at rest and at the first sample, as measured.
     pub rest: Rest<f64>,
     /// Measured velocity at the first sample, mm/s.
@@ -129,6 +133,7 @@ impl ResampledRecord {
                 .map(|cutoff| cutoff.and_then(|hz| LowPass::new(hz, 1.0 / step_s))),
             ranges: [range_of(&measured[0]), range_of(&measured[1])],
             measured,
+            resolution: r.resolution(),
             rest,
             start_mm_s: v0,
             masses: subject.masses,

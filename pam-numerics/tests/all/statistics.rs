@@ -1,5 +1,5 @@
 use pam_numerics::statistics::{
-    mean, mean_half_width_95, median, paired_t_test, quantile, root_mean_square,
+    mean, mean_half_width_95, median, paired_t_test, quantile, resolution, root_mean_square,
     standard_deviation, t_quantile_95,
 };
 
@@ -48,4 +48,23 @@ fn moments_by_hand() {
     assert!((root_mean_square(&values) - 29.0_f64.sqrt()).abs() < 1e-14);
     assert!((standard_deviation(&values) - (32.0_f64 / 7.0).sqrt()).abs() < 1e-15);
     assert!(standard_deviation(&[1.0]).is_nan());
+}
+
+#[test]
+fn resolution_is_the_step_of_a_sensor() {
+    let motion = |k: usize| 3.0 * (0.05 * k as f64).sin() + 0.4;
+    // Steps of 4096 per turn of a pulley of 6.875 mm radius.
+    let step = std::f64::consts::TAU * 6.875 / 4096.0;
+    let encoder: Vec<f64> = (0..2000).map(|k| step * (motion(k) / step).round()).collect();
+    assert!((resolution(&encoder) / step - 1.0).abs() < 1e-9);
+    // Rounding of decimals, with values that are missing between others.
+    let rounded = [1.2, 1.5, 1.5, 2.1, 1.2, 2.1, 1.5, 1.2];
+    assert!((resolution(&rounded) - 0.3).abs() < 1e-12);
+    let smooth: Vec<f64> = (0..2000).map(motion).collect();
+    assert_eq!(resolution(&smooth), 0.0);
+    // Values that repeat without a common step.
+    let repeated: Vec<f64> = (0..60).map(|k| motion(k % 7)).collect();
+    assert_eq!(resolution(&repeated), 0.0);
+    assert_eq!(resolution(&[2.0; 9]), 0.0);
+    assert_eq!(resolution(&[]), 0.0);
 }
