@@ -65,6 +65,12 @@ impl Autoregression {
         self.deviations[0]
     }
 
+    /// The standard deviation of the error of the predictor from all predecessors.
+    #[must_use]
+    pub fn innovation(&self) -> f64 {
+        self.deviations[self.order()]
+    }
+
     /// The same correlation with another standard deviation.
     #[must_use]
     pub fn scaled_to(&self, deviation: f64) -> Self {

@@ -113,9 +113,24 @@ impl Spectrum {
 
     fn is_harmonic(&self, frequency_hz: f64, settings: &ResidualSettings) -> bool {
         let bin_hz = self.frequency_hz.first().copied().unwrap_or(0.0);
-        let much = settings.foreign_line_share;
-        let bins = self.frequency_hz.iter().zip(&self.excitation).filter(|(_, e)| **e > much);
-        let mut multiples = bins.map(|(excited_hz, _)| frequency_hz / excited_hz);
-        multiples.any(|m| m > 1.5 && (m - m.round()).abs() * frequency_hz / m < 0.5 * bin_hz)
+        let excited = (0..self.excitation.len())
+            .filter(|&j| self.excitation[j] > settings.foreign_line_share);
+        excited.into_iter().any(|j| {
+            let excited_hz = self.centre_hz(j);
+            let multiple = (frequency_hz / excited_hz).round();
+            let off_hz = (frequency_hz - multiple * excited_hz).abs();
+            // Half a bin of the line, and what the excitation's centre is uncertain by.
+            multiple >= 2.0 && off_hz < (0.5 + CENTRE_BINS * multiple) * bin_hz
+        })
+    }
+
+    /// The centre of the excitation's power around a bin: its line is between bins, and a multiple of it is further from one.
+    fn centre_hz(&self, bin: usize) -> f64 {
+        let near = bin.saturating_sub(2)..(bin + 3).min(self.excitation.len());
+        let power: f64 = self.excitation[near.clone()].iter().sum();
+        near.map(|j| self.excitation[j] * self.frequency_hz[j]).sum::<f64>() / power
     }
 }
+
+/// Bins by which the centre of the power of one line under Hann's window may be off.
+const CENTRE_BINS: f64 = 0.1;

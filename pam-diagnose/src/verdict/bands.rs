@@ -86,7 +86,7 @@ pub(crate) fn bands<C: Candidates + ?Sized>(
             let most = settings.unlearnable_ratio.powi(2);
             let outside = level > upper
                 && (learnable || level > most)
-                && error_is_resolved(problem, &plain, (c, output_index));
+                && error_is_resolved(problem, &plain, (c, output_index), level);
             ChannelBand {
                 channel: output.key.clone(),
                 ratio: level.sqrt(),
@@ -102,18 +102,19 @@ pub(crate) fn bands<C: Candidates + ?Sized>(
 
 /// Whether the errors of a channel (its place among the fitted ones, and among all) are larger than its noise by more than
 /// the standard deviation of a quantisation to the steps of its sensor: where the motion is slow, that goes with the motion
-/// and is not in the learned noise.
+/// and is not in the learned noise. `level` is the mean square of the whitened errors.
 fn error_is_resolved<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     residuals: &[Vec<Vec<f64>>],
     (channel, output): (usize, usize),
+    level: f64,
 ) -> bool {
+    let steps = problem.experiments.iter().map(|&e| problem.system.resolution(e, output));
+    let unresolved = steps.fold(0.0, f64::max).powi(2) / 12.0;
     let rows = || residuals.iter().flat_map(|channels| &channels[channel]);
     let square = rows().map(|r| r * r).sum::<f64>() / rows().count().max(1) as f64;
-    let resolution = problem
-        .experiments
-        .iter()
-        .map(|&e| problem.system.resolution(e, output))
-        .fold(0.0, f64::max);
-    square - problem.noise.deviation(channel).powi(2) > resolution * resolution / 12.0
+    // Slow noise hides what the rows have beyond it, and whitened rows what is slow.
+    let whole = square - problem.noise.deviation(channel).powi(2);
+    let innovations = (level - 1.0) * problem.noise.channel(channel).innovation().powi(2);
+    whole.max(innovations) > unresolved
 }
