@@ -50,4 +50,4 @@ pub use models::{ModelInfo, SavedModel, load_model, parse_model};
 pub use preprocess::RawLogOptions;
 pub use recording::{Channel, Recording, SealedReading};
 pub use rig_file::RigFile;
-pub use subject::Subject;
+pub use subject::{Subject, subjects};

@@ -6,6 +6,30 @@ use crate::models::SavedModel;
 use crate::recording::Recording;
 use pam_core::{ForceModel, JointModel, SealedMasses};
 
+/// Recordings with the masses that they give, or those of the model's gas law at their readings at rest: what predictions,
+/// training losses and diagnoses start from. [`Subject::resolve`] has the choices of the commands.
+///
+/// ```
+/// use pam_core::{JointModel, SpringDamper};
+/// use pam_data::{Recording, subjects};
+///
+/// let model = JointModel::datasheet(SpringDamper::published());
+/// let time_s = (0..500).map(|k| 2e-3 * f64::from(k)).collect();
+/// let recording = Recording::at_rest("made up", time_s, [412.0, 412.0]); // kPa absolute
+/// let subjects = subjects([recording], &model)?;
+/// assert!((subjects[0].masses.flexor_g - 0.0763).abs() < 1e-4);
+/// # Ok::<(), pam_data::DataError>(())
+/// ```
+///
+/// # Errors
+/// [`DataError`] naming the recording whose masses are not positive.
+pub fn subjects<F: ForceModel<f64>>(
+    recordings: impl IntoIterator<Item = Recording>,
+    model: &JointModel<f64, F>,
+) -> Result<Vec<Subject>, DataError> {
+    recordings.into_iter().map(|recording| Subject::of(recording, model)).collect()
+}
+
 /// A recording with the masses to predict it with.
 #[derive(Debug, Clone)]
 pub struct Subject {

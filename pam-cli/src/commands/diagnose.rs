@@ -16,8 +16,8 @@ use pam_diagnose::{
     DiagnoseError, DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage,
     diagnose,
 };
-use pam_effects::ExtendedModel;
-use pam_effects::effects::{ALL, VocabularyError, by_id};
+use pam_effects::{EffectRecord, ExtendedModel};
+use pam_effects::effects::{self, by_id};
 use pam_rig::protocol::CurrentSegment;
 use pam_rig::{Conditions, Protocol};
 use serde_json::json;
@@ -68,7 +68,7 @@ pub struct DiagnoseArguments {
 
 /// Help of `pam diagnose --effects`.
 fn candidates() -> String {
-    let ids: Vec<&str> = pam_effects::effects::ALL.iter().map(|e| e.info().id).collect();
+    let ids: Vec<&str> = effects::all().into_iter().map(|e| e.info().id).collect();
     format!("Effects that may be named, separated by commas [default: all of {}]", ids.join(", "))
 }
 
@@ -159,9 +159,7 @@ fn options(
             .iter()
             .map(|id| {
                 by_id(id.trim()).ok_or_else(|| {
-                    let known = ALL.iter().map(|e| e.info().id);
-                    let error = VocabularyError::unknown_effect(id.trim(), known);
-                    CliError::Usage(format!("--effects: {error}"))
+                    usage(format!("--effects: {}", EffectRecord::unknown(id.trim(), &[])))
                 })
             })
             .collect::<Result<_, _>>()?;

@@ -14,7 +14,7 @@ pub use active::ActiveEffect;
 pub use record::EffectRecord;
 pub use without_effects::WithoutEffects;
 
-use crate::effects::{ALL, AnyEffect};
+use crate::effects::AnyEffect;
 use crate::error::EffectError;
 use crate::simulation::Base;
 use pam_core::{AnyForce, JointModel};
@@ -35,15 +35,17 @@ pub struct ExtendedModel {
 }
 
 impl ExtendedModel {
-    /// A model from its file, with effects of the vocabulary.
+    /// A model from its file, with effects that this process knows: the built-in ones and those that were
+    /// [registered](crate::effects::register).
     ///
     /// # Errors
-    /// [`EffectError::Vocabulary`] if the file has an effect that is not known.
+    /// [`EffectError::Unknown`] if the file has an effect that is not known, [`EffectError::Vocabulary`] if a value of one
+    /// is missing, unknown or not finite.
     pub fn from_saved(saved: SavedModel) -> Result<Self, EffectError> {
-        Self::from_saved_among(saved, ALL)
+        Self::from_saved_among(saved, &[])
     }
 
-    /// A model from its file, with effects of `known` or of the vocabulary.
+    /// A model from its file, with effects of `known` or any that this process knows.
     ///
     /// # Errors
     /// As [`from_saved`](Self::from_saved).
