@@ -16,8 +16,8 @@ use pam_diagnose::{
     DiagnoseError, DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage,
     diagnose,
 };
-use pam_effects::{EffectRecord, ExtendedModel};
 use pam_effects::effects::{self, by_id};
+use pam_effects::{EffectRecord, ExtendedModel};
 use pam_rig::protocol::CurrentSegment;
 use pam_rig::{Conditions, Protocol};
 use serde_json::json;

@@ -290,7 +290,7 @@ fn unmodelled<C: Candidates + ?Sized>(
         let variation = (squares / open.len().max(1) as f64).sqrt();
         let much = noise > settings.unmodelled_share * variation
             && noise > settings.unmodelled_ratio * floor[k];
-        let number = |v: f64| pam_effects::model::significant(v, 3);
+        let number = |v: f64| pam_core::units::significant(v, 3);
         much.then(|| Anomaly {
             kind: "unmodelled",
             channel: output.key.clone(),

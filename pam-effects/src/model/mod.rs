@@ -11,6 +11,7 @@ mod record;
 mod without_effects;
 
 pub use active::ActiveEffect;
+pub use pam_core::units::significant;
 pub use record::EffectRecord;
 pub use without_effects::WithoutEffects;
 
@@ -103,14 +104,4 @@ impl ExtendedModel {
         };
         self.effects.iter().map(one).collect::<Vec<_>>().join(", ")
     }
-}
-
-/// A number to so many significant digits.
-#[must_use]
-pub fn significant(value: f64, digits: i32) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value}");
-    }
-    let places = (digits - 1 - value.abs().log10().floor() as i32).clamp(0, 12);
-    format!("{value:.*}", places as usize)
 }

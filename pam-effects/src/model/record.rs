@@ -89,10 +89,9 @@ impl FromStr for EffectRecord {
             let (name, value) = assignment.split_once('=').ok_or_else(|| {
                 fail(format!("`{}` is not NAME=VALUE, like `force_n=12`", assignment.trim()))
             })?;
-            let number: f64 = value
-                .trim()
-                .parse()
-                .map_err(|_| fail(format!("`{}` of `{}` is no number", value.trim(), name.trim())))?;
+            let number: f64 = value.trim().parse().map_err(|_| {
+                fail(format!("`{}` of `{}` is no number", value.trim(), name.trim()))
+            })?;
             if record.values.insert(name.trim().to_owned(), number).is_some() {
                 return Err(fail(format!("`{}` is given twice", name.trim())));
             }

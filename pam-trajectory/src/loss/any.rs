@@ -1,7 +1,7 @@
 //! The losses that configuration files name.
 
-use super::own::{self, OwnLoss};
 use super::TrajectoryLoss;
+use super::own::{self, OwnLoss};
 use crate::settings::SettingsError;
 use pam_core::error::OWN_PART;
 use pam_data::Recording;

@@ -212,7 +212,8 @@ fn overlaid<'a>(
         let fields = settings.as_object_mut().unwrap_or(&mut none);
         let known = fields.keys().cloned().collect::<Vec<_>>().join(", ");
         *fields.get_mut(key).ok_or_else(|| {
-            let known = if known.is_empty() { "it has none".into() } else { format!("it has {known}") };
+            let known =
+                if known.is_empty() { "it has none".into() } else { format!("it has {known}") };
             SettingsError(format!("loss `{}`: no setting `{key}`; {known}", default.name))
         })? = value.clone();
     }

@@ -33,7 +33,10 @@ impl FromStr for AnyLoss {
         let (name, _) = text.split_once(':').unwrap_or((text, ""));
         let known: Vec<&str> = Self::all().into_iter().map(|(name, _)| name).collect();
         if !known.contains(&name) {
-            return Err(fail(format!("unknown loss `{name}`; known: {}; {OWN_PART}", known.join(", "))));
+            return Err(fail(format!(
+                "unknown loss `{name}`; known: {}; {OWN_PART}",
+                known.join(", ")
+            )));
         }
         let loss: Self = table(text)
             .and_then(|table| document::from_value(table).map_err(|e| e.to_string()))

@@ -43,5 +43,6 @@ impl TrajectoryLoss for LogCosh {
 
 impl NamedLoss for LogCosh {
     const NAME: &'static str = "log_cosh";
-    const DESCRIPTION: &'static str = "logarithm of the hyperbolic cosine of the error over a scale";
+    const DESCRIPTION: &'static str =
+        "logarithm of the hyperbolic cosine of the error over a scale";
 }

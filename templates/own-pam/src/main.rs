@@ -4,7 +4,7 @@ mod detent;
 mod log_cosh;
 mod snake;
 
-fn main() -> std::process::ExitCode {
+pub fn main() -> std::process::ExitCode {
     let parts = pam_cli::Registry::default();
     pam_cli::run(parts.effect(&detent::Detent).activation(&snake::SNAKE).loss(&log_cosh::LOG_COSH))
 }

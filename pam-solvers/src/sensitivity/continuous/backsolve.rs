@@ -41,7 +41,11 @@ impl<D, C> Backsolve<D, C> {
     #[must_use]
     pub fn with_backward<B>(self, backward: Integrator<B>) -> Backsolve<D, B> {
         let Self { differentiation, .. } = self;
-        Backsolve { differentiation, backward: Some(backward), restart_at_observations: self.restart_at_observations }
+        Backsolve {
+            differentiation,
+            backward: Some(backward),
+            restart_at_observations: self.restart_at_observations,
+        }
     }
 }
 
