@@ -110,7 +110,7 @@ fn the_program_without_the_parts_names_what_it_lacks() {
     lacks("log_cosh", &["train", &curriculum(), "--data", logs, "--out", out]);
     lacks("log_cosh", &["gradient", "--data", logs, "--loss", "log_cosh", "--out", out]);
     lacks("detent", &["diagnose", "--data", logs, "--effects", "detent", "--out", out]);
-    let simulate = ["simulate", "--force", "sine:A=100,f=1", "--duration", "1", "--out", out];
+    let simulate = ["simulate", "--force", "sine:A=100,f=1", "--duration", "1", "--out", "x.csv"];
     lacks("detent", &[&simulate[..], &["--effect", "detent:force_n=20,position_mm=0.2"]].concat());
 }
 

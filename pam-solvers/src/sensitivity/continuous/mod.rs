@@ -70,6 +70,8 @@ fn method_name<C: StepController>(
     how: &str,
     backward: Option<&Integrator<C>>,
 ) -> String {
-    let method = backward.map_or("the forward method", |b| b.tableau().name);
-    format!("{kind}, {how}, {method}")
+    match backward {
+        Some(backward) => format!("{kind}, {how}, {}", backward.tableau().name),
+        None => format!("{kind}, {how}"),
+    }
 }
