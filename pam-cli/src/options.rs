@@ -233,7 +233,7 @@ impl DataOptions {
     /// [`CliError`] naming file, line and column, or the option.
     pub fn recordings(
         &self,
-        paths: &[PathBuf],
+        paths: &[impl AsRef<Path>],
         rig: Option<RigFile>,
         console: &Console,
     ) -> Result<Vec<Recording>, CliError> {
@@ -253,7 +253,7 @@ impl DataOptions {
     /// is not given.
     pub fn subjects(
         &self,
-        paths: &[PathBuf],
+        paths: &[impl AsRef<Path>],
         saved: &SavedModel,
         global: &GlobalOptions,
         console: &Console,
@@ -269,7 +269,7 @@ impl DataOptions {
     /// As [`recordings`](Self::recordings).
     pub fn unchecked_subjects(
         &self,
-        paths: &[PathBuf],
+        paths: &[impl AsRef<Path>],
         saved: &SavedModel,
         global: &GlobalOptions,
         console: &Console,

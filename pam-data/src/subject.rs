@@ -58,7 +58,7 @@ impl Subject {
     ///
     /// ```no_run
     /// use pam_data::{LoadOptions, MassOptions, Subject, load_model, read_recordings};
-    /// let saved = load_model("model.safetensors".as_ref())?;
+    /// let saved = load_model("model.safetensors")?;
     /// let recordings = read_recordings(["logs"], &LoadOptions::default())?;
     /// let subjects = Subject::resolve(recordings, &saved, &MassOptions::default())?;
     /// # Ok::<(), pam_data::DataError>(())

@@ -76,7 +76,7 @@
 //!             pressure_extensor_kpa: vec![412.0; time_s.len()],
 //!             force_mn: time_s.iter().map(|t| 1e3 * newton * (TAU * hz * t).sin()).collect(),
 //!             time_s,
-//!             ..Recording::empty("made up".as_ref())
+//!             ..Recording::empty("made up")
 //!         };
 //!         let run = plant.predict(&command, masses, &SolverSettings::default())?;
 //!         let recording = run.to_recording(&command, masses);

@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         pressure_extensor_kpa: vec![412.0; time_s.len()],
         force_mn: time_s.iter().map(|t| 100e3 * (TAU * t).sin()).collect(),
         time_s,
-        ..Recording::empty("made up".as_ref())
+        ..Recording::empty("made up")
     };
     let settings = SolverSettings::default();
     let run = plant.predict(&command, masses, &settings)?;

@@ -132,11 +132,17 @@ fn a_sweep_varies_the_activation_and_a_comparison_trains_it() {
     assert!(table.contains("snake") && table.contains("tanh"), "{table}");
 
     let models = folder.path().join("models.toml");
-    let model = format!("[[model]]\nkind = \"hybrid\"\ncurriculum = \"{}\"\n", curriculum());
-    std::fs::write(&models, model).unwrap();
+    let content = format!(
+        "name = \"t\"\n[data]\nrecordings = [\"{}\"]\ntrain = [\"3060\", \"6030\"]\n\
+         [[model]]\nkind = \"hybrid\"\ncurriculum = \"{}\"\n",
+        text(logs),
+        curriculum()
+    );
+    std::fs::write(&models, content).unwrap();
     let compared = folder.path().join("compared");
-    let arguments = ["compare", text(&models), "--data", text(logs), "--quiet"];
-    let _ = stdout_of(OWN, &[&arguments[..], &["--out", text(&compared)]].concat());
+    let arguments = ["compare", text(&models), "--out", text(&compared), "--quiet"];
+    let _ = stdout_of(OWN, &arguments);
+    assert!(compared.join("comparison.json").exists());
 }
 
 #[test]

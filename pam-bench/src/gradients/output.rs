@@ -65,7 +65,12 @@ pub fn about(result: &StudyResult) -> String {
 ///
 /// # Errors
 /// [`DataError::Io`] naming the file that cannot be written.
-pub fn write(folder: &Path, result: &StudyResult, made_by: &str) -> Result<(), DataError> {
+pub fn write(
+    folder: impl AsRef<Path>,
+    result: &StudyResult,
+    made_by: &str,
+) -> Result<(), DataError> {
+    let folder = folder.as_ref();
     write_atomic(&folder.join("gradients.json"), to_json(result).as_bytes())?;
     write_atomic(&folder.join("gradients.csv"), to_csv(&result.rows).as_bytes())?;
     write_atomic(&folder.join("table.md"), to_markdown(result).as_bytes())?;

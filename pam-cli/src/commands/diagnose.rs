@@ -172,12 +172,13 @@ fn options(
 /// # Errors
 /// [`CliError`] if there is too little data, the model diverges, or a file cannot be written.
 pub fn diagnose_into(
-    folder: &Path,
+    folder: impl AsRef<Path>,
     saved: &SavedModel,
     sets: &RecordingSets<'_>,
     options: &DiagnoseOptions,
     console: &Console,
 ) -> Result<JointDiagnosis, CliError> {
+    let folder = folder.as_ref();
     let model = ExtendedModel::from_saved(saved.clone())?;
     let bar = console.progress(1000, "diagnosing");
     let diagnosis = diagnose(&model, sets, options, &|stage, share| show(&bar, stage, share));
@@ -259,7 +260,8 @@ fn show(bar: &ProgressBar, stage: Stage, share: f64) {
 }
 
 /// Prints what was found.
-pub fn finish(diagnosis: &JointDiagnosis, folder: &Path, console: &Console) {
+pub fn finish(diagnosis: &JointDiagnosis, folder: impl AsRef<Path>, console: &Console) {
+    let folder = folder.as_ref();
     console.json(&diagnosis.to_json(&folder.join("model.safetensors").display().to_string()));
     console.text(format!("{}\n\n{}", diagnosis.verdict, verdict_sentence(diagnosis)));
     for cause in &diagnosis.causes {

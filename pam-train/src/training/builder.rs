@@ -314,10 +314,11 @@ impl Training {
     /// As [`run`](Self::run); what was reached is saved before.
     pub fn run_into(
         self,
-        folder: &Path,
+        folder: impl AsRef<Path>,
         stop: &AtomicBool,
         mut observe: impl FnMut(&EpochRow),
     ) -> Result<Trained, TrainingError> {
+        let folder = folder.as_ref();
         let mut trainer = self.trainer()?;
         let folder = RunFolder::new(folder);
         let settings = RunSettings {

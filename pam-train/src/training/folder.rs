@@ -71,7 +71,8 @@ pub struct RunFolder {
 impl RunFolder {
     /// The folder at a path; it need not exist.
     #[must_use]
-    pub fn new(path: &Path) -> Self {
+    pub fn new(path: impl AsRef<Path>) -> Self {
+        let path = path.as_ref();
         Self { path: path.to_owned() }
     }
 
