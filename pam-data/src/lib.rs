@@ -46,7 +46,7 @@ pub use formats::list::{format_of, write_recording, writer_for};
 pub use formats::raw_log::RawLog;
 pub use load_options::{LoadOptions, PressureReference};
 pub use masses::{MassChoice, MassOptions, MassOrigin, MuscleSurfaces, resolve_masses};
-pub use models::{ModelInfo, SavedModel, load_model, parse_model};
+pub use models::{ModelInfo, SavedModel, load_model, parse_model, save_model};
 pub use preprocess::RawLogOptions;
 pub use recording::{Channel, Recording, SealedReading};
 pub use rig_file::RigFile;
