@@ -110,7 +110,7 @@ fn scored(path: &Path) -> Result<Vec<Scored>, Box<dyn Error>> {
 
 /// Gradients at the perturbed weights of a run, by tolerance.
 fn gradient_errors(folder: &Path, data: &Path) -> Result<Vec<AtTolerance>, Box<dyn Error>> {
-    let saved = pam_data::load_model(&folder.join("model.safetensors"))?;
+    let saved = pam_data::load_model(folder.join("model.safetensors"))?;
     let pam_core::AnyForce::Network(force) = &saved.model.force else {
         return Err("no network".into());
     };

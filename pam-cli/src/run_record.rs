@@ -31,7 +31,7 @@ pub fn write(
         "seed": seed,
         "configuration": configuration,
     });
-    write_json(&folder.join("run.json"), &record)
+    write_json(folder.join("run.json"), &record)
 }
 
 /// Writes JSON to a file.

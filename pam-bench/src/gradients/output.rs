@@ -71,8 +71,8 @@ pub fn write(
     made_by: &str,
 ) -> Result<(), DataError> {
     let folder = folder.as_ref();
-    write_atomic(&folder.join("gradients.json"), to_json(result).as_bytes())?;
-    write_atomic(&folder.join("gradients.csv"), to_csv(&result.rows).as_bytes())?;
-    write_atomic(&folder.join("table.md"), to_markdown(result).as_bytes())?;
-    write_atomic(&folder.join("report.html"), report(result, made_by).as_bytes())
+    write_atomic(folder.join("gradients.json"), to_json(result).as_bytes())?;
+    write_atomic(folder.join("gradients.csv"), to_csv(&result.rows).as_bytes())?;
+    write_atomic(folder.join("table.md"), to_markdown(result).as_bytes())?;
+    write_atomic(folder.join("report.html"), report(result, made_by).as_bytes())
 }

@@ -198,14 +198,14 @@ pub fn diagnose_into(
     }
     let path = folder.join("model.safetensors");
     save_model(&path, &extended)?;
-    write_json(&folder.join("diagnosis.json"), &diagnosis.to_json("model.safetensors"))?;
+    write_json(folder.join("diagnosis.json"), &diagnosis.to_json("model.safetensors"))?;
     let context = ReportContext {
         model: saved.info.name.clone(),
         model_line: describe_model(saved),
         made_by: made_by(),
     };
     let report = diagnosis_report(&diagnosis, &context);
-    write_atomic(&folder.join("report.html"), report.as_bytes())?;
+    write_atomic(folder.join("report.html"), report.as_bytes())?;
     Ok(diagnosis)
 }
 
@@ -216,7 +216,7 @@ fn write_design(
     console: &Console,
 ) -> Result<(), CliError> {
     let all = diagnosis.design();
-    write_json(&folder.join("design.json"), &json!(all))?;
+    write_json(folder.join("design.json"), &json!(all))?;
     let Some(best) = all.first() else {
         console.text("Nothing is confusable: there is no experiment to design.");
         return Ok(());

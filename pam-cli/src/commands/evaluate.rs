@@ -105,9 +105,9 @@ pub fn evaluate_into(
         made_by: made_by(),
     };
     let json = result_json(&evaluation, saved, settings);
-    write_json(&folder.join("evaluation.json"), &json)?;
+    write_json(folder.join("evaluation.json"), &json)?;
     let report = evaluation_report(&evaluation, &saved.model, &context);
-    write_atomic(&folder.join("report.html"), report.as_bytes())?;
+    write_atomic(folder.join("report.html"), report.as_bytes())?;
     Ok(Outcome { evaluation, json })
 }
 

@@ -108,7 +108,7 @@ impl RunCommand for SimulateArguments {
             write(&out, &run.trajectory)?;
             if let Some(path) = &self.report {
                 let text = report(&run, &saved, &settings.describe());
-                write_atomic(&path_of(path, i), text.as_bytes())?;
+                write_atomic(path_of(path, i), text.as_bytes())?;
             }
             console.text(run.summary(&out));
             if let Some(why) = &run.failure {

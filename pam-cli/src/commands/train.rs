@@ -317,8 +317,8 @@ fn finish(
         })),
         "made_by": made_by(),
     });
-    write_json(&out.join("training.json"), &value)?;
-    write_atomic(&out.join("report.html"), report(trainer, trained, rows.clone()).as_bytes())?;
+    write_json(out.join("training.json"), &value)?;
+    write_atomic(out.join("report.html"), report(trainer, trained, rows.clone()).as_bytes())?;
     console.json(&value);
     if !trained.finished {
         console.text(format!("interrupted; go on with --resume --out {}", out.display()));
