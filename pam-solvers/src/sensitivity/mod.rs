@@ -60,7 +60,7 @@
 //! use pam_solvers::{Integrator, PidController, Tableau};
 //!
 //! // ẏ = −p y: the derivative of y(2) by p is −2 e^(−2 p).
-//! let field = field_fn!([0.7], 1 => 0, |_t, y, _u, p, dy| dy[0] = -p[0] * y[0]);
+//! let field = field_fn!([0.7], 0 => 1, |_t, y, _u, p, dy| dy[0] = -p[0] * y[0]);
 //! let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-9, 1e-9));
 //! let problem = Problem::new(&field, &[1.0], &[2.0], &integrator);
 //! let methods = [
