@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    pam_cli::run(pam_cli::Arguments::of_process())
+    pam_cli::run(pam_cli::Registry::default())
 }

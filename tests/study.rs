@@ -187,7 +187,7 @@ fn show(id: &str, out: Option<&Path>, store: Option<&Path>) -> Result<(), String
     if let Some(folder) = out {
         let pretty = |v: &serde_json::Value| format!("{v:#}\n");
         let write = |name: &str, text: &str| {
-            write_atomic(&folder.join(name), text.as_bytes()).map_err(|e| e.to_string())
+            write_atomic(folder.join(name), text.as_bytes()).map_err(|e| e.to_string())
         };
         write(
             "outcome.json",
@@ -221,7 +221,7 @@ fn write_tables(folder: &Path) -> Result<(), String> {
     let markdown = tables::markdown(&outcomes);
     print!("{markdown}");
     let write = |name: &str, text: &str| {
-        write_atomic(&folder.join(name), text.as_bytes()).map_err(|e| e.to_string())
+        write_atomic(folder.join(name), text.as_bytes()).map_err(|e| e.to_string())
     };
     write("tables.md", &markdown)?;
     write("criteria.csv", &tables::csv(&outcomes)?)

@@ -16,7 +16,8 @@ impl Table {
     ///
     /// # Errors
     /// [`AblateError::Folder`] naming `path` if it cannot be encoded.
-    pub fn to_parquet(&self, path: &Path) -> Result<Vec<u8>, AblateError> {
+    pub fn to_parquet(&self, path: impl AsRef<Path>) -> Result<Vec<u8>, AblateError> {
+        let path = path.as_ref();
         self.encode().map_err(|e| AblateError::folder(path, format!("no Parquet: {e}")))
     }
 

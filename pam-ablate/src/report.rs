@@ -32,22 +32,22 @@ pub fn write_results(
     let records = folder.records(planned)?;
     let file = |name: &str| folder.path().join(name);
     let results = Table::of(sweep, planned, &records, Quantity::Metrics);
-    write_atomic(&file("results.csv"), results.to_csv().as_bytes())?;
+    write_atomic(file("results.csv"), results.to_csv().as_bytes())?;
     #[cfg(feature = "parquet")]
     {
         let parquet = file("results.parquet");
         write_atomic(&parquet, &results.to_parquet(&parquet)?)?;
     }
     let times = Table::of(sweep, planned, &records, Quantity::Times);
-    write_atomic(&file("times.csv"), times.to_csv().as_bytes())?;
+    write_atomic(file("times.csv"), times.to_csv().as_bytes())?;
     let summary = Summary::of(sweep, planned, &records, Quantity::Metrics);
-    write_atomic(&file("summary.csv"), summary.table().to_csv().as_bytes())?;
+    write_atomic(file("summary.csv"), summary.table().to_csv().as_bytes())?;
     let json = serde_json::to_value(&summary).unwrap_or_default();
-    write_atomic(&file("summary.json"), format!("{json:#}\n").as_bytes())?;
+    write_atomic(file("summary.json"), format!("{json:#}\n").as_bytes())?;
     let tables = summary.to_markdown(&shown(sweep, &summary));
-    write_atomic(&file("summary.md"), tables.as_bytes())?;
+    write_atomic(file("summary.md"), tables.as_bytes())?;
     let page = report(sweep, planned, &records, made_by);
-    write_atomic(&file("report.html"), page.as_bytes())?;
+    write_atomic(file("report.html"), page.as_bytes())?;
     Ok(summary)
 }
 

@@ -126,10 +126,10 @@ pub fn run_cells(
         let mut open: Vec<(usize, &Planned)> = Vec::new();
         for p in list {
             // A process that was killed between the two leaves a cell that ends at once.
-            if folder.read_record(&p.id)?.is_some() && claim::is_over(&folder.cell(&p.id)) {
+            if folder.read_record(&p.id)?.is_some() && claim::is_over(folder.cell(&p.id)) {
                 over += usize::from(mine);
             } else {
-                open.push((claim::attempts(&folder.cell(&p.id)), p));
+                open.push((claim::attempts(folder.cell(&p.id)), p));
             }
         }
         // A cell that brings the process down comes after all that do not.
@@ -252,7 +252,7 @@ pub fn free_failed(planned: &[Planned], folder: &SweepFolder) -> Result<usize, A
     let mut freed = 0;
     for p in planned {
         let record = folder.read_record(&p.id)?;
-        if record.is_some_and(|r| r.status == Status::Failed) && Claim::free(&folder.cell(&p.id))? {
+        if record.is_some_and(|r| r.status == Status::Failed) && Claim::free(folder.cell(&p.id))? {
             freed += 1;
         }
     }

@@ -11,9 +11,8 @@
 //! third where the figures go.
 
 use pam_core::{NamedChoice, ParametricForce};
-use pam_data::Subject;
 use pam_data::conditions::{TRAINING_PSI, name_of};
-use pam_data::{LoadOptions, MassChoice, collect_paths, open_recordings, resolve_masses};
+use pam_data::{LoadOptions, collect_paths, open_recordings, subjects};
 use pam_report::{LineFigure, Role, Scale};
 use pam_solvers::{Interpolation, Tableau};
 use pam_trajectory::engine::NetworkJoint;
@@ -111,7 +110,7 @@ fn scored(path: &Path) -> Result<Vec<Scored>, Box<dyn Error>> {
 
 /// Gradients at the perturbed weights of a run, by tolerance.
 fn gradient_errors(folder: &Path, data: &Path) -> Result<Vec<AtTolerance>, Box<dyn Error>> {
-    let saved = pam_data::load_model(&folder.join("model.safetensors"))?;
+    let saved = pam_data::load_model(folder.join("model.safetensors"))?;
     let pam_core::AnyForce::Network(force) = &saved.model.force else {
         return Err("no network".into());
     };
@@ -120,17 +119,13 @@ fn gradient_errors(folder: &Path, data: &Path) -> Result<Vec<AtTolerance>, Box<d
     let model: NetworkJoint = saved.model.clone().map(|v| v, |_| force.with_parameters(&weights));
     let names: Vec<String> =
         TRAINING_PSI.iter().rev().take(RECORDINGS).map(|c| name_of(*c)).collect();
-    let mut subjects = Vec::new();
+    let mut recordings = Vec::new();
     for path in collect_paths(&[data.to_owned()])? {
         if names.iter().any(|n| path.file_name().is_some_and(|f| f.to_string_lossy() == **n)) {
-            for recording in open_recordings(&path, &LoadOptions::default())? {
-                let (masses, origin) =
-                    resolve_masses(&recording, &model, true, MassChoice::Auto, None)?;
-                subjects.push(Subject { recording, masses, origin });
-            }
+            recordings.extend(open_recordings(&path, &LoadOptions::default())?);
         }
     }
-    let windows = Windows::of(subjects, None);
+    let windows = Windows::of(subjects(recordings, &model)?, None);
     let gradient = |tolerance: f64| -> Result<(Vec<f64>, usize), Box<dyn Error>> {
         let settings = SolverSettings {
             tableau: Tableau::from_name("bs3")?,

@@ -122,7 +122,7 @@ fn gradients(arguments: &GradientsArguments) -> Result<(), Failure> {
             "repeat": arguments.repeat,
         },
     });
-    write_atomic(&arguments.out.join("run.json"), format!("{record:#}\n").as_bytes())?;
+    write_atomic(arguments.out.join("run.json"), format!("{record:#}\n").as_bytes())?;
     if arguments.json {
         println!("{}", output::to_json(&result).trim_end());
     } else {

@@ -1,5 +1,8 @@
 //! The `pam` command, as a library: argument types and thin commands over the other crates.
 //!
+//! A program of one's own is the whole of `pam` with effects, activations and losses of one's own, by their names: see
+//! [`Registry`].
+//!
 //! Exit codes: 0 for success, 1 for an error in input, model or output, 2 for wrong usage, 3 when
 //! the command finished but some recordings, samples or cells failed, 130 when it was interrupted and
 //! can be resumed.
@@ -9,16 +12,33 @@ pub mod commands;
 pub mod console;
 pub mod error;
 pub mod options;
+pub mod registry;
 pub mod rig_joint;
 pub mod run_record;
 
 pub use arguments::{Arguments, Command};
 pub use console::Console;
 pub use error::CliError;
+pub use registry::Registry;
 
 use commands::RunCommand;
 use commands::demo::DemoArguments;
 use std::process::ExitCode;
+
+/// What a part of one's own is made of; see [`Registry`].
+pub mod own {
+    pub use pam_core::activation::NamedActivation;
+    pub use pam_core::{ActivationFunction, Scalar, units};
+    pub use pam_data::{Channel, Recording};
+    pub use pam_effects::effects::{
+        Absorbed, ChamberLaw, Contact, DataScales, Effect, EffectInfo, Group, Observed,
+        ParameterInfo, Point, Rest, Switch, entry,
+    };
+    pub use pam_trajectory::loss::{
+        NamedLoss, Pointwise, SampleErrors, TrajectoryLoss, loss_fn, pointwise,
+    };
+    pub use pam_trajectory::settings::SettingsError;
+}
 
 /// Exit code for an error in input, model or output.
 pub const FAILED: u8 = 1;
@@ -32,16 +52,34 @@ pub const PARTIAL: u8 = 3;
 /// Exit code when a signal asked to stop, and what was reached is saved.
 pub const INTERRUPTED: u8 = 130;
 
-/// Runs a command line and reports its errors on the error stream.
+/// Runs the command line of the process with the parts of a registry: the whole of a `main`.
+///
+/// ```no_run
+/// fn main() -> std::process::ExitCode {
+///     pam_cli::run(pam_cli::Registry::default())
+/// }
+/// ```
+///
+/// Errors go to the error stream.
 #[must_use]
-pub fn run(arguments: Arguments) -> ExitCode {
-    match dispatch(&arguments) {
-        Ok(code) => code,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(if error.is_usage() { USAGE } else { FAILED })
-        }
+pub fn run(registry: Registry) -> ExitCode {
+    // Help and parsers list what is known, so the parts come first.
+    match registry.install() {
+        Ok(()) => run_arguments(&Arguments::of_process()),
+        Err(error) => report(&error),
     }
+}
+
+/// Runs a command line and reports its errors on the error stream. Parts of one's own must have been
+/// [installed](Registry::install) before the arguments were parsed.
+#[must_use]
+pub fn run_arguments(arguments: &Arguments) -> ExitCode {
+    dispatch(arguments).unwrap_or_else(|error| report(&error))
+}
+
+fn report(error: &CliError) -> ExitCode {
+    eprintln!("error: {error}");
+    ExitCode::from(if error.is_usage() { USAGE } else { FAILED })
 }
 
 fn dispatch(arguments: &Arguments) -> Result<ExitCode, CliError> {

@@ -38,7 +38,7 @@ pub struct ModelOptions {
     #[arg(long, value_name = "MODEL", default_value = DEFAULT_MODEL)]
     pub model: PathBuf,
     /// Activation of an .eqx network, which the file does not name [default: leaky_relu]
-    #[arg(long, value_name = "NAME", value_parser = named(Activation::NAMES, Activation::from_name))]
+    #[arg(long, value_name = "NAME", value_parser = named(Activation::names(), Activation::from_name))]
     pub activation: Option<Activation>,
 }
 
@@ -141,12 +141,11 @@ pub fn built_in_spring_damper(rig: Option<&RigFile>) -> SavedModel {
 #[must_use]
 pub fn describe_model(saved: &SavedModel) -> String {
     let p = saved.model.physical();
-    let effects = ExtendedModel::from_saved(saved.clone())
-        .map(|e| e.describe_effects())
-        .ok()
-        .filter(|text| !text.is_empty())
-        .map(|text| format!(" ExtendedModel by {text}."))
-        .unwrap_or_default();
+    let effects = match ExtendedModel::from_saved(saved.clone()) {
+        Ok(extended) if extended.effects.is_empty() => String::new(),
+        Ok(extended) => format!(" Extended by {}.", extended.describe_effects()),
+        Err(e) => format!(" Extended by effects that cannot be used here: {e}."),
+    };
     format!(
         "Force: {}; m = {:.3} kg, C = {:.4e} kPa·mm³/g, ν = {:.4}.{effects}",
         saved.model.force.describe(),
@@ -171,7 +170,7 @@ pub fn choice<T: NamedChoice>() -> impl TypedValueParser<Value = T> {
 
 /// Parser of a value that the library knows by one of `names`.
 pub fn named<T: Clone + Send + Sync + 'static>(
-    names: &'static [&'static str],
+    names: Vec<&'static str>,
     from_name: fn(&str) -> Result<T, ModelError>,
 ) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(names).try_map(move |name| from_name(&name))
@@ -234,7 +233,7 @@ impl DataOptions {
     /// [`CliError`] naming file, line and column, or the option.
     pub fn recordings(
         &self,
-        paths: &[PathBuf],
+        paths: &[impl AsRef<Path>],
         rig: Option<RigFile>,
         console: &Console,
     ) -> Result<Vec<Recording>, CliError> {
@@ -254,7 +253,7 @@ impl DataOptions {
     /// is not given.
     pub fn subjects(
         &self,
-        paths: &[PathBuf],
+        paths: &[impl AsRef<Path>],
         saved: &SavedModel,
         global: &GlobalOptions,
         console: &Console,
@@ -270,7 +269,7 @@ impl DataOptions {
     /// As [`recordings`](Self::recordings).
     pub fn unchecked_subjects(
         &self,
-        paths: &[PathBuf],
+        paths: &[impl AsRef<Path>],
         saved: &SavedModel,
         global: &GlobalOptions,
         console: &Console,

@@ -17,11 +17,12 @@ pub fn made_by() -> String {
 /// # Errors
 /// [`CliError::Data`] if the file cannot be written.
 pub fn write(
-    folder: &Path,
+    folder: impl AsRef<Path>,
     command: &str,
     seed: u64,
     configuration: &Value,
 ) -> Result<(), CliError> {
+    let folder = folder.as_ref();
     let record = json!({
         "program": "pam",
         "version": env!("CARGO_PKG_VERSION"),
@@ -30,14 +31,15 @@ pub fn write(
         "seed": seed,
         "configuration": configuration,
     });
-    write_json(&folder.join("run.json"), &record)
+    write_json(folder.join("run.json"), &record)
 }
 
 /// Writes JSON to a file.
 ///
 /// # Errors
 /// [`CliError::Data`] if the file cannot be written.
-pub fn write_json(path: &Path, value: &Value) -> Result<(), CliError> {
+pub fn write_json(path: impl AsRef<Path>, value: &Value) -> Result<(), CliError> {
+    let path = path.as_ref();
     write_atomic(path, format!("{value:#}\n").as_bytes())?;
     Ok(())
 }

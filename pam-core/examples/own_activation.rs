@@ -1,7 +1,8 @@
 //! An activation of one's own: Mish, `z tanh(ln(1 + eᶻ))` (D. Misra, *Mish: A Self Regularized
 //! Non-Monotonic Activation Function*, 2019).
 //!
-//! The type below is all that a network needs. To give it a name in files and on the command line, put it into
+//! The type below is all that a network needs. With `NamedActivation` it has a name in every command of a program of one's
+//! own (`templates/own-pam`). To ship it, put it into
 //! `pam-core/src/activation/mish.rs` and add two lines to `mod.rs` there: `mod mish;` and
 //! `"mish" => Mish(mish::Mish),`.
 

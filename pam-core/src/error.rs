@@ -27,7 +27,31 @@ pub enum ModelError {
         /// The names that exist, comma-separated.
         known: String,
     },
+    /// A part of this name is not known, but may be one of another crate.
+    #[error("unknown {kind} `{name}`; known: {known}; {OWN_PART}")]
+    UnknownPart {
+        /// Kind of the part (activation, …).
+        kind: &'static str,
+        /// The name that was given.
+        name: String,
+        /// The names that exist, comma-separated.
+        known: String,
+    },
+    /// A part of one's own has a name that another one has.
+    #[error("{kind} `{name}`: there is {what} of this name already; give yours another name")]
+    NameTaken {
+        /// Kind of the part (activation, …).
+        kind: &'static str,
+        /// The name.
+        name: String,
+        /// Which part has the name.
+        what: String,
+    },
 }
+
+/// What to do about a part that a program does not know.
+pub const OWN_PART: &str = "if it is a part of your own, use the program that registers it (`pam_cli::Registry`, see \
+                            templates/own-pam)";
 
 impl ModelError {
     /// Checks that `value` is positive and finite.

@@ -32,6 +32,7 @@ pub mod force;
 pub mod joint;
 pub mod parallel;
 pub mod scalar;
+pub mod settings;
 pub mod simd;
 pub mod units;
 

@@ -46,3 +46,13 @@ pub fn datasheet_deformation_coefficient() -> f64 {
 pub fn tendon_force_mn_per_a() -> f64 {
     TORQUE_CONSTANT_MNM_PER_A * GEAR_RATIO / (PULLEY_RADIUS_MM * 1e-3)
 }
+
+/// A number to so many significant digits.
+#[must_use]
+pub fn significant(value: f64, digits: i32) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let places = (digits - 1 - value.abs().log10().floor() as i32).clamp(0, 12);
+    format!("{value:.*}", places as usize)
+}

@@ -12,7 +12,8 @@ pub const TEMPORARY_PREFIX: &str = ".pam-";
 ///
 /// # Errors
 /// [`DataError::Io`] naming the path.
-pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), DataError> {
+pub fn write_atomic(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), DataError> {
+    let path = path.as_ref();
     let io = |e: std::io::Error| DataError::io(path, e);
     let folder = match path.parent() {
         Some(p) if !p.as_os_str().is_empty() => p,

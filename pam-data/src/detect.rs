@@ -27,7 +27,11 @@ fn is_hidden(path: &Path) -> bool {
 ///
 /// # Errors
 /// [`DataError`] naming file, line and column.
-pub fn open_recordings(path: &Path, options: &LoadOptions) -> Result<Vec<Recording>, DataError> {
+pub fn open_recordings(
+    path: impl AsRef<Path>,
+    options: &LoadOptions,
+) -> Result<Vec<Recording>, DataError> {
+    let path = path.as_ref();
     if is_truth(path) {
         return Err(DataError::file(
             path,
@@ -71,7 +75,7 @@ pub fn read_recordings<P: AsRef<Path>>(
 /// # Errors
 /// [`DataError`] naming file, line and column.
 pub fn read_files(
-    paths: &[PathBuf],
+    paths: &[impl AsRef<Path> + Sync],
     options: &LoadOptions,
     read: &(dyn Fn() + Sync),
 ) -> Result<Vec<Recording>, DataError> {
@@ -100,7 +104,7 @@ pub fn read_files(
 ///
 /// # Errors
 /// [`DataError`] if a path cannot be read or a folder holds no recording.
-pub fn collect_paths(paths: &[PathBuf]) -> Result<Vec<PathBuf>, DataError> {
+pub fn collect_paths(paths: &[impl AsRef<Path>]) -> Result<Vec<PathBuf>, DataError> {
     collect_paths_of(paths, None)
 }
 
@@ -109,13 +113,13 @@ pub fn collect_paths(paths: &[PathBuf]) -> Result<Vec<PathBuf>, DataError> {
 /// # Errors
 /// As [`collect_paths`].
 pub fn collect_paths_of(
-    paths: &[PathBuf],
+    paths: &[impl AsRef<Path>],
     rig: Option<&RigFile>,
 ) -> Result<Vec<PathBuf>, DataError> {
     let mut out = Vec::new();
-    for path in paths {
+    for path in paths.iter().map(AsRef::as_ref) {
         if !path.is_dir() {
-            out.push(path.clone());
+            out.push(path.to_owned());
             continue;
         }
         let io = |e: std::io::Error| DataError::io(path, e);

@@ -49,25 +49,34 @@ pub enum DataError {
 impl DataError {
     /// The operating system refused to read or write a file.
     #[must_use]
-    pub fn io(path: &Path, source: std::io::Error) -> Self {
+    pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
+        let path = path.as_ref();
         Self::Io { path: path.to_owned(), source }
     }
 
     /// A file is wrong as a whole.
     #[must_use]
-    pub fn file(path: &Path, message: impl Into<String>) -> Self {
+    pub fn file(path: impl AsRef<Path>, message: impl Into<String>) -> Self {
+        let path = path.as_ref();
         Self::File { path: path.to_owned(), message: message.into() }
     }
 
     /// A line of a text file, counted from one, is wrong.
     #[must_use]
-    pub fn line(path: &Path, line: u64, message: impl Into<String>) -> Self {
+    pub fn line(path: impl AsRef<Path>, line: u64, message: impl Into<String>) -> Self {
+        let path = path.as_ref();
         Self::Line { path: path.to_owned(), line, message: message.into() }
     }
 
     /// A cell of a text file, by line (counted from one) and column, is wrong.
     #[must_use]
-    pub fn cell(path: &Path, line: u64, column: &str, message: impl Into<String>) -> Self {
+    pub fn cell(
+        path: impl AsRef<Path>,
+        line: u64,
+        column: &str,
+        message: impl Into<String>,
+    ) -> Self {
+        let path = path.as_ref();
         Self::Cell {
             path: path.to_owned(),
             line,

@@ -339,7 +339,8 @@ impl Recording {
 
     /// A recording without samples, named after its file.
     #[must_use]
-    pub fn empty(source: &Path) -> Self {
+    pub fn empty(source: impl AsRef<Path>) -> Self {
+        let source = source.as_ref();
         let name = source.file_stem().map_or_else(
             || source.display().to_string(),
             |stem| stem.to_string_lossy().into_owned(),

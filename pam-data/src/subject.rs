@@ -6,6 +6,31 @@ use crate::models::SavedModel;
 use crate::recording::Recording;
 use pam_core::{ForceModel, JointModel, SealedMasses};
 
+/// Recordings with the masses that they give, or those of the model's gas law at their readings at rest: what predictions,
+/// training losses and diagnoses start from. [`Subject::resolve`] has the choices of the commands.
+///
+/// ```
+/// use pam_core::{JointModel, SpringDamper};
+/// use pam_data::{Recording, subjects};
+///
+/// let model = JointModel::datasheet(SpringDamper::published());
+/// let time_s = (0..500).map(|k| 2e-3 * f64::from(k)).collect();
+/// let recording = Recording::at_rest("made up", time_s, [412.0, 412.0]); // kPa absolute
+/// let subjects = subjects([recording], &model)?;
+/// let sealed = model.gas_law_masses(0.0, [412.0, 412.0]); // at x = 0
+/// assert!((subjects[0].masses.flexor_g / sealed.flexor_g - 1.0).abs() < 1e-12);
+/// # Ok::<(), pam_data::DataError>(())
+/// ```
+///
+/// # Errors
+/// [`DataError`] naming the recording whose masses are not positive.
+pub fn subjects<F: ForceModel<f64>>(
+    recordings: impl IntoIterator<Item = Recording>,
+    model: &JointModel<f64, F>,
+) -> Result<Vec<Subject>, DataError> {
+    recordings.into_iter().map(|recording| Subject::of(recording, model)).collect()
+}
+
 /// A recording with the masses to predict it with.
 #[derive(Debug, Clone)]
 pub struct Subject {
@@ -34,7 +59,7 @@ impl Subject {
     ///
     /// ```no_run
     /// use pam_data::{LoadOptions, MassOptions, Subject, load_model, read_recordings};
-    /// let saved = load_model("model.safetensors".as_ref())?;
+    /// let saved = load_model("model.safetensors")?;
     /// let recordings = read_recordings(["logs"], &LoadOptions::default())?;
     /// let subjects = Subject::resolve(recordings, &saved, &MassOptions::default())?;
     /// # Ok::<(), pam_data::DataError>(())

@@ -9,7 +9,8 @@ use std::path::Path;
 ///
 /// # Errors
 /// [`DataError::Io`] if the file cannot be read as UTF-8.
-pub fn text(path: &Path) -> Result<String, DataError> {
+pub fn text(path: impl AsRef<Path>) -> Result<String, DataError> {
+    let path = path.as_ref();
     std::fs::read_to_string(path).map_err(|e| DataError::io(path, e))
 }
 
@@ -17,7 +18,8 @@ pub fn text(path: &Path) -> Result<String, DataError> {
 ///
 /// # Errors
 /// [`DataError::Line`] if the text is not TOML or does not match `T`.
-pub fn parse<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, DataError> {
+pub fn parse<T: DeserializeOwned>(text: &str, path: impl AsRef<Path>) -> Result<T, DataError> {
+    let path = path.as_ref();
     document::from_toml(text)
         .map_err(|e| DataError::line(path, e.line(text), e.message().replace('\n', "; ")))
 }

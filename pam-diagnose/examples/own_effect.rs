@@ -1,6 +1,6 @@
 //! A user-defined effect: drag that grows with the square of the speed.
 //!
-//! The diagnosis takes the type as a further candidate. To ship it, put it into
+//! The diagnosis takes the type as a further candidate; `templates/own-pam` gives such a type to the whole command. To ship it, put it into
 //! `pam-effects/src/effects/mechanics/quadratic_drag.rs` and add two lines: `pub(super) mod quadratic_drag;`
 //! in `mechanics/mod.rs` and `mechanics::quadratic_drag::QuadraticDrag,` in the list of `effects/mod.rs`.
 
@@ -36,7 +36,7 @@ impl Effect for QuadraticDrag {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     use pam_core::{AnyForce, JointModel, SpringDamper};
-    use pam_data::{MassOrigin, ModelInfo, Recording, Subject};
+    use pam_data::{ModelInfo, Recording, subjects};
     use pam_diagnose::{DiagnoseOptions, RecordingSets, Verdict, diagnose};
     use pam_effects::effects::{AnyEffect, by_id};
     use pam_effects::{ActiveEffect, ExtendedModel};
@@ -49,15 +49,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // The plant has the drag, the model does not know of it.
     let plant = model.with([ActiveEffect { effect: &QuadraticDrag, values: vec![0.3] }]);
-    let mut data = Vec::new();
+    let mut recordings = Vec::new();
     for (hz, newton) in [(0.5, 90.0), (2.0, 120.0), (1.0, 150.0)] {
         let time_s: Vec<f64> = (0..2000).map(|k| 4e-3 * f64::from(k)).collect();
         let command = Recording::at_rest("made up", time_s, [412.0, 412.0])
             .with_force(|t| 1e3 * newton * (TAU * hz * t).sin());
         let run = plant.predict(&command, masses, &SolverSettings::default())?;
-        let recording = run.to_recording(&command, masses);
-        data.push(Subject { recording, masses, origin: MassOrigin::Given });
+        recordings.push(run.to_recording(&command, masses));
     }
+    let data = subjects(recordings, &model.joint)?;
 
     let listed = ["coulomb_friction", "viscous_damping", "constant_load", "stiffness_scale"];
     let mut candidates: Vec<&dyn AnyEffect> =

@@ -1,6 +1,8 @@
 //! What can go wrong.
 
+#[cfg(feature = "joint")]
 use pam_data::plausibility::Finding;
+#[cfg(feature = "joint")]
 use pam_effects::simulation::Diverged;
 use thiserror::Error;
 
@@ -16,9 +18,11 @@ pub enum DiagnoseError {
     /// A field cannot be solved, or its data do not fit it.
     #[error(transparent)]
     Field(#[from] pam_train::field::FieldError),
+    #[cfg(feature = "joint")]
     /// The recordings contradict the physics of the joint: wrong units, swapped or flipped columns.
     #[error("{}", sentence(.0))]
     Implausible(Vec<Finding>),
+    #[cfg(feature = "joint")]
     /// The simulation of the model itself diverges.
     #[error(
         "{0}; the model is not of this joint, or the data are not in the units of their format"
@@ -26,6 +30,7 @@ pub enum DiagnoseError {
     Diverges(#[from] Diverged),
 }
 
+#[cfg(feature = "joint")]
 /// All findings in one line.
 fn sentence(findings: &[Finding]) -> String {
     findings.iter().map(Finding::to_string).collect::<Vec<_>>().join("; ")

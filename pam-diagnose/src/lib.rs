@@ -41,6 +41,9 @@
 //! | [`report`] | the result as a page |
 //! | [`settings`] | every number on which a diagnosis depends |
 //!
+//! The feature `joint`, which is on by default, has [`joint`] and settings from TOML; `report`, which it brings, has
+//! [`report`].
+//!
 //! # Example
 //!
 //! Dry friction is hidden in made-up recordings, and found again:
@@ -73,7 +76,7 @@
 //!             pressure_extensor_kpa: vec![412.0; time_s.len()],
 //!             force_mn: time_s.iter().map(|t| 1e3 * newton * (TAU * hz * t).sin()).collect(),
 //!             time_s,
-//!             ..Recording::empty("made up".as_ref())
+//!             ..Recording::empty("made up")
 //!         };
 //!         let run = plant.predict(&command, masses, &SolverSettings::default())?;
 //!         let recording = run.to_recording(&command, masses);
@@ -105,10 +108,12 @@ pub mod diagnosis;
 pub mod error;
 pub mod field;
 pub mod fit;
+#[cfg(feature = "joint")]
 pub mod joint;
 pub mod linearised;
 pub mod noise;
 pub mod rejection;
+#[cfg(feature = "report")]
 pub mod report;
 pub mod residual;
 pub mod search;
@@ -118,6 +123,7 @@ pub mod verdict;
 
 pub use diagnosis::{Diagnosis, Stage};
 pub use error::DiagnoseError;
+#[cfg(feature = "joint")]
 pub use joint::{DiagnoseOptions, JointDiagnosis, RecordingSets, diagnose, refit};
 pub use settings::DiagnosisSettings;
 pub use verdict::Verdict;

@@ -1,12 +1,21 @@
 //! Errors of effects and extended models.
 
+use pam_core::error::OWN_PART;
 use pam_vocabulary::VocabularyError;
 use thiserror::Error;
 
 /// An effect or an extended model that cannot be used as asked.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum EffectError {
-    /// An effect is not known, or its values are wrong.
+    /// An effect is not known.
+    #[error("there is no effect `{id}`; there are {}; {OWN_PART}", known.join(", "))]
+    Unknown {
+        /// The id as written.
+        id: String,
+        /// The known ids.
+        known: Vec<&'static str>,
+    },
+    /// The values of an effect are wrong.
     #[error(transparent)]
     Vocabulary(#[from] VocabularyError),
     /// An effect cannot be used with this model or these recordings.

@@ -1,7 +1,8 @@
 //! Cholesky factorisation of a matrix that is first scaled to a unit diagonal.
-
-use faer::linalg::solvers::{Llt, Solve};
-use faer::{Mat, Side};
+//!
+//! The factorisation is the textbook one (Golub and Van Loan, *Matrix Computations*, algorithm 4.2.1), row by row. The normal
+//! matrices here have some hundred rows at most, and a linear-algebra library would be most of what a program on a vector
+//! field compiles.
 
 /// Cholesky factor of a symmetric positive definite matrix `A`, scaled to a unit diagonal.
 ///
@@ -21,8 +22,28 @@ use faer::{Mat, Side};
 /// ```
 #[derive(Debug)]
 pub struct ScaledCholesky {
-    factor: Llt<f64>,
+    /// Row `i` of the factor from `i (i + 1) / 2` on, its diagonal last.
+    rows: Vec<f64>,
     scale: Vec<f64>,
+}
+
+/// Where a row of a packed lower triangle begins.
+fn start(row: usize) -> usize {
+    row * (row + 1) / 2
+}
+
+/// `Σ a_k b_k` in eight sums, which the machine adds side by side.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (blocks_a, rest_a) = a.as_chunks::<8>();
+    let (blocks_b, rest_b) = b[..a.len()].as_chunks::<8>();
+    for (x, y) in blocks_a.iter().zip(blocks_b) {
+        for ((sum, x), y) in sums.iter_mut().zip(x).zip(y) {
+            *sum += x * y;
+        }
+    }
+    let rest: f64 = rest_a.iter().zip(rest_b).map(|(x, y)| x * y).sum();
+    sums.iter().sum::<f64>() + rest
 }
 
 impl ScaledCholesky {
@@ -31,20 +52,17 @@ impl ScaledCholesky {
     /// relative to the diagonal. `None` if the matrix is not positive definite.
     #[must_use]
     pub fn new(n: usize, entry: impl Fn(usize, usize) -> f64, ridge: f64) -> Option<Self> {
-        let mut lower = Mat::zeros(n, n);
-        for j in 0..n {
-            for i in j..n {
-                lower[(i, j)] = entry(i, j);
-            }
+        let mut lower = Vec::with_capacity(start(n));
+        for i in 0..n {
+            lower.extend((0..=i).map(|j| entry(i, j)));
         }
-        Self::of_lower(lower, ridge)
+        Self::of_lower(n, lower, ridge)
     }
 
     /// Not generic, so that the factorisation is compiled once.
-    fn of_lower(mut scaled: Mat<f64>, ridge: f64) -> Option<Self> {
-        let n = scaled.nrows();
+    fn of_lower(n: usize, mut rows: Vec<f64>, ridge: f64) -> Option<Self> {
         let scale: Vec<f64> = (0..n)
-            .map(|i| match scaled[(i, i)] {
+            .map(|i| match rows[start(i) + i] {
                 0.0 => 1.0,
                 diagonal => diagonal.sqrt().recip(),
             })
@@ -52,21 +70,39 @@ impl ScaledCholesky {
         if !scale.iter().all(|s| s.is_finite()) {
             return None;
         }
-        for j in 0..n {
-            scaled[(j, j)] = 1.0 + ridge;
-            for i in j + 1..n {
-                scaled[(i, j)] = scaled[(i, j)] * scale[i] * scale[j];
+        for i in 0..n {
+            let (before, row) = rows.split_at_mut(start(i));
+            for j in 0..i {
+                let other = &before[start(j)..];
+                let scaled = row[j] * scale[i] * scale[j];
+                row[j] = (scaled - dot(&row[..j], other)) / other[j];
             }
+            let pivot = 1.0 + ridge - dot(&row[..i], &row[..i]);
+            // Written so that NaN is refused as well.
+            if !(pivot > 0.0 && pivot.is_finite()) {
+                return None;
+            }
+            row[i] = pivot.sqrt();
         }
-        Some(Self { factor: scaled.llt(Side::Lower).ok()?, scale })
+        Some(Self { rows, scale })
     }
 
     /// The solution `x` of `(A + ρ diag(A)) x = right`; `None` if it is not finite.
     #[must_use]
     pub fn solve(&self, right: &[f64]) -> Option<Vec<f64>> {
-        let mut x = Mat::from_fn(self.scale.len(), 1, |i, _| right[i] * self.scale[i]);
-        self.factor.solve_in_place(&mut x);
-        let x: Vec<f64> = self.scale.iter().enumerate().map(|(i, s)| x[(i, 0)] * s).collect();
+        let n = self.scale.len();
+        let mut x: Vec<f64> = right.iter().zip(&self.scale).map(|(r, s)| r * s).collect();
+        for i in 0..n {
+            let row = &self.rows[start(i)..=start(i) + i];
+            x[i] = (x[i] - dot(&x[..i], row)) / row[i];
+        }
+        for i in (0..n).rev() {
+            let row = &self.rows[start(i)..=start(i) + i];
+            x[i] /= row[i];
+            let solved = x[i];
+            x[..i].iter_mut().zip(row).for_each(|(x, l)| *x -= l * solved);
+        }
+        x.iter_mut().zip(&self.scale).for_each(|(x, s)| *x *= s);
         x.iter().all(|v| v.is_finite()).then_some(x)
     }
 }

@@ -80,10 +80,11 @@ impl Session {
     /// `overwrite`), [`RigError`] if the settings are impossible or a file cannot be written.
     pub fn record_into(
         &self,
-        folder: &Path,
+        folder: impl AsRef<Path>,
         overwrite: bool,
         progress: &(dyn Fn(&Entry) + Sync),
     ) -> Result<Vec<Entry>, RigError> {
+        let folder = folder.as_ref();
         let runs = self.protocol.runs()?;
         // What is impossible is told before anything is written.
         Rig::new(&self.rig, self.seed, 0.0)?;

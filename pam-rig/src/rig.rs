@@ -50,7 +50,8 @@ impl RigParameters {
     ///
     /// # Errors
     /// [`RigError`] naming file and line.
-    pub fn read(path: &Path) -> Result<Self, RigError> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, RigError> {
+        let path = path.as_ref();
         Ok(toml_file::parse(&toml_file::text(path)?, path)?)
     }
 

@@ -63,7 +63,8 @@ pub struct Truth {
 impl Truth {
     /// The file of the truth that belongs to a log.
     #[must_use]
-    pub fn path_for(log: &Path) -> PathBuf {
+    pub fn path_for(log: impl AsRef<Path>) -> PathBuf {
+        let log = log.as_ref();
         let name = log.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         log.with_file_name(format!("{name}{}", pam_data::TRUTH_SUFFIX))
     }
@@ -103,7 +104,8 @@ impl Truth {
     ///
     /// # Errors
     /// [`DataError::Io`].
-    pub fn write(&self, path: &Path) -> Result<(), DataError> {
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), DataError> {
+        let path = path.as_ref();
         npz::write(path, &self.to_arrays())
     }
 }

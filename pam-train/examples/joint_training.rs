@@ -1,8 +1,7 @@
 //! Weights and effects trained together: a network that was fitted before the joint wore, and recordings of the
 //! worn joint.
 
-use pam_data::Subject;
-use pam_data::{MassOrigin, Recording, load_model};
+use pam_data::{Recording, load_model, subjects};
 use pam_effects::effects::by_id;
 use pam_effects::{ActiveEffect, ExtendedModel};
 use pam_train::curriculum::Curriculum;
@@ -30,10 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // The gradient by everything at once, where the friction is thought to be 5 N.
     let believed = vec![ActiveEffect { effect: friction, values: vec![5.0] }];
-    let subjects: Vec<Subject> = data
-        .iter()
-        .map(|r| Subject { recording: r.clone(), masses, origin: MassOrigin::Given })
-        .collect();
+    let subjects = subjects(data.clone(), &model.joint)?;
     let gradient =
         model.with(believed.clone()).value_and_gradient(&subjects, &AnyLoss::default())?;
     println!("dL/d force_n = {:.3}, {} weights", gradient.effects[0], gradient.force.len());

@@ -36,7 +36,8 @@ impl EventFile {
     ///
     /// # Errors
     /// [`DataError::Io`] naming the path.
-    pub fn create(path: &Path) -> Result<Self, DataError> {
+    pub fn create(path: impl AsRef<Path>) -> Result<Self, DataError> {
+        let path = path.as_ref();
         Self::rewrite(path, &[])
     }
 
@@ -45,7 +46,8 @@ impl EventFile {
     ///
     /// # Errors
     /// [`DataError::Io`] naming the path.
-    pub fn rewrite(path: &Path, scalars: &[ScalarEvent]) -> Result<Self, DataError> {
+    pub fn rewrite(path: impl AsRef<Path>, scalars: &[ScalarEvent]) -> Result<Self, DataError> {
+        let path = path.as_ref();
         let started_s = scalars.first().map_or_else(now_s, |s| s.2);
         let mut bytes = record(&version_event(started_s));
         for (tag, step, wall_time_s, value) in scalars {

@@ -1,6 +1,6 @@
 //! How the rate of an optimiser changes over epochs, and when to stop.
 
-use pam_trajectory::settings::{SettingsError, require};
+use pam_core::settings::{SettingsError, require};
 use serde::{Deserialize, Serialize};
 
 /// The share of its base that a rate has in an epoch.

@@ -101,7 +101,7 @@ fn trained(file: &Path, subjects: &[Subject], out: &Path, more: &[&str]) -> Exte
         train_into(&mut trainer, &RunFolder::new(out), &settings(), false, &stop, &mut |_, _| {})
             .expect("training ends");
     assert!(run.finished && run.events.is_empty(), "{:?}", run.events);
-    let saved = load_model(&out.join("model.safetensors")).expect("a model");
+    let saved = load_model(out.join("model.safetensors")).expect("a model");
     ExtendedModel::from_saved(saved).expect("known effects")
 }
 

@@ -1,12 +1,13 @@
 //! A loss of one's own for the joint: log-cosh, which is quadratic for small errors and linear for large ones.
 //!
-//! To give it a name in curricula, put it into
+//! With `NamedLoss` it has a name in every command of a program of one's own (`templates/own-pam`). To ship it, put it into
 //! `pam-trajectory/src/loss/log_cosh.rs`, and add two lines: `mod log_cosh;` in `mod.rs` and
 //! `LogCosh(log_cosh::LogCosh),` in the list of `any.rs`.
 
 use pam_core::{JointModel, SpringDamper};
 use pam_data::Subject;
 use pam_data::{Channel, MassOrigin, Recording};
+use pam_trajectory::loss::loss_fn;
 use pam_trajectory::{
     GeneralEngine, GradientChoice, Predictor, SolverSettings, TrajectoryEngine, TrajectoryLoss,
     TrajectoryRequest, Windows,
@@ -54,7 +55,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         pressure_extensor_kpa: vec![412.0; time_s.len()],
         force_mn: time_s.iter().map(|t| 100e3 * (TAU * t).sin()).collect(),
         time_s,
-        ..Recording::empty("made up".as_ref())
+        ..Recording::empty("made up")
     };
     let settings = SolverSettings::default();
     let run = plant.predict(&command, masses, &settings)?;
@@ -76,12 +77,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     assert!((slope - difference).abs() < 1e-4 * slope.abs(), "{slope} {difference}");
 
     // A closure is a loss as well.
-    let last_only = |measured: &Recording, predicted: &[[f64; 4]], cotangents: &mut [[f64; 4]]| {
+    let last_only = loss_fn(|measured, predicted, cotangents| {
         let k = predicted.len() - 1;
         let e = predicted[k][0] - measured.displacement_mm[k];
         cotangents[k][0] = 2.0 * e;
         e * e
-    };
+    });
     let model = JointModel::datasheet(SpringDamper::constant(150e3, 6500.0));
     let g = GeneralEngine::new(GradientChoice::Forward, settings)
         .value_and_gradient(&TrajectoryRequest::new(&model, &windows), &last_only)?;

@@ -1,21 +1,25 @@
 //! Hybrid neural ODEs of a joint that an antagonistic pair of pneumatic artificial muscles moves: all layers of
 //! the framework behind one name.
 //!
-//! | module | crate | what it is for |
-//! |---|---|---|
-//! | [`core`] | `pam-core` | scalars, activations, force models, the vector field |
-//! | [`autodiff`] | `pam-autodiff` | duals, tape, finite differences, exact ∂f/∂x |
-//! | [`solvers`] | `pam-solvers` | Runge–Kutta methods, adjoints, batched trajectories |
-//! | [`exact`] | `pam-exact` | closed form of networks of LeakyReLU and ReLU |
-//! | [`data`] | `pam-data` | recordings, models, their files |
-//! | [`vocabulary`] | `pam-vocabulary` | the effects that rig and diagnosis share, as data |
-//! | [`rig`] | `pam-rig` | a virtual rig whose truth is known |
-//! | [`train`] | `pam-train` | losses, optimisers, curricula, predictions, scores |
-//! | [`report`] | `pam-report` | figures and self-contained HTML |
-//! | [`diagnose`] | `pam-diagnose` | what a model gets wrong, why, and what knowing it gains |
-//! | [`control`] | `pam-control` | stiffness, planning, identification, receding-horizon MPC |
-//! | [`ablate`] | `pam-ablate` | sweeps over any setting, resumable, compared seed by seed |
-//! | [`baselines`] | `pam-baselines` | Kang, Koopman, GRU and others beside the hybrid model |
+//! | module | crate | feature | what it is for |
+//! |---|---|---|---|
+//! | [`core`] | `pam-core` | | scalars, activations, force models, the vector field |
+//! | [`autodiff`] | `pam-autodiff` | | duals, tape, finite differences, exact ∂f/∂x |
+//! | [`solvers`] | `pam-solvers` | | Runge–Kutta methods, adjoints, batched trajectories |
+//! | [`exact`] | `pam-exact` | `joint` | closed form of networks of LeakyReLU and ReLU |
+//! | [`data`] | `pam-data` | `joint` | recordings, models, their files |
+//! | [`vocabulary`] | `pam-vocabulary` | `fields` | the effects that rig and diagnosis share, as data |
+//! | [`rig`] | `pam-rig` | `rig` | a virtual rig whose truth is known |
+//! | [`train`] | `pam-train` | `fields`, `joint` | losses, optimisers, curricula, predictions, scores |
+//! | [`report`] | `pam-report` | `report` | figures and self-contained HTML |
+//! | [`diagnose`] | `pam-diagnose` | `fields`, `joint` | what a model gets wrong, why, and what knowing it gains |
+//! | [`control`] | `pam-control` | `control` | stiffness, planning, identification, receding-horizon MPC |
+//! | [`ablate`] | `pam-ablate` | `ablate` | sweeps over any setting, resumable, compared seed by seed |
+//! | [`baselines`] | `pam-baselines` | `compare` | Kang, Koopman, GRU and others beside the hybrid model |
+//!
+//! What is not needed is not compiled: `fields`, the default, is for vector fields of one's own and brings 39 crates from
+//! elsewhere; `report` adds figures and pages; `joint` the pneumatic joint with recordings, training and diagnosis;
+//! `control`, `rig`, `ablate` and `compare` what is built on it; `all` is everything.
 //!
 //! The [`prelude`] has the names of first experiments. A damped oscillator from closures, solved:
 //!
@@ -57,24 +61,37 @@
 //! ```
 
 pub use num_dual;
+#[cfg(feature = "ablate")]
 pub use pam_ablate as ablate;
 pub use pam_autodiff as autodiff;
+#[cfg(feature = "compare")]
 pub use pam_baselines as baselines;
+#[cfg(feature = "control")]
 pub use pam_control as control;
 pub use pam_core as core;
+#[cfg(feature = "joint")]
 pub use pam_data as data;
+#[cfg(feature = "fields")]
 pub use pam_diagnose as diagnose;
+#[cfg(feature = "joint")]
 pub use pam_effects as effects;
+#[cfg(feature = "joint")]
 pub use pam_exact as exact;
+#[cfg(feature = "report")]
 pub use pam_report as report;
+#[cfg(feature = "rig")]
 pub use pam_rig as rig;
 pub use pam_solvers as solvers;
+#[cfg(feature = "fields")]
 pub use pam_train as train;
+#[cfg(feature = "joint")]
 pub use pam_trajectory as trajectory;
+#[cfg(feature = "fields")]
 pub use pam_vocabulary as vocabulary;
 
 /// Everything for a system of one's own, without any joint: fields and their names, solvers, experiments, fits, the
 /// diagnosis.
+#[cfg(feature = "fields")]
 pub mod field {
     pub use pam_autodiff::ByTape;
     pub use pam_core::{
@@ -85,7 +102,6 @@ pub mod field {
         FieldSeparation, design_field, diagnose_field, sine_experiments,
     };
     pub use pam_diagnose::{DiagnosisSettings, Verdict};
-    pub use pam_effects::effects::ParameterInfo;
     pub use pam_solvers::sensitivity::DiscreteAdjoint;
     pub use pam_solvers::{
         Constant, Input, InputFn, Integrator, Interpolation, NoInput, ParametricInput,
@@ -96,9 +112,11 @@ pub mod field {
         LeastSquares, MeasuredInput, Number, Numbers, Outputs, SignalSensitivities, TrainedField,
         outputs_error,
     };
+    pub use pam_vocabulary::ParameterInfo;
 }
 
-/// Names for first experiments: a model and a recording predicted, trained and diagnosed; a vector field solved.
+/// Names for first experiments: a vector field solved; with the feature `joint` a model and a recording predicted, trained
+/// and diagnosed.
 /// Everything else stands in its crate: `pam::solvers::Term`, `pam::report::LineFigure`, `pam::train::curriculum::Curriculum`.
 pub mod prelude {
     pub use pam_autodiff::linearise;
@@ -106,16 +124,21 @@ pub mod prelude {
         FieldFn, ForceInput, JointModel, ParametricField, Scalar, SpringDamper, VectorField,
         field_fn,
     };
-    pub use pam_data::{LoadOptions, Recording, Subject, load_model, read_recordings};
+    #[cfg(feature = "joint")]
+    pub use pam_data::{LoadOptions, Recording, Subject, load_model, read_recordings, subjects};
+    #[cfg(feature = "joint")]
     pub use pam_diagnose::diagnose;
     pub use pam_solvers::{InputFn, Integrator, NoInput, PidController, SaveAt, Tableau};
+    #[cfg(feature = "joint")]
     pub use pam_train::evaluate;
+    #[cfg(feature = "joint")]
     pub use pam_train::training::Training;
+    #[cfg(feature = "joint")]
     pub use pam_trajectory::{Predictor, SolverSettings};
 }
 
 /// The Rust code of the README and of the book, compiled and run as documentation tests.
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "all"))]
 mod book {
     #![doc = include_str!("../../README.md")]
     #![doc = include_str!("../../docs/introduction.md")]

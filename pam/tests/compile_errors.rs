@@ -86,7 +86,7 @@ fn mistakes_are_told_in_words_of_the_field() {
         (
             "number_as_loss",
             "Training::new([]).with_loss(3.0);",
-            ["is no loss of a trajectory", "|measured: &Recording, predicted: &[[f64; 4]]"],
+            ["is no loss of a trajectory", "loss_fn(|measured, predicted, cotangents| …)"],
         ),
         (
             "loss_of_one_number",

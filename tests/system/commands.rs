@@ -303,13 +303,13 @@ fn shells_and_man_know_every_command() {
 fn an_extended_model_becomes_a_plain_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
-    let mut saved = pam_data::load_model(&published_weights()).unwrap();
+    let mut saved = pam_data::load_model(published_weights()).unwrap();
     let plain_force = saved.model.force.clone();
     for (effect, value) in [("constant_load", 12.0), ("coulomb_friction", 20.0)] {
         let record = serde_json::json!({ "effect": effect, "values": { "force_n": value } });
         saved.info.effects.push(record);
     }
-    pam_data::models::save_model(&path("extended.safetensors"), &saved).unwrap();
+    pam_data::models::save_model(path("extended.safetensors"), &saved).unwrap();
     let told = stdout_of(
         PAM,
         &[
@@ -320,7 +320,7 @@ fn an_extended_model_becomes_a_plain_one() {
         ],
     );
     assert!(told.contains("coulomb_friction is left out"), "{told}");
-    let plain = pam_data::load_model(&path("plain.safetensors")).unwrap();
+    let plain = pam_data::load_model(path("plain.safetensors")).unwrap();
     assert!(plain.info.effects.is_empty());
     assert_eq!(Some(plain.model.force), plain_force.shifted(-12_000.0));
 }

@@ -19,7 +19,7 @@ const CONDITIONS: [[f64; 2]; 3] = [[45.0, 45.0], [30.0, 60.0], [70.0, 60.0]];
 const SHARE: f64 = 0.2;
 
 fn published_model() -> SavedModel {
-    load_model(&published_weights()).unwrap()
+    load_model(published_weights()).unwrap()
 }
 
 fn found(effects: &[Hidden], sensors: &Sensors, seed: u64) -> JointDiagnosis {

@@ -53,7 +53,7 @@ fn csv_is_taken_as_it_is_unless_preprocessing_is_asked_for() {
 #[test]
 fn models_survive_both_formats() {
     let folder = tempfile::tempdir().unwrap();
-    let published = load_model(&published_weights()).unwrap();
+    let published = load_model(published_weights()).unwrap();
     let own = folder.path().join("model.safetensors");
     save_model(&own, &published).unwrap();
     let back = load_model(&own).unwrap();
@@ -62,7 +62,7 @@ fn models_survive_both_formats() {
     let eqx = folder.path().join("model.eqx");
     save_model(&eqx, &back).unwrap();
     assert_eq!(load_model(&eqx).unwrap().model, published.model);
-    save_model(&folder.path().join("twice.safetensors"), &published).unwrap();
+    save_model(folder.path().join("twice.safetensors"), &published).unwrap();
     let twice = std::fs::read(folder.path().join("twice.safetensors")).unwrap();
     assert_eq!(std::fs::read(&own).unwrap(), twice, "the same model gives the same bytes");
 }
@@ -96,7 +96,7 @@ fn other_models_survive_the_file() {
         assert_eq!((back.info.name.as_str(), back.info.trained), ("a model", false));
     }
     // The published format has no room for another activation.
-    let error = save_model(&folder.path().join("m.eqx"), &load_model(&path).unwrap()).unwrap_err();
+    let error = save_model(folder.path().join("m.eqx"), &load_model(&path).unwrap()).unwrap_err();
     assert!(error.to_string().contains("no network"), "{error}");
 }
 
@@ -105,7 +105,7 @@ fn other_models_survive_the_file() {
 fn model_files_describe_themselves() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.safetensors");
-    save_model(&path, &load_model(&published_weights()).unwrap()).unwrap();
+    save_model(&path, &load_model(published_weights()).unwrap()).unwrap();
     let bytes = std::fs::read(&path).unwrap();
     let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
     let header: serde_json::Value = serde_json::from_slice(&bytes[8..8 + length]).unwrap();
@@ -123,7 +123,7 @@ fn model_files_describe_themselves() {
 /// The measured run: units, orientation, and the decision on its pressures.
 #[test]
 fn the_real_run_is_read_in_our_units() {
-    let r = open_recordings(&published("data.mat"), &LoadOptions::default()).unwrap().remove(0);
+    let r = open_recordings(published("data.mat"), &LoadOptions::default()).unwrap().remove(0);
     assert_eq!(r.len(), 28_027);
     assert!((r.force_mn[0] - 42_185.309).abs() < 1e-2);
     assert!((r.displacement_mm[0] - 0.149_21).abs() < 1e-4);

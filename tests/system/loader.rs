@@ -124,7 +124,7 @@ fn the_default_is_the_published_preprocessing() {
 /// Masses of SciPy's SLSQP on the same surfaces.
 #[test]
 fn surface_masses_match_an_independent_optimiser() {
-    let surfaces = MuscleSurfaces::read(&published("poly44_all_fits.mat")).unwrap();
+    let surfaces = MuscleSurfaces::read(published("poly44_all_fits.mat")).unwrap();
     let all = recordings(&log_text(|_| true));
     let m = surfaces.masses(&all[0]).unwrap();
     assert_abs_diff_eq!(m.flexor_g, 0.07495866271198212, epsilon = 2e-8);
@@ -135,8 +135,8 @@ fn surface_masses_match_an_independent_optimiser() {
 
 #[test]
 fn masses_follow_the_choice_and_given_ones_win() {
-    let saved = pam_data::load_model(&published_weights()).unwrap();
-    let surfaces = MuscleSurfaces::read(&published("poly44_all_fits.mat")).unwrap();
+    let saved = pam_data::load_model(published_weights()).unwrap();
+    let surfaces = MuscleSurfaces::read(published("poly44_all_fits.mat")).unwrap();
     let mut r = recordings(&log_text(|_| true)).remove(0);
     let resolve = |r: &Recording, trained, choice| {
         resolve_masses(r, &saved.model, trained, choice, Some(&surfaces)).unwrap()

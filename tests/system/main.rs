@@ -12,6 +12,7 @@ mod formats;
 mod gradient;
 mod loader;
 mod measured_rig;
+mod own_pam;
 mod own_rig;
 mod plant;
 mod plausibility;

@@ -56,7 +56,7 @@ fn recorded(
 }
 
 fn published() -> JointModel<f64, AnyForce<f64>> {
-    load_model(&pam_tests::published_weights()).unwrap().model
+    load_model(pam_tests::published_weights()).unwrap().model
 }
 
 /// A force that is held from the start.
@@ -140,7 +140,7 @@ fn a_leak_decays_to_the_atmosphere_on_its_side() {
 /// Without effects the plant is the published model, simulated by other code.
 #[test]
 fn without_effects_the_plant_is_the_model() {
-    let saved = load_model(&pam_tests::published_weights()).unwrap();
+    let saved = load_model(pam_tests::published_weights()).unwrap();
     let sensors = Sensors { smooth_force: false, ..quiet(1000.0) };
     let r = recorded(&saved.model, &Excitation::published(0.1), &[], &sensors, 2.5e-4);
     let sealed = masses(&saved.model, &r);

@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 fn model() -> JointModel<f64, AnyForce<f64>> {
-    load_model(&published_weights()).unwrap().model
+    load_model(published_weights()).unwrap().model
 }
 
 fn at(x: f64, v: f64, mf: f64, me: f64) -> ForceInput<f64> {

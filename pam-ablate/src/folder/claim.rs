@@ -65,7 +65,8 @@ impl Claim {
     ///
     /// # Errors
     /// [`AblateError`] if the file cannot be opened, read or locked.
-    pub fn take(folder: &Path) -> Result<Claimed, AblateError> {
+    pub fn take(folder: impl AsRef<Path>) -> Result<Claimed, AblateError> {
+        let folder = folder.as_ref();
         Ok(match Self::lock(folder)? {
             None => Claimed::Elsewhere,
             Some((_, true)) => Claimed::Over,
@@ -78,7 +79,8 @@ impl Claim {
     ///
     /// # Errors
     /// As [`take`](Self::take).
-    pub fn free(folder: &Path) -> Result<bool, AblateError> {
+    pub fn free(folder: impl AsRef<Path>) -> Result<bool, AblateError> {
+        let folder = folder.as_ref();
         let Some((mut claim, true)) = Self::lock(folder)? else { return Ok(false) };
         let work = folder.join("work");
         if work.exists() {
@@ -168,13 +170,15 @@ fn seen(folder: &Path) -> Vec<String> {
 
 /// How often work on a cell was begun, without claiming it.
 #[must_use]
-pub fn attempts(folder: &Path) -> usize {
+pub fn attempts(folder: impl AsRef<Path>) -> usize {
+    let folder = folder.as_ref();
     seen(folder).iter().filter(|e| *e == BEGAN).count()
 }
 
 /// True if a cell seems to be finished, without locking it.
 #[must_use]
-pub fn is_over(folder: &Path) -> bool {
+pub fn is_over(folder: impl AsRef<Path>) -> bool {
+    let folder = folder.as_ref();
     seen(folder).last().is_some_and(|e| e == OVER)
 }
 
@@ -182,7 +186,8 @@ pub fn is_over(folder: &Path) -> bool {
 ///
 /// # Errors
 /// [`AblateError::Folder`] if it does not, or has none.
-pub fn check_locks(folder: &Path) -> Result<(), AblateError> {
+pub fn check_locks(folder: impl AsRef<Path>) -> Result<(), AblateError> {
+    let folder = folder.as_ref();
     let path = folder.join(format!(".locks-{}-{}", host(), std::process::id()));
     let (first, second) = (open(&path)?, open(&path)?);
     let apart = first.try_lock().is_ok() && second.try_lock().is_err();

@@ -57,7 +57,7 @@ pub fn merge(
             if changed {
                 target.write_record(record)?;
                 // So that nobody who works in the folder begins it again.
-                if let claim::Claimed::Mine(claim) = claim::Claim::take(&target.cell(&p.id))? {
+                if let claim::Claimed::Mine(claim) = claim::Claim::take(target.cell(&p.id))? {
                     claim.over()?;
                 }
             }

@@ -55,7 +55,8 @@ impl SweepFolder {
     /// # Errors
     /// [`AblateError::Folder`] if another sweep is there, unless `extend` says that this one takes its
     /// place: cells that are in both are kept.
-    pub fn begin(path: &Path, sweep: &Sweep, extend: bool) -> Result<Self, AblateError> {
+    pub fn begin(path: impl AsRef<Path>, sweep: &Sweep, extend: bool) -> Result<Self, AblateError> {
+        let path = path.as_ref();
         std::fs::create_dir_all(path).map_err(|e| AblateError::io(path, e))?;
         let lock = path.join("sweep.lock");
         let file = claim::open(&lock)?;
@@ -83,7 +84,8 @@ impl SweepFolder {
 
     /// The folder at a path, in which a sweep was begun.
     #[must_use]
-    pub fn at(path: &Path) -> Self {
+    pub fn at(path: impl AsRef<Path>) -> Self {
+        let path = path.as_ref();
         Self { path: path.to_owned() }
     }
 

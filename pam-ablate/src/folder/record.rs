@@ -108,7 +108,7 @@ impl SweepFolder {
     /// [`AblateError::Data`] if it cannot be written.
     pub fn write_record(&self, record: &CellRecord) -> Result<(), AblateError> {
         let text = format!("{:#}\n", json!(record));
-        Ok(write_atomic(&self.cell(&record.id).join("result.json"), text.as_bytes())?)
+        Ok(write_atomic(self.cell(&record.id).join("result.json"), text.as_bytes())?)
     }
 
     /// The record of a cell that is over.

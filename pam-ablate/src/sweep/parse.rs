@@ -183,7 +183,8 @@ impl Sweep {
     ///
     /// # Errors
     /// [`AblateError`] with the line.
-    pub fn parse(text: &str, path: &Path) -> Result<Self, AblateError> {
+    pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self, AblateError> {
+        let path = path.as_ref();
         let places = Places { text, path };
         let raw: RawSweep = toml_file::parse(text, path)?;
         let axes: Vec<Axis> =

@@ -46,9 +46,10 @@ impl CellSettings {
     /// [`Problem`] naming the assignment.
     pub fn of(
         experiment: &Table,
-        base: &Path,
+        base: impl AsRef<Path>,
         assignments: &[Assignment],
     ) -> Result<(Self, Curriculum), Problem> {
+        let base = base.as_ref();
         let mut table = experiment.clone();
         let mut overrides: Vec<(usize, String)> = Vec::new();
         let read = |table: &Table, assignment: Option<usize>| {

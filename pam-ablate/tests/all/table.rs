@@ -23,7 +23,7 @@ fn parquet_holds_the_same() {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
 
-    let bytes = table().to_parquet("t".as_ref()).unwrap();
+    let bytes = table().to_parquet("t").unwrap();
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), bytes).unwrap();
     let reader = SerializedFileReader::new(file.reopen().unwrap()).unwrap();

@@ -107,7 +107,8 @@ impl ComparisonConfig {
     ///
     /// # Errors
     /// [`BaselineError`] with the line.
-    pub fn open(path: &Path) -> Result<Self, BaselineError> {
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, BaselineError> {
+        let path = path.as_ref();
         Self::parse(&toml_file::text(path)?, path)
     }
 
@@ -115,7 +116,8 @@ impl ComparisonConfig {
     ///
     /// # Errors
     /// [`BaselineError`] with the line.
-    pub fn parse(text: &str, path: &Path) -> Result<Self, BaselineError> {
+    pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self, BaselineError> {
+        let path = path.as_ref();
         let place = |offset: usize, message: String| -> BaselineError {
             DataError::line(path, document::line_of(text, offset), message).into()
         };

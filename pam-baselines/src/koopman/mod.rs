@@ -118,7 +118,8 @@ impl KoopmanModel {
     ///
     /// # Errors
     /// [`BaselineError`] if the file cannot be read, or an array is missing or of another shape.
-    pub fn from_npz(path: &Path) -> Result<Self, BaselineError> {
+    pub fn from_npz(path: impl AsRef<Path>) -> Result<Self, BaselineError> {
+        let path = path.as_ref();
         let saved = SavedArrays::read(path)?;
         let [_, columns] = saved.rows_and_columns("K")?;
         let dictionary = Dictionary::of_len(columns.saturating_sub(1)).ok_or_else(|| {

@@ -13,7 +13,7 @@ const EFFECTIVE: BraidAngle = BraidAngle::Fitted(Fit::Fit);
 
 #[test]
 fn it_fits_the_measured_surfaces() {
-    let surfaces = MuscleSurfaces::read(&published("poly44_all_fits.mat")).unwrap();
+    let surfaces = MuscleSurfaces::read(published("poly44_all_fits.mat")).unwrap();
     let samples = of_surfaces(&surfaces, 6.0, 200.0);
     assert!(samples.len() > 1000);
     let guess = KangMuscle::published_guess(MuscleSize::JOINT);

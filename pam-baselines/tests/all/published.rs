@@ -34,7 +34,7 @@ fn window(shift: usize) -> Vec<[f32; INPUTS]> {
 
 #[test]
 fn koopman_steps_are_those_of_numpy() {
-    let model = KoopmanModel::from_npz(&published("koopman_model.npz")).unwrap();
+    let model = KoopmanModel::from_npz(published("koopman_model.npz")).unwrap();
     assert_eq!(model.dictionary, Dictionary::Linear);
     assert_eq!(model.map.len(), 4 * 6);
     let expected = &peers()["koopman"];
@@ -105,7 +105,7 @@ fn saved_models_are_read_again() {
     let again = GruModel::from_npz(&path).unwrap();
     assert_eq!((again.numbers, again.scaling.low), (gru.numbers, gru.scaling.low));
     assert_eq!((again.warm_up, again.samples_per_step, again.step_s), (100, 1, None));
-    let koopman = KoopmanModel::from_npz(&published("koopman_model.npz")).unwrap();
+    let koopman = KoopmanModel::from_npz(published("koopman_model.npz")).unwrap();
     npz::write(&path, &koopman.arrays()).unwrap();
     assert_eq!(KoopmanModel::from_npz(&path).unwrap(), koopman);
 }

@@ -77,7 +77,7 @@ where
     let mut methods = by(ByTape);
     methods.extend(by(ByDual));
     methods.push(Method::new("tape", "solver", Kind::Exact, |_| Box::new(TapeThroughSolver)));
-    methods.push(Method::new("dual", "solver", Kind::Exact, |_| Box::new(DualThroughSolver::<8>)));
+    methods.push(Method::new("dual", "solver", Kind::Exact, |_| Box::new(DualThroughSolver)));
     methods.push(Method::new("fd", "none", Kind::Difference, |_| {
         Box::new(FiniteDifference::default())
     }));
@@ -154,20 +154,20 @@ where
             Box::new(ForwardSensitivity::new(how))
         }),
         continuous("backsolve", |how, solver| {
-            backward!(solver, |integrator| Backsolve::new(how, integrator))
+            backward!(solver, |integrator| Backsolve::new(how).with_backward(integrator))
         }),
         continuous("backsolve-free", |how, solver| {
             backward!(solver, |integrator| {
-                let mut free = Backsolve::new(how, integrator);
+                let mut free = Backsolve::new(how).with_backward(integrator);
                 free.restart_at_observations = false;
                 free
             })
         }),
         continuous("interpolating", |how, solver| {
-            backward!(solver, |integrator| InterpolatingAdjoint::new(how, integrator))
+            backward!(solver, |integrator| InterpolatingAdjoint::new(how).with_backward(integrator))
         }),
         continuous("quadrature", |how, solver| {
-            backward!(solver, |integrator| QuadratureAdjoint::new(how, integrator))
+            backward!(solver, |integrator| QuadratureAdjoint::new(how).with_backward(integrator))
         }),
     ]
 }

@@ -65,9 +65,14 @@ pub fn about(result: &StudyResult) -> String {
 ///
 /// # Errors
 /// [`DataError::Io`] naming the file that cannot be written.
-pub fn write(folder: &Path, result: &StudyResult, made_by: &str) -> Result<(), DataError> {
-    write_atomic(&folder.join("gradients.json"), to_json(result).as_bytes())?;
-    write_atomic(&folder.join("gradients.csv"), to_csv(&result.rows).as_bytes())?;
-    write_atomic(&folder.join("table.md"), to_markdown(result).as_bytes())?;
-    write_atomic(&folder.join("report.html"), report(result, made_by).as_bytes())
+pub fn write(
+    folder: impl AsRef<Path>,
+    result: &StudyResult,
+    made_by: &str,
+) -> Result<(), DataError> {
+    let folder = folder.as_ref();
+    write_atomic(folder.join("gradients.json"), to_json(result).as_bytes())?;
+    write_atomic(folder.join("gradients.csv"), to_csv(&result.rows).as_bytes())?;
+    write_atomic(folder.join("table.md"), to_markdown(result).as_bytes())?;
+    write_atomic(folder.join("report.html"), report(result, made_by).as_bytes())
 }

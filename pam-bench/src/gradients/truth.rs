@@ -65,7 +65,7 @@ impl Replayed {
         I: ParametricInput,
     {
         let sampled = Sampled::new(&case.field);
-        let method = DualThroughSolver::<8>;
+        let method = DualThroughSolver;
         let gradient = case.gradient_of(&sampled, &method, integrator.as_dyn())?;
         Ok(Self { indices: sampled.indices, gradient })
     }

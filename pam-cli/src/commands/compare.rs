@@ -124,12 +124,12 @@ impl RunCommand for CompareArguments {
 }
 
 fn write_files(comparison: &Comparison, out: &Path) -> Result<(), CliError> {
-    write_json(&out.join("comparison.json"), &comparison.to_json())?;
-    write_json(&out.join("times.json"), &comparison.times_json())?;
-    write_atomic(&out.join("table.csv"), comparison.to_csv().as_bytes())?;
-    write_atomic(&out.join("recordings.csv"), comparison.recordings_csv().as_bytes())?;
-    write_atomic(&out.join("table.tex"), comparison.to_latex().as_bytes())?;
-    write_atomic(&out.join("report.html"), comparison.report(&made_by()).as_bytes())?;
+    write_json(out.join("comparison.json"), &comparison.to_json())?;
+    write_json(out.join("times.json"), &comparison.times_json())?;
+    write_atomic(out.join("table.csv"), comparison.to_csv().as_bytes())?;
+    write_atomic(out.join("recordings.csv"), comparison.recordings_csv().as_bytes())?;
+    write_atomic(out.join("table.tex"), comparison.to_latex().as_bytes())?;
+    write_atomic(out.join("report.html"), comparison.report(&made_by()).as_bytes())?;
     Ok(())
 }
 

@@ -16,8 +16,8 @@ use pam_diagnose::{
     DiagnoseError, DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage,
     diagnose,
 };
-use pam_effects::ExtendedModel;
-use pam_effects::effects::{ALL, VocabularyError, by_id};
+use pam_effects::effects::{self, by_id};
+use pam_effects::{EffectRecord, ExtendedModel};
 use pam_rig::protocol::CurrentSegment;
 use pam_rig::{Conditions, Protocol};
 use serde_json::json;
@@ -68,7 +68,7 @@ pub struct DiagnoseArguments {
 
 /// Help of `pam diagnose --effects`.
 fn candidates() -> String {
-    let ids: Vec<&str> = pam_effects::effects::ALL.iter().map(|e| e.info().id).collect();
+    let ids: Vec<&str> = effects::all().into_iter().map(|e| e.info().id).collect();
     format!("Effects that may be named, separated by commas [default: all of {}]", ids.join(", "))
 }
 
@@ -159,9 +159,7 @@ fn options(
             .iter()
             .map(|id| {
                 by_id(id.trim()).ok_or_else(|| {
-                    let known = ALL.iter().map(|e| e.info().id);
-                    let error = VocabularyError::unknown_effect(id.trim(), known);
-                    CliError::Usage(format!("--effects: {error}"))
+                    usage(format!("--effects: {}", EffectRecord::unknown(id.trim(), &[])))
                 })
             })
             .collect::<Result<_, _>>()?;
@@ -174,12 +172,13 @@ fn options(
 /// # Errors
 /// [`CliError`] if there is too little data, the model diverges, or a file cannot be written.
 pub fn diagnose_into(
-    folder: &Path,
+    folder: impl AsRef<Path>,
     saved: &SavedModel,
     sets: &RecordingSets<'_>,
     options: &DiagnoseOptions,
     console: &Console,
 ) -> Result<JointDiagnosis, CliError> {
+    let folder = folder.as_ref();
     let model = ExtendedModel::from_saved(saved.clone())?;
     let bar = console.progress(1000, "diagnosing");
     let diagnosis = diagnose(&model, sets, options, &|stage, share| show(&bar, stage, share));
@@ -199,14 +198,14 @@ pub fn diagnose_into(
     }
     let path = folder.join("model.safetensors");
     save_model(&path, &extended)?;
-    write_json(&folder.join("diagnosis.json"), &diagnosis.to_json("model.safetensors"))?;
+    write_json(folder.join("diagnosis.json"), &diagnosis.to_json("model.safetensors"))?;
     let context = ReportContext {
         model: saved.info.name.clone(),
         model_line: describe_model(saved),
         made_by: made_by(),
     };
     let report = diagnosis_report(&diagnosis, &context);
-    write_atomic(&folder.join("report.html"), report.as_bytes())?;
+    write_atomic(folder.join("report.html"), report.as_bytes())?;
     Ok(diagnosis)
 }
 
@@ -217,7 +216,7 @@ fn write_design(
     console: &Console,
 ) -> Result<(), CliError> {
     let all = diagnosis.design();
-    write_json(&folder.join("design.json"), &json!(all))?;
+    write_json(folder.join("design.json"), &json!(all))?;
     let Some(best) = all.first() else {
         console.text("Nothing is confusable: there is no experiment to design.");
         return Ok(());
@@ -261,7 +260,8 @@ fn show(bar: &ProgressBar, stage: Stage, share: f64) {
 }
 
 /// Prints what was found.
-pub fn finish(diagnosis: &JointDiagnosis, folder: &Path, console: &Console) {
+pub fn finish(diagnosis: &JointDiagnosis, folder: impl AsRef<Path>, console: &Console) {
+    let folder = folder.as_ref();
     console.json(&diagnosis.to_json(&folder.join("model.safetensors").display().to_string()));
     console.text(format!("{}\n\n{}", diagnosis.verdict, verdict_sentence(diagnosis)));
     for cause in &diagnosis.causes {

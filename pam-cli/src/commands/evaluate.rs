@@ -73,12 +73,13 @@ pub struct Outcome {
 /// # Errors
 /// [`CliError`] if a file cannot be written, or the model has an effect that is not known.
 pub fn evaluate_into(
-    folder: &Path,
+    folder: impl AsRef<Path>,
     saved: &SavedModel,
     subjects: Vec<Subject>,
     settings: &SolverSettings,
     console: &Console,
 ) -> Result<Outcome, CliError> {
+    let folder = folder.as_ref();
     let bar = console.progress(subjects.len(), "predicting");
     let extended = ExtendedModel::from_saved(saved.clone())?;
     let evaluation = evaluate_with(&extended, &saved.model, subjects, settings, &|| bar.inc(1));
@@ -104,9 +105,9 @@ pub fn evaluate_into(
         made_by: made_by(),
     };
     let json = result_json(&evaluation, saved, settings);
-    write_json(&folder.join("evaluation.json"), &json)?;
+    write_json(folder.join("evaluation.json"), &json)?;
     let report = evaluation_report(&evaluation, &saved.model, &context);
-    write_atomic(&folder.join("report.html"), report.as_bytes())?;
+    write_atomic(folder.join("report.html"), report.as_bytes())?;
     Ok(Outcome { evaluation, json })
 }
 
@@ -130,7 +131,8 @@ fn result_json(evaluation: &Evaluation, saved: &SavedModel, settings: &SolverSet
 impl Outcome {
     /// Prints the results and says with which code to end.
     #[must_use]
-    pub fn finish(&self, folder: &Path, console: &Console) -> ExitCode {
+    pub fn finish(&self, folder: impl AsRef<Path>, console: &Console) -> ExitCode {
+        let folder = folder.as_ref();
         console.json(&self.json);
         console.text(summary(&self.evaluation));
         let failed = &self.evaluation.failed;

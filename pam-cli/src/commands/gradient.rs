@@ -92,7 +92,8 @@ impl NamedLoss {
 
 /// Help of `pam gradient --loss`.
 fn losses() -> String {
-    let named = AnyLoss::ALL.iter().map(|(name, description)| format!("{name} ({description})"));
+    let named =
+        AnyLoss::all().into_iter().map(|(name, description)| format!("{name} ({description})"));
     format!(
         "Loss, averaged over the recordings: {}. Fields as in a curriculum, lists with slashes: \
          squared:weights=100/100/1/1, huber:thresholds=0.5/5/2/2,weights=1/1/1/1, \

@@ -375,6 +375,9 @@ fn model(saved: &SavedModel) -> (String, Value) {
         "auxiliary_damping_kg_s": saved.model.auxiliary_damping_kg_s,
         "slopes": slopes,
     });
+    if !saved.info.effects.is_empty() {
+        value["effects"] = json!(saved.info.effects);
+    }
     if let AnyForce::Network(n) = &saved.model.force {
         let widths: Vec<usize> = n.mlp().layers().iter().map(|l| l.outputs()).collect();
         value["activation"] = json!(n.mlp().activation().name());

@@ -48,7 +48,7 @@ fn write_pages(
     clap_mangen::Man::new(named)
         .render(&mut page)
         .map_err(|e| crate::error::failed(format!("{file}: {e}")))?;
-    pam_data::atomic::write_atomic(&arguments.out.join(&file), &page)?;
+    pam_data::atomic::write_atomic(arguments.out.join(&file), &page)?;
     pages.push(file);
     for sub in command.get_subcommands().filter(|c| c.get_name() != "help" && !c.is_hide_set()) {
         write_pages(sub, &format!("{name}-{}", sub.get_name()), arguments, pages)?;

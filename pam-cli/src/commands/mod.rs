@@ -15,6 +15,7 @@ pub mod evaluate;
 pub mod gradient;
 pub mod inspect;
 pub mod man;
+pub mod parts;
 pub mod rig;
 pub mod rig_file;
 pub mod simulate;
@@ -90,6 +91,8 @@ commands! {
     Ablate(ablate::AblateArguments),
     /// Compare models on one split of the data: baselines and the hybrid model
     Compare(compare::CompareArguments),
+    /// List the effects, activations and losses that files and options may name
+    Parts(parts::PartsArguments),
     /// Hide an effect in recordings of the rig and find it: what runs without a command
     Demo(demo::DemoArguments),
     /// Check this machine: version, threads, vector instructions, write access

@@ -13,7 +13,7 @@ use pam_core::SealedMasses;
 use pam_core::units::MN_PER_N;
 use pam_data::atomic::write_atomic;
 use pam_data::{MassOrigin, Recording, SavedModel, Subject};
-use pam_effects::ExtendedModel;
+use pam_effects::{ActiveEffect, EffectError, EffectRecord, ExtendedModel};
 use pam_report::simulation_report;
 use pam_solvers::Statistics;
 use pam_trajectory::{Predictor, SolverSettings};
@@ -60,6 +60,10 @@ pub struct SimulateArguments {
         allow_hyphen_values = true
     )]
     pub air_masses: Option<Vec<f64>>,
+    /// Effect that is added to the model, as in coulomb_friction:force_n=12; may be given several times (`pam parts` lists
+    /// them)
+    #[arg(long = "effect", value_name = "ID:NAME=VALUE,…")]
+    pub effects: Vec<String>,
     /// Where the trajectory goes: .csv or .npz
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
@@ -80,7 +84,10 @@ const DEFAULT_PRESSURE_KPA: f64 = 412.0;
 impl RunCommand for SimulateArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let write = recording_writer(&self.out)?;
-        let saved = self.model.load_extended(global)?;
+        let mut saved = self.model.load_extended(global)?;
+        for text in &self.effects {
+            saved.info.effects.push(json!(added_effect(text)?));
+        }
         let settings = self.solver.settings_for(&saved)?;
         let subjects = match &self.data {
             Some(path) => {
@@ -101,7 +108,7 @@ impl RunCommand for SimulateArguments {
             write(&out, &run.trajectory)?;
             if let Some(path) = &self.report {
                 let text = report(&run, &saved, &settings.describe());
-                write_atomic(&path_of(path, i), text.as_bytes())?;
+                write_atomic(path_of(path, i), text.as_bytes())?;
             }
             console.text(run.summary(&out));
             if let Some(why) = &run.failure {
@@ -113,6 +120,12 @@ impl RunCommand for SimulateArguments {
         console.json(&json!({ "runs": runs, "seed": global.seed }));
         Ok(if stopped { ExitCode::from(PARTIAL) } else { ExitCode::SUCCESS })
     }
+}
+
+/// The effect of `--effect`.
+fn added_effect(text: &str) -> Result<ActiveEffect, CliError> {
+    let wrong = |e: EffectError| usage(format!("--effect {text}: {e}"));
+    text.parse::<EffectRecord>().and_then(|record| record.resolve(&[])).map_err(wrong)
 }
 
 /// One simulated trajectory.

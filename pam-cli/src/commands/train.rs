@@ -10,7 +10,6 @@ use crate::run_record::{self, made_by, write_json};
 use clap::Args;
 use pam_data::atomic::write_atomic;
 use pam_data::{MassOptions, Recording, Subject, toml_file};
-use pam_effects::effects::ALL;
 use pam_report::page::number;
 use pam_report::training::{EpochRow, ParameterRow, StageRow};
 use pam_report::{TrainingReport, effect_courses, force_curves, training_report};
@@ -113,7 +112,7 @@ impl RunCommand for TrainArguments {
             )));
         }
         let recordings = checked(recordings, global, console)?;
-        let effects = effects_of(&curriculum, ALL)?;
+        let effects = effects_of(&curriculum, &[])?;
         let mut trainer =
             Trainer::extended(curriculum, recordings, surfaces, effects, global.seed)?;
         console.text(format!(
@@ -318,8 +317,8 @@ fn finish(
         })),
         "made_by": made_by(),
     });
-    write_json(&out.join("training.json"), &value)?;
-    write_atomic(&out.join("report.html"), report(trainer, trained, rows.clone()).as_bytes())?;
+    write_json(out.join("training.json"), &value)?;
+    write_atomic(out.join("report.html"), report(trainer, trained, rows.clone()).as_bytes())?;
     console.json(&value);
     if !trained.finished {
         console.text(format!("interrupted; go on with --resume --out {}", out.display()));

@@ -29,7 +29,8 @@ impl MotionTable {
     ///
     /// # Errors
     /// [`ControlError::Data`] naming line and column of what is missing or no finite number.
-    pub fn read(path: &Path) -> Result<Self, ControlError> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, ControlError> {
+        let path = path.as_ref();
         let names = column_names(path)?;
         let optional = |name: &str| -> Result<Option<Vec<f64>>, DataError> {
             if names.iter().any(|n| n == name) {

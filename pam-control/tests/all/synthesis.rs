@@ -304,7 +304,7 @@ fn what_cannot_be_reached_is_said() {
 #[test]
 fn the_nearest_stiffness_keeps_the_motion() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../pam-cli/models/default.safetensors");
-    let model = pam_data::load_model(path.as_ref()).unwrap().model;
+    let model = pam_data::load_model(path).unwrap().model;
     let targets = motion("sine:A=1,f=0.1,duration=2", 176.0, 100.0);
     let solutions = solve(&model, &targets, MassBounds::new(0.02, 0.15).unwrap());
     let mut nearest = 0;
@@ -321,7 +321,7 @@ fn the_nearest_stiffness_keeps_the_motion() {
 #[test]
 fn the_default_models_nearest_stiffness_is_the_nearest() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../pam-cli/models/default.safetensors");
-    let model = pam_data::load_model(path.as_ref()).unwrap().model;
+    let model = pam_data::load_model(path).unwrap().model;
     let bounds = MassBounds::trained(&model);
     let targets = motion("sine:A=2,f=0.1,duration=9", 150.0, 1000.0);
     for k in [1600, 1900, 2129, 2500, 3300, 7121, 7123, 8000] {

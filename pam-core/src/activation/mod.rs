@@ -6,17 +6,21 @@
 //!
 //! To add one: write its file with a type that implements [`ActivationFunction`], and add one line
 //! to the list at the end of this module. It can then be named in files and on the command line.
-//! A type that only a script needs is given to [`Mlp`](crate::Mlp) directly, without the list.
+//! A type of another crate gets a name with [`NamedActivation`] and [`register`]. One that only a script needs is given to
+//! [`Mlp`](crate::Mlp) directly, without a name.
 
 mod batch;
 mod elu;
 mod gelu;
 mod leaky_relu;
+mod own;
 mod relu;
 mod silu;
 mod sine;
 mod softplus;
 mod tanh;
+
+pub use own::{ChosenActivation, NamedActivation, OwnActivation, register, registered};
 
 use crate::error::ModelError;
 use crate::scalar::Scalar;
@@ -75,50 +79,72 @@ pub trait ActivationFunction: Copy + Send + Sync + 'static {
 macro_rules! activations {
     ($($(#[$doc:meta])* $name:literal => $variant:ident($module:ident::$type:ident)),+ $(,)?) => {
         /// The activations that have a name in files and on the command line.
-        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[derive(Debug, Clone, Copy, PartialEq)]
         pub enum Activation {
-            $($(#[$doc])* #[serde(rename = $name)] $variant($module::$type)),+
+            $($(#[$doc])* $variant($module::$type),)+
+            /// One of another crate.
+            Own(OwnActivation),
         }
 
         $(pub use $module::$type;)+
 
         impl Activation {
-            /// Every name, in the order of the list.
+            /// Every built-in name, in the order of the list. [`names`](Self::names) has those of other crates besides.
             pub const NAMES: &'static [&'static str] = &[$($name),+];
 
             /// The activation of this name with its default parameters.
             ///
             /// # Errors
-            /// [`ModelError::UnknownName`] with the names that exist.
+            /// [`ModelError::UnknownPart`] with the names that exist.
             pub fn from_name(name: &str) -> Result<Self, ModelError> {
                 match name {
                     $($name => Ok(Self::$variant($module::$type::default())),)+
-                    _ => Err(ModelError::UnknownName {
-                        kind: "activation",
-                        name: name.to_owned(),
-                        known: Self::NAMES.join(", "),
-                    }),
+                    _ => Self::registered_as(name).map(Self::Own),
+                }
+            }
+
+            /// The parameters of the activation as JSON, `null` if it has none.
+            #[must_use]
+            pub fn parameters_json(&self) -> String {
+                match self {
+                    // Numbers and names are what JSON can hold.
+                    $(Self::$variant(a) => serde_json::to_string(a).unwrap_or_default(),)+
+                    Self::Own(a) => a.parameters_json(),
+                }
+            }
+
+            /// The activation of this name with the parameters of [`parameters_json`](Self::parameters_json).
+            ///
+            /// # Errors
+            /// [`ModelError`] if there is no such activation or the parameters are not its own.
+            pub fn from_name_and_json(name: &str, parameters: &str) -> Result<Self, ModelError> {
+                let wrong = |e: serde_json::Error| {
+                    ModelError::Shape(format!("parameters of activation {name}: {e}"))
+                };
+                match name {
+                    $($name => serde_json::from_str(parameters).map(Self::$variant).map_err(wrong),)+
+                    _ => Self::registered_as(name)?.with_parameters_json(parameters).map(Self::Own),
                 }
             }
 
             /// The name that [`from_name`](Activation::from_name) understands.
             #[must_use]
             pub fn name(&self) -> &'static str {
-                match self { $(Self::$variant(_) => $name),+ }
+                match self { $(Self::$variant(_) => $name,)+ Self::Own(a) => a.name() }
             }
         }
 
         impl ActivationFunction for Activation {
             #[inline]
             fn value<S: Scalar>(&self, z: S) -> S {
-                match self { $(Self::$variant(a) => a.value(z)),+ }
+                match self { $(Self::$variant(a) => a.value(z),)+ Self::Own(a) => a.value(z) }
             }
             fn relu_slope(&self) -> Option<f64> {
-                match self { $(Self::$variant(a) => a.relu_slope()),+ }
+                match self { $(Self::$variant(a) => a.relu_slope(),)+ Self::Own(a) => a.relu_slope() }
             }
             #[inline(always)]
             fn value_and_slope<T: Float>(&self, z: T) -> (T, T) {
-                match self { $(Self::$variant(a) => a.value_and_slope(z)),+ }
+                match self { $(Self::$variant(a) => a.value_and_slope(z),)+ Self::Own(a) => a.value_and_slope(z) }
             }
             fn apply_to_batch<T: Float>(&self, z: &mut [T]) {
                 T::activate(self, z);
@@ -131,7 +157,10 @@ macro_rules! activations {
         impl Activation {
             /// Implements [`Float::activate`].
             pub(crate) fn apply_to_any_batch<T: Float>(&self, z: &mut [T]) {
-                match self { $(Self::$variant(a) => a.apply_to_batch(z)),+ }
+                match self {
+                    $(Self::$variant(a) => a.apply_to_batch(z),)+
+                    Self::Own(a) => T::activate_own(a, z),
+                }
             }
 
             /// Implements [`Float::activate_with_slopes`].
@@ -140,7 +169,10 @@ macro_rules! activations {
                 z: &mut [T],
                 slopes: &mut [T],
             ) {
-                match self { $(Self::$variant(a) => a.apply_to_batch_with_slopes(z, slopes)),+ }
+                match self {
+                    $(Self::$variant(a) => a.apply_to_batch_with_slopes(z, slopes),)+
+                    Self::Own(a) => T::activate_own_with_slopes(a, z, slopes),
+                }
             }
         }
 
@@ -148,32 +180,29 @@ macro_rules! activations {
             /// Applies the activation in place; the choice of function is made once.
             #[inline]
             pub fn apply<S: Scalar>(&self, values: &mut [S]) {
-                match self { $(Self::$variant(a) => apply(a, values)),+ }
+                match self { $(Self::$variant(a) => apply(a, values),)+ Self::Own(a) => apply(a, values) }
             }
         }
     };
 }
 
 impl Activation {
-    /// The parameters of the activation as JSON, `null` if it has none.
+    /// Every name that [`from_name`](Self::from_name) understands: the built-in ones, then those that were
+    /// [registered](register).
     #[must_use]
-    pub fn parameters_json(&self) -> String {
-        let whole = serde_json::to_value(self).unwrap_or_default();
-        whole.get(self.name()).cloned().unwrap_or_default().to_string()
+    pub fn names() -> Vec<&'static str> {
+        let own = registered();
+        Self::NAMES.iter().copied().chain(own.iter().map(OwnActivation::name)).collect()
     }
 
-    /// The activation of this name with the parameters of [`parameters_json`](Self::parameters_json).
-    ///
-    /// # Errors
-    /// [`ModelError`] if there is no such activation or the parameters are not its own.
-    pub fn from_name_and_json(name: &str, parameters: &str) -> Result<Self, ModelError> {
-        let wrong = |e: serde_json::Error| {
-            ModelError::Shape(format!("parameters of activation {name}: {e}"))
-        };
-        Self::from_name(name)?;
-        let inner: serde_json::Value = serde_json::from_str(parameters).map_err(wrong)?;
-        let whole = serde_json::Value::Object([(name.to_owned(), inner)].into_iter().collect());
-        serde_json::from_value(whole).map_err(wrong)
+    fn registered_as(name: &str) -> Result<OwnActivation, ModelError> {
+        registered().into_iter().find(|own| own.name() == name).ok_or_else(|| {
+            ModelError::UnknownPart {
+                kind: "activation",
+                name: name.to_owned(),
+                known: Self::names().join(", "),
+            }
+        })
     }
 }
 

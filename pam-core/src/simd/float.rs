@@ -1,6 +1,6 @@
 use super::arch;
 use super::gemm::Product;
-use crate::activation::Activation;
+use crate::activation::{Activation, OwnActivation};
 use crate::scalar::Scalar;
 use num_dual::DualNumFloat;
 use pulp::Simd;
@@ -76,6 +76,12 @@ pub trait Float: Scalar<Primitive = Self> + DualNumFloat + Default + Send + Sync
 
     /// Replaces each `z` by `σ(z)` and writes `σ'(z)` to `slopes`.
     fn activate_with_slopes(activation: &Activation, z: &mut [Self], slopes: &mut [Self]);
+
+    /// [`activate`](Self::activate) for an activation of another crate.
+    fn activate_own(activation: &OwnActivation, z: &mut [Self]);
+
+    /// [`activate_with_slopes`](Self::activate_with_slopes) for an activation of another crate.
+    fn activate_own_with_slopes(activation: &OwnActivation, z: &mut [Self], slopes: &mut [Self]);
 
     /// `|self|`.
     fn magnitude(self) -> Self;
@@ -171,6 +177,16 @@ macro_rules! float {
             }
             fn activate_with_slopes(activation: &Activation, z: &mut [Self], slopes: &mut [Self]) {
                 activation.apply_to_any_batch_with_slopes(z, slopes);
+            }
+            fn activate_own(activation: &OwnActivation, z: &mut [Self]) {
+                activation.batch(z);
+            }
+            fn activate_own_with_slopes(
+                activation: &OwnActivation,
+                z: &mut [Self],
+                slopes: &mut [Self],
+            ) {
+                activation.batch_with_slopes(z, slopes);
             }
             #[inline(always)]
             fn magnitude(self) -> Self {

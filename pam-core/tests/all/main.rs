@@ -2,6 +2,7 @@
 
 mod activation;
 mod choice;
+mod own_activation;
 mod force {
     mod mlp;
     mod parametric;

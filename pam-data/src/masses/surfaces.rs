@@ -56,7 +56,8 @@ impl MuscleSurfaces {
     ///
     /// # Errors
     /// [`DataError::File`] if an array is missing or of the wrong length.
-    pub fn read(path: &Path) -> Result<Self, DataError> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, DataError> {
+        let path = path.as_ref();
         let arrays = mat::read(path)?;
         let purpose = "single-muscle surfaces (powers, coeffs_fF_loadingP, …)";
         let powers = mat::take(path, &arrays, "powers", purpose)?;

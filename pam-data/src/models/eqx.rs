@@ -39,7 +39,8 @@ impl FileFormat for Eqx {
 ///
 /// # Errors
 /// [`DataError::File`] naming the record that is missing, damaged or of the wrong shape.
-pub fn read(path: &Path) -> Result<SavedModel, DataError> {
+pub fn read(path: impl AsRef<Path>) -> Result<SavedModel, DataError> {
+    let path = path.as_ref();
     let bytes = read_bytes(path)?;
     let fail = |message: String| DataError::file(path, message);
     let mut rest = bytes.as_slice();
@@ -116,7 +117,8 @@ pub fn read(path: &Path) -> Result<SavedModel, DataError> {
 ///
 /// # Errors
 /// [`DataError::File`] if the model is none that the format can hold.
-pub fn write(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
+pub fn write(path: impl AsRef<Path>, saved: &SavedModel) -> Result<(), DataError> {
+    let path = path.as_ref();
     let fail = |why: &str| DataError::file(path, format!("the .eqx format cannot hold {why}"));
     let AnyForce::Network(force) = &saved.model.force else {
         return Err(fail("a force that is no network"));

@@ -14,7 +14,8 @@ use std::path::Path;
 ///
 /// # Errors
 /// [`DataError`] if the file is of another kind, damaged, or holds a model whose inputs do not match.
-pub fn load_model(path: &Path) -> Result<SavedModel, DataError> {
+pub fn load_model(path: impl AsRef<Path>) -> Result<SavedModel, DataError> {
+    let path = path.as_ref();
     format_of(path)?.read_model(path)
 }
 
@@ -22,7 +23,8 @@ pub fn load_model(path: &Path) -> Result<SavedModel, DataError> {
 ///
 /// # Errors
 /// As [`load_model`].
-pub fn parse_model(path: &Path, bytes: &[u8]) -> Result<SavedModel, DataError> {
+pub fn parse_model(path: impl AsRef<Path>, bytes: &[u8]) -> Result<SavedModel, DataError> {
+    let path = path.as_ref();
     safetensors_file::parse(path, bytes)
 }
 
@@ -30,7 +32,8 @@ pub fn parse_model(path: &Path, bytes: &[u8]) -> Result<SavedModel, DataError> {
 ///
 /// # Errors
 /// [`DataError`] if the extension is another one, or the format cannot hold the model.
-pub fn save_model(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
+pub fn save_model(path: impl AsRef<Path>, saved: &SavedModel) -> Result<(), DataError> {
+    let path = path.as_ref();
     match path.extension().and_then(|e| e.to_str()) {
         Some("safetensors") => safetensors_file::write(path, saved),
         Some("eqx") => eqx::write(path, saved),

@@ -59,7 +59,8 @@ const OUTPUT: &str = "restoring_force_mn";
 ///
 /// # Errors
 /// [`DataError`] if the file cannot be written.
-pub fn write(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
+pub fn write(path: impl AsRef<Path>, saved: &SavedModel) -> Result<(), DataError> {
+    let path = path.as_ref();
     let model = &saved.model;
     let raw = model.raw;
     let vector = |name: &str, values: Vec<f64>| {
@@ -126,7 +127,8 @@ fn serialise(tensors: &[(String, Tensor)], meta: &[(&str, String)]) -> Vec<u8> {
 ///
 /// # Errors
 /// [`DataError::File`] naming the tensor or metadata entry that is missing or wrong.
-pub fn read(path: &Path) -> Result<SavedModel, DataError> {
+pub fn read(path: impl AsRef<Path>) -> Result<SavedModel, DataError> {
+    let path = path.as_ref();
     parse(path, &read_bytes(path)?)
 }
 
@@ -134,7 +136,8 @@ pub fn read(path: &Path) -> Result<SavedModel, DataError> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn parse(path: &Path, bytes: &[u8]) -> Result<SavedModel, DataError> {
+pub fn parse(path: impl AsRef<Path>, bytes: &[u8]) -> Result<SavedModel, DataError> {
+    let path = path.as_ref();
     let fail = |message: String| DataError::file(path, message);
     let file = SafeTensors::deserialize(bytes)
         .map_err(|e| fail(format!("not a readable safetensors file ({e}); it may be truncated")))?;

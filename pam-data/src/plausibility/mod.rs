@@ -18,7 +18,7 @@
 //!
 //! ```no_run
 //! use pam_data::{LoadOptions, MassOptions, Subject, load_model, plausibility, read_recordings};
-//! let saved = load_model("model.safetensors".as_ref())?;
+//! let saved = load_model("model.safetensors")?;
 //! let recordings = read_recordings(["logs"], &LoadOptions::default())?;
 //! let subjects = Subject::resolve(recordings, &saved, &MassOptions::default())?;
 //! for finding in plausibility::check(&saved.model, &subjects) {

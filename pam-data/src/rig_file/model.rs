@@ -18,7 +18,8 @@ impl RigFile {
     /// # Errors
     /// [`DataError`] with the line if the file is not TOML or has a key that is not known; naming the key if a unit does
     /// not exist, needs a size that is not given, or a size is not positive.
-    pub fn read(path: &Path) -> Result<Self, DataError> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, DataError> {
+        let path = path.as_ref();
         Self::parse(&toml_file::text(path)?, path)
     }
 
@@ -26,7 +27,8 @@ impl RigFile {
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    pub fn parse(text: &str, path: &Path) -> Result<Self, DataError> {
+    pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self, DataError> {
+        let path = path.as_ref();
         let rig: Self = toml_file::parse(text, path)?;
         rig.validate().map_err(|message| DataError::file(path, message))?;
         Ok(rig)

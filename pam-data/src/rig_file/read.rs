@@ -91,7 +91,8 @@ impl RigFile {
 
     /// True if a file is a table that holds all columns of this rig.
     #[must_use]
-    pub fn describes_file(&self, path: &Path) -> bool {
+    pub fn describes_file(&self, path: impl AsRef<Path>) -> bool {
+        let path = path.as_ref();
         let Some(columns) = &self.columns else { return false };
         Table::open(path, &self.file).is_ok_and(|table| {
             columns.wanted().iter().all(|w| place(w.what, table.names()).is_some())
@@ -105,9 +106,10 @@ impl RigFile {
     /// not increase, or what makes no valid recording.
     pub fn recordings(
         &self,
-        path: &Path,
+        path: impl AsRef<Path>,
         options: &LoadOptions,
     ) -> Result<Vec<Recording>, DataError> {
+        let path = path.as_ref();
         let table = Table::open(path, &self.file)?;
         self.recordings_of(&table, path, options)
     }

@@ -7,7 +7,7 @@ use crate::noise::{Noise, NoisePrior};
 use crate::search::{Candidates, Rows, search};
 use crate::settings::DiagnosisSettings;
 use crate::verdict::{Cause, Naming};
-use pam_effects::effects::ParameterInfo;
+use pam_vocabulary::ParameterInfo;
 
 /// Candidates and errors of baseline recordings. A model that misses something small everywhere misses it in the
 /// data under diagnosis as well; that counts as no fault.
@@ -15,6 +15,7 @@ pub(crate) struct Baseline {
     /// Candidates that the baseline recordings show; part of the model from there on.
     pub(crate) members: Vec<Member>,
     /// Standard deviation of the magnitude of each, relative to it.
+    #[cfg_attr(not(feature = "joint"), expect(dead_code, reason = "the joint reads it"))]
     pub(crate) deviations: Vec<f64>,
     /// Root-mean-square errors of the fitted channels that are left then.
     pub(crate) rms: Vec<f64>,

@@ -295,7 +295,7 @@ fn unmodelled<C: Candidates + ?Sized>(
         let much = noise > settings.unmodelled_share * variation(open, c)
             && noise > settings.unmodelled_ratio * floor[k]
             && !is_stationary(open, best, k);
-        let number = |v: f64| pam_effects::model::significant(v, 3);
+        let number = |v: f64| pam_core::units::significant(v, 3);
         much.then(|| Anomaly {
             kind: "unmodelled",
             channel: output.key.clone(),

@@ -1,6 +1,6 @@
 //! Terms that may be missing from a field.
 
-use pam_effects::effects::ParameterInfo;
+use pam_vocabulary::ParameterInfo;
 
 /// A possible cause: a term of the field that some of its parameters switch on.
 #[derive(Debug, Clone, PartialEq)]

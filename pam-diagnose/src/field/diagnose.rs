@@ -7,8 +7,10 @@ use crate::data::{OpenPart, Roles, Span, TestSource};
 use crate::diagnosis::{self, Baseline, Diagnosis, Prepared};
 use crate::error::DiagnoseError;
 use crate::noise::{NoisePrior, noise_deviation};
+#[cfg(feature = "report")]
 use crate::report::ReportModel;
 use crate::verdict::Cause;
+#[cfg(feature = "report")]
 use maud::{Markup, html};
 use pam_core::ParametricField;
 use pam_solvers::Input;
@@ -254,13 +256,14 @@ fn check<F: ParametricField, I>(
     options.settings.check()
 }
 
+#[cfg(feature = "report")]
 impl ReportModel for DiagnosedField {
     fn notes(&self) -> Markup {
         html! {
             @if let Some(b) = &self.baseline {
                 p {
                     "Baseline discrepancy of the field, from " (b.recordings.join(", ")) ": RMS "
-                    (b.rms.iter().map(|r| pam_effects::model::significant(*r, 3)).collect::<Vec<_>>().join(", "))
+                    (b.rms.iter().map(|r| pam_core::units::significant(*r, 3)).collect::<Vec<_>>().join(", "))
                     @if !b.effects.is_empty() { " with " (b.effects.join(", ")) }
                     ". That much counts as no fault."
                 }

@@ -9,7 +9,7 @@
 //! ```
 //! use pam_core::{ParametricField, Scalar, VectorField};
 //! use pam_diagnose::Verdict;
-//! use pam_effects::effects::ParameterInfo;
+//! use pam_vocabulary::ParameterInfo;
 //! use pam_diagnose::field::{Candidate, FieldNoise, FieldOptions, diagnose_field};
 //! use pam_solvers::{Integrator, NoInput, PidController, SaveAt, Tableau, Term};
 //! use pam_train::field::{Experiment, FieldProblem, Outputs};
@@ -81,4 +81,4 @@ pub use diagnose::{DiagnosedField, FieldBaseline, FieldDiagnosis, diagnose_field
 pub use options::{FieldNoise, FieldOptions};
 
 #[cfg(doc)]
-use pam_effects::effects::ParameterInfo;
+use pam_vocabulary::ParameterInfo;

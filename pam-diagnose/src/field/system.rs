@@ -10,9 +10,9 @@ use crate::fit::{Hypothesis, Sensitivities};
 use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
 use pam_core::ParametricField;
-use pam_effects::effects::ParameterInfo;
 use pam_solvers::{Input, Side};
 use pam_train::field::{Experiment, FieldProblem, Number, Numbers};
+use pam_vocabulary::ParameterInfo;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 

@@ -6,8 +6,8 @@ use super::normal::dot;
 use super::problem::Problem;
 use crate::error::DiagnoseError;
 use crate::search::Candidates;
-use pam_effects::effects::ParameterInfo;
 use pam_numerics::statistics::t_quantile_95;
+use pam_vocabulary::ParameterInfo;
 use serde::Serialize;
 
 /// A value with its 95 % confidence interval.

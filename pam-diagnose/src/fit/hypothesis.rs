@@ -1,7 +1,7 @@
 //! A set of candidates with values.
 
 use crate::search::{Candidates, Nuisance};
-use pam_effects::effects::ParameterInfo;
+use pam_vocabulary::ParameterInfo;
 
 /// A candidate with its values: parameters, then switches.
 #[derive(Debug, Clone, PartialEq)]

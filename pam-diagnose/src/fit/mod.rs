@@ -20,5 +20,7 @@ pub use hypothesis::{Hypothesis, Member};
 pub use levenberg_marquardt::Fit;
 pub use likelihood::ChannelErrors;
 pub(crate) use normal::dot;
+pub(crate) use problem::fitted_outputs;
+#[cfg(feature = "joint")]
+pub(crate) use problem::row_means;
 pub use problem::{Problem, Sensitivities};
-pub(crate) use problem::{fitted_outputs, row_means};

@@ -11,7 +11,7 @@ use crate::noise::{NoisePrior, estimated_noise};
 use crate::settings::DiagnosisSettings;
 use pam_data::Subject;
 use pam_data::plausibility::{self, Finding, PlausibilitySettings};
-use pam_effects::effects::{ALL, AnyEffect, DataScales};
+use pam_effects::effects::{self, AnyEffect, DataScales};
 use pam_effects::model::{ActiveEffect, ExtendedModel};
 use pam_effects::simulation::Trial;
 use serde::Serialize;
@@ -30,7 +30,7 @@ pub struct RecordingSets<'a> {
 /// Candidates, seed and settings of [`diagnose`].
 #[derive(Debug, Clone)]
 pub struct DiagnoseOptions {
-    /// Effects that may be named.
+    /// Effects that may be named; all that this process knows unless changed.
     pub candidates: Vec<&'static dyn AnyEffect>,
     /// Seed of the split, the null test and the bootstrap.
     pub seed: u64,
@@ -48,7 +48,7 @@ pub struct DiagnoseOptions {
 impl Default for DiagnoseOptions {
     fn default() -> Self {
         Self {
-            candidates: ALL.to_vec(),
+            candidates: effects::all(),
             seed: 1,
             settings: DiagnosisSettings::default(),
             plausibility: PlausibilitySettings::default(),

@@ -3,7 +3,7 @@
 use crate::fit::{Interval, Problem};
 use crate::search::Candidates;
 use crate::verdict::Cause;
-use pam_effects::effects::ParameterInfo;
+use pam_vocabulary::ParameterInfo;
 
 /// Whether every parameter that could switch a cause off may be at the value at which it is off. False for a cause
 /// without such a parameter.

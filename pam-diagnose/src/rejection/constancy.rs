@@ -98,7 +98,7 @@ impl Constancy {
     /// In words; empty if the value is constant.
     #[must_use]
     pub fn sentence(&self, effect: &str) -> String {
-        use pam_effects::model::significant;
+        use pam_core::units::significant;
         let n = |v: f64| significant(v, 3);
         let mut parts = Vec::new();
         if let Some(c) = &self.in_time {

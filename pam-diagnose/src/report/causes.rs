@@ -52,7 +52,7 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
             @for r in &d.ranking {
                 tr {
                     td { (r.effect) } td { (format!("{:.1} %", 100.0 * r.score)) }
-                    td { (r.values.iter().map(|v| pam_effects::model::significant(*v, 4)).collect::<Vec<_>>().join(", ")) }
+                    td { (r.values.iter().map(|v| pam_core::units::significant(*v, 4)).collect::<Vec<_>>().join(", ")) }
                     td.text { (r.at_limit.join(", ")) }
                 }
             }

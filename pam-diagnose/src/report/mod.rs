@@ -7,7 +7,7 @@ mod residual;
 use crate::diagnosis::Diagnosis;
 use crate::verdict::Verdict;
 use maud::{Markup, html};
-use pam_effects::model::significant;
+use pam_core::units::significant;
 use pam_report::page::{card, number, page};
 
 /// Model and program, as the report names them.

@@ -7,7 +7,7 @@ use crate::fit::{Hypothesis, Problem, fitted_outputs};
 use crate::noise::correlated_rows;
 use crate::search::Candidates;
 use crate::settings::ResidualSettings;
-use pam_effects::model::significant;
+use pam_core::units::significant;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 

@@ -2,7 +2,7 @@
 
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Sensitivities};
-use pam_effects::effects::ParameterInfo;
+use pam_vocabulary::ParameterInfo;
 use std::ops::Range;
 
 /// A possible cause.

@@ -9,8 +9,10 @@ pub use groups::{
 
 use crate::error::DiagnoseError;
 use groups::Row;
+#[cfg(feature = "joint")]
 use pam_data::toml_file;
 use serde::{Deserialize, Serialize};
+#[cfg(feature = "joint")]
 use toml::{Table, Value};
 
 /// All settings of a diagnosis. In TOML each group is a table; values that are missing keep their defaults, unknown
@@ -46,6 +48,7 @@ pub struct DiagnosisSettings {
 }
 
 impl DiagnosisSettings {
+    #[cfg(feature = "joint")]
     /// Reads settings from TOML text and changes single values, written as `search.singles=4`.
     ///
     /// # Errors

@@ -4,7 +4,7 @@ use crate::fit::{Hypothesis, Problem, fitted_outputs};
 use crate::noise::{Autoregression, autocovariance};
 use crate::residual::{Line, Spectrum, TimeProfile};
 use crate::search::Candidates;
-use pam_effects::model::significant;
+use pam_core::units::significant;
 use pam_numerics::statistics::{chi_square_quantile, mean, t_quantile};
 use serde::Serialize;
 

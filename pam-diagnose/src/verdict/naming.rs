@@ -8,8 +8,8 @@ use crate::rejection::{Constancy, ParameterStability, may_be_absent, vague};
 use crate::search::refit::{multi_start, other_shapes};
 use crate::search::{Candidates, Findings, Rows, Scored};
 use pam_core::parallel;
-use pam_effects::effects::ParameterInfo;
 use pam_numerics::statistics::t_quantile_95;
+use pam_vocabulary::ParameterInfo;
 
 /// Everything from which names follow.
 pub(crate) struct Naming<'n, 'a, C: ?Sized> {

@@ -11,12 +11,14 @@
 //!
 //! **A new effect** is a type with [`Effect`] in a file of its own, a line in its group's `mod.rs`, and a line
 //! in the list of [`ALL`]. Its [`EffectInfo`] is the entry of the vocabulary ([`entry`]), or its own if the
-//! vocabulary does not have it. An effect of another crate is passed to the diagnosis as a candidate.
+//! vocabulary does not have it. An effect of another crate is passed to the diagnosis as a candidate, or gets known by
+//! its id everywhere with [`register`].
 
 mod dynamic;
 mod gas;
 mod hooks;
 mod mechanics;
+mod own;
 mod scales;
 mod sensing;
 
@@ -26,6 +28,7 @@ pub use dynamic::{
 pub use hooks::{
     Absorbed, ChamberLaw, Contact, Effect, Observed, Point, Pressures, Rest, Restoring,
 };
+pub use own::{all, register, registered};
 pub use pam_vocabulary::{EffectInfo, Group, ParameterInfo, Switch, VocabularyError, entry};
 pub use scales::{DataScales, ScaleSample};
 
@@ -36,7 +39,8 @@ macro_rules! effects {
     ($($group:ident::$module:ident::$effect:ident),+ $(,)?) => {
         $(pub use $group::$module::$effect;)+
 
-        /// Every effect: those of the vocabulary ([`pam_vocabulary`]) in its order, and any further ones.
+        /// Every built-in effect: those of the vocabulary ([`pam_vocabulary`]) in its order, and any further ones.
+        /// [`all`] has those of other crates besides.
         pub static ALL: &[&dyn AnyEffect] = &[$(&$effect),+];
     };
 }
@@ -72,8 +76,8 @@ effects! {
     sensing::position_delay::PositionDelay,
 }
 
-/// The effect with this id.
+/// The effect with this id: a built-in one, or one that was [registered](register).
 #[must_use]
 pub fn by_id(id: &str) -> Option<&'static dyn AnyEffect> {
-    ALL.iter().find(|e| e.info().id == id).copied()
+    ALL.iter().copied().chain(registered()).find(|e| e.info().id == id)
 }

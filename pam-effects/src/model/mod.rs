@@ -11,10 +11,11 @@ mod record;
 mod without_effects;
 
 pub use active::ActiveEffect;
+pub use pam_core::units::significant;
 pub use record::EffectRecord;
 pub use without_effects::WithoutEffects;
 
-use crate::effects::{ALL, AnyEffect};
+use crate::effects::AnyEffect;
 use crate::error::EffectError;
 use crate::simulation::Base;
 use pam_core::{AnyForce, JointModel};
@@ -35,15 +36,17 @@ pub struct ExtendedModel {
 }
 
 impl ExtendedModel {
-    /// A model from its file, with effects of the vocabulary.
+    /// A model from its file, with effects that this process knows: the built-in ones and those that were
+    /// [registered](crate::effects::register).
     ///
     /// # Errors
-    /// [`EffectError::Vocabulary`] if the file has an effect that is not known.
+    /// [`EffectError::Unknown`] if the file has an effect that is not known, [`EffectError::Vocabulary`] if a value of one
+    /// is missing, unknown or not finite.
     pub fn from_saved(saved: SavedModel) -> Result<Self, EffectError> {
-        Self::from_saved_among(saved, ALL)
+        Self::from_saved_among(saved, &[])
     }
 
-    /// A model from its file, with effects of `known` or of the vocabulary.
+    /// A model from its file, with effects of `known` or any that this process knows.
     ///
     /// # Errors
     /// As [`from_saved`](Self::from_saved).
@@ -101,14 +104,4 @@ impl ExtendedModel {
         };
         self.effects.iter().map(one).collect::<Vec<_>>().join(", ")
     }
-}
-
-/// A number to so many significant digits.
-#[must_use]
-pub fn significant(value: f64, digits: i32) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value}");
-    }
-    let places = (digits - 1 - value.abs().log10().floor() as i32).clamp(0, 12);
-    format!("{value:.*}", places as usize)
 }

@@ -1,11 +1,12 @@
 //! The form in which effects stand in files.
 
 use super::ActiveEffect;
-use crate::effects::{AnyEffect, VocabularyError, by_id};
+use crate::effects::{self, AnyEffect, VocabularyError, by_id};
 use crate::error::EffectError;
 use pam_data::ModelInfo;
 use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
+use std::str::FromStr;
 
 /// An effect of an extended model in the metadata of a model file and in curricula.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,19 +32,30 @@ impl EffectRecord {
         info.effects.iter().map(read).collect()
     }
 
-    /// The effect with its values; its id is looked up among `known` and then in the vocabulary.
+    /// The error of an id that is neither among `known` nor known to this process.
+    #[must_use]
+    pub fn unknown(id: &str, known: &[&'static dyn AnyEffect]) -> EffectError {
+        let mut ids: Vec<&str> = effects::all().into_iter().map(|e| e.info().id).collect();
+        for effect in known {
+            if !ids.contains(&effect.info().id) {
+                ids.push(effect.info().id);
+            }
+        }
+        EffectError::Unknown { id: id.to_owned(), known: ids }
+    }
+
+    /// The effect with its values; its id is looked up among `known`, then among all that this process knows ([`by_id`]).
     ///
     /// # Errors
-    /// [`EffectError::Vocabulary`] if there is no such effect, or a value is missing, unknown or not finite.
+    /// [`EffectError::Unknown`] if there is no such effect, [`EffectError::Vocabulary`] if a value is missing, unknown or
+    /// not finite.
     pub fn resolve(&self, known: &[&'static dyn AnyEffect]) -> Result<ActiveEffect, EffectError> {
         let effect = known
             .iter()
             .find(|e| e.info().id == self.effect)
             .copied()
             .or_else(|| by_id(&self.effect))
-            .ok_or_else(|| {
-                VocabularyError::unknown_effect(&self.effect, known.iter().map(|e| e.info().id))
-            })?;
+            .ok_or_else(|| Self::unknown(&self.effect, known))?;
         let info = effect.info();
         if let Some(name) = self.values.keys().find(|k| info.value_names().all(|n| n != **k)) {
             return Err(VocabularyError::unknown_value(info.id, name, info.value_names()).into());
@@ -62,6 +74,29 @@ impl EffectRecord {
         };
         let values = info.value_names().map(value).collect::<Result<Vec<f64>, _>>()?;
         Ok(ActiveEffect { effect, values })
+    }
+}
+
+/// Reads `ID:NAME=VALUE,…`, for example `coulomb_friction:force_n=12`, as command lines have it.
+impl FromStr for EffectRecord {
+    type Err = EffectError;
+
+    fn from_str(text: &str) -> Result<Self, EffectError> {
+        let (id, values) = text.split_once(':').unwrap_or((text, ""));
+        let fail = |message: String| EffectError::Effect { id: id.trim().to_owned(), message };
+        let mut record = Self { effect: id.trim().to_owned(), values: BTreeMap::new() };
+        for assignment in values.split(',').filter(|a| !a.trim().is_empty()) {
+            let (name, value) = assignment.split_once('=').ok_or_else(|| {
+                fail(format!("`{}` is not NAME=VALUE, like `force_n=12`", assignment.trim()))
+            })?;
+            let number: f64 = value.trim().parse().map_err(|_| {
+                fail(format!("`{}` of `{}` is no number", value.trim(), name.trim()))
+            })?;
+            if record.values.insert(name.trim().to_owned(), number).is_some() {
+                return Err(fail(format!("`{}` is given twice", name.trim())));
+            }
+        }
+        Ok(record)
     }
 }
 

@@ -65,7 +65,7 @@ fn wrong_effects_are_refused_by_name() {
     ];
     for (effect, words) in cases {
         match effect.resolve(ALL) {
-            Err(EffectError::Vocabulary(error)) => {
+            Err(error @ (EffectError::Vocabulary(_) | EffectError::Unknown { .. })) => {
                 let message = error.to_string();
                 assert!(message.contains(&format!("effect `{}`", effect.effect)));
                 for word in words {
@@ -79,7 +79,7 @@ fn wrong_effects_are_refused_by_name() {
         ExtendedModel { joint: linear(), info: ModelInfo::default(), effects: Vec::new() }
             .to_saved();
     saved.info.effects.push(serde_json::json!(stored("phlogiston", &[])));
-    assert!(matches!(ExtendedModel::from_saved(saved), Err(EffectError::Vocabulary(_))));
+    assert!(matches!(ExtendedModel::from_saved(saved), Err(EffectError::Unknown { .. })));
 }
 
 /// A switch that is not mentioned is off.

@@ -10,6 +10,7 @@ mod friction;
 mod gas;
 mod loops;
 mod mechanics;
+mod own;
 mod plain;
 mod sensing;
 mod sensitivities;

@@ -24,7 +24,7 @@ fn sampled(rate_hz: f64, hertz: f64) -> Recording {
         pressure_extensor_kpa: vec![P; count],
         force_mn: time_s.iter().map(|t| 1e5 * (TAU * hertz * t).sin()).collect(),
         time_s,
-        ..Recording::empty("made_up".as_ref())
+        ..Recording::empty("made_up")
     }
 }
 

@@ -24,7 +24,8 @@ impl Protocol {
     ///
     /// # Errors
     /// [`RigError`] naming file, line and field.
-    pub fn read(path: &Path) -> Result<Self, RigError> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, RigError> {
+        let path = path.as_ref();
         Self::parse(&toml_file::text(path)?, path)
     }
 
@@ -41,7 +42,8 @@ impl Protocol {
     ///
     /// # Errors
     /// [`RigError`] naming file, line and field.
-    pub fn parse(text: &str, path: &Path) -> Result<Self, RigError> {
+    pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self, RigError> {
+        let path = path.as_ref();
         let mut protocol: Self = toml_file::parse(text, path)?;
         let places: Places = toml_file::parse(text, path)?;
         let fail = |offset: usize, message: String| -> RigError {

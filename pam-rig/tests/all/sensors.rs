@@ -200,7 +200,7 @@ fn the_whole_rig_shows_the_published_delay() {
                 )
             })
             .concat();
-    let protocol = Protocol::parse(&text, "short.toml".as_ref()).unwrap();
+    let protocol = Protocol::parse(&text, "short.toml").unwrap();
     let run = &protocol.runs().unwrap()[0];
     let recorded = record(&RigParameters::default(), &protocol, run, 5).unwrap();
     let excited = &recorded.rows[recorded.rows.len() - 36_000..];

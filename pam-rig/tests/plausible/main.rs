@@ -16,7 +16,7 @@ fn published(name: &str) -> PathBuf {
 }
 
 static MODEL: LazyLock<SavedModel> =
-    LazyLock::new(|| load_model(&published("hybrid_model_puresine_16.eqx")).unwrap());
+    LazyLock::new(|| load_model(published("hybrid_model_puresine_16.eqx")).unwrap());
 
 /// Unequal and equal pressures, psi.
 const PSI: [[f64; 2]; 3] = [[45.0, 45.0], [30.0, 60.0], [60.0, 30.0]];
@@ -67,7 +67,7 @@ static SOUND: LazyLock<Vec<Recording>> = LazyLock::new(|| {
 
 /// The published measured run.
 static REAL: LazyLock<Vec<Recording>> =
-    LazyLock::new(|| open_recordings(&published("data.mat"), &LoadOptions::default()).unwrap());
+    LazyLock::new(|| open_recordings(published("data.mat"), &LoadOptions::default()).unwrap());
 
 fn findings(recordings: Vec<Recording>) -> Vec<Finding> {
     let subjects = Subject::resolve(recordings, &MODEL, &MassOptions::default()).unwrap();

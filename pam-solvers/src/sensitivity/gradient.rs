@@ -77,6 +77,14 @@ pub trait GradientMethod<F, I> {
         problem: &Problem<'_, F, I>,
         loss: &mut dyn Loss,
     ) -> Result<Gradient, Box<SolveError<f64>>>;
+
+    /// The method without its type, to stand in one list with others.
+    fn boxed(self) -> AnyGradientMethod<F, I>
+    where
+        Self: Sized + Send + Sync + 'static,
+    {
+        Box::new(self)
+    }
 }
 
 /// A gradient method that is chosen at run time, for a field `F` under an input `I`.

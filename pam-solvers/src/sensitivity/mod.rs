@@ -48,6 +48,42 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! All methods take each other's place. Several of them in one list are boxed with [`GradientMethod::boxed`]:
+//!
+//! ```
+//! use pam_autodiff::ByTape;
+//! use pam_core::field_fn;
+//! use pam_solvers::sensitivity::{
+//!     Backsolve, DiscreteAdjoint, DualThroughSolver, FiniteDifference, ForwardSensitivity, GradientMethod,
+//!     InterpolatingAdjoint, Problem, QuadratureAdjoint, TapeThroughSolver,
+//! };
+//! use pam_solvers::{Integrator, PidController, Tableau};
+//!
+//! // ẏ = −p y: the derivative of y(2) by p is −2 e^(−2 p).
+//! let field = field_fn!([0.7], 0 => 1, |_t, y, _u, p, dy| dy[0] = -p[0] * y[0]);
+//! let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-9, 1e-9));
+//! let problem = Problem::new(&field, &[1.0], &[2.0], &integrator);
+//! let methods = [
+//!     DiscreteAdjoint::new(ByTape).boxed(),
+//!     ForwardSensitivity::new(ByTape).boxed(),
+//!     InterpolatingAdjoint::new(ByTape).boxed(),
+//!     QuadratureAdjoint::new(ByTape).boxed(),
+//!     Backsolve::new(ByTape).boxed(),
+//!     TapeThroughSolver.boxed(),
+//!     DualThroughSolver.boxed(),
+//!     FiniteDifference::default().boxed(),
+//! ];
+//! for method in methods {
+//!     let gradient = problem.gradient(&method, |_times_s, y, cotangents| {
+//!         cotangents[0] = 1.0;
+//!         y[0]
+//!     })?;
+//!     let slope = gradient.parameters[0];
+//!     assert!((slope + 2.0 * (-1.4_f64).exp()).abs() < 1e-6, "{slope}");
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # What the exact gradient is
 //!
 //! Discrete methods return the gradient of the *computed* solution with its accepted steps frozen:
@@ -85,4 +121,5 @@ pub use gradient::{AnyGradientMethod, Gradient, GradientMethod, GradientStatisti
 pub use loss::Loss;
 pub use named::*;
 pub use problem::Problem;
+pub use through_solver::DualsThroughSolver;
 pub use tolerance_halving::{ToleranceHalving, tolerance_halving};

@@ -1,4 +1,4 @@
-use super::GradientStatistics;
+use super::{Gradient, GradientMethod, GradientStatistics};
 use crate::controller::StepController;
 use crate::error::SolveError;
 use crate::grid::Grid;
@@ -82,6 +82,20 @@ impl<F, I> Clone for Problem<'_, F, I> {
 impl<F, I> Copy for Problem<'_, F, I> {}
 
 impl<'a, F: ParametricField, I: ParametricInput> Problem<'a, F, I> {
+    /// Value and gradient of a loss by a method. The loss is a closure `|times_s, states, cotangents|`: it returns the loss
+    /// of the states at the observation times (row-major) and writes its derivatives by them. A [`Loss`](super::Loss) of
+    /// another type goes to [`value_and_gradient`](GradientMethod::value_and_gradient) of the method.
+    ///
+    /// # Errors
+    /// [`SolveError`] if the request is inconsistent or a solve stops early.
+    pub fn gradient(
+        &self,
+        method: &impl GradientMethod<F, I>,
+        mut loss: impl FnMut(&[f64], &[f64], &mut [f64]) -> f64,
+    ) -> Result<Gradient, Box<SolveError<f64>>> {
+        method.value_and_gradient(self, &mut loss)
+    }
+
     /// Field and input as the solver takes them.
     #[must_use]
     pub fn term(&self) -> Term<&'a F, &'a I> {

@@ -12,7 +12,12 @@ impl Curriculum {
     ///
     /// # Errors
     /// [`CurriculumError`] naming file and line, or the override.
-    pub fn parse(text: &str, path: &Path, overrides: &[String]) -> Result<Self, CurriculumError> {
+    pub fn parse(
+        text: &str,
+        path: impl AsRef<Path>,
+        overrides: &[String],
+    ) -> Result<Self, CurriculumError> {
+        let path = path.as_ref();
         let mut curriculum: Self = toml_file::parse(text, path)?;
         if !overrides.is_empty() {
             let mut table: Table = toml_file::parse(text, path)?;

@@ -1,6 +1,6 @@
 //! Settings of L-BFGS.
 
-use pam_trajectory::settings::{SettingsError, require};
+use pam_core::settings::{SettingsError, require};
 use serde::{Deserialize, Serialize};
 
 /// Settings of L-BFGS.

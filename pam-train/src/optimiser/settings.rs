@@ -1,7 +1,7 @@
 //! The choice of an optimiser.
 
 use super::{AdamSettings, LbfgsSettings};
-use pam_trajectory::settings::{SettingsError, require};
+use pam_core::settings::{SettingsError, require};
 use serde::{Deserialize, Serialize};
 
 /// An optimiser by its name: a table with `kind` and any of its settings; Adam by default.

@@ -1,8 +1,8 @@
 //! Squared weights.
 
 use super::Regulariser;
+use pam_core::settings::{SettingsError, require_weights};
 use pam_trajectory::engine::NetworkJoint;
-use pam_trajectory::settings::{SettingsError, require_weights};
 use serde::{Deserialize, Serialize};
 
 /// `strength · Σ W²` over the weight matrices of the force network, without biases (Krogh and Hertz

@@ -9,8 +9,8 @@ mod passivity;
 pub use l2::L2;
 pub use passivity::{OperatingBox, Passivity, SlopeFloor};
 
+use pam_core::settings::SettingsError;
 use pam_trajectory::engine::NetworkJoint;
-use pam_trajectory::settings::SettingsError;
 use serde::{Deserialize, Serialize};
 
 /// A penalty on a model.

@@ -2,8 +2,8 @@
 
 use super::Regulariser;
 use pam_autodiff::batch::BatchNetwork;
+use pam_core::settings::{SettingsError, require, require_weights};
 use pam_trajectory::engine::NetworkJoint;
-use pam_trajectory::settings::{SettingsError, require, require_weights};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use serde::{Deserialize, Serialize};

@@ -7,6 +7,8 @@ use super::trainer::Trainer;
 use crate::curriculum::{
     Curriculum, CurriculumError, Selection, SelectionSet, SolverChoice, Stage,
 };
+use pam_core::activation::ChosenActivation;
+use pam_core::{Activation, ModelError};
 use pam_data::{MuscleSurfaces, Recording};
 use pam_trajectory::engine::NetworkJoint;
 use pam_trajectory::loss::{SharedLoss, TrajectoryLoss};
@@ -58,6 +60,7 @@ pub struct Training {
     settings: Vec<String>,
     model: Option<NetworkJoint>,
     loss: Option<SharedLoss>,
+    activation: Option<Result<Activation, ModelError>>,
     seed: u64,
 }
 
@@ -88,6 +91,7 @@ impl Training {
             settings: Vec::new(),
             model: None,
             loss: None,
+            activation: None,
             seed: 0,
         }
     }
@@ -131,14 +135,56 @@ impl Training {
         self
     }
 
-    /// The same with the activation of this name ([`Activation::NAMES`](pam_core::Activation::NAMES)).
-    pub fn with_activation(mut self, name: &str) -> Self {
-        name.clone_into(&mut self.curriculum.model.activation);
+    /// The same with this activation: a name ([`Activation::names`]), or a type of one's own with
+    /// [`NamedActivation`](pam_core::activation::NamedActivation), which is known by its name from then on, so that the
+    /// trained model can be saved and loaded.
+    ///
+    /// ```
+    /// # use pam_core::activation::NamedActivation;
+    /// # use pam_core::{ActivationFunction, Scalar};
+    /// # use pam_train::training::Training;
+    /// # use serde::{Deserialize, Serialize};
+    /// /// The square of a ReLU.
+    /// #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+    /// struct SquaredRelu;
+    ///
+    /// impl ActivationFunction for SquaredRelu {
+    ///     fn value<S: Scalar>(&self, z: S) -> S {
+    ///         if z.real() > 0.0 { z * z } else { S::zero() }
+    ///     }
+    /// }
+    /// impl NamedActivation for SquaredRelu {
+    ///     const NAME: &'static str = "squared_relu";
+    /// }
+    ///
+    /// let by_type = Training::new([]).with_activation(SquaredRelu);
+    /// let by_name = Training::new([]).with_activation("tanh");
+    /// # let _ = (by_type, by_name);
+    /// ```
+    ///
+    /// [`trainer`](Self::trainer) reports an unknown name, and an activation whose name another one has.
+    pub fn with_activation(mut self, activation: impl ChosenActivation) -> Self {
+        match activation.choose() {
+            Ok(activation) => {
+                self.curriculum.model.activation = activation.name().to_owned();
+                self.activation = Some(Ok(activation));
+            }
+            Err(e) => self.activation = Some(Err(e)),
+        }
         self
     }
 
-    /// The same with this loss in every stage: a type with [`TrajectoryLoss`], a closure
-    /// `|measured: &Recording, predicted: &[[f64; 4]], cotangents: &mut [[f64; 4]]| -> f64`, or
+    /// The same with a loss that is a closure `|measured, predicted, cotangents|`, in every stage: it returns the loss of
+    /// the predicted rows `[x, ẋ, P_f, P_e]` (mm, mm/s, kPa, kPa), one for each sample of the measured recording, and
+    /// writes its derivative by each of them to the cotangents.
+    pub fn with_loss_fn(
+        self,
+        loss: impl Fn(&Recording, &[[f64; 4]], &mut [[f64; 4]]) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        self.with_loss(loss)
+    }
+
+    /// The same with this loss in every stage: a type with [`TrajectoryLoss`] or a function of the errors of one sample,
     /// [`pointwise`](pam_trajectory::loss::pointwise).
     pub fn with_loss(mut self, loss: impl TrajectoryLoss + Send + 'static) -> Self {
         self.loss = Some(SharedLoss::new(loss));
@@ -197,6 +243,19 @@ impl Training {
             )));
         }
         let mut curriculum = self.curriculum;
+        if let Some(activation) = self.activation {
+            let activation = activation?;
+            // An activation with other parameters than those of its name is no part of a curriculum.
+            let named = Activation::from_name(activation.name())?;
+            if named != activation {
+                return Err(TrainingError::Curriculum(format!(
+                    "the activation `{}` has parameters {}, its name stands for {}; train from a model with it",
+                    activation.name(),
+                    activation.parameters_json(),
+                    named.parameters_json()
+                )));
+            }
+        }
         let names = self.recordings.iter().map(|r| r.name.clone()).collect();
         curriculum.data.train = Selection::Names(names);
         curriculum.data.held_out = Selection::Set(SelectionSet::Rest);
@@ -255,10 +314,11 @@ impl Training {
     /// As [`run`](Self::run); what was reached is saved before.
     pub fn run_into(
         self,
-        folder: &Path,
+        folder: impl AsRef<Path>,
         stop: &AtomicBool,
         mut observe: impl FnMut(&EpochRow),
     ) -> Result<Trained, TrainingError> {
+        let folder = folder.as_ref();
         let mut trainer = self.trainer()?;
         let folder = RunFolder::new(folder);
         let settings = RunSettings {

@@ -12,8 +12,8 @@ use pam_trajectory::engine::NetworkJoint;
 use pam_trajectory::metrics::variance;
 
 /// The effects that a curriculum trains: those of the model file that it starts from, then those of
-/// `model.effects`, which replace effects of the same id in the file. Ids are looked up among `known` and in
-/// the vocabulary.
+/// `model.effects`, which replace effects of the same id in the file. Ids are looked up among `known` and all
+/// that this process knows.
 ///
 /// # Errors
 /// [`TrainingError`] if the file does not read, or an effect is not known.

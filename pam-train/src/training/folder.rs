@@ -71,7 +71,8 @@ pub struct RunFolder {
 impl RunFolder {
     /// The folder at a path; it need not exist.
     #[must_use]
-    pub fn new(path: &Path) -> Self {
+    pub fn new(path: impl AsRef<Path>) -> Self {
+        let path = path.as_ref();
         Self { path: path.to_owned() }
     }
 
@@ -155,7 +156,7 @@ impl RunFolder {
                 source: None,
             },
         };
-        Ok(safetensors_file::write(&self.file(name), &extended.to_saved())?)
+        Ok(safetensors_file::write(self.file(name), &extended.to_saved())?)
     }
 
     /// Rows of `metrics.csv` up to an epoch.
@@ -261,7 +262,7 @@ pub fn train_into(
     if resume {
         folder.load(trainer)?;
     } else {
-        write_atomic(&folder.file("curriculum.toml"), trainer.curriculum().to_toml().as_bytes())?;
+        write_atomic(folder.file("curriculum.toml"), trainer.curriculum().to_toml().as_bytes())?;
     }
     let names: Vec<String> = trainer.effect_values().into_iter().map(|(name, _)| name).collect();
     let done = if resume { trainer.state().epochs } else { 0 };
@@ -275,7 +276,7 @@ pub fn train_into(
     let io = |source| DataError::Io { path: metrics_path.clone(), source };
     let mut metrics = std::fs::OpenOptions::new().append(true).open(&metrics_path).map_err(io)?;
     let mut events = EventFile::rewrite(
-        &folder.file(EVENTS),
+        folder.file(EVENTS),
         &rows.iter().flat_map(|row| scalars(row, &names)).collect::<Vec<_>>(),
     )?;
     if !resume {

@@ -24,6 +24,7 @@ mod schedule;
 mod segments;
 mod training {
     mod exact;
+    mod own_activation;
 }
 mod warm_start {
     mod initial;

@@ -1,14 +1,16 @@
 //! Losses: how far a predicted trajectory is from the measured one.
 //!
 //! One loss a file: [`SquaredError`], [`Normalised`], [`Huber`] and, around any of them, [`Masked`].
-//! A closure over `(measured, predicted, cotangents)` that returns the value is a loss as well, and
-//! [`pointwise`] makes one of a function of the errors of one sample. To add one that configuration files name, write its file, name the file below, and add a line to the list of
-//! [`AnyLoss`].
+//! A closure over `(measured, predicted, cotangents)` that returns the value is a loss as well ([`loss_fn`]), and
+//! [`pointwise`] makes one of a function of the errors of one sample. To add one that configuration files name, write its
+//! file, name the file below, and add a line to the list of [`AnyLoss`]; one of another crate gets a name with
+//! [`NamedLoss`] and [`register`].
 
 mod any;
 mod huber;
 mod masked;
 mod normalised;
+mod own;
 mod pointwise;
 mod shared;
 mod spec;
@@ -16,8 +18,9 @@ mod squared;
 
 pub use any::*;
 pub use huber::HuberForm;
+pub use own::{NamedLoss, OwnLoss, register, registered};
 pub use pointwise::{Pointwise, SampleErrors, pointwise};
-pub use shared::SharedLoss;
+pub use shared::{SharedLoss, loss_fn};
 
 use crate::settings::SettingsError;
 use pam_data::Recording;
@@ -27,8 +30,8 @@ use pam_data::Recording;
 /// The loss of a data set is the mean over its recordings.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no loss of a trajectory",
-    note = "implement `TrajectoryLoss`, or write a closure with all types: \
-            `|measured: &Recording, predicted: &[[f64; 4]], cotangents: &mut [[f64; 4]]| -> f64`"
+    note = "implement `TrajectoryLoss`, or hand a closure to `pam_trajectory::loss::loss_fn`: \
+            `loss_fn(|measured, predicted, cotangents| …)`"
 )]
 pub trait TrajectoryLoss: Sync {
     /// Returns the loss of `predicted`, one row for each sample of `measured`, and writes its

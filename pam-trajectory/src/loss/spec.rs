@@ -2,11 +2,12 @@
 
 use super::AnyLoss;
 use crate::settings::SettingsError;
+use pam_core::error::OWN_PART;
 use pam_data::document;
 use serde_json::{Map, Number, Value};
 use std::str::FromStr;
 
-/// Reads `NAME` or `NAME:KEY=VALUE,…`: a name of [`AnyLoss::ALL`] with the fields of that loss. Lists are separated
+/// Reads `NAME` or `NAME:KEY=VALUE,…`: a name of [`AnyLoss::all`] with the fields of that loss. Lists are separated
 /// by slashes, intervals are written `FROM..TO`, and the loss that another one wraps comes last, as `of=LOSS`.
 ///
 /// ```
@@ -30,9 +31,12 @@ impl FromStr for AnyLoss {
     fn from_str(text: &str) -> Result<Self, SettingsError> {
         let fail = |why: String| SettingsError(format!("loss `{text}`: {why}"));
         let (name, _) = text.split_once(':').unwrap_or((text, ""));
-        if !Self::ALL.iter().any(|(known, _)| *known == name) {
-            let names: Vec<&str> = Self::ALL.iter().map(|(name, _)| *name).collect();
-            return Err(fail(format!("unknown loss `{name}`; known: {}", names.join(", "))));
+        let known: Vec<&str> = Self::all().into_iter().map(|(name, _)| name).collect();
+        if !known.contains(&name) {
+            return Err(fail(format!(
+                "unknown loss `{name}`; known: {}; {OWN_PART}",
+                known.join(", ")
+            )));
         }
         let loss: Self = table(text)
             .and_then(|table| document::from_value(table).map_err(|e| e.to_string()))

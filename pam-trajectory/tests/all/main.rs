@@ -9,6 +9,7 @@ mod loss {
     mod huber;
     mod masked;
     mod normalised;
+    mod own;
     mod pointwise;
     mod spec;
     mod squared;

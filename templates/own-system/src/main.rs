@@ -108,6 +108,11 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     for (name, value) in found.model.parameter_names.iter().zip(&found.model.parameters) {
         println!("  {name} = {value:.5}");
     }
-    let page = pam::diagnose::report::diagnosis_report(&found, &Default::default());
-    Ok(std::fs::write("report.html", page)?)
+    // cargo run --release --features report
+    #[cfg(feature = "report")]
+    std::fs::write(
+        "report.html",
+        pam::diagnose::report::diagnosis_report(&found, &Default::default()),
+    )?;
+    Ok(())
 }

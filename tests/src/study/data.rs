@@ -82,7 +82,7 @@ pub fn data(case: &Case) -> Data {
 }
 
 fn of_plant(case: &Case) -> Data {
-    let saved = load_model(&crate::published_weights()).expect("the published weights");
+    let saved = load_model(crate::published_weights()).expect("the published weights");
     let plant = Plant::of(&saved.model);
     let model = perturbed(&saved, case.factors.model_error, MODEL_SEED + case.seed);
     let conditions = match case.conditions.as_slice() {

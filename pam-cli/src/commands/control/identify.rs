@@ -246,7 +246,7 @@ fn finish(
         "more": extra,
         "made_by": made_by(),
     });
-    write_json(&out.join("identify.json"), &value)?;
+    write_json(out.join("identify.json"), &value)?;
     let mut text = String::from(
         "time_s,place,direction,commanded_n_mm,stiffness_n_mm,stiffness_low_n_mm,stiffness_high_n_mm,\
          damping_kg_s,rmse_mm,peak_mm\n",
@@ -267,8 +267,8 @@ fn finish(
             e.peak_mm
         );
     }
-    write_atomic(&out.join("pulses.csv"), text.as_bytes())?;
-    write_atomic(&out.join("report.html"), identification_report(report).as_bytes())?;
+    write_atomic(out.join("pulses.csv"), text.as_bytes())?;
+    write_atomic(out.join("report.html"), identification_report(report).as_bytes())?;
     let configuration = json!({
         "model": arguments.model.model,
         "schedule": format!("{:?}", arguments.schedule).to_lowercase(),

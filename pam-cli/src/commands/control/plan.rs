@@ -85,19 +85,19 @@ impl RunCommand for PlanArguments {
         };
         let seconds = start.elapsed().as_secs_f64();
         let out = &self.out;
-        write_atomic(&out.join("table.csv"), table_csv(&plan).as_bytes())?;
-        write_atomic(&out.join("table.bin"), &table_bytes(&plan))?;
-        write_atomic(&out.join("table.h"), c_header(&plan).as_bytes())?;
+        write_atomic(out.join("table.csv"), table_csv(&plan).as_bytes())?;
+        write_atomic(out.join("table.bin"), &table_bytes(&plan))?;
+        write_atomic(out.join("table.h"), c_header(&plan).as_bytes())?;
         if let AnyForce::Network(force) = &saved.model.force {
             match network_bytes(&saved.model, force, Precision::F32) {
-                Ok(bytes) => write_atomic(&out.join("network.bin"), &bytes)?,
+                Ok(bytes) => write_atomic(out.join("network.bin"), &bytes)?,
                 Err(e) => console.warn(format!("no network.bin: {e}")),
             }
         }
         let title = format!("Plan: {}", self.motion);
         let lead = format!("{} {}", saved.info.name, describe_model(&saved));
         let report = plan_report(&plan, &title, &lead, &made_by());
-        write_atomic(&out.join("report.html"), report.as_bytes())?;
+        write_atomic(out.join("report.html"), report.as_bytes())?;
         let summary = plan.summary();
         let stretches = unreached(&plan);
         let value = json!({
@@ -107,7 +107,7 @@ impl RunCommand for PlanArguments {
             "certificate": certificate_json(&certificates),
             "made_by": made_by(),
         });
-        write_json(&out.join("plan.json"), &value)?;
+        write_json(out.join("plan.json"), &value)?;
         let configuration = json!({
             "model": self.model.model,
             "motion": self.motion,

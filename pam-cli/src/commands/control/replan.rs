@@ -168,7 +168,7 @@ impl RunCommand for ReplanArguments {
             "made_by": made_by(),
         });
         let out = &self.out;
-        write_json(&out.join("replan.json"), &value)?;
+        write_json(out.join("replan.json"), &value)?;
         let mut text = String::from("time_s,wanted_mm,table_mm,replanned_mm,unexplained_n\n");
         for k in 0..mpc.time_s.len().min(tabled.time_s.len()) {
             text += &format!(
@@ -180,7 +180,7 @@ impl RunCommand for ReplanArguments {
                 mpc.unexplained_n[k]
             );
         }
-        write_atomic(&out.join("replan.csv"), text.as_bytes())?;
+        write_atomic(out.join("replan.csv"), text.as_bytes())?;
         let report = MpcReport {
             lead: format!(
                 "{}; {}. Horizon {horizon_ms:.0} ms, a decision every millisecond: median {:.0} µs, 99 % within \
@@ -195,7 +195,7 @@ impl RunCommand for ReplanArguments {
             table: tabled,
             mpc,
         };
-        write_atomic(&out.join("report.html"), mpc_report(&report).as_bytes())?;
+        write_atomic(out.join("report.html"), mpc_report(&report).as_bytes())?;
         let configuration = json!({
             "model": self.model.model,
             "motion": self.motion,

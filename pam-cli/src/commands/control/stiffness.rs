@@ -111,7 +111,7 @@ impl RunCommand for StiffnessArguments {
                 p.richardson_n_mm
             );
         }
-        write_atomic(&out.join("map.csv"), text.as_bytes())?;
+        write_atomic(out.join("map.csv"), text.as_bytes())?;
         let mut text = String::from("displacement_mm,velocity_mm_s,least_n_mm,largest_n_mm\n");
         for r in &ranges {
             let [low, high] = r
@@ -119,15 +119,15 @@ impl RunCommand for StiffnessArguments {
                 .map_or([String::new(), String::new()], |s| s.map(|v| v.to_string()));
             let _ = writeln!(text, "{},{},{low},{high}", r.displacement_mm, r.velocity_mm_s);
         }
-        write_atomic(&out.join("range.csv"), text.as_bytes())?;
+        write_atomic(out.join("range.csv"), text.as_bytes())?;
         if !polygons.is_empty() {
-            write_atomic(&out.join("polygons.csv"), polygons_csv(&polygons).as_bytes())?;
+            write_atomic(out.join("polygons.csv"), polygons_csv(&polygons).as_bytes())?;
         }
         let lead = format!("{} {}", saved.info.name, describe_model(&saved));
         let report = stiffness_report(&points, &profiles, &ranges, &polygons, &lead, &made_by());
-        write_atomic(&out.join("report.html"), report.as_bytes())?;
+        write_atomic(out.join("report.html"), report.as_bytes())?;
         let value = json!({ "reachable": ranges, "settings": settings, "made_by": made_by() });
-        write_json(&out.join("stiffness.json"), &value)?;
+        write_json(out.join("stiffness.json"), &value)?;
         let configuration = json!({
             "model": self.model.model,
             "reach_mm": reach,

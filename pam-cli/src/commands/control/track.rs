@@ -67,7 +67,7 @@ impl RunCommand for TrackArguments {
             .collect();
         let out = &self.out;
         let value = json!({ "results": rows, "made_by": made_by() });
-        write_json(&out.join("tracking.json"), &value)?;
+        write_json(out.join("tracking.json"), &value)?;
         let mut text = String::from(
             "shape,series,amplitude_mm,frequency_hz,stiffness_n_mm,rmse_mm,published_mm,pressure_rmse_kpa\n",
         );
@@ -99,14 +99,14 @@ impl RunCommand for TrackArguments {
                 number(r.pressure_rmse_kpa, 1),
             ]);
         }
-        write_atomic(&out.join("tracking.csv"), text.as_bytes())?;
+        write_atomic(out.join("tracking.csv"), text.as_bytes())?;
         let lead = format!(
             "Commands of {}, tracked by the pulse servo of the virtual rig, seed {}. The error counts from the \
          second period on.",
             saved.info.name, global.seed
         );
         write_atomic(
-            &out.join("report.html"),
+            out.join("report.html"),
             tracking_report(&results, &lead, &made_by()).as_bytes(),
         )?;
         let configuration = json!({

@@ -9,7 +9,7 @@ use std::path::Path;
 
 pub(crate) fn published() -> JointModel<f64, AnyForce<f64>> {
     let path = "../data/published/hybrid_model_puresine_16.eqx";
-    pam_data::load_model(&Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap().model
+    pam_data::load_model(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap().model
 }
 
 /// A target at rest.

@@ -54,7 +54,8 @@ impl RigFile {
     /// # Errors
     /// [`DataError`] if the file holds no table, or no columns can be taken for displacement, two pressures and a force;
     /// it names what was found.
-    pub fn guess(path: &Path) -> Result<GuessedRig, DataError> {
+    pub fn guess(path: impl AsRef<Path>) -> Result<GuessedRig, DataError> {
+        let path = path.as_ref();
         let table = Table::open(path, &FileLayout::default())?;
         let mut guesser = Guesser { path, table: &table, guesses: Vec::new(), missing: Vec::new() };
         guesser.rig()

@@ -45,7 +45,7 @@ pub(crate) fn driven(duration_s: f64, x: f64, force_n: impl Fn(f64) -> f64) -> R
         pressure_extensor_kpa: vec![P; count],
         force_mn: time_s.iter().map(|&t| 1e3 * force_n(t)).collect(),
         time_s,
-        ..Recording::empty("made_up".as_ref())
+        ..Recording::empty("made_up")
     }
 }
 

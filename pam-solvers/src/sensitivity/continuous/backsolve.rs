@@ -1,6 +1,6 @@
 use super::backward::Forward;
 use super::{method_name, with_sums};
-use crate::controller::StepController;
+use crate::controller::{PidController, StepController};
 use crate::error::SolveError;
 use crate::input::ParametricInput;
 use crate::integrator::Integrator;
@@ -20,25 +20,38 @@ use pam_core::ParametricField;
 ///
 /// Source: R. T. Q. Chen and others, *Neural Ordinary Differential Equations*, NeurIPS 2018.
 #[derive(Debug, Clone)]
-pub struct Backsolve<D, C> {
+pub struct Backsolve<D, C = PidController> {
     /// How the field is differentiated.
     pub differentiation: D,
-    /// Method and step control of the backward solve. Its error norm runs over state, adjoint and sums.
-    pub backward: Integrator<C>,
+    /// Method and step control of the backward solve; those of the problem if absent. Its error norm runs over state, adjoint and sums.
+    pub backward: Option<Integrator<C>>,
     /// Sets the state to the observed one at every observation; `true` unless changed.
     pub restart_at_observations: bool,
 }
 
+impl<D> Backsolve<D> {
+    /// The adjoint by `differentiation`; the way back is solved with method and step control of the problem.
+    pub fn new(differentiation: D) -> Self {
+        Self { differentiation, backward: None, restart_at_observations: true }
+    }
+}
+
 impl<D, C> Backsolve<D, C> {
-    /// The adjoint by `differentiation` with `backward` for the way back.
-    pub fn new(differentiation: D, backward: Integrator<C>) -> Self {
-        Self { differentiation, backward, restart_at_observations: true }
+    /// The same with a method and step control of its own for the way back.
+    #[must_use]
+    pub fn with_backward<B>(self, backward: Integrator<B>) -> Backsolve<D, B> {
+        let Self { differentiation, .. } = self;
+        Backsolve {
+            differentiation,
+            backward: Some(backward),
+            restart_at_observations: self.restart_at_observations,
+        }
     }
 }
 
 impl<C> NamedMethod<C> for Backsolve<ByTape, C> {
     fn from_setup(setup: MethodSetup<C>) -> Self {
-        Self::new(ByTape, setup.integrator)
+        Backsolve::new(ByTape).with_backward(setup.integrator)
     }
 }
 
@@ -50,7 +63,7 @@ where
     C: StepController,
 {
     fn name(&self) -> String {
-        method_name("backsolve adjoint", self.differentiation.name(), &self.backward)
+        method_name("backsolve adjoint", self.differentiation.name(), self.backward.as_ref())
     }
 
     fn value_and_gradient(
@@ -60,6 +73,7 @@ where
     ) -> Result<Gradient, Box<SolveError<f64>>> {
         let forward = Forward::new(problem, loss, false)?;
         let field = self.differentiation.of(problem.field);
-        with_sums(problem, forward, field, &self.backward, self.restart_at_observations)
+        let restart = self.restart_at_observations;
+        with_sums(problem, forward, field, self.backward.as_ref(), restart)
     }
 }

@@ -78,11 +78,11 @@ impl Forward {
 }
 
 /// Carries the backward state `z` from `t1` to `t0` and returns it. The adjoint in it jumps by the
-/// cotangents of the observations; `each_segment` sees the solution between two of them. If
+/// cotangents of the observations; `backward` is that of the problem if absent; `each_segment` sees the solution between two of them. If
 /// `restart_state`, the integrated state is set to what was observed.
 pub(super) fn solve_backward<F, I, V, C>(
     problem: &Problem<'_, F, I>,
-    backward: &Integrator<C>,
+    backward: Option<&Integrator<C>>,
     forward: &mut Forward,
     term: &Term<&AdjointField<'_, V, I>, ReversedInput<'_, I>>,
     restart_state: bool,
@@ -93,7 +93,7 @@ where
     F: ParametricField,
     I: ParametricInput,
     V: DifferentiableField,
-    C: StepController + ?Sized,
+    C: StepController,
 {
     let (n, at_lambda) = (problem.y0.len(), term.field.lambda());
     let mut z = vec![0.0; term.field.state_len()];
@@ -104,7 +104,11 @@ where
         // The last segment ends at the start of the solve.
         let until = if o == 0 { problem.t0 } else { times[o - 1] };
         if until < t {
-            let segment = backward.solve(term, -t, -until, &z, save_at).map_err(|e| {
+            let segment = match backward {
+                Some(own) => own.solve(term, -t, -until, &z, save_at),
+                None => problem.integrator.solve(term, -t, -until, &z, save_at),
+            }
+            .map_err(|e| {
                 Box::new(SolveError {
                     kind: FailureKind::Backward(Box::new(e.kind)),
                     time_s: -e.time_s,

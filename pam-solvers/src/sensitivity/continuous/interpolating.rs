@@ -1,6 +1,6 @@
 use super::backward::Forward;
 use super::{method_name, with_sums};
-use crate::controller::StepController;
+use crate::controller::{PidController, StepController};
 use crate::error::SolveError;
 use crate::input::ParametricInput;
 use crate::integrator::Integrator;
@@ -17,23 +17,32 @@ use pam_core::ParametricField;
 /// Source: as in SciMLSensitivity's `InterpolatingAdjoint` (C. Rackauckas and others, *Universal
 /// Differential Equations for Scientific Machine Learning*, 2020).
 #[derive(Debug, Clone)]
-pub struct InterpolatingAdjoint<D, C> {
+pub struct InterpolatingAdjoint<D, C = PidController> {
     /// How the field is differentiated.
     pub differentiation: D,
-    /// Method and step control of the backward solve. Its error norm runs over adjoint and sums.
-    pub backward: Integrator<C>,
+    /// Method and step control of the backward solve; those of the problem if absent. Its error norm runs over adjoint and sums.
+    pub backward: Option<Integrator<C>>,
+}
+
+impl<D> InterpolatingAdjoint<D> {
+    /// The adjoint by `differentiation`; the way back is solved with method and step control of the problem.
+    pub fn new(differentiation: D) -> Self {
+        Self { differentiation, backward: None }
+    }
 }
 
 impl<D, C> InterpolatingAdjoint<D, C> {
-    /// The adjoint by `differentiation` with `backward` for the way back.
-    pub fn new(differentiation: D, backward: Integrator<C>) -> Self {
-        Self { differentiation, backward }
+    /// The same with a method and step control of its own for the way back.
+    #[must_use]
+    pub fn with_backward<B>(self, backward: Integrator<B>) -> InterpolatingAdjoint<D, B> {
+        let Self { differentiation, .. } = self;
+        InterpolatingAdjoint { differentiation, backward: Some(backward) }
     }
 }
 
 impl<C> NamedMethod<C> for InterpolatingAdjoint<ByTape, C> {
     fn from_setup(setup: MethodSetup<C>) -> Self {
-        Self::new(ByTape, setup.integrator)
+        InterpolatingAdjoint::new(ByTape).with_backward(setup.integrator)
     }
 }
 
@@ -45,7 +54,7 @@ where
     C: StepController,
 {
     fn name(&self) -> String {
-        method_name("interpolating adjoint", self.differentiation.name(), &self.backward)
+        method_name("interpolating adjoint", self.differentiation.name(), self.backward.as_ref())
     }
 
     fn value_and_gradient(
@@ -55,6 +64,6 @@ where
     ) -> Result<Gradient, Box<SolveError<f64>>> {
         let forward = Forward::new(problem, loss, true)?;
         let field = self.differentiation.of(problem.field);
-        with_sums(problem, forward, field, &self.backward, false)
+        with_sums(problem, forward, field, self.backward.as_ref(), false)
     }
 }

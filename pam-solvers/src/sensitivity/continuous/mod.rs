@@ -46,7 +46,7 @@ fn with_sums<F: ParametricField, I: ParametricInput, C: StepController>(
     problem: &Problem<'_, F, I>,
     mut forward: Forward,
     field: impl DifferentiableField,
-    backward: &Integrator<C>,
+    backward: Option<&Integrator<C>>,
     restart: bool,
 ) -> Result<Gradient, Box<SolveError<f64>>> {
     let dense = forward.dense.take();
@@ -65,6 +65,13 @@ fn reversed_input<'a, F, I: Input<f64>>(
     ReversedInput::new(problem.input, &forward.grid, &problem.integrator.stops_s)
 }
 
-fn method_name<C: StepController>(kind: &str, how: &str, backward: &Integrator<C>) -> String {
-    format!("{kind}, {how}, {}", backward.tableau().name)
+fn method_name<C: StepController>(
+    kind: &str,
+    how: &str,
+    backward: Option<&Integrator<C>>,
+) -> String {
+    match backward {
+        Some(backward) => format!("{kind}, {how}, {}", backward.tableau().name),
+        None => format!("{kind}, {how}"),
+    }
 }

@@ -2,7 +2,7 @@ use super::adjoint_field::AdjointField;
 use super::backward::{Forward, solve_backward};
 use super::gauss::gauss_legendre;
 use super::{gradient, method_name, reversed_input};
-use crate::controller::StepController;
+use crate::controller::{PidController, StepController};
 use crate::error::SolveError;
 use crate::input::ParametricInput;
 use crate::integrator::Integrator;
@@ -30,25 +30,34 @@ use pam_core::ParametricField;
 ///
 /// Source: as in SciMLSensitivity's `QuadratureAdjoint`, with a fixed rule.
 #[derive(Debug, Clone)]
-pub struct QuadratureAdjoint<D, C> {
+pub struct QuadratureAdjoint<D, C = PidController> {
     /// How the field is differentiated.
     pub differentiation: D,
-    /// Method and step control of the backward solve. Its error norm runs over the adjoint.
-    pub backward: Integrator<C>,
+    /// Method and step control of the backward solve; those of the problem if absent. Its error norm runs over the adjoint.
+    pub backward: Option<Integrator<C>>,
     /// Gauss–Legendre points in each backward step, at least one; 4 unless changed, exact to degree 7.
     pub points: usize,
 }
 
+impl<D> QuadratureAdjoint<D> {
+    /// The adjoint by `differentiation` and 4 points a step; the way back is solved with method and step control of the problem.
+    pub fn new(differentiation: D) -> Self {
+        Self { differentiation, backward: None, points: 4 }
+    }
+}
+
 impl<D, C> QuadratureAdjoint<D, C> {
-    /// The adjoint by `differentiation` with `backward` for the way back and 4 points a step.
-    pub fn new(differentiation: D, backward: Integrator<C>) -> Self {
-        Self { differentiation, backward, points: 4 }
+    /// The same with a method and step control of its own for the way back.
+    #[must_use]
+    pub fn with_backward<B>(self, backward: Integrator<B>) -> QuadratureAdjoint<D, B> {
+        let Self { differentiation, .. } = self;
+        QuadratureAdjoint { differentiation, backward: Some(backward), points: self.points }
     }
 }
 
 impl<C> NamedMethod<C> for QuadratureAdjoint<ByTape, C> {
     fn from_setup(setup: MethodSetup<C>) -> Self {
-        Self::new(ByTape, setup.integrator)
+        QuadratureAdjoint::new(ByTape).with_backward(setup.integrator)
     }
 }
 
@@ -60,7 +69,7 @@ where
     C: StepController,
 {
     fn name(&self) -> String {
-        method_name("quadrature adjoint", self.differentiation.name(), &self.backward)
+        method_name("quadrature adjoint", self.differentiation.name(), self.backward.as_ref())
     }
 
     fn value_and_gradient(
@@ -91,7 +100,7 @@ where
                 }
             }
         };
-        let (backward, dense) = (&self.backward, SaveAt::Dense);
+        let (backward, dense) = (self.backward.as_ref(), SaveAt::Dense);
         let z = solve_backward(problem, backward, &mut forward, &term, false, dense, integrate)?;
         Ok(gradient(forward, &z, &sums, adjoint.parameter_lens()))
     }

@@ -7,12 +7,16 @@ use crate::term::Term;
 use pam_autodiff::Chunk;
 use pam_core::{ParametricField, Scalar};
 
-/// Forward mode by dual numbers with `N` derivatives through the replayed solve.
+/// Forward mode by dual numbers with eight derivatives through the replayed solve.
 ///
-/// Cost: one replay, at `N + 1` times the price, for every `N` numbers to differentiate by. For few
-/// numbers, and as a reference that shares nothing with the adjoints.
+/// Cost: one replay, at nine times the price, for every eight numbers to differentiate by. For few
+/// numbers, and as a reference that shares nothing with the adjoints. [`DualsThroughSolver`] takes another width.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct DualThroughSolver<const N: usize = 8>;
+pub struct DualThroughSolver;
+
+/// [`DualThroughSolver`] with `N` derivatives at a time: one replay, at `N + 1` times the price, for every `N` numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct DualsThroughSolver<const N: usize>;
 
 impl<C> NamedMethod<C> for DualThroughSolver {
     fn from_setup(_: MethodSetup<C>) -> Self {
@@ -20,7 +24,21 @@ impl<C> NamedMethod<C> for DualThroughSolver {
     }
 }
 
-impl<F, I, const N: usize> GradientMethod<F, I> for DualThroughSolver<N>
+impl<F: ParametricField, I: ParametricInput> GradientMethod<F, I> for DualThroughSolver {
+    fn name(&self) -> String {
+        GradientMethod::<F, I>::name(&DualsThroughSolver::<8>)
+    }
+
+    fn value_and_gradient(
+        &self,
+        problem: &Problem<'_, F, I>,
+        loss: &mut dyn Loss,
+    ) -> Result<Gradient, Box<SolveError<f64>>> {
+        DualsThroughSolver::<8>.value_and_gradient(problem, loss)
+    }
+}
+
+impl<F, I, const N: usize> GradientMethod<F, I> for DualsThroughSolver<N>
 where
     F: ParametricField,
     I: ParametricInput,

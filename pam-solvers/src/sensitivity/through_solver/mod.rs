@@ -3,5 +3,5 @@
 mod dual;
 mod tape;
 
-pub use dual::DualThroughSolver;
+pub use dual::{DualThroughSolver, DualsThroughSolver};
 pub use tape::TapeThroughSolver;

@@ -112,7 +112,7 @@ pub(crate) fn check<F: ParametricField, I: ParametricInput>(
         assert_eq!(other.input, all_save.input, "{name}, {checkpointing:?}");
         assert_eq!(other.states, all_save.states);
     }
-    let truth = gradient(&DualThroughSolver::<8>);
+    let truth = gradient(&DualThroughSolver);
     let mut worst = gradients_apart(problem, &all_save, &truth);
     let mut compare = |method: &str, other: &Gradient| {
         assert_eq!((other.value, &other.grid), (truth.value, &truth.grid), "{name}, {method}");

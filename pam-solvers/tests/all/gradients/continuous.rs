@@ -24,9 +24,9 @@ type Make<F, I> = fn(f64) -> Box<dyn GradientMethod<F, I>>;
 
 fn backsolves<F: ParametricField, I: ParametricInput>() -> [Make<F, I>; 2] {
     [
-        |tolerance| Box::new(Backsolve::new(ByTape, tsit5(tolerance))),
+        |tolerance| Box::new(Backsolve::new(ByTape).with_backward(tsit5(tolerance))),
         |tolerance| {
-            let mut free = Backsolve::new(ByTape, tsit5(tolerance));
+            let mut free = Backsolve::new(ByTape).with_backward(tsit5(tolerance));
             free.restart_at_observations = false;
             Box::new(free)
         },
@@ -35,8 +35,8 @@ fn backsolves<F: ParametricField, I: ParametricInput>() -> [Make<F, I>; 2] {
 
 fn others<F: ParametricField, I: ParametricInput>() -> [Make<F, I>; 2] {
     [
-        |tolerance| Box::new(InterpolatingAdjoint::new(ByTape, tsit5(tolerance))),
-        |tolerance| Box::new(QuadratureAdjoint::new(ByDual, tsit5(tolerance))),
+        |tolerance| Box::new(InterpolatingAdjoint::new(ByTape).with_backward(tsit5(tolerance))),
+        |tolerance| Box::new(QuadratureAdjoint::new(ByDual).with_backward(tsit5(tolerance))),
     ]
 }
 
@@ -121,7 +121,7 @@ fn on_the_joint_adjoints_converge_except_the_backsolve() {
         observations_s: &[1.5],
         integrator: &integrator,
     };
-    let backsolve = Backsolve::new(ByTape, tsit5(1e-7).with_max_steps(100_000));
+    let backsolve = Backsolve::new(ByTape).with_backward(tsit5(1e-7).with_max_steps(100_000));
     match backsolve.value_and_gradient(&problem, &mut loss(&scales)) {
         Err(e) => println!("tanh joint, backsolve: {e}"),
         Ok(wrong) => {

@@ -4,7 +4,7 @@ use super::case::loss;
 use super::fields::{Linear, VanDerPol};
 use pam_autodiff::{ByDual, ByTape};
 use pam_solvers::sensitivity::{
-    Backsolve, Checkpointing, Direction, DiscreteAdjoint, DualThroughSolver, FiniteDifference,
+    Backsolve, Checkpointing, Direction, DiscreteAdjoint, DualsThroughSolver, FiniteDifference,
     ForwardSensitivity, GradientMethod, InterpolatingAdjoint, Problem, QuadratureAdjoint,
     TapeThroughSolver,
 };
@@ -23,14 +23,14 @@ fn methods() -> Vec<Box<dyn GradientMethod<VanDerPol<f64>, Constant<f64>>>> {
     let adjoint = DiscreteAdjoint::new(ByTape);
     vec![
         Box::new(TapeThroughSolver),
-        Box::new(DualThroughSolver::<3>),
+        Box::new(DualsThroughSolver::<3>),
         Box::new(adjoint),
         Box::new(adjoint.with_checkpointing(Checkpointing::Interval(3))),
         Box::new(adjoint.with_checkpointing(Checkpointing::Binomial { snapshots: 2 })),
         Box::new(ForwardSensitivity::new(ByDual)),
-        Box::new(Backsolve::new(ByDual, tsit5())),
-        Box::new(InterpolatingAdjoint::new(ByTape, tsit5())),
-        Box::new(QuadratureAdjoint::new(ByTape, tsit5())),
+        Box::new(Backsolve::new(ByDual).with_backward(tsit5())),
+        Box::new(InterpolatingAdjoint::new(ByTape).with_backward(tsit5())),
+        Box::new(QuadratureAdjoint::new(ByTape).with_backward(tsit5())),
         Box::new(FiniteDifference::default()),
     ]
 }

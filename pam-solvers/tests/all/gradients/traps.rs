@@ -143,14 +143,14 @@ fn backsolve_fails_on_a_stiff_problem_and_the_discrete_adjoint_does_not() {
     let truth = Problem { integrator: &exact, ..problem };
     let truth = adjoint.value_and_gradient(&truth, &mut last).unwrap().parameters;
     let right = adjoint.value_and_gradient(&problem, &mut last).unwrap();
-    let interpolating = InterpolatingAdjoint::new(ByTape, tsit5(1e-7));
+    let interpolating = InterpolatingAdjoint::new(ByTape).with_backward(tsit5(1e-7));
     let interpolating = interpolating.value_and_gradient(&problem, &mut last).unwrap();
     println!("stiff: truth {truth:?}, discrete {:?}", right.parameters);
     println!("stiff: interpolating {:?}", interpolating.parameters);
     assert!(apart(&right.parameters, &truth) < 1e-5);
     assert!(apart(&interpolating.parameters, &truth) < 1e-3);
 
-    let backsolve = Backsolve::new(ByTape, tsit5(1e-7).with_max_steps(20_000));
+    let backsolve = Backsolve::new(ByTape).with_backward(tsit5(1e-7).with_max_steps(20_000));
     let e = backsolve.value_and_gradient(&problem, &mut last).unwrap_err();
     println!("stiff: {e}; reached {:?}", e.state);
     assert!(matches!(e.kind, FailureKind::Backward(_)), "{e}");
