@@ -30,6 +30,7 @@ pub mod load_options;
 pub mod masses;
 pub mod models;
 pub mod plausibility;
+pub mod quality;
 pub mod preprocess;
 pub mod recording;
 pub mod rig_file;

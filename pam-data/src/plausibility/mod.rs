@@ -28,7 +28,7 @@
 //! ```
 
 mod balance;
-mod blocks;
+pub(crate) mod blocks;
 mod choice;
 mod columns;
 mod finding;
@@ -42,6 +42,7 @@ mod weigh;
 
 pub use finding::{Evidence, Finding, FindingKind, Severity, errors};
 pub use settings::PlausibilitySettings;
+pub(crate) use blocks::Regression;
 
 use crate::subject::Subject;
 use pam_core::{ForceModel, JointModel};
