@@ -8,6 +8,7 @@
 //!   parameters and their known values;
 //! - [`training`]: the report of a training run;
 //! - [`gradient`]: the report of a loss and its gradient;
+//! - [`inspection`]: the report of recordings that are checked before a fit;
 //! - [`recordings`]: the report of recordings before any model;
 //! - [`simulation`]: the report of a simulated trajectory.
 
@@ -15,6 +16,7 @@ pub mod evaluation;
 pub mod figure;
 pub mod force_curves;
 pub mod gradient;
+pub mod inspection;
 pub mod page;
 pub mod parameters;
 pub mod recordings;
@@ -25,6 +27,7 @@ pub use evaluation::{EvaluationContext, evaluation_report};
 pub use figure::{Band, ColourMap, LineFigure, Role, Scale, Series, Stroke, ValuePlane};
 pub use force_curves::force_curves;
 pub use gradient::{GradientBlock, GradientReport, gradient_report};
+pub use inspection::{InspectedRun, inspection_report};
 pub use parameters::parameter_table;
 pub use recordings::{RecordedRun, recordings_report};
 pub use simulation::simulation_report;
