@@ -1,9 +1,9 @@
 //! Tables of other formats, read through rig files: the files are written by `tests/files/make_tables.py` with the
 //! formats' own libraries.
 
-use pam_data::{LoadOptions, RigFile, open_recordings};
 #[cfg(any(feature = "parquet", feature = "mcap", feature = "hdf5"))]
 use pam_data::Recording;
+use pam_data::{LoadOptions, RigFile, open_recordings};
 use std::path::{Path, PathBuf};
 
 fn file(name: &str) -> PathBuf {
@@ -95,7 +95,12 @@ fn ros_2_messages_are_columns() {
     ];
     let r = open_recordings(&file("ros2.mcap"), &options(names, "rad")).unwrap().remove(0);
     // The first joint state has no pressure yet; pressures come with the odd ones.
-    assert!((r.displacement_mm[0] - 10.0_f64.to_radians() * (std::f64::consts::TAU / 100.0).sin() * 20.0).abs() < 1e-6);
+    assert!(
+        (r.displacement_mm[0]
+            - 10.0_f64.to_radians() * (std::f64::consts::TAU / 100.0).sin() * 20.0)
+            .abs()
+            < 1e-6
+    );
     assert_eq!(r.len(), 199);
 }
 

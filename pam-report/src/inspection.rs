@@ -91,7 +91,10 @@ fn drawn(run: &InspectedRun) -> Markup {
     let x = &r.displacement_mm;
     let series = |label: &str, values: &[f64]| {
         let plot = LineFigure::new("", "time (s)", label, 1040, 170);
-        wide_figure(plot.with("", Role::Measured, envelope(&r.time_s, values, BUCKETS)).to_svg(), "")
+        wide_figure(
+            plot.with("", Role::Measured, envelope(&r.time_s, values, BUCKETS)).to_svg(),
+            "",
+        )
     };
     let steps_ms: Vec<f64> = r.time_s.windows(2).map(|w| 1e3 * (w[1] - w[0])).collect();
     let plot = |x_label: &str, x: &[f64], y_label: &str, y: &[f64], caption: &str| {

@@ -46,7 +46,10 @@ fn rate_in(path: &Path) -> Result<f64, DataError> {
     if rate.is_finite() && rate > 0.0 {
         return Ok(rate);
     }
-    Err(DataError::file(path, format!("`{name}` gives {rate} samples per second; it must be positive")))
+    Err(DataError::file(
+        path,
+        format!("`{name}` gives {rate} samples per second; it must be positive"),
+    ))
 }
 
 impl FileFormat for MatRun {

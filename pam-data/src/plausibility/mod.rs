@@ -40,9 +40,9 @@ mod sample;
 mod settings;
 mod weigh;
 
+pub(crate) use blocks::Regression;
 pub use finding::{Evidence, Finding, FindingKind, Severity, errors};
 pub use settings::PlausibilitySettings;
-pub(crate) use blocks::Regression;
 
 use crate::subject::Subject;
 use pam_core::{ForceModel, JointModel};

@@ -20,7 +20,10 @@ pub(super) fn finding(c: &ChannelQuality, r: &Recording) -> Option<QualityFindin
             Severity::Warning,
             "the motion is free, or the sensor is dead: stiffness and friction then follow from the decay alone",
         ),
-        (_, true) => (Severity::Error, "while the joint moves: the sensor or its cable is dead, or the column is another one"),
+        (_, true) => (
+            Severity::Error,
+            "while the joint moves: the sensor or its cable is dead, or the column is another one",
+        ),
         _ => (Severity::Warning, "nothing moves in this recording"),
     };
     let message = format!("{} is {} {} throughout; {why}", c.column, c.mean, c.unit);

@@ -65,7 +65,11 @@ impl Excitation {
             acceleration_mm_s2: rms(&a),
             reversals: reversals(&x, SMALLEST_TURN * (high - low)),
             open_acceleration: open,
-            frequency_hz: if rms(&x2) > 0.0 { rms(&v2) / rms(&x2) / std::f64::consts::TAU } else { 0.0 },
+            frequency_hz: if rms(&x2) > 0.0 {
+                rms(&v2) / rms(&x2) / std::f64::consts::TAU
+            } else {
+                0.0
+            },
         }
     }
 
@@ -73,7 +77,10 @@ impl Excitation {
     #[must_use]
     pub fn sentences(&self, s: &QualitySettings) -> Vec<String> {
         let yes = |known: bool, what: &str, why: String| {
-            format!("{what} {} from this recording: {why}", if known { "can be told" } else { "cannot be told" })
+            format!(
+                "{what} {} from this recording: {why}",
+                if known { "can be told" } else { "cannot be told" }
+            )
         };
         let moves = self.travel_mm > 0.0;
         vec![

@@ -116,12 +116,5 @@ pub fn assess(recording: &Recording, settings: &QualitySettings) -> Quality {
     findings.extend(delays.iter().filter_map(|d| d.finding(settings)));
     findings.extend(excitation.findings(settings));
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
-    Quality {
-        recording: recording.name.clone(),
-        timing,
-        channels,
-        delays,
-        excitation,
-        findings,
-    }
+    Quality { recording: recording.name.clone(), timing, channels, delays, excitation, findings }
 }

@@ -71,7 +71,9 @@ pub(super) fn finding(c: &ChannelQuality, s: &QualitySettings) -> Option<Quality
     if low.max(high) < s.clipped_share {
         return None;
     }
-    let end = |share: f64, value: f64| format!("{:.1} % of the time at {value:.3} {}", 100.0 * share, c.unit);
+    let end = |share: f64, value: f64| {
+        format!("{:.1} % of the time at {value:.3} {}", 100.0 * share, c.unit)
+    };
     let places: Vec<String> = [(low, c.lowest), (high, c.highest)]
         .into_iter()
         .filter(|(share, _)| *share >= s.clipped_share)

@@ -35,13 +35,17 @@ impl Topic {
     }
 }
 
-pub(super) fn read(path: &Path, bytes: Vec<u8>, layout: &FileLayout) -> Result<ArrayTable, DataError> {
+pub(super) fn read(
+    path: &Path,
+    bytes: Vec<u8>,
+    layout: &FileLayout,
+) -> Result<ArrayTable, DataError> {
     let fail = |e: String| DataError::file(path, e);
     let mut topics: BTreeMap<String, Topic> = BTreeMap::new();
     let mut schemas: BTreeMap<u16, MessageSchema> = BTreeMap::new();
     let mut passed_over: BTreeMap<String, String> = BTreeMap::new();
-    let messages = mcap::MessageStream::new(&bytes)
-        .map_err(|e| fail(format!("not a sound MCAP log: {e}")))?;
+    let messages =
+        mcap::MessageStream::new(&bytes).map_err(|e| fail(format!("not a sound MCAP log: {e}")))?;
     for message in messages {
         let message = message.map_err(|e| fail(format!("a damaged MCAP log: {e}")))?;
         let channel = &message.channel;
@@ -55,7 +59,9 @@ pub(super) fn read(path: &Path, bytes: Vec<u8>, layout: &FileLayout) -> Result<A
                 .map_err(|e| e.to_string()),
             ("cdr", Some(schema)) if schema.encoding == "ros2msg" => schemas
                 .entry(channel.id)
-                .or_insert_with(|| MessageSchema::parse(&schema.name, &String::from_utf8_lossy(&schema.data)))
+                .or_insert_with(|| {
+                    MessageSchema::parse(&schema.name, &String::from_utf8_lossy(&schema.data))
+                })
                 .numbers(&message.data),
             (encoding, schema) => {
                 let schema = schema.as_ref().map_or("none", |s| s.encoding.as_str());
@@ -73,7 +79,10 @@ pub(super) fn read(path: &Path, bytes: Vec<u8>, layout: &FileLayout) -> Result<A
     let clock = match &layout.clock {
         Some(name) if topics.contains_key(name) => name.clone(),
         Some(name) => {
-            return Err(fail(format!("file.clock is `{name}`; the topics with numbers are [{}]", names())));
+            return Err(fail(format!(
+                "file.clock is `{name}`; the topics with numbers are [{}]",
+                names()
+            )));
         }
         // The fastest topic loses no sample.
         None => match topics.iter().max_by_key(|(_, t)| t.times.len()) {
@@ -135,7 +144,8 @@ fn hold(times: &[u64], of: &[u64], values: &[f64]) -> Vec<f64> {
 }
 
 fn flatten(path: &str, value: &Value, out: &mut Vec<(String, f64)>) {
-    let join = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
+    let join =
+        |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
     match value {
         Value::Number(n) => out.extend(n.as_f64().map(|n| (path.to_owned(), n))),
         Value::Bool(b) => out.push((path.to_owned(), f64::from(u8::from(*b)))),

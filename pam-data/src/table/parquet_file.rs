@@ -10,7 +10,8 @@ use std::path::Path;
 /// Reads the columns of numbers; a missing value is NaN. Time stamps are seconds since 1970. Text, lists and nested
 /// columns are passed over.
 pub(super) fn read(path: &Path, _: Vec<u8>, _: &FileLayout) -> Result<ArrayTable, DataError> {
-    let fail = |e: &dyn std::fmt::Display| DataError::file(path, format!("not a sound Parquet file: {e}"));
+    let fail =
+        |e: &dyn std::fmt::Display| DataError::file(path, format!("not a sound Parquet file: {e}"));
     let file = std::fs::File::open(path).map_err(|e| DataError::io(path, e))?;
     let reader = SerializedFileReader::new(file).map_err(|e| fail(&e))?;
     let mut arrays: Vec<(String, Vec<f64>)> = Vec::new();

@@ -40,7 +40,10 @@ impl MessageSchema {
                 continue;
             }
             if let Some(next) = line.strip_prefix("MSG:") {
-                types.insert(std::mem::replace(&mut name, short(next.trim())), std::mem::take(&mut fields));
+                types.insert(
+                    std::mem::replace(&mut name, short(next.trim())),
+                    std::mem::take(&mut fields),
+                );
                 continue;
             }
             let mut words = line.split_whitespace();
@@ -94,7 +97,8 @@ impl MessageSchema {
         }
         let start = out.len();
         for field in fields {
-            let name = if path.is_empty() { field.name.clone() } else { format!("{path}.{}", field.name) };
+            let name =
+                if path.is_empty() { field.name.clone() } else { format!("{path}.{}", field.name) };
             let (count, is_array) = match field.count {
                 Count::One => (1, false),
                 Count::Fixed(count) => (count, true),

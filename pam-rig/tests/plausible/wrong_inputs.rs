@@ -3,9 +3,9 @@
 
 use super::{MODEL, SOUND, displacement, pressures, scale, swap};
 use pam_data::formats::csv_columns;
+use pam_data::plausibility::Severity;
 use pam_data::plausibility::check;
 use pam_data::quality::{self, QualityKind, QualitySettings};
-use pam_data::plausibility::Severity;
 use pam_data::{LoadOptions, MassOptions, Recording, SavedModel, Subject, open_recordings};
 
 /// What is said of a file before a fit: the error of the reader, or findings.
@@ -74,15 +74,39 @@ fn each_wrong_input_is_named() {
         ("degrees as mm", changed(|r| displacement(r, degrees)), &["degrees of the pulley"]),
         ("m as mm", changed(|r| displacement(r, 1e-3)), &["looks like m where mm"]),
         ("bar as kPa", changed(|r| pressures(r, |p| 0.01 * p)), &["bar absolute"]),
-        ("psi gauge as kPa", changed(|r| pressures(r, |p| (p - 101.325) / 6.894_76)), &["psi gauge"]),
-        ("gauge as absolute", changed(|r| pressures(r, |p| p - 101.325)), &["look like gauge pressures"]),
+        (
+            "psi gauge as kPa",
+            changed(|r| pressures(r, |p| (p - 101.325) / 6.894_76)),
+            &["psi gauge"],
+        ),
+        (
+            "gauge as absolute",
+            changed(|r| pressures(r, |p| p - 101.325)),
+            &["look like gauge pressures"],
+        ),
         ("ms as s", changed(|r| scale(&mut r.time_s, 1e3)), &["looks like ms"]),
         ("swapped pressures", changed(swap), &["swapped"]),
-        ("velocity of zeros", changed(|r| scale(&mut r.velocity_mm_s, 0.0)), &["velocity is zero throughout"]),
+        (
+            "velocity of zeros",
+            changed(|r| scale(&mut r.velocity_mm_s, 0.0)),
+            &["velocity is zero throughout"],
+        ),
         ("velocity in m/s", changed(|r| scale(&mut r.velocity_mm_s, 1e-3)), &["looks like m/s"]),
-        ("velocity of the wrong sign", changed(|r| scale(&mut r.velocity_mm_s, -1.0)), &["sign is wrong"]),
-        ("force of the wrong sign", changed(|r| scale(&mut r.force_mn, -1.0)), &["sign of the force is wrong"]),
-        ("displacement of the wrong sign", changed(|r| displacement(r, -1.0)), &["sign of the displacement is wrong"]),
+        (
+            "velocity of the wrong sign",
+            changed(|r| scale(&mut r.velocity_mm_s, -1.0)),
+            &["sign is wrong"],
+        ),
+        (
+            "force of the wrong sign",
+            changed(|r| scale(&mut r.force_mn, -1.0)),
+            &["sign of the force is wrong"],
+        ),
+        (
+            "displacement of the wrong sign",
+            changed(|r| displacement(r, -1.0)),
+            &["sign of the displacement is wrong"],
+        ),
         ("mN as N", changed(|r| scale(&mut r.force_mn, 1e3)), &["force is", "mN where N"]),
         (
             "dead pressure",
@@ -125,7 +149,11 @@ fn each_wrong_input_is_named() {
             &["displacement_mm`, `force_n` are missing", "rig-file init"],
         ),
         ("semicolons", semicolons.clone(), &["run.csv:1", "missing", "rig-file init"]),
-        ("decimal commas", semicolons.replace('.', ","), &["run.csv:1", "missing", "rig-file init"]),
+        (
+            "decimal commas",
+            semicolons.replace('.', ","),
+            &["run.csv:1", "missing", "rig-file init"],
+        ),
         ("truncated", text()[..text().len() - 30].to_owned(), &["cells", "truncated"]),
     ];
     let mut missed = Vec::new();
