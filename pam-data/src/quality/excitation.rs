@@ -28,6 +28,9 @@ pub struct Excitation {
     /// Share of the variance of the acceleration that does not follow linearly from position and velocity: what tells
     /// the mass from the stiffness. 0 for one sine.
     pub open_acceleration: f64,
+    /// Reflected mass whose inertia is 5 % of the force (RMS), kg: a smaller one is hardly seen. `null` without
+    /// acceleration.
+    pub smallest_mass_kg: f64,
     /// Mean frequency of the motion: RMS of ẋ over that of x over 2π, Hz.
     pub frequency_hz: f64,
 }
@@ -65,6 +68,7 @@ impl Excitation {
             acceleration_mm_s2: rms(&a),
             reversals: reversals(&x, SMALLEST_TURN * (high - low)),
             open_acceleration: open,
+            smallest_mass_kg: SEEN_SHARE * rms(&centred(&r.force_mn)) / rms(&a),
             frequency_hz: if rms(&x2) > 0.0 {
                 rms(&v2) / rms(&x2) / std::f64::consts::TAU
             } else {
@@ -89,8 +93,10 @@ impl Excitation {
                 self.mass_is_open(s),
                 "the mass apart from the stiffness",
                 format!(
-                    "{:.0} % of the acceleration does not follow from position and velocity",
-                    100.0 * self.open_acceleration
+                    "{:.0} % of the acceleration does not follow from position and velocity; a mass is seen in the force from \
+                     {:.1} kg on",
+                    100.0 * self.open_acceleration,
+                    self.smallest_mass_kg
                 ),
             ),
             yes(
@@ -138,6 +144,8 @@ impl Excitation {
     }
 }
 
+/// Share of the force that inertia must have before the mass is seen.
+const SEEN_SHARE: f64 = 0.05;
 /// Turns of the motion that are larger than `smallest`.
 fn reversals(x: &[f64], smallest: f64) -> usize {
     let Some(&first) = x.first() else { return 0 };

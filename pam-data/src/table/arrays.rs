@@ -22,7 +22,7 @@ impl ArrayTable {
 
     /// The table without the rows before all columns that are read have begun.
     #[cfg(feature = "mcap")]
-    pub(super) fn from_the_first_complete_row(mut self) -> Self {
+    pub(super) fn starting_at_the_first_complete_row(mut self) -> Self {
         self.trimmed = true;
         self
     }

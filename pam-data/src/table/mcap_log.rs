@@ -108,7 +108,7 @@ pub(super) fn read(
             arrays.push((column, hold(&times, &topic.times, values)));
         }
     }
-    let mut table = ArrayTable::new(path, arrays).from_the_first_complete_row();
+    let mut table = ArrayTable::new(path, arrays).starting_at_the_first_complete_row();
     if !held.is_empty() {
         table.note(format!(
             "rows are the messages of {clock}; {} held at their last value between messages (set file.clock for another \
