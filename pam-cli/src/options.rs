@@ -8,10 +8,11 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use pam_core::{
     Activation, AnyForce, JointModel, Mlp, ModelError, NamedChoice, NetworkForce, SpringDamper,
 };
-use pam_data::plausibility::PlausibilitySettings;
+use pam_data::plausibility::{PlausibilitySettings, Severity};
+use pam_data::quality::{QualityKind, QualitySettings};
 use pam_data::{
     LoadOptions, MassChoice, MassOptions, ModelInfo, MuscleSurfaces, PressureReference, Recording,
-    RigFile, SavedModel, Subject, collect_paths_of, load_model, parse_model, plausibility,
+    RigFile, SavedModel, Subject, collect_paths_of, load_model, parse_model, plausibility, quality,
     read_files,
 };
 use pam_effects::ExtendedModel;
@@ -321,7 +322,40 @@ pub fn check_plausible(
         )));
     }
     findings.iter().for_each(|finding| console.warn(finding.to_string()));
-    Ok(())
+    check_quality(subjects, global, console)
+}
+
+/// Prints what makes recordings worth less than they look: clipped, dead and delayed channels.
+///
+/// # Errors
+/// [`CliError::Failed`] if a channel is clipped or dead and `--accept` is not given.
+pub fn check_quality(
+    subjects: &[Subject],
+    global: &GlobalOptions,
+    console: &Console,
+) -> Result<(), CliError> {
+    let mut errors = Vec::new();
+    for subject in subjects {
+        let quality = quality::assess(&subject.recording, &QualitySettings::default());
+        for finding in quality.findings {
+            let sentence = format!("{}: {}", quality.recording, finding.message);
+            match (finding.severity, finding.kind) {
+                (Severity::Error, _) if !global.accept => errors.push(sentence),
+                (Severity::Error, _) | (_, QualityKind::Delay | QualityKind::Dead) => {
+                    console.warn(sentence);
+                }
+                // The rest is for `pam inspect`: it limits what can be learned, and nothing is wrong.
+                _ => {}
+            }
+        }
+    }
+    if errors.is_empty() {
+        return Ok(());
+    }
+    Err(CliError::Failed(format!(
+        "{}. Look at the data with `pam inspect --out DIR`, or use them all the same with --accept",
+        errors.join("; ")
+    )))
 }
 
 /// With which method the equations are solved.

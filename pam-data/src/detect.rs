@@ -41,10 +41,24 @@ pub fn open_recordings(
     if let Some(rig) = options.rig.as_ref().filter(|rig| rig.columns.is_some()) {
         let table = Table::open(path, &rig.file)?;
         if rig.describes(&table) {
+            if let Some(key) = options.unused_raw_log_option() {
+                let message = format!(
+                    "the loader's option `{key}` is for raw logs; the rig file describes this file: set it there"
+                );
+                return Err(DataError::file(path, message));
+            }
             return rig.recordings_of(&table, path, options);
         }
     }
     let format = format_of(path)?;
+    if let Some(key) = options.unused_raw_log_option().filter(|_| !format.filters_channels()) {
+        let message = format!(
+            "the loader's option `{key}` is for raw logs and does nothing here: this is {}. Describe units and sizes in a \
+             rig file (--rig-file), or leave the option out",
+            format.name()
+        );
+        return Err(DataError::file(path, message));
+    }
     let taken = format.read_recordings(path, &options.of_rig())?;
     if !options.preprocess || format.filters_channels() {
         return Ok(taken);

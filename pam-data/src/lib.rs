@@ -31,6 +31,7 @@ pub mod masses;
 pub mod models;
 pub mod plausibility;
 pub mod preprocess;
+pub mod quality;
 pub mod recording;
 pub mod rig_file;
 pub mod subject;

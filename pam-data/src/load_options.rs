@@ -53,6 +53,21 @@ impl NamedChoice for PressureReference {
 }
 
 impl LoadOptions {
+    /// The first constant of the raw-log loader that was changed and that no other file uses; `--preprocess` uses the
+    /// cutoff.
+    pub(crate) fn unused_raw_log_option(&self) -> Option<String> {
+        let all = |options: &RawLogOptions| match serde_json::to_value(options) {
+            Ok(serde_json::Value::Object(fields)) => fields,
+            _ => serde_json::Map::new(),
+        };
+        let published = all(&RawLogOptions::default());
+        let used = |key: &str| self.preprocess && key == "cutoff_hz";
+        all(&self.raw_log)
+            .into_iter()
+            .find(|(key, value)| published.get(key) != Some(value) && !used(key))
+            .map(|(key, _)| key)
+    }
+
     /// The same with the constants of the raw-log loader that the rig file gives: pulley, motor, atmosphere, filter.
     #[must_use]
     pub(crate) fn of_rig(&self) -> Self {

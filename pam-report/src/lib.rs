@@ -10,6 +10,7 @@
 //!   parameters and their known values;
 //! - [`training`]: the report of a training run;
 //! - [`gradient`]: the report of a loss and its gradient;
+//! - [`inspection`]: the report of recordings that are checked before a fit;
 //! - [`recordings`]: the report of recordings before any model;
 //! - [`simulation`]: the report of a simulated trajectory.
 
@@ -20,6 +21,8 @@ pub mod figure;
 pub mod force_curves;
 #[cfg(feature = "joint")]
 pub mod gradient;
+#[cfg(feature = "joint")]
+pub mod inspection;
 pub mod page;
 #[cfg(feature = "joint")]
 pub mod parameters;
@@ -37,6 +40,8 @@ pub use figure::{Band, ColourMap, LineFigure, Role, Scale, Series, Stroke, Value
 pub use force_curves::force_curves;
 #[cfg(feature = "joint")]
 pub use gradient::{GradientBlock, GradientReport, gradient_report};
+#[cfg(feature = "joint")]
+pub use inspection::{InspectedRun, inspection_report};
 #[cfg(feature = "joint")]
 pub use parameters::parameter_table;
 #[cfg(feature = "joint")]

@@ -4,7 +4,7 @@ use super::RunCommand;
 use crate::arguments::GlobalOptions;
 use crate::console::Console;
 use crate::error::{CliError, failed, usage};
-use crate::options::{DataOptions, ModelOptions, describe_model};
+use crate::options::{DataOptions, ModelOptions, check_quality, describe_model};
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
 use indicatif::ProgressBar;
@@ -85,6 +85,9 @@ impl RunCommand for DiagnoseArguments {
         let data = read(&self.data)?.unwrap_or_default();
         let test = read(&self.heldout)?;
         let baseline = read(&self.healthy)?;
+        for set in [Some(&data), test.as_ref(), baseline.as_ref()].into_iter().flatten() {
+            check_quality(set, global, console)?;
+        }
         let sets =
             RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
         let diagnosis = diagnose_into(&self.out, &saved, &sets, &options, console)?;

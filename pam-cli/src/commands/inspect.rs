@@ -10,16 +10,19 @@ use num_dual::Dual64;
 use pam_autodiff::{FourPointSmoothed, linearise, stiffness_by_difference_n_mm};
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_core::{AnyForce, ForceInput, Scalar};
+use pam_data::atomic::write_atomic;
 use pam_data::formats::raw_log::RawLogText;
 use pam_data::formats::{mat, npz};
 use pam_data::plausibility::{self, Finding, PlausibilitySettings, Severity};
 use pam_data::preprocess::recordings_from_raw_log;
+use pam_data::quality::{self, Quality, QualitySettings};
 use pam_data::recording::{contiguous_ranges, median_step_s};
 use pam_data::{
     Channel, DataError, LoadOptions, MassOptions, RawLog, Recording, SavedModel, Subject,
     collect_paths_of, format_of, load_model, open_recordings, resolve_masses,
 };
 use pam_numerics::statistics::mean;
+use pam_report::{InspectedRun, inspection_report};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -36,6 +39,9 @@ pub struct InspectArguments {
     /// Model whose gas law gives the masses [default: datasheet parameters]
     #[arg(long, value_name = "MODEL")]
     pub model: Option<PathBuf>,
+    /// Write report.html, with a picture for every check, into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
 }
 
 impl RunCommand for InspectArguments {
@@ -45,10 +51,12 @@ impl RunCommand for InspectArguments {
             None => built_in_spring_damper(global.rig()?.as_ref()),
         };
         let rig = global.rig()?.or_else(|| model.info.rig.clone());
-        let inspector = Inspector {
+        let mut inspector = Inspector {
             model,
             options: self.data.load_options(rig)?,
             masses: self.data.mass_options()?,
+            runs: Vec::new(),
+            findings: Vec::new(),
         };
         let mut all = Vec::new();
         let mut failed = false;
@@ -68,6 +76,10 @@ impl RunCommand for InspectArguments {
         }
         if let Some(line) = data_set_line(&all) {
             console.text(line);
+        }
+        if let Some(folder) = &self.out {
+            let written = inspector.write_report(folder)?;
+            console.text(format!("report: {}", written.display()));
         }
         console.json(&Value::from(all));
         Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
@@ -102,11 +114,38 @@ struct Inspector {
     model: SavedModel,
     options: LoadOptions,
     masses: MassOptions,
+    /// What the report shows.
+    runs: Vec<InspectedRun>,
+    findings: Vec<Finding>,
 }
 
 impl Inspector {
-    fn file(&self, path: &Path) -> Result<(String, Value), CliError> {
-        if let Some(rig) = self.options.rig.as_ref().filter(|rig| rig.describes_file(path)) {
+    /// Writes `report.html` into a folder and returns its path.
+    fn write_report(&self, folder: &Path) -> Result<PathBuf, CliError> {
+        let (errors, warnings) = self
+            .runs
+            .iter()
+            .flat_map(|run| run.quality.findings.iter().map(|f| f.severity))
+            .chain(self.findings.iter().map(|f| f.severity))
+            .fold((0, 0), |(e, w), severity| match severity {
+                Severity::Error => (e + 1, w),
+                Severity::Warning => (e, w + 1),
+            });
+        let lead = format!(
+            "{} recording(s): {errors} error(s) that stop other commands, {warnings} warning(s).",
+            self.runs.len()
+        );
+        let made_by = format!("pam {} inspect", env!("CARGO_PKG_VERSION"));
+        let html =
+            inspection_report("Check of recordings", &lead, &self.runs, &self.findings, &made_by);
+        std::fs::create_dir_all(folder).map_err(|e| DataError::io(folder, e))?;
+        let path = folder.join("report.html");
+        write_atomic(&path, html.as_bytes())?;
+        Ok(path)
+    }
+
+    fn file(&mut self, path: &Path) -> Result<(String, Value), CliError> {
+        if let Some(rig) = self.options.rig.clone().filter(|rig| rig.describes_file(path)) {
             let kind = if rig.name.is_empty() {
                 "a file of the rig".into()
             } else {
@@ -139,7 +178,7 @@ impl Inspector {
         Ok((format!("{}: {kind}\n{body}\n", path.display()), value))
     }
 
-    fn raw_log(&self, path: &Path) -> Result<(String, Value), CliError> {
+    fn raw_log(&mut self, path: &Path) -> Result<(String, Value), CliError> {
         let log = RawLog::read(path)?;
         let mut rows = vec![["column", "min", "max", "mean"].map(str::to_owned).to_vec()];
         let mut ranges = serde_json::Map::new();
@@ -179,15 +218,22 @@ impl Inspector {
         Ok((text, value))
     }
 
-    fn recordings(&self, recordings: &[Recording]) -> Result<(String, Value), CliError> {
+    fn recordings(&mut self, recordings: &[Recording]) -> Result<(String, Value), CliError> {
         let mut text = Vec::new();
         let mut values = Vec::new();
         for recording in recordings {
-            let (t, v) = self.recording(recording)?;
+            let (mut t, mut v) = self.recording(recording)?;
+            let quality = quality::assess(recording, &QualitySettings::default());
+            t += &quality_text(&quality);
+            v["quality"] = json!(quality);
+            v["quality"]["can_be_told"] =
+                json!(quality.excitation.sentences(&QualitySettings::default()));
+            self.runs.push(InspectedRun { recording: recording.clone(), quality });
             text.push(t);
             values.push(v);
         }
         let findings = self.plausibility(recordings)?;
+        self.findings.extend(findings.iter().cloned());
         text.extend(findings.iter().map(|f| match f.severity {
             Severity::Error => format!("  implausible: {f}"),
             Severity::Warning => format!("  possibly implausible: {f}"),
@@ -274,6 +320,29 @@ impl Inspector {
         });
         Ok((text, value))
     }
+}
+
+/// The quality of a recording in sentences.
+fn quality_text(quality: &Quality) -> String {
+    let mut rows = vec![["channel", "noise", "resolution", "drift"].map(str::to_owned).to_vec()];
+    for c in &quality.channels {
+        let resolution = c.resolution.map_or("-".into(), |r| format!("{r:.5}"));
+        rows.push(vec![
+            format!("{} ({})", c.column, c.unit),
+            format!("{:.5}", c.noise),
+            resolution,
+            format!("{:.4}", c.drift),
+        ]);
+    }
+    let mut text = format!("\n{}", table(&rows));
+    for f in &quality.findings {
+        let word = if f.severity == Severity::Error { "error" } else { "warning" };
+        text += &format!("\n  {word}: {}", f.message);
+    }
+    for sentence in quality.excitation.sentences(&QualitySettings::default()) {
+        text += &format!("\n  {sentence}");
+    }
+    text
 }
 
 /// The message of an error without the path that stands above it already.

@@ -3,6 +3,7 @@
 use super::format::{FileFormat, Head, RecordingWriter};
 use crate::error::DataError;
 use crate::recording::Recording;
+use crate::table::container;
 use std::io::Read;
 use std::path::Path;
 
@@ -33,6 +34,17 @@ pub fn format_of(path: &Path) -> Result<&'static dyn FileFormat, DataError> {
         .map_err(|e| DataError::io(path, e))?;
     if bytes.is_empty() {
         return Err(DataError::file(path, "the file is empty"));
+    }
+    if let Some(why) = container::missing_feature(&bytes) {
+        return Err(DataError::file(path, why));
+    }
+    if container::needs_rig_file(&bytes) {
+        let message = format!(
+            "a table without standard columns: describe it in a rig file and give it with --rig-file; `pam rig-file init \
+             {}` writes a first one",
+            path.display()
+        );
+        return Err(DataError::file(path, message));
     }
     let head = Head::new(path, &bytes);
     ALL.iter().find(|format| format.recognises(&head)).copied().ok_or_else(|| {

@@ -17,12 +17,23 @@ use std::path::Path;
 pub fn read(path: &Path) -> Result<BTreeMap<String, Vec<f64>>, DataError> {
     let bytes = read_bytes(path)?;
     if bytes.get(..8) == Some(b"\x89HDF\r\n\x1a\n") || bytes.starts_with(b"MATLAB 7.3") {
-        return Err(DataError::file(
-            path,
-            "a MATLAB 7.3 (HDF5) file; save it again with `save(…, '-v7')`",
-        ));
+        return read_hdf5(path, bytes);
     }
     parse(&bytes).map_err(|why| DataError::file(path, why))
+}
+
+#[cfg(feature = "hdf5")]
+fn read_hdf5(path: &Path, bytes: Vec<u8>) -> Result<BTreeMap<String, Vec<f64>>, DataError> {
+    super::mat_hdf5::read(bytes).map_err(|why| DataError::file(path, why))
+}
+
+#[cfg(not(feature = "hdf5"))]
+fn read_hdf5(path: &Path, _: Vec<u8>) -> Result<BTreeMap<String, Vec<f64>>, DataError> {
+    Err(DataError::file(
+        path,
+        "a MATLAB 7.3 (HDF5) file, which this program was built without: save it again with `save(…, '-v7')`, or build the \
+         program with `cargo build --release --features hdf5`",
+    ))
 }
 
 const HEADER: usize = 128;

@@ -23,8 +23,34 @@ use std::path::Path;
 #[derive(Debug)]
 pub struct MatRun;
 
-/// Samples per second of a run, which the file does not say.
+/// Samples per second of the published run, which its file does not say.
 const RATE_HZ: f64 = 1000.0;
+/// Names of a scalar that gives the samples per second.
+const RATES: [&str; 6] = ["Fs", "fs", "rate_hz", "sample_rate", "sampleRate", "SampleRate"];
+/// Names of an array of times, s.
+const TIMES: [&str; 4] = ["t", "time", "time_s", "Time"];
+
+/// The sampling rate that a file gives as a scalar or by its times; that of the published run if it gives neither.
+fn rate_in(path: &Path) -> Result<f64, DataError> {
+    let arrays = mat::read(path)?;
+    let rows = arrays.get("x").map_or(0, Vec::len);
+    let scalar = RATES.iter().find_map(|name| match arrays.get(*name).map(Vec::as_slice) {
+        Some([rate]) => Some((*name, *rate)),
+        _ => None,
+    });
+    let times = || {
+        let name = TIMES.iter().find(|name| arrays.get(**name).is_some_and(|t| t.len() == rows))?;
+        Some((*name, 1.0 / crate::recording::median_step_s(&arrays[*name])))
+    };
+    let Some((name, rate)) = scalar.or_else(times) else { return Ok(RATE_HZ) };
+    if rate.is_finite() && rate > 0.0 {
+        return Ok(rate);
+    }
+    Err(DataError::file(
+        path,
+        format!("`{name}` gives {rate} samples per second; it must be positive"),
+    ))
+}
 
 impl FileFormat for MatRun {
     fn id(&self) -> &'static str {
@@ -46,7 +72,12 @@ impl FileFormat for MatRun {
         path: &Path,
         options: &LoadOptions,
     ) -> Result<Vec<Recording>, DataError> {
-        read(path, options.pressure_reference, RATE_HZ)
+        let given = options.rig.as_ref().and_then(|rig| rig.file.rate_hz);
+        let rate = match given {
+            Some(rate) => rate,
+            None => rate_in(path)?,
+        };
+        read(path, options.pressure_reference, rate)
     }
 }
 

@@ -5,6 +5,8 @@ pub mod csv_columns;
 pub mod format;
 pub mod list;
 pub mod mat;
+#[cfg(feature = "hdf5")]
+mod mat_hdf5;
 pub mod mat_run;
 pub mod npy;
 pub mod npz;

@@ -84,15 +84,15 @@ pub(super) fn squares(values: &[f64]) -> f64 {
 }
 
 /// A least-squares fit.
-pub(super) struct Regression {
-    pub(super) coefficients: Vec<f64>,
+pub(crate) struct Regression {
+    pub(crate) coefficients: Vec<f64>,
     /// Share of the sum of squares of the target that the fit explains.
-    pub(super) r2: f64,
+    pub(crate) r2: f64,
 }
 
 impl Regression {
     /// The fit of `target` by the features, without intercept; `None` if the features are dependent.
-    pub(super) fn new(target: &[f64], features: &[&[f64]]) -> Option<Self> {
+    pub(crate) fn new(target: &[f64], features: &[&[f64]]) -> Option<Self> {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         if features.iter().any(|f| squares(f) <= 0.0) || squares(target) <= 0.0 {
             return None;

@@ -28,7 +28,7 @@
 //! ```
 
 mod balance;
-mod blocks;
+pub(crate) mod blocks;
 mod choice;
 mod columns;
 mod finding;
@@ -40,6 +40,7 @@ mod sample;
 mod settings;
 mod weigh;
 
+pub(crate) use blocks::Regression;
 pub use finding::{Evidence, Finding, FindingKind, Severity, errors};
 pub use settings::PlausibilitySettings;
 

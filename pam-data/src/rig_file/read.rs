@@ -136,6 +136,7 @@ impl RigFile {
             Ok((w.key, values))
         });
         let mut recording = Recording::empty(path);
+        recording.notes.extend_from_slice(table.notes());
         let mut velocity = None;
         let mut time = None;
         for column in &mut values {

@@ -53,6 +53,10 @@ pub struct FileLayout {
     /// Samples per second, for files without a column of times or with counted samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
+    /// Topic of an MCAP log whose messages are the rows; the other topics hold their last value. Without it the topic
+    /// with the most messages.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clock: Option<String>,
 }
 
 /// Where the quantities are in a file.

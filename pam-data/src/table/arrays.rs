@@ -3,18 +3,39 @@
 use crate::error::DataError;
 use std::path::{Path, PathBuf};
 
-/// Named arrays of an `.npz` or `.mat` file.
+/// Named arrays of a file.
 #[derive(Debug)]
 pub struct ArrayTable {
     path: PathBuf,
     names: Vec<String>,
     arrays: Vec<Vec<f64>>,
+    /// True if rows before the first with all numbers are left out.
+    trimmed: bool,
+    notes: Vec<String>,
 }
 
 impl ArrayTable {
     pub(super) fn new(path: &Path, arrays: Vec<(String, Vec<f64>)>) -> Self {
         let (names, arrays) = arrays.into_iter().unzip();
-        Self { path: path.to_owned(), names, arrays }
+        Self { path: path.to_owned(), names, arrays, trimmed: false, notes: Vec::new() }
+    }
+
+    /// The table without the rows before all columns that are read have begun.
+    #[cfg(feature = "mcap")]
+    pub(super) fn starting_at_the_first_complete_row(mut self) -> Self {
+        self.trimmed = true;
+        self
+    }
+
+    /// Adds a sentence for the reader of the recordings.
+    #[cfg(feature = "mcap")]
+    pub(super) fn note(&mut self, note: String) {
+        self.notes.push(note);
+    }
+
+    /// Sentences for the reader of the recordings.
+    pub(super) fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Names of the arrays.
@@ -40,8 +61,12 @@ impl ArrayTable {
                 format!("the arrays differ in length: {}", sizes.join(", ")),
             ));
         }
+        let rows = lengths.first().copied().unwrap_or(0);
+        let complete = |i: &usize| places.iter().all(|&p| !self.arrays[p][*i].is_nan());
+        let first = if self.trimmed { (0..rows).find(complete).unwrap_or(0) } else { 0 };
         for &p in places {
-            if let Some(i) = self.arrays[p].iter().position(|v| !v.is_finite()) {
+            if let Some(i) = self.arrays[p].iter().skip(first).position(|v| !v.is_finite()) {
+                let i = first + i;
                 let (name, value) = (&self.names[p], self.arrays[p][i]);
                 return Err(DataError::file(
                     &self.path,
@@ -49,6 +74,6 @@ impl ArrayTable {
                 ));
             }
         }
-        Ok(places.iter().map(|&p| self.arrays[p].clone()).collect())
+        Ok(places.iter().map(|&p| self.arrays[p][first..].to_vec()).collect())
     }
 }

@@ -1,14 +1,21 @@
-//! Tables of numbers in files of any layout: text with any separator and decimal mark, `.npz`, `.mat`.
+//! Tables of numbers in files of any layout: text with any separator and decimal mark, `.npz`, `.mat`; with the cargo
+//! features `parquet`, `mcap` and `hdf5` also Parquet files, MCAP logs and `.mat` files of MATLAB 7.3.
 //!
 //! A [`Table`] knows the names of its columns when it is opened, and reads those that are asked for.
 
 mod arrays;
+pub(crate) mod container;
 mod delimited;
+#[cfg(feature = "mcap")]
+mod mcap_log;
+#[cfg(feature = "parquet")]
+mod parquet_file;
+#[cfg(feature = "mcap")]
+mod ros_message;
 
 pub use delimited::DelimitedTable;
 
 use crate::error::{DataError, read_bytes};
-use crate::formats::{mat, npz};
 use crate::rig_file::FileLayout;
 use arrays::ArrayTable;
 use std::path::Path;
@@ -18,7 +25,7 @@ use std::path::Path;
 pub enum Table {
     /// Text.
     Delimited(DelimitedTable),
-    /// Named arrays of `.npz` or `.mat` files.
+    /// Named arrays of other files.
     Arrays(ArrayTable),
 }
 
@@ -29,13 +36,8 @@ impl Table {
     /// [`DataError`] if the file cannot be read, holds no table, or does not have this layout.
     pub fn open(path: &Path, layout: &FileLayout) -> Result<Self, DataError> {
         let bytes = read_bytes(path)?;
-        if bytes.starts_with(b"PK") {
-            let arrays = npz::read(path)?.into_iter().map(|(name, array)| (name, array.values));
-            return Ok(Self::Arrays(ArrayTable::new(path, arrays.collect())));
-        }
-        if bytes.starts_with(b"MATLAB") || bytes.starts_with(b"\x89HDF") {
-            let arrays = mat::read(path)?.into_iter().collect();
-            return Ok(Self::Arrays(ArrayTable::new(path, arrays)));
+        if let Some(container) = container::of(&bytes) {
+            return container.read(path, bytes, layout).map(Self::Arrays);
         }
         DelimitedTable::parse(path, bytes, layout).map(Self::Delimited)
     }
@@ -67,6 +69,15 @@ impl Table {
         match self {
             Self::Delimited(table) => table.columns(places),
             Self::Arrays(table) => table.columns(places),
+        }
+    }
+
+    /// How the table was made of the file, where that is not plain.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        match self {
+            Self::Delimited(_) => &[],
+            Self::Arrays(table) => table.notes(),
         }
     }
 

@@ -1,5 +1,7 @@
 //! Wrong units, swapped columns and flipped signs are found in every format; faults of the joint are not taken for them.
 
+mod wrong_inputs;
+
 use pam_data::plausibility::{Finding, FindingKind, Severity, check};
 use pam_data::preprocess::{RawLogOptions, recordings_from_raw_log};
 use pam_data::{
