@@ -46,7 +46,7 @@ fn is_the_run(r: &Recording, first: usize, pressure: impl Fn(usize) -> usize) {
 #[test]
 fn parquet_files_are_tables() {
     for name in ["run.parquet", "run.zstd.parquet"] {
-        let r = open_recordings(&file(name), &options(PLAIN, "deg")).unwrap().remove(0);
+        let r = open_recordings(file(name), &options(PLAIN, "deg")).unwrap().remove(0);
         is_the_run(&r, 0, |k| k);
     }
     let folder = tempfile::tempdir().unwrap();
@@ -114,7 +114,7 @@ fn what_was_not_built_is_said() {
     ];
     for (name, feature, built) in cases {
         for options in [LoadOptions::default(), options(PLAIN, "deg")] {
-            let read = open_recordings(&file(name), &options);
+            let read = open_recordings(file(name), &options);
             if !built {
                 let said = read.unwrap_err().to_string();
                 let command = format!("cargo build --release --features {feature}");
