@@ -63,7 +63,7 @@ fn resolution_is_the_step_of_a_sensor() {
     let smooth: Vec<f64> = (0..2000).map(motion).collect();
     assert_eq!(resolution(&smooth), 0.0);
     // Values that repeat without a common step.
-    let repeated: Vec<f64> = (0..60).map(|k| motion(k % 7)).collect();
+    let repeated: Vec<f64> = (0..60).map(|k| motion(11 * (k % 7))).collect();
     assert_eq!(resolution(&repeated), 0.0);
     assert_eq!(resolution(&[2.0; 9]), 0.0);
     assert_eq!(resolution(&[]), 0.0);
