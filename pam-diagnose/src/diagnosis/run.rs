@@ -150,7 +150,8 @@ fn total<C: Candidates + ?Sized>(open: &Problem<'_, C>, fit: &Fit) -> f64 {
     let members = (fit.hypothesis.members.len() - fit.hypothesis.fixed) as f64;
     let choice = 2.0 * members * (open.system.candidate_len().max(1) as f64).ln();
     let limits = open.settings.search.limit_cost * fit.scales_at_limit as f64;
-    observations * fit.errors.deviance() / open.rows_per_observation
+    observations * fit.errors.deviance_above(&open.noise.discrepancy_shares())
+        / open.rows_per_observation
         + open.prior_cost(&fit.hypothesis)
         + parameters * observations.ln()
         + choice
@@ -210,7 +211,7 @@ impl Judged {
             },
             // Without a test set, names are as good as training and validation data make them.
             confirmed: test.problem().is_empty()
-                || (test.is_reduced(base, best) && reduction.error_reduction > 0.0),
+                || (test.is_reduced(base, best) && reduction.ci95[0] > 0.0),
             inadequate: inadequate(prepared, open, names),
             bands,
         }

@@ -39,6 +39,14 @@ impl ChannelErrors {
         if self.rows == 0 { 0.0 } else { self.mean().into_iter().map(of).sum() }
     }
 
+    /// As [`deviance`](Self::deviance), where a channel cannot be better than `least`, the share of its noise that is the
+    /// model's own discrepancy: errors of the model repeat with the motion, so rows below it are no further evidence.
+    #[must_use]
+    pub fn deviance_above(&self, least: &[f64]) -> f64 {
+        let bounded = self.sums.iter().zip(least).map(|(s, least)| s.max(least * self.rows as f64));
+        Self { sums: bounded.collect(), rows: self.rows }.deviance()
+    }
+
     /// Normalised χ², the mean of `MSE_c` over the channels: 1 for errors at the level of the noise.
     #[must_use]
     pub fn chi_square(&self) -> f64 {

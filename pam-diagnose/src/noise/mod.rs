@@ -69,6 +69,13 @@ impl Noise {
         self.discrepancy[channel]
     }
 
+    /// The share of the variance of each channel's noise that is the model's own error.
+    #[must_use]
+    pub fn discrepancy_shares(&self) -> Vec<f64> {
+        let share = |c: usize| (self.discrepancy[c] / self.deviation(c)).powi(2).min(1.0);
+        (0..self.channels()).map(share).collect()
+    }
+
     /// Degrees of freedom of the learned size of a channel's noise; infinite where it is known.
     #[must_use]
     pub fn freedom(&self, channel: usize) -> f64 {

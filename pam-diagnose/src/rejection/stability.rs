@@ -23,7 +23,7 @@ pub struct ParameterStability {
 }
 
 impl ParameterStability {
-    /// Fits the member at `place` of a fitted set anew to parts of each recording, with everything else as it is. A
+    /// Fits the member at `place` of a fitted set anew to parts of each recording, none shorter than a block, with everything else as it is. A
     /// real cause has one value; a name that only mimics another cause has as many as there are parts.
     #[must_use]
     pub fn of<C: Candidates + ?Sized>(
@@ -50,9 +50,16 @@ impl ParameterStability {
         let mut alone = fitted.without(place);
         alone.fixed = alone.members.len();
         let alone = alone.with(member.candidate, &member.values);
-        let count = settings.stability_parts;
-        let parts: Vec<(String, f64, Vec<f64>)> = parallel::map(problem.len() * count, |k| {
-            let (experiment, part) = (k / count, k % count);
+        // A part shorter than a block may hold no excitation of the cause.
+        let blocks = |i: usize| problem.rows(i) / problem.rows_per_block(i).max(1);
+        let places: Vec<(usize, usize, usize)> = (0..problem.len())
+            .flat_map(|i| {
+                let count = settings.stability_parts.min(blocks(i)).max(1);
+                (0..count).map(move |part| (i, part, count))
+            })
+            .collect();
+        let parts: Vec<(String, f64, Vec<f64>)> = parallel::map(places.len(), |k| {
+            let (experiment, part, count) = places[k];
             let whole = problem.windows[experiment].clone();
             let len = whole.len() / count;
             let from = whole.start + part * len;

@@ -11,8 +11,8 @@ pub struct Scored {
     pub fit: Fit,
     /// Errors on the validation rows.
     pub validation: ChannelErrors,
-    /// `n Σ_c g(MSE_c)` of training and validation rows: minus two times the log-likelihood if every row is an
-    /// observation.
+    /// `n Σ_c g(MSE_c)` of training and validation rows ([`ChannelErrors::deviance_above`]): minus two times the
+    /// log-likelihood if every row is an observation.
     pub misfit: f64,
     /// What the hypothesis costs whatever the data: priors of its nuisances, `p ln n` for `p` parameters (Schwarz 1978),
     /// `2 ln K` for the choice of each member among `K` candidates, and the cost of scales at their limits.
@@ -61,7 +61,8 @@ impl Scored {
 pub(super) fn score<C: Candidates + ?Sized>(split: &Split<'_, C>, fit: Fit) -> Option<Scored> {
     let validation = split.validation_errors(&fit.hypothesis).ok()?;
     let problem = &split.train;
-    let rows = |e: &ChannelErrors| e.rows as f64 * e.deviance();
+    let own = problem.noise.discrepancy_shares();
+    let rows = |e: &ChannelErrors| e.rows as f64 * e.deviance_above(&own);
     let misfit = rows(&fit.errors) + rows(&validation);
     let price = problem.prior_cost(&fit.hypothesis) + complexity(split, &fit);
     let rows_per_observation = problem.correlated_rows(&fit.hypothesis).ok()?;

@@ -20,7 +20,10 @@ pub struct Cause {
     pub parameters: Vec<(&'static str, Interval)>,
     /// Share of the removable error of training and validation rows that only this cause removes.
     pub share_of_error_removed: f64,
-    /// Whether it is certain but small: it removes next to nothing of the error.
+    /// By how much the mean square of the channel that needs the cause most rises without it, the others being fitted anew,
+    /// in units of the variance of the channel's noise.
+    pub rise_without: f64,
+    /// Whether it is certain but small: it removes next to nothing of the error, and no more than a part of the noise.
     #[serde(skip)]
     pub minor: bool,
     /// Posterior probability that it is at work, over the sets that were fitted.

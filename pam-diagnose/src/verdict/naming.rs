@@ -63,7 +63,11 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 };
                 Some((place, why.to_owned()))
             };
-            if let Some((place, reason)) = causes.iter().enumerate().find_map(reason) {
+            // One at a time, and the least of them: without it the intervals of the others may be narrow enough.
+            let share = |place: usize| causes[place].share_of_error_removed;
+            let refuted = causes.iter().enumerate().filter_map(reason);
+            let least = refuted.min_by(|a, b| share(a.0).total_cmp(&share(b.0)));
+            if let Some((place, reason)) = least {
                 let Cause { effect, inclusion, .. } = causes.swap_remove(place);
                 refused.push(Refused { effect, inclusion, reason });
                 set = best.hypothesis.without(place);
@@ -96,7 +100,8 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let relieved = strain(base) > 1.0 && strain(best) < 1.0;
         let all_minor = removed < settings.minor_of_residual && !relieved;
         for cause in causes {
-            cause.minor = all_minor || cause.share_of_error_removed < settings.minor_share;
+            let little = all_minor || cause.share_of_error_removed < settings.minor_share;
+            cause.minor = little && cause.rise_without < settings.minor_rise;
         }
     }
 
@@ -119,12 +124,11 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 first = fitted.end;
                 let stability = ParameterStability::of(problem, &best.hypothesis, place, &own);
                 let parameters = self.widened(best, place, &own, stability.as_ref());
-                let without = if best.hypothesis.members.len() == 1 {
-                    from
-                } else {
-                    let less = problem.fit(best.hypothesis.without(place), iterations);
-                    less.map_or(named, |f| self.chi_square(&f))
+                let less = match best.hypothesis.members.len() {
+                    1 => Some(base.clone()),
+                    _ => problem.fit(best.hypothesis.without(place), iterations).ok(),
                 };
+                let without = less.as_ref().map_or(named, |f| self.chi_square(f));
                 let alternatives = self.alternatives(member.candidate);
                 let id = |c: usize| problem.system.candidate(c).id.to_owned();
                 let limits = info.parameters.iter().map(|p| p.name);
@@ -137,6 +141,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                         named,
                         without - (from - named.min(1.0)),
                     ),
+                    rise_without: less.map_or(0.0, |f| largest_rise(best, &f)),
                     minor: false,
                     inclusion: inclusion[member.candidate],
                     confusable_with: alternatives.iter().map(|a| id(a.candidate)).collect(),
@@ -296,4 +301,10 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         };
         infos.iter().enumerate().map(of).collect()
     }
+}
+
+/// The largest rise of a channel's whitened mean square from one fit to another.
+fn largest_rise(from: &Fit, to: &Fit) -> f64 {
+    let rises = to.errors.mean().into_iter().zip(from.errors.mean()).map(|(t, f)| t - f);
+    rises.fold(0.0, f64::max)
 }

@@ -50,6 +50,8 @@ pub struct Named {
     /// Share of what all causes remove.
     #[serde(default)]
     pub share: f64,
+    /// By how much the mean square of a channel rises without it, in variances of the noise.
+    pub rise: f64,
     /// Ids that explain nearly as much in its place.
     pub confusable_with: Vec<String>,
     /// Value and 95 % interval of each parameter.
@@ -142,12 +144,13 @@ fn read(json: &Value, unread: Outcome) -> Outcome {
     let pair = |v: &Value| [number(&v["ci95"][0]), number(&v["ci95"][1])];
     let list = |v: &Value| v.as_array().cloned().unwrap_or_default();
     let text = |v: &Value| v.as_str().unwrap_or_default().to_owned();
-    let named = |cause: &Value| {
+    let named = |cause: &Value, minor: bool| {
         let parameters = cause["parameters"].as_object().cloned().unwrap_or_default();
         Named {
             effect: text(&cause["effect"]),
-            minor: cause["minor"].as_bool().unwrap_or(false),
+            minor,
             share: number(&cause["share_of_error_removed"]),
+            rise: number(&cause["rise_without"]),
             confusable_with: list(&cause["confusable_with"]).iter().map(text).collect(),
             parameters: parameters
                 .iter()
@@ -159,7 +162,10 @@ fn read(json: &Value, unread: Outcome) -> Outcome {
     let channels = json["residual"]["channels"].as_object().cloned().unwrap_or_default();
     Outcome {
         verdict: text(&json["verdict"]),
-        causes: list(&json["causes"]).iter().map(named).collect(),
+        causes: [("causes", false), ("minor", true)]
+            .iter()
+            .flat_map(|(key, minor)| list(&json[*key]).into_iter().map(|c| named(&c, *minor)))
+            .collect(),
         reduction: Some([number(&gain["error_reduction"]), pair(gain)[0], pair(gain)[1]]),
         over_noise: channels
             .iter()
