@@ -1,9 +1,11 @@
 //! One run of the joint with sealed muscles.
 
 use crate::error::DataError;
+use crate::rig_file::RigFile;
 use pam_core::SealedMasses;
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A measured channel of the state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -139,6 +141,9 @@ pub struct Recording {
     pub sealed: Option<SealedReading>,
     /// Commanded gauge pressures of flexor and extensor, psi, from the name `nn_FFEE`.
     pub command_psi: Option<[f64; 2]>,
+    /// The rig it was recorded on, if a rig file or the recording's own file says it: sizes, air and limits, without the
+    /// columns of files.
+    pub rig: Option<Arc<RigFile>>,
     /// How the file states the pressures, if it was read by a rig file.
     pub pressure_in_file: Option<StatedPressure>,
     /// The low-pass between sensors and columns, where it is known.
@@ -256,7 +261,7 @@ impl Recording {
             if let Some(i) = values.iter().position(|&v| v <= 0.0) {
                 return fail(format!(
                     "`{name}` is {} kPa at sample {i}; pressures are absolute and positive. If these are gauge \
-                     pressures, add 101.325 kPa, or read them with --pressure gauge",
+                     pressures, read them as such: --pressure gauge, or reference = \"gauge\" in a rig file",
                     values[i]
                 ));
             }
@@ -297,6 +302,7 @@ impl Recording {
             given_masses: self.given_masses,
             sealed: self.sealed,
             command_psi: self.command_psi,
+            rig: self.rig.clone(),
             pressure_in_file: self.pressure_in_file,
             preprocessing: self.preprocessing.clone(),
             notes: self.notes.clone(),
@@ -357,6 +363,7 @@ impl Recording {
             force_mn: Vec::new(),
             given_masses: None,
             sealed: None,
+            rig: None,
             pressure_in_file: None,
             low_passed: LowPassed::default(),
             preprocessing: String::new(),

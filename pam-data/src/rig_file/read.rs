@@ -10,6 +10,7 @@ use crate::recording::{Recording, SealedReading, StatedPressure, split_at_gaps};
 use crate::table::Table;
 use pam_core::SealedMasses;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Larger times are counted from the first sample: they are seconds since an epoch.
 const EPOCH_S: f64 = 1e6;
@@ -137,6 +138,7 @@ impl RigFile {
         });
         let mut recording = Recording::empty(path);
         recording.notes.extend_from_slice(table.notes());
+        recording.rig = Some(Arc::new(self.sizes()));
         let mut velocity = None;
         let mut time = None;
         for column in &mut values {
@@ -213,14 +215,27 @@ impl RigFile {
         let derived = velocity.is_none();
         recording.velocity_mm_s = velocity.unwrap_or_else(|| vec![0.0; recording.len()]);
         recording.validate()?;
-        if let (Some(flexor_g), Some(extensor_g)) =
-            (self.air.mass_flexor_g, self.air.mass_extensor_g)
-        {
-            recording.given_masses = Some(SealedMasses { flexor_g, extensor_g });
-        }
-        recording.sealed = self.reading_at_rest(&recording);
+        self.add_air(&mut recording);
         let parts = split_at_gaps(recording, 2)?;
         parts.into_iter().map(|part| self.processed(part, derived, options)).collect()
+    }
+
+    /// The sealed masses and the reading at rest, where the recording has none of its own.
+    pub(crate) fn add_air(&self, recording: &mut Recording) {
+        let masses = self.air.mass_flexor_g.zip(self.air.mass_extensor_g);
+        let masses = masses.map(|(flexor_g, extensor_g)| SealedMasses { flexor_g, extensor_g });
+        recording.given_masses = recording.given_masses.or(masses);
+        recording.sealed = recording.sealed.or_else(|| self.reading_at_rest(recording));
+    }
+
+    /// The filters that a file of standard columns went through before it was written.
+    pub(crate) fn with_filters_in_file(&self, recording: Recording) -> Recording {
+        let Filters { displacement_hz, pressure_hz, force_hz, in_file, .. } = self.filter;
+        if in_file {
+            low_passed(recording, &Cutoffs { displacement_hz, pressure_hz, force_hz })
+        } else {
+            recording
+        }
     }
 
     /// The mean over the time at rest at the start.
