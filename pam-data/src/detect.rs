@@ -122,14 +122,14 @@ pub fn read_files(
 /// one.
 ///
 /// # Errors
-/// [`DataError`] if a file cannot be read, or two files name rigs of different sizes.
+/// [`DataError`] if two files name rigs of different sizes.
 pub fn rig_of<P: AsRef<Path>>(paths: &[P]) -> Result<Option<RigFile>, DataError> {
     let mut found: Option<(PathBuf, RigFile)> = None;
     // Folders and files that cannot be read are reported where they are read.
     let expand = |path: &P| collect_paths(std::slice::from_ref(path)).unwrap_or_default();
     for path in paths.iter().flat_map(expand) {
         let Ok(format) = format_of(&path) else { continue };
-        let Some(rig) = format.rig(&path)? else { continue };
+        let Ok(Some(rig)) = format.rig(&path) else { continue };
         match &found {
             Some((first, known)) if *known != rig => {
                 let message = format!(

@@ -71,9 +71,16 @@ fn matlab_7_3_files_are_tables() {
 #[test]
 fn json_messages_are_columns_and_slow_topics_hold() {
     let names = ["log_time", "/drive.angle.deg", "/air.p[0]", "/air.p[1]", "/drive.torque"];
-    let r = open_recordings(&file("json.mcap"), &options(names, "deg")).unwrap().remove(0);
-    is_the_run(&r, 0, |k| k - k % 2);
-    assert!(r.notes.iter().any(|n| n.contains("/drive") && n.contains("held")), "{:?}", r.notes);
+    // Chunks in Zstandard and in LZ4.
+    for name in ["json.mcap", "json.lz4.mcap"] {
+        let r = open_recordings(file(name), &options(names, "deg")).unwrap().remove(0);
+        is_the_run(&r, 0, |k| k - k % 2);
+        assert!(
+            r.notes.iter().any(|n| n.contains("/drive") && n.contains("held")),
+            "{:?}",
+            r.notes
+        );
+    }
     // The slow topic as the clock: every other sample.
     let mut slow = options(names, "deg");
     slow.rig.as_mut().unwrap().file.clock = Some("/air".into());

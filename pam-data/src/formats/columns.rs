@@ -1,7 +1,8 @@
 //! The standard columns, shared by CSV and `.npz`.
 
 use crate::error::DataError;
-use crate::preprocess::derivative_of;
+use crate::load_options::LoadOptions;
+use crate::preprocess::{Cutoffs, derivative_of};
 use crate::recording::{Recording, SealedReading, split_at_gaps};
 use crate::rig_file::{Filters, RigFile};
 use pam_core::SealedMasses;
@@ -107,18 +108,19 @@ pub(crate) fn numbers_of(
     all
 }
 
-/// Checks what a file gave, puts it into `recording` and splits it at gaps in time. Pressures count from `zero_kpa`.
-/// `rig` is that of the rig file, which wins over the one that the file names.
+/// Checks what a file gave, puts it into `recording` and splits it at gaps in time. The rig of the options wins over the
+/// one that the file names, but for the filters that the file's channels went through already.
 pub(crate) fn finish(
     mut recording: Recording,
     columns: [Vec<f64>; 5],
     velocity: Option<Vec<f64>>,
     header: Header,
-    zero_kpa: f64,
-    rig: Option<&RigFile>,
+    options: &LoadOptions,
 ) -> Result<Vec<Recording>, DataError> {
+    let zero_kpa = options.zero_kpa();
     header.apply(&mut recording, zero_kpa)?;
-    if let Some(rig) = rig {
+    let own = recording.rig.clone();
+    if let Some(rig) = &options.rig {
         recording.rig = Some(Arc::new(rig.sizes()));
     }
     let [time, x, pf, pe, force_n] = columns;
@@ -136,20 +138,26 @@ pub(crate) fn finish(
     recording.force_mn = force_n.into_iter().map(|f| f * MN_PER_N).collect();
     recording.preprocessing = "taken as it is".into();
     recording.validate()?;
-    let rig = recording.rig.clone();
-    if let Some(rig) = &rig {
+    let rig = options.rig.as_ref().or(own.as_deref());
+    if let Some(rig) = rig {
         rig.add_air(&mut recording);
     }
-    let parts = split_at_gaps(recording, 2)?.into_iter();
-    let parts = parts.map(|part| match &rig {
-        Some(rig) => rig.with_filters_in_file(part),
-        None => part,
-    });
-    if !derived {
-        return Ok(parts.collect());
-    }
-    let cutoff = Filters::default().velocity_hz;
-    parts.map(|part| derivative_of(part, Some(cutoff))).collect()
+    let behind = own.as_deref().filter(|own| own.filter.in_file).or(rig);
+    // With `preprocess` the caller filters all channels alike.
+    let behind = behind.filter(|r| r.cutoffs() != Cutoffs::default() && !options.preprocess);
+    let velocity_hz = rig.map_or(Filters::default().velocity_hz, |rig| rig.filter.velocity_hz);
+    let processed = |part: Recording| {
+        let part = match behind {
+            Some(rig) => rig.behind_filters(part)?,
+            None => part,
+        };
+        if derived {
+            derivative_of(part, (velocity_hz > 0.0).then_some(velocity_hz))
+        } else {
+            Ok(part)
+        }
+    };
+    split_at_gaps(recording, 2)?.into_iter().map(processed).collect()
 }
 
 /// The six columns of a recording.

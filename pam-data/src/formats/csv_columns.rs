@@ -24,7 +24,11 @@ use crate::recording::Recording;
 use crate::rig_file::RigFile;
 use pam_core::SealedMasses;
 use std::fmt::Write;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
+
+/// What spreadsheets put in front of UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// The format of CSV files of the standard columns.
 #[derive(Debug)]
@@ -51,7 +55,7 @@ impl FileFormat for CsvColumns {
         Some(("csv", write))
     }
     fn rig(&self, path: &Path) -> Result<Option<RigFile>, DataError> {
-        Ok(read_header(path, &read_bytes(path)?, &mut Recording::empty(path))?.rig)
+        Ok(read_header(path, &header_of(path)?, &mut Recording::empty(path))?.rig)
     }
 }
 
@@ -70,8 +74,7 @@ pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
 /// As [`read`].
 pub fn read_with(path: &Path, options: &LoadOptions) -> Result<Vec<Recording>, DataError> {
     let bytes = read_bytes(path)?;
-    // Spreadsheets put a byte-order mark in front.
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes);
     let mut recording = Recording::empty(path);
     let header = read_header(path, bytes, &mut recording)?;
     let names = names_of(path, bytes)?;
@@ -81,7 +84,7 @@ pub fn read_with(path: &Path, options: &LoadOptions) -> Result<Vec<Recording>, D
     } else {
         (parse_columns(path, bytes, NEEDED)?, None)
     };
-    columns::finish(recording, values, velocity, header, options.zero_kpa(), options.rig.as_ref())
+    columns::finish(recording, values, velocity, header, options)
 }
 
 /// Reads columns of any CSV file by their names; the first must increase from row to row.
@@ -93,7 +96,7 @@ pub fn read_columns<const N: usize>(
     wanted: [&str; N],
 ) -> Result<[Vec<f64>; N], DataError> {
     let bytes = read_bytes(path)?;
-    parse_columns(path, bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes), wanted)
+    parse_columns(path, bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes), wanted)
 }
 
 /// The names of a CSV file's columns.
@@ -102,7 +105,7 @@ pub fn read_columns<const N: usize>(
 /// [`DataError`] if the file cannot be read or its first line is no line of names.
 pub fn column_names(path: &Path) -> Result<Vec<String>, DataError> {
     let bytes = read_bytes(path)?;
-    names_of(path, bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes))
+    names_of(path, bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes))
 }
 
 fn names_of(path: &Path, bytes: &[u8]) -> Result<Vec<String>, DataError> {
@@ -198,6 +201,24 @@ fn csv_error(path: &Path, error: &csv::Error) -> DataError {
     match error.position() {
         Some(p) => DataError::line(path, p.line(), error.to_string()),
         None => DataError::file(path, error.to_string()),
+    }
+}
+
+/// The lines above the column names; the rows below may be many and are not read.
+fn header_of(path: &Path) -> Result<Vec<u8>, DataError> {
+    let io = |e| DataError::io(path, e);
+    let mut file = BufReader::new(std::fs::File::open(path).map_err(io)?);
+    let mut header = Vec::new();
+    loop {
+        let start = header.len();
+        file.read_until(b'\n', &mut header).map_err(io)?;
+        if header.starts_with(BYTE_ORDER_MARK) {
+            header.drain(..BYTE_ORDER_MARK.len());
+        }
+        if !header[start..].starts_with(b"#") {
+            header.truncate(start);
+            return Ok(header);
+        }
     }
 }
 

@@ -90,7 +90,7 @@ pub fn read_with(path: &Path, options: &LoadOptions) -> Result<Vec<Recording>, D
     }
     header.rig = rig_in(path)?;
     let recording = Recording::empty(path);
-    columns::finish(recording, values, velocity, header, options.zero_kpa(), options.rig.as_ref())
+    columns::finish(recording, values, velocity, header, options)
 }
 
 /// The rig of an archive's member of that name.

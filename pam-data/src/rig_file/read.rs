@@ -228,14 +228,18 @@ impl RigFile {
         recording.sealed = recording.sealed.or_else(|| self.reading_at_rest(recording));
     }
 
-    /// The filters that a file of standard columns went through before it was written.
-    pub(crate) fn with_filters_in_file(&self, recording: Recording) -> Recording {
-        let Filters { displacement_hz, pressure_hz, force_hz, in_file, .. } = self.filter;
-        if in_file {
-            low_passed(recording, &Cutoffs { displacement_hz, pressure_hz, force_hz })
-        } else {
-            recording
-        }
+    /// The channels behind their filters, through which they have gone already if `filter.in_file`.
+    ///
+    /// # Errors
+    /// As [`filtered`].
+    pub(crate) fn behind_filters(&self, part: Recording) -> Result<Recording, DataError> {
+        let cutoffs = self.cutoffs();
+        if self.filter.in_file { Ok(low_passed(part, &cutoffs)) } else { filtered(part, &cutoffs) }
+    }
+
+    pub(crate) fn cutoffs(&self) -> Cutoffs {
+        let Filters { displacement_hz, pressure_hz, force_hz, .. } = self.filter;
+        Cutoffs { displacement_hz, pressure_hz, force_hz }
     }
 
     /// The mean over the time at rest at the start.
@@ -257,13 +261,12 @@ impl RigFile {
         derived: bool,
         options: &LoadOptions,
     ) -> Result<Recording, DataError> {
-        let Filters { displacement_hz, pressure_hz, force_hz, velocity_hz, in_file } = self.filter;
-        let cutoffs = if options.preprocess {
-            Cutoffs::all(options.raw_log.cutoff_hz)
+        let Filters { velocity_hz, in_file, .. } = self.filter;
+        let mut part = if options.preprocess && !in_file {
+            filtered(part, &Cutoffs::all(options.raw_log.cutoff_hz))?
         } else {
-            Cutoffs { displacement_hz, pressure_hz, force_hz }
+            self.behind_filters(part)?
         };
-        let mut part = if in_file { low_passed(part, &cutoffs) } else { filtered(part, &cutoffs)? };
         if derived || options.preprocess {
             part = derivative_of(part, (velocity_hz > 0.0).then_some(velocity_hz))?;
         }

@@ -3,7 +3,7 @@
 use super::ranges::{range_json, range_row, range_titles};
 use crate::console::table;
 use crate::error::CliError;
-use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
+use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N, significant};
 use pam_data::plausibility::Severity;
 use pam_data::quality::{Quality, QualitySettings};
 use pam_data::recording::median_step_s;
@@ -92,10 +92,10 @@ pub(super) fn recording(
 pub(super) fn quality_text(quality: &Quality) -> String {
     let mut rows = vec![["channel", "noise", "resolution", "drift"].map(str::to_owned).to_vec()];
     for c in &quality.channels {
-        let resolution = c.resolution.map_or("-".into(), |r| format!("{r:.5}"));
+        let resolution = c.resolution.map_or("-".into(), |r| significant(r, 3));
         rows.push(vec![
             format!("{} ({})", c.column, c.unit),
-            format!("{:.5}", c.noise),
+            significant(c.noise, 3),
             resolution,
             format!("{:.4}", c.drift),
         ]);
