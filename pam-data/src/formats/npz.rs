@@ -101,7 +101,7 @@ pub fn write(path: &Path, arrays: &BTreeMap<String, Array>) -> Result<(), DataEr
     write_with(path, arrays, None)
 }
 
-/// [`write`] with a member of text, by its name.
+/// [`write()`] with a member of text, by its name.
 ///
 /// # Errors
 /// [`DataError::Io`].
