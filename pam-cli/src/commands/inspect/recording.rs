@@ -35,6 +35,7 @@ pub(super) fn recording(
     rows.push(range_row("external force (N)", &force_n));
     ranges.insert("force_n".to_owned(), range_json(&force_n));
     let rest = r.reading_at_rest();
+    let atmosphere = r.rig.as_ref().map_or(ATMOSPHERE_KPA, |rig| rig.air.atmosphere_kpa);
     let at_rest = if r.sealed.is_some() { "sealed" } else { "first sample" };
     let mut text = format!(
         "  recording {}: {} samples, {t0:.3} to {t1:.3} s at {rate:.1} Hz; {}\n{}\n",
@@ -47,8 +48,8 @@ pub(super) fn recording(
         "  {at_rest}: {:.2} and {:.2} kPa abs ({:.2} and {:.2} gauge) at x = {:.4} mm\n",
         rest.pressure_flexor_kpa,
         rest.pressure_extensor_kpa,
-        rest.pressure_flexor_kpa - ATMOSPHERE_KPA,
-        rest.pressure_extensor_kpa - ATMOSPHERE_KPA,
+        rest.pressure_flexor_kpa - atmosphere,
+        rest.pressure_extensor_kpa - atmosphere,
         rest.displacement_mm
     );
     text += &format!(
