@@ -4,8 +4,9 @@ pub use crate::commands::Command;
 
 use crate::error::CliError;
 use clap::{Args, CommandFactory, FromArgMatches, Parser};
-use pam_data::RigFile;
-use std::path::PathBuf;
+use pam_data::{RigFile, rig_of};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 /// Hybrid neural ODEs of an antagonistic pneumatic-muscle joint.
 ///
@@ -83,6 +84,9 @@ pub struct GlobalOptions {
     /// (docs/own-rig.md); `pam rig-file init FILE` writes a draft [default: the one saved in the model, if any]
     #[arg(long, global = true, value_name = "RIG.toml")]
     pub rig_file: Option<PathBuf>,
+    /// What `rig_file` holds, once it was read: a command asks in several places.
+    #[arg(skip)]
+    rig: OnceLock<RigFile>,
     /// Use recordings that contradict the physics of the joint (wrong units, swapped columns, flipped signs) all the
     /// same
     #[arg(long, alias = "allow-implausible", global = true)]
@@ -93,12 +97,28 @@ pub struct GlobalOptions {
 }
 
 impl GlobalOptions {
-    /// The rig file of `--rig-file`.
+    /// The rig file of `--rig-file`, which is read once.
     ///
     /// # Errors
     /// [`CliError::Data`] naming the invalid line or key.
     pub fn rig(&self) -> Result<Option<RigFile>, CliError> {
-        Ok(self.rig_file.as_deref().map(RigFile::read).transpose()?)
+        let Some(path) = self.rig_file.as_deref() else { return Ok(None) };
+        if let Some(rig) = self.rig.get() {
+            return Ok(Some(rig.clone()));
+        }
+        let rig = RigFile::read(path)?;
+        Ok(Some(self.rig.get_or_init(|| rig).clone()))
+    }
+
+    /// The rig file of `--rig-file`, else the rig that these files name as their own, as those of `pam convert` do.
+    ///
+    /// # Errors
+    /// As [`rig`](Self::rig), and [`CliError::Data`] if the files name different rigs.
+    pub fn rig_for(&self, files: &[impl AsRef<Path>]) -> Result<Option<RigFile>, CliError> {
+        match self.rig()? {
+            Some(rig) => Ok(Some(rig)),
+            None => Ok(rig_of(files)?),
+        }
     }
 }
 

@@ -9,6 +9,7 @@ use crate::rig_file::RigFile;
 use crate::table::Table;
 use pam_core::parallel;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// How the names of files end that hold the truth behind a made-up log. They are sealed:
 /// [`open_recordings`] refuses them and folders are expanded without them.
@@ -59,7 +60,11 @@ pub fn open_recordings(
         );
         return Err(DataError::file(path, message));
     }
-    let taken = format.read_recordings(path, &options.of_rig())?;
+    let mut taken = format.read_recordings(path, &options.of_rig())?;
+    if let Some(rig) = &options.rig {
+        let rig = Arc::new(rig.sizes());
+        taken.iter_mut().for_each(|r| r.rig = Some(rig.clone()));
+    }
     if !options.preprocess || format.filters_channels() {
         return Ok(taken);
     }
@@ -111,6 +116,34 @@ pub fn read_files(
         }
     }
     Ok(all)
+}
+
+/// The rig that some files, and the recordings in some folders, name as the one they were made on; `None` if no file names
+/// one.
+///
+/// # Errors
+/// [`DataError`] if two files name rigs of different sizes.
+pub fn rig_of<P: AsRef<Path>>(paths: &[P]) -> Result<Option<RigFile>, DataError> {
+    let mut found: Option<(PathBuf, RigFile)> = None;
+    // Folders and files that cannot be read are reported where they are read.
+    let expand = |path: &P| collect_paths(std::slice::from_ref(path)).unwrap_or_default();
+    for path in paths.iter().flat_map(expand) {
+        let Ok(format) = format_of(&path) else { continue };
+        let Ok(Some(rig)) = format.rig(&path) else { continue };
+        match &found {
+            Some((first, known)) if *known != rig => {
+                let message = format!(
+                    "the rig of this recording is not that of {}: give recordings of one rig, or the rig file that holds \
+                     for all with --rig-file",
+                    first.display()
+                );
+                return Err(DataError::file(&path, message));
+            }
+            Some(_) => {}
+            None => found = Some((path, rig)),
+        }
+    }
+    Ok(found.map(|(_, rig)| rig))
 }
 
 /// Expands folders into the recordings they hold (not recursively), sorted by name; files are kept

@@ -40,6 +40,7 @@ pub mod toml_file;
 
 pub use detect::{
     TRUTH_SUFFIX, collect_paths, collect_paths_of, open_recordings, read_files, read_recordings,
+    rig_of,
 };
 pub use error::DataError;
 pub use formats::format::FileFormat;

@@ -31,14 +31,6 @@ pub enum PressureReference {
     Gauge,
 }
 
-impl PressureReference {
-    /// What must be added to pressures that are absolute unless this says otherwise, kPa.
-    #[must_use]
-    pub fn offset_kpa(self) -> f64 {
-        if self == Self::Gauge { ATMOSPHERE_KPA } else { 0.0 }
-    }
-}
-
 impl NamedChoice for PressureReference {
     const KIND: &'static str = "pressure reference";
     const ALL: &'static [(&'static str, Self, &'static str)] = &[
@@ -53,6 +45,21 @@ impl NamedChoice for PressureReference {
 }
 
 impl LoadOptions {
+    /// The atmosphere: that of the rig file, else the standard one; kPa.
+    #[must_use]
+    pub fn atmosphere_kpa(&self) -> f64 {
+        self.rig.as_ref().map_or(ATMOSPHERE_KPA, |rig| rig.air.atmosphere_kpa)
+    }
+
+    /// The zero of pressures that are absolute unless [`pressure_reference`](Self::pressure_reference) says otherwise, kPa.
+    pub(crate) fn zero_kpa(&self) -> f64 {
+        if self.pressure_reference == PressureReference::Gauge {
+            self.atmosphere_kpa()
+        } else {
+            0.0
+        }
+    }
+
     /// The first constant of the raw-log loader that was changed and that no other file uses; `--preprocess` uses the
     /// cutoff.
     pub(crate) fn unused_raw_log_option(&self) -> Option<String> {

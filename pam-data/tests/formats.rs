@@ -53,14 +53,14 @@ fn parquet_files_are_tables() {
     let cut = folder.path().join("cut.parquet");
     let bytes = std::fs::read(file("run.parquet")).unwrap();
     std::fs::write(&cut, &bytes[..3000]).unwrap();
-    let said = open_recordings(&cut, &options(PLAIN, "deg")).unwrap_err().to_string();
+    let said = open_recordings(cut, &options(PLAIN, "deg")).unwrap_err().to_string();
     assert!(said.contains("cut.parquet") && said.contains("Parquet"), "{said}");
 }
 
 #[cfg(feature = "hdf5")]
 #[test]
 fn matlab_7_3_files_are_tables() {
-    let r = open_recordings(&file("run73.mat"), &options(PLAIN, "deg")).unwrap().remove(0);
+    let r = open_recordings(file("run73.mat"), &options(PLAIN, "deg")).unwrap().remove(0);
     is_the_run(&r, 0, |k| k);
     let arrays = pam_data::formats::mat::read(&file("run73.mat")).unwrap();
     assert_eq!(arrays["count"], [7.0]);
@@ -71,15 +71,22 @@ fn matlab_7_3_files_are_tables() {
 #[test]
 fn json_messages_are_columns_and_slow_topics_hold() {
     let names = ["log_time", "/drive.angle.deg", "/air.p[0]", "/air.p[1]", "/drive.torque"];
-    let r = open_recordings(&file("json.mcap"), &options(names, "deg")).unwrap().remove(0);
-    is_the_run(&r, 0, |k| k - k % 2);
-    assert!(r.notes.iter().any(|n| n.contains("/drive") && n.contains("held")), "{:?}", r.notes);
+    // Chunks in Zstandard and in LZ4.
+    for name in ["json.mcap", "json.lz4.mcap"] {
+        let r = open_recordings(file(name), &options(names, "deg")).unwrap().remove(0);
+        is_the_run(&r, 0, |k| k - k % 2);
+        assert!(
+            r.notes.iter().any(|n| n.contains("/drive") && n.contains("held")),
+            "{:?}",
+            r.notes
+        );
+    }
     // The slow topic as the clock: every other sample.
     let mut slow = options(names, "deg");
     slow.rig.as_mut().unwrap().file.clock = Some("/air".into());
-    assert_eq!(open_recordings(&file("json.mcap"), &slow).unwrap()[0].len(), 100);
+    assert_eq!(open_recordings(file("json.mcap"), &slow).unwrap()[0].len(), 100);
     slow.rig.as_mut().unwrap().file.clock = Some("/nothing".into());
-    let said = open_recordings(&file("json.mcap"), &slow).unwrap_err().to_string();
+    let said = open_recordings(file("json.mcap"), &slow).unwrap_err().to_string();
     assert!(said.contains("/air, /drive"), "{said}");
 }
 
@@ -93,7 +100,7 @@ fn ros_2_messages_are_columns() {
         "/air.pressure[1]",
         "/joint_states.effort[0]",
     ];
-    let r = open_recordings(&file("ros2.mcap"), &options(names, "rad")).unwrap().remove(0);
+    let r = open_recordings(file("ros2.mcap"), &options(names, "rad")).unwrap().remove(0);
     // The first joint state has no pressure yet; pressures come with the odd ones.
     assert!(
         (r.displacement_mm[0]

@@ -3,7 +3,7 @@
 use crate::figure::{LineFigure, Role, envelope, thin};
 use crate::page::{figure, number, page, wide_figure};
 use maud::{Markup, html};
-use pam_core::units::MN_PER_N;
+use pam_core::units::{MN_PER_N, significant};
 use pam_data::plausibility::{Finding, Severity};
 use pam_data::preprocess::gradient_at_times;
 use pam_data::quality::{Quality, QualitySettings};
@@ -13,6 +13,8 @@ use pam_data::{Channel, Recording};
 const BUCKETS: usize = 700;
 /// Points of a loop.
 const LOOP_POINTS: usize = 3000;
+/// Delays below it are printed as none, ms.
+const LEAST_LAG_MS: f64 = 0.05;
 /// Most recordings that are drawn.
 const MOST_DRAWN: usize = 12;
 
@@ -90,7 +92,7 @@ fn drawn(run: &InspectedRun) -> Markup {
     let force_n: Vec<f64> = r.force_mn.iter().map(|f| f / MN_PER_N).collect();
     let x = &r.displacement_mm;
     let series = |label: &str, values: &[f64]| {
-        let plot = LineFigure::new("", "time (s)", label, 1040, 170);
+        let plot = LineFigure::new("", "time (s)", label, 1040, 190);
         wide_figure(
             plot.with("", Role::Measured, envelope(&r.time_s, values, BUCKETS)).to_svg(),
             "",
@@ -119,6 +121,16 @@ fn drawn(run: &InspectedRun) -> Markup {
     }
 }
 
+/// A delay in words.
+fn lag(delay_s: f64) -> String {
+    let ms = 1e3 * delay_s;
+    if ms.abs() < LEAST_LAG_MS {
+        "together with".to_owned()
+    } else {
+        format!("{} ms {}", number(ms.abs(), 1), if ms > 0.0 { "after" } else { "before" })
+    }
+}
+
 fn channels(quality: &Quality) -> Markup {
     html! {
         div.scroll { table {
@@ -126,8 +138,8 @@ fn channels(quality: &Quality) -> Markup {
             @for c in &quality.channels { tr {
                 td { (c.column) } td.text { (c.unit) }
                 td { (number(c.lowest, 3)) } td { (number(c.highest, 3)) } td { (number(c.mean, 3)) }
-                td { (number(c.noise, 5)) }
-                td { @match c.resolution { Some(step) => (number(step, 5)), None => "–" } }
+                td { (significant(c.noise, 3)) }
+                td { @match c.resolution { Some(step) => (significant(step, 3)), None => "–" } }
                 td { (number(c.drift, 3)) }
                 td { (number(100.0 * (c.saturation.at_lowest_share + c.saturation.at_highest_share), 1)) }
             } }
@@ -137,7 +149,7 @@ fn channels(quality: &Quality) -> Markup {
                 "Delays: "
                 @for (k, d) in quality.delays.iter().enumerate() {
                     @if k > 0 { "; " }
-                    (d.column) " " (number(1e3 * d.delay_s, 1)) " ms after " (d.behind)
+                    (d.column) " " (lag(d.delay_s)) " " (d.behind)
                 }
                 "."
             }

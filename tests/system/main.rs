@@ -10,6 +10,7 @@ mod control;
 mod diagnose;
 mod formats;
 mod gradient;
+mod inspection;
 mod loader;
 mod measured_rig;
 mod own_pam;

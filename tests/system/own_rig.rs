@@ -233,3 +233,50 @@ fn an_elbow_is_trained_diagnosed_and_planned() {
     let _ = stdout_of(PAM, &arguments);
     assert!(plan.join("table.csv").exists());
 }
+
+/// A converted file brings its rig along: alone, with the rig file written beside it, and with the first rig file it gives
+/// the model start of the original.
+#[test]
+fn converted_recordings_keep_their_rig() {
+    let folder = tempfile::tempdir().unwrap();
+    let rig = folder.path().join("rig.toml");
+    // A rig in the mountains, at rest for a while, which filters.
+    std::fs::write(
+        &rig,
+        format!(
+            "{}\n[air]\natmosphere_kpa = 85\nrest_s = 0.5\ntemperature_c = 30\n[filter]\npressure_hz = 20\n",
+            read("rig.toml")
+        ),
+    )
+    .unwrap();
+    let original = elbow("train-1.csv");
+    let inspected = |file: &Path, rig: Option<&Path>| -> Value {
+        let mut arguments = vec!["inspect", text(file), "--json"];
+        arguments.extend(rig.iter().flat_map(|rig| ["--rig-file", text(rig)]));
+        let all: Value = serde_json::from_str(&stdout_of(PAM, &arguments)).unwrap();
+        let r = &all[0]["recordings"][0];
+        let keys = ["mass_flexor_g", "mass_extensor_g", "at_rest", "ranges", "mass_origin"];
+        Value::from_iter(keys.map(|key| (key, r[key].clone())))
+    };
+    let truth = inspected(&original, Some(&rig));
+    assert_ne!(truth, inspected(&original, Some(&elbow("rig.toml"))), "the sizes matter");
+    for name in ["run.csv", "run.npz"] {
+        let out = folder.path().join(name);
+        let arguments =
+            ["convert", text(&original), text(&out), "--rig-file", text(&rig), "--json"];
+        let said: Value = serde_json::from_str(&stdout_of(PAM, &arguments)).unwrap();
+        let beside = folder.path().join("run.rig.toml");
+        assert_eq!(said["written"], serde_json::json!([out, beside]));
+        assert_eq!(inspected(&out, None), truth, "{name} alone");
+        assert_eq!(inspected(&out, Some(&beside)), truth, "{name} with the rig file beside it");
+        assert_eq!(inspected(&out, Some(&rig)), truth, "{name} with the first rig file");
+        std::fs::remove_file(&beside).unwrap();
+    }
+    // Recordings of two rigs have no common start.
+    let other = folder.path().join("other.csv");
+    let first = elbow("rig.toml");
+    let _ = stdout_of(PAM, &["convert", text(&original), text(&other), "--rig-file", text(&first)]);
+    let both = run(PAM, &["inspect", text(&other), text(&folder.path().join("run.csv"))]);
+    let said = String::from_utf8_lossy(&both.stderr);
+    assert!(!both.status.success() && said.contains("--rig-file"), "{said}");
+}

@@ -51,7 +51,7 @@ impl RunCommand for CompareArguments {
         let config = ComparisonConfig::open(path)?;
         let surfaces = config.data.surfaces.as_deref().map(MuscleSurfaces::read).transpose()?;
         // Masses for models without a gas law of their own; the others find theirs.
-        let model = built_in_spring_damper(global.rig()?.as_ref());
+        let model = built_in_spring_damper(global.rig_for(&config.data.recordings)?.as_ref());
         let subjects = self.reading.subjects(&config.data.recordings, &model, global, console)?;
         let sets = split(&config, subjects)?;
         console.text(format!(

@@ -6,6 +6,7 @@ use crate::console::Console;
 use crate::error::CliError;
 use crate::options::DataOptions;
 use clap::Args;
+use pam_data::atomic::write_atomic;
 use pam_data::formats::format::RecordingWriter;
 use pam_data::models::save_model;
 use pam_data::{Recording, format_of, load_model, open_recordings, writer_for};
@@ -13,6 +14,9 @@ use pam_effects::ExtendedModel;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+/// Extension of the rig file beside converted recordings.
+const RIG_EXTENSION: &str = "rig.toml";
 
 /// Arguments of `pam convert`.
 #[derive(Debug, Args)]
@@ -35,8 +39,11 @@ pub struct ConvertArguments {
 impl RunCommand for ConvertArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let (input, output) = (&self.input, &self.output);
-        let written = match format_of(input)? {
-            format if format.holds_model() => {
+        let rig = global.rig()?;
+        // A table of the rig need not be of any format.
+        let of_rig = rig.as_ref().is_some_and(|rig| rig.describes_file(input));
+        let written = match if of_rig { None } else { Some(format_of(input)?) } {
+            Some(format) if format.holds_model() => {
                 let mut saved = load_model(input)?;
                 if self.plain {
                     let plain = ExtendedModel::from_saved(saved)?.without_effects();
@@ -49,7 +56,7 @@ impl RunCommand for ConvertArguments {
                 vec![output.clone()]
             }
             _ => {
-                let recordings = open_recordings(input, &self.data.load_options(global.rig()?)?)?;
+                let recordings = open_recordings(input, &self.data.load_options(rig)?)?;
                 convert_recordings(&recordings, output, console)?
             }
         };
@@ -72,6 +79,12 @@ fn convert_recordings(
         console.notes(recording);
         let path = if recordings.len() == 1 { output.to_owned() } else { numbered(output, i + 1) };
         write(&path, recording)?;
+        written.push(path);
+    }
+    // The recordings hold their rig themselves; for other programs and models it stands beside them as well.
+    if let Some(rig) = recordings.iter().find_map(|r| r.rig.as_ref()) {
+        let path = output.with_extension(RIG_EXTENSION);
+        write_atomic(&path, rig.to_toml().as_bytes())?;
         written.push(path);
     }
     Ok(written)

@@ -75,7 +75,7 @@ fn candidates() -> String {
 impl RunCommand for DiagnoseArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let options = options(self, global)?;
-        let saved = self.model.load_extended(global)?;
+        let saved = self.model.load_extended(global.rig_for(&self.data)?.as_ref())?;
         let read = |paths: &[PathBuf]| -> Result<Option<Vec<Subject>>, CliError> {
             if paths.is_empty() {
                 return Ok(None);

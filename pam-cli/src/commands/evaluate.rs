@@ -43,7 +43,7 @@ pub struct EvaluateArguments {
 
 impl RunCommand for EvaluateArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let saved = self.model.load_extended(global)?;
+        let saved = self.model.load_extended(global.rig_for(&self.data)?.as_ref())?;
         let settings = self.solver.settings_for(&saved)?;
         let subjects = self.reading.subjects(&self.data, &saved, global, console)?;
         let configuration = json!({

@@ -117,7 +117,7 @@ impl RunCommand for GradientArguments {
         if self.out.extension().is_none_or(|e| e != "npz") {
             return Err(CliError::Usage(format!("--out {} must end in .npz", self.out.display())));
         }
-        let saved = self.model.load(global)?;
+        let saved = self.model.load(global.rig_for(&self.data)?.as_ref())?;
         let choice = engine_choice(self, &saved)?;
         let subjects = self.reading.subjects(&self.data, &saved, global, console)?;
         let reference = match &self.reference {

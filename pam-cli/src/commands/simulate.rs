@@ -84,7 +84,7 @@ const DEFAULT_PRESSURE_KPA: f64 = 412.0;
 impl RunCommand for SimulateArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let write = recording_writer(&self.out)?;
-        let mut saved = self.model.load_extended(global)?;
+        let mut saved = self.model.load_extended(global.rig_for(self.data.as_slice())?.as_ref())?;
         for text in &self.effects {
             saved.info.effects.push(json!(added_effect(text)?));
         }

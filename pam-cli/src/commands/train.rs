@@ -9,7 +9,7 @@ use crate::options::{DataOptions, built_in_spring_damper, check_plausible};
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
 use pam_data::atomic::write_atomic;
-use pam_data::{MassOptions, Recording, Subject, toml_file};
+use pam_data::{MassOptions, Recording, RigFile, Subject, toml_file};
 use pam_report::page::number;
 use pam_report::training::{EpochRow, ParameterRow, StageRow};
 use pam_report::{TrainingReport, effect_courses, force_curves, training_report};
@@ -101,7 +101,8 @@ impl RunCommand for TrainArguments {
             return Err(CliError::Usage("--checkpoint-s must not be negative".into()));
         }
 
-        let recordings = self.reading.recordings(&self.data, global.rig()?, console)?;
+        let rig = global.rig_for(&self.data)?;
+        let recordings = self.reading.recordings(&self.data, rig.clone(), console)?;
         let surfaces = self.reading.mass_options()?.surfaces;
         if let StartModel::File(path) = &curriculum.model.start
             && !path.exists()
@@ -111,7 +112,7 @@ impl RunCommand for TrainArguments {
                 path.display()
             )));
         }
-        let recordings = checked(recordings, global, console)?;
+        let recordings = checked(recordings, rig.as_ref(), global, console)?;
         let effects = effects_of(&curriculum, &[])?;
         let mut trainer =
             Trainer::extended(curriculum, recordings, surfaces, effects, global.seed)?;
@@ -152,10 +153,11 @@ impl RunCommand for TrainArguments {
 /// other.
 fn checked(
     recordings: Vec<Recording>,
+    rig: Option<&RigFile>,
     global: &GlobalOptions,
     console: &Console,
 ) -> Result<Vec<Recording>, CliError> {
-    let saved = built_in_spring_damper(global.rig()?.as_ref());
+    let saved = built_in_spring_damper(rig);
     let subjects = Subject::resolve(recordings, &saved, &MassOptions::default())?;
     check_plausible(&saved, &subjects, global, console)?;
     Ok(subjects.into_iter().map(|s| s.recording).collect())
@@ -187,7 +189,7 @@ fn curriculum(
 /// Overrides of the curriculum, the method first.
 fn overrides(arguments: &TrainArguments, global: &GlobalOptions) -> Result<Vec<String>, CliError> {
     let mut all = Vec::new();
-    if let Some(rig) = global.rig()? {
+    if let Some(rig) = global.rig_for(&arguments.data)? {
         let rig = toml_file::inline(&rig).map_err(CliError::Failed)?;
         all.push(format!("model.rig={rig}"));
     }

@@ -3,22 +3,32 @@
 //! ```text
 //! # mass_flexor_g = 0.0315
 //! # mass_extensor_g = 0.0315
+//! # sealed_displacement_mm = 0.1
+//! # sealed_pressure_flexor_kpa = 170.3
+//! # sealed_pressure_extensor_kpa = 170.1
+//! # rig = { muscles = { radius_mm = 8.0, length_mm = 150.0 } }
 //! time_s,displacement_mm,velocity_mm_s,pressure_flexor_kpa,pressure_extensor_kpa,force_n
 //! 0.000,0.1,0.0,170.2,169.9,-12.5
 //! ```
 //!
-//! Header lines are optional; other `# key = value` lines are kept as notes. Columns are found by
+//! Header lines are optional: the air masses, the reading at rest after the valves were closed, and the [rig](RigFile) on
+//! one line of TOML; other `# key = value` lines are kept as notes. Columns are found by
 //! name. Data are taken as they are.
 
-use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES, NEEDED, VELOCITY};
+use super::columns::{self, Header, NAMES, NEEDED, RIG, VELOCITY};
 use super::format::{FileFormat, Head, RecordingWriter};
 use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
-use crate::load_options::{LoadOptions, PressureReference};
+use crate::load_options::LoadOptions;
 use crate::recording::Recording;
+use crate::rig_file::RigFile;
 use pam_core::SealedMasses;
 use std::fmt::Write;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
+
+/// What spreadsheets put in front of UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// The format of CSV files of the standard columns.
 #[derive(Debug)]
@@ -39,10 +49,13 @@ impl FileFormat for CsvColumns {
         path: &Path,
         options: &LoadOptions,
     ) -> Result<Vec<Recording>, DataError> {
-        read_from(path, options.pressure_reference)
+        read_with(path, options)
     }
     fn recording_writer(&self) -> Option<(&'static str, RecordingWriter)> {
         Some(("csv", write))
+    }
+    fn rig(&self, path: &Path) -> Result<Option<RigFile>, DataError> {
+        Ok(read_header(path, &header_of(path)?, &mut Recording::empty(path))?.rig)
     }
 }
 
@@ -52,19 +65,18 @@ impl FileFormat for CsvColumns {
 /// [`DataError`] with line and column for missing columns, cells that are no finite numbers, rows of
 /// the wrong length, times that do not increase, masses that are not positive, and empty files.
 pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
-    read_from(path, PressureReference::Absolute)
+    read_with(path, &LoadOptions::default())
 }
 
-/// [`read`] for pressures that count from `reference`.
+/// [`read`] with the zero of the pressures and the rig that the options give.
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_from(path: &Path, reference: PressureReference) -> Result<Vec<Recording>, DataError> {
+pub fn read_with(path: &Path, options: &LoadOptions) -> Result<Vec<Recording>, DataError> {
     let bytes = read_bytes(path)?;
-    // Spreadsheets put a byte-order mark in front.
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes);
     let mut recording = Recording::empty(path);
-    let masses = read_header(path, bytes, &mut recording)?;
+    let header = read_header(path, bytes, &mut recording)?;
     let names = names_of(path, bytes)?;
     let (values, velocity) = if names.iter().any(|n| n == VELOCITY) {
         let [time, x, v, pf, pe, force] = parse_columns(path, bytes, NAMES)?;
@@ -72,7 +84,7 @@ pub fn read_from(path: &Path, reference: PressureReference) -> Result<Vec<Record
     } else {
         (parse_columns(path, bytes, NEEDED)?, None)
     };
-    columns::finish(recording, values, velocity, masses, reference)
+    columns::finish(recording, values, velocity, header, options)
 }
 
 /// Reads columns of any CSV file by their names; the first must increase from row to row.
@@ -84,7 +96,7 @@ pub fn read_columns<const N: usize>(
     wanted: [&str; N],
 ) -> Result<[Vec<f64>; N], DataError> {
     let bytes = read_bytes(path)?;
-    parse_columns(path, bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes), wanted)
+    parse_columns(path, bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes), wanted)
 }
 
 /// The names of a CSV file's columns.
@@ -93,7 +105,7 @@ pub fn read_columns<const N: usize>(
 /// [`DataError`] if the file cannot be read or its first line is no line of names.
 pub fn column_names(path: &Path) -> Result<Vec<String>, DataError> {
     let bytes = read_bytes(path)?;
-    names_of(path, bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes))
+    names_of(path, bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes))
 }
 
 fn names_of(path: &Path, bytes: &[u8]) -> Result<Vec<String>, DataError> {
@@ -192,50 +204,55 @@ fn csv_error(path: &Path, error: &csv::Error) -> DataError {
     }
 }
 
-/// Reads the `# key = value` lines above the column names: masses of flexor and extensor, and notes.
-fn read_header(
-    path: &Path,
-    bytes: &[u8],
-    recording: &mut Recording,
-) -> Result<[Option<f64>; 2], DataError> {
-    let mut masses = [None; 2];
+/// The lines above the column names; the rows below may be many and are not read.
+fn header_of(path: &Path) -> Result<Vec<u8>, DataError> {
+    let io = |e| DataError::io(path, e);
+    let mut file = BufReader::new(std::fs::File::open(path).map_err(io)?);
+    let mut header = Vec::new();
+    loop {
+        let start = header.len();
+        file.read_until(b'\n', &mut header).map_err(io)?;
+        if header.starts_with(BYTE_ORDER_MARK) {
+            header.drain(..BYTE_ORDER_MARK.len());
+        }
+        if !header[start..].starts_with(b"#") {
+            header.truncate(start);
+            return Ok(header);
+        }
+    }
+}
+
+/// Reads the `# key = value` lines above the column names: masses, reading at rest, rig, and notes.
+fn read_header(path: &Path, bytes: &[u8], recording: &mut Recording) -> Result<Header, DataError> {
+    let mut header = Header::default();
     for (index, line) in bytes.split(|&b| b == b'\n').enumerate() {
         let line = String::from_utf8_lossy(line);
         let Some(comment) = line.trim().strip_prefix('#') else { break };
         let Some((key, value)) = comment.split_once('=') else { continue };
         let (key, value) = (key.trim(), value.trim());
-        let place = match key {
-            MASS_FLEXOR => 0,
-            MASS_EXTENSOR => 1,
-            _ => {
-                recording.notes.push(format!("{key} = {value}"));
-                continue;
-            }
-        };
         let number = index as u64 + 1;
-        let mass: f64 = value.parse().map_err(|_| {
-            DataError::cell(path, number, key, format!("`{value}` is not a number"))
-        })?;
-        if !(mass.is_finite() && mass > 0.0) {
-            return Err(DataError::cell(
-                path,
-                number,
-                key,
-                format!("an air mass must be positive, got {mass} g"),
-            ));
+        let wrong = |message: String| DataError::cell(path, number, key, message);
+        if key == RIG {
+            header.rig = Some(RigFile::from_inline(value).map_err(wrong)?);
+        } else if let Some(place) = Header::KEYS.iter().position(|k| *k == key) {
+            let value = value.parse().map_err(|_| wrong(format!("`{value}` is not a number")))?;
+            header.set(place, value).map_err(wrong)?;
+        } else {
+            recording.notes.push(format!("{key} = {value}"));
         }
-        masses[place] = Some(mass);
     }
-    Ok(masses)
+    Ok(header)
 }
 
 /// The CSV text of a recording, with masses in the header if `masses` is given.
 #[must_use]
 pub fn to_csv(recording: &Recording, masses: Option<SealedMasses>) -> String {
     let mut out = String::with_capacity(recording.len() * 90);
-    if let Some(m) = masses {
-        let _ = writeln!(out, "# {MASS_FLEXOR} = {}", m.flexor_g);
-        let _ = writeln!(out, "# {MASS_EXTENSOR} = {}", m.extensor_g);
+    for (key, value) in columns::numbers_of(recording, masses) {
+        let _ = writeln!(out, "# {key} = {value}");
+    }
+    if let Some(rig) = &recording.rig {
+        let _ = writeln!(out, "# {RIG} = {}", rig.to_inline());
     }
     out.push_str(&NAMES.join(","));
     out.push('\n');

@@ -5,6 +5,7 @@ use crate::error::DataError;
 use crate::load_options::LoadOptions;
 use crate::models::saved_model::SavedModel;
 use crate::recording::Recording;
+use crate::rig_file::RigFile;
 use std::borrow::Cow;
 use std::fmt::Debug;
 use std::path::Path;
@@ -100,6 +101,15 @@ pub trait FileFormat: Debug + Send + Sync {
     /// its files.
     fn recording_writer(&self) -> Option<(&'static str, RecordingWriter)> {
         None
+    }
+
+    /// The rig that a file names as the one its recordings were made on.
+    ///
+    /// # Errors
+    /// [`DataError`] if the file cannot be read or names it wrongly.
+    fn rig(&self, path: &Path) -> Result<Option<RigFile>, DataError> {
+        let _ = path;
+        Ok(None)
     }
 
     /// Reads the model of a file.

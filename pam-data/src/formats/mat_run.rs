@@ -3,21 +3,31 @@
 //!
 //! # Gauge or absolute
 //!
-//! The file does not record if the pressures are gauge or absolute, but the gas law decides:
-//! in a closed chamber `ln P_abs + ln V(x)` is constant, and near x = 0 `d ln V_f/dx = (2ν − 1)/L0 =
-//! −d ln V_e/dx`. Regressing `ln P` on x therefore gives the deformation coefficient ν that each
-//! reading implies. For the published run this is ν = 3.65 and 3.67 (flexor, extensor) if the
-//! pressures are absolute and 2.97, 2.98 if they are gauge; training on 29 other recordings of the
-//! rig gave 3.69. They are absolute. [`PressureReference::Auto`] repeats this test for any file and
-//! notes the numbers in the recording.
+//! The file does not record if the pressures are gauge or absolute, but the gas law decides: in a closed chamber
+//! `ln P_abs + ln V(x)` is constant, and near x = 0 `d ln V_f/dx = (2ν − 1)/L0 = −d ln V_e/dx`. The regression of x on
+//! `ln P`, the one of the [plausibility check](crate::plausibility), therefore gives the deformation coefficient ν that each
+//! reading implies. For the published run this is ν = 3.659 and 3.635 (flexor, extensor) if the pressures are absolute and
+//! 2.975, 2.955 if they are gauge; training on 29 other recordings of the rig gave 3.69. They are absolute.
+//! [`PressureReference::Auto`] repeats this test for any file and notes the numbers in the recording.
+//!
+//! # Time
+//!
+//! Samples are timed by the rate of the rig file, else by a scalar of the file (`Fs`, …), else by an array of times in s
+//! (`t`, …) as long as `x`, else at 1 kHz.
 
 use super::format::{FileFormat, Head};
 use super::mat;
 use crate::error::DataError;
 use crate::load_options::{LoadOptions, PressureReference};
-use crate::recording::Recording;
-use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N, NOMINAL_LENGTH_MM};
+use crate::plausibility::implied_deformation;
+use crate::recording::{Recording, split_at_gaps};
+use crate::rig_file::RigFile;
+use pam_core::units::{MN_PER_N, NOMINAL_LENGTH_MM};
+use std::collections::BTreeMap;
 use std::path::Path;
+
+/// Named arrays.
+type Arrays = BTreeMap<String, Vec<f64>>;
 
 /// The format of measured runs as MATLAB level 5 files.
 #[derive(Debug)]
@@ -30,26 +40,33 @@ const RATES: [&str; 6] = ["Fs", "fs", "rate_hz", "sample_rate", "sampleRate", "S
 /// Names of an array of times, s.
 const TIMES: [&str; 4] = ["t", "time", "time_s", "Time"];
 
-/// The sampling rate that a file gives as a scalar or by its times; that of the published run if it gives neither.
-fn rate_in(path: &Path) -> Result<f64, DataError> {
-    let arrays = mat::read(path)?;
-    let rows = arrays.get("x").map_or(0, Vec::len);
+/// The times of the samples, and what gave them if it was not the published rate.
+fn times(
+    path: &Path,
+    arrays: &Arrays,
+    rows: usize,
+    rig: Option<&RigFile>,
+) -> Result<(Vec<f64>, Option<String>), DataError> {
+    let at_rate = |rate: f64| (0..rows).map(|k| k as f64 / rate).collect();
+    if let Some(rate) = rig.and_then(|rig| rig.file.rate_hz) {
+        return Ok((at_rate(rate), Some(format!("timed at the {rate} Hz of the rig file"))));
+    }
     let scalar = RATES.iter().find_map(|name| match arrays.get(*name).map(Vec::as_slice) {
         Some([rate]) => Some((*name, *rate)),
         _ => None,
     });
-    let times = || {
-        let name = TIMES.iter().find(|name| arrays.get(**name).is_some_and(|t| t.len() == rows))?;
-        Some((*name, 1.0 / crate::recording::median_step_s(&arrays[*name])))
-    };
-    let Some((name, rate)) = scalar.or_else(times) else { return Ok(RATE_HZ) };
-    if rate.is_finite() && rate > 0.0 {
-        return Ok(rate);
+    if let Some((name, rate)) = scalar {
+        if !(rate.is_finite() && rate > 0.0) {
+            let message = format!("`{name}` gives {rate} samples per second; it must be positive");
+            return Err(DataError::file(path, message));
+        }
+        return Ok((at_rate(rate), Some(format!("timed at the {rate} Hz of `{name}`"))));
     }
-    Err(DataError::file(
-        path,
-        format!("`{name}` gives {rate} samples per second; it must be positive"),
-    ))
+    let named = TIMES.iter().find_map(|name| Some((*name, arrays.get(*name)?)));
+    let Some((name, times)) = named.filter(|(_, times)| times.len() == rows) else {
+        return Ok((at_rate(RATE_HZ), None));
+    };
+    Ok((times.clone(), Some(format!("timed by `{name}`, s"))))
 }
 
 impl FileFormat for MatRun {
@@ -72,28 +89,20 @@ impl FileFormat for MatRun {
         path: &Path,
         options: &LoadOptions,
     ) -> Result<Vec<Recording>, DataError> {
-        let given = options.rig.as_ref().and_then(|rig| rig.file.rate_hz);
-        let rate = match given {
-            Some(rate) => rate,
-            None => rate_in(path)?,
-        };
-        read(path, options.pressure_reference, rate)
+        read(path, options)
     }
 }
 
 /// Deformation coefficient of the published trained model.
 const TRAINED_DEFORMATION: f64 = 3.690_974;
 
-/// Reads a measured run at `rate_hz` samples per second.
+/// Reads a measured run; gaps in its times split it.
 ///
 /// # Errors
 /// [`DataError::File`] for files that are no MATLAB level 5, lack an array, or hold no valid run.
-pub fn read(
-    path: &Path,
-    reference: PressureReference,
-    rate_hz: f64,
-) -> Result<Vec<Recording>, DataError> {
+pub fn read(path: &Path, options: &LoadOptions) -> Result<Vec<Recording>, DataError> {
     let arrays = mat::read(path)?;
+    let rig = options.rig.as_ref();
     let column = |name| mat::take(path, &arrays, name, "a measured run (F, x, dx, p1, p2)");
     let scaled =
         |values: &[f64], factor: f64| values.iter().map(|v| v * factor).collect::<Vec<_>>();
@@ -101,52 +110,66 @@ pub fn read(
     recording.displacement_mm = scaled(column("x")?, 1e3);
     recording.velocity_mm_s = scaled(column("dx")?, 1e3);
     recording.force_mn = scaled(column("F")?, MN_PER_N);
-    recording.time_s = (0..recording.displacement_mm.len()).map(|k| k as f64 / rate_hz).collect();
-    let (p1, p2) = (column("p1")?, column("p2")?);
+    recording.pressure_flexor_kpa = column("p1")?.to_vec();
+    recording.pressure_extensor_kpa = column("p2")?.to_vec();
+    let (time_s, timed_by) = times(path, &arrays, recording.displacement_mm.len(), rig)?;
+    recording.time_s = time_s;
+    recording.notes.extend(timed_by);
 
-    let implied = |offset: f64| {
-        let slope = |p: &[f64]| log_slope(&recording.displacement_mm, p, offset);
-        // Flexor: −L0 d(ln P)/dx = 2ν − 1; the extensor mirrors it.
-        [-slope(p1), slope(p2)].map(|s| 0.5 * (1.0 + NOMINAL_LENGTH_MM * s))
-    };
-    let (absolute, gauge) = (implied(0.0), implied(ATMOSPHERE_KPA));
-    let distance = |nu: [f64; 2]| nu.iter().map(|n| (n - TRAINED_DEFORMATION).abs()).sum::<f64>();
-    let offset = match reference {
-        PressureReference::Absolute => 0.0,
-        PressureReference::Gauge => ATMOSPHERE_KPA,
+    let gauge = match options.pressure_reference {
+        PressureReference::Absolute => false,
+        PressureReference::Gauge => true,
         PressureReference::Auto => {
-            let is_gauge = distance(gauge) < distance(absolute);
-            recording.notes.push(format!(
-                "pressures taken as {}: the gas law implies ν = {:.3} (flexor) and {:.3} (extensor) \
-                 if they are absolute, {:.3} and {:.3} if gauge; the trained model has {:.3}",
-                if is_gauge { "gauge" } else { "absolute" },
-                absolute[0],
-                absolute[1],
-                gauge[0],
-                gauge[1],
-                TRAINED_DEFORMATION
-            ));
-            if is_gauge { ATMOSPHERE_KPA } else { 0.0 }
+            let (gauge, note) = is_gauge(&recording, options);
+            recording.notes.push(note);
+            gauge
         }
     };
-    recording.pressure_flexor_kpa = p1.iter().map(|p| p + offset).collect();
-    recording.pressure_extensor_kpa = p2.iter().map(|p| p + offset).collect();
+    if gauge {
+        let atmosphere = options.atmosphere_kpa();
+        let pressures = [&mut recording.pressure_flexor_kpa, &mut recording.pressure_extensor_kpa];
+        pressures.into_iter().flatten().for_each(|p| *p += atmosphere);
+    }
     recording.preprocessing =
         "as in the file (x low-passed forward and back at 3 Hz, dx at 20 Hz by its makers)".into();
     recording.validate()?;
-    Ok(vec![recording])
+    if let Some(rig) = rig {
+        rig.add_air(&mut recording);
+    }
+    split_at_gaps(recording, 2)
 }
 
-/// Least-squares slope of `ln(p + offset)` over `x`; zero if undefined.
-fn log_slope(x: &[f64], p: &[f64], offset: f64) -> f64 {
-    let n = x.len().min(p.len()) as f64;
-    let logs: Vec<f64> = p.iter().map(|v| (v + offset).ln()).collect();
-    let (mx, ml) = (x.iter().sum::<f64>() / n, logs.iter().sum::<f64>() / n);
-    let (mut sxy, mut sxx) = (0.0, 0.0);
-    for (a, b) in x.iter().zip(&logs) {
-        sxy += (a - mx) * (b - ml);
-        sxx += (a - mx) * (a - mx);
-    }
-    let slope = sxy / sxx;
-    if slope.is_finite() { slope } else { 0.0 }
+/// Whether the pressures are gauge by the gas law, and the sentence that says why. Without an answer they are absolute.
+fn is_gauge(recording: &Recording, options: &LoadOptions) -> (bool, String) {
+    let rig = options.rig.as_ref();
+    let length_mm = rig.map_or(NOMINAL_LENGTH_MM, |rig| rig.geometry().length_mm);
+    let known = rig.filter(|rig| rig.muscles.deformation.or(rig.muscles.braid_angle_deg).is_some());
+    let (expected, whose) = match known {
+        Some(rig) => (rig.physical().deformation, "the rig file"),
+        None => (TRAINED_DEFORMATION, "the trained model"),
+    };
+    let implied = |offset: f64| implied_deformation(recording, offset, length_mm);
+    let (absolute, gauge) = match (implied(0.0), implied(options.atmosphere_kpa())) {
+        (Some(absolute), Some(gauge)) => (absolute, gauge),
+        (None, Some(_)) => {
+            return (true, "pressures taken as gauge: absolute ones are positive".into());
+        }
+        _ => {
+            let note = "pressures taken as absolute: the run is too short, or its pressures too constant, for the gas \
+                        law to decide; --pressure gauge reads them as gauge";
+            return (false, note.into());
+        }
+    };
+    let distance = |nu: [f64; 2]| nu.iter().map(|n| (n - expected).abs()).sum::<f64>();
+    let is_gauge = distance(gauge) < distance(absolute);
+    let note = format!(
+        "pressures taken as {}: the gas law implies ν = {:.3} (flexor) and {:.3} (extensor) if they are absolute, {:.3} and \
+         {:.3} if gauge; {whose} has {expected:.3}",
+        if is_gauge { "gauge" } else { "absolute" },
+        absolute[0],
+        absolute[1],
+        gauge[0],
+        gauge[1]
+    );
+    (is_gauge, note)
 }

@@ -4,7 +4,7 @@ use super::npy::{NpyError, read_npy, read_npy_texts, write_npy};
 use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read, Seek};
+use std::io::{Cursor, Read, Seek, Write};
 use std::path::Path;
 
 pub use super::npy::Array;
@@ -75,11 +75,41 @@ pub fn read_texts(path: &Path, name: &str) -> Result<Option<Vec<String>>, DataEr
     read_npy_texts(&mut content.as_slice()).map(Some).map_err(|e| fail(e.to_string()))
 }
 
+/// The text of a member that is no array; `None` if there is none of that name.
+///
+/// # Errors
+/// [`DataError`] if the file is no archive or the member is no text.
+pub fn read_member(path: &Path, name: &str) -> Result<Option<String>, DataError> {
+    let file = std::fs::File::open(path).map_err(|e| DataError::io(path, e))?;
+    let mut archive = open(path, file)?;
+    let mut file = match archive.by_name(name) {
+        Ok(file) => file,
+        Err(zip::result::ZipError::FileNotFound) => return Ok(None),
+        Err(e) => return Err(DataError::file(path, format!("`{name}`: {e}"))),
+    };
+    let mut text = String::new();
+    file.read_to_string(&mut text)
+        .map_err(|e| DataError::file(path, format!("`{name}` is no text: {e}")))?;
+    Ok(Some(text))
+}
+
 /// Writes arrays as an uncompressed `.npz` file; the same arrays give the same bytes.
 ///
 /// # Errors
 /// [`DataError::Io`].
 pub fn write(path: &Path, arrays: &BTreeMap<String, Array>) -> Result<(), DataError> {
+    write_with(path, arrays, None)
+}
+
+/// [`write()`] with a member of text, by its name.
+///
+/// # Errors
+/// [`DataError::Io`].
+pub fn write_with(
+    path: &Path,
+    arrays: &BTreeMap<String, Array>,
+    text: Option<(&str, &str)>,
+) -> Result<(), DataError> {
     let io = |e: std::io::Error| DataError::io(path, e);
     let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
     let options = zip::write::SimpleFileOptions::default()
@@ -90,6 +120,10 @@ pub fn write(path: &Path, arrays: &BTreeMap<String, Array>) -> Result<(), DataEr
             .start_file(format!("{name}.npy"), options)
             .map_err(|e| DataError::file(path, e.to_string()))?;
         write_npy(&mut archive, array).map_err(io)?;
+    }
+    if let Some((name, text)) = text {
+        archive.start_file(name, options).map_err(|e| DataError::file(path, e.to_string()))?;
+        archive.write_all(text.as_bytes()).map_err(io)?;
     }
     let bytes = archive.finish().map_err(|e| DataError::file(path, e.to_string()))?.into_inner();
     write_atomic(path, &bytes)

@@ -1,13 +1,17 @@
-//! `.npz` files of the standard columns, with the masses as scalars.
+//! `.npz` files of the standard columns, with masses and reading at rest as scalars and the rig as the member `rig.toml`.
 
-use super::columns::{self, MASS_EXTENSOR, MASS_FLEXOR, NAMES, NEEDED, VELOCITY};
+use super::columns::{self, Header, NAMES, NEEDED, VELOCITY};
 use super::format::{FileFormat, Head, RecordingWriter};
 use super::npz::{self, Array};
 use crate::error::DataError;
-use crate::load_options::{LoadOptions, PressureReference};
+use crate::load_options::LoadOptions;
 use crate::recording::Recording;
+use crate::rig_file::RigFile;
 use std::collections::BTreeMap;
 use std::path::Path;
+
+/// Member of the archive with the rig; NumPy reads it as bytes.
+const RIG_MEMBER: &str = "rig.toml";
 
 /// The format of `.npz` archives of the standard columns.
 #[derive(Debug)]
@@ -31,10 +35,13 @@ impl FileFormat for NpzColumns {
         path: &Path,
         options: &LoadOptions,
     ) -> Result<Vec<Recording>, DataError> {
-        read_from(path, options.pressure_reference)
+        read_with(path, options)
     }
     fn recording_writer(&self) -> Option<(&'static str, RecordingWriter)> {
         Some(("npz", write))
+    }
+    fn rig(&self, path: &Path) -> Result<Option<RigFile>, DataError> {
+        rig_in(path)
     }
 }
 
@@ -44,14 +51,14 @@ impl FileFormat for NpzColumns {
 /// [`DataError`] naming a missing array, arrays of different lengths, numbers that are not finite,
 /// times that do not increase, or masses that are not positive.
 pub fn read(path: &Path) -> Result<Vec<Recording>, DataError> {
-    read_from(path, PressureReference::Absolute)
+    read_with(path, &LoadOptions::default())
 }
 
-/// [`read`] for pressures that count from `reference`.
+/// [`read`] with the zero of the pressures and the rig that the options give.
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_from(path: &Path, reference: PressureReference) -> Result<Vec<Recording>, DataError> {
+pub fn read_with(path: &Path, options: &LoadOptions) -> Result<Vec<Recording>, DataError> {
     let mut arrays = npz::read(path)?;
     let present = arrays.keys().cloned().collect::<Vec<_>>().join(", ");
     let missing: Vec<&str> =
@@ -72,18 +79,24 @@ pub fn read_from(path: &Path, reference: PressureReference) -> Result<Vec<Record
     let mut take = |name: &str| arrays.remove(name).map(|array| array.values);
     let velocity = take(VELOCITY);
     let values = NEEDED.map(|name| take(name).unwrap_or_default());
-    let mass = |name: &str| {
-        let Some(array) = arrays.get(name) else { return Ok(None) };
-        match array.values[..] {
-            [m] if m.is_finite() && m > 0.0 => Ok(Some(m)),
-            _ => Err(DataError::file(
-                path,
-                format!("`{name}` must be one positive number, got {:?}", array.values),
-            )),
-        }
-    };
-    let masses = [mass(MASS_FLEXOR)?, mass(MASS_EXTENSOR)?];
-    columns::finish(Recording::empty(path), values, velocity, masses, reference)
+    let mut header = Header::default();
+    for (place, name) in Header::KEYS.iter().enumerate() {
+        let Some(array) = arrays.get(*name) else { continue };
+        let [value] = array.values[..] else {
+            let message = format!("`{name}` must be one number, got {:?}", array.values);
+            return Err(DataError::file(path, message));
+        };
+        header.set(place, value).map_err(|e| DataError::file(path, format!("`{name}`: {e}")))?;
+    }
+    header.rig = rig_in(path)?;
+    let recording = Recording::empty(path);
+    columns::finish(recording, values, velocity, header, options)
+}
+
+/// The rig of an archive's member of that name.
+fn rig_in(path: &Path) -> Result<Option<RigFile>, DataError> {
+    let text = npz::read_member(path, RIG_MEMBER)?;
+    text.map(|text| RigFile::parse(&text, path.join(RIG_MEMBER))).transpose()
 }
 
 /// Writes a recording as `.npz`.
@@ -96,9 +109,9 @@ pub fn write(path: &Path, recording: &Recording) -> Result<(), DataError> {
         .zip(columns::of(recording))
         .map(|(name, values)| ((*name).to_owned(), Array::vector(values)))
         .collect();
-    if let Some(m) = recording.given_masses {
-        arrays.insert(MASS_FLEXOR.into(), Array::scalar(m.flexor_g));
-        arrays.insert(MASS_EXTENSOR.into(), Array::scalar(m.extensor_g));
+    for (key, value) in columns::numbers_of(recording, recording.given_masses) {
+        arrays.insert(key.to_owned(), Array::scalar(value));
     }
-    npz::write(path, &arrays)
+    let rig = recording.rig.as_ref().map(|rig| rig.to_toml());
+    npz::write_with(path, &arrays, rig.as_deref().map(|text| (RIG_MEMBER, text)))
 }

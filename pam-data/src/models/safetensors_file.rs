@@ -40,7 +40,9 @@ impl FileFormat for Safetensors {
         "a safetensors file"
     }
     fn recognises(&self, head: &Head<'_>) -> bool {
-        head.bytes.get(8) == Some(&b'{') || head.has_extension("safetensors")
+        // JSON behind its length, which is below 4 GiB; text may have a brace there too.
+        let begins = head.bytes.get(4..9) == Some(b"\0\0\0\0{");
+        begins || head.has_extension("safetensors")
     }
     fn holds_model(&self) -> bool {
         true

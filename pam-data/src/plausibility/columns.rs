@@ -8,7 +8,6 @@ use super::readings::DISPLACEMENT_UNITS;
 use super::sample::{Sample, moves};
 use super::weigh::{Reading, Weights};
 use pam_core::ForceModel;
-use pam_core::units::ATMOSPHERE_KPA;
 use pam_numerics::statistics::median;
 
 /// Names of the pressure columns.
@@ -123,7 +122,7 @@ fn pressure<F: ForceModel<f64>>(
             FindingKind::GaugePressure,
             format!(
                 "the pressures look like gauge pressures: {flexor:.1} and {extensor:.1} kPa (flexor, extensor) where \
-                 absolute ones are meant{gas}; add {ATMOSPHERE_KPA} kPa to both, or read them as gauge (--pressure gauge, or the rig file)"
+                 absolute ones are meant{gas}; read them as gauge: --pressure gauge, or reference = \"gauge\" in the rig file"
             ),
         )
     } else {

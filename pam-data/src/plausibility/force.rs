@@ -5,8 +5,9 @@ use super::choice::{ChosenReading, direction};
 use super::finding::{Evidence, Finding, FindingKind, Severity};
 use super::sample::Sample;
 use super::weigh::Weights;
+use crate::rig_file::units::{self, Quantity};
 use pam_core::ForceModel;
-use pam_core::units::{MN_PER_N, PULLEY_RADIUS_MM, tendon_force_mn_per_a};
+use pam_core::units::MN_PER_N;
 
 /// Correlation of recorded and modelled force from which its sign counts.
 const CLEAR_CORRELATION: f64 = 0.6;
@@ -15,21 +16,9 @@ const MOSTLY_INERTIA: f64 = 0.6;
 /// Largest log distance to a unit of force.
 const NEAR: f64 = 0.5;
 
-/// What a force column may hold, and the newtons of its unit at the tendon.
-fn units() -> [(&'static str, f64); 6] {
-    let torque_n_per_nm = 1e3 / PULLEY_RADIUS_MM;
-    [
-        ("kN", 1e3),
-        ("mN", 1e-3),
-        (
-            "N·m at the pulley, or amperes of the motor",
-            (torque_n_per_nm * tendon_force_mn_per_a() / MN_PER_N).sqrt(),
-        ),
-        ("N·mm at the pulley", 1e-3 * torque_n_per_nm),
-        ("kgf", 9.806_65),
-        ("lbf", 4.448_222),
-    ]
-}
+/// Largest log distance between units that the ratio of forces cannot tell apart: N·m at a pulley and amperes of a geared
+/// motor.
+const ALIKE: f64 = 0.15;
 
 /// Findings in the force and in the directions.
 pub(super) fn findings<F: ForceModel<f64>>(
@@ -108,16 +97,20 @@ fn unit<F: ForceModel<f64>>(
         return None;
     }
     let distance = |newtons: f64| (ratio * newtons).ln().abs();
-    let nearest = units().into_iter().min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)))?;
+    let units: Vec<(&str, f64)> = units::mistaken(Quantity::Force)
+        .into_iter()
+        .map(|(unit, mn)| (unit, mn / MN_PER_N))
+        .collect();
+    let nearest = units.iter().min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)))?;
     let fits = distance(nearest.1) < NEAR;
+    let alike = || units.iter().filter(|u| (u.1 / nearest.1).ln().abs() < ALIKE);
+    let names = alike().map(|u| u.0).collect::<Vec<_>>().join(" or ");
+    let factors = alike().map(|u| format!("{:.5}", u.1)).collect::<Vec<_>>().join(" or ");
     let what = format!(
         "the force is {ratio:.4} times what mass, acceleration and the model's restoring force ask for"
     );
     let message = if fits {
-        format!(
-            "{what}: it looks like {} where N are meant; multiply force_n by {:.5}",
-            nearest.0, nearest.1
-        )
+        format!("{what}: it looks like {names} where N are meant; multiply force_n by {factors}")
     } else {
         format!(
             "{what}; check its unit (N at the tendon), the unit of the displacement, and that the model is of this joint"

@@ -1,6 +1,8 @@
 //! How pressures follow the displacement: the isothermal law of sealed air, `P V(x) = const`.
 
 use super::blocks::{Blocks, Regression, differences, squares, without_drift};
+use super::settings::PlausibilitySettings;
+use crate::recording::Recording;
 use pam_core::{ForceModel, JointModel};
 
 /// A way to read a pressure column: the absolute pressure is `scale · value + offset_kpa`.
@@ -67,6 +69,21 @@ pub(super) fn chamber_slope(
     let slope = 1.0 / fit.coefficients[0];
     let ratio = slope / expected * fit.r2.sqrt();
     ratio.is_finite().then_some(ChamberSlope { ratio, r2: fit.r2 })
+}
+
+/// The deformation coefficients ν that flexor and extensor imply if `offset_kpa` is added to their pressures: near x = 0 the
+/// gas law makes `d ln P/dx` of the flexor `−(2ν − 1)/L0`, and the extensor mirrors it. `None` if the recording is too short,
+/// or a pressure is constant or not positive.
+pub(crate) fn implied_deformation(
+    recording: &Recording,
+    offset_kpa: f64,
+    length_mm: f64,
+) -> Option<[f64; 2]> {
+    let blocks = Blocks::new(recording, 1.0, &PlausibilitySettings::default())?;
+    let reading = PressureReading { scale: 1.0, offset_kpa };
+    let slope =
+        |i: usize| Some(chamber_slope(&blocks.x, &blocks.pressures[i], reading, 1.0)?.ratio);
+    Some([-slope(0)?, slope(1)?].map(|slope| 0.5 * (1.0 + length_mm * slope)))
 }
 
 /// The change of a pressure relative to what the motion would cause in a sealed chamber; 0 for a dead sensor.

@@ -42,6 +42,7 @@ mod weigh;
 
 pub(crate) use blocks::Regression;
 pub use finding::{Evidence, Finding, FindingKind, Severity, errors};
+pub(crate) use gas::implied_deformation;
 pub use settings::PlausibilitySettings;
 
 use crate::subject::Subject;

@@ -6,19 +6,14 @@ use super::sample::{Sample, moves};
 use super::settings::PlausibilitySettings;
 use super::weigh::Reading;
 use crate::recording::median_step_s;
-use pam_core::units::PULLEY_RADIUS_MM;
+use crate::rig_file::units::{self, Quantity};
 
-/// Names of what a velocity column may hold, and by what it must be multiplied to be mm/s. The last is a velocity of
-/// seconds beside a time of ms.
-const UNITS: [(&str, f64); 5] = [
-    ("m/s", 1e3),
-    ("cm/s", 10.0),
-    ("deg/s of the pulley", PULLEY_RADIUS_MM * std::f64::consts::PI / 180.0),
-    ("rad/s of the pulley", PULLEY_RADIUS_MM),
-    ("mm/s, with time_s in ms", 1e-3),
-];
+/// What a velocity column may hold, and by what it must be multiplied to be mm/s: units, and seconds beside a time in ms.
+fn candidates() -> impl Iterator<Item = (&'static str, f64)> {
+    units::mistaken(Quantity::Velocity).into_iter().chain([("mm/s, with time_s in ms", 1e-3)])
+}
 
-/// Largest log distance to a unit of [`UNITS`].
+/// Largest log distance to one of the [`candidates`].
 const NEAR: f64 = 0.3;
 
 /// Findings in time and velocity.
@@ -116,8 +111,8 @@ fn velocity(sample: &Sample<'_>, reading: Reading, s: &PlausibilitySettings) -> 
         return None;
     }
     let severity = if fit.r2 >= s.least_r2 { Severity::Error } else { Severity::Warning };
-    let near = |u: &&(&str, f64)| (factor.abs() / u.1).ln().abs() < NEAR;
-    let cause = match UNITS.iter().find(near) {
+    let near = |u: &(&str, f64)| (factor.abs() / u.1).ln().abs() < NEAR;
+    let cause = match candidates().find(near) {
         Some((unit, _)) if factor > 0.0 => format!("it looks like {unit}"),
         Some((unit, _)) => format!("it looks like {unit} with the wrong sign"),
         None if factor.abs().ln().abs() < NEAR => "its sign is wrong".to_owned(),

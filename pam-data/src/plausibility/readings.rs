@@ -3,28 +3,13 @@
 use super::gas::PressureReading;
 use super::settings::PlausibilitySettings;
 use crate::recording::{Recording, StatedPressure};
-use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, PULLEY_RADIUS_MM};
+use crate::rig_file::units::{self, Quantity};
+use pam_core::units::ATMOSPHERE_KPA;
+use std::sync::LazyLock;
 
-/// A unit of pressure and its size in kPa.
-const PRESSURE_UNITS: [(&str, f64); 6] = [
-    ("kPa", 1.0),
-    ("Pa", 1e-3),
-    ("hPa (mbar)", 0.1),
-    ("bar", 100.0),
-    ("MPa", 1e3),
-    ("psi", KPA_PER_PSI),
-];
-
-/// A unit of displacement and its size in mm; angles turn the pulley.
-pub(super) const DISPLACEMENT_UNITS: [(&str, f64); 7] = [
-    ("mm", 1.0),
-    ("m", 1e3),
-    ("cm", 10.0),
-    ("µm", 1e-3),
-    ("inches", 25.4),
-    ("degrees of the pulley", PULLEY_RADIUS_MM * std::f64::consts::PI / 180.0),
-    ("radians of the pulley", PULLEY_RADIUS_MM),
-];
+/// Names of the units of displacement that are looked for, and their sizes in mm, the stated one first.
+pub(super) static DISPLACEMENT_UNITS: LazyLock<Vec<(&'static str, f64)>> =
+    LazyLock::new(|| units::mistaken(Quantity::Displacement));
 
 /// A candidate for the pressure columns.
 #[derive(Debug, Clone, Copy)]
@@ -65,9 +50,10 @@ pub(super) fn pressure_units(
     from: Option<StatedPressure>,
     s: &PlausibilitySettings,
 ) -> Vec<PressureUnit> {
+    let sizes = units::mistaken(Quantity::Pressure);
     let mut all = Vec::new();
     for in_file in [None, Some(from.unwrap_or(StatedPressure::RAW_LOG))] {
-        for (unit, size) in PRESSURE_UNITS {
+        for &(unit, size) in &sizes {
             for gauge in [false, true] {
                 let reference = if gauge { ATMOSPHERE_KPA } else { 0.0 };
                 // The value in a file of gauge pressures is (P − atmosphere)/unit of the recording's pressure P.

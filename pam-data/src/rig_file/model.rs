@@ -1,6 +1,6 @@
 //! The model that a rig file describes.
 
-use super::schema::RigFile;
+use super::schema::{FileLayout, Filters, RigFile};
 use crate::error::DataError;
 use crate::{document, toml_file};
 use pam_core::units::GAS_COEFFICIENT_KPA_MM3_PER_G;
@@ -41,6 +41,28 @@ impl RigFile {
     #[must_use]
     pub fn to_toml(&self) -> String {
         document::to_toml(self).expect("a rig file is a table of tables")
+    }
+
+    /// The file as TOML on one line.
+    ///
+    /// # Panics
+    /// Never: a rig file is a table of tables.
+    #[must_use]
+    pub fn to_inline(&self) -> String {
+        toml_file::inline(self).expect("a rig file is a table of tables")
+    }
+
+    /// Reads a rig file from TOML on one line.
+    ///
+    /// # Errors
+    /// A sentence naming the key.
+    pub fn from_inline(text: &str) -> Result<Self, String> {
+        let Some(toml::Value::Table(table)) = toml_file::single_value(text) else {
+            return Err(format!("`{text}` is no table of TOML on one line"));
+        };
+        let rig: Self = toml_file::from_table(&table)?;
+        rig.validate()?;
+        Ok(rig)
     }
 
     /// Checks sizes and units.
@@ -124,6 +146,20 @@ impl RigFile {
             }
         }
         self.check_columns()
+    }
+
+    /// The same without layout and columns: what holds for a recording wherever it is stored, in columns of other names and
+    /// after its filters.
+    #[must_use]
+    pub fn sizes(&self) -> Self {
+        let Filters { displacement_hz, pressure_hz, force_hz, .. } = self.filter;
+        let filtered = displacement_hz.or(pressure_hz).or(force_hz).is_some();
+        Self {
+            file: FileLayout::default(),
+            columns: None,
+            filter: Filters { in_file: filtered, ..self.filter },
+            ..self.clone()
+        }
     }
 
     /// The size of the muscles; that of the published rig where the file does not say it.

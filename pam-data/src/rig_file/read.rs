@@ -10,6 +10,7 @@ use crate::recording::{Recording, SealedReading, StatedPressure, split_at_gaps};
 use crate::table::Table;
 use pam_core::SealedMasses;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Larger times are counted from the first sample: they are seconds since an epoch.
 const EPOCH_S: f64 = 1e6;
@@ -137,6 +138,7 @@ impl RigFile {
         });
         let mut recording = Recording::empty(path);
         recording.notes.extend_from_slice(table.notes());
+        recording.rig = Some(Arc::new(self.sizes()));
         let mut velocity = None;
         let mut time = None;
         for column in &mut values {
@@ -213,14 +215,31 @@ impl RigFile {
         let derived = velocity.is_none();
         recording.velocity_mm_s = velocity.unwrap_or_else(|| vec![0.0; recording.len()]);
         recording.validate()?;
-        if let (Some(flexor_g), Some(extensor_g)) =
-            (self.air.mass_flexor_g, self.air.mass_extensor_g)
-        {
-            recording.given_masses = Some(SealedMasses { flexor_g, extensor_g });
-        }
-        recording.sealed = self.reading_at_rest(&recording);
+        self.add_air(&mut recording);
         let parts = split_at_gaps(recording, 2)?;
         parts.into_iter().map(|part| self.processed(part, derived, options)).collect()
+    }
+
+    /// The sealed masses and the reading at rest, where the recording has none of its own.
+    pub(crate) fn add_air(&self, recording: &mut Recording) {
+        let masses = self.air.mass_flexor_g.zip(self.air.mass_extensor_g);
+        let masses = masses.map(|(flexor_g, extensor_g)| SealedMasses { flexor_g, extensor_g });
+        recording.given_masses = recording.given_masses.or(masses);
+        recording.sealed = recording.sealed.or_else(|| self.reading_at_rest(recording));
+    }
+
+    /// The channels behind their filters, through which they have gone already if `filter.in_file`.
+    ///
+    /// # Errors
+    /// As [`filtered`].
+    pub(crate) fn behind_filters(&self, part: Recording) -> Result<Recording, DataError> {
+        let cutoffs = self.cutoffs();
+        if self.filter.in_file { Ok(low_passed(part, &cutoffs)) } else { filtered(part, &cutoffs) }
+    }
+
+    pub(crate) fn cutoffs(&self) -> Cutoffs {
+        let Filters { displacement_hz, pressure_hz, force_hz, .. } = self.filter;
+        Cutoffs { displacement_hz, pressure_hz, force_hz }
     }
 
     /// The mean over the time at rest at the start.
@@ -242,13 +261,12 @@ impl RigFile {
         derived: bool,
         options: &LoadOptions,
     ) -> Result<Recording, DataError> {
-        let Filters { displacement_hz, pressure_hz, force_hz, velocity_hz, in_file } = self.filter;
-        let cutoffs = if options.preprocess {
-            Cutoffs::all(options.raw_log.cutoff_hz)
+        let Filters { velocity_hz, in_file, .. } = self.filter;
+        let mut part = if options.preprocess && !in_file {
+            filtered(part, &Cutoffs::all(options.raw_log.cutoff_hz))?
         } else {
-            Cutoffs { displacement_hz, pressure_hz, force_hz }
+            self.behind_filters(part)?
         };
-        let mut part = if in_file { low_passed(part, &cutoffs) } else { filtered(part, &cutoffs)? };
         if derived || options.preprocess {
             part = derivative_of(part, (velocity_hz > 0.0).then_some(velocity_hz))?;
         }

@@ -1,8 +1,8 @@
 //! The tables of a rig file.
 
-use super::units::{self, Quantity, Through, Unit};
+use super::units::{self, Quantity};
 use crate::load_options::PressureReference;
-use pam_core::units::ATMOSPHERE_KPA;
+use pam_core::units::{ATMOSPHERE_KPA, GEAR_RATIO, PULLEY_RADIUS_MM, TORQUE_CONSTANT_MNM_PER_A};
 use serde::{Deserialize, Serialize};
 
 /// The description of a rig and of its files: which column is what, in which unit, and the sizes of the joint.
@@ -16,22 +16,29 @@ pub struct RigFile {
     /// Name of the rig, for reports.
     pub name: String,
     /// How files are laid out.
+    #[serde(skip_serializing_if = "is_default")]
     pub file: FileLayout,
     /// Where the quantities are. Without it files have the columns of their format, and the rest of this
     /// description holds for them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub columns: Option<Columns>,
     /// Pulley and motor.
+    #[serde(skip_serializing_if = "is_default")]
     pub drive: Drive,
     /// Size of the two equal muscles.
+    #[serde(skip_serializing_if = "is_default")]
     pub muscles: Muscles,
     /// What moves.
+    #[serde(skip_serializing_if = "is_default")]
     pub joint: JointSheet,
     /// The air, inside and outside.
+    #[serde(skip_serializing_if = "is_default")]
     pub air: Air,
     /// Low-pass filters of the channels.
+    #[serde(skip_serializing_if = "is_default")]
     pub filter: Filters,
     /// What the rig can take, for plans and designs.
+    #[serde(skip_serializing_if = "is_default")]
     pub limits: Limits,
 }
 
@@ -172,6 +179,10 @@ fn one() -> f64 {
     1.0
 }
 
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde calls")]
 fn is_one(value: &f64) -> bool {
     *value == 1.0
@@ -195,6 +206,18 @@ pub struct Drive {
     /// Gear ratio between motor and pulley.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gear_ratio: Option<f64>,
+}
+
+impl Drive {
+    /// The drive of the published rig.
+    #[must_use]
+    pub fn published() -> Self {
+        Self {
+            pulley_radius_mm: Some(PULLEY_RADIUS_MM),
+            torque_constant_nm_per_a: Some(1e-3 * TORQUE_CONSTANT_MNM_PER_A),
+            gear_ratio: Some(GEAR_RATIO),
+        }
+    }
 }
 
 /// Size of the two equal muscles at x = 0.
@@ -321,28 +344,6 @@ impl RigFile {
                 units::names_of(quantity).join(", ")
             )
         })?;
-        let need = |value: Option<f64>, key: &str| {
-            value.ok_or_else(|| {
-                format!("the unit {} of the {} needs `{key}`", found.name, quantity.name())
-            })
-        };
-        let pulley = || need(self.drive.pulley_radius_mm, "drive.pulley_radius_mm");
-        Ok(match found {
-            Unit { through: Through::Factor, factor, .. } => *factor,
-            Unit { through: Through::Rate, factor, .. } => {
-                factor / need(self.file.rate_hz, "file.rate_hz")?
-            }
-            // 1 N·m/mm = 10⁶ mN.
-            Unit { through: Through::Pulley, quantity: Quantity::Force, factor, .. } => {
-                1e6 * factor / pulley()?
-            }
-            Unit { through: Through::Pulley, factor, .. } => factor * pulley()?,
-            Unit { through: Through::Motor, factor, .. } => {
-                let constant =
-                    need(self.drive.torque_constant_nm_per_a, "drive.torque_constant_nm_per_a")?;
-                let gear = need(self.drive.gear_ratio, "drive.gear_ratio")?;
-                1e6 * factor * constant * gear / pulley()?
-            }
-        })
+        found.size(&self.drive, self.file.rate_hz)
     }
 }

@@ -1,5 +1,6 @@
 //! Units of columns, and their factors to the units of a [`Recording`](crate::Recording).
 
+use super::schema::Drive;
 use pam_core::units::{KPA_PER_PSI, MN_PER_N};
 use std::f64::consts::{PI, TAU};
 
@@ -58,7 +59,40 @@ pub struct Unit {
     pub factor: f64,
     /// What else it takes.
     pub through: Through,
+    /// Its name in sentences, if a column in it is often taken for one in the unit of a recording: the plausibility check
+    /// then looks for it.
+    pub mistaken: Option<&'static str>,
 }
+
+impl Unit {
+    /// One of it in s, mm, mm/s, kPa or mN on a rig with this drive, whose samples are `rate_hz` a second.
+    ///
+    /// # Errors
+    /// A sentence naming the key of a rig file that the unit needs.
+    pub fn size(&self, drive: &Drive, rate_hz: Option<f64>) -> Result<f64, String> {
+        let need = |value: Option<f64>, key: &str| {
+            value.ok_or_else(|| {
+                format!("the unit {} of the {} needs `{key}`", self.name, self.quantity.name())
+            })
+        };
+        let pulley = || need(drive.pulley_radius_mm, "drive.pulley_radius_mm");
+        Ok(match (self.through, self.quantity) {
+            (Through::Factor, _) => self.factor,
+            (Through::Rate, _) => self.factor / need(rate_hz, "file.rate_hz")?,
+            (Through::Pulley, Quantity::Force) => MN_PER_NM_PER_MM * self.factor / pulley()?,
+            (Through::Pulley, _) => self.factor * pulley()?,
+            (Through::Motor, _) => {
+                let constant =
+                    need(drive.torque_constant_nm_per_a, "drive.torque_constant_nm_per_a")?;
+                let gear = need(drive.gear_ratio, "drive.gear_ratio")?;
+                MN_PER_NM_PER_MM * self.factor * constant * gear / pulley()?
+            }
+        })
+    }
+}
+
+/// 1 N·m/mm in mN.
+const MN_PER_NM_PER_MM: f64 = 1e6;
 
 const MM_PER_INCH: f64 = 25.4;
 const N_PER_KGF: f64 = 9.806_65;
@@ -71,7 +105,12 @@ const fn unit(
     factor: f64,
     aliases: &'static [&'static str],
 ) -> Unit {
-    Unit { name, aliases, quantity, factor, through }
+    Unit { name, aliases, quantity, factor, through, mistaken: None }
+}
+
+/// A unit that the plausibility check looks for, with its name in sentences.
+const fn often(words: &'static str, unit: Unit) -> Unit {
+    Unit { mistaken: Some(words), ..unit }
 }
 
 /// All units. Exact by definition but for psi, whose factor is that of the published loader (Bureau international des
@@ -87,46 +126,58 @@ pub static ALL: &[Unit] = {
         unit(Time, Factor, "min", 60.0, &["minutes"]),
         unit(Time, Factor, "h", 3600.0, &["hours"]),
         unit(Time, Rate, "samples", 1.0, &["frames", "frame", "sample", "ticks"]),
-        unit(Displacement, Factor, "mm", 1.0, &["millimeter", "millimetre"]),
-        unit(Displacement, Factor, "m", 1e3, &["meter", "metre"]),
-        unit(Displacement, Factor, "cm", 10.0, &[]),
-        unit(Displacement, Factor, "um", 1e-3, &["µm", "μm", "micron"]),
-        unit(Displacement, Factor, "in", MM_PER_INCH, &["inch"]),
-        unit(Displacement, Pulley, "deg", PI / 180.0, &["°", "degree", "degrees"]),
-        unit(Displacement, Pulley, "rad", 1.0, &["radian", "radians"]),
+        often("mm", unit(Displacement, Factor, "mm", 1.0, &["millimeter", "millimetre"])),
+        often("m", unit(Displacement, Factor, "m", 1e3, &["meter", "metre"])),
+        often("cm", unit(Displacement, Factor, "cm", 10.0, &[])),
+        often("µm", unit(Displacement, Factor, "um", 1e-3, &["µm", "μm", "micron"])),
+        often("inches", unit(Displacement, Factor, "in", MM_PER_INCH, &["inch"])),
+        often(
+            "degrees of the pulley",
+            unit(Displacement, Pulley, "deg", PI / 180.0, &["°", "degree", "degrees"]),
+        ),
+        often(
+            "radians of the pulley",
+            unit(Displacement, Pulley, "rad", 1.0, &["radian", "radians"]),
+        ),
         unit(Displacement, Pulley, "mrad", 1e-3, &[]),
         unit(Displacement, Pulley, "rev", TAU, &["revolution", "revolutions", "turn", "turns"]),
         unit(Displacement, Pulley, "arcmin", PI / 10_800.0, &[]),
         unit(Velocity, Factor, "mm/s", 1.0, &["mm/sec", "mmps", "mm_s", "mm_per_s"]),
-        unit(Velocity, Factor, "m/s", 1e3, &["m/sec", "mps", "m_s", "m_per_s"]),
-        unit(Velocity, Factor, "cm/s", 10.0, &["cm_s", "cm_per_s"]),
+        often("m/s", unit(Velocity, Factor, "m/s", 1e3, &["m/sec", "mps", "m_s", "m_per_s"])),
+        often("cm/s", unit(Velocity, Factor, "cm/s", 10.0, &["cm_s", "cm_per_s"])),
         unit(Velocity, Factor, "in/s", MM_PER_INCH, &["in_s", "ips"]),
-        unit(Velocity, Pulley, "deg/s", PI / 180.0, &["°/s", "dps", "deg_s", "deg_per_s"]),
-        unit(Velocity, Pulley, "rad/s", 1.0, &["rad_s", "rad_per_s"]),
+        often(
+            "deg/s of the pulley",
+            unit(Velocity, Pulley, "deg/s", PI / 180.0, &["°/s", "dps", "deg_s", "deg_per_s"]),
+        ),
+        often("rad/s of the pulley", unit(Velocity, Pulley, "rad/s", 1.0, &["rad_s", "rad_per_s"])),
         unit(Velocity, Pulley, "rpm", TAU / 60.0, &["rev/min", "1/min"]),
         unit(Velocity, Pulley, "rev/s", TAU, &["rev_s", "1/s"]),
-        unit(Pressure, Factor, "kPa", 1.0, &[]),
-        unit(Pressure, Factor, "Pa", 1e-3, &["pascal"]),
-        unit(Pressure, Factor, "hPa", 0.1, &[]),
-        unit(Pressure, Factor, "MPa", 1e3, &[]),
-        unit(Pressure, Factor, "bar", 100.0, &["bara", "barg"]),
+        often("kPa", unit(Pressure, Factor, "kPa", 1.0, &[])),
+        often("Pa", unit(Pressure, Factor, "Pa", 1e-3, &["pascal"])),
+        often("hPa (mbar)", unit(Pressure, Factor, "hPa", 0.1, &[])),
+        often("MPa", unit(Pressure, Factor, "MPa", 1e3, &[])),
+        often("bar", unit(Pressure, Factor, "bar", 100.0, &["bara", "barg"])),
         unit(Pressure, Factor, "mbar", 0.1, &[]),
-        unit(Pressure, Factor, "psi", KPA_PER_PSI, &["psia", "psig", "lbf/in2"]),
+        often("psi", unit(Pressure, Factor, "psi", KPA_PER_PSI, &["psia", "psig", "lbf/in2"])),
         unit(Pressure, Factor, "atm", 101.325, &[]),
         unit(Pressure, Factor, "at", N_PER_KGF * 10.0, &["kgf/cm2", "kgf/cm²", "kg/cm2"]),
         unit(Pressure, Factor, "mmHg", 0.133_322_387_415, &[]),
         unit(Pressure, Factor, "torr", 101.325 / 760.0, &["Torr"]),
         unit(Pressure, Factor, "inHg", 3.386_388_640_341, &[]),
         unit(Force, Factor, "N", MN_PER_N, &["newton", "newtons"]),
-        unit(Force, Factor, "kN", 1e3 * MN_PER_N, &[]),
-        unit(Force, Factor, "mN", 1.0, &[]),
-        unit(Force, Factor, "kgf", N_PER_KGF * MN_PER_N, &["kp"]),
+        often("kN", unit(Force, Factor, "kN", 1e3 * MN_PER_N, &[])),
+        often("mN", unit(Force, Factor, "mN", 1.0, &[])),
+        often("kgf", unit(Force, Factor, "kgf", N_PER_KGF * MN_PER_N, &["kp"])),
         unit(Force, Factor, "gf", 1e-3 * N_PER_KGF * MN_PER_N, &[]),
-        unit(Force, Factor, "lbf", N_PER_LBF * MN_PER_N, &["lb"]),
-        unit(Force, Pulley, "N m", 1.0, &["Nm", "N*m", "N·m", "N.m", "newton-meter"]),
+        often("lbf", unit(Force, Factor, "lbf", N_PER_LBF * MN_PER_N, &["lb"])),
+        often(
+            "N·m at the pulley",
+            unit(Force, Pulley, "N m", 1.0, &["Nm", "N*m", "N·m", "N.m", "newton-meter"]),
+        ),
         unit(Force, Pulley, "mN m", 1e-3, &["mNm", "mN*m", "mN·m", "mN.m"]),
         unit(Force, Pulley, "N cm", 1e-2, &["Ncm", "N*cm", "N·cm"]),
-        unit(Force, Pulley, "N mm", 1e-3, &["Nmm", "N*mm", "N·mm"]),
+        often("N·mm at the pulley", unit(Force, Pulley, "N mm", 1e-3, &["Nmm", "N*mm", "N·mm"])),
         unit(
             Force,
             Pulley,
@@ -142,7 +193,7 @@ pub static ALL: &[Unit] = {
             &["lbf*ft", "ft-lb", "lb-ft"],
         ),
         unit(Force, Pulley, "kgf cm", 1e-2 * N_PER_KGF, &["kgf*cm", "kgcm"]),
-        unit(Force, Motor, "A", 1.0, &["amp", "ampere", "amps"]),
+        often("amperes of the motor", unit(Force, Motor, "A", 1.0, &["amp", "ampere", "amps"])),
         unit(Force, Motor, "mA", 1e-3, &[]),
     ]
 };
@@ -167,4 +218,14 @@ pub fn find(quantity: Quantity, name: &str) -> Option<&'static Unit> {
 #[must_use]
 pub fn names_of(quantity: Quantity) -> Vec<&'static str> {
     ALL.iter().filter(|u| u.quantity == quantity).map(|u| u.name).collect()
+}
+
+/// The units of a quantity that the plausibility check looks for, with their names in sentences and their sizes in the unit
+/// of a recording (mm, mm/s, kPa, mN) on the published rig; that unit itself comes first, if it is among them.
+pub(crate) fn mistaken(quantity: Quantity) -> Vec<(&'static str, f64)> {
+    let drive = Drive::published();
+    ALL.iter()
+        .filter(|u| u.quantity == quantity)
+        .filter_map(|u| Some((u.mistaken?, u.size(&drive, None).ok()?)))
+        .collect()
 }

@@ -6,6 +6,7 @@ mod preprocess {
     mod options;
 }
 mod fingerprint;
+mod mat_time;
 mod numpy_and_matlab;
 mod recording;
 mod rig_file;

@@ -100,3 +100,42 @@ fn the_spring_of_the_data_sheet_is_that_of_braided_muscles() {
     let line = spring.stiffness_mn_mm + spring.stiffness_per_mass_mn_mm_g * sum;
     assert!((line / stiffness - 1.0).abs() < 1e-6, "{line} {stiffness}");
 }
+
+/// What a rig file says of a recording besides its columns is kept in both formats: air, reading at rest, filters, sizes.
+#[test]
+fn recordings_keep_their_rig_when_they_are_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.txt");
+    let mut text = "n\tq\ta\tb\ti\n".to_owned();
+    for k in 0..60 {
+        text += &format!("{k}\t{}\t2.0\t50\t1.2\n", (f64::from(k) / 9.0).sin());
+    }
+    std::fs::write(&path, text).unwrap();
+    let more = "rest_s = 0.1\nmass_flexor_g = 0.07\nmass_extensor_g = 0.08\n";
+    let described = RIG
+        .replace("velocity_hz = 0", "displacement_hz = 20\nforce_hz = 10")
+        .replace("atmosphere_kpa = 95\n", &format!("atmosphere_kpa = 95\n{more}"));
+    let options = LoadOptions { rig: Some(rig(&described).unwrap()), ..LoadOptions::default() };
+    let original = open_recordings(&path, &options).unwrap().remove(0);
+    assert!(original.sealed.is_some() && original.given_masses.is_some());
+    let sizes = original.rig.clone().unwrap();
+    assert_eq!(sizes.model(()), options.rig.as_ref().unwrap().model(()));
+    assert!(sizes.columns.is_none());
+    for name in ["again.csv", "again.npz"] {
+        let file = folder.path().join(name);
+        pam_data::write_recording(&file, &original).unwrap();
+        let back = open_recordings(&file, &LoadOptions::default()).unwrap().remove(0);
+        assert_eq!(back.sealed, original.sealed, "{name}");
+        assert_eq!(back.given_masses, original.given_masses, "{name}");
+        assert_eq!(back.rig, original.rig, "{name}");
+        assert_eq!(back.low_passed.cutoff_hz, original.low_passed.cutoff_hz, "{name}");
+        assert_eq!(back.displacement_mm, original.displacement_mm, "{name}");
+        assert_eq!(pam_data::rig_of(&[&file]).unwrap().as_ref(), Some(&*sizes), "{name}");
+    }
+    // A rig that cannot be is named with its line.
+    let text = std::fs::read_to_string(folder.path().join("again.csv")).unwrap();
+    let broken = folder.path().join("broken.csv");
+    std::fs::write(&broken, text.replace("gear_ratio = 10.0", "gear_ratio = -1")).unwrap();
+    let said = open_recordings(&broken, &LoadOptions::default()).unwrap_err().to_string();
+    assert!(said.contains("broken.csv:6") && said.contains("drive.gear_ratio"), "{said}");
+}

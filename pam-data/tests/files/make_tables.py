@@ -1,4 +1,4 @@
-"""Writes the tables of other formats: `pip install numpy pyarrow h5py mcap mcap-ros2-support`, then `python make_tables.py`."""
+"""Writes the tables of other formats: `pip install numpy pyarrow h5py mcap lz4 mcap-ros2-support`, then `python make_tables.py`."""
 
 import json
 import math
@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from mcap.writer import Writer
+from mcap.writer import CompressionType, Writer
 from mcap_ros2.writer import Writer as RosWriter
 
 HERE = Path(__file__).parent
@@ -39,18 +39,19 @@ raw[:128] = header.ljust(116, b" ") + bytes(8) + b"\x00\x02IM"
 START = 1_700_000_000_000_000_000
 
 # JSON messages: the pressures come at half the rate of the angle.
-with open(HERE / "json.mcap", "wb") as f:
-    w = Writer(f)
-    w.start()
-    schema = w.register_schema("any", "jsonschema", b"{}")
-    drive = w.register_channel("/drive", "json", schema)
-    air = w.register_channel("/air", "json", schema)
-    for k in range(N):
-        at = START + k * 10_000_000
-        if k % 2 == 0:
-            w.add_message(air, at, json.dumps({"p": [p1[k], p2[k]], "unit": "bar"}).encode(), at)
-        w.add_message(drive, at, json.dumps({"angle": {"deg": angle[k]}, "torque": torque[k]}).encode(), at)
-    w.finish()
+for name, compression in [("json.mcap", CompressionType.ZSTD), ("json.lz4.mcap", CompressionType.LZ4)]:
+    with open(HERE / name, "wb") as f:
+        w = Writer(f, compression=compression)
+        w.start()
+        schema = w.register_schema("any", "jsonschema", b"{}")
+        drive = w.register_channel("/drive", "json", schema)
+        air = w.register_channel("/air", "json", schema)
+        for k in range(N):
+            at = START + k * 10_000_000
+            if k % 2 == 0:
+                w.add_message(air, at, json.dumps({"p": [p1[k], p2[k]], "unit": "bar"}).encode(), at)
+            w.add_message(drive, at, json.dumps({"angle": {"deg": angle[k]}, "torque": torque[k]}).encode(), at)
+        w.finish()
 
 JOINT = """std_msgs/Header header
 string[] name

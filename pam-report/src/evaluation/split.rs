@@ -91,6 +91,7 @@ mod tests {
                 given_masses: None,
                 sealed: None,
                 command_psi: Some([10.0 * k as f64, 20.0]),
+                rig: None,
                 pressure_in_file: None,
                 low_passed: Default::default(),
                 preprocessing: String::new(),

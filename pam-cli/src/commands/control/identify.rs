@@ -83,7 +83,7 @@ pub struct IdentifyArguments {
 
 impl RunCommand for IdentifyArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let saved = self.model.load(global)?;
+        let saved = self.model.load(global.rig()?.as_ref())?;
         let settings = self.bounds.settings(&saved, global)?;
         let shape = PulseShape {
             force_n: self.pulse_force,

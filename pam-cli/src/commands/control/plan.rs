@@ -67,7 +67,7 @@ const MOST_TOLD: usize = 5;
 
 impl RunCommand for PlanArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let saved = self.model.load(global)?;
+        let saved = self.model.load(global.rig()?.as_ref())?;
         let settings = self.bounds.settings(&saved, global)?;
         let motion = MotionSpec::parse(&self.motion)?;
         let stiffness = self.stiffness.as_deref().map(StiffnessProfile::parse).transpose()?;

@@ -86,7 +86,7 @@ impl Motion for Shifted<'_> {
 
 impl RunCommand for ReplanArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let saved = self.model.load(global)?;
+        let saved = self.model.load(global.rig()?.as_ref())?;
         let settings = self.bounds.settings(&saved, global)?;
         let rig = rig(&self.rig)?;
         for (option, value) in [

@@ -51,7 +51,7 @@ const PROFILE_POINTS: usize = 1201;
 
 impl RunCommand for StiffnessArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let saved = self.model.load(global)?;
+        let saved = self.model.load(global.rig()?.as_ref())?;
         let settings = self.bounds.settings(&saved, global)?;
         let reach = self.reach;
         if !(reach.is_finite() && reach > 0.0) {

@@ -43,7 +43,7 @@ pub struct TrackArguments {
 
 impl RunCommand for TrackArguments {
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let saved = self.model.load(global)?;
+        let saved = self.model.load(global.rig()?.as_ref())?;
         let settings = self.bounds.settings(&saved, global)?;
         let rig = rig(&self.rig)?;
         let wanted =

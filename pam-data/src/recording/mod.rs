@@ -1,118 +1,18 @@
 //! One run of the joint with sealed muscles.
 
+mod channel;
+mod gaps;
+mod origin;
+
+pub use channel::Channel;
+pub use gaps::{contiguous_ranges, median_step_s, split_at_gaps};
+pub use origin::{LowPassed, SealedReading, StatedPressure};
+
 use crate::error::DataError;
+use crate::rig_file::RigFile;
 use pam_core::SealedMasses;
-use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
 use std::path::{Path, PathBuf};
-
-/// A measured channel of the state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Channel {
-    /// Displacement x, mm.
-    X,
-    /// Velocity ẋ, mm/s.
-    V,
-    /// Flexor pressure, kPa absolute.
-    Pf,
-    /// Extensor pressure, kPa absolute.
-    Pe,
-}
-
-impl Channel {
-    /// All channels in the order of the state.
-    pub const ALL: [Self; 4] = [Self::X, Self::V, Self::Pf, Self::Pe];
-
-    /// Short name, as in result files.
-    #[must_use]
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::X => "x",
-            Self::V => "v",
-            Self::Pf => "pf",
-            Self::Pe => "pe",
-        }
-    }
-
-    /// Name and unit for figures.
-    #[must_use]
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::X => "displacement x (mm)",
-            Self::V => "velocity v (mm/s)",
-            Self::Pf => "flexor pressure (kPa abs)",
-            Self::Pe => "extensor pressure (kPa abs)",
-        }
-    }
-
-    /// Unit.
-    #[must_use]
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::X => "mm",
-            Self::V => "mm/s",
-            Self::Pf | Self::Pe => "kPa",
-        }
-    }
-}
-
-/// The joint at rest after its valves were closed, before the excitation began.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SealedReading {
-    /// Displacement, mm.
-    pub displacement_mm: f64,
-    /// Flexor pressure, kPa absolute.
-    pub pressure_flexor_kpa: f64,
-    /// Extensor pressure, kPa absolute.
-    pub pressure_extensor_kpa: f64,
-}
-
-/// How the pressures of a file are stated, where that is not kPa absolute.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StatedPressure {
-    /// Name of the unit.
-    pub unit: &'static str,
-    /// One of it, kPa.
-    pub kpa: f64,
-    /// True if zero is the atmosphere.
-    pub gauge: bool,
-}
-
-impl StatedPressure {
-    /// psi gauge, as raw logs have it.
-    pub const RAW_LOG: Self = Self { unit: "psi", kpa: KPA_PER_PSI, gauge: true };
-
-    /// True for the unit of raw logs.
-    #[must_use]
-    pub fn raw_log(&self) -> bool {
-        *self == Self::RAW_LOG
-    }
-
-    /// Unit and zero in words.
-    #[must_use]
-    pub fn describe(&self) -> String {
-        format!("{} {}", self.unit, if self.gauge { "gauge" } else { "absolute" })
-    }
-
-    /// The pressure at the file's zero, kPa absolute.
-    #[must_use]
-    pub fn offset_kpa(&self) -> f64 {
-        if self.gauge { ATMOSPHERE_KPA } else { 0.0 }
-    }
-}
-
-/// The zero-phase low-pass behind a recording's columns: what a simulation must go through before it is
-/// compared with them. A filter and a nonlinear joint do not commute, so the joint is simulated with the
-/// force before the filter, and its outputs are filtered as the data were.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct LowPassed {
-    /// Cutoffs of x, ẋ, P_f, P_e, Hz; `None` where nothing was filtered.
-    pub cutoff_hz: [Option<f64>; 4],
-    /// The force before its filter, mN, if that is known and differs from the recorded one.
-    pub force_mn: Option<Vec<f64>>,
-    /// Steps of the sensors of x, ẋ, P_f, P_e, in the units of the channels, which the filters have blurred; 0 where they are
-    /// not known.
-    pub resolution: [f64; 4],
-}
+use std::sync::Arc;
 
 /// One run of the joint: six columns of equal length, and what is known of their origin.
 #[derive(Debug, Clone, PartialEq)]
@@ -139,6 +39,9 @@ pub struct Recording {
     pub sealed: Option<SealedReading>,
     /// Commanded gauge pressures of flexor and extensor, psi, from the name `nn_FFEE`.
     pub command_psi: Option<[f64; 2]>,
+    /// The rig it was recorded on, if a rig file or the recording's own file says it: sizes, air and limits, without the
+    /// columns of files.
+    pub rig: Option<Arc<RigFile>>,
     /// How the file states the pressures, if it was read by a rig file.
     pub pressure_in_file: Option<StatedPressure>,
     /// The low-pass between sensors and columns, where it is known.
@@ -256,7 +159,7 @@ impl Recording {
             if let Some(i) = values.iter().position(|&v| v <= 0.0) {
                 return fail(format!(
                     "`{name}` is {} kPa at sample {i}; pressures are absolute and positive. If these are gauge \
-                     pressures, add 101.325 kPa, or read them with --pressure gauge",
+                     pressures, read them as such: --pressure gauge, or reference = \"gauge\" in a rig file",
                     values[i]
                 ));
             }
@@ -297,6 +200,7 @@ impl Recording {
             given_masses: self.given_masses,
             sealed: self.sealed,
             command_psi: self.command_psi,
+            rig: self.rig.clone(),
             pressure_in_file: self.pressure_in_file,
             preprocessing: self.preprocessing.clone(),
             notes: self.notes.clone(),
@@ -357,6 +261,7 @@ impl Recording {
             force_mn: Vec::new(),
             given_masses: None,
             sealed: None,
+            rig: None,
             pressure_in_file: None,
             low_passed: LowPassed::default(),
             preprocessing: String::new(),
@@ -370,80 +275,6 @@ fn command_from_name(name: &str) -> Option<[f64; 2]> {
     let code = name.strip_prefix("nn_")?;
     let part = |range: std::ops::Range<usize>| code.get(range)?.parse::<u8>().ok().map(f64::from);
     Some([part(0..2)?, part(2..4)?])
-}
-
-/// Ranges of samples without a gap: a new one begins where the time step exceeds 1.5 times the
-/// median step.
-#[must_use]
-pub fn contiguous_ranges(time_s: &[f64]) -> Vec<std::ops::Range<usize>> {
-    let step = median_step_s(time_s);
-    let mut starts = vec![0];
-    starts.extend(
-        time_s.windows(2).enumerate().filter(|(_, w)| w[1] - w[0] > 1.5 * step).map(|(i, _)| i + 1),
-    );
-    let ends = starts.iter().skip(1).copied().chain([time_s.len()]);
-    starts.iter().zip(ends).map(|(&a, b)| a..b).collect()
-}
-
-/// The median of the time steps, s; infinite if there are fewer than two samples.
-#[must_use]
-pub fn median_step_s(time_s: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
-    if steps.is_empty() {
-        return f64::INFINITY;
-    }
-    let middle = steps.len() / 2;
-    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
-/// Splits a recording at its gaps. Parts of fewer than `shortest` samples are dropped, and both are
-/// recorded in the notes. All parts keep the sealed reading of the run (the first sample's, if the file
-/// has none), because the valves stay closed across a gap.
-///
-/// # Errors
-/// [`DataError::File`] if no part is long enough.
-pub fn split_at_gaps(recording: Recording, shortest: usize) -> Result<Vec<Recording>, DataError> {
-    let ranges = contiguous_ranges(&recording.time_s);
-    if ranges.len() < 2 {
-        return Ok(vec![recording]);
-    }
-    let mut whole = recording;
-    whole.sealed = Some(whole.reading_at_rest());
-    let gaps: Vec<String> = ranges
-        .windows(2)
-        .map(|w| {
-            let (before, after) = (whole.time_s[w[0].end - 1], whole.time_s[w[1].start]);
-            format!("{:.3} s at t = {before:.3} s", after - before)
-        })
-        .collect();
-    whole.notes.push(format!(
-        "{} gap(s) in time ({}{}); the run is split there",
-        gaps.len(),
-        gaps.iter().take(4).cloned().collect::<Vec<_>>().join(", "),
-        if gaps.len() > 4 { ", …" } else { "" }
-    ));
-    let kept: Vec<_> = ranges.iter().filter(|r| r.len() >= shortest).collect();
-    if kept.is_empty() {
-        return Err(DataError::file(
-            &whole.source,
-            format!(
-                "gaps in time cut the recording into {} parts, none of at least {shortest} samples",
-                ranges.len()
-            ),
-        ));
-    }
-    let dropped = ranges.len() - kept.len();
-    if dropped > 0 {
-        whole.notes.push(format!(
-            "{dropped} part(s) of fewer than {shortest} samples between gaps are left out"
-        ));
-    }
-    let parts = kept.iter().enumerate().map(|(i, range)| {
-        let mut part = whole.slice((*range).clone());
-        part.name = format!("{}#{}", whole.name, i + 1);
-        part
-    });
-    Ok(parts.collect())
 }
 
 #[cfg(test)]

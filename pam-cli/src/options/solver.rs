@@ -1,0 +1,149 @@
+//! With which method and steps the equations are solved.
+
+use super::choice::choice;
+use crate::error::{CliError, usage};
+use clap::Args;
+use pam_core::NamedChoice;
+use pam_data::SavedModel;
+use pam_effects::engine::{AUTO, EXACT, EngineChoice};
+use pam_solvers::{Interpolation, Tableau};
+use pam_trajectory::{SolverSettings, StepChoice};
+use serde_json::{Value, json};
+
+/// With which method the equations are solved.
+#[derive(Debug, Clone, Args)]
+pub struct SolverOptions {
+    /// Method, by its name.
+    #[arg(long, alias = "solver", default_value = AUTO, value_name = "NAME", help = solver_methods())]
+    pub method: String,
+    /// Steps and input.
+    #[command(flatten)]
+    pub steps: StepOptions,
+}
+
+/// Help of `--method` of the commands that simulate.
+fn solver_methods() -> String {
+    format!(
+        "exact (closed form, for networks of leaky_relu or relu), a Runge–Kutta method ({}), or auto: exact \
+         where it applies and no steps or tolerances are given, else tsit5",
+        Tableau::NAMES.join(", ")
+    )
+}
+
+/// Tolerances that are not given.
+const DEFAULT_TOLERANCE: f64 = 1e-6;
+
+/// How steps are chosen and the force is read.
+#[derive(Debug, Clone, Args)]
+pub struct StepOptions {
+    /// Constant steps of this many ms instead of error control
+    #[arg(long, value_name = "MS", allow_negative_numbers = true, conflicts_with_all = ["rtol", "atol"])]
+    pub step_ms: Option<f64>,
+    /// Relative tolerance of the error control
+    #[arg(long, default_value_t = DEFAULT_TOLERANCE, allow_negative_numbers = true, value_name = "R")]
+    pub rtol: f64,
+    /// Absolute tolerance of the error control, in mm, mm/s and kPa
+    #[arg(long, default_value_t = DEFAULT_TOLERANCE, allow_negative_numbers = true, value_name = "A")]
+    pub atol: f64,
+    /// How the measured force is read between samples
+    #[arg(long, value_parser = choice::<Interpolation>(), default_value = "zoh", value_name = "HOW")]
+    pub input: Interpolation,
+}
+
+impl SolverOptions {
+    /// The settings for a model.
+    ///
+    /// # Errors
+    /// As [`StepOptions::settings_for`].
+    pub fn settings_for(&self, saved: &SavedModel) -> Result<SolverSettings, CliError> {
+        self.steps.settings_for(&self.method, saved)
+    }
+}
+
+impl StepOptions {
+    /// True if steps or tolerances are given.
+    #[must_use]
+    pub fn are_given(&self) -> bool {
+        self.step_ms.is_some() || self.rtol != DEFAULT_TOLERANCE || self.atol != DEFAULT_TOLERANCE
+    }
+
+    /// The settings for a model and a method: `exact`, `auto` or a Runge–Kutta method.
+    ///
+    /// # Errors
+    /// As [`settings`](Self::settings), and [`CliError::Usage`] if the exact method is asked for where
+    /// it does not apply.
+    pub fn settings_for(
+        &self,
+        method: &str,
+        saved: &SavedModel,
+    ) -> Result<SolverSettings, CliError> {
+        let general =
+            self.settings(if [AUTO, EXACT].contains(&method) { "tsit5" } else { method })?;
+        let choice = EngineChoice {
+            automatic: method == EXACT || (method == AUTO && !self.are_given()),
+            ..EngineChoice::new(general)
+        };
+        let settings = choice.settings_for(&saved.model.force, !saved.info.effects.is_empty());
+        match method {
+            EXACT if self.are_given() => Err(CliError::Usage(
+                "--method exact takes no steps and has no error to control: drop --step-ms, --rtol \
+                 and --atol"
+                    .into(),
+            )),
+            EXACT if !saved.info.effects.is_empty() => Err(CliError::Usage(
+                "--method exact: the model is extended by effects, which are not piecewise affine".into(),
+            )),
+            EXACT if settings.interpolation == Interpolation::Cubic => Err(CliError::Usage(
+                "--method exact reads the force as zoh, linear or ramp, not cubic".into(),
+            )),
+            EXACT if settings.step != StepChoice::Exact => Err(CliError::Usage(format!(
+                "--method exact is for networks of leaky_relu or relu; this model is a {}; leave \
+                 --method out",
+                saved.model.force.describe()
+            ))),
+            _ => Ok(settings),
+        }
+    }
+
+    /// The settings for the Runge–Kutta method of this name.
+    ///
+    /// # Errors
+    /// [`CliError`] for unknown methods, steps and tolerances that are not positive, and methods
+    /// without error estimate under error control.
+    pub fn settings(&self, method: &str) -> Result<SolverSettings, CliError> {
+        let positive = |name: &str, value: f64| {
+            if value.is_finite() && value > 0.0 {
+                Ok(value)
+            } else {
+                Err(CliError::Usage(format!("--{name} must be positive, got {value}")))
+            }
+        };
+        let tableau = Tableau::from_name(method).map_err(usage)?;
+        let step = match self.step_ms {
+            Some(ms) => StepChoice::Constant { step_s: positive("step-ms", ms)? * 1e-3 },
+            None if tableau.error.is_none() => {
+                return Err(CliError::Usage(format!(
+                    "{method} has no error estimate; give --step-ms"
+                )));
+            }
+            None => StepChoice::Adaptive {
+                rtol: positive("rtol", self.rtol)?,
+                atol: positive("atol", self.atol)?,
+            },
+        };
+        Ok(SolverSettings { tableau, step, interpolation: self.input })
+    }
+}
+
+/// Solver settings as JSON, for run folders.
+#[must_use]
+pub fn solver_json(settings: &SolverSettings) -> Value {
+    if settings.step == StepChoice::Exact {
+        return json!({ "method": EXACT, "input": settings.interpolation.name() });
+    }
+    json!({
+        "method": settings.tableau.name,
+        "step": settings.step,
+        "input": settings.interpolation.name(),
+    })
+}
