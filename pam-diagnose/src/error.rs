@@ -18,20 +18,20 @@ pub enum DiagnoseError {
     /// A field cannot be solved, or its data do not fit it.
     #[error(transparent)]
     Field(#[from] pam_train::field::FieldError),
-    #[cfg(feature = "joint")]
     /// The recordings contradict the physics of the joint: wrong units, swapped or flipped columns.
+    #[cfg(feature = "joint")]
     #[error("{}", sentence(.0))]
     Implausible(Vec<Finding>),
-    #[cfg(feature = "joint")]
     /// The simulation of the model itself diverges.
+    #[cfg(feature = "joint")]
     #[error(
         "{0}; the model is not of this joint, or the data are not in the units of their format"
     )]
     Diverges(#[from] Diverged),
 }
 
-#[cfg(feature = "joint")]
 /// All findings in one line.
+#[cfg(feature = "joint")]
 fn sentence(findings: &[Finding]) -> String {
     findings.iter().map(Finding::to_string).collect::<Vec<_>>().join("; ")
 }

@@ -4,6 +4,8 @@
 //! matrices here have some hundred rows at most, and a linear-algebra library would be most of what a program on a vector
 //! field compiles.
 
+use crate::dot::dot;
+
 /// Cholesky factor of a symmetric positive definite matrix `A`, scaled to a unit diagonal.
 ///
 /// ```text
@@ -30,20 +32,6 @@ pub struct ScaledCholesky {
 /// Where a row of a packed lower triangle begins.
 fn start(row: usize) -> usize {
     row * (row + 1) / 2
-}
-
-/// `Σ a_k b_k` in eight sums, which the machine adds side by side.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (blocks_a, rest_a) = a.as_chunks::<8>();
-    let (blocks_b, rest_b) = b[..a.len()].as_chunks::<8>();
-    for (x, y) in blocks_a.iter().zip(blocks_b) {
-        for ((sum, x), y) in sums.iter_mut().zip(x).zip(y) {
-            *sum += x * y;
-        }
-    }
-    let rest: f64 = rest_a.iter().zip(rest_b).map(|(x, y)| x * y).sum();
-    sums.iter().sum::<f64>() + rest
 }
 
 impl ScaledCholesky {

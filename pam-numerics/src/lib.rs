@@ -1,8 +1,9 @@
 //! Small numerical helpers that several crates share: descriptive statistics and the paired t-test
-//! ([`statistics`]), Cholesky solves of scaled normal equations ([`cholesky`], [`least_squares()`]), [`eigenvalues()`], and a stable
+//! ([`statistics`]), inner products ([`dot()`]), Cholesky solves of scaled normal equations ([`cholesky`], [`least_squares()`]), [`eigenvalues()`], and a stable
 //! hash of content ([`hash`]). The last two are behind features of their names, since each brings crates of its own.
 
 pub mod cholesky;
+mod dot;
 #[cfg(feature = "eigenvalues")]
 pub mod eigenvalues;
 #[cfg(feature = "hash")]
@@ -12,6 +13,7 @@ pub mod square;
 pub mod statistics;
 
 pub use cholesky::ScaledCholesky;
+pub use dot::dot;
 #[cfg(feature = "eigenvalues")]
 pub use eigenvalues::eigenvalues;
 #[cfg(feature = "hash")]

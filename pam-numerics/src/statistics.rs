@@ -41,6 +41,27 @@ pub fn median(values: &[f64]) -> f64 {
     quantile(values, 0.5)
 }
 
+/// The finite values without repetitions, in order. Values that only rounding tells apart, by 10⁻⁹ of the largest, are one
+/// level.
+#[must_use]
+pub fn levels(values: &[f64]) -> Vec<f64> {
+    let mut different: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    different.sort_by(f64::total_cmp);
+    let size = different.first().map_or(0.0, |a| a.abs().max(different[different.len() - 1].abs()));
+    different.dedup_by(|b, a| *b - *a <= 1e-9 * size);
+    different
+}
+
+/// Third differences, in which a motion that is smooth over four samples vanishes. Of white noise of variance σ² they have
+/// the variance [`THIRD_DIFFERENCE_VARIANCE`] σ² (Gasser, Sroka and Jennen-Steinmetz 1986, on pseudo-residuals).
+#[must_use]
+pub fn third_differences(values: &[f64]) -> Vec<f64> {
+    values.windows(4).map(|w| w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).collect()
+}
+
+/// Variance of third differences of white noise of unit variance: 1 + 9 + 9 + 1.
+pub const THIRD_DIFFERENCE_VARIANCE: f64 = 20.0;
+
 /// The step of the grid on which all values lie, such as that of an encoder or of rounded decimals; 0 where they show none,
 /// with less than two different values, or where more than half of them are different.
 ///
@@ -48,11 +69,7 @@ pub fn median(values: &[f64]) -> f64 {
 /// nearest to it; each gap must be a whole number of steps to 5 % of a step.
 #[must_use]
 pub fn resolution(values: &[f64]) -> f64 {
-    let mut different: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    different.sort_by(f64::total_cmp);
-    let size = different.first().map_or(0.0, |a| a.abs().max(different[different.len() - 1].abs()));
-    // Values that rounding alone tells apart are the same.
-    different.dedup_by(|b, a| *b - *a <= 1e-12 * size);
+    let different = levels(values);
     if different.len() < 2 || 2 * different.len() > values.len() {
         return 0.0;
     }

@@ -4,14 +4,12 @@ use super::channel::ChannelQuality;
 use super::settings::QualitySettings;
 use super::{QualityFinding, QualityKind};
 use crate::plausibility::Severity;
-use pam_numerics::statistics::root_mean_square;
+use pam_numerics::statistics::{THIRD_DIFFERENCE_VARIANCE, root_mean_square, third_differences};
 
-/// Standard deviation of the white noise: third differences remove a parabola and raise the variance of white noise by
-/// 1 + 9 + 9 + 1 = 20 (von Neumann and others 1941, for higher differences Gasser and others 1986).
+/// Standard deviation of the white noise, from [`third_differences`].
 pub(super) fn white(values: &[f64]) -> f64 {
-    let third: Vec<f64> =
-        values.windows(4).map(|w| w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).collect();
-    if third.is_empty() { 0.0 } else { root_mean_square(&third) / 20.0_f64.sqrt() }
+    let third = third_differences(values);
+    if third.is_empty() { 0.0 } else { root_mean_square(&third) / THIRD_DIFFERENCE_VARIANCE.sqrt() }
 }
 
 pub(super) fn finding(c: &ChannelQuality, s: &QualitySettings) -> Option<QualityFinding> {

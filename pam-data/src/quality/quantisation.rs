@@ -4,18 +4,14 @@ use super::channel::ChannelQuality;
 use super::settings::QualitySettings;
 use super::{QualityFinding, QualityKind};
 use crate::plausibility::Severity;
-use pam_numerics::statistics::median;
+use pam_numerics::statistics::{levels, median};
 
 /// Most levels of a channel that counts as quantised, as a share of its samples.
 const MOST_LEVELS: f64 = 0.2;
 
 /// The median distance of neighbouring levels, if the channel has few of them.
 pub(super) fn resolution(values: &[f64]) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let scale = sorted.last()?.abs().max(sorted[0].abs());
-    let gaps: Vec<f64> =
-        sorted.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > 1e-9 * scale).collect();
+    let gaps: Vec<f64> = levels(values).windows(2).map(|w| w[1] - w[0]).collect();
     let few = !gaps.is_empty() && (gaps.len() as f64) < MOST_LEVELS * values.len() as f64;
     few.then(|| median(&gaps))
 }

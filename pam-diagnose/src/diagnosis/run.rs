@@ -326,8 +326,8 @@ fn inadequate<C: Candidates + ?Sized>(
     let settings = &prepared.settings.verdict;
     let ratio = settings.inadequate_ratio;
     let own = names.base.errors.mean();
-    let channels = fitted_outputs(open.system).zip(&prepared.baseline_discrepancy).enumerate();
-    channels.into_iter().any(|(c, ((output, _), &discrepancy))| {
+    let mut channels = fitted_outputs(open.system).zip(&prepared.baseline_discrepancy).enumerate();
+    channels.any(|(c, ((output, _), &discrepancy))| {
         if discrepancy < settings.inadequate_share * variation(open, output) {
             return false;
         }

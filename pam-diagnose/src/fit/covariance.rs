@@ -2,10 +2,10 @@
 
 use super::hypothesis::coordinate;
 use super::levenberg_marquardt::Fit;
-use super::normal::dot;
 use super::problem::Problem;
 use crate::error::DiagnoseError;
 use crate::search::Candidates;
+use pam_numerics::dot;
 use pam_numerics::statistics::t_quantile_95;
 use pam_vocabulary::ParameterInfo;
 use serde::Serialize;

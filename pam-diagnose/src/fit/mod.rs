@@ -19,7 +19,7 @@ pub(crate) use hypothesis::coordinate;
 pub use hypothesis::{Hypothesis, Member};
 pub use levenberg_marquardt::Fit;
 pub use likelihood::ChannelErrors;
-pub(crate) use normal::dot;
+pub(crate) use pam_numerics::dot;
 pub(crate) use problem::fitted_outputs;
 #[cfg(feature = "joint")]
 pub(crate) use problem::row_means;

@@ -6,7 +6,7 @@ use super::problem::{Problem, Sensitivities};
 use crate::error::DiagnoseError;
 use crate::search::{Candidates, Nuisance};
 use pam_core::parallel;
-use pam_numerics::{ScaledCholesky, SquareMatrix};
+use pam_numerics::{ScaledCholesky, SquareMatrix, dot};
 
 /// Normal equations of one experiment: parameters, shared nuisances, its own nuisances.
 struct Part {
@@ -118,21 +118,6 @@ fn part(s: &Sensitivities, weights: &[f64], rows: usize, block: usize) -> Part {
         })
         .collect();
     Part { gram, blocks, unknowns }
-}
-
-/// The inner product, in eight sums so that they need not wait for each other.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let n = a.len().min(b.len());
-    let (a, b) = (&a[..n], &b[..n]);
-    let mut sums = [0.0; 8];
-    let (first, second) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = first.remainder().iter().zip(second.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in first.zip(second) {
-        for k in 0..8 {
-            sums[k] += a[k] * b[k];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }
 
 impl NormalEquations {

@@ -1,8 +1,8 @@
 //! Experiments whose own nuisances were not fitted.
 
-use super::normal::dot;
 use crate::search::Nuisance;
 use pam_numerics::ScaledCholesky;
+use pam_numerics::dot;
 
 /// What the nuisances of one experiment would take from its whitened residual: the projection on their sensitivities `Z`,
 /// with their priors, `r − Z (ZᵀZ + Σ⁻¹)⁻¹ Zᵀ r`.

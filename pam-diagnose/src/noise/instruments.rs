@@ -5,7 +5,7 @@ use crate::data::OpenPart;
 use crate::fit::fitted_outputs;
 use crate::search::Candidates;
 use crate::settings::NoiseSettings;
-use pam_numerics::statistics::mean;
+use pam_numerics::statistics::{THIRD_DIFFERENCE_VARIANCE, mean, third_differences};
 
 /// The standard deviation of the noise of each fitted channel, by [`noise_deviation`] of its row means in the open part
 /// of each experiment.
@@ -58,20 +58,18 @@ fn row_means<C: Candidates + ?Sized>(system: &C, part: &OpenPart, channel: usize
 /// The standard deviation below which an error is no error: that of the noise, joined by a `relative` part of the
 /// variation of the series, which stands for the errors of solver, grid and filters.
 ///
-/// The noise is estimated from third differences, in which a slow motion has all but vanished; the median of their
-/// sizes is not moved by a few jumps. For independent noise of standard deviation σ their variance is 20 σ².
+/// The noise is estimated from [`third_differences`]; the median of their sizes is not moved by a few jumps.
 #[must_use]
 pub fn noise_deviation(series: &[Vec<f64>], relative: f64) -> f64 {
     let (mut noise, mut variation) = (Vec::new(), Vec::new());
     for rows in series {
-        let third = |w: &[f64]| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs();
-        let mut sizes: Vec<f64> = rows.windows(4).map(third).collect();
+        let mut sizes: Vec<f64> = third_differences(rows).into_iter().map(f64::abs).collect();
         if sizes.is_empty() {
             continue;
         }
         let middle = sizes.len() / 2;
         let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-        noise.push(*median / (0.6745 * 20.0_f64.sqrt()));
+        noise.push(*median / (0.6745 * THIRD_DIFFERENCE_VARIANCE.sqrt()));
         let centre = mean(rows);
         let square = rows.iter().map(|r| (r - centre).powi(2)).sum::<f64>();
         variation.push((square / rows.len() as f64).sqrt());

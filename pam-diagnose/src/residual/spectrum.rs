@@ -113,9 +113,9 @@ impl Spectrum {
 
     fn is_harmonic(&self, frequency_hz: f64, settings: &ResidualSettings) -> bool {
         let bin_hz = self.frequency_hz.first().copied().unwrap_or(0.0);
-        let excited = (0..self.excitation.len())
+        let mut excited = (0..self.excitation.len())
             .filter(|&j| self.excitation[j] > settings.foreign_line_share);
-        excited.into_iter().any(|j| {
+        excited.any(|j| {
             let excited_hz = self.centre_hz(j);
             let multiple = (frequency_hz / excited_hz).round();
             let off_hz = (frequency_hz - multiple * excited_hz).abs();

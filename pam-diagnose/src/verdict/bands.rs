@@ -1,6 +1,6 @@
 //! Whether what is left of each channel is noise.
 
-use crate::fit::{Hypothesis, Problem, fitted_outputs};
+use crate::fit::{Hypothesis, Problem, dot, fitted_outputs};
 use crate::residual::flexible::left_of_unseen;
 use crate::search::Candidates;
 use pam_numerics::statistics::{chi_square_quantile, mean, standard_deviation, t_quantile};
@@ -37,8 +37,6 @@ pub(crate) fn bands<C: Candidates + ?Sized>(
     let white: Vec<Vec<Vec<f64>>> = (0..problem.len())
         .map(|i| problem.whitened_residuals(hypothesis, i).ok())
         .collect::<Option<_>>()?;
-    let plain: Vec<Vec<Vec<f64>>> =
-        (0..problem.len()).map(|i| problem.residuals(hypothesis, i).ok()).collect::<Option<_>>()?;
     let learned_left = left_of_unseen(learned, judged)?;
     let all = fitted_outputs(problem.system).enumerate();
     Some(
@@ -86,7 +84,7 @@ pub(crate) fn bands<C: Candidates + ?Sized>(
             let most = settings.unlearnable_ratio.powi(2);
             let outside = level > upper
                 && (learnable || level > most)
-                && error_is_resolved(problem, &plain, (c, output_index), level);
+                && error_is_resolved(judged, (c, output_index), level);
             ChannelBand {
                 channel: output.key.clone(),
                 ratio: level.sqrt(),
@@ -104,15 +102,17 @@ pub(crate) fn bands<C: Candidates + ?Sized>(
 /// the standard deviation of a quantisation to the steps of its sensor: where the motion is slow, that goes with the motion
 /// and is not in the learned noise. `level` is the mean square of the whitened errors.
 fn error_is_resolved<C: Candidates + ?Sized>(
-    problem: &Problem<'_, C>,
-    residuals: &[Vec<Vec<f64>>],
+    (problem, hypothesis): (&Problem<'_, C>, &Hypothesis),
     (channel, output): (usize, usize),
     level: f64,
 ) -> bool {
     let steps = problem.experiments.iter().map(|&e| problem.system.resolution(e, output));
     let unresolved = steps.fold(0.0, f64::max).powi(2) / 12.0;
-    let rows = || residuals.iter().flat_map(|channels| &channels[channel]);
-    let square = rows().map(|r| r * r).sum::<f64>() / rows().count().max(1) as f64;
+    let rows: Vec<f64> = (0..problem.len())
+        .filter_map(|i| problem.residuals(hypothesis, i).ok())
+        .flat_map(|mut channels| channels.swap_remove(channel))
+        .collect();
+    let square = dot(&rows, &rows) / rows.len().max(1) as f64;
     // Slow noise hides what the rows have beyond it, and whitened rows what is slow.
     let whole = square - problem.noise.deviation(channel).powi(2);
     let innovations = (level - 1.0) * problem.noise.channel(channel).innovation().powi(2);
