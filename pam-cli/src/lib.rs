@@ -1,6 +1,6 @@
 //! The `pam` command, as a library: argument types and thin commands over the other crates.
 //!
-//! A program of one's own is the whole of `pam` with effects, activations and losses of one's own, by their names: see
+//! A custom program is the whole `pam` with your own effects, activations and losses, known by their names: see
 //! [`Registry`].
 //!
 //! Exit codes: 0 for success, 1 for an error in input, model or output, 2 for wrong usage, 3 when
@@ -25,7 +25,7 @@ use commands::RunCommand;
 use commands::demo::DemoArguments;
 use std::process::ExitCode;
 
-/// What a part of one's own is made of; see [`Registry`].
+/// The traits and types from which a custom part is made; see [`Registry`].
 pub mod own {
     pub use pam_core::activation::NamedActivation;
     pub use pam_core::{ActivationFunction, Scalar, units};
@@ -63,14 +63,14 @@ pub const INTERRUPTED: u8 = 130;
 /// Errors go to the error stream.
 #[must_use]
 pub fn run(registry: Registry) -> ExitCode {
-    // Help and parsers list what is known, so the parts come first.
+    // Help and parsers list the known parts, so they are registered first.
     match registry.install() {
         Ok(()) => run_arguments(&Arguments::of_process()),
         Err(error) => report(&error),
     }
 }
 
-/// Runs a command line and reports its errors on the error stream. Parts of one's own must have been
+/// Runs a command line and reports its errors on the error stream. Custom parts must have been
 /// [installed](Registry::install) before the arguments were parsed.
 #[must_use]
 pub fn run_arguments(arguments: &Arguments) -> ExitCode {

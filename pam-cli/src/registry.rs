@@ -1,4 +1,4 @@
-//! Parts of one's own that every command knows by name.
+//! Custom effects, activations and losses that every command knows by name.
 
 use crate::error::CliError;
 use pam_core::activation::{self, NamedActivation};
@@ -8,7 +8,7 @@ use pam_trajectory::loss::{self, NamedLoss};
 /// Makes one part known.
 type Install = Box<dyn FnOnce() -> Result<(), CliError>>;
 
-/// Effects, activations and losses of one's own, for a `pam` of one's own.
+/// Custom effects, activations and losses for a custom `pam`.
 ///
 /// ```no_run
 /// use pam_cli::Registry;

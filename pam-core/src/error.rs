@@ -37,7 +37,7 @@ pub enum ModelError {
         /// The names that exist, comma-separated.
         known: String,
     },
-    /// A part of one's own has a name that another one has.
+    /// A custom part has the name of another part.
     #[error("{kind} `{name}`: there is {what} of this name already; give yours another name")]
     NameTaken {
         /// Kind of the part (activation, …).

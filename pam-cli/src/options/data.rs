@@ -58,7 +58,7 @@ impl DataOptions {
     /// How the masses are found.
     ///
     /// # Errors
-    /// [`CliError::Data`] naming what is wrong with the file of the surfaces.
+    /// [`CliError::Data`] if the file of the mass surfaces is invalid.
     pub fn mass_options(&self) -> Result<MassOptions, CliError> {
         let surfaces = self.surfaces.as_deref().map(MuscleSurfaces::read).transpose()?;
         Ok(MassOptions { choice: self.masses, surfaces })

@@ -11,7 +11,7 @@ use std::any::TypeId;
 use std::fmt;
 use std::sync::{PoisonError, RwLock};
 
-/// An activation of one's own with the name that it has in curricula, sweeps and model files.
+/// A custom activation with the name that it has in curricula, sweeps and model files.
 ///
 /// Its parameters, if it has any, are its fields; model files keep them.
 ///
@@ -295,7 +295,7 @@ pub fn registered() -> Vec<OwnActivation> {
     REGISTERED.read().unwrap_or_else(PoisonError::into_inner).clone()
 }
 
-/// What names an activation: its name, a value of [`Activation`], or a type of one's own, which is [registered](register).
+/// What names an activation: its name, a value of [`Activation`], or a custom type, which is [registered](register).
 pub trait ChosenActivation {
     /// The activation.
     ///

@@ -280,7 +280,7 @@ settings! {
         unmodelled_share: f64 = 0.1, "–", SHARE, STUDIES;
         /// Multiple of the noise from one row to the next that it must be as well.
         unmodelled_ratio: f64 = 5.0, "–", FACTOR, STUDIES;
-        /// Probability with which stationary noise is told to be stationary.
+        /// Probability that stationary noise passes the test of stationarity.
         stationary_probability: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
         /// Probability that no row of noise counts as an event.
         event_probability: f64 = 0.999, "–", [0.5, 0.999999], USUAL;

@@ -135,7 +135,7 @@ impl Training {
         self
     }
 
-    /// The same with this activation: a name ([`Activation::names`]), or a type of one's own with
+    /// The same with this activation: a name ([`Activation::names`]), or a custom type with
     /// [`NamedActivation`](pam_core::activation::NamedActivation), which is known by its name from then on, so that the
     /// trained model can be saved and loaded.
     ///

@@ -10,7 +10,7 @@ use serde_json::{Map, Value};
 use std::fmt;
 use std::sync::{Arc, PoisonError, RwLock};
 
-/// A loss of one's own with the name that it has in curricula, sweeps and options, as in
+/// A custom loss with the name that it has in curricula, sweeps and options, as in
 /// `loss = { kind = "log_cosh", scale_mm = 0.2 }`.
 ///
 /// Its settings are the fields of its serialized form. Those that a file leaves out are those of the value that was

@@ -86,12 +86,12 @@ impl RunCommand for InspectArguments {
     }
 }
 
-/// Reads files and says what is in them, as text and as JSON.
+/// Reads files and summarises them as text or JSON.
 struct Inspector {
     model: SavedModel,
     options: LoadOptions,
     masses: MassOptions,
-    /// What the report shows.
+    /// Content of the report.
     runs: Vec<InspectedRun>,
     findings: Vec<Finding>,
 }

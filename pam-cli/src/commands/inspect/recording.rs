@@ -1,4 +1,4 @@
-//! What is in a recording.
+//! Summary of a recording.
 
 use super::ranges::{range_json, range_row, range_titles};
 use crate::console::table;
