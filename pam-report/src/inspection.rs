@@ -63,7 +63,7 @@ fn sentence(severity: Severity, text: &str) -> Markup {
 fn sampling(runs: &[InspectedRun]) -> Markup {
     html! {
         div.scroll { table {
-            tr { @for name in ["recording", "rate (Hz)", "duration (s)", "jitter (%)", "longest step (s)", "travel (mm)", "turns", "open acceleration (%)"] { th { (name) } } }
+            tr { @for name in ["recording", "rate (Hz)", "duration (s)", "jitter (%)", "longest step (s)", "travel (mm)", "reversals", "acceleration independent of x, v (%)"] { th { (name) } } }
             @for run in runs {
                 @let (t, e) = (&run.quality.timing, &run.quality.excitation);
                 tr {

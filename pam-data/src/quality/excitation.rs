@@ -83,7 +83,7 @@ impl Excitation {
         let yes = |known: bool, what: &str, why: String| {
             format!(
                 "{what} {} from this recording: {why}",
-                if known { "can be told" } else { "cannot be told" }
+                if known { "can be identified" } else { "cannot be identified" }
             )
         };
         let moves = self.travel_mm > 0.0;
@@ -91,10 +91,9 @@ impl Excitation {
             yes(moves, "stiffness", format!("the joint travels {:.2} mm", self.travel_mm)),
             yes(
                 self.mass_is_open(s),
-                "the mass apart from the stiffness",
+                "the mass, separately from the stiffness,",
                 format!(
-                    "{:.0} % of the acceleration does not follow from position and velocity; a mass is seen in the force from \
-                     {:.1} kg on",
+                    "{:.0} % of the acceleration is independent of position and velocity; the force shows masses above {:.1} kg",
                     100.0 * self.open_acceleration,
                     self.smallest_mass_kg
                 ),
@@ -102,11 +101,11 @@ impl Excitation {
             yes(
                 moves && self.reversals >= s.fewest_reversals,
                 "friction and hysteresis",
-                format!("the motion turns {} times", self.reversals),
+                format!("the motion reverses {} times", self.reversals),
             ),
             yes(
                 self.fast_mm_s > 3.0 * self.slow_mm_s && moves,
-                "dry apart from viscous friction",
+                "dry friction, separately from viscous friction,",
                 format!("speeds from {:.2} to {:.2} mm/s", self.slow_mm_s, self.fast_mm_s),
             ),
         ]
@@ -127,17 +126,17 @@ impl Excitation {
         };
         let mut out = Vec::new();
         if self.travel_mm == 0.0 {
-            return vec![make("nothing moves: neither stiffness nor damping can be told")];
+            return vec![make("nothing moves: neither stiffness nor damping can be identified")];
         }
         if !self.mass_is_open(s) {
             out.push(make(
-                "position and velocity tell the acceleration: the mass cannot be told from the stiffness; excite at two \
+                "position and velocity determine the acceleration: mass and stiffness cannot be separated; excite at two \
                  frequencies or more",
             ));
         }
         if self.reversals < s.fewest_reversals {
             out.push(make(
-                "the motion hardly turns: friction and hysteresis cannot be told; excite periods both ways",
+                "the motion hardly reverses: friction and hysteresis cannot be identified; excite both directions of motion",
             ));
         }
         out
