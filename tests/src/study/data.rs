@@ -1,8 +1,9 @@
 //! The recordings of a case.
 
-use super::case::{Case, Fault, Source, Strength};
+use super::case::{Case, Fault, Source};
 use super::detection::Scale;
 use super::model::perturbed;
+use super::rig;
 use crate::diagnose::{rig_runs, subject};
 use crate::plant::{Experiment, Hidden, Plant};
 use pam_data::{SavedModel, Subject, load_model, parse_model};
@@ -33,8 +34,10 @@ const PUBLISHED_S: f64 = 70.0;
 pub struct Truth {
     /// The effect.
     pub hidden: Hidden,
-    /// Size over the limit of detection; absent where it is not measured (rig).
+    /// Size over the limit of detection.
     pub limits: Option<f64>,
+    /// As `limits`, of what is left of it beside the other hidden effects, whose values are free.
+    pub limits_beside: Option<f64>,
 }
 
 /// What the diagnosis of a case gets, and the truth.
@@ -90,8 +93,17 @@ fn of_plant(case: &Case) -> Data {
         given => given.to_vec(),
     };
     let scale = Scale::of(case, &plant, &Plant::of(&model.model), &conditions);
-    let truth: Vec<Truth> = case.faults.iter().map(|fault| measured(&scale, case, fault)).collect();
+    let mut truth: Vec<Truth> =
+        case.faults.iter().map(|fault| measured(&scale, case, fault)).collect();
     let hidden: Vec<Hidden> = truth.iter().map(|t| t.hidden.clone()).collect();
+    if hidden.len() > 1 {
+        for (k, t) in truth.iter_mut().enumerate() {
+            let others: Vec<&Hidden> =
+                hidden.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, h)| h).collect();
+            let size = scale.size_beside(&hidden[k], &others);
+            t.limits_beside = Some(size / super::detection::LIMIT);
+        }
+    }
     let record = |psi: &[[f64; 2]], faults: &[Hidden], seed: u64, longest_s: f64| {
         let mut factors = case.factors.clone();
         factors.duration_s = factors.duration_s.min(longest_s);
@@ -128,7 +140,8 @@ fn measured(scale: &Scale<'_>, case: &Case, fault: &Fault) -> Truth {
             (hidden, size)
         }
     };
-    Truth { hidden, limits: Some(size / super::detection::LIMIT) }
+    let limits = Some(size / super::detection::LIMIT);
+    Truth { hidden, limits, limits_beside: limits }
 }
 
 fn of_rig(case: &Case) -> Data {
@@ -140,25 +153,33 @@ fn of_rig(case: &Case) -> Data {
         given => given.iter().copied().map(whole).collect(),
     };
     let share = case.factors.duration_s / PUBLISHED_S;
-    let at_strength = |fault: &Fault| match fault {
-        Fault::Given(hidden) => hidden.clone(),
-        Fault::Drawn { label, strength, .. } => {
-            let factor = match strength {
-                Strength::Weak => 0.25,
-                Strength::Medium | Strength::Given => 1.0,
-                Strength::Strong => 2.0,
-            };
-            crate::magnitudes::at_strength(label, factor)
-        }
+    let healthy = rig_runs(&model, &psi, share, &[], false, case.seed);
+    let errors = rig::Errors::of(&model.model, &healthy);
+    let record = |hidden: &[Hidden]| {
+        let texts: Vec<String> = hidden.iter().map(Hidden::text).collect();
+        let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
+        rig_runs(&model, &psi, share, &texts, false, case.seed)
     };
-    let hidden: Vec<Hidden> = case.faults.iter().map(at_strength).collect();
-    let texts: Vec<String> = hidden.iter().map(Hidden::text).collect();
-    let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
-    let subjects = rig_runs(&model, &psi, share, &texts, false, case.seed);
+    let measured = |fault: &Fault| {
+        let limits = |hidden: &Hidden| {
+            errors.size(&record(std::slice::from_ref(hidden))) / super::detection::LIMIT
+        };
+        let hidden = match fault {
+            Fault::Given(hidden) => hidden.clone(),
+            Fault::Drawn { label, strength, .. } => {
+                let usual = limits(&crate::magnitudes::at_strength(label, 1.0));
+                crate::magnitudes::at_strength(label, super::detection::factor(usual, *strength))
+            }
+        };
+        let limits = Some(limits(&hidden));
+        Truth { hidden, limits, limits_beside: limits }
+    };
+    let truth: Vec<Truth> = case.faults.iter().map(measured).collect();
+    let hidden: Vec<Hidden> = truth.iter().map(|t| t.hidden.clone()).collect();
+    let subjects = record(&hidden);
     let others: Vec<[u8; 2]> =
         conditions(BASELINES, BASELINE_SEED).into_iter().map(whole).collect();
-    let healthy = || rig_runs(&model, &others, share, &[], false, BASELINE_SEED + case.seed);
-    let baseline = case.factors.baseline.then(healthy);
-    let truth = hidden.into_iter().map(|hidden| Truth { hidden, limits: None }).collect();
+    let baseline = || rig_runs(&model, &others, share, &[], false, BASELINE_SEED + case.seed);
+    let baseline = case.factors.baseline.then(baseline);
     Data { model, subjects, baseline, truth }
 }

@@ -8,6 +8,9 @@
 //! with the noise `σ_c` of the channel and its effective number of samples `N_c`, the noise of the recorded force, which
 //! moves the prediction, and the discrepancy `D_c` of the model, one value for each of `R` recordings. A fault is
 //! detectable from [`LIMIT`] on.
+//!
+//! Beside other faults a fault has a second size, [`Scale::size_beside`]: what is left of it after the others, at whatever
+//! values, have taken as much of its residual as they can, to first order.
 
 use super::case::{Case, Strength};
 use crate::magnitudes::{self, Motion};
@@ -163,18 +166,49 @@ impl<'a> Scale<'a> {
     /// The size of a fault.
     #[must_use]
     pub fn size(&self, fault: &Hidden) -> f64 {
+        norm(&self.residual(fault))
+    }
+
+    /// The size of what is left of a fault beside others, whose values are free.
+    #[must_use]
+    pub fn size_beside(&self, fault: &Hidden, others: &[&Hidden]) -> f64 {
+        let mut left = self.residual(fault);
+        let mut basis: Vec<Vec<f64>> = Vec::new();
+        for other in others {
+            let whole = self.residual(other);
+            let mut directions: Vec<Vec<f64>> =
+                changed(other).iter().map(|h| difference(&self.residual(h), &whole)).collect();
+            directions.push(whole);
+            for mut direction in directions {
+                let before = norm(&direction);
+                basis.iter().for_each(|b| clear(&mut direction, b));
+                let size = norm(&direction);
+                if size > COLLINEAR * before {
+                    direction.iter_mut().for_each(|v| *v /= size);
+                    basis.push(direction);
+                }
+            }
+        }
+        basis.iter().for_each(|b| clear(&mut left, b));
+        norm(&left)
+    }
+
+    /// The residual that a fault leaves to a model without it, in all recordings and channels, scaled so that its norm is
+    /// the size.
+    fn residual(&self, fault: &Hidden) -> Vec<f64> {
         let recordings = self.conditions.len() as f64;
-        let mut sum = 0.0;
+        let mut all = Vec::new();
         for (i, &psi) in self.conditions.iter().enumerate() {
             let faulty = self.record(self.plant, i, psi, std::slice::from_ref(fault), &self.quiet);
             let expected = self.predicted(self.plant, i, &faulty);
             for c in 0..3 {
-                let apart = channels(&faulty)[c].iter().zip(channels(&expected)[c]);
-                let square = mean_square(apart.map(|(a, b)| a - b));
-                sum += square / recordings / self.variance[c].max(f64::MIN_POSITIVE);
+                let (of_faulty, of_expected) = (channels(&faulty)[c], channels(&expected)[c]);
+                let samples = of_faulty.len().max(1) as f64;
+                let unit = (self.variance[c].max(f64::MIN_POSITIVE) * recordings * samples).sqrt();
+                all.extend(of_faulty.iter().zip(of_expected).map(|(a, b)| (a - b) / unit));
             }
         }
-        sum.sqrt()
+        all
     }
 
     /// A variant at a strength, with its size.
@@ -182,15 +216,7 @@ impl<'a> Scale<'a> {
     pub fn scaled(&self, label: &str, strength: Strength) -> (Hidden, f64) {
         let at = |factor: f64| magnitudes::scaled(label, factor, &self.motion);
         let usual = self.size(&at(1.0)).max(f64::MIN_POSITIVE);
-        let medium = (MEDIUM_LIMITS * LIMIT / usual).clamp(1.0, LARGEST_FACTOR);
-        let factor = match strength {
-            Strength::Weak => {
-                (WEAK_LIMITS * LIMIT / usual).clamp(SMALLEST_FACTOR, WEAK_FACTOR * medium)
-            }
-            Strength::Medium | Strength::Given => medium,
-            Strength::Strong => STRONG_FACTOR * medium,
-        };
-        let fault = at(factor);
+        let fault = at(factor(usual / LIMIT, strength));
         let size = self.size(&fault);
         (fault, size)
     }
@@ -200,6 +226,62 @@ impl<'a> Scale<'a> {
     pub fn sensors(&self) -> &Sensors {
         &self.sensors
     }
+}
+
+/// Factor on the usual magnitude of a fault at a strength; `usual` is the size at the usual magnitude over the limit.
+#[must_use]
+pub fn factor(usual: f64, strength: Strength) -> f64 {
+    let medium = (MEDIUM_LIMITS / usual).clamp(1.0, LARGEST_FACTOR);
+    match strength {
+        Strength::Weak => (WEAK_LIMITS / usual).clamp(SMALLEST_FACTOR, WEAK_FACTOR * medium),
+        Strength::Medium | Strength::Given => medium,
+        Strength::Strong => STRONG_FACTOR * medium,
+    }
+}
+
+/// Share of a direction that must be left of it for it to be another one.
+const COLLINEAR: f64 = 1e-6;
+/// Relative change of a value by which the residual is differentiated.
+const CHANGE: f64 = 0.1;
+/// The two chambers in the names of parameters.
+const SIDES: [&str; 2] = ["flexor_", "extensor_"];
+
+/// An effect with each of its values changed in turn, those of the other chamber included.
+fn changed(hidden: &Hidden) -> Vec<Hidden> {
+    let mut names: Vec<String> = hidden.values.keys().cloned().collect();
+    for (own, other) in [SIDES, [SIDES[1], SIDES[0]]].map(|[a, b]| (a, b)) {
+        let more =
+            hidden.values.keys().filter_map(|n| Some(format!("{other}{}", n.strip_prefix(own)?)));
+        names.extend(more.collect::<Vec<_>>());
+    }
+    names.sort();
+    names.dedup();
+    let largest = hidden.values.values().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let with = |name: String| {
+        let mut other = hidden.clone();
+        let value = other.values.entry(name).or_default();
+        *value += CHANGE * if *value == 0.0 { largest } else { *value };
+        other
+    };
+    names.into_iter().map(with).collect()
+}
+
+fn norm(v: &[f64]) -> f64 {
+    dot(v, v).sqrt()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+/// Removes from `v` what goes along the unit vector `unit`.
+fn clear(v: &mut [f64], unit: &[f64]) {
+    let along = dot(v, unit);
+    v.iter_mut().zip(unit).for_each(|(v, u)| *v -= along * u);
 }
 
 fn force_correlation(noise: Noise, step_s: f64) -> f64 {

@@ -8,6 +8,7 @@
 //! | `model` | models that are off by a given amount |
 //! | `data` | the recordings of a case |
 //! | `detection` | size of what is hidden, relative to the limit of detection |
+//! | `rig` | the same for recordings of the virtual rig |
 //! | `outcome` | what the diagnosis said of a case |
 //! | `store` | a folder of outcomes |
 //! | `criteria` | counts with exact binomial limits |
@@ -20,6 +21,7 @@ pub mod design;
 pub mod detection;
 pub mod model;
 pub mod outcome;
+pub mod rig;
 pub mod rows;
 pub mod store;
 pub mod tables;

@@ -24,19 +24,21 @@ pub struct HiddenTruth {
     pub hidden: Hidden,
     /// Size over the limit; absent where it is not measured.
     pub limits: Option<f64>,
+    /// As `limits`, of what is left of it beside the other hidden effects, whose values are free.
+    pub limits_beside: Option<f64>,
 }
 
 impl HiddenTruth {
-    /// Whether it can be detected; assumed where it is not measured.
+    /// Whether it can be detected and told from the other hidden effects; assumed where it is not measured.
     #[must_use]
     pub fn detectable(&self) -> bool {
-        self.limits.is_none_or(|l| l >= 1.0)
+        self.limits_beside.is_none_or(|l| l >= 1.0)
     }
 
     /// Whether it must not go unsaid.
     #[must_use]
     pub fn certain(&self) -> bool {
-        self.limits.is_none_or(|l| l >= CERTAIN_LIMITS)
+        self.limits_beside.is_none_or(|l| l >= CERTAIN_LIMITS)
     }
 }
 
@@ -107,10 +109,11 @@ pub fn run(case: &Case) -> (Outcome, Option<(Value, String)>) {
     let result = diagnose(&model, &sets, &options, &|_, _| {});
     let wall_s = start.elapsed().as_secs_f64();
     let cpu_s = cpu.and_then(|before| Some(cpu_s()? - before));
-    let truth = made
-        .truth
-        .iter()
-        .map(|t: &Truth| HiddenTruth { hidden: t.hidden.clone(), limits: t.limits });
+    let truth = made.truth.iter().map(|t: &Truth| HiddenTruth {
+        hidden: t.hidden.clone(),
+        limits: t.limits,
+        limits_beside: t.limits_beside,
+    });
     let refused = Outcome {
         case: case.clone(),
         truth: truth.collect(),
