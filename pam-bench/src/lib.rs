@@ -1,10 +1,11 @@
 //! Benchmarks: the comparison of gradient methods ([`gradients`], the command `pam-bench`), the memory that work takes
-//! ([`memory`]), and what the timings of `cargo bench -p pam-bench` work on: the published weights, and
+//! ([`memory`]), the measured results of all studies ([`results`]), and what the timings of `cargo bench -p pam-bench` work on: the published weights, and
 //! recordings of the published length. The weights are read from `data/published` of the workspace; the comparison of
 //! gradient methods needs none.
 
 pub mod gradients;
 pub mod memory;
+pub mod results;
 
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, MN_PER_N, tendon_force_mn_per_a};
 use pam_core::{AnyForce, JointModel, NetworkForce, SealedMasses};
