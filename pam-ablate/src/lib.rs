@@ -10,7 +10,7 @@
 //! - [`report`]: files and the page;
 //! - [`slurm`]: job arrays.
 //!
-//! A sweep of an experiment of one's own:
+//! A sweep of your own experiment:
 //!
 //! ```
 //! use pam_ablate::prelude::*;

@@ -1,5 +1,6 @@
 //! The `pam-bench` command writes the files that it promises and refuses unknown names.
 
+use pam_bench::results::{Results, page};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -43,4 +44,91 @@ fn gradient_methods_are_compared() {
         assert_eq!(output.status.code(), Some(2), "{errors}");
         assert!(errors.contains("nonsense") && errors.contains(known), "{errors}");
     }
+}
+
+/// README, book and changelog show what `results/` holds.
+#[test]
+fn pages_show_the_measured_results() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let results = Results::read(root.join("results")).unwrap();
+    let mut markers = 0;
+    for path in page::pages(&root).unwrap() {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let filled = page::fill(&text, &results)
+            .unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        assert!(
+            text == filled,
+            "{} differs from results/: run `cargo run -p pam-bench --bin results -- --write`",
+            path.display()
+        );
+        markers += text.matches("<!--/-->").count();
+    }
+    assert!(markers > 50, "{markers} numbers and tables come from results/");
+}
+
+/// Numbers, formats, ratios and tables of a study; code stays as it is; what is unknown or not closed is an error.
+#[test]
+fn markers_of_pages_are_filled() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = r#"{"title": "a", "commands": ["true"], "commit": "c", "date": "2026-01-01", "machine": "m", "cores": 1,
+        "values": {"a": {"value": 0.0123, "low": -1.5, "unit": "s"},
+                   "b": {"cell": {"table": "t", "row": ["x"], "column": "n"}}},
+        "tables": {"t": {"columns": ["k", "n"], "decimals": [null, 2], "rows": [["x", 4], ["y", null]]}}}"#;
+    std::fs::write(folder.path().join("s.json"), study).unwrap();
+    let results = Results::read(folder.path()).unwrap();
+    let filled = |text: &str| page::fill(text, &results);
+    for (marker, shown) in [
+        ("s.a", "0.0123"),
+        ("s.a .3", "0.012"),
+        ("s.a .1%", "1.2"),
+        ("s.a .1e", "1.2e-2"),
+        ("s.a .2g", "0.012"),
+        ("s.a.low", "−1.5"),
+        ("s.b", "4"),
+        ("s.b / s.a .0", "325"),
+    ] {
+        let text = format!("It is <!--= {marker} -->old<!--/--> s.");
+        assert_eq!(filled(&text).unwrap(), format!("It is <!--= {marker} -->{shown}<!--/--> s."));
+    }
+    let table = "<!--# s.t -->\n\n| k | n |\n|---|---|\n| x | 4.00 |\n| y | – |\n\n<!--/-->\n";
+    assert_eq!(filled("<!--# s.t --><!--/-->\n").unwrap(), table);
+    assert_eq!(filled(table).unwrap(), table, "filling twice changes nothing");
+    let code = "```text\n<!--= s.none -->\n```\n";
+    assert_eq!(filled(code).unwrap(), code);
+    for wrong in ["<!--= s.none --><!--/-->", "<!--= t.a --><!--/-->", "<!--# s.u --><!--/-->", "<!--= s.a -->", "<!--= s.a .x --><!--/-->"] {
+        assert!(filled(wrong).is_err(), "{wrong}");
+    }
+    let broken = study.replace("\"row\": [\"x\"]", "\"row\": [\"z\"]");
+    std::fs::write(folder.path().join("s.json"), broken).unwrap();
+    assert!(Results::read(folder.path()).is_err(), "a value refers to a cell that exists");
+}
+
+/// `results NAME` runs the commands of a study and reads what they write.
+#[test]
+fn a_study_is_measured_again() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir_all(folder.path().join("docs")).unwrap();
+    std::fs::create_dir_all(folder.path().join("results")).unwrap();
+    let page = "<!--= s.time_ms --><!--/--> ms\n";
+    for name in ["README.md", "CHANGELOG.md", "CONTRIBUTING.md"] {
+        std::fs::write(folder.path().join(name), page).unwrap();
+    }
+    let study = r##"{"title": "a", "commands": ["echo '{\"times\": [0.5, 0.25]}' > out.json", "printf '# c\nk,n\nx,7\n' > out.csv"],
+        "commit": "c", "date": "2026-01-01", "machine": "m", "cores": 1,
+        "values": {"time_ms": {"value": 1, "unit": "ms", "from": {"file": "out.json", "pointer": "/times/1", "scale": 1000}}},
+        "tables": {"t": {"columns": ["k", "n"], "rows": [["x", 4]], "from_csv": "out.csv"}}}"##;
+    std::fs::write(folder.path().join("results/s.json"), study).unwrap();
+    let status = Command::new(env!("CARGO_BIN_EXE_results"))
+        .args(["s", "--write", "--root"])
+        .arg(folder.path())
+        .status()
+        .unwrap();
+    assert!(status.success());
+    let results = Results::read(folder.path().join("results")).unwrap();
+    assert_eq!(results.number("s.time_ms").unwrap(), 250.0);
+    assert_eq!(results.table("s.t").unwrap().rows, [[Value::from("x"), Value::from(7.0)]]);
+    assert_eq!(
+        std::fs::read_to_string(folder.path().join("README.md")).unwrap(),
+        "<!--= s.time_ms -->250<!--/--> ms\n"
+    );
 }

@@ -41,7 +41,7 @@ pub fn median(values: &[f64]) -> f64 {
     quantile(values, 0.5)
 }
 
-/// The finite values without repetitions, in order. Values that only rounding tells apart, by 10⁻⁹ of the largest, are one
+/// The finite values without repetitions, in order. Values that differ by rounding only, by 10⁻⁹ of the largest, are one
 /// level.
 #[must_use]
 pub fn levels(values: &[f64]) -> Vec<f64> {

@@ -9,7 +9,7 @@
 //! | [`exact`] | `pam-exact` | `joint` | closed form of networks of LeakyReLU and ReLU |
 //! | [`data`] | `pam-data` | `joint` | recordings, models, their files |
 //! | [`vocabulary`] | `pam-vocabulary` | `fields` | the effects that rig and diagnosis share, as data |
-//! | [`rig`] | `pam-rig` | `rig` | a virtual rig whose truth is known |
+//! | [`rig`] | `pam-rig` | `rig` | a virtual rig with known ground truth |
 //! | [`train`] | `pam-train` | `fields`, `joint` | losses, optimisers, curricula, predictions, scores |
 //! | [`report`] | `pam-report` | `report` | figures and self-contained HTML |
 //! | [`diagnose`] | `pam-diagnose` | `fields`, `joint` | what a model gets wrong, why, and what knowing it gains |
@@ -17,7 +17,7 @@
 //! | [`ablate`] | `pam-ablate` | `ablate` | sweeps over any setting, resumable, compared seed by seed |
 //! | [`baselines`] | `pam-baselines` | `compare` | Kang, Koopman, GRU and others beside the hybrid model |
 //!
-//! What is not needed is not compiled: `fields`, the default, is for vector fields of one's own and brings 39 crates from
+//! What is not needed is not compiled: `fields`, the default, is for your own vector fields and adds 39 crates from
 //! elsewhere; `report` adds figures and pages; `joint` the pneumatic joint with recordings, training and diagnosis;
 //! `control`, `rig`, `ablate` and `compare` what is built on it; `all` is everything.
 //!
@@ -89,7 +89,7 @@ pub use pam_trajectory as trajectory;
 #[cfg(feature = "fields")]
 pub use pam_vocabulary as vocabulary;
 
-/// Everything for a system of one's own, without any joint: fields and their names, solvers, experiments, fits, the
+/// Everything for your own system, without any joint: fields and their names, solvers, experiments, fits, the
 /// diagnosis.
 #[cfg(feature = "fields")]
 pub mod field {

@@ -110,3 +110,73 @@ fn notebooks_are_stored_with_their_outputs() {
     }
     assert!(count >= 5, "{count} notebooks");
 }
+
+/// Words to avoid and what to use in their place: those of prose, and those of public names.
+fn words() -> [Vec<(String, String)>; 2] {
+    let text = read(&root().join(".ci/words.txt"));
+    let (prose, names) = text.split_once("\nnames\n").expect("a line `names` between the lists");
+    [prose, names].map(|list| {
+        let lines = list.lines().filter(|line| !line.is_empty() && !line.starts_with('#'));
+        let pair = |line: &str| {
+            let (word, instead) = line.split_once(" => ").expect("`word => use instead`");
+            (word.to_owned(), instead.to_owned())
+        };
+        lines.map(pair).collect()
+    })
+}
+
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a readable folder") {
+        let path = entry.expect("a readable folder").path();
+        if path.is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// Words of a text: letters, digits, `_` and `'`, in lower case, with one space between them, and one at either end.
+fn plain(text: &str) -> String {
+    let keep = |c: char| if c.is_alphanumeric() || "_'–".contains(c) { c } else { ' ' };
+    let kept: String = text.replace("\n///", " ").replace("\n//!", " ").chars().map(keep).collect();
+    let words: Vec<String> = kept.split_whitespace().map(str::to_lowercase).collect();
+    format!(" {} ", words.join(" "))
+}
+
+/// Pages, help, reports and comments use the field's words, and so do public names.
+#[test]
+fn words_are_those_of_the_field() {
+    let [prose, names] = words();
+    let mut files: Vec<PathBuf> = pages().iter().map(|p| root().join("docs").join(p)).collect();
+    files.extend(["README.md", "CONTRIBUTING.md"].map(|name| root().join(name)));
+    for entry in std::fs::read_dir(root()).expect("a readable folder") {
+        let path = entry.expect("a readable folder").path();
+        if path.file_name().is_some_and(|n| n.to_string_lossy().starts_with("pam")) {
+            let folder = path.join("src");
+            if folder.is_dir() {
+                sources(&folder, &mut files);
+            }
+        }
+    }
+    assert!(files.len() > 300, "{} files", files.len());
+    let mut found = Vec::new();
+    for file in files {
+        let text = read(&file);
+        let (searched, shown) = (plain(&text), file.strip_prefix(root()).unwrap_or(&file).display());
+        for (word, instead) in &prose {
+            if searched.contains(&plain(word)) {
+                found.push(format!("{shown}: `{word}`: {instead}"));
+            }
+        }
+        for line in text.lines().map(str::trim_start).filter(|line| line.starts_with("pub ")) {
+            let name = line
+                .split(|c: char| !c.is_alphanumeric() && c != '_')
+                .find(|w| !["pub", "const", "fn", "struct", "enum", "trait", "type", "mod", "static", "unsafe"].contains(w));
+            for (word, instead) in names.iter().filter(|(word, _)| name == Some(word)) {
+                found.push(format!("{shown}: the name `{word}`: {instead}"));
+            }
+        }
+    }
+    assert!(found.is_empty(), "words of .ci/words.txt:\n{}", found.join("\n"));
+}

@@ -126,7 +126,7 @@ impl Claim {
         self.append(BEGAN)
     }
 
-    /// Notes that the cell was stopped and is to be gone on with.
+    /// Records that the cell was stopped and can be resumed.
     pub(crate) fn stopped(mut self) -> Result<(), AblateError> {
         self.append(STOPPED)
     }

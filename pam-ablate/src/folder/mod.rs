@@ -3,7 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `sweep.json` | the sweep, with all overrides |
-//! | `sweep.lock` | held for a moment by whoever begins |
+//! | `sweep.lock` | locked while a process starts |
 //! | `cells/ID/claim` | who works or worked on the cell; locked as long as somebody does |
 //! | `cells/ID/work/` | what the cell keeps while it runs: checkpoint, metrics, models |
 //! | `cells/ID/result.json` | numbers, or why it failed |

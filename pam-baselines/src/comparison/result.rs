@@ -64,7 +64,7 @@ impl Summary {
 /// Scores of one set of recordings, predicted in one way.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SetScores {
-    /// Recording by recording.
+    /// One entry per recording.
     pub recordings: Vec<RecordingScore>,
     /// R² of the displacement.
     pub displacement: Summary,
@@ -154,7 +154,7 @@ impl ModelResult {
     }
 }
 
-/// Seconds that a model took; kept apart from the results, which repeat to the bit.
+/// Seconds that a model took; stored separately from the results, which repeat bit for bit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ModelTimes {
     /// Fitting.

@@ -81,7 +81,7 @@ commands! {
     Identify(control::identify::IdentifyArguments),
     /// Receding-horizon MPC on the virtual rig, under a load step or a changed target
     Replan(control::replan::ReplanArguments),
-    /// The virtual rig: make recordings whose truth is known
+    /// The virtual rig: simulate recordings with known ground truth
     #[command(subcommand)]
     Rig(rig::RigCommand),
     /// Write or check a rig file, which describes your recordings and the dimensions of your joint

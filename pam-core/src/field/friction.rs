@@ -2,7 +2,7 @@
 ///
 /// The field has one more input than it is driven by, the direction σ of the motion, and the friction in it is a
 /// function of σ in place of the sign of the velocity: `−c σ`, or `−(c σ + a |σ|)` for friction that is `c + a`
-/// in one direction and `c − a` in the other. Whoever solves the field sets σ = ±1 while the velocity `v` has that sign.
+/// in one direction and `c − a` in the other. The solver sets σ = ±1 while the velocity `v` has that sign.
 /// At `v = 0` it compares the accelerations `f_v(σ)` of both directions (Filippov 1988):
 ///
 /// - `f_v(+1) ≤ 0 ≤ f_v(−1)`: friction can hold it. It sticks, with `v̇ = 0` exactly, and all other states move by the

@@ -16,7 +16,7 @@ const MOSTLY_INERTIA: f64 = 0.6;
 /// Largest log distance to a unit of force.
 const NEAR: f64 = 0.5;
 
-/// Largest log distance between units that the ratio of forces cannot tell apart: N·m at a pulley and amperes of a geared
+/// Largest log distance between units that the ratio of forces cannot distinguish: N·m at a pulley and amperes of a geared
 /// motor.
 const ALIKE: f64 = 0.15;
 

@@ -105,7 +105,7 @@ fn velocity(sample: &Sample<'_>, reading: Reading, s: &PlausibilitySettings) -> 
         );
         return Some(make(FindingKind::Velocity, Severity::Warning, message, evidence));
     }
-    // A velocity in the displacement's unit per second is told with the displacement.
+    // A velocity in the displacement's unit per second is reported with the displacement.
     let sound = |factor: f64| factor > 0.0 && factor.ln().abs() < s.velocity_factor.ln();
     if sound(factor) || sound(factor / reading.mm()) {
         return None;

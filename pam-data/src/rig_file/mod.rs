@@ -1,4 +1,4 @@
-//! A rig of one's own: what the columns of its files are, and the sizes of its joint.
+//! Your own rig: the columns of its files and the dimensions of its joint.
 //!
 //! A [`RigFile`] is a TOML file that a lab writes once. With it every command and [`open_recordings`] read the lab's own
 //! files as [recordings](crate::Recording), and models start from the rig's geometry and data sheet:

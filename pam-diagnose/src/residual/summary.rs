@@ -41,7 +41,7 @@ pub struct ChannelResidual {
     /// Its spectrum.
     #[serde(skip)]
     pub spectrum: Spectrum,
-    /// Its course in time, recording by recording.
+    /// Its time profile, one entry per recording.
     #[serde(skip)]
     pub profiles: Vec<(String, TimeProfile)>,
     /// The channel in a few sentences.

@@ -236,7 +236,7 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
         smaller.sort_by_key(|s| s.members());
         let enough = smaller.into_iter().find(|s| best.log_odds(s) < needed);
         let chosen = enough.unwrap_or(best);
-        // Of sets that cannot be told apart, the one that the list of candidates names first.
+        // Of indistinguishable sets, the one that comes first in the list of candidates.
         let tied = |s: &&Scored| {
             s.members() == chosen.members()
                 && s.hypothesis().set() < chosen.hypothesis().set()

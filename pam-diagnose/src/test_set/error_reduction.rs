@@ -128,7 +128,7 @@ impl<C: Candidates + ?Sized> TestSet<'_, C> {
     /// which one of them cannot be simulated is left out.
     ///
     /// The bootstrap draws blocks with replacement, which keeps the correlation of errors inside them, and draws them
-    /// excitation by excitation and recording by recording: which excitation was run is not random. A short stretch of
+    /// separately for each excitation and recording: which excitation was run is not random. A short stretch of
     /// one excitation is divided into three blocks at least.
     #[must_use]
     pub fn error_reduction(

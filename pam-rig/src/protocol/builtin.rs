@@ -16,7 +16,7 @@ impl Protocol {
     /// Names of the protocols that come with the rig.
     pub const BUILT_IN: [&'static str; 4] = [TEXTS[0].0, TEXTS[1].0, TEXTS[2].0, TEXTS[3].0];
 
-    /// The TOML text of a protocol that comes with the rig, to start one's own from.
+    /// The TOML text of a built-in protocol, as a template for your own.
     #[must_use]
     pub fn built_in_text(name: &str) -> Option<&'static str> {
         TEXTS.iter().find(|(n, _)| *n == name).map(|(_, text)| *text)

@@ -103,8 +103,8 @@ pub struct SolverChoice {
     /// Float of the network.
     pub precision: Precision,
     /// How the gradient is found: `auto` for the exact adjoint of the fast path's steps or pieces, or the
-    /// name of a [`GradientChoice`] for comparison. All but `adjoint` run in doubles, recording by
-    /// recording, and slowly.
+    /// name of a [`GradientChoice`] for comparison. All but `adjoint` run in double precision, one recording at a
+    /// time, and slowly.
     #[serde(skip_serializing_if = "is_auto")]
     pub gradient: String,
 }

@@ -81,7 +81,7 @@ impl Line<'_> {
         let mut step = first.min(largest);
         let mut evaluations = 0;
         while evaluations < settings.evaluations {
-            // Neighbours in the last digit cannot be told apart.
+            // Neighbours in the last digit are indistinguishable.
             if step == low.step || high.as_ref().is_some_and(|h| step == h.step) {
                 break;
             }

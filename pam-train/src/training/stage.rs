@@ -18,7 +18,7 @@ use pam_trajectory::windows::Windows;
 use std::time::Instant;
 
 impl Trainer {
-    /// Coordinates of a model whose network stays as it is, to the bit.
+    /// Coordinates of a model whose network stays unchanged, bit for bit.
     pub(super) fn with_network_kept(&self, model: &NetworkJoint) -> Vec<f64> {
         let weights = self.coordinates.weights_len();
         let behind = weights + PHYSICAL;

@@ -39,7 +39,7 @@ pub struct DeformationSums {
 }
 
 /// Fits ν so that the sealed gas `P = P(0) V(x(0))/V(x)` follows the measured pressures along the
-/// measured displacements, in least squares by Gauss and Newton. C and the masses drop out: they are
+/// measured displacements, in least squares by Gauss–Newton. C and the masses drop out: they are
 /// tied to the pressures at the start.
 #[must_use]
 pub fn fit_deformation(

@@ -34,7 +34,7 @@ impl DerivativeMatching {
         physical.mass_kg += mass_correction_kg(&own).clamp(-most, most);
         model.raw = physical.to_raw();
         let held = coordinates.with_frozen(Frozen { mass: true, ..coordinates.frozen() });
-        // Only the mass changes: the network stays as it is, to the bit.
+        // Only the mass changes: the network stays unchanged, bit for bit.
         let mut at = joint.at;
         let mass = coordinates.weights_len();
         at[mass] = coordinates.of(&model)[mass];

@@ -1,4 +1,4 @@
-//! Losses of one's own without their derivatives.
+//! Custom losses whose derivatives are computed automatically.
 
 use super::TrajectoryLoss;
 use pam_autodiff::Chunk;

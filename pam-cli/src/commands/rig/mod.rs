@@ -20,7 +20,7 @@ pub enum RigCommand {
     Record(RigRecordArguments),
     /// List the effects that can be hidden in the rig, with parameters and units
     ListEffects,
-    /// Print a protocol as TOML, to start one's own from; without a name, list them
+    /// Print a protocol as TOML, as a template for your own; without a name, list them
     Protocol(RigProtocolArguments),
     /// Print the rig's parameters as TOML, for --rig
     Parameters(RigParametersArguments),
