@@ -38,6 +38,7 @@ pub fn measure(study: &Study, root: &Path) -> Result<(Study, Vec<String>), Resul
     for (key, table) in &mut measured.tables {
         match &table.from_csv {
             Some(file) => table.rows = rows(&root.join(file), table.columns.len())?,
+            None if table.live_csv.is_some() => {}
             None => untouched.push(key.clone()),
         }
     }
@@ -64,7 +65,8 @@ fn read(source: &Source, root: &Path) -> Result<f64, ResultsError> {
     Ok(source.scale * number.ok_or_else(|| ResultsError::Missing { path, message: missing() })?)
 }
 
-fn rows(path: &Path, columns: usize) -> Result<Vec<Vec<Value>>, ResultsError> {
+/// Rows of a CSV file with as many columns as a table.
+pub(super) fn rows(path: &Path, columns: usize) -> Result<Vec<Vec<Value>>, ResultsError> {
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .from_path(path)

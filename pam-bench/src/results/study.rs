@@ -114,12 +114,24 @@ pub struct Table {
     /// CSV file that a command writes, with these columns in this order and `#` before comments.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from_csv: Option<String>,
+    /// CSV file of this repository, from the root, whose rows replace `rows` whenever it exists: another program writes it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub live_csv: Option<String>,
 }
 
 impl Study {
+    /// Reads the study at `path`, a file of `ROOT/results/`.
     pub(super) fn read(path: &Path) -> Result<Self, ResultsError> {
         let text = std::fs::read_to_string(path).map_err(|e| DataError::io(path, e))?;
-        Ok(serde_json::from_str(&text).map_err(|e| DataError::file(path, e.to_string()))?)
+        let mut study: Self =
+            serde_json::from_str(&text).map_err(|e| DataError::file(path, e.to_string()))?;
+        let root = path.parent().and_then(Path::parent).unwrap_or(Path::new(""));
+        for table in study.tables.values_mut() {
+            if let Some(csv) = table.live_csv.as_ref().map(|csv| root.join(csv)).filter(|csv| csv.exists()) {
+                table.rows = super::measure::rows(&csv, table.columns.len())?;
+            }
+        }
+        Ok(study)
     }
 
     /// Writes the study, a row of a table per line.
