@@ -161,4 +161,12 @@ mod book {
     #![doc = include_str!("../../docs/reproduction.md")]
     #![doc = include_str!("../../docs/experiments.md")]
     #![doc = include_str!("../../docs/peers.md")]
+    #![doc = include_str!("../../docs/other-tools.md")]
+    #![doc = include_str!("../../docs/gallery.md")]
+    #![doc = include_str!("../../docs/api-tour.md")]
+    #![doc = include_str!("../../docs/commands.md")]
+    #![doc = include_str!("../../docs/troubleshooting.md")]
+    #![doc = include_str!("../../docs/glossary.md")]
+    #![doc = include_str!("../../docs/units.md")]
+    #![doc = include_str!("../../docs/install.md")]
 }

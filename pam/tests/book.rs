@@ -180,3 +180,82 @@ fn words_are_those_of_the_field() {
     }
     assert!(found.is_empty(), "words of .ci/words.txt:\n{}", found.join("\n"));
 }
+
+/// The reference of the commands is that of the program: `UPDATE_DOCS=1 cargo test -p pam-ode --test book` writes it.
+#[test]
+fn the_reference_of_the_commands_is_current() {
+    let mut command = pam_cli::Arguments::with_exit_codes();
+    command.build();
+    let mut page = String::from(
+        "<!-- Generated from the program; UPDATE_DOCS=1 cargo test -p pam-ode --test book writes it again. -->\n\n# Commands\n\n\
+         `pam COMMAND --help` shows the same with examples. `pam parts` lists the names that options may take.\n\n\
+         | exit code | meaning |\n|---|---|\n| 0 | success |\n| 1 | an error in files, data or the work |\n| 2 | wrong usage |\n\
+         | 3 | finished, but some recordings, samples or cells failed |\n| 130 | interrupted; can be resumed |\n\n\
+         ## Options of every command\n\n",
+    );
+    page += &options(&command, true);
+    for sub in command.get_subcommands().filter(|c| c.get_name() != "help" && !c.is_hide_set()) {
+        reference(sub, "pam", &mut page);
+    }
+    let path = root().join("docs/commands.md");
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        std::fs::write(&path, &page).expect("the page can be written");
+    }
+    assert!(read(&path) == page, "docs/commands.md is old: run this test with UPDATE_DOCS=1");
+}
+
+fn reference(command: &clap::Command, parent: &str, page: &mut String) {
+    let name = format!("{parent} {}", command.get_name());
+    let about = command.get_long_about().or(command.get_about()).map(ToString::to_string);
+    *page += &format!("\n## {name}\n\n{}\n\n", cell(&about.unwrap_or_default()));
+    *page += &options(command, false);
+    for sub in command.get_subcommands().filter(|c| c.get_name() != "help" && !c.is_hide_set()) {
+        reference(sub, &name, page);
+    }
+}
+
+/// A table of the arguments of a command, those of every command or the others.
+fn options(command: &clap::Command, global: bool) -> String {
+    let shown = |a: &&clap::Arg| {
+        a.is_global_set() == global && !a.is_hide_set() && !["help", "version"].contains(&a.get_id().as_str())
+    };
+    let mut table = String::new();
+    for argument in command.get_arguments().filter(shown) {
+        let value = match argument.get_value_names() {
+            Some(names) if argument.get_action().takes_values() => {
+                let names: Vec<&str> = names.iter().map(|n| n.as_str()).collect();
+                names.join(" ")
+            }
+            _ => String::new(),
+        };
+        let name = match argument.get_long() {
+            Some(long) if value.is_empty() => format!("`--{long}`"),
+            Some(long) => format!("`--{long} {value}`"),
+            None => format!("`{value}`"),
+        };
+        let help = argument.get_long_help().or(argument.get_help()).map(ToString::to_string);
+        let mut help = cell(&help.unwrap_or_default());
+        let values = argument.get_possible_values();
+        if argument.get_action().takes_values() && !values.is_empty() {
+            let names: Vec<String> = values.iter().map(|v| format!("`{}`", v.get_name())).collect();
+            help += &format!("; one of {}", names.join(", "));
+        }
+        let defaults: Vec<String> =
+            argument.get_default_values().iter().map(|v| v.to_string_lossy().into_owned()).collect();
+        if argument.get_action().takes_values() && !defaults.is_empty() {
+            help += &format!(" (default `{}`)", defaults.join(" "));
+        }
+        table += &format!("| {} | {help} |\n", name.replace('|', "\\|"));
+    }
+    if table.is_empty() { table } else { format!("| option | meaning |\n|---|---|\n{table}") }
+}
+
+/// Help as a table cell: on one line, with Markdown's signs escaped outside of code.
+fn cell(help: &str) -> String {
+    let line = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    let escape = |(k, part): (usize, &str)| {
+        let part = part.replace('|', "\\|");
+        if k % 2 == 1 { part } else { part.replace('<', "&lt;").replace('*', "\\*").replace('[', "\\[") }
+    };
+    line.split('`').enumerate().map(escape).collect::<Vec<_>>().join("`")
+}
