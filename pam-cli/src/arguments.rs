@@ -10,8 +10,8 @@ use std::sync::OnceLock;
 
 /// Hybrid neural ODEs of an antagonistic pneumatic-muscle joint.
 ///
-/// Without a command, the virtual rig records a joint in which an effect is hidden, and the diagnosis of
-/// the default model names it; the report is ./pam-demo/report.html.
+/// Without a command, pam simulates recordings with a hidden effect and diagnoses them with the default model; the
+/// report is ./pam-demo/report.html.
 #[derive(Debug, Parser)]
 #[command(name = "pam", version, max_term_width = 100, after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}"))]
 pub struct Arguments {
@@ -30,25 +30,25 @@ Examples:
   pam evaluate --model model.eqx --data logs/ --out out
                                                 predict all logs, score them, write out/report.html
   pam simulate --model model.eqx --force sine:A=120,f=0.5 --duration 10 \\
-      --pressures 412,412 --out run.csv         a run that was never measured
+      --pressures 412,412 --out run.csv         a synthetic run
   pam gradient --model model.eqx --data logs/ --out gradient.npz
-                                                loss and exact gradient, for checking others
+                                                loss and exact gradient
   pam rig record --conditions 30/60,45/45 --effect coulomb_friction:force_n=20 --out logs
-                                                made-up recordings with a hidden effect
+                                                simulated recordings with a hidden effect
   pam diagnose --model model.eqx --data logs --out found
                                                 name what the model gets wrong there
   pam train --data logs --out run               train on recordings; run/model.safetensors
   pam plan --model model.eqx --motion sine:A=1,f=0.1 --stiffness 150 --out plan
                                                 pressures for a motion and a stiffness
-  pam identify --schedule staircase --out id    is the stiffness what was commanded?
+  pam identify --schedule staircase --out id    identified against commanded stiffness
   pam compare models.toml --out compared        baselines and the hybrid model on one split
   pam ablate activations --data logs --out sweep
-                                                ablations: train many, compare seed by seed
+                                                train one model per setting, compare
   pam convert model.eqx model.safetensors       published weights to the framework's format";
 
 const EXIT_CODES: &str = "\
-Exit codes: 0 success, 1 an error in files, data or the work, 2 wrong usage, 3 finished, but some
-recordings, samples or cells failed, 130 interrupted and can be resumed.";
+Exit codes: 0 success, 1 error in files, data or computation, 2 wrong usage, 3 finished, but some
+recordings, samples or cells failed, 130 interrupted, can be resumed.";
 
 impl Arguments {
     /// The commands, each with the exit codes in its help.

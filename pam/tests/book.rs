@@ -189,8 +189,8 @@ fn the_reference_of_the_commands_is_current() {
     let mut page = String::from(
         "<!-- Generated from the program; UPDATE_DOCS=1 cargo test -p pam-ode --test book writes it again. -->\n\n# Commands\n\n\
          `pam COMMAND --help` shows the same with examples. `pam parts` lists the names that options may take.\n\n\
-         | exit code | meaning |\n|---|---|\n| 0 | success |\n| 1 | an error in files, data or the work |\n| 2 | wrong usage |\n\
-         | 3 | finished, but some recordings, samples or cells failed |\n| 130 | interrupted; can be resumed |\n\n\
+         | exit code | meaning |\n|---|---|\n| 0 | success |\n| 1 | error in files, data or computation |\n| 2 | wrong usage |\n\
+         | 3 | finished, but some recordings, samples or cells failed |\n| 130 | interrupted, can be resumed |\n\n\
          ## Options of every command\n\n",
     );
     page += &options(&command, true);

@@ -33,7 +33,7 @@ pub struct AblateArguments {
     /// Sweep.
     #[arg(value_name = "NAME|FILE", required_unless_present = "out", help = sweeps())]
     pub sweep: Option<String>,
-    /// Folder of the sweep: cells, tables, report. A sweep that was stopped or killed goes on there
+    /// Folder of the sweep: cells, tables, report. A stopped or killed sweep resumes there
     #[arg(long, value_name = "DIR", required_unless_present_any = ["print", "list"])]
     pub out: Option<PathBuf>,
     /// Recordings, or folders of them, in place of the sweep's
@@ -48,7 +48,7 @@ pub struct AblateArguments {
     /// Run the cells of one of n shards: 3/8
     #[arg(long, value_name = "I/N", value_parser = Shard::parse, default_value = "1/1")]
     pub shard: Shard,
-    /// After the shard's own cells run those of other shards that nobody works on
+    /// After the shard's own cells, run idle cells of other shards
     #[arg(long)]
     pub steal: bool,
     /// Cells at a time, which share the threads [default: as many as threads]
@@ -57,16 +57,16 @@ pub struct AblateArguments {
     /// Run cells that failed again
     #[arg(long)]
     pub retry_failed: bool,
-    /// Let this sweep take the place of the folder's: cells that are in both are kept
+    /// Replace the sweep of the folder by this one; cells that are in both are kept
     #[arg(long)]
     pub extend: bool,
     /// Seconds between checkpoints of a cell
     #[arg(long, default_value_t = 10.0, value_name = "S")]
     pub checkpoint_s: f64,
-    /// List the cells and how they stand, and run nothing
+    /// List the cells with their states, and run nothing
     #[arg(long)]
     pub list: bool,
-    /// Print the text of a sweep that comes with the program, and stop
+    /// Print a built-in sweep and exit
     #[arg(long, conflicts_with = "list")]
     pub print: bool,
     /// How recordings are read.
@@ -85,7 +85,7 @@ fn sweeps() -> String {
 /// Subcommands of `pam ablate`.
 #[derive(Debug, Subcommand)]
 pub enum AblateCommand {
-    /// Gather the cells of one or several folders of a sweep and write tables and report
+    /// Merge the cells of one or several folders of a sweep and write tables and report
     Merge(MergeArguments),
     /// Print a batch script that runs a sweep as a job array of Slurm
     Template,
@@ -97,7 +97,7 @@ pub struct MergeArguments {
     /// Folders of the sweep
     #[arg(required = true, value_name = "DIR")]
     pub folders: Vec<PathBuf>,
-    /// Where cells, tables and report go [default: the folder, if there is only one]
+    /// Folder for cells, tables and report [default: the folder, if there is only one]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }

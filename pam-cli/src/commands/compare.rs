@@ -31,7 +31,7 @@ pub struct CompareArguments {
     /// data, settings and seed
     #[arg(long)]
     pub resume: bool,
-    /// Print a configuration with every kind of model and its default settings, and stop
+    /// Print a configuration with every kind of model and its default settings, and exit
     #[arg(long)]
     pub print: bool,
     /// How recordings are read.

@@ -36,7 +36,7 @@ pub struct DiagnoseArguments {
     /// Test set, which no decision sees [default: a third of the data, or of the only recording]
     #[arg(long, num_args = 1.., value_name = "PATH")]
     pub heldout: Vec<PathBuf>,
-    /// Baseline recordings, on which the model was validated: its error there counts as no fault
+    /// Baseline recordings, on which the model was validated: its error there does not count as a fault
     #[arg(long, num_args = 1.., value_name = "PATH")]
     pub healthy: Vec<PathBuf>,
     /// Candidates.

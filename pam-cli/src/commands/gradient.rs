@@ -56,7 +56,7 @@ pub struct GradientArguments {
     /// --data or of an array `names`, or one array a recording, x_0, x_1, … or named as the recordings
     #[arg(long, value_name = "FILE.npz")]
     pub reference: Option<PathBuf>,
-    /// Where loss, gradient and time go
+    /// File for loss, gradient and time
     #[arg(long, value_name = "FILE.npz")]
     pub out: PathBuf,
     /// Also write a report with figures

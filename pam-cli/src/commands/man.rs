@@ -11,7 +11,7 @@ use std::process::ExitCode;
 /// Arguments of `pam man`.
 #[derive(Debug, Args)]
 pub struct ManArguments {
-    /// Folder for pam.1 and one page a command
+    /// Folder for pam.1 and one page per command
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
 }

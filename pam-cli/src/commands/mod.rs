@@ -57,29 +57,29 @@ macro_rules! commands {
 }
 
 commands! {
-    /// Say what is in a log, a recording, a model or another data file
+    /// Describe a log, a recording, a model or another data file
     Inspect(inspect::InspectArguments),
-    /// Turn a recording into CSV or .npz, a model into .safetensors or .eqx
+    /// Convert a recording to CSV or .npz, a model to .safetensors or .eqx
     Convert(convert::ConvertArguments),
-    /// Simulate the joint under a measured or a made-up force
+    /// Simulate the joint under a measured or synthetic force
     Simulate(simulate::SimulateArguments),
     /// Predict recordings with a model and score the predictions
     Evaluate(evaluate::EvaluateArguments),
-    /// Loss of a model on recordings, and its gradient with respect to every parameter
+    /// Compute the loss of a model on recordings and its gradient with respect to every parameter
     Gradient(gradient::GradientArguments),
-    /// Train a model on recordings by a curriculum
+    /// Train a model on recordings
     Train(train::TrainArguments),
-    /// Show what a model gets wrong on recordings, name the cause, and measure what naming gains
+    /// Find what a model gets wrong on recordings, name the cause, and measure the error reduction
     Diagnose(diagnose::DiagnoseArguments),
-    /// Stiffness and damping of a model over its inputs, and what stiffness can be reached
+    /// Map stiffness and damping of a model, and the reachable stiffness
     Stiffness(control::stiffness::StiffnessArguments),
-    /// Find the air and the pressures for a motion and a stiffness
+    /// Plan the pressures for a motion and a stiffness
     Plan(control::plan::PlanArguments),
-    /// Carry plans out on the virtual rig: the published tracking tests
+    /// Run the published tracking tests on the virtual rig
     Track(control::track::TrackArguments),
     /// Identify stiffness and damping from pulses, on the virtual rig or in recordings
     Identify(control::identify::IdentifyArguments),
-    /// Receding-horizon MPC on the virtual rig, under a load step or a changed target
+    /// Run receding-horizon MPC on the virtual rig, under a load step or a changed target
     Replan(control::replan::ReplanArguments),
     /// The virtual rig: simulate recordings with known ground truth
     #[command(subcommand)]
@@ -87,18 +87,18 @@ commands! {
     /// Write or check a rig file, which describes your recordings and the dimensions of your joint
     #[command(subcommand)]
     RigFile(rig_file::RigFileCommand),
-    /// Run a sweep: train a model in every cell of a grid or search, and compare seed by seed
+    /// Run an ablation: train a model for every setting of a grid or random search, and compare seed by seed
     Ablate(ablate::AblateArguments),
-    /// Compare models on one split of the data: baselines and the hybrid model
+    /// Compare baselines and the hybrid model on one split of the data
     Compare(compare::CompareArguments),
-    /// List the effects, activations and losses that files and options may name
+    /// List the names of effects, activations and losses
     Parts(parts::PartsArguments),
-    /// Hide an effect in recordings of the rig and find it: what runs without a command
+    /// Hide an effect in simulated recordings and find it; also runs without a command
     Demo(demo::DemoArguments),
     /// Check this machine: version, threads, vector instructions, write access
     Doctor(doctor::DoctorArguments),
     /// Print a completion script for a shell: `pam completions bash > /etc/bash_completion.d/pam`
     Completions(completions::CompletionsArguments),
-    /// Write manual pages, one a command
+    /// Write manual pages, one per command
     Man(man::ManArguments),
 }

@@ -14,9 +14,9 @@ use std::process::ExitCode;
 /// Commands of rig files.
 #[derive(Debug, Subcommand)]
 pub enum RigFileCommand {
-    /// Guess a first rig file by looking at a recording
+    /// Write a draft of a rig file from a recording
     Init(RigFileInitArguments),
-    /// Check a rig file and print what it says
+    /// Check a rig file and print its contents
     Check(RigFileCheckArguments),
 }
 
@@ -29,7 +29,7 @@ pub struct RigFileInitArguments {
     /// The rig file to write
     #[arg(long, default_value = "rig.toml", value_name = "RIG.toml")]
     pub out: PathBuf,
-    /// Replace a file that is there
+    /// Replace an existing file
     #[arg(long)]
     pub force: bool,
 }

@@ -31,14 +31,14 @@ pub struct SimulateArguments {
     /// Recording whose measured force drives the joint, from its first sample
     #[arg(long, value_name = "PATH", conflicts_with_all = ["force", "pressures", "air_masses", "duration"])]
     pub data: Option<PathBuf>,
-    /// Made-up force on the joint at rest: constant:A=N, step:A=N,t=S, sine:A=N,f=HZ or
+    /// Synthetic force on the joint at rest: constant:A=N, step:A=N,t=S, sine:A=N,f=HZ or
     /// chirp:A=N,f0=HZ,f1=HZ (A in N)
     #[arg(long, value_name = "SPEC", required_unless_present = "data")]
     pub force: Option<String>,
-    /// Length of a made-up run, s
+    /// Duration of a synthetic run, s
     #[arg(long, value_name = "S", default_value_t = 10.0, allow_negative_numbers = true)]
     pub duration: f64,
-    /// Samples per second of a made-up run
+    /// Samples per second of a synthetic run
     #[arg(long, value_name = "HZ", default_value_t = 1000.0, allow_negative_numbers = true)]
     pub rate: f64,
     /// Sealed pressures of flexor and extensor at x = 0, kPa absolute [default: 412,412]
@@ -64,7 +64,7 @@ pub struct SimulateArguments {
     /// them)
     #[arg(long = "effect", value_name = "ID:NAME=VALUE,…")]
     pub effects: Vec<String>,
-    /// Where the trajectory goes: .csv or .npz
+    /// File for the trajectory: .csv or .npz
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
     /// Also write a report with figures
@@ -78,7 +78,7 @@ pub struct SimulateArguments {
     pub solver: SolverOptions,
 }
 
-/// Sealed pressures of a made-up run if none are given, kPa absolute (45 psi gauge).
+/// Sealed pressures of a synthetic run if none are given, kPa absolute (45 psi gauge).
 const DEFAULT_PRESSURE_KPA: f64 = 412.0;
 
 impl RunCommand for SimulateArguments {
@@ -195,7 +195,7 @@ impl Run {
     }
 }
 
-/// A run of the joint at rest at x = 0 under a made-up force.
+/// A run of the joint at rest at x = 0 under a synthetic force.
 fn made_up(arguments: &SimulateArguments, saved: &SavedModel) -> Result<Subject, CliError> {
     let spec = arguments.force.as_deref().unwrap_or_default();
     let (duration, rate) = (arguments.duration, arguments.rate);

@@ -58,13 +58,13 @@ pub struct TrainArguments {
     /// Method.
     #[arg(long, value_name = "NAME", conflicts_with = "resume", help = methods())]
     pub method: Option<String>,
-    /// Go on with the run in the folder, from its last checkpoint and with its curriculum
+    /// Resume the run in the folder, from its last checkpoint and with its curriculum
     #[arg(long, conflicts_with = "overrides")]
     pub resume: bool,
     /// Seconds between checkpoints
     #[arg(long, default_value_t = 10.0, value_name = "S")]
     pub checkpoint_s: f64,
-    /// Print the curriculum as TOML and do nothing
+    /// Print the curriculum as TOML and exit
     #[arg(long)]
     pub print: bool,
     /// How recordings are read.
@@ -80,7 +80,7 @@ fn curricula() -> String {
 /// Help of `pam train --method`.
 fn methods() -> String {
     format!(
-        "How the equations are solved: exact (leaky_relu or relu), {}, or auto; the same as --set \
+        "Solver: exact (leaky_relu or relu), {}, or auto; the same as --set \
          solver.method=NAME",
         Tableau::NAMES.join(", ")
     )

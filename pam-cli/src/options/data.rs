@@ -16,20 +16,20 @@ use std::path::{Path, PathBuf};
 /// How recordings are read.
 #[derive(Debug, Clone, Args)]
 pub struct DataOptions {
-    /// Source of the sealed air masses; masses that a file gives always win
+    /// Source of the sealed air masses; masses in a file take precedence
     #[arg(long, value_parser = choice::<MassChoice>(), default_value = "auto", value_name = "SOURCE")]
     pub masses: MassChoice,
     /// Single-muscle surfaces (poly44_all_fits.mat)
     #[arg(long, value_name = "FILE")]
     pub surfaces: Option<PathBuf>,
-    /// Filter CSV and .npz data like a raw log and take the velocity anew
+    /// Filter CSV and .npz data like a raw log and recompute the velocity
     #[arg(long)]
     pub preprocess: bool,
     /// Change a constant of the raw-log loader, for example cutoff_hz=10 or search_from_row=0; may
     /// be given several times
     #[arg(long = "loader", value_name = "KEY=VALUE")]
     pub loader: Vec<String>,
-    /// The zero of the pressures of CSV, .npz and .mat data; raw logs are gauge
+    /// Reference of the pressures of CSV, .npz and .mat data; raw logs are gauge
     #[arg(long, alias = "mat-pressure", value_parser = choice::<PressureReference>(), default_value = "auto", value_name = "REFERENCE")]
     pub pressure: PressureReference,
 }

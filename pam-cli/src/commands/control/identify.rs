@@ -70,7 +70,7 @@ pub struct IdentifyArguments {
     /// Force of the pulses, N
     #[arg(long, value_name = "N", default_value_t = 90.0, allow_negative_numbers = true)]
     pub pulse_force: f64,
-    /// Time from the start of a pulse that counts, ms
+    /// Time from the start of a pulse that is fitted, ms
     #[arg(long, value_name = "MS", default_value_t = 150.0, allow_negative_numbers = true)]
     pub window: f64,
     /// How often a cycle is repeated, each time with another seed

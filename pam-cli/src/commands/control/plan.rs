@@ -44,7 +44,7 @@ pub struct PlanArguments {
     /// 150, sine:mean=150,A=10,f=0.1, or steps:140/150/160,hold=50 (N/mm, Hz, s)
     #[arg(long, value_name = "SPEC", allow_negative_numbers = true)]
     pub stiffness: Option<String>,
-    /// External force that is expected, N
+    /// Expected external force, N
     #[arg(long, value_name = "N", default_value_t = 0.0, allow_negative_numbers = true)]
     pub load: f64,
     /// Samples per second

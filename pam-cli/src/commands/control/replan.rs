@@ -38,13 +38,13 @@ pub struct ReplanArguments {
     /// Load step, N
     #[arg(long, value_name = "N", default_value_t = 40.0, allow_negative_numbers = true)]
     pub load: f64,
-    /// When the load steps, s
+    /// Time of the load step, s
     #[arg(long, value_name = "S", default_value_t = 4.0, allow_negative_numbers = true)]
     pub load_at: f64,
-    /// Change of the wanted displacement that the table does not know, mm
+    /// Change of the target displacement that the table does not know, mm
     #[arg(long, value_name = "MM", default_value_t = 0.0, allow_negative_numbers = true)]
     pub shift: f64,
-    /// When the wanted displacement changes, s
+    /// Time at which the target displacement changes, s
     #[arg(long, value_name = "S", default_value_t = 8.0, allow_negative_numbers = true)]
     pub shift_at: f64,
     /// Parameters of the rig: default, measured (as rough as the published real run), or a TOML file; what that leaves

@@ -39,7 +39,7 @@ pub struct InspectArguments {
     /// Model whose gas law gives the masses [default: datasheet parameters]
     #[arg(long, value_name = "MODEL")]
     pub model: Option<PathBuf>,
-    /// Write report.html, with a picture for every check, into this folder
+    /// Write report.html, with a figure for every check, to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 /// Arguments of `pam rig protocol`.
 #[derive(Debug, Args)]
 pub struct RigProtocolArguments {
-    /// A protocol that comes with the rig
+    /// A built-in protocol
     #[arg(value_name = "NAME", value_parser = PossibleValuesParser::new(Protocol::BUILT_IN))]
     pub name: Option<String>,
 }

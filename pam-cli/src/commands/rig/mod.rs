@@ -16,7 +16,7 @@ use std::process::ExitCode;
 /// Commands of the virtual rig.
 #[derive(Debug, Subcommand)]
 pub enum RigCommand {
-    /// Carry out a protocol and write raw logs and the sealed ground truth
+    /// Run a protocol and write raw logs and the sealed ground truth
     Record(RigRecordArguments),
     /// List the effects that can be hidden in the rig, with parameters and units
     ListEffects,
@@ -24,7 +24,7 @@ pub enum RigCommand {
     Protocol(RigProtocolArguments),
     /// Print the rig's parameters as TOML, for --rig
     Parameters(RigParametersArguments),
-    /// Measure on the rig what is published about the joint
+    /// Measure the published observables on the rig
     Observables(RigObservablesArguments),
 }
 

@@ -38,13 +38,13 @@ pub struct RigRecordArguments {
     /// Parts to make ideal, separated by commas
     #[arg(long, value_delimiter = ',', value_name = "PARTS", value_parser = parts())]
     pub ideal: Vec<String>,
-    /// Write no truth of the samples, only the settings
+    /// Write no ground truth of the samples, only the settings
     #[arg(long)]
     pub no_truth: bool,
-    /// Replace recordings that were made with other settings
+    /// Replace recordings made with other settings
     #[arg(long)]
     pub overwrite: bool,
-    /// Folder for the logs; recordings of an interrupted run that are there are kept
+    /// Folder for the logs; existing recordings of an interrupted run are kept
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Also write a report with figures
@@ -60,7 +60,7 @@ fn parts() -> PossibleValuesParser {
 /// Help of `pam rig record --protocol`.
 fn protocols() -> String {
     format!(
-        "A protocol that comes with the rig ({}), or a TOML file",
+        "A built-in protocol ({}), or a TOML file",
         Protocol::BUILT_IN.join(", ")
     )
 }
