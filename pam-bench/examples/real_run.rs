@@ -1,5 +1,5 @@
 //! The picture of README and book: force over displacement of the published run, with the model's prediction before and after
-//! the diagnosis, on the part of the run that is held out.
+//! the diagnosis, over the last cycle of the run. The errors in the titles are those of the held-out last third.
 //!
 //! ```sh
 //! results real_run        # or its commands, see results/real_run.json
@@ -14,6 +14,8 @@ use std::path::Path;
 
 /// Size of one panel, px.
 const PANEL: (u32, u32) = (400, 330);
+/// Frequency of the force in the run.
+const FREQUENCY_HZ: f64 = 0.101;
 /// Every how many samples a point is drawn.
 const STRIDE: usize = 20;
 
@@ -22,9 +24,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let diagnosis: Value =
         serde_json::from_str(&std::fs::read_to_string("target/real-run/diagnosis.json")?)?;
     let number = |pointer: &str| diagnosis.pointer(pointer).and_then(Value::as_f64);
-    let from_s = number("/test/from_s").ok_or("the diagnosis kept the end of the run")?;
     let rmse = |pointer: &str| number(pointer).ok_or("the diagnosis has errors of x");
     let measured = read("data/published/data.mat")?;
+    let end_s = measured.time_s.last().copied().ok_or("the run has samples")?;
+    let from_s = end_s - 1.0 / FREQUENCY_HZ;
     let panels = [
         ("Published model", "real-run-published", "model", Role::Predicted, rmse("/gain/x/rmse_before")?),
         ("With the causes found", "real-run-extended", "extended model", Role::Category(0), rmse("/gain/x/rmse_after")?),
@@ -34,8 +37,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         2 * PANEL.0,
         PANEL.1
     );
-    for (k, (title, folder, label, role, rmse_mm)) in panels.into_iter().enumerate() {
-        let predicted = read(&format!("target/{folder}/predictions/data.csv"))?;
+    let predictions = panels.each_ref().map(|p| read(&format!("target/{}/predictions/data.csv", p.1)));
+    let [model, extended] = predictions;
+    let predictions = [model?, extended?];
+    let displacements: Vec<f64> = predictions
+        .iter()
+        .flat_map(|predicted| points(&measured, predicted, from_s))
+        .map(|(_, x)| x)
+        .collect();
+    for (k, (title, _, label, role, rmse_mm)) in panels.into_iter().enumerate() {
+        let predicted = &predictions[k];
         let figure = LineFigure::new(
             &format!("{title}: error {rmse_mm:.2} mm"),
             "force (N)",
@@ -44,7 +55,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             PANEL.1,
         )
         .with("measured", Role::Measured, points(&measured, &measured, from_s))
-        .with(label, role, points(&measured, &predicted, from_s));
+        .with(label, role, points(&measured, predicted, from_s))
+        .covering(displacements.iter().copied());
         let panel = figure.to_svg();
         let x = k as u32 * PANEL.0;
         svg += &panel.replacen("<svg ", &format!("<svg x=\"{x}\" "), 1);

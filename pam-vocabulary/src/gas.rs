@@ -16,6 +16,7 @@ const GAS: EffectInfo = EffectInfo::new("", Group::Gas, "", &[]);
 pub(crate) const EFFECTS: &[EffectInfo] = &[
     EffectInfo {
         id: "leak",
+        name: "air leak",
         description: "air that leaks out of the chambers",
         parameters: &[
             ParameterInfo::linear("flexor_rate_per_s", LEAK_PER_S)
@@ -28,6 +29,7 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
     },
     EffectInfo {
         id: "polytropic_gas",
+        name: "non-isothermal air",
         description: "pressure that follows a power of the volume other than the isothermal one",
         // Air alone has 1 to 1.4; dead volume and the expansion of the wall lower what is seen.
         parameters: &[ParameterInfo::linear("exponent", [0.5, 2.0])
@@ -39,6 +41,7 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
     },
     EffectInfo {
         id: "geometry_coefficient",
+        name: "wrong muscle geometry",
         description: "deformation coefficient ν of the chambers that is off by a factor",
         // ν is above 1/2 for any braid that shortens under pressure.
         parameters: &[ParameterInfo::linear("relative", [-0.6, 2.0])

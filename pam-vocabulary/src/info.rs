@@ -85,6 +85,8 @@ pub struct Switch {
 pub struct EffectInfo {
     /// Id in files, reports and on the command line; never changes once released.
     pub id: &'static str,
+    /// Plain name for headings and sentences; the words of the id where it is empty.
+    pub name: &'static str,
     /// Group.
     pub group: Group,
     /// One line: a noun phrase that fits into a sentence.
@@ -106,7 +108,19 @@ impl EffectInfo {
         description: &'static str,
         parameters: &'static [ParameterInfo],
     ) -> Self {
-        Self { id, group, description, parameters, switches: &[], excited_by: "" }
+        Self { id, name: "", group, description, parameters, switches: &[], excited_by: "" }
+    }
+
+    /// The plain name: "dry friction" for `coulomb_friction`.
+    #[must_use]
+    pub fn plain_name(&self) -> String {
+        if self.name.is_empty() { self.id.replace('_', " ") } else { self.name.to_owned() }
+    }
+
+    /// Sets the plain name.
+    #[must_use]
+    pub const fn named(self, name: &'static str) -> Self {
+        Self { name, ..self }
     }
 
     /// Sets the excitation under which the effect shows best.

@@ -54,6 +54,12 @@ pub fn by_id(id: &str) -> Result<&'static EffectInfo, VocabularyError> {
         .ok_or_else(|| VocabularyError::unknown_effect(id, ALL.iter().map(|e| e.id)))
 }
 
+/// The plain name of an effect: "dry friction" for `coulomb_friction`; the words of the id for effects outside the vocabulary.
+#[must_use]
+pub fn plain_name(id: &str) -> String {
+    by_id(id).map_or_else(|_| id.replace('_', " "), EffectInfo::plain_name)
+}
+
 /// The effect with this id, for constants: `const { entry("leak") }` does not compile if the vocabulary
 /// lacks the id. Use [`by_id`] for ids that are not known at compile time.
 ///

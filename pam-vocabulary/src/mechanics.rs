@@ -13,6 +13,7 @@ const MECHANICS: EffectInfo = EffectInfo::new("", Group::Mechanics, "", &[]);
 pub(crate) const EFFECTS: &[EffectInfo] = &[
     EffectInfo {
         id: "coulomb_friction",
+        name: "dry friction",
         description: "dry friction that opposes the motion and sticks at rest",
         parameters: &[ParameterInfo::linear("force_n", RESISTANCE_N)
             .meaning("friction force while the joint slides; the largest one while it sticks")],
@@ -21,6 +22,7 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
     },
     EffectInfo {
         id: "stribeck_friction",
+        name: "Stribeck friction",
         description: "dry friction that is higher near standstill",
         parameters: &[
             ParameterInfo::linear("coulomb_n", RESISTANCE_N)
@@ -37,6 +39,7 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
     },
     EffectInfo {
         id: "load_friction",
+        name: "load-dependent friction",
         description: "dry friction that grows with the tension of the tendons",
         parameters: &[
             // 1 kN, as of the other frictions, at the 200 kPa mean gauge pressure of the published experiments.
@@ -111,6 +114,7 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
     },
     EffectInfo {
         id: "cogging",
+        name: "position-periodic force",
         description: "force periodic in the position",
         parameters: &[
             ParameterInfo::linear("force_n", FORCE_N)
@@ -144,6 +148,7 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
     },
     EffectInfo {
         id: "stiffness_scale",
+        name: "wrong stiffness",
         description: "restoring force that is off by a constant factor",
         parameters: &[ParameterInfo::linear("relative", [-0.9, 5.0])
             .meaning("restoring force `f · (1 + relative)`")],

@@ -22,6 +22,7 @@ const SENSING: EffectInfo = EffectInfo::new("", Group::Sensing, "", &[]);
 pub(crate) const EFFECTS: &[EffectInfo] = &[
     EffectInfo {
         id: "force_gain",
+        name: "wrong force gain",
         description: "real force that differs from the commanded one by a factor",
         parameters: &[ParameterInfo::linear("relative", RELATIVE)
             .meaning("real force = (1 + relative) · commanded force")],
@@ -71,6 +72,7 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
     },
     EffectInfo {
         id: "pressure_bias",
+        name: "pressure offset",
         description: "offset of the pressure sensors",
         parameters: &[
             ParameterInfo::linear("flexor_kpa", PRESSURE_BIAS_KPA)
@@ -83,6 +85,7 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
     },
     EffectInfo {
         id: "pressure_gain",
+        name: "wrong pressure gain",
         description: "pressure sensors that are off by a factor",
         parameters: &[
             ParameterInfo::linear("flexor_relative", PRESSURE_RELATIVE)
@@ -96,6 +99,7 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
     },
     EffectInfo {
         id: "position_offset",
+        name: "displacement offset",
         description: "offset of the position sensor",
         parameters: &[ParameterInfo::linear("offset_mm", [-20.0, 20.0])
             .meaning("measured − true displacement")],
@@ -104,6 +108,7 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
     },
     EffectInfo {
         id: "position_gain",
+        name: "wrong displacement gain",
         description: "position sensor that is off by a factor",
         parameters: &[ParameterInfo::linear("relative", RELATIVE)
             .meaning("measured = (1 + relative) · true displacement")],
@@ -112,6 +117,7 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
     },
     EffectInfo {
         id: "position_sensor_lag",
+        name: "displacement sensor lag",
         description: "first-order low-pass on the position reading",
         parameters: &[ParameterInfo::scale("cutoff_hz", CUTOFF_HZ)
             .meaning("cutoff of `1/(1 + s/(2π cutoff_hz))`")],
@@ -120,6 +126,7 @@ pub(crate) const EFFECTS: &[EffectInfo] = &[
     },
     EffectInfo {
         id: "position_delay",
+        name: "displacement delay",
         description: "pure delay of the position reading",
         parameters: &[ParameterInfo::linear("delay_ms", DELAY_MS)
             .meaning("measured displacement at t = true displacement at t − delay_ms")],

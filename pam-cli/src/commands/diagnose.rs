@@ -11,7 +11,7 @@ use indicatif::ProgressBar;
 use pam_data::atomic::write_atomic;
 use pam_data::models::save_model;
 use pam_data::{DataError, SavedModel, Subject};
-use pam_diagnose::report::{ReportContext, diagnosis_report, verdict_sentence};
+use pam_diagnose::report::{ReportContext, diagnosis_report, plain_name, verdict_sentence};
 use pam_diagnose::{
     DiagnoseError, DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage,
     diagnose,
@@ -262,7 +262,7 @@ fn show(bar: &ProgressBar, stage: Stage, share: f64) {
     bar.set_position((1000.0 * (from + share * (to - from))) as u64);
 }
 
-/// Prints what was found.
+/// Prints the result.
 pub fn finish(diagnosis: &JointDiagnosis, folder: impl AsRef<Path>, console: &Console) {
     let folder = folder.as_ref();
     console.json(&diagnosis.to_json(&folder.join("model.safetensors").display().to_string()));
@@ -270,9 +270,9 @@ pub fn finish(diagnosis: &JointDiagnosis, folder: impl AsRef<Path>, console: &Co
     for cause in &diagnosis.causes {
         if !cause.confusable_with.is_empty() {
             console.text(format!(
-                "{} is confusable with {} in these recordings.",
-                cause.effect,
-                cause.confusable_with.join(", ")
+                "These recordings do not distinguish {} from {}.",
+                plain_name(&cause.effect),
+                cause.confusable_with.iter().map(|id| plain_name(id)).collect::<Vec<_>>().join(", ")
             ));
         }
     }

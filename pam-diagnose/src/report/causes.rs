@@ -1,16 +1,17 @@
-//! The candidates against each other.
+//! The named causes, and the ranking of the candidates.
 
 use super::percent;
 use crate::diagnosis::Diagnosis;
 use maud::{Markup, html};
 use pam_report::page::wide_figure;
 use pam_report::{LineFigure, Role};
+use pam_vocabulary::plain_name;
 
 pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
     html! {
         p {
-            "Every candidate was fitted through the simulation, alone and together with others, with the uncertain values \
-             of model and recordings free within their priors. A flexible correction without names removes "
+            "Candidates were fitted through the simulation, alone and together with others, with the uncertain values \
+             of model and recordings free within their priors. A flexible model without names removes "
             (percent(d.explainable.any_correction)) " of the error above the noise on the test set; the named causes \
              remove " (percent(d.explainable.named)) "."
         }
@@ -26,22 +27,22 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
             }
         }
         @for c in &d.causes {
-            h3 { (c.effect) }
+            h3 { (super::headline::capitalised(&plain_name(&c.effect))) }
             p {
                 @if !c.description.is_empty() { (c.description) ": " }
-                (percent(c.share_of_error_removed)) " of the removable error is removed by this cause only. "
+                (percent(c.share_of_error_removed)) " of the removable error is removed by this cause only. Its id is " code { (c.effect) } ". "
                 @if !c.excited_by.is_empty() { "It is excited by " (c.excited_by) ". " }
                 @if c.confusable_with.is_empty() {
                     "No other candidate explains nearly as much in its place."
                 } @else {
-                    "These recordings do not distinguish it well from " (c.confusable_with.join(", "))
+                    "These recordings do not distinguish it well from " (c.confusable_with.iter().map(|id| plain_name(id)).collect::<Vec<_>>().join(", "))
                     ", which would explain nearly as much in its place."
                 }
             }
             @if let Some(k) = &c.stability {
                 @if k.parts.len() > 2 {
                     p { "Fitted to parts of each recording, " code { (k.parameter) } " spreads by "
-                        (format!("{:.1} %", 100.0 * k.relative_spread)) " (half the distance of the quartiles)." }
+                        (format!("{:.1} %", 100.0 * k.relative_spread)) " (half the interquartile range)." }
                     (wide_figure(parts(k), "The value in each part of each recording; a real cause has one value."))
                 }
             }
@@ -51,7 +52,7 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
             tr { th { "candidate" } th { "share of the error it removes alone" } th { "fitted values" } th.text { "ends at a limit" } }
             @for r in &d.ranking {
                 tr {
-                    td { (r.effect) } td { (format!("{:.1} %", 100.0 * r.score)) }
+                    td { (plain_name(&r.effect)) } td { (format!("{:.1} %", 100.0 * r.score)) }
                     td { (r.values.iter().map(|v| pam_core::units::significant(*v, 4)).collect::<Vec<_>>().join(", ")) }
                     td.text { (r.at_limit.join(", ")) }
                 }

@@ -2,13 +2,17 @@
 
 mod causes;
 mod error_reduction;
+mod headline;
+mod location;
 mod residual;
 
 use crate::diagnosis::Diagnosis;
 use crate::verdict::Verdict;
+use headline::Headline;
 use maud::{Markup, html};
 use pam_core::units::significant;
 use pam_report::page::{card, number, page};
+pub use pam_vocabulary::plain_name;
 
 /// Model and program, as the report names them.
 #[derive(Debug, Clone, Default)]
@@ -44,12 +48,17 @@ pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContex
         (error_reduction::section(d))
     };
     let title = match d.verdict {
-        Verdict::NothingFound => "Diagnosis: nothing found".to_owned(),
-        Verdict::Unexplained => "Diagnosis: an error that no listed cause explains".to_owned(),
-        Verdict::Unconfirmed => "Diagnosis: a cause that the test data do not confirm".to_owned(),
-        Verdict::ModelInadequate => "Diagnosis: the model is too inaccurate to tell".to_owned(),
+        Verdict::NothingFound => "Diagnosis: no fault found".to_owned(),
+        Verdict::Unexplained => "Diagnosis: no listed cause explains the error".to_owned(),
+        Verdict::Unconfirmed => "Diagnosis: the test data confirm no cause".to_owned(),
+        Verdict::ModelInadequate => "Diagnosis: the model is too inaccurate for a diagnosis".to_owned(),
         Verdict::Explained | Verdict::PartlyExplained => {
-            format!("Diagnosis: {}", d.named().join(", "))
+            let names = headline::capitalised(&headline::names(&d.causes));
+            let verb = if d.causes.len() == 1 { "reduces" } else { "reduce" };
+            match Headline::of(d) {
+                Some(h) => format!("{names} {verb} the error of {} by {}", h.output, percent(h.reduction())),
+                None => format!("Diagnosis: {names}"),
+            }
         }
     };
     let line = format!("Model {}. {}", context.model, context.model_line);
@@ -64,26 +73,24 @@ fn percent(share: f64) -> String {
 /// The outcome in one paragraph.
 #[must_use]
 pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
-    let causes: Vec<String> = d
-        .causes
-        .iter()
-        .map(|c| {
-            let values: Vec<String> = c
-                .parameters
-                .iter()
-                .map(|(name, i)| {
-                    let n = |v| significant(v, 3);
-                    format!("{name} = {} [{}, {}]", n(i.value), n(i.ci95[0]), n(i.ci95[1]))
-                })
-                .collect();
-            format!("{} ({})", c.effect, values.join(", "))
-        })
-        .collect();
     let (named, any) = (percent(d.explainable.named), percent(d.explainable.any_correction));
-    let removes = format!(
-        "{}: removes {named} of the squared error above the noise on the test set",
-        causes.join(" and ")
+    let verb = if d.causes.len() == 1 { "reduces" } else { "reduce" };
+    let causes = headline::capitalised(&headline::with_values(&d.causes));
+    let reduction = Headline::of(d).map_or_else(String::new, |h| {
+        let n = |v| significant(v, 3);
+        format!(
+            " {verb} the RMSE of {} on the test set from {} to {} {}, by {}",
+            h.output,
+            n(h.before),
+            n(h.after),
+            h.unit,
+            percent(h.reduction())
+        )
+    });
+    let shares = format!(
+        " Of the squared error above the noise in all channels, {named} is removed; a flexible model without names removes {any}."
     );
+    let more = format!("{}{}", headline::worse(d), headline::minor(d));
     let because = if d.reasons.is_empty() {
         String::new()
     } else {
@@ -97,24 +104,24 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
         }
         Verdict::Unexplained => format!(
             "There is an error, and no listed cause explains it: the best candidate alone, {}, removes {} \
-             of the squared error. A flexible correction without names removes {any} of what is above the noise.{because}",
-            d.ranking.first().map_or("none", |r| &r.effect),
+             of the squared error. A flexible model without names removes {any} of the squared error above the noise.{because}",
+            d.ranking.first().map_or_else(|| "none".into(), |r| plain_name(&r.effect)),
             percent(d.ranking.first().map_or(0.0, |r| r.score)),
         ),
         Verdict::Unconfirmed => format!(
-            "Something seems to be at work, most likely {}, but the test data do not confirm it. Record more data.{because}",
-            d.refused.first().map_or("none of the candidates", |r| &r.effect),
+            "The recordings suggest a cause, most likely {}, but the test data do not confirm it. Record more data.{because}",
+            d.refused.first().map_or_else(|| "none of the candidates".into(), |r| plain_name(&r.effect)),
         ),
         Verdict::ModelInadequate => format!(
             "The model's own errors on the baseline recordings are as large as the errors in these data, so a fault cannot be \
-             told from them. Train the model further, or record where it is accurate.{because}"
+             distinguished from them. Train the model further, or record where it is accurate.{because}"
         ),
         Verdict::Explained => {
-            format!("{removes} (a flexible correction without names: {any}). What is left is noise.")
+            format!("{causes}{reduction}. The remaining error is noise.{more}{shares}")
         }
-        Verdict::PartlyExplained => format!(
-            "{removes} (a flexible correction without names: {any}), but it is not all.{because}"
-        ),
+        Verdict::PartlyExplained => {
+            format!("{causes}{reduction}, but a part of the error remains.{more}{shares}{because}")
+        }
     }
 }
 
@@ -129,8 +136,9 @@ fn summary<M: ReportModel>(d: &Diagnosis<M>) -> Markup {
                     &format!("{} RMSE, test set", o.name)))
             }
             (card(&percent(overall.error_reduction),
-                &format!("less error [{:.0}, {:.0}] %", 100.0 * overall.ci95[0], 100.0 * overall.ci95[1])))
+                &format!("less error in all fitted channels together [{:.0}, {:.0}] %", 100.0 * overall.ci95[0], 100.0 * overall.ci95[1])))
         }
+        (location::figure(&d.causes))
         p { "Fitted: " (d.fitted.join(", ")) ". " (d.validation.sentence()) " " (d.test.sentence()) }
         (d.model.notes())
     }
@@ -138,7 +146,7 @@ fn summary<M: ReportModel>(d: &Diagnosis<M>) -> Markup {
 
 fn changes<M: ReportModel>(d: &Diagnosis<M>) -> Markup {
     if d.causes.is_empty() {
-        return html! { p { "Nothing: the model stays as it is." } };
+        return html! { p { "Nothing: the model stays unchanged." } };
     }
     let n = |v: f64| significant(v, 4);
     html! {
@@ -147,7 +155,7 @@ fn changes<M: ReportModel>(d: &Diagnosis<M>) -> Markup {
             tr { th { "cause" } th { "parameter" } th { "value" } th { "95 % interval" } th.text { "meaning" } }
             @for c in &d.causes { @for (k, (name, i)) in c.parameters.iter().enumerate() {
                 tr {
-                    td { @if k == 0 { (c.effect) } }
+                    td { @if k == 0 { (plain_name(&c.effect)) } }
                     td { (name) }
                     td { (n(i.value)) }
                     td { (n(i.ci95[0])) " to " (n(i.ci95[1])) }

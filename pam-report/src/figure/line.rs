@@ -37,6 +37,8 @@ pub struct LineFigure {
     pub verticals: Vec<(f64, Role)>,
     /// Stretches of the horizontal axis, behind everything.
     pub bands: Vec<Band>,
+    /// Values that the vertical axis covers besides the points: figures that share them have the same axis.
+    pub covers: Vec<f64>,
     /// Width, px.
     pub width: u32,
     /// Height, px.
@@ -57,6 +59,7 @@ impl LineFigure {
             series: Vec::new(),
             verticals: Vec::new(),
             bands: Vec::new(),
+            covers: Vec::new(),
             width,
             height,
         }
@@ -92,6 +95,13 @@ impl LineFigure {
         points: Vec<(f64, f64)>,
     ) -> Self {
         self.series.push(Series { label: label.into(), points, role, stroke });
+        self
+    }
+
+    /// The figure with a vertical axis that covers these values too.
+    #[must_use]
+    pub fn covering(mut self, values: impl IntoIterator<Item = f64>) -> Self {
+        self.covers.extend(values);
         self
     }
 
@@ -135,7 +145,8 @@ impl LineFigure {
         // The names of bands stand above the lines.
         let named = f64::from(TEXT + 6) / f64::from(self.height.max(160) - 85);
         let margin = if self.bands.is_empty() { 0.06 } else { named.max(0.06) };
-        let y_axis = self.y_scale.axis(places().map(|p| p.1), margin, ticks.1);
+        let covered = self.covers.iter().map(|&y| self.y_scale.place(y)).filter(|y| y.is_finite());
+        let y_axis = self.y_scale.axis(places().map(|p| p.1).chain(covered), margin, ticks.1);
         let spans = (x_axis.span(), y_axis.span());
         let (x_range, y_range) = ((x_axis.low, x_axis.high), (y_axis.low, y_axis.high));
         let header = draw_header(&root, &self.title, &self.series, self.width)?;

@@ -1,0 +1,134 @@
+//! The headline of a diagnosis, in words.
+
+use super::percent;
+use crate::diagnosis::Diagnosis;
+use crate::verdict::Cause;
+use pam_core::units::significant;
+use pam_vocabulary::plain_name;
+
+/// Relative rise of the RMSE of a channel from which the report says that it became worse.
+const WORSE: f64 = 0.02;
+
+/// The headline figure of a diagnosis: the RMSE of the first output, the displacement of a joint, on the test set.
+pub(super) struct Headline {
+    /// Name of the output.
+    pub output: String,
+    /// Its unit.
+    pub unit: String,
+    /// RMSE of the model.
+    pub before: f64,
+    /// RMSE of the extended model.
+    pub after: f64,
+}
+
+impl Headline {
+    pub(super) fn of<M>(d: &Diagnosis<M>) -> Option<Self> {
+        let (output, channel) = (d.outputs.first()?, d.error_reduction.channels.first()?);
+        Some(Self {
+            output: output.name.clone(),
+            unit: output.unit.clone(),
+            before: channel.rmse_before,
+            after: channel.rmse_after,
+        })
+    }
+
+    /// `1 − RMSE after / RMSE before`.
+    pub(super) fn reduction(&self) -> f64 {
+        if self.before > 0.0 { 1.0 - self.after / self.before } else { 0.0 }
+    }
+}
+
+/// The names of causes in a sentence: "dry friction and constant load".
+pub(super) fn names(causes: &[Cause]) -> String {
+    joined(&causes.iter().map(|c| plain_name(&c.effect)).collect::<Vec<_>>())
+}
+
+/// Items with commas, and "and" before the last.
+fn joined(items: &[String]) -> String {
+    match items {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// A sentence with a capital letter.
+pub(super) fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |c| c.to_uppercase().chain(letters).collect())
+}
+
+/// The causes with their values: "dry friction (force 41.9 N [36.4, 47.5])".
+pub(super) fn with_values(causes: &[Cause]) -> String {
+    let cause = |c: &Cause| {
+        let values: Vec<String> = c
+            .parameters
+            .iter()
+            .map(|(name, i)| {
+                let (name, unit) = quantity(name);
+                let n = |v| significant(v, 3);
+                let space = if unit.is_empty() { "" } else { " " };
+                format!("{name} {}{space}{unit} [{}, {}]", n(i.value), n(i.ci95[0]), n(i.ci95[1]))
+            })
+            .collect();
+        format!("{} ({})", plain_name(&c.effect), values.join(", "))
+    };
+    joined(&causes.iter().map(cause).collect::<Vec<_>>())
+}
+
+/// A parameter's name in words, and the unit at its end: `velocity_mm_s` is velocity in mm/s.
+fn quantity(name: &str) -> (String, &'static str) {
+    const UNITS: [(&str, &str); 13] = [
+        ("_n_per_mm", "N/mm"),
+        ("_ns_m", "N s/m"),
+        ("_per_s", "1/s"),
+        ("_percent_per_min", "% per minute"),
+        ("_per_min", "per minute"),
+        ("_mm_s", "mm/s"),
+        ("_kpa", "kPa"),
+        ("_mm", "mm"),
+        ("_ms", "ms"),
+        ("_kg", "kg"),
+        ("_hz", "Hz"),
+        ("_n", "N"),
+        ("_s", "s"),
+    ];
+    for (suffix, unit) in UNITS {
+        if let Some(stem) = name.strip_suffix(suffix) {
+            return (stem.replace('_', " "), unit);
+        }
+    }
+    (name.replace('_', " "), "")
+}
+
+/// What became worse on the test set, in a sentence; empty if nothing did.
+pub(super) fn worse<M>(d: &Diagnosis<M>) -> String {
+    let worse = d.error_reduction.channels.iter().filter(|c| c.rmse_after > (1.0 + WORSE) * c.rmse_before);
+    let each = worse.map(|c| format!("{} by {}", c.label, percent(c.rmse_after / c.rmse_before - 1.0)));
+    let each = joined(&each.collect::<Vec<_>>());
+    if each.is_empty() { each } else { format!(" The error became larger in {each}.") }
+}
+
+/// Minor causes in a sentence; empty if there are none.
+pub(super) fn minor<M>(d: &Diagnosis<M>) -> String {
+    if d.minor.is_empty() {
+        return String::new();
+    }
+    format!(" Minor, with next to no influence on the error: {}.", with_values(&d.minor))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{capitalised, joined, quantity};
+
+    #[test]
+    fn names_and_units_are_words() {
+        assert_eq!(quantity("force_n"), ("force".into(), "N"));
+        assert_eq!(quantity("velocity_mm_s"), ("velocity".into(), "mm/s"));
+        assert_eq!(quantity("flexor_rate_per_s"), ("flexor rate".into(), "1/s"));
+        assert_eq!(quantity("exponent"), ("exponent".into(), ""));
+        let words = ["a", "b", "c"].map(String::from);
+        assert_eq!([joined(&words[..1]), joined(&words[..2]), joined(&words)], ["a", "a and b", "a, b and c"]);
+        assert_eq!(capitalised("dry friction"), "Dry friction");
+    }
+}
