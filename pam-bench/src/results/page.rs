@@ -15,14 +15,16 @@ use std::path::{Path, PathBuf};
 
 const END: &str = "<!--/-->";
 
-/// The pages with results: README, CHANGELOG, CONTRIBUTING and the files of `docs/`.
+/// The pages with results: README, CHANGELOG, CONTRIBUTING and the files of `docs/` and `docs/studies/`.
 ///
 /// # Errors
 /// [`ResultsError::File`] if `docs/` cannot be listed.
 pub fn pages(root: &Path) -> Result<Vec<PathBuf>, ResultsError> {
     let docs = root.join("docs");
     let entries = std::fs::read_dir(&docs).map_err(|e| pam_data::DataError::io(&docs, e))?;
+    let studies = std::fs::read_dir(docs.join("studies")).into_iter().flatten();
     let mut pages: Vec<PathBuf> = entries
+        .chain(studies)
         .filter_map(|entry| entry.ok().map(|e| e.path()))
         .filter(|path| path.extension().is_some_and(|e| e == "md"))
         .collect();
