@@ -12,8 +12,8 @@ pub(crate) struct Method {
     pub(crate) a: [[f64; STAGES]; STAGES],
     pub(crate) b: [f64; STAGES],
     pub(crate) error: [f64; STAGES + 1],
-    /// Coefficients of `θ, θ², θ³, θ⁴` of the interpolation weights.
-    interpolant: [[f64; 4]; STAGES + 1],
+    /// Coefficients of the interpolation weights: of θ for each stage, of θ², of θ³ and of θ⁴.
+    interpolant: [[f64; STAGES + 1]; 4],
 }
 
 impl Method {
@@ -26,8 +26,8 @@ impl Method {
             a: std::array::from_fn(|i| std::array::from_fn(|j| at(&t.a[i], j))),
             b: std::array::from_fn(|i| t.b[i]),
             error: std::array::from_fn(|i| at(error, i)),
-            interpolant: std::array::from_fn(|i| {
-                std::array::from_fn(|k| at(&t.interpolant[i], k))
+            interpolant: std::array::from_fn(|k| {
+                std::array::from_fn(|i| at(&t.interpolant[i], k))
             }),
         }
     }
@@ -35,6 +35,16 @@ impl Method {
     /// The interpolation weights at a share of the step.
     #[inline(always)]
     pub(crate) fn weights(&self, theta: f64) -> [f64; STAGES + 1] {
-        self.interpolant.map(|[a, b, c, d]| theta * (a + theta * (b + theta * (c + theta * d))))
+        // By powers across stages: each line is a vector operation.
+        let mut weights = self.interpolant[3];
+        for row in self.interpolant[..3].iter().rev() {
+            for (weight, row) in weights.iter_mut().zip(row) {
+                *weight = *weight * theta + row;
+            }
+        }
+        for weight in &mut weights {
+            *weight *= theta;
+        }
+        weights
     }
 }

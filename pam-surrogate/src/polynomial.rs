@@ -6,7 +6,7 @@
 use pulp::Simd;
 
 /// Nodes, and coefficients, along each direction of a patch.
-pub(crate) const NODES: usize = 8;
+pub(crate) const NODES: usize = 16;
 /// Nodes of a patch.
 pub(crate) const PATCH_NODES: usize = NODES * NODES;
 
@@ -112,10 +112,17 @@ pub(crate) fn highest(terms: &Terms) -> [f64; 2] {
 
 #[inline(always)]
 fn powers(v: f64) -> Row {
+    // Short chains of products.
     let v2 = v * v;
-    let v3 = v2 * v;
     let v4 = v2 * v2;
-    Row([1.0, v, v2, v3, v4, v4 * v, v4 * v2, v4 * v3])
+    let low = [1.0, v, v2, v * v2, v4, v * v4, v2 * v4, v * v2 * v4];
+    let v8 = v4 * v4;
+    let mut row = [0.0; NODES];
+    for (j, low) in low.into_iter().enumerate() {
+        row[j] = low;
+        row[j + 8] = v8 * low;
+    }
+    Row(row)
 }
 
 /// The polynomial at (x, v).
@@ -125,13 +132,17 @@ pub(crate) fn value<S: Simd>(simd: S, terms: &Terms, x: f64, v: f64) -> f64 {
     let powers = powers(v);
     let powers = S::as_simd_f64s(&powers.0).0;
     let count = powers.len();
-    let at = simd.splat_f64s(x);
+    // Even and odd powers of x apart: two chains of half the length.
+    let (at, square) = (simd.splat_f64s(x), simd.splat_f64s(x * x));
     let mut sum = simd.splat_f64s(0.0);
     for (k, &power) in powers.iter().enumerate() {
-        let mut row = rows[(NODES - 1) * count + k];
-        for i in (0..NODES - 1).rev() {
-            row = simd.mul_add_f64s(row, at, rows[i * count + k]);
+        let mut odd = rows[(NODES - 1) * count + k];
+        let mut even = rows[(NODES - 2) * count + k];
+        for i in (0..NODES - 2).rev().step_by(2) {
+            odd = simd.mul_add_f64s(odd, square, rows[i * count + k]);
+            even = simd.mul_add_f64s(even, square, rows[(i - 1) * count + k]);
         }
+        let row = simd.mul_add_f64s(odd, at, even);
         sum = simd.mul_add_f64s(row, power, sum);
     }
     simd.reduce_sum_f64s(sum)
@@ -142,26 +153,41 @@ pub(crate) fn value<S: Simd>(simd: S, terms: &Terms, x: f64, v: f64) -> f64 {
 pub(crate) fn value_and_slopes<S: Simd>(simd: S, terms: &Terms, x: f64, v: f64) -> [f64; 3] {
     let rows = S::as_simd_f64s(&terms.0).0;
     let powers = powers(v);
-    let p = &powers.0;
-    let slopes = Row(std::array::from_fn(|j| if j == 0 { 0.0 } else { j as f64 * p[j - 1] }));
+    let mut slopes = Row([0.0; NODES]);
+    for j in 1..NODES {
+        slopes.0[j] = j as f64 * powers.0[j - 1];
+    }
     let powers = S::as_simd_f64s(&powers.0).0;
     let slopes = S::as_simd_f64s(&slopes.0).0;
     let count = powers.len();
-    let at = simd.splat_f64s(x);
+    // With P(x) = E(x²) + x O(x²): P' = O + 2x (E' + x O').
+    let (at, square) = (simd.splat_f64s(x), simd.splat_f64s(x * x));
+    let twice = simd.splat_f64s(2.0 * x);
     let zero = simd.splat_f64s(0.0);
     let (mut sum, mut along_x, mut along_v) = (zero, zero, zero);
     for (k, (&power, &slope)) in powers.iter().zip(slopes).enumerate() {
-        let mut row = rows[(NODES - 1) * count + k];
-        let mut derivative = zero;
-        for i in (0..NODES - 1).rev() {
-            derivative = simd.mul_add_f64s(derivative, at, row);
-            row = simd.mul_add_f64s(row, at, rows[i * count + k]);
+        let mut odd = rows[(NODES - 1) * count + k];
+        let mut even = rows[(NODES - 2) * count + k];
+        let (mut odd_slope, mut even_slope) = (zero, zero);
+        for i in (0..NODES - 2).rev().step_by(2) {
+            odd_slope = simd.mul_add_f64s(odd_slope, square, odd);
+            even_slope = simd.mul_add_f64s(even_slope, square, even);
+            odd = simd.mul_add_f64s(odd, square, rows[i * count + k]);
+            even = simd.mul_add_f64s(even, square, rows[(i - 1) * count + k]);
         }
+        let row = simd.mul_add_f64s(odd, at, even);
+        let inner = simd.mul_add_f64s(odd_slope, at, even_slope);
+        let derivative = simd.mul_add_f64s(inner, twice, odd);
         sum = simd.mul_add_f64s(row, power, sum);
         along_x = simd.mul_add_f64s(derivative, power, along_x);
         along_v = simd.mul_add_f64s(row, slope, along_v);
     }
-    [sum, along_x, along_v].map(|s| simd.reduce_sum_f64s(s))
+    // Not by a closure: those are compiled without the instruction set.
+    [
+        simd.reduce_sum_f64s(sum),
+        simd.reduce_sum_f64s(along_x),
+        simd.reduce_sum_f64s(along_v),
+    ]
 }
 
 /// Adds `weight · Xⁱ Vʲ` to the cotangent of each coefficient.

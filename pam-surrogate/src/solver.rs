@@ -167,7 +167,7 @@ struct Solved {
 }
 
 /// Root cells along x and along ẋ over the expected motion. Networks bend more often along ẋ.
-const ROOT_CELLS: [f64; 2] = [2.0, 8.0];
+const ROOT_CELLS: [f64; 2] = [1.0, 2.0];
 /// Root cells are at least this large, mm and mm/s.
 const SMALLEST_ROOT: [f64; 2] = [0.05, 0.5];
 /// Most points of the expected motion that are looked at.

@@ -91,6 +91,14 @@ pub(crate) struct MotionSums {
     pub(crate) damping: f64,
 }
 
+/// Slopes of the force at a point, and the patch there.
+#[derive(Debug, Clone, Copy, Default)]
+struct Slopes {
+    patch: usize,
+    by_x: f64,
+    by_v: f64,
+}
+
 /// A trajectory at work.
 pub(crate) struct Motion<'m, 's, 'a> {
     pub(crate) method: &'m Method,
@@ -262,25 +270,31 @@ impl Motion<'_, '_, '_> {
         Ok(())
     }
 
+    /// The patch at a point, and the slopes of the force there by x (mN/mm) and ẋ (kg/s).
+    #[inline(always)]
+    fn slopes<S: Simd>(&mut self, simd: S, at: [f64; 2]) -> Result<Slopes, TooRough> {
+        self.enter(at)?;
+        let [_, by_x, by_v] = self.surface.patches[self.patch].force_and_slopes(simd, at);
+        Ok(Slopes { patch: self.patch, by_x, by_v })
+    }
+
     /// Pulls a cotangent of the rate u̇ at a point back: to the state, to the surface, and to the sums.
     #[inline(always)]
     fn pull_rate<S: Simd>(
         &mut self,
         simd: S,
         at: [f64; 2],
+        slopes: Slopes,
         rate: f64,
         cotangent: f64,
         sums: &mut MotionSums,
-    ) -> Result<[f64; 2], TooRough> {
-        self.enter(at)?;
+    ) -> [f64; 2] {
         let Mechanics { per_mass, damping_kg_s, .. } = self.mechanics;
-        let patch = &mut self.surface.patches[self.patch];
-        let [_, by_x, by_v] = patch.force_and_slopes(simd, at);
         let of_force = -per_mass * cotangent;
-        patch.accumulate(simd, at, of_force);
+        self.surface.patches[slopes.patch].accumulate(simd, at, of_force);
         sums.damping += of_force * at[1];
         sums.per_mass += cotangent * rate / per_mass;
-        Ok([of_force * by_x, of_force * (by_v + damping_kg_s)])
+        [of_force * slopes.by_x, of_force * (slopes.by_v + damping_kg_s)]
     }
 
     /// The derivatives of a loss with these cotangents of the observed states.
@@ -320,6 +334,12 @@ impl Motion<'_, '_, '_> {
                 velocities[i] = u;
                 at[i] = [w + beta * double, u + beta * impulse];
             }
+            // They do not depend on each other, nor on the cotangents: worked out at once.
+            let mut slopes = [Slopes::default(); STAGES + 1];
+            for i in 1..STAGES {
+                slopes[i] = self.slopes(simd, at[i])?;
+            }
+            slopes[STAGES] = self.slopes(simd, after.state)?;
             let mut of_rate = [0.0; STAGES + 1];
             let mut of_velocity = [0.0; STAGES + 1];
             // Cotangent of the state at the start of the step.
@@ -346,8 +366,14 @@ impl Motion<'_, '_, '_> {
                 sums.per_mass += double * x + impulse * v;
             }
             // The stage at the end, at the state there.
-            let [x, v] =
-                self.pull_rate(simd, after.state, after.rates[0], of_rate[STAGES], &mut sums)?;
+            let [x, v] = self.pull_rate(
+                simd,
+                after.state,
+                slopes[STAGES],
+                after.rates[0],
+                of_rate[STAGES],
+                &mut sums,
+            );
             state[0] += x;
             state[1] += v;
             let [impulse, double] = self.forcing.integrals(h);
@@ -361,7 +387,8 @@ impl Motion<'_, '_, '_> {
                 of_rate[i] += h * method.b[i] * of_u;
             }
             for i in (1..STAGES).rev() {
-                let [x, v] = self.pull_rate(simd, at[i], step.rates[i], of_rate[i], &mut sums)?;
+                let [x, v] =
+                    self.pull_rate(simd, at[i], slopes[i], step.rates[i], of_rate[i], &mut sums);
                 let [impulse, double] = integrals[i];
                 sums.per_mass += double * x + impulse * v;
                 let of_u = v + of_velocity[i];
@@ -376,8 +403,9 @@ impl Motion<'_, '_, '_> {
             (state, end_rate) = (before, of_rate[0]);
         }
         if let Some(first) = steps.first() {
+            let slopes = self.slopes(simd, first.state)?;
             let [x, v] =
-                self.pull_rate(simd, first.state, first.rates[0], end_rate, &mut sums)?;
+                self.pull_rate(simd, first.state, slopes, first.rates[0], end_rate, &mut sums);
             state[0] += x;
             state[1] += v;
         }
