@@ -48,13 +48,17 @@ fn main() {
         step: StepChoice::Adaptive { rtol: tolerance, atol: tolerance },
         interpolation: linear,
     };
-    let mut reference = BatchedEngine::<f64>::new(tight(if std::env::var("QUICK").is_ok() {1e-6} else {1e-11}));
+    let mut reference =
+        BatchedEngine::<f64>::new(tight(if std::env::var("QUICK").is_ok() { 1e-6 } else { 1e-11 }));
     let start = Instant::now();
     let truth = reference.value_and_gradient(&request, &loss).expect("a reference");
     println!("reference: {:.2} s, value {:.12e}", start.elapsed().as_secs_f64(), truth.value);
     let count = windows.subjects().len();
     let of_window = |k: usize, engine: &mut BatchedEngine<f64>| -> Vec<f64> {
-        TrajectoryEngine::<pam_core::AnyForce<f64>>::predicted(engine, k).iter().map(|y| y[0]).collect()
+        TrajectoryEngine::<pam_core::AnyForce<f64>>::predicted(engine, k)
+            .iter()
+            .map(|y| y[0])
+            .collect()
     };
     let expected: Vec<Vec<f64>> = (0..count).map(|k| of_window(k, &mut reference)).collect();
     let report = |name: &str, engine: &mut dyn TrajectoryEngine<_>| {

@@ -49,8 +49,7 @@ impl ForceSignal<'_> {
         }
         for k in 0..=last {
             let held = self.interpolation == Interpolation::Hold || k == last;
-            let rate_mn_s =
-                if held { 0.0 } else { (f[k + 1] - f[k]) / (knot(k + 1) - knot(k)) };
+            let rate_mn_s = if held { 0.0 } else { (f[k + 1] - f[k]) / (knot(k + 1) - knot(k)) };
             lines.push(Line { start_s: knot(k), force_mn: f[k], rate_mn_s });
         }
     }

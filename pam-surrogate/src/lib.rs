@@ -15,18 +15,23 @@
 //! | `forcing` | the measured force and its integrals over a step |
 //! | `method` | the Runge–Kutta method |
 //! | `trajectory` | steps forward, their transpose backward |
-//! | `solver` | many trajectories, losses, and the gradient of the sum |
+//! | `run` | one trajectory with its loss |
+//! | `solver` | many trajectories, and the gradient of the sum |
 
 mod forcing;
 mod method;
 mod nodes;
 mod polynomial;
+mod problem;
+mod result;
+mod run;
+mod settings;
 mod solver;
 mod surface;
 mod trajectory;
 
 pub use forcing::ForceSignal;
-pub use solver::{
-    MotionLoss, SurrogateGradient, SurrogateMotion, SurrogateProblem, SurrogateSettings,
-    SurrogateSolver, SurrogateStatistics,
-};
+pub use problem::SurrogateProblem;
+pub use result::{SurrogateGradient, SurrogateStatistics};
+pub use settings::SurrogateSettings;
+pub use solver::{MotionLoss, SurrogateMotion, SurrogateSolver};

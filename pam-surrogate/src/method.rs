@@ -26,9 +26,7 @@ impl Method {
             a: std::array::from_fn(|i| std::array::from_fn(|j| at(&t.a[i], j))),
             b: std::array::from_fn(|i| t.b[i]),
             error: std::array::from_fn(|i| at(error, i)),
-            interpolant: std::array::from_fn(|k| {
-                std::array::from_fn(|i| at(&t.interpolant[i], k))
-            }),
+            interpolant: std::array::from_fn(|k| std::array::from_fn(|i| at(&t.interpolant[i], k))),
         }
     }
 

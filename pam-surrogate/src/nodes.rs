@@ -2,7 +2,34 @@
 
 use pam_autodiff::batch::{BatchNetwork, NetworkBlock, NetworkSums};
 use pam_core::simd::AlignedVec;
-use pam_core::{Activation, NetworkForce};
+use pam_core::{Activation, ForceInput, ForceModel, NetworkForce, SealedMasses};
+
+/// A force with the air of one trajectory, at nodes.
+pub(crate) trait NodeForce {
+    /// The force (mN) at points (mm, mm/s).
+    fn values_into(&mut self, points: &[[f64; 2]], values: &mut [f64]);
+}
+
+/// Any force model, point by point.
+pub(crate) struct PointByPoint<'a, F> {
+    pub(crate) force: &'a F,
+    pub(crate) masses: SealedMasses,
+    pub(crate) work: Vec<f64>,
+}
+
+impl<F: ForceModel<f64>> NodeForce for PointByPoint<'_, F> {
+    fn values_into(&mut self, points: &[[f64; 2]], values: &mut [f64]) {
+        for (value, &[displacement_mm, velocity_mm_s]) in values.iter_mut().zip(points) {
+            let input = ForceInput {
+                displacement_mm,
+                velocity_mm_s,
+                mass_flexor_g: self.masses.flexor_g,
+                mass_extensor_g: self.masses.extensor_g,
+            };
+            *value = self.force.restoring_force_mn(&input, &mut self.work);
+        }
+    }
+}
 
 /// Most points of one pass of the network.
 const BLOCK: usize = 256;
@@ -30,6 +57,7 @@ pub(crate) struct SealedNodes<'a> {
     network: &'a BatchNetwork<f64, Activation>,
     masses_g: [f64; 2],
     bias: Vec<f64>,
+    work: &'a mut NodeWorkspace,
 }
 
 impl NodeNetwork {
@@ -53,52 +81,53 @@ impl NodeNetwork {
         }
     }
 
-    pub(crate) fn sealed(&self, masses_g: [f64; 2]) -> SealedNodes<'_> {
-        SealedNodes { network: &self.network, masses_g, bias: self.network.fold(&masses_g) }
+    pub(crate) fn sealed<'a>(
+        &'a self,
+        masses_g: [f64; 2],
+        work: &'a mut NodeWorkspace,
+    ) -> SealedNodes<'a> {
+        SealedNodes { network: &self.network, masses_g, bias: self.network.fold(&masses_g), work }
     }
 }
 
-impl SealedNodes<'_> {
-    fn write_input(&self, points: &[[f64; 2]], input: &mut [f64]) {
-        for (to, point) in input.chunks_exact_mut(self.network.input_stride()).zip(points) {
-            to[..2].copy_from_slice(point);
-        }
-    }
-
-    /// The force (mN) at points (mm, mm/s).
-    pub(crate) fn values_into(
-        &self,
-        points: &[[f64; 2]],
-        values: &mut [f64],
-        work: &mut NodeWorkspace,
-    ) {
+impl NodeForce for SealedNodes<'_> {
+    fn values_into(&mut self, points: &[[f64; 2]], values: &mut [f64]) {
+        let network = self.network;
         for (points, values) in points.chunks(BLOCK).zip(values.chunks_mut(BLOCK)) {
-            let NodeWorkspace { input, out, block, .. } = work;
-            self.write_input(points, input);
-            self.network.values_into(points.len(), &self.bias, input, out, &mut [], block);
-            for (value, out) in values.iter_mut().zip(out.chunks_exact(self.network.output_stride())) {
+            let NodeWorkspace { input, out, block, .. } = &mut *self.work;
+            write_input(points, network.input_stride(), input);
+            network.values_into(points.len(), &self.bias, input, out, &mut [], block);
+            for (value, out) in values.iter_mut().zip(out.chunks_exact(network.output_stride())) {
                 *value = out[0];
             }
         }
     }
+}
 
+impl SealedNodes<'_> {
     /// Adds to the derivatives by the network's parameters and by the masses, for cotangents of the force at points.
     pub(crate) fn pull_back(
-        &self,
+        &mut self,
         points: &[[f64; 2]],
         cotangents: &[f64],
         parameters: &mut [f64],
         masses: &mut [f64; 2],
-        work: &mut NodeWorkspace,
     ) {
+        let network = self.network;
         for (points, weights) in points.chunks(BLOCK).zip(cotangents.chunks(BLOCK)) {
             let count = points.len();
-            let NodeWorkspace { input, out, ones, slopes, block, sums } = work;
-            self.write_input(points, input);
-            self.network.forward_into(count, &self.bias, input, out, &[], block);
-            self.network.pull_back(count, ones, slopes, &[], block);
-            self.network.accumulate(count, weights, input, ones, &[], sums, block);
+            let NodeWorkspace { input, out, ones, slopes, block, sums } = &mut *self.work;
+            write_input(points, network.input_stride(), input);
+            network.forward_into(count, &self.bias, input, out, &[], block);
+            network.pull_back(count, ones, slopes, &[], block);
+            network.accumulate(count, weights, input, ones, &[], sums, block);
         }
-        self.network.drain_into(&mut work.sums, &self.masses_g, parameters, masses);
+        network.drain_into(&mut self.work.sums, &self.masses_g, parameters, masses);
+    }
+}
+
+fn write_input(points: &[[f64; 2]], stride: usize, input: &mut [f64]) {
+    for (to, point) in input.chunks_exact_mut(stride).zip(points) {
+        to[..2].copy_from_slice(point);
     }
 }

@@ -71,9 +71,9 @@ impl Interpolation {
             }
         }
         let mut terms = Terms::ZERO;
-        for i in 0..NODES {
-            for (weight, row) in m[i].iter().zip(&along_v) {
-                for (out, value) in terms.0[i * NODES..].iter_mut().zip(row) {
+        for (out, m) in terms.0.chunks_exact_mut(NODES).zip(m) {
+            for (weight, row) in m.iter().zip(&along_v) {
+                for (out, value) in out.iter_mut().zip(row) {
                     *out += weight * value;
                 }
             }
@@ -183,11 +183,7 @@ pub(crate) fn value_and_slopes<S: Simd>(simd: S, terms: &Terms, x: f64, v: f64) 
         along_v = simd.mul_add_f64s(row, slope, along_v);
     }
     // Not by a closure: those are compiled without the instruction set.
-    [
-        simd.reduce_sum_f64s(sum),
-        simd.reduce_sum_f64s(along_x),
-        simd.reduce_sum_f64s(along_v),
-    ]
+    [simd.reduce_sum_f64s(sum), simd.reduce_sum_f64s(along_x), simd.reduce_sum_f64s(along_v)]
 }
 
 /// Adds `weight · Xⁱ Vʲ` to the cotangent of each coefficient.

@@ -4,7 +4,7 @@
 //! tolerance is halved, along the direction in which its highest coefficients are larger. Cells that the measured motion
 //! passes are made beforehand, level by level, in large batches of the network; others when the motion enters them.
 
-use crate::nodes::{NodeWorkspace, SealedNodes};
+use crate::nodes::NodeForce;
 use crate::polynomial::{self, Interpolation, NODES, PATCH_NODES, Terms};
 use pulp::Simd;
 
@@ -113,14 +113,14 @@ impl Patch {
 /// Memory that outlives a surface.
 #[derive(Debug, Default)]
 pub(crate) struct SurfaceWorkspace {
-    points: Vec<[f64; 2]>,
-    values: Vec<f64>,
+    /// Nodes (mm, mm/s), and forces or their cotangents there.
+    pub(crate) points: Vec<[f64; 2]>,
+    pub(crate) values: Vec<f64>,
 }
 
 /// The surface of one trajectory.
 #[derive(Debug)]
 pub(crate) struct Surface<'a> {
-    force: &'a SealedNodes<'a>,
     interpolation: &'a Interpolation,
     fidelity: Fidelity,
     /// Middle and width of the first root cell.
@@ -136,14 +136,12 @@ pub(crate) struct Surface<'a> {
 impl<'a> Surface<'a> {
     /// An empty surface whose root cells have a width; one of them is centred at the origin.
     pub(crate) fn new(
-        force: &'a SealedNodes<'a>,
         interpolation: &'a Interpolation,
         fidelity: Fidelity,
         origin: [f64; 2],
         width: [f64; 2],
     ) -> Self {
         Self {
-            force,
             interpolation,
             fidelity,
             origin,
@@ -189,14 +187,14 @@ impl<'a> Surface<'a> {
         &mut self,
         at: [f64; 2],
         memory: &mut SurfaceWorkspace,
-        network: &mut NodeWorkspace,
+        force: &mut dyn NodeForce,
     ) -> Result<usize, TooRough> {
         let root = self.root(at).ok_or(TooRough)?;
         loop {
             let node = self.descend(root, at);
             match self.nodes[node] {
                 Node::Patch(index) => return Ok(index),
-                _ => self.make(&[node], memory, network)?,
+                _ => self.make(&[node], memory, force)?,
             }
         }
     }
@@ -206,7 +204,7 @@ impl<'a> Surface<'a> {
         &mut self,
         path: impl Iterator<Item = [f64; 2]> + Clone,
         memory: &mut SurfaceWorkspace,
-        network: &mut NodeWorkspace,
+        force: &mut dyn NodeForce,
     ) -> Result<(), TooRough> {
         loop {
             let mut unmade = Vec::new();
@@ -231,7 +229,7 @@ impl<'a> Surface<'a> {
             if unmade.is_empty() {
                 return Ok(());
             }
-            self.make(&unmade, memory, network)?;
+            self.make(&unmade, memory, force)?;
         }
     }
 
@@ -240,7 +238,7 @@ impl<'a> Surface<'a> {
         &mut self,
         unmade: &[usize],
         memory: &mut SurfaceWorkspace,
-        network: &mut NodeWorkspace,
+        force: &mut dyn NodeForce,
     ) -> Result<(), TooRough> {
         let SurfaceWorkspace { points, values } = memory;
         points.clear();
@@ -262,14 +260,15 @@ impl<'a> Surface<'a> {
             lattice(cell, &checks, points);
         }
         values.resize(points.len(), 0.0);
-        self.force.values_into(points, values, network);
+        force.values_into(points, values);
         self.evaluations += points.len();
         for ((node, cell), values) in cells.iter().zip(values.chunks_exact(PATCH_POINTS)) {
             let (at_nodes, at_checks) = values.split_at(PATCH_NODES);
             let terms = self.interpolation.terms(at_nodes);
             let expected = |k: usize| value(&terms, checks[k / CHECKS], checks[k % CHECKS]);
             let error = at_checks.iter().enumerate().map(|(k, v)| (v - expected(k)).abs());
-            let error = error.fold(0.0, |worst: f64, e| if e > worst || e.is_nan() { e } else { worst });
+            let error =
+                error.fold(0.0, |worst: f64, e| if e > worst || e.is_nan() { e } else { worst });
             if error <= self.fidelity.error_mn {
                 self.nodes[*node] = Node::Patch(self.patches.len());
                 let half = cell.half_width();
@@ -296,14 +295,8 @@ impl<'a> Surface<'a> {
         Ok(())
     }
 
-    /// Adds to the derivatives by parameters and masses what the cotangents at the patches give.
-    pub(crate) fn pull_back(
-        &self,
-        parameters: &mut [f64],
-        masses: &mut [f64; 2],
-        memory: &mut SurfaceWorkspace,
-        network: &mut NodeWorkspace,
-    ) {
+    /// Leaves in the memory the nodes of the patches that cotangents have come to, and the cotangents of the force there.
+    pub(crate) fn cotangents_into(&self, memory: &mut SurfaceWorkspace) {
         let SurfaceWorkspace { points, values } = memory;
         points.clear();
         values.clear();
@@ -314,7 +307,6 @@ impl<'a> Surface<'a> {
             values.resize(from + PATCH_NODES, 0.0);
             self.interpolation.pull_back(&patch.sums, &mut values[from..]);
         }
-        self.force.pull_back(points, values, parameters, masses, network);
     }
 }
 

@@ -13,8 +13,9 @@
 
 use crate::forcing::{Line, StepForcing};
 use crate::method::{Method, STAGES};
-use crate::nodes::NodeWorkspace;
+use crate::nodes::NodeForce;
 use crate::surface::{Surface, SurfaceWorkspace, TooRough};
+use pam_core::JointModel;
 use pulp::Simd;
 
 /// The joint but for its learned force.
@@ -26,6 +27,18 @@ pub(crate) struct Mechanics {
     pub(crate) damping_kg_s: f64,
     /// |x| at which the motion is given up, mm.
     pub(crate) limit_mm: f64,
+}
+
+impl Mechanics {
+    /// Those of a joint.
+    pub(crate) fn of<F>(model: &JointModel<f64, F>) -> Self {
+        let physical = model.physical();
+        Self {
+            per_mass: physical.mass_kg.recip(),
+            damping_kg_s: model.auxiliary_damping_kg_s,
+            limit_mm: model.geometry.displacement_limit_mm(physical.deformation),
+        }
+    }
 }
 
 /// Control of the steps.
@@ -106,19 +119,21 @@ pub(crate) struct Motion<'m, 's, 'a> {
     pub(crate) lines: &'m [Line],
     pub(crate) surface: &'s mut Surface<'a>,
     pub(crate) memory: &'s mut SurfaceWorkspace,
-    pub(crate) network: &'s mut NodeWorkspace,
+    pub(crate) force: &'s mut dyn NodeForce,
     pub(crate) forcing: &'s mut StepForcing,
     /// The patch in use.
     pub(crate) patch: usize,
 }
 
+// Sums over stages read best by their indices.
+#[allow(clippy::needless_range_loop)]
 impl Motion<'_, '_, '_> {
     /// Makes the patch at a point the one in use.
     #[inline(always)]
     fn enter(&mut self, at: [f64; 2]) -> Result<(), TooRough> {
         let inside = self.surface.patches.get(self.patch).is_some_and(|p| p.contains(at));
         if !inside {
-            self.patch = self.surface.patch_at(at, self.memory, self.network)?;
+            self.patch = self.surface.patch_at(at, self.memory, self.force)?;
         }
         Ok(())
     }
@@ -222,9 +237,10 @@ impl Motion<'_, '_, '_> {
             let error = (h * error_w).abs().max((h * error_u).abs() / RATE_PER_S);
             let factor = AIM * (control.error_mm / error.max(f64::MIN_POSITIVE)).powf(0.2);
             let proposed = h * factor.clamp(LEAST_FACTOR, MOST_FACTOR);
-            if !(error <= control.error_mm) {
+            if error.is_nan() || error > control.error_mm {
                 *rejected += 1;
-                aimed_s = if proposed.is_finite() { proposed.min(0.9 * h) } else { LEAST_FACTOR * h };
+                aimed_s =
+                    if proposed.is_finite() { proposed.min(0.9 * h) } else { LEAST_FACTOR * h };
                 continue;
             }
             aimed_s = proposed.min(control.longest_s);
@@ -348,9 +364,7 @@ impl Motion<'_, '_, '_> {
             for k in step.observed..step.observed + step.count {
                 let [x, v] = cotangents[k];
                 let since = course.observe_s[k] - step.start_s;
-                if k + 1 == step.observed + step.count
-                    && course.observe_s[k] == after.start_s
-                {
+                if k + 1 == step.observed + step.count && course.observe_s[k] == after.start_s {
                     state[0] += x;
                     state[1] += v;
                     continue;

@@ -26,8 +26,8 @@ pub use error::EngineError;
 pub use general::GeneralEngine;
 pub use gradient::{GradientStatistics, GradientSums, TrajectoryGradient};
 pub use pam_solvers::sensitivity::GradientChoice;
-pub use surrogate::SurrogateEngine;
 pub use request::{EngineForce, IndexedLoss, Precision, Progress, TrajectoryRequest};
+pub use surrogate::SurrogateEngine;
 
 use crate::loss::TrajectoryLoss;
 use pam_core::{JointModel, NetworkForce};

@@ -5,10 +5,9 @@ use super::{
     EngineError, EngineForce, GradientStatistics, GradientSums, IndexedLoss, TrajectoryEngine,
     TrajectoryGradient, TrajectoryRequest,
 };
+use crate::predict::surrogate_problem;
 use pam_solvers::Interpolation;
-use pam_surrogate::{
-    ForceSignal, SurrogateMotion, SurrogateProblem, SurrogateSettings, SurrogateSolver,
-};
+use pam_surrogate::{SurrogateMotion, SurrogateSettings, SurrogateSolver};
 
 /// Trajectories and gradients on piecewise polynomials of the force, for smooth networks with sealed chambers (see
 /// [`pam_surrogate`]). Of the [statistics](GradientStatistics), evaluations of the network count as evaluations and patches
@@ -43,22 +42,8 @@ impl<F: EngineForce> TrajectoryEngine<F> for SurrogateEngine {
         let motion = SurrogateMotion::new(request.model, network);
         let problems: Vec<_> = (0..request.len())
             .map(|k| {
-                let (subject, y0) = (request.subject(k), request.start(k));
-                let r = &subject.recording;
-                let (t0, t1) = r.span_s();
-                SurrogateProblem {
-                    masses: subject.masses,
-                    signal: ForceSignal {
-                        times_s: &r.time_s,
-                        force_mn: &r.force_mn,
-                        interpolation: self.interpolation,
-                    },
-                    t0,
-                    t1,
-                    y0: [y0[0], y0[1]],
-                    observe_s: &r.time_s,
-                    expected: [&r.displacement_mm, &r.velocity_mm_s],
-                }
+                let s = request.subject(k);
+                surrogate_problem(&s.recording, s.masses, self.interpolation, request.start(k))
             })
             .collect();
         self.states.reserve(problems.len());
