@@ -6,6 +6,8 @@ use std::ops::Range;
 /// An effect with its values in a simulation, and where its memory lies.
 pub(crate) struct Part<'a, S> {
     pub(crate) effect: &'a dyn EffectHooks<S>,
+    /// Whether there may be dry friction later.
+    pub(super) may_stick_later: bool,
     pub(crate) p: &'a [S],
     pub(super) memory: Range<usize>,
 }
@@ -28,6 +30,7 @@ impl<'a, S: EffectScalar> Parts<'a, S> {
                 let (v, m) = (e.info().value_len(), e.memory_len());
                 let part = Part {
                     effect: S::hooks(*e),
+                    may_stick_later: e.may_stick_later(),
                     p: &values[first_value..first_value + v],
                     memory: memory_len..memory_len + m,
                 };
