@@ -100,7 +100,14 @@ const PLACES: [(&str, Moment, &str); 18] = [
 
 /// Magnitudes of recordings of the joint.
 const SCALES: [&str; 6] =
-    ["typical_force_n", "peak_force_n", "travel_mm", "speed_mm_s", "stiffness_n_mm", "gauge_kpa"];
+    [
+    "data_force_n",
+    "data_peak_force_n",
+    "data_travel_mm",
+    "data_speed_mm_s",
+    "data_stiffness_n_mm",
+    "data_gauge_kpa",
+];
 
 impl Language {
     /// The language of the joint: variables `x v pf pe mf me force network t`, and `dt dx x0` in the steps of a memory.
