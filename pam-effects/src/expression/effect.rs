@@ -1,15 +1,13 @@
 //! An effect of expressions, at the places where it acts.
 
-use super::compiled::{Compiled, too_long};
-use super::graph::{Dyadic, Graph, Id, Node};
 use super::joint::{DT, DX, FORCE, Instant, NETWORK, PE, PF, Row, T, V, VARIABLES, X, X0};
 use super::memory::{Law, MOST, Memory};
-use super::program::Program;
 use crate::effects::{
     ChamberLaw, Command, DataScales, Effect, EffectInfo, Observed, Point, Rest, delayed,
 };
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
+use pam_expression::{Compiled, Graph, Id, Program, too_long};
 use pam_vocabulary::definition::{EffectDefinition, Language, MemoryLaw, Moment, Symbol};
 use pam_vocabulary::expression::Expression;
 
@@ -130,11 +128,11 @@ impl Builder<'_> {
         let factor = self.act("force_factor").map(|factor| {
             let network = self.graph.input(NETWORK);
             let one = self.graph.constant(1.0);
-            let less = self.graph.two(Dyadic::Subtract, one, factor);
-            self.graph.two(Dyadic::Multiply, less, network)
+            let less = self.graph.subtract(one, factor);
+            self.graph.multiply(less, network)
         });
         let sum = match (force, factor) {
-            (Some(a), Some(b)) => self.graph.two(Dyadic::Add, a, b),
+            (Some(a), Some(b)) => self.graph.add(a, b),
             (Some(id), None) | (None, Some(id)) => id,
             (None, None) => return Ok(None),
         };
@@ -145,7 +143,7 @@ impl Builder<'_> {
     fn dry_friction(&mut self) -> Result<Option<Program>, String> {
         let Some(level) = self.act("dry_friction_n") else { return Ok(None) };
         let zero = self.graph.constant(0.0);
-        let level = self.graph.two(Dyadic::Maximum, level, zero);
+        let level = self.graph.maximum(level, zero);
         let level = self.graph.scaled(level, MN_PER_N);
         self.program(&[level]).map(Some)
     }
@@ -198,7 +196,7 @@ impl Builder<'_> {
         for (rest, (place, read)) in rest.iter_mut().zip(places) {
             let Some(formula) = definition.act(self.language, place) else { continue };
             let value = self.node_with(&formula.tree, &start);
-            if self.graph.nodes[value] != Node::Input(read)
+            if !self.graph.is_input(value, read)
                 && let Some(slope) = self.graph.derivative(value, read)
             {
                 *rest = Some(self.program(&[value, slope])?);
@@ -228,8 +226,8 @@ impl Builder<'_> {
             .filter(|_| !others && !remembers);
         let Some((by_x, by_t)) = slopes else { return Ok(Velocity::Difference) };
         let v = self.graph.input(V);
-        let along = self.graph.two(Dyadic::Multiply, by_x, v);
-        let rate = self.graph.two(Dyadic::Add, along, by_t);
+        let along = self.graph.multiply(by_x, v);
+        let rate = self.graph.add(along, by_t);
         if rate == v { Ok(Velocity::True) } else { self.program(&[rate]).map(Velocity::Of) }
     }
 }
@@ -247,7 +245,7 @@ impl ExpressionEffect {
             .map(|(k, _)| language.places[*k].moment)
             .find(|moment| *moment != Moment::Once)
             .unwrap_or(Moment::Motion);
-        let own = |tree: &Expression| Compiled::of_tree(tree, |k, _| k).ok_or_else(too_long);
+        let own = |tree: &Expression| Compiled::of_tree(tree).ok_or_else(too_long);
         let starts = definition
             .parameters
             .iter()

@@ -1,9 +1,9 @@
 //! What expressions read in a simulation of the joint.
 
-use super::program::Inputs;
 use crate::effects::Point;
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
+use pam_expression::Inputs;
 use std::cell::Cell;
 
 /// Indices of the variables, in the order of [`Language::joint`](pam_vocabulary::definition::Language::joint).
@@ -104,10 +104,5 @@ impl<S: Scalar> Inputs<S> for Row<'_, S> {
             k if k < VARIABLES + self.p.len() => self.p[k - VARIABLES],
             k => self.memory[k - VARIABLES - self.p.len()],
         }
-    }
-
-    fn network_n(&self, _x: S, _v: S) -> S {
-        // The language of sensors and commands has no `network`.
-        S::zero()
     }
 }

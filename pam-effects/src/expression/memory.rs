@@ -10,9 +10,8 @@
 //! It is stable for any rate that decays and exact for `f = J q + b u` while u runs straight: a low-pass is one without an
 //! error of its own.
 
-use super::graph::{Graph, Id};
-use super::program::Program;
 use pam_core::Scalar;
+use pam_expression::{Graph, Id, Program};
 
 /// Most remembered numbers of an effect.
 pub(super) const MOST: usize = 16;

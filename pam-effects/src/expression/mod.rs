@@ -19,18 +19,13 @@
 //! # Ok::<(), pam_effects::EffectError>(())
 //! ```
 //!
-//! An expression becomes a graph in which equal parts are one node, and that a flat program over a few registers.
-//! Nothing is allocated in a step. [`Compiled`] is such a program over any named numbers, for vector fields of all kinds.
+//! [`pam_expression`] compiles the expressions; other vector fields take them as its [`Terms`](pam_expression::Terms).
 
-mod compiled;
 mod effect;
-mod graph;
 mod joint;
 mod library;
 mod memory;
-mod program;
 
-pub use compiled::Compiled;
 pub use library::{load, parse};
 
 pub(crate) use library::of_definition;

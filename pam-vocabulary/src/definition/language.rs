@@ -15,6 +15,7 @@ pub enum Moment {
 
 impl Moment {
     /// In a sentence.
+    #[cfg(feature = "files")]
     fn label(self) -> &'static str {
         match self {
             Self::Once => "in a constant of the effect",
@@ -165,6 +166,7 @@ impl Language {
     }
 
     /// Why a variable may not be used; `None` if it may.
+    #[cfg(feature = "files")]
     pub(super) fn refuses(&self, variable: usize, moment: Moment, in_step: bool) -> Option<String> {
         let Variable { name, known, of_steps, .. } = &self.variables[variable];
         if *of_steps && !in_step {

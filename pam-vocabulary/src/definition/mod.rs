@@ -1,10 +1,11 @@
 //! Effects that are defined by expressions, as data.
 //!
-//! A TOML file defines one or more effects; [`EffectDefinition::read_all`] reads it, [`EffectDefinition::to_toml`] writes
-//! one. A [`Language`] says which variables there are and where an effect can act: [`Language::joint`] is that of the
+//! A TOML file defines one or more effects; with the feature `files`, `EffectDefinition::read_all` reads it and
+//! `EffectDefinition::to_toml` writes one. A [`Language`] says which variables there are and where an effect can act: [`Language::joint`] is that of the
 //! joint, [`Language::field`] that of any vector field with named states and inputs.
 //!
 //! ```
+//! # #[cfg(feature = "files")] {
 //! use pam_vocabulary::definition::{EffectDefinition, Language};
 //!
 //! let text = r#"
@@ -19,11 +20,14 @@
 //! let wrong = text.replace("abs(v)", "abs(w)");
 //! let error = EffectDefinition::read_all(&wrong, &Language::joint()).expect_err("there is no w");
 //! assert!(error.to_string().starts_with("line 6, column 42: there is no name `w`"), "{error}");
+//! # }
 //! # Ok::<(), pam_vocabulary::expression::ExpressionError>(())
 //! ```
 
 mod language;
+#[cfg(feature = "files")]
 mod read;
+#[cfg(feature = "files")]
 mod write;
 
 pub use language::{Language, Moment, Place};

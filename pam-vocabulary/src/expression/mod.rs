@@ -34,6 +34,7 @@ mod tokens;
 mod tree;
 
 pub use error::ExpressionError;
+#[cfg(feature = "files")]
 pub(crate) use error::nearest;
 pub use parse::Scope;
 pub use tree::{Binary, Expression, Function};

@@ -1,7 +1,8 @@
 //! Text to tree, by recursive descent.
 
 use super::tokens::{Token, tokens};
-use super::{Binary, CONSTANTS, Expression, ExpressionError, Function, nearest};
+use super::error::nearest;
+use super::{Binary, CONSTANTS, Expression, ExpressionError, Function};
 
 /// The names that an expression may use.
 pub struct Scope<'a> {

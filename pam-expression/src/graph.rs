@@ -3,12 +3,12 @@
 use pam_vocabulary::expression::{Binary, Expression, Function};
 use std::collections::HashMap;
 
-/// A node of a graph.
-pub(super) type Id = usize;
+/// A node of a [`Graph`].
+pub type Id = usize;
 
 /// A function of one number, or of one and a plain number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Unary {
+pub(crate) enum Unary {
     Negative,
     Square,
     Reciprocal,
@@ -42,7 +42,7 @@ pub(super) enum Unary {
 
 /// A function of two numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Dyadic {
+pub(crate) enum Dyadic {
     Add,
     Subtract,
     Multiply,
@@ -60,7 +60,7 @@ pub(super) enum Dyadic {
 
 /// A number of a graph.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Node {
+pub(crate) enum Node {
     /// A plain number, by its bits.
     Constant(u64),
     /// An input, by its index.
@@ -71,10 +71,10 @@ pub(super) enum Node {
     Choice(Id, Id, Id),
 }
 
-/// Nodes, each behind those that it uses.
+/// Expressions as nodes, each behind those that it uses; equal parts are one node.
 #[derive(Debug, Default, Clone)]
-pub(super) struct Graph {
-    pub(super) nodes: Vec<Node>,
+pub struct Graph {
+    pub(crate) nodes: Vec<Node>,
     known: HashMap<Node, Id>,
 }
 
@@ -86,11 +86,13 @@ impl Graph {
         })
     }
 
-    pub(super) fn constant(&mut self, value: f64) -> Id {
+    /// A plain number.
+    pub fn constant(&mut self, value: f64) -> Id {
         self.node(Node::Constant(value.to_bits()))
     }
 
-    pub(super) fn input(&mut self, index: usize) -> Id {
+    /// An input by its index.
+    pub fn input(&mut self, index: usize) -> Id {
         self.node(Node::Input(index))
     }
 
@@ -101,7 +103,7 @@ impl Graph {
         }
     }
 
-    pub(super) fn one(&mut self, function: Unary, a: Id) -> Id {
+    fn one(&mut self, function: Unary, a: Id) -> Id {
         match (function, self.value(a)) {
             (_, Some(value)) => self.constant(unary(function, value)),
             (Unary::Scale(bits), None) => self.scaled(a, f64::from_bits(bits)),
@@ -110,8 +112,34 @@ impl Graph {
         }
     }
 
+    /// Whether a node is this input as it is.
+    #[must_use]
+    pub fn is_input(&self, id: Id, index: usize) -> bool {
+        self.nodes[id] == Node::Input(index)
+    }
+
+    /// `a + b`.
+    pub fn add(&mut self, a: Id, b: Id) -> Id {
+        self.two(Dyadic::Add, a, b)
+    }
+
+    /// `a − b`.
+    pub fn subtract(&mut self, a: Id, b: Id) -> Id {
+        self.two(Dyadic::Subtract, a, b)
+    }
+
+    /// `a · b`.
+    pub fn multiply(&mut self, a: Id, b: Id) -> Id {
+        self.two(Dyadic::Multiply, a, b)
+    }
+
+    /// The larger of two numbers; the first one on a tie.
+    pub fn maximum(&mut self, a: Id, b: Id) -> Id {
+        self.two(Dyadic::Maximum, a, b)
+    }
+
     /// `factor · a`.
-    pub(super) fn scaled(&mut self, a: Id, factor: f64) -> Id {
+    pub fn scaled(&mut self, a: Id, factor: f64) -> Id {
         if let Some(value) = self.value(a) {
             return self.constant(factor * value);
         }
@@ -126,7 +154,7 @@ impl Graph {
         }
     }
 
-    pub(super) fn two(&mut self, function: Dyadic, a: Id, b: Id) -> Id {
+    fn two(&mut self, function: Dyadic, a: Id, b: Id) -> Id {
         use Dyadic::{Add, Divide, Multiply, Power, Subtract};
         let (left, right) = (self.value(a), self.value(b));
         if let (Some(x), Some(y)) = (left, right)
@@ -166,7 +194,7 @@ impl Graph {
         }
     }
 
-    pub(super) fn choice(&mut self, condition: Id, a: Id, b: Id) -> Id {
+    fn choice(&mut self, condition: Id, a: Id, b: Id) -> Id {
         match self.value(condition) {
             Some(value) => if value == 0.0 { b } else { a },
             None if a == b => a,
@@ -175,7 +203,7 @@ impl Graph {
     }
 
     /// Adds an expression; `name` gives the nodes of its names.
-    pub(super) fn expression(
+    pub fn expression(
         &mut self,
         tree: &Expression,
         name: &mut impl FnMut(&mut Self, usize) -> Id,
@@ -254,7 +282,7 @@ impl Graph {
     }
 
     /// The derivative of a node by an input; `None` if it needs one of the base model's force.
-    pub(super) fn derivative(&mut self, of: Id, by: usize) -> Option<Id> {
+    pub fn derivative(&mut self, of: Id, by: usize) -> Option<Id> {
         let mut known = HashMap::new();
         self.derivative_of(of, by, &mut known)
     }
@@ -423,10 +451,10 @@ impl Graph {
 
 /// A function of one plain number.
 fn unary(function: Unary, a: f64) -> f64 {
-    super::program::unary(function, &a)
+    crate::program::unary(function, &a)
 }
 
 /// A function of two plain numbers.
 fn dyadic(function: Dyadic, a: f64, b: f64) -> f64 {
-    super::program::dyadic(function, &a, &b)
+    crate::program::dyadic(function, &a, &b)
 }

@@ -1,15 +1,19 @@
 //! A graph as a flat program over a few registers.
 
-use super::graph::{Dyadic, Graph, Id, Node, Unary};
+use crate::graph::{Dyadic, Graph, Id, Node, Unary};
 use pam_core::Scalar;
 
 /// Numbers that a program reads.
-pub(super) trait Inputs<S> {
+pub trait Inputs<S: Scalar> {
     /// An input by its index.
     fn input(&self, index: usize) -> S;
 
-    /// The base model's restoring force (N) at a displacement and a velocity.
-    fn network_n(&self, x: S, v: S) -> S;
+    /// The value of `network(x, v)`, for scopes that have it: the base model's restoring force (N) at a displacement and a
+    /// velocity.
+    fn network_n(&self, x: S, v: S) -> S {
+        let _ = (x, v);
+        S::zero()
+    }
 }
 
 /// Inputs in a row.
@@ -17,10 +21,6 @@ impl<S: Scalar> Inputs<S> for &[S] {
     #[inline]
     fn input(&self, index: usize) -> S {
         self[index]
-    }
-
-    fn network_n(&self, _x: S, _v: S) -> S {
-        S::zero()
     }
 }
 
@@ -51,7 +51,7 @@ struct Instruction {
 
 /// Expressions, ready to be evaluated with any scalar.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Program {
+pub struct Program {
     code: Vec<Instruction>,
     outputs: Vec<u8>,
     registers: usize,
@@ -59,11 +59,12 @@ pub(super) struct Program {
 }
 
 /// Most registers of a program.
-pub(super) const MOST_REGISTERS: usize = 64;
+pub const MOST_REGISTERS: usize = 64;
 
 impl Program {
     /// The program of these nodes; `None` if it takes more than [`MOST_REGISTERS`].
-    pub(super) fn new(graph: &Graph, outputs: &[Id]) -> Option<Self> {
+    #[must_use]
+    pub fn new(graph: &Graph, outputs: &[Id]) -> Option<Self> {
         // Which nodes are needed, and how often.
         let mut uses = vec![0_u32; graph.nodes.len()];
         for &id in outputs {
@@ -120,13 +121,15 @@ impl Program {
     }
 
     /// Whether an input is read.
-    pub(super) fn reads(&self, input: usize) -> bool {
+    #[must_use]
+    pub fn reads(&self, input: usize) -> bool {
         self.inputs.contains(&input)
     }
 
     /// The first output.
     #[inline]
-    pub(super) fn value<S: Scalar>(&self, inputs: &impl Inputs<S>) -> S {
+    #[must_use]
+    pub fn value<S: Scalar>(&self, inputs: &impl Inputs<S>) -> S {
         let mut out = [S::zero()];
         self.values(inputs, &mut out);
         out[0]
@@ -134,7 +137,7 @@ impl Program {
 
     /// As many outputs as `out` has room for.
     #[inline]
-    pub(super) fn values<S: Scalar>(&self, inputs: &impl Inputs<S>, out: &mut [S]) {
+    pub fn values<S: Scalar>(&self, inputs: &impl Inputs<S>, out: &mut [S]) {
         // Registers are cleared, so that few are taken for short programs.
         match self.registers {
             0..=6 => self.run::<6, S>(inputs, out),
@@ -178,7 +181,7 @@ fn operands(node: Node) -> [Option<Id>; 3] {
 
 /// A function of one number.
 #[inline]
-pub(super) fn unary<S: Scalar>(function: Unary, a: &S) -> S {
+pub(crate) fn unary<S: Scalar>(function: Unary, a: &S) -> S {
     let real = a.real();
     match function {
         Unary::Negative => -*a,
@@ -215,7 +218,7 @@ pub(super) fn unary<S: Scalar>(function: Unary, a: &S) -> S {
 
 /// A function of two numbers; the base model's force is none of them.
 #[inline]
-pub(super) fn dyadic<S: Scalar>(function: Dyadic, a: &S, b: &S) -> S {
+pub(crate) fn dyadic<S: Scalar>(function: Dyadic, a: &S, b: &S) -> S {
     let truth = |is: bool| S::constant(if is { 1.0 } else { 0.0 });
     match function {
         Dyadic::Add => *a + *b,

@@ -1,14 +1,14 @@
 //! An expression over any named numbers.
 
-use super::graph::Graph;
-use super::program::{MOST_REGISTERS, Program};
+use crate::graph::Graph;
+use crate::program::{MOST_REGISTERS, Program};
 use pam_core::Scalar;
 use pam_vocabulary::expression::{Expression, ExpressionError, Scope};
 
 /// An expression over named numbers, evaluated with any scalar.
 ///
 /// ```
-/// use pam_effects::expression::Compiled;
+/// use pam_expression::Compiled;
 ///
 /// let friction = Compiled::new("-c * tanh(v / 0.5)", &["v", "c"])?;
 /// assert_eq!(friction.value(&[0.0, 3.0]), 0.0);
@@ -30,19 +30,15 @@ impl Compiled {
     pub fn new(text: &str, names: &[&str]) -> Result<Self, ExpressionError> {
         let names: Vec<String> = names.iter().map(|n| (*n).to_owned()).collect();
         let tree = Expression::parse(text, &Scope::of(&names))?;
-        Self::of_tree(&tree, |k, _| k).ok_or_else(|| ExpressionError::at(text, 0, too_long()))
+        Self::of_tree(&tree).ok_or_else(|| ExpressionError::at(text, 0, too_long()))
     }
 
-    /// Compiles a tree. `input(k, …)` is the input for its name `k`.
-    pub(super) fn of_tree(
-        tree: &Expression,
-        input: impl Fn(usize, &mut Graph) -> usize,
-    ) -> Option<Self> {
+    /// Compiles a tree, whose names are the inputs; `None` if it takes more than [`MOST_REGISTERS`] intermediate numbers at
+    /// once.
+    #[must_use]
+    pub fn of_tree(tree: &Expression) -> Option<Self> {
         let mut graph = Graph::default();
-        let id = graph.expression(tree, &mut |graph, k| {
-            let k = input(k, graph);
-            graph.input(k)
-        });
+        let id = graph.expression(tree, &mut |graph, k| graph.input(k));
         Program::new(&graph, &[id]).map(|program| Self { program })
     }
 
@@ -58,6 +54,7 @@ impl Compiled {
 }
 
 /// The message for an expression that has too many intermediate numbers at once.
-pub(super) fn too_long() -> String {
+#[must_use]
+pub fn too_long() -> String {
     format!("needs more than {MOST_REGISTERS} intermediate numbers at once; make it simpler")
 }
