@@ -35,6 +35,9 @@ enum Operation {
     Add,
     Subtract,
     Multiply,
+    Divide,
+    Negative,
+    Square,
     Two(Dyadic),
     Choice,
 }
@@ -107,10 +110,13 @@ impl Program {
                 }
                 Node::One(Unary::Scale(bits), _) => Operation::Scale(f64::from_bits(bits)),
                 Node::One(Unary::Offset(bits), _) => Operation::Offset(f64::from_bits(bits)),
+                Node::One(Unary::Negative, _) => Operation::Negative,
+                Node::One(Unary::Square, _) => Operation::Square,
                 Node::One(function, _) => Operation::One(function),
                 Node::Two(Dyadic::Add, ..) => Operation::Add,
                 Node::Two(Dyadic::Subtract, ..) => Operation::Subtract,
                 Node::Two(Dyadic::Multiply, ..) => Operation::Multiply,
+                Node::Two(Dyadic::Divide, ..) => Operation::Divide,
                 Node::Two(function, ..) => Operation::Two(function),
                 Node::Choice(..) => Operation::Choice,
             };
@@ -140,8 +146,8 @@ impl Program {
     pub fn values<S: Scalar>(&self, inputs: &impl Inputs<S>, out: &mut [S]) {
         // Registers are cleared, so that few are taken for short programs.
         match self.registers {
-            0..=6 => self.run::<6, S>(inputs, out),
-            7..=16 => self.run::<16, S>(inputs, out),
+            0..=4 => self.run::<4, S>(inputs, out),
+            5..=12 => self.run::<12, S>(inputs, out),
             _ => self.run::<MOST_REGISTERS, S>(inputs, out),
         }
     }
@@ -158,6 +164,9 @@ impl Program {
                 Operation::Add => r[a] + r[b],
                 Operation::Subtract => r[a] - r[b],
                 Operation::Multiply => r[a] * r[b],
+                Operation::Divide => r[a] / r[b],
+                Operation::Negative => -r[a],
+                Operation::Square => r[a] * r[a],
                 Operation::One(function) => unary(function, &r[a]),
                 Operation::Two(Dyadic::Network) => inputs.network_n(r[a], r[b]),
                 Operation::Two(function) => dyadic(function, &r[a], &r[b]),
@@ -179,8 +188,9 @@ fn operands(node: Node) -> [Option<Id>; 3] {
     }
 }
 
-/// A function of one number.
-#[inline]
+/// A function of one number. It stays a function: in the loop, its many cases would take more room on the stack than the
+/// registers.
+#[inline(never)]
 pub(crate) fn unary<S: Scalar>(function: Unary, a: &S) -> S {
     let real = a.real();
     match function {
@@ -217,7 +227,7 @@ pub(crate) fn unary<S: Scalar>(function: Unary, a: &S) -> S {
 }
 
 /// A function of two numbers; the base model's force is none of them.
-#[inline]
+#[inline(never)]
 pub(crate) fn dyadic<S: Scalar>(function: Dyadic, a: &S, b: &S) -> S {
     let truth = |is: bool| S::constant(if is { 1.0 } else { 0.0 });
     match function {

@@ -300,10 +300,9 @@ impl ExpressionEffect {
     ) {
         match self.memory_of(Moment::Motion) {
             None => program.values(&Instant::new(at, p, &[]), out),
-            Some(law) => {
-                let now = moved(law, p, at, memory);
-                program.values(&Instant::new(at, p, &now[..law.len]), out);
-            }
+            Some(law) => moved(law, p, at, memory, |now| {
+                program.values(&Instant::new(at, p, now), out);
+            }),
         }
     }
 
@@ -322,15 +321,22 @@ impl ExpressionEffect {
 }
 
 /// The remembered numbers at a point of a step.
-fn moved<S: Scalar>(law: &Memory, p: &[S], at: &Point<'_, S>, memory: &[S]) -> [S; MOST] {
-    law.advance_at(at.since_step_s, memory, &|memory, start, program, out| {
+fn moved<S: Scalar, R>(
+    law: &Memory,
+    p: &[S],
+    at: &Point<'_, S>,
+    memory: &[S],
+    then: impl FnOnce(&[S]) -> R,
+) -> R {
+    let evaluate = |memory: &[S], start: bool, program: &Program, out: &mut [S]| {
         let inputs = if start {
             Instant::at_start(at, p, memory)
         } else {
             Instant::new(at, p, memory)
         };
         program.values(&inputs, out);
-    })
+    };
+    law.advance(at.since_step_s, memory, &evaluate, then)
 }
 
 /// Magnitudes of the data, in the order of [`Language::joint`].
@@ -446,11 +452,14 @@ impl Effect for ExpressionEffect {
                     let mut before = variables;
                     before[FORCE] = last[0];
                     before[T] = S::constant(command.time_s - command.since_s);
-                    let now =
-                        law.advance_at(command.since_s, own, &|memory, start, program, out| {
-                            let variables = if start { &before } else { &variables };
-                            program.values(&Row { variables, p, memory }, out);
-                        });
+                    let mut now = [S::zero(); MOST];
+                    let evaluate = |memory: &[S], start: bool, program: &Program, out: &mut [S]| {
+                        let variables = if start { &before } else { &variables };
+                        program.values(&Row { variables, p, memory }, out);
+                    };
+                    law.advance(command.since_s, own, &evaluate, |moved| {
+                        now[..moved.len()].copy_from_slice(moved);
+                    });
                     own.copy_from_slice(&now[..law.len]);
                 } else {
                     law.starts.values(&Row { variables: &variables, p, memory: &[] }, own);
@@ -511,7 +520,8 @@ impl Effect for ExpressionEffect {
 
     fn advance<S: Scalar>(&self, p: &[S], end: &Point<'_, S>, memory: &mut [S]) {
         if let Some(law) = self.memory_of(Moment::Motion) {
-            let now = moved(law, p, end, memory);
+            let mut now = [S::zero(); MOST];
+            moved(law, p, end, memory, |moved| now[..moved.len()].copy_from_slice(moved));
             memory.copy_from_slice(&now[..law.len]);
         }
     }
@@ -551,11 +561,14 @@ impl Effect for ExpressionEffect {
                     let mut end = now;
                     end[DT] = S::constant(step_s);
                     (end[DX], end[X0]) = (now[X] - before[X], before[X]);
-                    memory =
-                        law.advance_at(step_s, &memory[..len], &|memory, start, program, out| {
-                            let variables = if start { &before } else { &end };
-                            program.values(&Row { variables, p, memory }, out);
-                        });
+                    let evaluate = |memory: &[S], start: bool, program: &Program, out: &mut [S]| {
+                        let variables = if start { &before } else { &end };
+                        program.values(&Row { variables, p, memory }, out);
+                    };
+                    let old = memory;
+                    law.advance(step_s, &old[..len], &evaluate, |moved| {
+                        memory[..len].copy_from_slice(moved);
+                    });
                 }
             }
             let row = Row { variables: &now, p, memory: &memory[..len] };

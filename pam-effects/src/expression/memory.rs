@@ -15,6 +15,8 @@ use pam_expression::{Graph, Id, Program};
 
 /// Most remembered numbers of an effect.
 pub(super) const MOST: usize = 16;
+/// Most of an effect whose steps take little room.
+const FEW: usize = 2;
 
 /// The laws of the remembered numbers of an effect.
 #[derive(Debug, Clone)]
@@ -86,18 +88,33 @@ impl Memory {
         Ok(build())
     }
 
-    /// The numbers after a step of `step_s` from `old`. `evaluate` runs a program with given numbers at the start of the
-    /// step, or at its end.
-    pub(super) fn advance_at<S: Scalar>(
+    /// Hands on the numbers after a step of `step_s` from `old`. `evaluate` runs a program with given numbers at the start of
+    /// the step, or at its end.
+    #[inline]
+    pub(super) fn advance<S: Scalar, R>(
         &self,
         step_s: f64,
         old: &[S],
         evaluate: &impl Fn(&[S], bool, &Program, &mut [S]),
-    ) -> [S; MOST] {
-        let mut new = [S::zero(); MOST];
+        then: impl FnOnce(&[S]) -> R,
+    ) -> R {
+        if self.len <= FEW {
+            then(&self.advanced::<FEW, S>(step_s, old, evaluate)[..self.len])
+        } else {
+            then(&self.advanced::<MOST, S>(step_s, old, evaluate)[..self.len])
+        }
+    }
+
+    fn advanced<const N: usize, S: Scalar>(
+        &self,
+        step_s: f64,
+        old: &[S],
+        evaluate: &impl Fn(&[S], bool, &Program, &mut [S]),
+    ) -> [S; N] {
+        let mut new = [S::zero(); N];
         new[..self.len].copy_from_slice(old);
         if let Some((program, of)) = &self.steps {
-            let mut values = [S::zero(); MOST];
+            let mut values = [S::zero(); N];
             evaluate(old, false, program, &mut values[..of.len()]);
             for (&k, value) in of.iter().zip(values) {
                 new[k] = value;
@@ -108,15 +125,17 @@ impl Memory {
             return new;
         };
         let count = of.len();
-        let mut first = [S::zero(); 2 * MOST];
-        evaluate(old, true, with_slopes, &mut first[..2 * count]);
-        let mut factors = [S::zero(); MOST];
+        // Rates, then slopes.
+        let mut first = [[S::zero(); N]; 2];
+        evaluate(old, true, with_slopes, &mut first.as_flattened_mut()[..2 * count]);
+        let first = first.as_flattened();
+        let mut factors = [S::zero(); N];
         for (j, &k) in of.iter().enumerate() {
             let [one, two] = phi(first[count + j].scaled(step_s));
             new[k] = old[k] + (one * first[j]).scaled(step_s);
             factors[j] = two.scaled(step_s);
         }
-        let mut second = [S::zero(); MOST];
+        let mut second = [S::zero(); N];
         evaluate(&new[..self.len], false, values, &mut second[..count]);
         for (j, &k) in of.iter().enumerate() {
             let linear = first[j] + first[count + j] * (new[k] - old[k]);
