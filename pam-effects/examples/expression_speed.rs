@@ -63,21 +63,23 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let own = *own.ok_or("the same as an expression")?;
         let mut out = Trajectory::default();
         let mut other = Trajectory::default();
-        let plain = compared([
-            &mut || run(&trial, &base, built_in, values, &mut out),
-            &mut || run(&trial, &base, own, values, &mut other),
-        ]);
+        let plain = compared([&mut || run(&trial, &base, built_in, values, &mut out), &mut || {
+            run(&trial, &base, own, values, &mut other)
+        }]);
         let seeded: Vec<Derivatives> =
             values.iter().enumerate().map(|(k, v)| Derivatives::variable(*v, k)).collect();
         let mut out = Trajectory::<Derivatives>::default();
         let mut other = Trajectory::<Derivatives>::default();
-        let with = compared([
-            &mut || run(&trial, &base, built_in, &seeded, &mut out),
-            &mut || run(&trial, &base, own, &seeded, &mut other),
-        ]);
+        let with = compared([&mut || run(&trial, &base, built_in, &seeded, &mut out), &mut || {
+            run(&trial, &base, own, &seeded, &mut other)
+        }]);
         println!(
             "{id:<22} {:>9.2} ms {:>9.2} ms {:>6.2} {:>15.2} ms {:>7.2}",
-            1e3 * plain[0], 1e3 * plain[1], plain[2], 1e3 * with[0], with[2]
+            1e3 * plain[0],
+            1e3 * plain[1],
+            plain[2],
+            1e3 * with[0],
+            with[2]
         );
         worst = worst.max(plain[2]).max(with[2]);
         let near = |a: &f64, b: &Derivatives| (a - b.real()).abs() < 1e-8;

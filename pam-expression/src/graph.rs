@@ -196,7 +196,13 @@ impl Graph {
 
     fn choice(&mut self, condition: Id, a: Id, b: Id) -> Id {
         match self.value(condition) {
-            Some(value) => if value == 0.0 { b } else { a },
+            Some(value) => {
+                if value == 0.0 {
+                    b
+                } else {
+                    a
+                }
+            }
             None if a == b => a,
             None => self.node(Node::Choice(condition, a, b)),
         }

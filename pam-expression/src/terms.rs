@@ -1,9 +1,9 @@
 //! Expressions that are added to the rates of a vector field.
 
 use crate::compiled::too_long;
+use crate::graph::Graph;
 #[cfg(feature = "files")]
 use crate::graph::Id;
-use crate::graph::Graph;
 use crate::program::{Inputs, Program};
 use pam_core::{DryFriction, FieldNames, ParametricField, Scalar, VectorField};
 use pam_vocabulary::ParameterInfo;
@@ -74,10 +74,8 @@ impl Terms {
         parameters: &[(ParameterInfo, f64)],
         adds: &[(&str, &str)],
     ) -> Result<Self, ExpressionError> {
-        let names: Vec<String> = self
-            .variables()
-            .chain(parameters.iter().map(|(p, _)| p.name.to_owned()))
-            .collect();
+        let names: Vec<String> =
+            self.variables().chain(parameters.iter().map(|(p, _)| p.name.to_owned())).collect();
         let mut graph = Graph::default();
         let (mut states, mut outputs) = (Vec::new(), Vec::new());
         for (state, text) in adds {
@@ -89,8 +87,8 @@ impl Terms {
             outputs.push(graph.expression(&tree, &mut |graph, k| graph.input(k)));
         }
         let (parameters, start) = parameters.iter().copied().unzip();
-        let program = Program::new(&graph, &outputs)
-            .ok_or_else(|| ExpressionError::at("", 0, too_long()))?;
+        let program =
+            Program::new(&graph, &outputs).ok_or_else(|| ExpressionError::at("", 0, too_long()))?;
         let name = name.to_owned();
         Ok(self.with(Term { name, parameters, starts: vec![start], states, program }))
     }
@@ -109,10 +107,10 @@ impl Terms {
         for definition in definitions {
             fn input(definition: &EffectDefinition, graph: &mut Graph, k: usize) -> Id {
                 match definition.symbol(k) {
-                    Symbol::Let(k) => graph.expression(
-                        &definition.lets[k].1.tree,
-                        &mut |graph, k| input(definition, graph, k),
-                    ),
+                    Symbol::Let(k) => graph
+                        .expression(&definition.lets[k].1.tree, &mut |graph, k| {
+                            input(definition, graph, k)
+                        }),
                     _ => graph.input(k),
                 }
             }
@@ -133,7 +131,8 @@ impl Terms {
             }
             let mut starts = vec![Vec::new()];
             for parameter in &definition.parameters {
-                let values: Vec<f64> = parameter.starts.iter().filter_map(|s| number(&s.tree)).collect();
+                let values: Vec<f64> =
+                    parameter.starts.iter().filter_map(|s| number(&s.tree)).collect();
                 let with = |row: &Vec<f64>| -> Vec<Vec<f64>> {
                     values.iter().map(|v| [row.as_slice(), &[*v]].concat()).collect()
                 };

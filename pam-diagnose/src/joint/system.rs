@@ -11,9 +11,7 @@ use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_data::Channel;
-use pam_effects::effects::{
-    AnyEffect, DataScales, EffectScalar, Held, ParameterInfo,
-};
+use pam_effects::effects::{AnyEffect, DataScales, EffectScalar, Held, ParameterInfo};
 use pam_effects::model::ActiveEffect;
 use pam_effects::simulation::{Base, Nuisances, ResampledRecord, Trajectory, Trial, simulate};
 use std::ops::Range;
@@ -212,7 +210,7 @@ impl Candidates for JointSystem<'_> {
         let effect = self.effects[index];
         let joint = Held::at_rest([self.scales.gauge_kpa + ATMOSPHERE_KPA; 2]);
         let memory = vec![0.0; effect.memory_len()];
-        effect.may_stick_later()
+        effect.may_stick_later(values)
             || f64::hooks(effect).dry_friction_mn(values, &joint.point(), &memory) > 0.0
     }
 

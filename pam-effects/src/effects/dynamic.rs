@@ -3,9 +3,7 @@
 //! The hooks of [`Effect`] are generic over the scalar, so there is no `dyn Effect`. [`AnyEffect`] offers them
 //! for plain numbers, [`Derivatives`] and tape variables; every [`Effect`] implements it.
 
-use super::{
-    Absorbed, ChamberLaw, Command, DataScales, Effect, EffectInfo, Observed, Point, Rest,
-};
+use super::{Absorbed, ChamberLaw, Command, DataScales, Effect, EffectInfo, Observed, Point, Rest};
 use pam_autodiff::{Chunk, Var};
 use pam_core::{AnyForce, JointModel, Scalar};
 
@@ -80,7 +78,7 @@ dispatch! {
     [impl<E: Effect> AnyEffect for E] {
         fn info(&self) -> &'static EffectInfo;
         fn definition(&self) -> Option<&'static str>;
-        fn may_stick_later(&self) -> bool;
+        fn may_stick_later(&self, values: &[f64]) -> bool;
         fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>>;
         fn stands(&self, values: &[f64], scales: &DataScales) -> bool;
         fn changes_gas(&self) -> bool;

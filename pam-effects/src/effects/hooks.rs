@@ -307,7 +307,8 @@ pub trait Effect: Send + Sync + 'static {
     }
 
     /// `true` if there may be dry friction later where there is none at the start.
-    fn may_stick_later(&self) -> bool {
+    fn may_stick_later(&self, values: &[f64]) -> bool {
+        let _ = values;
         false
     }
 

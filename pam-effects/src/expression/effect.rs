@@ -329,11 +329,8 @@ fn moved<S: Scalar, R>(
     then: impl FnOnce(&[S]) -> R,
 ) -> R {
     let evaluate = |memory: &[S], start: bool, program: &Program, out: &mut [S]| {
-        let inputs = if start {
-            Instant::at_start(at, p, memory)
-        } else {
-            Instant::new(at, p, memory)
-        };
+        let inputs =
+            if start { Instant::at_start(at, p, memory) } else { Instant::new(at, p, memory) };
         program.values(&inputs, out);
     };
     law.advance(at.since_step_s, memory, &evaluate, then)
@@ -397,8 +394,11 @@ impl Effect for ExpressionEffect {
         self.memory.is_some() || self.air_g_s.is_some()
     }
 
-    fn may_stick_later(&self) -> bool {
-        self.dry_friction_mn.is_some()
+    fn may_stick_later(&self, values: &[f64]) -> bool {
+        let absent = self.info.parameters.iter().zip(values).filter_map(|(p, v)| Some(p.off? == *v));
+        let mut absent = absent.peekable();
+        let is_there = absent.peek().is_none() || absent.any(|absent| !absent);
+        self.dry_friction_mn.is_some() && is_there
     }
 
     fn begin<S: Scalar>(&self, p: &[S], x: S, memory: &mut [S]) {
@@ -419,8 +419,7 @@ impl Effect for ExpressionEffect {
             let mut variables = [S::zero(); VARIABLES];
             variables[T] = S::constant(time_s);
             (variables[X], variables[PF], variables[PE]) = (measured[0], measured[1], measured[2]);
-            for ((program, reading), of) in
-                self.sensors.rest.iter().zip(measured).zip([X, PF, PE])
+            for ((program, reading), of) in self.sensors.rest.iter().zip(measured).zip([X, PF, PE])
             {
                 let Some(program) = program else { continue };
                 for _ in 0..NEWTON_STEPS {

@@ -40,10 +40,10 @@ pub fn parse(text: &str) -> Result<Vec<&'static dyn AnyEffect>, EffectError> {
 pub(crate) fn of_definition(id: &str, text: &str) -> Result<&'static dyn AnyEffect, EffectError> {
     let file = format!("definition of `{id}`");
     let effects = read(text, &file)?;
-    effects.into_iter().find(|e| e.info().id == id).ok_or_else(|| EffectError::File {
-        file,
-        message: "the text defines other effects".into(),
-    })
+    effects
+        .into_iter()
+        .find(|e| e.info().id == id)
+        .ok_or_else(|| EffectError::File { file, message: "the text defines other effects".into() })
 }
 
 fn read(text: &str, file: &str) -> Result<Vec<&'static dyn AnyEffect>, EffectError> {

@@ -91,7 +91,8 @@ impl FromStr for EffectRecord {
     fn from_str(text: &str) -> Result<Self, EffectError> {
         let (id, values) = text.split_once(':').unwrap_or((text, ""));
         let fail = |message: String| EffectError::Effect { id: id.trim().to_owned(), message };
-        let mut record = Self { effect: id.trim().to_owned(), values: BTreeMap::new(), definition: None };
+        let mut record =
+            Self { effect: id.trim().to_owned(), values: BTreeMap::new(), definition: None };
         for assignment in values.split(',').filter(|a| !a.trim().is_empty()) {
             let (name, value) = assignment.split_once('=').ok_or_else(|| {
                 fail(format!("`{}` is not NAME=VALUE, like `force_n=12`", assignment.trim()))

@@ -11,9 +11,7 @@ use super::nuisances::Nuisances;
 use super::parts::{Part, Parts};
 use super::record::ResampledRecord;
 use super::trajectory::Diverged;
-use crate::effects::{
-    Air, ChamberLaw, Command, EffectScalar, Point, Restoring, StepStart,
-};
+use crate::effects::{Air, ChamberLaw, Command, EffectScalar, Point, Restoring, StepStart};
 use pam_core::SealedMasses;
 use pam_data::MassOrigin;
 use pam_solvers::rk4_step;
@@ -113,8 +111,8 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         };
         joint.driving_mn = joint.driving_at(0, 0.0);
         // What may stick later is not asked now: it may ask for the base model's force, which is asked in steps alone.
-        joint.rough = joint.parts.iter().any(|part| part.may_stick_later)
-            || joint.sticks_at_start();
+        joint.rough =
+            joint.parts.iter().any(|part| part.may_stick_later) || joint.sticks_at_start();
         joint
     }
 
@@ -183,11 +181,8 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         };
         for part in self.parts {
             let memory = &mut self.memory[part.memory.clone()];
-            let command = Command {
-                time_s: self.record.since_start_s + time_s,
-                since_s,
-                force_mn: force,
-            };
+            let command =
+                Command { time_s: self.record.since_start_s + time_s, since_s, force_mn: force };
             force = part.effect.drive(part.p, &command, memory);
         }
         force
@@ -256,12 +251,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     }
 
     /// Largest dry friction at a share of a step, mN.
-    pub(super) fn friction_limit_mn(
-        &self,
-        air: &F::Sealed<'_>,
-        step: &Substep<S>,
-        at: At<S>,
-    ) -> S {
+    pub(super) fn friction_limit_mn(&self, air: &F::Sealed<'_>, step: &Substep<S>, at: At<S>) -> S {
         let sealed = self.air();
         let at = self.point(air, &sealed, step, at);
         let limits = self.parts.iter().map(|part| {

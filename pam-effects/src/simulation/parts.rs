@@ -28,10 +28,12 @@ impl<'a, S: EffectScalar> Parts<'a, S> {
             .iter()
             .map(|e| {
                 let (v, m) = (e.info().value_len(), e.memory_len());
+                let p = &values[first_value..first_value + v];
+                let real: Vec<f64> = p.iter().map(|value| value.real()).collect();
                 let part = Part {
                     effect: S::hooks(*e),
-                    may_stick_later: e.may_stick_later(),
-                    p: &values[first_value..first_value + v],
+                    may_stick_later: e.may_stick_later(&real),
+                    p,
                     memory: memory_len..memory_len + m,
                 };
                 first_value += v;

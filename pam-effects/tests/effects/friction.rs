@@ -42,8 +42,7 @@ fn the_stribeck_curve() {
     for v in [-5.0, -1.0, 0.0, 0.5, 2.0, 30.0] {
         let expected = 1e3 * (8.0 + 12.0 * (-(v / 2.0_f64).powi(2)).exp());
         let joint = Held { velocity_mm_s: v, ..Held::at_rest([P; 2]) };
-        let limit =
-            EffectHooks::<f64>::dry_friction_mn(&StribeckFriction, &p, &joint.point(), &[]);
+        let limit = EffectHooks::<f64>::dry_friction_mn(&StribeckFriction, &p, &joint.point(), &[]);
         assert!((limit - expected).abs() < 1e-9 * expected, "{v}");
     }
 }

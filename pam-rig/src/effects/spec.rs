@@ -89,10 +89,7 @@ impl Effect {
         Self::from_source(Source::of(id)?, given)
     }
 
-    fn from_source(
-        source: Source,
-        given: &BTreeMap<String, f64>,
-    ) -> Result<Self, VocabularyError> {
+    fn from_source(source: Source, given: &BTreeMap<String, f64>) -> Result<Self, VocabularyError> {
         let (effect, parameters) = (source.info().id, source.info().parameters);
         let names = || source.value_names();
         if let Some(name) = given.keys().find(|n| names().all(|known| known != **n)) {

@@ -69,12 +69,24 @@ const JOINT: [(&str, &[Moment], &str); 12] = [
     ("pe", &[Motion, Sensing], "absolute pressure of the extensor, kPa"),
     ("mf", &[Motion], "air in the flexor, g"),
     ("me", &[Motion], "air in the extensor, g"),
-    ("force", &[Motion, Command], "force of the drive on the joint; the commanded one in `command_n`, N"),
+    (
+        "force",
+        &[Motion, Command],
+        "force of the drive on the joint; the commanded one in `command_n`, N",
+    ),
     ("network", &[Motion], "restoring force of the base model, N"),
     ("t", &[Motion, Command, Sensing], "time since the excitation began, s"),
-    ("dt", &[Motion, Command, Sensing], "time since the beginning of the step, s; in `step` of a memory"),
+    (
+        "dt",
+        &[Motion, Command, Sensing],
+        "time since the beginning of the step, s; in `step` of a memory",
+    ),
     ("dx", &[Motion, Sensing], "travel since the beginning of the step, mm; in `step` of a memory"),
-    ("x0", &[Motion, Sensing], "displacement at the beginning of the step, mm; in `step` of a memory"),
+    (
+        "x0",
+        &[Motion, Sensing],
+        "displacement at the beginning of the step, mm; in `step` of a memory",
+    ),
 ];
 
 /// Places of the joint.
@@ -100,8 +112,7 @@ const PLACES: [(&str, Moment, &str); 18] = [
 ];
 
 /// Magnitudes of recordings of the joint.
-const SCALES: [&str; 6] =
-    [
+const SCALES: [&str; 6] = [
     "data_force_n",
     "data_peak_force_n",
     "data_travel_mm",
@@ -177,9 +188,13 @@ impl Language {
         }
         let usable = self.variables.iter().filter(|v| v.known.contains(&moment) && !v.of_steps);
         let usable: Vec<&str> = usable.map(|v| v.name.as_str()).collect();
-        Some(format!("`{name}` is not known {}; there are {}", moment.label(), match usable.as_slice() {
-            [] => "the parameters alone".to_owned(),
-            names => names.join(", "),
-        }))
+        Some(format!(
+            "`{name}` is not known {}; there are {}",
+            moment.label(),
+            match usable.as_slice() {
+                [] => "the parameters alone".to_owned(),
+                names => names.join(", "),
+            }
+        ))
     }
 }

@@ -142,8 +142,9 @@ impl Reader<'_> {
         let (word, at) = (name.get_ref(), name.span().start);
         let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
         if !word.chars().all(letters) || !word.starts_with(|c: char| c.is_ascii_alphabetic()) {
-            let message =
-                format!("`{word}` is no name: letters without accents, digits and `_`, a letter first");
+            let message = format!(
+                "`{word}` is no name: letters without accents, digits and `_`, a letter first"
+            );
             return Err(self.fail(at, message));
         }
         let fixed = CONSTANTS.iter().map(|c| c.0).chain(Function::ALL.iter().map(|f| f.0));
@@ -204,7 +205,9 @@ impl Reader<'_> {
             Position::Start(moment) => self.language.refuses(k, moment, false),
         };
         let memory = || match position {
-            Position::At(Moment::Once) => Some("a constant of the effect knows no memory".to_owned()),
+            Position::At(Moment::Once) => {
+                Some("a constant of the effect knows no memory".to_owned())
+            }
             Position::Start(_) => Some("the memory is not known at the beginning".to_owned()),
             _ => None,
         };
@@ -311,11 +314,14 @@ impl Reader<'_> {
         let uses = self.lets(&mut effect, in_order(raw.lets))?;
         let most = effect.value_len().max(effect.memory.len());
         if most > MOST {
-            return Err(self.fail(at, format!("`{}` has more than {MOST} values or memories", effect.id)));
+            return Err(
+                self.fail(at, format!("`{}` has more than {MOST} values or memories", effect.id))
+            );
         }
         let moment = changing.first().copied().unwrap_or(Moment::Motion);
         for (k, (name, raw)) in memory.into_iter().enumerate() {
-            let (text, law, position): (_, fn(Formula) -> MemoryLaw, _) = match (raw.rate, raw.step) {
+            let (text, law, position): (_, fn(Formula) -> MemoryLaw, _) = match (raw.rate, raw.step)
+            {
                 (Some(rate), None) => (rate, MemoryLaw::Rate, Position::At(moment)),
                 (None, Some(step)) => (step, MemoryLaw::Step, Position::Step(moment)),
                 _ => {
@@ -358,7 +364,8 @@ impl Reader<'_> {
             "gas" => Ok(Group::Gas),
             "sensing" => Ok(Group::Sensing),
             other => {
-                let message = format!("there is no group `{other}`; there are mechanics, gas, sensing");
+                let message =
+                    format!("there is no group `{other}`; there are mechanics, gas, sensing");
                 Err(self.fail(group.span().start, message))
             }
         }
@@ -391,10 +398,14 @@ impl Reader<'_> {
         let (range, at) = (*raw.range.get_ref(), raw.range.span().start);
         let [low, high] = range;
         if !(low.is_finite() && high.is_finite() && low < high) {
-            return Err(self.fail(at, format!("the range of `{name}` needs two numbers, the smaller first")));
+            return Err(self
+                .fail(at, format!("the range of `{name}` needs two numbers, the smaller first")));
         }
         if raw.log && low <= 0.0 {
-            return Err(self.fail(at, format!("`{name}` is fitted by its logarithm; its range must be positive")));
+            return Err(self.fail(
+                at,
+                format!("`{name}` is fitted by its logarithm; its range must be positive"),
+            ));
         }
         if let Some(absent) = &raw.absent
             && !(low..=high).contains(absent.get_ref())

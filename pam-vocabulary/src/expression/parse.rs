@@ -1,7 +1,7 @@
 //! Text to tree, by recursive descent.
 
-use super::tokens::{Token, tokens};
 use super::error::nearest;
+use super::tokens::{Token, tokens};
 use super::{Binary, CONSTANTS, Expression, ExpressionError, Function};
 
 /// The names that an expression may use.
@@ -35,7 +35,8 @@ impl Expression {
     pub fn parse(text: &str, scope: &Scope<'_>) -> Result<Self, ExpressionError> {
         let tokens = tokens(text)?;
         if let Some((_, at)) = tokens.get(MOST_TOKENS) {
-            let message = format!("more than {MOST_TOKENS} words, numbers and signs; define parts of it");
+            let message =
+                format!("more than {MOST_TOKENS} words, numbers and signs; define parts of it");
             return Err(ExpressionError::at(text, *at, message));
         }
         let mut parser = Parser { text, tokens, next: 0, depth: 0, scope };
@@ -82,8 +83,9 @@ impl<'t> Parser<'t, '_> {
     }
 
     fn expect(&mut self, sign: &str) -> Result<(), ExpressionError> {
-        self.take(&[(sign, ())])
-            .ok_or_else(|| self.fail(format!("`{sign}` is expected here, not {}", shown(self.peek()))))
+        self.take(&[(sign, ())]).ok_or_else(|| {
+            self.fail(format!("`{sign}` is expected here, not {}", shown(self.peek())))
+        })
     }
 
     /// Operators of one precedence, from the left; `operand` reads what binds tighter.
@@ -173,9 +175,8 @@ impl<'t> Parser<'t, '_> {
                 let called = matches!(self.tokens[self.next + 1].0, Token::Sign("("));
                 if called { self.call(word) } else { self.name(word) }
             }
-            other => {
-                Err(self.fail(format!("a number, a name or `(` is expected here, not {}", shown(other))))
-            }
+            other => Err(self
+                .fail(format!("a number, a name or `(` is expected here, not {}", shown(other)))),
         }
     }
 
@@ -193,7 +194,9 @@ impl<'t> Parser<'t, '_> {
             return Ok(Expression::Number(*value));
         }
         if Function::ALL.iter().any(|(n, ..)| *n == word) {
-            return Err(self.fail(format!("`{word}` is a function; give its arguments: `{word}(…)`")));
+            return Err(
+                self.fail(format!("`{word}` is a function; give its arguments: `{word}(…)`"))
+            );
         }
         let usable = names.iter().enumerate().filter(|(k, _)| (self.scope.refuses)(*k).is_none());
         let known: Vec<&str> =
@@ -205,7 +208,8 @@ impl<'t> Parser<'t, '_> {
         let known = Function::ALL.iter().filter(|f| self.scope.network || f.1 != Function::Network);
         let Some(&(_, function, fewest, most)) = known.clone().find(|f| f.0 == word) else {
             if self.scope.names.iter().any(|n| n == word) {
-                return Err(self.fail(format!("`{word}` is no function; to multiply, write `{word} * (…)`")));
+                return Err(self
+                    .fail(format!("`{word}` is no function; to multiply, write `{word} * (…)`")));
             }
             let known: Vec<&str> = known.map(|f| f.0).collect();
             return Err(self.fail(unknown("function", word, &known)));
@@ -224,7 +228,8 @@ impl<'t> Parser<'t, '_> {
             self.expect(")")?;
         }
         if !(fewest..=most).contains(&arguments.len()) {
-            let wanted = if fewest == most { fewest.to_string() } else { format!("at least {fewest}") };
+            let wanted =
+                if fewest == most { fewest.to_string() } else { format!("at least {fewest}") };
             self.next = at;
             let s = if wanted == "1" { "" } else { "s" };
             let given = arguments.len();
@@ -238,7 +243,9 @@ impl<'t> Parser<'t, '_> {
 fn unknown(kind: &str, word: &str, known: &[&str]) -> String {
     let all = known.join(", ");
     match nearest(word, known.iter().copied()) {
-        Some(near) => format!("there is no {kind} `{word}`; did you mean `{near}`? There are {all}"),
+        Some(near) => {
+            format!("there is no {kind} `{word}`; did you mean `{near}`? There are {all}")
+        }
         None => format!("there is no {kind} `{word}`; there are {all}"),
     }
 }

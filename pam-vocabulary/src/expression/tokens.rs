@@ -43,7 +43,9 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(Token<'_>, usize)>, ExpressionEr
         } else {
             let message = match next {
                 '=' => "`=` assigns nothing here; compare with `==`".to_owned(),
-                '&' | '|' => "there is no `and` and `or`; multiply conditions, or take their max".into(),
+                '&' | '|' => {
+                    "there is no `and` and `or`; multiply conditions, or take their max".into()
+                }
                 other => format!("`{other}` has no meaning in an expression"),
             };
             return Err(ExpressionError::at(text, at, message));

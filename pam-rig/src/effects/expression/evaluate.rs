@@ -107,7 +107,13 @@ impl<'a> Known<'a> {
             Function::Min => of.iter().copied().fold(f64::INFINITY, f64::min),
             Function::Max => of.iter().copied().fold(f64::NEG_INFINITY, f64::max),
             Function::Clamp => a.max(of[1]).min(of[2]),
-            Function::If => if a != 0.0 { of[1] } else { of[2] },
+            Function::If => {
+                if a != 0.0 {
+                    of[1]
+                } else {
+                    of[2]
+                }
+            }
             // The plant's restoring force is that of slow motion.
             Function::Network => (self.restoring_n)(a),
         }

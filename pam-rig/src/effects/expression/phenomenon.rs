@@ -89,8 +89,7 @@ impl Hidden {
             return;
         }
         let Some(before) = self.last.replace(now) else {
-            let start =
-                |m: &_| value(definition, values, &[], starting(m), now, plant);
+            let start = |m: &_| value(definition, values, &[], starting(m), now, plant);
             self.memory = definition.memory.iter().map(start).collect();
             return;
         };
@@ -156,9 +155,8 @@ fn value(
     variables: [f64; VARIABLES],
     plant: Option<&Plant>,
 ) -> f64 {
-    let restoring_n = |x: f64| {
-        plant.map_or(0.0, |plant| plant.elastic_restoring_force_n(x, masses_g(plant)))
-    };
+    let restoring_n =
+        |x: f64| plant.map_or(0.0, |plant| plant.elastic_restoring_force_n(x, masses_g(plant)));
     Known::new(definition, variables, values, memory, &restoring_n).value(&formula.tree)
 }
 
@@ -174,8 +172,7 @@ impl Phenomenon for Hidden {
         for (law, muscle) in setup.laws.iter_mut().zip(muscles) {
             // dV/V = (2 nu − 1) dc/L at rest.
             let braid = Braid::new(&muscle.braid);
-            let slope =
-                muscle.braid.length_mm * braid.area_mm2(0.0) / braid.volume_mm3(0.0);
+            let slope = muscle.braid.length_mm * braid.area_mm2(0.0) / braid.volume_mm3(0.0);
             law.exponent *= exponent * ((1.0 + slope) * factor - 1.0) / slope;
             if let Some(limit) = limit_mm {
                 law.largest_contraction_mm = law.largest_contraction_mm.min(limit);
@@ -213,9 +210,8 @@ impl Phenomenon for Hidden {
     }
 
     fn dry_friction_n(&self, clock: &Clock, plant: &Plant) -> f64 {
-        self.act("dry_friction_n").map_or(0.0, |level| {
-            self.value(level, self.motion(clock, plant), Some(plant)).max(0.0)
-        })
+        self.act("dry_friction_n")
+            .map_or(0.0, |level| self.value(level, self.motion(clock, plant), Some(plant)).max(0.0))
     }
 
     fn muscle_scale(&self, _clock: &Clock) -> f64 {
