@@ -151,6 +151,7 @@ mod book {
     #![doc = include_str!("../../docs/other-systems.md")]
     #![doc = include_str!("../../docs/how-to.md")]
     #![doc = include_str!("../../docs/own-rig.md")]
+    #![doc = include_str!("../../docs/own-effects.md")]
     #![doc = include_str!("../../docs/rig.md")]
     #![doc = include_str!("../../docs/training.md")]
     #![doc = include_str!("../../docs/diagnosis.md")]

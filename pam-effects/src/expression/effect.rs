@@ -395,7 +395,8 @@ impl Effect for ExpressionEffect {
     }
 
     fn may_stick_later(&self, values: &[f64]) -> bool {
-        let absent = self.info.parameters.iter().zip(values).filter_map(|(p, v)| Some(p.off? == *v));
+        let absent =
+            self.info.parameters.iter().zip(values).filter_map(|(p, v)| Some(p.off? == *v));
         let mut absent = absent.peekable();
         let is_there = absent.peek().is_none() || absent.any(|absent| !absent);
         self.dry_friction_mn.is_some() && is_there
