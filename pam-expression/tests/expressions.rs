@@ -56,7 +56,7 @@ fn expressions_are_their_formulas() {
         for [a, b] in POINTS {
             let mut differentiated = [0.0; 2];
             program.values(&&[a, b][..], &mut differentiated);
-            for k in 0..2 {
+            for (k, by_rules) in differentiated.into_iter().enumerate() {
                 let seed =
                     |value: f64, j: usize| Dual64::new(value, if j == k { 1.0 } else { 0.0 });
                 let (a, b) = (seed(a, 0), seed(b, 1));
@@ -69,7 +69,6 @@ fn expressions_are_their_formulas() {
                         near(own.eps, expected.eps),
                         "{text} at {a}, {b}: {own} not {expected}"
                     );
-                    let by_rules = differentiated[k];
                     assert!(near(by_rules, expected.eps), "{text} at {a}, {b}, by {k}: {by_rules}");
                 }
             }

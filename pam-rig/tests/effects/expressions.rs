@@ -142,7 +142,7 @@ fn settings_of_a_rig_carry_the_definition() {
 fn faults_of_an_effect_in_the_rig_are_named() {
     let wrong = FILE.replace("(x - q) /", "(x - w) /");
     let message = expression::read(&wrong).expect_err("there is no w");
-    assert!(message.starts_with("line 20, column 40: there is no name `w`"), "{message}");
+    assert!(message.starts_with("line 19, column 40: there is no name `w`"), "{message}");
     let other = FILE.replace("gap_mm / 2", "gap_mm / 3");
     expression::read(FILE).expect("it can be read");
     assert!(expression::read(&other).expect_err("taken").contains("another id"));

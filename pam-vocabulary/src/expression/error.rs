@@ -34,7 +34,11 @@ impl std::error::Error for ExpressionError {}
 
 /// The known word that is nearest to an unknown one by insertions, deletions and replacements; `None` where none is near.
 pub(crate) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let most = (word.chars().count() / 3).max(1);
+    // Every word of one letter is near to every other.
+    let most = match word.chars().count() {
+        1 => 0,
+        letters => letters.div_ceil(3),
+    };
     let near = known.into_iter().map(|k| (distance(word, k), k)).min_by_key(|(d, _)| *d);
     near.filter(|(d, _)| *d <= most).map(|(_, k)| k)
 }
