@@ -87,6 +87,10 @@ pub struct GlobalOptions {
     /// What `rig_file` holds, once it was read: a command asks in several places.
     #[arg(skip)]
     rig: OnceLock<RigFile>,
+    /// File of effects that are defined by expressions (docs/own-effects.md), which are then known by their ids like
+    /// built-in ones; may be repeated
+    #[arg(long = "effects-file", global = true, value_name = "FILE.toml")]
+    pub effects_files: Vec<PathBuf>,
     /// Use recordings that contradict the physics of the joint (wrong units, swapped columns, flipped signs) all the
     /// same
     #[arg(long, alias = "allow-implausible", global = true)]
@@ -97,6 +101,21 @@ pub struct GlobalOptions {
 }
 
 impl GlobalOptions {
+    /// Makes the effects of `--effects-file` known to models, diagnoses and the virtual rig, each of which evaluates them
+    /// on its own.
+    ///
+    /// # Errors
+    /// [`CliError`] with file, line and column.
+    pub fn load_effects(&self) -> Result<(), CliError> {
+        for path in &self.effects_files {
+            for effect in pam_effects::expression::load(path)? {
+                pam_effects::effects::register(effect)?;
+            }
+            pam_rig::effects::expression::load(path)?;
+        }
+        Ok(())
+    }
+
     /// The rig file of `--rig-file`, which is read once.
     ///
     /// # Errors

@@ -31,7 +31,7 @@ pub mod own {
     pub use pam_core::{ActivationFunction, Scalar, units};
     pub use pam_data::{Channel, Recording};
     pub use pam_effects::effects::{
-        Absorbed, ChamberLaw, Contact, DataScales, Effect, EffectInfo, Group, Observed,
+        Absorbed, ChamberLaw, Command, DataScales, Effect, EffectInfo, Group, Observed,
         ParameterInfo, Point, Rest, Switch, entry,
     };
     pub use pam_trajectory::loss::{
@@ -90,6 +90,7 @@ fn dispatch(arguments: &Arguments) -> Result<ExitCode, CliError> {
             .build_global()
             .map_err(|e| CliError::Usage(format!("--threads {threads}: {e}")))?;
     }
+    global.load_effects()?;
     let console = Console::new(global);
     match &arguments.command {
         None => DemoArguments::default().run(global, &console),

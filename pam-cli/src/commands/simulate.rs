@@ -123,7 +123,7 @@ impl RunCommand for SimulateArguments {
 }
 
 /// The effect of `--effect`.
-fn added_effect(text: &str) -> Result<ActiveEffect, CliError> {
+pub(super) fn added_effect(text: &str) -> Result<ActiveEffect, CliError> {
     let wrong = |e: EffectError| usage(format!("--effect {text}: {e}"));
     text.parse::<EffectRecord>().and_then(|record| record.resolve(&[])).map_err(wrong)
 }

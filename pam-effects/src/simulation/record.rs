@@ -110,6 +110,7 @@ impl ResampledRecord {
         let sealed = r.reading_at_rest();
         let [x0, v0, pf0, pe0] = r.initial_state();
         let rest = Rest {
+            start_s: 0.0,
             sealed_mm: sealed.displacement_mm,
             sealed_kpa: [sealed.pressure_flexor_kpa, sealed.pressure_extensor_kpa],
             start_mm: x0,

@@ -2,6 +2,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod expressions;
 mod gas;
 mod mechanics;
 mod pairs;

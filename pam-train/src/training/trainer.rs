@@ -76,13 +76,18 @@ impl Trainer {
     /// twice; [`TrainingError::Curriculum`] if the curriculum names effects and none are given, or a gradient
     /// method that has none of them.
     pub fn extended(
-        curriculum: Curriculum,
+        mut curriculum: Curriculum,
         recordings: Vec<Recording>,
         surfaces: Option<MuscleSurfaces>,
         effects: Vec<ActiveEffect>,
         seed: u64,
     ) -> Result<Self, TrainingError> {
         effects::check(&effects)?;
+        // The run keeps what defines them, so that it goes on in a process that was not told.
+        for record in &mut curriculum.model.effects {
+            let own = effects.iter().find(|a| a.effect.info().id == record.effect);
+            record.definition = own.and_then(|a| a.effect.definition()).map(str::to_owned);
+        }
         let start = Start::of(&curriculum, !effects.is_empty(), seed)?;
         if !effects.is_empty() {
             let solvers = curriculum.stages.iter().filter_map(|stage| match stage {

@@ -16,18 +16,18 @@ pub mod pressure_sensor_lag;
 use std::collections::VecDeque;
 
 /// A delay line over samples of equal distance that interpolates between them.
-struct DelayLine {
+pub(in crate::effects) struct DelayLine {
     delay_s: f64,
     last: VecDeque<f64>,
 }
 
 impl DelayLine {
-    fn new(delay_s: f64) -> Self {
+    pub(in crate::effects) fn new(delay_s: f64) -> Self {
         Self { delay_s, last: VecDeque::new() }
     }
 
     /// Takes the value of now and gives that of `delay_s` ago; before the first one, the first one.
-    fn pass(&mut self, value: f64, step_s: f64) -> f64 {
+    pub(in crate::effects) fn pass(&mut self, value: f64, step_s: f64) -> f64 {
         self.last.push_front(value);
         let steps = self.delay_s / step_s;
         let whole = steps.floor() as usize;
