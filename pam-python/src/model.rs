@@ -53,7 +53,7 @@ impl Model {
 }
 
 /// The force of a model with other tensors, in the order of its parts.
-pub(crate) fn with_tensors(
+fn with_tensors(
     force: &AnyForce<f64>,
     values: &[PyReadonlyArrayDyn<'_, f64>],
 ) -> PyResult<AnyForce<f64>> {

@@ -3,7 +3,7 @@
 use crate::arrays::{rows, tensor, to_rows};
 use crate::errors::{engine, raised, settings};
 use crate::loss::Loss;
-use crate::model::{Model, with_tensors};
+use crate::model::Model;
 use crate::options::{StepOptions, mass_options};
 use crate::recording::Recording;
 use crate::watch::{Stop, brief, watched};
@@ -38,6 +38,73 @@ pub(crate) struct Problem {
     loss: Loss,
     free: Mutex<Vec<Work>>,
     samples: usize,
+    tensors: Tensors,
+}
+
+/// How the tensors of a force, row-major one after another, lie among its parameters.
+struct Tensors {
+    names: Vec<String>,
+    shapes: Vec<Vec<usize>>,
+    /// The parameter of each number of the tensors.
+    parameter: Vec<usize>,
+}
+
+impl Tensors {
+    fn of(force: &AnyForce<f64>) -> Self {
+        // The tensors of a force whose parameters are their own indices.
+        let indices: Vec<f64> = (0..force.parameter_len()).map(|k| k as f64).collect();
+        let parts = force.with_parameters(&indices).to_parts().tensors;
+        Self {
+            names: parts.iter().map(|(name, _)| name.clone()).collect(),
+            shapes: parts.iter().map(|(_, t)| t.shape.clone()).collect(),
+            parameter: parts.iter().flat_map(|(_, t)| &t.values).map(|v| *v as usize).collect(),
+        }
+    }
+
+    /// The force with these tensors.
+    fn force(
+        &self,
+        like: &AnyForce<f64>,
+        arrays: &[PyReadonlyArrayDyn<'_, f64>],
+    ) -> PyResult<AnyForce<f64>> {
+        if arrays.len() != self.shapes.len() {
+            return Err(settings(format!("{} tensors; the force has {}", arrays.len(), self.shapes.len())));
+        }
+        let mut parameters = vec![0.0; self.parameter.len()];
+        let mut places = self.parameter.iter();
+        for ((name, shape), array) in self.names.iter().zip(&self.shapes).zip(arrays) {
+            if array.shape() != shape {
+                return Err(settings(format!(
+                    "parameter `{name}` has shape {:?}; the model's is {shape:?}",
+                    array.shape()
+                )));
+            }
+            match array.as_slice() {
+                Ok(values) => {
+                    values.iter().zip(&mut places).for_each(|(v, k)| parameters[*k] = *v);
+                }
+                Err(_) => {
+                    array.as_array().iter().zip(&mut places).for_each(|(v, k)| parameters[*k] = *v);
+                }
+            }
+        }
+        Ok(like.with_parameters(&parameters))
+    }
+
+    /// Parameters as tensors.
+    fn arrays<'py>(
+        &self,
+        py: Python<'py>,
+        parameters: &[f64],
+    ) -> PyResult<Vec<Bound<'py, PyArrayDyn<f64>>>> {
+        let mut places = &self.parameter[..];
+        let one = |shape: &Vec<usize>| {
+            let (own, rest) = places.split_at(shape.iter().product());
+            places = rest;
+            tensor(py, shape, own.iter().map(|k| parameters[*k]).collect())
+        };
+        self.shapes.iter().map(one).collect()
+    }
 }
 
 /// The numbers at which a problem is evaluated.
@@ -102,7 +169,7 @@ impl Problem {
             raw: RawParameters { mass, gas_coefficient, deformation },
             geometry: self.saved.model.geometry,
             auxiliary_damping_kg_s: damping,
-            force: with_tensors(&self.saved.model.force, &tensors)?,
+            force: self.tensors.force(&self.saved.model.force, &tensors)?,
         };
         Ok(At { model, effects, masses, starts })
     }
@@ -174,12 +241,9 @@ impl Problem {
     }
 
     fn gradients<'py>(&self, py: Python<'py>, g: &TrajectoryGradient) -> PyResult<Gradients<'py>> {
-        // The gradient has the shape of the force, so it is taken apart as one.
-        let parts = self.saved.model.force.with_parameters(&g.force).to_parts();
-        let tensors = parts.tensors.into_iter().map(|(_, t)| tensor(py, &t.shape, t.values));
         let masses: Vec<[f64; 2]> = g.masses.iter().map(|m| [m.flexor_g, m.extensor_g]).collect();
         Ok((
-            tensors.collect::<PyResult<Vec<_>>>()?,
+            self.tensors.arrays(py, &g.force)?,
             PyArray1::from_vec(py, vec![g.raw.mass, g.raw.gas_coefficient, g.raw.deformation]),
             g.auxiliary_damping,
             PyArray1::from_slice(py, &g.effects),
@@ -224,6 +288,7 @@ impl Problem {
         }
         Ok(Self {
             samples: windows.subjects().iter().map(|s| s.recording.len()).sum(),
+            tensors: Tensors::of(&model.saved.model.force),
             saved: model.saved.clone(),
             effects: model.extended.effects.clone(),
             windows,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from contextlib import contextmanager
 from typing import Any, Callable, Iterator, Union
 
@@ -19,7 +20,7 @@ def shown(progress: Progress) -> Iterator[Callable[[str, float, str], Any] | Non
         yield None
         return
     try:
-        from tqdm.auto import tqdm
+        tqdm = importlib.import_module("tqdm.auto").tqdm
     except ImportError:
         yield None
         return

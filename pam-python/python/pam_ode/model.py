@@ -87,7 +87,8 @@ class Prediction:
     @property
     def rmse(self) -> Array:
         """Root-mean-square errors of x, v, P_f, P_e: mm, mm/s, kPa, kPa."""
-        return np.sqrt(np.mean((self.states - self.recording.states) ** 2, axis=0))
+        squares: Array = np.mean((self.states - self.recording.states) ** 2, axis=0)
+        return np.sqrt(squares)
 
     @property
     def r2(self) -> Array:
@@ -336,7 +337,8 @@ class Model:
             masses[..., 0],
             masses[..., 1],
         )
-        columns = self._native.linearise(*(np.ascontiguousarray(p).ravel() for p in points), h_mm)
+        x, v, flexor, extensor = (np.ascontiguousarray(p).ravel() for p in points)
+        columns = self._native.linearise(x, v, flexor, extensor, h_mm)
         return Linearisation(*(c.reshape(points[0].shape) for c in columns))
 
     def stiffness(self, displacement_mm: ArrayLike = 0.0, velocity_mm_s: ArrayLike = 0.0, **air: Any) -> Array:
@@ -358,10 +360,34 @@ class Model:
         return _pam.reachable(self._native, places, velocity_mm_s, bounds, h_mm)
 
     @overload
-    def predict(self, recordings: Recording, **options: Any) -> Prediction: ...
+    def predict(
+        self,
+        recordings: Recording,
+        *,
+        masses_g: ArrayLike | None = ...,
+        method: str = ...,
+        step_ms: float | None = ...,
+        rtol: float | None = ...,
+        atol: float | None = ...,
+        input: str = ...,
+        masses: str = ...,
+        surfaces: Path | None = ...,
+    ) -> Prediction: ...
 
     @overload
-    def predict(self, recordings: Sequence[Recording], **options: Any) -> list[Prediction]: ...
+    def predict(
+        self,
+        recordings: Sequence[Recording],
+        *,
+        masses_g: ArrayLike | None = ...,
+        method: str = ...,
+        step_ms: float | None = ...,
+        rtol: float | None = ...,
+        atol: float | None = ...,
+        input: str = ...,
+        masses: str = ...,
+        surfaces: Path | None = ...,
+    ) -> list[Prediction]: ...
 
     def predict(
         self,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 from typing import Any, Iterator, Sequence, Union
 
@@ -159,7 +160,16 @@ class Recording:
                 arrays[column] = as_array(of, frame[of].to_numpy(), 1)
             elif column != "velocity_mm_s" or column in columns:
                 raise DataError(f"the frame has no column `{of}`; it has {', '.join(map(str, there))}")
-        return cls(**arrays, name=name, masses_g=masses_g)
+        return cls(
+            arrays["time_s"],
+            arrays["displacement_mm"],
+            arrays["pressure_flexor_kpa"],
+            arrays["pressure_extensor_kpa"],
+            arrays["force_n"],
+            velocity_mm_s=arrays.get("velocity_mm_s"),
+            name=name,
+            masses_g=masses_g,
+        )
 
     def to_dict(self) -> dict[str, Array]:
         """The columns by name."""
@@ -167,14 +177,12 @@ class Recording:
 
     def to_pandas(self) -> Any:
         """A ``pandas.DataFrame`` with the columns :data:`COLUMNS`."""
-        import pandas
-
+        pandas = importlib.import_module("pandas")
         return pandas.DataFrame(self.to_dict())
 
     def to_polars(self) -> Any:
         """A ``polars.DataFrame`` with the columns :data:`COLUMNS`."""
-        import polars
-
+        polars = importlib.import_module("polars")
         return polars.DataFrame(self.to_dict())
 
     def save(self, path: Path) -> None:
@@ -303,7 +311,8 @@ class Recording:
 
 
 def _restore(name: str, columns: list[Array], masses_g: tuple[float, float] | None, notes: list[str]) -> Recording:
-    return Recording._of(_pam.Recording(name, *columns, masses_g, notes))
+    time, x, v, flexor, extensor, force = columns
+    return Recording._of(_pam.Recording(name, time, x, v, flexor, extensor, force, masses_g, notes))
 
 
 def read(
