@@ -66,11 +66,7 @@ fn with_tensors(
                 tensor.shape
             )));
         }
-        tensor.values.clear();
-        match array.as_slice() {
-            Ok(contiguous) => tensor.values.extend_from_slice(contiguous),
-            Err(_) => tensor.values.extend(array.as_array().iter()),
-        }
+        tensor.values = array.as_array().iter().copied().collect();
     }
     AnyForce::from_parts(force.kind(), &parts).map_err(raised)
 }

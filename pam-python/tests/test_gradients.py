@@ -104,20 +104,25 @@ def test_effects_have_gradients(measured: pam.Recording) -> None:
         assert found.gradient["effects"][k] == pytest.approx(slope, rel=1e-3)
 
 
-def test_recordings_that_stop_are_left_out_with_a_warning(measured: pam.Recording) -> None:
-    time_s = np.arange(500) * 2e-3
-    # A force past what a double can hold once it is squared.
-    wild = pam.Recording.at_rest(time_s, 412.0, np.where(time_s > 0.3, 1e300, 0.0), name="wild")
-    model = network("sine")
-    alone = pam.value_and_gradient(model, measured)
+def test_recordings_that_stop_are_left_out_with_a_warning() -> None:
+    # A force that pushes away at positive x, and nothing at negative x: what is pushed along +x explodes.
+    layers = [(np.array([[0.0, 0.0, 1.0, 0.0]]), np.zeros(1)), (np.array([[-1e12]]), np.zeros(1))]
+    model = pam.Model.from_layers(layers, "relu")
+    time_s = np.arange(200) * 2e-3
+    calm = pam.Recording.at_rest(time_s, 412.0, -1.0, name="calm")
+    wild = pam.Recording.at_rest(time_s, 412.0, np.where(time_s > 0.1, 1.0, 0.0), name="wild")
+    options = {"method": "adjoint", "solver": "tsit5"}
+    alone = pam.value_and_gradient(model, calm, **options)
     with pytest.warns(pam.PamWarning, match="wild"):
-        both = pam.value_and_gradient(model, [measured, wild])
+        both = pam.value_and_gradient(model, [calm, wild], **options)
     assert both.value == pytest.approx(alone.value, rel=1e-12)
-    assert both.stopped[0].name == "wild" and 0.29 < both.stopped[0].time_s < 0.31
+    assert both.stopped[0].name == "wild" and 0.1 < both.stopped[0].time_s < 0.2
     assert np.isnan(both.values[1])
     with pytest.raises(pam.SolveError) as stopped:
-        pam.value_and_gradient(model, wild)
-    assert stopped.value.recording == "wild"
+        pam.value_and_gradient(model, wild, **options)
+    assert stopped.value.recording == "wild" and stopped.value.time_s == both.stopped[0].time_s
+    with pytest.raises(pam.SolveError, match="wild"):
+        pam.simulate(model, [calm, wild], **options)
 
 
 def test_wrong_arguments_are_refused(measured: pam.Recording) -> None:
@@ -207,7 +212,7 @@ def test_a_call_with_little_data_is_short(measured: pam.Recording) -> None:
 def test_two_threads_compute_at_once() -> None:
     """While one thread computes, another one runs Python and computes too."""
     model = pam.load("default")
-    command = driven(seconds=20.0, rate_hz=1000.0)
+    command = driven(seconds=5.0, rate_hz=1000.0)
     problem = pam.Problem(model, [command.renamed(str(k)) for k in range(4)])
     problem.value_and_gradient()
     started, results, ticks = threading.Barrier(3), [], 0
@@ -223,7 +228,7 @@ def test_two_threads_compute_at_once() -> None:
     while any(t.is_alive() for t in threads):
         ticks += 1
         time.sleep(1e-3)
-    assert ticks > 5
+    assert ticks > 3
     assert np.array_equal(results[0].gradient["weight_1"], results[1].gradient["weight_1"])
 
 
@@ -237,7 +242,7 @@ def test_an_interrupt_ends_a_long_call(tmp_path) -> None:
         "time = np.arange(60_000) * 1e-3\n"
         "m = pam.load()\n"
         "r = pam.Recording.at_rest(time, 412.0, 40 * np.sin(time))\n"
-        "rs = [r.renamed(str(k)) for k in range(400)]\n"
+        "rs = [r.renamed(str(k)) for k in range(40)]\n"
         "print('ready', flush=True)\n"
         "try:\n"
         "    pam.value_and_gradient(m, rs, method='adjoint', solver='tsit5', rtol=1e-9, atol=1e-9)\n"
@@ -246,7 +251,7 @@ def test_an_interrupt_ends_a_long_call(tmp_path) -> None:
     )
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, cwd=ROOT)
     assert process.stdout is not None and process.stdout.readline() == "ready\n"
-    time.sleep(1.5)
+    time.sleep(0.5)
     process.send_signal(signal.SIGINT)
     start = time.perf_counter()
     out, _ = process.communicate(timeout=120)
