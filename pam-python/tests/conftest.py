@@ -12,6 +12,9 @@ import pam_ode as pam
 ROOT = Path(__file__).resolve().parents[2]
 PUBLISHED = ROOT / "data" / "published"
 
+#: Half of the loss of the paper, as the published code averages: 50 mean[dx² + dv²] + ½ mean[dP_f² + dP_e²].
+WEIGHTS = np.array([50.0, 50.0, 0.5, 0.5])
+
 
 @pytest.fixture(scope="session")
 def published() -> pam.Model:

@@ -5,13 +5,9 @@ import time
 
 import numpy as np
 import pytest
-from conftest import ROOT, driven, network
+from conftest import WEIGHTS, driven, network
 
 import pam_ode as pam
-
-#: Half of the paper's loss, as the published code averages: 50 mean[dx² + dv²] + ½ mean[dP_f² + dP_e²].
-WEIGHTS = np.array([50.0, 50.0, 0.5, 0.5])
-
 
 def loss_of(states: np.ndarray, measured: pam.Recording) -> float:
     return float(WEIGHTS @ np.mean((states - measured.states) ** 2, axis=0))
@@ -232,28 +228,25 @@ def test_two_threads_compute_at_once() -> None:
     assert np.array_equal(results[0].gradient["weight_1"], results[1].gradient["weight_1"])
 
 
-def test_an_interrupt_ends_a_long_call(tmp_path) -> None:
+def test_an_interrupt_ends_a_long_call() -> None:
     import signal
     import subprocess
     import sys
 
     code = (
         "import numpy as np, pam_ode as pam\n"
-        "time = np.arange(60_000) * 1e-3\n"
-        "m = pam.load()\n"
-        "r = pam.Recording.at_rest(time, 412.0, 40 * np.sin(time))\n"
-        "rs = [r.renamed(str(k)) for k in range(40)]\n"
-        "print('ready', flush=True)\n"
+        "time = np.arange(4000) * 1e-3\n"
+        "m = pam.load('spring-damper')\n"
+        "r = m.predict(pam.Recording.at_rest(time, 412.0, 40 * np.sin(9 * time))).to_recording()\n"
         "try:\n"
-        "    pam.value_and_gradient(m, rs, method='adjoint', solver='tsit5', rtol=1e-9, atol=1e-9)\n"
+        "    pam.train([r], callback=lambda e: print('epoch', flush=True))\n"
         "except KeyboardInterrupt:\n"
         "    print('interrupted', flush=True)\n"
     )
-    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, cwd=ROOT)
-    assert process.stdout is not None and process.stdout.readline() == "ready\n"
-    time.sleep(0.5)
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stdout.readline() == "epoch\n"
     process.send_signal(signal.SIGINT)
     start = time.perf_counter()
     out, _ = process.communicate(timeout=120)
-    assert out == "interrupted\n"
-    assert time.perf_counter() - start < 60
+    assert out.endswith("interrupted\n") and process.returncode == 0
+    assert time.perf_counter() - start < 30
