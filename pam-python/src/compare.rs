@@ -32,8 +32,7 @@ pub(crate) fn compare(
     let surfaces = surfaces.transpose().map_err(raised)?;
     let model = built_in_spring_damper(None);
     let recordings = recordings.iter().map(|r| (*r.inner).clone()).collect();
-    let subjects =
-        Subject::resolve(recordings, &model, &MassOptions::default()).map_err(raised)?;
+    let subjects = Subject::resolve(recordings, &model, &MassOptions::default()).map_err(raised)?;
     let sets = split(&config, subjects).map_err(raised)?;
     let comparison = watched(py, |stop| {
         let event = |event: Event<'_>| {

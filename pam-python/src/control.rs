@@ -58,11 +58,8 @@ fn planned(
         Ok((plan, Some(certificates.iter().map(pam_exact_complete).collect())))
     })?
     .map_err(|e: pam_control::ControlError| raised(e))?;
-    let lead = format!(
-        "{} {}",
-        model.saved.info.name,
-        pam_cli::options::describe_model(&model.saved)
-    );
+    let lead =
+        format!("{} {}", model.saved.info.name, pam_cli::options::describe_model(&model.saved));
     Ok(Plan { plan, certified, lead })
 }
 

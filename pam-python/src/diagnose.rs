@@ -58,8 +58,8 @@ pub(crate) fn diagnose(
     let data = found(&data)?;
     let test = test.as_ref().map(found).transpose()?;
     let baseline = baseline.as_ref().map(found).transpose()?;
-    let diagnosis_settings = DiagnosisSettings::parse("", &changes)
-        .map_err(|e| settings(e.to_string()))?;
+    let diagnosis_settings =
+        DiagnosisSettings::parse("", &changes).map_err(|e| settings(e.to_string()))?;
     let mut options = DiagnoseOptions {
         seed,
         settings: diagnosis_settings,
@@ -68,9 +68,7 @@ pub(crate) fn diagnose(
         ..DiagnoseOptions::default()
     };
     if let Some(ids) = effects {
-        let of = |id: &String| {
-            by_id(id).ok_or_else(|| raised(EffectRecord::unknown(id, &[])))
-        };
+        let of = |id: &String| by_id(id).ok_or_else(|| raised(EffectRecord::unknown(id, &[])));
         options.candidates = ids.iter().map(of).collect::<PyResult<_>>()?;
     }
     let sets = RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
@@ -148,7 +146,10 @@ impl Diagnosis {
 
     /// Excitations that separate the named cause from those with which it is confusable, best first: name, separation in
     /// multiples of the noise, and pieces `[force_n, frequency_hz, duration_s]`.
-    fn design<'py>(&self, py: Python<'py>) -> PyResult<Vec<(String, f64, Bound<'py, PyArray2<f64>>)>> {
+    fn design<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Vec<(String, f64, Bound<'py, PyArray2<f64>>)>> {
         let all = watched(py, |_| self.diagnosis.design())?;
         let one = |s: &pam_diagnose::joint::Separation| {
             (s.excitation.name.to_string(), s.least(), rows(py, &s.excitation.pieces))

@@ -8,8 +8,8 @@ use crate::watch::{brief, watched};
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pam_autodiff::linearise;
-use pam_cli::options::{DEFAULT_MODEL, SPRING_DAMPER, built_in_spring_damper, default_model};
 use pam_cli::options::describe_model;
+use pam_cli::options::{DEFAULT_MODEL, SPRING_DAMPER, built_in_spring_damper, default_model};
 use pam_core::force::{Dense, ForceParts, Tensor};
 use pam_core::units::MN_PER_N;
 use pam_core::{
@@ -243,7 +243,10 @@ impl Model {
         saved.info.source = None;
         let own = self.extended.parameters().len();
         if effects.len() != own {
-            return Err(settings(format!("{} effect parameters; the model has {own}", effects.len())));
+            return Err(settings(format!(
+                "{} effect parameters; the model has {own}",
+                effects.len()
+            )));
         }
         let mut extended = self.extended.clone();
         extended.effects =
@@ -299,8 +302,8 @@ impl Model {
         mass_extensor_g: PyReadonlyArray1<'py, f64>,
         h_mm: f64,
     ) -> PyResult<[Column<'py>; 4]> {
-        let [x, v, f, e] =
-            [&displacement_mm, &velocity_mm_s, &mass_flexor_g, &mass_extensor_g].map(|a| a.as_array());
+        let [x, v, f, e] = [&displacement_mm, &velocity_mm_s, &mass_flexor_g, &mass_extensor_g]
+            .map(|a| a.as_array());
         let force = &self.saved.model.force;
         let columns = {
             let dual = force.map(num_dual_constant);
@@ -314,9 +317,9 @@ impl Model {
                 };
                 let exact = linearise(&dual, &at);
                 let scheme = pam_autodiff::FourPointSmoothed { h: h_mm };
-                let estimate =
-                    pam_autodiff::stiffness_by_difference_n_mm(force, &at, &scheme);
-                let row = [exact.force_mn / MN_PER_N, exact.stiffness_n_mm, exact.damping_kg_s, estimate];
+                let estimate = pam_autodiff::stiffness_by_difference_n_mm(force, &at, &scheme);
+                let row =
+                    [exact.force_mn / MN_PER_N, exact.stiffness_n_mm, exact.damping_kg_s, estimate];
                 columns.iter_mut().zip(row).for_each(|(c, value)| c.push(value));
             }
             columns
@@ -423,9 +426,10 @@ impl Evaluation {
         py: Python<'py>,
         index: usize,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyArray2<f64>>)> {
-        let r = self.evaluation.recordings.get(index).ok_or_else(|| {
-            settings(format!("there is no recording {index} in this evaluation"))
-        })?;
+        let r =
+            self.evaluation.recordings.get(index).ok_or_else(|| {
+                settings(format!("there is no recording {index} in this evaluation"))
+            })?;
         let c = &r.prediction.channels;
         let states: Vec<[f64; 4]> =
             (0..r.prediction.len()).map(|k| [c.x[k], c.v[k], c.pf[k], c.pe[k]]).collect();

@@ -61,7 +61,11 @@ impl StepOptions {
     }
 
     /// The settings for a model and a method: `auto`, `exact` or a Runge–Kutta method.
-    pub(crate) fn settings_for(&self, method: &str, saved: &SavedModel) -> PyResult<SolverSettings> {
+    pub(crate) fn settings_for(
+        &self,
+        method: &str,
+        saved: &SavedModel,
+    ) -> PyResult<SolverSettings> {
         let named = [AUTO, EXACT].contains(&method);
         let general = self.settings(if named { "tsit5" } else { method })?;
         if !named || (method == AUTO && self.are_given()) {

@@ -68,7 +68,11 @@ impl Tensors {
         arrays: &[PyReadonlyArrayDyn<'_, f64>],
     ) -> PyResult<AnyForce<f64>> {
         if arrays.len() != self.shapes.len() {
-            return Err(settings(format!("{} tensors; the force has {}", arrays.len(), self.shapes.len())));
+            return Err(settings(format!(
+                "{} tensors; the force has {}",
+                arrays.len(),
+                self.shapes.len()
+            )));
         }
         let mut parameters = vec![0.0; self.parameter.len()];
         let mut places = self.parameter.iter();
@@ -355,12 +359,8 @@ impl Problem {
         numbers: Numbers<'py>,
     ) -> PyResult<(Vec<Bound<'py, PyArray2<f64>>>, Failures)> {
         let at = self.at(numbers)?;
-        let none: Vec<Vec<[f64; 4]>> = self
-            .windows
-            .subjects()
-            .iter()
-            .map(|s| vec![[0.0; 4]; s.recording.len()])
-            .collect();
+        let none: Vec<Vec<[f64; 4]>> =
+            self.windows.subjects().iter().map(|s| vec![[0.0; 4]; s.recording.len()]).collect();
         let count = none.len();
         let (states, g) = self.evaluate(py, &at, Some(&none), false, move |engine, g| {
             let states: Vec<Vec<[f64; 4]>> =

@@ -32,10 +32,7 @@ impl Recording {
 
 fn column(name: &str, array: &PyReadonlyArray1<'_, f64>, len: usize) -> PyResult<Vec<f64>> {
     if array.len() != len {
-        return Err(settings(format!(
-            "`{name}` has {} samples, `time_s` has {len}",
-            array.len()
-        )));
+        return Err(settings(format!("`{name}` has {} samples, `time_s` has {len}", array.len())));
     }
     Ok(array.as_array().to_vec())
 }
@@ -58,10 +55,8 @@ impl Recording {
         notes: Vec<String>,
     ) -> PyResult<Self> {
         let n = time_s.len();
-        let given_masses = masses_g
-            .map(|[f, e]| SealedMasses::new(f, e))
-            .transpose()
-            .map_err(raised)?;
+        let given_masses =
+            masses_g.map(|[f, e]| SealedMasses::new(f, e)).transpose().map_err(raised)?;
         let inner = pam_data::Recording {
             time_s: time_s.as_array().to_vec(),
             displacement_mm: column("displacement_mm", &displacement_mm, n)?,

@@ -64,7 +64,8 @@ pub(crate) fn train(
     };
     let (trained_on, mut every) = (all(&recordings), all(&recordings));
     every.extend(all(&held_out));
-    if let Some(both) = held_out.iter().find(|h| trained_on.iter().any(|r| r.name == h.inner.name)) {
+    if let Some(both) = held_out.iter().find(|h| trained_on.iter().any(|r| r.name == h.inner.name))
+    {
         return Err(settings(format!(
             "`{}` is both trained on and held out; recordings are told apart by their names",
             both.inner.name
@@ -130,9 +131,16 @@ pub(crate) fn train(
                     made_by: pam_cli::run_record::made_by(),
                 };
                 let resume = folder.has_checkpoint();
-                train_into(&mut trainer, &folder, &run_settings, resume, stop.flag(), &mut |row, _| {
-                    observe(row);
-                })?
+                train_into(
+                    &mut trainer,
+                    &folder,
+                    &run_settings,
+                    resume,
+                    stop.flag(),
+                    &mut |row, _| {
+                        observe(row);
+                    },
+                )?
             }
             None => in_memory(&mut trainer, stop.flag(), observe)?,
         };

@@ -239,7 +239,7 @@ def test_an_interrupt_ends_a_long_call() -> None:
         "m = pam.load('spring-damper')\n"
         "r = m.predict(pam.Recording.at_rest(time, 412.0, 40 * np.sin(9 * time))).to_recording()\n"
         "try:\n"
-        "    pam.train([r], callback=lambda e: print('epoch', flush=True))\n"
+        "    pam.train([r], {'stage.1.matching.steps': 50}, callback=lambda e: print('epoch', flush=True))\n"
         "except KeyboardInterrupt:\n"
         "    print('interrupted', flush=True)\n"
     )

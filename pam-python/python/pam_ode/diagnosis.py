@@ -12,6 +12,7 @@ from ._html import table
 from ._options import Changes, Path, changes, optional_path
 from ._progress import Progress, shown
 from ._report import write
+from .effects import effects as known_effects
 from .errors import SettingsError
 from .model import Model
 from .recording import Recording, natives
@@ -135,8 +136,8 @@ class Diagnosis:
         return cls(
             d["verdict"],
             native.sentence(),
-            tuple(_cause(c) for c in d["causes"]),
-            tuple(_cause(c) for c in d["minor"]),
+            tuple(_cause(c, minor=False) for c in d["causes"]),
+            tuple(_cause(c, minor=True) for c in d["minor"]),
             tuple(d["reasons"]),
             tuple(
                 Anomaly(a["kind"], a["channel"], a["recording"], a["time_s"], a["frequency_hz"], a["description"])
@@ -147,7 +148,7 @@ class Diagnosis:
                 ChannelReduction(
                     key, c["rmse_before"], c["rmse_after"], c["r2_before"], c["r2_after"], (c["ci95"][0], c["ci95"][1])
                 )
-                for (key, _), c in zip(native.channels(), _channels(gain))
+                for key, c in ((key, gain[key]) for key, _ in native.channels())
             ),
             gain["overall"]["error_reduction"],
             (gain["overall"]["ci95"][0], gain["overall"]["ci95"][1]),
@@ -209,22 +210,15 @@ class Diagnosis:
         return plot.diagnosis(self, axes=axes)
 
 
-def _channels(gain: dict[str, Any]) -> list[dict[str, Any]]:
-    channels = gain.get("channels")
-    if isinstance(channels, list):
-        return channels
-    # Channels are written by their keys.
-    return [v for v in (channels or gain).values() if isinstance(v, dict) and "rmse_before" in v]
-
-
-def _cause(c: dict[str, Any]) -> Cause:
+def _cause(c: dict[str, Any], *, minor: bool) -> Cause:
+    info = known_effects().get(c["effect"])
     return Cause(
         c["effect"],
-        c["description"],
+        "" if info is None else info.description,
         {name: Interval(i["value"], (i["ci95"][0], i["ci95"][1])) for name, i in c["parameters"].items()},
         c["share_of_error_removed"],
         c["inclusion"],
-        c["minor"],
+        minor,
         tuple(c["confusable_with"]),
     )
 
