@@ -70,7 +70,6 @@ fn pam_exact_complete(certificate: &pam_exact::Certificate) -> bool {
 /// Plans a motion in words or of a CSV file.
 #[pyfunction]
 #[pyo3(signature = (model, motion, stiffness, *, load_n, rate_hz, exact, mass_bounds_g, stiffness_step_mm))]
-#[allow(clippy::too_many_arguments)]
 pub(crate) fn plan_motion(
     py: Python<'_>,
     model: &Model,

@@ -37,7 +37,6 @@ fn share_of(stage: Stage, share: f64) -> (&'static str, f64) {
 /// Diagnoses recordings with a model.
 #[pyfunction]
 #[pyo3(signature = (model, data, test, baseline, *, effects, changes, noise, accept, seed, masses, surfaces, progress))]
-#[allow(clippy::too_many_arguments)]
 pub(crate) fn diagnose(
     py: Python<'_>,
     model: &Model,

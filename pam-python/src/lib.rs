@@ -14,6 +14,8 @@
 //! | `train`, `diagnose`, `control`, `rig`, `effects`, `compare` | the commands of these names |
 //! | `cli` | the program `pam` |
 #![cfg(feature = "extension")]
+// Functions take the keyword arguments of those in Python, and return tuples that these unpack.
+#![allow(clippy::too_many_arguments, clippy::type_complexity)]
 
 mod arrays;
 mod cli;

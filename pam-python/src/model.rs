@@ -99,7 +99,6 @@ impl Model {
     /// A network model from layers (weight `[outputs, inputs]`, bias `[outputs]`) and physical parameters.
     #[staticmethod]
     #[pyo3(signature = (layers, activation, *, activation_parameters, mass_kg, gas_coefficient, deformation, damping_kg_s, radius_mm, length_mm, name, trained))]
-    #[allow(clippy::too_many_arguments)]
     fn from_layers(
         layers: Vec<(PyReadonlyArray2<'_, f64>, PyReadonlyArray1<'_, f64>)>,
         activation: &str,
@@ -329,7 +328,6 @@ impl Model {
 
     /// Predicts recordings: the states `[samples, 4]`, the masses, and (accepted, rejected, evaluations) of each.
     #[pyo3(signature = (recordings, masses_g, method, steps, masses, surfaces))]
-    #[allow(clippy::type_complexity)]
     fn predict<'py>(
         &self,
         py: Python<'py>,
@@ -420,7 +418,6 @@ impl Evaluation {
     }
 
     /// Name, measured and predicted states `[samples, 4]` and time of the `index`-th recording.
-    #[allow(clippy::type_complexity)]
     fn trajectory<'py>(
         &self,
         py: Python<'py>,

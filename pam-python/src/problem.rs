@@ -93,6 +93,18 @@ impl Tensors {
                 }
             }
         }
+        if let Some(k) = self.parameter.iter().position(|k| !parameters[*k].is_finite()) {
+            let mut first = 0;
+            let name = self.names.iter().zip(&self.shapes).find_map(|(name, shape)| {
+                first += shape.iter().product::<usize>();
+                (k < first).then_some(name.as_str())
+            });
+            return Err(settings(format!(
+                "parameter `{}` holds {}; the training has diverged, take a smaller rate",
+                name.unwrap_or("?"),
+                parameters[self.parameter[k]]
+            )));
+        }
         Ok(like.with_parameters(&parameters))
     }
 
@@ -262,7 +274,6 @@ impl Problem {
 impl Problem {
     #[new]
     #[pyo3(signature = (model, recordings, loss, *, method, solver, precision, steps, masses, surfaces, horizon_s))]
-    #[allow(clippy::too_many_arguments)]
     fn new(
         model: &Model,
         recordings: Vec<PyRef<'_, Recording>>,
@@ -337,7 +348,6 @@ impl Problem {
 
     /// The mean loss, the loss of each window, the gradients, the windows that stopped early, and counts of work
     /// (accepted, rejected, evaluations, pullbacks, stored bytes).
-    #[allow(clippy::type_complexity)]
     fn value_and_gradient<'py>(
         &self,
         py: Python<'py>,
@@ -352,7 +362,6 @@ impl Problem {
     }
 
     /// The states `[samples, 4]` of each window, and the windows that stopped early.
-    #[allow(clippy::type_complexity)]
     fn simulate<'py>(
         &self,
         py: Python<'py>,

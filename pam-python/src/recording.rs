@@ -42,7 +42,6 @@ impl Recording {
     /// A recording from columns in the framework's units.
     #[new]
     #[pyo3(signature = (name, time_s, displacement_mm, velocity_mm_s, pressure_flexor_kpa, pressure_extensor_kpa, force_mn, masses_g, notes))]
-    #[allow(clippy::too_many_arguments)]
     fn new(
         name: String,
         time_s: PyReadonlyArray1<'_, f64>,

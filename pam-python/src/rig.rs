@@ -142,7 +142,6 @@ impl Rig {
 /// Records a protocol into a folder: paths of the logs.
 #[pyfunction]
 #[pyo3(signature = (folder, *, rig, protocol, conditions, effects, ideal, seed, truth, overwrite, progress))]
-#[allow(clippy::too_many_arguments)]
 pub(crate) fn rig_record(
     py: Python<'_>,
     folder: PathBuf,

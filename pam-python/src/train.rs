@@ -43,7 +43,6 @@ impl pam_trajectory::TrajectoryLoss for FunctionLoss {
 /// returns `False`, the training stops.
 #[pyfunction]
 #[pyo3(signature = (recordings, held_out, curriculum, *, changes, loss, surfaces, seed, folder, name, callback, progress))]
-#[allow(clippy::too_many_arguments)]
 pub(crate) fn train(
     py: Python<'_>,
     recordings: Vec<PyRef<'_, Recording>>,

@@ -130,6 +130,8 @@ def test_wrong_arguments_are_refused(measured: pam.Recording) -> None:
         problem.value({"weight_1": np.zeros(8)})
     with pytest.raises(pam.SettingsError, match="object"):
         problem.value({"weight_1": np.full((8, 8), None)})
+    with pytest.raises(pam.SettingsError, match="`bias_1` holds NaN"):
+        problem.value({"bias_1": np.full(8, np.nan)})
     with pytest.raises(pam.SettingsError, match="unknown method `backprop`; known: auto"):
         pam.Problem(model, measured, method="backprop")
     with pytest.raises(pam.SettingsError, match="no recording"):
