@@ -235,20 +235,23 @@ def test_an_interrupt_ends_a_long_call() -> None:
     import subprocess
     import sys
 
+    # A training that would take hours.
     code = (
         "import numpy as np, pam_ode as pam\n"
-        "time = np.arange(4000) * 1e-3\n"
+        "time = np.arange(500) * 2e-3\n"
         "m = pam.load('spring-damper')\n"
         "r = m.predict(pam.Recording.at_rest(time, 412.0, 40 * np.sin(9 * time))).to_recording()\n"
+        "settings = {'model.hidden': [8], 'stage.1.matching.steps': 100, 'stage.2.epochs': 1_000_000}\n"
         "try:\n"
-        "    pam.train([r], {'stage.1.matching.steps': 50}, callback=lambda e: print('epoch', flush=True))\n"
+        "    pam.train([r], settings, callback=lambda e: print('epoch', e.stage, flush=True))\n"
         "except KeyboardInterrupt:\n"
         "    print('interrupted', flush=True)\n"
     )
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None and process.stdout.readline() == "epoch\n"
+    assert process.stdout is not None
+    for line in process.stdout:
+        if line == "epoch 2\n":
+            break
     process.send_signal(signal.SIGINT)
-    start = time.perf_counter()
-    out, _ = process.communicate(timeout=120)
+    out, _ = process.communicate(timeout=100)
     assert out.endswith("interrupted\n") and process.returncode == 0
-    assert time.perf_counter() - start < 30
