@@ -1,6 +1,6 @@
 """The extension module; the classes that users see are in the modules beside it."""
 
-from typing import Any, Callable, Sequence, TypedDict
+from typing import Any, Callable
 
 import numpy as np
 from numpy.typing import NDArray

@@ -10,11 +10,8 @@ from ._arrays import Array
 from .errors import SettingsError
 from .gradients import Problem
 
-#: Activations whose equal in JAX and PyTorch has the same formula, and the formula.
-ACTIVATIONS = ("leaky_relu", "relu", "tanh", "softplus", "silu", "gelu", "elu", "sine")
 
-
-def flatten(problem: Problem, names: Sequence[str], arrays: Sequence[Any]) -> dict[str, Array]:
+def flatten(names: Sequence[str], arrays: Sequence[Any]) -> dict[str, Array]:
     """Parameters as float64 by name; single precision comes in from JAX and PyTorch."""
     return {name: np.asarray(a, dtype=np.float64) for name, a in zip(names, arrays)}
 

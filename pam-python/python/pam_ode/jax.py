@@ -13,7 +13,7 @@ JAX says so.
 
 from __future__ import annotations
 
-from typing import Any, Callable, Mapping, Sequence, Union
+from typing import Any, Callable, Mapping, Sequence
 
 import jax
 import jax.numpy as jnp
@@ -117,10 +117,10 @@ def loss(
 
 def _loss_of(problem: Problem, names: tuple[str, ...]) -> Callable[..., Any]:
     def host_value(*arrays: Any) -> Array:
-        return np.asarray(problem.value(flatten(problem, names, arrays)), dtype=_numpy_dtype(arrays))
+        return np.asarray(problem.value(flatten(names, arrays)), dtype=_numpy_dtype(arrays))
 
     def host_both(*arrays: Any) -> tuple[Any, ...]:
-        found = problem.value_and_gradient(flatten(problem, names, arrays))
+        found = problem.value_and_gradient(flatten(names, arrays))
         gradients = tuple(found.gradient[n].astype(np.asarray(a).dtype) for n, a in zip(names, arrays))
         return (np.asarray(found.value, dtype=_numpy_dtype(arrays)), *gradients)
 
@@ -170,11 +170,11 @@ def simulate(
 def _states_of(problem: Problem, names: tuple[str, ...], lengths: Sequence[int]) -> Callable[..., Any]:
     def host_states(*arrays: Any) -> tuple[Any, ...]:
         dtype = _numpy_dtype(arrays)
-        return tuple(s.astype(dtype) for s in problem.simulate(flatten(problem, names, arrays)))
+        return tuple(s.astype(dtype) for s in problem.simulate(flatten(names, arrays)))
 
     def host_pullback(arrays: Sequence[Any], cotangents: Sequence[Any]) -> tuple[Any, ...]:
         given = [np.asarray(c, dtype=np.float64) for c in cotangents]
-        found = problem.pullback(given, flatten(problem, names, arrays))
+        found = problem.pullback(given, flatten(names, arrays))
         return tuple(found[n].astype(np.asarray(a).dtype) for n, a in zip(names, arrays))
 
     @jax.custom_vjp
@@ -229,17 +229,7 @@ def from_equinox(mlp: Any, activation: str, **physical: Any) -> Model:
     own = getattr(mlp, "activation", None)
     if own is not None and len(mlp.layers) > 1:
         z = jnp.linspace(-3.0, 3.0, 13)
-        width = mlp.layers[0].bias.shape[0]
-
-        def apply(v: Any) -> Any:
-            # Equinox keeps one activation for each neuron.
-            return jnp.stack([jnp.reshape(jax.vmap(own_of)(jnp.full(width, x)), -1)[0] for x in v])
-
-        own_of = own
-        try:
-            values = jax.vmap(lambda x: own(x))(z)
-        except Exception:  # noqa: BLE001 - an activation with parameters for each neuron
-            values = apply(z)
+        values = jax.vmap(own)(z)
         if not bool(jnp.allclose(values, ACTIVATIONS[activation](z), atol=1e-5)):
             raise SettingsError(f"the module's activation is not `{activation}`: it has other values")
     layers = [(np.asarray(layer.weight, np.float64), np.asarray(layer.bias, np.float64)) for layer in mlp.layers]
