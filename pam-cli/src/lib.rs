@@ -21,8 +21,10 @@ pub use console::Console;
 pub use error::CliError;
 pub use registry::Registry;
 
+use clap::FromArgMatches;
 use commands::RunCommand;
 use commands::demo::DemoArguments;
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 /// The traits and types from which a custom part is made; see [`Registry`].
@@ -67,6 +69,29 @@ pub fn run(registry: Registry) -> ExitCode {
     match registry.install() {
         Ok(()) => run_arguments(&Arguments::of_process()),
         Err(error) => report(&error),
+    }
+}
+
+/// As [`run`] with the arguments `arguments`, the name of the program first, for programs that host this one. Wrong
+/// arguments and requests for help are printed and end in an exit code, not the process.
+#[must_use]
+pub fn run_from<T: Into<OsString> + Clone>(
+    registry: Registry,
+    arguments: impl IntoIterator<Item = T>,
+) -> ExitCode {
+    if let Err(error) = registry.install() {
+        return report(&error);
+    }
+    let parsed = Arguments::with_exit_codes()
+        .try_get_matches_from(arguments)
+        .and_then(|matches| Arguments::from_arg_matches(&matches));
+    match parsed {
+        Ok(arguments) => run_arguments(&arguments),
+        Err(error) => {
+            // A closed output is no reason to fail.
+            let _ = error.print();
+            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(USAGE))
+        }
     }
 }
 

@@ -158,6 +158,8 @@ mod book {
     #![doc = include_str!("../../docs/control.md")]
     #![doc = include_str!("../../docs/gradients.md")]
     #![doc = include_str!("../../docs/exact.md")]
+    #![doc = include_str!("../../docs/python.md")]
+    #![doc = include_str!("../../docs/matlab-and-r.md")]
     #![doc = include_str!("../../docs/compare.md")]
     #![doc = include_str!("../../docs/ablations.md")]
     #![doc = include_str!("../../docs/effects.md")]
