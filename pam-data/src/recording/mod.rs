@@ -276,17 +276,3 @@ fn command_from_name(name: &str) -> Option<[f64; 2]> {
     let part = |range: std::ops::Range<usize>| code.get(range)?.parse::<u8>().ok().map(f64::from);
     Some([part(0..2)?, part(2..4)?])
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_give_the_commanded_pressures() {
-        assert_eq!(command_from_name("nn_3060"), Some([30.0, 60.0]));
-        assert_eq!(command_from_name("nn_3060_excerpt"), Some([30.0, 60.0]));
-        assert_eq!(command_from_name("nn_30"), None);
-        assert_eq!(command_from_name("data"), None);
-        assert_eq!(command_from_name("nn_a\u{e9}b\u{e9}"), None);
-    }
-}
