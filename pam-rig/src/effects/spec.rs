@@ -24,7 +24,8 @@ impl PartialEq for Effect {
 }
 
 impl Effect {
-    const MOST: usize = 4;
+    /// Most parameters that an effect may have.
+    pub const MOST: usize = 4;
 
     /// An effect with some of its parameters by name.
     ///
@@ -134,21 +135,5 @@ impl<'de> Deserialize<'de> for Effect {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let table = Table::deserialize(deserializer)?;
         Self::new(&table.id, &table.parameters).map_err(serde::de::Error::custom)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_effect_takes_its_typical_values_within_its_limits() {
-        for hidden in ALL {
-            let effect: Effect = hidden.info.id.parse().unwrap();
-            assert!(hidden.info.parameters.len() <= Effect::MOST);
-            assert_eq!(hidden.info.parameters.len(), hidden.typical.len());
-            assert_eq!(effect.to_string().parse::<Effect>().unwrap(), effect);
-            let _ = effect.start();
-        }
     }
 }
