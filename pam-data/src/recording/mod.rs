@@ -244,7 +244,11 @@ impl Recording {
     /// A recording without samples, named after its file.
     #[must_use]
     pub fn empty(source: impl AsRef<Path>) -> Self {
-        let source = source.as_ref();
+        Self::empty_at(source.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn empty_at(source: &Path) -> Self {
         let name = source.file_stem().map_or_else(
             || source.display().to_string(),
             |stem| stem.to_string_lossy().into_owned(),
