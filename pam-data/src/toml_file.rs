@@ -10,7 +10,11 @@ use std::path::Path;
 /// # Errors
 /// [`DataError::Io`] if the file cannot be read as UTF-8.
 pub fn text(path: impl AsRef<Path>) -> Result<String, DataError> {
-    let path = path.as_ref();
+    text_at(path.as_ref())
+}
+
+/// One instance, whatever the path is given as.
+fn text_at(path: &Path) -> Result<String, DataError> {
     std::fs::read_to_string(path).map_err(|e| DataError::io(path, e))
 }
 

@@ -51,7 +51,11 @@ impl RigParameters {
     /// # Errors
     /// [`RigError`] naming file and line.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, RigError> {
-        let path = path.as_ref();
+        Self::read_at(path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn read_at(path: &Path) -> Result<Self, RigError> {
         Ok(toml_file::parse(&toml_file::text(path)?, path)?)
     }
 

@@ -56,7 +56,11 @@ impl SweepFolder {
     /// [`AblateError::Folder`] if another sweep is there, unless `extend` says that this one takes its
     /// place: cells that are in both are kept.
     pub fn begin(path: impl AsRef<Path>, sweep: &Sweep, extend: bool) -> Result<Self, AblateError> {
-        let path = path.as_ref();
+        Self::begin_at(path.as_ref(), sweep, extend)
+    }
+
+    /// One instance, whatever the path is given as.
+    fn begin_at(path: &Path, sweep: &Sweep, extend: bool) -> Result<Self, AblateError> {
         std::fs::create_dir_all(path).map_err(|e| AblateError::io(path, e))?;
         let lock = path.join("sweep.lock");
         let file = claim::open(&lock)?;

@@ -184,7 +184,11 @@ impl Sweep {
     /// # Errors
     /// [`AblateError`] with the line.
     pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self, AblateError> {
-        let path = path.as_ref();
+        Self::parse_at(text, path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn parse_at(text: &str, path: &Path) -> Result<Self, AblateError> {
         let places = Places { text, path };
         let raw: RawSweep = toml_file::parse(text, path)?;
         let axes: Vec<Axis> =

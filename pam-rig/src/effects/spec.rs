@@ -78,7 +78,8 @@ impl PartialEq for Effect {
 }
 
 impl Effect {
-    const MOST: usize = 16;
+    /// Most parameters that an effect may have.
+    pub const MOST: usize = 16;
 
     /// An effect with some of its parameters by name.
     ///
@@ -211,21 +212,5 @@ impl<'de> Deserialize<'de> for Effect {
         source
             .and_then(|source| Self::from_source(source, &table.parameters))
             .map_err(serde::de::Error::custom)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_effect_takes_its_typical_values_within_its_limits() {
-        for hidden in ALL {
-            let effect: Effect = hidden.info.id.parse().unwrap();
-            assert!(hidden.info.parameters.len() <= Effect::MOST);
-            assert_eq!(hidden.info.parameters.len(), hidden.typical.len());
-            assert_eq!(effect.to_string().parse::<Effect>().unwrap(), effect);
-            let _ = effect.start();
-        }
     }
 }

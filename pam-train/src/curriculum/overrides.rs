@@ -17,7 +17,11 @@ impl Curriculum {
         path: impl AsRef<Path>,
         overrides: &[String],
     ) -> Result<Self, CurriculumError> {
-        let path = path.as_ref();
+        Self::parse_at(text, path.as_ref(), overrides)
+    }
+
+    /// Compiled here once: the code of a deserializer is large.
+    fn parse_at(text: &str, path: &Path, overrides: &[String]) -> Result<Self, CurriculumError> {
         let mut curriculum: Self = toml_file::parse(text, path)?;
         if !overrides.is_empty() {
             let mut table: Table = toml_file::parse(text, path)?;

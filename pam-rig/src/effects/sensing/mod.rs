@@ -37,17 +37,3 @@ impl DelayLine {
         at(whole) + part * (at(whole + 1) - at(whole))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::DelayLine;
-
-    #[test]
-    fn a_delay_line_gives_the_past() {
-        let mut line = DelayLine::new(2.5e-3);
-        let out: Vec<f64> = (0..6).map(|k| line.pass(f64::from(k), 1e-3)).collect();
-        assert_eq!(out, [0.0, 0.0, 0.0, 0.5, 1.5, 2.5]);
-        let mut none = DelayLine::new(0.0);
-        assert_eq!(none.pass(3.0, 1e-3), 3.0);
-    }
-}

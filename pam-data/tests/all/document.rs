@@ -1,5 +1,7 @@
-use super::*;
-use serde::Deserialize;
+//! Values in both formats, against the crates `toml` and `serde_json`.
+
+use pam_data::document::{from_json, from_toml, from_value, to_json, to_toml};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,7 +1,10 @@
 //! The study's rows say what is known of the methods.
 
+mod kinked;
+mod network;
+
 use pam_bench::gradients::{
-    BatchGrid, Case, Cells, Grid, Kind, Method, Row, Solver, Study, StudyResult, joint_methods,
+    BatchGrid, Cells, Grid, Kind, Method, Problem as OfStudy, Row, Solver, Study, StudyResult,
     methods, output, parts, problems,
 };
 use pam_bench::memory::CountingAllocator;
@@ -13,12 +16,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 #[global_allocator]
 static MEMORY: CountingAllocator = CountingAllocator;
 
-fn all_on<F, I>(case: Case<F, I>, solvers: Vec<Solver>) -> impl Cells
-where
-    F: ParametricField + 'static,
-    I: ParametricInput + 'static,
-{
-    Grid { part: parts::GRID.into(), case, methods: methods(), solvers }
+fn all_on(problem: OfStudy, horizon_s: f64, solver: Solver) -> Box<dyn Cells> {
+    problem.with_every_method(parts::GRID, horizon_s, vec![solver])
 }
 
 /// One test at a time: memory is counted over the whole process, and what a neighbour frees would count as well.
@@ -38,21 +37,16 @@ fn tanh() -> Activation {
 #[test]
 fn exact_methods_agree_with_the_frozen_steps_and_all_with_the_truth() {
     let _alone = alone();
-    let tsit5 = || vec![Solver::adaptive(Tableau::tsit5(), 1e-8)];
+    let tsit5 = || Solver::adaptive(Tableau::tsit5(), 1e-8);
     let leaky = Activation::from_name("leaky_relu").unwrap();
     let study = Study::new()
-        .with(all_on(problems::linear::case(3.0), tsit5()))
-        .with(all_on(problems::van_der_pol::case(3.0), tsit5()))
-        .with(all_on(problems::joint::case(tanh(), 8, 0.1), tsit5()))
-        .with(Grid {
-            part: parts::GRID.into(),
-            case: problems::joint::case(leaky, 4, 0.1),
-            methods: joint_methods(),
-            solvers: tsit5(),
-        });
+        .with(all_on(OfStudy::Linear, 3.0, tsit5()))
+        .with(all_on(OfStudy::VanDerPol, 3.0, tsit5()))
+        .with(all_on(OfStudy::Joint { activation: tanh(), width: 8 }, 0.1, tsit5()))
+        .with(all_on(OfStudy::Joint { activation: leaky, width: 4 }, 0.1, tsit5()));
     let result = run(study);
     assert!(result.rows.iter().any(|row| row.method_text() == "adjoint / hand"));
-    assert_eq!(result.rows.len(), 3 * 19 + 27);
+    assert_eq!(result.rows.len(), 2 * 19 + 2 * 27);
     for row in &result.rows {
         let name = format!("{} on {}", row.method_text(), row.problem_text());
         assert_eq!(row.failure, None, "{name}");
@@ -73,8 +67,8 @@ fn exact_methods_agree_with_the_frozen_steps_and_all_with_the_truth() {
 #[test]
 fn on_the_stiff_problem_backsolve_is_lost_and_the_discrete_adjoint_right() {
     let _alone = alone();
-    let solvers = vec![Solver::adaptive(Tableau::tsit5(), 1e-6)];
-    let result = run(Study::new().with(all_on(problems::stiff::case(1.0), solvers)));
+    let solver = Solver::adaptive(Tableau::tsit5(), 1e-6);
+    let result = run(Study::new().with(all_on(OfStudy::Stiff, 1.0, solver)));
     for row in &result.rows {
         let lost = row.failure.is_some() || row.gradient_error.unwrap() > 0.1;
         match row.method.as_str() {
@@ -92,7 +86,8 @@ fn on_the_quartic_the_gradient_is_worse_than_the_state() {
     let _alone = alone();
     let solvers = [1e-3, 1e-5, 1e-7]
         .map(|tolerance| Solver::adaptive(Tableau::bogacki_shampine3(), tolerance));
-    let study = Study::new().with(all_on(problems::quartic::case(2.0), solvers.to_vec()));
+    let cells = OfStudy::Quartic.with_every_method(parts::GRID, 2.0, solvers.to_vec());
+    let study = Study::new().with(cells);
     for row in run(study.with_methods(&["adjoint".into()]).unwrap()).rows {
         let (value, gradient) = (row.value_error.unwrap(), row.gradient_error.unwrap());
         assert!(gradient > 1.2 * value, "{}: {value:e}, {gradient:e}", row.steps_text());
@@ -125,10 +120,8 @@ fn lanes_are_the_adjoint_of_all_trajectories() {
 fn results_repeat_except_for_time_and_memory() {
     let _alone = alone();
     let study = || {
-        let cells = all_on(
-            problems::joint::case(tanh(), 4, 0.1),
-            vec![Solver::constant(Tableau::rk4(), 5e-3)],
-        );
+        let joint = OfStudy::Joint { activation: tanh(), width: 4 };
+        let cells = all_on(joint, 0.1, Solver::constant(Tableau::rk4(), 5e-3));
         run(Study::new().with(cells)).rows.iter().map(Row::repeatable).collect::<Vec<_>>()
     };
     assert_eq!(study(), study());

@@ -1,7 +1,6 @@
 //! Polygons and inverse synthesis of the published weights against the network itself.
 
-mod common;
-
+use crate::common;
 use pam_exact::{InverseProblem, InverseSolver, Partition, Plane, ReluNetwork, Window};
 use rayon::prelude::*;
 use std::time::Instant;

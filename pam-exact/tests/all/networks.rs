@@ -1,10 +1,9 @@
 //! Networks of any shape: exact solutions and gradients against Runge–Kutta steps that land on every kink,
 //! and affine pieces against the network itself.
 
-mod common;
-
-use common::limits::{distance_from_discrete_adjoint, largest_difference_mm};
-use common::random::random_joint;
+use crate::common;
+use crate::common::limits::{distance_from_discrete_adjoint, largest_difference_mm};
+use crate::common::random::random_joint;
 use pam_core::Activation;
 use pam_exact::{Partition, Plane, Window};
 use pam_solvers::Interpolation;

@@ -1,9 +1,10 @@
 //! The published weights: exact solutions against Runge–Kutta steps that land on every kink, and exact
 //! gradients against differences of exact values.
 
-mod common;
-
-use common::limits::{distance_from_discrete_adjoint, largest_difference_mm, problem, squares};
+use crate::common;
+use crate::common::limits::{
+    distance_from_discrete_adjoint, largest_difference_mm, problem, squares,
+};
 use pam_core::{NamedChoice, ParametricForce, SealedMasses};
 use pam_exact::{ExactDirection, ExactProblem, ExactSolver, forward_sensitivities};
 use pam_solvers::Interpolation;

@@ -9,7 +9,7 @@ use pam_autodiff::{
 use pam_core::{ForceInput, ForceModel, JointField, NetworkForce, ParametricField, Scalar, scalar};
 use std::hint::black_box;
 
-#[path = "../tests/all/support/mod.rs"]
+#[path = "../../pam-autodiff/tests/all/support/mod.rs"]
 mod support;
 
 fn products<D: Differentiation<JointField<f64, NetworkForce<f64>>>>(
