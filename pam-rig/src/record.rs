@@ -40,13 +40,19 @@ fn seed_of(seed: u64, name: &str) -> u64 {
     name.bytes().fold(OFFSET ^ seed, |sum, b| (sum ^ u64::from(b)).wrapping_mul(PRIME))
 }
 
+/// Most samples of one run: three hours at 1 kHz, or half the memory that readers allow.
+const MOST_FRAMES: usize = 10_000_000;
+/// Most steps of the plant in one run.
+const MOST_STEPS: usize = 1_000_000_000;
+
 /// Carries out one run.
 ///
 /// The log begins with the controller idle, then the servo inflates the muscles from room pressure,
 /// the valves close, the joint rests, and at time zero the tracks of the protocol begin.
 ///
 /// # Errors
-/// [`RigError::Parameter`] if the rig's parameters are impossible.
+/// [`RigError::Parameter`] if the rig's parameters are impossible or ask for too many samples,
+/// [`RigError::Diverged`] if its motion does not stay finite.
 pub fn record(
     parameters: &RigParameters,
     protocol: &Protocol,
@@ -58,11 +64,23 @@ pub fn record(
     let frames = |time_s: f64| (time_s * rate_hz).round() as usize;
     let lead = &protocol.lead_in;
     let (idle, inflate, rest) = (frames(IDLE_S), frames(lead.inflate_s), frames(lead.rest_s));
-    let before = idle + inflate + rest;
+    let before = idle.saturating_add(inflate).saturating_add(rest);
     let sample_s = parameters.sensors.clock.sample_s();
     let start_s = -(before as f64) * sample_s;
     let mut rig = Rig::new(parameters, seed, start_s)?;
-    let total = before + frames(protocol.duration_s());
+    let total = before.saturating_add(frames(protocol.duration_s()));
+    let steps = total.saturating_mul(parameters.steps_per_sample);
+    if total > MOST_FRAMES || steps > MOST_STEPS {
+        return Err(RigError::Parameter {
+            field: "sensors.clock.rate_hz".into(),
+            value: rate_hz,
+            message: format!(
+                "a run of {:.1} s takes {total} samples and {steps} steps of the plant; {MOST_FRAMES} and {MOST_STEPS} \
+                 are the most. Lower the rate, the steps per sample, or the length of the protocol",
+                protocol.duration_s()
+            ),
+        });
+    }
     let mut recorded = Recorded {
         name: run.name.clone(),
         rate_hz,
@@ -87,6 +105,9 @@ pub fn record(
         if frame < idle {
             made.row.command = 0.0;
             made.row.sync = false;
+        }
+        if !made.is_finite() {
+            return Err(RigError::Diverged { name: run.name.clone(), time_s });
         }
         recorded.rows.push(made.row);
         recorded.truth.rows.push(made.truth);

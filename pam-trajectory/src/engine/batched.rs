@@ -46,7 +46,15 @@ impl<T: Float> BatchedEngine<T> {
         let controller = self.settings.step.controller().ok_or_else(|| {
             EngineError::Request("the closed form has an engine of its own".into())
         })?;
-        let integrator = BatchedIntegrator::new(self.settings.tableau.clone(), controller);
+        let mut integrator = BatchedIntegrator::new(self.settings.tableau.clone(), controller);
+        let most = (0..request.len()).filter_map(|k| {
+            let r = &request.subject(k).recording;
+            let (t0, t1) = r.span_s();
+            self.settings.most_steps(t1 - t0, r.len())
+        });
+        if let Some(most) = most.max() {
+            integrator = integrator.with_max_steps(most);
+        }
         let motion = SealedMotion::<T, Activation>::new(request.model, network);
         let problems = (0..request.len())
             .map(|k| {

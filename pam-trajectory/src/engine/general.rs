@@ -114,9 +114,13 @@ impl GeneralEngine {
                 "the exact method has a gradient of its own and takes no other method's".into(),
             )
         })?;
-        let integrator = Integrator::new(self.settings.tableau.clone(), controller);
         let subject = request.subject(task.window);
         let measured: &Recording = &subject.recording;
+        let mut integrator = Integrator::new(self.settings.tableau.clone(), controller);
+        let length_s = measured.span_s().1 - measured.span_s().0;
+        if let Some(most) = self.settings.most_steps(length_s, measured.len()) {
+            integrator = integrator.with_max_steps(most);
+        }
         let force =
             SampledInput::new(&measured.time_s, &measured.force_mn, self.settings.interpolation)?;
         let (input, field) = (Fixed(force), request.model.sealed(subject.masses));
