@@ -91,7 +91,9 @@ impl OutputFolder {
         }
         Err(DataError::file(
             &self.path,
-            format!("holds the results of `pam {owner}`, which `pam {command}` would replace; give another folder"),
+            format!(
+                "holds the results of `pam {owner}`, which `pam {command}` would replace; give another folder"
+            ),
         ))
     }
 }
@@ -203,7 +205,8 @@ fn remove_temporary(folder: &Path, depth: usize, age: Duration) {
 
 fn is_older(entry: &std::fs::DirEntry, age: Duration) -> bool {
     age.is_zero()
-        || entry.metadata().and_then(|m| m.modified()).is_ok_and(|at| {
-            SystemTime::now().duration_since(at).is_ok_and(|since| since >= age)
-        })
+        || entry
+            .metadata()
+            .and_then(|m| m.modified())
+            .is_ok_and(|at| SystemTime::now().duration_since(at).is_ok_and(|since| since >= age))
 }

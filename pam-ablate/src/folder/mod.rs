@@ -138,7 +138,10 @@ fn refuse_foreign(path: &Path) -> Result<(), AblateError> {
         None => Ok(()),
         Some(first) => Err(AblateError::folder(
             path,
-            format!("it holds other files ({first} and {} more) and no sweep; give an empty folder", foreign.len() - 1),
+            format!(
+                "it holds other files ({first} and {} more) and no sweep; give an empty folder",
+                foreign.len() - 1
+            ),
         )),
     }
 }
@@ -153,7 +156,9 @@ pub fn plan(sweep: &Sweep, experiment: &dyn Experiment) -> Result<Vec<Planned>, 
     if count > MOST_CELLS {
         return Err(AblateError::setting(
             format!("sweep `{}`", sweep.name),
-            format!("{count} cells are more than the {MOST_CELLS} that are run; take fewer values, draws or seeds"),
+            format!(
+                "{count} cells are more than the {MOST_CELLS} that are run; take fewer values, draws or seeds"
+            ),
         ));
     }
     let mut planned: Vec<Planned> = Vec::new();

@@ -163,7 +163,9 @@ impl Places<'_> {
         let at = raw.span().start;
         let found = match raw.into_inner() {
             Value::Integer(n) if n > MOST_CELLS as i64 => {
-                return Err(self.error(at, format!("seeds = {n}: a sweep has at most {MOST_CELLS} cells")));
+                return Err(
+                    self.error(at, format!("seeds = {n}: a sweep has at most {MOST_CELLS} cells"))
+                );
             }
             Value::Integer(n) if n > 0 => Some((1..=n as u64).collect()),
             Value::Array(list) => {

@@ -5,6 +5,7 @@ use crate::arguments::GlobalOptions;
 use crate::console::Console;
 use crate::error::{CliError, failed, usage};
 use crate::options::{DataOptions, ModelOptions, check_quality, describe_model};
+use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
 use indicatif::ProgressBar;
@@ -73,6 +74,10 @@ fn candidates() -> String {
 }
 
 impl RunCommand for DiagnoseArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        vec![Output::Folder("diagnose", &self.out)]
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let options = options(self, global)?;
         let saved = self.model.load_extended(global.rig_for(&self.data)?.as_ref())?;

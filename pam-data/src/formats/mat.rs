@@ -60,7 +60,8 @@ fn parse(bytes: &[u8]) -> Result<BTreeMap<String, Vec<f64>>, String> {
         let unpacked;
         let (mut kind, mut content) = file.take()?;
         if kind == COMPRESSED {
-            unpacked = unpack(ZlibDecoder::new(content)).map_err(|e| format!("an array cannot be unpacked ({e}); the file is damaged"))?;
+            unpacked = unpack(ZlibDecoder::new(content))
+                .map_err(|e| format!("an array cannot be unpacked ({e}); the file is damaged"))?;
             total += unpacked.len() as u64;
             if total > largest_bytes() {
                 return Err(format!(

@@ -90,8 +90,7 @@ pub fn read_member(path: &Path, name: &str) -> Result<Option<String>, DataError>
         Err(zip::result::ZipError::FileNotFound) => return Ok(None),
         Err(e) => return Err(DataError::file(path, format!("`{name}`: {e}"))),
     };
-    let bytes =
-        unpack(&mut file).map_err(|e| DataError::file(path, format!("`{name}`: {e}")))?;
+    let bytes = unpack(&mut file).map_err(|e| DataError::file(path, format!("`{name}`: {e}")))?;
     let text = String::from_utf8(bytes);
     text.map(Some).map_err(|e| DataError::file(path, format!("`{name}` is no text: {e}")))
 }

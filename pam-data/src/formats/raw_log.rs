@@ -7,9 +7,9 @@
 
 use super::format::{FileFormat, Head};
 use crate::error::{DataError, read_bytes};
-use crate::read_limit::NumberBudget;
 use crate::load_options::LoadOptions;
 use crate::preprocess::recordings_from_raw_log;
+use crate::read_limit::NumberBudget;
 use crate::recording::Recording;
 use std::path::{Path, PathBuf};
 

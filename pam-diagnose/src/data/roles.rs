@@ -153,7 +153,9 @@ impl Roles {
             _ => all.len(),
         };
         let fail = |message: String| Err(DiagnoseError::TooLittle(message));
-        if let Some(short) = all[..data].iter().find(|e| e.duration_s < LEAST_SHARE * settings.shortest_s) {
+        if let Some(short) =
+            all[..data].iter().find(|e| e.duration_s < LEAST_SHARE * settings.shortest_s)
+        {
             return fail(format!(
                 "recording `{}` is {:.4} s long; a diagnosis needs at least {} s of each",
                 short.name, short.duration_s, settings.shortest_s

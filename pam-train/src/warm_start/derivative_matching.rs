@@ -88,7 +88,10 @@ impl DerivativeMatching {
             false => Err(format!("{name} must be positive and finite, got {value}")),
         };
         if !(self.cutoff_hz.is_finite() && self.cutoff_hz >= 0.0) {
-            return Err(format!("cutoff_hz must be finite and not negative, got {}", self.cutoff_hz));
+            return Err(format!(
+                "cutoff_hz must be finite and not negative, got {}",
+                self.cutoff_hz
+            ));
         }
         positive("spacing_s", self.spacing_s)?;
         positive("rate", self.rate)?;
