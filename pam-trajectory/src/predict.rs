@@ -247,7 +247,7 @@ pub(crate) fn predict_from<F: ForceModel<f64>>(
     let tableau = settings.tableau.clone();
     let mut integrator = Integrator::new(tableau, controller);
     if let Some(most) = settings.most_steps(t1 - t0, recording.len()) {
-        integrator = integrator.with_max_steps(most);
+        integrator = integrator.with_max_steps(most).with_step_budget(StepBudget::RUNGE_KUTTA);
     }
     match integrator.solve(&term, t0, t1, &y0, save) {
         Ok(solution) => within_limits(model, recording, Prediction::from_solution(&solution)),

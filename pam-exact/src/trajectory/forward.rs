@@ -66,6 +66,20 @@ pub(crate) struct ForwardSolve<'a, 'n> {
     pub(crate) statistics: &'a mut ExactStatistics,
 }
 
+/// The largest number of steps.
+#[derive(Debug, Clone, Copy)]
+struct Budget {
+    start_s: f64,
+    most: usize,
+}
+
+impl Budget {
+    #[inline(always)]
+    fn until(&self, time_s: f64) -> usize {
+        StepBudget::CLOSED_FORM.until(time_s - self.start_s).min(self.most)
+    }
+}
+
 /// How far a solve has come.
 #[derive(Debug, Clone, Copy)]
 struct Progress {
@@ -103,14 +117,16 @@ impl WithSimd for ForwardSolve<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) -> Result<(), Stopped> {
         let region = self.regions.locate(self.start);
-        let length_s = self.forcing.length_s();
-        let most_steps = StepBudget::CLOSED_FORM.steps(length_s, self.forcing.len());
+        let budget = Budget {
+            start_s: self.forcing.get(0).map_or(0.0, |first| first.start_s),
+            most: StepBudget::CLOSED_FORM.steps(self.forcing.length_s(), self.forcing.len()),
+        };
         let mut now = Progress { state: self.start, region, forcing: 0, observation: 0 };
         loop {
             let tried = self.uncrossed_segments(simd, &mut now);
             let Some(forcing) = self.forcing.get(now.forcing) else { break };
             now.check_limits(forcing.length_s, forcing.start_s)?;
-            self.crossed_segment(simd, &forcing, tried, most_steps, &mut now)?;
+            self.crossed_segment(simd, &forcing, tried, budget, &mut now)?;
             if forcing.observed {
                 self.observed[2 * now.observation] = now.state[0];
                 self.observed[2 * now.observation + 1] = now.state[1];
@@ -184,7 +200,7 @@ impl ForwardSolve<'_, '_> {
         simd: S,
         forcing: &ForcingSegment,
         mut tried: Option<Step>,
-        most_steps: usize,
+        budget: Budget,
         now: &mut Progress,
     ) -> Result<(), Stopped> {
         let nominal_s = self.regions.nominal_step_s;
@@ -233,8 +249,9 @@ impl ForwardSolve<'_, '_> {
             let time_s = forcing.start_s + into_s;
             now.check_limits(step.h, time_s)?;
             let ExactStatistics { segments, crossings, .. } = *self.statistics;
-            if segments + STEPS_PER_CROSSING * crossings > most_steps {
-                let kind = FailureKind::TooManySteps { limit: most_steps };
+            let most = budget.until(time_s);
+            if segments + STEPS_PER_CROSSING * crossings > most {
+                let kind = FailureKind::TooManySteps { limit: most };
                 return Err(now.stopped(kind, time_s));
             }
             if self.regions.coefficients.len() > MAX_REGIONS {

@@ -12,7 +12,7 @@ use pam_core::Activation;
 use pam_core::simd::Float;
 use pam_solvers::input::InputError;
 use pam_solvers::{
-    BatchGradient, BatchWorkspace, BatchedIntegrator, SampledInput, TrajectoryProblem,
+    BatchGradient, BatchWorkspace, BatchedIntegrator, SampledInput, StepBudget, TrajectoryProblem,
 };
 
 /// Trajectories in batches and their discrete adjoint, for networks with sealed chambers. The network runs in
@@ -53,7 +53,7 @@ impl<T: Float> BatchedEngine<T> {
             self.settings.most_steps(t1 - t0, r.len())
         });
         if let Some(most) = most.max() {
-            integrator = integrator.with_max_steps(most);
+            integrator = integrator.with_max_steps(most).with_step_budget(StepBudget::RUNGE_KUTTA);
         }
         let motion = SealedMotion::<T, Activation>::new(request.model, network);
         let problems = (0..request.len())
