@@ -11,7 +11,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 use pam_data::atomic::write_atomic;
 use pam_data::models::save_model;
-use pam_data::{DataError, SavedModel, Subject};
+use pam_data::{SavedModel, Subject, toml_file};
 use pam_diagnose::report::{ReportContext, diagnosis_report, verdict_sentence};
 use pam_diagnose::{
     DiagnoseError, DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage,
@@ -144,7 +144,7 @@ fn options(
     }
     let text = match &arguments.settings {
         Some(path) => {
-            let text = std::fs::read_to_string(path).map_err(|e| DataError::io(path, e))?;
+            let text = toml_file::text(path)?;
             DiagnosisSettings::parse(&text, &[])
                 .map_err(|e| failed(format!("{}: {e}", path.display())))?;
             text
