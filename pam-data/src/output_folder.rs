@@ -38,6 +38,7 @@ pub enum Sharing {
 pub struct OutputFolder {
     path: PathBuf,
     lock: File,
+    sharing: Sharing,
     made: Vec<PathBuf>,
 }
 
@@ -66,8 +67,21 @@ impl OutputFolder {
             made.push(folder.to_owned());
         }
         std::fs::create_dir_all(path).map_err(|e| DataError::io(path, e))?;
-        let lock = lock(path, sharing).inspect_err(|_| remove_empty(&made))?;
-        let claimed = Self { path: path.to_owned(), lock, made };
+        // Who comes first to a shared folder is alone in it for a moment, and cleans it up.
+        let alone = lock(path, Sharing::Exclusive);
+        let is_alone = alone.is_ok();
+        let locked = match sharing {
+            Sharing::Exclusive => alone,
+            Sharing::Shared => {
+                if is_alone {
+                    remove_temporary(path, DEPTH, Duration::ZERO);
+                }
+                drop(alone);
+                lock(path, Sharing::Shared)
+            }
+        };
+        let lock = locked.inspect_err(|_| remove_empty(&made))?;
+        let claimed = Self { path: path.to_owned(), lock, sharing, made };
         claimed.check_owner(command)?;
         match sharing {
             Sharing::Exclusive => remove_temporary(path, DEPTH, Duration::ZERO),
@@ -101,7 +115,11 @@ impl OutputFolder {
 impl Drop for OutputFolder {
     fn drop(&mut self) {
         // Nobody else may hold it: of a shared lock only the last one removes the file.
-        if self.lock.try_lock().is_ok() {
+        let alone = match self.sharing {
+            Sharing::Exclusive => true,
+            Sharing::Shared => self.lock.unlock().is_ok() && self.lock.try_lock().is_ok(),
+        };
+        if alone {
             let _ = std::fs::remove_file(self.path.join(LOCK_FILE));
             remove_empty(&self.made);
         }

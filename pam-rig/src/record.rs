@@ -45,6 +45,33 @@ const MOST_FRAMES: usize = 10_000_000;
 /// Most steps of the plant in one run.
 const MOST_STEPS: usize = 1_000_000_000;
 
+/// Checks that a protocol does not ask for more samples than a run can have.
+///
+/// # Errors
+/// [`RigError::Parameter`] naming the rate.
+pub(crate) fn check_length(
+    parameters: &RigParameters,
+    protocol: &Protocol,
+) -> Result<(), RigError> {
+    let rate_hz = parameters.sensors.clock.rate_hz;
+    let lead = &protocol.lead_in;
+    let length_s = IDLE_S + lead.inflate_s + lead.rest_s + protocol.duration_s();
+    // The cast saturates.
+    let total = (length_s * rate_hz).round() as usize;
+    let steps = total.saturating_mul(parameters.steps_per_sample);
+    if total <= MOST_FRAMES && steps <= MOST_STEPS {
+        return Ok(());
+    }
+    Err(RigError::Parameter {
+        field: "sensors.clock.rate_hz".into(),
+        value: rate_hz,
+        message: format!(
+            "a run of {length_s:.1} s takes {total} samples and {steps} steps of the plant; {MOST_FRAMES} and {MOST_STEPS} \
+             are the most. Lower the rate, the steps per sample, or the length of the protocol"
+        ),
+    })
+}
+
 /// Carries out one run.
 ///
 /// The log begins with the controller idle, then the servo inflates the muscles from room pressure,
@@ -59,28 +86,17 @@ pub fn record(
     run: &Run,
     seed: u64,
 ) -> Result<Recorded, RigError> {
+    check_length(parameters, protocol)?;
     let seed = seed_of(seed, &run.name);
     let rate_hz = parameters.sensors.clock.rate_hz;
     let frames = |time_s: f64| (time_s * rate_hz).round() as usize;
     let lead = &protocol.lead_in;
     let (idle, inflate, rest) = (frames(IDLE_S), frames(lead.inflate_s), frames(lead.rest_s));
-    let before = idle.saturating_add(inflate).saturating_add(rest);
+    let before = idle + inflate + rest;
     let sample_s = parameters.sensors.clock.sample_s();
     let start_s = -(before as f64) * sample_s;
     let mut rig = Rig::new(parameters, seed, start_s)?;
-    let total = before.saturating_add(frames(protocol.duration_s()));
-    let steps = total.saturating_mul(parameters.steps_per_sample);
-    if total > MOST_FRAMES || steps > MOST_STEPS {
-        return Err(RigError::Parameter {
-            field: "sensors.clock.rate_hz".into(),
-            value: rate_hz,
-            message: format!(
-                "a run of {:.1} s takes {total} samples and {steps} steps of the plant; {MOST_FRAMES} and {MOST_STEPS} \
-                 are the most. Lower the rate, the steps per sample, or the length of the protocol",
-                protocol.duration_s()
-            ),
-        });
-    }
+    let total = before + frames(protocol.duration_s());
     let mut recorded = Recorded {
         name: run.name.clone(),
         rate_hz,

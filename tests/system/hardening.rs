@@ -66,14 +66,13 @@ impl Folder {
 /// A curriculum of some tenths of a second.
 const CURRICULUM: &str = "name = \"short\"\n[model]\nhidden = [8]\n[[stage]]\nkind = \"gas\"\nname = \"gas\"\n\
     [[stage]]\nkind = \"derivatives\"\nname = \"derivatives\"\nmatching = { steps = 30, mass_steps = 30, batch = 64 }\n\
-    [[stage]]\nkind = \"solve\"\nname = \"whole\"\nepochs = 2\n";
+    [[stage]]\nkind = \"solve\"\nname = \"windows\"\nhorizon_s = 0.5\nepochs = 2\n";
 
 #[test]
 fn two_programs_do_not_write_to_one_folder() {
     let f = Folder::new();
     let (out, data) = (f.at("out"), f.file("run.csv", small_csv(300)));
-    let evaluate =
-        ["evaluate", "--accept", "-q", "--data", text(&data), "--out", text(&out)].as_slice();
+    let evaluate = &["evaluate", "--accept", "-q", "--data", text(&data), "--out", text(&out)][..];
     let held = OutputFolder::claim(&out, "evaluate", Sharing::Exclusive).unwrap();
     refused(evaluate, &["out", "another program"]);
     assert_eq!(std::fs::read_dir(&out).unwrap().count(), 1, "the lock alone");
