@@ -276,7 +276,7 @@ fn models_of_any_finite_numbers_end() {
     let f = Folder::new();
     let data = published("data.mat");
     let out = f.at("out");
-    let saved = load_model(&published_weights()).unwrap();
+    let saved = load_model(published_weights()).unwrap();
     let made = |change: &dyn Fn(&mut pam_data::SavedModel)| {
         let mut saved = saved.clone();
         change(&mut saved);
