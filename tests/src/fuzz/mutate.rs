@@ -220,7 +220,8 @@ fn arrays(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
     if starts.is_empty() || random.random_range(0..3) > 0 {
         return words(bytes, random);
     }
-    let header = starts[place(starts.len(), random)] + 10;
+    // A header may be cut off before its text.
+    let header = (starts[place(starts.len(), random)] + 10).min(bytes.len());
     let end = bytes[header..].iter().position(|&b| b == b'\n').map_or(bytes.len(), |n| header + n);
     let text = String::from_utf8_lossy(&bytes[header..end]).into_owned();
     let shape = [
