@@ -11,7 +11,9 @@ pub mod arguments;
 pub mod commands;
 pub mod console;
 pub mod error;
+pub mod interrupt;
 pub mod options;
+pub mod output;
 pub mod registry;
 pub mod rig_joint;
 pub mod run_record;
@@ -24,6 +26,7 @@ pub use registry::Registry;
 use clap::FromArgMatches;
 use commands::RunCommand;
 use commands::demo::DemoArguments;
+use pam_data::read_limit;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -99,7 +102,13 @@ pub fn run_from<T: Into<OsString> + Clone>(
 /// [installed](Registry::install) before the arguments were parsed.
 #[must_use]
 pub fn run_arguments(arguments: &Arguments) -> ExitCode {
-    dispatch(arguments).unwrap_or_else(|error| report(&error))
+    let code = dispatch(arguments).unwrap_or_else(|error| report(&error));
+    match console::lost_output() {
+        Some(error) if code == ExitCode::SUCCESS => report(&CliError::Failed(format!(
+            "standard output: {error}; what was printed is incomplete"
+        ))),
+        _ => code,
+    }
 }
 
 fn report(error: &CliError) -> ExitCode {
@@ -115,10 +124,19 @@ fn dispatch(arguments: &Arguments) -> Result<ExitCode, CliError> {
             .build_global()
             .map_err(|e| CliError::Usage(format!("--threads {threads}: {e}")))?;
     }
+    if let Some(mib) = global.max_read_mib {
+        read_limit::set_largest_bytes(mib.saturating_mul(1 << 20));
+    }
+    if let Some(limit_s) = global.timeout {
+        interrupt::limit(interrupt::seconds("--timeout", limit_s, false)?);
+    }
     global.load_effects()?;
     let console = Console::new(global);
-    match &arguments.command {
-        None => DemoArguments::default().run(global, &console),
-        Some(command) => command.run(global, &console),
-    }
+    let demo = DemoArguments::default();
+    let command: &dyn RunCommand = match &arguments.command {
+        None => &demo,
+        Some(command) => command,
+    };
+    let _claimed = output::claim(&command.outputs())?;
+    command.run(global, &console)
 }

@@ -98,6 +98,20 @@ pub struct Frame {
     pub truth: TruthRow,
 }
 
+impl Frame {
+    /// True if all readings, position and velocity are finite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let Row { angle_deg, command, current_a, reservoir_psi, measured_psi: [f, e], .. } =
+            self.row;
+        let truth = [self.truth.displacement_mm, self.truth.velocity_mm_s];
+        [angle_deg, command, current_a, reservoir_psi, f, e]
+            .into_iter()
+            .chain(truth)
+            .all(f64::is_finite)
+    }
+}
+
 /// A rig in operation.
 ///
 /// ```

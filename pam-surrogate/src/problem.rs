@@ -1,6 +1,7 @@
 //! A trajectory to be solved.
 
 use crate::forcing::ForceSignal;
+use crate::settings::SurrogateSettings;
 use pam_core::SealedMasses;
 use pam_solvers::Interpolation;
 
@@ -34,6 +35,11 @@ pub struct SurrogateProblem<'a> {
 impl SurrogateProblem<'_> {
     pub(crate) fn observed_at_start(&self) -> usize {
         self.observe_s.partition_point(|&t| t <= self.t0)
+    }
+
+    /// Most steps that the settings allow.
+    pub(crate) fn most_steps(&self, settings: &SurrogateSettings) -> usize {
+        settings.budget.steps(self.t1 - self.t0, self.signal.times_s.len())
     }
 
     /// Middle and size of the root cells.

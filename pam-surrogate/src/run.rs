@@ -95,7 +95,7 @@ impl WithSimd for Run<'_, '_> {
         let control = Control {
             error_mm: settings.step_error_mm,
             longest_s: settings.longest_step_s,
-            most_steps: settings.most_steps,
+            most_steps: problem.most_steps(settings),
         };
         if surface.make_along(problem.expected_points(), memory, force).is_err() {
             solved.stop = Some(Stop::Rough { time_s: problem.t0 });

@@ -1,5 +1,7 @@
 //! Accuracy and bounds.
 
+use pam_solvers::StepBudget;
+
 /// Accuracy of surrogates and steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurrogateSettings {
@@ -12,7 +14,7 @@ pub struct SurrogateSettings {
     /// Most patches of one trajectory; a force that needs more is too rough for a surrogate.
     pub most_patches: usize,
     /// Most steps of one trajectory.
-    pub most_steps: usize,
+    pub budget: StepBudget,
 }
 
 impl Default for SurrogateSettings {
@@ -22,7 +24,7 @@ impl Default for SurrogateSettings {
             step_error_mm: 1e-8,
             longest_step_s: 0.02,
             most_patches: 4000,
-            most_steps: 50_000_000,
+            budget: StepBudget::RUNGE_KUTTA,
         }
     }
 }

@@ -75,7 +75,7 @@ impl SurrogateSolver {
         };
         for (index, one) in all.into_iter().enumerate() {
             sum.add(&one, motion.mechanics.per_mass);
-            if let Some((kind, time_s)) = self.failure(&one, problems[index].t0) {
+            if let Some((kind, time_s)) = self.failure(&one, &problems[index]) {
                 sum.failures.push(TrajectoryFailure { problem: index, kind, time_s });
                 if matches!(one.stop, Some(Stop::Rough { .. })) {
                     sum.rough.push(index);
@@ -111,7 +111,7 @@ impl SurrogateSolver {
             workspace: &mut Workspace::default(),
             loss: None,
         });
-        let failure = self.failure(&solved, problem.t0);
+        let failure = self.failure(&solved, problem);
         (states, failure)
     }
 
@@ -155,8 +155,12 @@ impl SurrogateSolver {
     }
 
     /// Why a trajectory stopped early, and the time it had reached.
-    fn failure(&self, solved: &Solved, start_s: f64) -> Option<(FailureKind, f64)> {
-        let settings = &self.scheme.settings;
+    fn failure(
+        &self,
+        solved: &Solved,
+        problem: &SurrogateProblem<'_>,
+    ) -> Option<(FailureKind, f64)> {
+        let (settings, start_s) = (&self.scheme.settings, problem.t0);
         if let Some(why) = &solved.refused {
             return Some((FailureKind::Request(why.clone()), start_s));
         }
@@ -171,7 +175,7 @@ impl SurrogateSolver {
             Stop::NonFinite { time_s, step_s } => (FailureKind::NonFinite { step_s }, time_s),
             Stop::StepTooSmall { time_s, step_s } => (FailureKind::StepTooSmall { step_s }, time_s),
             Stop::TooManySteps { time_s } => {
-                (FailureKind::TooManySteps { limit: settings.most_steps }, time_s)
+                (FailureKind::TooManySteps { limit: problem.most_steps(settings) }, time_s)
             }
         })
     }

@@ -7,7 +7,7 @@ use pam_data::Recording;
 use pam_exact::{ExactMotion, ExactProblem, ExactSolver, ForceSignal, ReluNetwork};
 use pam_solvers::{
     ConstantStep, Integrator, Interpolation, PidController, SampledInput, SaveAt, Solution,
-    Statistics, StepController, Tableau, Term,
+    Statistics, StepBudget, StepController, Tableau, Term,
 };
 use pam_surrogate::{SurrogateProblem, SurrogateSolver};
 use serde::Serialize;
@@ -89,6 +89,17 @@ impl SolverSettings {
     #[must_use]
     pub fn exact_applies_to(&self, force: &impl ForceModel<f64>) -> bool {
         self.interpolation != Interpolation::Cubic && ReluNetwork::applies_to(force)
+    }
+
+    /// The largest number of steps over a recording of this length (s) with so many samples. `None` for constant steps,
+    /// whose number is known, and for the exact method and surrogates, which have limits of
+    /// their own.
+    #[must_use]
+    pub fn most_steps(&self, length_s: f64, samples: usize) -> Option<usize> {
+        match self.step {
+            StepChoice::Adaptive { .. } => Some(StepBudget::RUNGE_KUTTA.steps(length_s, samples)),
+            StepChoice::Constant { .. } | StepChoice::Exact | StepChoice::Surrogate => None,
+        }
     }
 
     /// The settings in one line, for reports.
@@ -261,7 +272,11 @@ pub(crate) fn predict_from<F: ForceModel<f64>>(
     let (t0, t1) = recording.span_s();
     let save = SaveAt::Times(times);
     let tableau = settings.tableau.clone();
-    match Integrator::new(tableau, controller).solve(&term, t0, t1, &y0, save) {
+    let mut integrator = Integrator::new(tableau, controller);
+    if let Some(most) = settings.most_steps(t1 - t0, recording.len()) {
+        integrator = integrator.with_max_steps(most).with_step_budget(StepBudget::RUNGE_KUTTA);
+    }
+    match integrator.solve(&term, t0, t1, &y0, save) {
         Ok(solution) => within_limits(model, recording, Prediction::from_solution(&solution)),
         Err(e) => Err(fail(e.to_string(), Prediction::from_solution(&e.partial))),
     }

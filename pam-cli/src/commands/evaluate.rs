@@ -7,6 +7,7 @@ use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::CliError;
 use crate::options::{DataOptions, ModelOptions, SolverOptions, describe_model, solver_json};
+use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
 use pam_core::parallel;
@@ -47,6 +48,10 @@ pub struct EvaluateArguments {
 }
 
 impl RunCommand for EvaluateArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        vec![Output::Folder("evaluate", &self.out)]
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let mut saved = self.model.load_extended(global.rig_for(&self.data)?.as_ref())?;
         for text in &self.effects {

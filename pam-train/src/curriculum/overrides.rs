@@ -33,7 +33,15 @@ impl Curriculum {
                 curriculum = toml_file::from_table(&table).map_err(fail)?;
             }
         }
-        curriculum.check()?;
+        curriculum.check().map_err(|e| match e {
+            // The name of a curriculum from a file may be that of another one.
+            CurriculumError::Sense { message, .. }
+                if !Self::BUILT_IN.iter().any(|n| path == Path::new(n)) =>
+            {
+                CurriculumError::Sense { name: path.display().to_string(), message }
+            }
+            other => other,
+        })?;
         Ok(curriculum)
     }
 

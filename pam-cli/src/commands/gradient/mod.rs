@@ -1,18 +1,21 @@
 //! `pam gradient`.
 
+mod reference;
+
 use super::RunCommand;
 use crate::PARTIAL;
 use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::{CliError, failed, usage};
 use crate::options::{DataOptions, ModelOptions, StepOptions, choice, describe_model, solver_json};
+use crate::output::Output;
 use crate::run_record::made_by;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use pam_core::{ModelError, NamedChoice, ParametricForce};
 use pam_data::atomic::write_atomic;
 use pam_data::formats::npz::{self, Array};
-use pam_data::{DataError, SavedModel, Subject};
+use pam_data::{SavedModel, Subject};
 use pam_effects::engine::{AUTO, EXACT, EngineChoice, choose};
 use pam_numerics::statistics::median;
 use pam_report::{GradientBlock, GradientReport, gradient_report};
@@ -22,9 +25,10 @@ use pam_trajectory::{
     AnyLoss, GradientChoice, SettingsError, SolverSettings, StepChoice, TrajectoryGradient,
     TrajectoryRequest, Windows,
 };
+use reference::{largest_error_mm, reference_displacements};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -113,6 +117,14 @@ fn gradient_methods() -> String {
 }
 
 impl RunCommand for GradientArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        [Some(&self.out), self.report.as_ref()]
+            .into_iter()
+            .flatten()
+            .map(|p| Output::File(p))
+            .collect()
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         if self.out.extension().is_none_or(|e| e != "npz") {
             return Err(CliError::Usage(format!("--out {} must end in .npz", self.out.display())));
@@ -128,6 +140,7 @@ impl RunCommand for GradientArguments {
         let windows = Windows::of(subjects, None);
         let work = Work { arguments: self, saved: &saved, windows: &windows, settings, choice };
         let measured = work.measure(console)?;
+        work.check_travel(&measured)?;
         let x_error = reference.map(|r| largest_error_mm(&r, &measured));
         work.finish(&measured, x_error, global, console)
     }
@@ -214,6 +227,25 @@ impl Work<'_> {
 
     fn subjects(&self) -> &[Subject] {
         self.windows.subjects()
+    }
+
+    /// Refuses predictions in which a chamber has no volume left: the joint has run away, and neither loss nor gradient
+    /// means anything.
+    fn check_travel(&self, measured: &Measured) -> Result<(), CliError> {
+        let model = &self.saved.model;
+        let limit = model.geometry.displacement_limit_mm(model.physical().deformation);
+        for (k, (subject, states)) in self.subjects().iter().zip(&measured.states).enumerate() {
+            let stopped = measured.gradient.failures.iter().any(|f| f.problem == k);
+            let past = states.iter().position(|y| y[0].is_nan() || y[0].abs() >= limit);
+            if let Some(i) = past.filter(|_| !stopped) {
+                return Err(failed(format!(
+                    "{}: the predicted x = {:.1} mm at t = {:.4} s is past ±{limit:.1} mm, where a chamber has no volume \
+                     left; the force or the model is not of this joint, and its gradient means nothing",
+                    subject.recording.name, states[i][0], subject.recording.time_s[i]
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// The last of the repeated gradients, with the median time.
@@ -411,90 +443,4 @@ fn blocks(arrays: &BTreeMap<String, Array>) -> Vec<GradientBlock> {
             Some(GradientBlock { name, values: array.values.clone() })
         })
         .collect()
-}
-
-/// The true displacements (mm) of each recording.
-fn reference_displacements(path: &Path, subjects: &[Subject]) -> Result<Vec<Vec<f64>>, CliError> {
-    let arrays = npz::read(path)?;
-    let wrong =
-        |why: String| CliError::from(DataError::File { path: path.to_path_buf(), message: why });
-    let lengths: Vec<usize> = subjects.iter().map(|s| s.recording.len()).collect();
-    if let Some(all) = arrays.get("x") {
-        if let Some(names) = npz::read_texts(path, "names")? {
-            return named_rows(all, &names, subjects).map_err(wrong);
-        }
-        // `[recordings, samples]` where all are of one length, else one after the other.
-        let total: usize = lengths.iter().sum();
-        if all.values.len() != total {
-            return Err(wrong(format!(
-                "`x` has shape {:?}; the recordings have {total} samples in all",
-                all.shape
-            )));
-        }
-        let mut rest = &all.values[..];
-        return Ok(lengths
-            .iter()
-            .map(|&n| {
-                let (own, next) = rest.split_at(n);
-                rest = next;
-                own.to_vec()
-            })
-            .collect());
-    }
-    subjects
-        .iter()
-        .enumerate()
-        .map(|(i, s)| {
-            let name = &s.recording.name;
-            let keys = [format!("x_{i}"), format!("x_{name}"), name.clone()];
-            let array = keys.iter().find_map(|k| arrays.get(k)).ok_or_else(|| {
-                wrong(format!("there is neither `x` nor `{}` for recording {name}", keys[0]))
-            })?;
-            if array.values.len() == s.recording.len() {
-                Ok(array.values.clone())
-            } else {
-                Err(wrong(format!(
-                    "recording {name} has {} samples, its reference has shape {:?}",
-                    s.recording.len(),
-                    array.shape
-                )))
-            }
-        })
-        .collect()
-}
-
-/// The rows of a table `[names, samples]` that belong to the recordings; others may be there.
-fn named_rows(
-    table: &Array,
-    names: &[String],
-    subjects: &[Subject],
-) -> Result<Vec<Vec<f64>>, String> {
-    let row = |subject: &Subject| {
-        let (name, samples) = (&subject.recording.name, subject.recording.len());
-        let place = names.iter().position(|n| n == name);
-        let place = place.ok_or_else(|| format!("`names` does not hold recording {name}"))?;
-        if table.shape != [names.len() as u64, samples as u64] {
-            return Err(format!(
-                "`x` has shape {:?}; there are {} names, and recording {name} has {samples} samples",
-                table.shape,
-                names.len()
-            ));
-        }
-        Ok(table.values[place * samples..][..samples].to_vec())
-    };
-    subjects.iter().map(row).collect()
-}
-
-/// The largest |x − reference| over all samples of all predicted recordings, mm.
-fn largest_error_mm(reference: &[Vec<f64>], measured: &Measured) -> f64 {
-    let failed = |i: usize| measured.gradient.failures.iter().any(|f| f.problem == i);
-    reference
-        .iter()
-        .zip(&measured.states)
-        .enumerate()
-        .filter(|(i, _)| !failed(*i))
-        .flat_map(|(_, (reference, states))| {
-            reference.iter().zip(states).map(|(r, s)| (s[0] - r).abs())
-        })
-        .fold(0.0, f64::max)
 }

@@ -1,30 +1,26 @@
 //! `pam train`.
 
+mod results;
+
 use super::RunCommand;
-use crate::INTERRUPTED;
 use crate::arguments::GlobalOptions;
-use crate::console::{Console, table};
+use crate::console::Console;
 use crate::error::CliError;
+use crate::interrupt::{seconds, stop_flag};
 use crate::options::{DataOptions, built_in_spring_damper, check_plausible};
-use crate::run_record::{self, made_by, write_json};
+use crate::output::Output;
+use crate::run_record::{self, made_by};
 use clap::Args;
-use pam_data::atomic::write_atomic;
 use pam_data::{MassOptions, Recording, RigFile, Subject, toml_file};
 use pam_report::page::number;
-use pam_report::training::{EpochRow, ParameterRow, StageRow};
-use pam_report::{TrainingReport, effect_courses, force_curves, training_report};
 use pam_solvers::Tableau;
-use pam_train::curriculum::{Curriculum, Stage, StartModel};
-use pam_train::identification::{DeformationEstimate, Identification, MassEstimate};
+use pam_train::curriculum::{Curriculum, StartModel};
 use pam_train::training::{
     RunFolder, RunSettings, StageResult, TrainedRun, Trainer, TrainingError, effects_of, train_into,
 };
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 /// Arguments of `pam train`.
 #[derive(Debug, Args)]
@@ -87,6 +83,11 @@ fn methods() -> String {
 }
 
 impl RunCommand for TrainArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        let out = self.out.as_deref().filter(|_| !self.print);
+        out.map(|path| Output::Folder("train", path)).into_iter().collect()
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         if self.print {
             let curriculum = Curriculum::open(&self.curriculum, &overrides(self, global)?)?;
@@ -97,9 +98,7 @@ impl RunCommand for TrainArguments {
         let out = self.out.as_deref().unwrap_or(Path::new("."));
         let folder = RunFolder::new(out);
         let curriculum = curriculum(self, &folder, global)?;
-        if !(self.checkpoint_s.is_finite() && self.checkpoint_s >= 0.0) {
-            return Err(CliError::Usage("--checkpoint-s must not be negative".into()));
-        }
+        let checkpoint_every = seconds("--checkpoint-s", self.checkpoint_s, true)?;
 
         let rig = global.rig_for(&self.data)?;
         let recordings = self.reading.recordings(&self.data, rig.clone(), console)?;
@@ -113,6 +112,8 @@ impl RunCommand for TrainArguments {
             )));
         }
         let recordings = checked(recordings, rig.as_ref(), global, console)?;
+        let names: Vec<&str> = recordings.iter().map(|r| r.name.as_str()).collect();
+        curriculum.data.check_names(&names).map_err(CliError::Failed)?;
         let effects = effects_of(&curriculum, &[])?;
         let mut trainer =
             Trainer::extended(curriculum, recordings, surfaces, effects, global.seed)?;
@@ -130,7 +131,7 @@ impl RunCommand for TrainArguments {
         }
 
         let settings = RunSettings {
-            checkpoint_every: Duration::from_secs_f64(self.checkpoint_s),
+            checkpoint_every,
             model_name: format!(
                 "hybrid joint, {} (seed {})",
                 trainer.curriculum().name,
@@ -145,7 +146,7 @@ impl RunCommand for TrainArguments {
         });
         run_record::write(out, "train", global.seed, &configuration)?;
         let trained = train(&mut trainer, &folder, &settings, self.resume, console)?;
-        finish(&trainer, &trained, out, console)
+        results::finish(&trainer, &trained, out, console)
     }
 }
 
@@ -232,21 +233,14 @@ fn train(
     resume: bool,
     console: &Console,
 ) -> Result<TrainedRun, TrainingError> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let asked = Arc::clone(&stop);
-    // A second signal ends the program at once; the last checkpoint stays.
-    let _ = ctrlc::set_handler(move || {
-        if asked.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(INTERRUPTED));
-        }
-    });
+    let stop = stop_flag();
     let total: usize = trainer.curriculum().stages.iter().map(|s| s.epochs()).sum();
     let bar = console.progress(total, "training");
     let names: Vec<(String, usize)> =
         trainer.curriculum().stages.iter().map(|s| (s.name().to_owned(), s.epochs())).collect();
     let mut told = trainer.state().results.len();
     let mut events = 0;
-    let trained = train_into(trainer, folder, settings, resume, &stop, &mut |row, state| {
+    let trained = train_into(trainer, folder, settings, resume, stop, &mut |row, state| {
         // Stages that stop early count as done.
         let before: usize = names[..row.stage].iter().map(|(_, epochs)| epochs).sum();
         bar.set_position((before + row.epoch) as u64);
@@ -280,176 +274,4 @@ fn stage_line(r: &StageResult) -> String {
         r2(&r.r2_train),
         r2(&r.r2_held_out)
     )
-}
-
-fn finish(
-    trainer: &Trainer,
-    trained: &TrainedRun,
-    out: &Path,
-    console: &Console,
-) -> Result<ExitCode, CliError> {
-    let p = trainer.model().physical();
-    // The regressions behind standard errors know no effects.
-    let effects = trainer.effects();
-    let found =
-        if trained.finished && effects.is_empty() { Some(trainer.identify()?) } else { None };
-    let rows = parameter_rows(trainer, found.as_ref());
-    let value = json!({
-        "finished": trained.finished,
-        "stages": trained.results,
-        "events": trained.events,
-        "trained_on": trainer.trained_on(),
-        // Null where the data do not determine the parameter; `model_parameters` has the values in the model.
-        "parameters": {
-            "mass_kg": rows[0].value,
-            "gas_coefficient_kpa_mm3_per_g": p.gas_coefficient,
-            "deformation": rows[2].value,
-        },
-        "model_parameters": {
-            "mass_kg": p.mass_kg,
-            "gas_coefficient_kpa_mm3_per_g": p.gas_coefficient,
-            "deformation": p.deformation,
-        },
-        "effects": effects,
-        "identification": found.as_ref().map(|found| json!({
-            "mass": found.mass,
-            "mass_doubt": found.mass.doubt(),
-            "deformation": found.deformation,
-            "deformation_doubt": found.deformation.doubt(),
-        })),
-        "made_by": made_by(),
-    });
-    write_json(out.join("training.json"), &value)?;
-    write_atomic(out.join("report.html"), report(trainer, trained, rows.clone()).as_bytes())?;
-    console.json(&value);
-    if !trained.finished {
-        console.text(format!("interrupted; go on with --resume --out {}", out.display()));
-        return Ok(ExitCode::from(INTERRUPTED));
-    }
-    let mut cells =
-        vec![["parameter", "value", "standard error", "unit"].map(str::to_owned).to_vec()];
-    // C is left to the report: recordings of the joint alone do not determine it.
-    for row in rows.iter().filter(|row| !row.name.starts_with("gas")) {
-        let error = row.standard_error.map_or("–".into(), |e| format!("± {}", number(e, 4)));
-        let value = row.value.map_or("withheld".into(), |value| number(value, 4));
-        cells.push(vec![row.name.clone(), value, error, row.unit.clone()]);
-    }
-    let notes: String = rows
-        .iter()
-        .filter(|row| !row.name.starts_with("gas") && !row.note.is_empty())
-        .map(|row| format!("\n  {}: {}", row.name, row.note))
-        .collect();
-    console.text(format!(
-        "\n{}{notes}\n\nmodel: {}\nreport: {}",
-        table(&cells),
-        out.join("model.safetensors").display(),
-        out.join("report.html").display()
-    ));
-    Ok(ExitCode::SUCCESS)
-}
-
-/// Values, standard errors and doubts.
-fn parameter_rows(trainer: &Trainer, found: Option<&Identification>) -> Vec<ParameterRow> {
-    let p = trainer.model().physical();
-    let frozen = trainer.curriculum().coordinates.frozen;
-    let row =
-        |name: &str, unit: &str, value: Option<f64>, error: Option<f64>, note: Option<String>| {
-            ParameterRow {
-                name: name.into(),
-                unit: unit.into(),
-                value,
-                // An error without its value would look like one.
-                standard_error: value.and(error),
-                note: note.unwrap_or_default(),
-            }
-        };
-    let fixed = |is: bool| is.then(|| "fixed".to_owned());
-    let mass = found.map(|f| &f.mass).filter(|_| !frozen.mass);
-    let deformation = found.map(|f| &f.deformation).filter(|_| !frozen.deformation);
-    let effects = trainer.effect_values().into_iter().map(|(name, value)| {
-        let (effect, parameter) = name.split_once('.').unwrap_or(("", &name));
-        let note = fixed(frozen.effects);
-        row(
-            &format!("{} {parameter}", effect.replace('_', " ")),
-            "in its name",
-            Some(value),
-            None,
-            note,
-        )
-    });
-    let gas =
-        "not identified: pressures show its product with the masses, which come from the same law";
-    let mut rows = vec![
-        row(
-            "reflected mass m",
-            "kg",
-            mass.map_or(Some(p.mass_kg), MassEstimate::determined_kg),
-            mass.and_then(|m| m.standard_error_kg),
-            fixed(frozen.mass).or(mass.and_then(MassEstimate::doubt)),
-        ),
-        row("gas coefficient C", "kPa·mm³/g", Some(p.gas_coefficient), None, Some(gas.into())),
-        row(
-            "deformation ν",
-            "1",
-            deformation.map_or(Some(p.deformation), DeformationEstimate::determined),
-            deformation.and_then(|d| d.standard_error),
-            fixed(frozen.deformation).or(deformation.and_then(DeformationEstimate::doubt)),
-        ),
-    ];
-    rows.extend(effects);
-    rows
-}
-
-/// The report of a run.
-fn report(trainer: &Trainer, trained: &TrainedRun, parameters: Vec<ParameterRow>) -> String {
-    let numbers = |r2: [Option<f64>; 4]| r2.map(|v| v.unwrap_or(f64::NAN));
-    let stages = trained.results.iter().map(|r| StageRow {
-        name: r.name.clone(),
-        epochs: r.epochs,
-        seconds: r.seconds,
-        loss_first: r.first_loss.unwrap_or(f64::NAN),
-        loss_best: r.best_loss,
-        r2_train: numbers(r.r2_train),
-        r2_held: r.r2_held_out.iter().any(Option::is_some).then(|| numbers(r.r2_held_out)),
-    });
-    // Residuals of regressions are no losses.
-    let solved = |stage: usize| matches!(trainer.curriculum().stages[stage], Stage::Solve(_));
-    let history = trained.rows.iter().filter(|row| solved(row.stage)).map(|row| EpochRow {
-        stage: row.stage,
-        epoch: row.total_epoch,
-        loss: row.loss,
-        rate: row.rate,
-        gradient_norm: row.gradient_norm,
-        held_r2: row.r2_held_out.map(|r2| r2[0]),
-    });
-    let model = trainer.model();
-    let curriculum = trainer.curriculum();
-    let report = TrainingReport {
-        title: format!("Training by the curriculum {}", curriculum.name),
-        lead: format!(
-            "{} recordings trained on, {} held out; {}.",
-            trainer.trained_on().len(),
-            trainer.held_out_len(),
-            if trained.finished { "all stages done" } else { "interrupted" }
-        ),
-        made_by: made_by(),
-        stages: stages.collect(),
-        history: history.collect(),
-        events: trained.events.clone(),
-        parameters,
-    };
-    let courses: Vec<(String, Vec<(f64, f64)>)> = trainer
-        .effect_values()
-        .into_iter()
-        .enumerate()
-        .map(|(k, (name, _))| {
-            let course = trained.rows.iter().map(|row| (row.total_epoch as f64, row.effects[k]));
-            (name, course.collect())
-        })
-        .collect();
-    let mut sections = vec![("Learned force", force_curves(&model))];
-    if !courses.is_empty() {
-        sections.insert(0, ("Effects", effect_courses(&courses)));
-    }
-    training_report(&report, &sections)
 }
