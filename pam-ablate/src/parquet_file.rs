@@ -17,7 +17,11 @@ impl Table {
     /// # Errors
     /// [`AblateError::Folder`] naming `path` if it cannot be encoded.
     pub fn to_parquet(&self, path: impl AsRef<Path>) -> Result<Vec<u8>, AblateError> {
-        let path = path.as_ref();
+        self.to_parquet_at(path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn to_parquet_at(&self, path: &Path) -> Result<Vec<u8>, AblateError> {
         self.encode().map_err(|e| AblateError::folder(path, format!("no Parquet: {e}")))
     }
 

@@ -1,5 +1,6 @@
 //! Benchmarks: the comparison of gradient methods ([`gradients`], the command `pam-bench`), the memory that work takes
-//! ([`memory`]), the measured results of all studies ([`results`]), and what the timings of `cargo bench -p pam-bench` work on: the published weights, and
+//! ([`memory`]), the measured results of all studies ([`results`]), and what the timings of `cargo bench -p pam-bench --features
+//! criterion` work on: the published weights, and
 //! recordings of the published length. The weights are read from `data/published` of the workspace; the comparison of
 //! gradient methods needs none.
 

@@ -5,6 +5,7 @@ pub use crate::commands::Command;
 use crate::error::CliError;
 use clap::{Args, CommandFactory, FromArgMatches, Parser};
 use pam_data::{RigFile, rig_of};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -63,7 +64,11 @@ impl Arguments {
     /// The arguments of the process; ends it with a message and exit code 2 if they are wrong.
     #[must_use]
     pub fn of_process() -> Self {
-        let matches = Self::with_exit_codes().get_matches();
+        let matches = Self::with_exit_codes().try_get_matches().unwrap_or_else(|error| {
+            let printed = error.print().is_ok() && std::io::stdout().flush().is_ok();
+            let code = if printed { error.exit_code() } else { i32::from(crate::FAILED) };
+            std::process::exit(code)
+        });
         Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
     }
 }
@@ -80,6 +85,13 @@ pub struct GlobalOptions {
     /// Number of threads [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = parse_threads)]
     pub threads: Option<usize>,
+    /// Stop after this many seconds with an error; training, comparisons and sweeps are saved first and can be resumed
+    #[arg(long, global = true, value_name = "S", allow_negative_numbers = true)]
+    pub timeout: Option<f64>,
+    /// Refuse files larger than this many MiB, and archives that unpack to more [default: a sixth of the free memory, at
+    /// most 512]
+    #[arg(long, global = true, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..))]
+    pub max_read_mib: Option<u64>,
     /// Rig file: describes the columns and units of your recordings and the dimensions of your joint
     /// (docs/own-rig.md); `pam rig-file init FILE` writes a draft [default: the one saved in the model, if any]
     #[arg(long, global = true, value_name = "RIG.toml")]
@@ -87,6 +99,10 @@ pub struct GlobalOptions {
     /// What `rig_file` holds, once it was read: a command asks in several places.
     #[arg(skip)]
     rig: OnceLock<RigFile>,
+    /// File of effects that are defined by expressions (docs/own-effects.md), which are then known by their ids like
+    /// built-in ones; may be repeated
+    #[arg(long = "effects-file", global = true, value_name = "FILE.toml")]
+    pub effects_files: Vec<PathBuf>,
     /// Use recordings that contradict the physics of the joint (wrong units, swapped columns, flipped signs) all the
     /// same
     #[arg(long, alias = "allow-implausible", global = true)]
@@ -97,6 +113,21 @@ pub struct GlobalOptions {
 }
 
 impl GlobalOptions {
+    /// Makes the effects of `--effects-file` known to models, diagnoses and the virtual rig, each of which evaluates them
+    /// on its own.
+    ///
+    /// # Errors
+    /// [`CliError`] with file, line and column.
+    pub fn load_effects(&self) -> Result<(), CliError> {
+        for path in &self.effects_files {
+            for effect in pam_effects::expression::load(path)? {
+                pam_effects::effects::register(effect)?;
+            }
+            pam_rig::effects::expression::load(path)?;
+        }
+        Ok(())
+    }
+
     /// The rig file of `--rig-file`, which is read once.
     ///
     /// # Errors
@@ -122,9 +153,13 @@ impl GlobalOptions {
     }
 }
 
+/// Most threads: more than any machine has cores.
+const MOST_THREADS: usize = 4096;
+
 fn parse_threads(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(0) => Err("there must be at least one thread".into()),
+        Ok(n) if n > MOST_THREADS => Err(format!("there are at most {MOST_THREADS} threads")),
         Ok(n) => Ok(n),
         Err(e) => Err(format!("{e}")),
     }

@@ -4,6 +4,8 @@ use crate::arguments::GlobalOptions;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use pam_data::Recording;
 use serde_json::Value;
+use std::io::Write;
+use std::sync::Mutex;
 
 /// Text, JSON and progress, according to the global options.
 #[derive(Debug, Clone, Copy)]
@@ -63,10 +65,33 @@ impl Console {
     }
 }
 
-/// Prints a line; a closed pipe (`pam … | head`) ends the output without a panic.
+/// The first failure to write to the standard output.
+static LOST: Mutex<Option<std::io::Error>> = Mutex::new(None);
+
+/// Prints a line; see [`write_out`].
 fn print_line(text: &str) {
-    use std::io::Write;
-    let _ = writeln!(std::io::stdout().lock(), "{text}");
+    write_out(format!("{text}\n").as_bytes());
+}
+
+/// Writes to the standard output. A closed pipe (`pam … | head`) ends the output, as its reader wants; any other failure
+/// is kept for [`lost_output`].
+pub(crate) fn write_out(bytes: &[u8]) {
+    let mut out = std::io::stdout().lock();
+    keep(out.write_all(bytes).and_then(|()| out.flush()));
+}
+
+fn keep(written: std::io::Result<()>) {
+    let Err(error) = written else { return };
+    if error.kind() != std::io::ErrorKind::BrokenPipe
+        && let Ok(mut lost) = LOST.lock()
+    {
+        lost.get_or_insert(error);
+    }
+}
+
+/// Why a part of the standard output is lost, if it is.
+pub(crate) fn lost_output() -> Option<std::io::Error> {
+    LOST.lock().ok()?.take()
 }
 
 /// Aligns rows of cells into columns, the first to the left, the others to the right.

@@ -11,7 +11,9 @@ pub mod arguments;
 pub mod commands;
 pub mod console;
 pub mod error;
+pub mod interrupt;
 pub mod options;
+pub mod output;
 pub mod registry;
 pub mod rig_joint;
 pub mod run_record;
@@ -21,8 +23,11 @@ pub use console::Console;
 pub use error::CliError;
 pub use registry::Registry;
 
+use clap::FromArgMatches;
 use commands::RunCommand;
 use commands::demo::DemoArguments;
+use pam_data::read_limit;
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 /// The traits and types from which a custom part is made; see [`Registry`].
@@ -31,7 +36,7 @@ pub mod own {
     pub use pam_core::{ActivationFunction, Scalar, units};
     pub use pam_data::{Channel, Recording};
     pub use pam_effects::effects::{
-        Absorbed, ChamberLaw, Contact, DataScales, Effect, EffectInfo, Group, Observed,
+        Absorbed, ChamberLaw, Command, DataScales, Effect, EffectInfo, Group, Observed,
         ParameterInfo, Point, Rest, Switch, entry,
     };
     pub use pam_trajectory::loss::{
@@ -70,11 +75,40 @@ pub fn run(registry: Registry) -> ExitCode {
     }
 }
 
+/// As [`run`] with the arguments `arguments`, the name of the program first, for programs that host this one. Wrong
+/// arguments and requests for help are printed and end in an exit code, not the process.
+#[must_use]
+pub fn run_from<T: Into<OsString> + Clone>(
+    registry: Registry,
+    arguments: impl IntoIterator<Item = T>,
+) -> ExitCode {
+    if let Err(error) = registry.install() {
+        return report(&error);
+    }
+    let parsed = Arguments::with_exit_codes()
+        .try_get_matches_from(arguments)
+        .and_then(|matches| Arguments::from_arg_matches(&matches));
+    match parsed {
+        Ok(arguments) => run_arguments(&arguments),
+        Err(error) => {
+            // A closed output is no reason to fail.
+            let _ = error.print();
+            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(USAGE))
+        }
+    }
+}
+
 /// Runs a command line and reports its errors on the error stream. Custom parts must have been
 /// [installed](Registry::install) before the arguments were parsed.
 #[must_use]
 pub fn run_arguments(arguments: &Arguments) -> ExitCode {
-    dispatch(arguments).unwrap_or_else(|error| report(&error))
+    let code = dispatch(arguments).unwrap_or_else(|error| report(&error));
+    match console::lost_output() {
+        Some(error) if code == ExitCode::SUCCESS => report(&CliError::Failed(format!(
+            "standard output: {error}; what was printed is incomplete"
+        ))),
+        _ => code,
+    }
 }
 
 fn report(error: &CliError) -> ExitCode {
@@ -90,9 +124,19 @@ fn dispatch(arguments: &Arguments) -> Result<ExitCode, CliError> {
             .build_global()
             .map_err(|e| CliError::Usage(format!("--threads {threads}: {e}")))?;
     }
-    let console = Console::new(global);
-    match &arguments.command {
-        None => DemoArguments::default().run(global, &console),
-        Some(command) => command.run(global, &console),
+    if let Some(mib) = global.max_read_mib {
+        read_limit::set_largest_bytes(mib.saturating_mul(1 << 20));
     }
+    if let Some(limit_s) = global.timeout {
+        interrupt::limit(interrupt::seconds("--timeout", limit_s, false)?);
+    }
+    global.load_effects()?;
+    let console = Console::new(global);
+    let demo = DemoArguments::default();
+    let command: &dyn RunCommand = match &arguments.command {
+        None => &demo,
+        Some(command) => command,
+    };
+    let _claimed = output::claim(&command.outputs())?;
+    command.run(global, &console)
 }

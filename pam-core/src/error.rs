@@ -17,6 +17,18 @@ pub enum ModelError {
         /// The offending value.
         value: f64,
     },
+    /// A quantity is finite, but no joint that could be built or simulated has it.
+    #[error("{quantity} = {value:e} is not that of a joint: it lies between {low:e} and {high:e}")]
+    OutOfRange {
+        /// Name of the quantity with its unit.
+        quantity: &'static str,
+        /// The offending value.
+        value: f64,
+        /// Smallest value.
+        low: f64,
+        /// Largest value.
+        high: f64,
+    },
     /// A name that is in no registry.
     #[error("unknown {kind} `{name}`; known: {known}")]
     UnknownName {
@@ -63,6 +75,22 @@ impl ModelError {
             Ok(())
         } else {
             Err(Self::NotPositive { quantity, value })
+        }
+    }
+
+    /// Checks that `value` lies in a range, both ends included.
+    ///
+    /// # Errors
+    /// [`ModelError::OutOfRange`] otherwise, also for NaN.
+    pub fn require_within(
+        quantity: &'static str,
+        value: f64,
+        [low, high]: [f64; 2],
+    ) -> Result<(), Self> {
+        if value >= low && value <= high {
+            Ok(())
+        } else {
+            Err(Self::OutOfRange { quantity, value, low, high })
         }
     }
 }

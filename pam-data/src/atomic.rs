@@ -13,7 +13,11 @@ pub const TEMPORARY_PREFIX: &str = ".pam-";
 /// # Errors
 /// [`DataError::Io`] naming the path.
 pub fn write_atomic(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), DataError> {
-    let path = path.as_ref();
+    write_atomic_at(path.as_ref(), bytes)
+}
+
+/// One instance, whatever the path is given as.
+fn write_atomic_at(path: &Path, bytes: &[u8]) -> Result<(), DataError> {
     let io = |e: std::io::Error| DataError::io(path, e);
     let folder = match path.parent() {
         Some(p) if !p.as_os_str().is_empty() => p,

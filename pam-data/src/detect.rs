@@ -32,7 +32,11 @@ pub fn open_recordings(
     path: impl AsRef<Path>,
     options: &LoadOptions,
 ) -> Result<Vec<Recording>, DataError> {
-    let path = path.as_ref();
+    open_recordings_at(path.as_ref(), options)
+}
+
+/// One instance, whatever the path is given as.
+fn open_recordings_at(path: &Path, options: &LoadOptions) -> Result<Vec<Recording>, DataError> {
     if is_truth(path) {
         return Err(DataError::file(
             path,
@@ -98,8 +102,21 @@ pub fn read_files(
     options: &LoadOptions,
     read: &(dyn Fn() + Sync),
 ) -> Result<Vec<Recording>, DataError> {
+    read_files_at(&as_paths(paths), options, read)
+}
+
+/// Paths of one type: what follows has then one instance, whatever the paths are given as.
+fn as_paths(paths: &[impl AsRef<Path>]) -> Vec<&Path> {
+    paths.iter().map(AsRef::as_ref).collect()
+}
+
+fn read_files_at(
+    paths: &[&Path],
+    options: &LoadOptions,
+    read: &(dyn Fn() + Sync),
+) -> Result<Vec<Recording>, DataError> {
     let files: Vec<Result<Vec<Recording>, DataError>> = parallel::map(paths.len(), |k| {
-        let recordings = open_recordings(&paths[k], options);
+        let recordings = open_recordings_at(paths[k], options);
         read();
         recordings
     });
@@ -124,9 +141,13 @@ pub fn read_files(
 /// # Errors
 /// [`DataError`] if two files name rigs of different sizes.
 pub fn rig_of<P: AsRef<Path>>(paths: &[P]) -> Result<Option<RigFile>, DataError> {
+    rig_of_paths(&as_paths(paths))
+}
+
+fn rig_of_paths(paths: &[&Path]) -> Result<Option<RigFile>, DataError> {
     let mut found: Option<(PathBuf, RigFile)> = None;
     // Folders and files that cannot be read are reported where they are read.
-    let expand = |path: &P| collect_paths(std::slice::from_ref(path)).unwrap_or_default();
+    let expand = |&path: &&Path| collect_paths(&[path]).unwrap_or_default();
     for path in paths.iter().flat_map(expand) {
         let Ok(format) = format_of(&path) else { continue };
         let Ok(Some(rig)) = format.rig(&path) else { continue };
@@ -163,8 +184,12 @@ pub fn collect_paths_of(
     paths: &[impl AsRef<Path>],
     rig: Option<&RigFile>,
 ) -> Result<Vec<PathBuf>, DataError> {
+    collect(&as_paths(paths), rig)
+}
+
+fn collect(paths: &[&Path], rig: Option<&RigFile>) -> Result<Vec<PathBuf>, DataError> {
     let mut out = Vec::new();
-    for path in paths.iter().map(AsRef::as_ref) {
+    for &path in paths {
         if !path.is_dir() {
             out.push(path.to_owned());
             continue;

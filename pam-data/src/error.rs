@@ -87,5 +87,5 @@ impl DataError {
 }
 
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, DataError> {
-    std::fs::read(path).map_err(|e| DataError::io(path, e))
+    crate::read_limit::read(path)
 }

@@ -17,7 +17,8 @@
 //! Units, signs and columns that contradict the physics of the joint are found by [`plausibility`].
 //!
 //! Every error names the file, and the line and column where there is one, in TOML files too
-//! ([`toml_file`]). Files are written atomically ([`atomic`]).
+//! ([`toml_file`]). Files are read up to a largest size ([`read_limit`]) and written atomically ([`atomic`]), into
+//! folders that are checked and locked first ([`output_folder`]).
 
 pub mod atomic;
 pub mod conditions;
@@ -29,9 +30,11 @@ pub mod formats;
 pub mod load_options;
 pub mod masses;
 pub mod models;
+pub mod output_folder;
 pub mod plausibility;
 pub mod preprocess;
 pub mod quality;
+pub mod read_limit;
 pub mod recording;
 pub mod rig_file;
 pub mod subject;

@@ -8,10 +8,9 @@ use std::path::Path;
 /// Reads a text file.
 ///
 /// # Errors
-/// [`DataError::Io`] if the file cannot be read as UTF-8.
+/// [`DataError`] if the file cannot be read as UTF-8 (see [`read_limit`](crate::read_limit)).
 pub fn text(path: impl AsRef<Path>) -> Result<String, DataError> {
-    let path = path.as_ref();
-    std::fs::read_to_string(path).map_err(|e| DataError::io(path, e))
+    crate::read_limit::read_text(path.as_ref())
 }
 
 /// Deserializes TOML text; `path` appears in errors only.

@@ -22,6 +22,10 @@ pub enum DiagnoseError {
     #[cfg(feature = "joint")]
     #[error("{}", sentence(.0))]
     Implausible(Vec<Finding>),
+    /// A recording is too long to be simulated.
+    #[cfg(feature = "joint")]
+    #[error(transparent)]
+    TooLong(#[from] pam_effects::simulation::TooLong),
     /// The simulation of the model itself diverges.
     #[cfg(feature = "joint")]
     #[error(

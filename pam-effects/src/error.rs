@@ -15,6 +15,14 @@ pub enum EffectError {
         /// The known ids.
         known: Vec<&'static str>,
     },
+    /// A file of effects cannot be read.
+    #[error("{file}: {message}")]
+    File {
+        /// The file.
+        file: String,
+        /// Line, column and the fault.
+        message: String,
+    },
     /// The values of an effect are wrong.
     #[error(transparent)]
     Vocabulary(#[from] VocabularyError),

@@ -9,11 +9,13 @@
 //! 1. [`effects`]: one file per effect, and the hooks through which an effect acts.
 //! 2. [`simulation`]: a resampled recording, the table of the base model's force, the integrator over any scalar.
 //! 3. [`model`]: the model with effects: prediction and files.
-//! 4. [`engine`]: the exact gradient by weights and effects together, and the choice of an engine for any model.
+//! 4. [`expression`]: effects that a file defines by expressions.
+//! 5. [`engine`]: the exact gradient by weights and effects together, and the choice of an engine for any model.
 
 pub mod effects;
 pub mod engine;
 pub mod error;
+pub mod expression;
 pub mod model;
 pub mod simulation;
 

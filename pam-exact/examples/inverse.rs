@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p pam-exact --example inverse`
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/all/common/mod.rs"]
 mod common;
 
 use pam_exact::{InverseProblem, InverseSolver, Window};

@@ -6,7 +6,7 @@
 //!
 //! CPU time is that of all threads together (Linux); other programs disturb it less than the wall time.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/all/common/mod.rs"]
 mod common;
 
 use common::limits::{problem, squares};

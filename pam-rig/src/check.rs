@@ -5,6 +5,9 @@ use crate::error::RigError;
 use crate::plant::{DryFriction, HeatExchange, MuscleParameters};
 use crate::rig::RigParameters;
 
+/// Most steps of the plant per sample.
+const MOST_STEPS_PER_SAMPLE: usize = 10_000;
+
 /// Checks the parameters of a rig, and those of its plant with the effects.
 pub(crate) fn rig(p: &RigParameters, setup: &SetUp) -> Result<(), RigError> {
     if p.steps_per_sample == 0 {
@@ -12,6 +15,13 @@ pub(crate) fn rig(p: &RigParameters, setup: &SetUp) -> Result<(), RigError> {
     }
     let clock = &p.sensors.clock;
     positive("sensors.clock.rate_hz", clock.rate_hz)?;
+    if p.steps_per_sample > MOST_STEPS_PER_SAMPLE {
+        return Err(error(
+            "steps_per_sample",
+            p.steps_per_sample as f64,
+            &format!("there are at most {MOST_STEPS_PER_SAMPLE}"),
+        ));
+    }
     positive("sensors.clock.skew_ppm (+1e6)", clock.skew_ppm + 1e6)?;
     let pneumatics = &p.pneumatics;
     positive("pneumatics.supply.volume_mm3", pneumatics.supply.volume_mm3)?;

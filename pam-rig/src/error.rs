@@ -44,6 +44,17 @@ pub enum RigError {
         /// The problem and its remedy.
         message: String,
     },
+    /// The rig's motion or its readings do not stay finite.
+    #[error(
+        "run `{name}`: the rig has no finite motion or reading at t = {time_s:.4} s; its parameters are far from those of \
+         any rig"
+    )]
+    Diverged {
+        /// Name of the run.
+        name: String,
+        /// Time since the excitation began, s.
+        time_s: f64,
+    },
     /// An effect as written is wrong.
     #[error(transparent)]
     Effect(#[from] VocabularyError),

@@ -2,7 +2,7 @@
 
 use crate::error::RigError;
 use crate::protocol::{Protocol, Run};
-use crate::record::record;
+use crate::record::{check_length, record};
 use crate::rig::{Rig, RigParameters};
 use crate::truth::Truth;
 use pam_core::parallel;
@@ -88,6 +88,7 @@ impl Session {
         let runs = self.protocol.runs()?;
         // What is impossible is told before anything is written.
         Rig::new(&self.rig, self.seed, 0.0)?;
+        check_length(&self.rig, &self.protocol)?;
         let resumes = self.claim(folder, &runs, overwrite)?;
         parallel::map_each(runs, |run| {
             let entry = self.record_one(folder, run, resumes)?;

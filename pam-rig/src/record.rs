@@ -40,19 +40,53 @@ fn seed_of(seed: u64, name: &str) -> u64 {
     name.bytes().fold(OFFSET ^ seed, |sum, b| (sum ^ u64::from(b)).wrapping_mul(PRIME))
 }
 
+/// Most samples of one run: three hours at 1 kHz, or half the memory that readers allow.
+const MOST_FRAMES: usize = 10_000_000;
+/// Most steps of the plant in one run.
+const MOST_STEPS: usize = 1_000_000_000;
+
+/// Checks that a protocol does not ask for more samples than a run can have.
+///
+/// # Errors
+/// [`RigError::Parameter`] naming the rate.
+pub(crate) fn check_length(
+    parameters: &RigParameters,
+    protocol: &Protocol,
+) -> Result<(), RigError> {
+    let rate_hz = parameters.sensors.clock.rate_hz;
+    let lead = &protocol.lead_in;
+    let length_s = IDLE_S + lead.inflate_s + lead.rest_s + protocol.duration_s();
+    // The cast saturates.
+    let total = (length_s * rate_hz).round() as usize;
+    let steps = total.saturating_mul(parameters.steps_per_sample);
+    if total <= MOST_FRAMES && steps <= MOST_STEPS {
+        return Ok(());
+    }
+    Err(RigError::Parameter {
+        field: "sensors.clock.rate_hz".into(),
+        value: rate_hz,
+        message: format!(
+            "a run of {length_s:.1} s takes {total} samples and {steps} steps of the plant; {MOST_FRAMES} and {MOST_STEPS} \
+             are the most. Lower the rate, the steps per sample, or the length of the protocol"
+        ),
+    })
+}
+
 /// Carries out one run.
 ///
 /// The log begins with the controller idle, then the servo inflates the muscles from room pressure,
 /// the valves close, the joint rests, and at time zero the tracks of the protocol begin.
 ///
 /// # Errors
-/// [`RigError::Parameter`] if the rig's parameters are impossible.
+/// [`RigError::Parameter`] if the rig's parameters are impossible or ask for too many samples,
+/// [`RigError::Diverged`] if its motion does not stay finite.
 pub fn record(
     parameters: &RigParameters,
     protocol: &Protocol,
     run: &Run,
     seed: u64,
 ) -> Result<Recorded, RigError> {
+    check_length(parameters, protocol)?;
     let seed = seed_of(seed, &run.name);
     let rate_hz = parameters.sensors.clock.rate_hz;
     let frames = |time_s: f64| (time_s * rate_hz).round() as usize;
@@ -87,6 +121,9 @@ pub fn record(
         if frame < idle {
             made.row.command = 0.0;
             made.row.sync = false;
+        }
+        if !made.is_finite() {
+            return Err(RigError::Diverged { name: run.name.clone(), time_s });
         }
         recorded.rows.push(made.row);
         recorded.truth.rows.push(made.truth);

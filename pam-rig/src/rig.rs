@@ -51,7 +51,11 @@ impl RigParameters {
     /// # Errors
     /// [`RigError`] naming file and line.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, RigError> {
-        let path = path.as_ref();
+        Self::read_at(path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn read_at(path: &Path) -> Result<Self, RigError> {
         Ok(toml_file::parse(&toml_file::text(path)?, path)?)
     }
 
@@ -92,6 +96,20 @@ pub struct Frame {
     pub row: Row,
     /// The truth.
     pub truth: TruthRow,
+}
+
+impl Frame {
+    /// True if all readings, position and velocity are finite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let Row { angle_deg, command, current_a, reservoir_psi, measured_psi: [f, e], .. } =
+            self.row;
+        let truth = [self.truth.displacement_mm, self.truth.velocity_mm_s];
+        [angle_deg, command, current_a, reservoir_psi, f, e]
+            .into_iter()
+            .chain(truth)
+            .all(f64::is_finite)
+    }
 }
 
 /// A rig in operation.

@@ -105,7 +105,11 @@ impl Truth {
     /// # Errors
     /// [`DataError::Io`].
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), DataError> {
-        let path = path.as_ref();
+        self.write_at(path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn write_at(&self, path: &Path) -> Result<(), DataError> {
         npz::write(path, &self.to_arrays())
     }
 }

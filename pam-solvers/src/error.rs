@@ -80,8 +80,8 @@ impl FailureKind {
                  is too stiff there, or the tolerance is below rounding"
             ),
             Self::TooManySteps { limit } => format!(
-                "the limit of {limit} steps was reached at t = {t:.6} s; raise it or loosen the \
-                 tolerance"
+                "the limit of {limit} steps was reached at t = {t:.6} s; the problem is too stiff there: check \
+                 the model and the units of the data, or loosen the tolerance"
             ),
             Self::Backward(kind) => {
                 format!("in the backward solve of the adjoint, {}", kind.describe(t))

@@ -9,6 +9,7 @@ use crate::request::{check_control, check_term};
 use crate::run::Run;
 use crate::save_at::SaveAt;
 use crate::solution::Solution;
+use crate::step_budget::{StepBudget, StepLimit};
 use crate::tableau::Tableau;
 use crate::term::Term;
 use pam_core::{Scalar, VectorField};
@@ -21,7 +22,7 @@ use pam_core::{Scalar, VectorField};
 pub struct Integrator<C: ?Sized> {
     pub(crate) tableau: Tableau,
     pub(crate) stops_s: Vec<f64>,
-    pub(crate) max_steps: usize,
+    pub(crate) limit: StepLimit,
     // Last, so that a reference to the whole can forget the controller's type.
     pub(crate) controller: C,
 }
@@ -29,7 +30,7 @@ pub struct Integrator<C: ?Sized> {
 impl<C: StepController> Integrator<C> {
     /// A method and a controller, no stops, at most 10 million steps.
     pub fn new(tableau: Tableau, controller: C) -> Self {
-        Self { tableau, controller, stops_s: Vec::new(), max_steps: 10_000_000 }
+        Self { tableau, controller, stops_s: Vec::new(), limit: StepLimit::default() }
     }
 
     /// Times (s, any order) at which a step must end, besides the jumps of the input.
@@ -43,7 +44,14 @@ impl<C: StepController> Integrator<C> {
     /// The largest number of steps, rejected ones included.
     #[must_use]
     pub fn with_max_steps(mut self, max_steps: usize) -> Self {
-        self.max_steps = max_steps;
+        self.limit.max_steps = max_steps;
+        self
+    }
+
+    /// Steps by the time that the solve has come to, besides the largest number of all.
+    #[must_use]
+    pub fn with_step_budget(mut self, budget: StepBudget) -> Self {
+        self.limit.budget = Some(budget);
         self
     }
 }

@@ -55,7 +55,7 @@ where
 
     /// Runs to the end.
     pub(crate) fn solve(mut self) -> Result<Solution<S>, Box<SolveError<S>>> {
-        let Integrator { tableau, controller, max_steps, .. } = self.integrator;
+        let Integrator { tableau, controller, limit, .. } = self.integrator;
         self.recorder.start(tableau, self.t0, &self.work.y);
         if self.t0 == self.t1 {
             return Ok(self.recorder.finish(self.t0, &self.work));
@@ -67,7 +67,7 @@ where
         let mut next_stop = 0;
         loop {
             let stops = self.stops_after(control.t, &mut next_stop);
-            let step = match control.propose(controller, stops, *max_steps) {
+            let step = match control.propose(controller, stops, limit) {
                 Ok(step) => step,
                 Err(kind) => return Err(self.fail(kind, control.t)),
             };

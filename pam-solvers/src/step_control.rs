@@ -2,6 +2,7 @@
 
 use crate::controller::{StepController, Tolerances};
 use crate::error::FailureKind;
+use crate::step_budget::StepLimit;
 use crate::tableau::Tableau;
 use pam_core::Scalar;
 
@@ -17,6 +18,8 @@ const STOP_SLACK: f64 = 1e-6;
 pub(crate) struct StepControl {
     /// Time reached, s.
     pub(crate) t: f64,
+    /// Time of the start, s.
+    start: f64,
     /// Size of the next step to try, s.
     pub(crate) h: f64,
     /// Errors of the last two accepted steps in units of the tolerance, the latest first.
@@ -70,7 +73,7 @@ impl ProposedStep {
 impl StepControl {
     /// A trajectory at its start `t` (s), whose first step is still to be set.
     pub(crate) fn new(t: f64) -> Self {
-        Self { t, history: [1.0, 1.0], ..Self::default() }
+        Self { t, start: t, history: [1.0, 1.0], ..Self::default() }
     }
 
     /// The next step to try.
@@ -81,10 +84,11 @@ impl StepControl {
         &mut self,
         controller: &C,
         stops: Stops,
-        max_steps: usize,
+        limit: &StepLimit,
     ) -> Result<ProposedStep, FailureKind> {
-        if self.steps == max_steps {
-            return Err(FailureKind::TooManySteps { limit: max_steps });
+        let most = limit.until((self.t - self.start).abs());
+        if self.steps >= most {
+            return Err(FailureKind::TooManySteps { limit: most });
         }
         self.steps += 1;
         self.h = self.h.min(controller.largest_step_s());

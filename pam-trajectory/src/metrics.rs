@@ -41,8 +41,11 @@ impl<T> PerChannel<T> {
     }
 }
 
+/// Spread of measurements, relative to their size, that rounding alone makes: such a channel is constant.
+const ROUNDING: f64 = 1e-12;
+
 /// Coefficient of determination, `R² = 1 − Σ (y − ŷ)² / Σ (y − ȳ)²`. NaN for fewer than two values
-/// or constant measurements; −∞ is possible for a diverging prediction.
+/// or measurements that are constant but for rounding; −∞ is possible for a diverging prediction.
 #[must_use]
 pub fn r2(measured: &[f64], predicted: &[f64]) -> f64 {
     if measured.len() < 2 {
@@ -54,7 +57,9 @@ pub fn r2(measured: &[f64], predicted: &[f64]) -> f64 {
         residual += (m - p) * (m - p);
         total += (m - mean) * (m - mean);
     }
-    if total > 0.0 { 1.0 - residual / total } else { f64::NAN }
+    let largest = measured.iter().fold(0.0, |m: f64, y| m.max(y.abs()));
+    let floor = measured.len() as f64 * (ROUNDING * largest).powi(2);
+    if total > floor { 1.0 - residual / total } else { f64::NAN }
 }
 
 /// Mean squared distance from the mean; 0 if there are no values.

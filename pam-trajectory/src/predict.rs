@@ -7,8 +7,9 @@ use pam_data::Recording;
 use pam_exact::{ExactMotion, ExactProblem, ExactSolver, ForceSignal, ReluNetwork};
 use pam_solvers::{
     ConstantStep, Integrator, Interpolation, PidController, SampledInput, SaveAt, Solution,
-    Statistics, StepController, Tableau, Term,
+    Statistics, StepBudget, StepController, Tableau, Term,
 };
+use pam_surrogate::{SurrogateProblem, SurrogateSolver};
 use serde::Serialize;
 use std::sync::Arc;
 use thiserror::Error;
@@ -32,6 +33,9 @@ pub enum StepChoice {
     /// No steps: closed-form segments of a (leaky) ReLU network (see [`pam_exact`]). Of the settings only
     /// the reading of the input counts, and it may not be cubic.
     Exact,
+    /// Steps on a piecewise polynomial of a smooth force (see [`pam_surrogate`]), at its default accuracy. Of the settings only
+    /// the reading of the input counts, and it may not be cubic.
+    Surrogate,
 }
 
 impl StepChoice {
@@ -39,7 +43,7 @@ impl StepChoice {
     #[must_use]
     pub fn controller(&self) -> Option<Arc<dyn StepController>> {
         match *self {
-            Self::Exact => None,
+            Self::Exact | Self::Surrogate => None,
             Self::Constant { step_s } => Some(Arc::new(ConstantStep::new(step_s))),
             Self::Adaptive { rtol, atol } => Some(Arc::new(PidController::new(rtol, atol))),
         }
@@ -75,10 +79,27 @@ impl SolverSettings {
         Self { step: StepChoice::Exact, interpolation, ..Self::default() }
     }
 
+    /// Steps on a surrogate of the force, with this reading of the measured one.
+    #[must_use]
+    pub fn surrogate(interpolation: Interpolation) -> Self {
+        Self { step: StepChoice::Surrogate, interpolation, ..Self::default() }
+    }
+
     /// Whether the exact method applies to a force that is read as in these settings.
     #[must_use]
     pub fn exact_applies_to(&self, force: &impl ForceModel<f64>) -> bool {
         self.interpolation != Interpolation::Cubic && ReluNetwork::applies_to(force)
+    }
+
+    /// The largest number of steps over a recording of this length (s) with so many samples. `None` for constant steps,
+    /// whose number is known, and for the exact method and surrogates, which have limits of
+    /// their own.
+    #[must_use]
+    pub fn most_steps(&self, length_s: f64, samples: usize) -> Option<usize> {
+        match self.step {
+            StepChoice::Adaptive { .. } => Some(StepBudget::RUNGE_KUTTA.steps(length_s, samples)),
+            StepChoice::Constant { .. } | StepChoice::Exact | StepChoice::Surrogate => None,
+        }
     }
 
     /// The settings in one line, for reports.
@@ -87,6 +108,12 @@ impl SolverSettings {
         let step = match self.step {
             StepChoice::Exact => {
                 return format!("exact pieces, force read as {}", self.interpolation.name());
+            }
+            StepChoice::Surrogate => {
+                return format!(
+                    "steps on a surrogate, force read as {}",
+                    self.interpolation.name()
+                );
             }
             StepChoice::Constant { step_s } => format!("constant steps of {} ms", step_s * 1e3),
             StepChoice::Adaptive { rtol, atol } => {
@@ -223,6 +250,16 @@ pub(crate) fn predict_from<F: ForceModel<f64>>(
     let times = &recording.time_s;
     let input = SampledInput::new(times, &recording.force_mn, settings.interpolation)
         .map_err(|e| fail(e.to_string(), nothing()))?;
+    if settings.step == StepChoice::Surrogate {
+        let problem = surrogate_problem(recording, masses, settings.interpolation, y0);
+        let (motion, stopped) = SurrogateSolver::default().trajectory(model, &problem);
+        let reached = stopped.as_ref().map_or(f64::INFINITY, |(_, time_s)| *time_s);
+        let prediction = with_pressures(model, recording, masses, y0, &motion, reached);
+        return match stopped {
+            None => within_limits(model, recording, prediction),
+            Some((kind, time_s)) => Err(fail(kind.describe(time_s), prediction)),
+        };
+    }
     let Some(controller) = settings.step.controller() else {
         let (prediction, stopped) = exact(model, recording, masses, settings.interpolation, y0)
             .map_err(|e| fail(e.to_string(), nothing()))?;
@@ -235,7 +272,11 @@ pub(crate) fn predict_from<F: ForceModel<f64>>(
     let (t0, t1) = recording.span_s();
     let save = SaveAt::Times(times);
     let tableau = settings.tableau.clone();
-    match Integrator::new(tableau, controller).solve(&term, t0, t1, &y0, save) {
+    let mut integrator = Integrator::new(tableau, controller);
+    if let Some(most) = settings.most_steps(t1 - t0, recording.len()) {
+        integrator = integrator.with_max_steps(most).with_step_budget(StepBudget::RUNGE_KUTTA);
+    }
+    match integrator.solve(&term, t0, t1, &y0, save) {
         Ok(solution) => within_limits(model, recording, Prediction::from_solution(&solution)),
         Err(e) => Err(fail(e.to_string(), Prediction::from_solution(&e.partial))),
     }
@@ -263,6 +304,26 @@ fn within_limits<F>(
     }
 }
 
+/// A motion `[x, ẋ]` at the sample times with its pressures, until the time that was reached.
+fn with_pressures<F: ForceModel<f64>>(
+    model: &JointModel<f64, F>,
+    recording: &Recording,
+    masses: SealedMasses,
+    y0: [f64; 4],
+    motion: &[f64],
+    reached_s: f64,
+) -> Prediction {
+    let mut states = vec![[0.0; 4]; recording.len()];
+    SealedGas::new(model, masses, y0).complete(motion, &mut states);
+    let column = |c: usize| states.iter().map(|y| y[c]).collect();
+    let mut prediction = Prediction {
+        channels: PerChannel { x: column(0), v: column(1), pf: column(2), pe: column(3) },
+        statistics: Statistics::default(),
+    };
+    prediction.truncate(recording.time_s.partition_point(|&t| t <= reached_s));
+    prediction
+}
+
 /// The exact prediction, and why it stopped early if it did.
 fn exact<F: ForceModel<f64>>(
     model: &JointModel<f64, F>,
@@ -277,14 +338,8 @@ fn exact<F: ForceModel<f64>>(
     let failures = solver.solve(&motion, &[problem]);
     let counts = solver.statistics(0);
     let reached = failures.first().map_or(f64::INFINITY, |f| f.time_s);
-    let mut states = vec![[0.0; 4]; recording.len()];
-    SealedGas::new(model, masses, y0).complete(solver.observed(0), &mut states);
-    let column = |c: usize| states.iter().map(|y| y[c]).collect();
-    let mut prediction = Prediction {
-        channels: PerChannel { x: column(0), v: column(1), pf: column(2), pe: column(3) },
-        statistics: Statistics { accepted: counts.segments, ..Statistics::default() },
-    };
-    prediction.truncate(recording.time_s.partition_point(|&t| t <= reached));
+    let mut prediction = with_pressures(model, recording, masses, y0, solver.observed(0), reached);
+    prediction.statistics.accepted = counts.segments;
     let stopped = failures.first().map(|f| f.kind.describe(f.time_s));
     Ok((prediction, stopped))
 }
@@ -308,5 +363,28 @@ pub(crate) fn exact_problem<'a>(
         t1,
         y0: [y0[0], y0[1]],
         observe_s: &recording.time_s,
+    }
+}
+
+/// The problem of the surrogate solver for a recording that starts at `y0`.
+pub(crate) fn surrogate_problem<'a>(
+    recording: &'a Recording,
+    masses: SealedMasses,
+    interpolation: Interpolation,
+    y0: [f64; 4],
+) -> SurrogateProblem<'a> {
+    let (t0, t1) = recording.span_s();
+    SurrogateProblem {
+        masses,
+        signal: pam_surrogate::ForceSignal {
+            times_s: &recording.time_s,
+            force_mn: &recording.force_mn,
+            interpolation,
+        },
+        t0,
+        t1,
+        y0: [y0[0], y0[1]],
+        observe_s: &recording.time_s,
+        expected: [&recording.displacement_mm, &recording.velocity_mm_s],
     }
 }

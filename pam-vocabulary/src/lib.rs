@@ -6,6 +6,8 @@
 //! implements the physics on its own: an estimator that shares code with the simulator of its test data
 //! commits an inverse crime (Colton and Kress, *Inverse Acoustic and Electromagnetic Scattering Theory*).
 //!
+//! Effects that are in no table are [defined by expressions](definition) in a file.
+//!
 //! An entry is a block in the file of its group (`mechanics.rs`, `gas.rs`, `sensing.rs`); an id never changes
 //! once it is released. Effects outside the vocabulary describe themselves with an [`EffectInfo`] of their
 //! own.
@@ -17,7 +19,9 @@
 //! # Ok::<(), pam_vocabulary::VocabularyError>(())
 //! ```
 
+pub mod definition;
 mod error;
+pub mod expression;
 mod gas;
 mod info;
 mod mechanics;

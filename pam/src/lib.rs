@@ -9,6 +9,7 @@
 //! | [`exact`] | `pam-exact` | `joint` | closed form of networks of LeakyReLU and ReLU |
 //! | [`data`] | `pam-data` | `joint` | recordings, models, their files |
 //! | [`vocabulary`] | `pam-vocabulary` | `fields` | the effects that rig and diagnosis share, as data |
+//! | [`expression`] | `pam-expression` | `fields` | expressions over named numbers, as terms of any field |
 //! | [`rig`] | `pam-rig` | `rig` | a virtual rig with known ground truth |
 //! | [`train`] | `pam-train` | `fields`, `joint` | losses, optimisers, curricula, predictions, scores |
 //! | [`report`] | `pam-report` | `report` | figures and self-contained HTML |
@@ -77,6 +78,8 @@ pub use pam_diagnose as diagnose;
 pub use pam_effects as effects;
 #[cfg(feature = "joint")]
 pub use pam_exact as exact;
+#[cfg(feature = "fields")]
+pub use pam_expression as expression;
 #[cfg(feature = "report")]
 pub use pam_report as report;
 #[cfg(feature = "rig")]
@@ -102,6 +105,7 @@ pub mod field {
         FieldSeparation, design_field, diagnose_field, sine_experiments,
     };
     pub use pam_diagnose::{DiagnosisSettings, Verdict};
+    pub use pam_expression::{Compiled, Terms, WithTerms};
     pub use pam_solvers::sensitivity::DiscreteAdjoint;
     pub use pam_solvers::{
         Constant, Input, InputFn, Integrator, Interpolation, NoInput, ParametricInput,
@@ -147,12 +151,15 @@ mod book {
     #![doc = include_str!("../../docs/other-systems.md")]
     #![doc = include_str!("../../docs/how-to.md")]
     #![doc = include_str!("../../docs/own-rig.md")]
+    #![doc = include_str!("../../docs/own-effects.md")]
     #![doc = include_str!("../../docs/rig.md")]
     #![doc = include_str!("../../docs/training.md")]
     #![doc = include_str!("../../docs/diagnosis.md")]
     #![doc = include_str!("../../docs/control.md")]
     #![doc = include_str!("../../docs/gradients.md")]
     #![doc = include_str!("../../docs/exact.md")]
+    #![doc = include_str!("../../docs/python.md")]
+    #![doc = include_str!("../../docs/matlab-and-r.md")]
     #![doc = include_str!("../../docs/compare.md")]
     #![doc = include_str!("../../docs/ablations.md")]
     #![doc = include_str!("../../docs/effects.md")]

@@ -1,6 +1,7 @@
 //! Helpers of the whole-system tests.
 
 pub mod diagnose;
+pub mod fuzz;
 pub mod loops;
 pub mod magnitudes;
 pub mod plant;

@@ -321,7 +321,7 @@ fn what_is_wrong_is_said() {
     };
     fails("recomended", &[], "recommended, paper, horizons, shooting, joint");
     fails("recommended", &["--set", "rates=1"], "unknown field `rates`");
-    fails("recommended", &["--set", "data.train=[\"9999\"]"], "selects none");
+    fails("recommended", &["--set", "data.train=[\"9999\"]"], "no recording is called `9999`");
     fails("recommended", &["--resume"], "no run was begun");
     let file = folder.path().join("c.toml");
     std::fs::write(&file, "name = \"a\"\n\n[[stage]]\nkind = \"solved\"\n").unwrap();

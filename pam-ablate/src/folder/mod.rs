@@ -24,7 +24,7 @@ pub use record::{CellRecord, Quantity, Status};
 
 use crate::error::AblateError;
 use crate::experiment::{Experiment, Problem};
-use crate::sweep::{Cell, Sweep};
+use crate::sweep::{Cell, MOST_CELLS, Sweep};
 use pam_data::DataError;
 use pam_data::atomic::write_atomic;
 use pam_data::document;
@@ -56,8 +56,13 @@ impl SweepFolder {
     /// [`AblateError::Folder`] if another sweep is there, unless `extend` says that this one takes its
     /// place: cells that are in both are kept.
     pub fn begin(path: impl AsRef<Path>, sweep: &Sweep, extend: bool) -> Result<Self, AblateError> {
-        let path = path.as_ref();
+        Self::begin_at(path.as_ref(), sweep, extend)
+    }
+
+    /// One instance, whatever the path is given as.
+    fn begin_at(path: &Path, sweep: &Sweep, extend: bool) -> Result<Self, AblateError> {
         std::fs::create_dir_all(path).map_err(|e| AblateError::io(path, e))?;
+        refuse_foreign(path)?;
         let lock = path.join("sweep.lock");
         let file = claim::open(&lock)?;
         file.lock().map_err(|e| AblateError::io(&lock, e))?;
@@ -122,12 +127,44 @@ impl SweepFolder {
     }
 }
 
+/// Refuses a folder that holds files, but no sweep.
+fn refuse_foreign(path: &Path) -> Result<(), AblateError> {
+    if path.join("sweep.json").exists() {
+        return Ok(());
+    }
+    let entries = std::fs::read_dir(path).map_err(|e| AblateError::io(path, e))?;
+    // Hidden files are locks and what killed programs left.
+    let foreign = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned());
+    let mut foreign: Vec<String> =
+        foreign.filter(|name| !name.starts_with('.') && name != "sweep.lock").collect();
+    foreign.sort();
+    match foreign.first() {
+        None => Ok(()),
+        Some(first) => Err(AblateError::folder(
+            path,
+            format!(
+                "it holds other files ({first} and {} more) and no sweep; give an empty folder",
+                foreign.len() - 1
+            ),
+        )),
+    }
+}
+
 /// All cells of a sweep with their names; what is wrong with any is found before the first runs. Draws
 /// of a random search that are alike are one.
 ///
 /// # Errors
 /// [`AblateError`] with the line that sets what makes no sense.
 pub fn plan(sweep: &Sweep, experiment: &dyn Experiment) -> Result<Vec<Planned>, AblateError> {
+    let count = sweep.cell_count();
+    if count > MOST_CELLS {
+        return Err(AblateError::setting(
+            format!("sweep `{}`", sweep.name),
+            format!(
+                "{count} cells are more than the {MOST_CELLS} that are run; take fewer values, draws or seeds"
+            ),
+        ));
+    }
     let mut planned: Vec<Planned> = Vec::new();
     let mut ids = std::collections::HashMap::new();
     for cell in sweep.cells() {

@@ -40,7 +40,23 @@ impl Cell {
     }
 }
 
+/// Most cells of a sweep: a year of trainings of five minutes.
+pub const MOST_CELLS: usize = 100_000;
+
 impl Sweep {
+    /// Number of cells; of a random search that of draws, which may be alike.
+    #[must_use]
+    pub fn cell_count(&self) -> usize {
+        let points = match self.search {
+            Some(search) => search.draws,
+            None => self.axes.iter().fold(1, |product: usize, axis| match &axis.values {
+                Values::List(variants) => product.saturating_mul(variants.len()),
+                Values::Range(..) => product,
+            }),
+        };
+        points.saturating_mul(self.seeds.len())
+    }
+
     /// All cells: seeds vary fastest, then the last axis.
     #[must_use]
     pub fn cells(&self) -> Vec<Cell> {

@@ -8,7 +8,7 @@ mod builtin;
 mod cells;
 mod parse;
 
-pub use cells::{Cell, Choice};
+pub use cells::{Cell, Choice, MOST_CELLS};
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -1,10 +1,10 @@
 //! Sweeps from TOML text.
 
-use super::{Assignment, Axis, Goal, Range, Search, Sweep, Values, Variant};
+use super::{Assignment, Axis, Goal, MOST_CELLS, Range, Search, Sweep, Values, Variant};
 use crate::error::AblateError;
 use pam_data::{DataError, document, toml_file};
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 use toml::{Spanned, Value};
 
@@ -162,6 +162,11 @@ impl Places<'_> {
         let Some(raw) = raw else { return Ok(vec![1]) };
         let at = raw.span().start;
         let found = match raw.into_inner() {
+            Value::Integer(n) if n > MOST_CELLS as i64 => {
+                return Err(
+                    self.error(at, format!("seeds = {n}: a sweep has at most {MOST_CELLS} cells"))
+                );
+            }
             Value::Integer(n) if n > 0 => Some((1..=n as u64).collect()),
             Value::Array(list) => {
                 let seed = |v: &Value| v.as_integer().and_then(|i| u64::try_from(i).ok());
@@ -170,7 +175,7 @@ impl Places<'_> {
             _ => None,
         };
         let distinct = |list: &Vec<u64>| {
-            !list.is_empty() && list.iter().enumerate().all(|(i, s)| !list[..i].contains(s))
+            !list.is_empty() && list.iter().collect::<HashSet<_>>().len() == list.len()
         };
         found.filter(distinct).ok_or_else(|| {
             self.error(at, "seeds is a number of seeds, or a list of different whole numbers")
@@ -184,7 +189,11 @@ impl Sweep {
     /// # Errors
     /// [`AblateError`] with the line.
     pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self, AblateError> {
-        let path = path.as_ref();
+        Self::parse_at(text, path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn parse_at(text: &str, path: &Path) -> Result<Self, AblateError> {
         let places = Places { text, path };
         let raw: RawSweep = toml_file::parse(text, path)?;
         let axes: Vec<Axis> =

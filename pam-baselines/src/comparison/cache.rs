@@ -10,7 +10,7 @@ use crate::error::BaselineError;
 use pam_data::atomic::write_atomic;
 use pam_data::fingerprint::fingerprint_of_subjects;
 use pam_data::formats::npz::{self, Array};
-use pam_data::{DataError, MuscleSurfaces, document};
+use pam_data::{DataError, MuscleSurfaces, document, read_limit};
 use pam_numerics::ContentHash;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -30,40 +30,72 @@ pub struct ModelCache<'a> {
 #[derive(Serialize, Deserialize)]
 struct Entry {
     key: String,
+    checksum: String,
     finished: FinishedModel,
 }
 
 impl ModelCache<'_> {
     /// A model that was done before with this key.
-    pub(super) fn read(&self, name: &str, key: &str) -> Option<FinishedModel> {
+    pub(super) fn read(&self, stem: &str, key: &str) -> Option<FinishedModel> {
         if !self.resume {
             return None;
         }
-        let text = std::fs::read_to_string(self.path(name, "json")).ok()?;
+        let text = read_limit::read_text(self.path(stem, "json")).ok()?;
         let kept: Entry = document::from_json(&text).ok()?;
-        (kept.key == key).then_some(kept.finished)
+        let sound = checksum(&kept.key, &kept.finished).is_ok_and(|sum| sum == kept.checksum);
+        (kept.key == key && sound).then_some(kept.finished)
     }
 
     /// Keeps a model and its numbers.
     pub(super) fn write(
         &self,
+        stem: &str,
         key: String,
         finished: &FinishedModel,
         arrays: &BTreeMap<String, Array>,
     ) -> Result<(), BaselineError> {
-        let name = &finished.result.name;
-        npz::write(&self.path(name, "npz"), arrays)?;
-        let path = self.path(name, "json");
-        let kept = Entry { key, finished: finished.clone() };
-        let text = document::to_json(&kept)
-            .map_err(|e| DataError::file(&path, format!("the result cannot be written: {e}")))?;
+        npz::write(&self.path(stem, "npz"), arrays)?;
+        let path = self.path(stem, "json");
+        let fail = |e: document::DocumentError| {
+            DataError::file(&path, format!("the result cannot be written: {e}"))
+        };
+        let checksum = checksum(&key, finished).map_err(fail)?;
+        let kept = Entry { key, checksum, finished: finished.clone() };
+        let text = document::to_json(&kept).map_err(fail)?;
         write_atomic(&path, text.as_bytes())?;
         Ok(())
     }
 
-    fn path(&self, name: &str, extension: &str) -> PathBuf {
-        self.folder.join("models").join(format!("{}.{extension}", slug(name)))
+    fn path(&self, stem: &str, extension: &str) -> PathBuf {
+        self.folder.join("models").join(format!("{stem}.{extension}"))
     }
+}
+
+/// What tells a result that was edited or damaged.
+fn checksum(key: &str, finished: &FinishedModel) -> Result<String, document::DocumentError> {
+    let mut hash = ContentHash::default();
+    hash.text(key);
+    hash.text(&document::to_json(finished)?);
+    Ok(hash.hex())
+}
+
+/// Names of the models' files without extension, one for each model: `A+` and `A-` become `a` and `a-2`.
+pub(super) fn stems(models: &[ModelConfig]) -> Vec<String> {
+    let mut stems: Vec<String> = Vec::new();
+    for model in models {
+        let base = match slug(&model.name) {
+            empty if empty.is_empty() => "model".to_owned(),
+            slug => slug,
+        };
+        let mut stem = base.clone();
+        let mut number = 2;
+        while stems.contains(&stem) {
+            stem = format!("{base}-{number}");
+            number += 1;
+        }
+        stems.push(stem);
+    }
+    stems
 }
 
 /// Everything that a model's result depends on, as a text, for each model of a comparison.

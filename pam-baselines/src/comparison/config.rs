@@ -108,7 +108,11 @@ impl ComparisonConfig {
     /// # Errors
     /// [`BaselineError`] with the line.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, BaselineError> {
-        let path = path.as_ref();
+        Self::open_at(path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn open_at(path: &Path) -> Result<Self, BaselineError> {
         Self::parse(&toml_file::text(path)?, path)
     }
 
@@ -117,7 +121,11 @@ impl ComparisonConfig {
     /// # Errors
     /// [`BaselineError`] with the line.
     pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self, BaselineError> {
-        let path = path.as_ref();
+        Self::parse_at(text, path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn parse_at(text: &str, path: &Path) -> Result<Self, BaselineError> {
         let place = |offset: usize, message: String| -> BaselineError {
             DataError::line(path, document::line_of(text, offset), message).into()
         };

@@ -1,6 +1,6 @@
 //! The comparison at work.
 
-use super::cache::{ModelCache, key};
+use super::cache::{ModelCache, key, stems};
 use super::config::ComparisonConfig;
 use super::result::{Comparison, FinishedModel, ModelTimes};
 use super::score::{Scoring, all, draw};
@@ -42,9 +42,9 @@ pub fn compare(
     let scoring = Scoring::new(sets, config.evaluation.warm_up, &drawn);
     let key_of = key(config, sets, surfaces, seed, cache.map_or("", |k| k.program));
     let mut models = Vec::new();
-    for model in &config.models {
+    for (model, stem) in config.models.iter().zip(stems(&config.models)) {
         let key = key_of(model);
-        if let Some(finished) = cache.and_then(|k| k.read(&model.name, &key)) {
+        if let Some(finished) = cache.and_then(|k| k.read(&stem, &key)) {
             event(Event::Kept(&model.name));
             models.push(finished);
             continue;
@@ -63,7 +63,7 @@ pub fn compare(
         let times = ModelTimes { fit_s, predict_s: begun.elapsed().as_secs_f64() };
         let finished = FinishedModel { result, times, drawn };
         if let Some(cache) = cache {
-            cache.write(key, &finished, &fitted.arrays())?;
+            cache.write(&stem, key, &finished, &fitted.arrays())?;
         }
         if !event(Event::Done(&finished)) {
             return Err(BaselineError::Interrupted);

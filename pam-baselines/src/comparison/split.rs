@@ -26,6 +26,7 @@ pub fn split(config: &ComparisonConfig, subjects: Vec<Subject>) -> Result<Split,
         ..DataSettings::default()
     };
     let names: Vec<&str> = subjects.iter().map(|s| s.recording.name.as_str()).collect();
+    settings.check_names(&names).map_err(|why| BaselineError::unfit(&config.name, why))?;
     let roles = settings.roles(&names);
     for (subject, role) in subjects.into_iter().zip(roles) {
         let r = &subject.recording;

@@ -72,7 +72,11 @@ impl GruModel {
     /// # Errors
     /// [`BaselineError`] if the file cannot be read, or an array is missing or of another shape.
     pub fn from_npz(path: impl AsRef<Path>) -> Result<Self, BaselineError> {
-        let path = path.as_ref();
+        Self::from_npz_at(path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn from_npz_at(path: &Path) -> Result<Self, BaselineError> {
         let saved = SavedArrays::read(path)?;
         let [_, hidden] = saved.rows_and_columns("gru.weight_hh_l0")?;
         let layers = (0..).take_while(|l| saved.has(&format!("gru.weight_hh_l{l}"))).count();

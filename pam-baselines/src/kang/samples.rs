@@ -94,9 +94,13 @@ pub fn of_rig(reach_mm: f64, length_mm: f64) -> Vec<MuscleSample> {
 /// # Errors
 /// [`DataError`] naming the line.
 pub fn of_map(path: impl AsRef<Path>, length_mm: f64) -> Result<Vec<MuscleSample>, DataError> {
-    let path = path.as_ref();
+    of_map_at(path.as_ref(), length_mm)
+}
+
+/// One instance, whatever the path is given as.
+fn of_map_at(path: &Path, length_mm: f64) -> Result<Vec<MuscleSample>, DataError> {
     let place = |line: usize, message: String| DataError::line(path, line as u64, message);
-    let text = std::fs::read_to_string(path).map_err(|e| DataError::io(path, e))?;
+    let text = pam_data::toml_file::text(path)?;
     let mut lines = text.lines().enumerate();
     let (_, head) = lines.next().ok_or_else(|| place(1, "the file is empty".into()))?;
     let names: Vec<&str> = head.split(',').map(str::trim).collect();

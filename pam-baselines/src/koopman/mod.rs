@@ -119,7 +119,11 @@ impl KoopmanModel {
     /// # Errors
     /// [`BaselineError`] if the file cannot be read, or an array is missing or of another shape.
     pub fn from_npz(path: impl AsRef<Path>) -> Result<Self, BaselineError> {
-        let path = path.as_ref();
+        Self::from_npz_at(path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn from_npz_at(path: &Path) -> Result<Self, BaselineError> {
         let saved = SavedArrays::read(path)?;
         let [_, columns] = saved.rows_and_columns("K")?;
         let dictionary = Dictionary::of_len(columns.saturating_sub(1)).ok_or_else(|| {

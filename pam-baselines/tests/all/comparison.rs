@@ -213,6 +213,45 @@ fn numbers_repeat_from_the_seed_at_any_number_of_threads_and_resumed() {
     assert_eq!(taken(5, "two", &nudged), 1);
 }
 
+/// Names that differ by marks alone have the same letters.
+#[test]
+fn models_whose_names_look_alike_are_kept_apart() {
+    let text = "[data]\nrecordings = [\".\"]\ntrain = \"all\"\nheld_out = \"none\"\n\
+        [[model]]\nname = \"A+\"\nkind = \"spring_damper\"\n\
+        [[model]]\nname = \"A-\"\nkind = \"koopman\"\n[[model]]\nname = \"±\"\nkind = \"spring_damper\"\n";
+    let config = ComparisonConfig::parse(text, Path::new("c.toml")).unwrap();
+    let sets = split(&config, subjects().into_iter().take(2).collect()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let keep = ModelCache { folder: folder.path(), resume: false, program: "one" };
+    let all = |_: Event<'_>| true;
+    let first = compare(&config, &sets, None, 1, Some(keep), &all).unwrap();
+    let kept = |name: &str| pam_data::formats::npz::read(&folder.path().join("models").join(name));
+    let (plus, minus) = (kept("a.npz").unwrap(), kept("a-2.npz").unwrap());
+    assert_ne!(plus.keys().collect::<Vec<_>>(), minus.keys().collect::<Vec<_>>());
+    assert!(kept("model.npz").is_ok());
+    // A result that was edited is none: the model is fitted again.
+    let path = folder.path().join("models/a.json");
+    let edited = std::fs::read_to_string(&path).unwrap().replacen("0.", "1.", 1);
+    std::fs::write(&path, edited).unwrap();
+    let fitted = std::sync::atomic::AtomicUsize::new(0);
+    let count = |event: Event<'_>| {
+        if let Event::Done(_) = event {
+            fitted.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        }
+        true
+    };
+    let keep = ModelCache { resume: true, ..keep };
+    let again = compare(&config, &sets, None, 1, Some(keep), &count).unwrap();
+    assert_eq!(fitted.into_inner(), 1);
+    assert_eq!(again.to_json(), first.to_json());
+
+    // A name that no recording has is told.
+    let unknown = text.replace("train = \"all\"", "train = [\"nn_3060\", \"nobody\"]");
+    let unknown = ComparisonConfig::parse(&unknown, Path::new("c.toml")).unwrap();
+    let message = split(&unknown, subjects()).unwrap_err().to_string();
+    assert!(message.contains("`nobody`"), "{message}");
+}
+
 #[test]
 fn a_warm_start_is_the_measured_state_and_a_cold_one_the_first_sample() {
     let subjects = subjects();

@@ -76,7 +76,7 @@ impl BatchGrid {
                 t1: self.horizon_s,
                 y0: &joint::start(model, masses),
                 observations_s: &joint::observations_s(self.horizon_s),
-                integrator: integrator.as_dyn(),
+                integrator: &integrator,
             };
             let g = DiscreteAdjoint::new(ByTape).value_and_gradient(&problem, &mut on_motion)?;
             sum.value += g.value;

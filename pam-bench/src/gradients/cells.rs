@@ -19,6 +19,16 @@ pub trait Cells {
     fn run(&self, repeat: usize, wanted: &dyn Fn(&str, &str) -> bool, found: &mut dyn FnMut(Row));
 }
 
+/// Cells whose problem is chosen at run time.
+impl Cells for Box<dyn Cells> {
+    fn names(&self) -> Vec<(String, String)> {
+        (**self).names()
+    }
+    fn run(&self, repeat: usize, wanted: &dyn Fn(&str, &str) -> bool, found: &mut dyn FnMut(Row)) {
+        (**self).run(repeat, wanted, found);
+    }
+}
+
 /// Every method with every solver on one case.
 pub struct Grid<F, I> {
     /// Part of the study.
@@ -54,7 +64,7 @@ impl<F: ParametricField, I: ParametricInput> Cells for Grid<F, I> {
             for method in self.methods.iter().filter(wanted) {
                 let built = method.build(solver);
                 let (gradient, measured) = measure(repeat, || {
-                    self.case.gradient_of(&self.case.field, &*built, integrator.as_dyn())
+                    self.case.gradient_of(&self.case.field, &*built, &integrator)
                 });
                 let mut row = self.blank(method, solver);
                 match (gradient, &truth, &replayed) {

@@ -40,7 +40,7 @@ impl KinkedJoint<'_> {
     }
 
     /// The truth with this many points of the finer grid from one observation to the next.
-    fn extrapolated(
+    pub fn extrapolated(
         &self,
         points: usize,
         loss: &(impl Fn(&[f64], &[f64], &mut [f64]) -> f64 + Sync),
@@ -118,37 +118,5 @@ impl KinkedJoint<'_> {
             initial_state: found.initial_states[0].to_vec(),
             states: observed.iter().flat_map(|&k| states[k]).collect(),
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::case::half_squares;
-    use super::super::problems::joint;
-    use super::super::truth::{relative_error, tight};
-    use pam_core::Activation;
-
-    /// Coarser grids give the same truth, and steps at a tolerance of 1e-12 come near it.
-    #[test]
-    fn truth_does_not_depend_on_the_grid() {
-        let activation = Activation::LeakyRelu(Default::default());
-        let case = joint::case(activation, 8, 0.5);
-        let model = joint::model(activation, 8);
-        let masses = joint::masses(0);
-        let start = joint::start(&model, masses);
-        let kinked = joint::kinked(&model, masses, start, &case.observations_s);
-        let loss = half_squares(joint::target, [0.3, 4.0, 20.0, 20.0]);
-        let fine = kinked.extrapolated(2000, &loss).unwrap();
-        let coarse = kinked.extrapolated(600, &loss).unwrap();
-        let off = |a: &[f64], b: &[f64]| relative_error(a, b);
-        assert!(off(&fine.states, &coarse.states) < 1e-10);
-        assert!(off(&fine.parameters, &coarse.parameters) < 1e-8);
-        assert!(off(&fine.initial_state, &coarse.initial_state) < 1e-8);
-        let mut by_steps = case;
-        by_steps.closed_form = None;
-        let steps = tight(&by_steps).unwrap();
-        assert!(off(&steps.states, &fine.states) < 1e-9);
-        let distance = off(&steps.parameters, &fine.parameters);
-        assert!(distance < 1e-3, "{distance:e}");
     }
 }

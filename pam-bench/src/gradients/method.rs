@@ -1,6 +1,6 @@
 //! The methods that are compared.
 
-use super::solver::{AnyIntegrator, Solver};
+use super::solver::Solver;
 use pam_autodiff::{ByDual, ByHand, ByTape, Differentiation};
 use pam_core::{JointField, NetworkForce, ParametricField};
 use pam_solvers::ParametricInput;
@@ -120,16 +120,6 @@ where
         .collect()
 }
 
-/// Calls `$make` with the integrator of a solver, whichever controller it has.
-macro_rules! backward {
-    ($solver:expr, |$integrator:ident| $make:expr) => {
-        match $solver.integrator() {
-            AnyIntegrator::Adaptive($integrator) => Box::new($make) as Boxed<_, _>,
-            AnyIntegrator::Constant($integrator) => Box::new($make) as Boxed<_, _>,
-        }
-    };
-}
-
 /// Every method that differentiates the field, by `how`.
 #[must_use]
 pub fn by<F, I, D>(how: D) -> Vec<Method<F, I>>
@@ -154,20 +144,18 @@ where
             Box::new(ForwardSensitivity::new(how))
         }),
         continuous("backsolve", |how, solver| {
-            backward!(solver, |integrator| Backsolve::new(how).with_backward(integrator))
+            Box::new(Backsolve::new(how).with_backward(solver.integrator()))
         }),
         continuous("backsolve-free", |how, solver| {
-            backward!(solver, |integrator| {
-                let mut free = Backsolve::new(how).with_backward(integrator);
-                free.restart_at_observations = false;
-                free
-            })
+            let mut free = Backsolve::new(how).with_backward(solver.integrator());
+            free.restart_at_observations = false;
+            Box::new(free)
         }),
         continuous("interpolating", |how, solver| {
-            backward!(solver, |integrator| InterpolatingAdjoint::new(how).with_backward(integrator))
+            Box::new(InterpolatingAdjoint::new(how).with_backward(solver.integrator()))
         }),
         continuous("quadrature", |how, solver| {
-            backward!(solver, |integrator| QuadratureAdjoint::new(how).with_backward(integrator))
+            Box::new(QuadratureAdjoint::new(how).with_backward(solver.integrator()))
         }),
     ]
 }

@@ -52,6 +52,7 @@ pub use case::Case;
 pub use cells::{Cells, Grid};
 pub use conditions::ConditionGrid;
 pub use method::{Kind, Method, all as methods, of_joint as joint_methods};
+pub use problems::Problem;
 pub use result::{Row, StudyResult};
 pub use solver::{Solver, Steps};
 pub use study::{Progress, Study};

@@ -5,7 +5,7 @@ use super::case::Case;
 use super::cells::Grid;
 use super::conditions::ConditionGrid;
 use super::method::{Method, all, checkpointings, for_many_parameters, of_joint};
-use super::problems::{joint, linear, quartic, stiff, van_der_pol};
+use super::problems::{Problem, joint};
 use super::solver::Solver;
 use super::study::Study;
 use pam_core::{Activation, JointModel, NetworkForce, ParametricField};
@@ -99,13 +99,13 @@ fn grid(mut study: Study, tolerance: &[f64], horizons_s: &[f64], activations: &[
         // The small problems have their own scale of time.
         let (long, short) = (10.0 * horizon_s, horizon_s);
         study = study
-            .with(cells(GRID, linear::case(long), all(), &tsit5))
-            .with(cells(GRID, van_der_pol::case(long), all(), &tsit5))
-            .with(cells(GRID, quartic::case(2.0 * horizon_s), all(), &bs3))
-            .with(cells(GRID, stiff::case(short), all(), &tsit5));
+            .with(Problem::Linear.with_every_method(GRID, long, tsit5.clone()))
+            .with(Problem::VanDerPol.with_every_method(GRID, long, tsit5.clone()))
+            .with(Problem::Quartic.with_every_method(GRID, 2.0 * horizon_s, bs3.clone()))
+            .with(Problem::Stiff.with_every_method(GRID, short, tsit5.clone()));
         for name in activations {
-            let case = joint::case(activation(name), SMALL, horizon_s);
-            study = study.with(cells(GRID, case, of_joint(), &joint_solvers));
+            let joint = Problem::Joint { activation: activation(name), width: SMALL };
+            study = study.with(joint.with_every_method(GRID, horizon_s, joint_solvers.clone()));
         }
     }
     study

@@ -1,6 +1,7 @@
 //! With which method and steps a cell is solved.
 
-use pam_solvers::{ConstantStep, Integrator, PidController, Tableau};
+use pam_solvers::{ConstantStep, Integrator, PidController, StepController, Tableau};
+use std::sync::Arc;
 
 /// How steps are chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,15 +33,6 @@ pub struct Solver {
     pub stops_s: Vec<f64>,
 }
 
-/// An integrator with either controller.
-#[derive(Debug, Clone)]
-pub enum AnyIntegrator {
-    /// Under error control.
-    Adaptive(Integrator<PidController>),
-    /// Steps of one size.
-    Constant(Integrator<ConstantStep>),
-}
-
 impl Solver {
     /// Largest number of steps unless another is set.
     pub const MAX_STEPS: usize = 50_000;
@@ -63,34 +55,15 @@ impl Solver {
         Self { tableau, steps, max_steps: Self::MAX_STEPS, stops_s: Vec::new() }
     }
 
-    /// What solves.
+    /// What solves: one type for all controllers, so that every method is compiled once for a problem.
     #[must_use]
-    pub fn integrator(&self) -> AnyIntegrator {
-        match self.steps {
-            Steps::Adaptive { rtol, atol } => {
-                let integrator =
-                    Integrator::new(self.tableau.clone(), PidController::new(rtol, atol));
-                AnyIntegrator::Adaptive(
-                    integrator.with_max_steps(self.max_steps).with_stops(&self.stops_s),
-                )
-            }
-            Steps::Constant { step_s } => {
-                let integrator = Integrator::new(self.tableau.clone(), ConstantStep::new(step_s));
-                AnyIntegrator::Constant(
-                    integrator.with_max_steps(self.max_steps).with_stops(&self.stops_s),
-                )
-            }
-        }
-    }
-}
-
-impl AnyIntegrator {
-    /// The integrator whatever its controller.
-    #[must_use]
-    pub fn as_dyn(&self) -> &Integrator<dyn pam_solvers::StepController> {
-        match self {
-            Self::Adaptive(integrator) => integrator,
-            Self::Constant(integrator) => integrator,
-        }
+    pub fn integrator(&self) -> Integrator<Arc<dyn StepController>> {
+        let controller: Arc<dyn StepController> = match self.steps {
+            Steps::Adaptive { rtol, atol } => Arc::new(PidController::new(rtol, atol)),
+            Steps::Constant { step_s } => Arc::new(ConstantStep::new(step_s)),
+        };
+        Integrator::new(self.tableau.clone(), controller)
+            .with_max_steps(self.max_steps)
+            .with_stops(&self.stops_s)
     }
 }

@@ -1,11 +1,11 @@
 //! What gradients are held against.
 
 use super::case::{Case, Exact};
-use super::solver::{AnyIntegrator, Solver};
+use super::solver::Solver;
 use pam_autodiff::ByTape;
 use pam_core::{ParametricField, Scalar, VectorField};
 use pam_solvers::sensitivity::{DiscreteAdjoint, DualThroughSolver, Gradient};
-use pam_solvers::{ParametricInput, SolveError, Tableau};
+use pam_solvers::{Integrator, ParametricInput, SolveError, StepController, Tableau};
 
 /// Tolerance of the computed truth.
 pub const TIGHT: f64 = 1e-12;
@@ -35,7 +35,7 @@ where
     solver.stops_s.clone_from(&case.observations_s);
     let adjoint = DiscreteAdjoint::new(ByTape);
     let integrator = solver.integrator();
-    let g = case.gradient_of(&case.field, &adjoint, integrator.as_dyn())?;
+    let g = case.gradient_of(&case.field, &adjoint, &integrator)?;
     Ok(Exact {
         value: g.value,
         parameters: g.parameters,
@@ -58,7 +58,7 @@ impl Replayed {
     /// [`SolveError`] if the solve stops early.
     pub fn new<F, I>(
         case: &Case<F, I>,
-        integrator: &AnyIntegrator,
+        integrator: &Integrator<dyn StepController>,
     ) -> Result<Self, Box<SolveError<f64>>>
     where
         F: ParametricField,
@@ -66,7 +66,7 @@ impl Replayed {
     {
         let sampled = Sampled::new(&case.field);
         let method = DualThroughSolver;
-        let gradient = case.gradient_of(&sampled, &method, integrator.as_dyn())?;
+        let gradient = case.gradient_of(&sampled, &method, integrator)?;
         Ok(Self { indices: sampled.indices, gradient })
     }
 

@@ -4,7 +4,9 @@ use super::RunCommand;
 use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::CliError;
+use crate::interrupt::{seconds, stop_flag};
 use crate::options::DataOptions;
+use crate::output::Output;
 use crate::run_record::{self, made_by};
 use crate::{INTERRUPTED, PARTIAL};
 use clap::{Args, Subcommand};
@@ -19,9 +21,9 @@ use serde_json::json;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+use std::sync::Mutex;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 /// Arguments of `pam ablate`.
 #[derive(Debug, Args)]
@@ -103,6 +105,16 @@ pub struct MergeArguments {
 }
 
 impl RunCommand for AblateArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        let out = match &self.command {
+            Some(AblateCommand::Template) => None,
+            Some(AblateCommand::Merge(a)) => a.out.as_deref(),
+            None if self.list || self.print => None,
+            None => self.out.as_deref(),
+        };
+        out.map(|path| Output::SharedFolder("ablate", path)).into_iter().collect()
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         match &self.command {
             Some(AblateCommand::Template) => {
@@ -160,9 +172,7 @@ fn sweep(
         console.json(&json!({ "sweep": text }));
         return Ok(ExitCode::SUCCESS);
     }
-    if !(arguments.checkpoint_s.is_finite() && arguments.checkpoint_s >= 0.0) {
-        return Err(CliError::Usage("--checkpoint-s must not be negative".into()));
-    }
+    seconds("--checkpoint-s", arguments.checkpoint_s, true)?;
     let mut sweep = asked(arguments)?;
     // Wrong settings are reported before recordings are read.
     let seen = plan(&sweep, &TrainingExperiment::without_data(&sweep, &made_by()))?;
@@ -199,7 +209,7 @@ fn sweep(
     };
     let stop = stop_flag();
     let progress = Progress::new(&sweep, console);
-    let counts = run_cells(&planned, &experiment, &folder, &options, &stop, &|event| {
+    let counts = run_cells(&planned, &experiment, &folder, &options, stop, &|event| {
         progress.tell(event);
     });
     progress.bar.finish_and_clear();
@@ -221,24 +231,6 @@ fn pam_threads() -> usize {
 fn code_of(summary: &Summary) -> ExitCode {
     if summary.done == summary.cells { ExitCode::SUCCESS } else { ExitCode::from(PARTIAL) }
 }
-
-/// A flag that signals set; another signal later ends the program at once, and checkpoints stay.
-fn stop_flag() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let asked = Arc::clone(&stop);
-    let mut first: Option<Instant> = None;
-    let _ = ctrlc::set_handler(move || {
-        asked.store(true, Ordering::Relaxed);
-        // A scheduler sends the same signal by several ways at once.
-        if first.get_or_insert_with(Instant::now).elapsed() > REPEATED {
-            std::process::exit(i32::from(INTERRUPTED));
-        }
-    });
-    stop
-}
-
-/// Signals within this time count as one.
-const REPEATED: Duration = Duration::from_secs(2);
 
 fn merged(arguments: &MergeArguments, console: &Console) -> Result<ExitCode, CliError> {
     let sources: Vec<&Path> = arguments.folders.iter().map(PathBuf::as_path).collect();

@@ -4,7 +4,9 @@ use super::RunCommand;
 use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::CliError;
+use crate::interrupt::stop_flag;
 use crate::options::{DataOptions, built_in_spring_damper};
+use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
 use pam_baselines::comparison::files::{seconds, summary_text};
@@ -14,8 +16,7 @@ use pam_data::atomic::write_atomic;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 /// Arguments of `pam compare`.
 #[derive(Debug, Args)]
@@ -40,6 +41,15 @@ pub struct CompareArguments {
 }
 
 impl RunCommand for CompareArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        self.out
+            .as_deref()
+            .filter(|_| !self.print)
+            .map(|path| Output::Folder("compare", path))
+            .into_iter()
+            .collect()
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         if self.print {
             console.text(ComparisonConfig::example().trim_end());
@@ -68,14 +78,7 @@ impl RunCommand for CompareArguments {
             &json!({ "comparison": config, "reading": self.reading.to_json(global)? }),
         )?;
 
-        let stop = Arc::new(AtomicBool::new(false));
-        let asked = Arc::clone(&stop);
-        // A second signal ends the program at once; models that are done stay.
-        let _ = ctrlc::set_handler(move || {
-            if asked.swap(true, Ordering::Relaxed) {
-                std::process::exit(i32::from(crate::INTERRUPTED));
-            }
-        });
+        let stop = stop_flag();
         let bar = console.progress(1000, "comparing");
         let event = |event: Event<'_>| {
             match event {

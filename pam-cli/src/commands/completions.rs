@@ -23,12 +23,10 @@ pub struct CompletionsArguments {
 impl RunCommand for CompletionsArguments {
     #[cfg(feature = "completions")]
     fn run(&self, _global: &GlobalOptions, _console: &Console) -> Result<ExitCode, CliError> {
-        use std::io::Write;
-
         let mut program = crate::arguments::Arguments::with_exit_codes();
         let mut script = Vec::new();
         clap_complete::generate(self.shell, &mut program, "pam", &mut script);
-        let _ = std::io::stdout().lock().write_all(&script);
+        crate::console::write_out(&script);
         Ok(ExitCode::SUCCESS)
     }
 

@@ -5,6 +5,7 @@ use crate::arguments::GlobalOptions;
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::DataOptions;
+use crate::output::Output;
 use clap::Args;
 use pam_data::atomic::write_atomic;
 use pam_data::formats::format::RecordingWriter;
@@ -37,6 +38,10 @@ pub struct ConvertArguments {
 }
 
 impl RunCommand for ConvertArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        vec![Output::File(&self.output)]
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let (input, output) = (&self.input, &self.output);
         let rig = global.rig()?;

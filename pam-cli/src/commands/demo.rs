@@ -7,6 +7,7 @@ use crate::commands::diagnose::{diagnose_into, finish};
 use crate::console::Console;
 use crate::error::{CliError, failed};
 use crate::options::default_model;
+use crate::output::Output;
 use crate::run_record;
 use clap::Args;
 use pam_data::{LoadOptions, MassChoice, MassOptions, SavedModel, Subject, read_recordings};
@@ -59,6 +60,10 @@ const HIDDEN: [&str; 10] = [
 ];
 
 impl RunCommand for DemoArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        vec![Output::Folder("demo", &self.out)]
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let folder = &self.out;
         let mut random = ChaCha8Rng::seed_from_u64(global.seed);

@@ -5,12 +5,13 @@ use crate::arguments::GlobalOptions;
 use crate::console::Console;
 use crate::error::{CliError, failed, usage};
 use crate::options::{DataOptions, ModelOptions, check_quality, describe_model};
+use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
 use indicatif::ProgressBar;
 use pam_data::atomic::write_atomic;
 use pam_data::models::save_model;
-use pam_data::{DataError, SavedModel, Subject};
+use pam_data::{SavedModel, Subject, toml_file};
 use pam_diagnose::report::{ReportContext, diagnosis_report, plain_name, verdict_sentence};
 use pam_diagnose::{
     DiagnoseError, DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage,
@@ -73,6 +74,10 @@ fn candidates() -> String {
 }
 
 impl RunCommand for DiagnoseArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        vec![Output::Folder("diagnose", &self.out)]
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let options = options(self, global)?;
         let saved = self.model.load_extended(global.rig_for(&self.data)?.as_ref())?;
@@ -139,7 +144,7 @@ fn options(
     }
     let text = match &arguments.settings {
         Some(path) => {
-            let text = std::fs::read_to_string(path).map_err(|e| DataError::io(path, e))?;
+            let text = toml_file::text(path)?;
             DiagnosisSettings::parse(&text, &[])
                 .map_err(|e| failed(format!("{}: {e}", path.display())))?;
             text

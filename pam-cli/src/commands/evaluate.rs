@@ -1,11 +1,13 @@
 //! `pam evaluate`.
 
 use super::RunCommand;
+use super::simulate::added_effect;
 use crate::PARTIAL;
 use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::CliError;
 use crate::options::{DataOptions, ModelOptions, SolverOptions, describe_model, solver_json};
+use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
 use pam_core::parallel;
@@ -30,6 +32,10 @@ pub struct EvaluateArguments {
     /// Recordings, or folders of them
     #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
     pub data: Vec<PathBuf>,
+    /// Effect that is added to the model, as in coulomb_friction:force_n=12; may be given several times (`pam parts` lists
+    /// them)
+    #[arg(long = "effect", value_name = "ID:NAME=VALUE,…")]
+    pub effects: Vec<String>,
     /// Folder for evaluation.json, report.html, run.json and predictions/
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -42,13 +48,21 @@ pub struct EvaluateArguments {
 }
 
 impl RunCommand for EvaluateArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        vec![Output::Folder("evaluate", &self.out)]
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let saved = self.model.load_extended(global.rig_for(&self.data)?.as_ref())?;
+        let mut saved = self.model.load_extended(global.rig_for(&self.data)?.as_ref())?;
+        for text in &self.effects {
+            saved.info.effects.push(json!(added_effect(text)?));
+        }
         let settings = self.solver.settings_for(&saved)?;
         let subjects = self.reading.subjects(&self.data, &saved, global, console)?;
         let configuration = json!({
             "model": self.model.model,
             "activation": self.model.activation.map(|a| a.name()),
+            "effects": saved.info.effects,
             "data": self.data,
             "reading": self.reading.to_json(global)?,
             "solver": solver_json(&settings),

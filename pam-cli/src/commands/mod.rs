@@ -24,11 +24,18 @@ pub mod train;
 use crate::arguments::GlobalOptions;
 use crate::console::Console;
 use crate::error::CliError;
+use crate::output::Output;
 use clap::Subcommand;
 use std::process::ExitCode;
 
 /// A command: its arguments, which can be run.
 pub trait RunCommand {
+    /// What the command writes. Folders are checked and locked, files checked, before it runs: what cannot be written
+    /// is an error before anything is computed.
+    fn outputs(&self) -> Vec<Output<'_>> {
+        Vec::new()
+    }
+
     /// Runs the command and returns its exit code: success, [`PARTIAL`](crate::PARTIAL) or
     /// [`INTERRUPTED`](crate::INTERRUPTED).
     ///
@@ -47,6 +54,12 @@ macro_rules! commands {
         }
 
         impl RunCommand for Command {
+            fn outputs(&self) -> Vec<Output<'_>> {
+                match self {
+                    $(Self::$name(arguments) => arguments.outputs(),)*
+                }
+            }
+
             fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
                 match self {
                     $(Self::$name(arguments) => arguments.run(global, console),)*

@@ -7,6 +7,7 @@ use crate::arguments::GlobalOptions;
 use crate::console::Console;
 use crate::error::{CliError, failed, usage};
 use crate::options::{DataOptions, ModelOptions, SolverOptions, describe_model};
+use crate::output::Output;
 use crate::run_record::made_by;
 use clap::Args;
 use pam_core::SealedMasses;
@@ -82,6 +83,14 @@ pub struct SimulateArguments {
 const DEFAULT_PRESSURE_KPA: f64 = 412.0;
 
 impl RunCommand for SimulateArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        [Some(&self.out), self.report.as_ref()]
+            .into_iter()
+            .flatten()
+            .map(|p| Output::File(p))
+            .collect()
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let write = recording_writer(&self.out)?;
         let mut saved = self.model.load_extended(global.rig_for(self.data.as_slice())?.as_ref())?;
@@ -123,7 +132,7 @@ impl RunCommand for SimulateArguments {
 }
 
 /// The effect of `--effect`.
-fn added_effect(text: &str) -> Result<ActiveEffect, CliError> {
+pub(super) fn added_effect(text: &str) -> Result<ActiveEffect, CliError> {
     let wrong = |e: EffectError| usage(format!("--effect {text}: {e}"));
     text.parse::<EffectRecord>().and_then(|record| record.resolve(&[])).map_err(wrong)
 }

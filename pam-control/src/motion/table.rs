@@ -30,7 +30,11 @@ impl MotionTable {
     /// # Errors
     /// [`ControlError::Data`] naming line and column of what is missing or no finite number.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, ControlError> {
-        let path = path.as_ref();
+        Self::read_at(path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn read_at(path: &Path) -> Result<Self, ControlError> {
         let names = column_names(path)?;
         let optional = |name: &str| -> Result<Option<Vec<f64>>, DataError> {
             if names.iter().any(|n| n == name) {

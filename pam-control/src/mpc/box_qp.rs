@@ -47,7 +47,7 @@ impl BoxQp {
     ) -> usize {
         let n = self.n;
         for i in 0..n {
-            u[i] = u[i].clamp(low[i], high[i]);
+            u[i] = within(u[i], low[i], high[i]);
         }
         let mut value = cost(h, q, u);
         for steps in 0..MOST_STEPS {
@@ -69,7 +69,7 @@ impl BoxQp {
             let mut length = 1.0;
             loop {
                 for i in 0..n {
-                    self.tried[i] = (u[i] + length * self.step[i]).clamp(low[i], high[i]);
+                    self.tried[i] = within(u[i] + length * self.step[i], low[i], high[i]);
                 }
                 let found = cost(h, q, &self.tried);
                 if found < value {
@@ -126,6 +126,17 @@ impl BoxQp {
             self.step[self.free[a]] = self.tried[a];
         }
         true
+    }
+}
+
+/// The nearest value of a range. Bounds may be NaN where a joint has diverged; the value is then kept.
+fn within(value: f64, low: f64, high: f64) -> f64 {
+    if value < low {
+        low
+    } else if value > high {
+        high
+    } else {
+        value
     }
 }
 

@@ -154,7 +154,7 @@ pub struct MpcTask<'a> {
 /// Lets the servo bring a joint to the first pressures, then controls it by receding-horizon MPC.
 ///
 /// # Errors
-/// As [`MpcController::new`].
+/// As [`MpcController::new`], and [`ControlError::Insufficient`] if the joint or the estimate diverges.
 pub fn run_mpc(
     joint: &mut impl Joint,
     model: &JointModel<f64, AnyForce<f64>>,
@@ -190,6 +190,12 @@ pub fn run_mpc(
         done.wanted_mm.push(motion.at(time_s).displacement_mm);
         done.measured_mm.push(reading.displacement_mm);
         let belief = controller.belief();
+        if !(belief.force_mn.is_finite() && reading.displacement_mm.is_finite()) {
+            return Err(ControlError::Insufficient(format!(
+                "the control diverges at t = {time_s:.3} s: the model's force or the joint's motion is not finite; the model is \
+                 not of this joint"
+            )));
+        }
         done.unexplained_n.push(1e-3 * belief.force_mn);
         done.masses_g.push([belief.masses.flexor_g, belief.masses.extensor_g]);
         reading = joint.tick(&JointCommand { force_n: force_n(time_s), air: Air::Valves(valves) });

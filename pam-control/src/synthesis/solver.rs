@@ -23,6 +23,30 @@ const MOST_CARRIED: usize = 15;
 struct Follower<'a, B: ForceBatch> {
     evaluator: Evaluator<'a, B>,
     stencil: Option<ReluStencil<'a>>,
+    /// Vertices of curves that may still be followed.
+    left: usize,
+}
+
+/// Vertices that all curves of a stretch of samples may have together: so many, and so many for each sample. A curve of
+/// the published network has two hundred, and few samples need one.
+const MOST_FOLLOWED: [usize; 2] = [100_000, 400];
+
+impl<B: ForceBatch> Follower<'_, B> {
+    fn is_exhausted(&self) -> bool {
+        self.left == 0
+    }
+
+    /// Fails if curves were not followed any more.
+    fn check(&self) -> Result<(), ControlError> {
+        if !self.is_exhausted() {
+            return Ok(());
+        }
+        Err(ControlError::Insufficient(
+            "the masses that give the motion cannot be found in reasonable time: the model's force has kinks without end; \
+             the model is not of this joint"
+                .into(),
+        ))
+    }
 }
 
 /// Finds the air for motions and stiffnesses.
@@ -90,26 +114,28 @@ impl<B: ForceBatch> Synthesiser<B> {
     /// The air for each target of a trajectory.
     ///
     /// # Errors
-    /// [`ControlError::Value`] naming the first number that is not finite or positive.
+    /// [`ControlError::Value`] naming the first number that is not finite or positive;
+    /// [`ControlError::Insufficient`] if the curves of the model have too many vertices to be followed at every sample.
     pub fn solve(&self, targets: &[Target]) -> Result<Vec<Solution>, ControlError> {
         targets.iter().try_for_each(Target::validate)?;
-        let starts = self.starts(targets);
+        let starts = self.starts(targets)?;
         let group = self.settings.segments;
         let samples = group * SEGMENT_SAMPLES;
-        let groups: Vec<Vec<Solution>> = parallel::map(starts.len().div_ceil(group), |k| {
-            let starts = &starts[k * group..starts.len().min((k + 1) * group)];
-            let from = k * samples;
-            let stretch = &targets[from..(from + samples).min(targets.len())];
-            self.solve_group(stretch, starts)
-        });
-        Ok(groups.into_iter().flatten().collect())
+        let groups: Vec<Result<Vec<Solution>, ControlError>> =
+            parallel::map(starts.len().div_ceil(group), |k| {
+                let starts = &starts[k * group..starts.len().min((k + 1) * group)];
+                let from = k * samples;
+                let stretch = &targets[from..(from + samples).min(targets.len())];
+                self.solve_group(stretch, starts)
+            });
+        Ok(groups.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
     }
 
     /// The reachable stiffness of a motion's point: least and largest K̂ with which the dynamics hold,
     /// N/mm; none if no masses give the acceleration. `K_d` of the target does not matter.
     #[must_use]
     pub fn reachable_n_mm(&self, target: &Target) -> Option<[f64; 2]> {
-        self.trace(target, &mut self.follower()).range_n_mm
+        self.trace(target, &mut self.follower(1)).range_n_mm
     }
 
     /// The curve of masses that give a motion's point its acceleration, branch by branch: pairs of masses
@@ -117,7 +143,7 @@ impl<B: ForceBatch> Synthesiser<B> {
     #[must_use]
     pub fn curve(&self, target: &Target) -> Vec<Vec<(SealedMasses, f64)>> {
         let point = |v: &Vertex| (masses(v.u), v.local.k);
-        let traced = self.trace(target, &mut self.follower());
+        let traced = self.trace(target, &mut self.follower(1));
         traced.branches.iter().map(|b| b.iter().map(point).collect()).collect()
     }
 
@@ -130,8 +156,11 @@ impl<B: ForceBatch> Synthesiser<B> {
         Some(ReluStencil::new(network, self.inertia, &self.settings))
     }
 
-    fn follower(&self) -> Follower<'_, B> {
-        Follower { evaluator: self.evaluator(1), stencil: self.stencil() }
+    /// For so many samples.
+    fn follower(&self, samples: usize) -> Follower<'_, B> {
+        let [some, for_each] = MOST_FOLLOWED;
+        let left = some + for_each * samples;
+        Follower { evaluator: self.evaluator(1), stencil: self.stencil(), left }
     }
 
     /// Solves all samples of the segments, see [`continuation`].
@@ -153,12 +182,12 @@ impl<B: ForceBatch> Synthesiser<B> {
 
     /// Masses from which each segment starts: the solutions of their first samples, each carried on to the
     /// next segment, so that all segments lie on the same branch.
-    fn starts(&self, targets: &[Target]) -> Vec<[f64; 2]> {
+    fn starts(&self, targets: &[Target]) -> Result<Vec<[f64; 2]>, ControlError> {
         let firsts: Vec<Target> = targets.iter().copied().step_by(SEGMENT_SAMPLES).collect();
         let bounds = self.settings.bounds;
         let middle = [0.5 * (bounds.least_g + bounds.most_g); 2];
         let mut starts = vec![middle; firsts.len()];
-        let mut follower = self.follower();
+        let mut follower = self.follower(firsts.len());
         let segment = vec![Segment::new(0, firsts.len(), middle)];
         let mut fallback = Vec::new();
         self.sweep(
@@ -174,16 +203,21 @@ impl<B: ForceBatch> Synthesiser<B> {
         for (k, u) in fallback {
             starts[k] = u;
         }
-        starts
+        follower.check()?;
+        Ok(starts)
     }
 
-    fn solve_group(&self, targets: &[Target], starts: &[[f64; 2]]) -> Vec<Solution> {
+    fn solve_group(
+        &self,
+        targets: &[Target],
+        starts: &[[f64; 2]],
+    ) -> Result<Vec<Solution>, ControlError> {
         let segments = starts.iter().enumerate().map(|(k, &start)| {
             let from = k * SEGMENT_SAMPLES;
             Segment::new(from, (from + SEGMENT_SAMPLES).min(targets.len()), start)
         });
         let segments: Vec<Segment> = segments.collect();
-        let mut follower = self.follower();
+        let mut follower = self.follower(targets.len());
         let solutions = std::cell::RefCell::new(vec![None; targets.len()]);
         let mut since_traced = vec![0; targets.len()];
         self.sweep(
@@ -216,7 +250,8 @@ impl<B: ForceBatch> Synthesiser<B> {
         );
         let mut solutions = solutions.into_inner();
         self.verify_carried(targets, &since_traced, &mut solutions, &mut follower);
-        solutions.into_iter().flatten().collect()
+        follower.check()?;
+        Ok(solutions.into_iter().flatten().collect())
     }
 
     /// Follows the whole curve at the end of every stretch of carried samples; where it leads elsewhere,
@@ -250,6 +285,16 @@ impl<B: ForceBatch> Synthesiser<B> {
 
     /// The whole curve of a target.
     fn trace(&self, target: &Target, follower: &mut Follower<'_, B>) -> Traced {
+        if follower.is_exhausted() {
+            return Traced::default();
+        }
+        let traced = self.trace_whole(target, follower);
+        let followed = 1 + traced.branches.iter().map(Vec::len).sum::<usize>();
+        follower.left = follower.left.saturating_sub(followed);
+        traced
+    }
+
+    fn trace_whole(&self, target: &Target, follower: &mut Follower<'_, B>) -> Traced {
         let mut signs = Vec::new();
         follower.evaluator.balances(target, &grid_nodes(&self.settings.bounds), &mut signs);
         match &mut follower.stencil {
@@ -272,6 +317,11 @@ impl<B: ForceBatch> Synthesiser<B> {
         hint: [f64; 2],
         follower: &mut Follower<'_, B>,
     ) -> ([f64; 2], Solution) {
+        if follower.is_exhausted() {
+            // The whole stretch fails.
+            let local = Local { g: f64::NAN, k: f64::NAN, ..Local::default() };
+            return (hint, reached(hint, local));
+        }
         let traced = self.trace(target, follower);
         let away = |v: &&Vertex| (v.u[0] - hint[0]).hypot(v.u[1] - hint[1]);
         let nearest_solution =

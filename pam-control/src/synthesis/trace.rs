@@ -17,7 +17,7 @@ use super::walk::{Limits, Vertex, Walker};
 const CELLS: usize = 16;
 
 /// Result of following the whole curve.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Traced {
     /// Solutions: points of the curve where K̂ = K_d.
     pub(super) solutions: Vec<Vertex>,
@@ -44,8 +44,8 @@ pub(super) fn trace(
 ) -> Traced {
     let nodes = grid_nodes(&settings.bounds);
     let mut walker = Walker { landscape, target, settings };
-    let mut traced =
-        Traced { solutions: Vec::new(), nearest: None, range_n_mm: None, branches: Vec::new() };
+    let mut traced = Traced::default();
+    let mut vertices = 0;
     let mut crossed: Vec<[usize; 2]> = Vec::new();
     let side = CELLS + 1;
     let edges = (0..side * side).flat_map(|a| {
@@ -57,8 +57,12 @@ pub(super) fn trace(
         if (signs[a] > 0.0) == (signs[b] > 0.0) || crossed.contains(&[a, b]) {
             continue;
         }
+        if vertices > MOST_VERTICES {
+            break;
+        }
         let Some(start) = walker.root_between(nodes[a], nodes[b]) else { continue };
         let branch = walker.follow(start);
+        vertices += branch.len();
         for pair in branch.windows(2) {
             crossings(&settings.bounds, pair[0].u, pair[1].u, &mut crossed);
         }
@@ -68,6 +72,9 @@ pub(super) fn trace(
     }
     traced
 }
+
+/// Vertices of all branches after which no further branch is followed.
+const MOST_VERTICES: usize = 50_000;
 
 /// Pieces that are followed on each side around a point, and how far, as a share of the bounds' width.
 const AROUND: (usize, f64) = (24, 0.04);

@@ -42,10 +42,13 @@ impl MuscleGeometry {
     /// Checks radius and length.
     ///
     /// # Errors
-    /// [`ModelError::NotPositive`] if either is not positive and finite.
+    /// [`ModelError::NotPositive`] if either is not positive and finite, [`ModelError::OutOfRange`] if it is far
+    /// beyond any muscle.
     pub fn validate(&self) -> Result<(), ModelError> {
         ModelError::require_positive("muscle radius (mm)", self.radius_mm)?;
-        ModelError::require_positive("muscle length (mm)", self.length_mm)
+        ModelError::require_positive("muscle length (mm)", self.length_mm)?;
+        ModelError::require_within("muscle radius (mm)", self.radius_mm, [1e-3, 1e5])?;
+        ModelError::require_within("muscle length (mm)", self.length_mm, [1e-3, 1e6])
     }
 
     /// Volumes and slopes at displacement `x` for deformation coefficient `nu`.

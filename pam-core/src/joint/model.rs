@@ -103,9 +103,11 @@ impl<F> JointModel<f64, F> {
     /// Checks that parameters and geometry are physical.
     ///
     /// # Errors
-    /// [`ModelError::NotPositive`] naming the quantity.
+    /// [`ModelError::NotPositive`] or [`ModelError::OutOfRange`] naming the quantity.
     pub fn validate(&self) -> Result<(), ModelError> {
         self.geometry.validate()?;
+        let damping_kg_s = self.auxiliary_damping_kg_s;
+        ModelError::require_within("auxiliary damping (kg/s)", damping_kg_s, [0.0, 1e12])?;
         self.physical().validate()
     }
 }

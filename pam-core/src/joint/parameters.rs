@@ -27,11 +27,19 @@ impl PhysicalParameters<f64> {
     /// Checks all three.
     ///
     /// # Errors
-    /// [`ModelError::NotPositive`] if one is not positive and finite.
+    /// [`ModelError::NotPositive`] if one is not positive and finite, [`ModelError::OutOfRange`] if one is far beyond
+    /// any joint: its equations could not be solved in any time.
     pub fn validate(&self) -> Result<(), ModelError> {
         ModelError::require_positive("reflected mass (kg)", self.mass_kg)?;
         ModelError::require_positive("gas coefficient (kPa mm3/g)", self.gas_coefficient)?;
-        ModelError::require_positive("deformation coefficient", self.deformation)
+        ModelError::require_positive("deformation coefficient", self.deformation)?;
+        ModelError::require_within("reflected mass (kg)", self.mass_kg, [1e-6, 1e9])?;
+        ModelError::require_within(
+            "gas coefficient (kPa mm3/g)",
+            self.gas_coefficient,
+            [1.0, 1e15],
+        )?;
+        ModelError::require_within("deformation coefficient", self.deformation, [1e-12, 1e3])
     }
 }
 

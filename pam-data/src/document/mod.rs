@@ -76,6 +76,3 @@ fn remove_nulls(value: &mut Value) {
 pub fn line_of(text: &str, offset: usize) -> u64 {
     1 + text.bytes().take(offset).filter(|&b| b == b'\n').count() as u64
 }
-
-#[cfg(test)]
-mod tests;

@@ -20,6 +20,7 @@ use super::format::{FileFormat, Head, RecordingWriter};
 use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
 use crate::load_options::LoadOptions;
+use crate::read_limit;
 use crate::recording::Recording;
 use crate::rig_file::RigFile;
 use pam_core::SealedMasses;
@@ -148,6 +149,7 @@ fn parse_columns<const N: usize>(
     let places = found.map(Option::unwrap_or_default);
 
     let mut values = [const { Vec::new() }; N];
+    let mut budget = read_limit::NumberBudget::new();
     let mut record = csv::ByteRecord::new();
     while reader.read_byte_record(&mut record).map_err(|e| csv_error(path, &e))? {
         // A record's own position lies before the comments that precede it, the reader's after its
@@ -165,6 +167,7 @@ fn parse_columns<const N: usize>(
                 ),
             ));
         }
+        budget.take(path, line, N)?;
         for ((&place, name), column) in places.iter().zip(wanted).zip(&mut values) {
             let cell = std::str::from_utf8(&record[place]).unwrap_or("(not text)");
             let value: f64 = cell.parse().map_err(|_| {
@@ -207,7 +210,7 @@ fn csv_error(path: &Path, error: &csv::Error) -> DataError {
 /// The lines above the column names; the rows below may be many and are not read.
 fn header_of(path: &Path) -> Result<Vec<u8>, DataError> {
     let io = |e| DataError::io(path, e);
-    let mut file = BufReader::new(std::fs::File::open(path).map_err(io)?);
+    let mut file = BufReader::new(read_limit::open(path)?);
     let mut header = Vec::new();
     loop {
         let start = header.len();

@@ -2,6 +2,7 @@
 
 use super::format::{FileFormat, Head, RecordingWriter};
 use crate::error::DataError;
+use crate::read_limit;
 use crate::recording::Recording;
 use crate::table::container;
 use std::io::Read;
@@ -29,8 +30,9 @@ formats! {
 /// [`DataError`] if the file cannot be read, is empty, or is of no known format.
 pub fn format_of(path: &Path) -> Result<&'static dyn FileFormat, DataError> {
     let mut bytes = Vec::new();
-    std::fs::File::open(path)
-        .and_then(|f| f.take(65536).read_to_end(&mut bytes))
+    read_limit::open(path)?
+        .take(65536)
+        .read_to_end(&mut bytes)
         .map_err(|e| DataError::io(path, e))?;
     if bytes.is_empty() {
         return Err(DataError::file(path, "the file is empty"));

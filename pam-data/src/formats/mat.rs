@@ -4,9 +4,9 @@
 //! element made of elements and is often zlib-compressed (The MathWorks, *MAT-File Format*, chapter 1).
 
 use crate::error::{DataError, read_bytes};
+use crate::read_limit::{largest_bytes, unpack};
 use flate2::read::ZlibDecoder;
 use std::collections::BTreeMap;
-use std::io::Read;
 use std::path::Path;
 
 /// Reads all numeric arrays of a `.mat` file, in column-major order. Character arrays, cells, structures, sparse
@@ -55,13 +55,20 @@ fn parse(bytes: &[u8]) -> Result<BTreeMap<String, Vec<f64>>, String> {
         return Err("a MATLAB file without arrays; it may be truncated".into());
     }
     let mut arrays = BTreeMap::new();
+    let mut total = 0;
     while !file.rest.is_empty() {
-        let mut unpacked = Vec::new();
+        let unpacked;
         let (mut kind, mut content) = file.take()?;
         if kind == COMPRESSED {
-            ZlibDecoder::new(content)
-                .read_to_end(&mut unpacked)
+            unpacked = unpack(ZlibDecoder::new(content))
                 .map_err(|e| format!("an array cannot be unpacked ({e}); the file is damaged"))?;
+            total += unpacked.len() as u64;
+            if total > largest_bytes() {
+                return Err(format!(
+                    "its arrays take more than the {} MiB that are read (--max-read-mib)",
+                    largest_bytes() >> 20
+                ));
+            }
             (kind, content) = Elements { rest: &unpacked, big_endian }.take()?;
         }
         if kind == MATRIX {

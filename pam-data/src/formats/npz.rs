@@ -3,6 +3,7 @@
 use super::npy::{NpyError, read_npy, read_npy_texts, write_npy};
 use crate::atomic::write_atomic;
 use crate::error::{DataError, read_bytes};
+use crate::read_limit::{self, unpack};
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read, Seek, Write};
 use std::path::Path;
@@ -21,7 +22,7 @@ fn open<R: Read + Seek>(path: &Path, reader: R) -> Result<zip::ZipArchive<R>, Da
 /// # Errors
 /// [`DataError`] if the file cannot be read or is no archive.
 pub fn names(path: &Path) -> Result<Vec<String>, DataError> {
-    let file = std::fs::File::open(path).map_err(|e| DataError::io(path, e))?;
+    let file = read_limit::open(path)?;
     let archive = open(path, file)?;
     let names = archive.file_names().map(|n| n.map(|n| n.trim_end_matches(".npy").to_owned()));
     names.collect::<Result<_, _>>().map_err(|e| DataError::file(path, e.to_string()))
@@ -35,6 +36,8 @@ pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, DataError> {
     let fail = |message: String| DataError::file(path, message);
     let mut archive = open(path, Cursor::new(read_bytes(path)?))?;
     let mut arrays = BTreeMap::new();
+    // All arrays are kept: together they may not exceed the limit either.
+    let mut unpacked = 0;
     for i in 0..archive.len() {
         let mut file = archive.by_index(i).map_err(|e| fail(e.to_string()))?;
         let name =
@@ -42,9 +45,10 @@ pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, DataError> {
         if !file.name().is_ok_and(|n| n.ends_with(".npy")) {
             continue;
         }
-        let mut content = Vec::new();
-        file.read_to_end(&mut content)
+        let content = unpack(&mut file)
             .map_err(|e| fail(format!("array `{name}` cannot be unpacked: {e}")))?;
+        unpacked += content.len() as u64;
+        read_limit::check(path, unpacked)?;
         match read_npy(&mut content.as_slice()) {
             Ok(array) => {
                 arrays.insert(name, array);
@@ -63,15 +67,14 @@ pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, DataError> {
 pub fn read_texts(path: &Path, name: &str) -> Result<Option<Vec<String>>, DataError> {
     let fail = |why: String| DataError::file(path, format!("array `{name}`: {why}"));
     // The other arrays may be large: only this one is read.
-    let file = std::fs::File::open(path).map_err(|e| DataError::io(path, e))?;
+    let file = read_limit::open(path)?;
     let mut archive = open(path, file)?;
     let mut file = match archive.by_name(&format!("{name}.npy")) {
         Ok(file) => file,
         Err(zip::result::ZipError::FileNotFound) => return Ok(None),
         Err(e) => return Err(fail(e.to_string())),
     };
-    let mut content = Vec::new();
-    file.read_to_end(&mut content).map_err(|e| fail(e.to_string()))?;
+    let content = unpack(&mut file).map_err(|e| fail(e.to_string()))?;
     read_npy_texts(&mut content.as_slice()).map(Some).map_err(|e| fail(e.to_string()))
 }
 
@@ -80,17 +83,16 @@ pub fn read_texts(path: &Path, name: &str) -> Result<Option<Vec<String>>, DataEr
 /// # Errors
 /// [`DataError`] if the file is no archive or the member is no text.
 pub fn read_member(path: &Path, name: &str) -> Result<Option<String>, DataError> {
-    let file = std::fs::File::open(path).map_err(|e| DataError::io(path, e))?;
+    let file = read_limit::open(path)?;
     let mut archive = open(path, file)?;
     let mut file = match archive.by_name(name) {
         Ok(file) => file,
         Err(zip::result::ZipError::FileNotFound) => return Ok(None),
         Err(e) => return Err(DataError::file(path, format!("`{name}`: {e}"))),
     };
-    let mut text = String::new();
-    file.read_to_string(&mut text)
-        .map_err(|e| DataError::file(path, format!("`{name}` is no text: {e}")))?;
-    Ok(Some(text))
+    let bytes = unpack(&mut file).map_err(|e| DataError::file(path, format!("`{name}`: {e}")))?;
+    let text = String::from_utf8(bytes);
+    text.map(Some).map_err(|e| DataError::file(path, format!("`{name}` is no text: {e}")))
 }
 
 /// Writes arrays as an uncompressed `.npz` file; the same arrays give the same bytes.

@@ -9,6 +9,7 @@ use super::format::{FileFormat, Head};
 use crate::error::{DataError, read_bytes};
 use crate::load_options::LoadOptions;
 use crate::preprocess::recordings_from_raw_log;
+use crate::read_limit::NumberBudget;
 use crate::recording::Recording;
 use std::path::{Path, PathBuf};
 
@@ -89,14 +90,13 @@ impl RawLog {
         })?;
         let mut header = Vec::new();
         let mut reader: Option<RowReader<'_>> = None;
-        let expected_rows = bytes.len() / 80;
         for (index, line) in text.lines().enumerate() {
             let number = index as u64 + 1;
             if let Some(comment) = line.strip_prefix('#') {
                 header.push(comment.trim().to_owned());
             } else if !line.trim().is_empty() {
                 if reader.is_none() {
-                    reader = Some(RowReader::new(path, number, &header, expected_rows)?);
+                    reader = Some(RowReader::new(path, number, &header, bytes.len())?);
                 }
                 if let Some(reader) = &mut reader {
                     reader.row(number, line)?;
@@ -175,10 +175,11 @@ struct RowReader<'a> {
     names: Vec<String>,
     needed: [usize; 6],
     columns: Vec<Vec<f64>>,
+    budget: NumberBudget,
 }
 
 impl<'a> RowReader<'a> {
-    fn new(path: &'a Path, line: u64, header: &[String], rows: usize) -> Result<Self, DataError> {
+    fn new(path: &'a Path, line: u64, header: &[String], bytes: usize) -> Result<Self, DataError> {
         // The names are the last header line, or the last that has a frame counter if more follows.
         let names: Vec<String> = header
             .iter()
@@ -201,11 +202,14 @@ impl<'a> RowReader<'a> {
                 )
             })?;
         }
+        // A cell takes five bytes or more, most of the time.
+        let rows = bytes / (5 * names.len());
         let columns = vec![Vec::with_capacity(rows); names.len()];
-        Ok(Self { path, names, needed, columns })
+        Ok(Self { path, names, needed, columns, budget: NumberBudget::new() })
     }
 
     fn row(&mut self, number: u64, line: &str) -> Result<(), DataError> {
+        self.budget.take(self.path, number, self.names.len())?;
         let mut count = 0;
         for cell in line.split_ascii_whitespace() {
             let Some(column) = self.columns.get_mut(count) else {

@@ -57,7 +57,11 @@ impl MuscleSurfaces {
     /// # Errors
     /// [`DataError::File`] if an array is missing or of the wrong length.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, DataError> {
-        let path = path.as_ref();
+        Self::read_at(path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn read_at(path: &Path) -> Result<Self, DataError> {
         let arrays = mat::read(path)?;
         let purpose = "single-muscle surfaces (powers, coeffs_fF_loadingP, …)";
         let powers = mat::take(path, &arrays, "powers", purpose)?;

@@ -40,7 +40,11 @@ impl FileFormat for Eqx {
 /// # Errors
 /// [`DataError::File`] naming the record that is missing, damaged or of the wrong shape.
 pub fn read(path: impl AsRef<Path>) -> Result<SavedModel, DataError> {
-    let path = path.as_ref();
+    read_at(path.as_ref())
+}
+
+/// One instance, whatever the path is given as.
+fn read_at(path: &Path) -> Result<SavedModel, DataError> {
     let bytes = read_bytes(path)?;
     let fail = |message: String| DataError::file(path, message);
     let mut rest = bytes.as_slice();
@@ -118,7 +122,11 @@ pub fn read(path: impl AsRef<Path>) -> Result<SavedModel, DataError> {
 /// # Errors
 /// [`DataError::File`] if the model is none that the format can hold.
 pub fn write(path: impl AsRef<Path>, saved: &SavedModel) -> Result<(), DataError> {
-    let path = path.as_ref();
+    write_at(path.as_ref(), saved)
+}
+
+/// One instance, whatever the path is given as.
+fn write_at(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
     let fail = |why: &str| DataError::file(path, format!("the .eqx format cannot hold {why}"));
     let AnyForce::Network(force) = &saved.model.force else {
         return Err(fail("a force that is no network"));

@@ -15,7 +15,11 @@ use std::path::Path;
 /// # Errors
 /// [`DataError`] if the file is of another kind, damaged, or holds a model whose inputs do not match.
 pub fn load_model(path: impl AsRef<Path>) -> Result<SavedModel, DataError> {
-    let path = path.as_ref();
+    load_model_at(path.as_ref())
+}
+
+/// One instance, whatever the path is given as.
+fn load_model_at(path: &Path) -> Result<SavedModel, DataError> {
     format_of(path)?.read_model(path)
 }
 
@@ -24,7 +28,11 @@ pub fn load_model(path: impl AsRef<Path>) -> Result<SavedModel, DataError> {
 /// # Errors
 /// As [`load_model`].
 pub fn parse_model(path: impl AsRef<Path>, bytes: &[u8]) -> Result<SavedModel, DataError> {
-    let path = path.as_ref();
+    parse_model_at(path.as_ref(), bytes)
+}
+
+/// One instance, whatever the path is given as.
+fn parse_model_at(path: &Path, bytes: &[u8]) -> Result<SavedModel, DataError> {
     safetensors_file::parse(path, bytes)
 }
 
@@ -33,7 +41,11 @@ pub fn parse_model(path: impl AsRef<Path>, bytes: &[u8]) -> Result<SavedModel, D
 /// # Errors
 /// [`DataError`] if the extension is another one, or the format cannot hold the model.
 pub fn save_model(path: impl AsRef<Path>, saved: &SavedModel) -> Result<(), DataError> {
-    let path = path.as_ref();
+    save_model_at(path.as_ref(), saved)
+}
+
+/// One instance, whatever the path is given as.
+fn save_model_at(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
     match path.extension().and_then(|e| e.to_str()) {
         Some("safetensors") => safetensors_file::write(path, saved),
         Some("eqx") => eqx::write(path, saved),

@@ -62,7 +62,11 @@ const OUTPUT: &str = "restoring_force_mn";
 /// # Errors
 /// [`DataError`] if the file cannot be written.
 pub fn write(path: impl AsRef<Path>, saved: &SavedModel) -> Result<(), DataError> {
-    let path = path.as_ref();
+    write_at(path.as_ref(), saved)
+}
+
+/// One instance, whatever the path is given as.
+fn write_at(path: &Path, saved: &SavedModel) -> Result<(), DataError> {
     let model = &saved.model;
     let raw = model.raw;
     let vector = |name: &str, values: Vec<f64>| {
@@ -130,7 +134,11 @@ fn serialise(tensors: &[(String, Tensor)], meta: &[(&str, String)]) -> Vec<u8> {
 /// # Errors
 /// [`DataError::File`] naming the tensor or metadata entry that is missing or wrong.
 pub fn read(path: impl AsRef<Path>) -> Result<SavedModel, DataError> {
-    let path = path.as_ref();
+    read_at(path.as_ref())
+}
+
+/// One instance, whatever the path is given as.
+fn read_at(path: &Path) -> Result<SavedModel, DataError> {
     parse(path, &read_bytes(path)?)
 }
 
@@ -139,7 +147,11 @@ pub fn read(path: impl AsRef<Path>) -> Result<SavedModel, DataError> {
 /// # Errors
 /// As [`read`].
 pub fn parse(path: impl AsRef<Path>, bytes: &[u8]) -> Result<SavedModel, DataError> {
-    let path = path.as_ref();
+    parse_at(path.as_ref(), bytes)
+}
+
+/// One instance, whatever the path is given as.
+fn parse_at(path: &Path, bytes: &[u8]) -> Result<SavedModel, DataError> {
     let fail = |message: String| DataError::file(path, message);
     let file = SafeTensors::deserialize(bytes)
         .map_err(|e| fail(format!("not a readable safetensors file ({e}); it may be truncated")))?;

@@ -244,7 +244,11 @@ impl Recording {
     /// A recording without samples, named after its file.
     #[must_use]
     pub fn empty(source: impl AsRef<Path>) -> Self {
-        let source = source.as_ref();
+        Self::empty_at(source.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn empty_at(source: &Path) -> Self {
         let name = source.file_stem().map_or_else(
             || source.display().to_string(),
             |stem| stem.to_string_lossy().into_owned(),
@@ -275,18 +279,4 @@ fn command_from_name(name: &str) -> Option<[f64; 2]> {
     let code = name.strip_prefix("nn_")?;
     let part = |range: std::ops::Range<usize>| code.get(range)?.parse::<u8>().ok().map(f64::from);
     Some([part(0..2)?, part(2..4)?])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_give_the_commanded_pressures() {
-        assert_eq!(command_from_name("nn_3060"), Some([30.0, 60.0]));
-        assert_eq!(command_from_name("nn_3060_excerpt"), Some([30.0, 60.0]));
-        assert_eq!(command_from_name("nn_30"), None);
-        assert_eq!(command_from_name("data"), None);
-        assert_eq!(command_from_name("nn_a\u{e9}b\u{e9}"), None);
-    }
 }

@@ -19,7 +19,11 @@ impl RigFile {
     /// [`DataError`] with the line if the file is not TOML or has a key that is not known; naming the key if a unit does
     /// not exist, needs a size that is not given, or a size is not positive.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, DataError> {
-        let path = path.as_ref();
+        Self::read_at(path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn read_at(path: &Path) -> Result<Self, DataError> {
         Self::parse(&toml_file::text(path)?, path)
     }
 
@@ -28,7 +32,11 @@ impl RigFile {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self, DataError> {
-        let path = path.as_ref();
+        Self::parse_at(text, path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn parse_at(text: &str, path: &Path) -> Result<Self, DataError> {
         let rig: Self = toml_file::parse(text, path)?;
         rig.validate().map_err(|message| DataError::file(path, message))?;
         Ok(rig)

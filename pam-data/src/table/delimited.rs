@@ -1,6 +1,7 @@
 //! Text with a separator between numbers.
 
 use crate::error::DataError;
+use crate::read_limit::NumberBudget;
 use crate::rig_file::FileLayout;
 use std::path::{Path, PathBuf};
 
@@ -42,6 +43,9 @@ impl DelimitedTable {
         if text.contains('\0') {
             return Err(DataError::file(path, "neither text nor a file of a known kind"));
         }
+        // What a line takes beside its text.
+        let lines = bytes.iter().filter(|&&b| b == b'\n').count();
+        NumberBudget::new().take(path, 1, lines.saturating_mul(8))?;
         let mut rows: Vec<(u64, String)> = (1..)
             .zip(text.lines())
             .skip(layout.skip_lines)
@@ -131,6 +135,8 @@ impl DelimitedTable {
     /// [`DataError`] naming line and column of the first cell that is no finite number, or a row with another number of
     /// cells than the header.
     pub fn columns(&self, places: &[usize]) -> Result<Vec<Vec<f64>>, DataError> {
+        let mut budget = NumberBudget::new();
+        budget.take(&self.path, 1, self.rows.len().saturating_mul(places.len()))?;
         let mut columns = vec![Vec::with_capacity(self.rows.len()); places.len()];
         for (line, text) in &self.rows {
             let cells = self.separator.split(text);

@@ -12,7 +12,7 @@ use std::path::Path;
 pub(super) fn read(path: &Path, _: Vec<u8>, _: &FileLayout) -> Result<ArrayTable, DataError> {
     let fail =
         |e: &dyn std::fmt::Display| DataError::file(path, format!("not a sound Parquet file: {e}"));
-    let file = std::fs::File::open(path).map_err(|e| DataError::io(path, e))?;
+    let file = crate::read_limit::open(path)?;
     let reader = SerializedFileReader::new(file).map_err(|e| fail(&e))?;
     let mut arrays: Vec<(String, Vec<f64>)> = Vec::new();
     for row in reader.get_row_iter(None).map_err(|e| fail(&e))? {

@@ -5,6 +5,7 @@ mod preprocess {
     mod low_pass;
     mod options;
 }
+mod document;
 mod fingerprint;
 mod mat_time;
 mod numpy_and_matlab;

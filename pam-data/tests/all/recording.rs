@@ -24,3 +24,13 @@ fn gaps_split_and_keep_the_sealed_reading() {
     assert!(notes.contains("2 gap(s)") && notes.contains("1 part(s)"), "{notes}");
     assert!(split_at_gaps(r, 4).unwrap_err().to_string().contains("3 parts"));
 }
+
+#[test]
+fn names_give_the_commanded_pressures() {
+    let command = |name: &str| Recording::empty(Path::new(name)).command_psi;
+    assert_eq!(command("nn_3060"), Some([30.0, 60.0]));
+    assert_eq!(command("nn_3060_excerpt"), Some([30.0, 60.0]));
+    assert_eq!(command("nn_30"), None);
+    assert_eq!(command("data"), None);
+    assert_eq!(command("nn_a\u{e9}b\u{e9}"), None);
+}

@@ -13,6 +13,9 @@ use rand::seq::SliceRandom;
 use serde::Serialize;
 use std::ops::Range;
 
+/// Share of the shortest length that a recording needs: 3000 samples at 1 kHz span 2.999 s.
+const LEAST_SHARE: f64 = 0.999;
+
 /// The test data, which no decision sees.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -150,9 +153,11 @@ impl Roles {
             _ => all.len(),
         };
         let fail = |message: String| Err(DiagnoseError::TooLittle(message));
-        if let Some(short) = all[..data].iter().find(|e| e.duration_s < settings.shortest_s) {
+        if let Some(short) =
+            all[..data].iter().find(|e| e.duration_s < LEAST_SHARE * settings.shortest_s)
+        {
             return fail(format!(
-                "recording `{}` is {:.1} s long; a diagnosis needs at least {} s of each",
+                "recording `{}` is {:.4} s long; a diagnosis needs at least {} s of each",
                 short.name, short.duration_s, settings.shortest_s
             ));
         }

@@ -1,5 +1,6 @@
 //! Terms that may be missing from a field.
 
+use pam_expression::WithTerms;
 use pam_vocabulary::ParameterInfo;
 
 /// A possible cause: a term of the field that some of its parameters switch on.
@@ -51,6 +52,18 @@ impl Candidate {
         starts: &[f64],
     ) -> Self {
         Self::one(name, index, ParameterInfo::linear(parameter, range), starts)
+    }
+
+    /// The terms of a field that were added to it [as expressions](pam_expression::Terms).
+    #[must_use]
+    pub fn of_terms<F>(field: &WithTerms<F>) -> Vec<Self> {
+        let candidate = |(first, term): (usize, &pam_expression::Term)| Self {
+            name: term.name.clone(),
+            parameters: (first..).zip(term.parameters.iter().copied()).collect(),
+            starts: term.starts.clone(),
+            property_of: None,
+        };
+        field.terms().map(candidate).collect()
     }
 
     /// Writes the values at which the term is absent into the field's parameters; scales keep theirs.

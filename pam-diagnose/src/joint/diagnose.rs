@@ -13,7 +13,7 @@ use pam_data::Subject;
 use pam_data::plausibility::{self, Finding, PlausibilitySettings};
 use pam_effects::effects::{self, AnyEffect, DataScales};
 use pam_effects::model::{ActiveEffect, ExtendedModel};
-use pam_effects::simulation::Trial;
+use pam_effects::simulation::{ResampledRecord, Trial};
 use serde::Serialize;
 
 /// The recordings of a diagnosis.
@@ -98,7 +98,7 @@ pub fn diagnose(
     settings.check()?;
     progress(Stage::Preparing, 0.0);
     let plausibility = plausible(model, sets, options)?;
-    let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()));
+    let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()))?;
     let source =
         if sets.test.is_some() { TestSource::GivenFrom(sets.data.len()) } else { TestSource::Kept };
     let all: Vec<&Trial> = trials.iter().collect();
@@ -114,7 +114,7 @@ pub fn diagnose(
     let mut prior = NoisePrior { given: options.noise.to_vec(), ..system.noise_prior(&open) };
     let mut baseline = None;
     let mut known = model.clone();
-    let baseline_trials = prepare(model, sets.baseline.unwrap_or_default());
+    let baseline_trials = prepare(model, sets.baseline.unwrap_or_default())?;
     if sets.baseline.is_some() {
         let done = |s| progress(Stage::Baseline, s);
         let learned = BaselineDiscrepancy::learn(model, &baseline_trials, options, &done)?;
@@ -191,8 +191,12 @@ fn plausible(
 fn prepare<'s>(
     model: &ExtendedModel,
     subjects: impl IntoIterator<Item = &'s Subject>,
-) -> Vec<Trial> {
-    subjects.into_iter().map(|s| Trial::new(&model.joint, s)).collect()
+) -> Result<Vec<Trial>, DiagnoseError> {
+    let trial = |s: &Subject| {
+        ResampledRecord::check(s)?;
+        Ok(Trial::new(&model.joint, s))
+    };
+    subjects.into_iter().map(trial).collect()
 }
 
 impl JointDiagnosis {

@@ -9,7 +9,7 @@ use crate::settings::DiagnosisSettings;
 use pam_data::Subject;
 use pam_effects::ExtendedModel;
 use pam_effects::effects::AnyEffect;
-use pam_effects::simulation::Trial;
+use pam_effects::simulation::{ResampledRecord, Trial};
 
 /// Fits the parameters of all effects to recordings, by Levenberg–Marquardt through the simulation from their
 /// present values, with the network as it is. Returns the fitted model and the parameters' 95 %
@@ -23,6 +23,7 @@ pub fn refit(
     iterations: usize,
 ) -> Result<(ExtendedModel, Vec<Vec<Interval>>), DiagnoseError> {
     let settings = DiagnosisSettings::default();
+    subjects.iter().try_for_each(ResampledRecord::check)?;
     let trials: Vec<Trial> = subjects.iter().map(|s| Trial::new(&model.joint, s)).collect();
     let all = OpenPart::whole(trials.len());
     let effects = model.effects.iter().map(|a| a.effect as &dyn AnyEffect).collect();

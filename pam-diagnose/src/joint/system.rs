@@ -11,9 +11,7 @@ use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_data::Channel;
-use pam_effects::effects::{
-    AnyEffect, Contact, DataScales, EffectScalar, ParameterInfo, Pressures,
-};
+use pam_effects::effects::{AnyEffect, DataScales, EffectScalar, Held, ParameterInfo};
 use pam_effects::model::ActiveEffect;
 use pam_effects::simulation::{Base, Nuisances, ResampledRecord, Trajectory, Trial, simulate};
 use std::ops::Range;
@@ -209,9 +207,11 @@ impl Candidates for JointSystem<'_> {
 
     /// Where the joint sticks and slips, the cost is rugged in the parameters of dry friction.
     fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
-        let air = AtPressure(self.scales.gauge_kpa + ATMOSPHERE_KPA);
-        let contact = Contact { velocity_mm_s: 0.0, air: &air };
-        f64::hooks(self.effects[index]).dry_friction_mn(values, &contact) > 0.0
+        let effect = self.effects[index];
+        let joint = Held::at_rest([self.scales.gauge_kpa + ATMOSPHERE_KPA; 2]);
+        let memory = vec![0.0; effect.memory_len()];
+        effect.may_stick_later(values)
+            || f64::hooks(effect).dry_friction_mn(values, &joint.point(), &memory) > 0.0
     }
 
     fn shared(&self) -> &[Nuisance] {
@@ -348,14 +348,5 @@ impl Candidates for JointSystem<'_> {
     fn excitation(&self, experiment: usize) -> Vec<f64> {
         let record = &self.trials[experiment].record;
         (0..record.points()).map(|k| record.force_mn(k) / MN_PER_N).collect()
-    }
-}
-
-/// Both chambers at one absolute pressure, kPa.
-struct AtPressure(f64);
-
-impl Pressures<f64> for AtPressure {
-    fn pressures_kpa(&self) -> [f64; 2] {
-        [self.0; 2]
     }
 }

@@ -8,6 +8,7 @@ use pam_diagnose::field::{
 };
 use pam_diagnose::report::{ReportContext, diagnosis_report};
 use pam_effects::effects::ParameterInfo;
+use pam_expression::Terms;
 use pam_solvers::{InputFn, Integrator, ParametricInput, PidController, SaveAt, Tableau, Term};
 use pam_train::field::{Experiment, FieldProblem, Outputs};
 use rand::SeedableRng;
@@ -98,6 +99,31 @@ fn options() -> FieldOptions {
         initial_state_deviation: Some(vec![0.1, 0.0]),
         ..FieldOptions::default()
     }
+}
+
+/// Terms as expressions are candidates like those that are written into the field: the plant is in Rust.
+#[test]
+fn terms_of_a_field_are_expressions() {
+    let info = |name| ParameterInfo::linear(name, [-10.0, 10.0]);
+    let terms = Terms::new(&["x", "v"], &["u"])
+        .term("dry_friction", &[(info("f"), 0.1)], &[("v", "-f * tanh(v / 0.05)")])
+        .and_then(|t| t.term("cubic_spring", &[(info("q"), 0.1)], &[("v", "-q * x^3")]))
+        .and_then(|t| t.term("load", &[(info("l"), 0.1)], &[("v", "-l")]))
+        .expect("they can be read");
+    let model = terms.onto(plant(0.0));
+    let candidates = Candidate::of_terms(&model);
+    let runs = [(1.0, 0.2), (1.5, 0.25), (0.8, 0.4)];
+    let experiments: Vec<_> =
+        (0..3).zip(runs).map(|(k, (a, hz))| record(plant(FRICTION), a, hz, k)).collect();
+    let integrator = integrator();
+    let problem =
+        FieldProblem::new(&model, &experiments, Outputs::of_unknown_noise([0]), &integrator);
+    let options =
+        FieldOptions { initial_state_deviation: Some(vec![0.1, 0.0]), ..FieldOptions::default() };
+    let found = diagnose_field(&problem, &candidates, &options).unwrap();
+    assert_eq!((found.verdict, found.named()), (Verdict::Explained, vec!["dry_friction"]));
+    let (name, friction) = found.causes[0].parameters[0];
+    assert!(name == "f" && friction.contains(FRICTION), "{friction:?}");
 }
 
 /// The field misses dry friction, has a stiffness that is 5 % too large, initial positions that are wrong by ten times

@@ -3,7 +3,7 @@
 //! The hooks of [`Effect`] are generic over the scalar, so there is no `dyn Effect`. [`AnyEffect`] offers them
 //! for plain numbers, [`Derivatives`] and tape variables; every [`Effect`] implements it.
 
-use super::{Absorbed, ChamberLaw, Contact, DataScales, Effect, EffectInfo, Observed, Point, Rest};
+use super::{Absorbed, ChamberLaw, Command, DataScales, Effect, EffectInfo, Observed, Point, Rest};
 use pam_autodiff::{Chunk, Var};
 use pam_core::{AnyForce, JointModel, Scalar};
 
@@ -47,13 +47,14 @@ dispatch! {
     [impl<E: Effect, S: Scalar> EffectHooks<S> for E] {
         fn begin(&self, p: &[S], x: S, memory: &mut [S]);
         fn rest(&self, p: &[S], rest: &mut Rest<S>);
-        fn drive(&self, p: &[S], since_s: f64, force_mn: S, memory: &mut [S]) -> S;
+        fn drive(&self, p: &[S], command: &Command<S>, memory: &mut [S]) -> S;
         fn delay_s(&self, p: &[S]) -> S;
         fn force_mn(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S;
-        fn dry_friction_mn(&self, p: &[S], at: &Contact<'_, S>) -> S;
+        fn dry_friction_mn(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S;
+        fn air_g_s(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> [S; 2];
         fn inertia_kg(&self, p: &[S]) -> S;
         fn chamber(&self, p: &[S], law: &mut ChamberLaw<S>);
-        fn advance(&self, p: &[S], step_s: f64, from: S, to: S, memory: &mut [S]);
+        fn advance(&self, p: &[S], end: &Point<'_, S>, memory: &mut [S]);
         fn observe(&self, p: &[S], seen: &mut Observed<'_, S>);
     }
 }
@@ -76,6 +77,8 @@ dispatch! {
     ]
     [impl<E: Effect> AnyEffect for E] {
         fn info(&self) -> &'static EffectInfo;
+        fn definition(&self) -> Option<&'static str>;
+        fn may_stick_later(&self, values: &[f64]) -> bool;
         fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>>;
         fn stands(&self, values: &[f64], scales: &DataScales) -> bool;
         fn changes_gas(&self) -> bool;

@@ -10,51 +10,155 @@ pub trait Restoring<S> {
     fn restoring_mn(&self, x: S, v: S) -> S;
 }
 
+/// Displacement, velocity and driving force where a step started, and the memory stands.
+#[derive(Debug, Clone, Copy)]
+pub struct StepStart<S> {
+    /// Displacement, mm.
+    pub displacement_mm: S,
+    /// Velocity, mm/s.
+    pub velocity_mm_s: S,
+    /// Force of the drive, mN.
+    pub driving_mn: S,
+}
+
 /// The joint at one instant inside a step.
 pub struct Point<'a, S> {
     /// Time since the excitation began, s.
     pub time_s: f64,
     /// Displacement, mm.
     pub displacement_mm: S,
-    /// Velocity, mm/s.
+    /// Velocity, mm/s; zero where surfaces stick.
     pub velocity_mm_s: S,
-    /// Displacement at the start of the step, where the memory stands, mm.
-    pub step_start_mm: S,
+    /// Force of the drive, mN.
+    pub driving_mn: S,
+    /// The joint at the start of the step.
+    pub step_start: StepStart<S>,
     /// Time since the start of the step, s.
     pub since_step_s: f64,
-    /// The base model's restoring force here, mN.
-    pub restoring_mn: S,
+    /// The base model's restoring force here, mN, if it was worked out.
+    pub restoring: Option<S>,
     /// The base model's restoring force elsewhere.
     pub base: &'a dyn Restoring<S>,
+    /// The air of the chambers.
+    pub air: &'a dyn Air<S>,
 }
 
-/// Chamber pressures at an instant, worked out where an effect asks for them.
-pub trait Pressures<S> {
+/// The air of the chambers at an instant. Pressures are worked out where an effect asks for them.
+pub trait Air<S> {
+    /// Absolute pressures of flexor and extensor at a displacement (mm), kPa.
+    fn pressures_kpa(&self, displacement_mm: S) -> [S; 2];
+
+    /// Masses of flexor and extensor, g.
+    fn masses_g(&self) -> [S; 2];
+}
+
+impl<S: Scalar> Point<'_, S> {
+    /// The base model's restoring force here, mN.
+    #[must_use]
+    pub fn restoring_mn(&self) -> S {
+        self.restoring
+            .unwrap_or_else(|| self.base.restoring_mn(self.displacement_mm, self.velocity_mm_s))
+    }
+
     /// Absolute pressures of flexor and extensor, kPa.
-    fn pressures_kpa(&self) -> [S; 2];
-}
+    #[must_use]
+    pub fn pressures_kpa(&self) -> [S; 2] {
+        self.air.pressures_kpa(self.displacement_mm)
+    }
 
-/// Surfaces that slide on each other or stick.
-pub struct Contact<'a, S> {
-    /// Velocity, mm/s; zero at rest.
-    pub velocity_mm_s: S,
-    /// Pressures of the chambers.
-    pub air: &'a dyn Pressures<S>,
-}
-
-impl<S: Scalar> Contact<'_, S> {
     /// Mean gauge pressure of both chambers, kPa; not below zero.
     #[must_use]
     pub fn mean_gauge_kpa(&self) -> S {
-        let [flexor, extensor] = self.air.pressures_kpa();
+        let [flexor, extensor] = self.pressures_kpa();
         let mean = (flexor + extensor).scaled(0.5) - S::constant(ATMOSPHERE_KPA);
         mean.maximum(S::zero())
     }
 }
 
+/// A joint in a given state, for an effect by itself outside a simulation: [`point`](Self::point) is what the effect sees.
+#[derive(Debug, Clone, Copy)]
+pub struct Held<S> {
+    /// Time since the excitation began, s.
+    pub time_s: f64,
+    /// Displacement, mm.
+    pub displacement_mm: S,
+    /// Velocity, mm/s.
+    pub velocity_mm_s: S,
+    /// Force of the drive, mN.
+    pub driving_mn: S,
+    /// The base model's restoring force, mN, here and elsewhere.
+    pub restoring_mn: S,
+    /// Absolute pressures of flexor and extensor, kPa.
+    pub pressures_kpa: [S; 2],
+    /// Air in flexor and extensor, g.
+    pub masses_g: [S; 2],
+}
+
+impl<S: Scalar> Held<S> {
+    /// At rest in the middle, without forces, at absolute pressures (kPa).
+    #[must_use]
+    pub fn at_rest(pressures_kpa: [S; 2]) -> Self {
+        Self {
+            time_s: 0.0,
+            displacement_mm: S::zero(),
+            velocity_mm_s: S::zero(),
+            driving_mn: S::zero(),
+            restoring_mn: S::zero(),
+            pressures_kpa,
+            masses_g: [S::zero(); 2],
+        }
+    }
+
+    /// The joint as an effect sees it, at the start of a step.
+    #[must_use]
+    pub fn point(&self) -> Point<'_, S> {
+        let Self { displacement_mm, velocity_mm_s, driving_mn, .. } = *self;
+        Point {
+            time_s: self.time_s,
+            displacement_mm,
+            velocity_mm_s,
+            driving_mn,
+            step_start: StepStart { displacement_mm, velocity_mm_s, driving_mn },
+            since_step_s: 0.0,
+            restoring: Some(self.restoring_mn),
+            base: self,
+            air: self,
+        }
+    }
+}
+
+impl<S: Scalar> Restoring<S> for Held<S> {
+    fn restoring_mn(&self, _x: S, _v: S) -> S {
+        self.restoring_mn
+    }
+}
+
+impl<S: Scalar> Air<S> for Held<S> {
+    fn pressures_kpa(&self, _displacement_mm: S) -> [S; 2] {
+        self.pressures_kpa
+    }
+
+    fn masses_g(&self) -> [S; 2] {
+        self.masses_g
+    }
+}
+
+/// A force that is commanded at an instant.
+#[derive(Debug, Clone, Copy)]
+pub struct Command<S> {
+    /// Time since the excitation began, s.
+    pub time_s: f64,
+    /// Time since the last command, s; 0 for the first one.
+    pub since_s: f64,
+    /// The force, mN.
+    pub force_mn: S,
+}
+
 /// The reading at rest and the measured start, on their way from what was measured to what was.
 #[derive(Debug, Clone, Copy)]
 pub struct Rest<S> {
+    /// Time of the first sample since the excitation began, s.
+    pub start_s: f64,
     /// Displacement at the sealed reading, mm.
     pub sealed_mm: S,
     /// Sealed pressures of flexor and extensor, kPa absolute.
@@ -84,6 +188,8 @@ pub struct ChamberLaw<S> {
 /// Measured series on the simulation's own uniform grid.
 #[derive(Debug)]
 pub struct Observed<'a, S> {
+    /// Time of the first value since the excitation began, s.
+    pub start_s: f64,
     /// Time between two values, s.
     pub step_s: f64,
     /// Displacement, mm.
@@ -131,6 +237,11 @@ pub trait Effect: Send + Sync + 'static {
     /// The entry of the vocabulary, or a description of its own.
     fn info(&self) -> &'static EffectInfo;
 
+    /// The file that defines the effect, if it is [an expression](crate::expression); a saved model carries it.
+    fn definition(&self) -> Option<&'static str> {
+        None
+    }
+
     /// Values from which a fit may start, at magnitudes that these data could show. The derivative of
     /// the simulation must not vanish there; scales (gaps, lengths, times) are spread over a grid.
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>>;
@@ -168,12 +279,12 @@ pub trait Effect: Send + Sync + 'static {
         let _ = (p, rest);
     }
 
-    /// The real force for a commanded one, mN. It is called at instants `since_s` after each other, first with
-    /// `since_s = 0` and then at the middle and at the end of every step; between two of them the commanded force
-    /// runs straight. A drive that has a state keeps it in `memory` and moves it here.
-    fn drive<S: Scalar>(&self, p: &[S], since_s: f64, force_mn: S, memory: &mut [S]) -> S {
-        let _ = (p, since_s, memory);
-        force_mn
+    /// The real force for a commanded one, mN. It is called first with `since_s = 0` and then at the middle and at the end of
+    /// every step; between two commands the force runs straight. A drive that has a state keeps it in `memory` and moves it
+    /// here.
+    fn drive<S: Scalar>(&self, p: &[S], command: &Command<S>, memory: &mut [S]) -> S {
+        let _ = (p, memory);
+        command.force_mn
     }
 
     /// Delay of the real force behind the recorded one, s.
@@ -190,9 +301,21 @@ pub trait Effect: Send + Sync + 'static {
 
     /// Largest dry friction of a contact, mN. Friction is set-valued: the joint sticks while less than this is
     /// needed to hold it.
-    fn dry_friction_mn<S: Scalar>(&self, p: &[S], at: &Contact<'_, S>) -> S {
-        let _ = (p, at);
+    fn dry_friction_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S {
+        let _ = (p, at, memory);
         S::zero()
+    }
+
+    /// `true` if there may be dry friction later where there is none at the start.
+    fn may_stick_later(&self, values: &[f64]) -> bool {
+        let _ = values;
+        false
+    }
+
+    /// Air that enters flexor and extensor, g/s; asked for if [`changes_gas`](Self::changes_gas).
+    fn air_g_s<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> [S; 2] {
+        let _ = (p, at, memory);
+        [S::zero(); 2]
     }
 
     /// Mass that moves with the joint, kg.
@@ -206,9 +329,9 @@ pub trait Effect: Send + Sync + 'static {
         let _ = (p, law);
     }
 
-    /// Moves the memory over a step of `step_s` that went from `from` to `to` (mm).
-    fn advance<S: Scalar>(&self, p: &[S], step_s: f64, from: S, to: S, memory: &mut [S]) {
-        let _ = (p, step_s, from, to, memory);
+    /// Moves the memory over a step that ends at `end`.
+    fn advance<S: Scalar>(&self, p: &[S], end: &Point<'_, S>, memory: &mut [S]) {
+        let _ = (p, end, memory);
     }
 
     /// Turns true series into measured ones.

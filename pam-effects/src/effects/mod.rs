@@ -12,7 +12,8 @@
 //! **A new effect** is a type with [`Effect`] in a file of its own, a line in its group's `mod.rs`, and a line
 //! in the list of [`ALL`]. Its [`EffectInfo`] is the entry of the vocabulary ([`entry`]), or its own if the
 //! vocabulary does not have it. An effect of another crate is passed to the diagnosis as a candidate, or gets known by
-//! its id everywhere with [`register`].
+//! its id everywhere with [`register`]. An effect of a line or two needs no type: it is [an
+//! expression](crate::expression) in a file.
 
 mod dynamic;
 mod gas;
@@ -26,11 +27,13 @@ pub use dynamic::{
     AnyEffect, Derivatives, EffectHooks, EffectScalar, FewDerivatives, NARROW, WIDTH,
 };
 pub use hooks::{
-    Absorbed, ChamberLaw, Contact, Effect, Observed, Point, Pressures, Rest, Restoring,
+    Absorbed, Air, ChamberLaw, Command, Effect, Held, Observed, Point, Rest, Restoring, StepStart,
 };
 pub use own::{all, register, registered};
 pub use pam_vocabulary::{EffectInfo, Group, ParameterInfo, Switch, VocabularyError, entry};
 pub use scales::{DataScales, ScaleSample};
+
+pub(crate) use sensing::delayed;
 
 #[cfg(doc)]
 use pam_core::Scalar;

@@ -23,7 +23,7 @@ pub fn register(effect: &'static dyn AnyEffect) -> Result<(), EffectError> {
     }
     let mut registered = REGISTERED.write().unwrap_or_else(PoisonError::into_inner);
     match registered.iter().find(|e| e.info().id == info.id) {
-        Some(known) if known.info() == info => {}
+        Some(known) if known.info() == info && known.definition() == effect.definition() => {}
         Some(_) => return Err(taken("another effect")),
         None => registered.push(effect),
     }

@@ -3,9 +3,10 @@
 use super::EffectsEngine;
 use crate::model::ActiveEffect;
 use pam_core::{AnyForce, ForceModel, NetworkForce};
+use pam_surrogate::SurrogateSettings;
 use pam_trajectory::engine::{
     BatchedEngine, ClosedFormEngine, EngineError, EngineForce, GeneralEngine, GradientChoice,
-    Precision, TrajectoryEngine,
+    Precision, SurrogateEngine, TrajectoryEngine,
 };
 use pam_trajectory::{SolverSettings, StepChoice};
 
@@ -13,6 +14,8 @@ use pam_trajectory::{SolverSettings, StepChoice};
 pub const AUTO: &str = "auto";
 /// Name of the closed form of (leaky) ReLU networks.
 pub const EXACT: &str = "exact";
+/// Name of the steps on a piecewise polynomial of a smooth force.
+pub const SURROGATE: &str = "surrogate";
 
 /// How trajectories and gradients are to be found.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,7 +70,7 @@ struct Entry<F> {
 }
 
 /// The engines, the preferred ones first. A further engine is a line here.
-fn engines<F: EngineForce>() -> [Entry<F>; 4] {
+fn engines<F: EngineForce>() -> [Entry<F>; 5] {
     [
         Entry {
             suits: |c| !c.effects.is_empty(),
@@ -79,6 +82,13 @@ fn engines<F: EngineForce>() -> [Entry<F>; 4] {
         Entry {
             suits: |c| c.settings.step == StepChoice::Exact,
             make: |c| Box::new(ClosedFormEngine::new(c.settings.interpolation)),
+        },
+        Entry {
+            suits: |c| c.settings.step == StepChoice::Surrogate,
+            make: |c| {
+                let accuracy = SurrogateSettings::default();
+                Box::new(SurrogateEngine::new(c.settings.interpolation, accuracy))
+            },
         },
         Entry {
             suits: |c| c.choice.gradient == GradientChoice::Adjoint && c.force.network().is_some(),
@@ -151,6 +161,7 @@ fn choose_any<F: EngineForce + 'static>(
     let own_adjoint = match (effects, settings.step) {
         ([_, ..], _) => Some("a model with effects has the adjoint of its own steps"),
         (_, StepChoice::Exact) => Some("the closed form has the adjoint of its own segments"),
+        (_, StepChoice::Surrogate) => Some("steps on a surrogate have an adjoint of their own"),
         _ => None,
     };
     if let Some(why) = own_adjoint

@@ -74,6 +74,9 @@ impl<T: Float> EffectsEngine<T> {
                     .into(),
             });
         }
+        for subject in windows.subjects() {
+            ResampledRecord::check(subject).map_err(|e| EngineError::Request(e.to_string()))?;
+        }
         let record = |(subject, &since_start_s)| ResampledRecord {
             since_start_s,
             ..ResampledRecord::dense(subject)

@@ -22,7 +22,7 @@ mod observation;
 mod operating_model;
 mod window;
 
-pub use choice::{AUTO, ChooseEngine, EXACT, EngineChoice, choose};
+pub use choice::{AUTO, ChooseEngine, EXACT, EngineChoice, SURROGATE, choose};
 pub use effects::EffectsEngine;
 
 use crate::model::ExtendedModel;

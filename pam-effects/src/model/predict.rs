@@ -1,7 +1,7 @@
 use super::ExtendedModel;
 use crate::effects::AnyEffect;
 use crate::simulation::observation::place;
-use crate::simulation::{Nuisances, Trajectory, Trial, range_of, simulate};
+use crate::simulation::{Nuisances, ResampledRecord, Trajectory, Trial, range_of, simulate};
 use pam_core::SealedMasses;
 use pam_data::Subject;
 use pam_data::{Channel, MassOrigin, Recording};
@@ -37,6 +37,12 @@ impl Predictor for ExtendedModel {
             && same(law.extensor_g, masses.extensor_g);
         let origin = if by_law { MassOrigin::GasLaw } else { MassOrigin::Given };
         let subject = Subject { recording: recording.clone(), masses, origin };
+        if let Err(e) = ResampledRecord::check(&subject) {
+            let partial =
+                Prediction { channels: PerChannel::default(), statistics: Statistics::default() };
+            let (name, why) = (recording.name.clone(), e.to_string());
+            return Err(Box::new(PredictError { name, why, partial }));
+        }
         let effects: Vec<&dyn AnyEffect> =
             self.effects.iter().map(|a| a.effect as &dyn AnyEffect).collect();
         let values: Vec<f64> = self.effects.iter().flat_map(|a| a.values.clone()).collect();

@@ -15,6 +15,9 @@ pub struct EffectRecord {
     pub effect: String,
     /// Its values by name, with units in the names.
     pub values: BTreeMap<String, f64>,
+    /// The file that defines it, if it is [an expression](crate::expression).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub definition: Option<String>,
 }
 
 impl EffectRecord {
@@ -44,18 +47,22 @@ impl EffectRecord {
         EffectError::Unknown { id: id.to_owned(), known: ids }
     }
 
-    /// The effect with its values; its id is looked up among `known`, then among all that this process knows ([`by_id`]).
+    /// The effect with its values: the one that [`definition`](Self::definition) defines, else its id is looked up among
+    /// `known`, then among all that this process knows ([`by_id`]).
     ///
     /// # Errors
     /// [`EffectError::Unknown`] if there is no such effect, [`EffectError::Vocabulary`] if a value is missing, unknown or
-    /// not finite.
+    /// not finite, [`EffectError::File`] if the definition cannot be read.
     pub fn resolve(&self, known: &[&'static dyn AnyEffect]) -> Result<ActiveEffect, EffectError> {
-        let effect = known
-            .iter()
-            .find(|e| e.info().id == self.effect)
-            .copied()
-            .or_else(|| by_id(&self.effect))
-            .ok_or_else(|| Self::unknown(&self.effect, known))?;
+        let effect = match &self.definition {
+            Some(text) => crate::expression::of_definition(&self.effect, text)?,
+            None => known
+                .iter()
+                .find(|e| e.info().id == self.effect)
+                .copied()
+                .or_else(|| by_id(&self.effect))
+                .ok_or_else(|| Self::unknown(&self.effect, known))?,
+        };
         let info = effect.info();
         if let Some(name) = self.values.keys().find(|k| info.value_names().all(|n| n != **k)) {
             return Err(VocabularyError::unknown_value(info.id, name, info.value_names()).into());
@@ -84,7 +91,8 @@ impl FromStr for EffectRecord {
     fn from_str(text: &str) -> Result<Self, EffectError> {
         let (id, values) = text.split_once(':').unwrap_or((text, ""));
         let fail = |message: String| EffectError::Effect { id: id.trim().to_owned(), message };
-        let mut record = Self { effect: id.trim().to_owned(), values: BTreeMap::new() };
+        let mut record =
+            Self { effect: id.trim().to_owned(), values: BTreeMap::new(), definition: None };
         for assignment in values.split(',').filter(|a| !a.trim().is_empty()) {
             let (name, value) = assignment.split_once('=').ok_or_else(|| {
                 fail(format!("`{}` is not NAME=VALUE, like `force_n=12`", assignment.trim()))
@@ -104,7 +112,11 @@ impl From<&ActiveEffect> for EffectRecord {
     fn from(active: &ActiveEffect) -> Self {
         let info = active.effect.info();
         let names = info.value_names().map(str::to_owned);
-        Self { effect: info.id.into(), values: names.zip(active.values.iter().copied()).collect() }
+        Self {
+            effect: info.id.into(),
+            values: names.zip(active.values.iter().copied()).collect(),
+            definition: active.effect.definition().map(str::to_owned),
+        }
     }
 }
 

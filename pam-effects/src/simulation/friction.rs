@@ -103,7 +103,7 @@ impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
 
         let rest = At { v: S::zero(), ..there };
         let pull = self.pull_mn(air, step, rest).real();
-        let limit = self.friction_limit_mn(there.x, S::zero()).real();
+        let limit = self.friction_limit_mn(air, step, rest).real();
         if pull * direction >= -limit {
             return (rest, 0.0);
         }
@@ -141,7 +141,7 @@ impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
     /// Where in the step a joint at rest starts to move, and its direction, by the parabola through the force at three
     /// instants.
     fn breaks_away(&self, air: &F::Sealed<'_>, step: &Substep<S>, at: At<S>) -> Option<(S, f64)> {
-        let limit = self.friction_limit_mn(at.x, S::zero());
+        let limit = self.friction_limit_mn(air, step, At { v: S::zero(), ..at });
         let pull = |share: S| self.pull_mn(air, step, At { share, x: at.x, v: S::zero() });
         let exceeds = |pull: S| pull.real().abs() > limit.real();
         let (left, start) = (S::constant(step.to) - at.share, pull(at.share));

@@ -11,7 +11,7 @@ use super::nuisances::Nuisances;
 use super::parts::{Part, Parts};
 use super::record::ResampledRecord;
 use super::trajectory::Diverged;
-use crate::effects::{ChamberLaw, Contact, EffectScalar, Point, Pressures, Restoring};
+use crate::effects::{Air, ChamberLaw, Command, EffectScalar, Point, Restoring, StepStart};
 use pam_core::SealedMasses;
 use pam_data::MassOrigin;
 use pam_solvers::rk4_step;
@@ -110,8 +110,24 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             memory,
         };
         joint.driving_mn = joint.driving_at(0, 0.0);
-        joint.rough = joint.friction_limit_mn(joint.x, S::zero()).real() > LEAST_FRICTION_MN;
+        // What may stick later is not asked now: it may ask for the base model's force, which is asked in steps alone.
+        joint.rough =
+            joint.parts.iter().any(|part| part.may_stick_later) || joint.sticks_at_start();
         joint
+    }
+
+    /// Whether there is dry friction at rest at the start.
+    fn sticks_at_start(&self) -> bool {
+        let air = self.force.sealed(self.air_g);
+        let step = Substep {
+            start_s: self.record.since_start_s,
+            grid_s: self.record.fine_step_s(),
+            from: 0.0,
+            to: 1.0,
+            driving_mn: [self.driving_mn; 3],
+        };
+        let at = At { share: S::zero(), x: self.x, v: S::zero() };
+        self.friction_limit_mn(&air, &step, at).real() > LEAST_FRICTION_MN
     }
 
     /// Integrates to the end and writes the true channels. `at_point` is called at every grid point, before the
@@ -149,7 +165,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
 
     /// Pressures now, kPa, before the readings at the start are put right.
     pub(crate) fn pressures(&self) -> [S; 2] {
-        AirAt { chambers: &self.chambers, air_g: self.air_g, x: self.x }.pressures_kpa()
+        self.air().pressures_kpa(self.x)
     }
 
     /// The driving force at half step `half` of the grid, mN, `since_s` after the last call.
@@ -165,9 +181,42 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         };
         for part in self.parts {
             let memory = &mut self.memory[part.memory.clone()];
-            force = part.effect.drive(part.p, since_s, force, memory);
+            let command =
+                Command { time_s: self.record.since_start_s + time_s, since_s, force_mn: force };
+            force = part.effect.drive(part.p, &command, memory);
         }
         force
+    }
+
+    /// The air of the chambers.
+    fn air(&self) -> SealedAir<'_, 'a, S> {
+        SealedAir { chambers: &self.chambers, air_g: self.air_g }
+    }
+
+    /// The joint at a share of a step, as effects see it.
+    fn point<'p>(
+        &self,
+        base: &'p F::Sealed<'_>,
+        air: &'p SealedAir<'_, 'a, S>,
+        step: &Substep<S>,
+        at: At<S>,
+    ) -> Point<'p, S> {
+        let share = at.share.real();
+        Point {
+            time_s: step.start_s + share * step.grid_s,
+            displacement_mm: at.x,
+            velocity_mm_s: at.v,
+            driving_mn: step.driving_mn(at.share),
+            step_start: StepStart {
+                displacement_mm: self.x,
+                velocity_mm_s: self.v,
+                driving_mn: step.driving_mn(S::constant(step.from)),
+            },
+            since_step_s: (share - step.from) * step.grid_s,
+            restoring: None,
+            base,
+            air,
+        }
     }
 
     /// The force on the joint at an instant but for dry friction, mN.
@@ -176,16 +225,8 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         let restoring = air.restoring_mn(x, v);
         let mut force = step.driving_mn(share) - restoring - v * self.base.damping_kg_s;
         if !self.parts.is_empty() {
-            let since_step_s = (share.real() - step.from) * step.grid_s;
-            let at = Point {
-                time_s: step.start_s + share.real() * step.grid_s,
-                displacement_mm: x,
-                velocity_mm_s: v,
-                step_start_mm: self.x,
-                since_step_s,
-                restoring_mn: restoring,
-                base: air,
-            };
+            let sealed = self.air();
+            let at = Point { restoring: Some(restoring), ..self.point(air, &sealed, step, at) };
             for part in self.parts {
                 force += part.effect.force_mn(part.p, &at, &self.memory[part.memory.clone()]);
             }
@@ -204,16 +245,18 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     ) -> S {
         let mut force = self.pull_mn(air, step, at);
         if direction != 0.0 {
-            force -= self.friction_limit_mn(at.x, at.v).scaled(direction);
+            force -= self.friction_limit_mn(air, step, at).scaled(direction);
         }
         force * self.inverse_mass
     }
 
-    /// Largest dry friction at `x` (mm) and `v` (mm/s), mN.
-    pub(super) fn friction_limit_mn(&self, x: S, v: S) -> S {
-        let air = AirAt { chambers: &self.chambers, air_g: self.air_g, x };
-        let contact = Contact { velocity_mm_s: v, air: &air };
-        let limits = self.parts.iter().map(|part| part.effect.dry_friction_mn(part.p, &contact));
+    /// Largest dry friction at a share of a step, mN.
+    pub(super) fn friction_limit_mn(&self, air: &F::Sealed<'_>, step: &Substep<S>, at: At<S>) -> S {
+        let sealed = self.air();
+        let at = self.point(air, &sealed, step, at);
+        let limits = self.parts.iter().map(|part| {
+            part.effect.dry_friction_mn(part.p, &at, &self.memory[part.memory.clone()])
+        });
         limits.fold(S::zero(), |sum, limit| sum + limit)
     }
 
@@ -299,13 +342,26 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             self.slide(&air, step, 0.0).1
         };
         let h = (step.to - step.from) * step.grid_s;
-        for part in self.parts {
-            let memory = &mut self.memory[part.memory.clone()];
-            part.effect.advance(part.p, h, self.x, to_x, memory);
-        }
+        let mut memory = std::mem::take(&mut self.memory);
+        let sealed = self.air();
+        let at = At { share: S::constant(step.to), x: to_x, v: to_v };
+        let end = self.point(&air, &sealed, step, at);
+        let mut air_g = self.air_g;
         if self.chambers.leaks() {
-            self.air_g = self.chambers.leaked(to_x, h, self.air_g);
+            air_g = self.chambers.leaked(to_x, h, air_g);
+            for part in self.parts {
+                let memory = &memory[part.memory.clone()];
+                let flow_g_s = part.effect.air_g_s(part.p, &end, memory);
+                for (air, flow) in air_g.iter_mut().zip(flow_g_s) {
+                    *air += flow.scaled(h);
+                }
+            }
         }
+        for part in self.parts {
+            part.effect.advance(part.p, &end, &mut memory[part.memory.clone()]);
+        }
+        self.memory = memory;
+        self.air_g = air_g;
         (self.x, self.v) = (to_x, to_v);
     }
 }
@@ -373,16 +429,19 @@ pub(super) struct At<S> {
     pub(super) v: S,
 }
 
-/// The air at a displacement.
-struct AirAt<'a, 'b, S> {
+/// The chambers with their air.
+struct SealedAir<'a, 'b, S> {
     chambers: &'a Chambers<'b, S>,
     air_g: [S; 2],
-    x: S,
 }
 
-impl<S: EffectScalar> Pressures<S> for AirAt<'_, '_, S> {
-    fn pressures_kpa(&self) -> [S; 2] {
-        let per_mass = self.chambers.pressures_per_mass(self.x);
+impl<S: EffectScalar> Air<S> for SealedAir<'_, '_, S> {
+    fn pressures_kpa(&self, displacement_mm: S) -> [S; 2] {
+        let per_mass = self.chambers.pressures_per_mass(displacement_mm);
         [self.air_g[0] * per_mass[0], self.air_g[1] * per_mass[1]]
+    }
+
+    fn masses_g(&self) -> [S; 2] {
+        self.air_g
     }
 }

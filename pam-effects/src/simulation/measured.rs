@@ -16,6 +16,7 @@ impl<S: EffectScalar> Measured<S> {
     pub(crate) fn of(record: &ResampledRecord) -> Self {
         let c = S::constant;
         let rest = Rest {
+            start_s: record.since_start_s,
             sealed_mm: c(record.rest.sealed_mm),
             sealed_kpa: record.rest.sealed_kpa.map(c),
             start_mm: c(record.rest.start_mm),

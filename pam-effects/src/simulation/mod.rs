@@ -29,7 +29,7 @@ pub use base::Base;
 pub use gas::Chambers;
 pub use input::FineForce;
 pub use nuisances::Nuisances;
-pub use record::{RecordSource, ResampledRecord};
+pub use record::{RecordSource, ResampledRecord, TooLong};
 pub use run::{SimulationScalar, simulate};
 pub use table::{Air, ForceTable};
 pub use trajectory::{Diverged, Trajectory};

@@ -12,6 +12,7 @@ pub(crate) fn observe<S: EffectScalar>(
 ) {
     let [x, v, pf, pe] = channels;
     let mut seen = Observed {
+        start_s: record.since_start_s,
         step_s: record.fine_step_s(),
         displacement_mm: x,
         velocity_mm_s: v,

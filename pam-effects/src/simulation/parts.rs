@@ -6,6 +6,8 @@ use std::ops::Range;
 /// An effect with its values in a simulation, and where its memory lies.
 pub(crate) struct Part<'a, S> {
     pub(crate) effect: &'a dyn EffectHooks<S>,
+    /// Whether there may be dry friction later.
+    pub(super) may_stick_later: bool,
     pub(crate) p: &'a [S],
     pub(super) memory: Range<usize>,
 }
@@ -26,9 +28,12 @@ impl<'a, S: EffectScalar> Parts<'a, S> {
             .iter()
             .map(|e| {
                 let (v, m) = (e.info().value_len(), e.memory_len());
+                let p = &values[first_value..first_value + v];
+                let real: Vec<f64> = p.iter().map(|value| value.real()).collect();
                 let part = Part {
                     effect: S::hooks(*e),
-                    p: &values[first_value..first_value + v],
+                    may_stick_later: e.may_stick_later(&real),
+                    p,
                     memory: memory_len..memory_len + m,
                 };
                 first_value += v;

@@ -66,7 +66,23 @@ const SHORTEST_KEPT_S: f64 = 2.1e-3;
 /// a gap.
 const REGULAR: f64 = 0.02;
 
+/// A recording that is too long to be simulated.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "{name}: the recording lasts {length_s:.3e} s, more than are simulated at once; is time_s in seconds? Cut it into \
+     parts if it is"
+)]
+pub struct TooLong {
+    /// Name of the recording.
+    pub name: String,
+    /// Its length, s.
+    pub length_s: f64,
+}
+
 impl ResampledRecord {
+    /// Most steps of a simulation: eleven hours of the longest ones.
+    pub const MOST_STEPS: usize = 10_000_000;
+
     /// Longest step of the simulation, s; the distance of grid points where several samples are averaged.
     pub const STEP_S: f64 = LONGEST_S;
 
@@ -96,9 +112,25 @@ impl ResampledRecord {
         Self::on_grid(subject, LONGEST_S, 1)
     }
 
+    /// Checks that a recording is not too long to be simulated.
+    ///
+    /// # Errors
+    /// [`TooLong`] for more than [`MOST_STEPS`](Self::MOST_STEPS) steps of the simulation, as of recordings whose times
+    /// are not in seconds.
+    pub fn check(subject: &Subject) -> Result<(), TooLong> {
+        let (t0, t1) = subject.recording.span_s();
+        if t1 - t0 <= Self::MOST_STEPS as f64 * LONGEST_S {
+            return Ok(());
+        }
+        Err(TooLong { name: subject.recording.name.clone(), length_s: t1 - t0 })
+    }
+
+    /// The grid; of a recording that [`check`](Self::check) refuses its beginning.
     fn on_grid(subject: &Subject, step_s: f64, steps_per_point: usize) -> Self {
         let r = &subject.recording;
         let (t0, t1) = r.span_s();
+        let steps_per_point = steps_per_point.min(Self::MOST_STEPS / 2);
+        let t1 = t1.min(t0 + (Self::MOST_STEPS / steps_per_point) as f64 * step_s);
         let points = (((t1 - t0) / step_s + 1e-6).floor() as usize + 1).max(2);
         let sample_s = pam_data::recording::median_step_s(&r.time_s);
         let averaged = sample_s < SHORTEST_KEPT_S;
@@ -110,6 +142,7 @@ impl ResampledRecord {
         let sealed = r.reading_at_rest();
         let [x0, v0, pf0, pe0] = r.initial_state();
         let rest = Rest {
+            start_s: 0.0,
             sealed_mm: sealed.displacement_mm,
             sealed_kpa: [sealed.pressure_flexor_kpa, sealed.pressure_extensor_kpa],
             start_mm: x0,

@@ -45,6 +45,7 @@ fn stored(id: &str, values: &[(&str, f64)]) -> EffectRecord {
     EffectRecord {
         effect: id.into(),
         values: values.iter().map(|(k, v)| ((*k).to_owned(), *v)).collect(),
+        definition: None,
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::support::joint::{B, HOLD, K, M, P, driven, linear, linear_run, run, subject, undamped};
 use pam_core::units::ATMOSPHERE_KPA;
 use pam_data::MassOrigin;
-use pam_effects::effects::{Contact, EffectHooks, Pressures, StribeckFriction};
+use pam_effects::effects::{EffectHooks, Held, StribeckFriction};
 use std::f64::consts::TAU;
 
 /// A joint that is held stays where it is, to the last bit, as long as what pulls is below the limit.
@@ -35,23 +35,14 @@ fn the_joint_breaks_away_at_the_static_limit() {
     }
 }
 
-/// Both chambers at rest.
-struct Still;
-
-impl Pressures<f64> for Still {
-    fn pressures_kpa(&self) -> [f64; 2] {
-        [P; 2]
-    }
-}
-
 /// `F_c + (F_s − F_c) exp(−(v/v_s)²)`.
 #[test]
 fn the_stribeck_curve() {
     let p = [8.0, 20.0, 2.0];
     for v in [-5.0, -1.0, 0.0, 0.5, 2.0, 30.0] {
         let expected = 1e3 * (8.0 + 12.0 * (-(v / 2.0_f64).powi(2)).exp());
-        let at = Contact { velocity_mm_s: v, air: &Still };
-        let limit = EffectHooks::<f64>::dry_friction_mn(&StribeckFriction, &p, &at);
+        let joint = Held { velocity_mm_s: v, ..Held::at_rest([P; 2]) };
+        let limit = EffectHooks::<f64>::dry_friction_mn(&StribeckFriction, &p, &joint.point(), &[]);
         assert!((limit - expected).abs() < 1e-9 * expected, "{v}");
     }
 }

@@ -5,6 +5,7 @@ mod support;
 
 mod accuracy;
 mod base;
+mod expressions;
 mod files;
 mod friction;
 mod gas;

@@ -20,6 +20,9 @@ struct Interval {
     at_b: f64,
 }
 
+/// Most intervals that a search examines; a margin that turns a few times takes a hundred.
+const MAX_EXAMINED: usize = 10_000;
+
 /// Largest number of parts that wait to be examined.
 const MAX_INTERVALS: usize = 64;
 
@@ -86,6 +89,10 @@ impl EventFunction {
     #[inline(always)]
     pub(crate) fn first_exit(&self, end: f64) -> Option<f64> {
         let curvature = self.curvature(end);
+        if !(curvature.is_finite() && self.c[0].is_finite() && self.c[1].is_finite()) {
+            // Nothing can be bounded; the state at the end of the step is not finite either, and ends the solve.
+            return None;
+        }
         let start = self.c[0];
         if start < -self.noise || (start <= self.noise && self.c[1] < 0.0) {
             return Some(0.0);
@@ -109,8 +116,14 @@ impl EventFunction {
         let mut waiting = [Interval::default(); MAX_INTERVALS];
         let mut count = 1;
         waiting[0] = whole;
+        let mut examined = 0;
         while count > 0 {
             count -= 1;
+            examined += 1;
+            if examined > MAX_EXAMINED {
+                // Rounding hides where the margin turns: what counts is that it ends below zero, or not.
+                return (whole.at_b < 0.0).then(|| self.root(whole));
+            }
             let part = waiting[count];
             let Interval { a, b, at_a, at_b } = part;
             let width = b - a;
@@ -214,6 +227,17 @@ mod tests {
         let mut rest = margin(&[0.0, 0.0]);
         rest.noise = 0.0;
         assert_eq!(rest.first_exit(1.0), None);
+    }
+
+    /// Coefficients of a model that is none: no bound holds, and no bisection may go on for ever.
+    #[test]
+    fn coefficients_beyond_rounding_end() {
+        for big in [1e300, f64::MAX, f64::INFINITY, f64::NAN] {
+            for c in [[1.0, -big, big, -big], [big, -1.0, -big, big], [0.0, big, -big, 1.0]] {
+                let _ = margin(&c).first_exit(0.5);
+                let _ = margin(&c).first_exit(1e-3);
+            }
+        }
     }
 
     #[test]

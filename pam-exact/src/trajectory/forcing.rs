@@ -59,6 +59,15 @@ impl<'a> ForcingSegments<'a> {
         (0..self.len()).map_while(|k| self.get(k))
     }
 
+    /// The length of all segments together, s.
+    pub(crate) fn length_s(&self) -> f64 {
+        let last = self.len().checked_sub(1).and_then(|last| self.get(last));
+        match (self.get(0), last) {
+            (Some(first), Some(last)) => last.start_s + last.length_s - first.start_s,
+            _ => 0.0,
+        }
+    }
+
     /// The length of most segments, s: the median of a few, since lengths differ by rounding alone unless
     /// the recording is irregular.
     pub(crate) fn nominal_length_s(&self) -> f64 {

@@ -7,7 +7,7 @@ use crate::simd::LANES;
 use crate::step::closed_form::Step;
 use crate::step::exit::RegionExit;
 use pam_core::simd::arch;
-use pam_solvers::FailureKind;
+use pam_solvers::{FailureKind, StepBudget};
 use pulp::{Simd, WithSimd};
 
 /// One closed-form step within a region and a forcing segment.
@@ -44,8 +44,10 @@ pub(crate) struct Stopped {
     pub(crate) reached: usize,
 }
 
-/// Largest number of sign changes of one trajectory.
-const MAX_CROSSINGS: usize = 50_000_000;
+/// Steps that a sign change counts as: it costs a search of the next region.
+const STEPS_PER_CROSSING: usize = 10;
+/// Largest number of regions of one trajectory, which are kept in memory; the published network has a thousand.
+const MAX_REGIONS: usize = 50_000;
 /// Sign changes without progress in time after which the state counts as lying on the facet: the field is
 /// continuous, so either side gives the same motion.
 const MAX_AT_ONCE: usize = 64;
@@ -62,6 +64,20 @@ pub(crate) struct ForwardSolve<'a, 'n> {
     /// Observed states, `[observation, (x, ẋ)]`, from the first forcing segment on.
     pub(crate) observed: &'a mut [f64],
     pub(crate) statistics: &'a mut ExactStatistics,
+}
+
+/// The largest number of steps.
+#[derive(Debug, Clone, Copy)]
+struct Budget {
+    start_s: f64,
+    most: usize,
+}
+
+impl Budget {
+    #[inline(always)]
+    fn until(&self, time_s: f64) -> usize {
+        StepBudget::CLOSED_FORM.until(time_s - self.start_s).min(self.most)
+    }
 }
 
 /// How far a solve has come.
@@ -101,12 +117,16 @@ impl WithSimd for ForwardSolve<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) -> Result<(), Stopped> {
         let region = self.regions.locate(self.start);
+        let budget = Budget {
+            start_s: self.forcing.get(0).map_or(0.0, |first| first.start_s),
+            most: StepBudget::CLOSED_FORM.steps(self.forcing.length_s(), self.forcing.len()),
+        };
         let mut now = Progress { state: self.start, region, forcing: 0, observation: 0 };
         loop {
             let tried = self.uncrossed_segments(simd, &mut now);
             let Some(forcing) = self.forcing.get(now.forcing) else { break };
             now.check_limits(forcing.length_s, forcing.start_s)?;
-            self.crossed_segment(simd, &forcing, tried, &mut now)?;
+            self.crossed_segment(simd, &forcing, tried, budget, &mut now)?;
             if forcing.observed {
                 self.observed[2 * now.observation] = now.state[0];
                 self.observed[2 * now.observation + 1] = now.state[1];
@@ -180,6 +200,7 @@ impl ForwardSolve<'_, '_> {
         simd: S,
         forcing: &ForcingSegment,
         mut tried: Option<Step>,
+        budget: Budget,
         now: &mut Progress,
     ) -> Result<(), Stopped> {
         let nominal_s = self.regions.nominal_step_s;
@@ -227,8 +248,14 @@ impl ForwardSolve<'_, '_> {
             }
             let time_s = forcing.start_s + into_s;
             now.check_limits(step.h, time_s)?;
-            if self.statistics.crossings > MAX_CROSSINGS {
-                let kind = FailureKind::TooManySteps { limit: MAX_CROSSINGS };
+            let ExactStatistics { segments, crossings, .. } = *self.statistics;
+            let most = budget.until(time_s);
+            if segments + STEPS_PER_CROSSING * crossings > most {
+                let kind = FailureKind::TooManySteps { limit: most };
+                return Err(now.stopped(kind, time_s));
+            }
+            if self.regions.coefficients.len() > MAX_REGIONS {
+                let kind = FailureKind::TooManySteps { limit: MAX_REGIONS };
                 return Err(now.stopped(kind, time_s));
             }
         }

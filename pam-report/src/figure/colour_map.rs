@@ -74,7 +74,7 @@ impl ColourMap {
         let half = self.half_width(chart.plotting_area());
         chart.draw_series(self.points.iter().map(|p| {
             let style = if p.value.is_finite() {
-                colour(p.value, self.plane.limits).filled()
+                colour(p.value, self.plane.scale()).filled()
             } else {
                 INK.stroke_width(SCALE)
             };

@@ -31,7 +31,7 @@ impl PolygonMap {
     pub fn to_svg(&self) -> String {
         self.plane.to_svg(self.window, |_, plane| {
             for polygon in &self.polygons {
-                let colour = colour(polygon.value, self.plane.limits);
+                let colour = colour(polygon.value, self.plane.scale());
                 let mut corners: Vec<(f64, f64)> =
                     polygon.corners.iter().map(|c| (c[0], c[1])).collect();
                 plane.draw_series([Polygon::new(corners.clone(), colour.filled())])?;

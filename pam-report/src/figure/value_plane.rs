@@ -41,6 +41,11 @@ impl ValuePlane {
         at_nominal_size(&svg, self.size.0, self.size.1)
     }
 
+    /// The ends of the colour scale, apart also where all values are the same.
+    pub(super) fn scale(&self) -> (f64, f64) {
+        wide(self.limits)
+    }
+
     fn draw(
         &self,
         svg: &mut String,
@@ -64,8 +69,21 @@ impl ValuePlane {
             AxisLabels { label: &self.y_label, ticks: 8, format: &|v| tick_label(v, y1 - y0) },
         )?;
         content(&root, &mut chart)?;
-        draw_bar(&bar, &self.value_label, self.limits)?;
+        draw_bar(&bar, &self.value_label, self.scale())?;
         root.present()?;
         Ok(())
     }
+}
+
+/// A range that is not empty: some values of a plane are all the same, or so large that no two doubles lie between them.
+fn wide((low, high): (f64, f64)) -> (f64, f64) {
+    let largest = 0.1 * f64::MAX;
+    let (low, high) = if low.is_finite() && high.is_finite() { (low, high) } else { (0.0, 1.0) };
+    let (low, high) = (low.clamp(-largest, largest), high.clamp(-largest, largest));
+    let least = 1e-9 * low.abs().max(high.abs());
+    if high - low > least {
+        return (low, high);
+    }
+    let half = if least > 0.0 { 1e3 * least } else { 0.5 };
+    (low - half, high + half)
 }

@@ -3,12 +3,13 @@
 //! The rig can hide every effect of the vocabulary ([`pam_vocabulary`]), alone or with others, and
 //! phenomena outside it ([`unlisted`]), which a diagnosis should leave unnamed. An effect is a file in the
 //! folder of its group with a [`Phenomenon`] and a [`HiddenEffect`], which refers to the entry of the
-//! vocabulary, and a line in [`ALL`].
+//! vocabulary, and a line in [`ALL`]; or a few lines of TOML, [an expression](expression).
 //!
 //! Effects act in addition to the rig's own imperfections: `coulomb_friction` adds to the gearbox's
 //! friction, `pressure_sensor_lag` precedes the sensor's own filter, `polytropic_gas` multiplies the
 //! exponent of the volume law (with isothermal air the pressure follows exactly `P Vⁿ = const`).
 
+pub mod expression;
 pub mod gas;
 pub mod mechanics;
 pub mod sensing;

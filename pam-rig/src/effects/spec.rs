@@ -1,6 +1,7 @@
 //! An effect with the values of its parameters, and its text form.
 
-use super::{ALL, HiddenEffect, Phenomenon};
+use super::expression::{self, ExpressionEffect};
+use super::{ALL, EffectInfo, HiddenEffect, Phenomenon};
 pub use pam_vocabulary::VocabularyError;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -13,18 +14,72 @@ use std::str::FromStr;
 /// the parameters. Without any parameter it takes its typical values.
 #[derive(Debug, Clone, Copy)]
 pub struct Effect {
-    hidden: &'static HiddenEffect,
+    source: Source,
     values: [f64; Effect::MOST],
+}
+
+/// Where an effect comes from.
+#[derive(Debug, Clone, Copy)]
+enum Source {
+    Rig(&'static HiddenEffect),
+    File(&'static ExpressionEffect),
+}
+
+impl Source {
+    /// The effect of the rig, or of a file that was read, with this id.
+    fn of(id: &str) -> Result<Self, VocabularyError> {
+        if let Some(hidden) = ALL.iter().find(|e| e.info.id == id) {
+            return Ok(Self::Rig(hidden));
+        }
+        let known = expression::known();
+        let found = known.iter().find(|e| e.info.id == id);
+        found.map(|e| Self::File(e)).ok_or_else(|| {
+            let ids = ALL.iter().map(|e| e.info.id).chain(known.iter().map(|e| e.info.id));
+            VocabularyError::unknown_effect(id, ids)
+        })
+    }
+
+    fn info(self) -> &'static EffectInfo {
+        match self {
+            Self::Rig(hidden) => hidden.info,
+            Self::File(effect) => effect.info,
+        }
+    }
+
+    /// Names of the values: the parameters, of a file also the switches.
+    fn value_names(self) -> impl Iterator<Item = &'static str> {
+        let switches = match self {
+            Self::Rig(_) => &[],
+            Self::File(effect) => effect.info.switches,
+        };
+        self.info().parameters.iter().map(|p| p.name).chain(switches.iter().map(|s| s.name))
+    }
+
+    /// The value of a parameter that is not given.
+    fn default(self, k: usize, nothing_given: bool) -> Option<f64> {
+        match self {
+            Self::Rig(hidden) if nothing_given => Some(hidden.typical[k]),
+            Self::Rig(hidden) => hidden.neutral(&hidden.info.parameters[k]),
+            Self::File(effect) => {
+                // A switch that is not mentioned is off.
+                let Some(parameter) = effect.info.parameters.get(k) else { return Some(0.0) };
+                parameter.off.filter(|_| !nothing_given)
+            }
+        }
+    }
 }
 
 impl PartialEq for Effect {
     fn eq(&self, other: &Self) -> bool {
-        self.id() == other.id() && self.values() == other.values()
+        self.id() == other.id()
+            && self.values() == other.values()
+            && self.definition() == other.definition()
     }
 }
 
 impl Effect {
-    const MOST: usize = 4;
+    /// Most parameters that an effect may have.
+    pub const MOST: usize = 16;
 
     /// An effect with some of its parameters by name.
     ///
@@ -32,52 +87,65 @@ impl Effect {
     /// [`VocabularyError`] if the id or a name is unknown, a needed parameter is missing, or a value is
     /// outside its range.
     pub fn new(id: &str, given: &BTreeMap<String, f64>) -> Result<Self, VocabularyError> {
-        let hidden = ALL
-            .iter()
-            .find(|e| e.info.id == id)
-            .ok_or_else(|| VocabularyError::unknown_effect(id, ALL.iter().map(|e| e.info.id)))?;
-        let (effect, parameters) = (hidden.info.id, hidden.info.parameters);
-        let names = || parameters.iter().map(|p| p.name);
+        Self::from_source(Source::of(id)?, given)
+    }
+
+    fn from_source(source: Source, given: &BTreeMap<String, f64>) -> Result<Self, VocabularyError> {
+        let (effect, parameters) = (source.info().id, source.info().parameters);
+        let names = || source.value_names();
         if let Some(name) = given.keys().find(|n| names().all(|known| known != **n)) {
             return Err(VocabularyError::unknown_value(effect, name, names()));
         }
         let mut values = [0.0; Self::MOST];
-        for ((value, p), typical) in values.iter_mut().zip(parameters).zip(hidden.typical) {
-            let default = if given.is_empty() { Some(*typical) } else { hidden.neutral(p) };
+        for (k, (value, name)) in values.iter_mut().zip(names()).enumerate() {
             *value = given
-                .get(p.name)
+                .get(name)
                 .copied()
-                .or(default)
-                .ok_or(VocabularyError::Missing { effect, name: p.name })?;
-            if !p.admits(*value) {
-                let (name, value, range) = (p.name, *value, p.range);
+                .or_else(|| source.default(k, given.is_empty()))
+                .ok_or(VocabularyError::Missing { effect, name })?;
+            if let Some(p) = parameters.get(k)
+                && !p.admits(*value)
+            {
+                let (value, range) = (*value, p.range);
                 return Err(VocabularyError::OutsideRange { effect, name, value, range });
             }
         }
-        Ok(Self { hidden, values })
+        Ok(Self { source, values })
     }
 
     /// Id of the effect.
     #[must_use]
     pub fn id(&self) -> &'static str {
-        self.hidden.info.id
+        self.source.info().id
+    }
+
+    /// The file that defines it, if it is [an expression](expression).
+    #[must_use]
+    pub fn definition(&self) -> Option<&'static str> {
+        match self.source {
+            Source::Rig(_) => None,
+            Source::File(effect) => Some(&effect.text),
+        }
     }
 
     /// Values of the parameters, in their order.
     #[must_use]
     pub fn values(&self) -> &[f64] {
-        &self.values[..self.hidden.info.parameters.len()]
+        &self.values[..self.source.value_names().count()]
     }
 
     /// Names and values of the parameters.
     pub fn parameters(&self) -> impl Iterator<Item = (&'static str, f64)> + '_ {
-        self.hidden.info.parameters.iter().map(|p| p.name).zip(self.values().iter().copied())
+        self.source.value_names().zip(self.values().iter().copied())
     }
 
     /// The phenomenon at the start of a run.
     #[must_use]
     pub fn start(&self) -> Box<dyn Phenomenon> {
-        (self.hidden.build)(self.values())
+        match self.source {
+            Source::Rig(hidden) => (hidden.build)(self.values()),
+            Source::File(effect) => effect.start(self.values()),
+        }
     }
 }
 
@@ -119,6 +187,9 @@ impl FromStr for Effect {
 #[derive(Serialize, Deserialize)]
 struct Table {
     id: String,
+    /// The file that defines it, if the rig does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    definition: Option<String>,
     #[serde(flatten)]
     parameters: BTreeMap<String, f64>,
 }
@@ -126,29 +197,20 @@ struct Table {
 impl Serialize for Effect {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let parameters = self.parameters().map(|(n, v)| (n.to_owned(), v)).collect();
-        Table { id: self.id().to_owned(), parameters }.serialize(serializer)
+        let definition = self.definition().map(str::to_owned);
+        Table { id: self.id().to_owned(), definition, parameters }.serialize(serializer)
     }
 }
 
 impl<'de> Deserialize<'de> for Effect {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let table = Table::deserialize(deserializer)?;
-        Self::new(&table.id, &table.parameters).map_err(serde::de::Error::custom)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_effect_takes_its_typical_values_within_its_limits() {
-        for hidden in ALL {
-            let effect: Effect = hidden.info.id.parse().unwrap();
-            assert!(hidden.info.parameters.len() <= Effect::MOST);
-            assert_eq!(hidden.info.parameters.len(), hidden.typical.len());
-            assert_eq!(effect.to_string().parse::<Effect>().unwrap(), effect);
-            let _ = effect.start();
-        }
+        let source = match &table.definition {
+            Some(text) => expression::of_definition(&table.id, text).map(Source::File),
+            None => Source::of(&table.id),
+        };
+        source
+            .and_then(|source| Self::from_source(source, &table.parameters))
+            .map_err(serde::de::Error::custom)
     }
 }

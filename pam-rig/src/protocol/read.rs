@@ -25,7 +25,11 @@ impl Protocol {
     /// # Errors
     /// [`RigError`] naming file, line and field.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, RigError> {
-        let path = path.as_ref();
+        Self::read_at(path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn read_at(path: &Path) -> Result<Self, RigError> {
         Self::parse(&toml_file::text(path)?, path)
     }
 
@@ -43,7 +47,11 @@ impl Protocol {
     /// # Errors
     /// [`RigError`] naming file, line and field.
     pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self, RigError> {
-        let path = path.as_ref();
+        Self::parse_at(text, path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn parse_at(text: &str, path: &Path) -> Result<Self, RigError> {
         let mut protocol: Self = toml_file::parse(text, path)?;
         let places: Places = toml_file::parse(text, path)?;
         let fail = |offset: usize, message: String| -> RigError {

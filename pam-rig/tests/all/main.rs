@@ -1,6 +1,6 @@
-//! The rig: its parts, its protocols, and what its sensors log.
+//! The rig: its parts, its protocols, what its sensors log, the physics that every joint obeys, and what each hidden effect
+//! does.
 
-#[path = "../common/mod.rs"]
 mod common;
 mod effects {
     mod mechanics {
@@ -8,7 +8,26 @@ mod effects {
     }
     mod spec;
 }
+/// Every effect does what the vocabulary says: with its number, its unit and its sign, on truth and log.
+mod hidden {
+    mod expressions;
+    mod gas;
+    mod mechanics;
+    mod pairs;
+    mod sensing;
+    mod unlisted;
+    mod vocabulary;
+}
 mod observables;
+/// The plant obeys what every joint obeys: balances, inequalities, limits and orders of convergence.
+mod physics {
+    mod convergence;
+    mod energy;
+    mod gas;
+    mod newton;
+    mod slack;
+    mod sticking;
+}
 mod plant {
     mod braid;
     mod friction;

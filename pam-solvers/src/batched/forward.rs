@@ -227,12 +227,12 @@ where
     /// Proposes the next step of one member.
     fn propose(&mut self, index: usize) -> ControlFlow<Left> {
         let n = self.field.state_len();
-        let BatchedIntegrator { controller, max_steps, .. } = self.settings;
+        let BatchedIntegrator { controller, limit, .. } = self.settings;
         let member = &mut self.members.list[index];
         let problem = &self.queue.problems[member.problem];
         let jump = problem.input.next_jump(member.control.t);
         let stops = Stops { jump, user: None, end: problem.t1 };
-        match member.control.propose(controller, stops, *max_steps) {
+        match member.control.propose(controller, stops, limit) {
             Ok(step) => member.step = step,
             Err(kind) => return ControlFlow::Break(Some(kind)),
         }

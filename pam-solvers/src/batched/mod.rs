@@ -28,6 +28,7 @@ use crate::controller::StepController;
 use crate::error::FailureKind;
 use crate::input::Input;
 use crate::request::{Lengths, check_control, check_problem};
+use crate::step_budget::{StepBudget, StepLimit};
 use crate::tableau::Tableau;
 use thiserror::Error;
 
@@ -67,13 +68,13 @@ pub struct BatchedIntegrator<C> {
     controller: C,
     width: usize,
     block_points: usize,
-    max_steps: usize,
+    limit: StepLimit,
 }
 
 impl<C: StepController + Sync> BatchedIntegrator<C> {
     /// A method and a controller; batches of up to 16 trajectories, blocks of 256 points, at most 10 million steps a trajectory.
     pub fn new(tableau: Tableau, controller: C) -> Self {
-        Self { tableau, controller, width: 16, block_points: 256, max_steps: 10_000_000 }
+        Self { tableau, controller, width: 16, block_points: 256, limit: StepLimit::default() }
     }
 
     /// The largest number of trajectories in the batch of one thread.
@@ -93,7 +94,14 @@ impl<C: StepController + Sync> BatchedIntegrator<C> {
     /// The largest number of steps of one trajectory, rejected ones included.
     #[must_use]
     pub fn with_max_steps(mut self, max_steps: usize) -> Self {
-        self.max_steps = max_steps;
+        self.limit.max_steps = max_steps;
+        self
+    }
+
+    /// Steps by the time that the solve has come to, besides the largest number of all.
+    #[must_use]
+    pub fn with_step_budget(mut self, budget: StepBudget) -> Self {
+        self.limit.budget = Some(budget);
         self
     }
 

@@ -74,7 +74,7 @@ where
 
     /// Runs to the end.
     pub(super) fn solve(mut self) -> Result<Solution<S>, Box<SolveError<S>>> {
-        let Integrator { tableau, controller, max_steps, .. } = self.integrator;
+        let Integrator { tableau, controller, limit, .. } = self.integrator;
         let v = self.friction.velocity;
         let (t0, t1) = (self.times_s[0], self.times_s[self.times_s.len() - 1]);
         self.solution.push(t0, &self.work.y);
@@ -103,7 +103,7 @@ where
                 user: Some(self.times_s[saved]),
                 end: t1,
             };
-            let step = match control.propose(controller, stops, *max_steps) {
+            let step = match control.propose(controller, stops, limit) {
                 Ok(step) => step,
                 Err(kind) => return Err(self.fail(kind, control.t)),
             };

@@ -2,8 +2,8 @@
 
 use pam_core::{FieldFn, VectorField};
 use pam_solvers::{
-    ConstantStep, FailureKind, Integrator, NoInput, PidController, SaveAt, SolveError, Tableau,
-    Term, Tolerances,
+    Constant, ConstantStep, FailureKind, Integrator, NoInput, PidController, SaveAt, SolveError,
+    StepBudget, Tableau, Term, Tolerances,
 };
 
 /// `y' = y²` from 1 escapes to infinity at t = 1.
@@ -102,4 +102,40 @@ fn stops_end_steps() {
     let s = solver.solve(&Term::new(decay, NoInput), 0.0, 1.0, &[1.0], SaveAt::Steps).unwrap();
     assert!(s.times_s().contains(&0.123) && s.times_s().contains(&0.77));
     assert!((s.last().unwrap()[0] - (-1.0_f64).exp()).abs() < 1e-8);
+}
+
+/// `ẏ = −10⁹ y` asks explicit steps of 3 ns: a second would take 3·10⁸ of them. The budget ends it after some thousands,
+/// and leaves a problem alone that is stiff for a moment.
+#[test]
+fn a_budget_ends_steps_that_lead_nowhere() {
+    struct Decay(f64);
+    impl VectorField<f64> for Decay {
+        fn state_len(&self) -> usize {
+            1
+        }
+        fn input_len(&self) -> usize {
+            0
+        }
+        fn eval_into(&self, t: f64, y: &[f64], _: &[f64], dy: &mut [f64], _: &mut [f64]) {
+            // Stiff in the first microsecond, or always.
+            let rate = if self.0 > 0.0 && t > self.0 { 1.0 } else { 1e9 };
+            dy[0] = -rate * (y[0] - 1.0);
+        }
+    }
+    let budget = StepBudget { per_s: 1e3, burst: 5_000, per_sample: 10, least: 1_000 };
+    let solver =
+        Integrator::new(Tableau::tsit5(), PidController::new(1e-6, 1e-6)).with_step_budget(budget);
+    let run = |until: f64| {
+        let term = Term::new(Decay(until), Constant(vec![]));
+        solver.solve(&term, 0.0, 1.0, &[0.0], SaveAt::End)
+    };
+    let e = run(0.0).unwrap_err();
+    assert!(matches!(e.kind, FailureKind::TooManySteps { limit: 5_000..5_010 }), "{:?}", e.kind);
+    assert!(e.time_s > 0.0 && e.time_s < 1e-3);
+    assert!(run(1e-6).is_ok());
+    // By length, but never less than the least nor more than the samples give.
+    assert_eq!(budget.steps(10.0, 10_000), 15_000);
+    assert_eq!(budget.steps(1e12, 100), 2_000);
+    assert_eq!(StepBudget { burst: 0, ..budget }.steps(1e-9, 2), 1_000);
+    assert_eq!(budget.steps(f64::NAN, 2), 1_020);
 }

@@ -2,8 +2,13 @@
 
 use super::{Curriculum, CurriculumError, SelectionSet, Stage};
 use crate::curriculum::Selection;
+use crate::warm_start::random_network_len;
 use pam_core::Activation;
 use pam_trajectory::engine::GradientChoice;
+
+/// Most weights of a random network, a hundred times those of the published one and more: training keeps several
+/// copies of them.
+const MOST_WEIGHTS: usize = 10_000_000;
 
 const TEXTS: [(&str, &str); 5] = [
     ("recommended", include_str!("../../recipes/recommended.toml")),
@@ -46,6 +51,13 @@ impl Curriculum {
         if self.model.hidden.contains(&0) {
             return fail("model.hidden: a layer has no width".into());
         }
+        let weights = random_network_len(&self.model.hidden);
+        if weights.is_none_or(|count| count > MOST_WEIGHTS) {
+            return fail(format!(
+                "model.hidden = {:?} has more than {MOST_WEIGHTS} weights, the most that are trained",
+                self.model.hidden
+            ));
+        }
         let held_out_is_said =
             matches!(self.data.held_out, Selection::Names(_) | Selection::Share(_));
         if self.data.train == Selection::Set(SelectionSet::None)
@@ -77,6 +89,11 @@ impl Curriculum {
         }
         for stage in &self.stages {
             let name = stage.name();
+            if let Stage::Derivatives(s) = stage
+                && let Err(e) = s.matching.check()
+            {
+                return fail(format!("stage `{name}`: matching.{e}"));
+            }
             let Stage::Solve(s) = stage else { continue };
             if s.epochs == 0 || s.batch == Some(0) {
                 return fail(format!("stage `{name}`: epochs and batch must be at least one"));

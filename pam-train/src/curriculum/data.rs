@@ -126,6 +126,29 @@ impl DataSettings {
         train.iter().zip(&held).map(role).collect()
     }
 
+    /// Checks that every name and pattern of the two lists selects a recording.
+    ///
+    /// # Errors
+    /// The names that select none, with the recordings that there are.
+    pub fn check_names(&self, names: &[&str]) -> Result<(), String> {
+        for (key, selection) in [("train", &self.train), ("held_out", &self.held_out)] {
+            let Selection::Names(wanted) = selection else { continue };
+            let unknown = |wanted: &&String| {
+                let alone = Selection::Names(vec![(*wanted).clone()]);
+                !names.iter().any(|name| alone.takes(name, false))
+            };
+            let unknown: Vec<&str> = wanted.iter().filter(unknown).map(String::as_str).collect();
+            if !unknown.is_empty() {
+                return Err(format!(
+                    "data.{key}: no recording is called `{}`; there are {}",
+                    unknown.join("`, `"),
+                    names.join(", ")
+                ));
+            }
+        }
+        Ok(())
+    }
+
     /// The same with lists of names in place of shares that are drawn from these: a part of the recordings is then
     /// split as the whole is.
     #[must_use]

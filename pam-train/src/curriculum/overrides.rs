@@ -17,7 +17,11 @@ impl Curriculum {
         path: impl AsRef<Path>,
         overrides: &[String],
     ) -> Result<Self, CurriculumError> {
-        let path = path.as_ref();
+        Self::parse_at(text, path.as_ref(), overrides)
+    }
+
+    /// Compiled here once: the code of a deserializer is large.
+    fn parse_at(text: &str, path: &Path, overrides: &[String]) -> Result<Self, CurriculumError> {
         let mut curriculum: Self = toml_file::parse(text, path)?;
         if !overrides.is_empty() {
             let mut table: Table = toml_file::parse(text, path)?;
@@ -29,7 +33,15 @@ impl Curriculum {
                 curriculum = toml_file::from_table(&table).map_err(fail)?;
             }
         }
-        curriculum.check()?;
+        curriculum.check().map_err(|e| match e {
+            // The name of a curriculum from a file may be that of another one.
+            CurriculumError::Sense { message, .. }
+                if !Self::BUILT_IN.iter().any(|n| path == Path::new(n)) =>
+            {
+                CurriculumError::Sense { name: path.display().to_string(), message }
+            }
+            other => other,
+        })?;
         Ok(curriculum)
     }
 

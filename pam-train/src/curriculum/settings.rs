@@ -5,7 +5,7 @@ use crate::warm_start::Initialisation;
 use pam_core::{ModelError, NamedChoice};
 use pam_data::RigFile;
 use pam_effects::EffectRecord;
-use pam_effects::engine::{AUTO, EXACT, EngineChoice};
+use pam_effects::engine::{AUTO, EXACT, EngineChoice, SURROGATE};
 use pam_solvers::{Interpolation, Tableau};
 use pam_trajectory::engine::{GradientChoice, Precision};
 use pam_trajectory::predict::{SolverSettings, StepChoice};
@@ -90,8 +90,8 @@ impl Default for CoordinateSettings {
 #[serde(default, deny_unknown_fields)]
 pub struct SolverChoice {
     /// Runge–Kutta method: tsit5, rk4, bs3, dp5; `exact` for the closed form of networks of leaky_relu
-    /// or relu, which needs no steps, runs in doubles and takes any input but cubic; `auto` for the
-    /// closed form where it applies and bs3 elsewhere.
+    /// or relu, which needs no steps, runs in doubles and takes any input but cubic; `surrogate` for steps on a piecewise
+    /// polynomial of a smooth force, likewise; `auto` for the closed form where it applies and bs3 elsewhere.
     pub method: String,
     /// Constant steps of this length, ms; adaptive if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -135,10 +135,10 @@ impl SolverChoice {
     /// [`ModelError::UnknownName`], or [`ModelError::Shape`] for a gradient that does not go with the
     /// method.
     pub fn gradient_choice(&self) -> Result<GradientChoice, ModelError> {
-        let closed = self.method == EXACT;
+        let closed = [EXACT, SURROGATE].contains(&self.method.as_str());
         match self.gradient.as_str() {
             AUTO => return Ok(GradientChoice::Adjoint),
-            EXACT if closed => return Ok(GradientChoice::Adjoint),
+            own if closed && own == self.method => return Ok(GradientChoice::Adjoint),
             EXACT => {
                 return Err(ModelError::Shape(
                     "solver.gradient exact goes with solver.method exact".into(),
@@ -148,7 +148,8 @@ impl SolverChoice {
         }
         match GradientChoice::from_name(&self.gradient)? {
             other if closed => Err(ModelError::Shape(format!(
-                "solver.method exact has a gradient of its own, not {}; take method bs3",
+                "solver.method {} has a gradient of its own, not {}; take method bs3",
+                self.method,
                 other.name()
             ))),
             choice => Ok(choice),
@@ -176,14 +177,19 @@ impl SolverChoice {
     /// input with `exact`.
     pub fn settings(&self) -> Result<SolverSettings, ModelError> {
         self.gradient_choice()?;
-        if self.method == EXACT {
+        if [EXACT, SURROGATE].contains(&self.method.as_str()) {
             let interpolation = Interpolation::from_name(&self.input)?;
             if interpolation == Interpolation::Cubic {
-                return Err(ModelError::Shape(
-                    "solver.method exact takes input zoh, linear or ramp, not cubic".into(),
-                ));
+                return Err(ModelError::Shape(format!(
+                    "solver.method {} takes input zoh, linear or ramp, not cubic",
+                    self.method
+                )));
             }
-            return Ok(SolverSettings::exact(interpolation));
+            return Ok(if self.method == EXACT {
+                SolverSettings::exact(interpolation)
+            } else {
+                SolverSettings::surrogate(interpolation)
+            });
         }
         let step = match self.step_ms {
             Some(ms) => {

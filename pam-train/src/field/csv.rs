@@ -21,7 +21,8 @@ impl Experiment<MeasuredInput> {
     ) -> Result<Self, FieldError> {
         let path = path.as_ref();
         let failed = |why: String| FieldError::File { path: path.to_owned(), why };
-        let text = std::fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
+        let text =
+            pam_data::read_limit::read_text(path).map_err(|error| failed(error.to_string()))?;
         let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         let (_, header) = lines.next().ok_or_else(|| failed("the file is empty".into()))?;
         let header: Vec<&str> = header.split(',').map(str::trim).collect();

@@ -38,6 +38,11 @@ pub struct Adam {
 }
 
 impl Adam {
+    /// True if it is for so many coordinates.
+    pub(crate) fn fits(&self, len: usize) -> bool {
+        self.mean.len() == len && self.square.len() == len
+    }
+
     /// Adam for `len` coordinates.
     #[must_use]
     pub fn new(settings: AdamSettings, len: usize) -> Self {

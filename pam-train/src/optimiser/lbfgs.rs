@@ -72,6 +72,13 @@ struct Known {
 const LEAST_CURVATURE: f64 = 1e-10;
 
 impl Lbfgs {
+    /// True if it is for so many coordinates.
+    pub(crate) fn fits(&self, len: usize) -> bool {
+        let pair = |p: &Pair| p.step.len() == len && p.change.len() == len;
+        let known = |k: &Known| k.at.len() == len && k.gradient.len() == len;
+        self.len == len && self.pairs.iter().all(pair) && self.known.as_ref().is_none_or(known)
+    }
+
     /// L-BFGS for `len` coordinates.
     #[must_use]
     pub fn new(settings: LbfgsSettings, len: usize) -> Self {

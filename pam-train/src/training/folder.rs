@@ -21,6 +21,7 @@ use pam_data::atomic::write_atomic;
 use pam_data::models::safetensors_file;
 use pam_data::{DataError, ModelInfo, document};
 use pam_effects::ExtendedModel;
+use pam_numerics::ContentHash;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -56,11 +57,33 @@ pub struct TrainedRun {
 struct Checkpoint {
     format: u32,
     seed: u64,
+    /// Fingerprint of the recordings.
     data: String,
+    /// Fingerprint of everything else that decides how training goes on.
+    settings: String,
+    /// Of the other fields.
+    checksum: String,
     state: TrainingState,
 }
 
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
+
+/// What is read of a checkpoint first.
+#[derive(Deserialize)]
+struct Version {
+    format: u32,
+}
+
+impl Checkpoint {
+    /// The checkpoint as text, and the checksum of that text without the checksum itself.
+    fn sealed(mut self) -> Result<(String, String), document::DocumentError> {
+        self.checksum = String::new();
+        let mut hash = ContentHash::default();
+        hash.text(&document::to_json(&self)?);
+        self.checksum = hash.hex();
+        Ok((document::to_json(&self)?, self.checksum))
+    }
+}
 
 /// The folder of a run.
 #[derive(Debug)]
@@ -101,17 +124,34 @@ impl RunFolder {
         let path = self.file("checkpoint.json");
         let io = |source| DataError::Io { path: path.clone(), source };
         let text = std::fs::read_to_string(&path).map_err(io)?;
-        let checkpoint: Checkpoint =
-            document::from_json(&text).map_err(|e| io(std::io::Error::other(e)))?;
         let fail = |what: &str| TrainingError::Curriculum(format!("{}: {what}", path.display()));
-        if checkpoint.format != FORMAT {
+        let version: Version = document::from_json(&text)
+            .map_err(|e| fail(&format!("not a checkpoint, or damaged: {e}")))?;
+        if version.format != FORMAT {
             return Err(fail("written by another version of the program"));
         }
+        let checkpoint: Checkpoint = document::from_json(&text)
+            .map_err(|e| fail(&format!("not a checkpoint, or damaged: {e}")))?;
+        let stated = checkpoint.checksum.clone();
+        let (_, checksum) = checkpoint.sealed().map_err(|e| io(std::io::Error::other(e)))?;
+        if checksum != stated {
+            return Err(fail(
+                "its checksum is not that of its content: it was edited or damaged; train anew in another folder",
+            ));
+        }
+        let checkpoint: Checkpoint =
+            document::from_json(&text).map_err(|e| io(std::io::Error::other(e)))?;
         if checkpoint.seed != trainer.seed {
             return Err(fail(&format!("the run was begun with --seed {}", checkpoint.seed)));
         }
         if checkpoint.data != trainer.fingerprint() {
             return Err(fail("the run was begun on other recordings"));
+        }
+        if checkpoint.settings != trainer.settings_fingerprint()? {
+            return Err(fail(
+                "the run was begun with another curriculum, other effects, another model to start from or other \
+                 mass surfaces",
+            ));
         }
         trainer.resume(checkpoint.state)
     }
@@ -121,10 +161,13 @@ impl RunFolder {
             format: FORMAT,
             seed: trainer.seed,
             data: trainer.fingerprint(),
+            settings: trainer.settings_fingerprint()?,
+            checksum: String::new(),
             state: trainer.state().clone(),
         };
         let path = self.file("checkpoint.json");
-        let text = document::to_json(&checkpoint)
+        let (text, _) = checkpoint
+            .sealed()
             .map_err(|e| DataError::Io { path: path.clone(), source: std::io::Error::other(e) })?;
         Ok(write_atomic(&path, text.as_bytes())?)
     }

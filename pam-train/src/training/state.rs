@@ -106,6 +106,24 @@ pub struct TrainingState {
     pub events: Vec<String>,
 }
 
+impl TrainingState {
+    /// True if all vectors have the length of the coordinates, and the stage is one of so many.
+    pub(super) fn fits(&self, len: usize, stages: usize) -> bool {
+        let optimiser = |state: &OptimiserState| match state {
+            OptimiserState::Adam(adam) => adam.fits(len),
+            OptimiserState::Lbfgs(lbfgs) => lbfgs.fits(len),
+        };
+        let within = |s: &StageState| {
+            s.start.len() == len
+                && optimiser(&s.optimiser)
+                && s.sound.as_ref().is_none_or(|(at, state)| at.len() == len && optimiser(state))
+                && s.best.as_ref().is_none_or(|best| best.at.len() == len)
+                && s.starts.as_ref().is_none_or(|s| s.optimiser.fits(4 * s.states.len()))
+        };
+        self.at.len() == len && self.stage <= stages && self.within.as_ref().is_none_or(within)
+    }
+}
+
 /// One epoch in numbers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EpochRow {

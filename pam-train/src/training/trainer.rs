@@ -5,13 +5,14 @@ use super::effects;
 use super::error::TrainingError;
 use super::state::{EpochRow, TrainingState};
 use crate::coordinates::{Coordinates, EffectCoordinate, Scaling};
-use crate::curriculum::{Curriculum, SolveStage, Stage};
+use crate::curriculum::{Curriculum, SolveStage, Stage, StartModel};
 use crate::identification::{Identification, identify_deformation, identify_mass};
 use crate::warm_start::fit_deformation;
 use pam_core::{ParametricForce, PhysicalParameters};
 use pam_data::fingerprint::fingerprint;
 use pam_data::{MuscleSurfaces, Recording, Subject};
 use pam_effects::ActiveEffect;
+use pam_numerics::ContentHash;
 use pam_trajectory::engine::{GradientChoice, NetworkJoint, TrajectoryEngine};
 use pam_trajectory::loss::{SharedLoss, TrajectoryLoss};
 use pam_trajectory::windows::Windows;
@@ -76,13 +77,18 @@ impl Trainer {
     /// twice; [`TrainingError::Curriculum`] if the curriculum names effects and none are given, or a gradient
     /// method that has none of them.
     pub fn extended(
-        curriculum: Curriculum,
+        mut curriculum: Curriculum,
         recordings: Vec<Recording>,
         surfaces: Option<MuscleSurfaces>,
         effects: Vec<ActiveEffect>,
         seed: u64,
     ) -> Result<Self, TrainingError> {
         effects::check(&effects)?;
+        // The run keeps what defines them, so that it goes on in a process that was not told.
+        for record in &mut curriculum.model.effects {
+            let own = effects.iter().find(|a| a.effect.info().id == record.effect);
+            record.definition = own.and_then(|a| a.effect.definition()).map(str::to_owned);
+        }
         let start = Start::of(&curriculum, !effects.is_empty(), seed)?;
         if !effects.is_empty() {
             let solvers = curriculum.stages.iter().filter_map(|stage| match stage {
@@ -195,7 +201,7 @@ impl Trainer {
     /// # Errors
     /// [`TrainingError::Curriculum`] if it belongs to another network or curriculum.
     pub fn resume(&mut self, state: TrainingState) -> Result<(), TrainingError> {
-        if state.at.len() != self.coordinates.len() || state.stage > self.curriculum.stages.len() {
+        if !state.fits(self.coordinates.len(), self.curriculum.stages.len()) {
             return Err(TrainingError::Curriculum(
                 "the checkpoint belongs to another network or curriculum".into(),
             ));
@@ -235,6 +241,26 @@ impl Trainer {
         [&self.train[..], self.held_out.subjects()]
             .map(|subjects| fingerprint(subjects.iter().map(|s| &s.recording)))
             .join(" ")
+    }
+
+    /// A hash of everything else that decides how training goes on: curriculum, model file to start from, mass
+    /// surfaces and effects.
+    ///
+    /// # Errors
+    /// [`TrainingError::Data`] if the model file cannot be read.
+    pub fn settings_fingerprint(&self) -> Result<String, TrainingError> {
+        let mut hash = ContentHash::default();
+        hash.text(&self.curriculum.to_toml());
+        if let StartModel::File(path) = &self.curriculum.model.start {
+            hash.bytes(&pam_data::read_limit::read(path)?);
+        }
+        // The text of all coefficients.
+        hash.text(&format!("{:?}", self.surfaces));
+        for active in &self.effects {
+            hash.text(active.effect.info().id);
+            hash.numbers(&active.values);
+        }
+        Ok(hash.hex())
     }
 
     /// Number of recordings that are held out.
@@ -323,6 +349,15 @@ impl Trainer {
                 let subjects = self.selected(s.recordings.as_ref())?;
                 let matched =
                     s.matching.run(&self.coordinates, &self.state.at, &subjects, self.seed);
+                if !matched.at.iter().all(|v| v.is_finite()) {
+                    return Err(TrainingError::Diverged {
+                        stage: s.name,
+                        epoch: 0,
+                        message: "the regression gives no finite numbers: the forces or accelerations of the \
+                                  recordings are beyond any joint; check their units with `pam inspect`"
+                            .into(),
+                    });
+                }
                 self.state.at = matched.at;
                 self.regressed(&s.name, begun, matched.rms_n, subjects).map(Some)
             }

@@ -78,6 +78,29 @@ pub struct Point {
 const CHUNK: usize = 256;
 
 impl DerivativeMatching {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// The name of the setting that is impossible, and what it must be.
+    pub fn check(&self) -> Result<(), String> {
+        let positive = |name: &str, value: f64| match value.is_finite() && value > 0.0 {
+            true => Ok(()),
+            false => Err(format!("{name} must be positive and finite, got {value}")),
+        };
+        if !(self.cutoff_hz.is_finite() && self.cutoff_hz >= 0.0) {
+            return Err(format!(
+                "cutoff_hz must be finite and not negative, got {}",
+                self.cutoff_hz
+            ));
+        }
+        positive("spacing_s", self.spacing_s)?;
+        positive("rate", self.rate)?;
+        if self.batch == 0 {
+            return Err("batch must be at least one".into());
+        }
+        Ok(())
+    }
+
     /// Regresses m and the network on points, from the coordinates `start`.
     #[must_use]
     pub fn regress(
@@ -89,7 +112,9 @@ impl DerivativeMatching {
     ) -> Matched {
         let scale = {
             let square = points.iter().map(|p| p.force_mn * p.force_mn).sum::<f64>();
-            (square / points.len().max(1) as f64).max(f64::MIN_POSITIVE)
+            let mean = square / points.len().max(1) as f64;
+            // Recordings of a free joint have no force: residuals then count in mN.
+            if mean > 0.0 { mean } else { 1.0 }
         };
         let mut at = start.to_vec();
         let mut adam = Adam::new(AdamSettings::default(), at.len());

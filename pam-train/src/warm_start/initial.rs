@@ -17,6 +17,14 @@ pub enum Initialisation {
     InverseRoot,
 }
 
+/// Number of weights and biases of [`random_network`]; `None` if it is beyond any number.
+pub(crate) fn random_network_len(hidden: &[usize]) -> Option<usize> {
+    let inputs = [NetworkForce::<f64>::INPUTS].into_iter().chain(hidden.iter().copied());
+    let mut outputs = hidden.iter().copied().chain([1]);
+    let mut of_layers = inputs.zip(&mut outputs).map(|(n, m)| n.checked_add(1)?.checked_mul(m));
+    of_layers.try_fold(0_usize, |sum, count| sum.checked_add(count?))
+}
+
 /// A force network with hidden layers of the given widths and random weights.
 ///
 /// # Errors

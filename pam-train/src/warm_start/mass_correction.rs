@@ -23,7 +23,9 @@ impl DerivativeMatching {
     ) -> Matched {
         let points: Vec<Point> = subjects.iter().flat_map(|s| self.points(s)).collect();
         let joint = self.regress(coordinates, start, points.clone(), seed);
-        if self.mass_steps == 0 || points.is_empty() || coordinates.frozen().mass {
+        // Numbers that are not finite are for the caller to report.
+        let diverged = joint.at.iter().any(|v| !v.is_finite());
+        if self.mass_steps == 0 || points.is_empty() || coordinates.frozen().mass || diverged {
             return joint;
         }
         let again = Self { steps: self.mass_steps, ..*self };
@@ -31,7 +33,11 @@ impl DerivativeMatching {
         let mut model = coordinates.model(&joint.at);
         let mut physical = model.physical();
         let most = LARGEST_CORRECTION * physical.mass_kg;
-        physical.mass_kg += mass_correction_kg(&own).clamp(-most, most);
+        let correction = mass_correction_kg(&own);
+        if !(correction.is_finite() && most.is_finite()) {
+            return joint;
+        }
+        physical.mass_kg += correction.clamp(-most, most);
         model.raw = physical.to_raw();
         let held = coordinates.with_frozen(Frozen { mass: true, ..coordinates.frozen() });
         // Only the mass changes: the network stays unchanged, bit for bit.

@@ -13,4 +13,5 @@ pub mod own_acceleration;
 
 pub use derivative_matching::{DerivativeMatching, Matched};
 pub use gas::{FittedDeformation, fit_deformation};
+pub(crate) use initial::random_network_len;
 pub use initial::{Initialisation, random_network};

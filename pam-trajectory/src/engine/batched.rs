@@ -12,7 +12,7 @@ use pam_core::Activation;
 use pam_core::simd::Float;
 use pam_solvers::input::InputError;
 use pam_solvers::{
-    BatchGradient, BatchWorkspace, BatchedIntegrator, SampledInput, TrajectoryProblem,
+    BatchGradient, BatchWorkspace, BatchedIntegrator, SampledInput, StepBudget, TrajectoryProblem,
 };
 
 /// Trajectories in batches and their discrete adjoint, for networks with sealed chambers. The network runs in
@@ -46,7 +46,15 @@ impl<T: Float> BatchedEngine<T> {
         let controller = self.settings.step.controller().ok_or_else(|| {
             EngineError::Request("the closed form has an engine of its own".into())
         })?;
-        let integrator = BatchedIntegrator::new(self.settings.tableau.clone(), controller);
+        let mut integrator = BatchedIntegrator::new(self.settings.tableau.clone(), controller);
+        let most = (0..request.len()).filter_map(|k| {
+            let r = &request.subject(k).recording;
+            let (t0, t1) = r.span_s();
+            self.settings.most_steps(t1 - t0, r.len())
+        });
+        if let Some(most) = most.max() {
+            integrator = integrator.with_max_steps(most).with_step_budget(StepBudget::RUNGE_KUTTA);
+        }
         let motion = SealedMotion::<T, Activation>::new(request.model, network);
         let problems = (0..request.len())
             .map(|k| {

@@ -10,7 +10,8 @@ use pam_core::{JointField, ParametricField, ParametricForce};
 use pam_data::Recording;
 use pam_solvers::sensitivity::{Direction, Gradient, MethodSetup, Problem};
 use pam_solvers::{
-    FailureKind, Fixed, Integrator, PidController, SampledInput, StepController, TrajectoryFailure,
+    FailureKind, Fixed, Integrator, PidController, SampledInput, StepBudget, StepController,
+    TrajectoryFailure,
 };
 use rayon::prelude::*;
 use std::ops::Range;
@@ -114,9 +115,13 @@ impl GeneralEngine {
                 "the exact method has a gradient of its own and takes no other method's".into(),
             )
         })?;
-        let integrator = Integrator::new(self.settings.tableau.clone(), controller);
         let subject = request.subject(task.window);
         let measured: &Recording = &subject.recording;
+        let mut integrator = Integrator::new(self.settings.tableau.clone(), controller);
+        let length_s = measured.span_s().1 - measured.span_s().0;
+        if let Some(most) = self.settings.most_steps(length_s, measured.len()) {
+            integrator = integrator.with_max_steps(most).with_step_budget(StepBudget::RUNGE_KUTTA);
+        }
         let force =
             SampledInput::new(&measured.time_s, &measured.force_mn, self.settings.interpolation)?;
         let (input, field) = (Fixed(force), request.model.sealed(subject.masses));

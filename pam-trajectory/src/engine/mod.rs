@@ -3,6 +3,7 @@
 //! A [`TrajectoryEngine`] predicts windows, evaluates a loss on them and differentiates it. Engines:
 //!
 //! - [`ClosedFormEngine`]: the closed form of (leaky) ReLU networks with sealed chambers;
+//! - [`SurrogateEngine`]: smooth networks with sealed chambers, on piecewise polynomials of the force;
 //! - [`BatchedEngine`]: any network with sealed chambers, trajectories in batches, the discrete adjoint;
 //! - [`GeneralEngine`]: any force model, any [`GradientChoice`], one recording at a time.
 //!
@@ -17,6 +18,7 @@ mod gradient;
 pub mod pressures;
 mod request;
 mod sealed_states;
+mod surrogate;
 
 pub use batched::BatchedEngine;
 pub use closed_form::ClosedFormEngine;
@@ -25,6 +27,7 @@ pub use general::GeneralEngine;
 pub use gradient::{GradientStatistics, GradientSums, TrajectoryGradient};
 pub use pam_solvers::sensitivity::GradientChoice;
 pub use request::{EngineForce, IndexedLoss, Precision, Progress, TrajectoryRequest};
+pub use surrogate::SurrogateEngine;
 
 use crate::loss::TrajectoryLoss;
 use pam_core::{JointModel, NetworkForce};

@@ -2,6 +2,7 @@
 
 mod engine {
     mod exact;
+    mod surrogate;
 }
 mod loss {
     mod any;

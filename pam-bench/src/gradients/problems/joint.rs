@@ -27,7 +27,8 @@ fn drive(t: f64, u: &mut [f64]) {
 }
 
 /// What the motion is held against: about the motion of a straight spring.
-pub(crate) fn target(t: f64) -> [f64; 4] {
+#[must_use]
+pub fn target(t: f64) -> [f64; 4] {
     let (x, v) = motion_target(t);
     [x, v, 412.0, 412.0]
 }
@@ -110,7 +111,8 @@ pub fn observations_s(horizon_s: f64) -> Vec<f64> {
 }
 
 /// What finds the truth of a joint with kinks.
-pub(crate) fn kinked<'a>(
+#[must_use]
+pub fn kinked<'a>(
     model: &'a JointModel<f64, NetworkForce<f64>>,
     masses: SealedMasses,
     start: [f64; 4],

@@ -7,9 +7,66 @@
 //! - [`joint`]: the hybrid model of the joint with a network of any activation and width, made by
 //!   [`network`] without any data.
 
+use super::cells::{Cells, Grid};
+use super::method::{all, of_joint};
+use super::solver::Solver;
+use pam_core::Activation;
+
 pub mod joint;
 pub mod linear;
 pub mod network;
 pub mod quartic;
 pub mod stiff;
 pub mod van_der_pol;
+
+/// A problem of the list.
+#[derive(Debug, Clone, Copy)]
+pub enum Problem {
+    /// The damped oscillation.
+    Linear,
+    /// Van der Pol's oscillator.
+    VanDerPol,
+    /// `u̇ = (t − θ)⁴`.
+    Quartic,
+    /// A slow state with a fast one.
+    Stiff,
+    /// The joint.
+    Joint {
+        /// Activation of its network.
+        activation: Activation,
+        /// Width of its network.
+        width: usize,
+    },
+}
+
+impl Problem {
+    /// Every method on the problem up to `horizon_s`, with every solver. The methods are compiled here, once for all
+    /// who call.
+    #[must_use]
+    pub fn with_every_method(
+        self,
+        part: &str,
+        horizon_s: f64,
+        solvers: Vec<Solver>,
+    ) -> Box<dyn Cells> {
+        let part = part.into();
+        match self {
+            Self::Linear => {
+                Box::new(Grid { part, case: linear::case(horizon_s), methods: all(), solvers })
+            }
+            Self::VanDerPol => {
+                Box::new(Grid { part, case: van_der_pol::case(horizon_s), methods: all(), solvers })
+            }
+            Self::Quartic => {
+                Box::new(Grid { part, case: quartic::case(horizon_s), methods: all(), solvers })
+            }
+            Self::Stiff => {
+                Box::new(Grid { part, case: stiff::case(horizon_s), methods: all(), solvers })
+            }
+            Self::Joint { activation, width } => {
+                let case = joint::case(activation, width, horizon_s);
+                Box::new(Grid { part, case, methods: of_joint(), solvers })
+            }
+        }
+    }
+}

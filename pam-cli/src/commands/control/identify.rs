@@ -6,6 +6,7 @@ use crate::commands::RunCommand;
 use crate::console::{Console, table};
 use crate::error::{CliError, failed};
 use crate::options::ModelOptions;
+use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
 use clap::{Args, ValueEnum};
 use pam_control::equilibrium_point::{EquilibriumPoint, observe};
@@ -82,6 +83,10 @@ pub struct IdentifyArguments {
 }
 
 impl RunCommand for IdentifyArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        vec![Output::Folder("identify", &self.out)]
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let saved = self.model.load(global.rig()?.as_ref())?;
         let settings = self.bounds.settings(&saved, global)?;

@@ -7,6 +7,7 @@ use crate::commands::RunCommand;
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::{ModelOptions, describe_model};
+use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
 use clap::{Args, ValueEnum};
 use pam_control::export::{Precision, c_header, network_bytes, table_bytes, table_csv};
@@ -66,6 +67,10 @@ pub struct PlanArguments {
 const MOST_TOLD: usize = 5;
 
 impl RunCommand for PlanArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        vec![Output::Folder("plan", &self.out)]
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let saved = self.model.load(global.rig()?.as_ref())?;
         let settings = self.bounds.settings(&saved, global)?;

@@ -6,6 +6,7 @@ use crate::commands::RunCommand;
 use crate::console::{Console, table};
 use crate::error::CliError;
 use crate::options::ModelOptions;
+use crate::output::Output;
 use crate::rig_joint::RigJoint;
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
@@ -85,6 +86,10 @@ impl Motion for Shifted<'_> {
 }
 
 impl RunCommand for ReplanArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        vec![Output::Folder("replan", &self.out)]
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let saved = self.model.load(global.rig()?.as_ref())?;
         let settings = self.bounds.settings(&saved, global)?;

@@ -6,6 +6,7 @@ use crate::commands::RunCommand;
 use crate::console::{Console, table};
 use crate::error::CliError;
 use crate::options::{ModelOptions, describe_model};
+use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
 use pam_control::report::stiffness_report;
@@ -50,6 +51,10 @@ const LEAST_VELOCITY_MM_S: f64 = 20.0;
 const PROFILE_POINTS: usize = 1201;
 
 impl RunCommand for StiffnessArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        vec![Output::Folder("stiffness", &self.out)]
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let saved = self.model.load(global.rig()?.as_ref())?;
         let settings = self.bounds.settings(&saved, global)?;

@@ -6,6 +6,7 @@ use crate::commands::RunCommand;
 use crate::console::{Console, table};
 use crate::error::CliError;
 use crate::options::ModelOptions;
+use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
@@ -42,6 +43,10 @@ pub struct TrackArguments {
 }
 
 impl RunCommand for TrackArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        vec![Output::Folder("track", &self.out)]
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let saved = self.model.load(global.rig()?.as_ref())?;
         let settings = self.bounds.settings(&saved, global)?;

@@ -10,6 +10,7 @@ use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::CliError;
 use crate::options::{DataOptions, built_in_spring_damper};
+use crate::output::Output;
 use clap::Args;
 use pam_data::formats::raw_log::RawLogText;
 use pam_data::formats::{mat, npz};
@@ -45,6 +46,10 @@ pub struct InspectArguments {
 }
 
 impl RunCommand for InspectArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        self.out.as_deref().map(|path| Output::Folder("inspect", path)).into_iter().collect()
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let model = match &self.model {
             Some(path) => load_model(path)?,

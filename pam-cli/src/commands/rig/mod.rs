@@ -10,6 +10,7 @@ use crate::arguments::GlobalOptions;
 use crate::commands::RunCommand;
 use crate::console::Console;
 use crate::error::CliError;
+use crate::output::Output;
 use clap::Subcommand;
 use std::process::ExitCode;
 
@@ -29,6 +30,12 @@ pub enum RigCommand {
 }
 
 impl RunCommand for RigCommand {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        let RigCommand::Record(record) = self else { return Vec::new() };
+        let report = record.report.as_deref().map(Output::File);
+        [Output::Folder("rig record", &record.out)].into_iter().chain(report).collect()
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         match self {
             RigCommand::Record(arguments) => record::run(arguments, global, console)?,

@@ -55,7 +55,11 @@ impl RigFile {
     /// [`DataError`] if the file holds no table, or no columns can be taken for displacement, two pressures and a force;
     /// it names what was found.
     pub fn guess(path: impl AsRef<Path>) -> Result<GuessedRig, DataError> {
-        let path = path.as_ref();
+        Self::guess_at(path.as_ref())
+    }
+
+    /// One instance, whatever the path is given as.
+    fn guess_at(path: &Path) -> Result<GuessedRig, DataError> {
         let table = Table::open(path, &FileLayout::default())?;
         let mut guesser = Guesser { path, table: &table, guesses: Vec::new(), missing: Vec::new() };
         guesser.rig()

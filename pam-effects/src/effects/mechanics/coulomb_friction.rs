@@ -1,6 +1,6 @@
 //! Dry friction with sticking.
 
-use crate::effects::{Contact, DataScales, Effect, EffectInfo, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Point, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
 
@@ -17,7 +17,7 @@ impl Effect for CoulombFriction {
         [0.03, 0.12, 0.3].map(|share| vec![share * scales.force_n]).to_vec()
     }
 
-    fn dry_friction_mn<S: Scalar>(&self, p: &[S], _at: &Contact<'_, S>) -> S {
+    fn dry_friction_mn<S: Scalar>(&self, p: &[S], _at: &Point<'_, S>, _memory: &[S]) -> S {
         p[0].scaled(MN_PER_N)
     }
 }

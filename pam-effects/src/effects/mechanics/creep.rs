@@ -34,14 +34,15 @@ impl Effect for Creep {
     }
 
     fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S {
-        let mean = (at.step_start_mm + at.displacement_mm).scaled(0.5);
+        let mean = (at.step_start.displacement_mm + at.displacement_mm).scaled(0.5);
         let damper = relaxed(p[1], at.since_step_s, mean, memory[0]);
         // 1 N/mm = 1000 mN/mm.
         -(p[0] * (at.displacement_mm - damper)).scaled(MN_PER_N)
     }
 
-    fn advance<S: Scalar>(&self, p: &[S], step_s: f64, from: S, to: S, memory: &mut [S]) {
-        memory[0] = relaxed(p[1], step_s, (from + to).scaled(0.5), memory[0]);
+    fn advance<S: Scalar>(&self, p: &[S], end: &Point<'_, S>, memory: &mut [S]) {
+        let mean = (end.step_start.displacement_mm + end.displacement_mm).scaled(0.5);
+        memory[0] = relaxed(p[1], end.since_step_s, mean, memory[0]);
     }
 }
 

@@ -39,7 +39,7 @@ impl Effect for Hysteresis {
     }
 
     fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S {
-        let travel = at.displacement_mm - at.step_start_mm;
+        let travel = at.displacement_mm - at.step_start.displacement_mm;
         let share = if p[2].real() < 0.5 {
             let sum = stretch(p, travel, memory).fold(S::zero(), |sum, z| sum + z);
             sum.scaled(1.0 / ELEMENTS as f64)
@@ -49,15 +49,16 @@ impl Effect for Hysteresis {
         -(p[0] * share).scaled(MN_PER_N)
     }
 
-    fn advance<S: Scalar>(&self, p: &[S], _step_s: f64, from: S, to: S, memory: &mut [S]) {
+    fn advance<S: Scalar>(&self, p: &[S], end: &Point<'_, S>, memory: &mut [S]) {
+        let travel = end.displacement_mm - end.step_start.displacement_mm;
         if p[2].real() < 0.5 {
             let mut after = [S::zero(); ELEMENTS];
-            for (new, z) in after.iter_mut().zip(stretch(p, to - from, memory)) {
+            for (new, z) in after.iter_mut().zip(stretch(p, travel, memory)) {
                 *new = z;
             }
             memory.copy_from_slice(&after);
         } else {
-            memory[0] = bouc_wen(p, to - from, memory[0]);
+            memory[0] = bouc_wen(p, travel, memory[0]);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Dry friction that grows with the tension of the tendons.
 
-use crate::effects::{Contact, DataScales, Effect, EffectInfo, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Point, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
 
@@ -19,7 +19,7 @@ impl Effect for LoadFriction {
         [0.03, 0.12, 0.3].map(|share| vec![share * per_kpa]).to_vec()
     }
 
-    fn dry_friction_mn<S: Scalar>(&self, p: &[S], at: &Contact<'_, S>) -> S {
+    fn dry_friction_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {
         (p[0] * at.mean_gauge_kpa()).scaled(MN_PER_N)
     }
 }

@@ -17,7 +17,7 @@ impl Effect for StiffnessScale {
     }
 
     fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {
-        -(p[0] * at.restoring_mn)
+        -(p[0] * at.restoring_mn())
     }
 
     fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed {

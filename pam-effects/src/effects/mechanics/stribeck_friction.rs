@@ -1,6 +1,6 @@
 //! Dry friction that is higher near standstill.
 
-use crate::effects::{Contact, DataScales, Effect, EffectInfo, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Point, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
 
@@ -31,7 +31,7 @@ impl Effect for StribeckFriction {
         values[1] >= values[0] && values[2] >= 5e-4 * scales.speed_mm_s
     }
 
-    fn dry_friction_mn<S: Scalar>(&self, p: &[S], at: &Contact<'_, S>) -> S {
+    fn dry_friction_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {
         let ratio = at.velocity_mm_s / p[2];
         (p[0] + (p[1] - p[0]) * (-(ratio * ratio)).exp()).scaled(MN_PER_N)
     }

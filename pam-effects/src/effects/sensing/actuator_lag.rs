@@ -1,7 +1,7 @@
 //! A low-pass between command and force.
 
 use super::low_pass_step;
-use crate::effects::{DataScales, Effect, EffectInfo, entry};
+use crate::effects::{Command, DataScales, Effect, EffectInfo, entry};
 use pam_core::Scalar;
 use std::f64::consts::TAU;
 
@@ -23,7 +23,8 @@ impl Effect for ActuatorLag {
         2
     }
 
-    fn drive<S: Scalar>(&self, p: &[S], since_s: f64, force_mn: S, memory: &mut [S]) -> S {
+    fn drive<S: Scalar>(&self, p: &[S], command: &Command<S>, memory: &mut [S]) -> S {
+        let Command { since_s, force_mn, .. } = *command;
         let real = if since_s > 0.0 {
             low_pass_step(p[0].scaled(TAU * since_s), memory[0], force_mn, memory[1])
         } else {

@@ -1,6 +1,6 @@
 //! The force is off by a factor.
 
-use crate::effects::{DataScales, Effect, EffectInfo, entry};
+use crate::effects::{Command, DataScales, Effect, EffectInfo, entry};
 use pam_core::Scalar;
 
 /// Real force `(1 + relative)` times the commanded one.
@@ -16,7 +16,7 @@ impl Effect for ForceGain {
         vec![vec![0.0]]
     }
 
-    fn drive<S: Scalar>(&self, p: &[S], _since_s: f64, force_mn: S, _memory: &mut [S]) -> S {
-        force_mn + p[0] * force_mn
+    fn drive<S: Scalar>(&self, p: &[S], command: &Command<S>, _memory: &mut [S]) -> S {
+        command.force_mn + p[0] * command.force_mn
     }
 }

@@ -1,6 +1,6 @@
 //! The force is clipped.
 
-use crate::effects::{DataScales, Effect, EffectInfo, entry};
+use crate::effects::{Command, DataScales, Effect, EffectInfo, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
 
@@ -22,8 +22,8 @@ impl Effect for ForceSaturation {
         values[0] < 0.95 * scales.peak_force_n
     }
 
-    fn drive<S: Scalar>(&self, p: &[S], _since_s: f64, force_mn: S, _memory: &mut [S]) -> S {
+    fn drive<S: Scalar>(&self, p: &[S], command: &Command<S>, _memory: &mut [S]) -> S {
         let limit = p[0].scaled(MN_PER_N);
-        force_mn.clamped(-limit, limit)
+        command.force_mn.clamped(-limit, limit)
     }
 }

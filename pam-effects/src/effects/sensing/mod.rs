@@ -36,7 +36,7 @@ fn low_passed<S: Scalar>(rate: S, series: &mut [S]) {
 }
 
 /// A series `steps` later, by straight lines between its values; before its start, its first value.
-fn delayed<S: Scalar>(steps: S, series: &mut [S]) {
+pub(crate) fn delayed<S: Scalar>(steps: S, series: &mut [S]) {
     let whole = steps.real().floor();
     let part = steps - S::constant(whole);
     let whole = whole as usize;

@@ -47,3 +47,14 @@ fn without_rings_there_is_no_legend() {
     let svg = map(|_| false).to_svg();
     assert!(circles(&svg).is_empty() && !svg.contains("trained on"));
 }
+
+/// A linear model has one stiffness: the ends of the scale are the same.
+#[test]
+fn a_constant_map_is_drawn() {
+    for limits in [(150.0, 150.0), (0.0, 0.0), (f64::NAN, 1.0), (-1e308, 1e308), (1e300, 1e300)] {
+        let mut constant = map(|_| false);
+        constant.plane.limits = limits;
+        constant.points.iter_mut().for_each(|p| p.value = limits.0);
+        assert!(constant.to_svg().contains("</svg>"), "{limits:?}");
+    }
+}

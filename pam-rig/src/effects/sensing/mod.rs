@@ -16,18 +16,18 @@ pub mod pressure_sensor_lag;
 use std::collections::VecDeque;
 
 /// A delay line over samples of equal distance that interpolates between them.
-struct DelayLine {
+pub(in crate::effects) struct DelayLine {
     delay_s: f64,
     last: VecDeque<f64>,
 }
 
 impl DelayLine {
-    fn new(delay_s: f64) -> Self {
+    pub(in crate::effects) fn new(delay_s: f64) -> Self {
         Self { delay_s, last: VecDeque::new() }
     }
 
     /// Takes the value of now and gives that of `delay_s` ago; before the first one, the first one.
-    fn pass(&mut self, value: f64, step_s: f64) -> f64 {
+    pub(in crate::effects) fn pass(&mut self, value: f64, step_s: f64) -> f64 {
         self.last.push_front(value);
         let steps = self.delay_s / step_s;
         let whole = steps.floor() as usize;
@@ -35,19 +35,5 @@ impl DelayLine {
         self.last.truncate(whole + 2);
         let at = |i: usize| self.last.get(i).or(self.last.back()).copied().unwrap_or(value);
         at(whole) + part * (at(whole + 1) - at(whole))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::DelayLine;
-
-    #[test]
-    fn a_delay_line_gives_the_past() {
-        let mut line = DelayLine::new(2.5e-3);
-        let out: Vec<f64> = (0..6).map(|k| line.pass(f64::from(k), 1e-3)).collect();
-        assert_eq!(out, [0.0, 0.0, 0.0, 0.5, 1.5, 2.5]);
-        let mut none = DelayLine::new(0.0);
-        assert_eq!(none.pass(3.0, 1e-3), 3.0);
     }
 }

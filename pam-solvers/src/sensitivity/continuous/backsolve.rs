@@ -1,5 +1,5 @@
 use super::backward::Forward;
-use super::{method_name, with_sums};
+use super::{backward_or_forward, method_name, with_sums};
 use crate::controller::{PidController, StepController};
 use crate::error::SolveError;
 use crate::input::ParametricInput;
@@ -73,7 +73,7 @@ where
     ) -> Result<Gradient, Box<SolveError<f64>>> {
         let forward = Forward::new(problem, loss, false)?;
         let field = self.differentiation.of(problem.field);
-        let restart = self.restart_at_observations;
-        with_sums(problem, forward, field, self.backward.as_ref(), restart)
+        let backward = backward_or_forward(&self.backward, problem);
+        with_sums(problem, forward, field, backward, self.restart_at_observations)
     }
 }

@@ -78,22 +78,21 @@ impl Forward {
 }
 
 /// Carries the backward state `z` from `t1` to `t0` and returns it. The adjoint in it jumps by the
-/// cotangents of the observations; `backward` is that of the problem if absent; `each_segment` sees the solution between two of them. If
-/// `restart_state`, the integrated state is set to what was observed.
-pub(super) fn solve_backward<F, I, V, C>(
+/// cotangents of the observations; `each_segment` sees the solution between two of them. If `restart_state`, the
+/// integrated state is set to what was observed.
+pub(super) fn solve_backward<F, I, V>(
     problem: &Problem<'_, F, I>,
-    backward: Option<&Integrator<C>>,
+    backward: &Integrator<dyn StepController + '_>,
     forward: &mut Forward,
     term: &Term<&AdjointField<'_, V, I>, ReversedInput<'_, I>>,
     restart_state: bool,
     save_at: SaveAt<'_>,
-    mut each_segment: impl FnMut(&Solution<f64>),
+    each_segment: &mut dyn FnMut(&Solution<f64>),
 ) -> Result<Vec<f64>, Box<SolveError<f64>>>
 where
     F: ParametricField,
     I: ParametricInput,
     V: DifferentiableField,
-    C: StepController,
 {
     let (n, at_lambda) = (problem.y0.len(), term.field.lambda());
     let mut z = vec![0.0; term.field.state_len()];
@@ -104,11 +103,7 @@ where
         // The last segment ends at the start of the solve.
         let until = if o == 0 { problem.t0 } else { times[o - 1] };
         if until < t {
-            let segment = match backward {
-                Some(own) => own.solve(term, -t, -until, &z, save_at),
-                None => problem.integrator.solve(term, -t, -until, &z, save_at),
-            }
-            .map_err(|e| {
+            let segment = backward.solve(term, -t, -until, &z, save_at).map_err(|e| {
                 Box::new(SolveError {
                     kind: FailureKind::Backward(Box::new(e.kind)),
                     time_s: -e.time_s,

@@ -1,5 +1,5 @@
 use super::backward::Forward;
-use super::{method_name, with_sums};
+use super::{backward_or_forward, method_name, with_sums};
 use crate::controller::{PidController, StepController};
 use crate::error::SolveError;
 use crate::input::ParametricInput;
@@ -64,6 +64,6 @@ where
     ) -> Result<Gradient, Box<SolveError<f64>>> {
         let forward = Forward::new(problem, loss, true)?;
         let field = self.differentiation.of(problem.field);
-        with_sums(problem, forward, field, self.backward.as_ref(), false)
+        with_sums(problem, forward, field, backward_or_forward(&self.backward, problem), false)
     }
 }

@@ -42,20 +42,32 @@ fn gradient(forward: Forward, lambda: &[f64], sums: &[f64], [p, q]: [usize; 2]) 
 }
 
 /// The gradient with its sums integrated along with the adjoint.
-fn with_sums<F: ParametricField, I: ParametricInput, C: StepController>(
+fn with_sums<F: ParametricField, I: ParametricInput>(
     problem: &Problem<'_, F, I>,
     mut forward: Forward,
     field: impl DifferentiableField,
-    backward: Option<&Integrator<C>>,
+    backward: &Integrator<dyn StepController + '_>,
     restart: bool,
 ) -> Result<Gradient, Box<SolveError<f64>>> {
     let dense = forward.dense.take();
     let adjoint = AdjointField::new(field, problem.input, dense.as_ref(), true);
     let term = Term::new(&adjoint, reversed_input(problem, &forward));
     let end = SaveAt::End;
-    let z = solve_backward(problem, backward, &mut forward, &term, restart, end, |_| {})?;
+    let z = solve_backward(problem, backward, &mut forward, &term, restart, end, &mut |_| {})?;
     let (lambda, sums) = z[adjoint.lambda()..].split_at(problem.y0.len());
     Ok(gradient(forward, lambda, sums, adjoint.parameter_lens()))
+}
+
+/// What solves backwards: an integrator of its own, or that of the problem. Behind one type, so that the backward solve
+/// is instantiated once for all step controllers.
+fn backward_or_forward<'a, F, I, C: StepController + 'a>(
+    backward: &'a Option<Integrator<C>>,
+    problem: &Problem<'a, F, I>,
+) -> &'a Integrator<dyn StepController + 'a> {
+    match backward {
+        Some(own) => own,
+        None => problem.integrator,
+    }
 }
 
 fn reversed_input<'a, F, I: Input<f64>>(

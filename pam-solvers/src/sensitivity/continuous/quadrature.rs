@@ -1,7 +1,7 @@
 use super::adjoint_field::AdjointField;
 use super::backward::{Forward, solve_backward};
 use super::gauss::gauss_legendre;
-use super::{gradient, method_name, reversed_input};
+use super::{backward_or_forward, gradient, method_name, reversed_input};
 use crate::controller::{PidController, StepController};
 use crate::error::SolveError;
 use crate::input::ParametricInput;
@@ -86,7 +86,7 @@ where
         let rule = gauss_legendre(self.points.max(1));
         let mut sums = vec![0.0; adjoint.parameter_lens().iter().sum()];
         let (mut lambda, mut u) = (vec![0.0; n], vec![0.0; problem.input.input_len()]);
-        let integrate = |segment: &Solution<f64>| {
+        let mut integrate = |segment: &Solution<f64>| {
             let Some(solution) = &segment.dense else { return };
             for step in solution.grid_s().windows(2) {
                 let h = step[1] - step[0];
@@ -100,8 +100,10 @@ where
                 }
             }
         };
-        let (backward, dense) = (self.backward.as_ref(), SaveAt::Dense);
-        let z = solve_backward(problem, backward, &mut forward, &term, false, dense, integrate)?;
+        let backward = backward_or_forward(&self.backward, problem);
+        let dense = SaveAt::Dense;
+        let z =
+            solve_backward(problem, backward, &mut forward, &term, false, dense, &mut integrate)?;
         Ok(gradient(forward, &z, &sums, adjoint.parameter_lens()))
     }
 }

@@ -1,5 +1,6 @@
 //! One cell of the gradient matrix: every method against every other.
 
+use super::fields::AnyField;
 use super::one_by_one::OneByOne;
 use num_dual::Dual64;
 use pam_autodiff::{ByDual, ByTape, Central};
@@ -42,8 +43,8 @@ pub(crate) fn apart(a: &[f64], b: &[f64]) -> f64 {
 
 /// The largest relative difference of two gradients over their blocks, of the plain gradient and of that
 /// with respect to logarithms, in which large and small parameters weigh alike.
-pub(crate) fn gradients_apart<F: ParametricField, I: ParametricInput>(
-    problem: &Problem<'_, F, I>,
+pub(crate) fn gradients_apart<I: ParametricInput>(
+    problem: &Problem<'_, AnyField<f64>, I>,
     a: &Gradient,
     b: &Gradient,
 ) -> f64 {
@@ -57,8 +58,8 @@ pub(crate) fn gradients_apart<F: ParametricField, I: ParametricInput>(
 }
 
 /// The replayed solve differentiated by one dual number after the other.
-pub(crate) fn reference<F: ParametricField, I: ParametricInput>(
-    problem: &Problem<'_, F, I>,
+pub(crate) fn reference<I: ParametricInput>(
+    problem: &Problem<'_, AnyField<f64>, I>,
     of: &Gradient,
     scales: &[f64],
 ) -> Gradient {
@@ -89,12 +90,12 @@ pub(crate) fn reference<F: ParametricField, I: ParametricInput>(
 
 /// Checks all exact methods against dual numbers through the solver, and differences against them.
 /// Prints the worst relative difference of both kinds.
-pub(crate) fn check<F: ParametricField, I: ParametricInput>(
+pub(crate) fn check<I: ParametricInput>(
     name: &str,
-    problem: &Problem<'_, F, I>,
+    problem: &Problem<'_, AnyField<f64>, I>,
     scales: &[f64],
 ) {
-    let gradient = |method: &dyn GradientMethod<F, I>| {
+    let gradient = |method: &dyn GradientMethod<AnyField<f64>, I>| {
         method.value_and_gradient(problem, &mut loss(scales)).unwrap()
     };
     let adjoint = DiscreteAdjoint::new(ByTape);
@@ -120,7 +121,7 @@ pub(crate) fn check<F: ParametricField, I: ParametricInput>(
         assert!(off < 1e-12, "{name}, {method}: {off:e}");
         worst = worst.max(off);
     };
-    let methods: [&dyn GradientMethod<F, I>; 4] = [
+    let methods: [&dyn GradientMethod<AnyField<f64>, I>; 4] = [
         &DiscreteAdjoint::new(ByDual),
         &ForwardSensitivity::new(ByTape),
         &ForwardSensitivity::new(ByDual),

@@ -1,16 +1,14 @@
 //! Continuous adjoints converge to the discrete one as tolerances shrink.
 
 use super::case::{brief, gradients_apart, loss};
-use super::fields::{Linear, VanDerPol, tanh_joint};
-use super::inputs::Sine;
+use super::fields::{AnyField, Linear, VanDerPol, owned, tanh_joint};
+use super::inputs::{AnyInput, Sine};
 use pam_autodiff::{ByDual, ByTape};
-use pam_core::{NamedChoice, ParametricField, SealedMasses};
+use pam_core::{NamedChoice, SealedMasses};
 use pam_solvers::sensitivity::{
     Backsolve, DiscreteAdjoint, GradientMethod, InterpolatingAdjoint, Problem, QuadratureAdjoint,
 };
-use pam_solvers::{
-    Integrator, Interpolation, NoInput, ParametricInput, PidController, SampledInput, Tableau,
-};
+use pam_solvers::{Integrator, Interpolation, NoInput, PidController, SampledInput, Tableau};
 
 const TOLERANCES: [f64; 3] = [1e-5, 1e-7, 1e-9];
 const OBSERVATIONS: [f64; 6] = [0.0, 0.21, 0.3, 0.75, 1.234, 1.5];
@@ -20,9 +18,9 @@ fn tsit5(tolerance: f64) -> Integrator<PidController> {
 }
 
 /// A continuous adjoint with a backward tolerance.
-type Make<F, I> = fn(f64) -> Box<dyn GradientMethod<F, I>>;
+type Make<'a> = fn(f64) -> Box<dyn GradientMethod<AnyField<f64>, AnyInput<'a, f64>>>;
 
-fn backsolves<F: ParametricField, I: ParametricInput>() -> [Make<F, I>; 2] {
+fn backsolves<'a>() -> [Make<'a>; 2] {
     [
         |tolerance| Box::new(Backsolve::new(ByTape).with_backward(tsit5(tolerance))),
         |tolerance| {
@@ -33,16 +31,20 @@ fn backsolves<F: ParametricField, I: ParametricInput>() -> [Make<F, I>; 2] {
     ]
 }
 
-fn others<F: ParametricField, I: ParametricInput>() -> [Make<F, I>; 2] {
+fn others<'a>() -> [Make<'a>; 2] {
     [
         |tolerance| Box::new(InterpolatingAdjoint::new(ByTape).with_backward(tsit5(tolerance))),
         |tolerance| Box::new(QuadratureAdjoint::new(ByDual).with_backward(tsit5(tolerance))),
     ]
 }
 
-fn difference<F: ParametricField, I: ParametricInput>(
-    method: Make<F, I>,
-    (field, input): (&F, &I),
+fn all<'a>() -> Vec<Make<'a>> {
+    [backsolves(), others()].concat()
+}
+
+fn difference<'a>(
+    method: Make<'a>,
+    (field, input): (&AnyField<f64>, &AnyInput<'a, f64>),
     y0: &[f64],
     scales: &[f64],
     (tolerance, observations_s): (f64, &[f64]),
@@ -61,11 +63,11 @@ fn difference<F: ParametricField, I: ParametricInput>(
     gradients_apart(&problem, &gradient, &truth)
 }
 
-fn converge<F: ParametricField, I: ParametricInput>(
+fn converge<'a>(
     name: &str,
-    parts: (&F, &I),
+    parts: (&AnyField<f64>, &AnyInput<'a, f64>),
     (y0, scales): (&[f64], &[f64]),
-    methods: &[Make<F, I>],
+    methods: &[Make<'a>],
     bound: f64,
 ) {
     for observations in [&OBSERVATIONS[..], &[1.1][..]] {
@@ -82,19 +84,18 @@ fn converge<F: ParametricField, I: ParametricInput>(
 #[test]
 fn continuous_adjoints_converge_to_the_discrete_one() {
     let of = (&[1.2, -0.4][..], &[1.0, 2.0][..]);
-    let van_der_pol = |inputs| VanDerPol { mu: 1.5, inputs };
-    let all = [backsolves(), others()].concat();
-    converge("van der pol", (&van_der_pol(0), &NoInput), of, &all, 1e-6);
-    let sine = Sine { amplitude: 0.8, frequency: 5.0, phase: 0.3 };
-    let all = [backsolves(), others()].concat();
-    converge("van der pol, sine", (&van_der_pol(1), &sine), of, &all, 1e-6);
+    let van_der_pol = |inputs| AnyField::from(VanDerPol { mu: 1.5, inputs });
+    converge("van der pol", (&van_der_pol(0), &AnyInput::None(NoInput)), of, &all(), 1e-6);
+    let sine = AnyInput::Sine(Sine { amplitude: 0.8, frequency: 5.0, phase: 0.3 });
+    converge("van der pol, sine", (&van_der_pol(1), &sine), of, &all(), 1e-6);
     let times: Vec<f64> = (0..11).map(|k| f64::from(k) * 0.15).collect();
     let values: Vec<f64> = (0..22).map(|k| (1.7 * f64::from(k)).sin()).collect();
     for interpolation in [Interpolation::Hold, Interpolation::Linear] {
         let input = SampledInput::with_variables(&times, &values, 2, interpolation).unwrap();
+        let input = AnyInput::Sampled(input);
         let name = format!("linear, {}", interpolation.name());
-        let all = [backsolves(), others()].concat();
-        converge(&name, (&Linear::with_inputs(2), &input), of, &all, 1e-6);
+        let field = AnyField::from(Linear::with_inputs(2));
+        converge(&name, (&field, &input), of, &all(), 1e-6);
     }
 }
 
@@ -107,8 +108,9 @@ fn on_the_joint_adjoints_converge_except_the_backsolve() {
     let times: Vec<f64> = (0..11).map(|k| f64::from(k) * 0.15).collect();
     let forces: Vec<f64> = (0..11).map(|k| 1.2e5 * (1.7 * f64::from(k)).sin()).collect();
     let input = SampledInput::new(&times, &forces, Interpolation::Hold).unwrap();
+    let input = AnyInput::Sampled(input);
     let (y0, scales) = ([0.3, 2.0, pf, pe], [1.0, 10.0, 100.0, 100.0]);
-    let joint = model.sealed(masses);
+    let joint = owned(&model.sealed(masses));
     converge("tanh joint, held", (&joint, &input), (&y0, &scales), &others(), 1e-5);
 
     let integrator = tsit5(1e-7);

@@ -1,41 +1,15 @@
 //! Gradients converge with the order of the method.
 
 use super::case::brief;
+use super::fields::{AnyField, Logistic};
+use super::inputs::AnyInput;
 use num_dual::Dual64;
 use pam_autodiff::ByTape;
-use pam_core::{ParametricField, Scalar, VectorField};
+use pam_core::Scalar;
 use pam_solvers::sensitivity::{
     DiscreteAdjoint, ForwardSensitivity, Gradient, GradientMethod, Problem,
 };
 use pam_solvers::{ConstantStep, Integrator, NoInput, Tableau};
-
-/// Logistic growth `ẏ = r y (1 − y / K)`.
-pub(crate) struct Logistic<S> {
-    rate: S,
-    capacity: S,
-}
-
-impl<S: Scalar> VectorField<S> for Logistic<S> {
-    fn state_len(&self) -> usize {
-        1
-    }
-    fn input_len(&self) -> usize {
-        0
-    }
-    fn eval_into(&self, _t: f64, y: &[S], _u: &[S], dy: &mut [S], _work: &mut [S]) {
-        dy[0] = self.rate * y[0] * (S::constant(1.0) - y[0] / self.capacity);
-    }
-}
-
-impl ParametricField for Logistic<f64> {
-    type With<S: Scalar> = Logistic<S>;
-    fn parameters(&self) -> Vec<f64> {
-        vec![self.rate, self.capacity]
-    }
-    fn with_parameters<S: Scalar>(&self, p: &[S]) -> Logistic<S> {
-        Logistic { rate: p[0], capacity: p[1] }
-    }
-}
 
 const R: f64 = 1.3;
 const K: f64 = 2.0;
@@ -57,16 +31,16 @@ fn exact_gradient(times: &[f64]) -> [f64; 3] {
 }
 
 fn error(
-    method: &dyn GradientMethod<Logistic<f64>, NoInput>,
+    method: &dyn GradientMethod<AnyField<f64>, AnyInput<'static, f64>>,
     tableau: &Tableau,
     steps: u32,
     times: &[f64],
 ) -> f64 {
-    let field = Logistic { rate: R, capacity: K };
+    let field = AnyField::from(Logistic { rate: R, capacity: K });
     let integrator = Integrator::new(tableau.clone(), ConstantStep::new(T1 / f64::from(steps)));
     let problem = Problem {
         field: &field,
-        input: &NoInput,
+        input: &AnyInput::None(NoInput),
         t0: 0.0,
         t1: T1,
         y0: &[Y0],

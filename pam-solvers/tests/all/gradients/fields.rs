@@ -2,7 +2,9 @@
 
 use pam_core::activation::{LeakyRelu, Tanh};
 use pam_core::force::Dense;
-use pam_core::{Activation, JointModel, Mlp, NetworkForce, ParametricField, Scalar, VectorField};
+use pam_core::{
+    Activation, JointField, JointModel, Mlp, NetworkForce, ParametricField, Scalar, VectorField,
+};
 
 /// `ẏ = A y + B u`, two states; parameters are A (rows) and B (rows).
 pub(crate) struct Linear<S> {
@@ -78,13 +80,13 @@ impl ParametricField for VanDerPol<f64> {
 
 /// Another field with one more state, a creep `ż = r (x − z)` of its first state that pulls on its second,
 /// `v̇ += c z`.
-pub(crate) struct WithCreep<S, F> {
-    pub(crate) field: F,
+pub(crate) struct WithCreep<S: Scalar> {
+    pub(crate) field: Box<AnyField<S>>,
     pub(crate) rate: S,
     pub(crate) coupling: S,
 }
 
-impl<S: Scalar, F: VectorField<S>> VectorField<S> for WithCreep<S, F> {
+impl<S: Scalar> VectorField<S> for WithCreep<S> {
     fn state_len(&self) -> usize {
         self.field.state_len() + 1
     }
@@ -102,8 +104,8 @@ impl<S: Scalar, F: VectorField<S>> VectorField<S> for WithCreep<S, F> {
     }
 }
 
-impl<F: ParametricField> ParametricField for WithCreep<f64, F> {
-    type With<S: Scalar> = WithCreep<S, F::With<S>>;
+impl ParametricField for WithCreep<f64> {
+    type With<S: Scalar> = WithCreep<S>;
     fn parameters(&self) -> Vec<f64> {
         let mut p = self.field.parameters();
         p.extend([self.rate, self.coupling]);
@@ -111,8 +113,111 @@ impl<F: ParametricField> ParametricField for WithCreep<f64, F> {
     }
     fn with_parameters<S: Scalar>(&self, p: &[S]) -> Self::With<S> {
         let (inner, own) = p.split_at(p.len() - 2);
-        WithCreep { field: self.field.with_parameters(inner), rate: own[0], coupling: own[1] }
+        let field = Box::new(self.field.with_parameters(inner));
+        WithCreep { field, rate: own[0], coupling: own[1] }
     }
+}
+
+/// Any function of time, state and parameters as a field.
+macro_rules! field {
+    ($name:ident, $states:literal, [$($p:ident),*], |$t:pat, $y:ident, $dy:ident| $body:block) => {
+        pub(crate) struct $name<S> { $(pub(crate) $p: S),* }
+        impl<S: Scalar> VectorField<S> for $name<S> {
+            fn state_len(&self) -> usize { $states }
+            fn input_len(&self) -> usize { 0 }
+            fn eval_into(&self, $t: f64, $y: &[S], _u: &[S], $dy: &mut [S], _work: &mut [S]) {
+                let Self { $($p),* } = self;
+                $(let $p = *$p;)*
+                $body
+            }
+        }
+        impl ParametricField for $name<f64> {
+            type With<S: Scalar> = $name<S>;
+            fn parameters(&self) -> Vec<f64> { vec![$(self.$p),*] }
+            fn with_parameters<S: Scalar>(&self, p: &[S]) -> $name<S> {
+                let mut p = p.iter();
+                $(let $p = *p.next().unwrap();)*
+                $name { $($p),* }
+            }
+        }
+    };
+}
+
+field!(Decay, 1, [rate], |_, y, dy| { dy[0] = -rate * y[0] });
+// Logistic growth.
+field!(Logistic, 1, [rate, capacity], |_, y, dy| {
+    dy[0] = rate * y[0] * (S::constant(1.0) - y[0] / capacity);
+});
+field!(Quartic, 1, [theta], |t, _y, dy| { dy[0] = (S::constant(t) - theta).powi(4) });
+// Lotka and Volterra's equations with one parameter.
+field!(Cycle, 2, [a], |_, y, dy| {
+    dy[0] = a * y[0] - y[0] * y[1];
+    dy[1] = y[0] * y[1] - a * y[1];
+});
+// A slow state and a fast one that follows it.
+field!(SlowFast, 2, [p, k], |_, y, dy| {
+    dy[0] = -p * y[0] * y[1];
+    dy[1] = k * (y[0] - y[1]);
+});
+field!(LinearSlowFast, 2, [p, k], |_, y, dy| {
+    dy[0] = -p * y[1];
+    dy[1] = k * (y[0] - y[1]);
+});
+
+/// One type for all fields, so that the gradient methods are instantiated once.
+macro_rules! any_field {
+    ($($name:ident($field:ty)),* $(,)?) => {
+        pub(crate) enum AnyField<S: Scalar> { $($name($field)),* }
+        $(impl<S: Scalar> From<$field> for AnyField<S> {
+            fn from(field: $field) -> Self {
+                Self::$name(field)
+            }
+        })*
+        impl<S: Scalar> VectorField<S> for AnyField<S> {
+            fn state_len(&self) -> usize {
+                match self { $(Self::$name(field) => field.state_len()),* }
+            }
+            fn input_len(&self) -> usize {
+                match self { $(Self::$name(field) => field.input_len()),* }
+            }
+            fn work_len(&self) -> usize {
+                match self { $(Self::$name(field) => field.work_len()),* }
+            }
+            fn eval_into(&self, t: f64, y: &[S], u: &[S], dy: &mut [S], work: &mut [S]) {
+                match self { $(Self::$name(field) => field.eval_into(t, y, u, dy, work)),* }
+            }
+        }
+        impl ParametricField for AnyField<f64> {
+            type With<S: Scalar> = AnyField<S>;
+            fn parameters(&self) -> Vec<f64> {
+                match self { $(Self::$name(field) => field.parameters()),* }
+            }
+            fn parameter_len(&self) -> usize {
+                match self { $(Self::$name(field) => field.parameter_len()),* }
+            }
+            fn with_parameters<S: Scalar>(&self, p: &[S]) -> AnyField<S> {
+                match self { $(Self::$name(field) => AnyField::$name(field.with_parameters(p))),* }
+            }
+        }
+    };
+}
+
+any_field! {
+    Cycle(Cycle<S>),
+    Decay(Decay<S>),
+    Joint(JointField<S, NetworkForce<S>>),
+    Linear(Linear<S>),
+    LinearSlowFast(LinearSlowFast<S>),
+    Logistic(Logistic<S>),
+    Quartic(Quartic<S>),
+    SlowFast(SlowFast<S>),
+    VanDerPol(VanDerPol<S>),
+    WithCreep(WithCreep<S>),
+}
+
+/// The field of a joint, with its own copy of the force.
+pub(crate) fn owned(field: &JointField<f64, &NetworkForce<f64>>) -> AnyField<f64> {
+    AnyField::Joint(field.with_parameters(&field.parameters()))
 }
 
 /// A joint whose force is a 12 × 12 network of moderate size.

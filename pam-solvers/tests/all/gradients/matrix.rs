@@ -1,7 +1,7 @@
 //! Every method on every problem.
 
 use super::case::check;
-use super::fields::{Linear, VanDerPol, WithCreep, leaky_relu_joint, tanh_joint};
+use super::fields::{AnyField, Linear, VanDerPol, WithCreep, leaky_relu_joint, owned, tanh_joint};
 use super::inputs::{AnyInput, Sine};
 use pam_core::{JointModel, NamedChoice, NetworkForce, ParametricField, SealedMasses};
 use pam_solvers::sensitivity::Problem;
@@ -45,9 +45,9 @@ fn integrators(
 }
 
 /// The named methods, with constant and adaptive steps, and all sets of observations.
-fn cells<F: ParametricField, I: ParametricInput>(
+fn cells<I: ParametricInput>(
     name: &str,
-    (field, input): (&F, &I),
+    (field, input): (&AnyField<f64>, &I),
     y0: &[f64],
     scales: &[f64],
     (names, steps): (&[&str], (f64, f64)),
@@ -72,7 +72,7 @@ fn cells<F: ParametricField, I: ParametricInput>(
 }
 
 /// A field that takes any number of inputs, without input and with all kinds of them.
-fn any_input<F: ParametricField>(name: &str, field: impl Fn(usize) -> F) {
+fn any_input(name: &str, field: impl Fn(usize) -> AnyField<f64>) {
     let (y0, scales, steps) = (&[1.2, -0.4][..], &[1.0, 2.0][..], (Tableau::NAMES, (0.043, 1e-5)));
     cells(&format!("{name}, no input"), (&field(0), &AnyInput::None(NoInput)), y0, scales, steps);
     let times = sample_times();
@@ -94,24 +94,25 @@ fn any_input<F: ParametricField>(name: &str, field: impl Fn(usize) -> F) {
 #[test]
 fn a_closure_as_input() {
     let closure = InputFn::new(1, |t: f64, u: &mut [f64]| u[0] = (4.0 * t).cos());
-    let field = VanDerPol { mu: 2.5, inputs: 1 };
+    let field = AnyField::from(VanDerPol { mu: 2.5, inputs: 1 });
     let steps = (Tableau::NAMES, (0.043, 1e-5));
     cells("van der pol, closure", (&field, &closure), &[1.2, -0.4], &[1.0, 2.0], steps);
 }
 
 #[test]
 fn linear() {
-    any_input("linear", Linear::with_inputs);
+    any_input("linear", |inputs| Linear::with_inputs(inputs).into());
 }
 
 #[test]
 fn van_der_pol() {
-    any_input("van der pol", |inputs| VanDerPol { mu: 2.5, inputs });
+    any_input("van der pol", |inputs| VanDerPol { mu: 2.5, inputs }.into());
 }
 
 #[test]
 fn a_further_state() {
-    let field = WithCreep { field: VanDerPol { mu: 1.5, inputs: 1 }, rate: 0.7, coupling: -0.4 };
+    let field = Box::new(VanDerPol { mu: 1.5, inputs: 1 }.into());
+    let field = AnyField::from(WithCreep { field, rate: 0.7, coupling: -0.4 });
     let times = sample_times();
     let values = samples(&[1.0]);
     let input = SampledInput::new(&times, &values, Interpolation::Hold).unwrap();
@@ -136,7 +137,7 @@ fn joint(name: &str, model: &JointModel<f64, NetworkForce<f64>>) {
     let held = AnyInput::Sampled(SampledInput::new(&times, &forces, Interpolation::Hold).unwrap());
     let sine = AnyInput::Sine(Sine { amplitude: 1.2e5, frequency: 7.0, phase: 0.3 });
     let (y0, scales) = ([0.3, 2.0, pf, pe], [1.0, 10.0, 100.0, 100.0]);
-    let sealed = model.sealed(masses);
+    let sealed = owned(&model.sealed(masses));
     let name = |what: &str| format!("{name}, {what}");
     cells(&name("sealed, held"), (&sealed, &held), &y0, &scales, steps);
     cells(&name("sealed, sine"), (&sealed, &sine), &y0, &scales, steps);
@@ -147,10 +148,10 @@ fn joint(name: &str, model: &JointModel<f64, NetworkForce<f64>>) {
     let valves = SampledInput::with_variables(&times, &flows, 3, Interpolation::Hold).unwrap();
     let valves = AnyInput::Sampled(valves);
     let (y0, scales) = ([0.3, 2.0, pf, pe, 0.06, 0.07], [1.0, 10.0, 100.0, 100.0, 0.02, 0.02]);
-    let open = model.with_open_valves();
+    let open = owned(&model.with_open_valves());
     cells(&name("open valves, held flows"), (&open, &valves), &y0, &scales, steps);
 
-    let creep = WithCreep { field: open, rate: 0.8, coupling: -50.0 };
+    let creep = AnyField::from(WithCreep { field: Box::new(open), rate: 0.8, coupling: -50.0 });
     let y0 = [&y0[..], &[0.1]].concat();
     let scales = [&scales[..], &[0.5]].concat();
     cells(&name("open valves and creep"), (&creep, &valves), &y0, &scales, steps);

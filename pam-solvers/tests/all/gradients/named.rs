@@ -1,41 +1,17 @@
 //! Every gradient method by its name.
 
-use pam_core::{ParametricField, Scalar, VectorField};
+use super::fields::{AnyField, Decay};
+use super::inputs::AnyInput;
 use pam_solvers::sensitivity::{Direction, GradientChoice, MethodSetup, Problem};
 use pam_solvers::{Integrator, NoInput, PidController, Tableau};
-
-/// `ẏ = −p y`.
-struct Decay<S>(S);
-
-impl<S: Scalar> VectorField<S> for Decay<S> {
-    fn state_len(&self) -> usize {
-        1
-    }
-    fn input_len(&self) -> usize {
-        0
-    }
-    fn eval_into(&self, _t: f64, y: &[S], _u: &[S], dy: &mut [S], _work: &mut [S]) {
-        dy[0] = -self.0 * y[0];
-    }
-}
-
-impl ParametricField for Decay<f64> {
-    type With<S: Scalar> = Decay<S>;
-    fn parameters(&self) -> Vec<f64> {
-        vec![self.0]
-    }
-    fn with_parameters<S: Scalar>(&self, p: &[S]) -> Decay<S> {
-        Decay(p[0])
-    }
-}
 
 /// `y(1) = e^(−p)`: the derivative by p is `−e^(−p)`, that by y(0) is `e^(−p)`.
 #[test]
 fn every_name_is_a_method_that_is_right() {
     let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-9, 1e-9));
     let problem = Problem {
-        field: &Decay(0.7),
-        input: &NoInput,
+        field: &AnyField::from(Decay { rate: 0.7 }),
+        input: &AnyInput::None(NoInput),
         t0: 0.0,
         t1: 1.0,
         y0: &[1.0],
@@ -52,7 +28,7 @@ fn every_name_is_a_method_that_is_right() {
         assert_eq!(choice.name(), name);
         let setup =
             MethodSetup { integrator: integrator.clone(), directions: None, floors: [0.01; 3] };
-        let method = choice.method::<Decay<f64>, NoInput, _>(setup);
+        let method = choice.method::<AnyField<f64>, AnyInput<'_, f64>, _>(setup);
         let found = method.value_and_gradient(&problem, &mut last).unwrap();
         assert!((found.parameters[0] + exact).abs() < 1e-6, "{name}: {:?}", found.parameters);
         assert!((found.initial_state[0] - exact).abs() < 1e-6, "{name}");
@@ -63,7 +39,7 @@ fn every_name_is_a_method_that_is_right() {
                 directions: Some(vec![Direction::InitialState(0)]),
                 floors: [0.01; 3],
             };
-            let method = choice.method::<Decay<f64>, NoInput, _>(setup);
+            let method = choice.method::<AnyField<f64>, AnyInput<'_, f64>, _>(setup);
             let found = method.value_and_gradient(&problem, &mut last).unwrap();
             assert_eq!(found.parameters, [0.0], "{name}");
             assert!((found.initial_state[0] - exact).abs() < 1e-6, "{name}");

@@ -1,7 +1,8 @@
 //! Requests at the edge: nothing to observe, nothing to solve, inconsistent ones; and what gradients cost.
 
 use super::case::loss;
-use super::fields::{Linear, VanDerPol};
+use super::fields::{AnyField, Linear, VanDerPol};
+use super::inputs::AnyInput;
 use pam_autodiff::{ByDual, ByTape};
 use pam_solvers::sensitivity::{
     Backsolve, Checkpointing, Direction, DiscreteAdjoint, DualsThroughSolver, FiniteDifference,
@@ -19,7 +20,15 @@ fn tsit5() -> Integrator<PidController> {
     Integrator::new(Tableau::tsit5(), PidController::new(1e-6, 1e-6))
 }
 
-fn methods() -> Vec<Box<dyn GradientMethod<VanDerPol<f64>, Constant<f64>>>> {
+fn van_der_pol(inputs: usize) -> AnyField<f64> {
+    VanDerPol { mu: 1.0, inputs }.into()
+}
+
+fn constant(values: &[f64]) -> AnyInput<'static, f64> {
+    AnyInput::Constant(Constant(values.to_vec()))
+}
+
+fn methods() -> Vec<Box<dyn GradientMethod<AnyField<f64>, AnyInput<'static, f64>>>> {
     let adjoint = DiscreteAdjoint::new(ByTape);
     vec![
         Box::new(TapeThroughSolver),
@@ -37,8 +46,8 @@ fn methods() -> Vec<Box<dyn GradientMethod<VanDerPol<f64>, Constant<f64>>>> {
 
 #[test]
 fn no_observation_has_no_gradient_and_an_observed_start_has_its_cotangent() {
-    let (field, input, integrator) =
-        (VanDerPol { mu: 1.0, inputs: 1 }, Constant(vec![0.3]), tsit5());
+    let (field, input) = (van_der_pol(1), constant(&[0.3]));
+    let integrator = tsit5();
     let all = Problem {
         field: &field,
         input: &input,
@@ -72,8 +81,8 @@ fn no_observation_has_no_gradient_and_an_observed_start_has_its_cotangent() {
 
 #[test]
 fn inconsistent_requests_are_refused() {
-    let (field, input, integrator) =
-        (VanDerPol { mu: 1.0, inputs: 1 }, Constant(vec![0.3]), tsit5());
+    let (field, input) = (van_der_pol(1), constant(&[0.3]));
+    let integrator = tsit5();
     let good = Problem {
         field: &field,
         input: &input,
@@ -92,7 +101,7 @@ fn inconsistent_requests_are_refused() {
         refused(&*method, &Problem { observations_s: &[0.5, 0.2], ..good }, "must increase");
         refused(&*method, &Problem { observations_s: &[1.5], ..good }, "outside");
         refused(&*method, &Problem { y0: &[1.0], ..good }, "initial state");
-        refused(&*method, &Problem { input: &Constant(vec![]), ..good }, "inputs");
+        refused(&*method, &Problem { input: &constant(&[]), ..good }, "inputs");
         refused(&*method, &Problem { t1: f64::NAN, ..good }, "interval");
     }
     for empty in [Checkpointing::Interval(0), Checkpointing::Binomial { snapshots: 0 }] {
@@ -109,7 +118,8 @@ fn inconsistent_requests_are_refused() {
 /// Some directions give the same numbers as all of them.
 #[test]
 fn directions_can_be_chosen() {
-    let (field, input, integrator) = (Linear::with_inputs(1), Constant(vec![0.3]), tsit5());
+    let (field, input) = (AnyField::from(Linear::with_inputs(1)), constant(&[0.3]));
+    let integrator = tsit5();
     let problem = Problem {
         field: &field,
         input: &input,
@@ -140,10 +150,11 @@ fn directions_can_be_chosen() {
 /// What it costs, on a fixed problem: changes of cost show here.
 #[test]
 fn statistics_of_a_fixed_problem() {
-    let field = Linear::with_inputs(1);
+    let field = AnyField::from(Linear::with_inputs(1));
     let times: Vec<f64> = (0..5).map(|k| f64::from(k) * 0.25).collect();
     let values = [1.0, 0.5, -0.5, 2.0, 0.0];
     let input = SampledInput::new(&times, &values, Interpolation::Hold).unwrap();
+    let input = AnyInput::Sampled(input);
     let integrator = Integrator::new(Tableau::tsit5(), ConstantStep::new(0.05));
     let problem = Problem {
         field: &field,
@@ -182,11 +193,11 @@ fn statistics_of_a_fixed_problem() {
 /// Forward sensitivities are also there for themselves.
 #[test]
 fn sensitivities_are_the_derivatives_of_the_observed_states() {
-    let field = VanDerPol { mu: 1.0, inputs: 0 };
+    let field = van_der_pol(0);
     let integrator = tsit5();
     let problem = Problem {
         field: &field,
-        input: &NoInput,
+        input: &AnyInput::None(NoInput),
         t0: 0.0,
         t1: 1.0,
         y0: &[1.0, 0.5],

@@ -1,53 +1,13 @@
 //! Where gradients of a well-solved problem go wrong, and what tells.
 
 use super::case::apart;
+use super::fields::{AnyField, Cycle, LinearSlowFast, Quartic, SlowFast};
+use super::inputs::AnyInput;
 use pam_autodiff::ByTape;
-use pam_core::{ParametricField, Scalar, VectorField};
 use pam_solvers::sensitivity::{
     Backsolve, DiscreteAdjoint, GradientMethod, InterpolatingAdjoint, Problem, tolerance_halving,
 };
 use pam_solvers::{FailureKind, Integrator, NoInput, PidController, Tableau};
-
-/// Any function of time, state and parameters as a field.
-macro_rules! field {
-    ($name:ident, $states:literal, [$($p:ident),*], |$t:ident, $y:ident, $dy:ident| $body:block) => {
-        struct $name<S> { $($p: S),* }
-        impl<S: Scalar> VectorField<S> for $name<S> {
-            fn state_len(&self) -> usize { $states }
-            fn input_len(&self) -> usize { 0 }
-            fn eval_into(&self, $t: f64, $y: &[S], _u: &[S], $dy: &mut [S], _work: &mut [S]) {
-                let Self { $($p),* } = self;
-                $(let $p = *$p;)*
-                $body
-            }
-        }
-        impl ParametricField for $name<f64> {
-            type With<S: Scalar> = $name<S>;
-            fn parameters(&self) -> Vec<f64> { vec![$(self.$p),*] }
-            fn with_parameters<S: Scalar>(&self, p: &[S]) -> $name<S> {
-                let mut p = p.iter();
-                $(let $p = *p.next().unwrap();)*
-                $name { $($p),* }
-            }
-        }
-    };
-}
-
-field!(Quartic, 1, [theta], |t, _y, dy| { dy[0] = (S::constant(t) - theta).powi(4) });
-// Lotka and Volterra's equations with one parameter.
-field!(Cycle, 2, [a], |_t, y, dy| {
-    dy[0] = a * y[0] - y[0] * y[1];
-    dy[1] = y[0] * y[1] - a * y[1];
-});
-// A slow state and a fast one that follows it.
-field!(SlowFast, 2, [p, k], |_t, y, dy| {
-    dy[0] = -p * y[0] * y[1];
-    dy[1] = k * (y[0] - y[1]);
-});
-field!(LinearSlowFast, 2, [p, k], |_t, y, dy| {
-    dy[0] = -p * y[1];
-    dy[1] = k * (y[0] - y[1]);
-});
 
 /// The last state's first entry.
 fn last(_times: &[f64], states: &[f64], cotangents: &mut [f64]) -> f64 {
@@ -55,15 +15,15 @@ fn last(_times: &[f64], states: &[f64], cotangents: &mut [f64]) -> f64 {
     states[0]
 }
 
-fn at_end<'a, F>(
-    field: &'a F,
+fn at_end<'a>(
+    field: &'a AnyField<f64>,
     y0: &'a [f64],
     t1: &'a f64,
     integrator: &'a Integrator<PidController>,
-) -> Problem<'a, F, NoInput> {
+) -> Problem<'a, AnyField<f64>, AnyInput<'a, f64>> {
     Problem {
         field,
-        input: &NoInput,
+        input: &AnyInput::None(NoInput),
         t0: 0.0,
         t1: *t1,
         y0,
@@ -77,7 +37,7 @@ fn at_end<'a, F>(
 #[test]
 fn halving_the_tolerance_shows_an_unconverged_gradient() {
     let (theta, t1) = (0.9_f64, 2.0_f64);
-    let field = Quartic { theta };
+    let field = AnyField::from(Quartic { theta });
     let exact = ((t1 - theta).powi(5) + theta.powi(5)) / 5.0;
     let exact_slope = theta.powi(4) - (t1 - theta).powi(4);
     let adjoint = DiscreteAdjoint::new(ByTape);
@@ -105,7 +65,7 @@ fn halving_the_tolerance_shows_an_unconverged_gradient() {
 /// 68, 1999.)
 #[test]
 fn at_a_rest_point_the_gradient_is_wrong_and_halving_does_not_tell() {
-    let (field, t1) = (Cycle { a: 1.0 }, 20.0_f64);
+    let (field, t1) = (AnyField::from(Cycle { a: 1.0 }), 20.0_f64);
     let adjoint = DiscreteAdjoint::new(ByTape);
     let gradient = |controller: PidController| {
         let integrator = Integrator::new(Tableau::tsit5(), controller);
@@ -133,7 +93,8 @@ fn at_a_rest_point_the_gradient_is_wrong_and_halving_does_not_tell() {
 /// A fast decay: the discrete adjoint is right, the backsolve, which has to undo the decay, is not.
 #[test]
 fn backsolve_fails_on_a_stiff_problem_and_the_discrete_adjoint_does_not() {
-    let (field, y0, t1) = (SlowFast { p: 1.0, k: 200.0 }, [1.0, 1.5], 1.0);
+    let field = AnyField::from(SlowFast { p: 1.0, k: 200.0 });
+    let (y0, t1) = ([1.0, 1.5], 1.0);
     let tsit5 = |tolerance: f64| {
         Integrator::new(Tableau::tsit5(), PidController::new(tolerance, tolerance))
     };
@@ -159,7 +120,7 @@ fn backsolve_fails_on_a_stiff_problem_and_the_discrete_adjoint_does_not() {
     assert_eq!(e.state.len(), 6, "state, adjoint, parameters");
 
     // Where nothing nonlinear stops it, it gets through and is wrong.
-    let field = LinearSlowFast { p: 1.0, k: 60.0 };
+    let field = AnyField::from(LinearSlowFast { p: 1.0, k: 60.0 });
     let problem = at_end(&field, &y0, &t1, &integrator);
     let right = adjoint.value_and_gradient(&problem, &mut last).unwrap();
     let wrong = backsolve.value_and_gradient(&problem, &mut last).unwrap();

@@ -24,6 +24,12 @@ fn joint() -> (JointModel<f64, NetworkForce<f64>>, Vec<Subject>) {
     let activation = Activation::from_name("leaky_relu").unwrap();
     let force = NetworkForce::new(Mlp::new(vec![hidden, output], activation).unwrap()).unwrap();
     let model = JointModel::datasheet(force);
+    let subjects = recordings(&model);
+    (model, subjects)
+}
+
+/// Recordings under a sine.
+pub(super) fn recordings(model: &JointModel<f64, NetworkForce<f64>>) -> Vec<Subject> {
     let subjects = [[300.0, 500.0], [450.0, 350.0]].map(|kpa| {
         let mut r = Recording::empty(Path::new("joint"));
         r.time_s = (0..1500).map(|k| f64::from(k) * 1e-3).collect();
@@ -35,12 +41,30 @@ fn joint() -> (JointModel<f64, NetworkForce<f64>>, Vec<Subject>) {
         let masses = model.gas_law_masses(0.0, kpa);
         Subject { recording: r, masses, origin: MassOrigin::Given }
     });
-    (model, subjects.to_vec())
+    subjects.to_vec()
 }
 
-fn fine(interpolation: Interpolation) -> SolverSettings {
+pub(super) fn fine(interpolation: Interpolation) -> SolverSettings {
     let step = StepChoice::Constant { step_s: 2e-5 };
     SolverSettings { tableau: Tableau::rk4(), step, interpolation }
+}
+
+/// Distance of two vectors, relative to the second.
+pub(super) fn off(a: &[f64], b: &[f64]) -> f64 {
+    let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>().sqrt();
+    norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) / norm(&mut b.iter().copied())
+}
+
+/// The parts of a gradient.
+pub(super) fn parts(g: &TrajectoryGradient) -> [(&'static str, Vec<f64>); 4] {
+    let raw = vec![g.raw.mass, g.raw.gas_coefficient, g.raw.deformation, g.auxiliary_damping];
+    let air = g.masses.iter().flat_map(|m| [m.flexor_g, m.extensor_g]).collect();
+    [
+        ("weights", g.force.clone()),
+        ("joint", raw),
+        ("air", air),
+        ("start", g.initial_states.concat()),
+    ]
 }
 
 /// Loss and every part of the gradient are those of short steps.
@@ -59,23 +83,8 @@ fn exact_gradient_is_that_of_short_steps() {
             .value_and_gradient(&request, &loss)
             .unwrap();
         assert!((exact.value - steps.value).abs() < 1e-6 * steps.value);
-        let off = |a: &[f64], b: &[f64]| {
-            let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>().sqrt();
-            norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) / norm(&mut b.iter().copied())
-        };
-        let raw = |g: &TrajectoryGradient| {
-            vec![g.raw.mass, g.raw.gas_coefficient, g.raw.deformation, g.auxiliary_damping]
-        };
-        let air = |g: &TrajectoryGradient| {
-            g.masses.iter().flat_map(|m| [m.flexor_g, m.extensor_g]).collect::<Vec<f64>>()
-        };
-        let start = |g: &TrajectoryGradient| g.initial_states.concat();
-        for (what, off) in [
-            ("weights", off(&exact.force, &steps.force)),
-            ("joint", off(&raw(&exact), &raw(&steps))),
-            ("air", off(&air(&exact), &air(&steps))),
-            ("start", off(&start(&exact), &start(&steps))),
-        ] {
+        for ((what, a), (_, b)) in parts(&exact).into_iter().zip(parts(&steps)) {
+            let off = off(&a, &b);
             assert!(off < 1e-5, "{what} {}: {off:e}", interpolation.name());
         }
     }

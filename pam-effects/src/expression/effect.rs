@@ -1,0 +1,592 @@
+//! An effect of expressions, at the places where it acts.
+
+use super::joint::{DT, DX, FORCE, Instant, NETWORK, PE, PF, Row, T, V, VARIABLES, X, X0};
+use super::memory::{Law, MOST, Memory};
+use crate::effects::{
+    ChamberLaw, Command, DataScales, Effect, EffectInfo, Observed, Point, Rest, delayed,
+};
+use pam_core::Scalar;
+use pam_core::units::MN_PER_N;
+use pam_expression::{Compiled, Graph, Id, Program, too_long};
+use pam_vocabulary::definition::{EffectDefinition, Language, MemoryLaw, Moment, Symbol};
+use pam_vocabulary::expression::Expression;
+
+/// An effect that a file defines.
+#[derive(Debug)]
+pub(super) struct ExpressionEffect {
+    info: &'static EffectInfo,
+    definition: &'static str,
+    starts: Vec<Vec<Compiled>>,
+    switches: Vec<Vec<f64>>,
+    valid: Option<Compiled>,
+    /// When its memory moves.
+    moment: Moment,
+    memory: Option<Memory>,
+    /// Force on the joint, mN.
+    force_mn: Option<Program>,
+    dry_friction_mn: Option<Program>,
+    air_g_s: Option<Program>,
+    command_n: Option<Program>,
+    once: Once,
+    sensors: Sensors,
+}
+
+/// Numbers that depend on the values of the effect alone.
+#[derive(Debug, Default)]
+struct Once {
+    command_delay_s: Option<Program>,
+    inertia_kg: Option<Program>,
+    gas_exponent: Option<Program>,
+    deformation_factor: Option<Program>,
+    contraction_limit_mm: Option<Program>,
+    pressure_feedback: Option<Program>,
+    position_delay_s: Option<Program>,
+    pressure_delay_s: Option<Program>,
+}
+
+/// What the sensors show.
+#[derive(Debug, Default)]
+struct Sensors {
+    position_mm: Option<Program>,
+    velocity: Velocity,
+    pressures_kpa: [Option<Program>; 2],
+    /// Readings at rest and their slopes by what is read: position, flexor, extensor; `None` where the reading is right.
+    rest: [Option<Program>; 3],
+}
+
+/// How the velocity is read.
+#[derive(Debug, Default)]
+enum Velocity {
+    /// As it is.
+    #[default]
+    True,
+    /// By an expression: given, or the derivative of the position's.
+    Of(Program),
+    /// As the difference of two positions.
+    Difference,
+}
+
+/// Newton steps for the true reading at rest; a straight line takes one.
+const NEWTON_STEPS: usize = 8;
+
+/// Builds the programs of a definition.
+struct Builder<'a> {
+    definition: &'a EffectDefinition,
+    language: &'a Language,
+    graph: Graph,
+}
+
+impl Builder<'_> {
+    /// The node of a tree; named parts are put in.
+    fn node(&mut self, tree: &Expression) -> Id {
+        self.node_with(tree, &|_| None)
+    }
+
+    /// As [`node`](Self::node), with expressions in place of the remembered numbers.
+    fn node_with<'t>(
+        &mut self,
+        tree: &Expression,
+        memory: &dyn Fn(usize) -> Option<&'t Expression>,
+    ) -> Id {
+        fn name<'t>(
+            definition: &EffectDefinition,
+            graph: &mut Graph,
+            memory: &dyn Fn(usize) -> Option<&'t Expression>,
+            k: usize,
+        ) -> Id {
+            let mut inner = |graph: &mut Graph, k| name(definition, graph, memory, k);
+            match definition.symbol(k) {
+                Symbol::Let(k) => graph.expression(&definition.lets[k].1.tree, &mut inner),
+                Symbol::Memory(m) => match memory(m) {
+                    Some(tree) => graph.expression(tree, &mut inner),
+                    None => graph.input(k),
+                },
+                Symbol::Variable(_) | Symbol::Value(_) => graph.input(k),
+            }
+        }
+        let definition = self.definition;
+        self.graph.expression(tree, &mut |graph, k| name(definition, graph, memory, k))
+    }
+
+    /// The node at a place.
+    fn act(&mut self, place: &str) -> Option<Id> {
+        let tree = &self.definition.act(self.language, place)?.tree;
+        Some(self.node(tree))
+    }
+
+    fn program(&self, outputs: &[Id]) -> Result<Program, String> {
+        Program::new(&self.graph, outputs).ok_or_else(too_long)
+    }
+
+    fn act_program(&mut self, place: &str) -> Result<Option<Program>, String> {
+        self.act(place).map(|id| self.program(&[id])).transpose()
+    }
+
+    /// Force on the joint with that of a factor of the base model's, mN.
+    fn force(&mut self) -> Result<Option<Program>, String> {
+        let force = self.act("force_n");
+        let factor = self.act("force_factor").map(|factor| {
+            let network = self.graph.input(NETWORK);
+            let one = self.graph.constant(1.0);
+            let less = self.graph.subtract(one, factor);
+            self.graph.multiply(less, network)
+        });
+        let sum = match (force, factor) {
+            (Some(a), Some(b)) => self.graph.add(a, b),
+            (Some(id), None) | (None, Some(id)) => id,
+            (None, None) => return Ok(None),
+        };
+        let sum = self.graph.scaled(sum, MN_PER_N);
+        self.program(&[sum]).map(Some)
+    }
+
+    fn dry_friction(&mut self) -> Result<Option<Program>, String> {
+        let Some(level) = self.act("dry_friction_n") else { return Ok(None) };
+        let zero = self.graph.constant(0.0);
+        let level = self.graph.maximum(level, zero);
+        let level = self.graph.scaled(level, MN_PER_N);
+        self.program(&[level]).map(Some)
+    }
+
+    fn air(&mut self) -> Result<Option<Program>, String> {
+        let acts = ["air_flexor_g_s", "air_extensor_g_s"].map(|place| self.act(place));
+        if acts == [None; 2] {
+            return Ok(None);
+        }
+        let zero = self.graph.constant(0.0);
+        self.program(&acts.map(|act| act.unwrap_or(zero))).map(Some)
+    }
+
+    fn memory(&mut self) -> Result<Option<Memory>, String> {
+        let definition = self.definition;
+        if definition.memory.is_empty() {
+            return Ok(None);
+        }
+        let starts: Vec<Id> = definition.memory.iter().map(|m| self.node(&m.start.tree)).collect();
+        let laws: Vec<Law> = definition
+            .memory
+            .iter()
+            .map(|m| match &m.law {
+                MemoryLaw::Rate(rate) => Law::Rate(self.node(&rate.tree)),
+                MemoryLaw::Step(step) => Law::Step(self.node(&step.tree)),
+            })
+            .collect();
+        let first = VARIABLES + definition.value_len();
+        let memory = Memory::new(&mut self.graph, &starts, &laws, first).map_err(|k| {
+            format!(
+                "the rate of `{}` asks for `network(…)` where the memory itself stands; that cannot be differentiated",
+                definition.memory[k].name
+            )
+        })?;
+        memory.map(Some).ok_or_else(too_long)
+    }
+
+    fn sensors(&mut self) -> Result<Sensors, String> {
+        let definition = self.definition;
+        let position = self.act("position_mm");
+        let velocity = match (self.act("velocity_mm_s"), position) {
+            (Some(given), _) => Velocity::Of(self.program(&[given])?),
+            (None, None) => Velocity::True,
+            (None, Some(position)) => self.velocity_of(position)?,
+        };
+        let mut rest = [None, None, None];
+        let start = |k: usize| definition.memory.get(k).map(|m| &m.start.tree);
+        let places =
+            [("position_mm", X), ("pressure_flexor_kpa", PF), ("pressure_extensor_kpa", PE)];
+        for (rest, (place, read)) in rest.iter_mut().zip(places) {
+            let Some(formula) = definition.act(self.language, place) else { continue };
+            let value = self.node_with(&formula.tree, &start);
+            if !self.graph.is_input(value, read)
+                && let Some(slope) = self.graph.derivative(value, read)
+            {
+                *rest = Some(self.program(&[value, slope])?);
+            }
+        }
+        Ok(Sensors {
+            position_mm: position.map(|id| self.program(&[id])).transpose()?,
+            velocity,
+            pressures_kpa: [
+                self.act_program("pressure_flexor_kpa")?,
+                self.act_program("pressure_extensor_kpa")?,
+            ],
+            rest,
+        })
+    }
+
+    /// The velocity of a reading of the position: by the chain rule where it depends on displacement and time alone.
+    fn velocity_of(&mut self, position: Id) -> Result<Velocity, String> {
+        let reads = self.program(&[position])?;
+        let others = [V, PF, PE].into_iter().any(|k| reads.reads(k));
+        let remembers = (0..self.definition.memory.len())
+            .any(|k| reads.reads(VARIABLES + self.definition.value_len() + k));
+        let slopes = self
+            .graph
+            .derivative(position, X)
+            .zip(self.graph.derivative(position, T))
+            .filter(|_| !others && !remembers);
+        let Some((by_x, by_t)) = slopes else { return Ok(Velocity::Difference) };
+        let v = self.graph.input(V);
+        let along = self.graph.multiply(by_x, v);
+        let rate = self.graph.add(along, by_t);
+        if rate == v { Ok(Velocity::True) } else { self.program(&[rate]).map(Velocity::Of) }
+    }
+}
+
+impl ExpressionEffect {
+    pub(super) fn new(
+        definition: &EffectDefinition,
+        language: &Language,
+        text: &str,
+    ) -> Result<Self, String> {
+        let mut builder = Builder { definition, language, graph: Graph::default() };
+        let moment = definition
+            .acts
+            .iter()
+            .map(|(k, _)| language.places[*k].moment)
+            .find(|moment| *moment != Moment::Once)
+            .unwrap_or(Moment::Motion);
+        let own = |tree: &Expression| Compiled::of_tree(tree).ok_or_else(too_long);
+        let starts = definition
+            .parameters
+            .iter()
+            .map(|p| p.starts.iter().map(|s| own(&s.tree)).collect())
+            .collect::<Result<_, String>>()?;
+        Ok(Self {
+            info: definition.info(),
+            definition: Box::leak(text.to_owned().into_boxed_str()),
+            starts,
+            switches: definition.switches.iter().map(|s| s.values.clone()).collect(),
+            valid: definition.valid.as_ref().map(|v| own(&v.tree)).transpose()?,
+            moment,
+            memory: builder.memory()?,
+            force_mn: builder.force()?,
+            dry_friction_mn: builder.dry_friction()?,
+            air_g_s: builder.air()?,
+            command_n: builder.act_program("command_n")?,
+            once: Once {
+                command_delay_s: builder.act_program("command_delay_s")?,
+                inertia_kg: builder.act_program("inertia_kg")?,
+                gas_exponent: builder.act_program("gas_exponent")?,
+                deformation_factor: builder.act_program("deformation_factor")?,
+                contraction_limit_mm: builder.act_program("contraction_limit_mm")?,
+                pressure_feedback: builder.act_program("pressure_feedback")?,
+                position_delay_s: builder.act_program("position_delay_s")?,
+                pressure_delay_s: builder.act_program("pressure_delay_s")?,
+            },
+            sensors: builder.sensors()?,
+        })
+    }
+
+    /// The memory where it moves at this moment.
+    fn memory_of(&self, moment: Moment) -> Option<&Memory> {
+        self.memory.as_ref().filter(|_| self.moment == moment)
+    }
+
+    /// A number that depends on the values alone.
+    fn once<S: Scalar>(&self, program: Option<&Program>, p: &[S]) -> Option<S> {
+        let variables = [S::zero(); VARIABLES];
+        program.map(|program| program.value(&Row { variables: &variables, p, memory: &[] }))
+    }
+
+    /// An expression in the balance of forces.
+    #[inline]
+    fn at_point<S: Scalar>(
+        &self,
+        program: &Program,
+        p: &[S],
+        at: &Point<'_, S>,
+        memory: &[S],
+        out: &mut [S],
+    ) {
+        match self.memory_of(Moment::Motion) {
+            None => program.values(&Instant::new(at, p, &[]), out),
+            Some(law) => moved(law, p, at, memory, |now| {
+                program.values(&Instant::new(at, p, now), out);
+            }),
+        }
+    }
+
+    /// Starting values of `k` parameters and switches on, in all combinations.
+    fn combinations(&self, scales: &[f64]) -> Vec<Vec<f64>> {
+        let parameters =
+            self.starts.iter().map(|starts| starts.iter().map(|s| s.value(scales)).collect());
+        let all = parameters.chain(self.switches.iter().cloned());
+        all.fold(vec![Vec::new()], |rows, values: Vec<f64>| {
+            let with = |row: &Vec<f64>| {
+                values.iter().map(|v| [row.as_slice(), &[*v]].concat()).collect::<Vec<_>>()
+            };
+            rows.iter().flat_map(with).collect()
+        })
+    }
+}
+
+/// The remembered numbers at a point of a step.
+fn moved<S: Scalar, R>(
+    law: &Memory,
+    p: &[S],
+    at: &Point<'_, S>,
+    memory: &[S],
+    then: impl FnOnce(&[S]) -> R,
+) -> R {
+    let evaluate = |memory: &[S], start: bool, program: &Program, out: &mut [S]| {
+        let inputs =
+            if start { Instant::at_start(at, p, memory) } else { Instant::new(at, p, memory) };
+        program.values(&inputs, out);
+    };
+    law.advance(at.since_step_s, memory, &evaluate, then)
+}
+
+/// Magnitudes of the data, in the order of [`Language::joint`].
+fn in_order(scales: &DataScales) -> [f64; 6] {
+    [
+        scales.force_n,
+        scales.peak_force_n,
+        scales.travel_mm,
+        scales.speed_mm_s,
+        scales.stiffness_n_mm,
+        scales.gauge_kpa,
+    ]
+}
+
+impl Effect for ExpressionEffect {
+    fn info(&self) -> &'static EffectInfo {
+        self.info
+    }
+
+    fn definition(&self) -> Option<&'static str> {
+        Some(self.definition)
+    }
+
+    fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {
+        let mut rows = self.combinations(&in_order(scales));
+        // A magnitude of the data may lie outside of what is physical.
+        for row in &mut rows {
+            for (value, parameter) in row.iter_mut().zip(self.info.parameters) {
+                let [low, high] = parameter.range;
+                *value = if value.is_finite() { value.clamp(low, high) } else { low };
+            }
+        }
+        rows
+    }
+
+    fn stands(&self, values: &[f64], scales: &DataScales) -> bool {
+        self.valid
+            .as_ref()
+            .is_none_or(|valid| valid.value(&[values, &in_order(scales)].concat()) != 0.0)
+    }
+
+    fn memory_len(&self) -> usize {
+        match (&self.memory, self.moment) {
+            (Some(memory), Moment::Motion) => memory.len,
+            // The last command stands behind.
+            (Some(memory), Moment::Command) => memory.len + 1,
+            _ => 0,
+        }
+    }
+
+    fn changes_gas(&self) -> bool {
+        let Once { gas_exponent, deformation_factor, contraction_limit_mm, .. } = &self.once;
+        self.air_g_s.is_some()
+            || [gas_exponent, deformation_factor, contraction_limit_mm].iter().any(|p| p.is_some())
+    }
+
+    fn remembers(&self) -> bool {
+        self.memory.is_some() || self.air_g_s.is_some()
+    }
+
+    fn may_stick_later(&self, values: &[f64]) -> bool {
+        let absent =
+            self.info.parameters.iter().zip(values).filter_map(|(p, v)| Some(p.off? == *v));
+        let mut absent = absent.peekable();
+        let is_there = absent.peek().is_none() || absent.any(|absent| !absent);
+        self.dry_friction_mn.is_some() && is_there
+    }
+
+    fn begin<S: Scalar>(&self, p: &[S], x: S, memory: &mut [S]) {
+        if let Some(law) = self.memory_of(Moment::Motion) {
+            let mut variables = [S::zero(); VARIABLES];
+            variables[X] = x;
+            law.starts.values(&Row { variables: &variables, p, memory: &[] }, memory);
+        }
+    }
+
+    fn rest<S: Scalar>(&self, p: &[S], rest: &mut Rest<S>) {
+        let readings = [
+            (0.0, &mut rest.sealed_mm, &mut rest.sealed_kpa),
+            (rest.start_s, &mut rest.start_mm, &mut rest.start_kpa),
+        ];
+        for (time_s, displacement, [flexor, extensor]) in readings {
+            let measured = [*displacement, *flexor, *extensor];
+            let mut variables = [S::zero(); VARIABLES];
+            variables[T] = S::constant(time_s);
+            (variables[X], variables[PF], variables[PE]) = (measured[0], measured[1], measured[2]);
+            for ((program, reading), of) in self.sensors.rest.iter().zip(measured).zip([X, PF, PE])
+            {
+                let Some(program) = program else { continue };
+                for _ in 0..NEWTON_STEPS {
+                    let mut found = [S::zero(); 2];
+                    program.values(&Row { variables: &variables, p, memory: &[] }, &mut found);
+                    let [value, slope] = found;
+                    if slope.real() == 0.0 || !slope.real().is_finite() {
+                        break;
+                    }
+                    variables[of] -= (value - reading) / slope;
+                }
+            }
+            (*displacement, *flexor, *extensor) = (variables[X], variables[PF], variables[PE]);
+        }
+    }
+
+    fn drive<S: Scalar>(&self, p: &[S], command: &Command<S>, memory: &mut [S]) -> S {
+        let Some(program) = &self.command_n else { return command.force_mn };
+        let force = command.force_mn.scaled(1.0 / MN_PER_N);
+        let mut variables = [S::zero(); VARIABLES];
+        variables[T] = S::constant(command.time_s);
+        variables[FORCE] = force;
+        variables[DT] = S::constant(command.since_s);
+        let real = match self.memory_of(Moment::Command) {
+            None => program.value(&Row { variables: &variables, p, memory: &[] }),
+            Some(law) => {
+                let (own, last) = memory.split_at_mut(law.len);
+                if command.since_s > 0.0 {
+                    let mut before = variables;
+                    before[FORCE] = last[0];
+                    before[T] = S::constant(command.time_s - command.since_s);
+                    let mut now = [S::zero(); MOST];
+                    let evaluate = |memory: &[S], start: bool, program: &Program, out: &mut [S]| {
+                        let variables = if start { &before } else { &variables };
+                        program.values(&Row { variables, p, memory }, out);
+                    };
+                    law.advance(command.since_s, own, &evaluate, |moved| {
+                        now[..moved.len()].copy_from_slice(moved);
+                    });
+                    own.copy_from_slice(&now[..law.len]);
+                } else {
+                    law.starts.values(&Row { variables: &variables, p, memory: &[] }, own);
+                }
+                last[0] = force;
+                program.value(&Row { variables: &variables, p, memory: own })
+            }
+        };
+        real.scaled(MN_PER_N)
+    }
+
+    fn delay_s<S: Scalar>(&self, p: &[S]) -> S {
+        self.once(self.once.command_delay_s.as_ref(), p).unwrap_or_else(S::zero)
+    }
+
+    fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S {
+        let mut out = [S::zero()];
+        if let Some(program) = &self.force_mn {
+            self.at_point(program, p, at, memory, &mut out);
+        }
+        out[0]
+    }
+
+    fn dry_friction_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S {
+        let mut out = [S::zero()];
+        if let Some(program) = &self.dry_friction_mn {
+            self.at_point(program, p, at, memory, &mut out);
+        }
+        out[0]
+    }
+
+    fn air_g_s<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> [S; 2] {
+        let mut out = [S::zero(); 2];
+        if let Some(program) = &self.air_g_s {
+            self.at_point(program, p, at, memory, &mut out);
+        }
+        out
+    }
+
+    fn inertia_kg<S: Scalar>(&self, p: &[S]) -> S {
+        self.once(self.once.inertia_kg.as_ref(), p).unwrap_or_else(S::zero)
+    }
+
+    fn chamber<S: Scalar>(&self, p: &[S], law: &mut ChamberLaw<S>) {
+        if let Some(exponent) = self.once(self.once.gas_exponent.as_ref(), p) {
+            law.exponent *= exponent;
+        }
+        if let Some(factor) = self.once(self.once.deformation_factor.as_ref(), p) {
+            law.deformation_factor *= factor;
+        }
+        if let Some(limit) = self.once(self.once.contraction_limit_mm.as_ref(), p) {
+            law.contraction_limit_mm = Some(limit);
+        }
+        if let Some(feedback) = self.once(self.once.pressure_feedback.as_ref(), p) {
+            law.feeds_back |= feedback.real() != 0.0;
+        }
+    }
+
+    fn advance<S: Scalar>(&self, p: &[S], end: &Point<'_, S>, memory: &mut [S]) {
+        if let Some(law) = self.memory_of(Moment::Motion) {
+            let mut now = [S::zero(); MOST];
+            moved(law, p, end, memory, |moved| now[..moved.len()].copy_from_slice(moved));
+            memory.copy_from_slice(&now[..law.len]);
+        }
+    }
+
+    fn observe<S: Scalar>(&self, p: &[S], seen: &mut Observed<'_, S>) {
+        let step_s = seen.step_s;
+        if let Some(delay_s) = self.once(self.once.position_delay_s.as_ref(), p) {
+            let steps = delay_s.scaled(1.0 / step_s);
+            delayed(steps, seen.displacement_mm);
+            delayed(steps, seen.velocity_mm_s);
+        }
+        if let Some(delay_s) = self.once(self.once.pressure_delay_s.as_ref(), p) {
+            let steps = delay_s.scaled(1.0 / step_s);
+            seen.pressures_kpa.iter_mut().for_each(|series| delayed(steps, series));
+        }
+        let Sensors { position_mm, velocity, pressures_kpa, .. } = &self.sensors;
+        if position_mm.is_none()
+            && matches!(velocity, Velocity::True)
+            && pressures_kpa.iter().all(Option::is_none)
+        {
+            return;
+        }
+        let law = self.memory_of(Moment::Sensing);
+        let mut memory = [S::zero(); MOST];
+        let len = law.map_or(0, |law| law.len);
+        let mut before = [S::zero(); VARIABLES];
+        for k in 0..seen.displacement_mm.len() {
+            let mut now = [S::zero(); VARIABLES];
+            (now[X], now[V]) = (seen.displacement_mm[k], seen.velocity_mm_s[k]);
+            (now[PF], now[PE]) = (seen.pressures_kpa[0][k], seen.pressures_kpa[1][k]);
+            now[T] = S::constant(seen.start_s + step_s * k as f64);
+            if let Some(law) = law {
+                if k == 0 {
+                    let start = Row { variables: &now, p, memory: &[] };
+                    law.starts.values(&start, &mut memory[..len]);
+                } else {
+                    let mut end = now;
+                    end[DT] = S::constant(step_s);
+                    (end[DX], end[X0]) = (now[X] - before[X], before[X]);
+                    let evaluate = |memory: &[S], start: bool, program: &Program, out: &mut [S]| {
+                        let variables = if start { &before } else { &end };
+                        program.values(&Row { variables, p, memory }, out);
+                    };
+                    let old = memory;
+                    law.advance(step_s, &old[..len], &evaluate, |moved| {
+                        memory[..len].copy_from_slice(moved);
+                    });
+                }
+            }
+            let row = Row { variables: &now, p, memory: &memory[..len] };
+            if let Velocity::Of(program) = velocity {
+                seen.velocity_mm_s[k] = program.value(&row);
+            }
+            if let Some(program) = position_mm {
+                seen.displacement_mm[k] = program.value(&row);
+            }
+            for (series, program) in seen.pressures_kpa.iter_mut().zip(pressures_kpa) {
+                if let Some(program) = program {
+                    series[k] = program.value(&row);
+                }
+            }
+            before = now;
+        }
+        if matches!(velocity, Velocity::Difference) {
+            seen.renew_velocity();
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! What expressions read in a simulation of the joint.
+
+use crate::effects::Point;
+use pam_core::Scalar;
+use pam_core::units::MN_PER_N;
+use pam_expression::Inputs;
+use std::cell::Cell;
+
+/// Indices of the variables, in the order of [`Language::joint`](pam_vocabulary::definition::Language::joint).
+pub(super) const X: usize = 0;
+pub(super) const V: usize = 1;
+pub(super) const PF: usize = 2;
+pub(super) const PE: usize = 3;
+const MF: usize = 4;
+const ME: usize = 5;
+pub(super) const FORCE: usize = 6;
+pub(super) const NETWORK: usize = 7;
+pub(super) const T: usize = 8;
+pub(super) const DT: usize = 9;
+pub(super) const DX: usize = 10;
+pub(super) const X0: usize = 11;
+/// Number of the variables.
+pub(super) const VARIABLES: usize = 12;
+
+/// The joint at an instant, with the values of the effect and what it remembers.
+pub(super) struct Instant<'a, S> {
+    pub(super) at: &'a Point<'a, S>,
+    pub(super) p: &'a [S],
+    pub(super) memory: &'a [S],
+    /// Whether the start of the step is meant, not the instant.
+    pub(super) at_start: bool,
+    pressures_kpa: Cell<Option<[S; 2]>>,
+}
+
+impl<'a, S: Scalar> Instant<'a, S> {
+    pub(super) fn new(at: &'a Point<'a, S>, p: &'a [S], memory: &'a [S]) -> Self {
+        Self { at, p, memory, at_start: false, pressures_kpa: Cell::new(None) }
+    }
+
+    pub(super) fn at_start(at: &'a Point<'a, S>, p: &'a [S], memory: &'a [S]) -> Self {
+        Self { at_start: true, ..Self::new(at, p, memory) }
+    }
+
+    fn x(&self) -> S {
+        if self.at_start { self.at.step_start.displacement_mm } else { self.at.displacement_mm }
+    }
+
+    fn v(&self) -> S {
+        if self.at_start { self.at.step_start.velocity_mm_s } else { self.at.velocity_mm_s }
+    }
+
+    fn pressures_kpa(&self) -> [S; 2] {
+        if let Some(known) = self.pressures_kpa.get() {
+            return known;
+        }
+        let found = self.at.air.pressures_kpa(self.x());
+        self.pressures_kpa.set(Some(found));
+        found
+    }
+}
+
+impl<S: Scalar> Inputs<S> for Instant<'_, S> {
+    #[inline]
+    fn input(&self, index: usize) -> S {
+        let at = self.at;
+        match index {
+            X => self.x(),
+            V => self.v(),
+            PF => self.pressures_kpa()[0],
+            PE => self.pressures_kpa()[1],
+            MF => at.air.masses_g()[0],
+            ME => at.air.masses_g()[1],
+            FORCE if self.at_start => at.step_start.driving_mn.scaled(1.0 / MN_PER_N),
+            FORCE => at.driving_mn.scaled(1.0 / MN_PER_N),
+            NETWORK if self.at_start => self.network_n(self.x(), self.v()),
+            NETWORK => at.restoring_mn().scaled(1.0 / MN_PER_N),
+            T if self.at_start => S::constant(at.time_s - at.since_step_s),
+            T => S::constant(at.time_s),
+            DT => S::constant(at.since_step_s),
+            DX => at.displacement_mm - at.step_start.displacement_mm,
+            X0 => at.step_start.displacement_mm,
+            k if k < VARIABLES + self.p.len() => self.p[k - VARIABLES],
+            k => self.memory[k - VARIABLES - self.p.len()],
+        }
+    }
+
+    fn network_n(&self, x: S, v: S) -> S {
+        self.at.base.restoring_mn(x, v).scaled(1.0 / MN_PER_N)
+    }
+}
+
+/// Variables in a row, the values of the effect, and what it remembers.
+pub(super) struct Row<'a, S> {
+    pub(super) variables: &'a [S; VARIABLES],
+    pub(super) p: &'a [S],
+    pub(super) memory: &'a [S],
+}
+
+impl<S: Scalar> Inputs<S> for Row<'_, S> {
+    #[inline]
+    fn input(&self, index: usize) -> S {
+        match index {
+            k if k < VARIABLES => self.variables[k],
+            k if k < VARIABLES + self.p.len() => self.p[k - VARIABLES],
+            k => self.memory[k - VARIABLES - self.p.len()],
+        }
+    }
+}

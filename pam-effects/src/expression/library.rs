@@ -1,0 +1,75 @@
+//! Files of effects, and the effects that this process has from them.
+
+use super::effect::ExpressionEffect;
+use crate::effects::{ALL, AnyEffect};
+use crate::error::EffectError;
+use pam_vocabulary::definition::{EffectDefinition, Language};
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::{LazyLock, Mutex, PoisonError};
+
+/// Effects by the text that defines them. One definition is one effect as long as the process runs, however often it is read.
+static KNOWN: LazyLock<Mutex<HashMap<String, &'static ExpressionEffect>>> =
+    LazyLock::new(Mutex::default);
+
+/// Reads the effects of a TOML file.
+///
+/// They are parts of models and candidates of diagnoses like any effect. [`register`](crate::effects::register) makes
+/// them known by their ids.
+///
+/// # Errors
+/// [`EffectError::File`] with file, line, column and the unknown word or the impossible value.
+pub fn load(path: impl AsRef<Path>) -> Result<Vec<&'static dyn AnyEffect>, EffectError> {
+    let path = path.as_ref();
+    let text = std::fs::read_to_string(path).map_err(|e| EffectError::File {
+        file: path.display().to_string(),
+        message: e.to_string(),
+    })?;
+    read(&text, &path.display().to_string())
+}
+
+/// As [`load`], from text.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse(text: &str) -> Result<Vec<&'static dyn AnyEffect>, EffectError> {
+    read(text, "effects")
+}
+
+/// The effect that a definition in a model file defines.
+pub(crate) fn of_definition(id: &str, text: &str) -> Result<&'static dyn AnyEffect, EffectError> {
+    let file = format!("definition of `{id}`");
+    let effects = read(text, &file)?;
+    effects
+        .into_iter()
+        .find(|e| e.info().id == id)
+        .ok_or_else(|| EffectError::File { file, message: "the text defines other effects".into() })
+}
+
+fn read(text: &str, file: &str) -> Result<Vec<&'static dyn AnyEffect>, EffectError> {
+    let language = Language::joint();
+    let fail = |message: String| EffectError::File { file: file.to_owned(), message };
+    let definitions =
+        EffectDefinition::read_all(text, &language).map_err(|e| fail(e.to_string()))?;
+    definitions
+        .into_iter()
+        .map(|definition| {
+            let id = &definition.id;
+            if ALL.iter().any(|e| e.info().id == id) {
+                return Err(fail(format!(
+                    "there is a built-in effect `{id}`; give yours another id"
+                )));
+            }
+            let text = definition.to_toml(&language);
+            let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some(effect) = known.get(&text) {
+                return Ok(*effect as &'static dyn AnyEffect);
+            }
+            let effect = ExpressionEffect::new(&definition, &language, &text)
+                .map_err(|message| fail(format!("effect `{id}`: {message}")))?;
+            let effect: &'static ExpressionEffect = Box::leak(Box::new(effect));
+            known.insert(text, effect);
+            Ok(effect as &'static dyn AnyEffect)
+        })
+        .collect()
+}

@@ -1,0 +1,7 @@
+"""``python -m pam_ode`` is the program ``pam``."""
+
+import sys
+
+from ._cli import main
+
+sys.exit(main())

@@ -1,0 +1,281 @@
+"""Diagnosis: what a model gets wrong, why, and what knowing it gains."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any, Mapping, Sequence, Union
+
+from . import _pam
+from ._arrays import Array
+from ._html import table
+from ._options import Changes, Path, changes, optional_path
+from ._progress import Progress, shown
+from ._report import write
+from .effects import effects as known_effects
+from .errors import SettingsError
+from .model import Model
+from .recording import Recording, natives
+
+__all__ = ["Anomaly", "Cause", "ChannelReduction", "Diagnosis", "Excitation", "Interval", "Refused", "Trace", "diagnose"]
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A fitted value with its confidence interval."""
+
+    value: float
+    ci95: tuple[float | None, float | None]
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A named cause."""
+
+    effect: str
+    description: str
+    #: Values by name, with units in the names.
+    parameters: dict[str, Interval]
+    #: Share of the error that it removes.
+    share_of_error_removed: float
+    #: How sure its name is: the probability that it belongs to the set of causes.
+    inclusion: float
+    #: Certain, but it removes next to nothing of the error.
+    minor: bool
+    #: Effects that these recordings cannot tell from it.
+    confusable_with: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A candidate that is not named, and why."""
+
+    effect: str
+    inclusion: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Anomaly:
+    """Something in the data that noise does not do and no cause explains."""
+
+    kind: str
+    channel: str
+    recording: str | None
+    time_s: float | None
+    frequency_hz: float | None
+    description: str
+
+
+@dataclass(frozen=True)
+class ChannelReduction:
+    """Errors of a channel on the test set, before and after."""
+
+    channel: str
+    rmse_before: float
+    rmse_after: float
+    r2_before: float | None
+    r2_after: float | None
+    #: Confidence interval of the relative reduction.
+    ci95: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A test recording, measured, and predicted before and after."""
+
+    name: str
+    time_s: Array
+    excitation: Array
+    #: Arrays by channel.
+    measured: dict[str, Array]
+    before: dict[str, Array]
+    after: dict[str, Array]
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """An experiment that separates the named cause from those it is confusable with."""
+
+    name: str
+    #: How far the causes stand apart, in multiples of the noise.
+    separation: float
+    #: Amplitude (N), frequency (Hz) and length (s) of each piece, ``[pieces, 3]``.
+    pieces: Array
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The result of a diagnosis."""
+
+    #: The outcome in a word, like ``explained``.
+    verdict: str
+    #: The outcome in a sentence.
+    sentence: str
+    #: Named causes, the largest share of the error first.
+    causes: tuple[Cause, ...]
+    #: Causes that are certain but remove next to nothing of the error.
+    minor: tuple[Cause, ...]
+    #: What stands against the verdict, in sentences.
+    reasons: tuple[str, ...]
+    #: What is left that noise does not do.
+    anomalies: tuple[Anomaly, ...]
+    #: Candidates that are not named, the most probable first.
+    refused: tuple[Refused, ...]
+    #: Errors of each channel on the test set.
+    channels: tuple[ChannelReduction, ...]
+    #: Relative reduction of the overall error on the test set, and its confidence interval.
+    error_reduction: float
+    error_reduction_ci95: tuple[float, float]
+    _native: _pam.Diagnosis
+
+    @classmethod
+    def _of(cls, native: _pam.Diagnosis) -> Diagnosis:
+        d = json.loads(native.json())
+        gain = d["gain"]
+        return cls(
+            d["verdict"],
+            native.sentence(),
+            tuple(_cause(c, minor=False) for c in d["causes"]),
+            tuple(_cause(c, minor=True) for c in d["minor"]),
+            tuple(d["reasons"]),
+            tuple(
+                Anomaly(a["kind"], a["channel"], a["recording"], a["time_s"], a["frequency_hz"], a["description"])
+                for a in d["anomalies"]
+            ),
+            tuple(Refused(r["effect"], r["inclusion"], r["reason"]) for r in d["refused"]),
+            tuple(
+                ChannelReduction(
+                    key, c["rmse_before"], c["rmse_after"], c["r2_before"], c["r2_after"], (c["ci95"][0], c["ci95"][1])
+                )
+                for key, c in ((key, gain[key]) for key, _ in native.channels())
+            ),
+            gain["overall"]["error_reduction"],
+            (gain["overall"]["ci95"][0], gain["overall"]["ci95"][1]),
+            native,
+        )
+
+    @property
+    def model(self) -> Model:
+        """The model with the named causes; the given one if nothing is named."""
+        return Model._of(self._native.model())
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """Ids of the named causes."""
+        return tuple(c.effect for c in self.causes)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as in ``diagnosis.json``."""
+        found: dict[str, Any] = json.loads(self._native.json())
+        return found
+
+    def report(self, path: Path) -> None:
+        """Writes the report, one self-contained HTML page."""
+        write(path, self._native.report())
+
+    def traces(self) -> list[Trace]:
+        """The test recordings, measured and predicted."""
+        keys = [key for key, _ in self._native.channels()]
+
+        def named(arrays: list[Array]) -> dict[str, Array]:
+            return dict(zip(keys, arrays))
+
+        return [
+            Trace(name, time, excitation, named(measured), named(before), named(after))
+            for name, time, excitation, measured, before, after in self._native.traces()
+        ]
+
+    def design(self) -> list[Excitation]:
+        """Experiments that separate the named cause from those it is confusable with, best first; none if it is not."""
+        return [Excitation(*e) for e in self._native.design()]
+
+    def __repr__(self) -> str:
+        named = ", ".join(self.named) or "nothing"
+        return f"Diagnosis({self.verdict}: {named}; error {-100 * self.error_reduction:+.0f} %)"
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for cause in (*self.causes, *self.minor):
+            for name, interval in cause.parameters.items():
+                low, high = interval.ci95
+                rows.append((cause.effect, name, interval.value, low, high, cause.share_of_error_removed))
+        head = ["cause", "parameter", "value", "95 % from", "to", "share of the error removed"]
+        return f"<p>{self.sentence}</p>" + table(head, rows, repr(self))
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draws the loops of the test recordings with matplotlib; see :func:`pam_ode.plot.diagnosis`."""
+        from . import plot
+
+        return plot.diagnosis(self, axes=axes)
+
+
+def _cause(c: dict[str, Any], *, minor: bool) -> Cause:
+    info = known_effects().get(c["effect"])
+    return Cause(
+        c["effect"],
+        "" if info is None else info.description,
+        {name: Interval(i["value"], (i["ci95"][0], i["ci95"][1])) for name, i in c["parameters"].items()},
+        c["share_of_error_removed"],
+        c["inclusion"],
+        minor,
+        tuple(c["confusable_with"]),
+    )
+
+
+def diagnose(
+    model: Model,
+    data: Union[Recording, Sequence[Recording]],
+    *,
+    held_out: Sequence[Recording] | None = None,
+    baseline: Sequence[Recording] | None = None,
+    effects: Sequence[str] | None = None,
+    settings: Changes | None = None,
+    noise: Mapping[str, float] | None = None,
+    accept_implausible: bool = False,
+    seed: int = 1,
+    masses: str = "auto",
+    surfaces: Path | None = None,
+    progress: Progress = False,
+) -> Diagnosis:
+    """Says what a model gets wrong on recordings, names the causes with their sizes, and measures what knowing them gains.
+
+    Args:
+        model: The model.
+        data: Recordings in which something may be wrong.
+        held_out: Test set that no decision sees; a third of the data, or of the only recording, if absent.
+        baseline: Recordings on which the model was validated: its error there counts as no fault.
+        effects: Ids of the effects that may be named; all if absent.
+        settings: Changes of settings, like ``{"search.max_causes": 4}``.
+        noise: Known standard deviations of means over 20 ms: ``{"x": 0.004, "pf": 0.3}`` (mm, kPa).
+        accept_implausible: Diagnose recordings that contradict the physics of the joint all the same.
+        seed: Seed of the split, the null test and the bootstrap.
+        masses: How sealed air is found: ``auto``, ``gas-law`` or ``surfaces``.
+        surfaces: File of single-muscle surfaces.
+        progress: ``True`` for a bar, or a function of (what, share, text).
+
+    Raises:
+        DiagnoseError: There is too little data, the model diverges on them, or they contradict the physics of the joint.
+    """
+    known = dict(noise or {})
+    deviations = tuple(known.pop(key, None) for key in ("x", "pf", "pe"))
+    if known:
+        raise SettingsError(f"noise: `{next(iter(known))}` is no channel; there are x, pf, pe")
+    if any(d is not None and not d > 0 for d in deviations):
+        raise SettingsError("noise: a standard deviation must be positive")
+    with shown(progress) as function:
+        native = _pam.diagnose(
+            model._native,
+            natives(data),
+            None if held_out is None else natives(held_out),
+            None if baseline is None else natives(baseline),
+            effects=None if effects is None else list(effects),
+            changes=changes(settings),
+            noise=deviations,
+            accept=accept_implausible,
+            seed=seed,
+            masses=masses,
+            surfaces=optional_path(surfaces),
+            progress=function,
+        )
+    return Diagnosis._of(native)

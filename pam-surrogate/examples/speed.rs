@@ -1,0 +1,119 @@
+//! Speed and accuracy of the surrogate engine beside steps through the network.
+//!
+//! ```sh
+//! pam rig record --out logs
+//! cargo run --release -p pam-surrogate --example speed -- pam-cli/models/default.safetensors logs [recordings]
+//! ```
+
+use pam_data::{LoadOptions, MassOrigin, Subject, collect_paths, load_model, open_recordings};
+use pam_solvers::{Interpolation, Tableau};
+use pam_surrogate::SurrogateSettings;
+use pam_trajectory::engine::SurrogateEngine;
+use pam_trajectory::{
+    BatchedEngine, SolverSettings, SquaredError, StepChoice, TrajectoryEngine, TrajectoryGradient,
+    TrajectoryRequest, Windows,
+};
+use std::path::Path;
+use std::time::Instant;
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [model, logs, rest @ ..] = &arguments[..] else {
+        eprintln!("usage: speed MODEL LOGS [RECORDINGS]");
+        return;
+    };
+    let most = rest.first().and_then(|n| n.parse().ok()).unwrap_or(usize::MAX);
+    let saved = load_model(Path::new(model)).expect("a model");
+    let mut paths = collect_paths(&[Path::new(logs).to_owned()]).expect("recordings");
+    paths.sort();
+    let subjects: Vec<Subject> = paths
+        .iter()
+        .take(most)
+        .flat_map(|p| open_recordings(p, &LoadOptions::default()).expect("a recording"))
+        .map(|recording| {
+            let rest = recording.reading_at_rest();
+            let kpa = [rest.pressure_flexor_kpa, rest.pressure_extensor_kpa];
+            let masses = saved.model.gas_law_masses(rest.displacement_mm, kpa);
+            Subject { recording, masses, origin: MassOrigin::GasLaw }
+        })
+        .collect();
+    let samples: usize = subjects.iter().map(|s| s.recording.len()).sum();
+    println!("{} recordings, {samples} samples", subjects.len());
+    let windows = Windows::of(subjects, None);
+    let request = TrajectoryRequest::new(&saved.model, &windows);
+    let loss = SquaredError::published();
+    let linear = Interpolation::Linear;
+    let tight = |tolerance: f64| SolverSettings {
+        tableau: Tableau::tsit5(),
+        step: StepChoice::Adaptive { rtol: tolerance, atol: tolerance },
+        interpolation: linear,
+    };
+    let mut reference =
+        BatchedEngine::<f64>::new(tight(if std::env::var("QUICK").is_ok() { 1e-6 } else { 1e-11 }));
+    let start = Instant::now();
+    let truth = reference.value_and_gradient(&request, &loss).expect("a reference");
+    println!("reference: {:.2} s, value {:.12e}", start.elapsed().as_secs_f64(), truth.value);
+    let count = windows.subjects().len();
+    let of_window = |k: usize, engine: &mut BatchedEngine<f64>| -> Vec<f64> {
+        TrajectoryEngine::<pam_core::AnyForce<f64>>::predicted(engine, k)
+            .iter()
+            .map(|y| y[0])
+            .collect()
+    };
+    let expected: Vec<Vec<f64>> = (0..count).map(|k| of_window(k, &mut reference)).collect();
+    let report = |name: &str, engine: &mut dyn TrajectoryEngine<_>| {
+        let value_s = fastest(|| assert!(engine.value(&request, &loss).is_ok()));
+        let mut found = None;
+        let both_s = fastest(|| found = engine.value_and_gradient(&request, &loss).ok());
+        let found: TrajectoryGradient = found.expect("a gradient");
+        let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let apart: Vec<f64> = found.force.iter().zip(&truth.force).map(|(a, b)| a - b).collect();
+        println!(
+            "{name}: value {value_s:.3} s, value and gradient {both_s:.3} s; value off {:.1e}, gradient off {:.1e}; {:?}",
+            (found.value / truth.value - 1.0).abs(),
+            norm(&apart) / norm(&truth.force),
+            found.statistics,
+        );
+        let mut worst: f64 = 0.0;
+        for k in 0..count {
+            let pairs = engine.predicted(k).iter().zip(&expected[k]);
+            worst = pairs.map(|(a, b)| (a[0] - b).abs()).fold(worst, f64::max);
+        }
+        println!("    displacement off at most {worst:.1e} mm");
+    };
+    for (force_error_mn, step_error_mm) in
+        [(0.03, 1e-8), (0.1, 1e-8), (0.1, 3e-8), (0.3, 3e-8), (0.3, 1e-7), (1.0, 1e-6)]
+    {
+        let settings =
+            SurrogateSettings { force_error_mn, step_error_mm, ..SurrogateSettings::default() };
+        let mut engine = SurrogateEngine::new(linear, settings);
+        report(&format!("surrogate {force_error_mn} mN {step_error_mm} mm"), &mut engine);
+    }
+    let rk4 = SolverSettings {
+        tableau: Tableau::rk4(),
+        step: StepChoice::Constant { step_s: 5e-3 },
+        interpolation: linear,
+    };
+    report("rk4 5 ms f32", &mut BatchedEngine::<f32>::new(rk4));
+}
+
+/// The shortest of three CPU times of all threads together, s; of wall-clock times where the system tells none.
+fn fastest(mut run: impl FnMut()) -> f64 {
+    let started = Instant::now();
+    let now = || cpu_s().unwrap_or_else(|| started.elapsed().as_secs_f64());
+    let times = [(); 3].map(|()| {
+        let start = now();
+        run();
+        now() - start
+    });
+    times.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+fn cpu_s() -> Option<f64> {
+    let tasks = std::fs::read_dir("/proc/self/task").ok()?;
+    let of = |task: std::fs::DirEntry| {
+        let text = std::fs::read_to_string(task.path().join("schedstat")).ok()?;
+        text.split_whitespace().next()?.parse::<f64>().ok()
+    };
+    Some(tasks.flatten().filter_map(of).sum::<f64>() * 1e-9)
+}

@@ -1,0 +1,133 @@
+//! The force at nodes, in batches.
+
+use pam_autodiff::batch::{BatchNetwork, NetworkBlock, NetworkSums};
+use pam_core::simd::AlignedVec;
+use pam_core::{Activation, ForceInput, ForceModel, NetworkForce, SealedMasses};
+
+/// A force with the air of one trajectory, at nodes.
+pub(crate) trait NodeForce {
+    /// The force (mN) at points (mm, mm/s).
+    fn values_into(&mut self, points: &[[f64; 2]], values: &mut [f64]);
+}
+
+/// Any force model, point by point.
+pub(crate) struct PointByPoint<'a, F> {
+    pub(crate) force: &'a F,
+    pub(crate) masses: SealedMasses,
+    pub(crate) work: Vec<f64>,
+}
+
+impl<F: ForceModel<f64>> NodeForce for PointByPoint<'_, F> {
+    fn values_into(&mut self, points: &[[f64; 2]], values: &mut [f64]) {
+        for (value, &[displacement_mm, velocity_mm_s]) in values.iter_mut().zip(points) {
+            let input = ForceInput {
+                displacement_mm,
+                velocity_mm_s,
+                mass_flexor_g: self.masses.flexor_g,
+                mass_extensor_g: self.masses.extensor_g,
+            };
+            *value = self.force.restoring_force_mn(&input, &mut self.work);
+        }
+    }
+}
+
+/// Most points of one pass of the network.
+const BLOCK: usize = 256;
+
+/// A network laid out for batches of points (x, ẋ) at given masses.
+#[derive(Debug)]
+pub(crate) struct NodeNetwork {
+    network: BatchNetwork<f64, Activation>,
+}
+
+/// Memory for the passes of one thread.
+#[derive(Debug)]
+pub(crate) struct NodeWorkspace {
+    input: AlignedVec<f64>,
+    out: AlignedVec<f64>,
+    ones: Vec<f64>,
+    slopes: Vec<f64>,
+    block: NetworkBlock<f64>,
+    sums: NetworkSums<f64>,
+}
+
+/// The network at the masses of one trajectory.
+#[derive(Debug)]
+pub(crate) struct SealedNodes<'a> {
+    network: &'a BatchNetwork<f64, Activation>,
+    masses_g: [f64; 2],
+    bias: Vec<f64>,
+    work: &'a mut NodeWorkspace,
+}
+
+impl NodeNetwork {
+    pub(crate) fn new(force: &NetworkForce<f64>) -> Self {
+        Self { network: BatchNetwork::new(force.mlp(), 2) }
+    }
+
+    pub(crate) fn parameter_len(&self) -> usize {
+        self.network.parameter_len()
+    }
+
+    pub(crate) fn workspace(&self) -> NodeWorkspace {
+        let n = &self.network;
+        NodeWorkspace {
+            input: AlignedVec::zeros(BLOCK * n.input_stride()),
+            out: AlignedVec::zeros(BLOCK * n.output_stride()),
+            ones: vec![1.0; BLOCK],
+            slopes: vec![0.0; BLOCK * n.inputs()],
+            block: n.block(BLOCK),
+            sums: n.sums(BLOCK),
+        }
+    }
+
+    pub(crate) fn sealed<'a>(
+        &'a self,
+        masses_g: [f64; 2],
+        work: &'a mut NodeWorkspace,
+    ) -> SealedNodes<'a> {
+        SealedNodes { network: &self.network, masses_g, bias: self.network.fold(&masses_g), work }
+    }
+}
+
+impl NodeForce for SealedNodes<'_> {
+    fn values_into(&mut self, points: &[[f64; 2]], values: &mut [f64]) {
+        let network = self.network;
+        for (points, values) in points.chunks(BLOCK).zip(values.chunks_mut(BLOCK)) {
+            let NodeWorkspace { input, out, block, .. } = &mut *self.work;
+            write_input(points, network.input_stride(), input);
+            network.values_into(points.len(), &self.bias, input, out, &mut [], block);
+            for (value, out) in values.iter_mut().zip(out.chunks_exact(network.output_stride())) {
+                *value = out[0];
+            }
+        }
+    }
+}
+
+impl SealedNodes<'_> {
+    /// Adds to the derivatives by the network's parameters and by the masses, for cotangents of the force at points.
+    pub(crate) fn pull_back(
+        &mut self,
+        points: &[[f64; 2]],
+        cotangents: &[f64],
+        parameters: &mut [f64],
+        masses: &mut [f64; 2],
+    ) {
+        let network = self.network;
+        for (points, weights) in points.chunks(BLOCK).zip(cotangents.chunks(BLOCK)) {
+            let count = points.len();
+            let NodeWorkspace { input, out, ones, slopes, block, sums } = &mut *self.work;
+            write_input(points, network.input_stride(), input);
+            network.forward_into(count, &self.bias, input, out, &[], block);
+            network.pull_back(count, ones, slopes, &[], block);
+            network.accumulate(count, weights, input, ones, &[], sums, block);
+        }
+        network.drain_into(&mut self.work.sums, &self.masses_g, parameters, masses);
+    }
+}
+
+fn write_input(points: &[[f64; 2]], stride: usize, input: &mut [f64]) {
+    for (to, point) in input.chunks_exact_mut(stride).zip(points) {
+        to[..2].copy_from_slice(point);
+    }
+}

@@ -1,0 +1,102 @@
+//! A trajectory to be solved.
+
+use crate::forcing::ForceSignal;
+use crate::settings::SurrogateSettings;
+use pam_core::SealedMasses;
+use pam_solvers::Interpolation;
+
+/// Root cells along x and along ẋ over the expected motion. Networks bend more often along ẋ.
+const ROOT_CELLS: [f64; 2] = [1.0, 2.0];
+/// Root cells are at least this large, mm and mm/s.
+const SMALLEST_ROOT: [f64; 2] = [0.05, 0.5];
+/// Most points of the expected motion that are looked at.
+const EXPECTED_POINTS: usize = 20_000;
+
+/// One trajectory to be solved and observed.
+#[derive(Debug, Clone, Copy)]
+pub struct SurrogateProblem<'a> {
+    /// The air sealed in the muscles.
+    pub masses: SealedMasses,
+    /// The force on the joint.
+    pub signal: ForceSignal<'a>,
+    /// Start, s.
+    pub t0: f64,
+    /// End, s.
+    pub t1: f64,
+    /// Displacement (mm) and velocity (mm/s) at the start.
+    pub y0: [f64; 2],
+    /// Observation times (s, increasing, within start and end).
+    pub observe_s: &'a [f64],
+    /// Displacements (mm) and velocities (mm/s) near which the motion is expected: the measured ones. The surrogate is made
+    /// there beforehand, and elsewhere on the way; both may be empty.
+    pub expected: [&'a [f64]; 2],
+}
+
+impl SurrogateProblem<'_> {
+    pub(crate) fn observed_at_start(&self) -> usize {
+        self.observe_s.partition_point(|&t| t <= self.t0)
+    }
+
+    /// Most steps that the settings allow.
+    pub(crate) fn most_steps(&self, settings: &SurrogateSettings) -> usize {
+        settings.budget.steps(self.t1 - self.t0, self.signal.times_s.len())
+    }
+
+    /// Middle and size of the root cells.
+    pub(crate) fn roots(&self) -> ([f64; 2], [f64; 2]) {
+        let mut origin = self.y0;
+        let mut width = SMALLEST_ROOT;
+        for d in 0..2 {
+            let range = self.expected[d].iter().fold([self.y0[d]; 2], |[low, high], &v| {
+                if v.is_finite() { [low.min(v), high.max(v)] } else { [low, high] }
+            });
+            origin[d] = 0.5 * (range[0] + range[1]);
+            // The outermost points lie inside.
+            width[d] = (1.01 * (range[1] - range[0]) / ROOT_CELLS[d]).max(SMALLEST_ROOT[d]);
+        }
+        (origin, width)
+    }
+
+    pub(crate) fn expected_points(&self) -> impl Iterator<Item = [f64; 2]> + Clone {
+        let [x, v] = self.expected;
+        let every = (x.len() / EXPECTED_POINTS).max(1);
+        let pairs = x.iter().zip(v).step_by(every).map(|(&x, &v)| [x, v]);
+        pairs.filter(|p| p.iter().all(|c| c.is_finite()))
+    }
+
+    /// Checks the request; the error is the reason why it is inconsistent.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let ForceSignal { times_s, force_mn, interpolation } = self.signal;
+        if times_s.is_empty() || times_s.len() != force_mn.len() {
+            return Err(format!(
+                "{} sample times and {} forces do not make a signal",
+                times_s.len(),
+                force_mn.len()
+            ));
+        }
+        if interpolation == Interpolation::Cubic {
+            return Err("a cubic reading of the force is no straight line between samples; surrogates take it held, \
+                        linear or as a ramp"
+                .into());
+        }
+        if !(self.t0 <= self.t1 && self.t1.is_finite()) {
+            return Err(format!(
+                "the interval from {} to {} s does not run forward",
+                self.t0, self.t1
+            ));
+        }
+        let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
+        if !finite(&self.y0) || !finite(force_mn) {
+            return Err("the initial state or the force is infinite or NaN".into());
+        }
+        let increasing = |times: &[f64]| times.windows(2).all(|pair| pair[0] < pair[1]);
+        if !increasing(times_s) || !increasing(self.observe_s) {
+            return Err("sample and observation times must increase".into());
+        }
+        let within = |t: Option<&f64>| t.is_none_or(|&t| t >= self.t0 && t <= self.t1);
+        if !within(self.observe_s.first()) || !within(self.observe_s.last()) {
+            return Err("an observation lies outside of start and end".into());
+        }
+        Ok(())
+    }
+}

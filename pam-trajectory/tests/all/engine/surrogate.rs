@@ -1,0 +1,103 @@
+//! Surrogates against short steps through the network.
+
+use super::exact::{fine, off, parts, recordings};
+use pam_core::force::{Dense, Mlp};
+use pam_core::{Activation, JointModel, NamedChoice, NetworkForce};
+use pam_data::Subject;
+use pam_solvers::Interpolation;
+use pam_surrogate::SurrogateSettings;
+use pam_trajectory::engine::SurrogateEngine;
+use pam_trajectory::{
+    BatchedEngine, SolverSettings, SquaredError, TrajectoryEngine, TrajectoryRequest, Windows,
+    predict,
+};
+
+/// A joint of some 150 N/mm with an activation of this name, and recordings of it.
+fn joint_with(activation: Activation) -> (JointModel<f64, NetworkForce<f64>>, Vec<Subject>) {
+    let number = |k: usize| (1.7 * k as f64 + 0.3).sin();
+    // Twelve units of any direction, and pairs whose difference is close to a spring and a damper.
+    let mut rows: Vec<f64> =
+        (0..4 * 12).map(|k| number(k) / [0.1, 0.1, 0.8, 15.0][k % 4]).collect();
+    let mut last: Vec<f64> = (0..12).map(|k| 8e3 * number(k + 99)).collect();
+    for (input, scale, slope) in [(2, 4.0, 150e3), (3, 40.0, 5e3)] {
+        for sign in [1.0, -1.0] {
+            let mut row = [0.0; 4];
+            row[input] = sign / scale;
+            rows.extend(row);
+            last.push(sign * slope * scale);
+        }
+    }
+    let bias = (0..12).map(|k| 0.5 * number(k + 70)).chain([0.0; 4]).collect();
+    let hidden = Dense::from_rows(&rows, bias).unwrap();
+    let output = Dense::from_rows(&last, vec![0.0]).unwrap();
+    let force = NetworkForce::new(Mlp::new(vec![hidden, output], activation).unwrap()).unwrap();
+    let model = JointModel::datasheet(force);
+    let subjects = recordings(&model);
+    (model, subjects)
+}
+
+fn surrogate(interpolation: Interpolation) -> SurrogateEngine {
+    let settings = SurrogateSettings {
+        force_error_mn: 1e-3,
+        step_error_mm: 1e-10,
+        ..SurrogateSettings::default()
+    };
+    SurrogateEngine::new(interpolation, settings)
+}
+
+/// Loss and every part of the gradient are those of short steps, for every smooth activation and reading of the force.
+#[test]
+fn surrogate_gradient_is_that_of_short_steps() {
+    let loss = SquaredError::published();
+    let readings = [Interpolation::Hold, Interpolation::Linear, Interpolation::Ramp];
+    let smooth = ["tanh", "softplus", "silu", "gelu", "sine"];
+    let cases = smooth.iter().map(|name| (*name, Interpolation::Linear));
+    for (name, interpolation) in cases.chain(readings.map(|reading| ("silu", reading))) {
+        let (model, subjects) = joint_with(Activation::from_name(name).unwrap());
+        let windows = Windows::of(subjects, None);
+        let request = TrajectoryRequest::new(&model, &windows);
+        let mut engine = surrogate(interpolation);
+        let found = engine.value_and_gradient(&request, &loss).unwrap();
+        assert!(found.failures.is_empty(), "{name}: {:?}", found.failures);
+        let mut steps = BatchedEngine::<f64>::new(fine(interpolation));
+        let expected = steps.value_and_gradient(&request, &loss).unwrap();
+        let value = (found.value / expected.value - 1.0).abs();
+        assert!(value < 1e-6, "{name} {}: value off {value:e}", interpolation.name());
+        for ((what, a), (_, b)) in parts(&found).into_iter().zip(parts(&expected)) {
+            let off = off(&a, &b);
+            assert!(off < 1e-6, "{what} {name} {}: {off:e}", interpolation.name());
+        }
+    }
+}
+
+/// A prediction is that of short steps, pressures too.
+#[test]
+fn surrogate_prediction_is_that_of_short_steps() {
+    let (model, subjects) = joint_with(Activation::from_name("silu").unwrap());
+    let s = &subjects[0];
+    let settings = SolverSettings::surrogate(Interpolation::Linear);
+    let found = predict(&model, &s.recording, s.masses, &settings).unwrap().channels;
+    let steps = fine(Interpolation::Linear);
+    let expected = predict(&model, &s.recording, s.masses, &steps).unwrap().channels;
+    let far =
+        |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(far(&found.x, &expected.x) < 1e-6);
+    assert!(far(&found.v, &expected.v) < 1e-4);
+    assert!(far(&found.pf, &expected.pf) < 1e-4 && far(&found.pe, &expected.pe) < 1e-4);
+}
+
+/// A force with kinks cannot be followed within the tolerance, and that is said.
+#[test]
+fn kinks_are_refused() {
+    let (model, subjects) = joint_with(Activation::from_name("leaky_relu").unwrap());
+    let windows = Windows::of(subjects, None);
+    let request = TrajectoryRequest::new(&model, &windows);
+    let mut engine = surrogate(Interpolation::Linear);
+    let found = engine.value_and_gradient(&request, &SquaredError::published()).unwrap();
+    assert_eq!(found.failures.len(), 2);
+    assert!(
+        found.failures[0].kind.describe(0.0).contains("bends too sharply"),
+        "{:?}",
+        found.failures[0]
+    );
+}

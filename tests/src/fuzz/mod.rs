@@ -1,0 +1,128 @@
+//! Mutated inputs for every reader and every settings file.
+//!
+//! [`Case`] number `n` is always the same input: a seed of the corpus in `tests/fixtures/fuzz`, mutated by what its format
+//! is ([`mutate`]), for one of the [`targets`]. A case is sound if the reader neither panics nor takes longer than
+//! [`LONGEST`], and if every refusal names the file. What is read is used for a moment: a model predicts, a recording is
+//! checked.
+
+pub mod mutate;
+pub mod targets;
+
+use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::time::{Duration, Instant};
+use targets::{TARGETS, Target};
+
+/// Longest time of a case.
+pub const LONGEST: Duration = Duration::from_secs(10);
+
+/// How a case ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Ending {
+    /// The input was read.
+    Read,
+    /// It was refused with a message that names the file.
+    Refused,
+    /// It was refused with a message that does not name the file.
+    Nameless(String),
+    /// It took longer than [`LONGEST`].
+    Slow,
+    /// It panicked.
+    Panicked(String),
+}
+
+/// One mutated input.
+#[derive(Debug)]
+pub struct Case {
+    /// What reads it.
+    pub target: &'static Target,
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+}
+
+impl Case {
+    /// The case of a number.
+    ///
+    /// # Panics
+    /// If the corpus cannot be read.
+    #[must_use]
+    pub fn of(number: u64) -> Self {
+        let target = &TARGETS[(number % TARGETS.len() as u64) as usize];
+        let seed = std::fs::read(target.seed()).expect("the corpus is there");
+        let mut random = ChaCha8Rng::seed_from_u64(number);
+        Self { target, bytes: mutate::mutated(target.kind, &seed, &mut random) }
+    }
+
+    /// Writes the case into a folder and reads it.
+    ///
+    /// # Panics
+    /// If it cannot be written.
+    #[must_use]
+    pub fn run(&self, folder: &Path) -> Ending {
+        let path = folder.join(self.target.file);
+        std::fs::write(&path, &self.bytes).expect("the case can be written");
+        let begun = Instant::now();
+        let outcome = catch_unwind(AssertUnwindSafe(|| (self.target.read)(&path)));
+        if begun.elapsed() > LONGEST {
+            return Ending::Slow;
+        }
+        match outcome {
+            Ok(Ok(())) => Ending::Read,
+            Ok(Err(message)) if message.contains(self.target.file) => Ending::Refused,
+            Ok(Err(message)) => Ending::Nameless(message),
+            Err(panic) => {
+                let text = panic.downcast_ref::<String>().cloned();
+                let text = text.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()));
+                Ending::Panicked(text.unwrap_or_default())
+            }
+        }
+    }
+}
+
+/// Counts of some cases.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Cases by target: read, refused.
+    pub by_target: BTreeMap<&'static str, [u64; 2]>,
+    /// Cases that are not sound, with their numbers.
+    pub unsound: Vec<(u64, &'static str, Ending)>,
+}
+
+impl Counts {
+    /// Adds a case.
+    pub fn add(&mut self, number: u64, target: &'static Target, ending: Ending) {
+        let [read, refused] = self.by_target.entry(target.name).or_default();
+        match ending {
+            Ending::Read => *read += 1,
+            Ending::Refused => *refused += 1,
+            _ => self.unsound.push((number, target.name, ending)),
+        }
+    }
+
+    /// Number of cases.
+    #[must_use]
+    pub fn cases(&self) -> u64 {
+        self.by_target.values().flatten().sum::<u64>() + self.unsound.len() as u64
+    }
+}
+
+/// Runs the cases of these numbers in a folder; `begun` is told each number before it runs, and ends the run if it
+/// returns false.
+pub fn run(
+    numbers: impl IntoIterator<Item = u64>,
+    folder: &Path,
+    mut begun: impl FnMut(u64) -> bool,
+) -> Counts {
+    let mut counts = Counts::default();
+    for number in numbers {
+        if !begun(number) {
+            break;
+        }
+        let case = Case::of(number);
+        counts.add(number, case.target, case.run(folder));
+    }
+    counts
+}
