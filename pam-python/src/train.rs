@@ -66,7 +66,7 @@ pub(crate) fn train(
     if let Some(both) = held_out.iter().find(|h| trained_on.iter().any(|r| r.name == h.inner.name))
     {
         return Err(settings(format!(
-            "`{}` is both trained on and held out; recordings are told apart by their names",
+            "`{}` is both trained on and held out; recordings are distinguished by their names",
             both.inner.name
         )));
     }

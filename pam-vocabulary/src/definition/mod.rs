@@ -201,6 +201,7 @@ impl EffectDefinition {
             .collect();
         Box::leak(Box::new(EffectInfo {
             id: keep(&self.id),
+            name: "",
             group: self.group,
             description: keep(&self.description),
             parameters: Box::leak(parameters.into_boxed_slice()),
