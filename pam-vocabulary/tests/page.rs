@@ -8,12 +8,16 @@ const HEAD: &str = "\
 <!-- Generated from pam-vocabulary; UPDATE_DOCS=1 cargo test -p pam-vocabulary writes it again. -->
 # Effects
 
-An effect is a known way in which a joint differs from its model. This table is the vocabulary of the virtual rig
-(`pam rig record --effect`), the diagnosis (`pam diagnose --effects`), reports, and files. An id never changes once it is
-released; the unit is part of a parameter's name. A fit that ends at a limit of a range refutes the effect. *Absent at* is
-the value at which a parameter contributes nothing: an effect is absent where all of its parameters that have such a value
-take it. *log* marks positive scales that are fitted by their logarithm.
-Errors that no entry explains are reported as `unexplained`, without a name from this list.
+An effect is a known way in which a joint differs from its model. Use its id with the virtual rig (`pam rig record --effect`), the diagnosis
+(`pam diagnose --effects`) and in files; reports show its plain name. An id never changes once it is released.
+
+- The unit is part of a parameter's name. *log* marks positive scales that are fitted as logarithms.
+- *Absent at* is the value at which a parameter contributes nothing. An effect is absent where all its parameters with such a value take it.
+- A fit that ends at a limit of a range rejects the effect.
+- Errors that no entry explains are reported as `unexplained`.
+
+| id | plain name | acts in the |
+|---|---|---|
 ";
 
 fn parameter(p: &ParameterInfo) -> String {
@@ -39,6 +43,9 @@ fn section(e: &EffectInfo) -> String {
 
 fn page() -> String {
     let mut text = HEAD.to_owned();
+    for e in &ALL {
+        let _ = writeln!(text, "| [{id}](#{id}) | {} | {} |", e.plain_name(), e.group.label(), id = e.id);
+    }
     for (group, title) in [
         (Group::Mechanics, "In the mechanics"),
         (Group::Gas, "In the gas"),

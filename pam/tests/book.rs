@@ -27,6 +27,17 @@ fn links(text: &str) -> Vec<String> {
     found
 }
 
+/// Anchors of the headings, as GitHub and mdBook make them.
+fn headings(text: &str) -> BTreeSet<String> {
+    let outside = text.split("```").step_by(2);
+    let lines = outside.flat_map(str::lines).filter(|line| line.starts_with('#'));
+    let anchor = |line: &str| -> String {
+        let kept = line.trim_start_matches('#').trim().to_lowercase();
+        kept.chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c)).map(|c| if c == ' ' { '-' } else { c }).collect()
+    };
+    lines.map(anchor).collect()
+}
+
 fn pages() -> BTreeSet<String> {
     std::fs::read_dir(root().join("docs"))
         .expect("the pages exist")
@@ -59,6 +70,12 @@ fn every_link_leads_to_a_file() {
             }
             let there = file.parent().expect("a folder").join(path);
             assert!(there.exists(), "{}: {target} does not exist", file.display());
+            if let Some((_, anchor)) = target.split_once('#')
+                && path.ends_with(".md")
+            {
+                let headings = headings(&read(&there));
+                assert!(headings.contains(anchor), "{}: {target} is no heading of {headings:?}", file.display());
+            }
             seen += 1;
         }
     }
