@@ -29,15 +29,28 @@ fn main() -> Result<(), Box<dyn Error>> {
     let end_s = measured.time_s.last().copied().ok_or("the run has samples")?;
     let from_s = end_s - 1.0 / FREQUENCY_HZ;
     let panels = [
-        ("Published model", "real-run-published", "model", Role::Predicted, rmse("/gain/x/rmse_before")?),
-        ("With the causes found", "real-run-extended", "extended model", Role::Category(0), rmse("/gain/x/rmse_after")?),
+        (
+            "Published model",
+            "real-run-published",
+            "model",
+            Role::Predicted,
+            rmse("/gain/x/rmse_before")?,
+        ),
+        (
+            "With the causes found",
+            "real-run-extended",
+            "extended model",
+            Role::Category(0),
+            rmse("/gain/x/rmse_after")?,
+        ),
     ];
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\">\n",
         2 * PANEL.0,
         PANEL.1
     );
-    let predictions = panels.each_ref().map(|p| read(&format!("target/{}/predictions/data.csv", p.1)));
+    let predictions =
+        panels.each_ref().map(|p| read(&format!("target/{}/predictions/data.csv", p.1)));
     let [model, extended] = predictions;
     let predictions = [model?, extended?];
     let displacements: Vec<f64> = predictions

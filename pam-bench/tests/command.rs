@@ -54,8 +54,8 @@ fn pages_show_the_measured_results() {
     let mut markers = 0;
     for path in page::pages(&root).unwrap() {
         let text = std::fs::read_to_string(&path).unwrap();
-        let filled = page::fill(&text, &results)
-            .unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        let filled =
+            page::fill(&text, &results).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         assert!(
             text == filled,
             "{} differs from results/: run `cargo run -p pam-bench --bin results -- --write`",
@@ -95,7 +95,13 @@ fn markers_of_pages_are_filled() {
     assert_eq!(filled(table).unwrap(), table, "filling twice changes nothing");
     let code = "```text\n<!--= s.none -->\n```\n";
     assert_eq!(filled(code).unwrap(), code);
-    for wrong in ["<!--= s.none --><!--/-->", "<!--= t.a --><!--/-->", "<!--# s.u --><!--/-->", "<!--= s.a -->", "<!--= s.a .x --><!--/-->"] {
+    for wrong in [
+        "<!--= s.none --><!--/-->",
+        "<!--= t.a --><!--/-->",
+        "<!--# s.u --><!--/-->",
+        "<!--= s.a -->",
+        "<!--= s.a .x --><!--/-->",
+    ] {
         assert!(filled(wrong).is_err(), "{wrong}");
     }
     let broken = study.replace("\"row\": [\"x\"]", "\"row\": [\"z\"]");

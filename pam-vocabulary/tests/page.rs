@@ -44,7 +44,13 @@ fn section(e: &EffectInfo) -> String {
 fn page() -> String {
     let mut text = HEAD.to_owned();
     for e in &ALL {
-        let _ = writeln!(text, "| [{id}](#{id}) | {} | {} |", e.plain_name(), e.group.label(), id = e.id);
+        let _ = writeln!(
+            text,
+            "| [{id}](#{id}) | {} | {} |",
+            e.plain_name(),
+            e.group.label(),
+            id = e.id
+        );
     }
     for (group, title) in [
         (Group::Mechanics, "In the mechanics"),

@@ -33,7 +33,10 @@ fn headings(text: &str) -> BTreeSet<String> {
     let lines = outside.flat_map(str::lines).filter(|line| line.starts_with('#'));
     let anchor = |line: &str| -> String {
         let kept = line.trim_start_matches('#').trim().to_lowercase();
-        kept.chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c)).map(|c| if c == ' ' { '-' } else { c }).collect()
+        kept.chars()
+            .filter(|c| c.is_alphanumeric() || " -_".contains(*c))
+            .map(|c| if c == ' ' { '-' } else { c })
+            .collect()
     };
     lines.map(anchor).collect()
 }
@@ -74,7 +77,11 @@ fn every_link_leads_to_a_file() {
                 && path.ends_with(".md")
             {
                 let headings = headings(&read(&there));
-                assert!(headings.contains(anchor), "{}: {target} is no heading of {headings:?}", file.display());
+                assert!(
+                    headings.contains(anchor),
+                    "{}: {target} is no heading of {headings:?}",
+                    file.display()
+                );
             }
             seen += 1;
         }
@@ -166,7 +173,9 @@ fn plain(text: &str) -> String {
 fn words_are_those_of_the_field() {
     let [prose, names] = words();
     let mut files: Vec<PathBuf> = pages().iter().map(|p| root().join("docs").join(p)).collect();
-    files.extend(["README.md", "CONTRIBUTING.md", "docs/studies/README.md"].map(|name| root().join(name)));
+    files.extend(
+        ["README.md", "CONTRIBUTING.md", "docs/studies/README.md"].map(|name| root().join(name)),
+    );
     for entry in std::fs::read_dir(root()).expect("a readable folder") {
         let path = entry.expect("a readable folder").path();
         if path.file_name().is_some_and(|n| n.to_string_lossy().starts_with("pam")) {
@@ -180,16 +189,21 @@ fn words_are_those_of_the_field() {
     let mut found = Vec::new();
     for file in files {
         let text = read(&file);
-        let (searched, shown) = (plain(&text), file.strip_prefix(root()).unwrap_or(&file).display());
+        let (searched, shown) =
+            (plain(&text), file.strip_prefix(root()).unwrap_or(&file).display());
         for (word, instead) in &prose {
             if searched.contains(&plain(word)) {
                 found.push(format!("{shown}: `{word}`: {instead}"));
             }
         }
         for line in text.lines().map(str::trim_start).filter(|line| line.starts_with("pub ")) {
-            let name = line
-                .split(|c: char| !c.is_alphanumeric() && c != '_')
-                .find(|w| !["pub", "const", "fn", "struct", "enum", "trait", "type", "mod", "static", "unsafe"].contains(w));
+            let name = line.split(|c: char| !c.is_alphanumeric() && c != '_').find(|w| {
+                ![
+                    "pub", "const", "fn", "struct", "enum", "trait", "type", "mod", "static",
+                    "unsafe",
+                ]
+                .contains(w)
+            });
             for (word, instead) in names.iter().filter(|(word, _)| name == Some(word)) {
                 found.push(format!("{shown}: the name `{word}`: {instead}"));
             }
@@ -234,7 +248,9 @@ fn reference(command: &clap::Command, parent: &str, page: &mut String) {
 /// A table of the arguments of a command, those of every command or the others.
 fn options(command: &clap::Command, global: bool) -> String {
     let shown = |a: &&clap::Arg| {
-        a.is_global_set() == global && !a.is_hide_set() && !["help", "version"].contains(&a.get_id().as_str())
+        a.is_global_set() == global
+            && !a.is_hide_set()
+            && !["help", "version"].contains(&a.get_id().as_str())
     };
     let mut table = String::new();
     for argument in command.get_arguments().filter(shown) {
@@ -257,8 +273,11 @@ fn options(command: &clap::Command, global: bool) -> String {
             let names: Vec<String> = values.iter().map(|v| format!("`{}`", v.get_name())).collect();
             help += &format!("; one of {}", names.join(", "));
         }
-        let defaults: Vec<String> =
-            argument.get_default_values().iter().map(|v| v.to_string_lossy().into_owned()).collect();
+        let defaults: Vec<String> = argument
+            .get_default_values()
+            .iter()
+            .map(|v| v.to_string_lossy().into_owned())
+            .collect();
         if argument.get_action().takes_values() && !defaults.is_empty() {
             help += &format!(" (default `{}`)", defaults.join(" "));
         }
@@ -272,7 +291,11 @@ fn cell(help: &str) -> String {
     let line = help.split_whitespace().collect::<Vec<_>>().join(" ");
     let escape = |(k, part): (usize, &str)| {
         let part = part.replace('|', "\\|");
-        if k % 2 == 1 { part } else { part.replace('<', "&lt;").replace('*', "\\*").replace('[', "\\[") }
+        if k % 2 == 1 {
+            part
+        } else {
+            part.replace('<', "&lt;").replace('*', "\\*").replace('[', "\\[")
+        }
     };
     line.split('`').enumerate().map(escape).collect::<Vec<_>>().join("`")
 }

@@ -261,6 +261,17 @@ fn the_real_run_shows_dry_friction() {
     for part in ["1. What is wrong", "2. Why", "3. What changes", "4. What it gains"] {
         assert!(report.contains(part), "{part}");
     }
+    // Title and first sentence are words, with one figure: the reduction of the RMSE of the displacement.
+    let reduction =
+        format!("reduce the error of the displacement by {:.0} %", 100.0 * (1.0 - after / before));
+    let title = report.split("<title>").nth(1).and_then(|rest| rest.split('<').next()).unwrap();
+    assert!(title.contains(&reduction) && title.contains("friction"), "{title}");
+    assert!(
+        !title.contains('_')
+            && printed.contains("reduce the RMSE of the displacement on the test set"),
+        "{title}\n{printed}"
+    );
+    assert!(report.contains("Where the named causes act"));
 
     // The extended model works where models are taken.
     let extended = out.join("model.safetensors");

@@ -9,7 +9,11 @@ use std::process::ExitCode;
 
 /// Numbers and tables of README, book and changelog from the files of results/.
 #[derive(Debug, Parser)]
-#[command(name = "results", version, after_help = "Exit codes: 0 success, 1 error or a page that differs, 2 wrong usage.")]
+#[command(
+    name = "results",
+    version,
+    after_help = "Exit codes: 0 success, 1 error or a page that differs, 2 wrong usage."
+)]
 struct Arguments {
     /// Studies to measure again with their commands (minutes to hours): `peers` is results/peers.json
     names: Vec<String>,
@@ -67,8 +71,7 @@ fn run(arguments: &Arguments) -> Result<bool, ResultsError> {
 /// Whether the page is up to date, now that it may have been written.
 fn update(path: &Path, results: &Results, write: bool) -> Result<bool, ResultsError> {
     let text = std::fs::read_to_string(path).map_err(|e| DataError::io(path, e))?;
-    let filled = page::fill(&text, results)
-        .map_err(|e| DataError::file(path, e.to_string()))?;
+    let filled = page::fill(&text, results).map_err(|e| DataError::file(path, e.to_string()))?;
     if text == filled {
         return Ok(true);
     }

@@ -105,7 +105,10 @@ impl Results {
         let (study, key) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
         let content = self.study(study, name)?;
         let measured = content.values.get(key).ok_or_else(|| {
-            unknown(format!("`{study}` has {}", content.values.keys().cloned().collect::<Vec<_>>().join(", ")))
+            unknown(format!(
+                "`{study}` has {}",
+                content.values.keys().cloned().collect::<Vec<_>>().join(", ")
+            ))
         })?;
         let number = match parts.next() {
             None => content.value_of(measured),
@@ -114,7 +117,9 @@ impl Results {
             Some("spread") => measured.spread,
             Some(_) => return Err(unknown("after the key come `low`, `high` or `spread`".into())),
         };
-        number.ok_or_else(|| unknown("it has no such number, or refers to a cell that is none".into()))
+        number.ok_or_else(|| {
+            unknown("it has no such number, or refers to a cell that is none".into())
+        })
     }
 
     /// The table `STUDY.TABLE`.
@@ -126,14 +131,20 @@ impl Results {
         let content = self.study(study, name)?;
         content.tables.get(key).ok_or_else(|| ResultsError::Unknown {
             name: name.into(),
-            hint: format!("`{study}` has {}", content.tables.keys().cloned().collect::<Vec<_>>().join(", ")),
+            hint: format!(
+                "`{study}` has {}",
+                content.tables.keys().cloned().collect::<Vec<_>>().join(", ")
+            ),
         })
     }
 
     fn study(&self, study: &str, name: &str) -> Result<&Study, ResultsError> {
         self.studies.get(study).ok_or_else(|| ResultsError::Unknown {
             name: name.into(),
-            hint: format!("there are {}", self.studies.keys().cloned().collect::<Vec<_>>().join(", ")),
+            hint: format!(
+                "there are {}",
+                self.studies.keys().cloned().collect::<Vec<_>>().join(", ")
+            ),
         })
     }
 }

@@ -97,7 +97,8 @@ fn number(what: &str, results: &Results) -> Result<String, ResultsError> {
 }
 
 fn unreadable(what: &str) -> ResultsError {
-    let message = format!("`{what}` is not `STUDY.KEY`, `STUDY.KEY .2` or `STUDY.KEY / STUDY.KEY .2`");
+    let message =
+        format!("`{what}` is not `STUDY.KEY`, `STUDY.KEY .2` or `STUDY.KEY / STUDY.KEY .2`");
     ResultsError::Marker { line: 0, message }
 }
 

@@ -127,7 +127,9 @@ impl Study {
             serde_json::from_str(&text).map_err(|e| DataError::file(path, e.to_string()))?;
         let root = path.parent().and_then(Path::parent).unwrap_or(Path::new(""));
         for table in study.tables.values_mut() {
-            if let Some(csv) = table.live_csv.as_ref().map(|csv| root.join(csv)).filter(|csv| csv.exists()) {
+            if let Some(csv) =
+                table.live_csv.as_ref().map(|csv| root.join(csv)).filter(|csv| csv.exists())
+            {
                 table.rows = super::measure::rows(&csv, table.columns.len())?;
             }
         }
@@ -167,7 +169,8 @@ fn pretty(value: &Value, depth: usize, out: &mut String) {
             out.push('{');
             for (k, (key, item)) in map.iter().enumerate() {
                 let comma = if k == 0 { "" } else { "," };
-                let _ = write!(out, "{comma}\n{}{}: ", indent(depth + 1), Value::from(key.as_str()));
+                let _ =
+                    write!(out, "{comma}\n{}{}: ", indent(depth + 1), Value::from(key.as_str()));
                 pretty(item, depth + 1, out);
             }
             let _ = write!(out, "\n{}}}", indent(depth));

@@ -277,7 +277,12 @@ pub fn finish(diagnosis: &JointDiagnosis, folder: impl AsRef<Path>, console: &Co
             console.text(format!(
                 "These recordings do not distinguish {} from {}.",
                 plain_name(&cause.effect),
-                cause.confusable_with.iter().map(|id| plain_name(id)).collect::<Vec<_>>().join(", ")
+                cause
+                    .confusable_with
+                    .iter()
+                    .map(|id| plain_name(id))
+                    .collect::<Vec<_>>()
+                    .join(", ")
             ));
         }
     }

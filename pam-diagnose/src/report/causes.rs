@@ -52,7 +52,7 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
             tr { th { "candidate" } th { "share of the error it removes alone" } th { "fitted values" } th.text { "ends at a limit" } }
             @for r in &d.ranking {
                 tr {
-                    td { (plain_name(&r.effect)) } td { (format!("{:.1} %", 100.0 * r.score)) }
+                    td { (plain_name(&r.effect)) " " code { (r.effect) } } td { (format!("{:.1} %", 100.0 * r.score)) }
                     td { (r.values.iter().map(|v| pam_core::units::significant(*v, 4)).collect::<Vec<_>>().join(", ")) }
                     td.text { (r.at_limit.join(", ")) }
                 }

@@ -103,8 +103,10 @@ fn quantity(name: &str) -> (String, &'static str) {
 
 /// What became worse on the test set, in a sentence; empty if nothing did.
 pub(super) fn worse<M>(d: &Diagnosis<M>) -> String {
-    let worse = d.error_reduction.channels.iter().filter(|c| c.rmse_after > (1.0 + WORSE) * c.rmse_before);
-    let each = worse.map(|c| format!("{} by {}", c.label, percent(c.rmse_after / c.rmse_before - 1.0)));
+    let worse =
+        d.error_reduction.channels.iter().filter(|c| c.rmse_after > (1.0 + WORSE) * c.rmse_before);
+    let each =
+        worse.map(|c| format!("{} by {}", c.label, percent(c.rmse_after / c.rmse_before - 1.0)));
     let each = joined(&each.collect::<Vec<_>>());
     if each.is_empty() { each } else { format!(" The error became larger in {each}.") }
 }
@@ -115,20 +117,4 @@ pub(super) fn minor<M>(d: &Diagnosis<M>) -> String {
         return String::new();
     }
     format!(" Minor, with next to no influence on the error: {}.", with_values(&d.minor))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{capitalised, joined, quantity};
-
-    #[test]
-    fn names_and_units_are_words() {
-        assert_eq!(quantity("force_n"), ("force".into(), "N"));
-        assert_eq!(quantity("velocity_mm_s"), ("velocity".into(), "mm/s"));
-        assert_eq!(quantity("flexor_rate_per_s"), ("flexor rate".into(), "1/s"));
-        assert_eq!(quantity("exponent"), ("exponent".into(), ""));
-        let words = ["a", "b", "c"].map(String::from);
-        assert_eq!([joined(&words[..1]), joined(&words[..2]), joined(&words)], ["a", "a and b", "a, b and c"]);
-        assert_eq!(capitalised("dry friction"), "Dry friction");
-    }
 }

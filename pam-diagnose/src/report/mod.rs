@@ -51,12 +51,18 @@ pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContex
         Verdict::NothingFound => "Diagnosis: no fault found".to_owned(),
         Verdict::Unexplained => "Diagnosis: no listed cause explains the error".to_owned(),
         Verdict::Unconfirmed => "Diagnosis: the test data confirm no cause".to_owned(),
-        Verdict::ModelInadequate => "Diagnosis: the model is too inaccurate for a diagnosis".to_owned(),
+        Verdict::ModelInadequate => {
+            "Diagnosis: the model is too inaccurate for a diagnosis".to_owned()
+        }
         Verdict::Explained | Verdict::PartlyExplained => {
             let names = headline::capitalised(&headline::names(&d.causes));
             let verb = if d.causes.len() == 1 { "reduces" } else { "reduce" };
             match Headline::of(d) {
-                Some(h) => format!("{names} {verb} the error of {} by {}", h.output, percent(h.reduction())),
+                Some(h) => format!(
+                    "{names} {verb} the error of the {} by {}",
+                    h.output,
+                    percent(h.reduction())
+                ),
                 None => format!("Diagnosis: {names}"),
             }
         }
@@ -79,7 +85,7 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
     let reduction = Headline::of(d).map_or_else(String::new, |h| {
         let n = |v| significant(v, 3);
         format!(
-            " {verb} the RMSE of {} on the test set from {} to {} {}, by {}",
+            " {verb} the RMSE of the {} on the test set from {} to {} {}, by {}",
             h.output,
             n(h.before),
             n(h.after),

@@ -163,14 +163,13 @@ impl ChannelResidual {
         let (name, unit) = (&self.name, &self.unit);
         let n = |v: f64| significant(v, 3);
         let mut text = format!(
-            "The {name} is off by {} {unit} (RMS), {} times the {} {unit} of the noise and the \
-             baseline discrepancy",
+            "The RMS residual of the {name} is {} {unit}, {} times its noise and baseline discrepancy ({} {unit})",
             n(self.rms),
             significant(self.ratio(), 2),
             n(self.noise)
         );
         if self.ratio() < settings.nothing_ratio {
-            return text + ": nothing to explain.";
+            return text + ": there is nothing to explain.";
         }
         if self.mean.abs() > settings.steady_share * self.rms {
             text += &format!("; most of it is a steady {} {unit}", n(self.mean));

@@ -59,10 +59,7 @@ fn parts() -> PossibleValuesParser {
 
 /// Help of `pam rig record --protocol`.
 fn protocols() -> String {
-    format!(
-        "A built-in protocol ({}), or a TOML file",
-        Protocol::BUILT_IN.join(", ")
-    )
+    format!("A built-in protocol ({}), or a TOML file", Protocol::BUILT_IN.join(", "))
 }
 
 /// Help of `pam rig record --conditions`.
