@@ -168,6 +168,7 @@ mod book {
     #![doc = include_str!("../../docs/reproduction.md")]
     #![doc = include_str!("../../docs/experiments.md")]
     #![doc = include_str!("../../docs/peers.md")]
+    #![doc = include_str!("../../docs/robustness.md")]
     #![doc = include_str!("../../docs/other-tools.md")]
     #![doc = include_str!("../../docs/gallery.md")]
     #![doc = include_str!("../../docs/api-tour.md")]
