@@ -96,7 +96,7 @@ pub struct GlobalOptions {
     /// (docs/own-rig.md); `pam rig-file init FILE` writes a draft [default: the one saved in the model, if any]
     #[arg(long, global = true, value_name = "RIG.toml")]
     pub rig_file: Option<PathBuf>,
-    /// What `rig_file` holds, once it was read: a command asks in several places.
+    /// The contents of `rig_file` once it was read: a command needs them in several places.
     #[arg(skip)]
     rig: OnceLock<RigFile>,
     /// File of effects that are defined by expressions (docs/own-effects.md), which are then known by their ids like

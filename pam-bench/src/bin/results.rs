@@ -68,7 +68,7 @@ fn run(arguments: &Arguments) -> Result<bool, ResultsError> {
     Ok(same)
 }
 
-/// Whether the page is up to date, now that it may have been written.
+/// Compares the page with the results, or writes it; `true` if it is up to date afterwards.
 fn update(path: &Path, results: &Results, write: bool) -> Result<bool, ResultsError> {
     let text = std::fs::read_to_string(path).map_err(|e| DataError::io(path, e))?;
     let filled = page::fill(&text, results).map_err(|e| DataError::file(path, e.to_string()))?;

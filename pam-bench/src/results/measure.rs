@@ -6,8 +6,8 @@ use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// Runs the commands of a study from `root` and reads the numbers and tables that they write; says what no command writes, whose
-/// values stay as they were. Commit, date, machine and cores become those of this run.
+/// Runs the commands of a study from `root` and reads the numbers and tables that they write. Also returns the names of values and
+/// tables that no command writes and that stay unchanged. Commit, date, machine and cores become those of this run.
 ///
 /// # Errors
 /// [`ResultsError::Command`] if a command fails, [`ResultsError::Missing`] if it did not write what the study reads.

@@ -58,7 +58,7 @@ pub enum ResultsError {
     Missing {
         /// The file.
         path: PathBuf,
-        /// What it lacks.
+        /// The missing number or columns.
         message: String,
     },
 }

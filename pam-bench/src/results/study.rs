@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
-/// What was measured together.
+/// Numbers and tables that were measured together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
-    /// What is measured, in a line.
+    /// One line on the measurement.
     pub title: String,
     /// Shell commands that measure it again, run in this order from the root of the repository.
     pub commands: Vec<String>,
@@ -25,7 +25,7 @@ pub struct Study {
     pub machine: String,
     /// Cores that the programs could use.
     pub cores: u32,
-    /// What one must know to read the numbers: repeats, several commits, a machine under load.
+    /// Conditions of the measurement: repeats, several commits, a machine under load.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub note: String,
     /// Single numbers.
@@ -58,7 +58,7 @@ pub struct Measured {
     /// Standard deviation over repeats, seeds or recordings.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spread: Option<f64>,
-    /// What it is.
+    /// Description.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub about: String,
     /// Where a command of the study writes it.

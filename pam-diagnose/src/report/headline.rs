@@ -101,7 +101,7 @@ fn quantity(name: &str) -> (String, &'static str) {
     (name.replace('_', " "), "")
 }
 
-/// What became worse on the test set, in a sentence; empty if nothing did.
+/// A sentence on the channels whose error rose on the test set; empty if there are none.
 pub(super) fn worse<M>(d: &Diagnosis<M>) -> String {
     let worse =
         d.error_reduction.channels.iter().filter(|c| c.rmse_after > (1.0 + WORSE) * c.rmse_before);

@@ -137,9 +137,9 @@ settings! {
         rows_per_order: usize = 15, "rows", COUNT, USUAL;
         /// Multiple of the robust standard deviation to which outliers are limited before the noise is learned.
         largest_deviations: f64 = 5.0, "–", FACTOR, USUAL;
-        /// Least share of the rows that count as degrees of freedom beside a flexible model.
+        /// Least share of the rows that count as degrees of freedom next to a flexible model.
         least_freedom: f64 = 0.25, "–", [1e-3, 1.0], USUAL;
-        /// Observations that the common size of the noise is worth beside those of each recording.
+        /// Weight of the common size of the noise relative to the observations of each recording.
         relative_observations: f64 = 50.0, "observations", COST, USUAL;
         /// Longest lag at which the autocorrelation of a residual is summed, as a share of its rows.
         lag_share: f64 = 0.25, "–", SHARE, USUAL;
@@ -201,9 +201,9 @@ settings! {
         singles: usize = 8, "candidates", COUNT, TIME;
         /// Pairs that are fitted after the screening.
         pairs: usize = 4, "pairs", COUNT, TIME;
-        /// Starting values of each candidate, the best of the first screening, that are screened beside a set.
+        /// Starting values of each candidate, the best of the first screening, that are screened in addition to a set.
         starts: usize = 2, "values", COUNT, TIME;
-        /// Candidates that are fitted beside a set.
+        /// Candidates that are fitted in addition to a set.
         additions: usize = 4, "candidates", COUNT, TIME;
         /// Candidates that are fitted in place of a member.
         exchanges: usize = 6, "candidates", COUNT, TIME;
@@ -269,7 +269,7 @@ settings! {
         named_share: f64 = 0.25, "–", SHARE, STUDIES;
         /// Probability with which a channel without error is inside its noise band.
         band_probability: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
-        /// Observations that the Gaussian scatter of the blocks is worth beside the scatter that they show.
+        /// Weight of the Gaussian scatter of the blocks, in blocks, relative to their observed scatter.
         band_observations: f64 = 3.0, "blocks", COST, USUAL;
         /// Least share of what is left of a channel that a flexible model must learn for it to be an error of the model.
         learnable_share: f64 = 0.05, "–", SHARE, STUDIES;
