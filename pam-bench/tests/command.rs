@@ -86,6 +86,7 @@ fn markers_of_pages_are_filled() {
         ("s.a.low", "−1.5"),
         ("s.b", "4"),
         ("s.b / s.a .0", "325"),
+        ("s.a / s.b .1%-", "99.7"),
     ] {
         let text = format!("It is <!--= {marker} -->old<!--/--> s.");
         assert_eq!(filled(&text).unwrap(), format!("It is <!--= {marker} -->{shown}<!--/--> s."));

@@ -110,6 +110,7 @@ fn shown(value: f64, format: Option<&str>) -> Option<String> {
     Some(minus(&match kind {
         "" => format!("{value:.digits$}"),
         "%" => format!("{:.digits$}", 100.0 * value),
+        "%-" => format!("{:.digits$}", 100.0 * (1.0 - value)),
         "e" => format!("{value:.digits$e}"),
         "g" => {
             let magnitude = value.abs().log10().floor() as i32;
