@@ -237,6 +237,8 @@ def test_an_interrupt_ends_a_long_call() -> None:
 
     # A training that would take hours.
     code = (
+        # A process that was started in the background may have inherited to ignore the signal.
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "import numpy as np, pam_ode as pam\n"
         "time = np.arange(500) * 2e-3\n"
         "m = pam.load('spring-damper')\n"

@@ -23,6 +23,21 @@ impl StepBudget {
     /// 1e-6 takes one half, and one more at each sample of a force that is held.
     pub const RUNGE_KUTTA: Self =
         Self { per_s: 5e3, burst: 50_000, per_sample: 20, least: 100_000 };
+    /// For Runge–Kutta methods at a tolerance: [`RUNGE_KUTTA`](Self::RUNGE_KUTTA) down to 1e-6, and more below as the steps of a
+    /// method of second order get shorter, which is what kinks of force and input leave of any order.
+    #[must_use]
+    pub fn at_tolerance(tolerance: f64) -> Self {
+        let factor = (1e-6 / tolerance).cbrt().max(1.0);
+        let more = |count: usize| (count as f64 * factor) as usize;
+        let usual = Self::RUNGE_KUTTA;
+        Self {
+            per_s: usual.per_s * factor,
+            burst: more(usual.burst),
+            per_sample: more(usual.per_sample),
+            least: more(usual.least),
+        }
+    }
+
     /// For closed-form steps, which are fifty times cheaper.
     pub const CLOSED_FORM: Self =
         Self { per_s: 1e5, burst: 500_000, per_sample: 200, least: 2_000_000 };

@@ -91,13 +91,12 @@ impl SolverSettings {
         self.interpolation != Interpolation::Cubic && ReluNetwork::applies_to(force)
     }
 
-    /// The largest number of steps over a recording of this length (s) with so many samples. `None` for constant steps,
-    /// whose number is known, and for the exact method and surrogates, which have limits of
-    /// their own.
+    /// The largest number of steps. `None` for constant steps, whose number is known, and for the exact method and surrogates,
+    /// which have limits of their own.
     #[must_use]
-    pub fn most_steps(&self, length_s: f64, samples: usize) -> Option<usize> {
+    pub fn step_budget(&self) -> Option<StepBudget> {
         match self.step {
-            StepChoice::Adaptive { .. } => Some(StepBudget::RUNGE_KUTTA.steps(length_s, samples)),
+            StepChoice::Adaptive { rtol, atol } => Some(StepBudget::at_tolerance(rtol.min(atol))),
             StepChoice::Constant { .. } | StepChoice::Exact | StepChoice::Surrogate => None,
         }
     }
@@ -273,8 +272,9 @@ pub(crate) fn predict_from<F: ForceModel<f64>>(
     let save = SaveAt::Times(times);
     let tableau = settings.tableau.clone();
     let mut integrator = Integrator::new(tableau, controller);
-    if let Some(most) = settings.most_steps(t1 - t0, recording.len()) {
-        integrator = integrator.with_max_steps(most).with_step_budget(StepBudget::RUNGE_KUTTA);
+    if let Some(budget) = settings.step_budget() {
+        let most = budget.steps(t1 - t0, recording.len());
+        integrator = integrator.with_max_steps(most).with_step_budget(budget);
     }
     match integrator.solve(&term, t0, t1, &y0, save) {
         Ok(solution) => within_limits(model, recording, Prediction::from_solution(&solution)),

@@ -5,7 +5,7 @@ use crate::error::{CliError, usage};
 use clap::Args;
 use pam_core::NamedChoice;
 use pam_data::SavedModel;
-use pam_effects::engine::{AUTO, EXACT, EngineChoice};
+use pam_effects::engine::{AUTO, EXACT, EngineChoice, SURROGATE};
 use pam_solvers::{Interpolation, Tableau};
 use pam_trajectory::{SolverSettings, StepChoice};
 use serde_json::{Value, json};
@@ -24,8 +24,8 @@ pub struct SolverOptions {
 /// Help of `--method` of the commands that simulate.
 fn solver_methods() -> String {
     format!(
-        "exact (closed form, for networks of leaky_relu or relu), a Runge–Kutta method ({}), or auto: exact \
-         where it applies and no steps or tolerances are given, else tsit5",
+        "exact (closed form, for networks of leaky_relu or relu), surrogate (a piecewise polynomial of a smooth force), a \
+         Runge–Kutta method ({}), or auto: exact where it applies and no steps or tolerances are given, else tsit5",
         Tableau::NAMES.join(", ")
     )
 }
@@ -67,16 +67,22 @@ impl StepOptions {
         self.step_ms.is_some() || self.rtol != DEFAULT_TOLERANCE || self.atol != DEFAULT_TOLERANCE
     }
 
-    /// The settings for a model and a method: `exact`, `auto` or a Runge–Kutta method.
+    /// The settings for a model and a method: `exact`, `surrogate`, `auto` or a Runge–Kutta method.
     ///
     /// # Errors
-    /// As [`settings`](Self::settings), and [`CliError::Usage`] if the exact method is asked for where
+    /// As [`settings`](Self::settings), and [`CliError::Usage`] if the exact method or a surrogate is asked for where
     /// it does not apply.
     pub fn settings_for(
         &self,
         method: &str,
         saved: &SavedModel,
     ) -> Result<SolverSettings, CliError> {
+        if [EXACT, SURROGATE].contains(&method) {
+            self.check_own_steps(method, saved)?;
+        }
+        if method == SURROGATE {
+            return Ok(SolverSettings::surrogate(self.input));
+        }
         let general =
             self.settings(if [AUTO, EXACT].contains(&method) { "tsit5" } else { method })?;
         let choice = EngineChoice {
@@ -85,17 +91,6 @@ impl StepOptions {
         };
         let settings = choice.settings_for(&saved.model.force, !saved.info.effects.is_empty());
         match method {
-            EXACT if self.are_given() => Err(CliError::Usage(
-                "--method exact takes no steps and has no error to control: drop --step-ms, --rtol \
-                 and --atol"
-                    .into(),
-            )),
-            EXACT if !saved.info.effects.is_empty() => Err(CliError::Usage(
-                "--method exact: the model is extended by effects, which are not piecewise affine".into(),
-            )),
-            EXACT if settings.interpolation == Interpolation::Cubic => Err(CliError::Usage(
-                "--method exact reads the force as zoh, linear or ramp, not cubic".into(),
-            )),
             EXACT if settings.step != StepChoice::Exact => Err(CliError::Usage(format!(
                 "--method exact is for networks of leaky_relu or relu; this model is a {}; leave \
                  --method out",
@@ -103,6 +98,23 @@ impl StepOptions {
             ))),
             _ => Ok(settings),
         }
+    }
+
+    /// Checks that a method with steps of its own is given none, and that the model is one that it takes.
+    fn check_own_steps(&self, method: &str, saved: &SavedModel) -> Result<(), CliError> {
+        let refuse = |why: &str| Err(CliError::Usage(format!("--method {method}{why}")));
+        if self.are_given() {
+            return refuse(
+                " takes no steps and has no error to control: drop --step-ms, --rtol and --atol",
+            );
+        }
+        if !saved.info.effects.is_empty() {
+            return refuse(": the model is extended by effects, which it does not simulate");
+        }
+        if self.input == Interpolation::Cubic {
+            return refuse(" reads the force as zoh, linear or ramp, not cubic");
+        }
+        Ok(())
     }
 
     /// The settings for the Runge–Kutta method of this name.
@@ -138,8 +150,13 @@ impl StepOptions {
 /// Solver settings as JSON, for run folders.
 #[must_use]
 pub fn solver_json(settings: &SolverSettings) -> Value {
-    if settings.step == StepChoice::Exact {
-        return json!({ "method": EXACT, "input": settings.interpolation.name() });
+    let own = match settings.step {
+        StepChoice::Exact => Some(EXACT),
+        StepChoice::Surrogate => Some(SURROGATE),
+        _ => None,
+    };
+    if let Some(method) = own {
+        return json!({ "method": method, "input": settings.interpolation.name() });
     }
     json!({
         "method": settings.tableau.name,

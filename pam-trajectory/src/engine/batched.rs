@@ -12,7 +12,7 @@ use pam_core::Activation;
 use pam_core::simd::Float;
 use pam_solvers::input::InputError;
 use pam_solvers::{
-    BatchGradient, BatchWorkspace, BatchedIntegrator, SampledInput, StepBudget, TrajectoryProblem,
+    BatchGradient, BatchWorkspace, BatchedIntegrator, SampledInput, TrajectoryProblem,
 };
 
 /// Trajectories in batches and their discrete adjoint, for networks with sealed chambers. The network runs in
@@ -47,13 +47,14 @@ impl<T: Float> BatchedEngine<T> {
             EngineError::Request("the closed form has an engine of its own".into())
         })?;
         let mut integrator = BatchedIntegrator::new(self.settings.tableau.clone(), controller);
-        let most = (0..request.len()).filter_map(|k| {
-            let r = &request.subject(k).recording;
-            let (t0, t1) = r.span_s();
-            self.settings.most_steps(t1 - t0, r.len())
-        });
-        if let Some(most) = most.max() {
-            integrator = integrator.with_max_steps(most).with_step_budget(StepBudget::RUNGE_KUTTA);
+        if let Some(budget) = self.settings.step_budget() {
+            let of_window = |k: usize| {
+                let r = &request.subject(k).recording;
+                let (t0, t1) = r.span_s();
+                budget.steps(t1 - t0, r.len())
+            };
+            let most = (0..request.len()).map(of_window).max().unwrap_or(0);
+            integrator = integrator.with_max_steps(most).with_step_budget(budget);
         }
         let motion = SealedMotion::<T, Activation>::new(request.model, network);
         let problems = (0..request.len())

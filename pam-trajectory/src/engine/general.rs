@@ -10,8 +10,7 @@ use pam_core::{JointField, ParametricField, ParametricForce};
 use pam_data::Recording;
 use pam_solvers::sensitivity::{Direction, Gradient, MethodSetup, Problem};
 use pam_solvers::{
-    FailureKind, Fixed, Integrator, PidController, SampledInput, StepBudget, StepController,
-    TrajectoryFailure,
+    FailureKind, Fixed, Integrator, PidController, SampledInput, StepController, TrajectoryFailure,
 };
 use rayon::prelude::*;
 use std::ops::Range;
@@ -119,8 +118,9 @@ impl GeneralEngine {
         let measured: &Recording = &subject.recording;
         let mut integrator = Integrator::new(self.settings.tableau.clone(), controller);
         let length_s = measured.span_s().1 - measured.span_s().0;
-        if let Some(most) = self.settings.most_steps(length_s, measured.len()) {
-            integrator = integrator.with_max_steps(most).with_step_budget(StepBudget::RUNGE_KUTTA);
+        if let Some(budget) = self.settings.step_budget() {
+            let most = budget.steps(length_s, measured.len());
+            integrator = integrator.with_max_steps(most).with_step_budget(budget);
         }
         let force =
             SampledInput::new(&measured.time_s, &measured.force_mn, self.settings.interpolation)?;

@@ -16,7 +16,7 @@ use pam_core::{ModelError, NamedChoice, ParametricForce};
 use pam_data::atomic::write_atomic;
 use pam_data::formats::npz::{self, Array};
 use pam_data::{SavedModel, Subject};
-use pam_effects::engine::{AUTO, EXACT, EngineChoice, choose};
+use pam_effects::engine::{AUTO, EXACT, EngineChoice, SURROGATE, choose};
 use pam_numerics::statistics::median;
 use pam_report::{GradientBlock, GradientReport, gradient_report};
 use pam_solvers::Tableau;
@@ -76,7 +76,7 @@ pub struct GradientArguments {
 
 /// Parser of `pam gradient --solver`.
 fn tableaux() -> PossibleValuesParser {
-    Tableau::NAMES.iter().copied().chain([EXACT]).into()
+    Tableau::NAMES.iter().copied().chain([EXACT, SURROGATE]).into()
 }
 
 /// A loss with the text that names it.
@@ -110,7 +110,8 @@ fn losses() -> String {
 fn gradient_methods() -> String {
     let named = GradientChoice::ALL.iter().map(|(name, c)| format!("{name} ({})", c.describe()));
     format!(
-        "Gradient method: exact (closed form, for networks of leaky_relu or relu), {}, or auto: exact where \
+        "Gradient method: exact (closed form, for networks of leaky_relu or relu), surrogate (a piecewise polynomial of a \
+         smooth network), {}, or auto: exact where \
          it applies, else adjoint",
         named.collect::<Vec<_>>().join(", ")
     )
@@ -156,16 +157,20 @@ fn engine_choice(
     let precision = arguments.precision;
     let single = precision == Precision::F32;
     let (settings, gradient) = match arguments.method.as_str() {
-        EXACT if solver.is_some_and(|s| s != EXACT) => {
-            return Err(CliError::Usage(
-                "--method exact solves in closed form; drop --solver".into(),
-            ));
+        method @ (EXACT | SURROGATE) if solver.is_some_and(|s| s != method) => {
+            return Err(CliError::Usage(format!(
+                "--method {method} solves in its own way; drop --solver"
+            )));
         }
-        EXACT if single => {
-            return Err(CliError::Usage("--method exact runs in doubles; drop --precision".into()));
+        method @ (EXACT | SURROGATE) if single => {
+            return Err(CliError::Usage(format!(
+                "--method {method} runs in doubles; drop --precision"
+            )));
         }
-        // The closed form's gradient is the adjoint of its pieces.
-        EXACT => (arguments.steps.settings_for(EXACT, saved)?, GradientChoice::Adjoint),
+        // Their gradients are the adjoints of their own steps.
+        method @ (EXACT | SURROGATE) => {
+            (arguments.steps.settings_for(method, saved)?, GradientChoice::Adjoint)
+        }
         AUTO if solver.is_none() && !single => {
             (arguments.steps.settings_for(AUTO, saved)?, GradientChoice::Adjoint)
         }
@@ -184,7 +189,8 @@ fn engine_choice(
 fn with_own_names(error: ModelError) -> ModelError {
     match error {
         ModelError::UnknownName { kind, name, known } => {
-            ModelError::UnknownName { kind, name, known: format!("{known}, {EXACT}, {AUTO}") }
+            let known = format!("{known}, {EXACT}, {SURROGATE}, {AUTO}");
+            ModelError::UnknownName { kind, name, known }
         }
         other => other,
     }
@@ -222,7 +228,11 @@ impl Progress for Bar {
 impl Work<'_> {
     /// Name of the method.
     fn method(&self) -> &'static str {
-        if self.settings.step == StepChoice::Exact { EXACT } else { self.choice.gradient.name() }
+        match self.settings.step {
+            StepChoice::Exact => EXACT,
+            StepChoice::Surrogate => SURROGATE,
+            _ => self.choice.gradient.name(),
+        }
     }
 
     fn subjects(&self) -> &[Subject] {
