@@ -1,4 +1,4 @@
-//! The whole of `pam` with an effect, an activation and a loss of one's own: `cargo run --release -- --help`.
+//! The complete `pam` with a custom effect, activation and loss: `cargo run --release -- --help`.
 
 mod detent;
 mod log_cosh;

@@ -1,4 +1,4 @@
-//! A system of one's own: a servo axis, of which position and motor voltage are recorded.
+//! Your own system: a servo axis with recorded position and motor voltage.
 //!
 //! The model knows viscous friction only. The diagnosis names what it misses out of the candidates below.
 //!
