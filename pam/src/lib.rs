@@ -7,6 +7,7 @@
 //! | [`autodiff`] | `pam-autodiff` | | duals, tape, finite differences, exact ∂f/∂x |
 //! | [`solvers`] | `pam-solvers` | | Runge–Kutta methods, adjoints, batched trajectories |
 //! | [`exact`] | `pam-exact` | `joint` | closed form of networks of LeakyReLU and ReLU |
+//! | [`surrogate`] | `pam-surrogate` | `joint` | smooth networks on piecewise polynomials of their force |
 //! | [`data`] | `pam-data` | `joint` | recordings, models, their files |
 //! | [`vocabulary`] | `pam-vocabulary` | `fields` | the effects that rig and diagnosis share, as data |
 //! | [`expression`] | `pam-expression` | `fields` | expressions over named numbers, as terms of any field |
@@ -85,6 +86,8 @@ pub use pam_report as report;
 #[cfg(feature = "rig")]
 pub use pam_rig as rig;
 pub use pam_solvers as solvers;
+#[cfg(feature = "joint")]
+pub use pam_surrogate as surrogate;
 #[cfg(feature = "fields")]
 pub use pam_train as train;
 #[cfg(feature = "joint")]

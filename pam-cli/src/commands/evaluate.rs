@@ -17,7 +17,7 @@ use pam_data::{Channel, SavedModel, Subject};
 use pam_effects::ExtendedModel;
 use pam_report::page::number;
 use pam_report::{EvaluationContext, evaluation_report};
-use pam_train::{Evaluation, evaluate_with};
+use pam_train::{Evaluation, evaluate_joint};
 use pam_trajectory::SolverSettings;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -96,7 +96,7 @@ pub fn evaluate_into(
     let folder = folder.as_ref();
     let bar = console.progress(subjects.len(), "predicting");
     let extended = ExtendedModel::from_saved(saved.clone())?;
-    let evaluation = evaluate_with(&extended, &saved.model, subjects, settings, &|| bar.inc(1));
+    let evaluation = evaluate_joint(&extended, &saved.model, subjects, settings, &|| bar.inc(1));
     bar.finish_and_clear();
 
     let bar = console.progress(evaluation.recordings.len(), "writing");

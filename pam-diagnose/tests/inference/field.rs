@@ -118,9 +118,7 @@ fn terms_of_a_field_are_expressions() {
     let integrator = integrator();
     let problem =
         FieldProblem::new(&model, &experiments, Outputs::of_unknown_noise([0]), &integrator);
-    let options =
-        FieldOptions { initial_state_deviation: Some(vec![0.1, 0.0]), ..FieldOptions::default() };
-    let found = diagnose_field(&problem, &candidates, &options).unwrap();
+    let found = diagnose_field(&problem, &candidates, &options()).unwrap();
     assert_eq!((found.verdict, found.named()), (Verdict::Explained, vec!["dry_friction"]));
     let (name, friction) = found.causes[0].parameters[0];
     assert!(name == "f" && friction.contains(FRICTION), "{friction:?}");

@@ -8,7 +8,7 @@ use crate::balance::ForceBalance;
 use crate::segments::{Segment, frequency_segments};
 use pam_core::parallel;
 use pam_core::units::MN_PER_N;
-use pam_core::{ForceModel, JointModel};
+use pam_core::{AnyForce, ForceModel, JointModel};
 use pam_data::{Recording, Subject};
 use pam_trajectory::metrics::{PerChannel, Scores};
 use pam_trajectory::predict::{Predictor, SolverSettings};
@@ -50,6 +50,19 @@ pub fn evaluate_with<F: ForceModel<f64> + Sync>(
     }
     let mean = Scores::mean(recordings.iter().map(|r| &r.scores));
     Evaluation { recordings, failed, mean }
+}
+
+/// [`evaluate_with`] for a joint with a force of any kind. It is compiled here: a generic function is compiled in the crate
+/// that calls it, and commands are compiled without optimisation.
+#[inline(never)]
+pub fn evaluate_joint(
+    predictor: &dyn Predictor,
+    joint: &JointModel<f64, AnyForce<f64>>,
+    subjects: Vec<Subject>,
+    settings: &SolverSettings,
+    done: &(dyn Fn() + Sync),
+) -> Evaluation {
+    evaluate_with(predictor, joint, subjects, settings, done)
 }
 
 fn evaluate_one<F: ForceModel<f64>>(
