@@ -12,7 +12,8 @@ use pam_vocabulary::expression::{Expression, ExpressionError, Scope};
 ///
 /// let friction = Compiled::new("-c * tanh(v / 0.5)", &["v", "c"])?;
 /// assert_eq!(friction.value(&[0.0, 3.0]), 0.0);
-/// assert!((friction.value(&[10.0, 3.0]) + 3.0).abs() < 1e-12);
+/// let sliding: f64 = friction.value(&[10.0, 3.0]);
+/// assert!((sliding + 3.0).abs() < 1e-12);
 /// let error = Compiled::new("-c * tanh(w)", &["v", "c"]).expect_err("there is no w");
 /// assert_eq!(error.column, 11);
 /// # Ok::<(), pam_vocabulary::expression::ExpressionError>(())

@@ -43,8 +43,9 @@ pub struct Term {
 ///     .term("hardening", &[(cubic, 0.1)], &[("v", "-cubic_1_mm2s2 * x^3")])?;
 /// let hardening = terms.onto(field);
 /// assert_eq!(hardening.parameters(), [4.0, 0.0]);
-/// let mut dy = [0.0; 2];
-/// hardening.with_parameters(&[4.0, 0.5]).eval_into(0.0, &[2.0, 0.0], &[1.0], &mut dy, &mut []);
+/// let field = hardening.with_parameters(&[4.0, 0.5]);
+/// let (mut dy, mut work) = ([0.0; 2], vec![0.0; field.work_len()]);
+/// field.eval_into(0.0, &[2.0, 0.0], &[1.0], &mut dy, &mut work);
 /// assert_eq!(dy, [0.0, 1.0 - 8.0 - 4.0]);
 /// # Ok::<(), pam_vocabulary::expression::ExpressionError>(())
 /// ```
