@@ -112,14 +112,19 @@ fn terms_of_a_field_are_expressions() {
         .expect("they can be read");
     let model = terms.onto(plant(0.0));
     let candidates = Candidate::of_terms(&model);
-    let runs = [(1.0, 0.2), (1.5, 0.25), (0.8, 0.4)];
+    let runs = [(1.0, 0.2), (1.5, 0.25), (0.8, 0.4), (1.2, 0.3)];
     let experiments: Vec<_> =
-        (0..3).zip(runs).map(|(k, (a, hz))| record(plant(FRICTION), a, hz, k)).collect();
+        (0..4).zip(runs).map(|(k, (a, hz))| record(plant(FRICTION), a, hz, k)).collect();
     let integrator = integrator();
     let problem =
         FieldProblem::new(&model, &experiments, Outputs::of_unknown_noise([0]), &integrator);
     let found = diagnose_field(&problem, &candidates, &options()).unwrap();
-    assert_eq!((found.verdict, found.named()), (Verdict::Explained, vec!["dry_friction"]));
+    assert_eq!(
+        (found.verdict, found.named()),
+        (Verdict::Explained, vec!["dry_friction"]),
+        "{:?}",
+        found.reasons
+    );
     let (name, friction) = found.causes[0].parameters[0];
     assert!(name == "f" && friction.contains(FRICTION), "{friction:?}");
 }
