@@ -14,11 +14,14 @@
 //! | `surface` | the patches of one trajectory |
 //! | `forcing` | the measured force and its integrals over a step |
 //! | `method` | the Runge–Kutta method |
-//! | `trajectory` | steps forward, their transpose backward |
+//! | `trajectory` | one trajectory: its equations, its steps |
+//! | `forward`, `backward` | steps, and their transpose |
 //! | `run` | one trajectory with its loss |
 //! | `solver` | many trajectories, and the gradient of the sum |
 
+mod backward;
 mod forcing;
+mod forward;
 mod method;
 mod nodes;
 mod polynomial;
