@@ -21,8 +21,7 @@ impl Experiment<MeasuredInput> {
     ) -> Result<Self, FieldError> {
         let path = path.as_ref();
         let failed = |why: String| FieldError::File { path: path.to_owned(), why };
-        let text =
-            pam_data::read_limit::read_text(path).map_err(|error| failed(error.to_string()))?;
+        let text = read_text(path).map_err(failed)?;
         let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         let (_, header) = lines.next().ok_or_else(|| failed("the file is empty".into()))?;
         let header: Vec<&str> = header.split(',').map(str::trim).collect();
@@ -55,4 +54,16 @@ impl Experiment<MeasuredInput> {
 
 fn zipped<'c>(names: &[&'c str], columns: &'c [Vec<f64>]) -> Vec<(&'c str, &'c [f64])> {
     names.iter().copied().zip(columns.iter().map(Vec::as_slice)).collect()
+}
+
+/// A text file, of at most the size that commands read.
+#[cfg(feature = "joint")]
+fn read_text(path: &Path) -> Result<String, String> {
+    pam_data::read_limit::read_text(path).map_err(|error| error.to_string())
+}
+
+/// A text file. The limit of what is read is part of `pam-data`, which fields alone do without.
+#[cfg(not(feature = "joint"))]
+fn read_text(path: &Path) -> Result<String, String> {
+    std::fs::read_to_string(path).map_err(|error| error.to_string())
 }

@@ -39,6 +39,7 @@ pub struct Adam {
 
 impl Adam {
     /// True if it is for so many coordinates.
+    #[cfg(feature = "joint")]
     pub(crate) fn fits(&self, len: usize) -> bool {
         self.mean.len() == len && self.square.len() == len
     }

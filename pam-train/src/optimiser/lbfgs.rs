@@ -73,6 +73,7 @@ const LEAST_CURVATURE: f64 = 1e-10;
 
 impl Lbfgs {
     /// True if it is for so many coordinates.
+    #[cfg(feature = "joint")]
     pub(crate) fn fits(&self, len: usize) -> bool {
         let pair = |p: &Pair| p.step.len() == len && p.change.len() == len;
         let known = |k: &Known| k.at.len() == len && k.gradient.len() == len;
