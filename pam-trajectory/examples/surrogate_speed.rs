@@ -2,7 +2,7 @@
 //!
 //! ```sh
 //! pam rig record --out logs
-//! cargo run --release -p pam-surrogate --example speed -- pam-cli/models/default.safetensors logs [recordings]
+//! cargo run --release -p pam-trajectory --example surrogate_speed -- pam-cli/models/default.safetensors logs [recordings]
 //! ```
 
 use pam_data::{LoadOptions, MassOrigin, Subject, collect_paths, load_model, open_recordings};
@@ -19,7 +19,7 @@ use std::time::Instant;
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [model, logs, rest @ ..] = &arguments[..] else {
-        eprintln!("usage: speed MODEL LOGS [RECORDINGS]");
+        eprintln!("usage: surrogate_speed MODEL LOGS [RECORDINGS]");
         return;
     };
     let most = rest.first().and_then(|n| n.parse().ok()).unwrap_or(usize::MAX);
