@@ -17,6 +17,11 @@ type Shell = String;
 pub struct CompletionsArguments {
     /// The shell
     #[arg(value_name = "SHELL")]
+    // The help is the same without the feature.
+    #[cfg_attr(
+        not(feature = "completions"),
+        arg(value_parser = ["bash", "elvish", "fish", "powershell", "zsh"])
+    )]
     pub shell: Shell,
 }
 
