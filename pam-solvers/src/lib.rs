@@ -71,8 +71,8 @@ pub use error::{FailureKind, SolveError};
 pub use fixed_step::rk4_step;
 pub use grid::Grid;
 pub use input::{
-    Constant, Fixed, Input, InputError, InputFn, Interpolation, NoInput, ParametricInput,
-    SampledInput, Side,
+    Constant, Fixed, ForceSignal, Input, InputError, InputFn, Interpolation, NoInput,
+    ParametricInput, SampledInput, Side,
 };
 pub use integrator::Integrator;
 pub use replay::replay;

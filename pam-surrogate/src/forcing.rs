@@ -3,18 +3,7 @@
 //! The force acts on the velocity through its integral, known in closed form, so that steps may span many samples: what is
 //! integrated by Runge–Kutta steps is the motion without the impulse, which is smoother by two derivatives.
 
-use pam_solvers::Interpolation;
-
-/// A sampled force.
-#[derive(Debug, Clone, Copy)]
-pub struct ForceSignal<'a> {
-    /// Sample times, s, increasing.
-    pub times_s: &'a [f64],
-    /// Force at the samples, mN.
-    pub force_mn: &'a [f64],
-    /// Interpolation between samples; [`Interpolation::Cubic`] is refused.
-    pub interpolation: Interpolation,
-}
+use pam_solvers::{ForceSignal, Interpolation};
 
 /// A straight line of the force from a time on.
 #[derive(Debug, Clone, Copy)]
@@ -30,28 +19,19 @@ impl Line {
     }
 }
 
-impl ForceSignal<'_> {
-    /// The lines of the signal, in order; the first one also holds before its start.
-    pub(crate) fn lines_into(&self, lines: &mut Vec<Line>) {
-        lines.clear();
-        let (t, f) = (self.times_s, self.force_mn);
-        let last = t.len() - 1;
-        let ramp = self.interpolation == Interpolation::Ramp && last > 0;
-        // A ramp has its knots in the middles of the hold intervals.
-        let knot = |k: usize| {
-            if !ramp {
-                return t[k];
-            }
-            t[k] + 0.5 * if k < last { t[k + 1] - t[k] } else { t[k] - t[k - 1] }
-        };
-        if ramp {
-            lines.push(Line { start_s: f64::NEG_INFINITY, force_mn: f[0], rate_mn_s: 0.0 });
-        }
-        for k in 0..=last {
-            let held = self.interpolation == Interpolation::Hold || k == last;
-            let rate_mn_s = if held { 0.0 } else { (f[k + 1] - f[k]) / (knot(k + 1) - knot(k)) };
-            lines.push(Line { start_s: knot(k), force_mn: f[k], rate_mn_s });
-        }
+/// The straight lines of a signal, in order; the first one also holds before its start.
+pub(crate) fn lines_into(signal: &ForceSignal<'_>, lines: &mut Vec<Line>) {
+    lines.clear();
+    let f = signal.force_mn;
+    let last = f.len() - 1;
+    if signal.interpolation == Interpolation::Ramp && last > 0 {
+        lines.push(Line { start_s: f64::NEG_INFINITY, force_mn: f[0], rate_mn_s: 0.0 });
+    }
+    for k in 0..=last {
+        let held = signal.interpolation == Interpolation::Hold || k == last;
+        let start_s = signal.knot(k);
+        let rate_mn_s = if held { 0.0 } else { (f[k + 1] - f[k]) / (signal.knot(k + 1) - start_s) };
+        lines.push(Line { start_s, force_mn: f[k], rate_mn_s });
     }
 }
 

@@ -33,7 +33,7 @@ mod solver;
 mod surface;
 mod trajectory;
 
-pub use forcing::ForceSignal;
+pub use pam_solvers::ForceSignal;
 pub use problem::SurrogateProblem;
 pub use result::{SurrogateGradient, SurrogateStatistics};
 pub use settings::SurrogateSettings;

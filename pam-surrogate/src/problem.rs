@@ -1,9 +1,8 @@
 //! A trajectory to be solved.
 
-use crate::forcing::ForceSignal;
 use crate::settings::SurrogateSettings;
 use pam_core::SealedMasses;
-use pam_solvers::Interpolation;
+use pam_solvers::ForceSignal;
 
 /// Root cells along x and along ẋ over the expected motion. Networks bend more often along ẋ.
 const ROOT_CELLS: [f64; 2] = [1.0, 2.0];
@@ -66,37 +65,7 @@ impl SurrogateProblem<'_> {
 
     /// Checks the request; the error is the reason why it is inconsistent.
     pub(crate) fn check(&self) -> Result<(), String> {
-        let ForceSignal { times_s, force_mn, interpolation } = self.signal;
-        if times_s.is_empty() || times_s.len() != force_mn.len() {
-            return Err(format!(
-                "{} sample times and {} forces do not make a signal",
-                times_s.len(),
-                force_mn.len()
-            ));
-        }
-        if interpolation == Interpolation::Cubic {
-            return Err("a cubic reading of the force is no straight line between samples; surrogates take it held, \
-                        linear or as a ramp"
-                .into());
-        }
-        if !(self.t0 <= self.t1 && self.t1.is_finite()) {
-            return Err(format!(
-                "the interval from {} to {} s does not run forward",
-                self.t0, self.t1
-            ));
-        }
-        let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
-        if !finite(&self.y0) || !finite(force_mn) {
-            return Err("the initial state or the force is infinite or NaN".into());
-        }
-        let increasing = |times: &[f64]| times.windows(2).all(|pair| pair[0] < pair[1]);
-        if !increasing(times_s) || !increasing(self.observe_s) {
-            return Err("sample and observation times must increase".into());
-        }
-        let within = |t: Option<&f64>| t.is_none_or(|&t| t >= self.t0 && t <= self.t1);
-        if !within(self.observe_s.first()) || !within(self.observe_s.last()) {
-            return Err("an observation lies outside of start and end".into());
-        }
-        Ok(())
+        let span = [self.t0, self.t1];
+        self.signal.check(span, &self.y0, self.observe_s, "surrogates take it")
     }
 }

@@ -1,6 +1,6 @@
 //! One trajectory with its loss, run for the instruction set of the machine.
 
-use crate::forcing::{Line, StepForcing};
+use crate::forcing::{Line, StepForcing, lines_into};
 use crate::method::Method;
 use crate::nodes::{NodeForce, NodeWorkspace};
 use crate::polynomial::Interpolation;
@@ -76,7 +76,7 @@ impl WithSimd for Run<'_, '_> {
             return solved;
         }
         let Workspace { lines, forcing, surface: memory, steps, cotangents, .. } = workspace;
-        problem.signal.lines_into(lines);
+        lines_into(&problem.signal, lines);
         let settings = &scheme.settings;
         let fidelity =
             Fidelity { error_mn: settings.force_error_mn, most_patches: settings.most_patches };

@@ -344,6 +344,11 @@ fn exact<F: ForceModel<f64>>(
     Ok((prediction, stopped))
 }
 
+/// The measured force of a recording.
+fn force_signal(recording: &Recording, interpolation: Interpolation) -> ForceSignal<'_> {
+    ForceSignal { times_s: &recording.time_s, force_mn: &recording.force_mn, interpolation }
+}
+
 /// The problem of the exact solver for a recording that starts at `y0`.
 pub(crate) fn exact_problem<'a>(
     recording: &'a Recording,
@@ -354,11 +359,7 @@ pub(crate) fn exact_problem<'a>(
     let (t0, t1) = recording.span_s();
     ExactProblem {
         masses,
-        signal: ForceSignal {
-            times_s: &recording.time_s,
-            force_mn: &recording.force_mn,
-            interpolation,
-        },
+        signal: force_signal(recording, interpolation),
         t0,
         t1,
         y0: [y0[0], y0[1]],
@@ -376,11 +377,7 @@ pub(crate) fn surrogate_problem<'a>(
     let (t0, t1) = recording.span_s();
     SurrogateProblem {
         masses,
-        signal: pam_surrogate::ForceSignal {
-            times_s: &recording.time_s,
-            force_mn: &recording.force_mn,
-            interpolation,
-        },
+        signal: force_signal(recording, interpolation),
         t0,
         t1,
         y0: [y0[0], y0[1]],

@@ -1,6 +1,6 @@
 //! A sampled force as segments on which it is a straight line.
 
-use pam_solvers::Interpolation;
+use pam_solvers::{ForceSignal, Interpolation};
 use std::ops::Range;
 
 /// From its start on, the force is `force_mn + rate_mn_s τ`.
@@ -79,62 +79,23 @@ impl<'a> ForcingSegments<'a> {
     }
 }
 
-/// A sampled force.
-#[derive(Debug, Clone, Copy)]
-pub struct ForceSignal<'a> {
-    /// Sample times, s, increasing.
-    pub times_s: &'a [f64],
-    /// Force at the samples, mN.
-    pub force_mn: &'a [f64],
-    /// Interpolation between samples. [`Interpolation::Cubic`] is not piecewise linear and is refused.
-    pub interpolation: Interpolation,
-}
-
-impl<'a> ForceSignal<'a> {
-    /// The knots of the signal: times at which a new straight line begins, with the force there.
-    fn knot(&self, k: usize) -> f64 {
-        let t = self.times_s;
-        if self.interpolation != Interpolation::Ramp || t.len() < 2 {
-            return t[k];
-        }
-        // The middles of the hold intervals; the last sample is held as long as the one before it.
-        let last = t.len() - 1;
-        t[k] + 0.5 * if k < last { t[k + 1] - t[k] } else { t[k] - t[k - 1] }
-    }
-
-    /// Force and its slope from `t` on, where knot `k` is the last at or before `t` (if any is).
-    fn line(&self, t: f64, k: Option<usize>) -> (f64, f64) {
-        let Some(k) = k else { return (self.force_mn[0], 0.0) };
-        if self.interpolation == Interpolation::Hold || k + 1 == self.times_s.len() {
-            return (self.force_mn[k], 0.0);
-        }
-        let (a, b) = (self.knot(k), self.knot(k + 1));
-        let rate = (self.force_mn[k + 1] - self.force_mn[k]) / (b - a);
-        (self.force_mn[k] + rate * (t - a), rate)
-    }
-
-    /// The samples from `t0` on between which the intervals are segments as they are: each begins a straight
-    /// line, and the trajectory is observed at each sample, and nowhere in between.
-    fn whole_intervals(&self, t0: f64, t1: f64, observe_s: &[f64]) -> Range<usize> {
-        let after = self.times_s.partition_point(|&s| s <= t0);
-        if self.interpolation == Interpolation::Ramp || after == 0 || self.times_s[after - 1] != t0
-        {
-            return 0..0;
-        }
-        let observed = &observe_s[observe_s.partition_point(|&s| s <= t0)..];
-        let ends = &self.times_s[after..];
-        let count = if std::ptr::eq(ends, observed) {
-            ends.partition_point(|&end| end <= t1)
-        } else {
-            let both = ends.iter().zip(observed);
-            both.take_while(|(end, at)| end == at && **at <= t1).count()
-        };
-        if count > 0 { after - 1..after + count } else { 0..0 }
-    }
-
+/// The segments of a signal.
+pub(crate) trait Segmented<'a> {
     /// The segments between `t0` and `t1`, cut at the knots and at the observations. Those that are not whole
     /// sample intervals go to `cut`.
-    pub(crate) fn segments<'b>(
+    fn segments<'b>(
+        &self,
+        t0: f64,
+        t1: f64,
+        observe_s: &[f64],
+        cut: &'b mut Vec<ForcingSegment>,
+    ) -> ForcingSegments<'b>
+    where
+        'a: 'b;
+}
+
+impl<'a> Segmented<'a> for ForceSignal<'a> {
+    fn segments<'b>(
         &self,
         t0: f64,
         t1: f64,
@@ -145,7 +106,7 @@ impl<'a> ForceSignal<'a> {
         'a: 'b,
     {
         cut.clear();
-        let samples = self.whole_intervals(t0, t1, observe_s);
+        let samples = whole_intervals(self, t0, t1, observe_s);
         let mut t = t0;
         let mut next_observed = observe_s.partition_point(|&s| s <= t0);
         let mut next_knot = 0;
@@ -162,7 +123,7 @@ impl<'a> ForceSignal<'a> {
             let knot =
                 if next_knot < self.times_s.len() { self.knot(next_knot) } else { f64::INFINITY };
             let end = observed.min(knot).min(t1);
-            let (force_mn, rate_mn_s) = self.line(t, next_knot.checked_sub(1));
+            let (force_mn, rate_mn_s) = line(self, t, next_knot.checked_sub(1));
             let (length_s, observed) = (end - t, end == observed);
             cut.push(ForcingSegment { start_s: t, length_s, force_mn, rate_mn_s, observed });
             next_observed += usize::from(observed);
@@ -176,6 +137,36 @@ impl<'a> ForceSignal<'a> {
             cut,
         }
     }
+}
+
+/// Force and its slope from `t` on, where knot `k` is the last at or before `t` (if any is).
+fn line(signal: &ForceSignal<'_>, t: f64, k: Option<usize>) -> (f64, f64) {
+    let Some(k) = k else { return (signal.force_mn[0], 0.0) };
+    if signal.interpolation == Interpolation::Hold || k + 1 == signal.times_s.len() {
+        return (signal.force_mn[k], 0.0);
+    }
+    let (a, b) = (signal.knot(k), signal.knot(k + 1));
+    let rate = (signal.force_mn[k + 1] - signal.force_mn[k]) / (b - a);
+    (signal.force_mn[k] + rate * (t - a), rate)
+}
+
+/// The samples from `t0` on between which the intervals are segments as they are: each begins a straight
+/// line, and the trajectory is observed at each sample, and nowhere in between.
+fn whole_intervals(signal: &ForceSignal<'_>, t0: f64, t1: f64, observe_s: &[f64]) -> Range<usize> {
+    let after = signal.times_s.partition_point(|&s| s <= t0);
+    if signal.interpolation == Interpolation::Ramp || after == 0 || signal.times_s[after - 1] != t0
+    {
+        return 0..0;
+    }
+    let observed = &observe_s[observe_s.partition_point(|&s| s <= t0)..];
+    let ends = &signal.times_s[after..];
+    let count = if std::ptr::eq(ends, observed) {
+        ends.partition_point(|&end| end <= t1)
+    } else {
+        let both = ends.iter().zip(observed);
+        both.take_while(|(end, at)| end == at && **at <= t1).count()
+    };
+    if count > 0 { after - 1..after + count } else { 0..0 }
 }
 
 #[cfg(test)]

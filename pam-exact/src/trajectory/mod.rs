@@ -21,7 +21,7 @@ mod problem;
 pub(crate) mod stored;
 
 pub use dense::{Crossing, ExactTrajectory};
-pub use forcing::ForceSignal;
 pub use forward::ExactStatistics;
 pub use motion::ExactMotion;
+pub use pam_solvers::ForceSignal;
 pub use problem::ExactProblem;

@@ -1,11 +1,13 @@
 //! Inputs of a vector field.
 
 mod fixed;
+mod force_signal;
 mod parametric;
 mod sampled;
 mod simple;
 
 pub use fixed::Fixed;
+pub use force_signal::ForceSignal;
 pub use parametric::ParametricInput;
 pub use sampled::{InputError, Interpolation, SampledInput};
 pub use simple::{Constant, InputFn, LiftedInputFn, NoInput};
