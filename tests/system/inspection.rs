@@ -21,7 +21,7 @@ fn the_report_shows_every_channel_and_sentence() {
     }
     assert!(html.len() < 400_000, "{} bytes", html.len());
     // Five channels in time; time steps, velocity, force and both pressures against what they follow.
-    assert_eq!(html.matches("<svg").count(), 10);
+    assert_eq!(html.matches("class=\"figure\"").count(), 10);
     assert_eq!(html.matches("</svg>").count(), 10);
     for label in [
         "force (N)",

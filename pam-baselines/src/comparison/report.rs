@@ -6,7 +6,7 @@ use super::result::{Comparison, SetScores};
 use crate::method::{Needs, Structure};
 use maud::{Markup, html};
 use pam_report::figure::{LineFigure, Role, Stroke};
-use pam_report::page::{card, number, page, wide_figure};
+use pam_report::page::{card, number, page, figure};
 
 /// Smallest R² that is drawn: below it a model is of no use, and the rest would be squeezed.
 const LOWEST_R2: f64 = -1.0;
@@ -31,17 +31,17 @@ impl Comparison {
             (self.best_cards())
             h2 { "R² of the displacement" }
             (self.scores_table())
-            (wide_figure(self.bars(), &format!(
+            (figure(self.bars(), &format!(
                 "Mean R² of the displacement with one standard deviation. Values below {LOWEST_R2} are drawn \
                  there. Predictions that stopped take no part in the mean; the table counts them."
             ).replace('-', "−")))
             h2 { "By frequency" }
             (self.frequency_table())
-            (wide_figure(self.frequency_figure(), "Held-out recordings (training ones if there are none), cold start."))
+            (figure(self.frequency_figure(), "Held-out recordings (training ones if there are none), cold start."))
             @for measured in &self.measured {
                 h2 { "Trajectory " (measured.recording) }
-                (wide_figure(self.trajectory(&measured.recording, None), "Cold start."))
-                (wide_figure(self.trajectory(&measured.recording, Some(6.0)), "The last six seconds."))
+                (figure(self.trajectory(&measured.recording, None), "Cold start."))
+                (figure(self.trajectory(&measured.recording, Some(6.0)), "The last six seconds."))
             }
             h2 { "Cost, force and stiffness" }
             (self.mechanics_table())

@@ -1,9 +1,10 @@
 //! The named causes, and the ranking of the candidates.
 
+use super::headline::{capitalised, joined_by, quantity};
 use super::percent;
 use crate::diagnosis::Diagnosis;
 use maud::{Markup, html};
-use pam_report::page::wide_figure;
+use pam_report::page::figure;
 use pam_report::{LineFigure, Role};
 use pam_vocabulary::plain_name;
 
@@ -27,23 +28,25 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
             }
         }
         @for c in &d.causes {
-            h3 { (super::headline::capitalised(&plain_name(&c.effect))) }
+            h3 { (capitalised(&plain_name(&c.effect))) }
             p {
-                @if !c.description.is_empty() { (c.description) ": " }
-                (percent(c.share_of_error_removed)) " of the removable error is removed by this cause only. Its id is " code { (c.effect) } ". "
+                @if !c.description.is_empty() { (capitalised(&c.description)) " (id " code { (c.effect) } "). " }
+                @else { "Its id is " code { (c.effect) } ". " }
+                (percent(c.share_of_error_removed)) " of the removable error is removed by this cause alone: no other named cause replaces it. "
                 @if !c.excited_by.is_empty() { "It is excited by " (c.excited_by) ". " }
                 @if c.confusable_with.is_empty() {
                     "No other candidate explains nearly as much in its place."
                 } @else {
-                    "These recordings do not distinguish it well from " (c.confusable_with.iter().map(|id| plain_name(id)).collect::<Vec<_>>().join(", "))
+                    "These recordings do not distinguish it well from "
+                    (joined_by(&c.confusable_with.iter().map(|id| plain_name(id)).collect::<Vec<_>>(), "or"))
                     ", which would explain nearly as much in its place."
                 }
             }
             @if let Some(k) = &c.stability {
                 @if k.parts.len() > 2 {
-                    p { "Fitted to parts of each recording, " code { (k.parameter) } " spreads by "
+                    p { "Fitted to parts of each recording, its " (quantity(k.parameter).0) " spreads by "
                         (format!("{:.1} %", 100.0 * k.relative_spread)) " (half the interquartile range)." }
-                    (wide_figure(parts(k), "The value in each part of each recording; a real cause has one value."))
+                    (figure(parts(k), "The value in each part of each recording. A real cause has the same value in all of them."))
                 }
             }
         }
@@ -62,8 +65,11 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
 }
 
 fn parts(k: &crate::rejection::ParameterStability) -> String {
-    let mut plot =
-        LineFigure::new("", "start of the part (s)", k.parameter, 1040, 220).with_marks();
+    let (name, unit) = quantity(k.parameter);
+    let label = if unit.is_empty() { name } else { format!("{name} ({unit})") };
+    let mut plot = LineFigure::new("", "start of the part (s)", &label, 1040, 220)
+        .with_marks()
+        .covering([0.0]);
     let mut names: Vec<&str> = k.parts.iter().map(|p| p.0.as_str()).collect();
     names.dedup();
     for (i, name) in names.iter().take(9).enumerate() {
