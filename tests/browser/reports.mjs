@@ -3,12 +3,14 @@
 
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
-import { chromium } from "playwright-core";
 
 const [pam, out, browserPath] = process.argv.slice(2).map((path) => resolve(path));
 const root = resolve(dirname(fileURLToPath(import.meta.url)), "../..");
+// Installed by .ci/browser.
+const { chromium } = createRequire(join(root, "target/browser/"))("playwright-core");
 
 let passed = 0;
 const failures = [];

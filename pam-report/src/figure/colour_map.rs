@@ -1,6 +1,6 @@
 use super::colour_bar::colour;
 use super::frame::Entry;
-use super::style::{INK, coloured, padded_range, px};
+use super::style::{INK, Role, coloured, padded_range, px};
 use super::value_plane::{PlaneGeometry, ValuePlane};
 use maud::{Markup, html};
 
@@ -73,7 +73,11 @@ impl ColourMap {
         let mark = |p: &MapPoint| {
             html! {
                 @if p.value.is_finite() {
-                    rect x=(px(-half)) y=(px(-half)) width=(side) height=(side) fill=(colour(p.value, self.plane.scale())) {}
+                    // The edge shows dark values on dark ground.
+                    (coloured(Role::Neutral.colour(), &html! {
+                        rect x=(px(-half)) y=(px(-half)) width=(side) height=(side) fill=(colour(p.value, self.plane.scale()))
+                            stroke="currentColor" stroke-width="0.7" {}
+                    }))
                 } @else {
                     (coloured(INK, &html! {
                         rect x=(px(-half)) y=(px(-half)) width=(side) height=(side) fill="none" stroke="currentColor" {}

@@ -77,5 +77,11 @@ pub fn card(value: &str, name: &str) -> Markup {
 /// A number to `digits` decimals, or a dash if it is undefined.
 #[must_use]
 pub fn number(value: f64, digits: usize) -> String {
-    if value.is_finite() { format!("{value:.digits$}") } else { "–".into() }
+    if value.is_finite() { format!("{value:.digits$}").replace('-', "−") } else { "–".into() }
+}
+
+/// A count with its noun: "1 recording", "2 recordings".
+#[must_use]
+pub fn count(n: usize, noun: &str) -> String {
+    if n == 1 { format!("1 {noun}") } else { format!("{n} {noun}s") }
 }

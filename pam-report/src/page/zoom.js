@@ -237,7 +237,11 @@
     svg.setAttribute("aria-roledescription", "zoomable figure");
     draw();
     new ResizeObserver(fit).observe(svg.parentElement);
-    addEventListener("beforeprint", () => { width = Math.min(width, 700); draw(); });
+    addEventListener("beforeprint", () => {
+      // Shares of the width of A4.
+      width = svg.closest(".three") ? 260 : svg.closest(".grid") ? 340 : 690;
+      draw();
+    });
     addEventListener("afterprint", fit);
   }
 
