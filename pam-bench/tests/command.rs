@@ -122,8 +122,11 @@ fn a_study_is_measured_again() {
     }
     let study = r##"{"title": "a", "commands": ["echo '{\"times\": [0.5, 0.25]}' > out.json", "printf '# c\nk,n\nx,7\n' > out.csv"],
         "commit": "c", "date": "2026-01-01", "machine": "m", "cores": 1,
-        "values": {"time_ms": {"value": 1, "unit": "ms", "from": {"file": "out.json", "pointer": "/times/1", "scale": 1000}}},
-        "tables": {"t": {"columns": ["k", "n"], "rows": [["x", 4]], "from_csv": "out.csv"}}}"##;
+        "values": {"time_ms": {"value": 1, "unit": "ms", "from": {"file": "out.json", "pointer": "/times/1", "scale": 1000}},
+                   "seven": {"value": 1, "from": {"file": "out.csv", "row": {"k": "x"}, "column": "n"}},
+                   "text": {"value": 1, "from": {"file": "out.csv", "after": "x,"}}},
+        "tables": {"t": {"columns": ["k", "n"], "rows": [["x", 4]], "from_csv": "out.csv"},
+                   "u": {"columns": ["k", "n"], "rows": [["half", 4]], "from": [[null, {"file": "out.json", "pointer": "/times/0"}]]}}}"##;
     std::fs::write(folder.path().join("results/s.json"), study).unwrap();
     let status = Command::new(env!("CARGO_BIN_EXE_results"))
         .args(["s", "--write", "--root"])
@@ -133,6 +136,9 @@ fn a_study_is_measured_again() {
     assert!(status.success());
     let results = Results::read(folder.path().join("results")).unwrap();
     assert_eq!(results.number("s.time_ms").unwrap(), 250.0);
+    assert_eq!(results.number("s.seven").unwrap(), 7.0);
+    assert_eq!(results.number("s.text").unwrap(), 7.0);
+    assert_eq!(results.table("s.u").unwrap().rows, [[Value::from("half"), Value::from(0.5)]]);
     assert_eq!(results.table("s.t").unwrap().rows, [[Value::from("x"), Value::from(7.0)]]);
     assert_eq!(
         std::fs::read_to_string(folder.path().join("README.md")).unwrap(),
