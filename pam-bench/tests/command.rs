@@ -1,7 +1,8 @@
 //! The `pam-bench` command writes the files that it promises and refuses unknown names.
 
-use pam_bench::results::{Results, page};
+use pam_bench::results::{Results, page, unmarked};
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -64,6 +65,54 @@ fn pages_show_the_measured_results() {
         markers += text.matches("<!--/-->").count();
     }
     assert!(markers > 50, "{markers} numbers and tables come from results/");
+}
+
+/// A number in the prose of a page is a marker, so it comes from `results/`, or is listed in .ci/numbers.toml: settings,
+/// definitions, published values and physical constants are not measured. `UPDATE_NUMBERS=1` writes the list again, for a
+/// look at its difference.
+#[test]
+fn numbers_of_pages_come_from_results_or_are_listed_as_given() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let list = root.join(".ci/numbers.toml");
+    let mut given: BTreeMap<String, Vec<String>> =
+        toml::from_str(&std::fs::read_to_string(&list).unwrap()).unwrap();
+    let mut all: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let mut unknown = Vec::new();
+    for path in page::pages(&root).unwrap() {
+        let name = path.strip_prefix(&root).unwrap().to_str().unwrap().replace('\\', "/");
+        let listed = given.remove(&name).unwrap_or_default();
+        for (line, number) in unmarked(&std::fs::read_to_string(&path).unwrap()) {
+            if !listed.contains(&number) {
+                unknown.push(format!("{name}:{line}: {number}"));
+            }
+            let numbers = all.entry(name.clone()).or_default();
+            if !numbers.contains(&number) {
+                numbers.push(number);
+            }
+        }
+        for number in &listed {
+            if !all.get(&name).is_some_and(|numbers| numbers.contains(number)) {
+                unknown.push(format!("{name}: {number} is listed and no longer there"));
+            }
+        }
+    }
+    if std::env::var_os("UPDATE_NUMBERS").is_some() {
+        let mut text = String::from(
+            "# Numbers in the prose of pages that are given, not measured: settings, definitions, published values, constants.\n\
+             # Measured ones come from results/ by markers. UPDATE_NUMBERS=1 cargo test -p pam-bench --test command writes this.\n",
+        );
+        for (page, numbers) in &all {
+            let quoted: Vec<String> = numbers.iter().map(|n| format!("{n:?}")).collect();
+            text += &format!("\"{page}\" = [\n    {},\n]\n", quoted.join(", "));
+        }
+        std::fs::write(&list, text).unwrap();
+        return;
+    }
+    assert!(
+        unknown.is_empty(),
+        "give these a marker (results/README.md), or list them in .ci/numbers.toml if they are not measured:\n{}",
+        unknown.join("\n")
+    );
 }
 
 /// Numbers, formats, ratios and tables of a study; code stays as it is; what is unknown or not closed is an error.

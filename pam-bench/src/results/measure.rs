@@ -50,7 +50,11 @@ pub fn measure(study: &Study, root: &Path) -> Result<(Study, Vec<String>), Resul
             for (row, sources) in table.rows.iter_mut().zip(&table.from) {
                 for (cell, source) in row.iter_mut().zip(sources) {
                     if let Some(source) = source {
-                        *cell = Value::from(read(source, root)?);
+                        let number = read(source, root)?;
+                        *cell = match source.decimals {
+                            Some(0) => Value::from(number as i64),
+                            _ => Value::from(number),
+                        };
                     }
                 }
             }
@@ -88,7 +92,9 @@ fn read(source: &Source, root: &Path) -> Result<f64, ResultsError> {
         number_after(&text, after)
             .ok_or_else(|| missing(format!("there is no number after `{after}`")))?
     };
-    Ok(source.scale * number)
+    let number = source.scale * number;
+    let rounded = source.decimals.and_then(|digits| format!("{number:.digits$}").parse().ok());
+    Ok(rounded.unwrap_or(number))
 }
 
 /// The number of a column in the first row with these texts.

@@ -96,6 +96,9 @@ pub struct Source {
     /// The text that stands before it; the first such place counts, and blanks between the two do not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub after: Option<String>,
+    /// Decimals to which it is rounded, in the unit of the value: a column may hold numbers of several sizes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub decimals: Option<usize>,
     /// Factor from the file's unit to that of the value.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub scale: f64,
