@@ -34,14 +34,14 @@ fn main() -> Result<(), Box<dyn Error>> {
             "real-run-published",
             "model",
             Role::Predicted,
-            rmse("/gain/x/rmse_before")?,
+            rmse("/error_reduction/x/rmse_before")?,
         ),
         (
             "With the causes found",
             "real-run-extended",
             "extended model",
             Role::Category(0),
-            rmse("/gain/x/rmse_after")?,
+            rmse("/error_reduction/x/rmse_after")?,
         ),
     ];
     let mut svg = format!(

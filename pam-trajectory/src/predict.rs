@@ -106,12 +106,12 @@ impl SolverSettings {
     pub fn describe(&self) -> String {
         let step = match self.step {
             StepChoice::Exact => {
-                return format!("exact pieces, force read as {}", self.interpolation.name());
+                return format!("the closed form; {}", force_between_samples(self.interpolation));
             }
             StepChoice::Surrogate => {
                 return format!(
-                    "steps on a surrogate, force read as {}",
-                    self.interpolation.name()
+                    "polynomial surrogates of the network; {}",
+                    force_between_samples(self.interpolation)
                 );
             }
             StepChoice::Constant { step_s } => format!("constant steps of {} ms", step_s * 1e3),
@@ -119,7 +119,7 @@ impl SolverSettings {
                 format!("adaptive, rtol {rtol:e}, atol {atol:e}")
             }
         };
-        format!("{}, {step}, force read as {}", self.tableau.name, self.interpolation.name())
+        format!("{}, {step}; {}", self.tableau.name, force_between_samples(self.interpolation))
     }
 }
 
@@ -383,5 +383,15 @@ pub(crate) fn surrogate_problem<'a>(
         y0: [y0[0], y0[1]],
         observe_s: &recording.time_s,
         expected: [&recording.displacement_mm, &recording.velocity_mm_s],
+    }
+}
+
+/// How the measured force goes between its samples, in words.
+fn force_between_samples(interpolation: Interpolation) -> &'static str {
+    match interpolation {
+        Interpolation::Hold => "the force is a zero-order hold",
+        Interpolation::Linear => "the force is linear between samples",
+        Interpolation::Ramp => "the force is linear between the middles of the sampling intervals",
+        Interpolation::Cubic => "the force is cubic between samples",
     }
 }

@@ -65,7 +65,6 @@ pub struct Diagnosis<M> {
     /// The residual before any cause is named.
     pub residual: ResidualSummary,
     /// Errors before and after on the test set.
-    #[serde(rename = "gain")]
     pub error_reduction: ErrorReduction,
     /// Removable and removed shares of the error of the test set.
     pub explainable: Explainable,

@@ -11,8 +11,8 @@ use crate::search::{Candidates, Rows, search};
 use crate::settings::DiagnosisSettings;
 use crate::test_set::TestSet;
 use crate::verdict::{
-    Anomaly, Cause, ChannelBand, Evidence, Names, Naming, Refused, Verdict, is_stationary, ranking,
-    share,
+    Anomaly, Cause, ChannelBand, Names, Naming, Refused, Verdict, VerdictInput, is_stationary,
+    ranking, share,
 };
 use pam_numerics::statistics::{root_mean_square, standard_deviation};
 
@@ -82,15 +82,15 @@ pub fn run<C: Candidates + ?Sized, M>(
     let judged = Judged::of(&test, open, &names, prepared);
     let (mut minor, mut causes): (Vec<Cause>, Vec<Cause>) =
         std::mem::take(&mut names.causes).into_iter().partition(|c| c.minor);
-    let evidence = Evidence {
+    let input = VerdictInput {
         causes: causes.len(),
         confirmed: judged.confirmed,
         named_share: judged.explainable.named,
         left: judged.is_left(),
-        doubtful: causes.iter().any(|c| !c.at_limit.is_empty() || !c.constancy.holds()),
+        doubtful: causes.iter().any(|c| !c.at_limit.is_empty() || !c.stability_test.holds()),
         inadequate: judged.inadequate,
     };
-    let verdict = Verdict::of(evidence, &settings.verdict);
+    let verdict = Verdict::of(input, &settings.verdict);
     let reasons = judged.reasons(&causes, &names.best.hypothesis, &test);
     if matches!(verdict, Verdict::Unconfirmed | Verdict::Unexplained) {
         let why = if judged.confirmed {
@@ -260,7 +260,7 @@ impl Judged {
             reasons.extend(
                 limits.map(|p| format!("`{p}` of {} is at a limit of its range", cause.effect)),
             );
-            let sentence = cause.constancy.sentence(&cause.effect);
+            let sentence = cause.stability_test.sentence(&cause.effect);
             if !sentence.is_empty() {
                 reasons.push(sentence);
             }

@@ -11,7 +11,7 @@ use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_data::Channel;
-use pam_effects::effects::{AnyEffect, DataScales, EffectScalar, Held, ParameterInfo};
+use pam_effects::effects::{AnyEffect, DataScales, EffectScalar, FixedState, ParameterInfo};
 use pam_effects::model::ActiveEffect;
 use pam_effects::simulation::{Base, Nuisances, ResampledRecord, Trajectory, Trial, simulate};
 use std::ops::Range;
@@ -208,7 +208,7 @@ impl Candidates for JointSystem<'_> {
     /// Where the joint sticks and slips, the cost is rugged in the parameters of dry friction.
     fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
         let effect = self.effects[index];
-        let joint = Held::at_rest([self.scales.gauge_kpa + ATMOSPHERE_KPA; 2]);
+        let joint = FixedState::at_rest([self.scales.gauge_kpa + ATMOSPHERE_KPA; 2]);
         let memory = vec![0.0; effect.memory_len()];
         effect.may_stick_later(values)
             || f64::hooks(effect).dry_friction_mn(values, &joint.point(), &memory) > 0.0

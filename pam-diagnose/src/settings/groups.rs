@@ -258,7 +258,7 @@ settings! {
         /// noise model vouches for their independence, and the odds that a cause must reach are higher.
         fewest_blocks: usize = 20, "blocks", COUNT, USUAL;
         /// Quantile of the null distribution that a change of a parameter in time, or between recordings, must exceed.
-        constancy_quantile: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
+        stability_test_quantile: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
     }
 }
 

@@ -1,7 +1,7 @@
 //! A named cause, a candidate that was not named, and the candidates alone.
 
 use crate::fit::{Interval, Member};
-use crate::rejection::{Constancy, ParameterStability};
+use crate::rejection::{ParameterStability, StabilityTest};
 use crate::search::{Candidates, Findings};
 use crate::settings::RejectionSettings;
 use serde::Serialize;
@@ -40,7 +40,7 @@ pub struct Cause {
     /// Its value in parts of the recordings.
     pub stability: Option<ParameterStability>,
     /// Whether its value is the same at all times and in all recordings.
-    pub constancy: Constancy,
+    pub stability_test: StabilityTest,
     /// The candidate with its fitted values.
     #[serde(skip)]
     pub member: Member,

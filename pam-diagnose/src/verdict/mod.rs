@@ -16,5 +16,5 @@ pub(crate) use cause::ranking;
 pub use cause::{Cause, Rank, Refused};
 pub(crate) use naming::{Names, Naming};
 pub(crate) use outcome::share;
-pub use outcome::{Evidence, Verdict};
+pub use outcome::{Verdict, VerdictInput};
 pub(crate) use stationary::is_stationary;

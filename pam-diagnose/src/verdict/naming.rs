@@ -4,7 +4,7 @@ use super::cause::{Cause, Refused};
 use super::outcome::share;
 use crate::error::DiagnoseError;
 use crate::fit::{Fit, Hypothesis, Interval, Member, Problem};
-use crate::rejection::{Constancy, ParameterStability, may_be_absent, vague};
+use crate::rejection::{ParameterStability, StabilityTest, may_be_absent, vague};
 use crate::search::refit::{multi_start, other_shapes};
 use crate::search::{Candidates, Findings, Rows, Scored};
 use pam_core::parallel;
@@ -149,7 +149,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                     at_limit: limits.filter(|p| best.at_limit.contains(p)).collect(),
                     excited_by: info.excited_by.to_owned(),
                     stability,
-                    constancy: Constancy::of(problem, best, &influences, fitted),
+                    stability_test: StabilityTest::of(problem, best, &influences, fitted),
                     member: member.clone(),
                 }
             })

@@ -37,7 +37,7 @@ impl fmt::Display for Verdict {
 
 /// What a verdict reads.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Evidence {
+pub struct VerdictInput {
     /// Number of causes that were named on training and validation data.
     pub causes: usize,
     /// Whether the error on the test data is proven to be smaller with them.
@@ -65,8 +65,8 @@ impl Verdict {
     /// | > 0 | something is left that is no noise, or a value is doubtful | partly explained |
     /// | > 0 | otherwise | explained |
     #[must_use]
-    pub fn of(evidence: Evidence, settings: &VerdictSettings) -> Self {
-        let e = evidence;
+    pub fn of(input: VerdictInput, settings: &VerdictSettings) -> Self {
+        let e = input;
         match e.causes {
             0 if e.inadequate => Self::ModelInadequate,
             0 if e.left => Self::Unexplained,

@@ -77,7 +77,7 @@ impl<S: Scalar> Point<'_, S> {
 
 /// A joint in a given state, for an effect by itself outside a simulation: [`point`](Self::point) is what the effect sees.
 #[derive(Debug, Clone, Copy)]
-pub struct Held<S> {
+pub struct FixedState<S> {
     /// Time since the excitation began, s.
     pub time_s: f64,
     /// Displacement, mm.
@@ -94,7 +94,7 @@ pub struct Held<S> {
     pub masses_g: [S; 2],
 }
 
-impl<S: Scalar> Held<S> {
+impl<S: Scalar> FixedState<S> {
     /// At rest in the middle, without forces, at absolute pressures (kPa).
     #[must_use]
     pub fn at_rest(pressures_kpa: [S; 2]) -> Self {
@@ -127,13 +127,13 @@ impl<S: Scalar> Held<S> {
     }
 }
 
-impl<S: Scalar> Restoring<S> for Held<S> {
+impl<S: Scalar> Restoring<S> for FixedState<S> {
     fn restoring_mn(&self, _x: S, _v: S) -> S {
         self.restoring_mn
     }
 }
 
-impl<S: Scalar> Air<S> for Held<S> {
+impl<S: Scalar> Air<S> for FixedState<S> {
     fn pressures_kpa(&self, _displacement_mm: S) -> [S; 2] {
         self.pressures_kpa
     }

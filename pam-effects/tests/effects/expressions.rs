@@ -7,7 +7,7 @@ use pam_core::Scalar;
 use pam_data::models::{load_model, save_model};
 use pam_data::{MassOrigin, ModelInfo};
 use pam_effects::effects::{
-    AnyEffect, DataScales, Derivatives, EffectHooks, Held, Observed, by_id,
+    AnyEffect, DataScales, Derivatives, EffectHooks, FixedState, Observed, by_id,
 };
 use pam_effects::simulation::{Base, Nuisances, SimulationScalar, Trajectory, Trial, simulate};
 use pam_effects::{ActiveEffect, EffectError, EffectRecord, ExtendedModel, expression};
@@ -192,7 +192,11 @@ fn shipped_effects_run() {
 fn expressions_are_the_equations_that_they_say() {
     let shipped = shipped();
     let by_id = |id: &str| *shipped.iter().find(|e| e.info().id == id).expect("a shipped one");
-    let joint = Held { displacement_mm: 2.0, velocity_mm_s: -3.0, ..Held::at_rest([400.0, 300.0]) };
+    let joint = FixedState {
+        displacement_mm: 2.0,
+        velocity_mm_s: -3.0,
+        ..FixedState::at_rest([400.0, 300.0])
+    };
     let force = |id: &str, p: &[f64]| {
         let hooks: &dyn EffectHooks<f64> = by_id(id);
         hooks.force_mn(p, &joint.point(), &[])

@@ -6,7 +6,7 @@ use maud::{Markup, html};
 
 /// One figure a parameter: its name with its unit, and `(epoch, value)`.
 #[must_use]
-pub fn effect_courses(courses: &[(String, Vec<(f64, f64)>)]) -> Markup {
+pub fn effect_curves(courses: &[(String, Vec<(f64, f64)>)]) -> Markup {
     let drawn = |name: &str, course: &[(f64, f64)]| {
         let (epochs, values): (Vec<f64>, Vec<f64>) = course.iter().copied().unzip();
         let points = crate::figure::envelope(&epochs, &values, 700);

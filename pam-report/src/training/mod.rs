@@ -3,7 +3,7 @@
 mod curves;
 mod effects;
 
-pub use effects::effect_courses;
+pub use effects::effect_curves;
 
 use crate::page::{card, number, page};
 use maud::{Markup, html};

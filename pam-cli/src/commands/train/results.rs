@@ -7,7 +7,7 @@ use crate::run_record::{made_by, write_json};
 use pam_data::atomic::write_atomic;
 use pam_report::page::number;
 use pam_report::training::{EpochRow, ParameterRow, StageRow};
-use pam_report::{TrainingReport, effect_courses, force_curves, training_report};
+use pam_report::{TrainingReport, effect_curves, force_curves, training_report};
 use pam_train::curriculum::Stage;
 use pam_train::identification::{DeformationEstimate, Identification, MassEstimate};
 use pam_train::training::{TrainedRun, Trainer};
@@ -198,7 +198,7 @@ fn report(trainer: &Trainer, trained: &TrainedRun, parameters: Vec<ParameterRow>
         .collect();
     let mut sections = vec![("Learned force", force_curves(&model))];
     if !courses.is_empty() {
-        sections.insert(0, ("Effects", effect_courses(&courses)));
+        sections.insert(0, ("Effects", effect_curves(&courses)));
     }
     training_report(&report, &sections)
 }

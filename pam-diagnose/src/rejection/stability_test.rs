@@ -38,7 +38,7 @@ pub struct DifferenceBetween {
 /// of a Brownian bridge otherwise (Andrews 1993; Zeileis and Hornik 2007). Where recordings differ, their sums differ by
 /// more than their scatter: a χ² (Cochran 1954).
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Constancy {
+pub struct StabilityTest {
     /// A change within a recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub in_time: Option<ChangeInTime>,
@@ -54,7 +54,7 @@ const FEWEST_BLOCKS: usize = 6;
 /// Correlation from which a parameter goes with a condition.
 const CLEAR_CORRELATION: f64 = 0.8;
 
-impl Constancy {
+impl StabilityTest {
     /// Tests the parameters `of` (places among the fitted parameters) of a fit. `None` if the scores cannot be computed.
     pub(crate) fn of<C: Candidates + ?Sized>(
         problem: &Problem<'_, C>,
@@ -63,7 +63,7 @@ impl Constancy {
         of: std::ops::Range<usize>,
     ) -> Self {
         let tests = (of.len() * (problem.len() + 1)).max(1) as f64;
-        let tail = (1.0 - problem.settings.rejection.constancy_quantile) / tests;
+        let tail = (1.0 - problem.settings.rejection.stability_test_quantile) / tests;
         let parameters = fit.hypothesis.parameters(problem.system);
         let mut found = Self::default();
         for k in of {
