@@ -1,5 +1,6 @@
 // Opens reports that the program wrote in a headless Chromium: at the widths of a phone and a desk, on light and dark ground,
-// and on paper. Usage: node reports.mjs PAM OUT [CHROMIUM]; OUT receives the reports and a picture of each view.
+// and on paper; and searches the book. Usage: node reports.mjs PAM OUT CHROMIUM [BOOK]; OUT receives the reports and a
+// picture of each view, BOOK is the folder of mdBook.
 
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, writeFileSync } from "node:fs";
@@ -7,7 +8,7 @@ import { createRequire } from "node:module";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 
-const [pam, out, browserPath] = process.argv.slice(2).map((path) => resolve(path));
+const [pam, out, browserPath, book] = process.argv.slice(2).map((path) => resolve(path));
 const root = resolve(dirname(fileURLToPath(import.meta.url)), "../..");
 // Installed by .ci/browser.
 const { chromium } = createRequire(join(root, "target/browser/"))("playwright-core");
@@ -189,6 +190,7 @@ async function look(browser, report, view) {
     await page.pdf({ path: join(out, `${report.name}.pdf`), format: "A4", printBackground: true });
     await page.emulateMedia({ media: "print" });
     await page.setViewportSize({ width: 690, height: 900 });
+    await page.waitForTimeout(300);
     const paper = await page.evaluate(() => getComputedStyle(document.body).color);
     check(paper === "rgb(34, 34, 34)", `${where}: text on paper is ${paper}`);
     check((await page.evaluate(overflow)) <= 0, `${where}: the page is wider than the paper`);
@@ -258,6 +260,33 @@ async function magnify(page, context, where, touch) {
   check(JSON.stringify(await ticks()) === JSON.stringify(firstTicks), `${where}: the axes are not reset`);
 }
 
+// The search of the book finds pages, and its pages fit a phone.
+async function search(browser) {
+  const context = await browser.newContext({ viewport: { width: 375, height: 812 } });
+  const page = await context.newPage();
+  const told = [];
+  page.on("pageerror", (error) => told.push(String(error)));
+  page.on("request", (request) => {
+    if (!/^(file|data|blob):/.test(request.url())) told.push(`request of ${request.url()}`);
+  });
+  const address = (name) => pathToFileURL(join(book, name)).href;
+  for (const [words, found] of [["dry friction", "friction"], ["gauge pressure", "gauge"], ["stiffness", "stiffness"]]) {
+    await page.goto(address("index.html"));
+    await page.keyboard.press("/");
+    await page.keyboard.type(words);
+    const results = page.locator("[id*=searchresults] li");
+    const appeared = await results.first().waitFor({ timeout: 5000 }).then(() => true, () => false);
+    const text = appeared ? (await results.allTextContents()).join(" ") : "";
+    check(text.toLowerCase().includes(found), `book: nothing is found for "${words}"`);
+  }
+  for (const name of ["introduction.html", "diagnosis.html", "commands.html", "gallery.html"]) {
+    await page.goto(address(name));
+    check((await page.evaluate(overflow)) <= 0, `book, ${name}: the page is wider than a phone`);
+  }
+  check(told.length === 0, `book: ${told.join("; ")}`);
+  await context.close();
+}
+
 const reports = makeReports();
 const browser = await chromium.launch({
   executablePath: browserPath,
@@ -265,6 +294,7 @@ const browser = await chromium.launch({
     "--disable-component-update", "--disable-sync"],
 });
 for (const report of reports) for (const view of views) await look(browser, report, view);
+if (book && existsSync(join(book, "index.html"))) await search(browser);
 await browser.close();
 for (const failure of failures) console.log(`FAILED ${failure}`);
 console.log(`${passed} passed, ${failures.length} failed`);

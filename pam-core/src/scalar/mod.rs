@@ -13,6 +13,19 @@ use num_traits::{FromPrimitive, ToPrimitive};
 /// A number that a model can run with.
 ///
 /// Comparisons look at the real part only, so a dual run takes the same branches as a plain one.
+///
+/// ```
+/// use num_dual::Dual64;
+/// use pam_core::Scalar;
+///
+/// fn cube<S: Scalar>(x: S) -> S {
+///     x * x * x + S::constant(1.0)
+/// }
+///
+/// assert_eq!(cube(2.0), 9.0);
+/// let slope = cube(Dual64::new(2.0, 1.0)); // the value with its derivative
+/// assert_eq!((slope.re, slope.eps), (9.0, 12.0));
+/// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no number that a model can run with",
     label = "a scalar is needed here",

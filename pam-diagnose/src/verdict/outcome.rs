@@ -5,6 +5,16 @@ use serde::Serialize;
 use std::fmt;
 
 /// The outcome of a diagnosis.
+///
+/// ```
+/// use pam_diagnose::settings::VerdictSettings;
+/// use pam_diagnose::verdict::{Verdict, VerdictInput};
+///
+/// let confirmed = VerdictInput { causes: 1, confirmed: true, named_share: 0.9, ..VerdictInput::default() };
+/// assert_eq!(Verdict::of(confirmed, &VerdictSettings::default()), Verdict::Explained);
+/// let doubtful = VerdictInput { doubtful: true, ..confirmed };
+/// assert_eq!(Verdict::of(doubtful, &VerdictSettings::default()).to_string(), "partly_explained");
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {

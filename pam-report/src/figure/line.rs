@@ -17,6 +17,16 @@ pub struct Band {
 }
 
 /// A figure of lines.
+///
+/// ```
+/// use pam_report::{LineFigure, Role};
+///
+/// let line = (0..100).map(|k| 0.1 * f64::from(k)).map(|t| (t, t.sin())).collect();
+/// let svg = LineFigure::new("", "time (s)", "displacement (mm)", 640, 240)
+///     .with("measured", Role::Measured, line)
+///     .to_svg();
+/// assert!(svg.starts_with("<svg") && svg.contains("displacement (mm)"));
+/// ```
 #[derive(Debug, Clone)]
 pub struct LineFigure {
     /// Title above the axes.

@@ -28,6 +28,15 @@ fn figure_colours() -> String {
 }
 
 /// A whole report.
+///
+/// ```
+/// use maud::html;
+/// use pam_report::page::{card, page};
+///
+/// let body = html! { div.cards { (card("0.07 mm", "RMSE of the displacement")) } };
+/// let html = page("The error fell by 71 %", "Model default.", &body, "my program 1.0");
+/// assert!(html.starts_with("<!DOCTYPE html>") && html.contains("0.07 mm"));
+/// ```
 #[must_use]
 pub fn page(title: &str, subtitle: &str, body: &Markup, footer: &str) -> String {
     html! {

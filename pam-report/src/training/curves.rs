@@ -32,7 +32,7 @@ pub(super) fn curves(report: &TrainingReport) -> Markup {
     };
     html! {
         (figure(curve("loss", Role::Predicted, 320, |row| row.loss),
-            "Stripes and the numbers at the top tell the stages apart. The loss may jump between stages, \
+            "Stripes, with numbers at the top, are the stages. The loss may jump between stages, \
              whose recordings and damping differ."))
         @if !shown.is_empty() {
             @let left_out = held.len() - shown.len();
