@@ -19,7 +19,7 @@ pub struct PlausibilitySettings {
     /// displacement in slow motion, for a joint without a fault in the gas. Default: 0.06; the published run has -0.01 at
     /// 0.1 Hz, models' coefficients agree with it to some per cent.
     pub gas_spread: f64,
-    /// What air that warms adds to it in fast motion. Default: 0.18, the virtual rig at 0.5 to 2 Hz; ln 1.4 = 0.34 is the
+    /// Addition to it in fast motion, by air that warms. Default: 0.18, the virtual rig at 0.5 to 2 Hz; ln 1.4 = 0.34 is the
     /// adiabatic limit.
     pub warming_spread: f64,
     /// Time in which the air takes the temperature of the wall, s. Default: 0.8, conduction in a still cylinder of 5 mm

@@ -50,11 +50,11 @@ pub struct Diagnosis<M> {
     pub causes: Vec<Cause>,
     /// Causes that are certain but remove next to nothing of the error.
     pub minor: Vec<Cause>,
-    /// What stands against `explained`, or speaks for an error without a name, in sentences.
+    /// Reasons against `explained`, or for an error without a name, in sentences.
     pub reasons: Vec<String>,
     /// Each channel of the test data beside its noise.
     pub bands: Vec<ChannelBand>,
-    /// What is left that noise does not do.
+    /// Features of the remaining residual that noise does not have.
     pub anomalies: Vec<Anomaly>,
     /// Candidates that are not named, and why; the most probable first.
     pub refused: Vec<Refused>,

@@ -25,7 +25,7 @@ pub struct Prepared<'a, C: ?Sized> {
     pub roles: &'a Roles,
     /// First estimate of the standard deviation of the noise of each fitted channel; it is learned from there on.
     pub noise: Vec<f64>,
-    /// What is known of the noise.
+    /// Prior knowledge of the noise.
     pub prior: NoisePrior,
     /// Root mean squares of the errors of the model on baseline recordings that go with the motion, channel by channel; part
     /// of the prior. Empty without such recordings.
@@ -161,7 +161,7 @@ fn total<C: Candidates + ?Sized>(open: &Problem<'_, C>, fit: &Fit) -> f64 {
 /// Multiple of what chance allows from which the prior cost of nuisances is an error of its own.
 const STRAINED: f64 = 3.0;
 
-/// What the test data say.
+/// Findings on the test data.
 struct Judged {
     bands: Vec<ChannelBand>,
     anomalies: Vec<Anomaly>,
@@ -222,7 +222,7 @@ impl Judged {
         self.bands.iter().any(|b| b.outside) || !self.anomalies.is_empty()
     }
 
-    /// What stands against `explained`, in sentences.
+    /// Reasons against `explained`, in sentences.
     fn reasons<C: Candidates + ?Sized>(
         &self,
         causes: &[Cause],

@@ -182,7 +182,7 @@ fn put_properties_behind(causes: &mut Vec<Cause>, candidates: &[Candidate]) {
 /// Part of the variation of an output that is no noise but the error of solver and rounding, where noise is learned.
 const LEAST_SHARE: f64 = 1e-6;
 
-/// What is known of the noise, from the given levels and how they are to be taken; `least` is the least noise of an
+/// Prior knowledge of the noise, from the given levels and how they are to be taken; `least` is the least noise of an
 /// output.
 fn noise_prior(levels: &[f64], taken: FieldNoise, least: impl Fn(usize) -> f64) -> NoisePrior {
     let known = |n: &f64| (!n.is_nan()).then_some(*n);

@@ -37,7 +37,7 @@ pub struct Problem<'a, C: ?Sized> {
     /// Whitened rows that count as one independent observation: more than one where the residual of a model that is not
     /// right is correlated.
     pub rows_per_observation: f64,
-    /// What the nuisances of experiments that were not fitted would take, experiment by experiment.
+    /// Projections on the nuisances of experiments that were not fitted, one per experiment.
     pub(crate) unseen: Option<Arc<Vec<UnseenNuisances>>>,
 }
 

@@ -19,7 +19,7 @@ use std::path::Path;
 /// A force on the joint, sinusoidal pieces one after another.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Excitation {
-    /// What it is, in a few words.
+    /// Short description.
     pub name: &'static str,
     /// Amplitude (N), frequency (Hz) and length (s) of each piece.
     pub pieces: Vec<[f64; 3]>,

@@ -69,7 +69,7 @@ pub struct DiagnosedJoint {
     /// By how many of its samples the force acts earlier than a held one, as fitted with the named causes:
     /// 0 held, ½ smooth.
     pub force_lead_samples: f64,
-    /// What in the recordings contradicts the physics of the joint.
+    /// Contradictions between the recordings and the physics of the joint.
     pub plausibility: Vec<Finding>,
     /// Magnitudes of the fitted recordings.
     #[serde(skip)]
@@ -171,7 +171,7 @@ pub fn diagnose(
     })
 }
 
-/// What in the recordings contradicts the physics of the joint; an error if it is certain and not allowed.
+/// Contradictions between the recordings and the physics of the joint; an error if it is certain and not allowed.
 fn plausible(
     model: &ExtendedModel,
     sets: &RecordingSets<'_>,

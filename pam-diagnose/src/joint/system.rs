@@ -130,7 +130,7 @@ impl<'a> JointSystem<'a> {
         &self.scales
     }
 
-    /// What is known of the noise: the model's own errors, as a part of the motion.
+    /// Prior knowledge of the noise: the model's own errors, as a part of the motion.
     #[must_use]
     pub fn noise_prior(&self, open: &[OpenPart]) -> NoisePrior {
         NoisePrior {

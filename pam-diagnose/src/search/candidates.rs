@@ -10,7 +10,7 @@ use std::ops::Range;
 pub struct CandidateInfo<'a> {
     /// Its id.
     pub id: &'a str,
-    /// What it is, in a few words.
+    /// Short description.
     pub description: &'a str,
     /// Which excitation brings it out; may be empty.
     pub excited_by: &'a str,

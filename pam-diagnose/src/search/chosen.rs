@@ -7,7 +7,7 @@ use crate::fit::Hypothesis;
 use crate::linearised::{Products, Subset, all_starts};
 use crate::rejection::NullTest;
 
-/// What a search found.
+/// Result of a search.
 #[derive(Debug, Clone)]
 pub struct Findings {
     /// The system without candidates.

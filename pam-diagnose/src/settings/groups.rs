@@ -195,7 +195,7 @@ settings! {
         odds: f64 = 20.0, "–", FACTOR, USUAL;
         /// Odds that a further cause must reach where there are fewer blocks of rows than `rejection.fewest_blocks`.
         odds_of_few_blocks: f64 = 150.0, "–", FACTOR, USUAL;
-        /// Cost of a scale that ends at a limit of its range: the name stands for something else there.
+        /// Cost of a scale that ends at a limit of its range: the fit has degenerated there.
         limit_cost: f64 = 12.0, "cost", COST, STUDIES;
         /// Candidates that are fitted alone.
         singles: usize = 8, "candidates", COUNT, TIME;
@@ -242,7 +242,7 @@ settings! {
         mimic_share: f64 = 0.8, "–", SHARE, STUDIES;
         /// Ratio of the ends of a scale's interval beyond which it says nothing.
         vague_ratio: f64 = 100.0, "–", FACTOR, STUDIES;
-        /// Parts of each recording in which a cause is fitted anew.
+        /// Parts of each recording in which a cause is refitted.
         stability_parts: usize = 3, "parts", COUNT, STUDIES;
         /// Iterations of these fits.
         stability_iterations: usize = 2, "iterations", COUNT, TIME;

@@ -87,7 +87,7 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         bands((open, hypothesis), (&self.problem, &here)).unwrap_or_default()
     }
 
-    /// What is left by a hypothesis that no noise does, in the test rows and in the `open` ones.
+    /// Anomalies in the residual of a hypothesis, in the test rows and in the `open` ones.
     pub(crate) fn anomalies(&self, open: &Problem<'_, C>, hypothesis: &Hypothesis) -> Vec<Anomaly> {
         if self.same_experiments {
             // An error may begin with the test rows.

@@ -1,4 +1,4 @@
-//! What noise does not do: steps, changes of size, foreign lines and events in a residual.
+//! Features that noise does not have: steps, changes of size, foreign lines and events in a residual.
 
 use crate::fit::{Hypothesis, Problem, fitted_outputs};
 use crate::noise::{Autoregression, autocovariance};

@@ -12,7 +12,7 @@ use serde::ser::{SerializeMap, Serializer};
 pub struct Cause {
     /// Id of the candidate.
     pub effect: String,
-    /// What it is.
+    /// Description.
     #[serde(skip)]
     pub description: String,
     /// Parameters by name.

@@ -45,7 +45,7 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// What a verdict reads.
+/// The findings that decide a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct VerdictInput {
     /// Number of causes that were named on training and validation data.

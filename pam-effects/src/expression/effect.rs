@@ -44,7 +44,7 @@ struct Once {
     pressure_delay_s: Option<Program>,
 }
 
-/// What the sensors show.
+/// Readings of the sensors.
 #[derive(Debug, Default)]
 struct Sensors {
     position_mm: Option<Program>,

@@ -1,4 +1,4 @@
-//! What expressions read in a simulation of the joint.
+//! Values that expressions read in a simulation of the joint.
 
 use crate::effects::Point;
 use pam_core::Scalar;

@@ -90,7 +90,7 @@ impl Plot {
         (self.x + share(x) * self.width, self.y + share(y) * self.height)
     }
 
-    /// What makes a shape drawn in px at a place of the content keep its size; `data-at` tells the page's script the place.
+    /// A shape drawn in px at a place of the content, which keeps its size; the page's script reads the place from `data-at`.
     pub(super) fn mark(&self, (x, y): (i64, i64), shape: &Markup) -> Markup {
         let scale = |size: f64| format!("{:.2}", UNITS as f64 / size);
         let transform =

@@ -1,6 +1,6 @@
 //! Figures as SVG text.
 //!
-//! A figure is a [`frame`] (title, legend, axes) around content that is drawn in the units of its axes. The page's script
+//! A figure is a frame (title, legend, axes) around content that is drawn in the units of its axes. The page's script
 //! reads the frame's `data-` attributes, so that a reader can zoom, and lays the figure out again at another width. A figure
 //! outside a page needs neither script nor style.
 

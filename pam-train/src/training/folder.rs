@@ -68,7 +68,7 @@ struct Checkpoint {
 
 const FORMAT: u32 = 4;
 
-/// What is read of a checkpoint first.
+/// The part of a checkpoint that is read first.
 #[derive(Deserialize)]
 struct Version {
     format: u32,

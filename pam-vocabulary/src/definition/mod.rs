@@ -133,7 +133,7 @@ pub struct EffectDefinition {
     pub valid_names: Vec<String>,
 }
 
-/// What a name in an expression stands for.
+/// Meaning of a name in an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Symbol {
     /// A variable of the language.
@@ -153,7 +153,7 @@ impl EffectDefinition {
         self.parameters.len() + self.switches.len()
     }
 
-    /// What a name stands for, by its index.
+    /// Meaning of a name, by its index.
     #[must_use]
     pub fn symbol(&self, name: usize) -> Symbol {
         let own = self.value_len() + self.memory.len() + self.lets.len();

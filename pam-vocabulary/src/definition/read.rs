@@ -114,7 +114,7 @@ fn in_order<T>(table: Table<T>) -> Vec<(Spanned<String>, T)> {
     entries
 }
 
-/// What the named parts before use, themselves and through others.
+/// Names that the earlier parts use, directly and through others.
 #[derive(Default, Clone)]
 struct Uses {
     variables: Vec<usize>,
