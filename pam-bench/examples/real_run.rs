@@ -33,14 +33,14 @@ fn main() -> Result<(), Box<dyn Error>> {
             "Published model",
             "real-run-published",
             "model",
-            Role::Predicted,
+            Role::Category(0),
             rmse("/error_reduction/x/rmse_before")?,
         ),
         (
             "With the causes found",
             "real-run-extended",
             "extended model",
-            Role::Category(0),
+            Role::Predicted,
             rmse("/error_reduction/x/rmse_after")?,
         ),
     ];
