@@ -67,6 +67,18 @@ fn pages_show_the_measured_results() {
     assert!(markers > 50, "{markers} numbers and tables come from results/");
 }
 
+/// Code, links, headings, markers and generated parts are no prose; words with digits are no numbers.
+#[test]
+fn numbers_in_prose_without_a_marker_are_found() {
+    let page = "# 1.5 in a heading\nIt takes <!--= a.b .1 -->2.5<!--/--> s, or 3 s, 0.1 mm and `4.5 mm`\n\
+        ([2.5](x-1.5.md)); 1e-6, −2.5 %, 29 recordings, v1.5, RK4, 10⁻⁴.\n```text\n7.5 ms\n```\n\
+        <!-- settings -->\n| 1.5 |\n<!-- end of settings -->\nand 12 µs";
+    let found = unmarked(page);
+    let texts: Vec<&str> = found.iter().map(|(_, text)| text.as_str()).collect();
+    assert_eq!(texts, ["3 s", "0.1 mm", "2.5", "1e-6", "−2.5 %", "12 µs"]);
+    assert_eq!(found[5].0, 10);
+}
+
 /// A number in the prose of a page is a marker, so it comes from `results/`, or is listed in .ci/numbers.toml: settings,
 /// definitions, published values and physical constants are not measured. `UPDATE_NUMBERS=1` writes the list again, for a
 /// look at its difference.

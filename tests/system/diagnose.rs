@@ -271,7 +271,7 @@ fn the_real_run_shows_dry_friction() {
             && printed.contains("reduce the RMSE of the displacement on the test set"),
         "{title}\n{printed}"
     );
-    assert!(report.contains("Where the named causes act"));
+    assert!(report.contains("Where the causes act") && report.contains("measure of improvement"));
 
     // The extended model works where models are taken.
     let extended = out.join("model.safetensors");

@@ -132,5 +132,5 @@ pub(super) fn minor<M>(d: &Diagnosis<M>) -> String {
     if minor.is_empty() {
         return String::new();
     }
-    format!(" Minor, each with less than 1 % of the removed error: {}.", with_values(&minor))
+    format!(" Minor, with little influence on the error: {}.", with_values(&minor))
 }

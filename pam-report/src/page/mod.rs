@@ -46,7 +46,6 @@ pub fn page(title: &str, subtitle: &str, body: &Markup, footer: &str) -> String 
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta http-equiv="Content-Security-Policy" content=(POLICY);
-                link rel="icon" href="data:,";
                 title { (title) }
                 style { (PreEscaped(STYLE)) (PreEscaped(figure_colours())) }
             }
