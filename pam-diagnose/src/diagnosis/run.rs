@@ -85,6 +85,7 @@ pub fn run<C: Candidates + ?Sized, M>(
     let input = VerdictInput {
         causes: causes.len(),
         confirmed: judged.confirmed,
+        reduced: judged.reduced,
         named_share: judged.explainable.named,
         left: judged.is_left(),
         doubtful: causes.iter().any(|c| !c.at_limit.is_empty() || !c.stability_test.holds()),
@@ -167,6 +168,7 @@ struct Judged {
     anomalies: Vec<Anomaly>,
     explainable: Explainable,
     confirmed: bool,
+    reduced: bool,
     inadequate: bool,
 }
 
@@ -211,7 +213,8 @@ impl Judged {
             },
             // Without a test set, names are as good as training and validation data make them.
             confirmed: test.problem().is_empty()
-                || (test.is_reduced(base, best) && reduction.ci95[0] > 0.0),
+                || (test.is_reduced(base, best) && reduction.error_reduction > 0.0),
+            reduced: test.problem().is_empty() || reduction.ci95[0] > 0.0,
             inadequate: inadequate(prepared, open, names),
             bands,
         }
@@ -235,6 +238,11 @@ impl Judged {
                 "the test data do not confirm {}: the error there is not proven to be smaller",
                 causes.iter().map(|c| c.effect.as_str()).collect::<Vec<_>>().join(" and ")
             ));
+        }
+        if !causes.is_empty() && self.confirmed && !self.reduced {
+            reasons.push(
+                "beside the noise of the test data the error of the simulation is not proven to be smaller".into(),
+            );
         }
         let outputs = fitted_outputs(test.problem().system);
         for (k, (band, (_, output))) in self.bands.iter().zip(outputs).enumerate() {

@@ -91,19 +91,10 @@ pub fn search<C: Candidates + ?Sized>(
         if best.members() == 0 {
             break;
         }
-        rows.learn_beside(best.hypothesis())?;
-        let again = |s: &Scored| rows.fitted(s.hypothesis().clone(), iterations);
-        found.base = again(&found.base)?;
-        best = again(&best)?;
-        let rivals = sets.iter().filter(|s| s.members() > 0).take(settings.rivals);
-        let rivals = rivals.map(|s| s.hypothesis().clone()).collect();
-        sets = rows.fit_all(rivals, Some(&best));
-        let near = neighbours(rows, &best, &found.base, &starts, most)?;
-        found.without = near.without;
-        sets.extend(near.sets);
-        sets.extend([best.clone(), found.base.clone()]);
-        sets = distinct(rows, sets);
-        let next = rows.preferred(&sets)?;
+        // A set beside which the noise cannot be learned, or with which a fit diverges, is the best that can be had.
+        let Some(next) = improved(rows, &mut found, &mut best, &mut sets, &starts, most) else {
+            break;
+        };
         done(0.5 + 0.5 * (round + 1) as f64 / settings.rounds as f64);
         let same = next.hypothesis().set() == best.hypothesis().set();
         best = next;
@@ -116,6 +107,32 @@ pub fn search<C: Candidates + ?Sized>(
     found.best = best;
     found.others = sets;
     Some(found)
+}
+
+/// The set that is preferred in the neighbourhood of the best one, all of them fitted with the noise beside it; `None` if one
+/// of these steps diverges.
+fn improved<C: Candidates + ?Sized>(
+    rows: &mut Rows<'_, C>,
+    found: &mut Findings,
+    best: &mut Scored,
+    sets: &mut Vec<Scored>,
+    starts: &[(usize, Vec<f64>)],
+    most: usize,
+) -> Option<Scored> {
+    let settings = rows.whole.settings.search;
+    rows.learn_beside(best.hypothesis())?;
+    let again = |s: &Scored| rows.fitted(s.hypothesis().clone(), settings.iterations);
+    found.base = again(&found.base)?;
+    *best = again(best)?;
+    let rivals = sets.iter().filter(|s| s.members() > 0).take(settings.rivals);
+    let rivals = rivals.map(|s| s.hypothesis().clone()).collect();
+    *sets = rows.fit_all(rivals, Some(best));
+    let near = neighbours(rows, best, &found.base, starts, most)?;
+    found.without = near.without;
+    sets.extend(near.sets);
+    sets.extend([best.clone(), found.base.clone()]);
+    *sets = distinct(rows, std::mem::take(sets));
+    rows.preferred(sets)
 }
 
 /// The best of each set of candidates, best first.

@@ -10,7 +10,7 @@ use std::fmt;
 /// use pam_diagnose::settings::VerdictSettings;
 /// use pam_diagnose::verdict::{Verdict, VerdictInput};
 ///
-/// let confirmed = VerdictInput { causes: 1, confirmed: true, named_share: 0.9, ..VerdictInput::default() };
+/// let confirmed = VerdictInput { causes: 1, confirmed: true, reduced: true, named_share: 0.9, ..VerdictInput::default() };
 /// assert_eq!(Verdict::of(confirmed, &VerdictSettings::default()), Verdict::Explained);
 /// let doubtful = VerdictInput { doubtful: true, ..confirmed };
 /// assert_eq!(Verdict::of(doubtful, &VerdictSettings::default()).to_string(), "partly_explained");
@@ -50,8 +50,12 @@ impl fmt::Display for Verdict {
 pub struct VerdictInput {
     /// Number of causes that were named on training and validation data.
     pub causes: usize,
-    /// Whether the error on the test data is proven to be smaller with them.
+    /// Whether the test data confirm them: their whitened error is proven to be smaller, and the error of the simulation is no
+    /// larger.
     pub confirmed: bool,
+    /// Whether the error of the simulation on the test data is proven to be smaller: the interval of the error reduction is
+    /// above zero.
+    pub reduced: bool,
     /// Share of the removable error that they remove.
     pub named_share: f64,
     /// Whether something is left that is no noise: a channel outside its band, or an anomaly.
@@ -72,7 +76,7 @@ impl Verdict {
     /// | 0 | otherwise | nothing found |
     /// | > 0 | the test data do not confirm them | unconfirmed |
     /// | > 0 | they remove less than `named_share` of the removable error | unexplained |
-    /// | > 0 | something is left that is no noise, or a value is doubtful | partly explained |
+    /// | > 0 | something is left that is no noise, a value is doubtful, or no error reduction is proven | partly explained |
     /// | > 0 | otherwise | explained |
     #[must_use]
     pub fn of(input: VerdictInput, settings: &VerdictSettings) -> Self {
@@ -83,7 +87,7 @@ impl Verdict {
             0 => Self::NothingFound,
             _ if !e.confirmed => Self::Unconfirmed,
             _ if e.named_share < settings.named_share => Self::Unexplained,
-            _ if e.left || e.doubtful => Self::PartlyExplained,
+            _ if e.left || e.doubtful || !e.reduced => Self::PartlyExplained,
             _ => Self::Explained,
         }
     }

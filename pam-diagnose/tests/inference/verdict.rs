@@ -16,7 +16,7 @@ fn the_rule_has_one_outcome_for_each_combination() {
     };
     let settings = DiagnosisSettings::default().verdict;
     let none = VerdictInput::default();
-    let good = VerdictInput { causes: 1, confirmed: true, named_share: 1.0, ..none };
+    let good = VerdictInput { causes: 1, confirmed: true, reduced: true, named_share: 1.0, ..none };
     let rows = [
         (none, NothingFound),
         (VerdictInput { left: true, ..none }, Unexplained),
@@ -27,6 +27,7 @@ fn the_rule_has_one_outcome_for_each_combination() {
         (VerdictInput { named_share: 0.24, ..good }, Unexplained),
         (VerdictInput { left: true, ..good }, PartlyExplained),
         (VerdictInput { doubtful: true, ..good }, PartlyExplained),
+        (VerdictInput { reduced: false, ..good }, PartlyExplained),
         (VerdictInput { confirmed: false, ..good }, Unconfirmed),
         (VerdictInput { confirmed: false, left: true, named_share: 0.0, ..good }, Unconfirmed),
     ];
