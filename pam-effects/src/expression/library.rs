@@ -21,11 +21,11 @@ static KNOWN: LazyLock<Mutex<HashMap<String, &'static ExpressionEffect>>> =
 /// [`EffectError::File`] with file, line, column and the unknown word or the impossible value.
 pub fn load(path: impl AsRef<Path>) -> Result<Vec<&'static dyn AnyEffect>, EffectError> {
     let path = path.as_ref();
-    let text = std::fs::read_to_string(path).map_err(|e| EffectError::File {
-        file: path.display().to_string(),
-        message: e.to_string(),
-    })?;
-    read(&text, &path.display().to_string())
+    let file = path.display().to_string();
+    match pam_data::toml_file::text(path) {
+        Ok(text) => read(&text, &file),
+        Err(e) => Err(EffectError::File { file, message: e.fault() }),
+    }
 }
 
 /// As [`load`], from text.

@@ -263,6 +263,14 @@ fn faults_of_a_file_are_named_with_line_and_column() {
     let taken = file("acts.force_n = \"gain_n\"").replace("mine", "leak");
     let error = expression::parse(&taken).expect_err("a built-in id");
     assert!(matches!(&error, EffectError::File { message, .. } if message.contains("built-in")));
+    // Each part is twice the one before: 2^60 operations if they were written out.
+    let mut parts = String::from("let.a0 = \"x + x\"\n");
+    for k in 1..60 {
+        parts += &format!("let.a{k} = \"a{} + a{}\"\n", k - 1, k - 1);
+    }
+    let text = file(&format!("{parts}acts.force_n = \"a59\""));
+    let message = expression::parse(&text).expect_err("exponential growth").to_string();
+    assert!(message.contains("line 15, column") && message.contains("written out"), "{message}");
     let missing = expression::load("no/such/file.toml").expect_err("no file").to_string();
     assert!(missing.starts_with("no/such/file.toml: "), "{missing}");
 }
