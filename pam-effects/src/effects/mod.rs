@@ -31,7 +31,9 @@ pub use hooks::{
     Absorbed, Air, ChamberLaw, Command, Effect, Held, Observed, Point, Rest, Restoring, StepStart,
 };
 pub use own::{all, register, registered};
-pub use pam_vocabulary::{Course, EffectInfo, Group, ParameterInfo, Switch, VocabularyError, entry};
+pub use pam_vocabulary::{
+    Course, EffectInfo, Group, ParameterInfo, Switch, VocabularyError, entry,
+};
 pub use scales::{DataScales, ScaleSample};
 pub use timed::{Timed, timed};
 

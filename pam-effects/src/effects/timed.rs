@@ -261,8 +261,8 @@ impl<S: EffectScalar> EffectHooks<S> for Timed {
             return;
         }
         let [flexor, extensor] = &seen.pressures_kpa;
-        let before =
-            [&*seen.displacement_mm, &*seen.velocity_mm_s, &**flexor, &**extensor].map(<[S]>::to_vec);
+        let before = [&*seen.displacement_mm, &*seen.velocity_mm_s, &**flexor, &**extensor]
+            .map(<[S]>::to_vec);
         self.with_own(p, |own| S::hooks(self.inner).observe(own, seen));
         let [flexor, extensor] = &mut seen.pressures_kpa;
         let after = [&mut *seen.displacement_mm, &mut *seen.velocity_mm_s, flexor, extensor];

@@ -55,7 +55,8 @@ impl<'a, S: Scalar> Chambers<'a, S> {
             }
             Some(limit) => {
                 let beyond = |contraction: S| {
-                    (contraction - limit).maximum(S::zero()) * (self.law.beyond_limit - S::constant(1.0))
+                    (contraction - limit).maximum(S::zero())
+                        * (self.law.beyond_limit - S::constant(1.0))
                 };
                 [
                     geometry.volumes(x + beyond(x), nu).flexor_mm3,

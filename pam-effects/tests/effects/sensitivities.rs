@@ -76,9 +76,11 @@ fn compare(trial: &Trial, base: &Base<f64>, effect: &'static dyn AnyEffect, valu
     let seeded: Vec<Derivatives> = values
         .iter()
         .enumerate()
-        .map(|(k, &v)| {
-            if k < count { Derivatives::variable(v, k) } else { Derivatives::constant(v) }
-        })
+        .map(
+            |(k, &v)| {
+                if k < count { Derivatives::variable(v, k) } else { Derivatives::constant(v) }
+            },
+        )
         .collect();
     let mut with = Trajectory::default();
     simulate::<Derivatives>(trial, base, &[effect], &seeded, &Nuisances::none(), &mut with)

@@ -129,8 +129,7 @@ fn times_stand_beside_the_values_of_an_effect() {
         acts.force_n = "-stiffness_n_mm * if(cubic > 0, x^3, x)"
     "#;
     let spring = pam_effects::expression::parse(text).expect("a definition")[0];
-    let spring =
-        ActiveEffect { effect: timed(spring, Course::ENDS), values: vec![4.0, 7.25, 1.0] };
+    let spring = ActiveEffect { effect: timed(spring, Course::ENDS), values: vec![4.0, 7.25, 1.0] };
     let model = ExtendedModel {
         joint: linear(),
         info: ModelInfo { name: "m".into(), ..ModelInfo::default() },
