@@ -75,11 +75,19 @@ pub trait Candidates: Sync {
         false
     }
 
+    /// Whether a member of the candidate may have a [schedule](crate::onset::Schedule): whether simulations follow it.
+    fn may_be_timed(&self, index: usize) -> bool {
+        let _ = index;
+        false
+    }
+
     /// Uncertain values that all experiments share.
     fn shared(&self) -> &[Nuisance];
     /// Uncertain values of each experiment.
     fn local(&self) -> &[Nuisance];
 
+    /// Number of experiments.
+    fn experiment_len(&self) -> usize;
     /// The measured channels.
     fn outputs(&self) -> &[OutputInfo];
     /// Name of an experiment.
