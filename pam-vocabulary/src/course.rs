@@ -17,9 +17,9 @@ pub struct Course {
     pub end: bool,
 }
 
-/// Time in which an effect comes or goes where no other is given, s: short beside any motion of the joint, and long beside a
-/// step of its simulation, so that derivatives by the times are those of a smooth function.
-pub const LEAST_RAMP_S: f64 = 0.1;
+/// Time in which an effect comes or goes where no other is given, s: short beside any motion of the joint, and five steps of
+/// its simulation, so that derivatives by the times are those of a smooth function.
+pub const LEAST_RAMP_S: f64 = 0.02;
 
 /// Latest time, s.
 const LATEST_S: f64 = 1e6;

@@ -271,9 +271,21 @@ pub(crate) fn directions<C: Candidates + ?Sized>(
     // Only the new member is differentiated by.
     let mut with = hypothesis.with(start.candidate, &start.values);
     with.fixed = hypothesis.members.len();
+    switched_on(problem, &with, start, here, place)
+}
+
+/// The directions of the last member of a hypothesis, which is the only one that is fitted: by its parameters, and by switching
+/// it on.
+pub(crate) fn switched_on<C: Candidates + ?Sized>(
+    problem: &Problem<'_, C>,
+    with: &Hypothesis,
+    start: &Start,
+    here: &Sensitivities,
+    place: usize,
+) -> Vec<Vec<Vec<f64>>> {
     let parameters = start.directions.len() - 1;
     let none = vec![vec![Vec::new(); here.residuals.len()]; parameters + 1];
-    let Ok(there) = problem.whitened_parameter_sensitivities(&with, place) else { return none };
+    let Ok(there) = problem.whitened_parameter_sensitivities(with, place) else { return none };
     let mut all = there.columns;
     let change = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| a - b).collect();
     all.push(here.residuals.iter().zip(&there.residuals).map(change).collect());

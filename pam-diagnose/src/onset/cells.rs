@@ -1,14 +1,18 @@
 //! Inner products of all directions with the residual, cell of time by cell of time.
 //!
 //! A direction of a candidate that begins at a time is, to first order, the direction of the whole run from that time on: the
-//! joint forgets within a fraction of a second what was before. So the inner products of every beginning and every end
-//! are sums over the cells of the whole run's, and no simulation is needed but those of the [screening](crate::linearised).
+//! joint forgets within a fraction of a second what was before. So the inner products of every beginning are sums over the cells
+//! of one that begins with the first sample, which the reading at rest does not know, and those of every end are sums
+//! over the cells of one that is always there. Each candidate is simulated twice.
 
-use crate::fit::{Hypothesis, Problem, dot};
-use crate::linearised::{Column, HELD, Start, directions};
+use super::schedule::{Acts, Pattern, Schedule};
+use crate::fit::{Hypothesis, Member, Problem, Sensitivities, dot};
+use crate::linearised::{Column, HELD, Start, directions, switched_on};
 use crate::search::Candidates;
 use pam_core::parallel;
 use pam_numerics::ScaledCholesky;
+use pam_vocabulary::course::{Course, ONSET};
+use std::sync::Arc;
 
 /// Most cells of all experiments together.
 const MOST_CELLS: f64 = 240.0;
@@ -52,13 +56,17 @@ impl Cells {
     }
 }
 
-/// Length of a cell for a problem, s: the shortest block of residuals, or longer where there would be too many.
-fn cell_s<C: Candidates + ?Sized>(problem: &Problem<'_, C>) -> f64 {
+/// Length of a cell for a problem, s: shorter than the setting where there would be too few, longer where there would be too
+/// many.
+pub(super) fn cell_s<C: Candidates + ?Sized>(problem: &Problem<'_, C>) -> f64 {
+    let settings = &problem.settings.onset;
     let span = |i: usize| problem.row_s(i) * problem.rows(i) as f64;
     let total: f64 = (0..problem.len()).map(span).filter(|s| s.is_finite()).sum();
     let row = (0..problem.len()).map(|i| problem.row_s(i)).filter(|s| s.is_finite());
-    let rows = problem.settings.onset.cell_rows as f64;
-    (rows * row.fold(0.0, f64::max)).max(total / MOST_CELLS)
+    let row_s = row.fold(0.0, f64::max);
+    let [least, most] = [settings.fewest_cell_rows, settings.cell_rows].map(|n| n as f64 * row_s);
+    let enough = total / settings.fewest_cells as f64;
+    enough.min(most).max(least).max(total / MOST_CELLS)
 }
 
 /// A direction: the change of the residual by switching a candidate on, or by one of its parameters.
@@ -70,6 +78,8 @@ pub(super) struct Direction {
     pub(super) values: Vec<f64>,
     /// Place of the member whose parameter it is, if it is one of the hypothesis.
     pub(super) member: Option<usize>,
+    /// Whether it is that of a beginning; otherwise that of an end.
+    pub(super) begins: bool,
 }
 
 /// Products of one direction with the residual, with itself, and with the unknowns that are fitted along, in one experiment.
@@ -140,8 +150,10 @@ impl CellProducts {
             })
             .collect();
         let of_start = |s: &Start| {
-            let one = Direction { candidate: s.candidate, values: s.values.clone(), member: None };
-            vec![one; s.directions.len()]
+            let (candidate, values) = (s.candidate, s.values.clone());
+            let one = |begins| Direction { candidate, values: values.clone(), member: None, begins };
+            let len = s.directions.len();
+            [vec![one(true); len], vec![one(false); len]].concat()
         };
         let mut all: Vec<Direction> = starts.iter().flat_map(of_start).collect();
         // Parameters of members that are there always: a change of one of them at a time.
@@ -155,7 +167,7 @@ impl CellProducts {
             let place = parameters[k].member;
             let member = &hypothesis.members[place];
             let values = member.values.clone();
-            Direction { candidate: member.candidate, values, member: Some(place) }
+            Direction { candidate: member.candidate, values, member: Some(place), begins: true }
         }));
         let cell_s = cell_s(problem);
         let cells: Vec<Cells> =
@@ -184,8 +196,9 @@ impl CellProducts {
                 unknowns: unknowns.iter().map(|u| sums(d, u)).collect(),
             };
             let mut products: Vec<Products> = parallel::map(starts.len(), |k| {
-                let all = directions(problem, hypothesis, &starts[k], &s, i);
-                all.iter().map(|d| of(&column(d))).collect::<Vec<_>>()
+                let ends = directions(problem, hypothesis, &starts[k], &s, i);
+                let begins = from_the_first_sample(problem, hypothesis, &starts[k], &s, i);
+                begins.iter().chain(&ends).map(|d| of(&column(d))).collect::<Vec<_>>()
             })
             .into_iter()
             .flatten()
@@ -303,6 +316,33 @@ impl CellProducts {
         let cleared = sum - dot(&piece.shares, &signed.unknowns);
         cleared * cleared / piece.size
     }
+}
+
+/// The directions of a starting value that begins with the first sample, in one experiment.
+fn from_the_first_sample<C: Candidates + ?Sized>(
+    problem: &Problem<'_, C>,
+    hypothesis: &Hypothesis,
+    start: &Start,
+    here: &Sensitivities,
+    place: usize,
+) -> Vec<Vec<Vec<f64>>> {
+    let system = problem.system;
+    let schedule = Schedule {
+        pattern: Pattern::Shared,
+        acts: vec![Acts::Within(Course::BEGINS, 0); system.experiment_len()],
+        times: vec![ONSET],
+        fitted: false,
+        choices: 1.0,
+    };
+    let member = Member {
+        candidate: start.candidate,
+        // Nothing of it is there at the first sample.
+        values: [start.values.as_slice(), &[0.5 * system.ramp_s()]].concat(),
+        schedule: Some(Arc::new(schedule)),
+    };
+    let mut with = hypothesis.with_member(member);
+    with.fixed = hypothesis.members.len();
+    switched_on(problem, &with, start, here, place)
 }
 
 /// Share of a direction that must be its own, so that what it explains is no rounding.

@@ -5,12 +5,12 @@ use crate::search::Candidates;
 use pam_numerics::statistics::chi_square_quantile;
 use std::sync::Arc;
 
-/// First distance from a time at which the profile is looked at, s, as a share of a row.
-const FIRST_ROWS: f64 = 0.25;
+/// First distance from a time at which the cost is looked at, in rows.
+const FIRST_ROWS: f64 = 0.1;
 /// Doublings of that distance.
-const DOUBLINGS: usize = 14;
+const DOUBLINGS: usize = 16;
 /// Halvings of the bracket.
-const HALVINGS: usize = 5;
+const HALVINGS: usize = 4;
 /// Iterations of the fit of all other values at each time.
 const ITERATIONS: usize = 2;
 
@@ -30,10 +30,18 @@ pub(crate) fn time_interval<C: Candidates + ?Sized>(
     held.members[member].schedule = Some(Arc::new(schedule.held()));
     let at = held.members[member].own().len() + time;
     let (value, info) = (held.members[member].values[at], schedule.times[time]);
-    let profile = |time: f64| {
+    let with = |time: f64| {
         let mut h: Hypothesis = held.clone();
         h.members[member].values[at] = time;
-        problem.fit(h, ITERATIONS).map_or(f64::INFINITY, |f| f.cost - best.cost)
+        h
+    };
+    // With all other values as they are, the cost is not below the profile.
+    let bound = |time: f64| {
+        let h = with(time);
+        problem.errors(&h).map_or(f64::INFINITY, |e| problem.cost(&h, &e) - best.cost)
+    };
+    let profile = |time: f64| {
+        problem.fit(with(time), ITERATIONS).map_or(f64::INFINITY, |f| f.cost - best.cost)
     };
     // A scale is looked at in its logarithm.
     let moved = |distance: f64| {
@@ -46,12 +54,16 @@ pub(crate) fn time_interval<C: Candidates + ?Sized>(
     };
     let side = |sign: f64| {
         let (mut inside, mut outside) = (0.0, sign * first);
+        let beyond = |to: f64| to <= info.range[0] || to >= info.range[1];
+        while bound(moved(outside)) < rise && !beyond(moved(outside)) {
+            (inside, outside) = (outside, 2.0 * outside);
+        }
         for _ in 0..DOUBLINGS {
             if profile(moved(outside)) > rise {
                 break;
             }
             let to = moved(outside);
-            if to <= info.range[0] || to >= info.range[1] {
+            if beyond(to) {
                 return to;
             }
             (inside, outside) = (outside, 2.0 * outside);

@@ -87,7 +87,10 @@ pub(crate) fn late_fault<C: Candidates + ?Sized>(
             closed || if edge.begins { time_s >= open_s } else { time_s == f64::NEG_INFINITY }
         })
     };
-    let [base, best] = one_more(&all, &whole, &outside, seed)?;
+    // In an experiment that is open at first, it begins in the test rows.
+    let test_s: f64 = open_s.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let from_s = if all.len() == open.len() { test_s } else { 0.0 };
+    let [base, best] = one_more(&all, &whole, &outside, from_s, seed)?;
     let member = best.hypothesis.members.last()?;
     let intervals = all.intervals(&best).ok()?;
     let fitted = member.fitted(system);

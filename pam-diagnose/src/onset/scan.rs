@@ -63,11 +63,11 @@ impl<'c> Scan<'c> {
         let mut edges = edges(products, margin);
         edges.retain(|(edge, _)| may_be(edge));
         let pieces = parallel::map(products.directions.len(), |direction| {
-            let member = products.directions[direction].member.is_some();
+            // What a parameter of a member loses before a time it gains behind.
+            let begins = products.directions[direction].begins;
             edges
                 .iter()
-                // What a parameter of a member loses before a time it gains behind.
-                .filter(|(edge, _)| edge.begins || !member)
+                .filter(|(edge, _)| edge.begins == begins)
                 .filter_map(|(edge, ranges)| {
                     Some((products.piece(direction, ranges.clone())?, edge.clone()))
                 })
@@ -78,7 +78,8 @@ impl<'c> Scan<'c> {
 
     /// Number of edges of one direction.
     pub(super) fn edges_per_direction(&self) -> usize {
-        self.pieces.len().div_ceil(self.products.directions.len().max(1)).max(1)
+        // Beginnings and ends are directions of their own.
+        (2 * self.pieces.len()).div_ceil(self.products.directions.len().max(1)).max(1)
     }
 
     fn signed(&self, sign: &mut impl FnMut() -> f64, block: usize) -> Signed {
@@ -196,7 +197,7 @@ impl<'c> Scan<'c> {
             if self.products.directions[direction].member.is_some() {
                 return Vec::new();
             }
-            [true, false]
+            [self.products.directions[direction].begins]
                 .into_iter()
                 .filter_map(|begins| {
                     let all = |e: usize, from: usize| {

@@ -1,6 +1,6 @@
 //! From the scan to a set whose members begin or end.
 
-use super::cells::CellProducts;
+use super::cells::{CellProducts, cell_s};
 use super::scan::{Edge, OnsetTest, Scan, Scored};
 use super::schedule::{Acts, Pattern, Schedule};
 use crate::diagnosis::total;
@@ -8,7 +8,7 @@ use crate::fit::{Fit, Hypothesis, Member, Problem};
 use crate::linearised::{Products, all_starts};
 use crate::search::{Candidates, Rows, stands};
 use pam_core::parallel;
-use pam_vocabulary::course::{Course, END, LEAST_RAMP_S, ONSET, RAMP};
+use pam_vocabulary::course::{Course, END, ONSET, RAMP};
 use pam_vocabulary::ParameterInfo;
 use std::sync::Arc;
 
@@ -68,10 +68,10 @@ pub(crate) fn search<C: Candidates + ?Sized>(
     let most = rows.whole.settings.search.max_causes.max(plain.hypothesis.members.len());
     starts.retain(|h| h.members.len() <= most);
     let fitted = fit_all(&rows.whole, starts);
-    let Some(first) = fitted.into_iter().next().filter(|f| f.cost < plain.cost) else {
+    let Some(first) = fitted.first().filter(|f| f.cost < plain.cost) else {
         return OnsetFindings { test, ..none };
     };
-    let timed = improved(rows, first, plain, most, seed);
+    let timed = improved(rows, first.clone(), &fitted[1..], plain, most, seed);
     if timed.is_none() {
         // The noise as it was.
         rows.learn_beside(&plain.hypothesis);
@@ -260,9 +260,23 @@ fn fit_all<C: Candidates + ?Sized>(problem: &Problem<'_, C>, starts: Vec<Hypothe
         let go_on = |fit| problem.fit_further(fit, settings.first_iterations);
         going = parallel::map_each(further, go_on).into_iter().flatten().collect();
     }
-    done.retain(|fit| stands(problem.system, &fit.hypothesis) && within(problem, &fit.hypothesis));
+    done.retain(|fit| {
+        let h = &fit.hypothesis;
+        stands(problem.system, h) && within(problem, h) && inside(problem.system, h)
+    });
     done.sort_by(|a, b| price(a).total_cmp(&price(b)));
     done
+}
+
+/// Whether no own value of a timed member, and no ramp, is at a limit of its range, but where it is off: there the name stands
+/// for something else.
+fn inside<C: Candidates + ?Sized>(system: &C, h: &Hypothesis) -> bool {
+    let timed = h.members.iter().filter(|m| m.schedule.is_some());
+    timed.flat_map(|m| m.fitted(system).into_iter().map(move |f| (m, f))).all(|(m, (k, info))| {
+        let (value, [low, high]) = (m.values[k], info.range);
+        let margin = 1e-9 * (high - low);
+        info.off == Some(value) || (value > low + margin && value < high - margin)
+    })
 }
 
 /// Whether the times of all members are inside the recordings: at their ends a member is there always, or never.
@@ -287,6 +301,7 @@ fn within<C: Candidates + ?Sized>(problem: &Problem<'_, C>, h: &Hypothesis) -> b
 fn improved<C: Candidates + ?Sized>(
     rows: &mut Rows<'_, C>,
     first: Fit,
+    rivals: &[Fit],
     plain: &Fit,
     most: usize,
     seed: u64,
@@ -294,13 +309,25 @@ fn improved<C: Candidates + ?Sized>(
     let settings = rows.whole.settings.search;
     let mut best = first;
     let mut others: Vec<(Hypothesis, f64)> = Vec::new();
+    let mut rivals: Vec<Hypothesis> = rivals.iter().map(|f| f.hypothesis.clone()).collect();
     for _ in 0..settings.rounds {
         best = rows.learn_beside(&best.hypothesis)?;
         best = moved_in_time(&rows.whole, best);
+        if let Some(abrupt) = without_least_ramps(rows.whole.system, &best.hypothesis) {
+            best = rows.whole.fit(abrupt, settings.iterations).ok()?;
+        }
         let again = |h: &Hypothesis| rows.whole.fit(h.clone(), settings.iterations).ok();
         let mut sets = vec![best.clone()];
         sets.extend(again(&plain.hypothesis));
         let mut starts = variants(&rows.whole, &best.hypothesis, most);
+        // The best rival of each set of candidates.
+        let mut known = vec![best.hypothesis.set()];
+        rivals.retain(|h| {
+            let new = !known.contains(&h.set());
+            known.push(h.set());
+            new
+        });
+        starts.extend(rivals.iter().take(settings.rivals).cloned());
         if best.hypothesis.members.len() < most {
             starts.extend(additions(rows, &best.hypothesis, seed));
         }
@@ -308,6 +335,13 @@ fn improved<C: Candidates + ?Sized>(
         let own = |f: &Fit| total(&rows.whole, f);
         sets.sort_by(|a, b| own(a).total_cmp(&own(b)));
         others = sets.iter().map(|f| (f.hypothesis.clone(), own(f))).collect();
+        rivals = sets.iter().map(|f| f.hypothesis.clone()).collect();
+        if std::env::var("ONSET_DEBUG").is_ok() {
+            for (h, t) in &others {
+                eprintln!("{t:.1} {:?}", h.members.iter().map(|m| (system_id(&rows.whole, m), &m.values)).collect::<Vec<_>>());
+            }
+            eprintln!("rho {} needed {}", rows.whole.rows_per_observation, needed(rows));
+        }
         // The smallest set against which the odds of the best are not enough.
         let enough = 2.0 * needed(rows);
         let near = sets.iter().filter(|f| own(f) - own(&sets[0]) < enough);
@@ -321,6 +355,29 @@ fn improved<C: Candidates + ?Sized>(
     }
     let timed = best.hypothesis.members.iter().any(|m| m.schedule.is_some());
     timed.then_some(TimedSet { set: best.hypothesis, others })
+}
+
+/// The hypothesis with members that begin where they grew over the least ramp; `None` if there are none.
+fn without_least_ramps<C: Candidates + ?Sized>(system: &C, h: &Hypothesis) -> Option<Hypothesis> {
+    let mut other = h.clone();
+    for member in &mut other.members {
+        let Some(schedule) = member.schedule.clone() else { continue };
+        let ramp = schedule.times.iter().position(|p| p.name == RAMP.name);
+        let Some(ramp) = ramp.filter(|&k| member.times()[k] < 1.01 * system.ramp_s()) else {
+            continue;
+        };
+        let at = member.own().len() + ramp;
+        let mut schedule = Schedule::clone(&schedule);
+        schedule.times.remove(ramp);
+        for acts in &mut schedule.acts {
+            if let Acts::Within(course, _) = acts {
+                course.ramp = false;
+            }
+        }
+        member.values.remove(at);
+        member.schedule = Some(Arc::new(schedule));
+    }
+    (other != *h).then_some(other)
 }
 
 /// What the members do in the experiments.
@@ -405,8 +462,9 @@ fn other_course<C: Candidates + ?Sized>(
     }
     let (onset, latest) = (member.times()[0], schedule.times[0].range[1]);
     let (info, values): (ParameterInfo, Vec<f64>) = if course == Course::GROWS {
-        let range = [LEAST_RAMP_S, latest];
-        let ramps = RAMP_SHARES.map(|share| (share * latest).max(2.0 * LEAST_RAMP_S));
+        let least = problem.system.ramp_s();
+        let range = [least, latest];
+        let ramps = RAMP_SHARES.map(|share| (share * latest).max(2.0 * least));
         (ParameterInfo { range, ..RAMP }, ramps.to_vec())
     } else {
         let last_s = problem
@@ -457,9 +515,11 @@ fn additions<C: Candidates + ?Sized>(
 }
 
 /// Shifts of a time that are tried, in lengths of a cell.
-const SHIFTS: [f64; 6] = [-2.0, -1.0, -0.4, 0.4, 1.0, 2.0];
+const SHIFTS: [f64; 10] = [-2.0, -1.0, -0.5, -0.2, -0.08, 0.08, 0.2, 0.5, 1.0, 2.0];
 /// Rounds of shifts.
 const SHIFT_ROUNDS: usize = 3;
+/// Cost above the least one up to which a shifted time is fitted.
+const NEAR_COST: f64 = 10.0;
 
 /// The fit from other times nearby: to first order a time is seen only from within the response of the system.
 pub(crate) fn moved_in_time<C: Candidates + ?Sized>(
@@ -467,8 +527,7 @@ pub(crate) fn moved_in_time<C: Candidates + ?Sized>(
     mut best: Fit,
 ) -> Fit {
     let settings = &problem.settings.search;
-    let row_s = (0..problem.len()).map(|i| problem.row_s(i)).filter(|s| s.is_finite());
-    let cell_s = row_s.fold(0.0, f64::max) * problem.settings.onset.cell_rows as f64;
+    let cell_s = cell_s(problem);
     for _ in 0..SHIFT_ROUNDS {
         let mut tried = Vec::new();
         for (place, member) in best.hypothesis.members.iter().enumerate() {
@@ -483,12 +542,20 @@ pub(crate) fn moved_in_time<C: Candidates + ?Sized>(
                 }));
             }
         }
-        let fitted = parallel::map_each(tried, |h| {
-            problem.fit_to(h, settings.first_iterations, settings.converged_drop)
+        // A valley that is deeper shows without a fit of the other values.
+        let costs = parallel::map_each(tried, |h| {
+            let cost = problem.errors(&h).map_or(f64::INFINITY, |e| problem.cost(&h, &e));
+            (h, cost)
         });
-        let better = fitted.into_iter().flatten().filter(|f| f.cost < best.cost - 1.0);
-        let Some(next) = better.min_by(|a, b| a.cost.total_cmp(&b.cost)) else { break };
-        best = problem.fit_further(next.clone(), settings.iterations).unwrap_or(next);
+        let nearest = costs.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((next, _)) = nearest.filter(|(_, cost)| *cost < best.cost + NEAR_COST) else { break };
+        let Ok(next) = problem.fit_to(next, settings.iterations, settings.converged_drop) else {
+            break;
+        };
+        if next.cost > best.cost - 1.0 {
+            break;
+        }
+        best = next;
     }
     best
 }
@@ -529,11 +596,13 @@ fn highest(curves: &[Vec<(f64, f64)>]) -> f64 {
 }
 
 /// The member that explains best what a hypothesis leaves, among those that act where `may_be` lets them alone: the members of
-/// the hypothesis keep their values. Fits of the hypothesis without and with it; `None` if it does not reach the odds.
+/// the hypothesis keep their values. No time is before `from_s`. Fits of the hypothesis without and with it; `None` if it does
+/// not reach the odds.
 pub(super) fn one_more<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     hypothesis: &Hypothesis,
     may_be: &dyn Fn(&Edge) -> bool,
+    from_s: f64,
     seed: u64,
 ) -> Option<[Fit; 2]> {
     let settings = problem.settings;
@@ -546,7 +615,20 @@ pub(super) fn one_more<C: Candidates + ?Sized>(
     }
     let starts = found.promising.iter().take(settings.onset.candidates);
     let starts = starts.flat_map(|s| hypotheses(problem, &base.hypothesis, s, found.choices));
+    let starts = starts.map(|mut h| {
+        let member = h.members.last_mut().expect("just added");
+        if let Some(schedule) = &member.schedule {
+            let mut schedule = Schedule::clone(schedule);
+            schedule.times.iter_mut().for_each(|p| p.range[0] = p.range[0].max(from_s));
+            member.schedule = Some(Arc::new(schedule));
+        }
+        h
+    });
     let best = fit_all(problem, starts.collect()).into_iter().next()?;
     let best = moved_in_time(problem, best);
     (total(problem, &base) - total(problem, &best) > 2.0 * needed).then_some([base, best])
+}
+
+fn system_id<C: Candidates + ?Sized>(p: &Problem<'_, C>, m: &Member) -> String {
+    format!("{}{}", p.system.candidate(m.candidate).id, if m.schedule.is_some() {"*"} else {""})
 }

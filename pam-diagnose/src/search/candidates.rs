@@ -81,6 +81,11 @@ pub trait Candidates: Sync {
         false
     }
 
+    /// Time in which a member with a schedule comes or goes, s.
+    fn ramp_s(&self) -> f64 {
+        pam_vocabulary::course::LEAST_RAMP_S
+    }
+
     /// Uncertain values that all experiments share.
     fn shared(&self) -> &[Nuisance];
     /// Uncertain values of each experiment.

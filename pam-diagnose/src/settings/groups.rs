@@ -268,6 +268,10 @@ settings! {
         /// Rows of a cell of time: times are tried at its edges, and then fitted. Of the joint half a second; more where there
         /// would be too many cells.
         cell_rows: usize = 25, "rows", COUNT, TIME;
+        /// Fewest cells of all recordings together; shorter cells are taken in short recordings.
+        fewest_cells: usize = 60, "cells", COUNT, USUAL;
+        /// Fewest rows of a cell for that reason.
+        fewest_cell_rows: usize = 5, "rows", COUNT, USUAL;
         /// Fewest cells in which a cause must act, and not act.
         margin_cells: usize = 3, "cells", COUNT, USUAL;
         /// Cells of a block whose sign is drawn at once in the test against chance.
