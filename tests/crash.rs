@@ -157,7 +157,10 @@ fn jobs(folder: &Path) -> Vec<Job> {
         ),
         job("rig-file init", "rig-file init DATA --force --out OUT.toml", &[""]),
         job("man", "man --out OUT", &["pam.1", "pam-train.1"]),
-        Job { long: true, ..job("demo", "demo --out OUT", &["diagnosis.json", "model.safetensors"]) },
+        Job {
+            long: true,
+            ..job("demo", "demo --out OUT", &["diagnosis.json", "model.safetensors"])
+        },
         job(
             "rig record",
             "rig record --protocol PROTOCOL --out OUT",

@@ -35,6 +35,7 @@
 //! | [`fit`] | a hypothesis is fitted; confidence intervals |
 //! | [`search`] | sets of candidates are screened, fitted and exchanged; the trait [`search::Candidates`] |
 //! | [`rejection`] | a name is rejected: absent, unstable, no better than chance |
+//! | [`onset`] | causes that begin, end or grow at a time |
 //! | [`verdict`] | the verdict falls; causes with their alternatives |
 //! | [`test_set`] | the data that no decision has seen; error reduction |
 //! | [`diagnosis`] | these steps in order, and their result, `diagnosis.json` |
@@ -112,6 +113,7 @@ pub mod fit;
 pub mod joint;
 pub mod linearised;
 pub mod noise;
+pub mod onset;
 pub mod rejection;
 #[cfg(feature = "report")]
 pub mod report;

@@ -128,9 +128,7 @@ impl StepOptions {
         };
         if let Some(name) = own {
             if single {
-                return Err(settings(format!(
-                    "method `{name}` runs in doubles; drop `precision`"
-                )));
+                return Err(settings(format!("method `{name}` runs in doubles; drop `precision`")));
             }
             return Ok(EngineChoice::new(self.settings_for(name, saved)?));
         }

@@ -56,9 +56,8 @@ impl Node {
         let values = text.bytes().filter(|b| b",[{".contains(b)).count() as u64;
         let bytes = values.saturating_mul(BYTES_OF_A_VALUE);
         if bytes > crate::read_limit::largest_bytes().saturating_mul(crate::read_limit::COPIES) {
-            let message = format!(
-                "{values} values are too many to read; raise the limit (--max-read-mib)"
-            );
+            let message =
+                format!("{values} values are too many to read; raise the limit (--max-read-mib)");
             return Err(DocumentError::new(message));
         }
         let place = |e: &serde_json::Error| {

@@ -1,6 +1,7 @@
 //! The result of a diagnosis; `diagnosis.json`.
 
 use crate::data::{TestData, ValidationData};
+use crate::onset::{LateFault, OnsetTest};
 use crate::rejection::NullTest;
 use crate::residual::ResidualSummary;
 use crate::search::OutputInfo;
@@ -70,6 +71,16 @@ pub struct Diagnosis<M> {
     pub explainable: Explainable,
     /// The max-statistic null test; absent if there is no residual.
     pub null_test: Option<NullTest>,
+    /// The test of the best beginning or end against chance; absent where none may reach the odds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub onset_test: Option<OnsetTest>,
+    /// What is there in the test data only, if the rest of the error looks like it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub late_fault: Option<LateFault>,
+    /// By how much the named beginning or end would lower the weighted squared residual at each time (s), to first order, in
+    /// each open recording; for figures.
+    #[serde(skip)]
+    pub onset_curves: Vec<(String, Vec<(f64, f64)>)>,
     /// The validation data, by which names were chosen.
     pub validation: ValidationData,
     /// The test data, which no decision has seen.

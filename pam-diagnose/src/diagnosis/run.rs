@@ -5,6 +5,7 @@ use crate::data::{Roles, TestData};
 use crate::error::DiagnoseError;
 use crate::fit::{Fit, Hypothesis, Problem, fitted_outputs};
 use crate::noise::{Noise, NoisePrior};
+use crate::onset::{self, LateFault};
 use crate::rejection::null_test::explained;
 use crate::residual::ResidualSummary;
 use crate::search::{Candidates, Rows, search};
@@ -70,7 +71,14 @@ pub fn run<C: Candidates + ?Sized, M>(
         })?;
     progress(Stage::Judging, 0.0);
     let baseline = prepared.baseline.as_ref();
-    let mut names = Naming { rows: &mut rows, found: &found, baseline }.names()?;
+    let mut names = Naming { rows: &mut rows, found: &found, baseline, timed: None }.names()?;
+    // What begins or ends may be named as something else that is always there, or not at all.
+    let in_time = onset::search(&mut rows, &names.best, &names.base, *seed);
+    if let Some(timed) = &in_time.timed {
+        let timed = Some(timed);
+        names = Naming { rows: &mut rows, found: &found, baseline, timed }.names()?;
+    }
+    progress(Stage::Judging, 0.5);
     let mut null_test = found.null_test;
     if let Some(test) = &mut null_test {
         test.named_share = explained(&rows.whole, &names.base, &names.best);
@@ -80,6 +88,8 @@ pub fn run<C: Candidates + ?Sized, M>(
     let base = names.base.hypothesis.clone();
     let test = roles.test(*system, &open.noise, settings).opened(&base)?;
     let judged = Judged::of(&test, open, &names, prepared);
+    let late =
+        if judged.is_left() { test.late_fault(open, &names.best.hypothesis, *seed) } else { None };
     let (mut minor, mut causes): (Vec<Cause>, Vec<Cause>) =
         std::mem::take(&mut names.causes).into_iter().partition(|c| c.minor);
     let input = VerdictInput {
@@ -92,7 +102,8 @@ pub fn run<C: Candidates + ?Sized, M>(
         inadequate: judged.inadequate,
     };
     let verdict = Verdict::of(input, &settings.verdict);
-    let reasons = judged.reasons(&causes, &names.best.hypothesis, &test);
+    let mut reasons = judged.reasons(&causes, &names.best.hypothesis, &test);
+    reasons.extend(late.as_ref().map(LateFault::sentence));
     if matches!(verdict, Verdict::Unconfirmed | Verdict::Unexplained) {
         let why = if judged.confirmed {
             "it removes too little of the error to stand for it"
@@ -127,6 +138,9 @@ pub fn run<C: Candidates + ?Sized, M>(
         error_reduction: test.error_reduction(&start, best, *seed),
         explainable: judged.explainable,
         null_test,
+        onset_test: in_time.test,
+        late_fault: late,
+        onset_curves: in_time.curves,
         bands: judged.bands,
         anomalies: judged.anomalies,
         refused: names.refused,
@@ -145,11 +159,14 @@ pub fn run<C: Candidates + ?Sized, M>(
 
 /// Minus two times the logarithm of the posterior probability of a set that was fitted to the open rows, up to a constant,
 /// with what is known of the noise beside the named set.
-fn total<C: Candidates + ?Sized>(open: &Problem<'_, C>, fit: &Fit) -> f64 {
+pub(crate) fn total<C: Candidates + ?Sized>(open: &Problem<'_, C>, fit: &Fit) -> f64 {
     let observations = (fit.errors.rows.max(2)) as f64;
     let parameters = fit.hypothesis.parameters(open.system).len() as f64;
     let members = (fit.hypothesis.members.len() - fit.hypothesis.fixed) as f64;
     let choice = 2.0 * members * (open.system.candidate_len().max(1) as f64).ln();
+    // Times are chosen from many.
+    let schedules = fit.hypothesis.members.iter().filter_map(|m| m.schedule.as_ref());
+    let choice = choice + schedules.map(|s| 2.0 * s.choices.max(1.0).ln()).sum::<f64>();
     let limits = open.settings.search.limit_cost * fit.scales_at_limit as f64;
     observations * fit.errors.deviance_above(&open.noise.discrepancy_shares())
         / open.rows_per_observation

@@ -234,6 +234,10 @@ where
         &self.local
     }
 
+    fn experiment_len(&self) -> usize {
+        self.experiments.len()
+    }
+
     fn outputs(&self) -> &[OutputInfo] {
         &self.outputs
     }

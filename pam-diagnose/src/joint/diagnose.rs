@@ -104,8 +104,7 @@ pub fn diagnose(
     let all: Vec<&Trial> = trials.iter().collect();
     let roles = Roles::assign(&spans(&all), source, options.seed, &settings.data)?;
     let open = roles.open();
-    let effects: Vec<&dyn AnyEffect> =
-        options.candidates.iter().map(|e| *e as &dyn AnyEffect).collect();
+    let effects = options.candidates.clone();
     let base = model.base();
     let mut system = JointSystem::new(all, &open, base, &model.effects, effects.clone(), settings);
     let mut noise = estimated_noise(&system, &open, &settings.noise);
@@ -147,14 +146,7 @@ pub fn diagnose(
         seed: options.seed,
     };
     diagnosis::run(&prepared, progress, |best| {
-        let causes: Vec<ActiveEffect> = best
-            .members
-            .iter()
-            .map(|m| ActiveEffect {
-                effect: options.candidates[m.candidate],
-                values: m.values.clone(),
-            })
-            .collect();
+        let causes: Vec<ActiveEffect> = best.members.iter().map(|m| system.active(m)).collect();
         let learned = system.learned_in_part(best);
         if let Some(baseline) = &mut baseline {
             baseline.shares = JointSystem::shares(best);
@@ -212,7 +204,7 @@ impl JointDiagnosis {
             .iter()
             .map(|m| ActiveEffect {
                 effect: model.candidates[m.candidate],
-                values: m.values.clone(),
+                values: m.own().to_vec(),
             })
             .collect();
         let place = model.extended.effects.iter().rposition(|a| a.effect.info().id == cause.effect);

@@ -5,13 +5,14 @@ use super::sensitivities::Experiment;
 use super::{factors, features};
 use crate::data::OpenPart;
 use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, Sensitivities};
+use crate::fit::{Hypothesis, Member, Sensitivities};
 use crate::noise::{NoisePrior, moving_discrepancy, noise_deviation};
+use crate::onset::{Acts, Pattern};
 use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_data::Channel;
-use pam_effects::effects::{AnyEffect, DataScales, EffectScalar, FixedState, ParameterInfo};
+use pam_effects::effects::{AnyEffect, DataScales, EffectScalar, FixedState, ParameterInfo, timed};
 use pam_effects::model::ActiveEffect;
 use pam_effects::simulation::{Base, Nuisances, ResampledRecord, Trajectory, Trial, simulate};
 use std::ops::Range;
@@ -24,7 +25,7 @@ pub struct JointSystem<'a> {
     pub(super) fixed: Vec<ActiveEffect>,
     /// Effects that baseline recordings have shown, of which the data may have a part only.
     pub(super) learned: Vec<ActiveEffect>,
-    pub(super) effects: Vec<&'a dyn AnyEffect>,
+    pub(super) effects: Vec<&'static dyn AnyEffect>,
     pub(super) scales: DataScales,
     shared: Vec<Nuisance>,
     local: [Nuisance; 6],
@@ -50,7 +51,7 @@ impl<'a> JointSystem<'a> {
         open: &[OpenPart],
         base: Base<f64>,
         fixed: &[ActiveEffect],
-        effects: Vec<&'a dyn AnyEffect>,
+        effects: Vec<&'static dyn AnyEffect>,
         settings: &DiagnosisSettings,
     ) -> Self {
         let fit = &settings.fit;
@@ -140,13 +141,38 @@ impl<'a> JointSystem<'a> {
         }
     }
 
-    /// The effects of the model and of a hypothesis, and all their values, in the order in which they act.
-    pub(super) fn parts(&self, h: &Hypothesis) -> (Vec<&dyn AnyEffect>, Vec<f64>) {
+    /// The effects of the model and of a hypothesis in an experiment, in the order in which they act.
+    pub(super) fn parts(&self, h: &Hypothesis, experiment: usize) -> Parts<'_> {
         let of_model = self.fixed.iter().cloned().chain(self.learned_in_part(h));
-        let of_model = of_model.map(|a| (a.effect as &dyn AnyEffect, a.values));
-        let members = h.members.iter().map(|m| (self.effects[m.candidate], m.values.clone()));
-        let (effects, values): (Vec<_>, Vec<_>) = of_model.chain(members).unzip();
-        (effects, values.into_iter().flatten().collect())
+        let (effects, values): (Vec<&dyn AnyEffect>, Vec<_>) =
+            of_model.map(|a| (a.effect as &dyn AnyEffect, a.values)).unzip();
+        let mut parts =
+            Parts { effects, values: values.into_iter().flatten().collect(), places: Vec::new() };
+        for member in &h.members {
+            let effect = self.effects[member.candidate];
+            parts.add(effect, member, experiment);
+        }
+        parts
+    }
+
+    /// A member as a part of a model: with its times where all recordings share them, else as it is when it acts.
+    pub(super) fn active(&self, member: &Member) -> ActiveEffect {
+        let effect = self.effects[member.candidate];
+        let own = member.own();
+        let always = ActiveEffect { effect, values: own.to_vec() };
+        let Some(schedule) = member.schedule.as_ref().filter(|s| s.pattern == Pattern::Shared)
+        else {
+            return always;
+        };
+        match schedule.acts.first() {
+            Some(Acts::Within(course, first)) => {
+                let times = &member.times()[*first..first + course.time_len()];
+                let (parameters, switches) = own.split_at(effect.info().parameters.len());
+                let values = [parameters, times, switches].concat();
+                ActiveEffect { effect: timed(effect, *course), values }
+            }
+            _ => always,
+        }
     }
 
     /// Nuisances: mass, deformation coefficient (logarithms) and lead, before the shares of learned effects; start,
@@ -161,6 +187,46 @@ impl<'a> JointSystem<'a> {
             start_mm_s: c(local[1]),
             log_air: [c(local[2]), c(local[3])],
         }
+    }
+}
+
+/// Effects in an experiment.
+pub(super) struct Parts<'s> {
+    pub(super) effects: Vec<&'s dyn AnyEffect>,
+    /// All their values.
+    pub(super) values: Vec<f64>,
+    /// Of each member the place of each of its values among all; `None` for a value that this experiment does not have.
+    pub(super) places: Vec<Vec<Option<usize>>>,
+}
+
+impl Parts<'_> {
+    fn add(&mut self, effect: &'static dyn AnyEffect, member: &Member, experiment: usize) {
+        let first = self.values.len();
+        let (own, times) = (member.own(), member.times());
+        let acts = member.schedule.as_ref().map_or(Acts::Always, |s| s.acts[experiment]);
+        let mut places: Vec<Option<usize>> = vec![None; member.values.len()];
+        match acts {
+            Acts::Never => {}
+            Acts::Always => {
+                self.effects.push(effect);
+                self.values.extend(own);
+                (0..own.len()).for_each(|k| places[k] = Some(first + k));
+            }
+            Acts::Within(course, from) => {
+                let (parameters, count) = (effect.info().parameters.len(), course.time_len());
+                self.effects.push(timed(effect, course));
+                self.values.extend(&own[..parameters]);
+                self.values.extend(&times[from..from + count]);
+                self.values.extend(&own[parameters..]);
+                for k in 0..own.len() {
+                    places[k] = Some(first + k + if k < parameters { 0 } else { count });
+                }
+                for k in 0..count {
+                    places[own.len() + from + k] = Some(first + parameters + k);
+                }
+            }
+        }
+        self.places.push(places);
     }
 }
 
@@ -214,12 +280,20 @@ impl Candidates for JointSystem<'_> {
             || f64::hooks(effect).dry_friction_mn(values, &joint.point(), &memory) > 0.0
     }
 
+    fn may_be_timed(&self, _index: usize) -> bool {
+        true
+    }
+
     fn shared(&self) -> &[Nuisance] {
         &self.shared
     }
 
     fn local(&self) -> &[Nuisance] {
         &self.local
+    }
+
+    fn experiment_len(&self) -> usize {
+        self.trials.len()
     }
 
     fn outputs(&self) -> &[OutputInfo] {
@@ -281,7 +355,7 @@ impl Candidates for JointSystem<'_> {
         local: &[f64],
         experiment: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        let (effects, values) = self.parts(hypothesis);
+        let Parts { effects, values, .. } = self.parts(hypothesis, experiment);
         let nuisances = Self::nuisances(hypothesis, local);
         let mut out = Trajectory::default();
         simulate(self.trials[experiment], &self.base, &effects, &values, &nuisances, &mut out)?;

@@ -75,11 +75,24 @@ pub trait Candidates: Sync {
         false
     }
 
+    /// Whether a member of the candidate may have a [schedule](crate::onset::Schedule): whether simulations follow it.
+    fn may_be_timed(&self, index: usize) -> bool {
+        let _ = index;
+        false
+    }
+
+    /// Time in which a member with a schedule comes or goes, s.
+    fn ramp_s(&self) -> f64 {
+        pam_vocabulary::course::LEAST_RAMP_S
+    }
+
     /// Uncertain values that all experiments share.
     fn shared(&self) -> &[Nuisance];
     /// Uncertain values of each experiment.
     fn local(&self) -> &[Nuisance];
 
+    /// Number of experiments.
+    fn experiment_len(&self) -> usize;
     /// The measured channels.
     fn outputs(&self) -> &[OutputInfo];
     /// Name of an experiment.

@@ -204,7 +204,7 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
     /// Whether a set of the screening would reach the odds that a cause needs, to first order: by `−R ln(1 − d/R)` for a
     /// drop `d` of the whitened squared residual `R`, whose variance is not known, and the price of its parameters. Every
     /// row counts: where the residual is correlated because the base model is not right, the fits will tell.
-    fn is_promising(&self, subset: &Subset<'_>, residual: f64) -> bool {
+    pub(crate) fn is_promising(&self, subset: &Subset<'_>, residual: f64) -> bool {
         let rows: usize = (0..self.whole.len()).map(|i| self.whole.rows(i)).sum();
         let parameters: usize = subset.starts.iter().map(|s| s.directions.len() - 1).sum();
         let candidates = self.whole.system.candidate_len().max(1) as f64;

@@ -263,6 +263,31 @@ settings! {
 }
 
 settings! {
+    /// Causes that begin, end or grow at a time.
+    "onset" OnsetSettings {
+        /// Rows of a cell of time: times are tried at its edges, and then fitted. Of the joint half a second; more where there
+        /// would be too many cells.
+        cell_rows: usize = 25, "rows", COUNT, TIME;
+        /// Fewest cells of all recordings together; shorter cells are taken in short recordings.
+        fewest_cells: usize = 60, "cells", COUNT, USUAL;
+        /// Fewest rows of a cell for that reason.
+        fewest_cell_rows: usize = 5, "rows", COUNT, USUAL;
+        /// Fewest cells in which a cause must act, and not act.
+        margin_cells: usize = 3, "cells", COUNT, USUAL;
+        /// Cells of a block whose sign is drawn at once in the test against chance.
+        block_cells: usize = 2, "cells", COUNT, USUAL;
+        /// Draws of that test.
+        draws: usize = 200, "draws", [20.0, 1e6], USUAL;
+        /// Quantile of the largest score by chance that a time must exceed.
+        probability: f64 = 0.99, "–", [0.5, 0.9999], USUAL;
+        /// Odds that a set with a time must reach against those without.
+        odds: f64 = 150.0, "–", FACTOR, STUDIES;
+        /// Candidates that are fitted from the scan.
+        candidates: usize = 6, "candidates", COUNT, TIME;
+    }
+}
+
+settings! {
     /// Where the verdict falls.
     "verdict" VerdictSettings {
         /// Share of the error above the noise below which no name is given.

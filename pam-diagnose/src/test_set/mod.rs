@@ -11,6 +11,7 @@ pub use trace::Trace;
 
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Problem};
+use crate::onset::{LateFault, late_fault};
 use crate::search::Candidates;
 use crate::verdict::anomalies::anomalies;
 use crate::verdict::bands::bands;
@@ -101,6 +102,16 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         let mut all = anomalies(open, hypothesis);
         all.extend(anomalies(&self.problem, &self.here(hypothesis)));
         all
+    }
+
+    /// What is there in the test rows only, beside a hypothesis that was fitted to `open` rows.
+    pub(crate) fn late_fault(
+        &self,
+        open: &Problem<'_, C>,
+        hypothesis: &Hypothesis,
+        seed: u64,
+    ) -> Option<LateFault> {
+        late_fault(open, &self.problem, hypothesis, seed)
     }
 
     /// The strongest factor on which what is left of a channel depends, with the share of its variance.

@@ -1,6 +1,7 @@
 //! A named cause, a candidate that was not named, and the candidates alone.
 
 use crate::fit::{Interval, Member};
+use crate::onset::Times;
 use crate::rejection::{ParameterStability, StabilityTest};
 use crate::search::{Candidates, Findings};
 use crate::settings::RejectionSettings;
@@ -41,6 +42,9 @@ pub struct Cause {
     pub stability: Option<ParameterStability>,
     /// Whether its value is the same at all times and in all recordings.
     pub stability_test: StabilityTest,
+    /// When it acts, if not always.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acts: Option<Times>,
     /// The candidate with its fitted values.
     #[serde(skip)]
     pub member: Member,

@@ -23,8 +23,8 @@ pub struct StepStart<S> {
 
 /// The joint at one instant inside a step.
 pub struct Point<'a, S> {
-    /// Time since the excitation began, s.
-    pub time_s: f64,
+    /// Time since the excitation began, s. Where the joint turns or breaks away, it has derivatives.
+    pub time_s: S,
     /// Displacement, mm.
     pub displacement_mm: S,
     /// Velocity, mm/s; zero where surfaces stick.
@@ -114,7 +114,7 @@ impl<S: Scalar> FixedState<S> {
     pub fn point(&self) -> Point<'_, S> {
         let Self { displacement_mm, velocity_mm_s, driving_mn, .. } = *self;
         Point {
-            time_s: self.time_s,
+            time_s: S::constant(self.time_s),
             displacement_mm,
             velocity_mm_s,
             driving_mn,
@@ -179,6 +179,8 @@ pub struct ChamberLaw<S> {
     pub exponent: S,
     /// Contraction beyond which a chamber stops following x, mm.
     pub contraction_limit_mm: Option<S>,
+    /// Share of the contraction beyond the limit that it still follows: 0 where it stops.
+    pub beyond_limit: S,
     /// Leak rates of flexor and extensor, `ṁ = −rate · m (P − P_atm)/P`, 1/s.
     pub leak_per_s: [S; 2],
     /// Whether pressures that differ from the base model's push on the joint, by `ΔP dV/dx`.
@@ -267,6 +269,12 @@ pub trait Effect: Send + Sync + 'static {
     /// begun in its middle.
     fn remembers(&self) -> bool {
         self.memory_len() > 0
+    }
+
+    /// Whether its memory moves in the balance of forces, from [`begin`](Self::begin) on by [`advance`](Self::advance). That
+    /// of a drive moves in [`drive`](Self::drive).
+    fn moves_with_the_joint(&self) -> bool {
+        self.info().group != Group::Sensing
     }
 
     /// Memory of a joint that rests at `x` (mm).

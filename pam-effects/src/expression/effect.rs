@@ -394,6 +394,10 @@ impl Effect for ExpressionEffect {
         self.memory.is_some() || self.air_g_s.is_some()
     }
 
+    fn moves_with_the_joint(&self) -> bool {
+        self.moment == Moment::Motion
+    }
+
     fn may_stick_later(&self, values: &[f64]) -> bool {
         let absent =
             self.info.parameters.iter().zip(values).filter_map(|(p, v)| Some(p.off? == *v));

@@ -150,6 +150,7 @@ fn shipped_effects_run() {
         speed_mm_s: 8.0,
         stiffness_n_mm: 150.0,
         gauge_kpa: 310.0,
+        duration_s: 10.0,
         samples: Vec::new(),
     };
     let mut out = Trajectory::default();

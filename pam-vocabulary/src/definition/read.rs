@@ -451,10 +451,8 @@ impl Reader<'_> {
         let mut uses: Vec<Uses> = Vec::new();
         for (name, text) in lets {
             let formula = self.formula(effect, &uses, &text, Position::Let)?;
-            let mut own = Uses {
-                size: written_out(effect, &uses, &formula.tree),
-                ..Uses::default()
-            };
+            let mut own =
+                Uses { size: written_out(effect, &uses, &formula.tree), ..Uses::default() };
             formula.tree.visit(&mut |part| match part {
                 Expression::Call(Function::Network, _) => own.network = true,
                 Expression::Name(k) => match effect.symbol(*k) {

@@ -3,8 +3,8 @@
 use super::mutate::Kind;
 use pam_ablate::sweep::Sweep;
 use pam_baselines::comparison::ComparisonConfig;
-use pam_core::{JointModel, SpringDamper};
 use pam_control::motion::MotionSpec;
+use pam_core::{JointModel, SpringDamper};
 use pam_data::plausibility::{self, PlausibilitySettings};
 use pam_data::quality::{self, QualitySettings};
 use pam_data::{

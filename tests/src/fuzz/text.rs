@@ -158,9 +158,8 @@ fn encoded(text: &str, random: &mut ChaCha8Rng) -> Vec<u8> {
 /// A line of brackets or tables in each other.
 fn nested(random: &mut ChaCha8Rng) -> String {
     let depth = 1 << random.random_range(2..18);
-    let around = |open: &str, close: &str| {
-        format!("deep = {}1{}", open.repeat(depth), close.repeat(depth))
-    };
+    let around =
+        |open: &str, close: &str| format!("deep = {}1{}", open.repeat(depth), close.repeat(depth));
     match random.random_range(0..5) {
         0 => around("[", "]"),
         1 => around("{ a = ", " }"),
