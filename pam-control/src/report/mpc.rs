@@ -39,7 +39,7 @@ pub fn mpc_report(report: &MpcReport) -> String {
             }
         } }
         (figure(over_time("x (mm)", &r.time_s, &[
-            ("wanted", Role::Measured, r.wanted_mm.clone()),
+            ("target", Role::Measured, r.wanted_mm.clone()),
             ("lookup table", Role::Category(0), t.measured_mm.clone()),
             ("MPC", Role::Predicted, r.measured_mm.clone()),
         ]), ""))

@@ -23,13 +23,13 @@ pub fn plan_report(plan: &Plan, title: &str, lead: &str, made_by: &str) -> Strin
         }
         @if s.nearest_stiffness > 0 {
             div class="note warn" {
-                (s.nearest_stiffness) " samples cannot reach the wanted stiffness with this motion; they hold "
+                (s.nearest_stiffness) " samples cannot reach the target stiffness with this motion; they hold "
                 "the nearest one that can be had."
             }
         }
-        (figure(over_time("x (mm)", &time, &[("wanted", Role::Measured, target(|t| t.displacement_mm))]), ""))
+        (figure(over_time("x (mm)", &time, &[("target", Role::Measured, target(|t| t.displacement_mm))]), ""))
         (figure(over_time("stiffness (N/mm)", &time, &[
-            ("wanted", Role::Measured, target(|t| t.stiffness_n_mm)),
+            ("target", Role::Measured, target(|t| t.stiffness_n_mm)),
             ("planned", Role::Predicted, solution(|s| s.stiffness_n_mm)),
         ]), ""))
         (figure(over_time("air (g)", &time, &[

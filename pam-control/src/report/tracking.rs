@@ -65,7 +65,7 @@ pub fn tracking_report(results: &[TrackingResult], lead: &str, made_by: &str) ->
         @for r in results.iter().filter(|r| r.case.series == "frequency") {
             h3 { (r.case.shape) ", " (r.case.frequency_hz) " Hz" }
             (figure(over_time("x (mm)", &r.followed.time_s, &[
-                ("wanted", Role::Measured, r.followed.wanted_mm.clone()),
+                ("target", Role::Measured, r.followed.wanted_mm.clone()),
                 ("measured", Role::Predicted, r.followed.measured_mm.clone()),
             ]), ""))
         }
