@@ -210,7 +210,9 @@ impl Parts<'_> {
             Acts::Always => {
                 self.effects.push(effect);
                 self.values.extend(own);
-                (0..own.len()).for_each(|k| places[k] = Some(first + k));
+                for (k, place) in places.iter_mut().take(own.len()).enumerate() {
+                    *place = Some(first + k);
+                }
             }
             Acts::Within(course, from) => {
                 let (parameters, count) = (effect.info().parameters.len(), course.time_len());
@@ -218,11 +220,11 @@ impl Parts<'_> {
                 self.values.extend(&own[..parameters]);
                 self.values.extend(&times[from..from + count]);
                 self.values.extend(&own[parameters..]);
-                for k in 0..own.len() {
-                    places[k] = Some(first + k + if k < parameters { 0 } else { count });
+                for (k, place) in places.iter_mut().take(own.len()).enumerate() {
+                    *place = Some(first + k + if k < parameters { 0 } else { count });
                 }
-                for k in 0..count {
-                    places[own.len() + from + k] = Some(first + parameters + k);
+                for (k, place) in places.iter_mut().skip(own.len() + from).take(count).enumerate() {
+                    *place = Some(first + parameters + k);
                 }
             }
         }
