@@ -31,9 +31,11 @@ pub struct Timed {
     info: &'static EffectInfo,
 }
 
-/// Every one that was made: effects are few, and a model is loaded often. The address tells effects of one id apart.
-static KNOWN: LazyLock<Mutex<HashMap<(usize, &'static str, Course), &'static Timed>>> =
-    LazyLock::new(Mutex::default);
+/// Timed effects by the address and the id of the effect and its course in time; the address distinguishes effects of one id.
+type Known = HashMap<(usize, &'static str, Course), &'static Timed>;
+
+/// Every one that was made: effects are few, and a model is loaded often.
+static KNOWN: LazyLock<Mutex<Known>> = LazyLock::new(Mutex::default);
 
 /// The effect with a course; the effect itself where it is always there. A course replaces the one that the effect has.
 #[must_use]
