@@ -133,6 +133,9 @@ pub struct Table {
     /// CSV file of this repository, from the root, whose rows replace `rows` whenever it exists: another program writes it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub live_csv: Option<String>,
+    /// Rows of `live_csv` with a cell that begins like this are left out: details that a page does not show.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub live_without: Option<String>,
 }
 
 impl Study {
@@ -147,6 +150,11 @@ impl Study {
                 table.live_csv.as_ref().map(|csv| root.join(csv)).filter(|csv| csv.exists())
             {
                 table.rows = super::measure::rows(&csv, table.columns.len())?;
+                if let Some(start) = &table.live_without {
+                    let is_detail =
+                        |cell: &Value| cell.as_str().is_some_and(|t| t.starts_with(start));
+                    table.rows.retain(|row| !row.iter().any(is_detail));
+                }
             }
         }
         Ok(study)

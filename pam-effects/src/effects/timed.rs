@@ -31,11 +31,11 @@ pub struct Timed {
     info: &'static EffectInfo,
 }
 
-/// Address and id of an effect, which tell effects of one id apart, and the course.
-type Key = (usize, &'static str, Course);
+/// Timed effects by the address and the id of the effect and its course in time; the address distinguishes effects of one id.
+type Known = HashMap<(usize, &'static str, Course), &'static Timed>;
 
 /// Every one that was made: effects are few, and a model is loaded often.
-static KNOWN: LazyLock<Mutex<HashMap<Key, &'static Timed>>> = LazyLock::new(Mutex::default);
+static KNOWN: LazyLock<Mutex<Known>> = LazyLock::new(Mutex::default);
 
 /// The effect with a course; the effect itself where it is always there. A course replaces the one that the effect has.
 #[must_use]
