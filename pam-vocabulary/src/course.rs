@@ -8,7 +8,7 @@ use crate::ParameterInfo;
 /// which half of it is there. The rise takes `ramp_s`, or [`LEAST_RAMP_S`] where that is not given; the end takes
 /// [`LEAST_RAMP_S`]. All are counted from the beginning of the excitation, the first sample of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, PartialOrd, Ord)]
-pub struct Course {
+pub struct ActivityWindow {
     /// Whether it begins at `onset_s`; otherwise it is there from the start.
     pub onset: bool,
     /// Whether the beginning takes `ramp_s`.
@@ -39,7 +39,7 @@ pub const END: ParameterInfo = ParameterInfo::linear("end_s", [0.0, LATEST_S])
 /// All times.
 pub const ALL: [ParameterInfo; 3] = [ONSET, RAMP, END];
 
-impl Course {
+impl ActivityWindow {
     /// Always there.
     pub const ALWAYS: Self = Self { onset: false, ramp: false, end: false };
     /// From a time on.

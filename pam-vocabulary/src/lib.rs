@@ -29,7 +29,7 @@ mod info;
 mod mechanics;
 mod sensing;
 
-pub use course::Course;
+pub use course::ActivityWindow;
 pub use error::VocabularyError;
 pub use info::{EffectInfo, Group, ParameterInfo, Switch};
 

@@ -11,7 +11,7 @@ use crate::linearised::{Column, HELD, Start, directions, switched_on};
 use crate::search::Candidates;
 use pam_core::parallel;
 use pam_numerics::ScaledCholesky;
-use pam_vocabulary::course::{Course, ONSET};
+use pam_vocabulary::course::{ActivityWindow, ONSET};
 use std::sync::Arc;
 
 /// Most cells of all experiments together.
@@ -335,7 +335,7 @@ fn from_the_first_sample<C: Candidates + ?Sized>(
     let system = problem.system;
     let schedule = Schedule {
         pattern: Pattern::Shared,
-        acts: vec![Acts::Within(Course::BEGINS, 0); system.experiment_len()],
+        acts: vec![Acts::Within(ActivityWindow::BEGINS, 0); system.experiment_len()],
         times: vec![ONSET],
         fitted: false,
         choices: 1.0,

@@ -10,11 +10,11 @@
 //!    by a smooth step ([`pam_vocabulary::course`]), so that derivatives by the times are exact.
 //! 3. **Choice.** Sets compete by their posterior odds; a time costs its parameter and the number of times it was chosen from.
 //!    Members are taken out, added, made constant or made to grow or end, as long as the odds rise.
-//! 4. **Interval.** The 95 % interval of a time is that of the profile likelihood ([`time_interval`]): all that tells it lies
+//! 4. **Interval.** The 95 % interval of a time is that of the profile likelihood (`time_interval`): all that tells it lies
 //!    within a fraction of a second, so a covariance over blocks does not know it.
 //!
 //! Recordings may share the time, or it comes once in their order, or each has its own: [`Pattern`]. What begins in the test data
-//! only is told apart ([`LateFault`]).
+//! only is reported by itself ([`LateFault`]).
 
 mod cells;
 mod interval;

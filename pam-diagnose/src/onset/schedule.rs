@@ -1,6 +1,6 @@
 //! When a member of a hypothesis acts.
 
-use pam_vocabulary::{Course, ParameterInfo};
+use pam_vocabulary::{ActivityWindow, ParameterInfo};
 
 /// What a member does in one experiment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -10,7 +10,7 @@ pub enum Acts {
     /// It is not there.
     Never,
     /// It comes or goes at times of the schedule, the first of which is this one.
-    Within(Course, usize),
+    Within(ActivityWindow, usize),
 }
 
 /// What experiments have in common of the times of a member.

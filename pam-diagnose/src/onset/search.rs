@@ -9,7 +9,7 @@ use crate::linearised::{Products, all_starts};
 use crate::search::{Candidates, Rows, stands};
 use pam_core::parallel;
 use pam_vocabulary::ParameterInfo;
-use pam_vocabulary::course::{Course, END, ONSET, RAMP};
+use pam_vocabulary::course::{ActivityWindow, END, ONSET, RAMP};
 use std::sync::Arc;
 
 /// A set in which something begins or ends.
@@ -150,7 +150,8 @@ fn schedule<C: Candidates + ?Sized>(
     choices: f64,
 ) -> (Schedule, Vec<f64>) {
     let system = problem.system;
-    let (course, time) = if edge.begins { (Course::BEGINS, ONSET) } else { (Course::ENDS, END) };
+    let (course, time) =
+        if edge.begins { (ActivityWindow::BEGINS, ONSET) } else { (ActivityWindow::ENDS, END) };
     let (before, behind) =
         if edge.begins { (Acts::Never, Acts::Always) } else { (Acts::Always, Acts::Never) };
     let count = system.experiment_len();
@@ -421,7 +422,7 @@ fn variants<C: Candidates + ?Sized>(
         let simple =
             schedule.acts.iter().any(|a| matches!(a, Acts::Within(c, _) if c.time_len() == 1));
         if simple && schedule.pattern != Pattern::Each {
-            for course in [Course::GROWS, Course::PASSES] {
+            for course in [ActivityWindow::GROWS, ActivityWindow::PASSES] {
                 for member in other_course(problem, member, schedule, course) {
                     with(vec![member]);
                 }
@@ -453,13 +454,15 @@ fn other_course<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     member: &Member,
     schedule: &Schedule,
-    course: Course,
+    course: ActivityWindow,
 ) -> Vec<Member> {
     let acts: Vec<Acts> = schedule
         .acts
         .iter()
         .map(|a| match a {
-            Acts::Within(own, first) if *own == Course::BEGINS => Acts::Within(course, *first),
+            Acts::Within(own, first) if *own == ActivityWindow::BEGINS => {
+                Acts::Within(course, *first)
+            }
             other => *other,
         })
         .collect();
@@ -467,7 +470,7 @@ fn other_course<C: Candidates + ?Sized>(
         return Vec::new();
     }
     let (onset, latest) = (member.times()[0], schedule.times[0].range[1]);
-    let (info, values): (ParameterInfo, Vec<f64>) = if course == Course::GROWS {
+    let (info, values): (ParameterInfo, Vec<f64>) = if course == ActivityWindow::GROWS {
         let least = problem.system.ramp_s();
         let range = [least, latest];
         let ramps = RAMP_SHARES.map(|share| (share * latest).max(2.0 * least));

@@ -25,7 +25,7 @@ pub struct Times {
     /// `shared`: every recording has the same times since its first sample; `once`: it comes or goes once in the order of the
     /// recordings; `each`: each recording has times of its own.
     pub pattern: &'static str,
-    /// Recording by recording, those of the test set among them.
+    /// For each recording, those of the test set among them.
     pub recordings: Vec<RecordingTimes>,
 }
 

@@ -33,7 +33,7 @@ pub use hooks::{
 };
 pub use own::{all, register, registered};
 pub use pam_vocabulary::{
-    Course, EffectInfo, Group, ParameterInfo, Switch, VocabularyError, entry,
+    ActivityWindow, EffectInfo, Group, ParameterInfo, Switch, VocabularyError, entry,
 };
 pub use scales::{DataScales, ScaleSample};
 pub use timed::{Timed, timed};

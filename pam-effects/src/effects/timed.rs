@@ -1,7 +1,7 @@
 //! Effects that begin, end or grow at a time.
 //!
 //! [`timed`] makes of any effect, built-in or [expression](crate::expression), one that has further parameters: the times of its
-//! [`Course`]. Its share rises and falls by the smooth step `g = 3u² − 2u³`, `u = (t − onset)/ramp + ½` between 0 and 1, so
+//! [`ActivityWindow`]. Its share rises and falls by the smooth step `g = 3u² − 2u³`, `u = (t − onset)/ramp + ½` between 0 and 1, so
 //! that the simulation is differentiable by the times as it is by any other parameter:
 //!
 //! | hook | with the share g |
@@ -20,28 +20,28 @@ use super::{
 use pam_core::units::ATMOSPHERE_KPA;
 use pam_core::{AnyForce, JointModel, Scalar};
 use pam_vocabulary::ParameterInfo;
-use pam_vocabulary::course::{Course, LEAST_RAMP_S};
+use pam_vocabulary::course::{ActivityWindow, LEAST_RAMP_S};
 use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex, PoisonError};
 
 /// An effect with a course in time.
 pub struct Timed {
     inner: &'static dyn AnyEffect,
-    course: Course,
+    course: ActivityWindow,
     info: &'static EffectInfo,
 }
 
 /// Timed effects by the address and the id of the effect and its course in time; the address distinguishes effects of one id.
-type Known = HashMap<(usize, &'static str, Course), &'static Timed>;
+type Known = HashMap<(usize, &'static str, ActivityWindow), &'static Timed>;
 
 /// Every one that was made: effects are few, and a model is loaded often.
 static KNOWN: LazyLock<Mutex<Known>> = LazyLock::new(Mutex::default);
 
 /// The effect with a course; the effect itself where it is always there. A course replaces the one that the effect has.
 #[must_use]
-pub fn timed(effect: &'static dyn AnyEffect, course: Course) -> &'static dyn AnyEffect {
+pub fn timed(effect: &'static dyn AnyEffect, course: ActivityWindow) -> &'static dyn AnyEffect {
     let effect = effect.course().map_or(effect, |timed| timed.inner);
-    if course == Course::ALWAYS {
+    if course == ActivityWindow::ALWAYS {
         return effect;
     }
     let address = std::ptr::from_ref(effect).cast::<()>() as usize;
@@ -58,7 +58,7 @@ const STARTS: usize = 6;
 const ANY_GAUGE_KPA: f64 = 300.0;
 
 impl Timed {
-    fn new(inner: &'static dyn AnyEffect, course: Course) -> Self {
+    fn new(inner: &'static dyn AnyEffect, course: ActivityWindow) -> Self {
         let info = inner.info();
         let parameters: Vec<ParameterInfo> =
             info.parameters.iter().copied().chain(course.parameters()).collect();
@@ -74,7 +74,7 @@ impl Timed {
 
     /// The times that it has.
     #[must_use]
-    pub fn course(&self) -> Course {
+    pub fn course(&self) -> ActivityWindow {
         self.course
     }
 

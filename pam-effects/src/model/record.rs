@@ -1,7 +1,7 @@
 //! The form in which effects stand in files.
 
 use super::ActiveEffect;
-use crate::effects::{self, AnyEffect, Course, VocabularyError, by_id, timed};
+use crate::effects::{self, ActivityWindow, AnyEffect, VocabularyError, by_id, timed};
 use crate::error::EffectError;
 use pam_data::ModelInfo;
 use pam_vocabulary::course;
@@ -14,7 +14,7 @@ use std::str::FromStr;
 pub struct EffectRecord {
     /// Id of the effect.
     pub effect: String,
-    /// Its values by name, with units in the names; those of its [`Course`] among them.
+    /// Its values by name, with units in the names; those of its [`ActivityWindow`] among them.
     pub values: BTreeMap<String, f64>,
     /// The file that defines it, if it is [an expression](crate::expression).
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -66,7 +66,7 @@ impl EffectRecord {
         };
         let own: Vec<&str> = effect.info().value_names().collect();
         let times = self.values.keys().map(String::as_str).filter(|name| !own.contains(name));
-        let course = Course::of_names(times).ok_or_else(|| {
+        let course = ActivityWindow::of_names(times).ok_or_else(|| {
             let message = "`ramp_s` needs the `onset_s` about which it grows".to_owned();
             EffectError::Effect { id: self.effect.clone(), message }
         })?;
@@ -79,7 +79,7 @@ impl EffectRecord {
         }
         let value = |name| match self.values.get(name) {
             Some(v) if v.is_finite() => match info.parameters.iter().find(|p| p.name == name) {
-                Some(p) if Course::is_time(name) && !p.admits(*v) => {
+                Some(p) if ActivityWindow::is_time(name) && !p.admits(*v) => {
                     let (effect, value, range) = (info.id, *v, p.range);
                     Err(VocabularyError::OutsideRange { effect, name, value, range })
                 }

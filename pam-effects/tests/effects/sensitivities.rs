@@ -4,7 +4,7 @@ use crate::support::published::{exact_run, weights};
 use crate::support::values::medium;
 use pam_core::Scalar;
 use pam_data::MassOrigin;
-use pam_effects::effects::{ALL, AnyEffect, Course, Derivatives, by_id, timed};
+use pam_effects::effects::{ALL, ActivityWindow, AnyEffect, Derivatives, by_id, timed};
 use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
 
 /// Effects under which a chamber holds other air than the force table stands at. The table's slopes along the
@@ -64,8 +64,8 @@ fn sensitivities_by_times_are_the_derivatives_of_the_simulation() {
         let effect = by_id(id).expect("an id");
         let (own, switches) = values.split_at(effect.info().parameters.len());
         let with = |times: &[f64]| [own, times, switches].concat();
-        compare(&trial, &base, timed(effect, Course::PASSES), &with(&[1.3127, 3.8713]));
-        compare(&trial, &base, timed(effect, Course::GROWS), &with(&[2.2127, 1.733]));
+        compare(&trial, &base, timed(effect, ActivityWindow::PASSES), &with(&[1.3127, 3.8713]));
+        compare(&trial, &base, timed(effect, ActivityWindow::GROWS), &with(&[2.2127, 1.733]));
     }
 }
 

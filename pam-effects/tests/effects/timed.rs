@@ -3,7 +3,7 @@
 use crate::support::joint::{K, P, driven, linear, subject};
 use pam_data::models::{load_model, save_model};
 use pam_data::{MassOrigin, ModelInfo, Subject};
-use pam_effects::effects::{ALL, AnyEffect, Course, by_id, timed};
+use pam_effects::effects::{ALL, ActivityWindow, AnyEffect, by_id, timed};
 use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
 use pam_effects::{ActiveEffect, EffectRecord, ExtendedModel};
 
@@ -56,7 +56,7 @@ fn outside_its_times_an_effect_is_not_there() {
         };
         let Some(own) = effect.starts(&scales).pop() else { continue };
         let (parameters, switches) = own.split_at(effect.info().parameters.len());
-        let late = timed(*effect, Course::BEGINS);
+        let late = timed(*effect, ActivityWindow::BEGINS);
         let values = [parameters, &[5.0], switches].concat();
         let found = run(&subject, &[ActiveEffect { effect: late, values }]);
         let until = at(5.0 - 0.05) - 1;
@@ -129,7 +129,8 @@ fn times_stand_beside_the_values_of_an_effect() {
         acts.force_n = "-stiffness_n_mm * if(cubic > 0, x^3, x)"
     "#;
     let spring = pam_effects::expression::parse(text).expect("a definition")[0];
-    let spring = ActiveEffect { effect: timed(spring, Course::ENDS), values: vec![4.0, 7.25, 1.0] };
+    let spring =
+        ActiveEffect { effect: timed(spring, ActivityWindow::ENDS), values: vec![4.0, 7.25, 1.0] };
     let model = ExtendedModel {
         joint: linear(),
         info: ModelInfo { name: "m".into(), ..ModelInfo::default() },

@@ -6,7 +6,7 @@ use crate::support::values::medium;
 use pam_core::{AnyForce, ParametricForce};
 use pam_data::MassOrigin;
 use pam_data::Subject;
-use pam_effects::effects::{Course, by_id, timed};
+use pam_effects::effects::{ActivityWindow, by_id, timed};
 use pam_effects::{ActiveEffect, ExtendedModel};
 use pam_trajectory::{AnyLoss, Predictor, SolverSettings, TrajectoryGradient};
 use rand::rngs::ChaCha8Rng;
@@ -52,11 +52,11 @@ fn the_gradient_is_that_of_the_loss_for_every_effect() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let mut worst = 0.0_f64;
     let late = [
-        ("coulomb_friction", Course::PASSES, vec![13.0, 1.113, 2.737]),
-        ("leak", Course::BEGINS, vec![1.5e-2, 7e-3, 1.317]),
-        ("added_inertia", Course::GROWS, vec![35.0, 1.7, 1.21]),
-        ("creep", Course::BEGINS, vec![8.0, 0.7, 1.113]),
-        ("pressure_sensor_lag", Course::ENDS, vec![5.0, 2.113]),
+        ("coulomb_friction", ActivityWindow::PASSES, vec![13.0, 1.113, 2.737]),
+        ("leak", ActivityWindow::BEGINS, vec![1.5e-2, 7e-3, 1.317]),
+        ("added_inertia", ActivityWindow::GROWS, vec![35.0, 1.7, 1.21]),
+        ("creep", ActivityWindow::BEGINS, vec![8.0, 0.7, 1.113]),
+        ("pressure_sensor_lag", ActivityWindow::ENDS, vec![5.0, 2.113]),
     ];
     let of = |(id, values)| (by_id(id).expect("an id"), values);
     let always = medium().into_iter().map(of);

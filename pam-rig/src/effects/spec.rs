@@ -4,7 +4,7 @@ use super::expression::{self, ExpressionEffect};
 use super::timed::{Timed, Times};
 use super::{ALL, EffectInfo, HiddenEffect, Phenomenon};
 pub use pam_vocabulary::VocabularyError;
-use pam_vocabulary::{Course, course};
+use pam_vocabulary::{ActivityWindow, course};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -101,11 +101,11 @@ impl Effect {
         let is_own = |name: &String| names().any(|known| known == name);
         let (given, times): (BTreeMap<String, f64>, BTreeMap<String, f64>) =
             given.iter().map(|(name, v)| (name.clone(), *v)).partition(|(name, _)| is_own(name));
-        if let Some(name) = times.keys().find(|n| !Course::is_time(n)) {
+        if let Some(name) = times.keys().find(|n| !ActivityWindow::is_time(n)) {
             let more = course::ALL.iter().map(|p| p.name).filter(|t| !is_own(&(*t).to_owned()));
             return Err(VocabularyError::unknown_value(effect, name, names().chain(more)));
         }
-        if Course::of_names(times.keys().map(String::as_str)).is_none() {
+        if ActivityWindow::of_names(times.keys().map(String::as_str)).is_none() {
             return Err(VocabularyError::Missing { effect, name: course::ONSET.name });
         }
         for p in course::ALL {
