@@ -119,14 +119,24 @@ fn scanned<C: Candidates + ?Sized>(
                 Pattern::Shared | Pattern::Once => 1,
             };
             let own = problem.system.candidate(s.direction.candidate).parameters.len();
-            let price = (own + times) as f64 * log_rows(problem)
-                + 2.0 * (problem.system.candidate_len().max(1) as f64).ln()
-                + 2.0 * times as f64 * choices.ln();
-            let share = (s.drop / square.max(f64::MIN_POSITIVE)).min(1.0 - 1e-12);
+            let of_times = times as f64 * (log_rows(problem) + 2.0 * choices.ln());
+            let of_own = own as f64 * log_rows(problem)
+                + 2.0 * (problem.system.candidate_len().max(1) as f64).ln();
             let weighted = square * problem.rows_per_observation;
-            0.5 * (-weighted * (-share).ln_1p() - price) > needed
+            let odds = |drop: f64, price: f64| {
+                let share = (drop / square.max(f64::MIN_POSITIVE)).min(1.0 - 1e-12);
+                0.5 * (-weighted * (-share).ln_1p() - price)
+            };
+            // Better than without the candidate, and better than with it at all times.
+            odds(s.drop, of_own + of_times) > needed && odds(s.contrast, of_times) > needed
         })
         .collect();
+    if std::env::var("ONSET_DEBUG").is_ok() {
+        eprintln!("promising at {:?} square {square} rho {}", at.set(), problem.rows_per_observation);
+        for s in promising.iter().take(8) {
+            eprintln!("  {} {:?} {} {} {:?} {:?}", problem.system.candidate(s.direction.candidate).id, s.direction.member, s.drop, s.contrast, s.edge.pattern, s.edge.times_s);
+        }
+    }
     // The draws take longer than the scan; where nothing is promising, they decide nothing.
     let test = if promising.is_empty() { None } else { scan.test(settings, seed) };
     Some(Scanned { test, promising, choices, products })
