@@ -87,6 +87,16 @@ pub fn run<C: Candidates + ?Sized, M>(
     let open = &rows.whole;
     let base = names.base.hypothesis.clone();
     let test = roles.test(*system, &open.noise, settings).opened(&base)?;
+    names.best.hypothesis = test.with_own_times(&names.best.hypothesis);
+    for cause in &mut names.causes {
+        let own =
+            names.best.hypothesis.members.iter().find(|m| {
+                m.candidate == cause.member.candidate && m.schedule == cause.member.schedule
+            });
+        if let (Some(acts), Some(member)) = (&mut cause.acts, own) {
+            acts.renew(*system, member);
+        }
+    }
     let judged = Judged::of(&test, open, &names, prepared);
     let late =
         if judged.is_left() { test.late_fault(open, &names.best.hypothesis, *seed) } else { None };

@@ -81,6 +81,9 @@ where
     // What a wrong model leaves of a free motion drifts, and a filter that makes it white takes the motion with it. So
     // noise is white here, and what is correlated counts as fewer observations.
     settings.noise.order = 0;
+    // A quarter of the oscillations of a short experiment may lie in half a second of the joint.
+    settings.onset.cell_rows = settings.onset.cell_rows.min(FIELD_CELL_ROWS);
+    settings.onset.fewest_cell_rows = 1;
     let residual = &mut settings.residual;
     residual.spectrum_piece_s = shortest_s / residual.field_spectrum_pieces;
     residual.spectrum_highest_hz = residual.field_spectrum_lines / residual.spectrum_piece_s;
@@ -178,6 +181,9 @@ fn put_properties_behind(causes: &mut Vec<Cause>, candidates: &[Candidate]) {
         }
     }
 }
+
+/// Most rows of a cell of time in which a term of a field may begin.
+const FIELD_CELL_ROWS: usize = 10;
 
 /// Part of the variation of an output that is no noise but the error of solver and rounding, where noise is learned.
 const LEAST_SHARE: f64 = 1e-6;

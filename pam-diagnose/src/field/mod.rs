@@ -70,6 +70,7 @@ mod candidate;
 mod design;
 mod diagnose;
 mod features;
+mod gated;
 mod labels;
 mod options;
 mod perturbed;

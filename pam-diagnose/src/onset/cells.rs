@@ -258,8 +258,17 @@ impl CellProducts {
             square += own_square;
         }
         let wholes = Vec::new();
-        let mut found =
-            Self { cells, directions: all, products, wholes, residual, shared, local, factor, square };
+        let mut found = Self {
+            cells,
+            directions: all,
+            products,
+            wholes,
+            residual,
+            shared,
+            local,
+            factor,
+            square,
+        };
         found.wholes = found.wholes();
         Some(found)
     }
@@ -364,8 +373,7 @@ impl CellProducts {
         let (of_whole, shares, size) = &piece.contrast;
         let own = &signed.directions[piece.direction];
         let whole: f64 = own.iter().filter_map(|sums| sums.last()).sum();
-        let cleared =
-            Self::sum(piece, signed) - of_whole * whole - dot(shares, &signed.unknowns);
+        let cleared = Self::sum(piece, signed) - of_whole * whole - dot(shares, &signed.unknowns);
         if *size > 0.0 { cleared * cleared / size } else { 0.0 }
     }
 

@@ -210,9 +210,8 @@ impl<'c> Scan<'c> {
                     // First the best single time of all, then each experiment in turn.
                     let mut ranges: Vec<Range<usize>> =
                         (0..cells.len()).map(|e| all(e, cells[e].len() / 2)).collect();
-                    let piece = |ranges: &[Range<usize>]| {
-                        self.products.piece(direction, ranges.to_vec())
-                    };
+                    let piece =
+                        |ranges: &[Range<usize>]| self.products.piece(direction, ranges.to_vec());
                     let drop = |ranges: &[Range<usize>]| {
                         piece(ranges).map_or(0.0, |p| CellProducts::drop(&p, signed))
                     };

@@ -6,7 +6,7 @@ use super::schedule::{Acts, Pattern, Schedule};
 use crate::diagnosis::total;
 use crate::fit::{Fit, Hypothesis, Member, Problem};
 use crate::linearised::{Products, all_starts};
-use crate::search::{Candidates, Rows, stands};
+use crate::search::{Candidates, Rows, TIE, stands};
 use pam_core::parallel;
 use pam_vocabulary::ParameterInfo;
 use pam_vocabulary::course::{Course, END, ONSET, RAMP};
@@ -132,9 +132,21 @@ fn scanned<C: Candidates + ?Sized>(
         })
         .collect();
     if std::env::var("ONSET_DEBUG").is_ok() {
-        eprintln!("promising at {:?} square {square} rho {}", at.set(), problem.rows_per_observation);
+        eprintln!(
+            "promising at {:?} square {square} rho {}",
+            at.set(),
+            problem.rows_per_observation
+        );
         for s in promising.iter().take(8) {
-            eprintln!("  {} {:?} {} {} {:?} {:?}", problem.system.candidate(s.direction.candidate).id, s.direction.member, s.drop, s.contrast, s.edge.pattern, s.edge.times_s);
+            eprintln!(
+                "  {} {:?} {} {} {:?} {:?}",
+                problem.system.candidate(s.direction.candidate).id,
+                s.direction.member,
+                s.drop,
+                s.contrast,
+                s.edge.pattern,
+                s.edge.times_s
+            );
         }
     }
     // The draws take longer than the scan; where nothing is promising, they decide nothing.
@@ -319,7 +331,7 @@ fn improved<C: Candidates + ?Sized>(
     let mut best = first;
     let mut others: Vec<(Hypothesis, f64)> = Vec::new();
     let mut rivals: Vec<Hypothesis> = rivals.iter().map(|f| f.hypothesis.clone()).collect();
-    for _ in 0..settings.rounds {
+    for round in 0..ROUNDS {
         best = rows.learn_beside(&best.hypothesis)?;
         best = moved_in_time(&rows.whole, best);
         if let Some(abrupt) = without_least_ramps(rows.whole.system, &best.hypothesis) {
@@ -328,7 +340,7 @@ fn improved<C: Candidates + ?Sized>(
         let again = |h: &Hypothesis| rows.whole.fit(h.clone(), settings.iterations).ok();
         let mut sets = vec![best.clone()];
         sets.extend(again(&plain.hypothesis));
-        let mut starts = variants(&rows.whole, &best.hypothesis, most);
+        let mut starts = variants(&rows.whole, &best.hypothesis, most, round == 0);
         // The best rival of each set of candidates.
         let mut known = vec![best.hypothesis.set()];
         rivals.retain(|h| {
@@ -337,7 +349,8 @@ fn improved<C: Candidates + ?Sized>(
             new
         });
         starts.extend(rivals.iter().take(settings.rivals).cloned());
-        if best.hypothesis.members.len() < most {
+        starts.extend(exchanged(&best.hypothesis, &rivals));
+        if best.hypothesis.members.len() < most && round + 1 < ROUNDS {
             starts.extend(additions(rows, &best.hypothesis, seed));
         }
         sets.extend(fit_all(&rows.whole, starts));
@@ -361,7 +374,12 @@ fn improved<C: Candidates + ?Sized>(
         let enough = 2.0 * needed(rows);
         let near = sets.iter().filter(|f| own(f) - own(&sets[0]) < enough);
         let size = |f: &&Fit| f.hypothesis.parameters(rows.whole.system).len();
-        let next = near.min_by_key(size)?.clone();
+        let smallest = near.clone().map(|f| size(&f)).min()?;
+        let near: Vec<&Fit> = near.filter(|f| size(f) == smallest).collect();
+        // Of indistinguishable sets, the one that comes first in the list of candidates.
+        let least = near.iter().map(|f| own(f)).fold(f64::INFINITY, f64::min);
+        let tied = near.into_iter().filter(|f| own(f) - least < 2.0 * TIE);
+        let next = tied.min_by_key(|f| f.hypothesis.set())?.clone();
         let same =
             next.hypothesis.set() == best.hypothesis.set() && courses(&next) == courses(&best);
         best = next;
@@ -372,6 +390,33 @@ fn improved<C: Candidates + ?Sized>(
     let timed = best.hypothesis.members.iter().any(|m| m.schedule.is_some());
     timed.then_some(TimedSet { set: best.hypothesis, others })
 }
+
+/// The set with other candidates of its rivals in place of each timed member, at the same times.
+fn exchanged(best: &Hypothesis, rivals: &[Hypothesis]) -> Vec<Hypothesis> {
+    let mut all = Vec::new();
+    for (place, member) in best.members.iter().enumerate() {
+        if member.schedule.is_none() {
+            continue;
+        }
+        let mut known: Vec<usize> = best.set();
+        for other in rivals.iter().flat_map(|h| &h.members).filter(|m| m.schedule.is_some()) {
+            if known.contains(&other.candidate) || known.len() > best.members.len() + MOST_EXCHANGED
+            {
+                continue;
+            }
+            known.push(other.candidate);
+            let values = [other.own(), member.times()].concat();
+            let mut set = best.clone();
+            set.members[place] =
+                Member { candidate: other.candidate, values, schedule: member.schedule.clone() };
+            all.push(set);
+        }
+    }
+    all
+}
+
+/// Candidates that are tried in place of a timed member.
+const MOST_EXCHANGED: usize = 6;
 
 /// The hypothesis with members that begin where they grew over the least ramp; `None` if there are none.
 fn without_least_ramps<C: Candidates + ?Sized>(system: &C, h: &Hypothesis) -> Option<Hypothesis> {
@@ -396,16 +441,20 @@ fn without_least_ramps<C: Candidates + ?Sized>(system: &C, h: &Hypothesis) -> Op
     (other != *h).then_some(other)
 }
 
+/// Rounds of improvements.
+const ROUNDS: usize = 3;
+
 /// What the members do in the experiments.
 fn courses(fit: &Fit) -> Vec<Option<Vec<Acts>>> {
     fit.hypothesis.members.iter().map(|m| m.schedule.as_ref().map(|s| s.acts.clone())).collect()
 }
 
-/// The set without each member, with timed members that are always there, and with other courses of them.
+/// The set without each member, with timed members that are always there, and, if asked for, with other courses of them.
 fn variants<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     set: &Hypothesis,
     most: usize,
+    with_courses: bool,
 ) -> Vec<Hypothesis> {
     let mut all = Vec::new();
     for (place, member) in set.members.iter().enumerate() {
@@ -430,7 +479,7 @@ fn variants<C: Candidates + ?Sized>(
         }
         let simple =
             schedule.acts.iter().any(|a| matches!(a, Acts::Within(c, _) if c.time_len() == 1));
-        if simple && schedule.pattern != Pattern::Each {
+        if with_courses && simple && schedule.pattern != Pattern::Each {
             for course in [Course::GROWS, Course::PASSES] {
                 for member in other_course(problem, member, schedule, course) {
                     with(vec![member]);
@@ -530,50 +579,57 @@ fn additions<C: Candidates + ?Sized>(
     all
 }
 
-/// Shifts of a time that are tried, in lengths of a cell.
-const SHIFTS: [f64; 10] = [-2.0, -1.0, -0.5, -0.2, -0.08, 0.08, 0.2, 0.5, 1.0, 2.0];
+/// Largest shift of a time that is tried, in cells.
+const LARGEST_SHIFT: f64 = 1.5;
+/// Distance of the shifts, in rows: the cost has valleys of a few rows, as a friction that begins while the joint moves has.
+const SHIFT_ROWS: f64 = 2.0;
+/// Valleys that are followed.
+const VALLEYS: usize = 3;
 /// Rounds of shifts.
-const SHIFT_ROUNDS: usize = 3;
-/// Cost above the least one up to which a shifted time is fitted.
-const NEAR_COST: f64 = 10.0;
+const SHIFT_ROUNDS: usize = 2;
 
-/// The fit from other times nearby: to first order a time is seen only from within the response of the system.
+/// The fit from other times nearby: a time shows to first order only from within the response of the system.
 pub(crate) fn moved_in_time<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     mut best: Fit,
 ) -> Fit {
     let settings = &problem.settings.search;
-    let cell_s = cell_s(problem);
+    let row_s = (0..problem.len()).map(|i| problem.row_s(i)).filter(|s| s.is_finite());
+    let step_s = SHIFT_ROWS * row_s.fold(0.0, f64::max);
+    let count = (LARGEST_SHIFT * cell_s(problem) / step_s).ceil() as i32;
     for _ in 0..SHIFT_ROUNDS {
-        let mut tried = Vec::new();
+        let mut valleys = Vec::new();
         for (place, member) in best.hypothesis.members.iter().enumerate() {
             let Some(schedule) = &member.schedule else { continue };
             for (k, info) in schedule.times.iter().enumerate().filter(|(_, i)| !i.logarithmic) {
                 let at = member.own().len() + k;
-                tried.extend(SHIFTS.map(|shift| {
+                let shifted = |shift: i32| {
                     let mut other = best.hypothesis.clone();
                     let value = &mut other.members[place].values[at];
-                    *value = (*value + shift * cell_s).clamp(info.range[0], info.range[1]);
+                    *value =
+                        (*value + f64::from(shift) * step_s).clamp(info.range[0], info.range[1]);
                     other
-                }));
+                };
+                let tried: Vec<Hypothesis> = (-count..=count).map(shifted).collect();
+                let costs = parallel::map(tried.len(), |k| {
+                    let h = &tried[k];
+                    problem.errors(h).map_or(f64::INFINITY, |e| problem.cost(h, &e))
+                });
+                let inner = 1..tried.len() - 1;
+                let lowest = |k: &usize| costs[*k] <= costs[k - 1] && costs[*k] < costs[k + 1];
+                // The middle is where the fit is.
+                let own = inner.filter(lowest).filter(|k| *k != count as usize);
+                valleys.extend(own.map(|k| (costs[k], tried[k].clone())));
             }
         }
-        // A valley that is deeper shows without a fit of the other values.
-        let costs = parallel::map_each(tried, |h| {
-            let cost = problem.errors(&h).map_or(f64::INFINITY, |e| problem.cost(&h, &e));
-            (h, cost)
+        valleys.sort_by(|a, b| a.0.total_cmp(&b.0));
+        valleys.truncate(VALLEYS);
+        let fitted = parallel::map_each(valleys, |(_, h)| {
+            problem.fit_to(h, settings.tried_iterations, settings.converged_drop)
         });
-        let nearest = costs.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((next, _)) = nearest.filter(|(_, cost)| *cost < best.cost + NEAR_COST) else {
-            break;
-        };
-        let Ok(next) = problem.fit_to(next, settings.iterations, settings.converged_drop) else {
-            break;
-        };
-        if next.cost > best.cost - 1.0 {
-            break;
-        }
-        best = next;
+        let better = fitted.into_iter().flatten().filter(|f| f.cost < best.cost - 1.0);
+        let Some(next) = better.min_by(|a, b| a.cost.total_cmp(&b.cost)) else { break };
+        best = problem.fit_further(next.clone(), settings.iterations).unwrap_or(next);
     }
     best
 }

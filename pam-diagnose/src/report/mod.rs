@@ -98,7 +98,8 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
     let shares = format!(
         " Of the squared error above the noise in all channels, {named} is removed; a flexible model without names removes {any}."
     );
-    let more = format!("{}{}", headline::worse(d), headline::minor(d));
+    let times = headline::times(&d.causes);
+    let more = format!("{times}{}{}", headline::worse(d), headline::minor(d));
     let because = if d.reasons.is_empty() {
         String::new()
     } else {

@@ -28,7 +28,7 @@ pub struct Findings {
 }
 
 /// Logarithm of the odds below which two sets are the same answer.
-pub(super) const TIE: f64 = 1.0;
+pub(crate) const TIE: f64 = 1.0;
 
 /// Searches for the set of at most `most` candidates that explains best what the base leaves; `None` if the base cannot be
 /// simulated. `done` is called with the finished share of the work.

@@ -11,7 +11,7 @@ pub use trace::Trace;
 
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Problem};
-use crate::onset::{LateFault, late_fault};
+use crate::onset::{LateFault, late_fault, with_own_times};
 use crate::search::Candidates;
 use crate::verdict::anomalies::anomalies;
 use crate::verdict::bands::bands;
@@ -102,6 +102,12 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         let mut all = anomalies(open, hypothesis);
         all.extend(anomalies(&self.problem, &self.here(hypothesis)));
         all
+    }
+
+    /// A hypothesis with the times at which something begins or ends in the test recordings, where each recording has its own.
+    pub(crate) fn with_own_times(&self, hypothesis: &Hypothesis) -> Hypothesis {
+        let found = with_own_times(&self.problem, &self.here(hypothesis));
+        Hypothesis { members: found.members, ..hypothesis.clone() }
     }
 
     /// What is there in the test rows only, beside a hypothesis that was fitted to `open` rows.
