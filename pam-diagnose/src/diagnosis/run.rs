@@ -76,7 +76,13 @@ pub fn run<C: Candidates + ?Sized, M>(
     let in_time = onset::search(&mut rows, &names.best, &names.base, *seed);
     if let Some(timed) = &in_time.timed {
         let timed = Some(timed);
-        names = Naming { rows: &mut rows, found: &found, baseline, timed }.names()?;
+        let others = Naming { rows: &mut rows, found: &found, baseline, timed }.names()?;
+        // Where the times are refuted, the names stand that were chosen without.
+        if others.best.hypothesis.members.iter().any(|m| m.schedule.is_some()) {
+            names = others;
+        } else {
+            rows.learn_beside(&names.best.hypothesis);
+        }
     }
     progress(Stage::Judging, 0.5);
     let mut null_test = found.null_test;

@@ -29,9 +29,9 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
             }
         }
         @for c in &d.causes {
-            h3 { (super::headline::capitalised(&plain_name(&c.effect))) }
+            h3 { (capitalised(&plain_name(&c.effect))) }
             @if let Some(acts) = &c.acts {
-                p { (super::headline::capitalised(&acts.sentence(&plain_name(&c.effect)))) "." }
+                p { (capitalised(&acts.sentence(&plain_name(&c.effect)))) "." }
             }
             p {
                 @if !c.description.is_empty() { (capitalised(&c.description)) " (id " code { (c.effect) } "). " }
@@ -63,7 +63,7 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
             }
         }
         @if d.onset_curves.iter().any(|c| !c.1.is_empty()) {
-            (wide_figure(onset(d), "What a beginning or end at each time would explain, to first order; the fitted                 time is marked."))
+            (figure(onset(d), "What a beginning or end at each time would explain, to first order. The fitted time is marked."))
         }
         h3 { "All candidates alone" }
         div.scroll { table {

@@ -74,8 +74,8 @@ pub(super) fn capitalised(text: &str) -> String {
 }
 
 /// The causes with their values: "dry friction (force 41.9 N [36.4, 47.5])".
-pub(super) fn with_values(causes: &[Cause]) -> String {
-    let cause = |c: &Cause| {
+pub(super) fn with_values(causes: &[&Cause]) -> String {
+    let cause = |c: &&Cause| {
         // Times are told in a sentence of their own.
         let own =
             c.parameters.iter().filter(|(name, _)| c.acts.is_none() || !Course::is_time(name));
