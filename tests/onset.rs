@@ -19,6 +19,9 @@ struct Arguments {
     /// Runs of each kind; 40 of those without a fault where this is not said.
     #[arg(long)]
     runs: Option<usize>,
+    /// Seed of the first run.
+    #[arg(long, default_value_t = 0)]
+    first: u64,
     /// Kinds: middle, later, test, null.
     #[arg(long, value_delimiter = ',', default_value = "middle,later,test,null")]
     kinds: Vec<String>,
@@ -78,6 +81,7 @@ fn judged(kind: &str, d: &JointDiagnosis) -> (bool, Value) {
         "acts": only.and_then(|c| c.acts.clone()),
         "late": d.late_fault,
         "timed": timed,
+        "causes": d.causes.iter().chain(&d.minor).map(|c| json!({ "id": c.effect, "values": c.member.values, "acts": c.acts.as_ref().map(|a| a.sentence("it")) })).collect::<Vec<_>>(),
         "reasons": d.reasons,
         "confusable": d.causes.iter().map(|c| c.confusable_with.clone()).collect::<Vec<_>>(),
     });
@@ -113,7 +117,7 @@ fn main() {
         let runs = arguments.runs.unwrap_or(if kind == "null" { 40 } else { 10 });
         let mut right = 0;
         let mut each = Vec::new();
-        for seed in 0..runs as u64 {
+        for seed in arguments.first..arguments.first + runs as u64 {
             let (holds, said) = judged(kind, &diagnosed(&case(kind, seed)));
             right += usize::from(holds);
             println!("{kind} {seed} {}: {said}", if holds { "right" } else { "WRONG" });

@@ -156,6 +156,7 @@ pub fn run<C: Candidates + ?Sized, M>(
         null_test,
         onset_test: in_time.test,
         late_fault: late,
+        ladder: None,
         onset_curves: in_time.curves,
         bands: judged.bands,
         anomalies: judged.anomalies,

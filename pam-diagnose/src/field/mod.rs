@@ -72,6 +72,7 @@ mod diagnose;
 mod features;
 mod gated;
 mod labels;
+mod ladder;
 mod options;
 mod perturbed;
 mod system;
@@ -79,6 +80,7 @@ mod system;
 pub use candidate::Candidate;
 pub use design::{FieldSeparation, design_field, sine_experiments};
 pub use diagnose::{DiagnosedField, FieldBaseline, FieldDiagnosis, diagnose_field};
+pub use ladder::{FieldRung, field_ladder};
 pub use options::{FieldNoise, FieldOptions};
 
 #[cfg(doc)]

@@ -7,6 +7,7 @@ use crate::diagnosis::total;
 use crate::fit::{Fit, Hypothesis, Member, Problem};
 use crate::linearised::{Products, all_starts};
 use crate::search::{Candidates, Rows, TIE, stands};
+use crate::verdict::largest_rise;
 use pam_core::parallel;
 use pam_vocabulary::ParameterInfo;
 use pam_vocabulary::course::{Course, END, ONSET, RAMP};
@@ -131,24 +132,6 @@ fn scanned<C: Candidates + ?Sized>(
             odds(s.drop, of_own + of_times) > needed && odds(s.contrast, of_times) > needed
         })
         .collect();
-    if std::env::var("ONSET_DEBUG").is_ok() {
-        eprintln!(
-            "promising at {:?} square {square} rho {}",
-            at.set(),
-            problem.rows_per_observation
-        );
-        for s in promising.iter().take(8) {
-            eprintln!(
-                "  {} {:?} {} {} {:?} {:?}",
-                problem.system.candidate(s.direction.candidate).id,
-                s.direction.member,
-                s.drop,
-                s.contrast,
-                s.edge.pattern,
-                s.edge.times_s
-            );
-        }
-    }
     // The draws take longer than the scan; where nothing is promising, they decide nothing.
     let test = if promising.is_empty() { None } else { scan.test(settings, seed) };
     Some(Scanned { test, promising, choices, products })
@@ -358,18 +341,6 @@ fn improved<C: Candidates + ?Sized>(
         sets.sort_by(|a, b| own(a).total_cmp(&own(b)));
         others = sets.iter().map(|f| (f.hypothesis.clone(), own(f))).collect();
         rivals = sets.iter().map(|f| f.hypothesis.clone()).collect();
-        if std::env::var("ONSET_DEBUG").is_ok() {
-            for (h, t) in &others {
-                eprintln!(
-                    "{t:.1} {:?}",
-                    h.members
-                        .iter()
-                        .map(|m| (system_id(&rows.whole, m), &m.values))
-                        .collect::<Vec<_>>()
-                );
-            }
-            eprintln!("rho {} needed {}", rows.whole.rows_per_observation, needed(rows));
-        }
         // The smallest set against which the odds of the best are not enough.
         let enough = 2.0 * needed(rows);
         let near = sets.iter().filter(|f| own(f) - own(&sets[0]) < enough);
@@ -380,6 +351,11 @@ fn improved<C: Candidates + ?Sized>(
         let least = near.iter().map(|f| own(f)).fold(f64::INFINITY, f64::min);
         let tied = near.into_iter().filter(|f| own(f) - least < 2.0 * TIE);
         let next = tied.min_by_key(|f| f.hypothesis.set())?.clone();
+        let always = sets.iter().filter(|f| !is_timed(f));
+        let least_rise = rows.whole.settings.onset.least_rise;
+        if !is_timed(&next) || always.into_iter().any(|f| largest_rise(&next, f) < least_rise) {
+            return None;
+        }
         let same =
             next.hypothesis.set() == best.hypothesis.set() && courses(&next) == courses(&best);
         best = next;
@@ -387,8 +363,12 @@ fn improved<C: Candidates + ?Sized>(
             break;
         }
     }
-    let timed = best.hypothesis.members.iter().any(|m| m.schedule.is_some());
-    timed.then_some(TimedSet { set: best.hypothesis, others })
+    Some(TimedSet { set: best.hypothesis, others })
+}
+
+/// Whether a member comes or goes.
+fn is_timed(fit: &Fit) -> bool {
+    fit.hypothesis.members.iter().any(|m| m.schedule.is_some())
 }
 
 /// The set with other candidates of its rivals in place of each timed member, at the same times.
@@ -700,9 +680,7 @@ pub(super) fn one_more<C: Candidates + ?Sized>(
     });
     let best = fit_all(problem, starts.collect()).into_iter().next()?;
     let best = moved_in_time(problem, best);
-    (total(problem, &base) - total(problem, &best) > 2.0 * needed).then_some([base, best])
-}
-
-fn system_id<C: Candidates + ?Sized>(p: &Problem<'_, C>, m: &Member) -> String {
-    format!("{}{}", p.system.candidate(m.candidate).id, if m.schedule.is_some() { "*" } else { "" })
+    let clear = total(problem, &base) - total(problem, &best) > 2.0 * needed
+        && largest_rise(&best, &base) > settings.onset.least_rise;
+    clear.then_some([base, best])
 }

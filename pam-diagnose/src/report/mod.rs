@@ -42,6 +42,10 @@ pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContex
         (residual::section(d))
         h2 { "2. Why" }
         (causes::section(d))
+        @if let Some(ladder) = &d.ladder {
+            h3 { (format!("The ladder {}", ladder.name)) }
+            (crate::ladder::section(ladder))
+        }
         h2 { "3. What changes" }
         (changes(d))
         h2 { "4. What it gains" }
