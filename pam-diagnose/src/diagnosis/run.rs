@@ -73,7 +73,7 @@ pub fn run<C: Candidates + ?Sized, M>(
     let baseline = prepared.baseline.as_ref();
     let mut names = Naming { rows: &mut rows, found: &found, baseline, timed: None }.names()?;
     // What begins or ends may be named as something else that is always there, or not at all.
-    let in_time = onset::search(&mut rows, &names.best, &names.base, *seed);
+    let in_time = onset::search(&mut rows, &names.best, &names.base, &found.starts, *seed);
     if let Some(timed) = &in_time.timed {
         let timed = Some(timed);
         let others = Naming { rows: &mut rows, found: &found, baseline, timed }.names()?;
@@ -104,8 +104,11 @@ pub fn run<C: Candidates + ?Sized, M>(
         }
     }
     let judged = Judged::of(&test, open, &names, prepared);
-    let late =
-        if judged.is_left() { test.late_fault(open, &names.best.hypothesis, *seed) } else { None };
+    let late = if judged.is_left() {
+        test.late_fault(open, &names.best.hypothesis, &found.starts, *seed)
+    } else {
+        None
+    };
     let (mut minor, mut causes): (Vec<Cause>, Vec<Cause>) =
         std::mem::take(&mut names.causes).into_iter().partition(|c| c.minor);
     let input = VerdictInput {

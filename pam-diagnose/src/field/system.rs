@@ -281,6 +281,10 @@ where
         self.infos[index].iter().any(|p| p.off.is_some())
     }
 
+    fn acts_at_rest(&self, _index: usize) -> bool {
+        false
+    }
+
     fn ramp_s(&self) -> f64 {
         self.row_s
     }

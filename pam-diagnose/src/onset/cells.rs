@@ -3,7 +3,7 @@
 //! A direction of a candidate that begins at a time is, to first order, the direction of the whole run from that time on: the
 //! joint forgets within a fraction of a second what was before. So the inner products of every beginning are sums over the cells
 //! of one that begins with the first sample, which the reading at rest does not know, and those of every end are sums
-//! over the cells of one that is always there. Each candidate is simulated twice.
+//! over the cells of one that is always there.
 
 use super::schedule::{Acts, Pattern, Schedule};
 use crate::fit::{Hypothesis, Member, Problem, Sensitivities, dot};
@@ -206,9 +206,15 @@ impl CellProducts {
                 unknowns: unknowns.iter().map(|u| sums(d, u)).collect(),
             };
             let mut products: Vec<Products> = parallel::map(starts.len(), |k| {
-                let ends = directions(problem, hypothesis, &starts[k], &s, i);
                 let begins = from_the_first_sample(problem, hypothesis, &starts[k], &s, i);
-                begins.iter().chain(&ends).map(|d| of(&column(d))).collect::<Vec<_>>()
+                let mut all: Vec<Products> = begins.iter().map(|d| of(&column(d))).collect();
+                if system.acts_at_rest(starts[k].candidate) {
+                    let ends = directions(problem, hypothesis, &starts[k], &s, i);
+                    all.extend(ends.iter().map(|d| of(&column(d))));
+                } else {
+                    all.extend(all.clone());
+                }
+                all
             })
             .into_iter()
             .flatten()

@@ -5,7 +5,7 @@ use super::scan::{Edge, OnsetTest, Scan, Scored};
 use super::schedule::{Acts, Pattern, Schedule};
 use crate::diagnosis::total;
 use crate::fit::{Fit, Hypothesis, Member, Problem};
-use crate::linearised::{Products, all_starts};
+use crate::linearised::Products;
 use crate::search::{Candidates, Rows, TIE, stands};
 use crate::verdict::largest_rise;
 use pam_core::parallel;
@@ -34,11 +34,13 @@ pub(crate) struct OnsetFindings {
     pub(crate) curves: Vec<(String, Vec<(f64, f64)>)>,
 }
 
-/// Searches for a better set than `plain` in which effects begin, end or grow. The noise of `rows` is learned beside `plain`.
+/// Searches for a better set than `plain` in which effects begin, end or grow. The noise of `rows` is learned beside `plain`;
+/// `screened` are the starting values of the candidates.
 pub(crate) fn search<C: Candidates + ?Sized>(
     rows: &mut Rows<'_, C>,
     plain: &Fit,
     base: &Fit,
+    screened: &[(usize, Vec<f64>)],
     seed: u64,
 ) -> OnsetFindings {
     let system = rows.whole.system;
@@ -52,8 +54,12 @@ pub(crate) fn search<C: Candidates + ?Sized>(
         seeds.push(base);
     }
     let (mut test, mut starts, mut scans) = (None::<OnsetTest>, Vec::new(), Vec::new());
-    for from in seeds {
-        let found = scanned(&rows.whole, &from.hypothesis, needed(rows), None, seed);
+    for (k, from) in seeds.into_iter().enumerate() {
+        // Where nothing changes beside the chosen set, it is no mixture of something that does.
+        if k > 0 && scans.is_empty() {
+            break;
+        }
+        let found = scanned(&rows.whole, &from.hypothesis, screened, needed(rows), None, seed);
         let Some(found) = found else { continue };
         if found.test.is_some_and(|own| test.is_none_or(|t| own.p_value < t.p_value)) {
             test = found.test;
@@ -72,7 +78,7 @@ pub(crate) fn search<C: Candidates + ?Sized>(
     let Some(first) = fitted.first().filter(|f| f.cost < plain.cost) else {
         return OnsetFindings { test, ..none };
     };
-    let timed = improved(rows, first.clone(), &fitted[1..], plain, most, seed);
+    let timed = improved(rows, first.clone(), &fitted[1..], plain, screened, most, seed);
     if timed.is_none() {
         // The noise as it was.
         rows.learn_beside(&plain.hypothesis);
@@ -102,12 +108,13 @@ impl Scanned {
 fn scanned<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     at: &Hypothesis,
+    starts: &[(usize, Vec<f64>)],
     needed: f64,
     may_be: Option<&dyn Fn(&Edge) -> bool>,
     seed: u64,
 ) -> Option<Scanned> {
     let settings = &problem.settings.onset;
-    let products = CellProducts::at(problem, at, &all_starts(problem.system))?;
+    let products = CellProducts::at(problem, at, starts)?;
     let scan = Scan::new(&products, settings, may_be.unwrap_or(&|_| true));
     let choices = scan.edges_per_direction() as f64;
     let square = products.square;
@@ -307,6 +314,7 @@ fn improved<C: Candidates + ?Sized>(
     first: Fit,
     rivals: &[Fit],
     plain: &Fit,
+    screened: &[(usize, Vec<f64>)],
     most: usize,
     seed: u64,
 ) -> Option<TimedSet> {
@@ -334,7 +342,7 @@ fn improved<C: Candidates + ?Sized>(
         starts.extend(rivals.iter().take(settings.rivals).cloned());
         starts.extend(exchanged(&best.hypothesis, &rivals));
         if best.hypothesis.members.len() < most && round + 1 < ROUNDS {
-            starts.extend(additions(rows, &best.hypothesis, seed));
+            starts.extend(additions(rows, &best.hypothesis, screened, seed));
         }
         sets.extend(fit_all(&rows.whole, starts));
         let own = |f: &Fit| total(&rows.whole, f);
@@ -536,11 +544,12 @@ fn other_course<C: Candidates + ?Sized>(
 fn additions<C: Candidates + ?Sized>(
     rows: &Rows<'_, C>,
     set: &Hypothesis,
+    screened: &[(usize, Vec<f64>)],
     seed: u64,
 ) -> Vec<Hypothesis> {
     let settings = &rows.whole.settings;
     let mut all = Vec::new();
-    if let Some(products) = Products::at(&rows.whole, set, &all_starts(rows.whole.system)) {
+    if let Some(products) = Products::at(&rows.whole, set, screened) {
         let linearised = products.beside();
         let best = linearised.singles();
         let promising = best.iter().filter(|s| rows.is_promising(s, linearised.residual));
@@ -549,7 +558,7 @@ fn additions<C: Candidates + ?Sized>(
             all.push(subset.starts.iter().fold(set.clone(), add));
         }
     }
-    if let Some(found) = scanned(&rows.whole, set, needed(rows), None, seed)
+    if let Some(found) = scanned(&rows.whole, set, screened, needed(rows), None, seed)
         && !found.by_chance(settings.onset.probability)
     {
         for scored in found.promising.iter().take(settings.search.additions) {
@@ -655,6 +664,7 @@ fn highest(curves: &[Vec<(f64, f64)>]) -> f64 {
 pub(super) fn one_more<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     hypothesis: &Hypothesis,
+    screened: &[(usize, Vec<f64>)],
     may_be: &dyn Fn(&Edge) -> bool,
     from_s: f64,
     seed: u64,
@@ -663,7 +673,7 @@ pub(super) fn one_more<C: Candidates + ?Sized>(
     let needed = settings.search.odds_of_few_blocks.max(settings.onset.odds).ln();
     let fixed = Hypothesis { fixed: hypothesis.members.len(), ..hypothesis.clone() };
     let base = problem.fit(fixed, settings.search.iterations).ok()?;
-    let found = scanned(problem, &base.hypothesis, needed, Some(may_be), seed)?;
+    let found = scanned(problem, &base.hypothesis, screened, needed, Some(may_be), seed)?;
     if found.by_chance(settings.onset.probability) {
         return None;
     }

@@ -15,6 +15,8 @@ pub struct Findings {
     /// Every candidate with the share of the whitened squared residual that it would explain alone, to first order; best
     /// first.
     pub screened: Vec<(usize, f64)>,
+    /// The best starting values of each candidate, to first order.
+    pub starts: Vec<(usize, Vec<f64>)>,
     /// The most promising candidates alone, fitted, best first.
     pub singles: Vec<Scored>,
     /// The chosen set; the base if nothing earned its place.
@@ -55,6 +57,7 @@ pub fn search<C: Candidates + ?Sized>(
     let screened = first_order.iter().map(|s| (s.starts[0].candidate, share(s.drop))).collect();
     let none = Findings {
         screened,
+        starts: starts.clone(),
         singles: Vec::new(),
         best: base.clone(),
         others: Vec::new(),

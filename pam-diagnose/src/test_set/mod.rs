@@ -115,9 +115,10 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         &self,
         open: &Problem<'_, C>,
         hypothesis: &Hypothesis,
+        screened: &[(usize, Vec<f64>)],
         seed: u64,
     ) -> Option<LateFault> {
-        late_fault(open, &self.problem, hypothesis, seed)
+        late_fault(open, &self.problem, hypothesis, screened, seed)
     }
 
     /// The strongest factor on which what is left of a channel depends, with the share of its variance.
