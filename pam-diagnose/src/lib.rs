@@ -35,6 +35,7 @@
 //! | [`fit`] | a hypothesis is fitted; confidence intervals |
 //! | [`search`] | sets of candidates are screened, fitted and exchanged; the trait [`search::Candidates`] |
 //! | [`rejection`] | a name is rejected: absent, unstable, no better than chance |
+//! | [`ladder`] | models of one phenomenon, from a short one to a rich one |
 //! | [`onset`] | causes that begin, end or grow at a time |
 //! | [`verdict`] | the verdict falls; causes with their alternatives |
 //! | [`test_set`] | the data that no decision has seen; error reduction |
@@ -111,6 +112,7 @@ pub mod field;
 pub mod fit;
 #[cfg(feature = "joint")]
 pub mod joint;
+pub mod ladder;
 pub mod linearised;
 pub mod noise;
 pub mod onset;
@@ -126,6 +128,8 @@ pub mod verdict;
 pub use diagnosis::{Diagnosis, Stage};
 pub use error::DiagnoseError;
 #[cfg(feature = "joint")]
-pub use joint::{DiagnoseOptions, JointDiagnosis, RecordingSets, diagnose, refit};
+pub use joint::{
+    DiagnoseOptions, EffectLadder, JointDiagnosis, RecordingSets, diagnose, joint_ladder, refit,
+};
 pub use settings::DiagnosisSettings;
 pub use verdict::Verdict;

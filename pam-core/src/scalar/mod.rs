@@ -160,3 +160,18 @@ impl<T: Scalar> Scalar for HyperHyperDual<T> where Self: DualNum {}
 pub fn zeros<S: Scalar>(len: usize) -> Vec<S> {
     vec![S::zero(); len]
 }
+
+/// The smooth step `3u² − 2u³` with `u = since/width + ½` between 0 and 1: 0 before, 1 behind, ½ at zero.
+#[inline]
+pub fn smooth_step<S: Scalar>(since: S, width: S) -> S {
+    // Most calls are outside of the step, where nothing has a derivative.
+    let real = since.real() / width.real() + 0.5;
+    if real <= 0.0 {
+        return S::zero();
+    }
+    if real >= 1.0 {
+        return S::constant(1.0);
+    }
+    let u = since / width + S::constant(0.5);
+    u * u * (S::constant(3.0) - u.scaled(2.0))
+}

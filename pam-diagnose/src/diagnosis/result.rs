@@ -1,6 +1,7 @@
 //! The result of a diagnosis; `diagnosis.json`.
 
 use crate::data::{TestData, ValidationData};
+use crate::ladder::Ladder;
 use crate::onset::{LateFault, OnsetTest};
 use crate::rejection::NullTest;
 use crate::residual::ResidualSummary;
@@ -77,6 +78,9 @@ pub struct Diagnosis<M> {
     /// What is there in the test data only, if the rest of the error looks like it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub late_fault: Option<LateFault>,
+    /// A ladder that was climbed on the same data.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ladder: Option<Ladder>,
     /// By how much the named beginning or end would lower the weighted squared residual at each time (s), to first order, in
     /// each open recording; for figures.
     #[serde(skip)]

@@ -73,10 +73,16 @@ pub fn run<C: Candidates + ?Sized, M>(
     let baseline = prepared.baseline.as_ref();
     let mut names = Naming { rows: &mut rows, found: &found, baseline, timed: None }.names()?;
     // What begins or ends may be named as something else that is always there, or not at all.
-    let in_time = onset::search(&mut rows, &names.best, &names.base, *seed);
+    let in_time = onset::search(&mut rows, &names.best, &names.base, &found.starts, *seed);
     if let Some(timed) = &in_time.timed {
         let timed = Some(timed);
-        names = Naming { rows: &mut rows, found: &found, baseline, timed }.names()?;
+        let others = Naming { rows: &mut rows, found: &found, baseline, timed }.names()?;
+        // Where the times are refuted, the names stand that were chosen without.
+        if others.best.hypothesis.members.iter().any(|m| m.schedule.is_some()) {
+            names = others;
+        } else {
+            rows.learn_beside(&names.best.hypothesis);
+        }
     }
     progress(Stage::Judging, 0.5);
     let mut null_test = found.null_test;
@@ -87,9 +93,22 @@ pub fn run<C: Candidates + ?Sized, M>(
     let open = &rows.whole;
     let base = names.base.hypothesis.clone();
     let test = roles.test(*system, &open.noise, settings).opened(&base)?;
+    names.best.hypothesis = test.with_own_times(&names.best.hypothesis);
+    for cause in &mut names.causes {
+        let own =
+            names.best.hypothesis.members.iter().find(|m| {
+                m.candidate == cause.member.candidate && m.schedule == cause.member.schedule
+            });
+        if let (Some(acts), Some(member)) = (&mut cause.acts, own) {
+            acts.renew(*system, member);
+        }
+    }
     let judged = Judged::of(&test, open, &names, prepared);
-    let late =
-        if judged.is_left() { test.late_fault(open, &names.best.hypothesis, *seed) } else { None };
+    let late = if judged.is_left() {
+        test.late_fault(open, &names.best.hypothesis, &found.starts, *seed)
+    } else {
+        None
+    };
     let (mut minor, mut causes): (Vec<Cause>, Vec<Cause>) =
         std::mem::take(&mut names.causes).into_iter().partition(|c| c.minor);
     let input = VerdictInput {
@@ -140,6 +159,7 @@ pub fn run<C: Candidates + ?Sized, M>(
         null_test,
         onset_test: in_time.test,
         late_fault: late,
+        ladder: None,
         onset_curves: in_time.curves,
         bands: judged.bands,
         anomalies: judged.anomalies,

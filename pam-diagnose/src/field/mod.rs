@@ -70,7 +70,9 @@ mod candidate;
 mod design;
 mod diagnose;
 mod features;
+mod gated;
 mod labels;
+mod ladder;
 mod options;
 mod perturbed;
 mod system;
@@ -78,6 +80,7 @@ mod system;
 pub use candidate::Candidate;
 pub use design::{FieldSeparation, design_field, sine_experiments};
 pub use diagnose::{DiagnosedField, FieldBaseline, FieldDiagnosis, diagnose_field};
+pub use ladder::{FieldRung, field_ladder};
 pub use options::{FieldNoise, FieldOptions};
 
 #[cfg(doc)]

@@ -2,6 +2,7 @@
 
 use super::baseline::BaselineDiscrepancy;
 use super::design::{Separation, separate};
+use super::ladder::{EffectLadder, joint_ladder};
 use super::spans::spans;
 use super::system::JointSystem;
 use crate::data::{OpenPart, Roles, TestSource};
@@ -43,6 +44,8 @@ pub struct DiagnoseOptions {
     /// Known standard deviations of the noise of x (mm), P_f and P_e (kPa), in means over
     /// [`points_per_row`](crate::settings::DataSettings::points_per_row) grid points; learned from the data where absent.
     pub noise: [Option<f64>; 3],
+    /// A ladder to climb on the same data, beside the model as it is given.
+    pub ladder: Option<EffectLadder>,
 }
 
 impl Default for DiagnoseOptions {
@@ -54,6 +57,7 @@ impl Default for DiagnoseOptions {
             plausibility: PlausibilitySettings::default(),
             allow_implausible: false,
             noise: [None; 3],
+            ladder: None,
         }
     }
 }
@@ -145,7 +149,7 @@ pub fn diagnose(
         settings,
         seed: options.seed,
     };
-    diagnosis::run(&prepared, progress, |best| {
+    let mut found = diagnosis::run(&prepared, progress, |best| {
         let causes: Vec<ActiveEffect> = best.members.iter().map(|m| system.active(m)).collect();
         let learned = system.learned_in_part(best);
         if let Some(baseline) = &mut baseline {
@@ -160,11 +164,16 @@ pub fn diagnose(
             scales: system.scales.clone(),
             candidates: options.candidates.clone(),
         }
-    })
+    })?;
+    if let Some(ladder) = &options.ladder {
+        let done = |s| progress(Stage::Judging, 0.5 + 0.5 * s);
+        found.ladder = Some(joint_ladder(model, sets, ladder, options, &done)?);
+    }
+    Ok(found)
 }
 
 /// Contradictions between the recordings and the physics of the joint; an error if it is certain and not allowed.
-fn plausible(
+pub(super) fn plausible(
     model: &ExtendedModel,
     sets: &RecordingSets<'_>,
     options: &DiagnoseOptions,
@@ -180,7 +189,7 @@ fn plausible(
     }
 }
 
-fn prepare<'s>(
+pub(super) fn prepare<'s>(
     model: &ExtendedModel,
     subjects: impl IntoIterator<Item = &'s Subject>,
 ) -> Result<Vec<Trial>, DiagnoseError> {

@@ -12,7 +12,9 @@ use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_data::Channel;
-use pam_effects::effects::{AnyEffect, DataScales, EffectScalar, FixedState, ParameterInfo, timed};
+use pam_effects::effects::{
+    AnyEffect, DataScales, EffectScalar, FixedState, Group, ParameterInfo, timed,
+};
 use pam_effects::model::ActiveEffect;
 use pam_effects::simulation::{Base, Nuisances, ResampledRecord, Trajectory, Trial, simulate};
 use std::ops::Range;
@@ -284,6 +286,10 @@ impl Candidates for JointSystem<'_> {
 
     fn may_be_timed(&self, _index: usize) -> bool {
         true
+    }
+
+    fn acts_at_rest(&self, index: usize) -> bool {
+        self.effects[index].info().group != Group::Mechanics
     }
 
     fn shared(&self) -> &[Nuisance] {

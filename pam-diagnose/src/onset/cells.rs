@@ -3,7 +3,7 @@
 //! A direction of a candidate that begins at a time is, to first order, the direction of the whole run from that time on: the
 //! joint forgets within a fraction of a second what was before. So the inner products of every beginning are sums over the cells
 //! of one that begins with the first sample, which the reading at rest does not know, and those of every end are sums
-//! over the cells of one that is always there. Each candidate is simulated twice.
+//! over the cells of one that is always there.
 
 use super::schedule::{Acts, Pattern, Schedule};
 use crate::fit::{Hypothesis, Member, Problem, Sensitivities, dot};
@@ -104,6 +104,7 @@ pub(super) struct CellProducts {
     pub(super) directions: Vec<Direction>,
     /// Direction by direction, experiment by experiment.
     products: Vec<Vec<Products>>,
+    wholes: Vec<Whole>,
     /// Products of the residual with the unknowns, experiment by experiment, as sums over the cells before each.
     residual: Vec<Vec<Vec<f64>>>,
     /// Number of unknowns that all experiments share, and of each experiment's own.
@@ -112,6 +113,12 @@ pub(super) struct CellProducts {
     factor: ScaledCholesky,
     /// Weighted square of the residual.
     pub(super) square: f64,
+}
+
+/// A direction over all times: how much of each unknown imitates it, and the squared size of what is left.
+struct Whole {
+    shares: Vec<f64>,
+    size: f64,
 }
 
 /// A beginning or an end, ready to be drawn again: what it explains beside the unknowns.
@@ -124,6 +131,8 @@ pub(super) struct Piece {
     shares: Vec<f64>,
     /// Squared size of what is left.
     size: f64,
+    /// The same beside the direction over all times: its share, the shares of the unknowns, the squared size.
+    contrast: (f64, Vec<f64>, f64),
 }
 
 impl CellProducts {
@@ -197,9 +206,15 @@ impl CellProducts {
                 unknowns: unknowns.iter().map(|u| sums(d, u)).collect(),
             };
             let mut products: Vec<Products> = parallel::map(starts.len(), |k| {
-                let ends = directions(problem, hypothesis, &starts[k], &s, i);
                 let begins = from_the_first_sample(problem, hypothesis, &starts[k], &s, i);
-                begins.iter().chain(&ends).map(|d| of(&column(d))).collect::<Vec<_>>()
+                let mut all: Vec<Products> = begins.iter().map(|d| of(&column(d))).collect();
+                if system.acts_at_rest(starts[k].candidate) {
+                    let ends = directions(problem, hypothesis, &starts[k], &s, i);
+                    all.extend(ends.iter().map(|d| of(&column(d))));
+                } else {
+                    all.extend(all.clone());
+                }
+                all
             })
             .into_iter()
             .flatten()
@@ -248,7 +263,20 @@ impl CellProducts {
             residual.push(right);
             square += own_square;
         }
-        Some(Self { cells, directions: all, products, residual, shared, local, factor, square })
+        let wholes = Vec::new();
+        let mut found = Self {
+            cells,
+            directions: all,
+            products,
+            wholes,
+            residual,
+            shared,
+            local,
+            factor,
+            square,
+        };
+        found.wholes = found.wholes();
+        Some(found)
     }
 
     /// A direction in some cells of each experiment, cleared of what the unknowns imitate; `None` if nothing is left.
@@ -268,12 +296,38 @@ impl CellProducts {
         }
         let shares = self.factor.solve(&right)?;
         let size = square - dot(&right, &shares);
-        (size > LEAST_OWN * square && size > 0.0).then_some(Piece {
-            direction,
-            ranges,
-            shares,
-            size,
-        })
+        if !(size > LEAST_OWN * square && size > 0.0) {
+            return None;
+        }
+        let whole = &self.wholes[direction];
+        let of_whole = match whole.size > 0.0 {
+            true => (square - dot(&right, &whole.shares)) / whole.size,
+            false => 0.0,
+        };
+        let own = size - of_whole * of_whole * whole.size;
+        let imitated = shares.iter().zip(&whole.shares).map(|(s, w)| s - of_whole * w).collect();
+        let contrast = (of_whole, imitated, if own > LEAST_OWN * square { own } else { 0.0 });
+        Some(Piece { direction, ranges, shares, size, contrast })
+    }
+
+    /// Directions over all times.
+    fn wholes(&self) -> Vec<Whole> {
+        let of = |own: &Vec<Products>| {
+            let mut right = vec![0.0; self.shared + self.local * self.cells.len()];
+            let mut square = 0.0;
+            for (e, p) in own.iter().enumerate() {
+                square += p.square.last().copied().unwrap_or(0.0);
+                for (k, sums) in p.unknowns.iter().enumerate() {
+                    right[self.place(e, k)] += sums.last().copied().unwrap_or(0.0);
+                }
+            }
+            let shares = self.factor.solve(&right).unwrap_or_else(|| vec![0.0; right.len()]);
+            let size = square - dot(&right, &shares);
+            // A parameter of a member is imitated wholly by itself.
+            let size = if size > LEAST_OWN * square { size } else { 0.0 };
+            Whole { shares, size }
+        };
+        self.products.iter().map(of).collect()
     }
 
     fn place(&self, experiment: usize, unknown: usize) -> usize {
@@ -316,11 +370,22 @@ impl CellProducts {
 
     /// The share of the weighted square of the residual that each piece explains where blocks of it have these signs.
     pub(super) fn drop(piece: &Piece, signed: &Signed) -> f64 {
-        let own = &signed.directions[piece.direction];
-        let sum: f64 =
-            own.iter().zip(&piece.ranges).map(|(sums, range)| Products::over(sums, range)).sum();
-        let cleared = sum - dot(&piece.shares, &signed.unknowns);
+        let cleared = Self::sum(piece, signed) - dot(&piece.shares, &signed.unknowns);
         cleared * cleared / piece.size
+    }
+
+    /// As [`drop`](Self::drop), beside the same direction over all times: what says that it comes or goes.
+    pub(super) fn contrast(piece: &Piece, signed: &Signed) -> f64 {
+        let (of_whole, shares, size) = &piece.contrast;
+        let own = &signed.directions[piece.direction];
+        let whole: f64 = own.iter().filter_map(|sums| sums.last()).sum();
+        let cleared = Self::sum(piece, signed) - of_whole * whole - dot(shares, &signed.unknowns);
+        if *size > 0.0 { cleared * cleared / size } else { 0.0 }
+    }
+
+    fn sum(piece: &Piece, signed: &Signed) -> f64 {
+        let own = signed.directions[piece.direction].iter();
+        own.zip(&piece.ranges).map(|(sums, range)| Products::over(sums, range)).sum()
     }
 }
 

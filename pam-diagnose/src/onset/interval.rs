@@ -28,6 +28,10 @@ pub(crate) fn time_interval<C: Candidates + ?Sized>(
     let mut held = best.hypothesis.clone();
     let Some(schedule) = held.members[member].schedule.clone() else { return [f64::NAN; 2] };
     held.members[member].schedule = Some(Arc::new(schedule.held()));
+    // A time of recordings that are not in the problem is not known from it.
+    if problem.experiments.iter().all(|&e| !schedule.times_in(e).contains(&time)) {
+        return schedule.times[time].range;
+    }
     let at = held.members[member].own().len() + time;
     let (value, info) = (held.members[member].values[at], schedule.times[time]);
     let with = |time: f64| {

@@ -45,6 +45,7 @@ pub(crate) fn late_fault<C: Candidates + ?Sized>(
     open: &Problem<'_, C>,
     test: &Problem<'_, C>,
     hypothesis: &Hypothesis,
+    screened: &[(usize, Vec<f64>)],
     seed: u64,
 ) -> Option<LateFault> {
     let system = open.system;
@@ -90,7 +91,7 @@ pub(crate) fn late_fault<C: Candidates + ?Sized>(
     // In an experiment that is open at first, it begins in the test rows.
     let test_s: f64 = open_s.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let from_s = if all.len() == open.len() { test_s } else { 0.0 };
-    let [base, best] = one_more(&all, &whole, &outside, from_s, seed)?;
+    let [base, best] = one_more(&all, &whole, screened, &outside, from_s, seed)?;
     let member = best.hypothesis.members.last()?;
     let intervals = all.intervals(&best).ok()?;
     let fitted = member.fitted(system);

@@ -17,6 +17,7 @@
 //! only is reported by itself ([`LateFault`]).
 
 mod cells;
+mod each;
 mod interval;
 mod late;
 mod scan;
@@ -24,6 +25,7 @@ mod schedule;
 mod search;
 mod times;
 
+pub(crate) use each::with_own_times;
 pub(crate) use interval::time_interval;
 pub use late::LateFault;
 pub(crate) use late::late_fault;

@@ -27,13 +27,16 @@ pub(super) struct Scored {
     pub(super) edge: Edge,
     /// Drop of the weighted squared residual, to first order.
     pub(super) drop: f64,
+    /// The part of it that the same candidate does not explain if it is always there.
+    pub(super) contrast: f64,
 }
 
-/// How much of a residual a beginning or an end explains by chance: as the [null test](crate::rejection::NullTest) of the
+/// How much of a residual the beginning or end of a candidate explains by chance, beyond what the candidate explains if it is
+/// always there: as the [null test](crate::rejection::NullTest) of the
 /// candidates that are always there, with the maximum taken over all times as well.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OnsetTest {
-    /// Largest share of the squared residual that a beginning or an end explains, to first order.
+    /// Largest share of the squared residual that a beginning or an end explains so, to first order.
     pub largest_share: f64,
     /// Quantile of that share where nothing begins or ends ([`probability`](OnsetSettings::probability)).
     pub share_by_chance: f64,
@@ -113,6 +116,7 @@ impl<'c> Scan<'c> {
                 direction: self.products.directions[piece.direction].clone(),
                 edge: edge.clone(),
                 drop: CellProducts::drop(piece, &signed),
+                contrast: CellProducts::contrast(piece, &signed),
             })
             .collect();
         if of_each {
@@ -159,7 +163,7 @@ impl<'c> Scan<'c> {
     /// Whether the largest drop is more than chance.
     pub(super) fn test(&self, settings: &OnsetSettings, seed: u64) -> Option<OnsetTest> {
         let largest = |signed: &Signed| {
-            let drops = self.pieces.iter().map(|(piece, _)| CellProducts::drop(piece, signed));
+            let drops = self.pieces.iter().map(|(piece, _)| CellProducts::contrast(piece, signed));
             drops.fold(0.0, f64::max) / self.products.square.max(f64::MIN_POSITIVE)
         };
         if self.pieces.is_empty() {
@@ -206,9 +210,10 @@ impl<'c> Scan<'c> {
                     // First the best single time of all, then each experiment in turn.
                     let mut ranges: Vec<Range<usize>> =
                         (0..cells.len()).map(|e| all(e, cells[e].len() / 2)).collect();
+                    let piece =
+                        |ranges: &[Range<usize>]| self.products.piece(direction, ranges.to_vec());
                     let drop = |ranges: &[Range<usize>]| {
-                        let piece = self.products.piece(direction, ranges.to_vec());
-                        piece.map_or(0.0, |p| CellProducts::drop(&p, signed))
+                        piece(ranges).map_or(0.0, |p| CellProducts::drop(&p, signed))
                     };
                     let mut best = drop(&ranges);
                     for _ in 0..SWEEPS {
@@ -243,6 +248,8 @@ impl<'c> Scan<'c> {
                         direction: self.products.directions[direction].clone(),
                         edge: Edge { pattern: Pattern::Each, begins, times_s },
                         drop: best,
+                        contrast: piece(&ranges)
+                            .map_or(0.0, |p| CellProducts::contrast(&p, signed)),
                     })
                 })
                 .collect()
@@ -290,8 +297,10 @@ fn edges(products: &CellProducts, margin: usize) -> Vec<(Edge, Vec<Range<usize>>
     }
     if cells.len() > 1 {
         for (e, own) in cells.iter().enumerate() {
-            // Before the first experiment begins, it is there always.
-            for edge in usize::from(e == 0)..own.len() {
+            // Between two experiments, or well inside one. Before the first it is there always.
+            let between = usize::from(e == 0)..1;
+            let inside = margin..(own.len() + 1).saturating_sub(margin);
+            for edge in between.chain(inside) {
                 let of = |k: usize| match k.cmp(&e) {
                     std::cmp::Ordering::Less => (cells[k].len(), f64::INFINITY),
                     std::cmp::Ordering::Equal => (edge, time_of(&own.starts_s, edge)),

@@ -5,8 +5,9 @@ use super::scan::{Edge, OnsetTest, Scan, Scored};
 use super::schedule::{Acts, Pattern, Schedule};
 use crate::diagnosis::total;
 use crate::fit::{Fit, Hypothesis, Member, Problem};
-use crate::linearised::{Products, all_starts};
-use crate::search::{Candidates, Rows, stands};
+use crate::linearised::Products;
+use crate::search::{Candidates, Rows, TIE, stands};
+use crate::verdict::largest_rise;
 use pam_core::parallel;
 use pam_vocabulary::ParameterInfo;
 use pam_vocabulary::course::{ActivityWindow, END, ONSET, RAMP};
@@ -33,11 +34,13 @@ pub(crate) struct OnsetFindings {
     pub(crate) curves: Vec<(String, Vec<(f64, f64)>)>,
 }
 
-/// Searches for a better set than `plain` in which effects begin, end or grow. The noise of `rows` is learned beside `plain`.
+/// Searches for a better set than `plain` in which effects begin, end or grow. The noise of `rows` is learned beside `plain`;
+/// `screened` are the starting values of the candidates.
 pub(crate) fn search<C: Candidates + ?Sized>(
     rows: &mut Rows<'_, C>,
     plain: &Fit,
     base: &Fit,
+    screened: &[(usize, Vec<f64>)],
     seed: u64,
 ) -> OnsetFindings {
     let system = rows.whole.system;
@@ -51,8 +54,12 @@ pub(crate) fn search<C: Candidates + ?Sized>(
         seeds.push(base);
     }
     let (mut test, mut starts, mut scans) = (None::<OnsetTest>, Vec::new(), Vec::new());
-    for from in seeds {
-        let found = scanned(&rows.whole, &from.hypothesis, needed(rows), None, seed);
+    for (k, from) in seeds.into_iter().enumerate() {
+        // Where nothing changes beside the chosen set, it is no mixture of something that does.
+        if k > 0 && scans.is_empty() {
+            break;
+        }
+        let found = scanned(&rows.whole, &from.hypothesis, screened, needed(rows), None, seed);
         let Some(found) = found else { continue };
         if found.test.is_some_and(|own| test.is_none_or(|t| own.p_value < t.p_value)) {
             test = found.test;
@@ -71,7 +78,7 @@ pub(crate) fn search<C: Candidates + ?Sized>(
     let Some(first) = fitted.first().filter(|f| f.cost < plain.cost) else {
         return OnsetFindings { test, ..none };
     };
-    let timed = improved(rows, first.clone(), &fitted[1..], plain, most, seed);
+    let timed = improved(rows, first.clone(), &fitted[1..], plain, screened, most, seed);
     if timed.is_none() {
         // The noise as it was.
         rows.learn_beside(&plain.hypothesis);
@@ -101,12 +108,13 @@ impl Scanned {
 fn scanned<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     at: &Hypothesis,
+    starts: &[(usize, Vec<f64>)],
     needed: f64,
     may_be: Option<&dyn Fn(&Edge) -> bool>,
     seed: u64,
 ) -> Option<Scanned> {
     let settings = &problem.settings.onset;
-    let products = CellProducts::at(problem, at, &all_starts(problem.system))?;
+    let products = CellProducts::at(problem, at, starts)?;
     let scan = Scan::new(&products, settings, may_be.unwrap_or(&|_| true));
     let choices = scan.edges_per_direction() as f64;
     let square = products.square;
@@ -119,12 +127,16 @@ fn scanned<C: Candidates + ?Sized>(
                 Pattern::Shared | Pattern::Once => 1,
             };
             let own = problem.system.candidate(s.direction.candidate).parameters.len();
-            let price = (own + times) as f64 * log_rows(problem)
-                + 2.0 * (problem.system.candidate_len().max(1) as f64).ln()
-                + 2.0 * times as f64 * choices.ln();
-            let share = (s.drop / square.max(f64::MIN_POSITIVE)).min(1.0 - 1e-12);
+            let of_times = times as f64 * (log_rows(problem) + 2.0 * choices.ln());
+            let of_own = own as f64 * log_rows(problem)
+                + 2.0 * (problem.system.candidate_len().max(1) as f64).ln();
             let weighted = square * problem.rows_per_observation;
-            0.5 * (-weighted * (-share).ln_1p() - price) > needed
+            let odds = |drop: f64, price: f64| {
+                let share = (drop / square.max(f64::MIN_POSITIVE)).min(1.0 - 1e-12);
+                0.5 * (-weighted * (-share).ln_1p() - price)
+            };
+            // Better than without the candidate, and better than with it at all times.
+            odds(s.drop, of_own + of_times) > needed && odds(s.contrast, of_times) > needed
         })
         .collect();
     // The draws take longer than the scan; where nothing is promising, they decide nothing.
@@ -303,6 +315,7 @@ fn improved<C: Candidates + ?Sized>(
     first: Fit,
     rivals: &[Fit],
     plain: &Fit,
+    screened: &[(usize, Vec<f64>)],
     most: usize,
     seed: u64,
 ) -> Option<TimedSet> {
@@ -310,7 +323,7 @@ fn improved<C: Candidates + ?Sized>(
     let mut best = first;
     let mut others: Vec<(Hypothesis, f64)> = Vec::new();
     let mut rivals: Vec<Hypothesis> = rivals.iter().map(|f| f.hypothesis.clone()).collect();
-    for _ in 0..settings.rounds {
+    for round in 0..ROUNDS {
         best = rows.learn_beside(&best.hypothesis)?;
         best = moved_in_time(&rows.whole, best);
         if let Some(abrupt) = without_least_ramps(rows.whole.system, &best.hypothesis) {
@@ -319,7 +332,7 @@ fn improved<C: Candidates + ?Sized>(
         let again = |h: &Hypothesis| rows.whole.fit(h.clone(), settings.iterations).ok();
         let mut sets = vec![best.clone()];
         sets.extend(again(&plain.hypothesis));
-        let mut starts = variants(&rows.whole, &best.hypothesis, most);
+        let mut starts = variants(&rows.whole, &best.hypothesis, most, round == 0);
         // The best rival of each set of candidates.
         let mut known = vec![best.hypothesis.set()];
         rivals.retain(|h| {
@@ -328,31 +341,30 @@ fn improved<C: Candidates + ?Sized>(
             new
         });
         starts.extend(rivals.iter().take(settings.rivals).cloned());
-        if best.hypothesis.members.len() < most {
-            starts.extend(additions(rows, &best.hypothesis, seed));
+        starts.extend(exchanged(&best.hypothesis, &rivals));
+        if best.hypothesis.members.len() < most && round + 1 < ROUNDS {
+            starts.extend(additions(rows, &best.hypothesis, screened, seed));
         }
         sets.extend(fit_all(&rows.whole, starts));
         let own = |f: &Fit| total(&rows.whole, f);
         sets.sort_by(|a, b| own(a).total_cmp(&own(b)));
         others = sets.iter().map(|f| (f.hypothesis.clone(), own(f))).collect();
         rivals = sets.iter().map(|f| f.hypothesis.clone()).collect();
-        if std::env::var("ONSET_DEBUG").is_ok() {
-            for (h, t) in &others {
-                eprintln!(
-                    "{t:.1} {:?}",
-                    h.members
-                        .iter()
-                        .map(|m| (system_id(&rows.whole, m), &m.values))
-                        .collect::<Vec<_>>()
-                );
-            }
-            eprintln!("rho {} needed {}", rows.whole.rows_per_observation, needed(rows));
-        }
         // The smallest set against which the odds of the best are not enough.
         let enough = 2.0 * needed(rows);
         let near = sets.iter().filter(|f| own(f) - own(&sets[0]) < enough);
         let size = |f: &&Fit| f.hypothesis.parameters(rows.whole.system).len();
-        let next = near.min_by_key(size)?.clone();
+        let smallest = near.clone().map(|f| size(&f)).min()?;
+        let near: Vec<&Fit> = near.filter(|f| size(f) == smallest).collect();
+        // Of indistinguishable sets, the one that comes first in the list of candidates.
+        let least = near.iter().map(|f| own(f)).fold(f64::INFINITY, f64::min);
+        let tied = near.into_iter().filter(|f| own(f) - least < 2.0 * TIE);
+        let next = tied.min_by_key(|f| f.hypothesis.set())?.clone();
+        let always = sets.iter().filter(|f| !is_timed(f));
+        let least_rise = rows.whole.settings.onset.least_rise;
+        if !is_timed(&next) || always.into_iter().any(|f| largest_rise(&next, f) < least_rise) {
+            return None;
+        }
         let same =
             next.hypothesis.set() == best.hypothesis.set() && courses(&next) == courses(&best);
         best = next;
@@ -360,9 +372,40 @@ fn improved<C: Candidates + ?Sized>(
             break;
         }
     }
-    let timed = best.hypothesis.members.iter().any(|m| m.schedule.is_some());
-    timed.then_some(TimedSet { set: best.hypothesis, others })
+    Some(TimedSet { set: best.hypothesis, others })
 }
+
+/// Whether a member comes or goes.
+fn is_timed(fit: &Fit) -> bool {
+    fit.hypothesis.members.iter().any(|m| m.schedule.is_some())
+}
+
+/// The set with other candidates of its rivals in place of each timed member, at the same times.
+fn exchanged(best: &Hypothesis, rivals: &[Hypothesis]) -> Vec<Hypothesis> {
+    let mut all = Vec::new();
+    for (place, member) in best.members.iter().enumerate() {
+        if member.schedule.is_none() {
+            continue;
+        }
+        let mut known: Vec<usize> = best.set();
+        for other in rivals.iter().flat_map(|h| &h.members).filter(|m| m.schedule.is_some()) {
+            if known.contains(&other.candidate) || known.len() > best.members.len() + MOST_EXCHANGED
+            {
+                continue;
+            }
+            known.push(other.candidate);
+            let values = [other.own(), member.times()].concat();
+            let mut set = best.clone();
+            set.members[place] =
+                Member { candidate: other.candidate, values, schedule: member.schedule.clone() };
+            all.push(set);
+        }
+    }
+    all
+}
+
+/// Candidates that are tried in place of a timed member.
+const MOST_EXCHANGED: usize = 6;
 
 /// The hypothesis with members that begin where they grew over the least ramp; `None` if there are none.
 fn without_least_ramps<C: Candidates + ?Sized>(system: &C, h: &Hypothesis) -> Option<Hypothesis> {
@@ -387,16 +430,20 @@ fn without_least_ramps<C: Candidates + ?Sized>(system: &C, h: &Hypothesis) -> Op
     (other != *h).then_some(other)
 }
 
+/// Rounds of improvements.
+const ROUNDS: usize = 3;
+
 /// What the members do in the experiments.
 fn courses(fit: &Fit) -> Vec<Option<Vec<Acts>>> {
     fit.hypothesis.members.iter().map(|m| m.schedule.as_ref().map(|s| s.acts.clone())).collect()
 }
 
-/// The set without each member, with timed members that are always there, and with other courses of them.
+/// The set without each member, with timed members that are always there, and, if asked for, with other courses of them.
 fn variants<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     set: &Hypothesis,
     most: usize,
+    with_windows: bool,
 ) -> Vec<Hypothesis> {
     let mut all = Vec::new();
     for (place, member) in set.members.iter().enumerate() {
@@ -421,7 +468,7 @@ fn variants<C: Candidates + ?Sized>(
         }
         let simple =
             schedule.acts.iter().any(|a| matches!(a, Acts::Within(c, _) if c.time_len() == 1));
-        if simple && schedule.pattern != Pattern::Each {
+        if with_windows && simple && schedule.pattern != Pattern::Each {
             for course in [ActivityWindow::GROWS, ActivityWindow::PASSES] {
                 for member in other_course(problem, member, schedule, course) {
                     with(vec![member]);
@@ -500,11 +547,12 @@ fn other_course<C: Candidates + ?Sized>(
 fn additions<C: Candidates + ?Sized>(
     rows: &Rows<'_, C>,
     set: &Hypothesis,
+    screened: &[(usize, Vec<f64>)],
     seed: u64,
 ) -> Vec<Hypothesis> {
     let settings = &rows.whole.settings;
     let mut all = Vec::new();
-    if let Some(products) = Products::at(&rows.whole, set, &all_starts(rows.whole.system)) {
+    if let Some(products) = Products::at(&rows.whole, set, screened) {
         let linearised = products.beside();
         let best = linearised.singles();
         let promising = best.iter().filter(|s| rows.is_promising(s, linearised.residual));
@@ -513,7 +561,7 @@ fn additions<C: Candidates + ?Sized>(
             all.push(subset.starts.iter().fold(set.clone(), add));
         }
     }
-    if let Some(found) = scanned(&rows.whole, set, needed(rows), None, seed)
+    if let Some(found) = scanned(&rows.whole, set, screened, needed(rows), None, seed)
         && !found.by_chance(settings.onset.probability)
     {
         for scored in found.promising.iter().take(settings.search.additions) {
@@ -523,50 +571,57 @@ fn additions<C: Candidates + ?Sized>(
     all
 }
 
-/// Shifts of a time that are tried, in lengths of a cell.
-const SHIFTS: [f64; 10] = [-2.0, -1.0, -0.5, -0.2, -0.08, 0.08, 0.2, 0.5, 1.0, 2.0];
+/// Largest shift of a time that is tried, in cells.
+const LARGEST_SHIFT: f64 = 1.5;
+/// Distance of the shifts, in rows: the cost has valleys of a few rows, as a friction that begins while the joint moves has.
+const SHIFT_ROWS: f64 = 2.0;
+/// Valleys that are followed.
+const VALLEYS: usize = 3;
 /// Rounds of shifts.
-const SHIFT_ROUNDS: usize = 3;
-/// Cost above the least one up to which a shifted time is fitted.
-const NEAR_COST: f64 = 10.0;
+const SHIFT_ROUNDS: usize = 2;
 
-/// The fit from other times nearby: to first order a time is seen only from within the response of the system.
+/// The fit from other times nearby: a time shows to first order only from within the response of the system.
 pub(crate) fn moved_in_time<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     mut best: Fit,
 ) -> Fit {
     let settings = &problem.settings.search;
-    let cell_s = cell_s(problem);
+    let row_s = (0..problem.len()).map(|i| problem.row_s(i)).filter(|s| s.is_finite());
+    let step_s = SHIFT_ROWS * row_s.fold(0.0, f64::max);
+    let count = (LARGEST_SHIFT * cell_s(problem) / step_s).ceil() as i32;
     for _ in 0..SHIFT_ROUNDS {
-        let mut tried = Vec::new();
+        let mut valleys = Vec::new();
         for (place, member) in best.hypothesis.members.iter().enumerate() {
             let Some(schedule) = &member.schedule else { continue };
             for (k, info) in schedule.times.iter().enumerate().filter(|(_, i)| !i.logarithmic) {
                 let at = member.own().len() + k;
-                tried.extend(SHIFTS.map(|shift| {
+                let shifted = |shift: i32| {
                     let mut other = best.hypothesis.clone();
                     let value = &mut other.members[place].values[at];
-                    *value = (*value + shift * cell_s).clamp(info.range[0], info.range[1]);
+                    *value =
+                        (*value + f64::from(shift) * step_s).clamp(info.range[0], info.range[1]);
                     other
-                }));
+                };
+                let tried: Vec<Hypothesis> = (-count..=count).map(shifted).collect();
+                let costs = parallel::map(tried.len(), |k| {
+                    let h = &tried[k];
+                    problem.errors(h).map_or(f64::INFINITY, |e| problem.cost(h, &e))
+                });
+                let inner = 1..tried.len() - 1;
+                let lowest = |k: &usize| costs[*k] <= costs[k - 1] && costs[*k] < costs[k + 1];
+                // The middle is where the fit is.
+                let own = inner.filter(lowest).filter(|k| *k != count as usize);
+                valleys.extend(own.map(|k| (costs[k], tried[k].clone())));
             }
         }
-        // A valley that is deeper shows without a fit of the other values.
-        let costs = parallel::map_each(tried, |h| {
-            let cost = problem.errors(&h).map_or(f64::INFINITY, |e| problem.cost(&h, &e));
-            (h, cost)
+        valleys.sort_by(|a, b| a.0.total_cmp(&b.0));
+        valleys.truncate(VALLEYS);
+        let fitted = parallel::map_each(valleys, |(_, h)| {
+            problem.fit_to(h, settings.tried_iterations, settings.converged_drop)
         });
-        let nearest = costs.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((next, _)) = nearest.filter(|(_, cost)| *cost < best.cost + NEAR_COST) else {
-            break;
-        };
-        let Ok(next) = problem.fit_to(next, settings.iterations, settings.converged_drop) else {
-            break;
-        };
-        if next.cost > best.cost - 1.0 {
-            break;
-        }
-        best = next;
+        let better = fitted.into_iter().flatten().filter(|f| f.cost < best.cost - 1.0);
+        let Some(next) = better.min_by(|a, b| a.cost.total_cmp(&b.cost)) else { break };
+        best = problem.fit_further(next.clone(), settings.iterations).unwrap_or(next);
     }
     best
 }
@@ -612,6 +667,7 @@ fn highest(curves: &[Vec<(f64, f64)>]) -> f64 {
 pub(super) fn one_more<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     hypothesis: &Hypothesis,
+    screened: &[(usize, Vec<f64>)],
     may_be: &dyn Fn(&Edge) -> bool,
     from_s: f64,
     seed: u64,
@@ -620,7 +676,7 @@ pub(super) fn one_more<C: Candidates + ?Sized>(
     let needed = settings.search.odds_of_few_blocks.max(settings.onset.odds).ln();
     let fixed = Hypothesis { fixed: hypothesis.members.len(), ..hypothesis.clone() };
     let base = problem.fit(fixed, settings.search.iterations).ok()?;
-    let found = scanned(problem, &base.hypothesis, needed, Some(may_be), seed)?;
+    let found = scanned(problem, &base.hypothesis, screened, needed, Some(may_be), seed)?;
     if found.by_chance(settings.onset.probability) {
         return None;
     }
@@ -637,9 +693,7 @@ pub(super) fn one_more<C: Candidates + ?Sized>(
     });
     let best = fit_all(problem, starts.collect()).into_iter().next()?;
     let best = moved_in_time(problem, best);
-    (total(problem, &base) - total(problem, &best) > 2.0 * needed).then_some([base, best])
-}
-
-fn system_id<C: Candidates + ?Sized>(p: &Problem<'_, C>, m: &Member) -> String {
-    format!("{}{}", p.system.candidate(m.candidate).id, if m.schedule.is_some() { "*" } else { "" })
+    let clear = total(problem, &base) - total(problem, &best) > 2.0 * needed
+        && largest_rise(&best, &base) > settings.onset.least_rise;
+    clear.then_some([base, best])
 }

@@ -66,6 +66,20 @@ impl Times {
         Some(Self { pattern: schedule.pattern.name(), recordings })
     }
 
+    /// Takes the times of recordings that were not fitted from a member.
+    pub(crate) fn renew<C: Candidates + ?Sized>(&mut self, system: &C, member: &Member) {
+        let Some(schedule) = &member.schedule else { return };
+        for (e, recording) in self.recordings.iter_mut().enumerate() {
+            for k in schedule.times_in(e) {
+                let Some(interval) = recording.times.get_mut(schedule.times[k].name) else {
+                    continue;
+                };
+                let scale = schedule.times[k].logarithmic;
+                interval.value = member.times()[k] + if scale { 0.0 } else { system.start_s(e) };
+            }
+        }
+    }
+
     /// In words: "coulomb_friction begins at t = 35.0 s [34.9, 35.1] in nn_4545".
     #[must_use]
     pub fn sentence(&self, effect: &str) -> String {

@@ -6,6 +6,7 @@ use crate::diagnosis::Diagnosis;
 use maud::{Markup, html};
 use pam_report::page::figure;
 use pam_report::{LineFigure, Role};
+use pam_vocabulary::course::RAMP;
 use pam_vocabulary::plain_name;
 
 pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
@@ -29,6 +30,9 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
         }
         @for c in &d.causes {
             h3 { (capitalised(&plain_name(&c.effect))) }
+            @if let Some(acts) = &c.acts {
+                p { (capitalised(&acts.sentence(&plain_name(&c.effect)))) "." }
+            }
             p {
                 @if !c.description.is_empty() { (capitalised(&c.description)) " (id " code { (c.effect) } "). " }
                 @else { "Its id is " code { (c.effect) } ". " }
@@ -50,6 +54,17 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
                 }
             }
         }
+        @if let Some(t) = &d.onset_test {
+            p {
+                "Beginnings and ends: with the signs of its blocks drawn at random, the same residual lets the best of "
+                (t.tried) " explain up to " (share_text(t.share_by_chance)) " of it beyond the same candidate at all times ("
+                (t.draws) " draws); in the recordings the best one explains " (share_text(t.largest_share)) " (p = "
+                (format!("{:.3}", t.p_value)) ")."
+            }
+        }
+        @if d.onset_curves.iter().any(|c| !c.1.is_empty()) {
+            (figure(onset(d), "What a beginning or end at each time would explain, to first order. The fitted time is marked."))
+        }
         h3 { "All candidates alone" }
         div.scroll { table {
             tr { th { "candidate" } th { "share of the error it removes alone" } th { "fitted values" } th.text { "ends at a limit" } }
@@ -62,6 +77,28 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
             }
         } }
     }
+}
+
+/// A share in per cent, with a digit where it is small.
+fn share_text(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+/// The drop of the squared residual over the time of a beginning or an end.
+fn onset<M>(d: &Diagnosis<M>) -> String {
+    let mut plot =
+        LineFigure::new("", "time (s)", "drop of the weighted squared residual", 1040, 220);
+    for (i, (name, curve)) in d.onset_curves.iter().take(9).enumerate() {
+        plot = plot.with(name, Role::Category(i), curve.clone());
+        let recordings =
+            d.causes.iter().filter_map(|c| c.acts.as_ref()).flat_map(|a| &a.recordings);
+        for time in recordings.filter(|r| r.recording == *name).flat_map(|r| &r.times) {
+            if *time.0 != RAMP.name {
+                plot = plot.with_vertical(time.1.value, Role::Category(i));
+            }
+        }
+    }
+    plot.to_svg()
 }
 
 fn parts(k: &crate::rejection::ParameterStability) -> String {

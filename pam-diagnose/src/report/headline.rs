@@ -4,7 +4,7 @@ use super::percent;
 use crate::diagnosis::Diagnosis;
 use crate::verdict::Cause;
 use pam_core::units::significant;
-use pam_vocabulary::plain_name;
+use pam_vocabulary::{ActivityWindow, plain_name};
 
 /// Relative rise of the RMSE of a channel from which the report says that it became worse.
 const WORSE: f64 = 0.02;
@@ -76,9 +76,12 @@ pub(super) fn capitalised(text: &str) -> String {
 /// The causes with their values: "dry friction (force 41.9 N [36.4, 47.5])".
 pub(super) fn with_values(causes: &[&Cause]) -> String {
     let cause = |c: &&Cause| {
-        let values: Vec<String> = c
+        // Times are told in a sentence of their own.
+        let own = c
             .parameters
             .iter()
+            .filter(|(name, _)| c.acts.is_none() || !ActivityWindow::is_time(name));
+        let values: Vec<String> = own
             .map(|(name, i)| {
                 let (name, unit) = quantity(name);
                 let n = |v| significant(v, 3);
@@ -89,6 +92,15 @@ pub(super) fn with_values(causes: &[&Cause]) -> String {
         format!("{} ({})", plain_name(&c.effect), values.join(", "))
     };
     joined(&causes.iter().map(cause).collect::<Vec<_>>())
+}
+
+/// When causes that are not always there act, in sentences with a space before each; empty if there are none.
+pub(super) fn times(causes: &[Cause]) -> String {
+    let sentence = |c: &Cause| {
+        let text = c.acts.as_ref()?.sentence(&plain_name(&c.effect));
+        Some(format!(" {}.", capitalised(&text)))
+    };
+    causes.iter().filter_map(sentence).collect()
 }
 
 /// A parameter's name in words, and the unit at its end: `velocity_mm_s` is velocity in mm/s.

@@ -42,6 +42,10 @@ pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContex
         (residual::section(d))
         h2 { "2. Why" }
         (causes::section(d))
+        @if let Some(ladder) = &d.ladder {
+            h3 { (format!("The ladder {}", ladder.name)) }
+            (crate::ladder::section(ladder))
+        }
         h2 { "3. What changes" }
         (changes(d))
         h2 { "4. What it gains" }
@@ -98,7 +102,8 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
     let shares = format!(
         " Of the squared error above the noise in all channels, {named} is removed; a flexible model without names removes {any}."
     );
-    let more = format!("{}{}", headline::worse(d), headline::minor(d));
+    let times = headline::times(&d.causes);
+    let more = format!("{times}{}{}", headline::worse(d), headline::minor(d));
     let because = if d.reasons.is_empty() {
         String::new()
     } else {

@@ -81,6 +81,13 @@ pub trait Candidates: Sync {
         false
     }
 
+    /// Whether the candidate changes what readings before the first row mean, so that one that begins with the first row differs
+    /// from one that is always there.
+    fn acts_at_rest(&self, index: usize) -> bool {
+        let _ = index;
+        true
+    }
+
     /// Time in which a member with a schedule comes or goes, s.
     fn ramp_s(&self) -> f64 {
         pam_vocabulary::course::LEAST_RAMP_S

@@ -15,6 +15,8 @@ pub struct Findings {
     /// Every candidate with the share of the whitened squared residual that it would explain alone, to first order; best
     /// first.
     pub screened: Vec<(usize, f64)>,
+    /// The best starting values of each candidate, to first order.
+    pub starts: Vec<(usize, Vec<f64>)>,
     /// The most promising candidates alone, fitted, best first.
     pub singles: Vec<Scored>,
     /// The chosen set; the base if nothing earned its place.
@@ -28,7 +30,7 @@ pub struct Findings {
 }
 
 /// Logarithm of the odds below which two sets are the same answer.
-pub(super) const TIE: f64 = 1.0;
+pub(crate) const TIE: f64 = 1.0;
 
 /// Searches for the set of at most `most` candidates that explains best what the base leaves; `None` if the base cannot be
 /// simulated. `done` is called with the finished share of the work.
@@ -55,6 +57,7 @@ pub fn search<C: Candidates + ?Sized>(
     let screened = first_order.iter().map(|s| (s.starts[0].candidate, share(s.drop))).collect();
     let none = Findings {
         screened,
+        starts: starts.clone(),
         singles: Vec::new(),
         best: base.clone(),
         others: Vec::new(),

@@ -282,6 +282,9 @@ settings! {
         probability: f64 = 0.99, "–", [0.5, 0.9999], USUAL;
         /// Odds that a set with a time must reach against those without.
         odds: f64 = 150.0, "–", FACTOR, STUDIES;
+        /// Least rise of the mean square of some channel, in variances of its noise, where causes that come or go are always there
+        /// or absent: errors of the model change with the excitation as well.
+        least_rise: f64 = 0.15, "–", POSITIVE, STUDIES;
         /// Candidates that are fitted from the scan.
         candidates: usize = 6, "candidates", COUNT, TIME;
     }

@@ -11,7 +11,7 @@ pub use trace::Trace;
 
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Problem};
-use crate::onset::{LateFault, late_fault};
+use crate::onset::{LateFault, late_fault, with_own_times};
 use crate::search::Candidates;
 use crate::verdict::anomalies::anomalies;
 use crate::verdict::bands::bands;
@@ -104,14 +104,21 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         all
     }
 
+    /// A hypothesis with the times at which something begins or ends in the test recordings, where each recording has its own.
+    pub(crate) fn with_own_times(&self, hypothesis: &Hypothesis) -> Hypothesis {
+        let found = with_own_times(&self.problem, &self.here(hypothesis));
+        Hypothesis { members: found.members, ..hypothesis.clone() }
+    }
+
     /// What is there in the test rows only, beside a hypothesis that was fitted to `open` rows.
     pub(crate) fn late_fault(
         &self,
         open: &Problem<'_, C>,
         hypothesis: &Hypothesis,
+        screened: &[(usize, Vec<f64>)],
         seed: u64,
     ) -> Option<LateFault> {
-        late_fault(open, &self.problem, hypothesis, seed)
+        late_fault(open, &self.problem, hypothesis, screened, seed)
     }
 
     /// The strongest factor on which what is left of a channel depends, with the share of its variance.

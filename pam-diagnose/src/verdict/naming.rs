@@ -359,7 +359,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
 }
 
 /// The largest rise of a channel's whitened mean square from one fit to another.
-fn largest_rise(from: &Fit, to: &Fit) -> f64 {
+pub(crate) fn largest_rise(from: &Fit, to: &Fit) -> f64 {
     let rises = to.errors.mean().into_iter().zip(from.errors.mean()).map(|(t, f)| t - f);
     rises.fold(0.0, f64::max)
 }

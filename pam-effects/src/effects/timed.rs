@@ -18,7 +18,7 @@ use super::{
     Absorbed, ChamberLaw, Command, DataScales, EffectInfo, FixedState, Group, Observed, Point, Rest,
 };
 use pam_core::units::ATMOSPHERE_KPA;
-use pam_core::{AnyForce, JointModel, Scalar};
+use pam_core::{AnyForce, JointModel, Scalar, smooth_step};
 use pam_vocabulary::ParameterInfo;
 use pam_vocabulary::course::{ActivityWindow, LEAST_RAMP_S};
 use std::collections::HashMap;
@@ -29,6 +29,8 @@ pub struct Timed {
     inner: &'static dyn AnyEffect,
     course: ActivityWindow,
     info: &'static EffectInfo,
+    /// Whether the effect changes inertia, delay of the drive or law of the chambers.
+    changes_in_time: bool,
 }
 
 /// Timed effects by the address and the id of the effect and its course in time; the address distinguishes effects of one id.
@@ -62,8 +64,22 @@ impl Timed {
         let info = inner.info();
         let parameters: Vec<ParameterInfo> =
             info.parameters.iter().copied().chain(course.parameters()).collect();
+        let own = inner.info();
         let info = EffectInfo { parameters: parameters.leak(), ..*info };
-        Self { inner, course, info: Box::leak(Box::new(info)) }
+        // Asked at several values: where it is off, an effect changes nothing and has a derivative all the same.
+        let of_range = |share: f64| {
+            let at = |p: &ParameterInfo| p.range[0] + share * (p.range[1] - p.range[0]);
+            own.parameters.iter().map(at).collect::<Vec<f64>>()
+        };
+        let all = |value: f64| vec![value; own.parameters.len()];
+        let probes = [all(1.0), all(2.0), of_range(0.5), of_range(1.0)];
+        let hooks = f64::hooks(inner);
+        let changes = |probe: &Vec<f64>| {
+            let values = [probe.as_slice(), &vec![0.0; own.switches.len()]].concat();
+            hooks.inertia_kg(&values, 0.0) != 0.0 || hooks.delay_s(&values, 0.0) != 0.0
+        };
+        let changes_in_time = inner.changes_gas() || probes.iter().any(changes);
+        Self { inner, course, info: Box::leak(Box::new(info)), changes_in_time }
     }
 
     /// The effect without a course.
@@ -107,19 +123,13 @@ impl Timed {
         let least = S::constant(LEAST_RAMP_S);
         let mut share = S::constant(1.0);
         if let Some(onset) = onset {
-            share = risen(time_s - onset, ramp.unwrap_or(least));
+            share = smooth_step(time_s - onset, ramp.unwrap_or(least));
         }
         if let Some(end) = end {
-            share *= risen(end - time_s, least);
+            share *= smooth_step(end - time_s, least);
         }
         share
     }
-}
-
-/// The smooth step about zero that takes `width`.
-fn risen<S: Scalar>(since: S, width: S) -> S {
-    let u = (since / width + S::constant(0.5)).clamped(S::zero(), S::constant(1.0));
-    u * u * (S::constant(3.0) - u.scaled(2.0))
 }
 
 /// Whether a share is that of an effect that is not there at all, or wholly.
@@ -292,7 +302,7 @@ impl AnyEffect for Timed {
     }
 
     fn changes_in_time(&self) -> bool {
-        true
+        self.changes_in_time
     }
 
     fn may_stick_later(&self, values: &[f64]) -> bool {

@@ -28,6 +28,19 @@ pub fn load(path: impl AsRef<Path>) -> Result<Vec<&'static dyn AnyEffect>, Effec
     }
 }
 
+/// The file of the friction models M1 to M6 of a geared drive: `data/effects/friction_ladder.toml`.
+pub const FRICTION_LADDER: &str = include_str!("friction_ladder.toml");
+
+/// The friction models M1 to M6 of a geared drive, from Coulomb and viscous friction to one whose parts depend on the loads of
+/// both sides and their squares, after Duclusaud, Passault, Padois and Daney (2024).
+///
+/// # Panics
+/// Never: a test reads the file.
+#[must_use]
+pub fn friction_ladder() -> Vec<&'static dyn AnyEffect> {
+    parse(FRICTION_LADDER).expect("the file that comes with the crate")
+}
+
 /// As [`load`], from text.
 ///
 /// # Errors
