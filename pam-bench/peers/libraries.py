@@ -34,7 +34,7 @@ from problems import JOINTS, OWN, SMALL, diffsl, joint, joint_field, problem
 ROOT = Path(__file__).resolve().parents[2]
 #: Methods of each library; those of `pam` on small problems are those of `pam-bench gradients`.
 METHODS = {
-    "pam": ("exact", "surrogate", "adjoint"),
+    "pam": ("exact", "surrogate", "adjoint", "interpolating"),
     "diffrax": ("checkpoint", "direct", "backsolve", "forward"),
     "torchdiffeq": ("direct", "adjoint"),
     "torchode": ("direct",),
@@ -96,7 +96,7 @@ def weights_of(model) -> dict[str, np.ndarray]:
     return {k: v for k, v in model.parameters().items() if k.startswith(("weight", "bias"))}
 
 
-def jax_value(name: str, field_file: str | None, adjoint: str, tolerance: float, order8: bool = False):
+def jax_value(name: str, field_file: str | None, adjoint: str, tolerance: float, max_steps: int = 1 << 15, order8: bool = False):
     """Value and gradient as a function of (p, y0) through diffrax, and where to take it."""
     import diffrax
     import jax
@@ -141,7 +141,7 @@ def jax_value(name: str, field_file: str | None, adjoint: str, tolerance: float,
     def value(p, y0):
         solution = diffrax.diffeqsolve(
             diffrax.ODETerm(field), solver, 0.0, t1, None, y0, p, saveat=diffrax.SaveAt(ts=times),
-            stepsize_controller=controller, adjoint=adjoints[adjoint](), max_steps=1 << 15,
+            stepsize_controller=controller, adjoint=adjoints[adjoint](), max_steps=max_steps,
         )  # fmt: skip
         return of_states(solution.ys)
 
@@ -165,7 +165,7 @@ def pam_gradient(name: str, method: str, tolerance: float, _: str | None = None)
 
     model, measured = joint(name.split("-")[1])
     options: dict[str, Any] = {"input": "linear"}
-    if method == "adjoint":
+    if method not in ("exact", "surrogate"):
         options |= {"solver": "tsit5", "rtol": tolerance, "atol": tolerance}
     loss = {"kind": "squared", "weights": [1.0, 1.0, 0.0, 0.0]}
     this = pam.Problem(model, measured, loss, method=method, **options)
@@ -239,7 +239,7 @@ def torchode_gradient(name: str, method: str, tolerance: float, field_file: str 
     f, p, y0, times, of_states, _ = torch_problem(name, field_file)
     term = torchode.ODETerm(lambda t, y: f(t[0], y[0])[None])
     control = torchode.IntegralController(atol=tolerance, rtol=tolerance, term=term)
-    solver = torchode.AutoDiffAdjoint(torchode.Tsit5(term=term), control)
+    solver = torchode.AutoDiffAdjoint(torchode.Tsit5(term=term), control, backprop_through_step_size_control=False)
 
     def call():
         start = torchode.InitialValueProblem(y0=y0[None], t_eval=times[None])
@@ -299,7 +299,7 @@ def truth(name: str, field_file: str | None) -> list[np.ndarray]:
     if name == "joint-leaky_relu":
         # From kink to kink in closed form.
         return pam_gradient(name, "exact", 1e-8)()[1]
-    call, p, y0 = jax_value(name, field_file, "checkpoint", 1e-12, order8=name not in JOINTS)
+    call, p, y0 = jax_value(name, field_file, "checkpoint", 1e-12, 1 << 20, order8=name not in JOINTS)
     return [flat(g) for g in call(p, y0)[1]]
 
 
@@ -329,6 +329,8 @@ def run_cell(library: str, method: str, name: str, field_file: str | None, truth
                 "memory_mb": memory_mb() - before,
                 "error": largest_error(gradient, exact),
             }
+            if not np.isfinite(row["error"]):
+                row |= {"error": None, "failure": "the gradient is not finite"}
         except Exception as error:  # noqa: BLE001 - what a library cannot do is a result
             row["failure"] = reason(error)
         print(json.dumps(row), flush=True)
@@ -369,9 +371,11 @@ def of_pam_bench(names: list[str], field_file: str | None) -> list[dict[str, Any
     return rows
 
 
-def measure(arguments: argparse.Namespace, names: list[str], libraries: list[str]) -> list[dict[str, Any]]:
-    """All rows, and the files after each problem: what is there counts if the rest is interrupted."""
-    rows = of_pam_bench(names, arguments.field) if "pam" in libraries else []
+def measure(
+    arguments: argparse.Namespace, names: list[str], libraries: list[str], known: list[dict[str, Any]]
+) -> list[dict[str, Any]]:
+    """All rows, the known ones among them, and the files after each problem, in case the rest is interrupted."""
+    rows = known + (of_pam_bench(names, arguments.field) if "pam" in libraries else [])
     environment = {**os.environ, "OMP_NUM_THREADS": "1", "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false"}
     with tempfile.TemporaryDirectory() as folder:
         for name in names:
@@ -405,6 +409,7 @@ def main() -> None:
     parser.add_argument("--problems", default=",".join((*SMALL, *JOINTS)))
     parser.add_argument("--libraries", default=",".join(METHODS))
     parser.add_argument("--field", help="a field of your own, FILE.toml")
+    parser.add_argument("--update", action="store_true", help="keep what --out has of other problems and libraries")
     parser.add_argument("--cell", nargs=4, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     # One core for all, the programs that this one starts included.
@@ -418,7 +423,11 @@ def main() -> None:
     if arguments.field and OWN not in names:
         names.insert(len([name for name in names if name in SMALL]), OWN)
     libraries = [x for x in arguments.libraries.split(",") if installed(x)]
-    print(full_table(measure(arguments, names, libraries)))
+    known = []
+    if arguments.update:
+        known = json.loads((arguments.out / "libraries.json").read_text())["rows"]
+        known = [r for r in known if r["library"] not in libraries or r["problem"] not in names]
+    print(full_table(measure(arguments, names, libraries, known)))
 
 
 if __name__ == "__main__":

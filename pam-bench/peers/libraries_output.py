@@ -41,6 +41,12 @@ def at_equal(rows: list[dict[str, Any]], name: str, library: str, method: str):
     return best | {"seconds": min(float(seconds), best["seconds"])}, ""
 
 
+def ordered(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Rows by problem and library."""
+    problems = [*SMALL, OWN, *JOINTS]
+    return sorted(rows, key=lambda r: (problems.index(r["problem"]), LIBRARIES.index(r["library"])))
+
+
 def series(rows: list[dict[str, Any]]) -> list[tuple[str, str]]:
     """Libraries and methods, libraries in their order."""
     found = dict.fromkeys((r["library"], r["method"]) for r in rows)
@@ -64,7 +70,7 @@ def full_table(rows: list[dict[str, Any]]) -> str:
                 memory = "–" if r["memory_mb"] is None else f"{r['memory_mb']:.2f}"
                 cells = [f"{1e3 * r['seconds']:.3g}", f"{r['compile_s']:.2f}", memory]
             else:
-                cells = ["not reached" if errors else why, "", ""]
+                cells = ["not reached" if errors else f"fails: {why[:70]}", "", ""]
             if method in ("exact", "surrogate"):
                 cells += [f"{min(errors.values()):.1e}", "", ""]
             else:
@@ -131,7 +137,9 @@ def write(out: Path, rows: list[dict[str, Any]], libraries: list[str], wanted: l
     from importlib.metadata import version
 
     names = {"pam": "pam-ode", "diffsol": "pydiffsol"}
+    libraries = [x for x in LIBRARIES if x in libraries or any(r["library"] == x for r in rows)]
     out.mkdir(parents=True, exist_ok=True)
+    rows = ordered(rows)
     record = {
         "command": "python pam-bench/peers/libraries.py",
         "processor": platform.processor() or platform.machine(),
