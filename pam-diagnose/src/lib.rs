@@ -110,14 +110,17 @@ pub mod field;
 pub mod fit;
 #[cfg(feature = "joint")]
 pub mod joint;
+pub mod law;
 pub mod linearised;
 pub mod noise;
 pub mod rejection;
+pub mod remainder;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod residual;
 pub mod search;
 pub mod settings;
+pub mod terms;
 pub mod test_set;
 pub mod verdict;
 

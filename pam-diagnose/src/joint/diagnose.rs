@@ -188,7 +188,7 @@ fn plausible(
     }
 }
 
-fn prepare<'s>(
+pub(super) fn prepare<'s>(
     model: &ExtendedModel,
     subjects: impl IntoIterator<Item = &'s Subject>,
 ) -> Result<Vec<Trial>, DiagnoseError> {

@@ -10,15 +10,18 @@ mod design;
 mod diagnose;
 mod factors;
 mod features;
+mod law;
 mod refit;
 mod report;
 mod scales;
 mod sensitivities;
 mod spans;
 mod system;
+mod terms;
 
 pub use baseline::BaselineDiscrepancy;
 pub use design::{Excitation, Separation, excitations, separate};
 pub use diagnose::{DiagnoseOptions, DiagnosedJoint, JointDiagnosis, RecordingSets, diagnose};
+pub use law::find;
 pub use refit::refit;
 pub use system::JointSystem;

@@ -25,6 +25,8 @@ pub struct JointSystem<'a> {
     /// Effects that baseline recordings have shown, of which the data may have a part only.
     pub(super) learned: Vec<ActiveEffect>,
     pub(super) effects: Vec<&'a dyn AnyEffect>,
+    /// Standard deviations of the priors of the effects' parameters; empty, or none for an effect, for free ones.
+    pub(super) deviations: Vec<Vec<f64>>,
     pub(super) scales: DataScales,
     shared: Vec<Nuisance>,
     local: [Nuisance; 6],
@@ -90,6 +92,7 @@ impl<'a> JointSystem<'a> {
             fixed: fixed.to_vec(),
             learned: Vec::new(),
             effects,
+            deviations: Vec::new(),
             shared: vec![model, model, lead],
             local: [
                 Nuisance::of(fit.start_deviation_mm),
@@ -212,6 +215,11 @@ impl Candidates for JointSystem<'_> {
         let memory = vec![0.0; effect.memory_len()];
         effect.may_stick_later(values)
             || f64::hooks(effect).dry_friction_mn(values, &joint.point(), &memory) > 0.0
+    }
+
+    fn parameter_deviation(&self, candidate: usize, parameter: usize) -> f64 {
+        let own = self.deviations.get(candidate).and_then(|own| own.get(parameter));
+        own.copied().unwrap_or(f64::INFINITY)
     }
 
     fn shared(&self) -> &[Nuisance] {

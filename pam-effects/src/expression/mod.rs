@@ -26,6 +26,6 @@ mod joint;
 mod library;
 mod memory;
 
-pub use library::{load, parse};
+pub use library::{build, load, parse};
 
 pub(crate) use library::of_definition;

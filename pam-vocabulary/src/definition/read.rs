@@ -74,8 +74,9 @@ enum Number {
     Text(String),
 }
 
-/// Most values, remembered numbers and named parts of an effect.
-const MOST: usize = 16;
+/// Most values of an effect, and most remembered numbers.
+const MOST_VALUES: usize = 64;
+const MOST_MEMORIES: usize = 16;
 /// Most starting values of a fit: the product over the parameters and switches.
 const MOST_STARTS: usize = 24;
 
@@ -312,11 +313,12 @@ impl Reader<'_> {
             effect.memory.push(MemoryDefinition { name: word, start: zero, law });
         }
         let uses = self.lets(&mut effect, in_order(raw.lets))?;
-        let most = effect.value_len().max(effect.memory.len());
-        if most > MOST {
-            return Err(
-                self.fail(at, format!("`{}` has more than {MOST} values or memories", effect.id))
+        if effect.value_len() > MOST_VALUES || effect.memory.len() > MOST_MEMORIES {
+            let message = format!(
+                "`{}` has more than {MOST_VALUES} values or {MOST_MEMORIES} memories",
+                effect.id
             );
+            return Err(self.fail(at, message));
         }
         let moment = changing.first().copied().unwrap_or(Moment::Motion);
         for (k, (name, raw)) in memory.into_iter().enumerate() {

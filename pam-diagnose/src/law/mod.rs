@@ -1,0 +1,9 @@
+//! Laws.
+
+mod design;
+mod find;
+mod library;
+mod refine;
+mod select;
+
+pub(crate) use find::find;
