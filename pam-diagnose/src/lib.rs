@@ -127,6 +127,6 @@ pub mod verdict;
 pub use diagnosis::{Diagnosis, Stage};
 pub use error::DiagnoseError;
 #[cfg(feature = "joint")]
-pub use joint::{DiagnoseOptions, JointDiagnosis, RecordingSets, diagnose, refit};
+pub use joint::{DiagnoseOptions, JointDiagnosis, RecordingSets, diagnose, learn_remainder, refit};
 pub use settings::DiagnosisSettings;
 pub use verdict::Verdict;

@@ -2,6 +2,7 @@
 
 use crate::data::{TestData, ValidationData};
 use crate::rejection::NullTest;
+use crate::remainder::Remainder;
 use crate::residual::ResidualSummary;
 use crate::search::OutputInfo;
 use crate::test_set::{ErrorReduction, Trace};
@@ -71,6 +72,9 @@ pub struct Diagnosis<M> {
     pub explainable: Explainable,
     /// The max-statistic null test; absent if there is no residual.
     pub null_test: Option<NullTest>,
+    /// What was learned of the error that no listed cause explains; absent if it was not asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remainder: Option<Remainder>,
     /// The validation data, by which names were chosen.
     pub validation: ValidationData,
     /// The test data, which no decision has seen.

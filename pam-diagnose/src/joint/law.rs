@@ -1,77 +1,116 @@
-//! Laws of the joint.
+//! What a diagnosis of the joint leaves, learned.
 
 use super::diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, prepare};
 use super::spans::spans;
+use super::system::JointSystem;
 use super::terms::JointTerms;
 use crate::data::{Roles, TestSource};
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Member};
+use crate::law::rest;
 use crate::noise::{Noise, NoisePrior, estimated_noise};
-use crate::remainder::{Ground, learn};
-use crate::search::{Candidates, Rows};
-use pam_effects::model::ExtendedModel;
-use pam_effects::simulation::Trial;
-use super::system::JointSystem;
+use crate::remainder::{Ground, RemainderOutcome};
+use crate::verdict::Verdict;
 use pam_effects::effects::AnyEffect;
+use pam_effects::expression;
+use pam_effects::model::{ActiveEffect, ExtendedModel};
+use pam_effects::simulation::Trial;
 
-/// A prototype.
-pub fn find(
+/// Learns what the named causes of a diagnosis leave of the error: a smooth correction of the forces, of the air or of the
+/// sensors, through the simulation, and a short law in its place if there is one
+/// ([`remainder`](crate::remainder), [`law`](crate::law)).
+///
+/// Model, recordings and options are those of the [`diagnose`](super::diagnose) that made the diagnosis. The result has
+/// [`remainder`](crate::Diagnosis::remainder). If a law or a correction is confirmed by the test set, the extended model
+/// holds it, and a verdict of `explained` becomes `partly_explained`, one of `nothing_found` `unexplained`. A diagnosis whose
+/// causes leave nothing but noise comes back within the time of a fit.
+///
+/// # Errors
+/// [`DiagnoseError`] as of the diagnosis.
+pub fn learn_remainder(
     model: &ExtendedModel,
     sets: &RecordingSets<'_>,
     options: &DiagnoseOptions,
-    found: &JointDiagnosis,
-) -> Result<(), DiagnoseError> {
+    mut found: JointDiagnosis,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<JointDiagnosis, DiagnoseError> {
     let settings = &options.settings;
+    settings.check()?;
     let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()))?;
     let source =
         if sets.test.is_some() { TestSource::GivenFrom(sets.data.len()) } else { TestSource::Kept };
     let all: Vec<&Trial> = trials.iter().collect();
     let roles = Roles::assign(&spans(&all), source, options.seed, &settings.data)?;
     let open = roles.open();
-    let named: Vec<Member> = found
-        .causes
-        .iter()
-        .chain(&found.minor)
+    let causes = || found.causes.iter().chain(&found.minor);
+    let listed: Vec<&'static dyn AnyEffect> =
+        causes().map(|c| options.candidates[c.member.candidate]).collect();
+    let named: Vec<Member> = causes()
         .enumerate()
-        .map(|(k, c)| Member { candidate: k, values: c.member.values.clone() })
+        .map(|(candidate, c)| Member { candidate, values: c.member.values.clone() })
         .collect();
-    let listed: Vec<_> = found
-        .causes
-        .iter()
-        .chain(&found.minor)
-        .map(|c| options.candidates[c.member.candidate])
-        .collect();
+    let learned = found.model.baseline.as_ref().map_or_else(Default::default, |b| {
+        (b.effects.clone(), b.share_deviations.clone())
+    });
     let base = model.base();
     let effects: Vec<&dyn AnyEffect> = listed.iter().map(|e| *e as &dyn AnyEffect).collect();
     let system = JointSystem::new(all.clone(), &open, base, &model.effects, effects, settings);
     let mut noise = estimated_noise(&system, &open, &settings.noise);
     let given = noise.iter_mut().zip(options.noise);
     given.for_each(|(noise, given)| *noise = given.unwrap_or(*noise));
-    let prior = NoisePrior { given: options.noise.to_vec(), ..system.noise_prior(&open) };
-    // The noise beside the named causes.
-    let white = Noise::white(&noise);
-    let choosing = roles.split(&system, &white, settings);
-    let whole = roles.whole(&system, &white, settings);
-    let mut rows = Rows::new(choosing, whole, prior.clone());
-    let set = Hypothesis { members: named.clone(), ..rows.whole.base() };
-    let fit = rows.learn_beside(&set).ok_or_else(|| DiagnoseError::TooLittle("diverges".into()))?;
-    eprintln!("named chi {:?} noise {:?} rpo {}", fit.errors.mean(), rows.whole.noise.deviations(), rows.whole.rows_per_observation);
-    let space = JointTerms::new(all, open, base, &model.effects, (Vec::new(), Vec::new()), listed.clone(), settings);
+    let mut prior = NoisePrior { given: options.noise.to_vec(), ..system.noise_prior(&open) };
+    if let Some(baseline) = &found.model.baseline {
+        prior.add(baseline.discrepancy.clone());
+    }
+    let space = JointTerms::new(all, open, base, &model.effects, learned, listed, settings);
     let ground = Ground {
         roles: &roles,
-        noise: white.clone(),
+        noise: Noise::white(&noise),
         prior,
-        named: fit.hypothesis.members.clone(),
+        named,
+        listed: space.listed.len(),
+        choices: options.candidates.len(),
         settings,
-        listed: listed.len(),
         seed: options.seed,
     };
-    let clock = std::time::Instant::now();
-    let learned = learn(&space, &ground)?;
-    eprintln!("learned in {:.2} s", clock.elapsed().as_secs_f64());
-    let Some(learned) = learned else { return Ok(()) };
-    eprintln!("best {:?} {} drop {:?}", learned.terms.iter().map(|t| (t[0].place, t.len())).collect::<Vec<_>>(), learned.deviation, learned.drop);
-    crate::law::find(&space, &ground, &learned)?;
-    let _ = system.candidate_len();
-    Ok(())
+    let rest = rest(&space, &ground, progress)?;
+    if !rest.added.is_empty() {
+        let named = rest.named.iter().map(|m| ActiveEffect {
+            effect: space.listed[m.candidate],
+            values: m.values.clone(),
+        });
+        let mut added = Vec::new();
+        for (definition, values) in &rest.added {
+            let effects = expression::parse(&crate::terms::TermSpace::file(
+                &space,
+                std::slice::from_ref(definition),
+            ))?;
+            added.extend(effects.into_iter().map(|effect| ActiveEffect {
+                effect,
+                values: values.clone(),
+            }));
+        }
+        let shared = Hypothesis {
+            members: Vec::new(),
+            fixed: 0,
+            shared: rest.shared.clone(),
+            locals: Vec::new(),
+        };
+        let learned = space.learned_in_part(&shared);
+        found.model.extended = model.with(learned.into_iter().chain(named).chain(added));
+        let what = match rest.remainder.outcome {
+            RemainderOutcome::Law => "a law",
+            _ => "a smooth correction",
+        };
+        found.verdict = match found.verdict {
+            Verdict::Explained => Verdict::PartlyExplained,
+            Verdict::NothingFound => Verdict::Unexplained,
+            other => other,
+        };
+        found.reasons.push(format!(
+            "{what} that is in no list removes a further part of the error of the test set"
+        ));
+    }
+    found.remainder = Some(rest.remainder);
+    Ok(found)
 }

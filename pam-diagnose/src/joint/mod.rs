@@ -22,6 +22,6 @@ mod terms;
 pub use baseline::BaselineDiscrepancy;
 pub use design::{Excitation, Separation, excitations, separate};
 pub use diagnose::{DiagnoseOptions, DiagnosedJoint, JointDiagnosis, RecordingSets, diagnose};
-pub use law::find;
+pub use law::learn_remainder;
 pub use refit::refit;
 pub use system::JointSystem;

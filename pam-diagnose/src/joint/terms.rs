@@ -3,6 +3,7 @@
 use super::system::JointSystem;
 use crate::data::OpenPart;
 use crate::error::DiagnoseError;
+use crate::fit::Hypothesis;
 use crate::search::Candidates;
 use crate::settings::DiagnosisSettings;
 use crate::terms::{Definition, Place, TermSpace, Unit, Variable, VariableKind};
@@ -75,6 +76,11 @@ impl<'a> JointTerms<'a> {
         space
     }
 
+    /// The effects from the baseline recordings as far as the data have them.
+    pub(super) fn learned_in_part(&self, h: &Hypothesis) -> Vec<ActiveEffect> {
+        self.system(Vec::new()).learned_in_part(h)
+    }
+
     fn system<'s>(&'s self, terms: Vec<&'s dyn AnyEffect>) -> JointSystem<'s> {
         let listed = self.listed.iter().map(|e| *e as &dyn AnyEffect);
         let effects = listed.chain(terms).collect();
@@ -133,10 +139,18 @@ impl TermSpace for JointTerms<'_> {
             rows.map(|k| record.since_start_s + k as f64 * record.step_s).collect(),
         ]
     }
+
+    fn step_s(&self, experiment: usize) -> f64 {
+        self.trials[experiment].record.step_s
+    }
+
+    fn file(&self, definitions: &[Definition]) -> String {
+        definitions.iter().map(toml).collect::<Vec<_>>().join("\n")
+    }
 }
 
 /// The definition as a file of effects.
-pub(super) fn toml(definition: &Definition) -> String {
+fn toml(definition: &Definition) -> String {
     let mut out = String::from("[[effect]]\n");
     let quoted = |text: &str| toml::Value::String(text.to_owned()).to_string();
     let _ = writeln!(out, "id = {}", quoted(&definition.id));
@@ -165,6 +179,7 @@ fn variables(scales: &DataScales, longest_s: f64) -> Vec<Variable> {
         Variable {
             name: name.to_owned(),
             text: text.to_owned(),
+            group: if names.iter().any(|n| n.starts_with('p')) { "pressures" } else { name }.to_owned(),
             names: names.iter().map(|n| (*n).to_owned()).collect(),
             unit,
             unit_text: unit.text(),

@@ -3,7 +3,6 @@
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Problem};
 use crate::remainder::Dyn;
-use crate::search::Candidates;
 use pam_core::parallel;
 use pam_numerics::dot;
 
@@ -151,6 +150,21 @@ impl Design {
     /// Number of channels.
     pub(crate) fn channels(&self) -> usize {
         self.roots.len()
+    }
+
+    /// Rows of blocks of time: `block(i)` rows of the `i`-th experiment, of all channels.
+    pub(crate) fn blocks(&self, block: impl Fn(usize) -> usize) -> Vec<Vec<std::ops::Range<usize>>> {
+        let (mut all, mut from) = (Vec::new(), 0);
+        for (i, &rows) in self.rows.iter().enumerate() {
+            let length = block(i).max(1);
+            for start in (0..rows).step_by(length) {
+                let end = (start + length).min(rows);
+                let of = |c: usize| from + c * rows + start..from + c * rows + end;
+                all.push((0..self.roots.len()).map(of).collect());
+            }
+            from += rows * self.roots.len();
+        }
+        all
     }
 
     /// Number of rows of a channel.

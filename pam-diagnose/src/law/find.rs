@@ -1,202 +1,524 @@
-//! From a correction to a law.
+//! The steps from what the named causes leave to a correction and a law.
 
 use super::design::Design;
-use super::library::library;
-use super::refine::{Proposal, Tried, preferred, refine};
+use super::library::{extensions, library};
+use super::picture::Along;
+use super::refine::{Proposal, Tried, preferred, proposals, refine};
+use super::result::{Law, RankedLaw};
 use super::select::Scores;
 use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, Problem};
+use crate::fit::{Fit, Hypothesis, Member, Problem};
 use crate::noise::Noise;
-use crate::remainder::{Dyn, Ground, Learned};
-use crate::terms::{Definition, Function, Term, TermSpace};
-use std::time::Instant;
+use crate::remainder::{
+    Correction, Dyn, Ground, Learned, Remainder, RemainderOutcome, dependence, learn,
+};
+use crate::terms::{Definition, Factor, Term, TermSpace};
+use pam_core::units::significant;
 
-/// Terms of a block of the library.
-const BLOCK: usize = 8;
-
-fn show(term: &Term, c: f64, names: &[String]) -> String {
-    let parts: Vec<String> = term.factors.iter().map(|f| {
-        let lag = f.lag.map_or(String::new(), |l| format!("lag{:?}({})", l.of, l.time_s));
-        let scale = if f.function.has_scale() { format!("[{:.3}]", f.scale) } else { String::new() };
-        format!("{:?}{scale}({lag} {})", f.function, names[f.variable])
-    }).collect();
-    format!("{:.4}@{} {}", c * term.coefficient, term.place, parts.join("*"))
+/// What is left, and what the system gets to explain it.
+pub(crate) struct Rest {
+    pub(crate) remainder: Remainder,
+    /// What is added to the system, with values; nothing without a confirmed correction.
+    pub(crate) added: Vec<(Definition, Vec<f64>)>,
+    /// Named causes that stay, with their values beside it.
+    pub(crate) named: Vec<Member>,
+    /// Nuisances that all experiments share.
+    pub(crate) shared: Vec<f64>,
 }
 
-pub(crate) fn find<T: TermSpace>(
+/// Terms of one block of the library: as many as one simulation differentiates by.
+const BLOCK: usize = 8;
+/// Laws of the ranking that are reported.
+const RANKED: usize = 12;
+/// Drop of minus two times the logarithm of the posterior probability that makes another round worth it.
+const WORTH: f64 = 6.0;
+
+fn diverges() -> DiagnoseError {
+    DiagnoseError::TooLittle("the correction diverges on the recordings".into())
+}
+
+/// Learns what the named causes leave and looks for a law in it.
+pub(crate) fn rest<T: TermSpace>(
     space: &T,
     ground: &Ground<'_>,
-    learned: &Learned,
-) -> Result<(), DiagnoseError> {
-    let names: Vec<String> = space.variables().iter().map(|v| v.text.clone()).collect();
-    let families: Vec<usize> =
-        learned.terms.iter().map(|t| space.places()[t[0].place].family).collect();
-    let terms = library(&families, space.variables(), space.places());
-    eprintln!("library {} terms", terms.len());
-    let clock = Instant::now();
-    let corrections = learned.definitions(space);
-    let mut definitions = corrections.clone();
-    definitions.extend(blocks_of(space, &terms));
-    let first = ground.listed + corrections.len();
-    let (noise, rpo, chi, sets) = space.with(&definitions, |system| {
-        let mut rows = ground.rows(system, &learned.fit.hypothesis).ok_or_else(|| {
-            DiagnoseError::TooLittle("the correction diverges".into())
-        })?;
-        let start = Hypothesis { locals: rows.whole.base().locals, ..learned.fit.hypothesis.clone() };
-        let fit = rows.whole.fit_to(start, 2, 1.0)?;
-        let noise = Noise::learned(&rows.whole, &fit.hypothesis, &ground.prior)
-            .ok_or_else(|| DiagnoseError::TooLittle("the correction diverges".into()))?;
-        rows.set_noise(&noise, &fit.hypothesis);
-        let fit = rows.whole.fit_to(fit.hypothesis, 2, 1.0)?;
-        let rpo = rows.whole.correlated_rows(&fit.hypothesis)?;
-        eprintln!("  whole fit {:.2} s chi {:.3?} rpo {rpo:.2} noise {:.4?}", clock.elapsed().as_secs_f64(), fit.errors.mean(), noise.deviations());
-        let all = swept(space, &rows.whole, &fit.hypothesis, &terms, first, rpo, &names)?;
-        eprintln!("  swept {:.2} s", clock.elapsed().as_secs_f64());
-        Ok((noise, rpo, fit.errors.mean(), all))
-    })?;
-    let ground = Ground { noise, ..ground.clone() };
-    let mut proposals: Vec<Proposal> = Vec::new();
-    propose(space, &ground, &sets, &mut proposals);
-    let mut tried = refine(space, &ground, &proposals, rpo, 8)?;
-    let print = |tried: &[Tried]| {
-        for t in tried.iter().take(8) {
-            eprintln!("   {:.1} len {:.1} chi {:.2?} named {} {}", t.total, t.length, t.chi, t.named.len(),
-                t.terms.iter().map(|t| show(t, 1.0, &names)).collect::<Vec<_>>().join("  +  "));
-        }
+    done: &(dyn Fn(f64) + Sync),
+) -> Result<Rest, DiagnoseError> {
+    let none = |outcome, sentence: &str| Rest {
+        remainder: Remainder::none(outcome, sentence),
+        added: Vec::new(),
+        named: ground.named.clone(),
+        shared: Vec::new(),
     };
-    eprintln!("  refined {} in {:.2} s; correction {:.2?}", proposals.len(), clock.elapsed().as_secs_f64(), chi);
-    print(&tried);
-    for round in 0..2 {
-        let Some(best) = preferred(&tried).cloned() else { break };
-        eprintln!("  preferred {:.1} {}", best.total, best.terms.iter().map(|t| show(t, 1.0, &names)).collect::<Vec<_>>().join("  +  "));
-        let near = best.chi.iter().zip(&chi).all(|(own, least)| *own < 1.1 * least.max(1.0));
-        if near {
-            break;
-        }
-        // Once more, about the law itself.
-        let definition = Definition::law("law", "", &best.terms, space.variables(), space.places());
-        let mut definitions = vec![definition];
-        definitions.extend(blocks_of(space, &terms));
-        let sets = space.with(&definitions, |system| {
-            let start = Hypothesis { members: best.named.clone(), ..ground.start(system) };
-            let mut rows = ground.rows(system, &start).ok_or_else(|| {
-                DiagnoseError::TooLittle("the law diverges".into())
-            })?;
-            rows.set_rows_per_observation(rpo);
-            let start = Hypothesis { members: best.named.clone(), ..rows.whole.base() };
-            let start = start.with(ground.listed, &best.values);
-            let fit = rows.whole.fit_to(start, 3, 1.0)?;
-            swept(space, &rows.whole, &fit.hypothesis, &terms, ground.listed + 1, rpo, &names)
-        })?;
-        let mut more = Vec::new();
-        propose(space, &ground, &sets, &mut more);
-        more.retain(|p| !proposals.iter().any(|o| like(o, p)));
-        let old = tried.first().map_or(f64::INFINITY, |t| t.total);
-        tried.extend(refine(space, &ground, &more, rpo, 8)?);
-        tried.sort_by(|a, b| a.total.total_cmp(&b.total));
-        proposals.extend(more);
-        eprintln!("  round {round} {:.2} s", clock.elapsed().as_secs_f64());
-        print(&tried);
-        if tried.first().is_none_or(|t| t.total > old - 6.0) {
-            break;
-        }
+    if !is_left(space, ground)? {
+        let sentence = "The named causes leave nothing that could be learned.";
+        return Ok(none(RemainderOutcome::NothingLeft, sentence));
     }
-    if let Some(best) = preferred(&tried) {
-        println!("   LAW {:.1} chi {:.2?} (correction {:.2?}) {}   [{:.1} s]", best.total, best.chi, chi, best.terms.iter().map(|t| show(t, 1.0, &names)).collect::<Vec<_>>().join("  +  "), clock.elapsed().as_secs_f64());
-    }
-    Ok(())
+    let Some(learned) = learn(space, ground, &|share| done(0.3 * share))? else {
+        let sentence = "No smooth correction removes a part of the error of the validation data that chance does not.";
+        return Ok(none(RemainderOutcome::NotLearned, sentence));
+    };
+    let about = About::of(space, ground, &learned)?;
+    done(0.5);
+    let ground = Ground { noise: about.noise.clone(), ..ground.clone() };
+    let tried = search(space, &ground, &about, &|share| done(0.5 + 0.4 * share))?;
+    let law = preferred(&tried, &ground);
+    let found = concluded(space, &ground, &learned, &about, &tried, law)?;
+    done(1.0);
+    Ok(found)
 }
 
-fn like(a: &Proposal, b: &Proposal) -> bool {
-    let holds = |a: &Proposal, b: &Proposal| {
-        a.terms.iter().all(|t| b.terms.iter().any(|u| t.is_like(u) && same_scales(t, u)))
-    };
-    a.named.len() == b.named.len() && a.terms.len() == b.terms.len() && holds(a, b) && holds(b, a)
-}
-
-fn same_scales(a: &Term, b: &Term) -> bool {
-    let near = |x: f64, y: f64| (x / y).ln().abs() < 0.7;
-    a.factors.iter().zip(&b.factors).all(|(f, g)| {
-        (!f.function.has_scale() || near(f.scale, g.scale))
-            && f.lag.zip(g.lag).is_none_or(|(l, m)| near(l.time_s, m.time_s))
+/// Whether some channel of the validation or training rows has more than the first estimate of its noise.
+fn is_left<T: TermSpace>(space: &T, ground: &Ground<'_>) -> Result<bool, DiagnoseError> {
+    let most = ground.settings.remainder.nothing_ratio.powi(2);
+    space.with(&[], |system| {
+        let Some(rows) = ground.rows(system, &ground.start(system)) else { return Ok(true) };
+        let base = Hypothesis { members: ground.named.clone(), ..rows.whole.base() };
+        let fit = rows.whole.fit(base, ground.settings.remainder.iterations)?;
+        Ok(fit.errors.mean().iter().any(|m| *m > most))
     })
 }
 
-fn blocks_of<T: TermSpace>(space: &T, terms: &[Term]) -> Vec<Definition> {
+/// The correction on all open rows, and what the terms of the library do about it.
+struct About {
+    /// The noise beside the correction.
+    noise: Noise,
+    rows_per_observation: f64,
+    /// Mean whitened squares of the open rows.
+    chi: Vec<f64>,
+    /// Named causes and coefficients.
+    fit: Hypothesis,
+    depends_on: Vec<crate::remainder::Dependence>,
+    library: Vec<Term>,
+    /// Sums of terms that do nearly what the correction does.
+    sums: Vec<Vec<Term>>,
+}
+
+impl About {
+    fn of<T: TermSpace>(
+        space: &T,
+        ground: &Ground<'_>,
+        learned: &Learned,
+    ) -> Result<Self, DiagnoseError> {
+        let settings = &ground.settings.remainder;
+        let library =
+            library(&learned.families(space.places()), space.variables(), space.places());
+        let mut definitions = learned.definitions(space);
+        let first = ground.listed + definitions.len();
+        definitions.extend(blocks(space, &library));
+        space.with(&definitions, |system| {
+            let mut rows = ground.rows(system, &learned.hypothesis).ok_or_else(diverges)?;
+            let start =
+                Hypothesis { locals: rows.whole.base().locals, ..learned.hypothesis.clone() };
+            let fit = rows.whole.fit(start, settings.iterations)?;
+            let noise = Noise::learned(&rows.whole, &fit.hypothesis, &ground.prior)
+                .ok_or_else(diverges)?;
+            rows.set_noise(&noise, &fit.hypothesis).ok_or_else(diverges)?;
+            let fit = rows.whole.fit(fit.hypothesis, settings.iterations)?;
+            let rows_per_observation = rows.whole.correlated_rows(&fit.hypothesis)?;
+            let problem = &rows.whole;
+            let design = Design::at(problem, &fit.hypothesis)?;
+            let terms: Vec<&Term> = learned.terms.iter().flatten().collect();
+            let fixed = design.own.len() - terms.len();
+            let depends_on = dependence(
+                &design,
+                &design.blocks(|i| problem.rows_per_short_block(i)),
+                fixed,
+                &terms,
+                learned.deviation,
+                space.variables(),
+                settings.folds,
+            );
+            let h = &fit.hypothesis;
+            let sums =
+                sums(space, ground, (problem, h), &design, &library, first, rows_per_observation);
+            let chi = fit.errors.mean();
+            let fit = fit.hypothesis;
+            Ok(Self { noise, rows_per_observation, chi, fit, depends_on, library, sums })
+        })
+    }
+}
+
+/// The library as definitions, a few terms in each.
+fn blocks<T: TermSpace>(space: &T, terms: &[Term]) -> Vec<Definition> {
+    let (variables, places) = (space.variables(), space.places());
     let of = |(k, block): (usize, &[Term])| {
-        Definition::flexible(&format!("block{k}"), block, f64::INFINITY, space.variables(), space.places())
+        Definition::flexible(&format!("block{k}"), block, f64::INFINITY, variables, places)
     };
     terms.chunks(BLOCK).enumerate().map(of).collect()
 }
 
-fn swept<T: TermSpace>(
+/// The best sums of terms of each length about a hypothesis, with coefficients.
+fn sums<T: TermSpace>(
     space: &T,
-    problem: &Problem<'_, Dyn<'_>>,
-    hypothesis: &Hypothesis,
+    ground: &Ground<'_>,
+    (problem, hypothesis): (&Problem<'_, Dyn<'_>>, &Hypothesis),
+    design: &Design,
     terms: &[Term],
     first: usize,
-    rpo: f64,
-    names: &[String],
-) -> Result<Vec<Vec<Term>>, DiagnoseError> {
-    let design = Design::at(problem, hypothesis)?;
-    let blocks: Vec<&[Term]> = terms.chunks(BLOCK).collect();
-    let candidates: Vec<(usize, Vec<f64>)> =
-        blocks.iter().enumerate().map(|(k, b)| (first + k, vec![0.0; b.len()])).collect();
+    rows_per_observation: f64,
+) -> Vec<Vec<Term>> {
+    let settings = &ground.settings.remainder;
+    let candidates: Vec<(usize, Vec<f64>)> = terms
+        .chunks(BLOCK)
+        .enumerate()
+        .map(|(k, block)| (first + k, vec![0.0; block.len()]))
+        .collect();
     let found = design.columns(problem, hypothesis, &candidates);
+    let empty = |block: &[Term]| vec![vec![0.0; design.target.len()]; block.len()];
     let columns: Vec<Vec<f64>> = found
         .into_iter()
-        .zip(&blocks)
-        .flat_map(|(own, block)| own.unwrap_or_else(|| vec![vec![0.0; design.target.len()]; block.len()]))
+        .zip(terms.chunks(BLOCK))
+        .flat_map(|(own, block)| own.unwrap_or_else(|| empty(block)))
         .collect();
-    let prices: Vec<f64> = terms
-        .iter()
-        .map(|t| 2.0 * t.description_length(space.variables(), space.places()))
-        .collect();
-    let scores = Scores { design: &design, rows_per_observation: rpo };
-    let all = scores.beam(&columns, &prices, &[], 3, 12);
-    for s in all.iter().take(4) {
-        eprintln!("   linear {:.1} misfit {:.1} chi {:.2?} {}", s.total, s.misfit, s.chi,
-            s.columns.iter().zip(&s.coefficients).map(|(k, c)| show(&terms[*k], *c, names)).collect::<Vec<_>>().join("  +  "));
-    }
-    // The best of each size.
+    let price = |t: &Term| 2.0 * t.description_length(space.variables(), space.places());
+    let prices: Vec<f64> = terms.iter().map(price).collect();
+    let all = Scores { design, rows_per_observation }.beam(
+        &columns,
+        &prices,
+        settings.terms,
+        settings.beam,
+    );
     let mut chosen = Vec::new();
-    for size in 1..=3 {
-        let own = all.iter().filter(|s| s.columns.len() == size).take([8, 6, 4][size - 1]);
+    for length in 1..=settings.terms {
+        let own = all.iter().filter(|s| s.columns.len() == length).take(settings.refined);
         chosen.extend(own.map(|s| {
-            let with = |(k, c): (&usize, &f64)| Term { coefficient: c * terms[*k].coefficient, ..terms[*k].clone() };
+            let with = |(k, c): (&usize, &f64)| {
+                let term = &terms[*k];
+                Term { coefficient: c * term.coefficient, ..term.clone() }
+            };
             s.columns.iter().zip(&s.coefficients).map(with).collect::<Vec<Term>>()
         }));
     }
-    Ok(chosen)
+    chosen
 }
 
-fn propose<T: TermSpace>(space: &T, ground: &Ground<'_>, sets: &[Vec<Term>], proposals: &mut Vec<Proposal>) {
-    let mut add = |terms: Vec<Term>| {
-        let plain = Proposal { terms, named: Vec::new() };
-        if !proposals.iter().any(|p| like(p, &plain)) {
-            proposals.push(plain.clone());
-            if !ground.named.is_empty() && plain.terms.len() < 3 {
-                proposals.push(Proposal { named: ground.named.clone(), ..plain });
-            }
+/// Laws from the screening about the correction, and about the best law so far.
+fn search<T: TermSpace>(
+    space: &T,
+    ground: &Ground<'_>,
+    about: &About,
+    done: &(dyn Fn(f64) + Sync),
+) -> Result<Vec<Tried>, DiagnoseError> {
+    let settings = &ground.settings.remainder;
+    let rpo = about.rows_per_observation;
+    let mut known = proposals(space, ground, &about.sums, &[]);
+    let mut tried = refine(space, ground, &known, rpo)?;
+    for round in 0..settings.rounds {
+        done(round as f64 / settings.rounds as f64);
+        let Some(best) = preferred(&tried, ground) else { break };
+        let as_good = |(own, least): (&f64, &f64)| {
+            *own < least.max(1.0) * (1.0 + settings.notable_rise)
+        };
+        if best.chi.iter().zip(&about.chi).all(as_good) {
+            break;
         }
-    };
-    for terms in sets {
-        add(terms.clone());
-        let dry: Vec<Term> = terms.iter().map(|t| dry_variant(space, t)).collect();
-        if dry != *terms {
-            add(dry);
+        let before = tried.first().map_or(f64::INFINITY, |t| t.total);
+        let sums = again(space, ground, &best, about)?;
+        let more: Vec<Proposal> = proposals(space, ground, &sums, &known);
+        tried.extend(refine(space, ground, &more, rpo)?);
+        tried.sort_by(|a, b| a.total.total_cmp(&b.total));
+        known.extend(more);
+        if tried.first().is_none_or(|t| t.total > before - WORTH) {
+            break;
         }
     }
+    Ok(tried)
 }
 
-/// The term as a level of dry friction, if it is the smooth picture of one.
-fn dry_variant<T: TermSpace>(space: &T, term: &Term) -> Term {
-    let Some((dry, velocity)) = space.places()[term.place].dry else { return term.clone() };
-    let turned = |f: &crate::terms::Factor| {
-        f.function == Function::Saturated && f.variable == velocity && f.lag.is_none()
+/// Sums of terms about a law, with products of its terms.
+fn again<T: TermSpace>(
+    space: &T,
+    ground: &Ground<'_>,
+    law: &Tried,
+    about: &About,
+) -> Result<Vec<Vec<Term>>, DiagnoseError> {
+    let (variables, places) = (space.variables(), space.places());
+    let mut terms = about.library.clone();
+    terms.extend(extensions(&law.terms, variables, places));
+    let mut definitions = vec![Definition::law("law", "", &law.terms, variables, places)];
+    definitions.extend(blocks(space, &terms));
+    space.with(&definitions, |system| {
+        let start = Hypothesis { members: law.named.clone(), ..ground.start(system) };
+        let mut rows = ground.rows(system, &start).ok_or_else(diverges)?;
+        rows.set_rows_per_observation(about.rows_per_observation);
+        let start = Hypothesis { members: law.named.clone(), ..rows.whole.base() };
+        let start = start.with(ground.listed, &law.values);
+        let fit = rows.whole.fit(start, ground.settings.remainder.iterations)?;
+        let h = &fit.hypothesis;
+        let design = Design::at(&rows.whole, h)?;
+        let (problem, rpo) = ((&rows.whole, h), about.rows_per_observation);
+        Ok(sums(space, ground, problem, &design, &terms, ground.listed + 1, rpo))
+    })
+}
+
+/// The fits of named causes, correction and law to all open rows, beside the test set.
+fn concluded<T: TermSpace>(
+    space: &T,
+    ground: &Ground<'_>,
+    learned: &Learned,
+    about: &About,
+    tried: &[Tried],
+    law: Option<Tried>,
+) -> Result<Rest, DiagnoseError> {
+    let (variables, places) = (space.variables(), space.places());
+    let settings = ground.settings;
+    let corrections = learned.definitions(space);
+    let mut definitions = corrections.clone();
+    let of_law = law.as_ref().map(|l| Definition::law("found_law", "", &l.terms, variables, places));
+    definitions.extend(of_law.clone());
+    space.with(&definitions, |system| {
+        let mut rows = ground.rows(system, &about.fit).ok_or_else(diverges)?;
+        rows.set_rows_per_observation(about.rows_per_observation);
+        let open = &rows.whole;
+        let iterations = settings.search.iterations;
+        let named = Hypothesis { members: ground.named.clone(), ..open.base() };
+        let base = open.fit(named, iterations)?;
+        let locals = open.base().locals;
+        let start = Hypothesis { locals: locals.clone(), ..about.fit.clone() };
+        let corrected = open.fit(start, settings.remainder.iterations)?;
+        let test = ground.roles.test(system, &ground.noise, settings).opened(&base.hypothesis)?;
+        let has_test = !test.problem().is_empty();
+        let share = |of: &Fit| {
+            let (from, to, best) = if has_test {
+                let chi = |f: &Fit| test.chi_square(&f.hypothesis);
+                (chi(&base), chi(of), chi(&corrected))
+            } else {
+                let chi = |f: &Fit| f.errors.chi_square();
+                (chi(&base), chi(of), chi(&corrected))
+            };
+            (from - to) / (from - best).max(f64::MIN_POSITIVE)
+        };
+        let gain = |to: &Fit| test.error_reduction(&base.hypothesis, &to.hypothesis, ground.seed);
+        let is_confirmed = |to: &Fit| {
+            !has_test
+                || (test.is_reduced(&base.hypothesis, &to.hypothesis)
+                    && gain(to).overall.ci95[0] > 0.0)
+        };
+        let fitted = match &law {
+            Some(l) => {
+                let members = Hypothesis { members: l.named.clone(), ..open.base() };
+                let start = members.with(ground.listed + corrections.len(), &l.values);
+                Some((l, open.fit(start, iterations)?))
+            }
+            None => None,
+        };
+        // Of what the correction removes from the open rows; the test set decides nothing but whether it is confirmed.
+        let of_open = |to: &Fit| {
+            let (from, best) = (base.errors.chi_square(), corrected.errors.chi_square());
+            (from - to.errors.chi_square()) / (from - best).max(f64::MIN_POSITIVE)
+        };
+        let stands = |(_, fit): &(&Tried, Fit)| {
+            of_open(fit) > settings.remainder.law_share && is_confirmed(fit)
+        };
+        let fitted = fitted.filter(stands);
+        let confirmed = is_confirmed(&corrected);
+        let terms = learned.fitted(&corrected.hypothesis);
+        let law_terms = fitted.as_ref().zip(of_law.as_ref()).map(|((l, fit), definition)| {
+            let values = fit.hypothesis.members.last().map_or(&[][..], |m| &m.values);
+            definition.with_values(&l.terms, values)
+        });
+        let open_experiments = &open.experiments;
+        let along = Along::of(space, open_experiments, &terms, law_terms.as_deref());
+        let place = &places[terms.first().map_or(0, |t| t.place)];
+        let pictures = along.as_ref().map_or_else(Vec::new, |a| {
+            a.pictures(variables, place, &about.depends_on, law_terms.as_deref())
+        });
+        let values_of = |h: &Hypothesis, count: usize| -> Vec<Vec<f64>> {
+            h.members[h.members.len() - count..].iter().map(|m| m.values.clone()).collect()
+        };
+        let coefficients = values_of(&corrected.hypothesis, corrections.len());
+        let held: Vec<Definition> =
+            corrections.iter().zip(&coefficients).map(|(d, v)| d.starting_at(v)).collect();
+        let correction = Correction {
+            acts: acts(&terms, space),
+            terms: largest(&terms, space),
+            prior_deviation: learned.deviation,
+            depends_on: about.depends_on.clone(),
+            validation_share: learned.drop.share,
+            p_value: learned.drop.p_value,
+            error_reduction: gain(&corrected),
+            confirmed,
+            pictures,
+            file: space.file(&held),
+        };
+        let mut found = Rest {
+            remainder: Remainder {
+                outcome: RemainderOutcome::NotLearned,
+                sentence: String::new(),
+                correction: None,
+                law: None,
+                ranking: ranking(tried, space, ground, system),
+            },
+            added: Vec::new(),
+            named: ground.named.clone(),
+            shared: base.hypothesis.shared.clone(),
+        };
+        let similarity = along.as_ref().and_then(Along::similarity).unwrap_or(0.0);
+        if let (Some((l, fit)), Some(definition), Some(terms)) = (fitted, of_law, law_terms) {
+            let h = &fit.hypothesis;
+            let values = h.members.last().map(|m| m.values.clone()).unwrap_or_default();
+            let own = open.intervals(&fit)?;
+            let first = own.len() - values.len();
+            let names = definition.parameters.iter().map(|p| p.name.clone());
+            let parameters: Vec<_> = names.zip(own[first..].iter().copied()).collect();
+            let beside: Vec<String> =
+                l.named.iter().map(|m| system.candidate(m.candidate).id.to_owned()).collect();
+            let error_reduction = gain(&fit);
+            let share_of_correction = share(&fit);
+            let expression = definition.expression();
+            let described = definition
+                .describe(&format!("law found in recordings: {expression}"))
+                .starting_at(&values);
+            let header = header(&parameters, share_of_correction, &error_reduction);
+            found.remainder.sentence = format!(
+                "A law stands for it: {expression}, which carries {:.0} % of what a smooth correction removes.",
+                100.0 * share_of_correction
+            );
+            found.remainder.outcome = RemainderOutcome::Law;
+            found.remainder.law = Some(Law {
+                expression,
+                variables: variable_names(&terms, space),
+                remembers: terms.iter().any(Term::remembers),
+                parameters,
+                beside,
+                share_of_correction,
+                similarity,
+                bands: test.bands(open, h),
+                error_reduction,
+                file: header + &space.file(std::slice::from_ref(&described)),
+            });
+            found.named = h.members[..h.members.len() - 1].to_vec();
+            found.shared = h.shared.clone();
+            found.added = vec![(described, values)];
+        } else if confirmed {
+            found.remainder.outcome = RemainderOutcome::Correction;
+            found.remainder.sentence = format!(
+                "A smooth correction removes {:.0} % of the error of the test set, and no short law does: there is none of up to \
+                 {} terms of the library that carries {:.0} % of it.",
+                100.0 * correction.error_reduction.overall.error_reduction,
+                settings.remainder.terms,
+                100.0 * settings.remainder.law_share
+            );
+            let members = &corrected.hypothesis.members;
+            found.named = members[..members.len() - corrections.len()].to_vec();
+            found.shared = corrected.hypothesis.shared.clone();
+            found.added = held.into_iter().zip(coefficients).collect();
+        } else {
+            found.remainder.sentence =
+                "The test set does not confirm the smooth correction that the validation data allow."
+                    .to_owned();
+        }
+        found.remainder.correction = Some(correction);
+        Ok(found)
+    })
+}
+
+/// Comments of a law's file: intervals and what it gains.
+fn header(
+    parameters: &[(String, crate::fit::Interval)],
+    share: f64,
+    gain: &crate::test_set::ErrorReduction,
+) -> String {
+    let n = |v: f64| significant(v, 4);
+    let mut out = format!(
+        "# It removes {:.0} % of the error of the test set [{:.0}, {:.0}], {:.0} % of what a smooth correction removes.\n",
+        100.0 * gain.overall.error_reduction,
+        100.0 * gain.overall.ci95[0],
+        100.0 * gain.overall.ci95[1],
+        100.0 * share
+    );
+    for (name, i) in parameters {
+        let [low, high] = i.ci95;
+        out += &format!("# {name} = {} [{}, {}]\n", n(i.value), n(low), n(high));
+    }
+    out
+}
+
+fn acts<T: TermSpace>(terms: &[Term], space: &T) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for t in terms {
+        let name = &space.places()[t.place].name;
+        if !all.contains(name) {
+            all.push(name.clone());
+        }
+    }
+    all
+}
+
+/// The terms with the largest coefficients.
+fn largest<T: TermSpace>(terms: &[Term], space: &T) -> Vec<(String, f64)> {
+    let (variables, places) = (space.variables(), space.places());
+    let mut all: Vec<(String, f64)> = terms
+        .iter()
+        .map(|t| {
+            let place = &places[t.place];
+            let size = t.coefficient * t.size(variables) / place.size;
+            (format!("{}: {}", place.id, product(t, space)), size)
+        })
+        .collect();
+    all.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    all
+}
+
+/// The factors of a term as an expression.
+fn product<T: TermSpace>(term: &Term, space: &T) -> String {
+    let variables = space.variables();
+    let of = |f: &Factor| {
+        let text = &variables[f.variable].text;
+        let argument = match f.lag {
+            None => text.clone(),
+            Some(lag) => format!("low_pass({}, {} s)", lag.of.text(text, ""), significant(lag.time_s, 3)),
+        };
+        f.function.text(&argument, &significant(f.scale, 3))
     };
-    let Some(at) = term.factors.iter().position(turned) else { return term.clone() };
-    let mut level = Term { place: dry, coefficient: -term.coefficient, ..term.clone() };
-    level.factors.remove(at);
-    level
+    let parts: Vec<String> = term.factors.iter().map(of).collect();
+    if parts.is_empty() { "1".to_owned() } else { parts.join(" * ") }
+}
+
+/// A law with its numbers.
+fn written<T: TermSpace>(terms: &[Term], space: &T) -> String {
+    let one = |t: &Term| {
+        let (c, product) = (significant(t.coefficient, 4), product(t, space));
+        format!("{}: {c} * {product}", space.places()[t.place].id)
+    };
+    terms.iter().map(one).collect::<Vec<_>>().join("; ")
+}
+
+fn variable_names<T: TermSpace>(terms: &[Term], space: &T) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for k in terms.iter().flat_map(Term::variables) {
+        for name in &space.variables()[k].names {
+            if !all.contains(name) {
+                all.push(name.clone());
+            }
+        }
+    }
+    all
+}
+
+fn ranking<T: TermSpace>(
+    tried: &[Tried],
+    space: &T,
+    ground: &Ground<'_>,
+    system: &Dyn<'_>,
+) -> Vec<RankedLaw> {
+    let best = tried.first().map_or(0.0, |t| t.total);
+    let mut all: Vec<&Tried> = tried.iter().take(RANKED).collect();
+    // The one that is preferred stands among them.
+    if let Some(p) = preferred(tried, ground)
+        && let Some(own) = tried.iter().find(|t| t.total == p.total)
+        && !all.iter().any(|t| t.total == own.total)
+    {
+        all.push(own);
+    }
+    all.into_iter()
+        .map(|t| RankedLaw {
+            expression: written(&t.terms, space),
+            beside: t.named.iter().map(|m| system.candidate(m.candidate).id.to_owned()).collect(),
+            description_length: t.length,
+            parameters: t.values.len(),
+            validation: t.validation,
+            log_odds: 0.5 * (best - t.total),
+        })
+        .collect()
 }

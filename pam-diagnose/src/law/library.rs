@@ -9,6 +9,9 @@ const DECAYS: [f64; 2] = [0.1, 0.4];
 /// Time constants, s.
 const LAGS_S: [f64; 4] = [0.08, 0.3, 1.0, 4.0];
 
+/// Most factors of a term.
+const MOST_FACTORS: usize = 3;
+
 /// All terms of up to two factors at the places of some families, each at a few scales.
 pub(crate) fn library(families: &[usize], variables: &[Variable], places: &[Place]) -> Vec<Term> {
     let dry = |k: usize| places.iter().any(|p| p.dry.is_some_and(|(dry, _)| dry == k));
@@ -49,6 +52,24 @@ pub(crate) fn at_scales(factor: Factor, size: f64) -> Vec<Factor> {
         _ => &[1.0],
     };
     scales.iter().map(|s| Factor { scale: s * size, ..factor }).collect()
+}
+
+/// Products of the terms of a law with one factor more.
+pub(crate) fn extensions(law: &[Term], variables: &[Variable], places: &[Place]) -> Vec<Term> {
+    let mut all: Vec<Term> = Vec::new();
+    for term in law.iter().filter(|t| t.factors.len() < MOST_FACTORS) {
+        for &k in &places[term.place].variables {
+            if term.factors.iter().any(|f| f.variable == k) {
+                continue;
+            }
+            for more in companions(k, variables) {
+                let mut factors = term.factors.clone();
+                factors.push(more);
+                all.push(Term::new(term.place, factors, variables, places));
+            }
+        }
+    }
+    all
 }
 
 fn singles(variable: usize, variables: &[Variable]) -> Vec<Factor> {

@@ -14,9 +14,6 @@ pub(crate) struct Selection {
     pub(crate) coefficients: Vec<f64>,
     /// Minus two times the logarithm of its posterior probability, up to a constant.
     pub(crate) total: f64,
-    /// The same without the price of its description and parameters.
-    pub(crate) misfit: f64,
-    pub(crate) chi: Vec<f64>,
 }
 
 /// How selections are compared.
@@ -29,11 +26,11 @@ pub(crate) struct Scores<'d> {
 const OWN_SHARE: f64 = 1e-4;
 
 impl Scores<'_> {
-    /// The score of what is left, with a price.
-    fn misfit(&self, left: &[f64]) -> (f64, Vec<f64>) {
+    /// Minus two times the log-likelihood of what is left.
+    fn misfit(&self, left: &[f64]) -> f64 {
         let rows = self.design.row_count();
         let errors = ChannelErrors { sums: self.design.by_channel(left), rows };
-        (rows as f64 / self.rows_per_observation * errors.deviance(), errors.mean())
+        rows as f64 / self.rows_per_observation * errors.deviance()
     }
 
     /// The price of a parameter.
@@ -41,51 +38,24 @@ impl Scores<'_> {
         (self.design.row_count().max(2) as f64).ln()
     }
 
-    /// A beam search over sums of up to `most` of the columns, each with a price of its own, all beside `fixed` columns.
-    /// Best first.
+    /// A beam search over sums of up to `most` of the columns, each with a price of its own; best first.
     pub(crate) fn beam(
         &self,
         columns: &[Vec<f64>],
         prices: &[f64],
-        fixed: &[Vec<f64>],
         most: usize,
         width: usize,
     ) -> Vec<Selection> {
-        let mut target = self.design.target.clone();
-        let basis = super::design::orthonormal(fixed.to_vec());
-        let clear = |column: &mut Vec<f64>, basis: &[Vec<f64>]| {
-            for b in basis {
-                let share = dot(b, column);
-                column.iter_mut().zip(b).for_each(|(c, b)| *c -= share * b);
-            }
-        };
-        clear(&mut target, &basis);
+        let target = &self.design.target;
         let sizes: Vec<f64> = columns.iter().map(|c| dot(c, c)).collect();
-        let cleared: Vec<Vec<f64>> = if basis.is_empty() {
-            columns.to_vec()
-        } else {
-            parallel::map(columns.len(), |k| {
-                let mut c = columns[k].clone();
-                clear(&mut c, &basis);
-                c
-            })
-        };
-        let (misfit, chi) = self.misfit(&target);
-        let none = Selection {
-            columns: Vec::new(),
-            coefficients: Vec::new(),
-            total: misfit,
-            misfit,
-            chi,
-        };
-        let mut all = vec![none.clone()];
+        let mut all: Vec<Selection> = Vec::new();
         let mut beam: Vec<(Vec<usize>, Vec<Vec<f64>>, Vec<f64>)> = vec![(Vec::new(), Vec::new(), target.clone())];
         for _ in 0..most {
             let grown: Vec<Vec<(f64, f64, Vec<usize>)>> = parallel::map(beam.len(), |i| {
                 let (set, q, left) = &beam[i];
                 let whole = dot(left, left);
                 let mut gains: Vec<(f64, f64, Vec<usize>)> = Vec::new();
-                for (k, column) in cleared.iter().enumerate() {
+                for (k, column) in columns.iter().enumerate() {
                     if set.contains(&k) || sizes[k] == 0.0 {
                         continue;
                     }
@@ -114,7 +84,7 @@ impl Scores<'_> {
             next.sort_by(|a, b| a.0.total_cmp(&b.0));
             next.dedup_by(|a, b| a.2 == b.2);
             next.truncate(4 * width);
-            let solved = parallel::map(next.len(), |i| self.solved(&cleared, prices, &next[i].2, &target));
+            let solved = parallel::map(next.len(), |i| self.solved(columns, prices, &next[i].2));
             let mut solved: Vec<_> = solved.into_iter().flatten().collect();
             solved.sort_by(|a, b| a.0.total.total_cmp(&b.0.total));
             all.extend(solved.iter().map(|s| s.0.clone()));
@@ -130,25 +100,22 @@ impl Scores<'_> {
         columns: &[Vec<f64>],
         prices: &[f64],
         set: &[usize],
-        target: &[f64],
     ) -> Option<(Selection, Vec<Vec<f64>>, Vec<f64>)> {
-        let n = set.len();
+        let (n, target) = (set.len(), &self.design.target);
         let entry = |i: usize, j: usize| dot(&columns[set[i]], &columns[set[j]]);
         let right: Vec<f64> = set.iter().map(|&k| dot(&columns[k], target)).collect();
         let coefficients = pam_numerics::ScaledCholesky::new(n, entry, 1e-10)?.solve(&right)?;
-        let mut left = target.to_vec();
+        let mut left = target.clone();
         for (c, &k) in coefficients.iter().zip(set) {
             left.iter_mut().zip(&columns[k]).for_each(|(l, x)| *l -= c * x);
         }
-        let (misfit, chi) = self.misfit(&left);
+        let misfit = self.misfit(&left);
         let price: f64 = set.iter().map(|k| prices[*k] + self.parameter_price()).sum();
         let basis = super::design::orthonormal(set.iter().map(|&k| columns[k].clone()).collect());
         let selection = Selection {
             columns: set.to_vec(),
             coefficients,
             total: misfit + price,
-            misfit,
-            chi,
         };
         Some((selection, basis, left))
     }

@@ -4,6 +4,8 @@ use crate::terms::{Factor, Function, Lag, Place, Term, Variable, VariableKind};
 
 /// Sizes at which the direction of a variable turns, relative to its typical size: the first one is close to dry friction.
 const TURNING: [f64; 2] = [0.05, 0.4];
+/// Distances from zero at which a correction may bend, relative to the typical size.
+const BENDS: [f64; 2] = [0.3, 0.65];
 /// Time constants of what a correction remembers, s.
 const LAGS_S: [f64; 3] = [0.1, 0.5, 2.5];
 
@@ -39,7 +41,7 @@ fn plain(variable: usize, function: Function) -> Factor {
 }
 
 fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
-    use Function::{Absolute, Cube, Linear, Saturated, SignedSquare, Square};
+    use Function::{Above, Absolute, Below, Cube, Linear, Saturated, SignedSquare, Square};
     let kind = |k: usize| variables[k].kind;
     let slow = |k: usize| kind(k) == VariableKind::Slow;
     let known: Vec<usize> =
@@ -67,6 +69,10 @@ fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
             let size = if slow(other) { Linear } else { Absolute };
             all.push(vec![turned(k, TURNING[0]), plain(other, size)]);
         }
+    }
+    for &k in &moving {
+        let bends = BENDS.map(|at| at * variables[k].size);
+        all.extend([Above, Below].iter().flat_map(|f| bends.map(|at| vec![Factor::of(k, *f, at)])));
     }
     for &a in &moving {
         let others = moving.iter().filter(|b| **b != a);

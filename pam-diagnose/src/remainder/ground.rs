@@ -18,6 +18,8 @@ pub(crate) struct Ground<'a> {
     pub(crate) named: Vec<Member>,
     /// Number of candidates of the system without any terms.
     pub(crate) listed: usize,
+    /// Number of candidates from which the named causes were chosen.
+    pub(crate) choices: usize,
     pub(crate) settings: &'a DiagnosisSettings,
     pub(crate) seed: u64,
 }
@@ -54,6 +56,14 @@ pub(crate) struct Drop {
     pub(crate) p_value: f64,
 }
 
+impl Drop {
+    /// Whether it is too much for chance, and enough to matter.
+    pub(crate) fn is_learned(&self, ground: &Ground<'_>) -> bool {
+        let settings = &ground.settings.remainder;
+        self.share > settings.learned_share && self.p_value < settings.learned_probability
+    }
+}
+
 /// The drop of the whitened squared error of the rows of a problem.
 pub(crate) fn drop_by_blocks(
     problem: &Problem<'_, Dyn<'_>>,
@@ -83,6 +93,6 @@ pub(crate) fn drop_by_blocks(
     };
     Ok(Drop {
         share: mean(&drops) / mean(&own).max(f64::MIN_POSITIVE),
-        p_value: one_sided(&relative).min(one_sided(&drops)),
+        p_value: (2.0 * one_sided(&relative).min(one_sided(&drops))).min(1.0),
     })
 }

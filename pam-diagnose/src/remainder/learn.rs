@@ -3,105 +3,121 @@
 use super::basis::{remembering, smooth};
 use super::ground::{Drop, Ground, drop_by_blocks};
 use crate::error::DiagnoseError;
-use crate::fit::{Fit, Hypothesis};
-use crate::search::Candidates;
-use crate::terms::{Definition, Term, TermSpace};
-use std::time::Instant;
+use crate::fit::{Hypothesis, Member};
+use crate::terms::{Definition, Place, Term, TermSpace};
 
-/// A smooth correction with its terms.
+/// A smooth correction as it was fitted to the training rows.
 #[derive(Debug, Clone)]
-pub struct Learned {
-    /// The terms with unit coefficients, by definition.
+pub(crate) struct Learned {
+    /// Its terms with unit coefficients, by the effects that hold them.
     pub(crate) terms: Vec<Vec<Term>>,
     /// Standard deviation of the prior of the coefficients, relative to the sizes of the places.
-    pub deviation: f64,
-    /// The fit to the training rows.
-    pub(crate) fit: Fit,
-    /// Cost on the validation rows.
-    pub(crate) validation: f64,
+    pub(crate) deviation: f64,
+    /// Named causes, then the coefficients, fitted to the training rows.
+    pub(crate) hypothesis: Hypothesis,
+    /// Drop of the error of the validation rows from the named causes alone.
     pub(crate) drop: Drop,
-    pub(crate) chi: Vec<f64>,
-    pub(crate) rows_per_observation: f64,
+    /// Cost on the validation rows.
+    validation: f64,
+    /// Mean whitened squares of the validation rows.
+    chi: Vec<f64>,
 }
 
-/// Standard deviations that are tried, in units of the sizes of the places.
-const DEVIATIONS: [f64; 4] = [0.03, 0.1, 0.3, 0.01];
+/// Drop of the validation cost that an addition to a correction must bring.
+const WORTH: f64 = 10.0;
 
 impl Learned {
-    /// Whether nothing but noise is left.
-    fn is_enough(&self) -> bool {
-        self.drop.share > 0.99 || self.chi.iter().all(|c| *c < 1.5)
-    }
-
+    /// What the system is asked to add.
     pub(crate) fn definitions<T: TermSpace>(&self, space: &T) -> Vec<Definition> {
         definitions(space, &self.terms, self.deviation)
     }
 
-    /// The terms with their coefficients.
-    pub(crate) fn fitted_terms(&self, hypothesis: &Hypothesis) -> Vec<Term> {
+    /// The families of places at which it acts.
+    pub(crate) fn families(&self, places: &[Place]) -> Vec<usize> {
+        let mut all: Vec<usize> =
+            self.terms.iter().flatten().map(|t| places[t.place].family).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// The terms with the coefficients of a fitted hypothesis.
+    pub(crate) fn fitted(&self, hypothesis: &Hypothesis) -> Vec<Term> {
         let members = &hypothesis.members[hypothesis.members.len() - self.terms.len()..];
         let all = self.terms.iter().zip(members).flat_map(|(terms, m)| terms.iter().zip(&m.values));
         all.map(|(t, c)| Term { coefficient: c * t.coefficient, ..t.clone() }).collect()
+    }
+
+    /// Whether next to nothing but noise is left.
+    fn is_enough(&self, ground: &Ground<'_>) -> bool {
+        let settings = &ground.settings.remainder;
+        let most = settings.nothing_ratio.powi(2);
+        self.drop.share > settings.enough_share || self.chi.iter().all(|c| *c < most)
     }
 }
 
 fn definitions<T: TermSpace>(space: &T, terms: &[Vec<Term>], deviation: f64) -> Vec<Definition> {
     let of = |(k, terms): (usize, &Vec<Term>)| {
-        let id = format!("correction{}", k + 1);
+        let id = format!("learned_correction_{}", k + 1);
         Definition::flexible(&id, terms, deviation, space.variables(), space.places())
     };
     terms.iter().enumerate().map(of).collect()
 }
 
+/// Learns a correction: at the places where it removes most of the error of the validation rows, with the prior that does, and
+/// with memory or at further places where that is worth it. `None` if there is nothing to learn.
 pub(crate) fn learn<T: TermSpace>(
     space: &T,
     ground: &Ground<'_>,
+    done: &(dyn Fn(f64) + Sync),
 ) -> Result<Option<Learned>, DiagnoseError> {
-    let mut families: Vec<usize> = space.places().iter().map(|p| p.family).collect();
+    let settings = &ground.settings.remainder;
+    let (variables, places) = (space.variables(), space.places());
+    let iterations = settings.iterations;
+    let mut families: Vec<usize> = places.iter().map(|p| p.family).collect();
     families.sort_unstable();
     families.dedup();
-    let mut best: Option<(usize, Learned)> = None;
+    let mut alone: Vec<(usize, Learned)> = Vec::new();
     for &family in &families {
-        let terms = vec![smooth(family, space.variables(), space.places())];
-        let found = fitted(space, ground, &terms, DEVIATIONS[0], None, 4)?;
-        if let Some(found) = found
-            && best.as_ref().is_none_or(|(_, b)| found.validation < b.validation)
-        {
-            best = Some((family, found));
-        }
+        let terms = vec![smooth(family, variables, places)];
+        let found = fitted(space, ground, &terms, settings.deviations[0], None, iterations)?;
+        alone.extend(found.map(|found| (family, found)));
+        done(0.6 * alone.len() as f64 / families.len() as f64);
     }
-    let Some((family, mut best)) = best else { return Ok(None) };
-    for deviation in &DEVIATIONS[1..] {
-        if let Some(found) = fitted(space, ground, &best.terms, *deviation, Some(&best), 3)?
-            && found.validation < best.validation
-        {
-            best = found;
-        }
+    let best = alone.iter().min_by(|a, b| a.1.validation.total_cmp(&b.1.validation));
+    let Some((family, mut best)) = best.cloned() else { return Ok(None) };
+    for deviation in &settings.deviations[1..] {
+        let found = fitted(space, ground, &best.terms, *deviation, Some(&best), iterations)?;
+        best = found.filter(|f| f.validation < best.validation).unwrap_or(best);
     }
-    let more = remembering(family, space.variables(), space.places());
-    if !more.is_empty() && !best.is_enough() {
+    done(0.8);
+    let more = remembering(family, variables, places);
+    if !more.is_empty() && !best.is_enough(ground) {
         let terms = [best.terms.clone(), vec![more]].concat();
-        if let Some(found) = fitted(space, ground, &terms, best.deviation, Some(&best), 4)? {
-            if found.validation < best.validation {
-                best = found;
-            }
-        }
+        let found = fitted(space, ground, &terms, best.deviation, Some(&best), iterations)?;
+        best = found.filter(|f| f.validation < best.validation - WORTH).unwrap_or(best);
     }
-    for &other in families.iter().filter(|f| **f != family) {
-        if best.is_enough() {
-            break;
+    done(0.9);
+    for (other, found) in &alone {
+        // Only what helps by itself helps beside something else.
+        let helps = found.drop.is_learned(ground);
+        if *other == family || !helps || best.is_enough(ground) {
+            continue;
         }
-        let terms =
-            [best.terms.clone(), vec![smooth(other, space.variables(), space.places())]].concat();
-        if let Some(found) = fitted(space, ground, &terms, best.deviation, Some(&best), 3)? {
-            if found.validation < best.validation - 10.0 {
-                best = found;
-            }
-        }
+        let terms = [best.terms.clone(), smooth_of(*other, space)].concat();
+        let found = fitted(space, ground, &terms, best.deviation, Some(&best), iterations)?;
+        best = found.filter(|f| f.validation < best.validation - WORTH).unwrap_or(best);
     }
-    Ok(Some(best))
+    done(1.0);
+    Ok(best.drop.is_learned(ground).then_some(best))
 }
 
+fn smooth_of<T: TermSpace>(family: usize, space: &T) -> Vec<Vec<Term>> {
+    vec![smooth(family, space.variables(), space.places())]
+}
+
+/// Fits terms to the training rows beside the named causes, from another correction on if one is given; `None` if they cannot
+/// be simulated.
 fn fitted<T: TermSpace>(
     space: &T,
     ground: &Ground<'_>,
@@ -110,56 +126,41 @@ fn fitted<T: TermSpace>(
     from: Option<&Learned>,
     iterations: usize,
 ) -> Result<Option<Learned>, DiagnoseError> {
-    let clock = Instant::now();
-    let found = space.with(&definitions(space, terms, deviation), |system| {
+    let converged = ground.settings.search.converged_drop;
+    space.with(&definitions(space, terms, deviation), |system| {
         let start = ground.start(system);
         let Some(rows) = ground.rows(system, &start) else { return Ok(None) };
         let train = &rows.choosing.train;
-        let base = Hypothesis { members: start.members.clone(), ..train.base() };
-        let mut h = base.clone();
-        let old = from.map(|f| (&f.fit.hypothesis.members[start.members.len()..], &f.fit.hypothesis));
-        if let Some((_, hypothesis)) = old {
-            h.members = hypothesis.members[..start.members.len()].to_vec();
-            (h.shared, h.locals) = (hypothesis.shared.clone(), hypothesis.locals.clone());
-        }
+        let named = ground.named.len();
+        let base = Hypothesis { members: ground.named.clone(), ..train.base() };
+        let (mut h, known): (Hypothesis, &[Member]) = match from {
+            Some(from) => {
+                let (named, known) = from.hypothesis.members.split_at(named);
+                (Hypothesis { members: named.to_vec(), ..from.hypothesis.clone() }, known)
+            }
+            None => (base.clone(), &[]),
+        };
         for (k, terms) in terms.iter().enumerate() {
-            let known = old.and_then(|(members, _)| members.get(k)).map(|m| m.values.clone());
-            h = h.with(ground.listed + k, &known.unwrap_or_else(|| vec![0.0; terms.len()]));
+            let values = known.get(k).map_or_else(|| vec![0.0; terms.len()], |m| m.values.clone());
+            h = h.with(ground.listed + k, &values);
         }
-        let Ok(fit) = train.fit_to(h, iterations, 1.0) else { return Ok(None) };
+        let Ok(fit) = train.fit_to(h, iterations, converged) else { return Ok(None) };
         let Ok(errors) = rows.choosing.validation_errors(&fit.hypothesis) else {
             return Ok(None);
         };
-        // Named causes alone, as well as they can be.
-        let base = train.fit_to(base, 3, 1.0)?;
-        let before = rows.choosing.validation_errors(&base.hypothesis)?;
-        let rpo = train.rows_per_observation;
-        let validation = errors.rows as f64 / rpo * errors.deviance();
+        let base = train.fit_to(base, iterations, converged)?;
         let drop = drop_by_blocks(
             &rows.choosing.validation,
             &rows.choosing.on_validation(&base.hypothesis),
             &rows.choosing.on_validation(&fit.hypothesis),
         )?;
-        let left = train.correlated_rows(&fit.hypothesis)?;
-        eprintln!(
-            "  {:?} {deviation}: base {:.1} train {:.1} chi {:.2?} validation {validation:.1} {:.2?} drop {:.3} p {:.1e} rpo {rpo:.1} -> {left:.1} {:.2} s",
-            terms.iter().map(|t| (t[0].place, t.len())).collect::<Vec<_>>(),
-            before.rows as f64 / rpo * before.deviance(),
-            fit.cost,
-            fit.errors.mean(),
-            errors.mean(),
-            drop.share, drop.p_value,
-            clock.elapsed().as_secs_f64()
-        );
         Ok(Some(Learned {
             terms: terms.to_vec(),
             deviation,
-            fit,
-            validation,
-            chi: errors.mean(),
+            hypothesis: fit.hypothesis,
             drop,
-            rows_per_observation: left,
+            validation: errors.rows as f64 / train.rows_per_observation * errors.deviance(),
+            chi: errors.mean(),
         }))
-    })?;
-    Ok(found)
+    })
 }

@@ -70,7 +70,7 @@ impl<'a, C: Candidates + ?Sized> Rows<'a, C> {
 
     /// A fit to the training rows, scored; `None` if it cannot be simulated on the validation rows, or if a fitted value is
     /// not what the candidate's name says.
-    pub(super) fn scored(&self, fit: Fit) -> Option<Scored> {
+    pub(crate) fn scored(&self, fit: Fit) -> Option<Scored> {
         super::stands(self.whole.system, &fit.hypothesis).then(|| score(&self.choosing, fit))?
     }
 

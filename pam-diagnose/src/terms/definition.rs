@@ -118,6 +118,28 @@ impl Definition {
 }
 
 impl Definition {
+    /// What it adds and where, `force_n = c1_n_per_mm3 * x^3`, with the rates of what it remembers.
+    #[must_use]
+    pub fn expression(&self) -> String {
+        let acts = self.acts.iter().map(|[place, text]| format!("{place} = {text}"));
+        let memory = self.memory.iter().map(|[name, _, rate]| format!("d{name}/dt = {rate}"));
+        acts.chain(memory).collect::<Vec<_>>().join(", ")
+    }
+
+    /// The same with another description.
+    #[must_use]
+    pub fn describe(self, description: &str) -> Self {
+        Self { description: description.to_owned(), ..self }
+    }
+
+    /// The same with other values from which a fit starts.
+    #[must_use]
+    pub fn starting_at(&self, values: &[f64]) -> Self {
+        let mut other = self.clone();
+        other.parameters.iter_mut().zip(values).for_each(|(p, v)| p.start = *v);
+        other
+    }
+
     /// The terms of a [`law`](Self::law) with the values of its parameters.
     #[must_use]
     pub fn with_values(&self, terms: &[Term], values: &[f64]) -> Vec<Term> {

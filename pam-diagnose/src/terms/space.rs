@@ -12,6 +12,8 @@ pub struct Variable {
     pub name: String,
     /// As an expression: a name, or a formula in brackets.
     pub text: String,
+    /// Name of the variables with which it is left out of a correction.
+    pub group: String,
     /// The names that the expression uses.
     pub names: Vec<String>,
     /// Unit.
@@ -92,4 +94,10 @@ pub trait TermSpace: Sync {
 
     /// The variables at the grid points of an experiment, as measured where they are measured.
     fn series(&self, experiment: usize) -> Vec<Vec<f64>>;
+
+    /// Time between two grid points of an experiment, s.
+    fn step_s(&self, experiment: usize) -> f64;
+
+    /// The file that holds definitions.
+    fn file(&self, definitions: &[Definition]) -> String;
 }
