@@ -147,6 +147,27 @@ impl Design {
         sums
     }
 
+    /// The same rows, cleared of the first `count` parameters of the members as well.
+    pub(crate) fn beside(mut self, count: usize) -> Self {
+        let own = self.own.drain(..count).collect();
+        let more = orthonormal(own);
+        for basis in &more {
+            let columns = self.own.iter_mut().chain([&mut self.target]);
+            for column in columns {
+                let share = dot(basis, column);
+                column.iter_mut().zip(basis).for_each(|(c, b)| *c -= share * b);
+            }
+        }
+        self.nuisances.extend(more);
+        self
+    }
+
+    /// Mean over the channels of mean squares, with the weights of the rows.
+    pub(crate) fn weighted_mean(&self, squares: &[f64]) -> f64 {
+        let all = self.roots.iter().zip(squares).map(|(root, s)| root * root * s);
+        all.sum::<f64>() / self.roots.len().max(1) as f64
+    }
+
     /// Number of channels.
     pub(crate) fn channels(&self) -> usize {
         self.roots.len()

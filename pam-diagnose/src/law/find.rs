@@ -109,7 +109,7 @@ impl About {
             let mut rows = ground.rows(system, &learned.hypothesis).ok_or_else(diverges)?;
             let start =
                 Hypothesis { locals: rows.whole.base().locals, ..learned.hypothesis.clone() };
-            let fit = rows.whole.fit(start, settings.iterations)?;
+            let fit = rows.whole.fit(start, 2)?;
             let noise = Noise::learned(&rows.whole, &fit.hypothesis, &ground.prior)
                 .ok_or_else(diverges)?;
             rows.set_noise(&noise, &fit.hypothesis).ok_or_else(diverges)?;
@@ -172,7 +172,8 @@ fn sums<T: TermSpace>(
         .collect();
     let price = |t: &Term| 2.0 * t.description_length(space.variables(), space.places());
     let prices: Vec<f64> = terms.iter().map(price).collect();
-    let all = Scores { design, rows_per_observation }.beam(
+    let least = vec![1.0; design.channels()];
+    let all = Scores { design, rows_per_observation, least }.beam(
         &columns,
         &prices,
         settings.terms,

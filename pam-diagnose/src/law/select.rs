@@ -20,6 +20,8 @@ pub(crate) struct Selection {
 pub(crate) struct Scores<'d> {
     pub(crate) design: &'d Design,
     pub(crate) rows_per_observation: f64,
+    /// Mean whitened squares of the channels that are as good as noise.
+    pub(crate) least: Vec<f64>,
 }
 
 /// A column has to have this share of its own beside the others.
@@ -29,7 +31,8 @@ impl Scores<'_> {
     /// Minus two times the log-likelihood of what is left.
     fn misfit(&self, left: &[f64]) -> f64 {
         let rows = self.design.row_count();
-        let errors = ChannelErrors { sums: self.design.by_channel(left), rows };
+        let sums = self.design.by_channel(left).into_iter().zip(&self.least);
+        let errors = ChannelErrors { sums: sums.map(|(s, least)| s / least).collect(), rows };
         rows as f64 / self.rows_per_observation * errors.deviance()
     }
 
@@ -49,6 +52,7 @@ impl Scores<'_> {
         let target = &self.design.target;
         let sizes: Vec<f64> = columns.iter().map(|c| dot(c, c)).collect();
         let mut all: Vec<Selection> = Vec::new();
+        let least = self.design.weighted_mean(&self.least);
         let mut beam: Vec<(Vec<usize>, Vec<Vec<f64>>, Vec<f64>)> = vec![(Vec::new(), Vec::new(), target.clone())];
         for _ in 0..most {
             let grown: Vec<Vec<(f64, f64, Vec<usize>)>> = parallel::map(beam.len(), |i| {
@@ -72,7 +76,7 @@ impl Scores<'_> {
                     let price: f64 = more.iter().map(|k| prices[*k] + self.parameter_price()).sum();
                     // As the deviance would be if all channels had the same error.
                     let rows = (self.design.row_count() * self.design.channels()) as f64;
-                    let chi = (whole - gain).max(0.0) / rows;
+                    let chi = (whole - gain).max(0.0) / rows / least;
                     let deviance = if chi > 1.0 { chi.ln() } else { chi - 1.0 };
                     gains.push((rows / self.rows_per_observation * deviance + price, gain, more));
                 }

@@ -67,10 +67,8 @@ pub(crate) fn dependence(
         Some(all)
     };
     let every: Vec<usize> = (0..n).collect();
-    let none: Vec<usize> = (0..fixed).collect();
-    let (Some(whole), Some(without_all)) = (left(&every), left(&none)) else { return Vec::new() };
-    let removed: Vec<f64> = without_all.iter().zip(&whole).map(|(a, b)| a - b).collect();
-    let removed = mean(&removed);
+    let Some(whole) = left(&every) else { return Vec::new() };
+    let size = mean(&whole).max(f64::MIN_POSITIVE);
     let mut groups: Vec<&str> = Vec::new();
     for term in terms {
         for k in term.variables() {
@@ -102,17 +100,16 @@ pub(crate) fn dependence(
                 Some(t) if t.mean_difference > 0.0 => 0.5 * t.p,
                 _ => 1.0,
             };
-            let share = mean(&lost) / removed.max(f64::MIN_POSITIVE);
             let half = mean_half_width_95(&lost).unwrap_or(f64::INFINITY);
-            let half = half / removed.max(f64::MIN_POSITIVE);
+            let ratio = |lost: f64| (1.0 + lost / size).max(0.0).sqrt();
             Some(Dependence {
                 on: (*group).to_owned(),
-                lost: share,
-                ci95: [share - half, share + half],
+                error_ratio: ratio(mean(&lost)),
+                ci95: [ratio(mean(&lost) - half), ratio(mean(&lost) + half)],
                 p_value: (2.0 * p(&lost).min(p(&relative))).min(1.0),
             })
         })
         .collect();
-    all.sort_by(|a, b| b.lost.total_cmp(&a.lost));
+    all.sort_by(|a, b| b.error_ratio.total_cmp(&a.error_ratio));
     all
 }

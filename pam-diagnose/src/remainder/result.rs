@@ -85,8 +85,9 @@ pub struct Correction {
 pub struct Dependence {
     /// The variables, or `memory`.
     pub on: String,
-    /// Share of what the correction removes from data that were not fitted, which is lost without any term of them.
-    pub lost: f64,
+    /// Root-mean-square error of data that were not fitted without any term of them, over that with all terms: 1 where they
+    /// do not matter.
+    pub error_ratio: f64,
     /// Its 95 % interval, over blocks of time.
     pub ci95: [f64; 2],
     /// The probability of so large a loss by chance.
