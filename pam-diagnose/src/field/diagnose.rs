@@ -9,6 +9,7 @@ use crate::error::DiagnoseError;
 use crate::noise::{NoisePrior, noise_deviation};
 #[cfg(feature = "report")]
 use crate::report::ReportModel;
+use crate::settings::DiagnosisSettings;
 use crate::verdict::Cause;
 #[cfg(feature = "report")]
 use maud::{Markup, html};
@@ -43,6 +44,12 @@ pub struct DiagnosedField {
     /// Fitted deviations of the refitted parameters and of the delay.
     #[serde(skip)]
     pub(super) shared: Vec<f64>,
+    /// The field's parameters with all candidates off, but for those of the baseline.
+    #[serde(skip)]
+    pub(super) plain: Vec<f64>,
+    /// Autocovariances of the errors of the baseline experiments that go with the motion.
+    #[serde(skip)]
+    pub(super) discrepancy: Vec<Vec<f64>>,
 }
 
 /// A diagnosis of a field.
@@ -68,64 +75,15 @@ where
 {
     problem.check()?;
     check(problem, candidates, options)?;
-    let mut settings = options.settings;
-    let (open, of_baseline) =
-        problem.experiments.split_at(problem.experiments.len() - options.baseline);
-    let experiments: Vec<&Experiment<I>> = open.iter().chain(problem.held_out).collect();
-    let of_baseline: Vec<&Experiment<I>> = of_baseline.iter().collect();
-    // An experiment of a field may be short or long: lengths of time follow from it.
-    let duration = |e: &Experiment<I>| e.times_s[e.times_s.len() - 1] - e.times_s[0];
-    let shortest_s = experiments.iter().map(|e| duration(e)).fold(f64::INFINITY, f64::min);
-    settings.data.shortest_s = 0.0;
-    settings.intervals.shortest_block_s = 0.0;
-    // What a wrong model leaves of a free motion drifts, and a filter that makes it white takes the motion with it. So
-    // noise is white here, and what is correlated counts as fewer observations.
-    settings.noise.order = 0;
-    let residual = &mut settings.residual;
-    residual.spectrum_piece_s = shortest_s / residual.field_spectrum_pieces;
-    residual.spectrum_highest_hz = residual.field_spectrum_lines / residual.spectrum_piece_s;
-    residual.profile_block_s = shortest_s / residual.field_profile_blocks;
-    residual.jump_margin_s = shortest_s * residual.field_jump_margin;
-    let source = if problem.held_out.is_empty() {
-        TestSource::Kept
-    } else {
-        TestSource::GivenFrom(open.len())
-    };
-    let span = |e: &&Experiment<I>| Span { name: e.name.clone(), duration_s: duration(e) };
-    let roles_of = |experiments: &[&Experiment<I>], source| {
-        let spans: Vec<Span> = experiments.iter().map(span).collect();
-        Roles::assign(&spans, source, options.seed, &settings.data)
-    };
-    let roles = roles_of(&experiments, source)?;
-    let open = roles.open();
-    let series = |output: usize| -> Vec<Vec<f64>> {
-        let outputs = problem.outputs.len();
-        let column = |part: &OpenPart| -> Vec<f64> {
-            let e = experiments[part.experiment];
-            let rows = e.times_s.partition_point(|t| t - e.times_s[0] < part.end_s);
-            e.measured.iter().skip(output).step_by(outputs).take(rows).copied().collect()
-        };
-        open.iter().map(column).collect()
-    };
-    let mut prior = noise_prior(&problem.outputs.noise, options.noise, |output| {
-        LEAST_SHARE * noise_deviation(&series(output), 1.0)
-    });
-    // Where the size of the noise is not given, the first estimate of it is one from the data.
-    let first = problem.outputs.noise.iter().enumerate().map(|(output, &given)| {
-        if given.is_nan() || options.noise == FieldNoise::Learned {
-            noise_deviation(&series(output), settings.noise.relative)
-        } else {
-            given
-        }
-    });
-    let noise: Vec<f64> = first.collect();
-    let outputs = Outputs { noise: noise.clone(), ..problem.outputs.clone() };
+    let Ground { settings, experiments, of_baseline, roles, mut prior, noise, outputs } =
+        Ground::of(problem, options)?;
     let problem = &FieldProblem { outputs, ..*problem };
     let mut system = FieldSystem::new(problem, experiments, candidates, options);
     let baseline_roles =
-        if of_baseline.is_empty() { None } else { Some(roles_of(&of_baseline, TestSource::Kept)?) };
+        if of_baseline.is_empty() { None } else { Some(roles_of(&of_baseline, TestSource::Kept, options.seed, &settings)?) };
     let mut on_baseline = FieldSystem::new(problem, of_baseline, candidates, options);
     let (mut baseline, mut baseline_discrepancy) = (None, Vec::new());
+    let mut discrepancy = Vec::new();
     if let Some(roles) = baseline_roles {
         let seed = options.seed;
         let own = prior.clone();
@@ -140,7 +98,8 @@ where
         }
         baseline_discrepancy =
             learned.discrepancy.iter().map(|d| d.first().map_or(0.0, |v| v.sqrt())).collect();
-        prior.add(learned.discrepancy);
+        prior.add(learned.discrepancy.clone());
+        discrepancy = learned.discrepancy;
         let (rms, recordings) = (learned.rms, learned.recordings);
         baseline = Some((FieldBaseline { effects, rms, recordings }, roles, learned.noise));
     }
@@ -161,9 +120,94 @@ where
         delay_s: (options.delay_deviation_s > 0.0).then(|| system.delay_s(best)),
         baseline: baseline.as_ref().map(|b| b.0.clone()),
         shared: best.shared.clone(),
+        plain: system.plain.clone(),
+        discrepancy: discrepancy.clone(),
     })?;
     put_properties_behind(&mut found.causes, candidates);
     Ok(found)
+}
+
+/// Experiments with their roles and what is known of the noise.
+pub(super) struct Ground<'a, I> {
+    pub(super) settings: DiagnosisSettings,
+    pub(super) experiments: Vec<&'a Experiment<I>>,
+    of_baseline: Vec<&'a Experiment<I>>,
+    pub(super) roles: Roles,
+    pub(super) prior: NoisePrior,
+    /// First estimate of the noise of the outputs.
+    pub(super) noise: Vec<f64>,
+    /// The outputs with it.
+    pub(super) outputs: Outputs,
+}
+
+fn duration_s<I>(e: &Experiment<I>) -> f64 {
+    e.times_s[e.times_s.len() - 1] - e.times_s[0]
+}
+
+fn roles_of<I>(
+    experiments: &[&Experiment<I>],
+    source: TestSource,
+    seed: u64,
+    settings: &DiagnosisSettings,
+) -> Result<Roles, DiagnoseError> {
+    let span = |e: &&Experiment<I>| Span { name: e.name.clone(), duration_s: duration_s(e) };
+    let spans: Vec<Span> = experiments.iter().map(span).collect();
+    Roles::assign(&spans, source, seed, &settings.data)
+}
+
+impl<'a, I: Input<f64> + Sync> Ground<'a, I> {
+    pub(super) fn of<F: ParametricField + Sync>(
+        problem: &FieldProblem<'a, F, I>,
+        options: &FieldOptions,
+    ) -> Result<Self, DiagnoseError> {
+        let mut settings = options.settings;
+        let (open, of_baseline) =
+            problem.experiments.split_at(problem.experiments.len() - options.baseline);
+        let experiments: Vec<&Experiment<I>> = open.iter().chain(problem.held_out).collect();
+        let of_baseline: Vec<&Experiment<I>> = of_baseline.iter().collect();
+        // An experiment of a field may be short or long: lengths of time follow from it.
+        let shortest_s = experiments.iter().map(|e| duration_s(e)).fold(f64::INFINITY, f64::min);
+        settings.data.shortest_s = 0.0;
+        settings.intervals.shortest_block_s = 0.0;
+        // What a wrong model leaves of a free motion drifts, and a filter that makes it white takes the motion with it. So
+        // noise is white here, and what is correlated counts as fewer observations.
+        settings.noise.order = 0;
+        let residual = &mut settings.residual;
+        residual.spectrum_piece_s = shortest_s / residual.field_spectrum_pieces;
+        residual.spectrum_highest_hz = residual.field_spectrum_lines / residual.spectrum_piece_s;
+        residual.profile_block_s = shortest_s / residual.field_profile_blocks;
+        residual.jump_margin_s = shortest_s * residual.field_jump_margin;
+        let source = if problem.held_out.is_empty() {
+            TestSource::Kept
+        } else {
+            TestSource::GivenFrom(open.len())
+        };
+        let roles = roles_of(&experiments, source, options.seed, &settings)?;
+        let open = roles.open();
+        let series = |output: usize| -> Vec<Vec<f64>> {
+            let outputs = problem.outputs.len();
+            let column = |part: &OpenPart| -> Vec<f64> {
+                let e = experiments[part.experiment];
+                let rows = e.times_s.partition_point(|t| t - e.times_s[0] < part.end_s);
+                e.measured.iter().skip(output).step_by(outputs).take(rows).copied().collect()
+            };
+            open.iter().map(column).collect()
+        };
+        let prior = noise_prior(&problem.outputs.noise, options.noise, |output| {
+            LEAST_SHARE * noise_deviation(&series(output), 1.0)
+        });
+        // Where the size of the noise is not given, the first estimate of it is one from the data.
+        let first = problem.outputs.noise.iter().enumerate().map(|(output, &given)| {
+            if given.is_nan() || options.noise == FieldNoise::Learned {
+                noise_deviation(&series(output), settings.noise.relative)
+            } else {
+                given
+            }
+        });
+        let noise: Vec<f64> = first.collect();
+        let outputs = Outputs { noise: noise.clone(), ..problem.outputs.clone() };
+        Ok(Self { settings, experiments, of_baseline, roles, prior, noise, outputs })
+    }
 }
 
 /// Moves every cause that is a property of another named one behind it; the rest keeps its order.

@@ -71,13 +71,16 @@ mod design;
 mod diagnose;
 mod features;
 mod labels;
+mod law;
 mod options;
 mod perturbed;
 mod system;
+mod terms;
 
 pub use candidate::Candidate;
 pub use design::{FieldSeparation, design_field, sine_experiments};
 pub use diagnose::{DiagnosedField, FieldBaseline, FieldDiagnosis, diagnose_field};
+pub use law::learn_remainder_field;
 pub use options::{FieldNoise, FieldOptions};
 
 #[cfg(doc)]

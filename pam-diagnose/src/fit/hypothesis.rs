@@ -12,6 +12,14 @@ pub struct Member {
     pub values: Vec<f64>,
 }
 
+impl Member {
+    /// A candidate that is always there.
+    #[must_use]
+    pub fn always(candidate: usize, values: &[f64]) -> Self {
+        Self { candidate, values: values.to_vec() }
+    }
+}
+
 /// Candidates with their values, and the nuisance values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hypothesis {
@@ -54,7 +62,7 @@ impl Hypothesis {
     #[must_use]
     pub fn with(&self, candidate: usize, values: &[f64]) -> Self {
         let mut more = self.clone();
-        more.members.push(Member { candidate, values: values.to_vec() });
+        more.members.push(Member::always(candidate, values));
         more
     }
 

@@ -9,7 +9,7 @@ use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Member};
 use crate::law::rest;
 use crate::noise::{Noise, NoisePrior, estimated_noise};
-use crate::remainder::{Ground, RemainderOutcome};
+use crate::remainder::Ground;
 use crate::verdict::Verdict;
 use pam_effects::effects::AnyEffect;
 use pam_effects::expression;
@@ -47,7 +47,7 @@ pub fn learn_remainder(
         causes().map(|c| options.candidates[c.member.candidate]).collect();
     let named: Vec<Member> = causes()
         .enumerate()
-        .map(|(candidate, c)| Member { candidate, values: c.member.values.clone() })
+        .map(|(candidate, c)| Member { candidate, ..c.member.clone() })
         .collect();
     let learned = found.model.baseline.as_ref().map_or_else(Default::default, |b| {
         (b.effects.clone(), b.share_deviations.clone())
@@ -98,18 +98,12 @@ pub fn learn_remainder(
         };
         let learned = space.learned_in_part(&shared);
         found.model.extended = model.with(learned.into_iter().chain(named).chain(added));
-        let what = match rest.remainder.outcome {
-            RemainderOutcome::Law => "a law",
-            _ => "a smooth correction",
-        };
         found.verdict = match found.verdict {
             Verdict::Explained => Verdict::PartlyExplained,
             Verdict::NothingFound => Verdict::Unexplained,
             other => other,
         };
-        found.reasons.push(format!(
-            "{what} that is in no list removes a further part of the error of the test set"
-        ));
+        found.reasons.push(rest.reason());
     }
     found.remainder = Some(rest.remainder);
     Ok(found)

@@ -25,8 +25,8 @@ pub struct JointSystem<'a> {
     /// Effects that baseline recordings have shown, of which the data may have a part only.
     pub(super) learned: Vec<ActiveEffect>,
     pub(super) effects: Vec<&'a dyn AnyEffect>,
-    /// Standard deviations of the priors of the effects' parameters; empty, or none for an effect, for free ones.
-    pub(super) deviations: Vec<Vec<f64>>,
+    /// Candidates behind the effects, with the standard deviations of the priors of their parameters.
+    pub(super) terms: Vec<(&'a dyn AnyEffect, Vec<f64>)>,
     pub(super) scales: DataScales,
     shared: Vec<Nuisance>,
     local: [Nuisance; 6],
@@ -92,7 +92,7 @@ impl<'a> JointSystem<'a> {
             fixed: fixed.to_vec(),
             learned: Vec::new(),
             effects,
-            deviations: Vec::new(),
+            terms: Vec::new(),
             shared: vec![model, model, lead],
             local: [
                 Nuisance::of(fit.start_deviation_mm),
@@ -143,11 +143,19 @@ impl<'a> JointSystem<'a> {
         }
     }
 
+    /// The effect of a candidate.
+    fn effect(&self, candidate: usize) -> &dyn AnyEffect {
+        match candidate.checked_sub(self.effects.len()) {
+            None => self.effects[candidate],
+            Some(k) => self.terms[k].0,
+        }
+    }
+
     /// The effects of the model and of a hypothesis, and all their values, in the order in which they act.
     pub(super) fn parts(&self, h: &Hypothesis) -> (Vec<&dyn AnyEffect>, Vec<f64>) {
         let of_model = self.fixed.iter().cloned().chain(self.learned_in_part(h));
         let of_model = of_model.map(|a| (a.effect as &dyn AnyEffect, a.values));
-        let members = h.members.iter().map(|m| (self.effects[m.candidate], m.values.clone()));
+        let members = h.members.iter().map(|m| (self.effect(m.candidate), m.values.clone()));
         let (effects, values): (Vec<_>, Vec<_>) = of_model.chain(members).unzip();
         (effects, values.into_iter().flatten().collect())
     }
@@ -186,11 +194,11 @@ fn in_part(effect: &ActiveEffect, share: f64) -> ActiveEffect {
 
 impl Candidates for JointSystem<'_> {
     fn candidate_len(&self) -> usize {
-        self.effects.len()
+        self.effects.len() + self.terms.len()
     }
 
     fn candidate(&self, index: usize) -> CandidateInfo<'_> {
-        let info = self.effects[index].info();
+        let info = self.effect(index).info();
         CandidateInfo {
             id: info.id,
             description: info.description,
@@ -201,16 +209,16 @@ impl Candidates for JointSystem<'_> {
     }
 
     fn starts(&self, index: usize) -> Vec<Vec<f64>> {
-        self.effects[index].starts(&self.scales)
+        self.effect(index).starts(&self.scales)
     }
 
     fn stands(&self, index: usize, values: &[f64]) -> bool {
-        self.effects[index].stands(values, &self.scales)
+        self.effect(index).stands(values, &self.scales)
     }
 
     /// Where the joint sticks and slips, the cost is rugged in the parameters of dry friction.
     fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
-        let effect = self.effects[index];
+        let effect = self.effect(index);
         let joint = Held::at_rest([self.scales.gauge_kpa + ATMOSPHERE_KPA; 2]);
         let memory = vec![0.0; effect.memory_len()];
         effect.may_stick_later(values)
@@ -218,8 +226,8 @@ impl Candidates for JointSystem<'_> {
     }
 
     fn parameter_deviation(&self, candidate: usize, parameter: usize) -> f64 {
-        let own = self.deviations.get(candidate).and_then(|own| own.get(parameter));
-        own.copied().unwrap_or(f64::INFINITY)
+        let terms = candidate.checked_sub(self.effects.len()).map(|k| &self.terms[k].1);
+        terms.and_then(|own| own.get(parameter)).copied().unwrap_or(f64::INFINITY)
     }
 
     fn shared(&self) -> &[Nuisance] {

@@ -12,7 +12,6 @@ use pam_effects::effects::{AnyEffect, DataScales};
 use pam_effects::expression;
 use pam_effects::model::ActiveEffect;
 use pam_effects::simulation::{Base, Trial};
-use std::fmt::Write;
 
 /// Recordings of a joint, its model, candidates from a list, and whatever terms are asked for.
 pub(super) struct JointTerms<'a> {
@@ -67,7 +66,7 @@ impl<'a> JointTerms<'a> {
             variables: Vec::new(),
             places: Vec::new(),
         };
-        let scales = space.system(Vec::new()).scales().clone();
+        let scales = space.system().scales().clone();
         let longest_s = space.trials.iter().map(|t| t.record.duration_s()).fold(0.0, f64::max);
         let air_g = space.trials.iter().map(|t| t.record.masses.flexor_g + t.record.masses.extensor_g);
         let air_g = 0.5 * air_g.sum::<f64>() / space.trials.len().max(1) as f64;
@@ -78,12 +77,11 @@ impl<'a> JointTerms<'a> {
 
     /// The effects from the baseline recordings as far as the data have them.
     pub(super) fn learned_in_part(&self, h: &Hypothesis) -> Vec<ActiveEffect> {
-        self.system(Vec::new()).learned_in_part(h)
+        self.system().learned_in_part(h)
     }
 
-    fn system<'s>(&'s self, terms: Vec<&'s dyn AnyEffect>) -> JointSystem<'s> {
-        let listed = self.listed.iter().map(|e| *e as &dyn AnyEffect);
-        let effects = listed.chain(terms).collect();
+    fn system(&self) -> JointSystem<'_> {
+        let effects = self.listed.iter().map(|e| *e as &dyn AnyEffect).collect();
         let trials = self.trials.clone();
         let mut system =
             JointSystem::new(trials, &self.open, self.base, self.fixed, effects, self.settings);
@@ -108,13 +106,12 @@ impl TermSpace for JointTerms<'_> {
     ) -> Result<R, DiagnoseError> {
         let mut built: Vec<Box<dyn AnyEffect>> = Vec::with_capacity(definitions.len());
         for definition in definitions {
-            built.extend(expression::build(&toml(definition))?);
+            built.extend(expression::build(&definition.to_toml())?);
         }
-        let mut system = self.system(built.iter().map(AsRef::as_ref).collect());
-        system.deviations = vec![Vec::new(); self.listed.len()];
-        system.deviations.extend(
-            definitions.iter().map(|d| d.parameters.iter().map(|p| p.deviation).collect()),
-        );
+        let deviations = |d: &Definition| d.parameters.iter().map(|p| p.deviation).collect();
+        let mut system = self.system();
+        system.terms =
+            built.iter().map(AsRef::as_ref).zip(definitions.iter().map(deviations)).collect();
         then(&system)
     }
 
@@ -145,33 +142,8 @@ impl TermSpace for JointTerms<'_> {
     }
 
     fn file(&self, definitions: &[Definition]) -> String {
-        definitions.iter().map(toml).collect::<Vec<_>>().join("\n")
+        definitions.iter().map(Definition::to_toml).collect::<Vec<_>>().join("\n")
     }
-}
-
-/// The definition as a file of effects.
-fn toml(definition: &Definition) -> String {
-    let mut out = String::from("[[effect]]\n");
-    let quoted = |text: &str| toml::Value::String(text.to_owned()).to_string();
-    let _ = writeln!(out, "id = {}", quoted(&definition.id));
-    let _ = writeln!(out, "description = {}", quoted(&definition.description));
-    for p in &definition.parameters {
-        let mut entry = format!("range = [{:?}, {:?}]", p.range[0], p.range[1]);
-        if let Some(absent) = p.absent {
-            let _ = write!(entry, ", absent = {absent:?}");
-        }
-        if p.logarithmic {
-            entry += ", log = true";
-        }
-        let _ = writeln!(out, "parameters.{} = {{ {entry}, start = [{:?}] }}", p.name, p.start);
-    }
-    for [name, start, rate] in &definition.memory {
-        let _ = writeln!(out, "memory.{name} = {{ start = {}, rate = {} }}", quoted(start), quoted(rate));
-    }
-    for [place, text] in &definition.acts {
-        let _ = writeln!(out, "acts.{place} = {}", quoted(text));
-    }
-    out
 }
 
 fn variables(scales: &DataScales, longest_s: f64) -> Vec<Variable> {

@@ -11,6 +11,7 @@ use crate::fit::{Fit, Hypothesis, Member, Problem};
 use crate::noise::Noise;
 use crate::remainder::{
     Correction, Dyn, Ground, Learned, Remainder, RemainderOutcome, dependence, learn,
+    learn_again,
 };
 use crate::terms::{Definition, Factor, Term, TermSpace};
 use pam_core::units::significant;
@@ -24,6 +25,17 @@ pub(crate) struct Rest {
     pub(crate) named: Vec<Member>,
     /// Nuisances that all experiments share.
     pub(crate) shared: Vec<f64>,
+}
+
+impl Rest {
+    /// The sentence for the reasons of a verdict.
+    pub(crate) fn reason(&self) -> String {
+        let what = match self.remainder.outcome {
+            RemainderOutcome::Law => "a law",
+            _ => "a smooth correction",
+        };
+        format!("{what} that is in no list removes a further part of the error of the test set")
+    }
 }
 
 /// Terms of one block of the library: as many as one simulation differentiates by.
@@ -263,6 +275,14 @@ fn concluded<T: TermSpace>(
 ) -> Result<Rest, DiagnoseError> {
     let (variables, places) = (space.variables(), space.places());
     let settings = ground.settings;
+    // What a law stands for that replaces named causes: the correction with them.
+    let whole = match &law {
+        Some(l) if l.named.len() < ground.named.len() => {
+            let ground = Ground { named: l.named.clone(), ..ground.clone() };
+            learn_again(space, &ground, learned)?
+        }
+        _ => None,
+    };
     let corrections = learned.definitions(space);
     let mut definitions = corrections.clone();
     let of_law = law.as_ref().map(|l| Definition::law("found_law", "", &l.terms, variables, places));
@@ -318,11 +338,12 @@ fn concluded<T: TermSpace>(
             let values = fit.hypothesis.members.last().map_or(&[][..], |m| &m.values);
             definition.with_values(&l.terms, values)
         });
-        let open_experiments = &open.experiments;
-        let along = Along::of(space, open_experiments, &terms, law_terms.as_deref());
-        let place = &places[terms.first().map_or(0, |t| t.place)];
+        // With the law, what it stands for.
+        let stood_for = whole.as_ref().filter(|_| law_terms.is_some());
+        let shown = stood_for.map_or_else(|| terms.clone(), |w| w.fitted(&w.hypothesis));
+        let along = Along::of(space, &open.experiments, &shown, law_terms.as_deref());
         let pictures = along.as_ref().map_or_else(Vec::new, |a| {
-            a.pictures(variables, place, &about.depends_on, law_terms.as_deref())
+            a.pictures(variables, &places[a.place], &about.depends_on, law_terms.as_deref())
         });
         let values_of = |h: &Hypothesis, count: usize| -> Vec<Vec<f64>> {
             h.members[h.members.len() - count..].iter().map(|m| m.values.clone()).collect()

@@ -66,6 +66,8 @@ const FEWEST: usize = 5;
 
 /// The values of a sum of terms along recordings.
 pub(super) struct Along {
+    /// Index of the place.
+    pub(super) place: usize,
     /// The variables, each over all recordings.
     variables: Vec<Vec<f64>>,
     correction: Vec<f64>,
@@ -73,15 +75,18 @@ pub(super) struct Along {
 }
 
 impl Along {
-    /// Correction and law at a place along the experiments.
+    /// Correction and law along the experiments, at the place where the law acts, or the correction does without one.
     pub(super) fn of<T: TermSpace>(
         space: &T,
         experiments: &[usize],
         correction: &[Term],
         law: Option<&[Term]>,
     ) -> Option<Self> {
-        let place = correction.first()?.place;
+        let place = law.unwrap_or(correction).first()?.place;
+        let smooth = |p: &Place| p.dry.is_some_and(|(dry, _)| dry == place);
+        let place = space.places().iter().position(smooth).unwrap_or(place);
         let mut all = Self {
+            place,
             variables: vec![Vec::new(); space.variables().len()],
             correction: Vec::new(),
             law: law.map(|_| Vec::new()),
@@ -100,13 +105,13 @@ impl Along {
         Some(all)
     }
 
-    /// Share of the variation of the correction that is the law's; at most 1.
+    /// Share of the variation of the correction that is the law's, from 0 to 1.
     pub(super) fn similarity(&self) -> Option<f64> {
         let law = self.law.as_ref()?;
         let mean = pam_numerics::statistics::mean(&self.correction);
         let rest: f64 = self.correction.iter().zip(law).map(|(c, l)| (c - l).powi(2)).sum();
         let whole: f64 = self.correction.iter().map(|c| (c - mean).powi(2)).sum();
-        Some(1.0 - rest / whole.max(f64::MIN_POSITIVE))
+        Some((1.0 - rest / whole.max(f64::MIN_POSITIVE)).max(0.0))
     }
 
     /// Pictures over the variables that matter most.

@@ -110,7 +110,7 @@ fn sparse<T: TermSpace>(
     let members = members
         .into_iter()
         .enumerate()
-        .map(|(k, values)| Member { candidate: ground.listed + k, values });
+        .map(|(k, values)| Member::always(ground.listed + k, &values));
     let members = named.iter().cloned().chain(members).collect();
     let start = Learned {
         hypothesis: Hypothesis { members, ..dense.hypothesis.clone() },
@@ -176,6 +176,26 @@ pub(crate) fn learn<T: TermSpace>(
 
 fn smooth_of<T: TermSpace>(family: usize, space: &T) -> Vec<Vec<Term>> {
     vec![smooth(family, space.variables(), space.places())]
+}
+
+/// A correction at the same places beside fewer named causes, with what those were.
+pub(crate) fn learn_again<T: TermSpace>(
+    space: &T,
+    ground: &Ground<'_>,
+    known: &Learned,
+) -> Result<Option<Learned>, DiagnoseError> {
+    let (variables, places) = (space.variables(), space.places());
+    let mut terms = Vec::new();
+    for family in known.families(places) {
+        terms.push(smooth(family, variables, places));
+        if known.terms.iter().flatten().any(Term::remembers) {
+            terms.push(remembering(family, variables, places));
+        }
+    }
+    terms.retain(|t| !t.is_empty());
+    let iterations = 2 * ground.settings.remainder.iterations;
+    let dense = fitted(space, ground, &terms, known.deviation, None, iterations)?;
+    dense.map(|dense| sparse(space, ground, dense)).transpose()
 }
 
 /// Fits terms to the training rows beside the named causes, from another correction on if one is given; `None` if they cannot

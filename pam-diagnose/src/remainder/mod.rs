@@ -17,5 +17,5 @@ mod result;
 
 pub(crate) use dependence::dependence;
 pub(crate) use ground::{Dyn, Ground};
-pub(crate) use learn::{Learned, learn};
+pub(crate) use learn::{Learned, learn, learn_again};
 pub use result::{Correction, Dependence, Remainder, RemainderOutcome};

@@ -126,6 +126,35 @@ impl Definition {
         acts.chain(memory).collect::<Vec<_>>().join(", ")
     }
 
+    /// The definition as a file of effects.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        let mut out = String::from("[[effect]]\n");
+        let mut line = |text: String| {
+            out += &text;
+            out.push('\n');
+        };
+        line(format!("id = \"{}\"", self.id));
+        line(format!("description = \"{}\"", self.description));
+        for p in &self.parameters {
+            let mut entry = format!("range = [{:?}, {:?}]", p.range[0], p.range[1]);
+            if let Some(absent) = p.absent {
+                entry += &format!(", absent = {absent:?}");
+            }
+            if p.logarithmic {
+                entry += ", log = true";
+            }
+            line(format!("parameters.{} = {{ {entry}, start = [{:?}] }}", p.name, p.start));
+        }
+        for [name, start, rate] in &self.memory {
+            line(format!("memory.{name} = {{ start = \"{start}\", rate = \"{rate}\" }}"));
+        }
+        for [place, text] in &self.acts {
+            line(format!("acts.{place} = \"{text}\""));
+        }
+        out
+    }
+
     /// The same with another description.
     #[must_use]
     pub fn describe(self, description: &str) -> Self {

@@ -9,8 +9,9 @@ use std::sync::{LazyLock, Mutex, PoisonError};
 
 static TEXTS: LazyLock<Mutex<HashSet<&'static str>>> = LazyLock::new(Mutex::default);
 
-/// The text, kept.
-pub(super) fn keep(text: &str) -> &'static str {
+/// A text that stays for the life of the process; equal ones are one.
+#[must_use]
+pub fn keep(text: &str) -> &'static str {
     let mut texts = TEXTS.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(known) = texts.get(text) {
         return known;

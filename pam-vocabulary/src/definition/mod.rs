@@ -31,11 +31,12 @@ mod read;
 #[cfg(feature = "files")]
 mod write;
 
+pub use kept::keep;
 pub use language::{Language, Moment, Place};
 
 use crate::expression::Expression;
 use crate::{EffectInfo, Group, ParameterInfo, Switch};
-use kept::{KeptTexts, keep, keep_info};
+use kept::{KeptTexts, keep_info};
 
 /// An expression as text and as tree.
 #[derive(Debug, Clone, PartialEq)]

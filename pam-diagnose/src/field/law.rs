@@ -1,0 +1,73 @@
+//! What a diagnosis of a field leaves, learned.
+
+use super::candidate::Candidate;
+use super::diagnose::{FieldDiagnosis, Ground as FieldGround};
+use super::options::FieldOptions;
+use super::terms::FieldTerms;
+use crate::error::DiagnoseError;
+use crate::fit::Member;
+use crate::law::rest;
+use crate::noise::Noise;
+use crate::remainder::Ground;
+use crate::verdict::Verdict;
+use pam_core::ParametricField;
+use pam_solvers::Input;
+use pam_train::field::FieldProblem;
+
+/// Learns what the named causes of a diagnosis leave of a field's error: a smooth correction of the rate of one of its states,
+/// through the simulation, and a short law in its place if there is one ([`remainder`](crate::remainder),
+/// [`law`](crate::law)).
+///
+/// Problem, candidates and options are those of the [`diagnose_field`](super::diagnose_field) that made the diagnosis. The
+/// result has [`remainder`](crate::Diagnosis::remainder), whose definitions [`Terms::read`](pam_expression::Terms) reads; a
+/// verdict of `explained` becomes `partly_explained`, one of `nothing_found` `unexplained`, if the test set confirms them.
+///
+/// # Errors
+/// [`DiagnoseError`] as of the diagnosis.
+pub fn learn_remainder_field<F, I>(
+    problem: &FieldProblem<'_, F, I>,
+    candidates: &[Candidate],
+    options: &FieldOptions,
+    mut found: FieldDiagnosis,
+) -> Result<FieldDiagnosis, DiagnoseError>
+where
+    F: ParametricField + Sync,
+    I: Input<f64> + Sync,
+{
+    let FieldGround { settings, experiments, roles, mut prior, noise, outputs, .. } =
+        FieldGround::of(problem, options)?;
+    if !found.model.discrepancy.is_empty() {
+        prior.add(found.model.discrepancy.clone());
+    }
+    let problem = &FieldProblem { outputs, ..*problem };
+    let causes = || found.causes.iter().chain(&found.minor);
+    let listed: Vec<Candidate> =
+        causes().map(|c| candidates[c.member.candidate].clone()).collect();
+    let named: Vec<Member> = causes()
+        .enumerate()
+        .map(|(candidate, c)| Member { candidate, ..c.member.clone() })
+        .collect();
+    let plain = found.model.plain.clone();
+    let space = FieldTerms::new(problem, experiments, listed, plain, options);
+    let ground = Ground {
+        roles: &roles,
+        noise: Noise::white(&noise),
+        prior,
+        listed: named.len(),
+        named,
+        choices: candidates.len(),
+        settings: &settings,
+        seed: options.seed,
+    };
+    let rest = rest(&space, &ground, &|_| {})?;
+    if !rest.added.is_empty() {
+        found.verdict = match found.verdict {
+            Verdict::Explained => Verdict::PartlyExplained,
+            Verdict::NothingFound => Verdict::Unexplained,
+            other => other,
+        };
+        found.reasons.push(rest.reason());
+    }
+    found.remainder = Some(rest.remainder);
+    Ok(found)
+}
