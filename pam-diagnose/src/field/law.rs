@@ -9,7 +9,6 @@ use crate::fit::Member;
 use crate::law::rest;
 use crate::noise::Noise;
 use crate::remainder::Ground;
-use crate::verdict::Verdict;
 use pam_core::ParametricField;
 use pam_solvers::Input;
 use pam_train::field::FieldProblem;
@@ -59,14 +58,10 @@ where
         settings: &settings,
         seed: options.seed,
     };
-    let rest = rest(&space, &ground, &|_| {})?;
-    if !rest.added.is_empty() {
-        found.verdict = match found.verdict {
-            Verdict::Explained => Verdict::PartlyExplained,
-            Verdict::NothingFound => Verdict::Unexplained,
-            other => other,
-        };
-        found.reasons.push(rest.reason());
+    let rest = rest(&space, &ground, found.verdict, &|_| {})?;
+    if let Some((verdict, reason)) = rest.verdict(found.verdict) {
+        found.verdict = verdict;
+        found.reasons.push(reason);
     }
     found.remainder = Some(rest.remainder);
     Ok(found)

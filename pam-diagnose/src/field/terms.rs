@@ -8,7 +8,7 @@ use crate::error::DiagnoseError;
 use crate::fit::Hypothesis;
 use crate::search::Candidates;
 use crate::terms::{Definition, Place, TermParameter, TermSpace, Unit, Variable, VariableKind};
-use pam_core::ParametricField;
+use pam_core::{ParametricField, VectorField};
 use pam_expression::Terms;
 use pam_numerics::statistics::root_mean_square;
 use pam_solvers::Input;
@@ -32,6 +32,8 @@ pub(super) struct FieldTerms<'a, F, I> {
 
 /// Largest number of states of which the direction matters, and from which terms are few.
 const FEW_STATES: usize = 3;
+/// Points at which a rate is compared with the states.
+const KINEMATIC_POINTS: usize = 5;
 /// Typical size of what swings, over its root mean square.
 const SWING: f64 = 1.5;
 
@@ -164,7 +166,31 @@ where
             family: k,
             description_length: length,
         };
-        states.iter().enumerate().map(of).collect()
+        let kinematic = self.kinematic();
+        let free = states.iter().enumerate().filter(|(k, _)| !kinematic[*k]);
+        let places: Vec<Place> = free.map(of).collect();
+        if places.is_empty() { states.iter().enumerate().map(of).collect() } else { places }
+    }
+
+    /// Which rates are another state whatever the field's numbers are: that of a position is the velocity by definition, and
+    /// what is missing does not act there.
+    fn kinematic(&self) -> Vec<bool> {
+        let field = self.problem.field.with_parameters(&self.plain);
+        let (n, m) = (field.state_len(), field.input_len());
+        let mut work = vec![0.0; field.work_len()];
+        let mut is = vec![vec![true; n]; n];
+        for point in 0..KINEMATIC_POINTS {
+            // Points that do not lie on a motion.
+            let at = |k: usize| self.variables[k].size * (1.7 * (point + 3 * k) as f64 + 0.4).sin();
+            let y: Vec<f64> = (0..n).map(at).collect();
+            let u: Vec<f64> = (n..n + m).map(at).collect();
+            let mut dy = vec![0.0; n];
+            field.eval_into(0.0, &y, &u, &mut dy, &mut work);
+            for (row, rate) in is.iter_mut().zip(&dy) {
+                row.iter_mut().zip(&y).for_each(|(is, state)| *is &= rate == state);
+            }
+        }
+        is.into_iter().map(|row| row.contains(&true)).collect()
     }
 }
 

@@ -10,7 +10,6 @@ use crate::fit::{Hypothesis, Member};
 use crate::law::rest;
 use crate::noise::{Noise, NoisePrior, estimated_noise};
 use crate::remainder::Ground;
-use crate::verdict::Verdict;
 use pam_effects::effects::AnyEffect;
 use pam_effects::expression;
 use pam_effects::model::{ActiveEffect, ExtendedModel};
@@ -73,7 +72,7 @@ pub fn learn_remainder(
         settings,
         seed: options.seed,
     };
-    let rest = rest(&space, &ground, progress)?;
+    let rest = rest(&space, &ground, found.verdict, progress)?;
     if !rest.added.is_empty() {
         let named = rest.named.iter().map(|m| ActiveEffect {
             effect: space.listed[m.candidate],
@@ -98,12 +97,10 @@ pub fn learn_remainder(
         };
         let learned = space.learned_in_part(&shared);
         found.model.extended = model.with(learned.into_iter().chain(named).chain(added));
-        found.verdict = match found.verdict {
-            Verdict::Explained => Verdict::PartlyExplained,
-            Verdict::NothingFound => Verdict::Unexplained,
-            other => other,
-        };
-        found.reasons.push(rest.reason());
+    }
+    if let Some((verdict, reason)) = rest.verdict(found.verdict) {
+        found.verdict = verdict;
+        found.reasons.push(reason);
     }
     found.remainder = Some(rest.remainder);
     Ok(found)

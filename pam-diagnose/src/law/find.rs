@@ -14,6 +14,7 @@ use crate::remainder::{
     learn_again,
 };
 use crate::terms::{Definition, Factor, Term, TermSpace};
+use crate::verdict::Verdict;
 use pam_core::units::significant;
 
 /// What is left, and what the system gets to explain it.
@@ -28,8 +29,18 @@ pub(crate) struct Rest {
 }
 
 impl Rest {
+    /// The verdict with what was learned, and the sentence for its reasons; `None` if nothing became part of the model.
+    pub(crate) fn verdict(&self, before: Verdict) -> Option<(Verdict, String)> {
+        let after = match before {
+            Verdict::Explained => Verdict::PartlyExplained,
+            Verdict::NothingFound => Verdict::Unexplained,
+            other => other,
+        };
+        (!self.added.is_empty()).then(|| (after, self.reason()))
+    }
+
     /// The sentence for the reasons of a verdict.
-    pub(crate) fn reason(&self) -> String {
+    fn reason(&self) -> String {
         let what = match self.remainder.outcome {
             RemainderOutcome::Law => "a law",
             _ => "a smooth correction",
@@ -53,6 +64,7 @@ fn diverges() -> DiagnoseError {
 pub(crate) fn rest<T: TermSpace>(
     space: &T,
     ground: &Ground<'_>,
+    verdict: Verdict,
     done: &(dyn Fn(f64) + Sync),
 ) -> Result<Rest, DiagnoseError> {
     let none = |outcome, sentence: &str| Rest {
@@ -61,8 +73,8 @@ pub(crate) fn rest<T: TermSpace>(
         named: ground.named.clone(),
         shared: Vec::new(),
     };
-    if !is_left(space, ground)? {
-        let sentence = "The named causes leave nothing that could be learned.";
+    if !is_left(space, ground, verdict)? {
+        let sentence = "The training and validation data hold nothing beside the named causes that could be learned.";
         return Ok(none(RemainderOutcome::NothingLeft, sentence));
     }
     let Some(learned) = learn(space, ground, &|share| done(0.3 * share))? else {
@@ -80,8 +92,16 @@ pub(crate) fn rest<T: TermSpace>(
 }
 
 /// Whether some channel of the validation or training rows has more than the first estimate of its noise.
-fn is_left<T: TermSpace>(space: &T, ground: &Ground<'_>) -> Result<bool, DiagnoseError> {
-    let most = ground.settings.remainder.nothing_ratio.powi(2);
+fn is_left<T: TermSpace>(
+    space: &T,
+    ground: &Ground<'_>,
+    verdict: Verdict,
+) -> Result<bool, DiagnoseError> {
+    let settings = &ground.settings.remainder;
+    let most = match verdict {
+        Verdict::Explained | Verdict::NothingFound => settings.doubt_ratio.powi(2),
+        _ => settings.nothing_ratio.powi(2),
+    };
     space.with(&[], |system| {
         let Some(rows) = ground.rows(system, &ground.start(system)) else { return Ok(true) };
         let base = Hypothesis { members: ground.named.clone(), ..rows.whole.base() };

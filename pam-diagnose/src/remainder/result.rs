@@ -46,6 +46,24 @@ pub struct Remainder {
 }
 
 impl Remainder {
+    /// Whether a law or a correction is a part of the extended model.
+    #[must_use]
+    pub fn is_part_of_model(&self) -> bool {
+        matches!(self.outcome, RemainderOutcome::Law | RemainderOutcome::Correction)
+    }
+
+    /// Name and text of the file that defines what became part of the model.
+    #[must_use]
+    pub fn file(&self) -> Option<(&'static str, &str)> {
+        match self.outcome {
+            RemainderOutcome::Law => Some(("law.toml", &self.law.as_ref()?.file)),
+            RemainderOutcome::Correction => {
+                Some(("correction.toml", &self.correction.as_ref()?.file))
+            }
+            _ => None,
+        }
+    }
+
     /// A remainder without a correction.
     pub(crate) fn none(outcome: RemainderOutcome, sentence: &str) -> Self {
         let sentence = sentence.to_owned();

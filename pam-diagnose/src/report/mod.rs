@@ -4,6 +4,7 @@ mod causes;
 mod error_reduction;
 mod headline;
 mod location;
+mod remainder;
 mod residual;
 
 use crate::diagnosis::Diagnosis;
@@ -42,6 +43,10 @@ pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContex
         (residual::section(d))
         h2 { "2. Why" }
         (causes::section(d))
+        @if let Some(r) = &d.remainder {
+            h2 { "What no listed cause explains" }
+            (remainder::section(r))
+        }
         h2 { "3. What changes" }
         (changes(d))
         h2 { "4. What it gains" }
@@ -151,6 +156,18 @@ fn summary<M: ReportModel>(d: &Diagnosis<M>) -> Markup {
 }
 
 fn changes<M: ReportModel>(d: &Diagnosis<M>) -> Markup {
+    let learned = d.remainder.as_ref().filter(|r| r.is_part_of_model());
+    if let Some(r) = learned {
+        return html! {
+            p { "The model is extended by "
+                @match &r.law {
+                    Some(law) => { "the law"
+                        @if !law.beside.is_empty() { " beside " (law.beside.join(" and ")) } },
+                    None => { "the smooth correction beside the named causes" },
+                }
+                "; " code { "model.safetensors" } " holds it with its definition." }
+        };
+    }
     if d.causes.is_empty() {
         return html! { p { "Nothing: the model stays unchanged." } };
     }

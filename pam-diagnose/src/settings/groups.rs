@@ -412,6 +412,8 @@ settings! {
         enough_share: f64 = 0.99, "–", SHARE, TIME;
         /// Multiple of the first estimate of the noise below which a channel has nothing to learn.
         nothing_ratio: f64 = 1.25, "–", FACTOR, STUDIES;
+        /// The same where the diagnosis found nothing, or called the error explained.
+        doubt_ratio: f64 = 3.0, "–", FACTOR, STUDIES;
         /// Most terms of a law.
         terms: usize = 3, "terms", [1.0, 6.0], STUDIES;
         /// Sums of terms that are followed while laws are put together.
