@@ -8,7 +8,7 @@
 //! Each command runs once undisturbed. Then, in each round, it is ended by SIGKILL, SIGTERM or SIGINT at a random moment
 //! and run again (with `--resume` where it has one): it must end well, its results must be those of the undisturbed run
 //! to the bit, and no temporary file or lock may be left. Besides, two processes write to one place at the same time, the
-//! disk is full after a kilobyte, and the place cannot be written at all.
+//! disk is full after a kilobyte, the place cannot be written at all, and the standard output cannot be written.
 
 use clap::Parser;
 use pam_tests::{small_csv, text};
@@ -34,6 +34,12 @@ struct Arguments {
     /// Seed of the moments
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Only these commands, separated by commas
+    #[arg(long, value_delimiter = ',')]
+    only: Vec<String>,
+    /// Also the commands that take half a minute each time
+    #[arg(long)]
+    long: bool,
 }
 
 /// A command that writes.
@@ -48,6 +54,8 @@ struct Job {
     resumable: &'static str,
     /// Several processes may work in one folder.
     shared: bool,
+    /// It takes half a minute.
+    long: bool,
 }
 
 const CURRICULUM: &str = "name = \"short\"\n[model]\nhidden = [16]\n[[stage]]\nkind = \"gas\"\nname = \"gas\"\n\
@@ -65,6 +73,7 @@ fn jobs(folder: &Path) -> Vec<Job> {
     file("logs/a.csv", &small_csv(6000));
     file("logs/b.csv", &small_csv(5000));
     let (logs, data) = (text(&logs).to_owned(), text(&folder.join("logs/a.csv")).to_owned());
+    let pulses = file("pulses.csv", &pulses());
     let curriculum = file("short.toml", CURRICULUM);
     let protocol = file(
         "protocol.toml",
@@ -92,6 +101,7 @@ fn jobs(folder: &Path) -> Vec<Job> {
             .map(|part| match part {
                 "LOGS" => logs.clone(),
                 "DATA" => data.clone(),
+                "PULSES" => pulses.clone(),
                 "CURRICULUM" => curriculum.clone(),
                 "PROTOCOL" => protocol.clone(),
                 "COMPARISON" => comparison.clone(),
@@ -103,6 +113,7 @@ fn jobs(folder: &Path) -> Vec<Job> {
         resume: "",
         resumable: "",
         shared: false,
+        long: false,
     };
     vec![
         job(
@@ -124,6 +135,32 @@ fn jobs(folder: &Path) -> Vec<Job> {
             &["table.csv", "table.bin", "plan.json", "run.json"],
         ),
         job("inspect", "inspect DATA --out OUT", &["report.html"]),
+        job(
+            "diagnose",
+            "diagnose --accept --effects constant_load --data LOGS --out OUT",
+            &["diagnosis.json", "report.html", "model.safetensors"],
+        ),
+        job(
+            "identify",
+            "identify --accept --data PULSES --out OUT",
+            &["pulses.csv", "identify.json"],
+        ),
+        job(
+            "track",
+            "track --shapes triangle --series frequency --out OUT",
+            &["tracking.csv", "tracking.json"],
+        ),
+        job(
+            "replan",
+            "replan --motion sine:A=0.5,f=0.5,duration=2 --load-at 1 --out OUT",
+            &["replan.csv", "replan.json"],
+        ),
+        job("rig-file init", "rig-file init DATA --force --out OUT.toml", &[""]),
+        job("man", "man --out OUT", &["pam.1", "pam-train.1"]),
+        Job {
+            long: true,
+            ..job("demo", "demo --out OUT", &["diagnosis.json", "model.safetensors"])
+        },
         job(
             "rig record",
             "rig record --protocol PROTOCOL --out OUT",
@@ -155,6 +192,27 @@ fn jobs(folder: &Path) -> Vec<Job> {
             )
         },
     ]
+}
+
+/// A mass on a spring with a damper, pushed by 90 N for 30 ms every second.
+fn pulses() -> String {
+    const STEP_S: f64 = 1e-4;
+    let (mut x, mut v) = (0.0, 0.0);
+    let mut out = String::from(
+        "# mass_flexor_g = 0.0765\n# mass_extensor_g = 0.0763\n\
+         time_s,displacement_mm,velocity_mm_s,pressure_flexor_kpa,pressure_extensor_kpa,force_n\n",
+    );
+    for k in 0..4000 {
+        let t = 1e-3 * f64::from(k);
+        let force_n = if (0.5..0.53).contains(&(t % 1.0)) { 90.0 } else { 0.0 };
+        for _ in 0..10 {
+            // N, mm and s: 304.6 kg, 150 N/mm, 1500 kg/s.
+            v += (force_n - 150.0 * x - 1.5 * v) / 0.3046 * STEP_S;
+            x += v * STEP_S;
+        }
+        out += &format!("{t},{x},{v},{},{},{force_n}\n", 412.0 - 13.0 * x, 412.0 + 13.0 * x);
+    }
+    out
 }
 
 impl Job {
@@ -221,8 +279,10 @@ impl Tally {
     }
 }
 
+/// Status and error stream of a command; its standard output goes where the command says.
 fn finish(mut command: Command) -> (ExitStatus, String) {
-    let output = command.output().expect("the program starts");
+    let child = command.spawn().expect("the program starts");
+    let output = child.wait_with_output().expect("the program ends");
     (output.status, String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
@@ -233,11 +293,19 @@ fn main() -> ExitCode {
     let mut random = ChaCha8Rng::seed_from_u64(arguments.seed);
     let mut tally = Tally::default();
     let begun = Instant::now();
-    for job in jobs(folder.path()) {
+    let wanted = |job: &Job| {
+        let named = arguments.only.is_empty() || arguments.only.iter().any(|n| n == job.name);
+        named && (arguments.long || !job.long || !arguments.only.is_empty())
+    };
+    for job in jobs(folder.path()).into_iter().filter(wanted) {
         let whole = folder.path().join(format!("whole {}", job.name));
         let start = Instant::now();
         let (status, errors) = finish(job.command(&program, &whole));
         let length = start.elapsed();
+        if errors.contains("feature") && !status.success() {
+            eprintln!("{}: not in this program: {}", job.name, errors.trim());
+            continue;
+        }
         tally.check("undisturbed", &job, status.success(), || errors.clone());
         if !status.success() {
             continue;
@@ -353,4 +421,15 @@ fn surroundings(job: &Job, program: &Path, folder: &Path, tally: &mut Tally) {
     tally.check("unwritable", job, status.code() == Some(1) && errors.contains("blocker"), || {
         format!("exit {:?}: {errors}", status.code())
     });
+    // What a command says is a result like its files.
+    if let Ok(full) = std::fs::OpenOptions::new().write(true).open("/dev/full") {
+        let out = folder.join(format!("{} said", job.name));
+        let mut command = job.command(program, &out);
+        command.arg("--json").stdout(full);
+        let (status, errors) = finish(command);
+        let told = status.code() == Some(1) && errors.contains("standard output");
+        tally.check("standard output on a full device", job, told, || {
+            format!("exit {:?}: {errors}", status.code())
+        });
+    }
 }

@@ -84,7 +84,8 @@ fn run(only: &str, seeds: u64, out: &Path) -> Result<(), String> {
 
 fn line(o: &LawOutcome) -> String {
     let law = o.law.as_deref().unwrap_or("no law");
-    let reached = o.reached().map_or(String::new(), |r| format!(", {:.1} % of the law's own", 100.0 * r));
+    let reached =
+        o.reached().map_or(String::new(), |r| format!(", {:.1} % of the law's own", 100.0 * r));
     format!(
         "{:<24} {} -> {}: {law}{reached}; CPU {:.0} + {:.0} s",
         o.id, o.diagnosis, o.verdict, o.cpu_s[0], o.cpu_s[1]
@@ -106,24 +107,36 @@ fn tables(folder: &Path) -> Result<(), String> {
     let found = hidden.iter().filter(|o| o.is_found()).count();
     let wrongly = hidden.iter().filter(|o| o.verdict == "explained").count();
     let laws = nulls.iter().filter(|o| o.law.is_some() || o.outcome == "correction").count();
-    let slowest = |of: &dyn Fn(&LawOutcome) -> f64| hidden.iter().map(|o| of(o)).fold(0.0, f64::max);
+    let slowest =
+        |of: &dyn Fn(&LawOutcome) -> f64| hidden.iter().map(|o| of(o)).fold(0.0, f64::max);
     let mut csv = String::from("criterion,k,n,required\n");
     let mut row = |criterion: &str, k: usize, n: usize, required: &str| {
         let _ = writeln!(csv, "{criterion},{k},{n},{required}");
     };
     let eight = format!("at least {:.0}", 0.8 * hidden.len() as f64);
-    row("laws found with the right variables and 80 % of their own error reduction", found, hidden.len(), &eight);
+    row(
+        "laws found with the right variables and 80 % of their own error reduction",
+        found,
+        hidden.len(),
+        &eight,
+    );
     row("laws called explained by listed causes", wrongly, hidden.len(), "0");
     row("null sets with a law or a correction", laws, nulls.len(), "0");
-    let mut cases = String::from("case,diagnosis,verdict,law,numbers,depends on,found,share of the law's own error reduction,CPU of the remainder (s)\n");
+    let mut cases = String::from(
+        "case,diagnosis,verdict,law,numbers,depends on,found,share of the law's own error reduction,CPU of the remainder (s)\n",
+    );
     for o in &hidden {
         let numbers: Vec<String> = o
             .parameters
             .iter()
             .map(|(n, [v, low, high])| format!("{n} = {v:.5} [{low:.5} {high:.5}]"))
             .collect();
-        let depends: Vec<String> =
-            o.depends_on.iter().filter(|d| d.1 > 1.05).map(|(n, r)| format!("{n} {r:.1}")).collect();
+        let depends: Vec<String> = o
+            .depends_on
+            .iter()
+            .filter(|d| d.1 > 1.05)
+            .map(|(n, r)| format!("{n} {r:.1}"))
+            .collect();
         let _ = writeln!(
             cases,
             "{},{},{},\"{}\",\"{}\",\"{}\",{},{:.3},{:.0}",
@@ -139,7 +152,11 @@ fn tables(folder: &Path) -> Result<(), String> {
         );
     }
     print!("{csv}\n{cases}");
-    println!("slowest remainder: {:.0} s of CPU, {:.0} s", slowest(&|o| o.cpu_s[1]), slowest(&|o| o.wall_s));
+    println!(
+        "slowest remainder: {:.0} s of CPU, {:.0} s",
+        slowest(&|o| o.cpu_s[1]),
+        slowest(&|o| o.wall_s)
+    );
     let write = |name: &str, text: &str| {
         write_atomic(folder.join(name), text.as_bytes()).map_err(|e| e.to_string())
     };

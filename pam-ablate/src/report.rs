@@ -9,7 +9,7 @@ use maud::{Markup, html};
 use pam_data::atomic::write_atomic;
 use pam_numerics::statistics::mean_half_width_95;
 use pam_report::figure::{LineFigure, Role, Scale, Stroke};
-use pam_report::page::{card, page, wide_figure};
+use pam_report::page::{card, figure, page};
 
 /// Metrics that are shown with figures if the sweep names none.
 const SHOWN: usize = 4;
@@ -129,13 +129,13 @@ fn axis_and_metric(summary: &Summary, axis: &str, metric: &str) -> Markup {
                 }
             } }
             @if rows.len() > 1 {
-                (wide_figure(figure(&rows, axis, metric), "Dashed: one line a seed. Solid: mean over seeds with its 95 % interval."))
+                (figure(means(&rows, axis, metric), "Dashed: one line a seed. Solid: mean over seeds with its 95 % interval."))
             }
         }
     }
 }
 
-fn figure(rows: &[&Mean], axis: &str, metric: &str) -> String {
+fn means(rows: &[&Mean], axis: &str, metric: &str) -> String {
     let numbers: Option<Vec<f64>> = rows.iter().map(|m| m.number).collect();
     let label = match numbers {
         Some(_) => axis.to_owned(),
@@ -197,14 +197,14 @@ fn search(sweep: &Sweep, summary: &Summary) -> Markup {
         @for (a, axis) in sweep.axes.iter().enumerate() {
             @if let Values::Range(key, range) = &axis.values {
                 @let scale = if matches!(range, crate::sweep::Range::LogUniform(..)) { Scale::Logarithmic } else { Scale::Linear };
-                @let figure = summary.draws.iter().fold(
+                @let draws = summary.draws.iter().fold(
                     LineFigure::new("", key, &metric, 1040, 320).with_scales(scale, Scale::Linear),
                     |figure, draw| match draw.numbers[a] {
                         Some(x) => figure.with("", Role::Category(0), vec![(x, draw.mean)]),
                         None => figure,
                     },
                 );
-                (wide_figure(figure.to_svg(), "One point a draw, the mean over its seeds."))
+                (figure(draws.to_svg(), "One point a draw, the mean over its seeds."))
             }
         }
     }

@@ -21,6 +21,17 @@ pub struct LinearForce {
 
 /// Force, exact stiffness and exact damping at one point, by two dual evaluations. `force` is the
 /// model with dual numbers, for example `model.force.map(Dual64::constant)`.
+///
+/// ```
+/// use num_dual::Dual64;
+/// use pam_autodiff::linearise;
+/// use pam_core::{ForceInput, Scalar, SpringDamper};
+///
+/// let spring = SpringDamper::<f64>::published();
+/// let at = ForceInput { displacement_mm: 0.0, velocity_mm_s: 0.0, mass_flexor_g: 0.08, mass_extensor_g: 0.08 };
+/// let slope = linearise(&spring.map(Dual64::constant), &at);
+/// assert!(slope.stiffness_n_mm > 100.0 && slope.damping_kg_s > 0.0);
+/// ```
 pub fn linearise<F: ForceModel<Dual64>>(force: &F, at: &ForceInput<f64>) -> LinearForce {
     let mut work = scalar::zeros(force.work_len());
     let mut point = at.lift::<Dual64>();

@@ -154,6 +154,34 @@ pub trait FittedModel: Send + Sync {
 }
 
 /// A way to make a model.
+///
+/// ```
+/// use pam_baselines::spring_damper::LinearJoint;
+/// use pam_baselines::{FreeRun, Method, TrainingSet};
+/// use pam_core::{JointModel, SpringDamper};
+/// use pam_data::{Recording, subjects};
+/// use pam_trajectory::{Predictor, SolverSettings};
+///
+/// let truth = JointModel::datasheet(SpringDamper::<f64>::published());
+/// let settings = SolverSettings::default();
+/// let mut measured = Vec::new();
+/// for kpa in [[308.0, 412.0], [412.0, 412.0], [515.0, 412.0]] {
+///     let masses = truth.gas_law_masses(0.0, kpa);
+///     let time_s = (0..2000).map(|k| 2e-3 * f64::from(k)).collect();
+///     let pushed = Recording::at_rest("a", time_s, kpa)
+///         .with_force(|t| 1e5 * ((6.0 * t).sin() + (17.0 * t).sin()));
+///     measured.push(truth.predict(&pushed, masses, &settings)?.to_recording(&pushed, masses));
+/// }
+///
+/// let subjects = subjects(measured, &truth)?;
+/// let training = TrainingSet { subjects: &subjects, surfaces: None, seed: 1 };
+/// let fitted = LinearJoint {}.fit(&training, &|_share| true)?;
+/// let run = &subjects[0];
+/// let predicted = FreeRun(&*fitted).predict(&run.recording, run.masses, &settings)?;
+/// let r2 = pam_trajectory::metrics::r2(&run.recording.displacement_mm, &predicted.channels.x);
+/// assert!(r2 > 0.99, "{r2}");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no method to compare",
     note = "implement `Method`: `title` and `fit`; see `pam-baselines/examples/own_baseline.rs`"

@@ -166,7 +166,7 @@ impl Method for SparseForce {
         let dependent = || {
             BaselineError::unfit(
                 "Sparse force",
-                "the training recordings do not tell its terms apart; take more or other recordings, \
+                "the training recordings do not distinguish its terms; take more or other recordings, \
                  or a lower degree",
             )
         };

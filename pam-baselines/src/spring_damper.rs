@@ -93,7 +93,7 @@ impl Method for LinearJoint {
         let dependent = || {
             BaselineError::unfit(
                 "Linear spring–damper",
-                "the training recordings do not tell mass, damping and stiffness apart; they must \
+                "the training recordings do not distinguish mass, damping and stiffness; they must \
                  move at more than one frequency and hold more than one amount of air",
             )
         };

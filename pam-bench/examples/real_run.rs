@@ -33,15 +33,15 @@ fn main() -> Result<(), Box<dyn Error>> {
             "Published model",
             "real-run-published",
             "model",
-            Role::Predicted,
-            rmse("/gain/x/rmse_before")?,
+            Role::Category(0),
+            rmse("/error_reduction/x/rmse_before")?,
         ),
         (
             "With the causes found",
             "real-run-extended",
             "extended model",
-            Role::Category(0),
-            rmse("/gain/x/rmse_after")?,
+            Role::Predicted,
+            rmse("/error_reduction/x/rmse_after")?,
         ),
     ];
     let mut svg = format!(

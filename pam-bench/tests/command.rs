@@ -1,7 +1,8 @@
 //! The `pam-bench` command writes the files that it promises and refuses unknown names.
 
-use pam_bench::results::{Results, page};
+use pam_bench::results::{Results, page, unmarked};
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -66,6 +67,66 @@ fn pages_show_the_measured_results() {
     assert!(markers > 50, "{markers} numbers and tables come from results/");
 }
 
+/// Code, links, headings, markers and generated parts are no prose; words with digits are no numbers.
+#[test]
+fn numbers_in_prose_without_a_marker_are_found() {
+    let page = "# 1.5 in a heading\nIt takes <!--= a.b .1 -->2.5<!--/--> s, or 3 s, 0.1 mm and `4.5 mm`\n\
+        ([2.5](x-1.5.md)); 1e-6, −2.5 %, 29 recordings, v1.5, RK4, 10⁻⁴.\n```text\n7.5 ms\n```\n\
+        <!-- settings -->\n| 1.5 |\n<!-- end of settings -->\nand 12 µs";
+    let found = unmarked(page);
+    let texts: Vec<&str> = found.iter().map(|(_, text)| text.as_str()).collect();
+    assert_eq!(texts, ["3 s", "0.1 mm", "2.5", "1e-6", "−2.5 %", "12 µs"]);
+    assert_eq!(found[5].0, 10);
+}
+
+/// A number in the prose of a page is a marker, so it comes from `results/`, or is listed in .ci/numbers.toml: settings,
+/// definitions, published values and physical constants are not measured. `UPDATE_NUMBERS=1` writes the list again, for a
+/// look at its difference.
+#[test]
+fn numbers_of_pages_come_from_results_or_are_listed_as_given() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let list = root.join(".ci/numbers.toml");
+    let mut given: BTreeMap<String, Vec<String>> =
+        toml::from_str(&std::fs::read_to_string(&list).unwrap()).unwrap();
+    let mut all: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let mut unknown = Vec::new();
+    for path in page::pages(&root).unwrap() {
+        let name = path.strip_prefix(&root).unwrap().to_str().unwrap().replace('\\', "/");
+        let listed = given.remove(&name).unwrap_or_default();
+        for (line, number) in unmarked(&std::fs::read_to_string(&path).unwrap()) {
+            if !listed.contains(&number) {
+                unknown.push(format!("{name}:{line}: {number}"));
+            }
+            let numbers = all.entry(name.clone()).or_default();
+            if !numbers.contains(&number) {
+                numbers.push(number);
+            }
+        }
+        for number in &listed {
+            if !all.get(&name).is_some_and(|numbers| numbers.contains(number)) {
+                unknown.push(format!("{name}: {number} is listed and no longer there"));
+            }
+        }
+    }
+    if std::env::var_os("UPDATE_NUMBERS").is_some() {
+        let mut text = String::from(
+            "# Numbers in the prose of pages that are given, not measured: settings, definitions, published values, constants.\n\
+             # Measured ones come from results/ by markers. UPDATE_NUMBERS=1 cargo test -p pam-bench --test command writes this.\n",
+        );
+        for (page, numbers) in &all {
+            let quoted: Vec<String> = numbers.iter().map(|n| format!("{n:?}")).collect();
+            text += &format!("\"{page}\" = [\n    {},\n]\n", quoted.join(", "));
+        }
+        std::fs::write(&list, text).unwrap();
+        return;
+    }
+    assert!(
+        unknown.is_empty(),
+        "give these a marker (results/README.md), or list them in .ci/numbers.toml if they are not measured:\n{}",
+        unknown.join("\n")
+    );
+}
+
 /// Numbers, formats, ratios and tables of a study; code stays as it is; what is unknown or not closed is an error.
 #[test]
 fn markers_of_pages_are_filled() {
@@ -122,8 +183,11 @@ fn a_study_is_measured_again() {
     }
     let study = r##"{"title": "a", "commands": ["echo '{\"times\": [0.5, 0.25]}' > out.json", "printf '# c\nk,n\nx,7\n' > out.csv"],
         "commit": "c", "date": "2026-01-01", "machine": "m", "cores": 1,
-        "values": {"time_ms": {"value": 1, "unit": "ms", "from": {"file": "out.json", "pointer": "/times/1", "scale": 1000}}},
-        "tables": {"t": {"columns": ["k", "n"], "rows": [["x", 4]], "from_csv": "out.csv"}}}"##;
+        "values": {"time_ms": {"value": 1, "unit": "ms", "from": {"file": "out.json", "pointer": "/times/1", "scale": 1000}},
+                   "seven": {"value": 1, "from": {"file": "out.csv", "row": {"k": "x"}, "column": "n"}},
+                   "text": {"value": 1, "from": {"file": "out.csv", "after": "x,"}}},
+        "tables": {"t": {"columns": ["k", "n"], "rows": [["x", 4]], "from_csv": "out.csv"},
+                   "u": {"columns": ["k", "n"], "rows": [["half", 4]], "from": [[null, {"file": "out.json", "pointer": "/times/0"}]]}}}"##;
     std::fs::write(folder.path().join("results/s.json"), study).unwrap();
     let status = Command::new(env!("CARGO_BIN_EXE_results"))
         .args(["s", "--write", "--root"])
@@ -133,6 +197,9 @@ fn a_study_is_measured_again() {
     assert!(status.success());
     let results = Results::read(folder.path().join("results")).unwrap();
     assert_eq!(results.number("s.time_ms").unwrap(), 250.0);
+    assert_eq!(results.number("s.seven").unwrap(), 7.0);
+    assert_eq!(results.number("s.text").unwrap(), 7.0);
+    assert_eq!(results.table("s.u").unwrap().rows, [[Value::from("half"), Value::from(0.5)]]);
     assert_eq!(results.table("s.t").unwrap().rows, [[Value::from("x"), Value::from(7.0)]]);
     assert_eq!(
         std::fs::read_to_string(folder.path().join("README.md")).unwrap(),

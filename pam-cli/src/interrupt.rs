@@ -42,7 +42,7 @@ pub fn stop_flag() -> &'static AtomicBool {
 /// A number of seconds as a duration.
 ///
 /// # Errors
-/// What it must be: positive, or not negative if `zero` is allowed, and below a thousand years.
+/// The condition on it: positive, or not negative if `zero` is allowed, and below a thousand years.
 pub fn seconds(option: &str, value: f64, zero: bool) -> Result<Duration, CliError> {
     let low = if zero { value >= 0.0 } else { value > 0.0 };
     if low && value <= LONGEST_S {

@@ -104,9 +104,9 @@ pub fn run_from<T: Into<OsString> + Clone>(
 pub fn run_arguments(arguments: &Arguments) -> ExitCode {
     let code = dispatch(arguments).unwrap_or_else(|error| report(&error));
     match console::lost_output() {
-        Some(error) if code == ExitCode::SUCCESS => report(&CliError::Failed(format!(
-            "standard output: {error}; what was printed is incomplete"
-        ))),
+        Some(error) if [ExitCode::SUCCESS, ExitCode::from(PARTIAL)].contains(&code) => report(
+            &CliError::Failed(format!("standard output: {error}; what was printed is incomplete")),
+        ),
         _ => code,
     }
 }

@@ -1,4 +1,4 @@
-//! What a command writes, claimed before it runs.
+//! Outputs of a command, checked and locked before it runs.
 
 use crate::error::CliError;
 use pam_data::output_folder::{OutputFolder, Sharing, check_file};

@@ -61,7 +61,7 @@ pub enum ModelError {
     },
 }
 
-/// What to do about a part that a program does not know.
+/// The remedy for a part that a program does not know.
 pub const OWN_PART: &str = "if it is a part of your own, use the program that registers it (`pam_cli::Registry`, see \
                             templates/own-pam)";
 

@@ -48,4 +48,4 @@ pub use joint::{
     Chambers, JointField, JointModel, MuscleGeometry, PhysicalParameters, RawParameters,
     SealedMasses,
 };
-pub use scalar::Scalar;
+pub use scalar::{Scalar, smooth_step};

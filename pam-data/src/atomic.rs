@@ -16,23 +16,38 @@ pub fn write_atomic(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), DataErro
     write_atomic_at(path.as_ref(), bytes)
 }
 
+/// As [`write_atomic`], to a path at which nothing is yet.
+///
+/// # Errors
+/// [`DataError::Io`] naming the path, of the kind `AlreadyExists` if there is something at it.
+pub fn write_new(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), DataError> {
+    let path = path.as_ref();
+    let io = |e: std::io::Error| DataError::io(path, e);
+    temporary(path, bytes).map_err(io)?.persist_noclobber(path).map_err(|e| io(e.error))?;
+    Ok(())
+}
+
 /// One instance, whatever the path is given as.
 fn write_atomic_at(path: &Path, bytes: &[u8]) -> Result<(), DataError> {
     let io = |e: std::io::Error| DataError::io(path, e);
+    temporary(path, bytes).map_err(io)?.persist(path).map_err(|e| io(e.error))?;
+    Ok(())
+}
+
+/// A temporary file beside a path that holds `bytes`.
+fn temporary(path: &Path, bytes: &[u8]) -> std::io::Result<tempfile::NamedTempFile> {
     let folder = match path.parent() {
         Some(p) if !p.as_os_str().is_empty() => p,
         _ => Path::new("."),
     };
-    std::fs::create_dir_all(folder).map_err(io)?;
+    std::fs::create_dir_all(folder)?;
     let mut file = tempfile::Builder::new()
         .prefix(TEMPORARY_PREFIX)
         .permissions(default_permissions())
-        .tempfile_in(folder)
-        .map_err(io)?;
-    file.write_all(bytes).map_err(io)?;
-    file.as_file().sync_all().map_err(io)?;
-    file.persist(path).map_err(|e| io(e.error))?;
-    Ok(())
+        .tempfile_in(folder)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    Ok(file)
 }
 
 #[cfg(unix)]

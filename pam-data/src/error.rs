@@ -47,6 +47,25 @@ pub enum DataError {
 }
 
 impl DataError {
+    /// What is wrong, with line and column but without the file.
+    #[must_use]
+    pub fn fault(&self) -> String {
+        match self {
+            Self::Io { source, .. } => source.to_string(),
+            Self::Cell { line, column, message, .. } => {
+                format!("line {line}: column `{column}`: {message}")
+            }
+            Self::Line { line, message, .. } => format!("line {line}: {message}"),
+            Self::File { message, .. } => message.clone(),
+        }
+    }
+
+    /// Whether the fault is that there is no such file.
+    #[must_use]
+    pub fn is_missing(&self) -> bool {
+        matches!(self, Self::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound)
+    }
+
     /// The operating system refused to read or write a file.
     #[must_use]
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {

@@ -6,6 +6,18 @@ use pam_core::NamedChoice;
 use pam_core::units::ATMOSPHERE_KPA;
 
 /// How recordings are read.
+///
+/// ```
+/// use pam_data::{LoadOptions, PressureReference, read_recordings};
+///
+/// let path = std::env::temp_dir().join(format!("pam-load-options-{}.csv", std::process::id()));
+/// std::fs::write(&path, "time_s,displacement_mm,pressure_flexor_kpa,pressure_extensor_kpa,force_n\n0,0,310,310,0\n0.001,0,310,310,0\n0.002,0,310,310,0\n")?;
+/// let options = LoadOptions { pressure_reference: PressureReference::Gauge, ..LoadOptions::default() };
+/// let recordings = read_recordings([&path], &options)?;
+/// assert!((recordings[0].pressure_flexor_kpa[0] - 411.325).abs() < 1e-9); // kPa absolute
+/// # std::fs::remove_file(&path)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LoadOptions {
     /// Constants of the raw-log loader; its cutoff also serves `preprocess`.

@@ -19,7 +19,7 @@ static DEFAULT: OnceLock<u64> = OnceLock::new();
 /// Largest default: ten million rows of six columns.
 const MOST_BYTES: u64 = 512 << 20;
 /// A recording is held as bytes, as columns, and filtered.
-const COPIES: u64 = 6;
+pub(crate) const COPIES: u64 = 6;
 /// Taken where the operating system does not say how much memory there is.
 const UNKNOWN_MEMORY: u64 = 4 << 30;
 

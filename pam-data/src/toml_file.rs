@@ -5,12 +5,22 @@ use crate::error::DataError;
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
-/// Reads a text file.
+/// Largest TOML file. A tree of values takes a few hundred times the memory of its text, and no settings are near this.
+const MOST_BYTES: usize = 4 << 20;
+
+/// Reads the text of a TOML file.
 ///
 /// # Errors
-/// [`DataError`] if the file cannot be read as UTF-8 (see [`read_limit`](crate::read_limit)).
+/// [`DataError`] if the file cannot be read as UTF-8 (see [`read_limit`](crate::read_limit)), or is larger than any settings.
 pub fn text(path: impl AsRef<Path>) -> Result<String, DataError> {
-    crate::read_limit::read_text(path.as_ref())
+    let path = path.as_ref();
+    let text = crate::read_limit::read_text(path)?;
+    if text.len() > MOST_BYTES {
+        let most = MOST_BYTES >> 20;
+        let message = format!("too large for a TOML file of settings: at most {most} MiB are read");
+        return Err(DataError::file(path, message));
+    }
+    Ok(text)
 }
 
 /// Deserializes TOML text; `path` appears in errors only.

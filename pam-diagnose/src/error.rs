@@ -1,4 +1,4 @@
-//! What can go wrong.
+//! Errors of a diagnosis.
 
 #[cfg(feature = "joint")]
 use pam_data::plausibility::Finding;

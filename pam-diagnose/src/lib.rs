@@ -35,6 +35,8 @@
 //! | [`fit`] | a hypothesis is fitted; confidence intervals |
 //! | [`search`] | sets of candidates are screened, fitted and exchanged; the trait [`search::Candidates`] |
 //! | [`rejection`] | a name is rejected: absent, unstable, no better than chance |
+//! | [`ladder`] | models of one phenomenon, from a short one to a rich one |
+//! | [`onset`] | causes that begin, end or grow at a time |
 //! | [`verdict`] | the verdict falls; causes with their alternatives |
 //! | [`test_set`] | the data that no decision has seen; error reduction |
 //! | [`diagnosis`] | these steps in order, and their result, `diagnosis.json` |
@@ -110,9 +112,11 @@ pub mod field;
 pub mod fit;
 #[cfg(feature = "joint")]
 pub mod joint;
+pub mod ladder;
 pub mod law;
 pub mod linearised;
 pub mod noise;
+pub mod onset;
 pub mod rejection;
 pub mod remainder;
 #[cfg(feature = "report")]
@@ -127,6 +131,9 @@ pub mod verdict;
 pub use diagnosis::{Diagnosis, Stage};
 pub use error::DiagnoseError;
 #[cfg(feature = "joint")]
-pub use joint::{DiagnoseOptions, JointDiagnosis, RecordingSets, diagnose, learn_remainder, refit};
+pub use joint::{
+    DiagnoseOptions, EffectLadder, JointDiagnosis, RecordingSets, diagnose, joint_ladder,
+    learn_remainder, refit,
+};
 pub use settings::DiagnosisSettings;
 pub use verdict::Verdict;

@@ -90,7 +90,8 @@ impl<'a, T: Real> Network<'a, T> {
             if number(SHAPES_AT + 8 * k)? != inputs || outputs == 0 {
                 return Err(Shape);
             }
-            let count = outputs.checked_mul(inputs + 1).ok_or(Shape)?;
+            let row = inputs.checked_add(1).ok_or(Shape)?;
+            let count = outputs.checked_mul(row).ok_or(Shape)?;
             values = values.checked_add(count).ok_or(Shape)?;
             (inputs, width) = (outputs, width.max(outputs));
         }

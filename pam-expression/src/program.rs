@@ -24,7 +24,7 @@ impl<S: Scalar> Inputs<S> for &[S] {
     }
 }
 
-/// What an instruction does.
+/// Operation of an instruction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Operation {
     Constant(f64),

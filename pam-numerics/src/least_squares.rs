@@ -4,6 +4,15 @@ use crate::ScaledCholesky;
 
 /// Least squares of one target on a few features with a ridge that is relative to their mean squares;
 /// `None` if they are dependent. `rows` yields features with their target.
+///
+/// ```
+/// use pam_numerics::least_squares;
+///
+/// // y = 2 + 3 x
+/// let rows = (0..5).map(|k| f64::from(k)).map(|x| ([1.0, x], 2.0 + 3.0 * x));
+/// let [offset, slope] = least_squares(rows, 0.0).expect("independent features");
+/// assert!((offset - 2.0).abs() < 1e-9 && (slope - 3.0).abs() < 1e-9);
+/// ```
 #[must_use]
 pub fn least_squares<const N: usize>(
     rows: impl Iterator<Item = ([f64; N], f64)>,

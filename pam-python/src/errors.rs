@@ -35,6 +35,11 @@ pub(crate) fn settings(message: impl AsRef<str>) -> PyErr {
     plain("SettingsError", message.as_ref())
 }
 
+/// An effect that cannot be read.
+pub(crate) fn effect(message: impl AsRef<str>) -> PyErr {
+    plain("EffectError", message.as_ref())
+}
+
 /// The exception of an error of the framework.
 pub(crate) fn raised(error: impl Into<CliError>) -> PyErr {
     let error = error.into();

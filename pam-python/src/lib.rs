@@ -46,7 +46,7 @@ mod _pam {
     #[pymodule_export]
     use super::diagnose::{Diagnosis, diagnose};
     #[pymodule_export]
-    use super::effects::{effect_list, hidden_effect_list};
+    use super::effects::{define_effects, effect_list, hidden_effect_list};
     #[pymodule_export]
     use super::model::{Evaluation, Model};
     #[pymodule_export]

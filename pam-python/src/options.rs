@@ -3,7 +3,7 @@
 use crate::errors::{raised, settings};
 use pam_core::{Activation, NamedChoice};
 use pam_data::{MassChoice, MassOptions, MuscleSurfaces, PressureReference, SavedModel};
-use pam_effects::engine::{AUTO, EXACT, EngineChoice};
+use pam_effects::engine::{AUTO, EXACT, EngineChoice, SURROGATE};
 use pam_solvers::{Interpolation, Tableau};
 use pam_trajectory::engine::Precision;
 use pam_trajectory::{AnyLoss, GradientChoice, SolverSettings, StepChoice};
@@ -60,12 +60,15 @@ impl StepOptions {
         Ok(SolverSettings { tableau, step, interpolation })
     }
 
-    /// The settings for a model and a method: `auto`, `exact` or a Runge–Kutta method.
+    /// The settings for a model and a method: `auto`, `exact`, `surrogate` or a Runge–Kutta method.
     pub(crate) fn settings_for(
         &self,
         method: &str,
         saved: &SavedModel,
     ) -> PyResult<SolverSettings> {
+        if method == SURROGATE {
+            return self.surrogate(saved);
+        }
         let named = [AUTO, EXACT].contains(&method);
         let general = self.settings(if named { "tsit5" } else { method })?;
         if !named || (method == AUTO && self.are_given()) {
@@ -87,7 +90,21 @@ impl StepOptions {
         Ok(found)
     }
 
-    /// Steps and gradient method: `auto`, `exact`, or the name of a gradient method, with a Runge–Kutta method.
+    /// Steps on a piecewise polynomial of a smooth force.
+    fn surrogate(&self, saved: &SavedModel) -> PyResult<SolverSettings> {
+        if self.are_given() {
+            return Err(settings("method `surrogate` takes no steps: drop step_ms, rtol and atol"));
+        }
+        let input = Interpolation::from_name(&self.input).map_err(raised)?;
+        if !saved.info.effects.is_empty() || input == Interpolation::Cubic {
+            return Err(settings(
+                "method `surrogate` is for smooth networks without effects, with the input read as zoh, linear or ramp",
+            ));
+        }
+        Ok(SolverSettings::surrogate(input))
+    }
+
+    /// Steps and gradient method: `auto`, `exact`, `surrogate`, or the name of a gradient method, with a Runge–Kutta method.
     pub(crate) fn engine_choice(
         &self,
         method: &str,
@@ -98,21 +115,30 @@ impl StepOptions {
         let precision = Precision::from_name(precision).map_err(raised)?;
         let single = precision == Precision::F32;
         let solver = solver.filter(|s| *s != AUTO);
-        let exact = (self.settings_for(EXACT, saved), GradientChoice::Adjoint);
+        // Methods that solve in their own way, with the adjoints of their own steps.
+        let own = match (method, solver) {
+            (EXACT | SURROGATE, Some(other)) if other != method => {
+                return Err(settings(format!(
+                    "method `{method}` solves in its own way; drop `solver`"
+                )));
+            }
+            (EXACT | SURROGATE, _) => Some(method),
+            (AUTO, Some(name @ (EXACT | SURROGATE))) => Some(name),
+            _ => None,
+        };
+        if let Some(name) = own {
+            if single {
+                return Err(settings(format!("method `{name}` runs in doubles; drop `precision`")));
+            }
+            return Ok(EngineChoice::new(self.settings_for(name, saved)?));
+        }
         let (found, gradient) = match (method, solver) {
-            (EXACT, Some(other)) if other != EXACT => {
-                return Err(settings("method `exact` solves in closed form; drop `solver`"));
-            }
-            (EXACT | AUTO, Some(EXACT)) | (EXACT, None) if single => {
-                return Err(settings("the closed form runs in doubles; drop `precision`"));
-            }
-            (EXACT | AUTO, Some(EXACT)) | (EXACT, None) => exact,
             (AUTO, None) if !single => (self.settings_for(AUTO, saved), GradientChoice::Adjoint),
             (AUTO, _) => (self.settings(solver.unwrap_or("tsit5")), GradientChoice::Adjoint),
             (name, _) => {
                 let known = || {
                     let names = GradientChoice::ALL.iter().map(|(n, _)| *n);
-                    [AUTO, EXACT].into_iter().chain(names).collect::<Vec<_>>().join(", ")
+                    [AUTO, EXACT, SURROGATE].into_iter().chain(names).collect::<Vec<_>>().join(", ")
                 };
                 let choice = GradientChoice::from_name(name).map_err(|_| {
                     settings(format!("unknown method `{name}`; known: {}", known()))
@@ -152,7 +178,12 @@ pub(crate) fn names(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     put("loss", AnyLoss::all().into_iter().map(|(n, d)| (n, d.to_owned())).collect())?;
     put("activation", Activation::names().into_iter().map(|n| (n, String::new())).collect())?;
     put("solver", Tableau::NAMES.iter().map(|n| (*n, String::new())).collect())?;
+    let own = [
+        (AUTO, "exact where it applies, else adjoint"),
+        (EXACT, "closed form, for networks of leaky_relu or relu"),
+        (SURROGATE, "steps on a piecewise polynomial of a smooth network"),
+    ];
     let methods = GradientChoice::ALL.iter().map(|(n, c)| (*n, c.describe().to_string()));
-    put("method", methods.collect())?;
+    put("method", own.map(|(n, d)| (n, d.to_owned())).into_iter().chain(methods).collect())?;
     Ok(all)
 }

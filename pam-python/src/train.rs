@@ -21,7 +21,7 @@ use std::time::Duration;
 /// The loss of a Python function in a training.
 struct FunctionLoss {
     loss: Loss,
-    /// What the function raised.
+    /// The exception that the function raised.
     stop: Arc<crate::watch::Stop>,
 }
 

@@ -1,7 +1,7 @@
 //! The report of a gradient.
 
 use crate::figure::{LineFigure, Role, envelope};
-use crate::page::{card, figure, number, page, wide_figure};
+use crate::page::{card, figure, number, page};
 use maud::html;
 use pam_data::Recording;
 
@@ -106,7 +106,7 @@ pub fn gradient_report(report: &GradientReport) -> String {
         @for (recording, _, states) in drawn().take(MOST_DRAWN) {
             @let time = &recording.time_s;
             @let x: Vec<f64> = states.iter().map(|s| s[0]).collect();
-            (wide_figure(
+            (figure(
                 LineFigure::new(&recording.name, "time (s)", "x (mm)", 1040, 210)
                     .with("measured", Role::Measured, envelope(time, &recording.displacement_mm, BUCKETS))
                     .with("predicted", Role::Predicted, envelope(time, &x, BUCKETS))

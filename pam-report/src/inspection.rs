@@ -1,7 +1,7 @@
 //! The report of recordings before any model is fitted: what they are worth, and what is wrong with them.
 
 use crate::figure::{LineFigure, Role, envelope, thin};
-use crate::page::{figure, number, page, wide_figure};
+use crate::page::{figure, number, page};
 use maud::{Markup, html};
 use pam_core::units::{MN_PER_N, significant};
 use pam_data::plausibility::{Finding, Severity};
@@ -93,10 +93,7 @@ fn drawn(run: &InspectedRun) -> Markup {
     let x = &r.displacement_mm;
     let series = |label: &str, values: &[f64]| {
         let plot = LineFigure::new("", "time (s)", label, 1040, 190);
-        wide_figure(
-            plot.with("", Role::Measured, envelope(&r.time_s, values, BUCKETS)).to_svg(),
-            "",
-        )
+        figure(plot.with("", Role::Measured, envelope(&r.time_s, values, BUCKETS)).to_svg(), "")
     };
     let steps_ms: Vec<f64> = r.time_s.windows(2).map(|w| 1e3 * (w[1] - w[0])).collect();
     let plot = |x_label: &str, x: &[f64], y_label: &str, y: &[f64], caption: &str| {

@@ -50,5 +50,5 @@ pub use recordings::{RecordedRun, recordings_report};
 pub use simulation::simulation_report;
 #[cfg(feature = "joint")]
 pub use training::{
-    EpochRow, ParameterRow, StageRow, TrainingReport, effect_courses, training_report,
+    EpochRow, ParameterRow, StageRow, TrainingReport, effect_curves, training_report,
 };

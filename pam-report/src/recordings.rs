@@ -1,7 +1,7 @@
 //! The report of recordings, before any model.
 
 use crate::figure::{ColourMap, LineFigure, MapPoint, Role, ValuePlane, envelope, thin};
-use crate::page::{figure, number, page, wide_figure};
+use crate::page::{figure, number, page};
 use maud::{Markup, html};
 use pam_core::units::MN_PER_N;
 use pam_data::{Channel, Recording};
@@ -90,7 +90,7 @@ fn time_series(recording: &Recording) -> Markup {
     let series = |label: &str, values: &[f64]| {
         let plot = LineFigure::new("", "time (s)", label, 1040, 200);
         let points = envelope(&recording.time_s, values, BUCKETS);
-        wide_figure(plot.with("", Role::Measured, points).to_svg(), "")
+        figure(plot.with("", Role::Measured, points).to_svg(), "")
     };
     let loop_over = |x: &[f64], x_label: &str, y: &[f64], y_label: &str, caption: &str| {
         let plot = LineFigure::new("", x_label, y_label, 370, 310);

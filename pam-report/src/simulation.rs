@@ -1,7 +1,7 @@
 //! The report of a simulated trajectory.
 
 use crate::figure::{LineFigure, Role, envelope, thin};
-use crate::page::{figure, page, wide_figure};
+use crate::page::{figure, page};
 use maud::html;
 use pam_core::units::MN_PER_N;
 use pam_data::{Channel, Recording};
@@ -19,7 +19,7 @@ pub fn simulation_report(trajectory: &Recording, title: &str, lead: &str, made_b
     let series = |label: &str, values: &[f64]| {
         let points = envelope(&trajectory.time_s, values, BUCKETS);
         let plot = LineFigure::new("", "time (s)", label, 1040, 210);
-        wide_figure(plot.with("", Role::Predicted, points).to_svg(), "")
+        figure(plot.with("", Role::Predicted, points).to_svg(), "")
     };
     let x = &trajectory.displacement_mm;
     let x_loop = LineFigure::new("", Channel::X.label(), "external force (N)", 370, 310).with(

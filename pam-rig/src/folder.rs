@@ -152,7 +152,7 @@ impl Session {
         };
         // Recordings of the settings that are replaced must not be taken for those of these.
         let mut replaced: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
-        match std::fs::read_to_string(&path) {
+        match pam_data::read_limit::read_text(&path) {
             Ok(there) if there == settings => {
                 remove_leftovers(folder);
                 return Ok(true);

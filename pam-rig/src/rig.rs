@@ -136,6 +136,10 @@ pub struct Rig {
     servos: [Servo; 2],
     pressure_sensors: [PressureSensor; 2],
     phenomena: Vec<Box<dyn Phenomenon>>,
+    /// Shares of the phenomena in the set-up of the plant.
+    shares: Vec<f64>,
+    /// The set-up without phenomena.
+    bare: SetUp,
     random: ChaCha8Rng,
     time_s: f64,
     sealed_g: Option<[f64; 2]>,
@@ -150,15 +154,18 @@ impl Rig {
     /// [`RigError::Parameter`] if the parameters are impossible.
     pub fn new(parameters: &RigParameters, seed: u64, start_s: f64) -> Result<Self, RigError> {
         let phenomena: Vec<_> = parameters.effects.iter().map(Effect::start).collect();
-        let mut setup = SetUp {
+        let bare = SetUp {
             plant: parameters.plant.clone(),
             laws: [VolumeLaw::default(); 2],
             frictions: Vec::new(),
         };
+        // All of them at once must be possible, whenever each of them begins.
+        let mut setup = bare.clone();
         for phenomenon in &phenomena {
             phenomenon.set_up(&mut setup);
         }
         crate::check::rig(parameters, &setup)?;
+        let setup = bare.clone().with(&phenomena, start_s);
         let sensors = parameters.sensors;
         let sample_s = sensors.clock.sample_s();
         let step_s = sample_s / parameters.steps_per_sample as f64;
@@ -171,6 +178,8 @@ impl Rig {
             valves: [0, 1].map(|_| Valve::new(pneumatics.valve, step_s)),
             servos: [Servo::new(pneumatics.servo); 2],
             pressure_sensors: [PressureSensor::new(sensors.pressure, sample_s); 2],
+            shares: shares(&phenomena, start_s),
+            bare,
             phenomena,
             random: ChaCha8Rng::seed_from_u64(seed),
             time_s: start_s,
@@ -201,6 +210,7 @@ impl Rig {
     /// Reads all sensors, then carries the command out until the next sample.
     pub fn tick(&mut self, command: &Command) -> Frame {
         let sample_s = self.sensors.clock.sample_s();
+        self.set_up();
         let [jitter, flexor, extensor, current]: [f64; 4] =
             std::array::from_fn(|_| self.random.sample(StandardNormal));
         let clock = |sealed_g| Clock { time_s: self.time_s, step_s: sample_s, sealed_g };
@@ -236,6 +246,16 @@ impl Rig {
         truth.force_n = force_n;
         truth.friction_n = friction_n;
         Frame { row, truth }
+    }
+
+    /// Changes the plant as phenomena come and go.
+    fn set_up(&mut self) {
+        let shares = shares(&self.phenomena, self.time_s);
+        if shares != self.shares {
+            let setup = self.bare.clone().with(&self.phenomena, self.time_s);
+            self.plant.change(&setup.plant, setup.laws, &setup.frictions);
+            self.shares = shares;
+        }
     }
 
     /// Openings of the valves in this sample.
@@ -304,6 +324,11 @@ impl Rig {
         self.time_s = start_s + self.sensors.clock.sample_s();
         (force_sum / steps as f64, friction_sum / steps as f64)
     }
+}
+
+/// The shares of phenomena that are there at a time.
+fn shares(phenomena: &[Box<dyn Phenomenon>], time_s: f64) -> Vec<f64> {
+    phenomena.iter().map(|p| p.share(time_s)).collect()
 }
 
 /// Gauge pressure in psi.

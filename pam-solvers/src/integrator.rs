@@ -18,6 +18,21 @@ use pam_core::{Scalar, VectorField};
 ///
 /// `&Integrator<C>` becomes `&Integrator<dyn StepController>` by itself where the type of the
 /// controller should not be named.
+///
+/// ```
+/// use pam_core::FieldFn;
+/// use pam_solvers::{InputFn, Integrator, PidController, SaveAt, Tableau, Term};
+///
+/// // ẏ = u(t) − y with u = 1: y = 1 − e^(−t).
+/// let field = FieldFn::new(1, 1, |_t, y: &[f64], u: &[f64], dy: &mut [f64]| dy[0] = u[0] - y[0]);
+/// let term = Term::new(field, InputFn::new(1, |_t, u: &mut [f64]| u[0] = 1.0));
+/// let solver = Integrator::new(Tableau::tsit5(), PidController::new(1e-9, 1e-9)).with_stops(&[0.5]);
+/// let solution = solver.solve(&term, 0.0, 2.0, &[0.0], SaveAt::Steps)?;
+/// let end = solution.len() - 1;
+/// assert!((solution.state(end)[0] - (1.0 - (-2.0_f64).exp())).abs() < 1e-8);
+/// assert!(solution.statistics.accepted > 0);
+/// # Ok::<(), Box<pam_solvers::SolveError<f64>>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Integrator<C: ?Sized> {
     pub(crate) tableau: Tableau,

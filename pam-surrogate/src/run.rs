@@ -23,7 +23,7 @@ pub(crate) struct Workspace {
     pub(crate) network: Option<(usize, NodeWorkspace)>,
 }
 
-/// What all trajectories share.
+/// Data that all trajectories share.
 #[derive(Debug)]
 pub(crate) struct Scheme {
     pub(crate) settings: SurrogateSettings,

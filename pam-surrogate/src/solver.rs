@@ -33,6 +33,38 @@ pub type MotionLoss<'a> = dyn Fn(usize, &[f64], &mut [f64]) -> f64 + Sync + 'a;
 
 /// Solves trajectories on surrogates, again and again; memory is kept from call to call. Results are the same bits at any
 /// number of threads and do not depend on earlier calls.
+///
+/// ```
+/// use pam_core::force::{Dense, Mlp};
+/// use pam_core::{Activation, JointModel, NetworkForce, SealedMasses};
+/// use pam_solvers::{ForceSignal, Interpolation};
+/// use pam_surrogate::{SurrogateProblem, SurrogateSolver};
+///
+/// // f = 150 N/mm · tanh(x in mm): smooth, and stiff in the middle.
+/// let hidden = Dense::from_rows(&[0.0, 0.0, 1.0, 0.0], vec![0.0])?;
+/// let output = Dense::from_rows(&[150e3], vec![0.0])?;
+/// let force = NetworkForce::new(Mlp::new(vec![hidden, output], Activation::from_name("tanh")?)?)?;
+/// let model = JointModel::datasheet(force);
+/// let times = [0.0, 0.01, 0.02];
+/// let problem = SurrogateProblem {
+///     masses: SealedMasses::new(0.08, 0.08)?,
+///     signal: ForceSignal {
+///         times_s: &times,
+///         force_mn: &[0.0; 3],
+///         interpolation: Interpolation::Linear,
+///     },
+///     t0: 0.0,
+///     t1: 0.02,
+///     y0: [0.01, 0.0],
+///     observe_s: &times,
+///     expected: [&[], &[]],
+/// };
+/// let (states, failure) = SurrogateSolver::default().trajectory(&model, &problem);
+/// assert!(failure.is_none());
+/// let omega = (150e3 / model.physical().mass_kg).sqrt(); // of small motions
+/// assert!((states[4] - 0.01 * (0.02 * omega).cos()).abs() < 1e-6);
+/// # Ok::<(), pam_core::ModelError>(())
+/// ```
 #[derive(Debug)]
 pub struct SurrogateSolver {
     scheme: Scheme,

@@ -17,7 +17,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// A name by which TensorBoard finds an event file in its folder.
 pub const EVENT_FILE_NAME: &str = "events.out.tfevents.pam";
 
-/// What the first record of every file says.
+/// Content of the first record of every file.
 const FILE_VERSION: &str = "brain.Event:2";
 
 /// One value of a curve: the curve's name, where on it (an epoch for example), when (s since 1970),

@@ -30,7 +30,7 @@ pub enum Schedule {
     /// `(1 − 10⁻⁴)` times the best one; the count starts again then. Epochs of warm-up set the best
     /// loss but are not counted.
     Plateau {
-        /// What the share is multiplied by, 0.5 by default.
+        /// Factor of the share, 0.5 by default.
         #[serde(default = "half")]
         factor: f64,
         /// Epochs without improvement, 10 by default.

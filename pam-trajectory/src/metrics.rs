@@ -78,6 +78,14 @@ pub fn rmse(measured: &[f64], predicted: &[f64]) -> f64 {
 }
 
 /// R² and RMSE of all channels. RMSE in mm, mm/s, kPa, kPa.
+///
+/// ```
+/// use pam_trajectory::metrics::{r2, rmse};
+///
+/// let (measured, predicted) = ([0.0, 1.0, 2.0, 3.0], [0.1, 0.9, 2.1, 2.9]);
+/// assert!((rmse(&measured, &predicted) - 0.1).abs() < 1e-12);
+/// assert!((r2(&measured, &predicted) - (1.0 - 0.04 / 5.0)).abs() < 1e-12); // 1 − squared error / variance
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Scores {
     /// Coefficients of determination.

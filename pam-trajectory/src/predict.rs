@@ -2,7 +2,7 @@
 
 use crate::engine::pressures::SealedGas;
 use crate::metrics::PerChannel;
-use pam_core::{ForceModel, JointModel, ModelError, NamedChoice, SealedMasses};
+use pam_core::{ForceModel, JointModel, ModelError, SealedMasses};
 use pam_data::Recording;
 use pam_exact::{ExactMotion, ExactProblem, ExactSolver, ForceSignal, ReluNetwork};
 use pam_solvers::{
@@ -51,6 +51,18 @@ impl StepChoice {
 }
 
 /// With which method, steps and reading of the input a recording is predicted.
+///
+/// ```
+/// use pam_solvers::{Interpolation, Tableau};
+/// use pam_trajectory::{SolverSettings, StepChoice};
+///
+/// let settings = SolverSettings {
+///     tableau: Tableau::rk4(),
+///     step: StepChoice::Constant { step_s: 5e-3 },
+///     interpolation: Interpolation::Linear,
+/// };
+/// assert_eq!(settings.describe(), "rk4, constant steps of 5 ms; the force is linear between samples");
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolverSettings {
     /// The method.
@@ -106,12 +118,12 @@ impl SolverSettings {
     pub fn describe(&self) -> String {
         let step = match self.step {
             StepChoice::Exact => {
-                return format!("exact pieces, force read as {}", self.interpolation.name());
+                return format!("the closed form; {}", force_between_samples(self.interpolation));
             }
             StepChoice::Surrogate => {
                 return format!(
-                    "steps on a surrogate, force read as {}",
-                    self.interpolation.name()
+                    "polynomial surrogates of the network; {}",
+                    force_between_samples(self.interpolation)
                 );
             }
             StepChoice::Constant { step_s } => format!("constant steps of {} ms", step_s * 1e3),
@@ -119,7 +131,7 @@ impl SolverSettings {
                 format!("adaptive, rtol {rtol:e}, atol {atol:e}")
             }
         };
-        format!("{}, {step}, force read as {}", self.tableau.name, self.interpolation.name())
+        format!("{}, {step}; {}", self.tableau.name, force_between_samples(self.interpolation))
     }
 }
 
@@ -190,6 +202,21 @@ pub struct PredictError {
 }
 
 /// A model that predicts a recording from its first sample: a joint model, or one with effects.
+///
+/// ```
+/// use pam_core::{JointModel, SpringDamper};
+/// use pam_data::{Recording, Subject};
+/// use pam_trajectory::{Predictor, SolverSettings};
+///
+/// let model = JointModel::datasheet(SpringDamper::published());
+/// let time_s = (0..2000).map(|k| 1e-3 * f64::from(k)).collect();
+/// let measured = Recording::at_rest("a", time_s, [412.0, 412.0]).with_force(|_t| 1e5); // 100 N
+/// let subject = Subject::of(measured, &model)?;
+/// let prediction = model.predict(&subject.recording, subject.masses, &SolverSettings::default())?;
+/// let end_mm = prediction.channels.x[1999];
+/// assert!((0.5..0.8).contains(&end_mm), "{end_mm}");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` does not predict recordings",
     label = "a predictor is needed here",
@@ -383,5 +410,15 @@ pub(crate) fn surrogate_problem<'a>(
         y0: [y0[0], y0[1]],
         observe_s: &recording.time_s,
         expected: [&recording.displacement_mm, &recording.velocity_mm_s],
+    }
+}
+
+/// How the measured force goes between its samples, in words.
+fn force_between_samples(interpolation: Interpolation) -> &'static str {
+    match interpolation {
+        Interpolation::Hold => "the force is a zero-order hold",
+        Interpolation::Linear => "the force is linear between samples",
+        Interpolation::Ramp => "the force is linear between the middles of the sampling intervals",
+        Interpolation::Cubic => "the force is cubic between samples",
     }
 }

@@ -24,6 +24,13 @@ impl Group {
 }
 
 /// A parameter of an effect: a number that is hidden, fitted or trained.
+///
+/// ```
+/// use pam_vocabulary::ParameterInfo;
+///
+/// let force = ParameterInfo::linear("force_n", [0.0, 300.0]); // absent at zero
+/// assert_eq!(force.off, Some(0.0));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParameterInfo {
     /// Name, with its unit as suffix: `force_n`, `velocity_mm_s`.

@@ -6,7 +6,8 @@
 //! implements the physics on its own: an estimator that shares code with the simulator of its test data
 //! commits an inverse crime (Colton and Kress, *Inverse Acoustic and Electromagnetic Scattering Theory*).
 //!
-//! Effects that are in no table are [defined by expressions](definition) in a file.
+//! Effects that are in no table are [defined by expressions](definition) in a file. Any effect may begin, end or grow at a
+//! time: its [`course`].
 //!
 //! An entry is a block in the file of its group (`mechanics.rs`, `gas.rs`, `sensing.rs`); an id never changes
 //! once it is released. Effects outside the vocabulary describe themselves with an [`EffectInfo`] of their
@@ -19,6 +20,7 @@
 //! # Ok::<(), pam_vocabulary::VocabularyError>(())
 //! ```
 
+pub mod course;
 pub mod definition;
 mod error;
 pub mod expression;
@@ -27,6 +29,7 @@ mod info;
 mod mechanics;
 mod sensing;
 
+pub use course::ActivityWindow;
 pub use error::VocabularyError;
 pub use info::{EffectInfo, Group, ParameterInfo, Switch};
 

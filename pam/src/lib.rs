@@ -14,12 +14,12 @@
 //! | [`rig`] | `pam-rig` | `rig` | a virtual rig with known ground truth |
 //! | [`train`] | `pam-train` | `fields`, `joint` | losses, optimisers, curricula, predictions, scores |
 //! | [`report`] | `pam-report` | `report` | figures and self-contained HTML |
-//! | [`diagnose`] | `pam-diagnose` | `fields`, `joint` | what a model gets wrong, why, and what knowing it gains |
+//! | [`diagnose`] | `pam-diagnose` | `fields`, `joint` | names the causes of a model error and measures the error reduction |
 //! | [`control`] | `pam-control` | `control` | stiffness, planning, identification, receding-horizon MPC |
 //! | [`ablate`] | `pam-ablate` | `ablate` | sweeps over any setting, resumable, compared seed by seed |
 //! | [`baselines`] | `pam-baselines` | `compare` | Kang, Koopman, GRU and others beside the hybrid model |
 //!
-//! What is not needed is not compiled: `fields`, the default, is for your own vector fields and adds 39 crates from
+//! Only the chosen features are compiled: `fields`, the default, is for your own vector fields and adds 39 crates from
 //! elsewhere; `report` adds figures and pages; `joint` the pneumatic joint with recordings, training and diagnosis;
 //! `control`, `rig`, `ablate` and `compare` what is built on it; `all` is everything.
 //!
@@ -124,7 +124,7 @@ pub mod field {
 
 /// Names for first experiments: a vector field solved; with the feature `joint` a model and a recording predicted, trained
 /// and diagnosed.
-/// Everything else stands in its crate: `pam::solvers::Term`, `pam::report::LineFigure`, `pam::train::curriculum::Curriculum`.
+/// Everything else is in its crate: `pam::solvers::Term`, `pam::report::LineFigure`, `pam::train::curriculum::Curriculum`.
 pub mod prelude {
     pub use pam_autodiff::linearise;
     pub use pam_core::{

@@ -299,23 +299,3 @@ fn cell(help: &str) -> String {
     };
     line.split('`').enumerate().map(escape).collect::<Vec<_>>().join("`")
 }
-
-/// Fractions in README and introduction are measured numbers, which stand between the markers of `results/`; versions and what
-/// stands in code are not.
-#[test]
-fn numbers_of_the_first_pages_come_from_the_results() {
-    for name in ["README.md", "docs/introduction.md"] {
-        let text = read(&root().join(name));
-        let prose: String = text.split("```").step_by(2).collect();
-        let pieces =
-            prose.split("<!--/-->").map(|piece| piece.split("<!--= ").next().unwrap_or_default());
-        let outside: String =
-            pieces.map(|piece| piece.split("<!--# ").next().unwrap_or_default()).collect();
-        let fractions: Vec<&str> = outside
-            .split(|c: char| !c.is_ascii_digit() && c != '.')
-            .map(|word| word.trim_matches('.'))
-            .filter(|word| word.contains('.') && !["1.95", "2.0"].contains(word))
-            .collect();
-        assert!(fractions.is_empty(), "{name}: {fractions:?} are in no file of results/");
-    }
-}

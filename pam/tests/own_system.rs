@@ -162,7 +162,11 @@ fn the_recordings_of_the_template_are_diagnosed() {
     assert_eq!(found.named(), ["coulomb_friction", "friction_asymmetry"]);
     let json = found.to_json("axis");
     assert_eq!(json["parameter_names"][2], "coulomb_n");
-    assert!(json["gain"]["position_mm"]["rmse_after"].is_f64(), "{}", json["gain"]);
+    assert!(
+        json["error_reduction"]["position_mm"]["rmse_after"].is_f64(),
+        "{}",
+        json["error_reduction"]
+    );
     assert!(
         json["score"]["log_odds"].as_f64().is_some_and(|odds| odds > 10.0),
         "{}",

@@ -8,9 +8,7 @@ use crate::study::outcome::cpu_s;
 use crate::study::{Case, Kind, ModelError, design};
 use pam_data::{SavedModel, Subject, load_model};
 use pam_diagnose::test_set::ChannelReduction;
-use pam_diagnose::{
-    DiagnoseOptions, JointDiagnosis, RecordingSets, diagnose, learn_remainder,
-};
+use pam_diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, diagnose, learn_remainder};
 use pam_effects::{ExtendedModel, expression};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

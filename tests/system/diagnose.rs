@@ -252,10 +252,10 @@ fn the_real_run_shows_dry_friction() {
     };
     let force = cause["parameters"][force]["value"].as_f64().unwrap();
     assert!((30.0..=60.0).contains(&force), "{force} N");
-    let x = &d["gain"]["x"];
+    let x = &d["error_reduction"]["x"];
     let (before, after) = (x["rmse_before"].as_f64().unwrap(), x["rmse_after"].as_f64().unwrap());
     assert!(after <= 0.3 * before, "{before} -> {after} mm");
-    assert!(d["gain"]["overall"]["ci95"][0].as_f64().unwrap() > 0.0);
+    assert!(d["error_reduction"]["overall"]["ci95"][0].as_f64().unwrap() > 0.0);
     assert_eq!(d["test"]["kind"], "last_part");
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
     for part in ["1. What is wrong", "2. Why", "3. What changes", "4. What it gains"] {
@@ -271,7 +271,7 @@ fn the_real_run_shows_dry_friction() {
             && printed.contains("reduce the RMSE of the displacement on the test set"),
         "{title}\n{printed}"
     );
-    assert!(report.contains("Where the named causes act"));
+    assert!(report.contains("Where the causes act") && report.contains("measure of improvement"));
 
     // The extended model works where models are taken.
     let extended = out.join("model.safetensors");

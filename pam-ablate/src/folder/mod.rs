@@ -28,6 +28,7 @@ use crate::sweep::{Cell, MOST_CELLS, Sweep};
 use pam_data::DataError;
 use pam_data::atomic::write_atomic;
 use pam_data::document;
+use pam_data::read_limit::read_text;
 use pam_numerics::ContentHash;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -106,11 +107,12 @@ impl SweepFolder {
     /// [`AblateError`] if there is none.
     pub fn sweep(&self) -> Result<Sweep, AblateError> {
         let path = self.path.join("sweep.json");
-        let text = std::fs::read_to_string(&path).map_err(|e| match e.kind() {
-            std::io::ErrorKind::NotFound => {
+        let text = read_text(&path).map_err(|e| {
+            if e.is_missing() {
                 AblateError::folder(&self.path, "no sweep was begun here: there is no sweep.json")
+            } else {
+                e.into()
             }
-            _ => AblateError::io(&path, e),
         })?;
         let mut sweep: Sweep = document::from_json(&text).map_err(|e| {
             let message = format!("{e}; it was written by another version or changed");

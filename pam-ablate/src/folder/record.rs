@@ -6,6 +6,7 @@ use crate::folder::{Planned, SweepFolder};
 use pam_data::DataError;
 use pam_data::atomic::write_atomic;
 use pam_data::document;
+use pam_data::read_limit::read_text;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
@@ -117,13 +118,13 @@ impl SweepFolder {
     /// [`AblateError`] if there is a file that cannot be read.
     pub fn read_record(&self, id: &str) -> Result<Option<CellRecord>, AblateError> {
         let path = self.cell(id).join("result.json");
-        match std::fs::read_to_string(&path) {
+        match read_text(&path) {
             Ok(text) => document::from_json(&text).map(Some).map_err(|e| {
                 let message = format!("{e}; remove the cell's folder to have it run again");
                 DataError::line(&path, e.line(&text), message).into()
             }),
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
-            Err(e) => Err(AblateError::io(&path, e)),
+            Err(e) if e.is_missing() => Ok(None),
+            Err(e) => Err(e.into()),
         }
     }
 

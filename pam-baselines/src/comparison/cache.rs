@@ -71,7 +71,7 @@ impl ModelCache<'_> {
     }
 }
 
-/// What tells a result that was edited or damaged.
+/// The checksum by which a result that was edited or damaged.
 fn checksum(key: &str, finished: &FinishedModel) -> Result<String, document::DocumentError> {
     let mut hash = ContentHash::default();
     hash.text(key);

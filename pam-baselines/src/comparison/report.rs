@@ -6,7 +6,7 @@ use super::result::{Comparison, SetScores};
 use crate::method::{Needs, Structure};
 use maud::{Markup, html};
 use pam_report::figure::{LineFigure, Role, Stroke};
-use pam_report::page::{card, number, page, wide_figure};
+use pam_report::page::{card, figure, number, page};
 
 /// Smallest R² that is drawn: below it a model is of no use, and the rest would be squeezed.
 const LOWEST_R2: f64 = -1.0;
@@ -31,17 +31,17 @@ impl Comparison {
             (self.best_cards())
             h2 { "R² of the displacement" }
             (self.scores_table())
-            (wide_figure(self.bars(), &format!(
+            (figure(self.bars(), &format!(
                 "Mean R² of the displacement with one standard deviation. Values below {LOWEST_R2} are drawn \
-                 there. Predictions that stopped take no part in the mean; the table counts them."
+                 there. Predictions that stopped are not part of the mean; the table counts them."
             ).replace('-', "−")))
             h2 { "By frequency" }
             (self.frequency_table())
-            (wide_figure(self.frequency_figure(), "Held-out recordings (training ones if there are none), cold start."))
+            (figure(self.frequency_figure(), "Held-out recordings (training ones if there are none), cold start."))
             @for measured in &self.measured {
                 h2 { "Trajectory " (measured.recording) }
-                (wide_figure(self.trajectory(&measured.recording, None), "Cold start."))
-                (wide_figure(self.trajectory(&measured.recording, Some(6.0)), "The last six seconds."))
+                (figure(self.trajectory(&measured.recording, None), "Cold start."))
+                (figure(self.trajectory(&measured.recording, Some(6.0)), "The last six seconds."))
             }
             h2 { "Cost, force and stiffness" }
             (self.mechanics_table())
@@ -56,18 +56,25 @@ impl Comparison {
                 }
             }
         };
-        page(&format!("Comparison: {}", self.name), &lead, &body, made_by)
+        let title = match self.best(&|m| all_finish(&m.cold.held_out)) {
+            Some((r2, name)) => {
+                format!("{name} predicts held-out recordings best: R² of x = {}", number(r2, 3))
+            }
+            None => format!("Comparison: {}", self.name),
+        };
+        page(&title, &format!("{}: {lead}", self.name), &body, made_by)
+    }
+
+    /// The largest score with the name of its model.
+    fn best(&self, value: &dyn Fn(&super::ModelResult) -> Option<f64>) -> Option<(f64, &str)> {
+        self.models
+            .iter()
+            .filter_map(|m| Some((value(&m.result)?, m.result.name.as_str())))
+            .max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     fn best_cards(&self) -> Markup {
-        let best = |value: &dyn Fn(&super::ModelResult) -> Option<f64>| {
-            self.models
-                .iter()
-                .filter_map(|m| Some((value(&m.result)?, m.result.name.as_str())))
-                .max_by(|a, b| a.0.total_cmp(&b.0))
-        };
-        let all_finish =
-            |s: &SetScores| s.displacement.mean.filter(|_| s.displacement.stopped == 0);
+        let best = |value: &dyn Fn(&super::ModelResult) -> Option<f64>| self.best(value);
         html! {
             div.cards {
                 @if let Some((r2, name)) = best(&|m| all_finish(&m.cold.held_out)) {
@@ -330,4 +337,9 @@ impl Comparison {
 /// Strokes distinguish lines of one colour.
 fn stroke(k: usize) -> Stroke {
     if k.is_multiple_of(2) { Stroke::Solid } else { Stroke::Dashed }
+}
+
+/// Mean R² of the displacement if every prediction reached the end of its recording.
+fn all_finish(scores: &SetScores) -> Option<f64> {
+    scores.displacement.mean.filter(|_| scores.displacement.stopped == 0)
 }

@@ -100,7 +100,7 @@ pub fn of_map(path: impl AsRef<Path>, length_mm: f64) -> Result<Vec<MuscleSample
 /// One instance, whatever the path is given as.
 fn of_map_at(path: &Path, length_mm: f64) -> Result<Vec<MuscleSample>, DataError> {
     let place = |line: usize, message: String| DataError::line(path, line as u64, message);
-    let text = pam_data::toml_file::text(path)?;
+    let text = pam_data::read_limit::read_text(path)?;
     let mut lines = text.lines().enumerate();
     let (_, head) = lines.next().ok_or_else(|| place(1, "the file is empty".into()))?;
     let names: Vec<&str> = head.split(',').map(str::trim).collect();
@@ -122,7 +122,8 @@ fn of_map_at(path: &Path, length_mm: f64) -> Result<Vec<MuscleSample>, DataError
             .split(',')
             .map(|cell| {
                 let cell = cell.trim();
-                cell.parse().map_err(|_| place(k + 1, format!("`{cell}` is no number")))
+                let number = cell.parse().ok().filter(|v: &f64| v.is_finite());
+                number.ok_or_else(|| place(k + 1, format!("`{cell}` is no finite number")))
             })
             .collect::<Result<_, _>>()?;
         if values.len() != names.len() {

@@ -1,4 +1,4 @@
-//! What is differentiated in the study.
+//! The quantities that the study differentiates.
 
 use pam_solvers::sensitivity::{Gradient, GradientMethod, Problem};
 use pam_solvers::{Integrator, SolveError, StepController};

@@ -1,4 +1,4 @@
-//! What the numbers of a study say, in sentences. A study without the rows in question says nothing.
+//! Findings of a study, in sentences. A study without the rows in question says nothing.
 
 use super::conditions;
 use super::method::Kind;
@@ -154,7 +154,7 @@ pub fn kinks(result: &StudyResult) -> Vec<String> {
     )]
 }
 
-/// What becomes of the state that is integrated back.
+/// Error of the state that is integrated backwards.
 #[must_use]
 pub fn stiffness(result: &StudyResult) -> Vec<String> {
     let rows = |method: &'static str| {

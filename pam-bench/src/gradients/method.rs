@@ -10,7 +10,7 @@ use pam_solvers::sensitivity::{
 };
 use serde::{Deserialize, Serialize};
 
-/// What a method may be expected to return.
+/// The gradient that a method is expected to return.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -35,7 +35,7 @@ pub struct Method<F, I> {
     pub name: String,
     /// How the field is differentiated.
     pub differentiation: String,
-    /// What it may be expected to return.
+    /// The gradient that it is expected to return.
     pub kind: Kind,
     build: Build<F, I>,
 }

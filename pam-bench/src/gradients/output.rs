@@ -46,7 +46,7 @@ pub fn to_markdown(result: &StudyResult) -> String {
     text
 }
 
-/// What was run, in a sentence.
+/// The run in one sentence.
 #[must_use]
 pub fn about(result: &StudyResult) -> String {
     let failed = result.rows.iter().filter(|row| row.failure.is_some()).count();

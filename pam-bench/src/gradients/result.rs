@@ -1,4 +1,4 @@
-//! What the study finds.
+//! Results of the study.
 
 use super::method::Kind;
 use serde::{Deserialize, Serialize};
@@ -24,7 +24,7 @@ pub struct Row {
     pub method: String,
     /// How the field is differentiated.
     pub differentiation: String,
-    /// What the method may be expected to return.
+    /// The gradient that the method is expected to return.
     pub kind: Kind,
     /// The Runge–Kutta method.
     pub solver: String,

@@ -55,7 +55,7 @@ impl Solver {
         Self { tableau, steps, max_steps: Self::MAX_STEPS, stops_s: Vec::new() }
     }
 
-    /// What solves: one type for all controllers, so that every method is compiled once for a problem.
+    /// The solver: one type for all controllers, so that every method is compiled once for a problem.
     #[must_use]
     pub fn integrator(&self) -> Integrator<Arc<dyn StepController>> {
         let controller: Arc<dyn StepController> = match self.steps {

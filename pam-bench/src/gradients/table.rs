@@ -9,7 +9,7 @@ use std::fmt::Write;
 pub struct Table {
     /// Part of the study.
     pub part: String,
-    /// What the table shows.
+    /// Columns of the table.
     pub title: String,
     /// Names of the columns.
     pub columns: Vec<String>,

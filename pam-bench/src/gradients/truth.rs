@@ -1,4 +1,4 @@
-//! What gradients are held against.
+//! Reference gradients.
 
 use super::case::{Case, Exact};
 use super::solver::Solver;

@@ -3,6 +3,7 @@
 use super::{ResultsError, Source, Study};
 use pam_data::DataError;
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -12,12 +13,19 @@ use std::process::{Command, Stdio};
 /// # Errors
 /// [`ResultsError::Command`] if a command fails, [`ResultsError::Missing`] if it did not write what the study reads.
 pub fn measure(study: &Study, root: &Path) -> Result<(Study, Vec<String>), ResultsError> {
+    // `pam` in a command is the program of this repository.
+    let release = root.join("target/release");
+    let release = release.canonicalize().unwrap_or(release);
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let folders = std::iter::once(release).chain(std::env::split_paths(&path));
+    let path = std::env::join_paths(folders).unwrap_or(path);
     for command in &study.commands {
         eprintln!("$ {command}");
         // The standard output belongs to the caller.
         let status = Command::new("bash")
             .args(["-euo", "pipefail", "-c", command])
             .current_dir(root)
+            .env("PATH", &path)
             .stdin(Stdio::null())
             .status()
             .map_err(|e| DataError::io("bash", e))?;
@@ -36,10 +44,22 @@ pub fn measure(study: &Study, root: &Path) -> Result<(Study, Vec<String>), Resul
         }
     }
     for (key, table) in &mut measured.tables {
-        match &table.from_csv {
-            Some(file) => table.rows = rows(&root.join(file), table.columns.len())?,
-            None if table.live_csv.is_some() => {}
-            None => untouched.push(key.clone()),
+        if let Some(file) = &table.from_csv {
+            table.rows = rows(&root.join(file), table.columns.len())?;
+        } else if !table.from.is_empty() {
+            for (row, sources) in table.rows.iter_mut().zip(&table.from) {
+                for (cell, source) in row.iter_mut().zip(sources) {
+                    if let Some(source) = source {
+                        let number = read(source, root)?;
+                        *cell = match source.decimals {
+                            Some(0) => Value::from(number as i64),
+                            _ => Value::from(number),
+                        };
+                    }
+                }
+            }
+        } else if table.live_csv.is_none() {
+            untouched.push(key.clone());
         }
     }
     measured.commit = output(root, "git describe --always --dirty --abbrev=12");
@@ -58,11 +78,55 @@ fn output(root: &Path, command: &str) -> String {
 fn read(source: &Source, root: &Path) -> Result<f64, ResultsError> {
     let path = root.join(&source.file);
     let text = std::fs::read_to_string(&path).map_err(|e| DataError::io(&path, e))?;
-    let json: Value =
-        serde_json::from_str(&text).map_err(|e| DataError::file(&path, e.to_string()))?;
-    let number = json.pointer(&source.pointer).and_then(Value::as_f64);
-    let missing = || format!("there is no number at {}", source.pointer);
-    Ok(source.scale * number.ok_or_else(|| ResultsError::Missing { path, message: missing() })?)
+    let missing = |message: String| ResultsError::Missing { path: path.clone(), message };
+    let number = if let Some(pointer) = &source.pointer {
+        let json: Value =
+            serde_json::from_str(&text).map_err(|e| DataError::file(&path, e.to_string()))?;
+        let number = json.pointer(pointer).and_then(Value::as_f64);
+        number.ok_or_else(|| missing(format!("there is no number at {pointer}")))?
+    } else if let Some(column) = &source.column {
+        in_csv(&text, &source.row, column)
+            .ok_or_else(|| missing(format!("no row {:?} with a number in {column}", source.row)))?
+    } else {
+        let after = source.after.as_deref().unwrap_or_default();
+        number_after(&text, after)
+            .ok_or_else(|| missing(format!("there is no number after `{after}`")))?
+    };
+    let number = source.scale * number;
+    let rounded = source.decimals.and_then(|digits| format!("{number:.digits$}").parse().ok());
+    Ok(rounded.unwrap_or(number))
+}
+
+/// The number of a column in the first row with these texts.
+fn in_csv(text: &str, row: &BTreeMap<String, String>, column: &str) -> Option<f64> {
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
+    let headers = reader.headers().ok()?.clone();
+    let place = |name: &str| headers.iter().position(|h| h == name);
+    let column = place(column)?;
+    let wanted: Option<Vec<(usize, &str)>> =
+        row.iter().map(|(name, value)| Some((place(name)?, value.as_str()))).collect();
+    let wanted = wanted?;
+    reader
+        .records()
+        .filter_map(Result::ok)
+        .find(|record| wanted.iter().all(|&(k, value)| record.get(k) == Some(value)))
+        .and_then(|record| record.get(column)?.parse().ok())
+}
+
+/// The number that follows a text.
+fn number_after(text: &str, after: &str) -> Option<f64> {
+    let rest = text.split_once(after)?.1.trim_start();
+    let rest = rest.replace('−', "-");
+    let is_part = |c: char| c.is_ascii_digit() || "+-.e".contains(c);
+    let mut number = &rest[..rest.find(|c| !is_part(c)).unwrap_or(rest.len())];
+    // A full stop at the end of a sentence is no part of it.
+    while !number.is_empty() {
+        if let Ok(value) = number.parse() {
+            return Some(value);
+        }
+        number = &number[..number.len() - 1];
+    }
+    None
 }
 
 /// Rows of a CSV file with as many columns as a table.

@@ -15,8 +15,10 @@
 pub mod measure;
 pub mod page;
 mod study;
+mod unmarked;
 
 pub use study::{CellReference, Measured, Source, Study, Table};
+pub use unmarked::unmarked;
 
 use pam_data::DataError;
 use std::collections::BTreeMap;

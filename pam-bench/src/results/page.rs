@@ -143,7 +143,11 @@ pub fn to_markdown(table: &Table) -> String {
                         Some(decimals) => format!("{number:.decimals$}"),
                         None => cell.to_string(),
                     }),
-                    (Value::String(text), None) => text.clone(),
+                    (Value::String(text), None) => match text.as_str() {
+                        "true" => "yes".into(),
+                        "false" => "no".into(),
+                        text => text.to_owned(),
+                    },
                     (other, None) => other.to_string(),
                 }
             })

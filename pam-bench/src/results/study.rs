@@ -78,14 +78,27 @@ pub struct CellReference {
     pub column: String,
 }
 
-/// A number in a JSON file that a command writes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// A number in a file that a command writes: JSON by `pointer`, CSV by `row` and `column`, any text by `after`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Source {
     /// The file, from the root of the repository.
     pub file: String,
-    /// Its place in the file, as a JSON pointer (RFC 6901).
-    pub pointer: String,
+    /// Its place in a JSON file, as a JSON pointer (RFC 6901).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pointer: Option<String>,
+    /// Columns of a CSV file with the text that they have in its row.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub row: BTreeMap<String, String>,
+    /// Its column in a CSV file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub column: Option<String>,
+    /// The text that stands before it; the first such place counts, and blanks between the two do not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub after: Option<String>,
+    /// Decimals to which it is rounded, in the unit of the value: a column may hold numbers of several sizes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub decimals: Option<usize>,
     /// Factor from the file's unit to that of the value.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub scale: f64,
@@ -111,12 +124,18 @@ pub struct Table {
     pub decimals: Vec<Option<usize>>,
     /// Rows of numbers, Markdown texts and `null`.
     pub rows: Vec<Vec<Value>>,
+    /// Where commands write the cells: as many rows and columns as the table, `null` for cells that stay.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub from: Vec<Vec<Option<Source>>>,
     /// CSV file that a command writes, with these columns in this order and `#` before comments.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from_csv: Option<String>,
     /// CSV file of this repository, from the root, whose rows replace `rows` whenever it exists: another program writes it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub live_csv: Option<String>,
+    /// Rows of `live_csv` with a cell that begins like this are left out: details that a page does not show.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub live_without: Option<String>,
 }
 
 impl Study {
@@ -131,6 +150,11 @@ impl Study {
                 table.live_csv.as_ref().map(|csv| root.join(csv)).filter(|csv| csv.exists())
             {
                 table.rows = super::measure::rows(&csv, table.columns.len())?;
+                if let Some(start) = &table.live_without {
+                    let is_detail =
+                        |cell: &Value| cell.as_str().is_some_and(|t| t.starts_with(start));
+                    table.rows.retain(|row| !row.iter().any(is_detail));
+                }
             }
         }
         Ok(study)

@@ -2,24 +2,28 @@
 
 use super::RunCommand;
 use crate::arguments::GlobalOptions;
-use crate::console::Console;
+use crate::console::{Console, table};
 use crate::error::{CliError, failed, usage};
 use crate::options::{DataOptions, ModelOptions, check_quality, describe_model};
 use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
 use indicatif::ProgressBar;
+use pam_core::units::significant;
 use pam_data::atomic::write_atomic;
 use pam_data::models::save_model;
 use pam_data::{SavedModel, Subject, toml_file};
+use pam_diagnose::fit::Interval;
+use pam_diagnose::ladder::Ladder;
 use pam_diagnose::remainder::Remainder;
 use pam_diagnose::report::{ReportContext, diagnosis_report, plain_name, verdict_sentence};
 use pam_diagnose::{
-    DiagnoseError, DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage,
-    Verdict, diagnose, learn_remainder,
+    DiagnoseError, DiagnoseOptions, DiagnosisSettings, EffectLadder, JointDiagnosis, RecordingSets,
+    Stage, Verdict, diagnose, learn_remainder,
 };
 use pam_effects::effects::{self, by_id};
-use pam_effects::{EffectRecord, ExtendedModel};
+use pam_effects::{EffectRecord, ExtendedModel, expression};
+use pam_report::page::number;
 use pam_rig::protocol::CurrentSegment;
 use pam_rig::{Conditions, Protocol};
 use serde_json::json;
@@ -57,12 +61,18 @@ pub struct DiagnoseArguments {
     /// [default: learned from the data]
     #[arg(long, value_delimiter = ',', value_name = "CHANNEL=DEVIATION,…")]
     pub noise: Vec<String>,
+    /// Also fit models of one phenomenon, from a short one to a rich one, and compare their description lengths and test
+    /// errors: `friction` (M1 Coulomb and viscous, M2 Stribeck, M3 load-dependent, M4 both, M5 each side, M6 quadratic), or a file
+    /// of effects in that order
+    #[arg(long, value_name = "friction|FILE.toml")]
+    pub ladder: Option<String>,
     /// Also write a protocol for the rig that distinguishes the named cause from those it is confusable with
     #[arg(long)]
     pub design: bool,
-    /// Do not learn what the named causes leave: no smooth correction, no search for a law
+    /// Also learn the error that the named causes leave: a smooth correction of the model, and a short law in its place if one
+    /// does as well; `law.toml` or `correction.toml` defines what the test set confirms
     #[arg(long)]
-    pub no_law: bool,
+    pub law: bool,
     /// How recordings are read.
     #[command(flatten)]
     pub reading: DataOptions,
@@ -99,7 +109,7 @@ impl RunCommand for DiagnoseArguments {
         }
         let sets =
             RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
-        let diagnosis = diagnose_into(&self.out, &saved, &sets, &options, !self.no_law, console)?;
+        let diagnosis = diagnose_into(&self.out, &saved, &sets, &options, self.law, console)?;
         let configuration = json!({
             "model": self.model.model,
             "data": self.data,
@@ -109,7 +119,8 @@ impl RunCommand for DiagnoseArguments {
             "settings": options.settings,
             "allow_implausible": options.allow_implausible,
             "noise": options.noise,
-            "law": !self.no_law,
+            "law": self.law,
+            "ladder": self.ladder,
             "reading": self.reading.to_json(global)?,
         });
         run_record::write(&self.out, "diagnose", global.seed, &configuration)?;
@@ -166,6 +177,7 @@ fn options(
         noise: known_noise(&arguments.noise)?,
         ..DiagnoseOptions::default()
     };
+    options.ladder = arguments.ladder.as_deref().map(ladder).transpose()?;
     if !arguments.effects.is_empty() {
         options.candidates = arguments
             .effects
@@ -178,6 +190,47 @@ fn options(
             .collect::<Result<_, _>>()?;
     }
     Ok(options)
+}
+
+/// The ladder of a name, or of the effects of a file.
+fn ladder(name: &str) -> Result<EffectLadder, CliError> {
+    if name == "friction" {
+        return Ok(EffectLadder::friction());
+    }
+    let path = Path::new(name);
+    if path.extension().is_none() {
+        return Err(CliError::Usage(format!(
+            "--ladder: there is no ladder `{name}`; there is friction, or give a file of effects"
+        )));
+    }
+    let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned());
+    Ok(EffectLadder { name: stem.unwrap_or_default(), effects: expression::load(path)? })
+}
+
+/// A ladder as a table.
+fn ladder_table(ladder: &Ladder) -> String {
+    let mut rows = vec![
+        ["model", "bits", "χ² open", "χ² test", "x RMSE test", "parameters"]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    for (k, rung) in ladder.rungs.iter().enumerate() {
+        let value = |(name, i): &(&str, Interval)| {
+            let n = |v: f64| significant(v, 3);
+            format!("{name} {} [{}, {}]", n(i.value), n(i.ci95[0]), n(i.ci95[1]))
+        };
+        rows.push(vec![
+            format!("{}{}", rung.id, if k == ladder.shortest { " *" } else { "" }),
+            number(rung.description_length_bits, 1),
+            number(rung.chi_square, 3),
+            rung.test_chi_square.map_or_else(|| "–".into(), |chi| number(chi, 3)),
+            rung.test
+                .first()
+                .map_or_else(String::new, |e| format!("{} {}", number(e.rmse, 4), e.unit)),
+            rung.parameters.iter().map(value).collect::<Vec<_>>().join(", "),
+        ]);
+    }
+    format!("{}\n{}", table(&rows), ladder.sentence())
 }
 
 /// Diagnoses and writes `diagnosis.json`, `report.html` and `model.safetensors` into a folder; with `law`, what the named causes
@@ -310,7 +363,7 @@ pub fn finish(diagnosis: &JointDiagnosis, folder: impl AsRef<Path>, console: &Co
     if let Some(remainder) = diagnosis.remainder.as_ref().filter(|r| r.correction.is_some()) {
         console.text(format!("\n{}", remainder.sentence));
         for (name, i) in remainder.law.iter().flat_map(|l| &l.parameters) {
-            let n = |v: f64| pam_effects::model::significant(v, 4);
+            let n = |v: f64| significant(v, 4);
             let [low, high] = i.ci95;
             console.text(format!("  {name} = {} [{}, {}]", n(i.value), n(low), n(high)));
         }
@@ -328,5 +381,8 @@ pub fn finish(diagnosis: &JointDiagnosis, folder: impl AsRef<Path>, console: &Co
         -100.0 * overall.ci95[1],
         -100.0 * overall.ci95[0],
     ));
+    if let Some(ladder) = &diagnosis.ladder {
+        console.text(format!("\n{}", ladder_table(ladder)));
+    }
     console.text(format!("\nreport: {}", folder.join("report.html").display()));
 }

@@ -4,6 +4,7 @@ use super::RunCommand;
 use crate::arguments::GlobalOptions;
 use crate::console::Console;
 use crate::error::CliError;
+use crate::output::Output;
 use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -17,6 +18,10 @@ pub struct ManArguments {
 }
 
 impl RunCommand for ManArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        vec![Output::Folder("man", &self.out)]
+    }
+
     #[cfg(feature = "man")]
     fn run(&self, _global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         let mut command = crate::arguments::Arguments::with_exit_codes();

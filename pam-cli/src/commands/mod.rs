@@ -30,7 +30,7 @@ use std::process::ExitCode;
 
 /// A command: its arguments, which can be run.
 pub trait RunCommand {
-    /// What the command writes. Folders are checked and locked, files checked, before it runs: what cannot be written
+    /// Outputs of the command. Folders are checked and locked, files checked, before it runs: what cannot be written
     /// is an error before anything is computed.
     fn outputs(&self) -> Vec<Output<'_>> {
         Vec::new()

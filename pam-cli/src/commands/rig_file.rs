@@ -4,9 +4,10 @@ use super::RunCommand;
 use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::CliError;
+use crate::output::Output;
 use clap::{Args, Subcommand};
 use pam_data::RigFile;
-use pam_data::atomic::write_atomic;
+use pam_data::atomic::{write_atomic, write_new};
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -43,6 +44,13 @@ pub struct RigFileCheckArguments {
 }
 
 impl RunCommand for RigFileCommand {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        match self {
+            Self::Init(arguments) => arguments.outputs(),
+            Self::Check(arguments) => arguments.outputs(),
+        }
+    }
+
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         match self {
             Self::Init(arguments) => arguments.run(global, console),
@@ -52,6 +60,10 @@ impl RunCommand for RigFileCommand {
 }
 
 impl RunCommand for RigFileInitArguments {
+    fn outputs(&self) -> Vec<Output<'_>> {
+        vec![Output::File(&self.out)]
+    }
+
     fn run(&self, _global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
         if self.out.exists() && !self.force {
             return Err(CliError::Usage(format!(
@@ -60,7 +72,13 @@ impl RunCommand for RigFileInitArguments {
             )));
         }
         let guessed = RigFile::guess(&self.recording)?;
-        write_atomic(&self.out, guessed.to_toml().as_bytes())?;
+        let toml = guessed.to_toml();
+        if self.force {
+            write_atomic(&self.out, toml.as_bytes())?;
+        } else {
+            // Another program may have written it since.
+            write_new(&self.out, toml.as_bytes())?;
+        }
         let mut rows = vec![["key", "", "reason"].map(str::to_owned).to_vec()];
         rows.extend(guessed.guesses.iter().map(|g| {
             let mark = if g.to_confirm { "confirm" } else { "" };

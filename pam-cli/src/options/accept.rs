@@ -1,4 +1,4 @@
-//! What makes a command refuse recordings unless `--accept` is given.
+//! Findings for which a command refuses recordings unless `--accept` is given.
 
 use crate::arguments::GlobalOptions;
 use crate::console::Console;

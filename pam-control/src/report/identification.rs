@@ -57,7 +57,7 @@ pub fn identification_report(report: &IdentificationReport) -> String {
     let caption = if report.on_model.is_empty() {
         "Identified stiffness over the commanded one."
     } else {
-        "Identified stiffness over the commanded one. The line of the model itself is what the same pulses give on \
+        "Identified stiffness over the commanded one. The model's line shows the same pulses on \
          the learned joint: its distance from the dashed line is the pulse's, that of the points from it is the \
          joint's."
     };

@@ -4,7 +4,7 @@ use pam_exact::RegionPolygon;
 use pam_report::figure::{
     ColourMap, LineFigure, MapPoint, PolygonMap, Role, Stroke, ValuePlane, ValuedPolygon,
 };
-use pam_report::page::{figure, page, wide_figure};
+use pam_report::page::{figure, page};
 
 /// Maps of stiffness and damping over the masses at x = 0, profiles along x with every scheme, the
 /// reachable range over the position, and, for ReLU networks, the polygons of the plane of motion
@@ -83,10 +83,10 @@ pub fn stiffness_report(
     };
     let body = html! {
         h2 { "Reachable stiffness" }
-        (wide_figure(range.to_svg(), "Least and largest smoothed stiffness of unaccelerated motion within the mass bounds."))
+        (figure(range.to_svg(), "Least and largest smoothed stiffness of unaccelerated motion within the mass bounds."))
         h2 { "Exact against smoothed" }
         @for (name, points) in profiles {
-            (wide_figure(schemes(points), name))
+            (figure(schemes(points), name))
         }
         @if !polygons.is_empty() {
             h2 { "Over displacement and velocity" }

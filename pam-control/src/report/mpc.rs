@@ -2,7 +2,7 @@ use super::over_time;
 use crate::mpc::MpcRun;
 use maud::html;
 use pam_report::figure::Role;
-use pam_report::page::{number, page, wide_figure};
+use pam_report::page::{figure, number, page};
 
 /// Time between decisions, µs.
 const PERIOD_US: f64 = 1000.0;
@@ -38,22 +38,22 @@ pub fn mpc_report(report: &MpcReport) -> String {
                 tr { td { (name) } td { (number(*a, 4)) } td { (number(*b, 4)) } td { (number(a / b, 1)) } }
             }
         } }
-        (wide_figure(over_time("x (mm)", &r.time_s, &[
-            ("wanted", Role::Measured, r.wanted_mm.clone()),
+        (figure(over_time("x (mm)", &r.time_s, &[
+            ("target", Role::Measured, r.wanted_mm.clone()),
             ("lookup table", Role::Category(0), t.measured_mm.clone()),
             ("MPC", Role::Predicted, r.measured_mm.clone()),
         ]), ""))
-        (wide_figure(over_time("error (mm)", &r.time_s, &[
+        (figure(over_time("error (mm)", &r.time_s, &[
             ("lookup table", Role::Category(0), error(t)),
             ("MPC", Role::Predicted, error(r)),
         ]), ""))
-        (wide_figure(over_time("unexplained force (N)", &r.time_s, &[("", Role::Predicted, r.unexplained_n.clone())]),
+        (figure(over_time("unexplained force (N)", &r.time_s, &[("", Role::Predicted, r.unexplained_n.clone())]),
             "Estimated force that the model does not contain: load, dry friction, warm air."))
-        (wide_figure(over_time("air (g)", &r.time_s, &[
+        (figure(over_time("air (g)", &r.time_s, &[
             ("flexor", flexor, r.masses_g.iter().map(|m| m[0]).collect()),
             ("extensor", extensor, r.masses_g.iter().map(|m| m[1]).collect()),
         ]), ""))
-        (wide_figure(
+        (figure(
             over_time("decision (µs)", &r.time_s, &[("", Role::Neutral, decisions)]),
             &format!(
                 "Longer ones are drawn at 1000 µs, the time between decisions: {late} of {}. On a machine that does \

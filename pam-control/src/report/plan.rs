@@ -2,7 +2,7 @@ use super::over_time;
 use crate::synthesis::Plan;
 use maud::html;
 use pam_report::figure::Role;
-use pam_report::page::{card, number, page, wide_figure};
+use pam_report::page::{card, figure, number, page};
 
 /// A plan: motion, stiffness wanted and had, air, pressures, residuals.
 #[must_use]
@@ -23,20 +23,20 @@ pub fn plan_report(plan: &Plan, title: &str, lead: &str, made_by: &str) -> Strin
         }
         @if s.nearest_stiffness > 0 {
             div class="note warn" {
-                (s.nearest_stiffness) " samples cannot reach the wanted stiffness with this motion; they hold "
+                (s.nearest_stiffness) " samples cannot reach the target stiffness with this motion; they hold "
                 "the nearest one that can be had."
             }
         }
-        (wide_figure(over_time("x (mm)", &time, &[("wanted", Role::Measured, target(|t| t.displacement_mm))]), ""))
-        (wide_figure(over_time("stiffness (N/mm)", &time, &[
-            ("wanted", Role::Measured, target(|t| t.stiffness_n_mm)),
+        (figure(over_time("x (mm)", &time, &[("target", Role::Measured, target(|t| t.displacement_mm))]), ""))
+        (figure(over_time("stiffness (N/mm)", &time, &[
+            ("target", Role::Measured, target(|t| t.stiffness_n_mm)),
             ("planned", Role::Predicted, solution(|s| s.stiffness_n_mm)),
         ]), ""))
-        (wide_figure(over_time("air (g)", &time, &[
+        (figure(over_time("air (g)", &time, &[
             ("flexor", flexor, solution(|s| s.masses.flexor_g)),
             ("extensor", extensor, solution(|s| s.masses.extensor_g)),
         ]), ""))
-        (wide_figure(over_time("pressure (kPa absolute)", &time, &[("flexor", flexor, pressure(0)), ("extensor", extensor, pressure(1))]), ""))
+        (figure(over_time("pressure (kPa absolute)", &time, &[("flexor", flexor, pressure(0)), ("extensor", extensor, pressure(1))]), ""))
     };
     page(title, lead, &body, made_by)
 }

@@ -2,7 +2,7 @@ use super::over_time;
 use crate::experiments::tracking::{SERIES, SHAPES, TrackingResult};
 use maud::{Markup, html};
 use pam_report::figure::{LineFigure, Role, Stroke};
-use pam_report::page::{figure, number, page, wide_figure};
+use pam_report::page::{figure, number, page};
 
 /// Errors of all tests with the published ones, and the motion in some of them.
 #[must_use]
@@ -64,8 +64,8 @@ pub fn tracking_report(results: &[TrackingResult], lead: &str, made_by: &str) ->
         (differences(results))
         @for r in results.iter().filter(|r| r.case.series == "frequency") {
             h3 { (r.case.shape) ", " (r.case.frequency_hz) " Hz" }
-            (wide_figure(over_time("x (mm)", &r.followed.time_s, &[
-                ("wanted", Role::Measured, r.followed.wanted_mm.clone()),
+            (figure(over_time("x (mm)", &r.followed.time_s, &[
+                ("target", Role::Measured, r.followed.wanted_mm.clone()),
                 ("measured", Role::Predicted, r.followed.measured_mm.clone()),
             ]), ""))
         }

@@ -134,7 +134,7 @@ pub struct OwnActivation(&'static dyn Erased);
 /// Every activation that was made or registered, one for each type and parameters.
 static MADE: RwLock<Vec<OwnActivation>> = RwLock::new(Vec::new());
 
-/// What [`Activation::from_name`] knows besides the built-in activations. Entries are added and never replaced.
+/// Activations of [`Activation::from_name`] other than the built-in ones. Entries are added and never replaced.
 static REGISTERED: RwLock<Vec<OwnActivation>> = RwLock::new(Vec::new());
 
 impl OwnActivation {
@@ -295,7 +295,7 @@ pub fn registered() -> Vec<OwnActivation> {
     REGISTERED.read().unwrap_or_else(PoisonError::into_inner).clone()
 }
 
-/// What names an activation: its name, a value of [`Activation`], or a custom type, which is [registered](register).
+/// A reference to an activation: its name, a value of [`Activation`], or a custom type, which is [registered](register).
 pub trait ChosenActivation {
     /// The activation.
     ///

@@ -16,6 +16,30 @@ use crate::scalar::Scalar;
 ///
 /// Time is always `f64`: a 70 s recording at 1 kHz is past what `f32` resolves, and times are where
 /// steps are placed, not what is differentiated.
+///
+/// ```
+/// use pam_core::{Scalar, VectorField};
+///
+/// /// `ẋ = v`, `v̇ = u − x`.
+/// struct Oscillator;
+///
+/// impl<S: Scalar> VectorField<S> for Oscillator {
+///     fn state_len(&self) -> usize {
+///         2
+///     }
+///     fn input_len(&self) -> usize {
+///         1
+///     }
+///     fn eval_into(&self, _t: f64, y: &[S], u: &[S], dy: &mut [S], _work: &mut [S]) {
+///         dy[0] = y[1];
+///         dy[1] = u[0] - y[0];
+///     }
+/// }
+///
+/// let mut dy = [0.0; 2];
+/// Oscillator.eval_into(0.0, &[1.0, 2.0], &[3.0], &mut dy, &mut []);
+/// assert_eq!(dy, [2.0, 2.0]);
+/// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no vector field over `{S}`",
     label = "a vector field over `{S}` is needed here",

@@ -1,6 +1,19 @@
 use crate::scalar::Scalar;
 
 /// The arguments of a force model: the mechanical state and the air in each muscle.
+///
+/// ```
+/// use pam_core::{ForceInput, ForceModel, SpringDamper};
+///
+/// let at = ForceInput {
+///     displacement_mm: 1.0,
+///     velocity_mm_s: 0.0,
+///     mass_flexor_g: 0.08,
+///     mass_extensor_g: 0.08,
+/// };
+/// let newtons = 1e-3 * SpringDamper::<f64>::published().restoring_force_mn(&at, &mut []);
+/// assert!((100.0..200.0).contains(&newtons)); // the restoring force at 1 mm
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceInput<S> {
     /// Tendon displacement x, mm; positive shortens the flexor.

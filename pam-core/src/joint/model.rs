@@ -10,6 +10,17 @@ use crate::scalar::Scalar;
 /// The model holds what is learned or known of the joint itself; what belongs to one recording
 /// (sealed masses, or open valves) is chosen when a vector field is made of it with
 /// [`sealed`](JointModel::sealed) or [`with_open_valves`](JointModel::with_open_valves).
+///
+/// ```
+/// use pam_core::{JointModel, SpringDamper, VectorField};
+///
+/// let model = JointModel::datasheet(SpringDamper::<f64>::published());
+/// let masses = model.gas_law_masses(0.0, [308.0, 515.0]); // kPa absolute, at x = 0
+/// let [flexor, extensor] = model.gas_law_pressures_kpa(1.0, masses); // the same air at x = 1 mm
+/// assert!(flexor < 308.0 && extensor > 515.0); // a shorter muscle is wider and holds more
+/// let field = model.sealed(masses); // for `pam_solvers::Term`
+/// assert_eq!((field.state_len(), field.input_len()), (4, 1)); // [x, ẋ, P_f, P_e] and the force
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointModel<S, F> {
     /// Mass, gas coefficient and deformation coefficient before softplus.

@@ -6,6 +6,9 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
 
+/// Memory that a value of a JSON text takes while it is read.
+const BYTES_OF_A_VALUE: u64 = 128;
+
 /// A value and, if known, its byte range in the text.
 #[derive(Clone, Debug)]
 pub struct Node {
@@ -47,8 +50,16 @@ impl Node {
     /// Parses JSON text.
     ///
     /// # Errors
-    /// [`DocumentError`] with line and column if the text is not JSON.
+    /// [`DocumentError`] with line and column if the text is not JSON, or if its values would take more memory than a
+    /// [file of the largest size](crate::read_limit::largest_bytes) may.
     pub fn from_json(text: &str) -> Result<Self, DocumentError> {
+        let values = text.bytes().filter(|b| b",[{".contains(b)).count() as u64;
+        let bytes = values.saturating_mul(BYTES_OF_A_VALUE);
+        if bytes > crate::read_limit::largest_bytes().saturating_mul(crate::read_limit::COPIES) {
+            let message =
+                format!("{values} values are too many to read; raise the limit (--max-read-mib)");
+            return Err(DocumentError::new(message));
+        }
         let place = |e: &serde_json::Error| {
             let line = text.split_inclusive('\n').take(e.line().saturating_sub(1)).map(str::len);
             let at = line.sum::<usize>() + e.column().saturating_sub(1);

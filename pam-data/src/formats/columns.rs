@@ -36,7 +36,7 @@ pub const SEALED: [&str; 3] =
 /// Key of the rig that made a recording, in TOML.
 pub const RIG: &str = "rig";
 
-/// What a file of standard columns says besides them.
+/// Content of a file of standard columns other than the columns.
 #[derive(Default)]
 pub(crate) struct Header {
     numbers: [Option<f64>; 5],

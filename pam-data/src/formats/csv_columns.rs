@@ -28,7 +28,7 @@ use std::fmt::Write;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-/// What spreadsheets put in front of UTF-8.
+/// The byte order mark that spreadsheets write before UTF-8.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// The format of CSV files of the standard columns.

@@ -1,4 +1,4 @@
-//! What a file format can do.
+//! The trait of file formats.
 
 use super::columns;
 use crate::error::DataError;

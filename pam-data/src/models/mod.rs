@@ -14,6 +14,12 @@ use std::path::Path;
 ///
 /// # Errors
 /// [`DataError`] if the file is of another kind, damaged, or holds a model whose inputs do not match.
+///
+/// ```
+/// let saved = pam_data::load_model("../data/published/hybrid_model_puresine_16.eqx")?;
+/// assert!((saved.model.physical().mass_kg - 304.648).abs() < 1e-3);
+/// # Ok::<(), pam_data::DataError>(())
+/// ```
 pub fn load_model(path: impl AsRef<Path>) -> Result<SavedModel, DataError> {
     load_model_at(path.as_ref())
 }

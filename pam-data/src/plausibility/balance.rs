@@ -12,6 +12,9 @@ const MOST_POINTS: usize = 800;
 /// Speed at which a joint counts as sliding, mm/s; below it dry friction is anywhere between its limits.
 const SLIDING_MM_S: f64 = 0.5;
 
+/// Share of the points, those with the smallest recorded forces, at which an actuator that saturates still follows.
+const SMALL_SHARE: f64 = 0.25;
+
 /// Recorded and modelled force of one recording, without their means.
 pub(super) struct Balance {
     recorded_n: Vec<f64>,
@@ -73,6 +76,22 @@ impl Balance {
     /// Size of the recorded force over that of the modelled one.
     pub(super) fn ratio(&self) -> f64 {
         (squares(&self.recorded_n) / squares(&self.modelled_n)).sqrt()
+    }
+
+    /// As [`ratio`](Self::ratio), where the recorded force is small: the inverse slope of the modelled force over it. A wrong unit
+    /// has the same ratio there; a force that saturates has not.
+    pub(super) fn small_force_ratio(&self) -> f64 {
+        let mut sizes: Vec<f64> = self.recorded_n.iter().map(|f| f.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let most = sizes[((sizes.len() - 1) as f64 * SMALL_SHARE) as usize];
+        let (mut dot, mut square) = (0.0, 0.0);
+        for (recorded, modelled) in self.recorded_n.iter().zip(&self.modelled_n) {
+            if recorded.abs() <= most {
+                dot += recorded * modelled;
+                square += recorded * recorded;
+            }
+        }
+        square / dot
     }
 
     /// Share of inertia in the modelled force. Where it dominates, a wrong mass can turn its sign.

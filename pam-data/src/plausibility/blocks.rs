@@ -62,7 +62,7 @@ pub(super) fn differences(values: &[f64]) -> Vec<f64> {
     out
 }
 
-/// What is left of values after a cubic in time: slow drifts of leaks, warming and creep.
+/// Residual of values after a cubic in time: slow drifts of leaks, warming and creep.
 pub(super) fn without_drift(values: &[f64]) -> Vec<f64> {
     let n = values.len();
     let basis: Vec<[f64; 4]> = (0..n)

@@ -1,4 +1,4 @@
-//! What a check of plausibility reports.
+//! Findings of a check of plausibility.
 
 use serde::Serialize;
 use std::fmt;
@@ -69,7 +69,7 @@ impl Evidence {
 /// Data that contradict the physics of a joint with two sealed muscles.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// What is wrong.
+    /// The problem.
     pub kind: FindingKind,
     /// How sure that is.
     pub severity: Severity,
@@ -77,7 +77,7 @@ pub struct Finding {
     pub channel: String,
     /// Names of the recordings concerned.
     pub recordings: Vec<String>,
-    /// What is wrong, why, and what to do.
+    /// The problem, its cause and the remedy.
     pub message: String,
     /// The numbers behind it.
     pub evidence: Vec<Evidence>,

@@ -93,7 +93,13 @@ fn unit<F: ForceModel<f64>>(
     balance: &Balance,
 ) -> Option<Finding> {
     let ratio = balance.ratio();
-    if !ratio.is_finite() || ratio.ln().abs() < weights.settings.force_factor.ln() {
+    let least = weights.settings.force_factor.ln();
+    if !ratio.is_finite() || ratio.ln().abs() < least {
+        return None;
+    }
+    // A large force that the joint does not see while it sees a small one is a saturated actuator, not a unit.
+    let small = balance.small_force_ratio();
+    if small > 0.0 && small.ln().abs() < least {
         return None;
     }
     let distance = |newtons: f64| (ratio * newtons).ln().abs();

@@ -8,7 +8,7 @@ use super::weigh::Reading;
 use crate::recording::median_step_s;
 use crate::rig_file::units::{self, Quantity};
 
-/// What a velocity column may hold, and by what it must be multiplied to be mm/s: units, and seconds beside a time in ms.
+/// Possible units of a velocity column, with the factor to mm/s: units, and seconds beside a time in ms.
 fn candidates() -> impl Iterator<Item = (&'static str, f64)> {
     units::mistaken(Quantity::Velocity).into_iter().chain([("mm/s, with time_s in ms", 1e-3)])
 }

@@ -1,4 +1,4 @@
-//! What the checks need of one recording.
+//! The part of a recording that the checks need.
 
 use super::blocks::{Blocks, differences, squares, without_drift};
 use super::gas::{ChamberSlope, chamber_slope};

@@ -19,7 +19,7 @@ pub struct PlausibilitySettings {
     /// displacement in slow motion, for a joint without a fault in the gas. Default: 0.06; the published run has -0.01 at
     /// 0.1 Hz, models' coefficients agree with it to some per cent.
     pub gas_spread: f64,
-    /// What air that warms adds to it in fast motion. Default: 0.18, the virtual rig at 0.5 to 2 Hz; ln 1.4 = 0.34 is the
+    /// Addition to it in fast motion, by air that warms. Default: 0.18, the virtual rig at 0.5 to 2 Hz; ln 1.4 = 0.34 is the
     /// adiabatic limit.
     pub warming_spread: f64,
     /// Time in which the air takes the temperature of the wall, s. Default: 0.8, conduction in a still cylinder of 5 mm
@@ -46,7 +46,7 @@ pub struct PlausibilitySettings {
     /// Log odds against any other unit, scale or sign.
     pub unit_prior: f64,
     /// Range of the factor between measured and modelled change of pressure over displacement that may be a fault to be
-    /// diagnosed; outside it the geometry is wrong. Default: 0.63 to 2; warming and polytropic air (up to 1.4 each) raise
+    /// diagnosed; outside it the geometry is wrong. Default: 0.63 to 2.1; polytropic air (an exponent up to 2) raises
     /// the factor, and only gains and coefficients off by tens of per cent lower it.
     pub geometry_factors: [f64; 2],
     /// Largest factor between given masses and `P V / C` that is a fault to be diagnosed.
@@ -94,7 +94,7 @@ impl Default for PlausibilitySettings {
             asked_recordings: 5,
             gauge_prior: -1.5,
             unit_prior: -5.0,
-            geometry_factors: [0.63, 2.0],
+            geometry_factors: [0.63, 2.1],
             mass_factor: 1.6,
             force_factor: 3.0,
             velocity_factor: 1.5,

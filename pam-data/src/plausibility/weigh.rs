@@ -38,7 +38,7 @@ pub(super) struct Reading {
 }
 
 impl Reading {
-    /// What the format states.
+    /// The reading that the format states.
     pub(super) const STATED: Self = Self { pressure: 0, displacement: 0, reversed: false };
 
     /// Size of the displacement's unit, mm.
@@ -47,7 +47,7 @@ impl Reading {
     }
 }
 
-/// What readings are weighed with.
+/// Data by which readings are weighed.
 pub(super) struct Weights<'a, F> {
     pub(super) model: &'a JointModel<f64, F>,
     pub(super) units: &'a [PressureUnit],
@@ -185,7 +185,7 @@ impl<F: ForceModel<f64>> Weights<'_, F> {
         level + odd + wrong as f64 * WRONG_DIRECTION
     }
 
-    /// What force and given masses say for gauge pressures against absolute ones in the same unit; 0 for others. Masses
+    /// Log odds, from force and given masses, of gauge pressures against absolute ones in the same unit; 0 for others. Masses
     /// can only speak for it: if they were computed from the same pressures they agree with them whatever their unit.
     fn support(&self, samples: &[&Sample<'_>], reading: Reading) -> f64 {
         let unit = &self.units[reading.pressure];

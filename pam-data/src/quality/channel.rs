@@ -63,7 +63,7 @@ impl MeasuredChannel {
     }
 }
 
-/// What one channel is worth. All numbers are in its [unit](MeasuredChannel::unit).
+/// Quality of one channel. All numbers are in its [unit](MeasuredChannel::unit).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChannelQuality {
     /// Its column in CSV files.

@@ -1,4 +1,4 @@
-//! What the motion of a recording can tell.
+//! Quantities that the motion of a recording identifies.
 
 use super::settings::QualitySettings;
 use super::{QualityFinding, QualityKind};
@@ -77,7 +77,7 @@ impl Excitation {
         }
     }
 
-    /// What can be identified from it, one sentence each.
+    /// The quantities that can be identified from it, one sentence each.
     #[must_use]
     pub fn sentences(&self, s: &QualitySettings) -> Vec<String> {
         let yes = |known: bool, what: &str, why: String| {

@@ -39,7 +39,7 @@ use crate::plausibility::Severity;
 use crate::recording::Recording;
 use serde::Serialize;
 
-/// What a check of quality is about.
+/// Subject of a check of quality.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum QualityKind {
@@ -64,13 +64,13 @@ pub enum QualityKind {
 /// One sentence on a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct QualityFinding {
-    /// What it is about.
+    /// Its subject.
     pub kind: QualityKind,
     /// [`Error`](Severity::Error) if the data should not be fitted as they are.
     pub severity: Severity,
     /// The column concerned, by its name in CSV files.
     pub channel: String,
-    /// What is wrong, how large it is, and what to do.
+    /// The problem, its size and the remedy.
     pub message: String,
 }
 
@@ -80,7 +80,7 @@ impl QualityFinding {
     }
 }
 
-/// What a recording is worth.
+/// Quality of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Quality {
     /// Name of the recording.
@@ -91,9 +91,9 @@ pub struct Quality {
     pub channels: Vec<ChannelQuality>,
     /// By how much channels come later than the displacement.
     pub delays: Vec<Delay>,
-    /// What the motion excites.
+    /// Excitation by the motion.
     pub excitation: Excitation,
-    /// What should be known before a fit, errors first.
+    /// Findings to read before a fit, errors first.
     pub findings: Vec<QualityFinding>,
 }
 

@@ -15,6 +15,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// One run of the joint: six columns of equal length, and what is known of their origin.
+///
+/// ```
+/// use pam_data::{Channel, Recording};
+///
+/// let time_s = (0..1000).map(|k| 1e-3 * f64::from(k)).collect();
+/// let recording = Recording::at_rest("a", time_s, [412.0, 412.0]) // kPa absolute
+///     .with_force(|t| 1e5 * (6.28 * t).sin()); // mN
+/// assert_eq!(recording.len(), 1000);
+/// assert_eq!(recording.channel(Channel::Pf)[0], 412.0);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     /// Name, from the file; parts of a run with gaps are numbered.

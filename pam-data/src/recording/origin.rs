@@ -1,4 +1,4 @@
-//! What is known of a recording besides its samples.
+//! Origin of a recording: readings, filters, commands.
 
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI};
 

@@ -28,7 +28,7 @@ pub struct RigFile {
     /// Size of the two equal muscles.
     #[serde(skip_serializing_if = "is_default")]
     pub muscles: Muscles,
-    /// What moves.
+    /// The moving parts.
     #[serde(skip_serializing_if = "is_default")]
     pub joint: JointSheet,
     /// The air, inside and outside.
@@ -37,7 +37,7 @@ pub struct RigFile {
     /// Low-pass filters of the channels.
     #[serde(skip_serializing_if = "is_default")]
     pub filter: Filters,
-    /// What the rig can take, for plans and designs.
+    /// Limits of the rig, for plans and designs.
     #[serde(skip_serializing_if = "is_default")]
     pub limits: Limits,
 }
@@ -238,7 +238,7 @@ pub struct Muscles {
     pub deformation: Option<f64>,
 }
 
-/// What moves.
+/// The moving parts.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct JointSheet {
@@ -316,7 +316,7 @@ impl Default for Filters {
     }
 }
 
-/// What the rig can take.
+/// Limits of the rig.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Limits {

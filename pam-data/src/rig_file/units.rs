@@ -33,7 +33,7 @@ impl Quantity {
     }
 }
 
-/// What a unit needs besides its factor.
+/// Quantity that a unit needs in addition to its factor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Through {
     /// Nothing.
@@ -57,7 +57,7 @@ pub struct Unit {
     pub quantity: Quantity,
     /// One of it in s, mm, mm/s, kPa or mN; in rad, rad/s, N·m or A if it goes through pulley or motor.
     pub factor: f64,
-    /// What else it takes.
+    /// Quantity that the conversion also needs.
     pub through: Through,
     /// Its name in sentences, if a column in it is often taken for one in the unit of a recording: the plausibility check
     /// then looks for it.

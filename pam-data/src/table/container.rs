@@ -53,7 +53,7 @@ pub(crate) fn not_built(what: &str, feature: &str) -> String {
     )
 }
 
-/// What such a file is and which feature it needs, if this build does not read it.
+/// Kind of such a file and the feature that it needs, if this build does not read it.
 pub(crate) fn missing_feature(bytes: &[u8]) -> Option<String> {
     let container = of(bytes)?;
     container.read.err().map(|feature| not_built(container.name, feature))

@@ -17,7 +17,7 @@ pub struct DelimitedTable {
     rows: Vec<(u64, String)>,
 }
 
-/// What stands between cells.
+/// Separator of cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Separator {
     Character(char),

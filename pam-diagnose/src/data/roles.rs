@@ -41,14 +41,13 @@ impl TestData {
     /// In words.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let of = |what: &str, names: &[String]| {
-            format!("The test set is {} {what}: {}.", names.len(), names.join(", "))
-        };
         match self {
-            Self::Given { recordings } => of("given recording(s)", recordings),
-            Self::Kept { recordings } => of("recording(s) of the data, held out", recordings),
+            Self::Given { recordings } => format!("The given test set: {}.", recordings.join(", ")),
+            Self::Kept { recordings } => {
+                format!("The test set, held out of the data: {}.", recordings.join(", "))
+            }
             Self::LastPart { from_s } => {
-                format!("The test set is the recording after t = {from_s:.1} s.")
+                format!("The test set is the part of the recording after t = {from_s:.1} s.")
             }
         }
     }
@@ -83,7 +82,7 @@ impl ValidationData {
                 .collect::<Vec<_>>()
                 .join(", "),
         };
-        format!("Names were validated on {by}, and then refitted to training and validation data.")
+        format!("Causes were chosen on {by}, and then refitted to training and validation data.")
     }
 }
 

@@ -46,7 +46,8 @@ impl Baseline {
             (roles.split(system, &noise, settings), roles.whole(system, &noise, settings));
         let mut rows = Rows::new(choosing, whole, prior);
         let found = search(&mut rows, most, seed, done).ok_or_else(diverges)?;
-        let names = Naming { rows: &mut rows, found: &found, baseline: None }.names()?;
+        let names =
+            Naming { rows: &mut rows, found: &found, baseline: None, timed: None }.names()?;
         let test = roles.test(system, &rows.whole.noise, settings);
         let test = test.opened(&names.base.hypothesis)?;
         let confirmed = test.is_reduced(&names.base.hypothesis, &names.best.hypothesis);

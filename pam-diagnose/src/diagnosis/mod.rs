@@ -10,4 +10,5 @@ mod run;
 
 pub(crate) use baseline::Baseline;
 pub use result::{Diagnosis, Explainable, SetScore, Stage};
+pub(crate) use run::total;
 pub use run::{Prepared, run};

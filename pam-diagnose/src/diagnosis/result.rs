@@ -1,6 +1,8 @@
 //! The result of a diagnosis; `diagnosis.json`.
 
 use crate::data::{TestData, ValidationData};
+use crate::ladder::Ladder;
+use crate::onset::{LateFault, OnsetTest};
 use crate::rejection::NullTest;
 use crate::remainder::Remainder;
 use crate::residual::ResidualSummary;
@@ -51,11 +53,11 @@ pub struct Diagnosis<M> {
     pub causes: Vec<Cause>,
     /// Causes that are certain but remove next to nothing of the error.
     pub minor: Vec<Cause>,
-    /// What stands against `explained`, or speaks for an error without a name, in sentences.
+    /// Reasons against `explained`, or for an error without a name, in sentences.
     pub reasons: Vec<String>,
     /// Each channel of the test data beside its noise.
     pub bands: Vec<ChannelBand>,
-    /// What is left that noise does not do.
+    /// Features of the remaining residual that noise does not have.
     pub anomalies: Vec<Anomaly>,
     /// Candidates that are not named, and why; the most probable first.
     pub refused: Vec<Refused>,
@@ -66,7 +68,6 @@ pub struct Diagnosis<M> {
     /// The residual before any cause is named.
     pub residual: ResidualSummary,
     /// Errors before and after on the test set.
-    #[serde(rename = "gain")]
     pub error_reduction: ErrorReduction,
     /// Removable and removed shares of the error of the test set.
     pub explainable: Explainable,
@@ -75,6 +76,19 @@ pub struct Diagnosis<M> {
     /// What was learned of the error that no listed cause explains; absent if it was not asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remainder: Option<Remainder>,
+    /// The test of the best beginning or end against chance; absent where none may reach the odds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub onset_test: Option<OnsetTest>,
+    /// What is there in the test data only, if the rest of the error looks like it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub late_fault: Option<LateFault>,
+    /// A ladder that was climbed on the same data.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ladder: Option<Ladder>,
+    /// By how much the named beginning or end would lower the weighted squared residual at each time (s), to first order, in
+    /// each open recording; for figures.
+    #[serde(skip)]
+    pub onset_curves: Vec<(String, Vec<(f64, f64)>)>,
     /// The validation data, by which names were chosen.
     pub validation: ValidationData,
     /// The test data, which no decision has seen.

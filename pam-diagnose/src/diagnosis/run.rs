@@ -5,14 +5,15 @@ use crate::data::{Roles, TestData};
 use crate::error::DiagnoseError;
 use crate::fit::{Fit, Hypothesis, Problem, fitted_outputs};
 use crate::noise::{Noise, NoisePrior};
+use crate::onset::{self, LateFault};
 use crate::rejection::null_test::explained;
 use crate::residual::ResidualSummary;
 use crate::search::{Candidates, Rows, search};
 use crate::settings::DiagnosisSettings;
 use crate::test_set::TestSet;
 use crate::verdict::{
-    Anomaly, Cause, ChannelBand, Evidence, Names, Naming, Refused, Verdict, is_stationary, ranking,
-    share,
+    Anomaly, Cause, ChannelBand, Names, Naming, Refused, Verdict, VerdictInput, is_stationary,
+    ranking, share,
 };
 use pam_numerics::statistics::{root_mean_square, standard_deviation};
 
@@ -25,7 +26,7 @@ pub struct Prepared<'a, C: ?Sized> {
     pub roles: &'a Roles,
     /// First estimate of the standard deviation of the noise of each fitted channel; it is learned from there on.
     pub noise: Vec<f64>,
-    /// What is known of the noise.
+    /// Prior knowledge of the noise.
     pub prior: NoisePrior,
     /// Root mean squares of the errors of the model on baseline recordings that go with the motion, channel by channel; part
     /// of the prior. Empty without such recordings.
@@ -70,7 +71,20 @@ pub fn run<C: Candidates + ?Sized, M>(
         })?;
     progress(Stage::Judging, 0.0);
     let baseline = prepared.baseline.as_ref();
-    let mut names = Naming { rows: &mut rows, found: &found, baseline }.names()?;
+    let mut names = Naming { rows: &mut rows, found: &found, baseline, timed: None }.names()?;
+    // What begins or ends may be named as something else that is always there, or not at all.
+    let in_time = onset::search(&mut rows, &names.best, &names.base, &found.starts, *seed);
+    if let Some(timed) = &in_time.timed {
+        let timed = Some(timed);
+        let others = Naming { rows: &mut rows, found: &found, baseline, timed }.names()?;
+        // Where the times are refuted, the names stand that were chosen without.
+        if others.best.hypothesis.members.iter().any(|m| m.schedule.is_some()) {
+            names = others;
+        } else {
+            rows.learn_beside(&names.best.hypothesis);
+        }
+    }
+    progress(Stage::Judging, 0.5);
     let mut null_test = found.null_test;
     if let Some(test) = &mut null_test {
         test.named_share = explained(&rows.whole, &names.base, &names.best);
@@ -79,19 +93,36 @@ pub fn run<C: Candidates + ?Sized, M>(
     let open = &rows.whole;
     let base = names.base.hypothesis.clone();
     let test = roles.test(*system, &open.noise, settings).opened(&base)?;
+    names.best.hypothesis = test.with_own_times(&names.best.hypothesis);
+    for cause in &mut names.causes {
+        let own =
+            names.best.hypothesis.members.iter().find(|m| {
+                m.candidate == cause.member.candidate && m.schedule == cause.member.schedule
+            });
+        if let (Some(acts), Some(member)) = (&mut cause.acts, own) {
+            acts.renew(*system, member);
+        }
+    }
     let judged = Judged::of(&test, open, &names, prepared);
+    let late = if judged.is_left() {
+        test.late_fault(open, &names.best.hypothesis, &found.starts, *seed)
+    } else {
+        None
+    };
     let (mut minor, mut causes): (Vec<Cause>, Vec<Cause>) =
         std::mem::take(&mut names.causes).into_iter().partition(|c| c.minor);
-    let evidence = Evidence {
+    let input = VerdictInput {
         causes: causes.len(),
         confirmed: judged.confirmed,
+        reduced: judged.reduced,
         named_share: judged.explainable.named,
         left: judged.is_left(),
-        doubtful: causes.iter().any(|c| !c.at_limit.is_empty() || !c.constancy.holds()),
+        doubtful: causes.iter().any(|c| !c.at_limit.is_empty() || !c.stability_test.holds()),
         inadequate: judged.inadequate,
     };
-    let verdict = Verdict::of(evidence, &settings.verdict);
-    let reasons = judged.reasons(&causes, &names.best.hypothesis, &test);
+    let verdict = Verdict::of(input, &settings.verdict);
+    let mut reasons = judged.reasons(&causes, &names.best.hypothesis, &test);
+    reasons.extend(late.as_ref().map(LateFault::sentence));
     if matches!(verdict, Verdict::Unconfirmed | Verdict::Unexplained) {
         let why = if judged.confirmed {
             "it removes too little of the error to stand for it"
@@ -126,6 +157,10 @@ pub fn run<C: Candidates + ?Sized, M>(
         error_reduction: test.error_reduction(&start, best, *seed),
         explainable: judged.explainable,
         null_test,
+        onset_test: in_time.test,
+        late_fault: late,
+        ladder: None,
+        onset_curves: in_time.curves,
         bands: judged.bands,
         anomalies: judged.anomalies,
         refused: names.refused,
@@ -145,11 +180,14 @@ pub fn run<C: Candidates + ?Sized, M>(
 
 /// Minus two times the logarithm of the posterior probability of a set that was fitted to the open rows, up to a constant,
 /// with what is known of the noise beside the named set.
-fn total<C: Candidates + ?Sized>(open: &Problem<'_, C>, fit: &Fit) -> f64 {
+pub(crate) fn total<C: Candidates + ?Sized>(open: &Problem<'_, C>, fit: &Fit) -> f64 {
     let observations = (fit.errors.rows.max(2)) as f64;
     let parameters = fit.hypothesis.parameters(open.system).len() as f64;
     let members = (fit.hypothesis.members.len() - fit.hypothesis.fixed) as f64;
     let choice = 2.0 * members * (open.system.candidate_len().max(1) as f64).ln();
+    // Times are chosen from many.
+    let schedules = fit.hypothesis.members.iter().filter_map(|m| m.schedule.as_ref());
+    let choice = choice + schedules.map(|s| 2.0 * s.choices.max(1.0).ln()).sum::<f64>();
     let limits = open.settings.search.limit_cost * fit.scales_at_limit as f64;
     observations * fit.errors.deviance_above(&open.noise.discrepancy_shares())
         / open.rows_per_observation
@@ -162,12 +200,13 @@ fn total<C: Candidates + ?Sized>(open: &Problem<'_, C>, fit: &Fit) -> f64 {
 /// Multiple of what chance allows from which the prior cost of nuisances is an error of its own.
 const STRAINED: f64 = 3.0;
 
-/// What the test data say.
+/// Findings on the test data.
 struct Judged {
     bands: Vec<ChannelBand>,
     anomalies: Vec<Anomaly>,
     explainable: Explainable,
     confirmed: bool,
+    reduced: bool,
     inadequate: bool,
 }
 
@@ -212,7 +251,8 @@ impl Judged {
             },
             // Without a test set, names are as good as training and validation data make them.
             confirmed: test.problem().is_empty()
-                || (test.is_reduced(base, best) && reduction.ci95[0] > 0.0),
+                || (test.is_reduced(base, best) && reduction.error_reduction > 0.0),
+            reduced: test.problem().is_empty() || reduction.ci95[0] > 0.0,
             inadequate: inadequate(prepared, open, names),
             bands,
         }
@@ -223,7 +263,7 @@ impl Judged {
         self.bands.iter().any(|b| b.outside) || !self.anomalies.is_empty()
     }
 
-    /// What stands against `explained`, in sentences.
+    /// Reasons against `explained`, in sentences.
     fn reasons<C: Candidates + ?Sized>(
         &self,
         causes: &[Cause],
@@ -236,6 +276,11 @@ impl Judged {
                 "the test data do not confirm {}: the error there is not proven to be smaller",
                 causes.iter().map(|c| c.effect.as_str()).collect::<Vec<_>>().join(" and ")
             ));
+        }
+        if !causes.is_empty() && self.confirmed && !self.reduced {
+            reasons.push(
+                "beside the noise of the test data the error of the simulation is not proven to be smaller".into(),
+            );
         }
         let outputs = fitted_outputs(test.problem().system);
         for (k, (band, (_, output))) in self.bands.iter().zip(outputs).enumerate() {
@@ -261,7 +306,7 @@ impl Judged {
             reasons.extend(
                 limits.map(|p| format!("`{p}` of {} is at a limit of its range", cause.effect)),
             );
-            let sentence = cause.constancy.sentence(&cause.effect);
+            let sentence = cause.stability_test.sentence(&cause.effect);
             if !sentence.is_empty() {
                 reasons.push(sentence);
             }

@@ -73,71 +73,72 @@ where
     F: ParametricField + Sync,
     I: Input<f64> + Sync,
 {
-    problem.check()?;
-    check(problem, candidates, options)?;
-    let Ground { settings, experiments, of_baseline, roles, mut prior, noise, outputs } =
-        Ground::of(problem, options)?;
-    let problem = &FieldProblem { outputs, ..*problem };
-    let mut system = FieldSystem::new(problem, experiments, candidates, options);
-    let baseline_roles =
-        if of_baseline.is_empty() { None } else { Some(roles_of(&of_baseline, TestSource::Kept, options.seed, &settings)?) };
-    let mut on_baseline = FieldSystem::new(problem, of_baseline, candidates, options);
-    let (mut baseline, mut baseline_discrepancy) = (None, Vec::new());
-    let mut discrepancy = Vec::new();
-    if let Some(roles) = baseline_roles {
-        let seed = options.seed;
-        let own = prior.clone();
-        let learned = Baseline::learn(&on_baseline, &roles, &noise, own, &settings, seed, &|_| {})?;
-        let effects = learned.members.iter().map(|m| candidates[m.candidate].name.clone());
-        let effects = effects.collect();
-        for member in &learned.members {
-            let indices = &candidates[member.candidate].parameters;
-            for ((index, _), value) in indices.iter().zip(&member.values) {
-                (system.plain[*index], on_baseline.plain[*index]) = (*value, *value);
+    with_setup(problem, candidates, options, |setup| {
+        let Setup { problem, settings, roles, noise, prior, experiments, of_baseline } = setup;
+        let mut prior = prior;
+        let mut system = FieldSystem::new(problem, experiments, candidates, options);
+        let baseline_roles = if of_baseline.is_empty() {
+            None
+        } else {
+            Some(roles_of(&of_baseline, TestSource::Kept, options, &settings)?)
+        };
+        let mut on_baseline = FieldSystem::new(problem, of_baseline, candidates, options);
+        let (mut baseline, mut baseline_discrepancy) = (None, Vec::new());
+        let mut discrepancy = Vec::new();
+        if let Some(roles) = baseline_roles {
+            let seed = options.seed;
+            let own = prior.clone();
+            let learned =
+                Baseline::learn(&on_baseline, &roles, &noise, own, &settings, seed, &|_| {})?;
+            let effects = learned.members.iter().map(|m| candidates[m.candidate].name.clone());
+            let effects = effects.collect();
+            for member in &learned.members {
+                let indices = &candidates[member.candidate].parameters;
+                for ((index, _), value) in indices.iter().zip(&member.values) {
+                    (system.plain[*index], on_baseline.plain[*index]) = (*value, *value);
+                }
             }
+            baseline_discrepancy =
+                learned.discrepancy.iter().map(|d| d.first().map_or(0.0, |v| v.sqrt())).collect();
+            prior.add(learned.discrepancy.clone());
+            discrepancy = learned.discrepancy;
+            let (rms, recordings) = (learned.rms, learned.recordings);
+            baseline = Some((FieldBaseline { effects, rms, recordings }, roles, learned.noise));
         }
-        baseline_discrepancy =
-            learned.discrepancy.iter().map(|d| d.first().map_or(0.0, |v| v.sqrt())).collect();
-        prior.add(learned.discrepancy.clone());
-        discrepancy = learned.discrepancy;
-        let (rms, recordings) = (learned.rms, learned.recordings);
-        baseline = Some((FieldBaseline { effects, rms, recordings }, roles, learned.noise));
-    }
-    let prepared = Prepared {
-        system: &system,
-        roles: &roles,
-        noise,
-        prior,
-        baseline_discrepancy,
-        baseline: baseline.as_ref().map(|(_, r, n)| r.whole(&on_baseline, n, &settings)),
-        settings: &settings,
-        seed: options.seed,
-    };
-    let names = problem.field.names();
-    let mut found = diagnosis::run(&prepared, &|_, _| {}, |best| DiagnosedField {
-        parameters: system.parameters(best),
-        parameter_names: (0..system.plain.len()).map(|k| names.parameter(k)).collect(),
-        delay_s: (options.delay_deviation_s > 0.0).then(|| system.delay_s(best)),
-        baseline: baseline.as_ref().map(|b| b.0.clone()),
-        shared: best.shared.clone(),
-        plain: system.plain.clone(),
-        discrepancy: discrepancy.clone(),
-    })?;
-    put_properties_behind(&mut found.causes, candidates);
-    Ok(found)
+        let prepared = Prepared {
+            system: &system,
+            roles: &roles,
+            noise,
+            prior,
+            baseline_discrepancy,
+            baseline: baseline.as_ref().map(|(_, r, n)| r.whole(&on_baseline, n, &settings)),
+            settings: &settings,
+            seed: options.seed,
+        };
+        let names = problem.field.names();
+        let mut found = diagnosis::run(&prepared, &|_, _| {}, |best| DiagnosedField {
+            parameters: system.parameters(best),
+            parameter_names: (0..system.plain.len()).map(|k| names.parameter(k)).collect(),
+            delay_s: (options.delay_deviation_s > 0.0).then(|| system.delay_s(best)),
+            baseline: baseline.as_ref().map(|b| b.0.clone()),
+            shared: best.shared.clone(),
+            plain: system.plain.clone(),
+            discrepancy: discrepancy.clone(),
+        })?;
+        put_properties_behind(&mut found.causes, candidates);
+        Ok(found)
+    })
 }
 
-/// Experiments with their roles and what is known of the noise.
-pub(super) struct Ground<'a, I> {
+/// A field problem before a search: settings for its lengths of time, roles, the first estimate of the noise.
+pub(super) struct Setup<'s, F, I> {
+    pub(super) problem: &'s FieldProblem<'s, F, I>,
     pub(super) settings: DiagnosisSettings,
-    pub(super) experiments: Vec<&'a Experiment<I>>,
-    of_baseline: Vec<&'a Experiment<I>>,
     pub(super) roles: Roles,
-    pub(super) prior: NoisePrior,
-    /// First estimate of the noise of the outputs.
     pub(super) noise: Vec<f64>,
-    /// The outputs with it.
-    pub(super) outputs: Outputs,
+    pub(super) prior: NoisePrior,
+    pub(super) experiments: Vec<&'s Experiment<I>>,
+    of_baseline: Vec<&'s Experiment<I>>,
 }
 
 fn duration_s<I>(e: &Experiment<I>) -> f64 {
@@ -147,67 +148,78 @@ fn duration_s<I>(e: &Experiment<I>) -> f64 {
 fn roles_of<I>(
     experiments: &[&Experiment<I>],
     source: TestSource,
-    seed: u64,
+    options: &FieldOptions,
     settings: &DiagnosisSettings,
 ) -> Result<Roles, DiagnoseError> {
     let span = |e: &&Experiment<I>| Span { name: e.name.clone(), duration_s: duration_s(e) };
     let spans: Vec<Span> = experiments.iter().map(span).collect();
-    Roles::assign(&spans, source, seed, &settings.data)
+    Roles::assign(&spans, source, options.seed, &settings.data)
 }
 
-impl<'a, I: Input<f64> + Sync> Ground<'a, I> {
-    pub(super) fn of<F: ParametricField + Sync>(
-        problem: &FieldProblem<'a, F, I>,
-        options: &FieldOptions,
-    ) -> Result<Self, DiagnoseError> {
-        let mut settings = options.settings;
-        let (open, of_baseline) =
-            problem.experiments.split_at(problem.experiments.len() - options.baseline);
-        let experiments: Vec<&Experiment<I>> = open.iter().chain(problem.held_out).collect();
-        let of_baseline: Vec<&Experiment<I>> = of_baseline.iter().collect();
-        // An experiment of a field may be short or long: lengths of time follow from it.
-        let shortest_s = experiments.iter().map(|e| duration_s(e)).fold(f64::INFINITY, f64::min);
-        settings.data.shortest_s = 0.0;
-        settings.intervals.shortest_block_s = 0.0;
-        // What a wrong model leaves of a free motion drifts, and a filter that makes it white takes the motion with it. So
-        // noise is white here, and what is correlated counts as fewer observations.
-        settings.noise.order = 0;
-        let residual = &mut settings.residual;
-        residual.spectrum_piece_s = shortest_s / residual.field_spectrum_pieces;
-        residual.spectrum_highest_hz = residual.field_spectrum_lines / residual.spectrum_piece_s;
-        residual.profile_block_s = shortest_s / residual.field_profile_blocks;
-        residual.jump_margin_s = shortest_s * residual.field_jump_margin;
-        let source = if problem.held_out.is_empty() {
-            TestSource::Kept
+/// Checks a problem and prepares it.
+pub(super) fn with_setup<F, I, R>(
+    problem: &FieldProblem<'_, F, I>,
+    candidates: &[Candidate],
+    options: &FieldOptions,
+    then: impl FnOnce(Setup<'_, F, I>) -> Result<R, DiagnoseError>,
+) -> Result<R, DiagnoseError>
+where
+    F: ParametricField + Sync,
+    I: Input<f64> + Sync,
+{
+    problem.check()?;
+    check(problem, candidates, options)?;
+    let mut settings = options.settings;
+    let (open, of_baseline) =
+        problem.experiments.split_at(problem.experiments.len() - options.baseline);
+    let experiments: Vec<&Experiment<I>> = open.iter().chain(problem.held_out).collect();
+    let of_baseline: Vec<&Experiment<I>> = of_baseline.iter().collect();
+    // An experiment of a field may be short or long: lengths of time follow from it.
+    let shortest_s = experiments.iter().map(|e| duration_s(e)).fold(f64::INFINITY, f64::min);
+    settings.data.shortest_s = 0.0;
+    settings.intervals.shortest_block_s = 0.0;
+    // What a wrong model leaves of a free motion drifts, and a filter that makes it white takes the motion with it. So
+    // noise is white here, and what is correlated counts as fewer observations.
+    settings.noise.order = 0;
+    // A quarter of the oscillations of a short experiment may lie in half a second of the joint.
+    settings.onset.cell_rows = settings.onset.cell_rows.min(FIELD_CELL_ROWS);
+    settings.onset.fewest_cell_rows = 1;
+    let residual = &mut settings.residual;
+    residual.spectrum_piece_s = shortest_s / residual.field_spectrum_pieces;
+    residual.spectrum_highest_hz = residual.field_spectrum_lines / residual.spectrum_piece_s;
+    residual.profile_block_s = shortest_s / residual.field_profile_blocks;
+    residual.jump_margin_s = shortest_s * residual.field_jump_margin;
+    let source = if problem.held_out.is_empty() {
+        TestSource::Kept
+    } else {
+        TestSource::GivenFrom(open.len())
+    };
+    let roles = roles_of(&experiments, source, options, &settings)?;
+    let open = roles.open();
+    let series = |output: usize| -> Vec<Vec<f64>> {
+        let outputs = problem.outputs.len();
+        let column = |part: &OpenPart| -> Vec<f64> {
+            let e = experiments[part.experiment];
+            let rows = e.times_s.partition_point(|t| t - e.times_s[0] < part.end_s);
+            e.measured.iter().skip(output).step_by(outputs).take(rows).copied().collect()
+        };
+        open.iter().map(column).collect()
+    };
+    let prior = noise_prior(&problem.outputs.noise, options.noise, |output| {
+        LEAST_SHARE * noise_deviation(&series(output), 1.0)
+    });
+    // Where the size of the noise is not given, the first estimate of it is one from the data.
+    let first = problem.outputs.noise.iter().enumerate().map(|(output, &given)| {
+        if given.is_nan() || options.noise == FieldNoise::Learned {
+            noise_deviation(&series(output), settings.noise.relative)
         } else {
-            TestSource::GivenFrom(open.len())
-        };
-        let roles = roles_of(&experiments, source, options.seed, &settings)?;
-        let open = roles.open();
-        let series = |output: usize| -> Vec<Vec<f64>> {
-            let outputs = problem.outputs.len();
-            let column = |part: &OpenPart| -> Vec<f64> {
-                let e = experiments[part.experiment];
-                let rows = e.times_s.partition_point(|t| t - e.times_s[0] < part.end_s);
-                e.measured.iter().skip(output).step_by(outputs).take(rows).copied().collect()
-            };
-            open.iter().map(column).collect()
-        };
-        let prior = noise_prior(&problem.outputs.noise, options.noise, |output| {
-            LEAST_SHARE * noise_deviation(&series(output), 1.0)
-        });
-        // Where the size of the noise is not given, the first estimate of it is one from the data.
-        let first = problem.outputs.noise.iter().enumerate().map(|(output, &given)| {
-            if given.is_nan() || options.noise == FieldNoise::Learned {
-                noise_deviation(&series(output), settings.noise.relative)
-            } else {
-                given
-            }
-        });
-        let noise: Vec<f64> = first.collect();
-        let outputs = Outputs { noise: noise.clone(), ..problem.outputs.clone() };
-        Ok(Self { settings, experiments, of_baseline, roles, prior, noise, outputs })
-    }
+            given
+        }
+    });
+    let noise: Vec<f64> = first.collect();
+    let outputs = Outputs { noise: noise.clone(), ..problem.outputs.clone() };
+    let problem = &FieldProblem { outputs, ..*problem };
+    then(Setup { problem, settings, roles, noise, prior, experiments, of_baseline })
 }
 
 /// Moves every cause that is a property of another named one behind it; the rest keeps its order.
@@ -223,10 +235,13 @@ fn put_properties_behind(causes: &mut Vec<Cause>, candidates: &[Candidate]) {
     }
 }
 
+/// Most rows of a cell of time in which a term of a field may begin.
+const FIELD_CELL_ROWS: usize = 10;
+
 /// Part of the variation of an output that is no noise but the error of solver and rounding, where noise is learned.
 const LEAST_SHARE: f64 = 1e-6;
 
-/// What is known of the noise, from the given levels and how they are to be taken; `least` is the least noise of an
+/// Prior knowledge of the noise, from the given levels and how they are to be taken; `least` is the least noise of an
 /// output.
 fn noise_prior(levels: &[f64], taken: FieldNoise, least: impl Fn(usize) -> f64) -> NoisePrior {
     let known = |n: &f64| (!n.is_nan()).then_some(*n);

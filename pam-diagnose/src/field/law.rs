@@ -1,7 +1,7 @@
 //! What a diagnosis of a field leaves, learned.
 
 use super::candidate::Candidate;
-use super::diagnose::{FieldDiagnosis, Ground as FieldGround};
+use super::diagnose::{FieldDiagnosis, Setup, with_setup};
 use super::options::FieldOptions;
 use super::terms::FieldTerms;
 use crate::error::DiagnoseError;
@@ -33,36 +33,36 @@ where
     F: ParametricField + Sync,
     I: Input<f64> + Sync,
 {
-    let FieldGround { settings, experiments, roles, mut prior, noise, outputs, .. } =
-        FieldGround::of(problem, options)?;
-    if !found.model.discrepancy.is_empty() {
-        prior.add(found.model.discrepancy.clone());
-    }
-    let problem = &FieldProblem { outputs, ..*problem };
-    let causes = || found.causes.iter().chain(&found.minor);
-    let listed: Vec<Candidate> =
-        causes().map(|c| candidates[c.member.candidate].clone()).collect();
-    let named: Vec<Member> = causes()
-        .enumerate()
-        .map(|(candidate, c)| Member { candidate, ..c.member.clone() })
-        .collect();
-    let plain = found.model.plain.clone();
-    let space = FieldTerms::new(problem, experiments, listed, plain, options);
-    let ground = Ground {
-        roles: &roles,
-        noise: Noise::white(&noise),
-        prior,
-        listed: named.len(),
-        named,
-        choices: candidates.len(),
-        settings: &settings,
-        seed: options.seed,
-    };
-    let rest = rest(&space, &ground, found.verdict, &|_| {})?;
-    if let Some((verdict, reason)) = rest.verdict(found.verdict) {
-        found.verdict = verdict;
-        found.reasons.push(reason);
-    }
-    found.remainder = Some(rest.remainder);
-    Ok(found)
+    with_setup(problem, candidates, options, |setup| {
+        let Setup { problem, settings, roles, noise, mut prior, experiments, .. } = setup;
+        if !found.model.discrepancy.is_empty() {
+            prior.add(found.model.discrepancy.clone());
+        }
+        let causes = || found.causes.iter().chain(&found.minor);
+        let listed: Vec<Candidate> =
+            causes().map(|c| candidates[c.member.candidate].clone()).collect();
+        let named: Vec<Member> = causes()
+            .enumerate()
+            .map(|(candidate, c)| Member { candidate, ..c.member.clone() })
+            .collect();
+        let plain = found.model.plain.clone();
+        let space = FieldTerms::new(problem, experiments, listed, plain, options);
+        let ground = Ground {
+            roles: &roles,
+            noise: Noise::white(&noise),
+            prior,
+            listed: named.len(),
+            named,
+            choices: candidates.len(),
+            settings: &settings,
+            seed: options.seed,
+        };
+        let rest = rest(&space, &ground, found.verdict, &|_| {})?;
+        if let Some((verdict, reason)) = rest.verdict(found.verdict) {
+            found.verdict = verdict;
+            found.reasons.push(reason);
+        }
+        found.remainder = Some(rest.remainder);
+        Ok(found)
+    })
 }

@@ -70,7 +70,9 @@ mod candidate;
 mod design;
 mod diagnose;
 mod features;
+mod gated;
 mod labels;
+mod ladder;
 mod law;
 mod options;
 mod perturbed;
@@ -80,6 +82,7 @@ mod terms;
 pub use candidate::Candidate;
 pub use design::{FieldSeparation, design_field, sine_experiments};
 pub use diagnose::{DiagnosedField, FieldBaseline, FieldDiagnosis, diagnose_field};
+pub use ladder::{FieldRung, field_ladder};
 pub use law::learn_remainder_field;
 pub use options::{FieldNoise, FieldOptions};
 

@@ -1,8 +1,8 @@
-//! What a diagnosis of a field is told beside the field and its experiments.
+//! Options of a diagnosis of a field.
 
 use crate::settings::DiagnosisSettings;
 
-/// What the noise levels of the outputs ([`Outputs::noise`](pam_train::field::Outputs::noise)) are taken for.
+/// Meaning of the noise levels of the outputs ([`Outputs::noise`](pam_train::field::Outputs::noise)) are taken for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FieldNoise {
     /// For nothing: size and correlation of the noise are learned from what a flexible model cannot learn of the
@@ -33,7 +33,7 @@ pub struct FieldOptions {
     /// Prior standard deviation of a delay of the inputs that all experiments share and that is fitted along with every
     /// hypothesis, s; zero for none.
     pub delay_deviation_s: f64,
-    /// What the noise levels of the outputs are taken for.
+    /// Meaning of the noise levels of the outputs.
     pub noise: FieldNoise,
     /// Number of experiments, the last ones of the problem, on which the field was validated: their error is its
     /// baseline discrepancy.

@@ -2,11 +2,13 @@
 
 use super::candidate::Candidate;
 use super::features;
+use super::gated::{Gate, Gated};
 use super::labels::label;
 use super::options::FieldOptions;
 use super::perturbed::{Perturbed, Sizes};
 use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, Sensitivities};
+use crate::fit::{Hypothesis, Member, Sensitivities};
+use crate::onset::Acts;
 use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
 use pam_core::ParametricField;
@@ -39,6 +41,8 @@ pub(super) struct FieldSystem<'a, F, I> {
     /// Measured outputs of each experiment.
     measured: Vec<Vec<Vec<f64>>>,
     settings: DiagnosisSettings,
+    /// Time between the rows of the most finely sampled experiment, s.
+    row_s: f64,
     /// Sizes of the states, once they are needed.
     sizes: OnceLock<Arc<Sizes>>,
 }
@@ -92,6 +96,7 @@ where
             outputs: problem.output_names().into_iter().map(output).collect(),
             measured: experiments.iter().map(columns).collect(),
             settings: options.settings,
+            row_s: experiments.iter().map(|e| e.sample_s()).fold(f64::INFINITY, f64::min),
             sizes: OnceLock::new(),
             problem,
             experiments,
@@ -99,8 +104,13 @@ where
         }
     }
 
-    /// The field's parameters under a hypothesis.
+    /// The field's parameters under a hypothesis, with every member there.
     pub(super) fn parameters(&self, h: &Hypothesis) -> Vec<f64> {
+        self.parameters_where(h, |_| true)
+    }
+
+    /// The field's parameters with those members that are there.
+    fn parameters_where(&self, h: &Hypothesis, there: impl Fn(&Member) -> bool) -> Vec<f64> {
         let mut parameters = self.plain.clone();
         let refitted = self.refitted.iter().zip(&self.logarithmic).zip(&h.shared);
         for ((&index, logarithmic), deviation) in refitted {
@@ -110,13 +120,28 @@ where
                 parameters[index] += deviation;
             }
         }
-        for member in &h.members {
+        for member in h.members.iter().filter(|m| there(m)) {
             let indices = &self.candidates[member.candidate].parameters;
             for ((index, _), value) in indices.iter().zip(&member.values) {
                 parameters[*index] = *value;
             }
         }
         parameters
+    }
+
+    /// The gates of members that come or go in an experiment, and the times of all members.
+    fn gates(&self, h: &Hypothesis, experiment: usize) -> (Vec<Gate>, Vec<f64>) {
+        let (mut gates, mut times) = (Vec::new(), Vec::new());
+        for member in &h.members {
+            if let Acts::Within(course, first) = acts(member, experiment) {
+                let all = &self.candidates[member.candidate].parameters;
+                let parameters = all.iter().filter_map(|(index, p)| Some((*index, p.off?)));
+                let first = times.len() + first;
+                gates.push(Gate { parameters: parameters.collect(), course, first });
+            }
+            times.extend(member.times());
+        }
+        (gates, times)
     }
 
     /// The delay of the inputs under a hypothesis, s.
@@ -127,7 +152,8 @@ where
     fn numbers(&self, h: &Hypothesis, local: &[f64], experiment: usize) -> Numbers<f64> {
         let mut initial_state = self.problem.initial_state(self.experiments[experiment]);
         self.free_states.iter().zip(local).for_each(|(&s, d)| initial_state[s] += d);
-        Numbers { parameters: self.parameters(h), initial_state, delay_s: self.delay_s(h) }
+        let parameters = self.parameters_where(h, |m| acts(m, experiment) != Acts::Never);
+        Numbers { parameters, initial_state, delay_s: self.delay_s(h) }
     }
 
     /// The signals at the times of an experiment, signal by signal.
@@ -137,8 +163,16 @@ where
         local: &[f64],
         experiment: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        let numbers = self.numbers(h, local, experiment);
-        let signals = self.problem.simulate(self.experiments[experiment], &numbers)?;
+        let mut numbers = self.numbers(h, local, experiment);
+        let e = self.experiments[experiment];
+        let (gates, times) = self.gates(h, experiment);
+        let signals = if gates.is_empty() {
+            self.problem.simulate(e, &numbers)?
+        } else {
+            numbers.parameters.extend(&times);
+            let gated = self.gated(gates, times.len(), experiment);
+            self.over(&gated).simulate(e, &numbers)?
+        };
         let width = self.problem.signal_len();
         Ok((0..width).map(|i| signals.iter().skip(i).step_by(width).copied().collect()).collect())
     }
@@ -171,8 +205,7 @@ where
             Arc::new(Sizes::of(&states.unwrap_or(unknown), width))
         });
         let perturbed = Perturbed::new(self.problem.field, Arc::clone(sizes));
-        let FieldProblem { outputs, integrator, .. } = self.problem;
-        let problem = FieldProblem::<_, I>::new(&perturbed, &[], outputs.clone(), integrator);
+        let problem = self.over(&perturbed);
         let mut numbers = self.numbers(h, local, experiment);
         let own = numbers.parameters.len();
         numbers.parameters.resize(own + perturbed.weight_len(), 0.0);
@@ -181,8 +214,20 @@ where
         let width = problem.signal_len();
         let of = |by: &Vec<f64>, s: usize| by.iter().skip(s).step_by(width).copied().collect();
         let columns =
-            found.by.iter().flat_map(|by| outputs.signals.iter().map(move |&s| of(by, s)));
+            found.by.iter().flat_map(|by| problem.outputs.signals.iter().map(move |&s| of(by, s)));
         Ok(columns.collect())
+    }
+
+    /// The field with terms that come and go in an experiment.
+    fn gated(&self, gates: Vec<Gate>, times: usize, experiment: usize) -> Gated<'a, F> {
+        let start_s = self.experiments[experiment].times_s[0];
+        Gated::new(self.problem.field, gates, times, start_s, self.row_s)
+    }
+
+    /// The problem of another field, without experiments.
+    fn over<'p, G: ParametricField>(&'p self, field: &'p G) -> FieldProblem<'p, G, I> {
+        let FieldProblem { outputs, integrator, .. } = self.problem;
+        FieldProblem::new(field, &[], outputs.clone(), integrator)
     }
 
     /// The inputs at the times of an experiment, input by input.
@@ -202,6 +247,12 @@ where
     fn input_len(&self) -> usize {
         self.experiments.first().map_or(0, |e| e.input.input_len())
     }
+}
+
+/// What a member does in an experiment; a planned experiment has it all the time.
+fn acts(member: &Member, experiment: usize) -> Acts {
+    let schedule = member.schedule.as_ref();
+    schedule.and_then(|s| s.acts.get(experiment).copied()).unwrap_or(Acts::Always)
 }
 
 impl<F, I> Candidates for FieldSystem<'_, F, I>
@@ -234,12 +285,28 @@ where
         own.copied().unwrap_or(f64::INFINITY)
     }
 
+    fn may_be_timed(&self, index: usize) -> bool {
+        self.infos[index].iter().any(|p| p.off.is_some())
+    }
+
+    fn acts_at_rest(&self, _index: usize) -> bool {
+        false
+    }
+
+    fn ramp_s(&self) -> f64 {
+        self.row_s
+    }
+
     fn shared(&self) -> &[Nuisance] {
         &self.shared
     }
 
     fn local(&self) -> &[Nuisance] {
         &self.local
+    }
+
+    fn experiment_len(&self) -> usize {
+        self.experiments.len()
     }
 
     fn outputs(&self) -> &[OutputInfo] {
@@ -298,21 +365,36 @@ where
         window: Range<usize>,
     ) -> Result<Sensitivities, DiagnoseError> {
         let fitted = hypothesis.parameters(self);
-        let index = |m: usize, value: usize| {
-            self.candidates[hypothesis.members[m].candidate].parameters[value].0
-        };
+        let there = |m: &Member| acts(m, experiment) != Acts::Never;
         // The value of a member replaces that of the field.
         let replaced = |k: usize| {
             let of = |c: usize| self.candidates[c].parameters.iter().any(|p| p.0 == k);
-            hypothesis.members.iter().any(|m| of(m.candidate))
+            hypothesis.members.iter().any(|m| there(m) && of(m.candidate))
         };
-        let numbers = self.numbers(hypothesis, local, experiment);
+        let mut numbers = self.numbers(hypothesis, local, experiment);
+        let (gates, times) = self.gates(hypothesis, experiment);
+        let own = numbers.parameters.len();
         let mut slopes = Vec::new();
         let mut by = Vec::new();
         for p in &fitted {
-            let value = hypothesis.members[p.member].values[p.value];
-            slopes.push(if p.info.logarithmic { value } else { 1.0 });
-            by.push(Number::Parameter(index(p.member, p.value)));
+            let member = &hypothesis.members[p.member];
+            let value = member.values[p.value];
+            let slope = if p.info.logarithmic { value } else { 1.0 };
+            let indices = &self.candidates[member.candidate].parameters;
+            let (index, has) = match indices.get(p.value) {
+                Some((index, _)) => (*index, there(member)),
+                None => {
+                    let before = &hypothesis.members[..p.member];
+                    let first: usize = before.iter().map(|m| m.times().len()).sum();
+                    let time = p.value - member.own().len();
+                    let schedule = member.schedule.as_ref();
+                    let has = schedule.is_some_and(|s| s.times_in(experiment).contains(&time));
+                    (own + first + time, has)
+                }
+            };
+            slopes.push(if has { slope } else { 0.0 });
+            // Where there are no gates there are no times among the parameters.
+            by.push(Number::Parameter(if has { index } else { 0 }));
         }
         for (&k, logarithmic) in self.refitted.iter().zip(&self.logarithmic) {
             let slope = if *logarithmic { numbers.parameters[k] } else { 1.0 };
@@ -328,7 +410,13 @@ where
             by.push(Number::InitialState(s));
         }
         let e = self.experiments[experiment];
-        let solved = self.problem.sensitivities(e, &numbers, &by)?;
+        let solved = if gates.is_empty() {
+            self.problem.sensitivities(e, &numbers, &by)?
+        } else {
+            numbers.parameters.extend(&times);
+            let gated = self.gated(gates, times.len(), experiment);
+            self.over(&gated).sensitivities(e, &numbers, &by)?
+        };
         let n = self.problem.signal_len();
         let outputs = self.problem.outputs.signals.iter();
         let residual = |(c, &s): (usize, &usize)| -> Vec<f64> {

@@ -99,7 +99,8 @@ where
         let (states, inputs) = self.names();
         let few = states.len() <= FEW_STATES;
         let of_states = if few { VariableKind::Turning } else { VariableKind::Moving };
-        let kinds = states.iter().map(|_| of_states).chain(inputs.iter().map(|_| VariableKind::Moving));
+        let kinds =
+            states.iter().map(|_| of_states).chain(inputs.iter().map(|_| VariableKind::Moving));
         let names = states.iter().chain(&inputs);
         let length = ((states.len() + inputs.len()).max(2) as f64).ln();
         let mut all: Vec<Variable> = names
@@ -216,7 +217,8 @@ where
         let texts = |names: &[String]| names.iter().map(|n| keep(n)).collect::<Vec<&str>>();
         let mut terms = Terms::new(&texts(&states), &texts(&inputs));
         for d in definitions {
-            let info = |p: &TermParameter| -> (ParameterInfo, f64) { (p.info(keep(&p.name)), p.start) };
+            let info =
+                |p: &TermParameter| -> (ParameterInfo, f64) { (p.info(keep(&p.name)), p.start) };
             let parameters: Vec<(ParameterInfo, f64)> = d.parameters.iter().map(info).collect();
             let adds: Vec<(&str, &str)> = d
                 .acts
@@ -237,9 +239,9 @@ where
         let mut system = FieldSystem::new(&problem, of, &candidates, self.options);
         system.plain[..self.plain.len()].copy_from_slice(&self.plain);
         system.deviations = vec![Vec::new(); self.listed.len()];
-        system.deviations.extend(
-            definitions.iter().map(|d| d.parameters.iter().map(|p| p.deviation).collect()),
-        );
+        system
+            .deviations
+            .extend(definitions.iter().map(|d| d.parameters.iter().map(|p| p.deviation).collect()));
         then(&system)
     }
 

@@ -1,22 +1,56 @@
 //! A set of candidates with values.
 
+use crate::onset::Schedule;
 use crate::search::{Candidates, Nuisance};
 use pam_vocabulary::ParameterInfo;
+use std::sync::Arc;
 
-/// A candidate with its values: parameters, then switches.
+/// A candidate with its values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Member {
     /// Index of the candidate.
     pub candidate: usize,
-    /// Its values.
+    /// Its values: parameters, then switches; behind them the times of its schedule.
     pub values: Vec<f64>,
+    /// When it acts, if not always.
+    pub schedule: Option<Arc<Schedule>>,
 }
 
 impl Member {
     /// A candidate that is always there.
     #[must_use]
     pub fn always(candidate: usize, values: &[f64]) -> Self {
-        Self { candidate, values: values.to_vec() }
+        Self { candidate, values: values.to_vec(), schedule: None }
+    }
+
+    /// Number of the times behind its own values.
+    fn time_len(&self) -> usize {
+        self.schedule.as_ref().map_or(0, |s| s.times.len())
+    }
+
+    /// Its own values, without the times.
+    #[must_use]
+    pub fn own(&self) -> &[f64] {
+        &self.values[..self.values.len() - self.time_len()]
+    }
+
+    /// The times of its schedule.
+    #[must_use]
+    pub fn times(&self) -> &[f64] {
+        &self.values[self.values.len() - self.time_len()..]
+    }
+
+    /// The same with other values of its own and the times as they are.
+    #[must_use]
+    pub fn with_own(&self, own: &[f64]) -> Self {
+        Self { values: [own, self.times()].concat(), ..self.clone() }
+    }
+
+    /// Places and descriptions of the values that are fitted: the candidate's parameters, then the times.
+    pub(crate) fn fitted<C: Candidates + ?Sized>(&self, system: &C) -> Vec<(usize, ParameterInfo)> {
+        let own = system.candidate(self.candidate).parameters.iter().copied().enumerate();
+        let times = self.schedule.as_ref().filter(|s| s.fitted).map_or(&[][..], |s| &s.times);
+        own.chain((self.own().len()..).zip(times.iter().copied())).collect()
     }
 }
 
@@ -66,6 +100,14 @@ impl Hypothesis {
         more
     }
 
+    /// The same with another member behind the others.
+    #[must_use]
+    pub fn with_member(&self, member: Member) -> Self {
+        let mut more = self.clone();
+        more.members.push(member);
+        more
+    }
+
     /// The same without the member at this place.
     #[must_use]
     pub fn without(&self, place: usize) -> Self {
@@ -93,8 +135,8 @@ impl Hypothesis {
         let fitted = self.members.iter().enumerate().skip(self.fixed);
         fitted
             .flat_map(|(member, m)| {
-                let infos = system.candidate(m.candidate).parameters.iter().enumerate();
-                infos.map(move |(value, &info)| FittedParameter { member, value, info })
+                let fitted = m.fitted(system).into_iter();
+                fitted.map(move |(value, info)| FittedParameter { member, value, info })
             })
             .collect()
     }

@@ -15,6 +15,8 @@ mod unseen;
 
 pub(crate) use covariance::Influences;
 pub use covariance::Interval;
+#[cfg(feature = "joint")]
+pub(crate) use hypothesis::FittedParameter;
 pub(crate) use hypothesis::coordinate;
 pub use hypothesis::{Hypothesis, Member};
 pub use levenberg_marquardt::Fit;

@@ -38,7 +38,7 @@ pub struct Problem<'a, C: ?Sized> {
     /// right is correlated.
     pub rows_per_observation: f64,
     /// What the nuisances of experiments that were not fitted would take, experiment by experiment.
-    pub(crate) unseen: Option<Arc<Vec<UnseenNuisances>>>,
+    pub(crate) unseen: Option<Arc<Vec<Arc<UnseenNuisances>>>>,
 }
 
 impl<C: ?Sized> Clone for Problem<'_, C> {
@@ -106,6 +106,13 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
             unseen: None,
             ..*self
         }
+    }
+
+    /// One experiment of the problem, with what its nuisances would take.
+    pub(crate) fn one(&self, place: usize) -> Self {
+        let mut one = self.part(place, self.windows[place].clone());
+        one.unseen = self.unseen.as_ref().map(|all| Arc::new(vec![Arc::clone(&all[place])]));
+        one
     }
 
     /// Number of experiments.
@@ -268,13 +275,14 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
     pub(crate) fn as_unseen(&self, base: &Hypothesis) -> Result<Self, DiagnoseError> {
         let plain = Self { unseen: None, ..self.clone() };
         let base = Hypothesis { members: Vec::new(), fixed: 0, ..base.clone() };
-        let each: Result<Vec<UnseenNuisances>, DiagnoseError> = parallel::map(self.len(), |i| {
-            let s = plain.whitened_sensitivities(&base, i)?;
-            let locals = s.columns[self.system.shared().len()..].to_vec();
-            Ok(UnseenNuisances::new(locals, self.system.local()))
-        })
-        .into_iter()
-        .collect();
+        let each: Result<Vec<Arc<UnseenNuisances>>, DiagnoseError> =
+            parallel::map(self.len(), |i| {
+                let s = plain.whitened_sensitivities(&base, i)?;
+                let locals = s.columns[self.system.shared().len()..].to_vec();
+                Ok(Arc::new(UnseenNuisances::new(locals, self.system.local())))
+            })
+            .into_iter()
+            .collect();
         Ok(Self { unseen: Some(Arc::new(each?)), ..plain })
     }
 

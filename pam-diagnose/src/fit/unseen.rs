@@ -4,7 +4,7 @@ use crate::search::Nuisance;
 use pam_numerics::ScaledCholesky;
 use pam_numerics::dot;
 
-/// What the nuisances of one experiment would take from its whitened residual: the projection on their sensitivities `Z`,
+/// The part of the whitened residual of one experiment that its nuisances would explain: the projection on their sensitivities `Z`,
 /// with their priors, `r − Z (ZᵀZ + Σ⁻¹)⁻¹ Zᵀ r`.
 ///
 /// Start, sealed masses and offsets belong to an experiment, not to a hypothesis; their effect is linear over their priors.

@@ -54,7 +54,7 @@ impl BaselineDiscrepancy {
             &settings.data,
         )?;
         // Effects of the vocabulary only: a candidate of the user's is what is asked about.
-        let effects = ALL.iter().map(|e| *e as &dyn AnyEffect).collect();
+        let effects: Vec<&'static dyn AnyEffect> = ALL.to_vec();
         let all: Vec<&Trial> = trials.iter().collect();
         let (base, open) = (model.base(), roles.open());
         let system = JointSystem::new(all, &open, base, &model.effects, effects, settings);

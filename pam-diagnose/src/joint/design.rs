@@ -19,7 +19,7 @@ use std::path::Path;
 /// A force on the joint, sinusoidal pieces one after another.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Excitation {
-    /// What it is, in a few words.
+    /// Short description.
     pub name: &'static str,
     /// Amplitude (N), frequency (Hz) and length (s) of each piece.
     pub pieces: Vec<[f64; 3]>,
@@ -80,7 +80,7 @@ pub fn separate(
     settings.data.points_per_row = 1;
     // The effects of the model, then the alternatives.
     let actives: Vec<&ActiveEffect> = extended.effects.iter().chain(alternatives).collect();
-    let member = |candidate: usize| Member { candidate, values: actives[candidate].values.clone() };
+    let member = |candidate: usize| Member::always(candidate, &actives[candidate].values);
     let mut tried: Vec<(Excitation, &[[f64; 2]])> = Vec::new();
     for excitation in excitations(scales.force_n) {
         tried.extend(PRESSURES.iter().map(|p| (excitation.clone(), *p)));
@@ -89,7 +89,7 @@ pub fn separate(
         let trials: Vec<Trial> =
             psi.iter().map(|&p| trial(extended, &excitation, p, scales)).collect();
         let all = OpenPart::whole(trials.len());
-        let effects = actives.iter().map(|a| a.effect as &dyn AnyEffect).collect();
+        let effects: Vec<&'static dyn AnyEffect> = actives.iter().map(|a| a.effect).collect();
         let (of_trials, base) = (trials.iter().collect(), extended.base());
         let system = JointSystem::new(of_trials, &all, base, &[], effects, &settings);
         let named = Hypothesis {

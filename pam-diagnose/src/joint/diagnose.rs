@@ -2,6 +2,7 @@
 
 use super::baseline::BaselineDiscrepancy;
 use super::design::{Separation, separate};
+use super::ladder::{EffectLadder, joint_ladder};
 use super::spans::spans;
 use super::system::JointSystem;
 use crate::data::{OpenPart, Roles, TestSource};
@@ -43,6 +44,8 @@ pub struct DiagnoseOptions {
     /// Known standard deviations of the noise of x (mm), P_f and P_e (kPa), in means over
     /// [`points_per_row`](crate::settings::DataSettings::points_per_row) grid points; learned from the data where absent.
     pub noise: [Option<f64>; 3],
+    /// A ladder to climb on the same data, beside the model as it is given.
+    pub ladder: Option<EffectLadder>,
 }
 
 impl Default for DiagnoseOptions {
@@ -54,6 +57,7 @@ impl Default for DiagnoseOptions {
             plausibility: PlausibilitySettings::default(),
             allow_implausible: false,
             noise: [None; 3],
+            ladder: None,
         }
     }
 }
@@ -69,7 +73,7 @@ pub struct DiagnosedJoint {
     /// By how many of its samples the force acts earlier than a held one, as fitted with the named causes:
     /// 0 held, ½ smooth.
     pub force_lead_samples: f64,
-    /// What in the recordings contradicts the physics of the joint.
+    /// Contradictions between the recordings and the physics of the joint.
     pub plausibility: Vec<Finding>,
     /// Magnitudes of the fitted recordings.
     #[serde(skip)]
@@ -104,8 +108,7 @@ pub fn diagnose(
     let all: Vec<&Trial> = trials.iter().collect();
     let roles = Roles::assign(&spans(&all), source, options.seed, &settings.data)?;
     let open = roles.open();
-    let effects: Vec<&dyn AnyEffect> =
-        options.candidates.iter().map(|e| *e as &dyn AnyEffect).collect();
+    let effects = options.candidates.clone();
     let base = model.base();
     let mut system = JointSystem::new(all, &open, base, &model.effects, effects.clone(), settings);
     let mut noise = estimated_noise(&system, &open, &settings.noise);
@@ -146,15 +149,8 @@ pub fn diagnose(
         settings,
         seed: options.seed,
     };
-    diagnosis::run(&prepared, progress, |best| {
-        let causes: Vec<ActiveEffect> = best
-            .members
-            .iter()
-            .map(|m| ActiveEffect {
-                effect: options.candidates[m.candidate],
-                values: m.values.clone(),
-            })
-            .collect();
+    let mut found = diagnosis::run(&prepared, progress, |best| {
+        let causes: Vec<ActiveEffect> = best.members.iter().map(|m| system.active(m)).collect();
         let learned = system.learned_in_part(best);
         if let Some(baseline) = &mut baseline {
             baseline.shares = JointSystem::shares(best);
@@ -168,11 +164,16 @@ pub fn diagnose(
             scales: system.scales.clone(),
             candidates: options.candidates.clone(),
         }
-    })
+    })?;
+    if let Some(ladder) = &options.ladder {
+        let done = |s| progress(Stage::Judging, 0.5 + 0.5 * s);
+        found.ladder = Some(joint_ladder(model, sets, ladder, options, &done)?);
+    }
+    Ok(found)
 }
 
-/// What in the recordings contradicts the physics of the joint; an error if it is certain and not allowed.
-fn plausible(
+/// Contradictions between the recordings and the physics of the joint; an error if it is certain and not allowed.
+pub(super) fn plausible(
     model: &ExtendedModel,
     sets: &RecordingSets<'_>,
     options: &DiagnoseOptions,
@@ -212,7 +213,7 @@ impl JointDiagnosis {
             .iter()
             .map(|m| ActiveEffect {
                 effect: model.candidates[m.candidate],
-                values: m.values.clone(),
+                values: m.own().to_vec(),
             })
             .collect();
         let place = model.extended.effects.iter().rposition(|a| a.effect.info().id == cause.effect);

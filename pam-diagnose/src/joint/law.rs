@@ -48,12 +48,14 @@ pub fn learn_remainder(
         .enumerate()
         .map(|(candidate, c)| Member { candidate, ..c.member.clone() })
         .collect();
-    let learned = found.model.baseline.as_ref().map_or_else(Default::default, |b| {
-        (b.effects.clone(), b.share_deviations.clone())
-    });
+    let learned = found
+        .model
+        .baseline
+        .as_ref()
+        .map_or_else(Default::default, |b| (b.effects.clone(), b.share_deviations.clone()));
     let base = model.base();
-    let effects: Vec<&dyn AnyEffect> = listed.iter().map(|e| *e as &dyn AnyEffect).collect();
-    let system = JointSystem::new(all.clone(), &open, base, &model.effects, effects, settings);
+    let system =
+        JointSystem::new(all.clone(), &open, base, &model.effects, listed.clone(), settings);
     let mut noise = estimated_noise(&system, &open, &settings.noise);
     let given = noise.iter_mut().zip(options.noise);
     given.for_each(|(noise, given)| *noise = given.unwrap_or(*noise));
@@ -74,20 +76,16 @@ pub fn learn_remainder(
     };
     let rest = rest(&space, &ground, found.verdict, progress)?;
     if !rest.added.is_empty() {
-        let named = rest.named.iter().map(|m| ActiveEffect {
-            effect: space.listed[m.candidate],
-            values: m.values.clone(),
-        });
+        let named = rest.named.iter().map(|m| system.active(m));
         let mut added = Vec::new();
         for (definition, values) in &rest.added {
             let effects = expression::parse(&crate::terms::TermSpace::file(
                 &space,
                 std::slice::from_ref(definition),
             ))?;
-            added.extend(effects.into_iter().map(|effect| ActiveEffect {
-                effect,
-                values: values.clone(),
-            }));
+            added.extend(
+                effects.into_iter().map(|effect| ActiveEffect { effect, values: values.clone() }),
+            );
         }
         let shared = Hypothesis {
             members: Vec::new(),

@@ -26,7 +26,7 @@ pub fn refit(
     subjects.iter().try_for_each(ResampledRecord::check)?;
     let trials: Vec<Trial> = subjects.iter().map(|s| Trial::new(&model.joint, s)).collect();
     let all = OpenPart::whole(trials.len());
-    let effects = model.effects.iter().map(|a| a.effect as &dyn AnyEffect).collect();
+    let effects: Vec<&'static dyn AnyEffect> = model.effects.iter().map(|a| a.effect).collect();
     let base = model.base();
     let system = JointSystem::new(trials.iter().collect(), &all, base, &[], effects, &settings);
     let noise = Noise::white(&estimated_noise(&system, &all, &settings.noise));

@@ -8,6 +8,9 @@ use pam_report::page::number;
 /// Lead of the force (samples) from which it is nearer to a smooth one (½) than to a held one (0).
 const SMOOTH: f64 = 0.25;
 
+/// Lead of the force (samples) below which it counts as held.
+const HELD: f64 = 0.05;
+
 /// Share of an effect of the baseline recordings below which it is mentioned.
 const WHOLE: f64 = 0.995;
 
@@ -16,15 +19,19 @@ impl ReportModel for DiagnosedJoint {
         html! {
             @if !self.plausibility.is_empty() {
                 div.note {
-                    "These recordings contradict the physics of the joint; the rest of this page may mean nothing."
+                    "These recordings contradict the physics of the joint; the results on this page may be meaningless."
                     ul { @for finding in &self.plausibility { li { (finding.to_string()) } } }
                 }
             }
             p {
-                "The force acts " (number(self.force_lead_samples, 2)) " samples earlier than if each value held until \
-                 the next (0 held, ½ smooth)."
+                @if self.force_lead_samples.abs() < HELD {
+                    "The force between two samples is that of the first: it is held."
+                } @else {
+                    "The force acts " (number(self.force_lead_samples, 2)) " samples earlier than a force that each sample holds until "
+                    "the next (0 held, ½ smooth)."
+                }
                 @if self.force_lead_samples > SMOOTH {
-                    " It is better read with " code { "--input linear" } " in commands that predict."
+                    " Read it with " code { "--input linear" } " in commands that predict."
                 }
             }
             @if let Some(b) = &self.baseline {
@@ -32,11 +39,11 @@ impl ReportModel for DiagnosedJoint {
                     "Baseline discrepancy of this model, from " (b.recordings.join(", ")) ": RMS "
                     (number(b.rms[0], 4)) " mm, " (number(b.rms[1], 3)) " and " (number(b.rms[2], 3)) " kPa"
                     @if !b.effects.is_empty() {
-                        " with " (b.effects.iter().map(|e| e.effect.info().id).collect::<Vec<_>>().join(", "))
+                        " with " (b.effects.iter().map(|e| e.effect.info().plain_name()).collect::<Vec<_>>().join(", "))
                     }
-                    ". That much counts as no fault."
+                    ". An error of this size is not a fault."
                     @for (effect, share) in b.effects.iter().zip(&b.shares).filter(|(_, share)| **share < WHOLE) {
-                        " Of " (effect.effect.info().id) ", these recordings have " (number(100.0 * share, 0)) " %."
+                        " These recordings show " (number(100.0 * share, 0)) " % of its " (effect.effect.info().plain_name()) "."
                     }
                 }
             }

@@ -67,6 +67,7 @@ pub(super) fn data_scales(
         speed_mm_s: percentile(speed, high),
         stiffness_n_mm: force_n / travel_mm.max(1e-3),
         gauge_kpa,
+        duration_s: trials.iter().map(|t| t.record.duration_s()).fold(0.0, f64::max),
         samples,
     }
 }

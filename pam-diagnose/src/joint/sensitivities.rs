@@ -1,8 +1,8 @@
 //! Residuals and sensitivities of one recording.
 
-use super::system::{JointSystem, magnitudes};
+use super::system::{JointSystem, Parts, magnitudes};
 use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, Sensitivities, fitted_outputs, row_means};
+use crate::fit::{FittedParameter, Hypothesis, Sensitivities, fitted_outputs, row_means};
 use crate::search::Candidates;
 use pam_autodiff::Chunk;
 use pam_core::Scalar;
@@ -77,10 +77,12 @@ impl Experiment<'_> {
     ) -> Result<Differentiated, DiagnoseError> {
         let mut all =
             Differentiated { simulated: Vec::new(), columns: Vec::with_capacity(count + 3) };
+        let absent = self.absent();
+        let active = count - absent.len();
         let mut first = 0;
-        while first < count.max(1) {
-            let last = if count - first > NARROW { first + WIDTH } else { first + NARROW };
-            let some = first..last.min(count);
+        while first < active.max(1) {
+            let last = if active - first > NARROW { first + WIDTH } else { first + NARROW };
+            let some = first..last.min(active);
             if last - first == WIDTH {
                 self.pass::<WIDTH>(window, some, &mut all)?;
             } else {
@@ -88,7 +90,21 @@ impl Experiment<'_> {
             }
             first = last;
         }
+        let none =
+            vec![vec![0.0; window.len() / self.system.points_per_row()]; all.simulated.len()];
+        for k in absent {
+            all.columns.insert(k, none.clone());
+        }
         Ok(all)
+    }
+
+    /// The parameters that this experiment does not have: members that are not there, and times of others.
+    fn absent(&self) -> Vec<usize> {
+        let places = self.system.parts(self.hypothesis, self.index).places;
+        let parameters = self.hypothesis.parameters(self.system);
+        let missing =
+            |(k, p): (usize, &FittedParameter)| places[p.member][p.value].is_none().then_some(k);
+        parameters.iter().enumerate().filter_map(missing).collect()
     }
 
     /// Adds the columns of `some` unknowns by one simulation, and the channels if there are none yet.
@@ -104,11 +120,11 @@ impl Experiment<'_> {
         let system = self.system;
         let points = system.points_per_row();
         let channels: Vec<usize> = fitted_outputs(system).map(|(c, _)| c).collect();
-        let (effects, values) = system.parts(self.hypothesis);
-        let (values, nuisances) = self.seeded::<N>(&values, some.start);
-        let mut out = Trajectory::default();
+        let parts = system.parts(self.hypothesis, self.index);
+        let (values, nuisances) = self.seeded::<N>(&parts, some.start);
+        let (effects, mut out) = (&parts.effects, Trajectory::default());
         let trial = system.trials[self.index];
-        simulate::<Chunk<N>>(trial, &system.base, &effects, &values, &nuisances, &mut out)?;
+        simulate::<Chunk<N>>(trial, &system.base, effects, &values, &nuisances, &mut out)?;
         if all.simulated.is_empty() {
             let plain = |&c: &usize| out.channels[c].iter().map(|v| v.value).collect();
             all.simulated = channels.iter().map(plain).collect();
@@ -132,27 +148,30 @@ impl Experiment<'_> {
     /// the derivative by their logarithm.
     fn seeded<const N: usize>(
         &self,
-        values: &[f64],
+        parts: &Parts<'_>,
         first: usize,
     ) -> (Vec<Chunk<N>>, Nuisances<Chunk<N>>)
     where
         Chunk<N>: SimulationScalar,
     {
         let (system, hypothesis) = (self.system, self.hypothesis);
-        let mut values: Vec<Chunk<N>> = values.iter().map(|&v| Chunk::constant(v)).collect();
+        let mut values: Vec<Chunk<N>> = parts.values.iter().map(|&v| Chunk::constant(v)).collect();
         let parameters = hypothesis.parameters(system);
+        let absent =
+            parameters.iter().filter(|p| parts.places[p.member][p.value].is_none()).count();
+        let present = parameters.len() - absent;
         let mut fixed: usize = system.fixed.iter().map(|a| a.values.len()).sum();
         for (k, learned) in system.learned.iter().enumerate() {
-            let unknown = parameters.len() + JointSystem::LEAD + k;
+            let unknown = present + JointSystem::LEAD + k;
             for (value, magnitude) in values[fixed..].iter_mut().zip(magnitudes(learned)) {
                 let seed = Chunk::<N>::seeded(value.value, unknown, first);
                 *value = Chunk::new(seed.value, seed.derivatives.map(|d| d * magnitude));
             }
             fixed += learned.values.len();
         }
-        for (k, p) in parameters.iter().enumerate() {
-            let before: usize = hypothesis.members[..p.member].iter().map(|m| m.values.len()).sum();
-            let value = &mut values[fixed + before + p.value];
+        let there = parameters.iter().filter_map(|p| Some((p, parts.places[p.member][p.value]?)));
+        for (k, (p, place)) in there.enumerate() {
+            let value = &mut values[place];
             let seed = Chunk::<N>::seeded(value.value, k, first);
             let slope = if p.info.logarithmic { seed.value } else { 1.0 };
             *value = Chunk::new(seed.value, seed.derivatives.map(|d| d * slope));
@@ -163,7 +182,7 @@ impl Experiment<'_> {
         let local = [&mut n.start_mm, &mut n.start_mm_s, air_f, air_e];
         let of_learned = JointSystem::LEAD..JointSystem::LEAD + system.learned.len();
         for (k, value) in (0..of_learned.start).zip(shared).chain((of_learned.end..).zip(local)) {
-            *value = Chunk::seeded(value.value, parameters.len() + k, first);
+            *value = Chunk::seeded(value.value, present + k, first);
         }
         (values, n)
     }

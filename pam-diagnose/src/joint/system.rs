@@ -5,13 +5,16 @@ use super::sensitivities::Experiment;
 use super::{factors, features};
 use crate::data::OpenPart;
 use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, Sensitivities};
+use crate::fit::{Hypothesis, Member, Sensitivities};
 use crate::noise::{NoisePrior, moving_discrepancy, noise_deviation};
+use crate::onset::{Acts, Pattern};
 use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_data::Channel;
-use pam_effects::effects::{AnyEffect, DataScales, EffectScalar, Held, ParameterInfo};
+use pam_effects::effects::{
+    AnyEffect, DataScales, EffectScalar, FixedState, Group, ParameterInfo, timed,
+};
 use pam_effects::model::ActiveEffect;
 use pam_effects::simulation::{Base, Nuisances, ResampledRecord, Trajectory, Trial, simulate};
 use std::ops::Range;
@@ -24,7 +27,7 @@ pub struct JointSystem<'a> {
     pub(super) fixed: Vec<ActiveEffect>,
     /// Effects that baseline recordings have shown, of which the data may have a part only.
     pub(super) learned: Vec<ActiveEffect>,
-    pub(super) effects: Vec<&'a dyn AnyEffect>,
+    pub(super) effects: Vec<&'static dyn AnyEffect>,
     /// Candidates behind the effects, with the standard deviations of the priors of their parameters.
     pub(super) terms: Vec<(&'a dyn AnyEffect, Vec<f64>)>,
     pub(super) scales: DataScales,
@@ -52,7 +55,7 @@ impl<'a> JointSystem<'a> {
         open: &[OpenPart],
         base: Base<f64>,
         fixed: &[ActiveEffect],
-        effects: Vec<&'a dyn AnyEffect>,
+        effects: Vec<&'static dyn AnyEffect>,
         settings: &DiagnosisSettings,
     ) -> Self {
         let fit = &settings.fit;
@@ -133,7 +136,7 @@ impl<'a> JointSystem<'a> {
         &self.scales
     }
 
-    /// What is known of the noise: the model's own errors, as a part of the motion.
+    /// Prior knowledge of the noise: the model's own errors, as a part of the motion.
     #[must_use]
     pub fn noise_prior(&self, open: &[OpenPart]) -> NoisePrior {
         NoisePrior {
@@ -151,13 +154,40 @@ impl<'a> JointSystem<'a> {
         }
     }
 
-    /// The effects of the model and of a hypothesis, and all their values, in the order in which they act.
-    pub(super) fn parts(&self, h: &Hypothesis) -> (Vec<&dyn AnyEffect>, Vec<f64>) {
+    /// The effects of the model and of a hypothesis in an experiment, in the order in which they act.
+    pub(super) fn parts(&self, h: &Hypothesis, experiment: usize) -> Parts<'_> {
         let of_model = self.fixed.iter().cloned().chain(self.learned_in_part(h));
-        let of_model = of_model.map(|a| (a.effect as &dyn AnyEffect, a.values));
-        let members = h.members.iter().map(|m| (self.effect(m.candidate), m.values.clone()));
-        let (effects, values): (Vec<_>, Vec<_>) = of_model.chain(members).unzip();
-        (effects, values.into_iter().flatten().collect())
+        let (effects, values): (Vec<&dyn AnyEffect>, Vec<_>) =
+            of_model.map(|a| (a.effect as &dyn AnyEffect, a.values)).unzip();
+        let mut parts =
+            Parts { effects, values: values.into_iter().flatten().collect(), places: Vec::new() };
+        for member in &h.members {
+            match member.candidate.checked_sub(self.effects.len()) {
+                None => parts.add(self.effects[member.candidate], member, experiment),
+                Some(k) => parts.add_always(self.terms[k].0, member),
+            }
+        }
+        parts
+    }
+
+    /// A member as a part of a model: with its times where all recordings share them, else as it is when it acts.
+    pub(super) fn active(&self, member: &Member) -> ActiveEffect {
+        let effect = self.effects[member.candidate];
+        let own = member.own();
+        let always = ActiveEffect { effect, values: own.to_vec() };
+        let Some(schedule) = member.schedule.as_ref().filter(|s| s.pattern == Pattern::Shared)
+        else {
+            return always;
+        };
+        match schedule.acts.first() {
+            Some(Acts::Within(course, first)) => {
+                let times = &member.times()[*first..first + course.time_len()];
+                let (parameters, switches) = own.split_at(effect.info().parameters.len());
+                let values = [parameters, times, switches].concat();
+                ActiveEffect { effect: timed(effect, *course), values }
+            }
+            _ => always,
+        }
     }
 
     /// Nuisances: mass, deformation coefficient (logarithms) and lead, before the shares of learned effects; start,
@@ -172,6 +202,55 @@ impl<'a> JointSystem<'a> {
             start_mm_s: c(local[1]),
             log_air: [c(local[2]), c(local[3])],
         }
+    }
+}
+
+/// Effects in an experiment.
+pub(super) struct Parts<'s> {
+    pub(super) effects: Vec<&'s dyn AnyEffect>,
+    /// All their values.
+    pub(super) values: Vec<f64>,
+    /// Of each member the place of each of its values among all; `None` for a value that this experiment does not have.
+    pub(super) places: Vec<Vec<Option<usize>>>,
+}
+
+impl<'s> Parts<'s> {
+    fn add_always(&mut self, effect: &'s dyn AnyEffect, member: &Member) {
+        let first = self.values.len();
+        self.effects.push(effect);
+        self.values.extend(&member.values);
+        self.places.push((first..self.values.len()).map(Some).collect());
+    }
+
+    fn add(&mut self, effect: &'static dyn AnyEffect, member: &Member, experiment: usize) {
+        let first = self.values.len();
+        let (own, times) = (member.own(), member.times());
+        let acts = member.schedule.as_ref().map_or(Acts::Always, |s| s.acts[experiment]);
+        let mut places: Vec<Option<usize>> = vec![None; member.values.len()];
+        match acts {
+            Acts::Never => {}
+            Acts::Always => {
+                self.effects.push(effect);
+                self.values.extend(own);
+                for (k, place) in places.iter_mut().take(own.len()).enumerate() {
+                    *place = Some(first + k);
+                }
+            }
+            Acts::Within(course, from) => {
+                let (parameters, count) = (effect.info().parameters.len(), course.time_len());
+                self.effects.push(timed(effect, course));
+                self.values.extend(&own[..parameters]);
+                self.values.extend(&times[from..from + count]);
+                self.values.extend(&own[parameters..]);
+                for (k, place) in places.iter_mut().take(own.len()).enumerate() {
+                    *place = Some(first + k + if k < parameters { 0 } else { count });
+                }
+                for (k, place) in places.iter_mut().skip(own.len() + from).take(count).enumerate() {
+                    *place = Some(first + parameters + k);
+                }
+            }
+        }
+        self.places.push(places);
     }
 }
 
@@ -219,7 +298,7 @@ impl Candidates for JointSystem<'_> {
     /// Where the joint sticks and slips, the cost is rugged in the parameters of dry friction.
     fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
         let effect = self.effect(index);
-        let joint = Held::at_rest([self.scales.gauge_kpa + ATMOSPHERE_KPA; 2]);
+        let joint = FixedState::at_rest([self.scales.gauge_kpa + ATMOSPHERE_KPA; 2]);
         let memory = vec![0.0; effect.memory_len()];
         effect.may_stick_later(values)
             || f64::hooks(effect).dry_friction_mn(values, &joint.point(), &memory) > 0.0
@@ -230,12 +309,24 @@ impl Candidates for JointSystem<'_> {
         terms.and_then(|own| own.get(parameter)).copied().unwrap_or(f64::INFINITY)
     }
 
+    fn may_be_timed(&self, index: usize) -> bool {
+        index < self.effects.len()
+    }
+
+    fn acts_at_rest(&self, index: usize) -> bool {
+        self.effect(index).info().group != Group::Mechanics
+    }
+
     fn shared(&self) -> &[Nuisance] {
         &self.shared
     }
 
     fn local(&self) -> &[Nuisance] {
         &self.local
+    }
+
+    fn experiment_len(&self) -> usize {
+        self.trials.len()
     }
 
     fn outputs(&self) -> &[OutputInfo] {
@@ -297,7 +388,7 @@ impl Candidates for JointSystem<'_> {
         local: &[f64],
         experiment: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        let (effects, values) = self.parts(hypothesis);
+        let Parts { effects, values, .. } = self.parts(hypothesis, experiment);
         let nuisances = Self::nuisances(hypothesis, local);
         let mut out = Trajectory::default();
         simulate(self.trials[experiment], &self.base, &effects, &values, &nuisances, &mut out)?;

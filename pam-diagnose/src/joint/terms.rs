@@ -68,7 +68,8 @@ impl<'a> JointTerms<'a> {
         };
         let scales = space.system().scales().clone();
         let longest_s = space.trials.iter().map(|t| t.record.duration_s()).fold(0.0, f64::max);
-        let air_g = space.trials.iter().map(|t| t.record.masses.flexor_g + t.record.masses.extensor_g);
+        let air_g =
+            space.trials.iter().map(|t| t.record.masses.flexor_g + t.record.masses.extensor_g);
         let air_g = 0.5 * air_g.sum::<f64>() / space.trials.len().max(1) as f64;
         space.variables = variables(&scales, longest_s);
         space.places = places(&scales, air_g);
@@ -81,7 +82,7 @@ impl<'a> JointTerms<'a> {
     }
 
     fn system(&self) -> JointSystem<'_> {
-        let effects = self.listed.iter().map(|e| *e as &dyn AnyEffect).collect();
+        let effects = self.listed.clone();
         let trials = self.trials.clone();
         let mut system =
             JointSystem::new(trials, &self.open, self.base, self.fixed, effects, self.settings);
@@ -147,11 +148,19 @@ impl TermSpace for JointTerms<'_> {
 }
 
 fn variables(scales: &DataScales, longest_s: f64) -> Vec<Variable> {
-    let variable = |name: &str, text: &str, names: &[&str], unit: Unit, size: f64, start: Option<&str>, kind: VariableKind, length: f64| {
+    let variable = |name: &str,
+                    text: &str,
+                    names: &[&str],
+                    unit: Unit,
+                    size: f64,
+                    start: Option<&str>,
+                    kind: VariableKind,
+                    length: f64| {
         Variable {
             name: name.to_owned(),
             text: text.to_owned(),
-            group: if names.iter().any(|n| n.starts_with('p')) { "pressures" } else { name }.to_owned(),
+            group: if names.iter().any(|n| n.starts_with('p')) { "pressures" } else { name }
+                .to_owned(),
             names: names.iter().map(|n| (*n).to_owned()).collect(),
             unit,
             unit_text: unit.text(),
@@ -167,11 +176,56 @@ fn variables(scales: &DataScales, longest_s: f64) -> Vec<Variable> {
     vec![
         variable("displacement", "x", &["x"], Unit::MM, scales.travel_mm, Some("x"), Moving, 1.8),
         variable("velocity", "v", &["v"], rate, scales.speed_mm_s, Some("0"), Turning, 1.8),
-        variable("force of the drive", "force", &["force"], Unit::N, scales.force_n, Some("0"), Moving, 2.2),
-        variable("sum of the gauge pressures", "(pf + pe - 2 * p_atm)", &["pf", "pe"], Unit::KPA, 2.0 * gauge, None, Slow, 2.2),
-        variable("difference of the pressures", "(pf - pe)", &["pf", "pe"], Unit::KPA, gauge, None, Slow, 2.5),
-        variable("gauge pressure of the flexor", "(pf - p_atm)", &["pf"], Unit::KPA, gauge, None, Combined, 2.5),
-        variable("gauge pressure of the extensor", "(pe - p_atm)", &["pe"], Unit::KPA, gauge, None, Combined, 2.5),
+        variable(
+            "force of the drive",
+            "force",
+            &["force"],
+            Unit::N,
+            scales.force_n,
+            Some("0"),
+            Moving,
+            2.2,
+        ),
+        variable(
+            "sum of the gauge pressures",
+            "(pf + pe - 2 * p_atm)",
+            &["pf", "pe"],
+            Unit::KPA,
+            2.0 * gauge,
+            None,
+            Slow,
+            2.2,
+        ),
+        variable(
+            "difference of the pressures",
+            "(pf - pe)",
+            &["pf", "pe"],
+            Unit::KPA,
+            gauge,
+            None,
+            Slow,
+            2.5,
+        ),
+        variable(
+            "gauge pressure of the flexor",
+            "(pf - p_atm)",
+            &["pf"],
+            Unit::KPA,
+            gauge,
+            None,
+            Combined,
+            2.5,
+        ),
+        variable(
+            "gauge pressure of the extensor",
+            "(pe - p_atm)",
+            &["pe"],
+            Unit::KPA,
+            gauge,
+            None,
+            Combined,
+            2.5,
+        ),
         variable("time", "t", &["t"], Unit::S, longest_s, None, Slow, 3.0),
     ]
 }
@@ -179,7 +233,12 @@ fn variables(scales: &DataScales, longest_s: f64) -> Vec<Variable> {
 fn places(scales: &DataScales, air_g: f64) -> Vec<Place> {
     let motion = vec![X, V, FORCE, SUM, DIFFERENCE, FLEXOR, EXTENSOR, TIME];
     let sensed = vec![X, V, SUM, DIFFERENCE, FLEXOR, EXTENSOR, TIME];
-    let place = |id: &str, name: &str, unit: Unit, size: f64, targets: &[(&str, &str, f64)], length: f64| Place {
+    let place = |id: &str,
+                 name: &str,
+                 unit: Unit,
+                 size: f64,
+                 targets: &[(&str, &str, f64)],
+                 length: f64| Place {
         id: id.to_owned(),
         name: name.to_owned(),
         unit,
@@ -193,12 +252,15 @@ fn places(scales: &DataScales, air_g: f64) -> Vec<Place> {
         family: 0,
         description_length: length,
     };
-    let sensor = |id: &str, name: &str, unit: Unit, size: f64, target: (&str, &str, f64), family: usize| Place {
-        variables: sensed.clone(),
-        family,
-        remembers: true,
-        ..place(id, name, unit, size, &[target], 2.0)
-    };
+    let sensor =
+        |id: &str, name: &str, unit: Unit, size: f64, target: (&str, &str, f64), family: usize| {
+            Place {
+                variables: sensed.clone(),
+                family,
+                remembers: true,
+                ..place(id, name, unit, size, &[target], 2.0)
+            }
+        };
     let flow = Unit::G.times(Unit::S, -1);
     let air = |id: &str, name: &str, targets: &[(&str, &str, f64)]| Place {
         variables: vec![X, V, SUM, DIFFERENCE, FLEXOR, EXTENSOR, TIME],
@@ -212,14 +274,53 @@ fn places(scales: &DataScales, air_g: f64) -> Vec<Place> {
             remembers: true,
             rich: true,
             dry: Some((DRY, V)),
-            ..place("force", "force on the joint", Unit::N, scales.force_n, &[("force_n", "", 1.0)], 0.5)
+            ..place(
+                "force",
+                "force on the joint",
+                Unit::N,
+                scales.force_n,
+                &[("force_n", "", 1.0)],
+                0.5,
+            )
         },
-        place("dry_friction", "dry friction", Unit::N, scales.force_n, &[("dry_friction_n", "", 1.0)], 1.5),
-        air("exchange", "air from the extensor to the flexor", &[(flexor, "", 1.0), (extensor, "", -1.0)]),
+        place(
+            "dry_friction",
+            "dry friction",
+            Unit::N,
+            scales.force_n,
+            &[("dry_friction_n", "", 1.0)],
+            1.5,
+        ),
+        air(
+            "exchange",
+            "air from the extensor to the flexor",
+            &[(flexor, "", 1.0), (extensor, "", -1.0)],
+        ),
         air("inflow_flexor", "air into the flexor", &[(flexor, "", 1.0)]),
         air("inflow_extensor", "air into the extensor", &[(extensor, "", 1.0)]),
-        sensor("position_reading", "reading of the displacement", Unit::MM, 0.1 * travel, ("position_mm", "x", 1.0), 2),
-        sensor("flexor_reading", "reading of the flexor's pressure", Unit::KPA, 0.1 * gauge, ("pressure_flexor_kpa", "pf", 1.0), 3),
-        sensor("extensor_reading", "reading of the extensor's pressure", Unit::KPA, 0.1 * gauge, ("pressure_extensor_kpa", "pe", 1.0), 3),
+        sensor(
+            "position_reading",
+            "reading of the displacement",
+            Unit::MM,
+            0.1 * travel,
+            ("position_mm", "x", 1.0),
+            2,
+        ),
+        sensor(
+            "flexor_reading",
+            "reading of the flexor's pressure",
+            Unit::KPA,
+            0.1 * gauge,
+            ("pressure_flexor_kpa", "pf", 1.0),
+            3,
+        ),
+        sensor(
+            "extensor_reading",
+            "reading of the extensor's pressure",
+            Unit::KPA,
+            0.1 * gauge,
+            ("pressure_extensor_kpa", "pe", 1.0),
+            3,
+        ),
     ]
 }

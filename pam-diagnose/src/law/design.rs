@@ -34,8 +34,14 @@ impl Design {
         let rows: Vec<usize> = (0..problem.len()).map(|i| problem.rows(i)).collect();
         let (shared, local) = (system.shared(), system.local());
         let priors = shared.len() + local.len() * problem.len();
-        let mut design =
-            Self { roots, rows, nuisances: Vec::new(), target: Vec::new(), own: Vec::new(), priors };
+        let mut design = Self {
+            roots,
+            rows,
+            nuisances: Vec::new(),
+            target: Vec::new(),
+            own: Vec::new(),
+            priors,
+        };
         let each: Result<Vec<_>, DiagnoseError> =
             parallel::map(problem.len(), |i| problem.whitened_sensitivities(hypothesis, i))
                 .into_iter()
@@ -85,7 +91,8 @@ impl Design {
 
     /// One column of the channels of all experiments, weighted; channels that are empty are zero.
     fn joined(&self, experiments: &[Vec<Vec<f64>>]) -> Vec<f64> {
-        let mut all = Vec::with_capacity(self.rows.iter().sum::<usize>() * self.roots.len() + self.priors);
+        let mut all =
+            Vec::with_capacity(self.rows.iter().sum::<usize>() * self.roots.len() + self.priors);
         for (channels, &rows) in experiments.iter().zip(&self.rows) {
             for (channel, root) in channels.iter().zip(&self.roots) {
                 if channel.is_empty() {
@@ -174,7 +181,10 @@ impl Design {
     }
 
     /// Rows of blocks of time: `block(i)` rows of the `i`-th experiment, of all channels.
-    pub(crate) fn blocks(&self, block: impl Fn(usize) -> usize) -> Vec<Vec<std::ops::Range<usize>>> {
+    pub(crate) fn blocks(
+        &self,
+        block: impl Fn(usize) -> usize,
+    ) -> Vec<Vec<std::ops::Range<usize>>> {
         let (mut all, mut from) = (Vec::new(), 0);
         for (i, &rows) in self.rows.iter().enumerate() {
             let length = block(i).max(1);

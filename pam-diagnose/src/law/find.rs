@@ -10,8 +10,7 @@ use crate::error::DiagnoseError;
 use crate::fit::{Fit, Hypothesis, Member, Problem};
 use crate::noise::Noise;
 use crate::remainder::{
-    Correction, Dyn, Ground, Learned, Remainder, RemainderOutcome, dependence, learn,
-    learn_again,
+    Correction, Dyn, Ground, Learned, Remainder, RemainderOutcome, dependence, learn, learn_again,
 };
 use crate::terms::{Definition, Factor, Term, TermSpace};
 use crate::verdict::Verdict;
@@ -132,8 +131,7 @@ impl About {
         learned: &Learned,
     ) -> Result<Self, DiagnoseError> {
         let settings = &ground.settings.remainder;
-        let library =
-            library(&learned.families(space.places()), space.variables(), space.places());
+        let library = library(&learned.families(space.places()), space.variables(), space.places());
         let mut definitions = learned.definitions(space);
         let first = ground.listed + definitions.len();
         definitions.extend(blocks(space, &library));
@@ -142,8 +140,8 @@ impl About {
             let start =
                 Hypothesis { locals: rows.whole.base().locals, ..learned.hypothesis.clone() };
             let fit = rows.whole.fit(start, 2)?;
-            let noise = Noise::learned(&rows.whole, &fit.hypothesis, &ground.prior)
-                .ok_or_else(diverges)?;
+            let noise =
+                Noise::learned(&rows.whole, &fit.hypothesis, &ground.prior).ok_or_else(diverges)?;
             rows.set_noise(&noise, &fit.hypothesis).ok_or_else(diverges)?;
             let fit = rows.whole.fit(fit.hypothesis, settings.iterations)?;
             let rows_per_observation = rows.whole.correlated_rows(&fit.hypothesis)?;
@@ -239,9 +237,8 @@ fn search<T: TermSpace>(
     for round in 0..settings.rounds {
         done(round as f64 / settings.rounds as f64);
         let Some(best) = preferred(&tried, ground) else { break };
-        let as_good = |(own, least): (&f64, &f64)| {
-            *own < least.max(1.0) * (1.0 + settings.notable_rise)
-        };
+        let as_good =
+            |(own, least): (&f64, &f64)| *own < least.max(1.0) * (1.0 + settings.notable_rise);
         if best.chi.iter().zip(&about.chi).all(as_good) {
             break;
         }
@@ -305,7 +302,8 @@ fn concluded<T: TermSpace>(
     };
     let corrections = learned.definitions(space);
     let mut definitions = corrections.clone();
-    let of_law = law.as_ref().map(|l| Definition::law("found_law", "", &l.terms, variables, places));
+    let of_law =
+        law.as_ref().map(|l| Definition::law("found_law", "", &l.terms, variables, places));
     definitions.extend(of_law.clone());
     space.with(&definitions, |system| {
         let mut rows = ground.rows(system, &about.fit).ok_or_else(diverges)?;
@@ -509,7 +507,9 @@ fn product<T: TermSpace>(term: &Term, space: &T) -> String {
         let text = &variables[f.variable].text;
         let argument = match f.lag {
             None => text.clone(),
-            Some(lag) => format!("low_pass({}, {} s)", lag.of.text(text, ""), significant(lag.time_s, 3)),
+            Some(lag) => {
+                format!("low_pass({}, {} s)", lag.of.text(text, ""), significant(lag.time_s, 3))
+            }
         };
         f.function.text(&argument, &significant(f.scale, 3))
     };

@@ -28,15 +28,24 @@ pub(crate) fn library(families: &[usize], variables: &[Variable], places: &[Plac
 /// The functions of a variable or of its low-pass, at their scales.
 pub(crate) fn functions(kind: VariableKind) -> &'static [Function] {
     use Function::{
-        Above, Absolute, Below, Cube, Decaying, Linear, Negative, Positive, Saturated, SignedSquare,
-        Square,
+        Above, Absolute, Below, Cube, Decaying, Linear, Negative, Positive, Saturated,
+        SignedSquare, Square,
     };
     match kind {
         VariableKind::Moving => {
             &[Linear, Absolute, Square, Cube, SignedSquare, Positive, Negative, Above, Below]
         }
         VariableKind::Turning => &[
-            Linear, Absolute, Square, Cube, SignedSquare, Positive, Negative, Above, Below, Saturated,
+            Linear,
+            Absolute,
+            Square,
+            Cube,
+            SignedSquare,
+            Positive,
+            Negative,
+            Above,
+            Below,
+            Saturated,
             Decaying,
         ],
         VariableKind::Slow | VariableKind::Combined => &[Linear, Square, SignedSquare],
@@ -95,9 +104,8 @@ fn companions(variable: usize, variables: &[Variable]) -> Vec<Factor> {
 
 fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
     let known = &place.variables;
-    let moves = |k: usize| {
-        matches!(variables[k].kind, VariableKind::Moving | VariableKind::Turning)
-    };
+    let moves =
+        |k: usize| matches!(variables[k].kind, VariableKind::Moving | VariableKind::Turning);
     let mut all = vec![Vec::new()];
     for &k in known {
         all.extend(singles(k, variables).into_iter().map(|f| vec![f]));
@@ -109,7 +117,11 @@ fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
             }
             // Of a variable that is slow, everything of the other one.
             let of = |k: usize, other: usize| {
-                if moves(k) && !moves(other) && place.rich { singles(k, variables) } else { companions(k, variables) }
+                if moves(k) && !moves(other) && place.rich {
+                    singles(k, variables)
+                } else {
+                    companions(k, variables)
+                }
             };
             for f in of(a, b) {
                 all.extend(of(b, a).into_iter().map(|g| vec![f, g]));

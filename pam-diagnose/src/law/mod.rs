@@ -23,6 +23,6 @@ mod select;
 
 pub(crate) use design::Design;
 pub(crate) use find::rest;
-pub(crate) use select::Scores;
-pub use picture::{Picture, PicturePoint, PlaneCell, Plane};
+pub use picture::{Picture, PicturePoint, Plane, PlaneCell};
 pub use result::{Law, RankedLaw};
+pub(crate) use select::Scores;

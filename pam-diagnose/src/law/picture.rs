@@ -124,7 +124,8 @@ impl Along {
     ) -> Vec<Picture> {
         let of_law: Vec<usize> = law.into_iter().flatten().flat_map(Term::variables).collect();
         let mut chosen: Vec<usize> = Vec::new();
-        let by_group = depends_on.iter().filter_map(|d| variables.iter().position(|v| v.group == d.on));
+        let by_group =
+            depends_on.iter().filter_map(|d| variables.iter().position(|v| v.group == d.on));
         for k in of_law.into_iter().chain(by_group) {
             let group = |k: usize| &variables[k].group;
             if place.variables.contains(&k) && !chosen.iter().any(|&c| group(c) == group(k)) {

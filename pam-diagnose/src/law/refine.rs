@@ -92,9 +92,8 @@ pub(crate) fn proposals<T: TermSpace>(
 /// The term as a level of dry friction, if it is the smooth picture of one.
 fn dry_variant<T: TermSpace>(space: &T, term: &Term) -> Term {
     let Some((dry, velocity)) = space.places()[term.place].dry else { return term.clone() };
-    let turned = |f: &Factor| {
-        f.function == Function::Saturated && f.variable == velocity && f.lag.is_none()
-    };
+    let turned =
+        |f: &Factor| f.function == Function::Saturated && f.variable == velocity && f.lag.is_none();
     let Some(at) = term.factors.iter().position(turned) else { return term.clone() };
     let mut level = Term { place: dry, coefficient: -term.coefficient, ..term.clone() };
     level.factors.remove(at);
@@ -151,7 +150,8 @@ pub(crate) fn refine<T: TermSpace>(
             let values = named.pop()?.values;
             let terms = definitions[k].with_values(&proposals[k].terms, &values);
             let length = length_of(&proposals[k]);
-            let choice = 2.0 * scored.members() as f64 * (system.candidate_len().max(1) as f64).ln();
+            let choice =
+                2.0 * scored.members() as f64 * (system.candidate_len().max(1) as f64).ln();
             Some(Tried {
                 total: scored.total(rows_per_observation) - choice + 2.0 * length,
                 prior_cost: train.prior_cost(scored.hypothesis()),

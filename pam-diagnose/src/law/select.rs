@@ -16,6 +16,22 @@ pub(crate) struct Selection {
     pub(crate) total: f64,
 }
 
+/// A selection to which columns are added.
+struct Growing {
+    selection: Selection,
+    /// Orthonormal basis of its columns.
+    basis: Vec<Vec<f64>>,
+    /// What it leaves of the target.
+    left: Vec<f64>,
+}
+
+/// A set of columns with its estimated odds.
+#[derive(Debug, Clone, PartialEq)]
+struct Prospect {
+    columns: Vec<usize>,
+    total: f64,
+}
+
 /// How selections are compared.
 pub(crate) struct Scores<'d> {
     pub(crate) design: &'d Design,
@@ -53,24 +69,25 @@ impl Scores<'_> {
         let sizes: Vec<f64> = columns.iter().map(|c| dot(c, c)).collect();
         let mut all: Vec<Selection> = Vec::new();
         let least = self.design.weighted_mean(&self.least);
-        let mut beam: Vec<(Vec<usize>, Vec<Vec<f64>>, Vec<f64>)> = vec![(Vec::new(), Vec::new(), target.clone())];
+        let none = Selection { columns: Vec::new(), coefficients: Vec::new(), total: 0.0 };
+        let mut beam = vec![Growing { selection: none, basis: Vec::new(), left: target.clone() }];
         for _ in 0..most {
-            let grown: Vec<Vec<(f64, f64, Vec<usize>)>> = parallel::map(beam.len(), |i| {
-                let (set, q, left) = &beam[i];
+            let grown: Vec<Vec<Prospect>> = parallel::map(beam.len(), |i| {
+                let Growing { selection, basis, left } = &beam[i];
                 let whole = dot(left, left);
-                let mut gains: Vec<(f64, f64, Vec<usize>)> = Vec::new();
+                let mut gains: Vec<Prospect> = Vec::new();
                 for (k, column) in columns.iter().enumerate() {
-                    if set.contains(&k) || sizes[k] == 0.0 {
+                    if selection.columns.contains(&k) || sizes[k] == 0.0 {
                         continue;
                     }
                     // Of the column what the set has not.
-                    let shares: f64 = q.iter().map(|b| dot(b, column).powi(2)).sum();
-                    let own = dot(column, column) - shares;
+                    let shares: f64 = basis.iter().map(|b| dot(b, column).powi(2)).sum();
+                    let own = sizes[k] - shares;
                     if own < OWN_SHARE * sizes[k] {
                         continue;
                     }
                     let gain = dot(column, left).powi(2) / own;
-                    let mut more = set.clone();
+                    let mut more = selection.columns.clone();
                     more.push(k);
                     more.sort_unstable();
                     let price: f64 = more.iter().map(|k| prices[*k] + self.parameter_price()).sum();
@@ -78,33 +95,31 @@ impl Scores<'_> {
                     let rows = (self.design.row_count() * self.design.channels()) as f64;
                     let chi = (whole - gain).max(0.0) / rows / least;
                     let deviance = if chi > 1.0 { chi.ln() } else { chi - 1.0 };
-                    gains.push((rows / self.rows_per_observation * deviance + price, gain, more));
+                    let total = rows / self.rows_per_observation * deviance + price;
+                    gains.push(Prospect { columns: more, total });
                 }
-                gains.sort_by(|a, b| a.0.total_cmp(&b.0));
+                gains.sort_by(|a, b| a.total.total_cmp(&b.total));
                 gains.truncate(2 * width);
                 gains
             });
-            let mut next: Vec<(f64, f64, Vec<usize>)> = grown.into_iter().flatten().collect();
-            next.sort_by(|a, b| a.0.total_cmp(&b.0));
-            next.dedup_by(|a, b| a.2 == b.2);
+            let mut next: Vec<Prospect> = grown.into_iter().flatten().collect();
+            next.sort_by(|a, b| a.total.total_cmp(&b.total));
+            next.dedup_by(|a, b| a.columns == b.columns);
             next.truncate(4 * width);
-            let solved = parallel::map(next.len(), |i| self.solved(columns, prices, &next[i].2));
-            let mut solved: Vec<_> = solved.into_iter().flatten().collect();
-            solved.sort_by(|a, b| a.0.total.total_cmp(&b.0.total));
-            all.extend(solved.iter().map(|s| s.0.clone()));
+            let solved =
+                parallel::map(next.len(), |i| self.solved(columns, prices, &next[i].columns));
+            let mut solved: Vec<Growing> = solved.into_iter().flatten().collect();
+            solved.sort_by(|a, b| a.selection.total.total_cmp(&b.selection.total));
+            all.extend(solved.iter().map(|s| s.selection.clone()));
             solved.truncate(width);
-            beam = solved.into_iter().map(|(s, q, left)| (s.columns, q, left)).collect();
+            beam = solved;
         }
         all.sort_by(|a, b| a.total.total_cmp(&b.total));
         all
     }
 
-    fn solved(
-        &self,
-        columns: &[Vec<f64>],
-        prices: &[f64],
-        set: &[usize],
-    ) -> Option<(Selection, Vec<Vec<f64>>, Vec<f64>)> {
+    /// The least squares of a set of columns.
+    fn solved(&self, columns: &[Vec<f64>], prices: &[f64], set: &[usize]) -> Option<Growing> {
         let (n, target) = (set.len(), &self.design.target);
         let entry = |i: usize, j: usize| dot(&columns[set[i]], &columns[set[j]]);
         let right: Vec<f64> = set.iter().map(|&k| dot(&columns[k], target)).collect();
@@ -116,11 +131,7 @@ impl Scores<'_> {
         let misfit = self.misfit(&left);
         let price: f64 = set.iter().map(|k| prices[*k] + self.parameter_price()).sum();
         let basis = super::design::orthonormal(set.iter().map(|&k| columns[k].clone()).collect());
-        let selection = Selection {
-            columns: set.to_vec(),
-            coefficients,
-            total: misfit + price,
-        };
-        Some((selection, basis, left))
+        let selection = Selection { columns: set.to_vec(), coefficients, total: misfit + price };
+        Some(Growing { selection, basis, left })
     }
 }

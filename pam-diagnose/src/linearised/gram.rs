@@ -9,7 +9,7 @@ use std::ops::Range;
 /// Ridge that leaves directions alone that nearly coincide.
 const RIDGE: f64 = 1e-9;
 /// Multiple of its own size by which a nuisance at its limit is held there.
-const HELD: f64 = 1e9;
+pub(crate) const HELD: f64 = 1e9;
 /// A direction of which nuisances and members imitate all but this share has no score of its own: its last digits are
 /// rounding.
 const OWN_SHARE: f64 = 1e-6;
@@ -70,10 +70,10 @@ struct Part {
 }
 
 /// Rows of all channels, interleaved so that a block of time is one range, times the root of their weights.
-struct Column(Vec<f64>);
+pub(crate) struct Column(pub(crate) Vec<f64>);
 
 impl Column {
-    fn new(channels: &[Vec<f64>], roots: &[f64], rows: usize) -> Self {
+    pub(crate) fn new(channels: &[Vec<f64>], roots: &[f64], rows: usize) -> Self {
         let count = roots.len();
         let mut all = vec![0.0; rows * count];
         for (c, (channel, root)) in channels.iter().zip(roots).enumerate() {
@@ -261,7 +261,7 @@ impl Linearised {
 }
 
 /// The directions of one starting value in one experiment; empty channels where it cannot be simulated.
-fn directions<C: Candidates + ?Sized>(
+pub(crate) fn directions<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     hypothesis: &Hypothesis,
     start: &Start,
@@ -271,9 +271,21 @@ fn directions<C: Candidates + ?Sized>(
     // Only the new member is differentiated by.
     let mut with = hypothesis.with(start.candidate, &start.values);
     with.fixed = hypothesis.members.len();
+    switched_on(problem, &with, start, here, place)
+}
+
+/// The directions of the last member of a hypothesis, which is the only one that is fitted: by its parameters, and by switching
+/// it on.
+pub(crate) fn switched_on<C: Candidates + ?Sized>(
+    problem: &Problem<'_, C>,
+    with: &Hypothesis,
+    start: &Start,
+    here: &Sensitivities,
+    place: usize,
+) -> Vec<Vec<Vec<f64>>> {
     let parameters = start.directions.len() - 1;
     let none = vec![vec![Vec::new(); here.residuals.len()]; parameters + 1];
-    let Ok(there) = problem.whitened_parameter_sensitivities(&with, place) else { return none };
+    let Ok(there) = problem.whitened_parameter_sensitivities(with, place) else { return none };
     let mut all = there.columns;
     let change = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| a - b).collect();
     all.push(here.residuals.iter().zip(&there.residuals).map(change).collect());

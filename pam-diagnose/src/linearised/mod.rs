@@ -9,5 +9,7 @@
 mod gram;
 mod subsets;
 
-pub(crate) use gram::{Linearised, Products, all_starts};
+pub(crate) use gram::{
+    Column, HELD, Linearised, Products, Start, all_starts, directions, switched_on,
+};
 pub(crate) use subsets::Subset;

@@ -1,4 +1,4 @@
-//! What every set of one or two candidates would explain.
+//! Shares that every set of one or two candidates would explain.
 
 use super::gram::{Linearised, Start};
 use pam_numerics::ScaledCholesky;
@@ -15,7 +15,7 @@ pub(crate) struct Subset<'l> {
     pub(crate) drop: f64,
 }
 
-/// What a direction must explain to count for as much as one that is not there, about half of `ln n`.
+/// Share that a direction must explain to outweigh its cost, about half of `ln n`.
 const PRICE: f64 = 4.0;
 
 impl Subset<'_> {

@@ -74,7 +74,7 @@ impl Noise {
     }
 }
 
-/// What is known of the noise before it is learned.
+/// Knowledge of the noise before it is learned.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct NoisePrior {
     /// No channel has a smaller standard deviation.

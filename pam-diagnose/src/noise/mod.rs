@@ -1,4 +1,4 @@
-//! What the residual of a right model looks like: the noise of each channel, its correlation in time and between
+//! The residual of a correct model: the noise of each channel, its correlation in time and between
 //! channels.
 //!
 //! The residual of a right model holds more than the noise of the sensors. Noise of the *measured force* drives the
@@ -25,7 +25,7 @@ pub use learned::NoisePrior;
 /// The noise of the rows of each fitted channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Noise {
-    /// What each channel has of its own.
+    /// Noise of each channel.
     channels: Vec<Autoregression>,
     /// For each channel, the multiples of the noise of the channels before it that it contains.
     shared: Vec<Vec<f64>>,

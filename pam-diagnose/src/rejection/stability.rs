@@ -1,10 +1,12 @@
 //! Names that have another value in each part of the data.
 
-use crate::fit::{Hypothesis, Interval, Problem, coordinate};
+use crate::fit::{Hypothesis, Interval, Member, Problem, coordinate};
 use crate::search::Candidates;
 use pam_core::parallel;
 use pam_numerics::statistics::t_quantile_95;
 use serde::Serialize;
+use std::ops::Range;
+use std::sync::Arc;
 
 /// One cause, fitted anew to parts of the recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -46,24 +48,29 @@ impl ParameterStability {
             .max_by(|a, b| clear(a).partial_cmp(&clear(b)).unwrap_or(std::cmp::Ordering::Equal))
             .unwrap_or(0);
         let info = *infos.get(judged)?;
-        // The member goes to the end, where it alone is fitted.
+        // The member goes to the end, where it alone is fitted, with its times as they are.
         let mut alone = fitted.without(place);
         alone.fixed = alone.members.len();
-        let alone = alone.with(member.candidate, &member.values);
-        // A part shorter than a block may hold no excitation of the cause.
-        let blocks = |i: usize| problem.rows(i) / problem.rows_per_block(i).max(1);
-        let places: Vec<(usize, usize, usize)> = (0..problem.len())
+        let schedule = member.schedule.as_ref().map(|s| Arc::new(s.held()));
+        let alone = alone.with_member(Member { schedule, ..member.clone() });
+        // A part shorter than a block may hold no excitation of the cause, and one in which it does not act tells nothing.
+        let blocks = |i: usize, points: usize| {
+            let rows = points / problem.system.points_per_row();
+            rows / problem.rows_per_block(i).max(1)
+        };
+        let places: Vec<(usize, Range<usize>)> = (0..problem.len())
             .flat_map(|i| {
-                let count = settings.stability_parts.min(blocks(i)).max(1);
-                (0..count).map(move |part| (i, part, count))
+                let whole = active(problem, member, i);
+                let count = settings.stability_parts.min(blocks(i, whole.len())).max(1);
+                let len = whole.len() / count;
+                let parts = (0..count).map(move |part| whole.start + part * len);
+                parts.filter(move |_| len > 0).map(move |from| (i, from..from + len))
             })
             .collect();
         let parts: Vec<(String, f64, Vec<f64>)> = parallel::map(places.len(), |k| {
-            let (experiment, part, count) = places[k];
-            let whole = problem.windows[experiment].clone();
-            let len = whole.len() / count;
-            let from = whole.start + part * len;
-            let part = problem.part(experiment, from..from + len);
+            let (experiment, window) = places[k].clone();
+            let from = window.start;
+            let part = problem.part(experiment, window);
             let mut start = alone.clone();
             start.locals = vec![alone.locals[experiment].clone()];
             let fit = part.fit(start, settings.stability_iterations).ok()?;
@@ -103,4 +110,22 @@ impl ParameterStability {
         let parts = parts.into_iter().map(|(name, start, values)| (name, start, values[judged]));
         Some(Self { parameter: info.name, parts: parts.collect(), relative_spread, half_widths })
     }
+}
+
+/// The points of an experiment in which a member acts.
+fn active<C: Candidates + ?Sized>(
+    problem: &Problem<'_, C>,
+    member: &Member,
+    place: usize,
+) -> Range<usize> {
+    let (e, window) = (problem.experiments[place], problem.windows[place].clone());
+    let Some(schedule) = &member.schedule else { return window };
+    let Some([from_s, to_s]) = schedule.stretch_s(e, member.times()) else {
+        return window.start..window.start;
+    };
+    let point = |s: f64| {
+        if s == f64::INFINITY { window.end } else { problem.system.point_at(e, s.max(0.0)) }
+    };
+    let from = point(from_s).clamp(window.start, window.end);
+    from..point(to_s).clamp(from, window.end)
 }

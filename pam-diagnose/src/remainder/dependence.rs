@@ -45,7 +45,8 @@ pub(crate) fn dependence(
     let left = |kept: &[usize]| -> Option<Vec<f64>> {
         let mut all = vec![0.0; blocks.len()];
         for fold in 0..folds.min(blocks.len()) {
-            let others = || blocks.iter().enumerate().filter(|(b, _)| b % folds != fold).map(|b| b.1);
+            let others =
+                || blocks.iter().enumerate().filter(|(b, _)| b % folds != fold).map(|b| b.1);
             let prior = |k: usize| if k < fixed { 0.0 } else { deviation.powi(-2) };
             let entry = |i: usize, j: usize| {
                 let sum: f64 = others().map(|b| b.gram[kept[i] * n + kept[j]]).sum();

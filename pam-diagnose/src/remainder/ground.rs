@@ -72,10 +72,8 @@ pub(crate) fn drop_by_blocks(
 ) -> Result<Drop, DiagnoseError> {
     let (mut own, mut drops) = (Vec::new(), Vec::new());
     for i in 0..problem.len() {
-        let [old, new] = [
-            problem.whitened_residuals(before, i)?,
-            problem.whitened_residuals(after, i)?,
-        ];
+        let [old, new] =
+            [problem.whitened_residuals(before, i)?, problem.whitened_residuals(after, i)?];
         let block = problem.rows_per_short_block(i);
         for from in (0..problem.rows(i) / block).map(|b| b * block) {
             let square = |r: &[Vec<f64>]| -> f64 {
@@ -86,7 +84,8 @@ pub(crate) fn drop_by_blocks(
         }
     }
     // Relative drops, so that one block with most of the error does not decide.
-    let relative: Vec<f64> = drops.iter().zip(&own).map(|(d, o)| d / o.max(f64::MIN_POSITIVE)).collect();
+    let relative: Vec<f64> =
+        drops.iter().zip(&own).map(|(d, o)| d / o.max(f64::MIN_POSITIVE)).collect();
     let one_sided = |values: &[f64]| match paired_t_test(values) {
         Some(t) if t.mean_difference > 0.0 => 0.5 * t.p,
         _ => 1.0,

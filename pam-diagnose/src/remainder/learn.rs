@@ -112,10 +112,8 @@ fn sparse<T: TermSpace>(
         .enumerate()
         .map(|(k, values)| Member::always(ground.listed + k, &values));
     let members = named.iter().cloned().chain(members).collect();
-    let start = Learned {
-        hypothesis: Hypothesis { members, ..dense.hypothesis.clone() },
-        ..dense.clone()
-    };
+    let start =
+        Learned { hypothesis: Hypothesis { members, ..dense.hypothesis.clone() }, ..dense.clone() };
     let iterations = 2 * ground.settings.remainder.iterations;
     let found = fitted(space, ground, &terms, dense.deviation, Some(&start), iterations)?;
     Ok(found.filter(|f| f.validation < dense.validation + WORTH).unwrap_or(dense))

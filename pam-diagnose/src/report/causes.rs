@@ -1,10 +1,12 @@
 //! The named causes, and the ranking of the candidates.
 
+use super::headline::{capitalised, joined_by, quantity};
 use super::percent;
 use crate::diagnosis::Diagnosis;
 use maud::{Markup, html};
-use pam_report::page::wide_figure;
+use pam_report::page::figure;
 use pam_report::{LineFigure, Role};
+use pam_vocabulary::course::RAMP;
 use pam_vocabulary::plain_name;
 
 pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
@@ -27,25 +29,41 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
             }
         }
         @for c in &d.causes {
-            h3 { (super::headline::capitalised(&plain_name(&c.effect))) }
+            h3 { (capitalised(&plain_name(&c.effect))) }
+            @if let Some(acts) = &c.acts {
+                p { (capitalised(&acts.sentence(&plain_name(&c.effect)))) "." }
+            }
             p {
-                @if !c.description.is_empty() { (c.description) ": " }
-                (percent(c.share_of_error_removed)) " of the removable error is removed by this cause only. Its id is " code { (c.effect) } ". "
+                @if !c.description.is_empty() { (capitalised(&c.description)) " (id " code { (c.effect) } "). " }
+                @else { "Its id is " code { (c.effect) } ". " }
+                (percent(c.share_of_error_removed)) " of the removable error is removed by this cause alone: no other named cause replaces it. "
                 @if !c.excited_by.is_empty() { "It is excited by " (c.excited_by) ". " }
                 @if c.confusable_with.is_empty() {
                     "No other candidate explains nearly as much in its place."
                 } @else {
-                    "These recordings do not distinguish it well from " (c.confusable_with.iter().map(|id| plain_name(id)).collect::<Vec<_>>().join(", "))
+                    "These recordings do not distinguish it well from "
+                    (joined_by(&c.confusable_with.iter().map(|id| plain_name(id)).collect::<Vec<_>>(), "or"))
                     ", which would explain nearly as much in its place."
                 }
             }
             @if let Some(k) = &c.stability {
                 @if k.parts.len() > 2 {
-                    p { "Fitted to parts of each recording, " code { (k.parameter) } " spreads by "
+                    p { "Fitted to parts of each recording, its " (quantity(k.parameter).0) " spreads by "
                         (format!("{:.1} %", 100.0 * k.relative_spread)) " (half the interquartile range)." }
-                    (wide_figure(parts(k), "The value in each part of each recording; a real cause has one value."))
+                    (figure(parts(k), "The value in each part of each recording. A real cause has the same value in all of them."))
                 }
             }
+        }
+        @if let Some(t) = &d.onset_test {
+            p {
+                "Beginnings and ends: with the signs of its blocks drawn at random, the same residual lets the best of "
+                (t.tried) " explain up to " (share_text(t.share_by_chance)) " of it beyond the same candidate at all times ("
+                (t.draws) " draws); in the recordings the best one explains " (share_text(t.largest_share)) " (p = "
+                (format!("{:.3}", t.p_value)) ")."
+            }
+        }
+        @if d.onset_curves.iter().any(|c| !c.1.is_empty()) {
+            (figure(onset(d), "What a beginning or end at each time would explain, to first order. The fitted time is marked."))
         }
         h3 { "All candidates alone" }
         div.scroll { table {
@@ -61,9 +79,34 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
     }
 }
 
-fn parts(k: &crate::rejection::ParameterStability) -> String {
+/// A share in per cent, with a digit where it is small.
+fn share_text(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+/// The drop of the squared residual over the time of a beginning or an end.
+fn onset<M>(d: &Diagnosis<M>) -> String {
     let mut plot =
-        LineFigure::new("", "start of the part (s)", k.parameter, 1040, 220).with_marks();
+        LineFigure::new("", "time (s)", "drop of the weighted squared residual", 1040, 220);
+    for (i, (name, curve)) in d.onset_curves.iter().take(9).enumerate() {
+        plot = plot.with(name, Role::Category(i), curve.clone());
+        let recordings =
+            d.causes.iter().filter_map(|c| c.acts.as_ref()).flat_map(|a| &a.recordings);
+        for time in recordings.filter(|r| r.recording == *name).flat_map(|r| &r.times) {
+            if *time.0 != RAMP.name {
+                plot = plot.with_vertical(time.1.value, Role::Category(i));
+            }
+        }
+    }
+    plot.to_svg()
+}
+
+fn parts(k: &crate::rejection::ParameterStability) -> String {
+    let (name, unit) = quantity(k.parameter);
+    let label = if unit.is_empty() { name } else { format!("{name} ({unit})") };
+    let mut plot = LineFigure::new("", "start of the part (s)", &label, 1040, 220)
+        .with_marks()
+        .covering([0.0]);
     let mut names: Vec<&str> = k.parts.iter().map(|p| p.0.as_str()).collect();
     names.dedup();
     for (i, name) in names.iter().take(9).enumerate() {

@@ -5,7 +5,7 @@ use crate::search::OutputInfo;
 use crate::test_set::{GroupReduction, Trace};
 use maud::{Markup, html};
 use pam_report::figure::{envelope, thin};
-use pam_report::page::{figure, number, wide_figure};
+use pam_report::page::{figure, number};
 use pam_report::{LineFigure, Role};
 
 /// Recordings that are shown.
@@ -50,8 +50,8 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
                 } }
             }
             @if let Some((c, label)) = shown.first() {
-                (wide_figure(series(t, *c, label, named), "The last seconds, measured and predicted."))
-                (wide_figure(errors(t, *c, &format!("error of {label}"), named), "The error over the whole recording."))
+                (figure(series(t, *c, label, named), "The last seconds, measured and predicted."))
+                (figure(errors(t, *c, &format!("error of {label}"), named), "The error over the whole recording."))
             }
         }
     }
@@ -83,7 +83,7 @@ fn curves(
 ) -> String {
     plot = plot.with("measured", Role::Measured, line(&t.measured[c])).with(
         "before",
-        Role::Category(4),
+        Role::Category(0),
         line(&t.before[c]),
     );
     if named {
@@ -122,7 +122,7 @@ fn errors(t: &Trace, c: usize, label: &str, named: bool) -> String {
         envelope(&t.time_s, &e, 700)
     };
     let mut plot = LineFigure::new("", "time (s)", label, 1040, 220);
-    plot = plot.with("before", Role::Category(4), line(&t.before[c]));
+    plot = plot.with("before", Role::Category(0), line(&t.before[c]));
     if named {
         plot = plot.with("after", Role::Predicted, line(&t.after[c]));
     }

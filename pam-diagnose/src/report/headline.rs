@@ -4,10 +4,20 @@ use super::percent;
 use crate::diagnosis::Diagnosis;
 use crate::verdict::Cause;
 use pam_core::units::significant;
-use pam_vocabulary::plain_name;
+use pam_vocabulary::{ActivityWindow, plain_name};
 
 /// Relative rise of the RMSE of a channel from which the report says that it became worse.
 const WORSE: f64 = 0.02;
+
+/// Share of the removed error from which a cause stands in the headline.
+const LEADING: f64 = 0.01;
+
+/// The named causes that carry the error, and those with a share below 1 %, which the headline leaves out.
+pub(super) fn leading<M>(d: &Diagnosis<M>) -> (Vec<&Cause>, Vec<&Cause>) {
+    let (leading, small): (Vec<_>, Vec<_>) =
+        d.causes.iter().partition(|c| c.share_of_error_removed >= LEADING);
+    if leading.is_empty() { (small, leading) } else { (leading, small) }
+}
 
 /// The headline figure of a diagnosis: the RMSE of the first output, the displacement of a joint, on the test set.
 pub(super) struct Headline {
@@ -39,16 +49,21 @@ impl Headline {
 }
 
 /// The names of causes in a sentence: "dry friction and constant load".
-pub(super) fn names(causes: &[Cause]) -> String {
+pub(super) fn names(causes: &[&Cause]) -> String {
     joined(&causes.iter().map(|c| plain_name(&c.effect)).collect::<Vec<_>>())
 }
 
 /// Items with commas, and "and" before the last.
 fn joined(items: &[String]) -> String {
+    joined_by(items, "and")
+}
+
+/// Items with commas, and a conjunction before the last.
+pub(super) fn joined_by(items: &[String], conjunction: &str) -> String {
     match items {
         [] => String::new(),
         [one] => one.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+        [first @ .., last] => format!("{} {conjunction} {last}", first.join(", ")),
     }
 }
 
@@ -59,11 +74,14 @@ pub(super) fn capitalised(text: &str) -> String {
 }
 
 /// The causes with their values: "dry friction (force 41.9 N [36.4, 47.5])".
-pub(super) fn with_values(causes: &[Cause]) -> String {
-    let cause = |c: &Cause| {
-        let values: Vec<String> = c
+pub(super) fn with_values(causes: &[&Cause]) -> String {
+    let cause = |c: &&Cause| {
+        // Times are told in a sentence of their own.
+        let own = c
             .parameters
             .iter()
+            .filter(|(name, _)| c.acts.is_none() || !ActivityWindow::is_time(name));
+        let values: Vec<String> = own
             .map(|(name, i)| {
                 let (name, unit) = quantity(name);
                 let n = |v| significant(v, 3);
@@ -76,8 +94,17 @@ pub(super) fn with_values(causes: &[Cause]) -> String {
     joined(&causes.iter().map(cause).collect::<Vec<_>>())
 }
 
+/// When causes that are not always there act, in sentences with a space before each; empty if there are none.
+pub(super) fn times(causes: &[Cause]) -> String {
+    let sentence = |c: &Cause| {
+        let text = c.acts.as_ref()?.sentence(&plain_name(&c.effect));
+        Some(format!(" {}.", capitalised(&text)))
+    };
+    causes.iter().filter_map(sentence).collect()
+}
+
 /// A parameter's name in words, and the unit at its end: `velocity_mm_s` is velocity in mm/s.
-fn quantity(name: &str) -> (String, &'static str) {
+pub(super) fn quantity(name: &str) -> (String, &'static str) {
     const UNITS: [(&str, &str); 13] = [
         ("_n_per_mm", "N/mm"),
         ("_ns_m", "N s/m"),
@@ -113,8 +140,9 @@ pub(super) fn worse<M>(d: &Diagnosis<M>) -> String {
 
 /// Minor causes in a sentence; empty if there are none.
 pub(super) fn minor<M>(d: &Diagnosis<M>) -> String {
-    if d.minor.is_empty() {
+    let minor: Vec<&Cause> = leading(d).1.into_iter().chain(&d.minor).collect();
+    if minor.is_empty() {
         return String::new();
     }
-    format!(" Minor, with next to no influence on the error: {}.", with_values(&d.minor))
+    format!(" Minor, with little influence on the error: {}.", with_values(&minor))
 }

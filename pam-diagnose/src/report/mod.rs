@@ -43,6 +43,10 @@ pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContex
         (residual::section(d))
         h2 { "2. Why" }
         (causes::section(d))
+        @if let Some(ladder) = &d.ladder {
+            h3 { (format!("The ladder {}", ladder.name)) }
+            (crate::ladder::section(ladder))
+        }
         @if let Some(r) = &d.remainder {
             h2 { "What no listed cause explains" }
             (remainder::section(r))
@@ -60,8 +64,9 @@ pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContex
             "Diagnosis: the model is too inaccurate for a diagnosis".to_owned()
         }
         Verdict::Explained | Verdict::PartlyExplained => {
-            let names = headline::capitalised(&headline::names(&d.causes));
-            let verb = if d.causes.len() == 1 { "reduces" } else { "reduce" };
+            let leading = headline::leading(d).0;
+            let names = headline::capitalised(&headline::names(&leading));
+            let verb = if leading.len() == 1 { "reduces" } else { "reduce" };
             match Headline::of(d) {
                 Some(h) => format!(
                     "{names} {verb} the error of the {} by {}",
@@ -85,8 +90,9 @@ fn percent(share: f64) -> String {
 #[must_use]
 pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
     let (named, any) = (percent(d.explainable.named), percent(d.explainable.any_correction));
-    let verb = if d.causes.len() == 1 { "reduces" } else { "reduce" };
-    let causes = headline::capitalised(&headline::with_values(&d.causes));
+    let leading = headline::leading(d).0;
+    let verb = if leading.len() == 1 { "reduces" } else { "reduce" };
+    let causes = headline::capitalised(&headline::with_values(&leading));
     let reduction = Headline::of(d).map_or_else(String::new, |h| {
         let n = |v| significant(v, 3);
         format!(
@@ -101,7 +107,8 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
     let shares = format!(
         " Of the squared error above the noise in all channels, {named} is removed; a flexible model without names removes {any}."
     );
-    let more = format!("{}{}", headline::worse(d), headline::minor(d));
+    let times = headline::times(&d.causes);
+    let more = format!("{times}{}{}", headline::worse(d), headline::minor(d));
     let because = if d.reasons.is_empty() {
         String::new()
     } else {
@@ -141,7 +148,7 @@ fn summary<M: ReportModel>(d: &Diagnosis<M>) -> Markup {
     html! {
         div.note { (verdict_sentence(d)) }
         div.cards {
-            (card(&d.verdict.to_string(), "verdict"))
+            (card(&d.verdict.to_string().replace('_', " "), "verdict"))
             @if let (Some(c), Some(o)) = (d.error_reduction.channels.first(), d.outputs.first()) {
                 (card(&format!("{} → {} {}", number(c.rmse_before, 4), number(c.rmse_after, 4), o.unit),
                     &format!("{} RMSE, test set", o.name)))
@@ -150,8 +157,41 @@ fn summary<M: ReportModel>(d: &Diagnosis<M>) -> Markup {
                 &format!("less error in all fitted channels together [{:.0}, {:.0}] %", 100.0 * overall.ci95[0], 100.0 * overall.ci95[1])))
         }
         (location::figure(&d.causes))
-        p { "Fitted: " (d.fitted.join(", ")) ". " (d.validation.sentence()) " " (d.test.sentence()) }
+        @if !d.causes.is_empty() { (measures(d)) }
+        p { "Fitted recordings: " (d.fitted.join(", ")) ". " (d.validation.sentence()) " " (d.test.sentence()) }
         (d.model.notes())
+    }
+}
+
+/// The measures of improvement, each with its definition.
+fn measures<M>(d: &Diagnosis<M>) -> Markup {
+    let overall = &d.error_reduction.overall;
+    let rows = [
+        Headline::of(d).map(|h| {
+            (
+                format!("RMSE of the {} (headline)", h.output),
+                percent(h.reduction()),
+                "1 − RMSE after / RMSE before, test set",
+            )
+        }),
+        Some((
+            "all fitted channels together".to_owned(),
+            percent(overall.error_reduction),
+            "1 − E after / E before with E² = Σ MSE / variance over the fitted channels, test set",
+        )),
+        Some((
+            "squared error above the noise".to_owned(),
+            percent(d.explainable.named),
+            "1 − excess after / excess before in all channels; the excess is the squared error beyond the noise",
+        )),
+    ];
+    html! {
+        div.scroll { table {
+            tr { th { "measure of improvement" } th { "reduction" } th.text { "definition" } }
+            @for (measure, value, definition) in rows.into_iter().flatten() {
+                tr { td { (measure) } td { (value) } td.text.wrap { (definition) } }
+            }
+        } }
     }
 }
 

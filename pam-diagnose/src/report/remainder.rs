@@ -5,7 +5,7 @@ use crate::remainder::{Correction, Remainder};
 use maud::{Markup, html};
 use pam_core::units::significant;
 use pam_report::figure::{PolygonMap, ValuedPolygon};
-use pam_report::page::{figure, number, wide_figure};
+use pam_report::page::{figure, number};
 use pam_report::{LineFigure, Role, ValuePlane};
 
 /// Laws of the ranking that are shown.
@@ -85,12 +85,12 @@ fn of_correction(c: &Correction, with_law: bool) -> Markup {
             } }
         }
         @for p in &c.pictures {
-            (wide_figure(curve(p), &format!(
+            (figure(curve(p), &format!(
                 "The correction over {}: mean, and between which values 80 % of the rows lie{}. Below: how many rows there are.",
                 p.variable,
                 if with_law { ", with the law" } else { "" }
             )))
-            (wide_figure(coverage(p), ""))
+            (figure(coverage(p), ""))
             @if let Some(plane) = &p.plane {
                 div.grid {
                     (figure(map(p, plane, &|c| Some(c.correction)), "The correction where there are data."))

@@ -3,8 +3,11 @@
 use crate::diagnosis::Diagnosis;
 use crate::residual::ChannelResidual;
 use maud::{Markup, html};
-use pam_report::page::{figure, number, wide_figure};
+use pam_report::page::{figure, number};
 use pam_report::{LineFigure, Role};
+
+/// Share of the variance, beyond that of chance, from which a factor is listed.
+const NOTABLE: f64 = 0.005;
 
 pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
     html! {
@@ -20,9 +23,9 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
                     td { (number(c.rms, 4)) } td { (number(c.noise, 4)) } td { (number(c.ratio(), 1)) }
                     td { (number(c.mean, 4)) } td { (number(c.next_correlation, 3)) }
                     td.text.wrap {
-                        @for dep in c.dependence.iter().take(4) {
-                            (dep.factor) " " (format!("{:.0} %", 100.0 * dep.share)) "; "
-                        }
+                        @let factors: Vec<String> = c.dependence.iter().filter(|dep| dep.share >= NOTABLE).take(4)
+                            .map(|dep| format!("{} {:.0} %", dep.factor, 100.0 * dep.share)).collect();
+                        @if factors.is_empty() { "no factor significantly" } @else { (factors.join("; ")) }
                     }
                 }
             }
@@ -35,12 +38,16 @@ pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
                             .with_marks()
                             .with("", Role::Residual, dep.groups.iter().map(|g| (g[0], g[1])).collect())
                             .to_svg(),
-                        &format!("Residual of {} against {}: {:.0} % of its variance.", c.key, dep.factor, 100.0 * dep.share),
+                        &if dep.share >= NOTABLE {
+                            format!("Residual of {} against {}, which explains {:.0} % of its variance.", c.key, dep.factor, 100.0 * dep.share)
+                        } else {
+                            format!("Residual of {} against {}; no more than a correlated residual shows by chance.", c.key, dep.factor)
+                        },
                     ))
                 }
             }
-            (wide_figure(spectrum(c), "Power of the residual and of the excitation; a line that the excitation does not have is driven by something else."))
-            (wide_figure(profile(c), "Error over time, in blocks of a second."))
+            (figure(spectrum(c), "Power of the residual and of the excitation; a line that the excitation does not have is driven by something else."))
+            (figure(profile(c), "Error over time, in blocks of a second."))
         }
     }
 }

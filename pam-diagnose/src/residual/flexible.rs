@@ -122,7 +122,7 @@ impl FlexibleModel {
         }
     }
 
-    /// What the learned weights leave of a residual.
+    /// The residual after the learned weights.
     #[must_use]
     pub fn left(&self, features: &[Vec<f64>], residual: &[f64]) -> Vec<f64> {
         let mut left = residual.to_vec();
@@ -133,7 +133,7 @@ impl FlexibleModel {
     }
 }
 
-/// What flexible models leave of each channel of the rows from which they were learned, by ordinary least squares, and the
+/// The residual of each channel after a flexible model, on the rows from which it was learned, by ordinary least squares, and the
 /// rows that each uses up.
 pub(crate) fn left_of_itself(
     rows: &FeatureRows,
@@ -147,7 +147,7 @@ pub(crate) fn left_of_itself(
     rows.residuals.iter().map(model).collect()
 }
 
-/// What flexible models leave of each whitened channel of rows that they have not seen. The features are whitened as the
+/// The residual of each whitened channel after a flexible model, on rows that it has not seen. The features are whitened as the
 /// channel's own noise is, which makes this generalised least squares.
 pub(crate) fn left_of_unseen<C: Candidates + ?Sized>(
     learned: (&Problem<'_, C>, &Hypothesis),

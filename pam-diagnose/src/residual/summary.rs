@@ -27,7 +27,6 @@ pub struct ChannelResidual {
     /// Root mean square of the residual that the named causes leave.
     pub rms_left: f64,
     /// Standard deviation below which an error counts as noise, with the baseline discrepancy.
-    #[serde(rename = "floor")]
     pub noise: f64,
     /// Mean of the residual.
     pub mean: f64,
@@ -87,14 +86,14 @@ fn rms<'r>(each: impl Iterator<Item = &'r f64> + Clone) -> f64 {
 }
 
 impl ResidualSummary {
-    /// The residual of `before`, with the size of what `after` leaves, beside a `floor` of each channel: its noise from
+    /// The residual of `before`, with the size of what `after` leaves, with the `noise` of each channel: its noise from
     /// one row to the next, and the errors of the model on baseline recordings.
     #[must_use]
     pub fn of<C: Candidates + ?Sized>(
         problem: &Problem<'_, C>,
         before: &Hypothesis,
         after: &Hypothesis,
-        floor: &[f64],
+        noise: &[f64],
     ) -> Self {
         let settings = &problem.settings.residual;
         let all = residuals(problem, before);
@@ -132,7 +131,7 @@ impl ResidualSummary {
                     unit: output.unit.clone(),
                     rms: (square / n).sqrt(),
                     rms_left: rms(left.iter().flat_map(|r| &r[c])),
-                    noise: floor[c],
+                    noise: noise[c],
                     mean,
                     next_correlation: next / n / variance,
                     dependence: factors.dependences(&values, observation, settings.groups),

@@ -10,7 +10,7 @@ use std::ops::Range;
 pub struct CandidateInfo<'a> {
     /// Its id.
     pub id: &'a str,
-    /// What it is, in a few words.
+    /// Short description.
     pub description: &'a str,
     /// Which excitation brings it out; may be empty.
     pub excited_by: &'a str,
@@ -82,11 +82,31 @@ pub trait Candidates: Sync {
         f64::INFINITY
     }
 
+    /// Whether a member of the candidate may have a [schedule](crate::onset::Schedule): whether simulations follow it.
+    fn may_be_timed(&self, index: usize) -> bool {
+        let _ = index;
+        false
+    }
+
+    /// Whether the candidate changes what readings before the first row mean, so that one that begins with the first row differs
+    /// from one that is always there.
+    fn acts_at_rest(&self, index: usize) -> bool {
+        let _ = index;
+        true
+    }
+
+    /// Time in which a member with a schedule comes or goes, s.
+    fn ramp_s(&self) -> f64 {
+        pam_vocabulary::course::LEAST_RAMP_S
+    }
+
     /// Uncertain values that all experiments share.
     fn shared(&self) -> &[Nuisance];
     /// Uncertain values of each experiment.
     fn local(&self) -> &[Nuisance];
 
+    /// Number of experiments.
+    fn experiment_len(&self) -> usize;
     /// The measured channels.
     fn outputs(&self) -> &[OutputInfo];
     /// Name of an experiment.

@@ -7,7 +7,7 @@ use crate::fit::Hypothesis;
 use crate::linearised::{Products, Subset, all_starts};
 use crate::rejection::NullTest;
 
-/// What a search found.
+/// Result of a search.
 #[derive(Debug, Clone)]
 pub struct Findings {
     /// The system without candidates.
@@ -15,6 +15,8 @@ pub struct Findings {
     /// Every candidate with the share of the whitened squared residual that it would explain alone, to first order; best
     /// first.
     pub screened: Vec<(usize, f64)>,
+    /// The best starting values of each candidate, to first order.
+    pub starts: Vec<(usize, Vec<f64>)>,
     /// The most promising candidates alone, fitted, best first.
     pub singles: Vec<Scored>,
     /// The chosen set; the base if nothing earned its place.
@@ -28,7 +30,7 @@ pub struct Findings {
 }
 
 /// Logarithm of the odds below which two sets are the same answer.
-pub(super) const TIE: f64 = 1.0;
+pub(crate) const TIE: f64 = 1.0;
 
 /// Searches for the set of at most `most` candidates that explains best what the base leaves; `None` if the base cannot be
 /// simulated. `done` is called with the finished share of the work.
@@ -55,6 +57,7 @@ pub fn search<C: Candidates + ?Sized>(
     let screened = first_order.iter().map(|s| (s.starts[0].candidate, share(s.drop))).collect();
     let none = Findings {
         screened,
+        starts: starts.clone(),
         singles: Vec::new(),
         best: base.clone(),
         others: Vec::new(),
@@ -91,20 +94,10 @@ pub fn search<C: Candidates + ?Sized>(
         if best.members() == 0 {
             break;
         }
-        rows.learn_beside(best.hypothesis())?;
-        let again = |s: &Scored| rows.fitted(s.hypothesis().clone(), iterations);
-        found.base = again(&found.base)?;
-        // Values that are no longer what the names say are no better than none.
-        best = again(&best).unwrap_or_else(|| found.base.clone());
-        let rivals = sets.iter().filter(|s| s.members() > 0).take(settings.rivals);
-        let rivals = rivals.map(|s| s.hypothesis().clone()).collect();
-        sets = rows.fit_all(rivals, Some(&best));
-        let near = neighbours(rows, &best, &found.base, &starts, most)?;
-        found.without = near.without;
-        sets.extend(near.sets);
-        sets.extend([best.clone(), found.base.clone()]);
-        sets = distinct(rows, sets);
-        let next = rows.preferred(&sets)?;
+        // A set beside which the noise cannot be learned, or with which a fit diverges, is the best that can be had.
+        let Some(next) = improved(rows, &mut found, &mut best, &mut sets, &starts, most) else {
+            break;
+        };
         done(0.5 + 0.5 * (round + 1) as f64 / settings.rounds as f64);
         let same = next.hypothesis().set() == best.hypothesis().set();
         best = next;
@@ -117,6 +110,33 @@ pub fn search<C: Candidates + ?Sized>(
     found.best = best;
     found.others = sets;
     Some(found)
+}
+
+/// The set that is preferred in the neighbourhood of the best one, all of them fitted with the noise beside it; `None` if one
+/// of these steps diverges.
+fn improved<C: Candidates + ?Sized>(
+    rows: &mut Rows<'_, C>,
+    found: &mut Findings,
+    best: &mut Scored,
+    sets: &mut Vec<Scored>,
+    starts: &[(usize, Vec<f64>)],
+    most: usize,
+) -> Option<Scored> {
+    let settings = rows.whole.settings.search;
+    rows.learn_beside(best.hypothesis())?;
+    let again = |s: &Scored| rows.fitted(s.hypothesis().clone(), settings.iterations);
+    found.base = again(&found.base)?;
+    // Values that are no longer what the names say are no better than none.
+    *best = again(best).unwrap_or_else(|| found.base.clone());
+    let rivals = sets.iter().filter(|s| s.members() > 0).take(settings.rivals);
+    let rivals = rivals.map(|s| s.hypothesis().clone()).collect();
+    *sets = rows.fit_all(rivals, Some(best));
+    let near = neighbours(rows, best, &found.base, starts, most)?;
+    found.without = near.without;
+    sets.extend(near.sets);
+    sets.extend([best.clone(), found.base.clone()]);
+    *sets = distinct(rows, std::mem::take(sets));
+    rows.preferred(sets)
 }
 
 /// The best of each set of candidates, best first.
@@ -188,7 +208,7 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
     /// Whether a set of the screening would reach the odds that a cause needs, to first order: by `−R ln(1 − d/R)` for a
     /// drop `d` of the whitened squared residual `R`, whose variance is not known, and the price of its parameters. Every
     /// row counts: where the residual is correlated because the base model is not right, the fits will tell.
-    fn is_promising(&self, subset: &Subset<'_>, residual: f64) -> bool {
+    pub(crate) fn is_promising(&self, subset: &Subset<'_>, residual: f64) -> bool {
         let rows: usize = (0..self.whole.len()).map(|i| self.whole.rows(i)).sum();
         let parameters: usize = subset.starts.iter().map(|s| s.directions.len() - 1).sum();
         let candidates = self.whole.system.candidate_len().max(1) as f64;

@@ -9,7 +9,7 @@ use pam_core::parallel;
 
 /// Whether every member still is what its name says.
 pub(crate) fn stands<C: Candidates + ?Sized>(system: &C, hypothesis: &Hypothesis) -> bool {
-    hypothesis.members.iter().all(|m| system.stands(m.candidate, &m.values))
+    hypothesis.members.iter().all(|m| system.stands(m.candidate, m.own()))
 }
 
 impl<C: Candidates + ?Sized> Rows<'_, C> {

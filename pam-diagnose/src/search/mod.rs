@@ -14,6 +14,7 @@ mod rows;
 mod scored;
 
 pub use candidates::{CandidateInfo, Candidates, Nuisance, OutputInfo};
+pub(crate) use chosen::TIE;
 pub use chosen::{Findings, search};
 pub(crate) use fits::stands;
 pub use rows::Rows;

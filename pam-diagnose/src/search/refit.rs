@@ -14,17 +14,17 @@ pub(crate) fn multi_start<C: Candidates + ?Sized>(problem: &Problem<'_, C>, mut 
     let h = best.hypothesis.clone();
     let mut starts = Vec::new();
     for (place, member) in h.members.iter().enumerate() {
-        if !system.is_rugged(member.candidate, &member.values) {
+        if !system.is_rugged(member.candidate, member.own()) {
             let all = system.starts(member.candidate);
             let others = if all.len() > 1 { all } else { Vec::new() };
-            starts.extend(others.into_iter().map(|values| with_values(&h, place, values)));
+            starts.extend(others.into_iter().map(|own| with_own(&h, place, &own)));
             continue;
         }
         for k in 0..system.candidate(member.candidate).parameters.len() {
             starts.extend(settings.rugged_factors.map(|factor| {
-                let mut values = member.values.clone();
-                values[k] *= factor;
-                with_values(&h, place, values)
+                let mut own = member.own().to_vec();
+                own[k] *= factor;
+                with_own(&h, place, &own)
             }));
         }
     }
@@ -55,9 +55,10 @@ pub(crate) fn multi_start<C: Candidates + ?Sized>(problem: &Problem<'_, C>, mut 
     problem.fit(best.hypothesis.clone(), settings.iterations).unwrap_or(best)
 }
 
-fn with_values(h: &Hypothesis, place: usize, values: Vec<f64>) -> Hypothesis {
+/// The hypothesis with other values of the member at `place`; its times stay.
+fn with_own(h: &Hypothesis, place: usize, own: &[f64]) -> Hypothesis {
     let mut other = h.clone();
-    other.members[place].values = values;
+    other.members[place] = h.members[place].with_own(own);
     other
 }
 
@@ -81,9 +82,9 @@ pub(crate) fn other_shapes<C: Candidates + ?Sized>(
             continue;
         }
         tried.push(shape.clone());
-        let mut values = member.values.clone();
-        values[switches.clone()].copy_from_slice(&shape);
-        let start = with_values(&best.hypothesis, place, values);
+        let mut own = member.own().to_vec();
+        own[switches.clone()].copy_from_slice(&shape);
+        let start = with_own(&best.hypothesis, place, &own);
         let fit = problem.fit(start, settings.shape_iterations).ok();
         if let Some(fit) = fit.filter(|f| f.cost < best.cost + settings.equal_cost) {
             found.push(fit.hypothesis.members[place].values.clone());

@@ -14,7 +14,7 @@ pub struct Scored {
     /// `n Σ_c g(MSE_c)` of training and validation rows ([`ChannelErrors::deviance_above`]): minus two times the
     /// log-likelihood if every row is an observation.
     pub misfit: f64,
-    /// What the hypothesis costs whatever the data: priors of its nuisances, `p ln n` for `p` parameters (Schwarz 1978),
+    /// Cost of the hypothesis independent of the data: priors of its nuisances, `p ln n` for `p` parameters (Schwarz 1978),
     /// `2 ln K` for the choice of each member among `K` candidates, and the cost of scales at their limits.
     pub price: f64,
     /// Whitened rows over which what it leaves of the training rows is correlated: so many count as one observation.

@@ -195,7 +195,7 @@ settings! {
         odds: f64 = 20.0, "–", FACTOR, USUAL;
         /// Odds that a further cause must reach where there are fewer blocks of rows than `rejection.fewest_blocks`.
         odds_of_few_blocks: f64 = 150.0, "–", FACTOR, USUAL;
-        /// Cost of a scale that ends at a limit of its range: the name stands for something else there.
+        /// Cost of a scale that ends at a limit of its range: the fit has degenerated there.
         limit_cost: f64 = 12.0, "cost", COST, STUDIES;
         /// Candidates that are fitted alone.
         singles: usize = 8, "candidates", COUNT, TIME;
@@ -242,7 +242,7 @@ settings! {
         mimic_share: f64 = 0.8, "–", SHARE, STUDIES;
         /// Ratio of the ends of a scale's interval beyond which it says nothing.
         vague_ratio: f64 = 100.0, "–", FACTOR, STUDIES;
-        /// Parts of each recording in which a cause is fitted anew.
+        /// Parts of each recording in which a cause is refitted.
         stability_parts: usize = 3, "parts", COUNT, STUDIES;
         /// Iterations of these fits.
         stability_iterations: usize = 2, "iterations", COUNT, TIME;
@@ -258,7 +258,35 @@ settings! {
         /// noise model vouches for their independence, and the odds that a cause must reach are higher.
         fewest_blocks: usize = 20, "blocks", COUNT, USUAL;
         /// Quantile of the null distribution that a change of a parameter in time, or between recordings, must exceed.
-        constancy_quantile: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
+        stability_test_quantile: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
+    }
+}
+
+settings! {
+    /// Causes that begin, end or grow at a time.
+    "onset" OnsetSettings {
+        /// Rows of a cell of time: times are tried at its edges, and then fitted. Of the joint half a second; more where there
+        /// would be too many cells.
+        cell_rows: usize = 25, "rows", COUNT, TIME;
+        /// Fewest cells of all recordings together; shorter cells are taken in short recordings.
+        fewest_cells: usize = 60, "cells", COUNT, USUAL;
+        /// Fewest rows of a cell for that reason.
+        fewest_cell_rows: usize = 5, "rows", COUNT, USUAL;
+        /// Fewest cells in which a cause must act, and not act.
+        margin_cells: usize = 3, "cells", COUNT, USUAL;
+        /// Cells of a block whose sign is drawn at once in the test against chance.
+        block_cells: usize = 2, "cells", COUNT, USUAL;
+        /// Draws of that test.
+        draws: usize = 200, "draws", [20.0, 1e6], USUAL;
+        /// Quantile of the largest score by chance that a time must exceed.
+        probability: f64 = 0.99, "–", [0.5, 0.9999], USUAL;
+        /// Odds that a set with a time must reach against those without.
+        odds: f64 = 150.0, "–", FACTOR, STUDIES;
+        /// Least rise of the mean square of some channel, in variances of its noise, where causes that come or go are always there
+        /// or absent: errors of the model change with the excitation as well.
+        least_rise: f64 = 0.15, "–", POSITIVE, STUDIES;
+        /// Candidates that are fitted from the scan.
+        candidates: usize = 6, "candidates", COUNT, TIME;
     }
 }
 

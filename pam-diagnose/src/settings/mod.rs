@@ -3,7 +3,7 @@
 mod groups;
 
 pub use groups::{
-    DataSettings, FitSettings, IntervalSettings, NoiseSettings, RejectionSettings,
+    DataSettings, FitSettings, IntervalSettings, NoiseSettings, OnsetSettings, RejectionSettings,
     RemainderSettings, ResidualSettings, SearchSettings, VerdictSettings,
 };
 
@@ -39,6 +39,8 @@ pub struct DiagnosisSettings {
     pub search: SearchSettings,
     /// The rejection of names.
     pub rejection: RejectionSettings,
+    /// Causes that begin, end or grow at a time.
+    pub onset: OnsetSettings,
     /// The verdict.
     pub verdict: VerdictSettings,
     /// The residual summary.
@@ -91,6 +93,7 @@ impl DiagnosisSettings {
             .and_then(|()| self.fit.check())
             .and_then(|()| self.search.check())
             .and_then(|()| self.rejection.check())
+            .and_then(|()| self.onset.check())
             .and_then(|()| self.verdict.check())
             .and_then(|()| self.residual.check())
             .and_then(|()| self.intervals.check())
@@ -105,6 +108,7 @@ impl DiagnosisSettings {
             FitSettings::rows(),
             SearchSettings::rows(),
             RejectionSettings::rows(),
+            OnsetSettings::rows(),
             VerdictSettings::rows(),
             ResidualSettings::rows(),
             IntervalSettings::rows(),

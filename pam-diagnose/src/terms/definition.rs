@@ -74,7 +74,13 @@ impl Definition {
 
     /// A law: terms whose coefficients, scales and times are all fitted, from their present values on.
     #[must_use]
-    pub fn law(id: &str, description: &str, terms: &[Term], variables: &[Variable], places: &[Place]) -> Self {
+    pub fn law(
+        id: &str,
+        description: &str,
+        terms: &[Term],
+        variables: &[Variable],
+        places: &[Place],
+    ) -> Self {
         let mut writer = Writer { variables, places, memory: Vec::new(), sums: Vec::new() };
         let mut parameters: Vec<TermParameter> = Vec::new();
         for (k, term) in terms.iter().enumerate() {
@@ -224,9 +230,10 @@ impl Writer<'_> {
                     let start = variable.at_start.as_deref().unwrap_or("0");
                     let start = if start == "0" { "0".to_owned() } else { lag.of.text(start, "") };
                     let time = number(Number::Time, lag.time_s);
-                    let known = self.memory.iter().find(|[name, _, rate]| {
-                        *rate == format!("({of} - {name}) / {time}")
-                    });
+                    let known = self
+                        .memory
+                        .iter()
+                        .find(|[name, _, rate]| *rate == format!("({of} - {name}) / {time}"));
                     match known {
                         Some([name, ..]) => name.clone(),
                         None => {
@@ -267,7 +274,8 @@ impl Writer<'_> {
                 match acts.iter_mut().find(|a| a[0] == *target) {
                     Some([_, text]) => *text += &format!(" + {part}"),
                     None => {
-                        let base = if base.is_empty() { String::new() } else { format!("{base} + ") };
+                        let base =
+                            if base.is_empty() { String::new() } else { format!("{base} + ") };
                         acts.push([target.clone(), base + &part]);
                     }
                 }

@@ -37,7 +37,12 @@ impl Function {
     pub fn has_scale(self) -> bool {
         matches!(
             self,
-            Self::Above | Self::Below | Self::Saturated | Self::Decaying | Self::Sine | Self::Cosine
+            Self::Above
+                | Self::Below
+                | Self::Saturated
+                | Self::Decaying
+                | Self::Sine
+                | Self::Cosine
         )
     }
 
@@ -45,7 +50,12 @@ impl Function {
     #[must_use]
     pub fn power(self) -> i8 {
         match self {
-            Self::Linear | Self::Absolute | Self::Positive | Self::Negative | Self::Above | Self::Below => 1,
+            Self::Linear
+            | Self::Absolute
+            | Self::Positive
+            | Self::Negative
+            | Self::Above
+            | Self::Below => 1,
             Self::Square | Self::SignedSquare => 2,
             Self::Cube => 3,
             Self::Saturated | Self::Decaying | Self::Sine | Self::Cosine => 0,

@@ -90,7 +90,12 @@ pub struct Term {
 impl Term {
     /// A term whose size is that of its place.
     #[must_use]
-    pub fn new(place: usize, factors: Vec<Factor>, variables: &[Variable], places: &[Place]) -> Self {
+    pub fn new(
+        place: usize,
+        factors: Vec<Factor>,
+        variables: &[Variable],
+        places: &[Place],
+    ) -> Self {
         let mut term = Self { place, factors, coefficient: 1.0 };
         term.coefficient = places[place].size / term.size(variables);
         term
@@ -106,15 +111,16 @@ impl Term {
     #[must_use]
     pub fn unit(&self, variables: &[Variable], places: &[Place]) -> Unit {
         let unit = places[self.place].unit;
-        self.factors.iter().fold(unit, |unit, f| {
-            unit.times(f.argument_unit(variables), -f.function.power())
-        })
+        self.factors
+            .iter()
+            .fold(unit, |unit, f| unit.times(f.argument_unit(variables), -f.function.power()))
     }
 
     /// The same but for numbers: factors may stand in any order.
     #[must_use]
     pub fn is_like(&self, other: &Self) -> bool {
-        let holds = |a: &Self, b: &Self| a.factors.iter().all(|f| b.factors.iter().any(|g| f.is_like(g)));
+        let holds =
+            |a: &Self, b: &Self| a.factors.iter().all(|f| b.factors.iter().any(|g| f.is_like(g)));
         self.place == other.place
             && self.factors.len() == other.factors.len()
             && holds(self, other)

@@ -5,8 +5,7 @@
 pub struct Unit(Option<[i8; 5]>);
 
 /// The base units, as suffixes of names and as they are written.
-const BASES: [(&str, &str); 5] =
-    [("n", "N"), ("mm", "mm"), ("s", "s"), ("kpa", "kPa"), ("g", "g")];
+const BASES: [(&str, &str); 5] = [("n", "N"), ("mm", "mm"), ("s", "s"), ("kpa", "kPa"), ("g", "g")];
 
 impl Unit {
     /// No unit.
@@ -40,10 +39,12 @@ impl Unit {
     /// The end of a parameter's name with a leading `_`; empty without a unit or with one that is not known.
     #[must_use]
     pub fn suffix(self) -> String {
-        let part = |sign: i8| self.part(sign, "_", |k, power| {
-            let base = BASES[k].0;
-            if power == 1 { base.to_owned() } else { format!("{base}{power}") }
-        });
+        let part = |sign: i8| {
+            self.part(sign, "_", |k, power| {
+                let base = BASES[k].0;
+                if power == 1 { base.to_owned() } else { format!("{base}{power}") }
+            })
+        };
         match (part(1), part(-1)) {
             (above, below) if below.is_empty() && above.is_empty() => String::new(),
             (above, below) if below.is_empty() => format!("_{above}"),
@@ -55,22 +56,28 @@ impl Unit {
     /// As it is written, `N s²/mm²`; empty without a unit or with one that is not known.
     #[must_use]
     pub fn text(self) -> String {
-        let part = |sign: i8| self.part(sign, " ", |k, power| {
-            let raised = match power {
-                1 => "",
-                2 => "²",
-                3 => "³",
-                4 => "⁴",
-                5 => "⁵",
-                _ => "ⁿ",
-            };
-            format!("{}{raised}", BASES[k].1)
-        });
+        let part = |sign: i8| {
+            self.part(sign, " ", |k, power| {
+                let raised = match power {
+                    1 => "",
+                    2 => "²",
+                    3 => "³",
+                    4 => "⁴",
+                    5 => "⁵",
+                    _ => "ⁿ",
+                };
+                format!("{}{raised}", BASES[k].1)
+            })
+        };
         match (part(1), part(-1)) {
             (above, below) if below.is_empty() => above,
             (above, below) => {
                 let above = if above.is_empty() { "1".to_owned() } else { above };
-                if below.contains(' ') { format!("{above}/({below})") } else { format!("{above}/{below}") }
+                if below.contains(' ') {
+                    format!("{above}/({below})")
+                } else {
+                    format!("{above}/{below}")
+                }
             }
         }
     }

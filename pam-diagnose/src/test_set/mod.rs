@@ -11,6 +11,7 @@ pub use trace::Trace;
 
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Problem};
+use crate::onset::{LateFault, late_fault, with_own_times};
 use crate::search::Candidates;
 use crate::verdict::anomalies::anomalies;
 use crate::verdict::bands::bands;
@@ -87,7 +88,7 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         bands((open, hypothesis), (&self.problem, &here)).unwrap_or_default()
     }
 
-    /// What is left by a hypothesis that no noise does, in the test rows and in the `open` ones.
+    /// Anomalies in the residual of a hypothesis, in the test rows and in the `open` ones.
     pub(crate) fn anomalies(&self, open: &Problem<'_, C>, hypothesis: &Hypothesis) -> Vec<Anomaly> {
         if self.same_experiments {
             // An error may begin with the test rows.
@@ -101,6 +102,23 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         let mut all = anomalies(open, hypothesis);
         all.extend(anomalies(&self.problem, &self.here(hypothesis)));
         all
+    }
+
+    /// A hypothesis with the times at which something begins or ends in the test recordings, where each recording has its own.
+    pub(crate) fn with_own_times(&self, hypothesis: &Hypothesis) -> Hypothesis {
+        let found = with_own_times(&self.problem, &self.here(hypothesis));
+        Hypothesis { members: found.members, ..hypothesis.clone() }
+    }
+
+    /// What is there in the test rows only, beside a hypothesis that was fitted to `open` rows.
+    pub(crate) fn late_fault(
+        &self,
+        open: &Problem<'_, C>,
+        hypothesis: &Hypothesis,
+        screened: &[(usize, Vec<f64>)],
+        seed: u64,
+    ) -> Option<LateFault> {
+        late_fault(open, &self.problem, hypothesis, screened, seed)
     }
 
     /// The strongest factor on which what is left of a channel depends, with the share of its variance.

@@ -1,4 +1,4 @@
-//! What noise does not do: steps, changes of size, foreign lines and events in a residual.
+//! Features that noise does not have: steps, changes of size, foreign lines and events in a residual.
 
 use crate::fit::{Hypothesis, Problem, fitted_outputs};
 use crate::noise::{Autoregression, autocovariance};
@@ -60,6 +60,7 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
         for (i, rows) in rows.iter().enumerate() {
             let Some([plain, white]) = rows else { continue };
             let (e, row_s) = (problem.experiments[i], problem.row_s(i));
+            let moments = moments(problem.system, hypothesis, e);
             let start_s =
                 problem.system.start_s(e) + problem.system.time_s(e, problem.windows[i].start);
             let name = problem.system.name(e);
@@ -110,7 +111,14 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
                     found.push(anomaly("change", Some(i), Some(jump.time_s), None, text));
                 }
             }
-            let sizes = white[c].iter().map(|w| w.abs()).enumerate();
+            // Where a cause comes or goes, its course is known to the ramp only.
+            let passing = |k: usize| {
+                let time_s = start_s - problem.system.start_s(e) + k as f64 * row_s;
+                moments
+                    .iter()
+                    .any(|[from, to]| time_s > from - 1.5 * row_s && time_s < to + 0.5 * row_s)
+            };
+            let sizes = white[c].iter().map(|w| w.abs()).enumerate().filter(|(k, _)| !passing(*k));
             if let Some((k, size)) = sizes.max_by(|a, b| a.1.total_cmp(&b.1))
                 && size > largest
             {
@@ -156,6 +164,22 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
         }
     }
     found
+}
+
+/// Spans in which members of a hypothesis come or go in an experiment, s after its first sample.
+fn moments<C: Candidates + ?Sized>(
+    system: &C,
+    hypothesis: &Hypothesis,
+    experiment: usize,
+) -> Vec<[f64; 2]> {
+    let half = 0.5 * system.ramp_s();
+    let timed = hypothesis.members.iter().filter_map(|m| Some((m, m.schedule.as_ref()?)));
+    timed
+        .flat_map(|(m, s)| {
+            let times = s.times_in(experiment).filter(|&k| !s.times[k].logarithmic);
+            times.map(|k| [m.times()[k] - half, m.times()[k] + half]).collect::<Vec<_>>()
+        })
+        .collect()
 }
 
 /// The drift of a residual over its rows by a straight line, and its size over its standard error, if what is left beside

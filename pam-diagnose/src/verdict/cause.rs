@@ -1,7 +1,8 @@
 //! A named cause, a candidate that was not named, and the candidates alone.
 
 use crate::fit::{Interval, Member};
-use crate::rejection::{Constancy, ParameterStability};
+use crate::onset::Times;
+use crate::rejection::{ParameterStability, StabilityTest};
 use crate::search::{Candidates, Findings};
 use crate::settings::RejectionSettings;
 use serde::Serialize;
@@ -12,7 +13,7 @@ use serde::ser::{SerializeMap, Serializer};
 pub struct Cause {
     /// Id of the candidate.
     pub effect: String,
-    /// What it is.
+    /// Description.
     #[serde(skip)]
     pub description: String,
     /// Parameters by name.
@@ -40,7 +41,10 @@ pub struct Cause {
     /// Its value in parts of the recordings.
     pub stability: Option<ParameterStability>,
     /// Whether its value is the same at all times and in all recordings.
-    pub constancy: Constancy,
+    pub stability_test: StabilityTest,
+    /// When it acts, if not always.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acts: Option<Times>,
     /// The candidate with its fitted values.
     #[serde(skip)]
     pub member: Member,

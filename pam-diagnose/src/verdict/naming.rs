@@ -4,7 +4,8 @@ use super::cause::{Cause, Refused};
 use super::outcome::share;
 use crate::error::DiagnoseError;
 use crate::fit::{Fit, Hypothesis, Interval, Member, Problem};
-use crate::rejection::{Constancy, ParameterStability, may_be_absent, vague};
+use crate::onset::{Pattern, TimedSet, Times, moved_in_time, time_interval};
+use crate::rejection::{ParameterStability, StabilityTest, may_be_absent, vague};
 use crate::search::refit::{multi_start, other_shapes};
 use crate::search::{Candidates, Findings, Rows, Scored};
 use pam_core::parallel;
@@ -19,6 +20,8 @@ pub(crate) struct Naming<'n, 'a, C: ?Sized> {
     pub(crate) found: &'n Findings,
     /// Baseline recordings, if they were given.
     pub(crate) baseline: Option<&'n Problem<'a, C>>,
+    /// A better set in which something begins or ends.
+    pub(crate) timed: Option<&'n TimedSet>,
 }
 
 /// Names, from training and validation rows.
@@ -38,7 +41,8 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
     pub(crate) fn names(&mut self) -> Result<Names, DiagnoseError> {
         let diverges = || DiagnoseError::TooLittle("the model diverges on the open rows".into());
         let rejection = self.rows.whole.settings.rejection;
-        let mut set = self.found.best.hypothesis().clone();
+        let chosen = self.found.best.hypothesis();
+        let mut set = self.timed.map_or(chosen, |t| &t.set).clone();
         let mut refused = Vec::new();
         loop {
             let fit = self.rows.learn_beside(&set).ok_or_else(diverges)?;
@@ -49,7 +53,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 self.refuse_others(&set, &mut refused);
                 return Ok(Names { best: base.clone(), base, causes, refused });
             }
-            let best = multi_start(problem, fit);
+            let best = moved_in_time(problem, multi_start(problem, fit));
             let mut causes = self.causes(&base, &best)?;
             let reason = |(place, c): (usize, &Cause)| {
                 let why = if self.absent(c) {
@@ -119,19 +123,29 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         Ok(members
             .map(|(place, member)| {
                 let info = problem.system.candidate(member.candidate);
-                let own: Vec<Interval> = intervals.by_ref().take(info.parameters.len()).collect();
-                let fitted = first..first + info.parameters.len();
-                first = fitted.end;
-                let stability = ParameterStability::of(problem, &best.hypothesis, place, &own);
-                let parameters = self.widened(best, place, &own, stability.as_ref());
+                let (own_len, len) = (info.parameters.len(), member.fitted(problem.system).len());
+                let mut all: Vec<Interval> = intervals.by_ref().take(len).collect();
+                for (k, interval) in all[own_len..].iter_mut().enumerate() {
+                    interval.ci95 = time_interval(problem, best, place, k);
+                }
+                let (own, times) = all.split_at(own_len);
+                let fitted = first..first + own_len;
+                first += len;
+                let stability = ParameterStability::of(problem, &best.hypothesis, place, own);
+                let mut parameters = self.widened(best, place, own, stability.as_ref());
+                let acts = Times::of(problem.system, &self.experiments(), member, times);
+                if member.schedule.as_ref().is_some_and(|s| s.pattern != Pattern::Each) {
+                    let names = member.schedule.iter().flat_map(|s| &s.times).map(|p| p.name);
+                    parameters.extend(names.zip(times.iter().copied()));
+                }
                 let less = match best.hypothesis.members.len() {
                     1 => Some(base.clone()),
                     _ => problem.fit(best.hypothesis.without(place), iterations).ok(),
                 };
                 let without = less.as_ref().map_or(named, |f| self.chi_square(f));
-                let alternatives = self.alternatives(member.candidate);
+                let alternatives = self.alternatives(best, place);
                 let id = |c: usize| problem.system.candidate(c).id.to_owned();
-                let limits = info.parameters.iter().map(|p| p.name);
+                let limits = member.fitted(problem.system).into_iter().map(|(_, p)| p.name);
                 Cause {
                     effect: info.id.to_owned(),
                     description: info.description.to_owned(),
@@ -149,7 +163,8 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                     at_limit: limits.filter(|p| best.at_limit.contains(p)).collect(),
                     excited_by: info.excited_by.to_owned(),
                     stability,
-                    constancy: Constancy::of(problem, best, &influences, fitted),
+                    stability_test: StabilityTest::of(problem, best, &influences, fitted),
+                    acts,
                     member: member.clone(),
                 }
             })
@@ -159,7 +174,11 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
     /// Candidates that explain nearly as much in place of a member of the chosen set: sets with another candidate in its
     /// place against which the odds are not enough, or that remove nearly as much of the error, so that a model that is not
     /// quite right may have decided between them.
-    fn alternatives(&self, candidate: usize) -> Vec<Member> {
+    fn alternatives(&self, best: &Fit, place: usize) -> Vec<Member> {
+        let candidate = best.hypothesis.members[place].candidate;
+        if let Some(timed) = self.timed {
+            return self.alternatives_in_time(timed, &best.hypothesis, place);
+        }
         let chosen = &self.found.best;
         let rest: Vec<usize> =
             chosen.hypothesis().set().into_iter().filter(|&c| c != candidate).collect();
@@ -188,10 +207,46 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             .collect()
     }
 
+    /// As [`alternatives`](Self::alternatives), among the sets in which something begins or ends.
+    fn alternatives_in_time(
+        &self,
+        timed: &TimedSet,
+        best: &Hypothesis,
+        place: usize,
+    ) -> Vec<Member> {
+        let settings = &self.rows.whole.settings.verdict;
+        let candidate = best.members[place].candidate;
+        let rest: Vec<usize> = best.set().into_iter().filter(|&c| c != candidate).collect();
+        let least = timed.others.first().map_or(0.0, |s| s.1);
+        let near = timed.others.iter().filter(|(h, total)| {
+            h.members.len() == best.members.len()
+                && !h.contains(candidate)
+                && rest.iter().all(|&c| h.contains(c))
+                && total - least < 2.0 * settings.confusable_odds.ln()
+        });
+        near.filter_map(|(h, _)| h.members.iter().find(|m| !best.contains(m.candidate)).cloned())
+            .collect()
+    }
+
+    /// The experiments of the system.
+    fn experiments(&self) -> Vec<usize> {
+        (0..self.rows.whole.system.experiment_len()).collect()
+    }
+
     /// The posterior probability that each candidate is at work, over the sets that were fitted in the last round, by
     /// their totals (Hoeting and others 1999).
     fn inclusion(&self) -> Vec<f64> {
         let count = self.rows.whole.system.candidate_len();
+        if let Some(timed) = self.timed {
+            let least = timed.others.first().map_or(0.0, |s| s.1);
+            let odds = |s: &(Hypothesis, f64)| (0.5 * (least - s.1)).exp();
+            let all: f64 = timed.others.iter().map(odds).sum();
+            let of = |c: usize| {
+                let with = timed.others.iter().filter(|(h, _)| h.contains(c));
+                with.map(odds).sum::<f64>() / all.max(f64::MIN_POSITIVE)
+            };
+            return (0..count).map(of).collect();
+        }
         let best = &self.found.best;
         let odds: Vec<f64> =
             self.found.others.iter().map(|s| (-best.log_odds(s)).min(0.0).exp()).collect();
@@ -250,7 +305,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let problem = &self.rows.whole;
         let member = &best.hypothesis.members[place];
         let infos = problem.system.candidate(member.candidate).parameters;
-        let apparent = self.apparent(member.candidate, &member.values);
+        let apparent = self.apparent(member.candidate, member.own());
         let mut intervals: Vec<Interval> = own
             .iter()
             .zip(infos)
@@ -304,7 +359,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
 }
 
 /// The largest rise of a channel's whitened mean square from one fit to another.
-fn largest_rise(from: &Fit, to: &Fit) -> f64 {
+pub(crate) fn largest_rise(from: &Fit, to: &Fit) -> f64 {
     let rises = to.errors.mean().into_iter().zip(from.errors.mean()).map(|(t, f)| t - f);
     rises.fold(0.0, f64::max)
 }

@@ -5,6 +5,16 @@ use serde::Serialize;
 use std::fmt;
 
 /// The outcome of a diagnosis.
+///
+/// ```
+/// use pam_diagnose::settings::VerdictSettings;
+/// use pam_diagnose::verdict::{Verdict, VerdictInput};
+///
+/// let confirmed = VerdictInput { causes: 1, confirmed: true, reduced: true, named_share: 0.9, ..VerdictInput::default() };
+/// assert_eq!(Verdict::of(confirmed, &VerdictSettings::default()), Verdict::Explained);
+/// let doubtful = VerdictInput { doubtful: true, ..confirmed };
+/// assert_eq!(Verdict::of(doubtful, &VerdictSettings::default()).to_string(), "partly_explained");
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -35,13 +45,17 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// What a verdict reads.
+/// The findings that decide a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Evidence {
+pub struct VerdictInput {
     /// Number of causes that were named on training and validation data.
     pub causes: usize,
-    /// Whether the error on the test data is proven to be smaller with them.
+    /// Whether the test data confirm them: their whitened error is proven to be smaller, and the error of the simulation is no
+    /// larger.
     pub confirmed: bool,
+    /// Whether the error of the simulation on the test data is proven to be smaller: the interval of the error reduction is
+    /// above zero.
+    pub reduced: bool,
     /// Share of the removable error that they remove.
     pub named_share: f64,
     /// Whether something is left that is no noise: a channel outside its band, or an anomaly.
@@ -62,18 +76,18 @@ impl Verdict {
     /// | 0 | otherwise | nothing found |
     /// | > 0 | the test data do not confirm them | unconfirmed |
     /// | > 0 | they remove less than `named_share` of the removable error | unexplained |
-    /// | > 0 | something is left that is no noise, or a value is doubtful | partly explained |
+    /// | > 0 | something is left that is no noise, a value is doubtful, or no error reduction is proven | partly explained |
     /// | > 0 | otherwise | explained |
     #[must_use]
-    pub fn of(evidence: Evidence, settings: &VerdictSettings) -> Self {
-        let e = evidence;
+    pub fn of(input: VerdictInput, settings: &VerdictSettings) -> Self {
+        let e = input;
         match e.causes {
             0 if e.inadequate => Self::ModelInadequate,
             0 if e.left => Self::Unexplained,
             0 => Self::NothingFound,
             _ if !e.confirmed => Self::Unconfirmed,
             _ if e.named_share < settings.named_share => Self::Unexplained,
-            _ if e.left || e.doubtful => Self::PartlyExplained,
+            _ if e.left || e.doubtful || !e.reduced => Self::PartlyExplained,
             _ => Self::Explained,
         }
     }

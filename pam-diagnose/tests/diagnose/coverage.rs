@@ -63,7 +63,7 @@ fn noisy(effect: &dyn AnyEffect, values: &[f64], seed: u64) -> Vec<Trial> {
 /// One effect fitted to trials of the linear joint, with its intervals.
 fn fitted(
     trials: &[Trial],
-    effect: &dyn AnyEffect,
+    effect: &'static dyn AnyEffect,
     start: &[f64],
     iterations: usize,
 ) -> (Fit, Vec<Interval>) {
@@ -92,7 +92,7 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
     ];
     let mut all = 0;
     for (id, truth, start) in cases {
-        let effect: &dyn AnyEffect = by_id(id).expect("an id");
+        let effect: &'static dyn AnyEffect = by_id(id).expect("an id");
         let runs: Vec<(f64, f64, bool)> = (0..REPETITIONS as u64)
             .into_par_iter()
             .map(|seed| {
@@ -139,7 +139,7 @@ fn a_fit_recovers_what_was_simulated() {
     ];
     let model = linear();
     for (id, truth, start) in cases {
-        let effect: &dyn AnyEffect = by_id(id).expect("an id");
+        let effect: &'static dyn AnyEffect = by_id(id).expect("an id");
         let mut trials: Vec<Trial> = [(0.5, 120.0), (1.0, 60.0)]
             .iter()
             .map(|&(hertz, newton)| {

@@ -7,7 +7,9 @@ use pam_diagnose::field::{
 };
 use pam_diagnose::remainder::RemainderOutcome;
 use pam_diagnose::report::{ReportContext, diagnosis_report};
-use pam_diagnose::terms::{Definition, Factor, Function, Lag, Place, Term, Unit, Variable, VariableKind};
+use pam_diagnose::terms::{
+    Definition, Factor, Function, Lag, Place, Term, Unit, Variable, VariableKind,
+};
 use pam_expression::{Compiled, Terms};
 use pam_solvers::{InputFn, Integrator, ParametricInput, PidController, Tableau};
 use pam_train::field::{Experiment, FieldProblem, Outputs};
@@ -167,8 +169,19 @@ fn terms_are_what_their_expressions_say() {
         description_length: 0.0,
     }];
     let all = [
-        Linear, Absolute, Square, Cube, SignedSquare, Positive, Negative, Above, Below, Saturated,
-        Decaying, Sine, Cosine,
+        Linear,
+        Absolute,
+        Square,
+        Cube,
+        SignedSquare,
+        Positive,
+        Negative,
+        Above,
+        Below,
+        Saturated,
+        Decaying,
+        Sine,
+        Cosine,
     ];
     let a: Vec<f64> = (0..40).map(|k| 2.0 * (0.3 * f64::from(k)).sin()).collect();
     let b: Vec<f64> = (0..40).map(|k| 0.5 * (0.7 * f64::from(k)).cos()).collect();

@@ -206,6 +206,10 @@ impl Candidates for Linear {
     fn local(&self) -> &[Nuisance] {
         &self.local
     }
+    fn experiment_len(&self) -> usize {
+        self.experiments.len()
+    }
+
     fn outputs(&self) -> &[OutputInfo] {
         &self.outputs
     }

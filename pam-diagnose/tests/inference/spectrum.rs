@@ -57,7 +57,7 @@ fn a_line_is_found_with_its_frequency_and_power() {
     }
 }
 
-/// Two lines are told apart in order of their power; one at the frequency of the excitation is not foreign.
+/// Two lines are distinguished in order of their power; one at the frequency of the excitation is not foreign.
 #[test]
 fn lines_are_ordered_and_those_of_the_excitation_are_known() {
     let settings = DiagnosisSettings::default().residual;

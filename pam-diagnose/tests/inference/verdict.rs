@@ -3,7 +3,7 @@
 use crate::linear::{Experiment, Linear, coloured, combined, white};
 use pam_diagnose::data::TestSource;
 use pam_diagnose::diagnosis::Diagnosis;
-use pam_diagnose::verdict::Evidence;
+use pam_diagnose::verdict::VerdictInput;
 use pam_diagnose::{DiagnosisSettings, Verdict};
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
@@ -15,20 +15,21 @@ fn the_rule_has_one_outcome_for_each_combination() {
         Explained, ModelInadequate, NothingFound, PartlyExplained, Unconfirmed, Unexplained,
     };
     let settings = DiagnosisSettings::default().verdict;
-    let none = Evidence::default();
-    let good = Evidence { causes: 1, confirmed: true, named_share: 1.0, ..none };
+    let none = VerdictInput::default();
+    let good = VerdictInput { causes: 1, confirmed: true, reduced: true, named_share: 1.0, ..none };
     let rows = [
         (none, NothingFound),
-        (Evidence { left: true, ..none }, Unexplained),
-        (Evidence { inadequate: true, left: true, ..none }, ModelInadequate),
+        (VerdictInput { left: true, ..none }, Unexplained),
+        (VerdictInput { inadequate: true, left: true, ..none }, ModelInadequate),
         (good, Explained),
-        (Evidence { causes: 3, ..good }, Explained),
-        (Evidence { named_share: 0.25, ..good }, Explained), // the bound itself is enough
-        (Evidence { named_share: 0.24, ..good }, Unexplained),
-        (Evidence { left: true, ..good }, PartlyExplained),
-        (Evidence { doubtful: true, ..good }, PartlyExplained),
-        (Evidence { confirmed: false, ..good }, Unconfirmed),
-        (Evidence { confirmed: false, left: true, named_share: 0.0, ..good }, Unconfirmed),
+        (VerdictInput { causes: 3, ..good }, Explained),
+        (VerdictInput { named_share: 0.25, ..good }, Explained), // the bound itself is enough
+        (VerdictInput { named_share: 0.24, ..good }, Unexplained),
+        (VerdictInput { left: true, ..good }, PartlyExplained),
+        (VerdictInput { doubtful: true, ..good }, PartlyExplained),
+        (VerdictInput { reduced: false, ..good }, PartlyExplained),
+        (VerdictInput { confirmed: false, ..good }, Unconfirmed),
+        (VerdictInput { confirmed: false, left: true, named_share: 0.0, ..good }, Unconfirmed),
     ];
     for (evidence, verdict) in rows {
         assert_eq!(Verdict::of(evidence, &settings), verdict, "{evidence:?}");
@@ -106,14 +107,14 @@ fn a_cause_that_ends_is_said_to_end() {
         }
         let d = diagnosed(&system);
         assert_eq!((d.verdict, d.named()), (Verdict::PartlyExplained, vec!["x1"]), "{size}");
-        let change = d.causes[0].constancy.in_time.as_ref().expect("a change");
+        let change = d.causes[0].stability_test.in_time.as_ref().expect("a change");
         // Rows of 20 ms, blocks of 40: 266 of 400 rows are 5.3 s, to a block of 0.8 s.
         assert!((change.time_s - 5.3).abs() < 0.81, "{change:?}");
         assert!(change.before > 0.8 * size && change.after.abs() < 0.3 * size, "{change:?}");
         assert!(d.reasons.iter().any(|r| r.contains("changes at t = ")), "{:?}", d.reasons);
         let d = diagnosed(&runs([0.0, size, 0.0, 0.0], 0.0, 5));
         assert_eq!((d.verdict, d.named()), (Verdict::Explained, vec!["x1"]), "{size}");
-        assert!(d.causes[0].constancy.holds() && d.reasons.is_empty(), "{:?}", d.reasons);
+        assert!(d.causes[0].stability_test.holds() && d.reasons.is_empty(), "{:?}", d.reasons);
         assert!(d.causes[0].stability.as_ref().unwrap().relative_spread < 0.3);
     }
 }

@@ -1,8 +1,10 @@
 //! Dynamic dispatch: effects of any type in one list, for the scalars that simulations run with.
 //!
 //! The hooks of [`Effect`] are generic over the scalar, so there is no `dyn Effect`. [`AnyEffect`] offers them
-//! for plain numbers, [`Derivatives`] and tape variables; every [`Effect`] implements it.
+//! for plain numbers, [`Derivatives`] and tape variables; every [`Effect`] implements it, and so does an effect with a
+//! [course in time](super::Timed).
 
+use super::timed::Timed;
 use super::{Absorbed, ChamberLaw, Command, DataScales, Effect, EffectInfo, Observed, Point, Rest};
 use pam_autodiff::{Chunk, Var};
 use pam_core::{AnyForce, JointModel, Scalar};
@@ -23,8 +25,9 @@ pub type FewDerivatives = Chunk<NARROW>;
 macro_rules! dispatch {
     ([$($declared:tt)*] [$($implemented:tt)*] {
         $(fn $hook:ident(&$this:ident $(, $argument:ident: $type:ty)*) $(-> $out:ty)?;)+
-    }) => {
+    } { $($more:tt)* } { $($more_implemented:tt)* }) => {
         $($declared)* {
+            $($more)*
             $(
                 #[doc = concat!("See [`Effect::", stringify!($hook), "`].")]
                 fn $hook(&$this $(, $argument: $type)*) $(-> $out)?;
@@ -32,6 +35,7 @@ macro_rules! dispatch {
         }
 
         $($implemented)* {
+            $($more_implemented)*
             $(fn $hook(&$this $(, $argument: $type)*) $(-> $out)? {
                 Effect::$hook($this $(, $argument)*)
             })+
@@ -48,14 +52,31 @@ dispatch! {
         fn begin(&self, p: &[S], x: S, memory: &mut [S]);
         fn rest(&self, p: &[S], rest: &mut Rest<S>);
         fn drive(&self, p: &[S], command: &Command<S>, memory: &mut [S]) -> S;
-        fn delay_s(&self, p: &[S]) -> S;
         fn force_mn(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S;
         fn dry_friction_mn(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S;
         fn air_g_s(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> [S; 2];
-        fn inertia_kg(&self, p: &[S]) -> S;
-        fn chamber(&self, p: &[S], law: &mut ChamberLaw<S>);
         fn advance(&self, p: &[S], end: &Point<'_, S>, memory: &mut [S]);
         fn observe(&self, p: &[S], seen: &mut Observed<'_, S>);
+    }
+    {
+        /// See [`Effect::delay_s`]; at a time since the excitation began (s), on which it depends for an effect that
+        /// [changes in time](AnyEffect::changes_in_time) alone.
+        fn delay_s(&self, p: &[S], time_s: f64) -> S;
+        /// See [`Effect::inertia_kg`]; at a time, as [`delay_s`](Self::delay_s).
+        fn inertia_kg(&self, p: &[S], time_s: f64) -> S;
+        /// See [`Effect::chamber`]; at a time, as [`delay_s`](Self::delay_s).
+        fn chamber(&self, p: &[S], time_s: f64, law: &mut ChamberLaw<S>);
+    }
+    {
+        fn delay_s(&self, p: &[S], _time_s: f64) -> S {
+            Effect::delay_s(self, p)
+        }
+        fn inertia_kg(&self, p: &[S], _time_s: f64) -> S {
+            Effect::inertia_kg(self, p)
+        }
+        fn chamber(&self, p: &[S], _time_s: f64, law: &mut ChamberLaw<S>) {
+            Effect::chamber(self, p, law);
+        }
     }
 }
 
@@ -84,8 +105,20 @@ dispatch! {
         fn changes_gas(&self) -> bool;
         fn memory_len(&self) -> usize;
         fn remembers(&self) -> bool;
+        fn moves_with_the_joint(&self) -> bool;
         fn absorb(&self, values: &[f64], joint: &mut JointModel<f64, AnyForce<f64>>) -> Absorbed;
     }
+    {
+        /// Its course, if it begins, ends or grows at a time.
+        fn course(&self) -> Option<&Timed> {
+            None
+        }
+        /// Whether delay, inertia or law of the chambers depend on the time.
+        fn changes_in_time(&self) -> bool {
+            false
+        }
+    }
+    {}
 }
 
 /// A scalar for which [`AnyEffect`] offers the hooks.

@@ -23,8 +23,8 @@ pub struct StepStart<S> {
 
 /// The joint at one instant inside a step.
 pub struct Point<'a, S> {
-    /// Time since the excitation began, s.
-    pub time_s: f64,
+    /// Time since the excitation began, s. Where the joint turns or breaks away, it has derivatives.
+    pub time_s: S,
     /// Displacement, mm.
     pub displacement_mm: S,
     /// Velocity, mm/s; zero where surfaces stick.
@@ -77,7 +77,7 @@ impl<S: Scalar> Point<'_, S> {
 
 /// A joint in a given state, for an effect by itself outside a simulation: [`point`](Self::point) is what the effect sees.
 #[derive(Debug, Clone, Copy)]
-pub struct Held<S> {
+pub struct FixedState<S> {
     /// Time since the excitation began, s.
     pub time_s: f64,
     /// Displacement, mm.
@@ -94,7 +94,7 @@ pub struct Held<S> {
     pub masses_g: [S; 2],
 }
 
-impl<S: Scalar> Held<S> {
+impl<S: Scalar> FixedState<S> {
     /// At rest in the middle, without forces, at absolute pressures (kPa).
     #[must_use]
     pub fn at_rest(pressures_kpa: [S; 2]) -> Self {
@@ -114,7 +114,7 @@ impl<S: Scalar> Held<S> {
     pub fn point(&self) -> Point<'_, S> {
         let Self { displacement_mm, velocity_mm_s, driving_mn, .. } = *self;
         Point {
-            time_s: self.time_s,
+            time_s: S::constant(self.time_s),
             displacement_mm,
             velocity_mm_s,
             driving_mn,
@@ -127,13 +127,13 @@ impl<S: Scalar> Held<S> {
     }
 }
 
-impl<S: Scalar> Restoring<S> for Held<S> {
+impl<S: Scalar> Restoring<S> for FixedState<S> {
     fn restoring_mn(&self, _x: S, _v: S) -> S {
         self.restoring_mn
     }
 }
 
-impl<S: Scalar> Air<S> for Held<S> {
+impl<S: Scalar> Air<S> for FixedState<S> {
     fn pressures_kpa(&self, _displacement_mm: S) -> [S; 2] {
         self.pressures_kpa
     }
@@ -179,6 +179,8 @@ pub struct ChamberLaw<S> {
     pub exponent: S,
     /// Contraction beyond which a chamber stops following x, mm.
     pub contraction_limit_mm: Option<S>,
+    /// Share of the contraction beyond the limit that it still follows: 0 where it stops.
+    pub beyond_limit: S,
     /// Leak rates of flexor and extensor, `ṁ = −rate · m (P − P_atm)/P`, 1/s.
     pub leak_per_s: [S; 2],
     /// Whether pressures that differ from the base model's push on the joint, by `ΔP dV/dx`.
@@ -267,6 +269,12 @@ pub trait Effect: Send + Sync + 'static {
     /// begun in its middle.
     fn remembers(&self) -> bool {
         self.memory_len() > 0
+    }
+
+    /// Whether its memory moves in the balance of forces, from [`begin`](Self::begin) on by [`advance`](Self::advance). That
+    /// of a drive moves in [`drive`](Self::drive).
+    fn moves_with_the_joint(&self) -> bool {
+        self.info().group != Group::Sensing
     }
 
     /// Memory of a joint that rests at `x` (mm).

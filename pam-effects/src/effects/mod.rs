@@ -13,7 +13,7 @@
 //! in the list of [`ALL`]. Its [`EffectInfo`] is the entry of the vocabulary ([`entry`]), or its own if the
 //! vocabulary does not have it. An effect of another crate is passed to the diagnosis as a candidate, or gets known by
 //! its id everywhere with [`register`]. An effect of a line or two needs no type: it is [an
-//! expression](crate::expression) in a file.
+//! expression](crate::expression) in a file. Any effect may begin, end or grow at a time: [`timed`].
 
 mod dynamic;
 mod gas;
@@ -22,16 +22,21 @@ mod mechanics;
 mod own;
 mod scales;
 mod sensing;
+mod timed;
 
 pub use dynamic::{
     AnyEffect, Derivatives, EffectHooks, EffectScalar, FewDerivatives, NARROW, WIDTH,
 };
 pub use hooks::{
-    Absorbed, Air, ChamberLaw, Command, Effect, Held, Observed, Point, Rest, Restoring, StepStart,
+    Absorbed, Air, ChamberLaw, Command, Effect, FixedState, Observed, Point, Rest, Restoring,
+    StepStart,
 };
 pub use own::{all, register, registered};
-pub use pam_vocabulary::{EffectInfo, Group, ParameterInfo, Switch, VocabularyError, entry};
+pub use pam_vocabulary::{
+    ActivityWindow, EffectInfo, Group, ParameterInfo, Switch, VocabularyError, entry,
+};
 pub use scales::{DataScales, ScaleSample};
+pub use timed::{Timed, timed};
 
 pub(crate) use sensing::delayed;
 

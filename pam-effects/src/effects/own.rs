@@ -4,7 +4,7 @@ use super::{ALL, AnyEffect};
 use crate::error::EffectError;
 use std::sync::{PoisonError, RwLock};
 
-/// What [`by_id`](super::by_id) and [`all`] know besides [`ALL`]. Entries are added and never replaced.
+/// Effects of [`by_id`](super::by_id) and [`all`] other than [`ALL`]. Entries are added and never replaced.
 static REGISTERED: RwLock<Vec<&'static dyn AnyEffect>> = RwLock::new(Vec::new());
 
 /// Makes an effect known by its id to everything in this process that reads ids: model files, curricula, sweeps, options

@@ -26,6 +26,8 @@ pub struct DataScales {
     pub stiffness_n_mm: f64,
     /// Mean gauge pressure of both chambers when they were sealed, kPa.
     pub gauge_kpa: f64,
+    /// Duration of the longest recording, s.
+    pub duration_s: f64,
     /// Samples spread over all recordings.
     pub samples: Vec<ScaleSample>,
 }

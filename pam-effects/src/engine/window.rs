@@ -155,11 +155,12 @@ impl<T: Float> Workspace<T> {
         let nuisances = Nuisances { log_air: [log_air[0], log_air[1]], ..Nuisances::none() };
         let (mut integrator, at_start, first_state) = tape.record(|| {
             let substeps = self.substeps;
-            let integrator = JointIntegrator::new(
+            let mut integrator = JointIntegrator::new(
                 record, &base, &replayed, &parts, &measured, &nuisances, substeps,
             );
             let mut state = vec![Var::constant(0.0); integrator.state_len()];
             integrator.state_into(&mut state);
+            integrator.at_point(0);
             let pressures = integrator.pressures();
             (integrator, pressures, state)
         });
@@ -195,6 +196,7 @@ impl<T: Float> Workspace<T> {
             }
             let pressures = tape.record(|| {
                 integrator.restore(&leaves);
+                integrator.at_point(k);
                 let pressures = integrator.pressures();
                 if steps {
                     integrator.step(k);

@@ -44,7 +44,7 @@ struct Once {
     pressure_delay_s: Option<Program>,
 }
 
-/// What the sensors show.
+/// Readings of the sensors.
 #[derive(Debug, Default)]
 struct Sensors {
     position_mm: Option<Program>,
@@ -392,6 +392,10 @@ impl Effect for ExpressionEffect {
 
     fn remembers(&self) -> bool {
         self.memory.is_some() || self.air_g_s.is_some()
+    }
+
+    fn moves_with_the_joint(&self) -> bool {
+        self.moment == Moment::Motion
     }
 
     fn may_stick_later(&self, values: &[f64]) -> bool {

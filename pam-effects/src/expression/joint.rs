@@ -1,4 +1,4 @@
-//! What expressions read in a simulation of the joint.
+//! Values that expressions read in a simulation of the joint.
 
 use crate::effects::Point;
 use pam_core::Scalar;
@@ -74,8 +74,8 @@ impl<S: Scalar> Inputs<S> for Instant<'_, S> {
             FORCE => at.driving_mn.scaled(1.0 / MN_PER_N),
             NETWORK if self.at_start => self.network_n(self.x(), self.v()),
             NETWORK => at.restoring_mn().scaled(1.0 / MN_PER_N),
-            T if self.at_start => S::constant(at.time_s - at.since_step_s),
-            T => S::constant(at.time_s),
+            T if self.at_start => S::constant(at.time_s.real() - at.since_step_s),
+            T => at.time_s,
             DT => S::constant(at.since_step_s),
             DX => at.displacement_mm - at.step_start.displacement_mm,
             X0 => at.step_start.displacement_mm,

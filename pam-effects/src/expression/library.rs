@@ -21,11 +21,24 @@ static KNOWN: LazyLock<Mutex<HashMap<String, &'static ExpressionEffect>>> =
 /// [`EffectError::File`] with file, line, column and the unknown word or the impossible value.
 pub fn load(path: impl AsRef<Path>) -> Result<Vec<&'static dyn AnyEffect>, EffectError> {
     let path = path.as_ref();
-    let text = std::fs::read_to_string(path).map_err(|e| EffectError::File {
-        file: path.display().to_string(),
-        message: e.to_string(),
-    })?;
-    read(&text, &path.display().to_string())
+    let file = path.display().to_string();
+    match pam_data::toml_file::text(path) {
+        Ok(text) => read(&text, &file),
+        Err(e) => Err(EffectError::File { file, message: e.fault() }),
+    }
+}
+
+/// The file of the friction models M1 to M6 of a geared drive: `data/effects/friction_ladder.toml`.
+pub const FRICTION_LADDER: &str = include_str!("friction_ladder.toml");
+
+/// The friction models M1 to M6 of a geared drive, from Coulomb and viscous friction to one whose parts depend on the loads of
+/// both sides and their squares, after Duclusaud, Passault, Padois and Daney (2024).
+///
+/// # Panics
+/// Never: a test reads the file.
+#[must_use]
+pub fn friction_ladder() -> Vec<&'static dyn AnyEffect> {
+    parse(FRICTION_LADDER).expect("the file that comes with the crate")
 }
 
 /// As [`load`], from text.

@@ -25,6 +25,30 @@ use pam_data::{ModelInfo, SavedModel};
 use pam_trajectory::Predictor;
 
 /// A hybrid model with effects.
+///
+/// ```
+/// use pam_core::{AnyForce, JointModel, SpringDamper};
+/// use pam_data::{ModelInfo, Recording, Subject};
+/// use pam_effects::effects::by_id;
+/// use pam_effects::{ActiveEffect, ExtendedModel};
+/// use pam_trajectory::{Predictor, SolverSettings};
+///
+/// let joint = JointModel::datasheet(AnyForce::from(SpringDamper::published()));
+/// let model = ExtendedModel { joint, info: ModelInfo::default(), effects: Vec::new() };
+/// let friction = ActiveEffect { effect: by_id("coulomb_friction").expect("listed"), values: vec![150.0] };
+/// let rough = model.with([friction]); // 150 N of dry friction
+///
+/// let time_s = (0..500).map(|k| 2e-3 * f64::from(k)).collect();
+/// let pushed = Recording::at_rest("a", time_s, [412.0, 412.0]).with_force(|_t| 1e5); // 100 N
+/// let subject = Subject::of(pushed, &model.joint)?;
+/// let end_mm = |model: &ExtendedModel| {
+///     let predicted = model.predict(&subject.recording, subject.masses, &SolverSettings::default());
+///     predicted.map(|p| p.channels.x[499])
+/// };
+/// assert!(end_mm(&model)? > 0.5);
+/// assert!(end_mm(&rough)?.abs() < 0.01); // the friction holds the joint
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct ExtendedModel {
     /// The model without effects.

@@ -1,9 +1,10 @@
 //! The form in which effects stand in files.
 
 use super::ActiveEffect;
-use crate::effects::{self, AnyEffect, VocabularyError, by_id};
+use crate::effects::{self, ActivityWindow, AnyEffect, VocabularyError, by_id, timed};
 use crate::error::EffectError;
 use pam_data::ModelInfo;
+use pam_vocabulary::course;
 use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -13,7 +14,7 @@ use std::str::FromStr;
 pub struct EffectRecord {
     /// Id of the effect.
     pub effect: String,
-    /// Its values by name, with units in the names.
+    /// Its values by name, with units in the names; those of its [`ActivityWindow`] among them.
     pub values: BTreeMap<String, f64>,
     /// The file that defines it, if it is [an expression](crate::expression).
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -63,12 +64,27 @@ impl EffectRecord {
                 .or_else(|| by_id(&self.effect))
                 .ok_or_else(|| Self::unknown(&self.effect, known))?,
         };
+        let own: Vec<&str> = effect.info().value_names().collect();
+        let times = self.values.keys().map(String::as_str).filter(|name| !own.contains(name));
+        let course = ActivityWindow::of_names(times).ok_or_else(|| {
+            let message = "`ramp_s` needs the `onset_s` about which it grows".to_owned();
+            EffectError::Effect { id: self.effect.clone(), message }
+        })?;
+        let effect = timed(effect, course);
         let info = effect.info();
         if let Some(name) = self.values.keys().find(|k| info.value_names().all(|n| n != **k)) {
-            return Err(VocabularyError::unknown_value(info.id, name, info.value_names()).into());
+            let times = course::ALL.iter().map(|p| p.name).filter(|t| !own.contains(t));
+            let names = own.iter().copied().chain(times);
+            return Err(VocabularyError::unknown_value(info.id, name, names).into());
         }
         let value = |name| match self.values.get(name) {
-            Some(v) if v.is_finite() => Ok(*v),
+            Some(v) if v.is_finite() => match info.parameters.iter().find(|p| p.name == name) {
+                Some(p) if ActivityWindow::is_time(name) && !p.admits(*v) => {
+                    let (effect, value, range) = (info.id, *v, p.range);
+                    Err(VocabularyError::OutsideRange { effect, name, value, range })
+                }
+                _ => Ok(*v),
+            },
             Some(v) => Err(VocabularyError::OutsideRange {
                 effect: info.id,
                 name,

@@ -23,6 +23,7 @@ impl<S: Scalar> ChamberLaw<S> {
             deformation_factor: S::constant(1.0),
             exponent: S::constant(1.0),
             contraction_limit_mm: None,
+            beyond_limit: S::zero(),
             leak_per_s: [S::zero(); 2],
             feeds_back: false,
         }
@@ -38,6 +39,12 @@ impl<'a, S: Scalar> Chambers<'a, S> {
         chambers
     }
 
+    /// The same chambers under another law.
+    #[must_use]
+    pub(super) fn with_law(&self, law: ChamberLaw<S>, sealed_mm: S) -> Self {
+        Self::new(self.base, law, self.changed, sealed_mm)
+    }
+
     fn volumes_mm3(&self, x: S) -> [S; 2] {
         let nu = self.base.deformation * self.law.deformation_factor;
         let geometry = &self.base.geometry;
@@ -46,10 +53,16 @@ impl<'a, S: Scalar> Chambers<'a, S> {
                 let v = geometry.volumes(x, nu);
                 [v.flexor_mm3, v.extensor_mm3]
             }
-            Some(limit) => [
-                geometry.volumes(x.minimum(limit), nu).flexor_mm3,
-                geometry.volumes(x.maximum(-limit), nu).extensor_mm3,
-            ],
+            Some(limit) => {
+                let beyond = |contraction: S| {
+                    (contraction - limit).maximum(S::zero())
+                        * (self.law.beyond_limit - S::constant(1.0))
+                };
+                [
+                    geometry.volumes(x + beyond(x), nu).flexor_mm3,
+                    geometry.volumes(x - beyond(-x), nu).extensor_mm3,
+                ]
+            }
         }
     }
 

@@ -20,7 +20,7 @@ use pam_data::Recording;
 pub struct FineForce {
     /// The held force, mN.
     values_mn: Vec<f64>,
-    /// What a lead of one sample adds to it besides the shift, mN; empty where that is nothing to speak of.
+    /// Change of it by a lead of one sample, beyond the shift, mN; empty where that is negligible.
     by_lead_mn: Vec<f64>,
     /// Whether a lead adds `by_lead_mn` alone, without a shift.
     blends: bool,
@@ -30,9 +30,9 @@ pub struct FineForce {
 
 /// Points of a mean, as shares of the spacing.
 const POINTS: [f64; 5] = [-0.4, -0.2, 0.0, 0.2, 0.4];
-/// What their mean adds to a parabola, in second differences: half the mean square of the shares.
+/// Change of a parabola by their mean, in second differences: half the mean square of the shares.
 const ADDED_BY_MEAN: f64 = 0.04;
-/// What a hold adds to the smooth force, in Δ² times its second derivative: the mean of t²/2 over ±Δ/2.
+/// Change of the smooth force by a hold, in Δ² times its second derivative: the mean of t²/2 over ±Δ/2.
 const ADDED_BY_HOLD: f64 = 1.0 / 24.0;
 /// Grid points between two samples from which the grid has the steps of a held force.
 const POINTS_OF_STEPS: f64 = 8.0 - 1e-6;

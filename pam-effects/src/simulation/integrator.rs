@@ -29,8 +29,11 @@ pub(crate) struct JointIntegrator<'a, S, F> {
     substeps: usize,
     /// Whether there is dry friction.
     rough: bool,
+    /// Whether inertia, delay and chambers depend on the time.
+    changes_in_time: bool,
     delay_s: S,
-    delayed: bool,
+    /// Displacement at which the chambers were sealed, mm.
+    sealed_mm: S,
     lead_samples: f64,
     start_kpa: [S; 2],
     x: S,
@@ -60,14 +63,9 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             part.effect.rest(part.p, &mut rest);
         }
         let (memory_len, air_changed) = (parts.memory_len, parts.air);
+        let changes_in_time = parts.changes_in_time;
         let parts = &parts.list;
-        let mut law = ChamberLaw::plain();
-        let (mut inertia, mut delay_s) = (S::zero(), S::zero());
-        for part in parts {
-            part.effect.chamber(part.p, &mut law);
-            inertia += part.effect.inertia_kg(part.p);
-            delay_s += part.effect.delay_s(part.p);
-        }
+        let start_s = record.since_start_s;
         let x = rest.start_mm + nuisances.start_mm;
         let mut memory = vec![S::zero(); memory_len];
         for part in parts {
@@ -95,13 +93,14 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             base,
             force,
             parts,
-            chambers: Chambers::new(base, law, air_changed, rest.sealed_mm),
-            inverse_mass: (base.mass_kg + inertia).recip(),
+            chambers: Chambers::new(base, law_of(parts, start_s), air_changed, rest.sealed_mm),
+            inverse_mass: (base.mass_kg + inertia_kg(parts, start_s)).recip(),
             substeps,
             rough: false,
-            delayed: delay_s.real() != 0.0,
+            changes_in_time,
             lead_samples: nuisances.lead_samples,
-            delay_s,
+            delay_s: delay_s(parts, start_s),
+            sealed_mm: rest.sealed_mm,
             start_kpa: rest.start_kpa,
             x,
             v: measured.start_mm_s + nuisances.start_mm_s,
@@ -143,8 +142,10 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             channel.reserve(points);
         }
         let limit = self.limit_mm();
+        self.at_point(0);
         let at_start = self.pressures();
         for k in 0..points {
+            self.at_point(k);
             at_point(k, self);
             let now = self.pressures();
             channels[0].push(self.x);
@@ -163,6 +164,18 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         Ok(())
     }
 
+    /// Takes inertia and chambers as they are at a step of the grid.
+    pub(crate) fn at_point(&mut self, k: usize) {
+        if self.changes_in_time {
+            self.at_time(self.record.since_start_s + self.record.fine_step_s() * k as f64);
+        }
+    }
+
+    fn at_time(&mut self, time_s: f64) {
+        self.chambers = self.chambers.with_law(law_of(self.parts, time_s), self.sealed_mm);
+        self.inverse_mass = (self.base.mass_kg + inertia_kg(self.parts, time_s)).recip();
+    }
+
     /// Pressures now, kPa, before the readings at the start are put right.
     pub(crate) fn pressures(&self) -> [S; 2] {
         self.air().pressures_kpa(self.x)
@@ -172,7 +185,10 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     fn driving_at(&mut self, half: usize, since_s: f64) -> S {
         let recorded = &self.record.force;
         let (time_s, lead) = (0.5 * self.record.fine_step_s() * half as f64, self.lead_samples);
-        let mut force = if self.delayed {
+        if self.changes_in_time {
+            self.delay_s = delay_s(self.parts, self.record.since_start_s + time_s);
+        }
+        let mut force = if self.delay_s.real() != 0.0 {
             recorded.at(S::constant(time_s) - self.delay_s, lead)
         } else if lead != 0.0 {
             S::constant(recorded.at(time_s, lead))
@@ -203,7 +219,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     ) -> Point<'p, S> {
         let share = at.share.real();
         Point {
-            time_s: step.start_s + share * step.grid_s,
+            time_s: S::constant(step.start_s) + at.share.scaled(step.grid_s),
             displacement_mm: at.x,
             velocity_mm_s: at.v,
             driving_mn: step.driving_mn(at.share),
@@ -333,6 +349,9 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     }
 
     fn substep(&mut self, step: &Substep<S>) {
+        if self.changes_in_time {
+            self.at_time(step.start_s + 0.5 * (step.from + step.to) * step.grid_s);
+        }
         let force = self.force;
         let air = force.sealed(self.air_g);
         let [to_x, to_v] = if self.rough {
@@ -389,6 +408,25 @@ impl<F: BaseForce<f64>> JointIntegrator<'_, f64, F> {
         let [dx, dv] = STEPS;
         [(at(x + dx, v) - at(x - dx, v)) / (2.0 * dx), (at(x, v + dv) - at(x, v - dv)) / (2.0 * dv)]
     }
+}
+
+/// The law of the chambers under effects at a time, s.
+fn law_of<S: EffectScalar>(parts: &[Part<'_, S>], time_s: f64) -> ChamberLaw<S> {
+    let mut law = ChamberLaw::plain();
+    parts.iter().for_each(|part| part.effect.chamber(part.p, time_s, &mut law));
+    law
+}
+
+/// The mass that effects add at a time, kg.
+fn inertia_kg<S: EffectScalar>(parts: &[Part<'_, S>], time_s: f64) -> S {
+    let own = parts.iter().map(|part| part.effect.inertia_kg(part.p, time_s));
+    own.fold(S::zero(), |sum, mass| sum + mass)
+}
+
+/// The delay of the real force behind the recorded one at a time, s.
+fn delay_s<S: EffectScalar>(parts: &[Part<'_, S>], time_s: f64) -> S {
+    let own = parts.iter().map(|part| part.effect.delay_s(part.p, time_s));
+    own.fold(S::zero(), |sum, delay| sum + delay)
 }
 
 /// A part of a step of the grid.

@@ -18,6 +18,8 @@ pub(crate) struct Parts<'a, S> {
     pub(super) memory_len: usize,
     /// Whether one of them changes the gas law.
     pub(super) air: bool,
+    /// Whether inertia, delay or gas law of one of them depend on the time.
+    pub(super) changes_in_time: bool,
 }
 
 impl<'a, S: EffectScalar> Parts<'a, S> {
@@ -41,6 +43,11 @@ impl<'a, S: EffectScalar> Parts<'a, S> {
                 part
             })
             .collect();
-        Self { list, memory_len, air: effects.iter().any(|e| e.changes_gas()) }
+        Self {
+            list,
+            memory_len,
+            air: effects.iter().any(|e| e.changes_gas()),
+            changes_in_time: effects.iter().any(|e| e.changes_in_time()),
+        }
     }
 }

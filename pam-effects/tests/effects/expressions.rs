@@ -7,7 +7,7 @@ use pam_core::Scalar;
 use pam_data::models::{load_model, save_model};
 use pam_data::{MassOrigin, ModelInfo};
 use pam_effects::effects::{
-    AnyEffect, DataScales, Derivatives, EffectHooks, Held, Observed, by_id,
+    AnyEffect, DataScales, Derivatives, EffectHooks, FixedState, Observed, by_id,
 };
 use pam_effects::simulation::{Base, Nuisances, SimulationScalar, Trajectory, Trial, simulate};
 use pam_effects::{ActiveEffect, EffectError, EffectRecord, ExtendedModel, expression};
@@ -150,6 +150,7 @@ fn shipped_effects_run() {
         speed_mm_s: 8.0,
         stiffness_n_mm: 150.0,
         gauge_kpa: 310.0,
+        duration_s: 10.0,
         samples: Vec::new(),
     };
     let mut out = Trajectory::default();
@@ -192,7 +193,11 @@ fn shipped_effects_run() {
 fn expressions_are_the_equations_that_they_say() {
     let shipped = shipped();
     let by_id = |id: &str| *shipped.iter().find(|e| e.info().id == id).expect("a shipped one");
-    let joint = Held { displacement_mm: 2.0, velocity_mm_s: -3.0, ..Held::at_rest([400.0, 300.0]) };
+    let joint = FixedState {
+        displacement_mm: 2.0,
+        velocity_mm_s: -3.0,
+        ..FixedState::at_rest([400.0, 300.0])
+    };
     let force = |id: &str, p: &[f64]| {
         let hooks: &dyn EffectHooks<f64> = by_id(id);
         hooks.force_mn(p, &joint.point(), &[])
@@ -259,6 +264,14 @@ fn faults_of_a_file_are_named_with_line_and_column() {
     let taken = file("acts.force_n = \"gain_n\"").replace("mine", "leak");
     let error = expression::parse(&taken).expect_err("a built-in id");
     assert!(matches!(&error, EffectError::File { message, .. } if message.contains("built-in")));
+    // Each part is twice the one before: 2^60 operations if they were written out.
+    let mut parts = String::from("let.a0 = \"x + x\"\n");
+    for k in 1..60 {
+        parts += &format!("let.a{k} = \"a{} + a{}\"\n", k - 1, k - 1);
+    }
+    let text = file(&format!("{parts}acts.force_n = \"a59\""));
+    let message = expression::parse(&text).expect_err("exponential growth").to_string();
+    assert!(message.contains("line 15, column") && message.contains("written out"), "{message}");
     let missing = expression::load("no/such/file.toml").expect_err("no file").to_string();
     assert!(missing.starts_with("no/such/file.toml: "), "{missing}");
 }

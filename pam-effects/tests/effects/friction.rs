@@ -3,7 +3,7 @@
 use crate::support::joint::{B, HOLD, K, M, P, driven, linear, linear_run, run, subject, undamped};
 use pam_core::units::ATMOSPHERE_KPA;
 use pam_data::MassOrigin;
-use pam_effects::effects::{EffectHooks, Held, StribeckFriction};
+use pam_effects::effects::{EffectHooks, FixedState, StribeckFriction};
 use std::f64::consts::TAU;
 
 /// A joint that is held stays where it is, to the last bit, as long as what pulls is below the limit.
@@ -41,7 +41,7 @@ fn the_stribeck_curve() {
     let p = [8.0, 20.0, 2.0];
     for v in [-5.0, -1.0, 0.0, 0.5, 2.0, 30.0] {
         let expected = 1e3 * (8.0 + 12.0 * (-(v / 2.0_f64).powi(2)).exp());
-        let joint = Held { velocity_mm_s: v, ..Held::at_rest([P; 2]) };
+        let joint = FixedState { velocity_mm_s: v, ..FixedState::at_rest([P; 2]) };
         let limit = EffectHooks::<f64>::dry_friction_mn(&StribeckFriction, &p, &joint.point(), &[]);
         assert!((limit - expected).abs() < 1e-9 * expected, "{v}");
     }

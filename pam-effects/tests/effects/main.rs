@@ -16,5 +16,6 @@ mod plain;
 mod sensing;
 mod sensitivities;
 mod steps;
+mod timed;
 mod training;
 mod vocabulary;

@@ -4,7 +4,7 @@ use crate::support::published::{exact_run, weights};
 use crate::support::values::medium;
 use pam_core::Scalar;
 use pam_data::MassOrigin;
-use pam_effects::effects::{ALL, AnyEffect, Derivatives, by_id};
+use pam_effects::effects::{ALL, ActivityWindow, AnyEffect, Derivatives, by_id, timed};
 use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
 
 /// Effects under which a chamber holds other air than the force table stands at. The table's slopes along the
@@ -48,56 +48,79 @@ fn sensitivities_are_the_derivatives_of_the_simulation() {
     let trial = Trial::new(&model, &subject);
     let base = Base::of(&model);
     for (id, values) in medium() {
-        let effect: &dyn AnyEffect = by_id(id).expect("an id");
-        let count = effect.info().parameters.len();
-        let seeded: Vec<Derivatives> = values
-            .iter()
-            .enumerate()
-            .map(
-                |(k, &v)| {
-                    if k < count { Derivatives::variable(v, k) } else { Derivatives::constant(v) }
-                },
-            )
-            .collect();
-        let mut with = Trajectory::default();
-        simulate::<Derivatives>(&trial, &base, &[effect], &seeded, &Nuisances::none(), &mut with)
-            .expect("in range");
-        let centre = plain(&trial, &base, effect, &values);
-        for (c, unit) in UNITS.into_iter().enumerate() {
-            for (k, exact) in with.channels[c].iter().enumerate() {
-                let value = (exact.value - centre.channels[c][k]).abs();
-                assert!(value < 1e-9 * unit, "{id}: value at {k} differs by {value}");
-            }
+        compare(&trial, &base, by_id(id).expect("an id"), &values);
+    }
+}
+
+/// The same of effects that begin and end within the run, by these times as well.
+#[test]
+fn sensitivities_by_times_are_the_derivatives_of_the_simulation() {
+    let model = weights();
+    let mut subject = exact_run(&model, [30.0, 60.0], 0.08);
+    subject.origin = MassOrigin::GasLaw;
+    let trial = Trial::new(&model, &subject);
+    let base = Base::of(&model);
+    for (id, values) in medium() {
+        let effect = by_id(id).expect("an id");
+        let (own, switches) = values.split_at(effect.info().parameters.len());
+        let with = |times: &[f64]| [own, times, switches].concat();
+        compare(&trial, &base, timed(effect, ActivityWindow::PASSES), &with(&[1.3127, 3.8713]));
+        compare(&trial, &base, timed(effect, ActivityWindow::GROWS), &with(&[2.2127, 1.733]));
+    }
+}
+
+/// Compares derivatives by all parameters with central differences.
+fn compare(trial: &Trial, base: &Base<f64>, effect: &'static dyn AnyEffect, values: &[f64]) {
+    let id = effect.info().id;
+    let count = effect.info().parameters.len();
+    let seeded: Vec<Derivatives> = values
+        .iter()
+        .enumerate()
+        .map(
+            |(k, &v)| {
+                if k < count { Derivatives::variable(v, k) } else { Derivatives::constant(v) }
+            },
+        )
+        .collect();
+    let mut with = Trajectory::default();
+    simulate::<Derivatives>(trial, base, &[effect], &seeded, &Nuisances::none(), &mut with)
+        .expect("in range");
+    let centre = plain(trial, base, effect, values);
+    for (c, unit) in UNITS.into_iter().enumerate() {
+        for (k, exact) in with.channels[c].iter().enumerate() {
+            let value = (exact.value - centre.channels[c][k]).abs();
+            assert!(value < 1e-9 * unit, "{id}: value at {k} differs by {value}");
         }
-        for (parameter, info) in effect.info().parameters.iter().enumerate() {
-            // A kink of the network that lies within a change spoils that difference: the better one of two.
-            let relative = [1e-6, 1e-7]
-                .map(|share| {
-                    let change = share * values[parameter].abs();
-                    let moved = |sign: f64| {
-                        let mut values = values.clone();
-                        values[parameter] += sign * change;
-                        plain(&trial, &base, effect, &values)
-                    };
-                    let (up, down) = (moved(1.0), moved(-1.0));
-                    let (mut miss, mut size) = (0.0, 0.0);
-                    for (c, unit) in UNITS.into_iter().enumerate() {
-                        for k in 0..trial.record.points() {
-                            let exact = with.channels[c][k].derivatives[parameter];
-                            let by_difference =
-                                (up.channels[c][k] - down.channels[c][k]) / (2.0 * change);
-                            miss += ((by_difference - exact) / unit).powi(2);
-                            size += (by_difference / unit).powi(2);
-                        }
+    }
+    for (parameter, info) in effect.info().parameters.iter().enumerate() {
+        // A kink of the network that lies within a change spoils that difference: the better one of two.
+        let relative = [1e-6, 1e-7]
+            .map(|share| {
+                let change = share * values[parameter].abs();
+                let moved = |sign: f64| {
+                    let mut values = values.to_vec();
+                    values[parameter] += sign * change;
+                    plain(trial, base, effect, &values)
+                };
+                let (up, down) = (moved(1.0), moved(-1.0));
+                let (mut miss, mut size) = (0.0, 0.0);
+                for (c, unit) in UNITS.into_iter().enumerate() {
+                    for k in 0..trial.record.points() {
+                        let exact = with.channels[c][k].derivatives[parameter];
+                        let by_difference =
+                            (up.channels[c][k] - down.channels[c][k]) / (2.0 * change);
+                        miss += ((by_difference - exact) / unit).powi(2);
+                        size += (by_difference / unit).powi(2);
                     }
-                    (miss / size).sqrt()
-                })
-                .into_iter()
-                .fold(f64::INFINITY, f64::min);
-            println!("{id} {}: {relative:.2e}", info.name);
-            let most = if MOVES_THE_AIR.contains(&id) { 1e-4 } else { 1e-5 };
-            assert!(relative < most, "{id} {}: {relative:e}", info.name);
-        }
+                }
+                // Where it changes nothing, its derivative is zero.
+                if size == 0.0 { miss } else { (miss / size).sqrt() }
+            })
+            .into_iter()
+            .fold(f64::INFINITY, f64::min);
+        println!("{id} {}: {relative:.2e}", info.name);
+        let most = if MOVES_THE_AIR.contains(&id) { 1e-4 } else { 1e-5 };
+        assert!(relative < most, "{id} {}: {relative:e}", info.name);
     }
 }
 

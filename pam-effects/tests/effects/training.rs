@@ -1,13 +1,13 @@
 //! Weights and effects together: the gradient against differences of the loss itself.
 
-use crate::support::extended::{extended, smooth};
+use crate::support::extended::{extended, extended_by, smooth};
 use crate::support::published::exact_run;
 use crate::support::values::medium;
 use pam_core::{AnyForce, ParametricForce};
 use pam_data::MassOrigin;
 use pam_data::Subject;
-use pam_effects::ExtendedModel;
-use pam_effects::effects::by_id;
+use pam_effects::effects::{ActivityWindow, by_id, timed};
+use pam_effects::{ActiveEffect, ExtendedModel};
 use pam_trajectory::{AnyLoss, Predictor, SolverSettings, TrajectoryGradient};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -51,8 +51,20 @@ fn the_gradient_is_that_of_the_loss_for_every_effect() {
     let subject = subject(0.05);
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let mut worst = 0.0_f64;
-    for (id, values) in medium() {
-        let model = extended(&[(id, values.clone())]);
+    let late = [
+        ("coulomb_friction", ActivityWindow::PASSES, vec![13.0, 1.113, 2.737]),
+        ("leak", ActivityWindow::BEGINS, vec![1.5e-2, 7e-3, 1.317]),
+        ("added_inertia", ActivityWindow::GROWS, vec![35.0, 1.7, 1.21]),
+        ("creep", ActivityWindow::BEGINS, vec![8.0, 0.7, 1.113]),
+        ("pressure_sensor_lag", ActivityWindow::ENDS, vec![5.0, 2.113]),
+    ];
+    let of = |(id, values)| (by_id(id).expect("an id"), values);
+    let always = medium().into_iter().map(of);
+    let late = late.map(|(id, course, values)| (timed(by_id(id).expect("an id"), course), values));
+    for (effect, values) in always.chain(late) {
+        let id = effect.info().id;
+        let extended = |values: Vec<f64>| extended_by(ActiveEffect { effect, values });
+        let model = extended(values.clone());
         let found = gradient(&model, &subject);
         let AnyForce::Network(force) = &model.joint.force else { panic!("a network") };
         let direction: Vec<f64> =
@@ -64,13 +76,13 @@ fn the_gradient_is_that_of_the_loss_for_every_effect() {
             worst = worst.max(miss);
             assert!(miss < 1e-6, "{id} {what}: {exact:e}, by difference {by_difference:e}");
         };
-        let parameters = by_id(id).expect("an id").info().parameters;
+        let parameters = effect.info().parameters;
         for (k, info) in parameters.iter().enumerate() {
             let slope = |share: f64| {
                 let moved = |h: f64| {
                     let mut moved = values.clone();
                     moved[k] += h;
-                    value(&extended(&[(id, moved)]))
+                    value(&extended(moved))
                 };
                 difference(moved, share * values[k].abs())
             };

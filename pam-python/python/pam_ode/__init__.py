@@ -18,7 +18,7 @@ from ._pam import __version__, names
 from .comparison import Comparison, ModelScore, compare, comparison_example
 from .control import Plan, PlanSummary, plan
 from .diagnosis import Diagnosis, diagnose
-from .effects import ActiveEffect, EffectInfo, effect, effects, hidden_effects
+from .effects import ActiveEffect, EffectInfo, define_effects, effect, effects, hidden_effects
 from .errors import (
     ComparisonError,
     ControlError,
@@ -76,6 +76,7 @@ __all__ = [
     "__version__",
     "compare",
     "comparison_example",
+    "define_effects",
     "diagnose",
     "effect",
     "effects",

@@ -1,4 +1,4 @@
-"""Diagnosis: what a model gets wrong, why, and what knowing it gains."""
+"""Diagnosis: the errors of a model, their causes, and the error reduction by naming them."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class Diagnosis:
     causes: tuple[Cause, ...]
     #: Causes that are certain but remove next to nothing of the error.
     minor: tuple[Cause, ...]
-    #: What stands against the verdict, in sentences.
+    #: Reasons against the verdict `explained`, in sentences.
     reasons: tuple[str, ...]
     #: What is left that noise does not do.
     anomalies: tuple[Anomaly, ...]
@@ -132,7 +132,7 @@ class Diagnosis:
     @classmethod
     def _of(cls, native: _pam.Diagnosis) -> Diagnosis:
         d = json.loads(native.json())
-        gain = d["gain"]
+        reduction = d["error_reduction"]
         return cls(
             d["verdict"],
             native.sentence(),
@@ -148,10 +148,10 @@ class Diagnosis:
                 ChannelReduction(
                     key, c["rmse_before"], c["rmse_after"], c["r2_before"], c["r2_after"], (c["ci95"][0], c["ci95"][1])
                 )
-                for key, c in ((key, gain[key]) for key, _ in native.channels())
+                for key, c in ((key, reduction[key]) for key, _ in native.channels())
             ),
-            gain["overall"]["error_reduction"],
-            (gain["overall"]["ci95"][0], gain["overall"]["ci95"][1]),
+            reduction["overall"]["error_reduction"],
+            (reduction["overall"]["ci95"][0], reduction["overall"]["ci95"][1]),
             native,
         )
 
@@ -238,7 +238,7 @@ def diagnose(
     surfaces: Path | None = None,
     progress: Progress = False,
 ) -> Diagnosis:
-    """Says what a model gets wrong on recordings, names the causes with their sizes, and measures what knowing them gains.
+    """Describes the error of a model on recordings, names its causes with their sizes, and measures the error reduction.
 
     Args:
         model: The model.

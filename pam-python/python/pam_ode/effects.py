@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any, Mapping, Union
 
 from . import _pam
 from ._html import table
 from .errors import EffectError
 
-__all__ = ["ActiveEffect", "EffectInfo", "ParameterInfo", "effect", "effects", "hidden_effects"]
+__all__ = ["ActiveEffect", "EffectInfo", "ParameterInfo", "define_effects", "effect", "effects", "hidden_effects"]
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,8 @@ class EffectInfo:
     parameters: tuple[ParameterInfo, ...]
     #: Names of the numbers that select a variant.
     switches: tuple[str, ...]
+    #: The TOML text that defines it, if it is an expression.
+    definition: str | None = None
 
     def _repr_html_(self) -> str:
         rows = [(p.name, p.meaning, p.range[0], p.range[1]) for p in self.parameters]
@@ -81,18 +83,36 @@ def _infos(text: str) -> tuple[EffectInfo, ...]:
                 for p in e["parameters"]
             ),
             tuple(s["name"] for s in e["switches"]),
+            e["definition"],
         )
         for e in json.loads(text)
     )
 
 
-@lru_cache(maxsize=None)
+def define_effects(source: Union[str, "os.PathLike[str]"]) -> dict[str, EffectInfo]:
+    """Makes effects that are defined by expressions known by their ids, like the built-in ones: to models, diagnoses, training
+    and the virtual rig, in this process. Models that are saved with them hold their definitions.
+
+    Args:
+        source: A TOML file, or its text (with more than one line); the page "Your own effects" has the format.
+
+    Returns:
+        The descriptions of the effects, by id. To define the same effect twice is no error.
+
+    Raises:
+        EffectError: An expression cannot be read, with file, line and column, or another effect has the id.
+    """
+    if isinstance(source, str) and "\n" in source:
+        return {info.id: info for info in _infos(_pam.define_effects(source, None))}
+    return {info.id: info for info in _infos(_pam.define_effects(None, os.fspath(source)))}
+
+
 def effects() -> dict[str, EffectInfo]:
-    """The effects that models can have and diagnoses can name, by id."""
+    """The effects that models can have and diagnoses can name, by id: the built-in ones, and those of :func:`define_effects`."""
     return {info.id: info for info in _infos(_pam.effect_list())}
 
 
-@lru_cache(maxsize=None)
 def hidden_effects() -> dict[str, EffectInfo]:
-    """The effects that the virtual rig can hide, by id: those of the vocabulary and phenomena outside it."""
+    """The effects that the virtual rig can hide, by id: those of the vocabulary, phenomena outside it, and those of
+    :func:`define_effects`."""
     return {info.id: info for info in _infos(_pam.hidden_effect_list())}

@@ -78,9 +78,9 @@ class Problem:
         model: The model.
         recordings: One recording or several, each predicted from its first sample.
         loss: See :data:`Loss`; the mean over the recordings is taken.
-        method: ``auto`` (the closed form where it applies, else the adjoint of Tsit5), ``exact``, or a gradient method of
-            ``names()["method"]``.
-        solver: Runge–Kutta method.
+        method: ``auto`` (the closed form where it applies, else the adjoint of Tsit5), ``exact``, ``surrogate`` (steps on a
+            piecewise polynomial of a smooth network, the fastest for them), or a gradient method of ``names()["method"]``.
+        solver: Runge–Kutta method of ``names()["solver"]``, for methods without one of their own.
         precision: ``f64``, or ``f32`` for the network of the adjoint.
         step_ms: Constant steps (ms) in place of error control.
         rtol: Relative tolerance (1e-6).

@@ -6,7 +6,7 @@ mod split;
 mod summary;
 
 use crate::force_curves::force_curves;
-use crate::page::{card, number, page};
+use crate::page::{card, count, number, page};
 use crate::parameters::parameter_table;
 use maud::{Markup, html};
 use pam_core::{ForceModel, JointModel};
@@ -52,7 +52,7 @@ pub fn evaluation_report<F: ForceModel<f64>>(
             (card(&number(mean.r2.pf, 3), "mean R² flexor pressure"))
             (card(&number(mean.r2.pe, 3), "mean R² extensor pressure"))
             (card(&number(mean.rmse.x, 3), "mean RMSE displacement (mm)"))
-            (card(&evaluation.recordings.len().to_string(), "recording(s) predicted"))
+            (card(&evaluation.recordings.len().to_string(), "recordings predicted"))
         }
         (split.cards())
         p { "Every prediction starts from the first sample of its recording and is driven by the "
@@ -83,9 +83,23 @@ pub fn evaluation_report<F: ForceModel<f64>>(
                 "displacement; the table lists all." }
         }
     };
+    let title = match evaluation.recordings.len() {
+        0 => "No recording was predicted".to_owned(),
+        1 => format!("The displacement is predicted with R² = {}", number(mean.r2.x, 3)),
+        n => {
+            format!(
+                "The displacement of {n} recordings is predicted with a mean R² of {}",
+                number(mean.r2.x, 3)
+            )
+        }
+    };
     page(
-        &format!("Prediction by {}", context.model.name),
-        &context.model.provenance,
+        &title,
+        &format!(
+            "Model {}: {}.",
+            context.model.name,
+            context.model.provenance.trim_end_matches('.')
+        ),
         &body,
         &context.made_by,
     )
@@ -94,7 +108,7 @@ pub fn evaluation_report<F: ForceModel<f64>>(
 fn failures(evaluation: &Evaluation) -> Markup {
     html! {
         div class="note warn" {
-            b { (evaluation.failed.len()) " recording(s) could not be predicted:" }
+            b { (count(evaluation.failed.len(), "recording")) " could not be predicted:" }
             ul {
                 @for f in &evaluation.failed { li { (f.name) ": " (f.why) } }
             }

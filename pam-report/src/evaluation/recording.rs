@@ -1,7 +1,7 @@
 //! The figures of one recording.
 
 use crate::figure::{LineFigure, Role, envelope, thin};
-use crate::page::{figure, number, wide_figure};
+use crate::page::{figure, number};
 use maud::{Markup, html};
 use pam_core::units::MN_PER_N;
 use pam_data::Channel;
@@ -63,7 +63,7 @@ fn time_series(r: &RecordingEvaluation, c: Channel) -> Markup {
     let plot = LineFigure::new("", "time (s)", c.label(), 1040, 230)
         .with("measured", Role::Measured, envelope(t, r.recording.channel(c), BUCKETS))
         .with("predicted", Role::Predicted, envelope(t, r.prediction.channels.channel(c), BUCKETS));
-    wide_figure(plot.to_svg(), "")
+    figure(plot.to_svg(), "")
 }
 
 fn residual_series(r: &RecordingEvaluation) -> Markup {
@@ -75,12 +75,12 @@ fn residual_series(r: &RecordingEvaluation) -> Markup {
         .map(|(m, p)| m - p)
         .collect();
     let points = envelope(&r.recording.time_s, &difference, BUCKETS);
-    let plot = LineFigure::new("", "time (s)", "measured − predicted x (mm)", 1040, 190).with(
+    let plot = LineFigure::new("", "time (s)", "error of x (mm)", 1040, 190).with(
         "",
         Role::Residual,
         points,
     );
-    wide_figure(plot.to_svg(), "Where in time the displacement is missed.")
+    figure(plot.to_svg(), "Measured minus predicted displacement.")
 }
 
 fn loops(r: &RecordingEvaluation, s: &SegmentScores) -> Markup {
@@ -140,7 +140,7 @@ fn missing_force(r: &RecordingEvaluation) -> Markup {
     html! {
         p { "The measured motion, put into the model's equation of motion, leaves "
             "F_e − f(x, v) − B v − m a. It opposes the motion where it has the velocity's sign." }
-        (wide_figure(over_time.to_svg(), ""))
+        (figure(over_time.to_svg(), ""))
         div.grid {
             (figure(over_velocity.to_svg(), ""))
             (figure(over_position.to_svg(), ""))

@@ -15,16 +15,21 @@ pub(super) fn sentences(evaluation: &Evaluation) -> Markup {
         return html! { p { "Nothing was predicted." } };
     }
     html! {
-        @for line in overall(all) { p { (line) } }
+        @for line in overall(all) { p { (minus(&line)) } }
         @if all.len() <= 4 {
-            @for r in all { div.note { b { (r.recording.name) ": " } (of_recording(r)) } }
+            @for r in all { div.note { b { (r.recording.name) ": " } (minus(&of_recording(r))) } }
         } @else {
             @let worst = all.iter().min_by(|a, b| a.scores.r2.x.total_cmp(&b.scores.r2.x));
             @if let Some(r) = worst {
-                div.note { b { "Worst displacement, " (r.recording.name) ": " } (of_recording(r)) }
+                div.note { b { "Worst displacement, " (r.recording.name) ": " } (minus(&of_recording(r))) }
             }
         }
     }
+}
+
+/// The minus sign in place of a hyphen before numbers.
+fn minus(sentence: &str) -> String {
+    sentence.replace(" -", " −")
 }
 
 fn mean(all: &[RecordingEvaluation], value: impl Fn(&RecordingEvaluation) -> f64) -> f64 {
@@ -43,9 +48,9 @@ fn overall(all: &[RecordingEvaluation]) -> Vec<String> {
     if share > NOTABLE_SHARE && direction > 0.0 {
         lines.push(format!(
             "{:.0} % of its variance while the joint moves is a part of ±{direction:.0} N that flips \
-             sign with the direction of motion and opposes it: the signature of dry friction, which \
-             no smooth force f(x, v) reproduces. A free-run prediction therefore follows the force \
-             where the real joint sticks.",
+             sign with the direction of motion and opposes it. This is the signature of dry friction, which \
+             no smooth force f(x, v) reproduces: the free-run prediction moves where the real joint \
+             sticks.",
             100.0 * share
         ));
     } else {

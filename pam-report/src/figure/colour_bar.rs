@@ -1,43 +1,44 @@
 //! Values as colours, and the bar that explains them.
 
-use super::style::{INK, SCALE, TEXT, tick_label};
-use plotters::coord::Shift;
-use plotters::prelude::*;
+use super::frame::Plot;
+use super::scale::Scale;
+use super::style::{INK, coloured, px, tick_label};
+use maud::{Markup, html};
 
-/// The colour of a value between the ends of a scale; values outside take the end's colour.
-pub(super) fn colour(value: f64, (low, high): (f64, f64)) -> RGBColor {
-    ViridisRGB::get_color_normalized(value.clamp(low, high), low, high)
+/// Room that a bar takes right of a plane, px.
+pub(super) const BAR_WIDTH: f64 = 104.0;
+/// Left and right edge of the coloured bar in its room, px.
+const BAR: (f64, f64) = (66.0, 90.0);
+/// Steps of the bar.
+const STEPS: u32 = 64;
+
+/// The colour of a value between the ends of a scale, as `#rrggbb`; values outside take the end's colour.
+pub(super) fn colour(value: f64, (low, high): (f64, f64)) -> String {
+    let share = (value.clamp(low, high) - low) / (high - low);
+    let c = colorous::VIRIDIS.eval_continuous(share.clamp(0.0, 1.0));
+    format!("#{c:x}")
 }
 
-/// Draws the scale with its label.
-pub(super) fn draw_bar(
-    bar: &DrawingArea<SVGBackend<'_>, Shift>,
-    label: &str,
-    (low, high): (f64, f64),
-) -> Result<(), Box<dyn std::error::Error>> {
-    let text = ("sans-serif", TEXT * SCALE).into_font().color(&INK);
-    let mut chart = ChartBuilder::on(bar)
-        .margin(8 * SCALE)
-        .margin_top(36 * SCALE)
-        .margin_bottom(46 * SCALE)
-        .margin_right(14 * SCALE)
-        .y_label_area_size(58 * SCALE)
-        .build_cartesian_2d(0.0..1.0, low..high)?;
-    let steps = 64;
-    let edge = |k: i32| low + (high - low) * f64::from(k) / f64::from(steps);
-    chart.draw_series((0..steps).map(|k| {
-        let colour = colour(0.5 * (edge(k) + edge(k + 1)), (low, high));
-        Rectangle::new([(0.0, edge(k)), (1.0, edge(k + 1))], colour.filled())
-    }))?;
-    chart
-        .configure_mesh()
-        .disable_mesh()
-        .disable_x_axis()
-        .y_desc(label)
-        .y_labels(6)
-        .label_style(text.clone())
-        .axis_desc_style(text)
-        .y_label_formatter(&|v| tick_label(*v, high - low))
-        .draw()?;
-    Ok(())
+/// The scale with its label, beside a plane.
+pub(super) fn bar(plot: Plot, label: &str, (low, high): (f64, f64)) -> Markup {
+    let axis = Scale::Linear.between(low, high, 6);
+    let height = |share: f64| plot.y + plot.height * (1.0 - share);
+    let step = plot.height / f64::from(STEPS);
+    html! {
+        @for k in 0..STEPS {
+            @let share = (f64::from(k) + 0.5) / f64::from(STEPS);
+            // Steps overlap, so that no seam shows between them.
+            rect x=(px(BAR.0)) y=(px(height(share) - 0.5 * step - 0.3)) width=(px(BAR.1 - BAR.0)) height=(px(step + 0.6))
+                fill=(colour(low + share * (high - low), (low, high))) {}
+        }
+        (coloured(INK, &html! {
+            @for &mark in axis.marks() {
+                @let at = height((mark - low) / (high - low));
+                path d=(format!("M{} {}h-4", px(BAR.0), px(at))) fill="none" stroke="currentColor" {}
+                text x=(px(BAR.0 - 7.0)) y=(px(at + 4.5)) text-anchor="end" fill="currentColor" { (tick_label(mark, high - low)) }
+            }
+            text transform=(format!("translate(16 {}) rotate(-90)", px(plot.y + 0.5 * plot.height))) text-anchor="middle"
+                fill="currentColor" { (label) }
+        }))
+    }
 }

@@ -1,9 +1,9 @@
-use super::header::{draw_header, text_width};
-use super::scale::Scale;
+use super::frame::{Entry, Frame, FrameAxis, PlacedBand, RIGHT};
+use super::path::{UNITS, path_through};
+use super::scale::{Axis, Scale};
 use super::series::Series;
-use super::style::{AxisLabels, BAND, Role, SCALE, Stroke, TEXT, at_nominal_size, draw_axes};
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use super::style::{Role, Stroke, TEXT, coloured};
+use maud::{Markup, html};
 
 /// A stretch of the horizontal axis; every other one has a ground of its own.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +17,16 @@ pub struct Band {
 }
 
 /// A figure of lines.
+///
+/// ```
+/// use pam_report::{LineFigure, Role};
+///
+/// let line = (0..100).map(|k| 0.1 * f64::from(k)).map(|t| (t, t.sin())).collect();
+/// let svg = LineFigure::new("", "time (s)", "displacement (mm)", 640, 240)
+///     .with("measured", Role::Measured, line)
+///     .to_svg();
+/// assert!(svg.starts_with("<svg") && svg.contains("displacement (mm)"));
+/// ```
 #[derive(Debug, Clone)]
 pub struct LineFigure {
     /// Title above the axes.
@@ -120,20 +130,8 @@ impl LineFigure {
     }
 
     /// The figure as SVG text.
-    ///
-    /// # Panics
-    /// Never: drawing into memory cannot fail.
     #[must_use]
     pub fn to_svg(&self) -> String {
-        let mut svg = String::new();
-        self.draw(&mut svg).expect("drawing into memory cannot fail");
-        at_nominal_size(&svg, self.width, self.height)
-    }
-
-    fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
-        let size = (self.width * SCALE, self.height * SCALE);
-        let root = SVGBackend::with_string(svg, size).into_drawing_area();
-        root.fill(&WHITE)?;
         let place = |p: &(f64, f64)| (self.x_scale.place(p.0), self.y_scale.place(p.1));
         let finite = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
         let places = || self.series.iter().flat_map(|s| &s.points).map(place).filter(finite);
@@ -141,84 +139,80 @@ impl LineFigure {
         // Bands begin and end where they do in figures without marks.
         let margin = if self.marks && self.bands.is_empty() { 0.04 } else { 0.01 };
         let edges = self.bands.iter().flat_map(|b| [b.from, b.to]).map(|x| self.x_scale.place(x));
-        let x_axis = self.x_scale.axis(places().map(|p| p.0).chain(edges), margin, ticks.0);
+        let x = self.x_scale.axis(places().map(|p| p.0).chain(edges), margin, ticks.0);
         // The names of bands stand above the lines.
         let named = f64::from(TEXT + 6) / f64::from(self.height.max(160) - 85);
         let margin = if self.bands.is_empty() { 0.06 } else { named.max(0.06) };
         let covered = self.covers.iter().map(|&y| self.y_scale.place(y)).filter(|y| y.is_finite());
-        let y_axis = self.y_scale.axis(places().map(|p| p.1).chain(covered), margin, ticks.1);
-        let spans = (x_axis.span(), y_axis.span());
-        let (x_range, y_range) = ((x_axis.low, x_axis.high), (y_axis.low, y_axis.high));
-        let header = draw_header(&root, &self.title, &self.series, self.width)?;
-        let mut builder = ChartBuilder::on(&root);
-        builder
-            .margin(8 * SCALE)
-            .margin_top(header)
-            .margin_right(16 * SCALE)
-            .x_label_area_size(40 * SCALE)
-            .y_label_area_size(62 * SCALE);
-        let mut chart = builder.build_cartesian_2d(x_axis, y_axis)?;
-        let bands = || {
-            let place = |x: f64| self.x_scale.place(x).clamp(x_range.0, x_range.1);
-            let placed = self.bands.iter().enumerate();
-            placed
-                .map(move |(k, band)| (k, band, place(band.from), place(band.to)))
-                .filter(|(_, _, from, to)| from.is_finite() && to.is_finite())
+        let y = self.y_scale.axis(places().map(|p| p.1).chain(covered), margin, ticks.1);
+        let frame = Frame {
+            title: &self.title,
+            size: (self.width, self.height),
+            x: FrameAxis { label: &self.x_label, axis: &x, scale: self.x_scale },
+            y: FrameAxis { label: &self.y_label, axis: &y, scale: self.y_scale },
+            entries: self.entries(),
+            bands: self.placed_bands(&x),
+            right: RIGHT,
+            cut: false,
         };
-        chart.draw_series(bands().filter(|(k, ..)| k % 2 == 1).map(|(_, _, from, to)| {
-            Rectangle::new([(from, y_range.0), (to, y_range.1)], BAND.filled())
-        }))?;
-        draw_axes(
-            &mut chart,
-            AxisLabels {
-                label: &self.x_label,
-                ticks: ticks.0,
-                format: &|v| self.x_scale.label(v, spans.0),
-            },
-            AxisLabels {
-                label: &self.y_label,
-                ticks: ticks.1,
-                format: &|v| self.y_scale.label(v, spans.1),
-            },
-        )?;
-        let shown = f64::from(self.width.saturating_sub(62 + 16 + 16)) / spans.0;
-        let text = ("sans-serif", TEXT * SCALE).into_font().color(&Role::Neutral.colour());
-        let text = text.pos(Pos::new(HPos::Center, VPos::Top));
-        chart.draw_series(
-            bands()
-                .filter(|(_, band, from, to)| (to - from) * shown > text_width(&band.label, TEXT))
-                .map(|(_, band, from, to)| {
-                    Text::new(band.label.clone(), (0.5 * (from + to), y_range.1), text.clone())
-                }),
-        )?;
-        let (dash, gap) = (SCALE, 3 * SCALE);
-        for (x, role) in &self.verticals {
-            let x = self.x_scale.place(*x);
-            if (x_range.0..=x_range.1).contains(&x) {
-                let style = role.colour().stroke_width(SCALE);
-                let line = [(x, y_range.0), (x, y_range.1)];
-                chart.draw_series(DashedLineSeries::new(line, dash, gap, style))?;
+        let plot = frame.plot();
+        let verticals = self
+            .verticals
+            .iter()
+            .map(|(at, role)| (self.x_scale.place(*at), role))
+            .filter(|(at, _)| (x.low..=x.high).contains(at));
+        let content = html! {
+            @for (at, role) in verticals {
+                (coloured(role.colour(), &line(&format!("M{} 0v{UNITS}", x.unit(at)), Stroke::Dotted)))
             }
-        }
-        for series in &self.series {
-            let colour = series.role.colour();
-            let points = || series.points.iter().map(place).filter(finite);
-            match series.stroke.pattern() {
-                None => {
-                    let style = colour.stroke_width(SCALE + 1);
-                    chart.draw_series(LineSeries::new(points(), style))?
+            @for series in &self.series {
+                @let points: Vec<(i64, i64)> = series.points.iter().map(place).filter(finite)
+                    .map(|p| (x.unit(p.0), y.unit_down(p.1))).collect();
+                @if !points.is_empty() {
+                    (coloured(series.role.colour(), &html! {
+                        (line(&path_through(points.iter().copied()), series.stroke))
+                        @if self.marks || series.points.len() == 1 { @for point in points {
+                            (plot.mark(point, &html! { circle r="3" fill="currentColor" {} }))
+                        } }
+                    }))
                 }
-                Some((dash, gap)) => {
-                    let style = colour.stroke_width(SCALE);
-                    chart.draw_series(DashedLineSeries::new(points(), dash, gap, style))?
-                }
-            };
-            if self.marks || series.points.len() == 1 {
-                let mark = |p| Circle::new(p, 3 * SCALE, colour.filled());
-                chart.draw_series(points().map(mark))?;
             }
-        }
-        root.present()?;
-        Ok(())
+        };
+        frame.to_svg(&content, &html! {})
+    }
+
+    /// The legend: a sample of each named line.
+    fn entries(&self) -> Vec<Entry<'_>> {
+        let named = self.series.iter().filter(|s| !s.label.is_empty());
+        named
+            .map(|s| Entry {
+                label: &s.label,
+                sample: coloured(
+                    s.role.colour(),
+                    &html! {
+                        path d="M0 0h22" fill="none" stroke="currentColor" stroke-width="2" stroke-dasharray=[s.stroke.dashes()] {}
+                    },
+                ),
+            })
+            .collect()
+    }
+
+    fn placed_bands(&self, axis: &Axis) -> Vec<PlacedBand<'_>> {
+        let place = |x: f64| self.x_scale.place(x).clamp(axis.low, axis.high);
+        let placed = |b: &'_ Band| (place(b.from), place(b.to));
+        self.bands
+            .iter()
+            .map(|b| (b, placed(b)))
+            .filter(|(_, (from, to))| from.is_finite() && to.is_finite())
+            .map(|(b, (from, to))| PlacedBand { label: &b.label, from, to })
+            .collect()
+    }
+}
+
+/// A line whose width does not grow with the figure.
+fn line(path: &str, stroke: Stroke) -> Markup {
+    html! {
+        path d=(path) fill="none" stroke="currentColor" stroke-width=(stroke.width()) stroke-linejoin="round"
+            stroke-dasharray=[stroke.dashes()] vector-effect="non-scaling-stroke" {}
     }
 }

@@ -1,10 +1,15 @@
 //! Figures as SVG text.
+//!
+//! A figure is a frame (title, legend, axes) around content that is drawn in the units of its axes. The page's script
+//! reads the frame's `data-` attributes, so that a reader can zoom, and lays the figure out again at another width. A figure
+//! outside a page needs neither script nor style.
 
 mod colour_bar;
 mod colour_map;
 mod decimate;
-mod header;
+mod frame;
 mod line;
+mod path;
 mod polygon_map;
 mod scale;
 mod series;
@@ -17,5 +22,6 @@ pub use line::{Band, LineFigure};
 pub use polygon_map::{PolygonMap, ValuedPolygon};
 pub use scale::Scale;
 pub use series::Series;
+pub(crate) use style::PALETTE;
 pub use style::{Role, Stroke};
 pub use value_plane::ValuePlane;

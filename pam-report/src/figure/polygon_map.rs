@@ -1,6 +1,6 @@
 use super::colour_bar::colour;
 use super::value_plane::ValuePlane;
-use plotters::prelude::*;
+use maud::html;
 
 /// A polygon with a value.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,22 +24,20 @@ pub struct PolygonMap {
 
 impl PolygonMap {
     /// The map as SVG text.
-    ///
-    /// # Panics
-    /// Never: drawing into memory cannot fail.
     #[must_use]
     pub fn to_svg(&self) -> String {
-        self.plane.to_svg(self.window, |_, plane| {
-            for polygon in &self.polygons {
-                let colour = colour(polygon.value, self.plane.scale());
-                let mut corners: Vec<(f64, f64)> =
-                    polygon.corners.iter().map(|c| (c[0], c[1])).collect();
-                plane.draw_series([Polygon::new(corners.clone(), colour.filled())])?;
-                // A line of the same colour closes the seam to the neighbours.
-                corners.extend(corners.first().copied());
-                plane.draw_series([PathElement::new(corners, colour.stroke_width(1))])?;
+        self.plane.to_svg(self.window, Vec::new(), |geometry| {
+            html! {
+                @for polygon in &self.polygons {
+                    @let colour = colour(polygon.value, self.plane.scale());
+                    @let corners = polygon.corners.iter().map(|c| {
+                        let (x, y) = geometry.unit(c[0], c[1]);
+                        format!("{x},{y}")
+                    }).collect::<Vec<_>>().join(" ");
+                    // A line of the same colour closes the seam to the neighbours.
+                    polygon points=(corners) fill=(colour) stroke=(colour) stroke-width="0.5" vector-effect="non-scaling-stroke" {}
+                }
             }
-            Ok(())
         })
     }
 }

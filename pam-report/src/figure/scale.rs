@@ -1,9 +1,7 @@
 //! Linear and logarithmic axes.
 
+use super::path::UNITS;
 use super::style::{padded_range, tick_label};
-use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
-use plotters::coord::types::RangedCoordf64;
-use std::ops::Range;
 
 /// How numbers are laid along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -27,7 +25,12 @@ impl Scale {
 
     /// The axis that shows these places, with about `count` marks.
     pub(super) fn axis(self, places: impl Iterator<Item = f64>, margin: f64, count: usize) -> Axis {
-        let (mut low, mut high) = padded_range(places, margin);
+        let (low, high) = padded_range(places, margin);
+        self.between(low, high, count)
+    }
+
+    /// The axis between two places, with about `count` marks.
+    pub(super) fn between(self, mut low: f64, mut high: f64, count: usize) -> Axis {
         if self == Self::Logarithmic && high - low < 0.4 {
             // A narrow band would have no round number in it.
             let middle = 0.5 * (low + high);
@@ -62,28 +65,21 @@ impl Axis {
     pub(super) fn span(&self) -> f64 {
         self.high - self.low
     }
-}
 
-impl Ranged for Axis {
-    type FormatOption = DefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
-        RangedCoordf64::from(self.range()).map(value, limit)
+    /// Where its marks stand.
+    pub(super) fn marks(&self) -> &[f64] {
+        &self.marks
     }
 
-    fn key_points<Hint: KeyPointHint>(&self, _hint: Hint) -> Vec<f64> {
-        self.marks.clone()
+    /// A place in [`UNITS`] from the low end; places far outside are brought nearer.
+    pub(super) fn unit(&self, place: f64) -> i64 {
+        let share = (place - self.low) / self.span();
+        (share.clamp(-10.0, 11.0) * UNITS as f64).round() as i64
     }
 
-    fn range(&self) -> Range<f64> {
-        self.low..self.high
-    }
-}
-
-impl From<Axis> for Range<f64> {
-    fn from(axis: Axis) -> Self {
-        axis.range()
+    /// A place in [`UNITS`] from the high end: heights of a drawing run down.
+    pub(super) fn unit_down(&self, place: f64) -> i64 {
+        UNITS - self.unit(place)
     }
 }
 

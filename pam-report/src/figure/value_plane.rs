@@ -1,16 +1,7 @@
-use super::colour_bar::draw_bar;
-use super::style::{AxisLabels, INK, SCALE, TITLE, at_nominal_size, draw_axes, tick_label};
-use plotters::coord::Shift;
-use plotters::coord::types::RangedCoordf64;
-use plotters::prelude::*;
-
-/// The whole drawing.
-pub(super) type Root<'s> = DrawingArea<SVGBackend<'s>, Shift>;
-/// The plane between the axes.
-pub(super) type Plane<'p, 's> =
-    ChartContext<'p, SVGBackend<'s>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
-/// Why something could not be drawn.
-pub(super) type DrawError = Box<dyn std::error::Error>;
+use super::colour_bar::{BAR_WIDTH, bar};
+use super::frame::{Entry, Frame, FrameAxis, Plot};
+use super::scale::{Axis, Scale};
+use maud::Markup;
 
 /// Title, axes and colour bar of a plane whose colours are values.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,49 +20,49 @@ pub struct ValuePlane {
     pub size: (u32, u32),
 }
 
+/// Where places of a plane lie in a drawing.
+pub(super) struct PlaneGeometry<'a> {
+    pub(super) plot: Plot,
+    pub(super) x: &'a Axis,
+    pub(super) y: &'a Axis,
+}
+
+impl PlaneGeometry<'_> {
+    /// A place in units of the content.
+    pub(super) fn unit(&self, x: f64, y: f64) -> (i64, i64) {
+        (self.x.unit(x), self.y.unit_down(y))
+    }
+}
+
 impl ValuePlane {
-    /// The frame with its content as SVG text; `window` is the least and largest value shown of each axis.
+    /// The frame with its content as SVG text; `window` is the least and largest value shown of each axis. Content outside is
+    /// cut off.
     pub(super) fn to_svg(
         &self,
         window: [[f64; 2]; 2],
-        content: impl FnOnce(&Root<'_>, &mut Plane<'_, '_>) -> Result<(), DrawError>,
+        entries: Vec<Entry<'_>>,
+        content: impl FnOnce(&PlaneGeometry<'_>) -> Markup,
     ) -> String {
-        let mut svg = String::new();
-        self.draw(&mut svg, window, content).expect("drawing into memory cannot fail");
-        at_nominal_size(&svg, self.size.0, self.size.1)
+        let axis = |[low, high]: [f64; 2]| Scale::Linear.between(low, high, 8);
+        let [x, y] = window.map(axis);
+        let frame = Frame {
+            title: &self.title,
+            size: self.size,
+            x: FrameAxis { label: &self.x_label, axis: &x, scale: Scale::Linear },
+            y: FrameAxis { label: &self.y_label, axis: &y, scale: Scale::Linear },
+            entries,
+            bands: Vec::new(),
+            right: BAR_WIDTH,
+            cut: true,
+        };
+        let plot = frame.plot();
+        let content = content(&PlaneGeometry { plot, x: &x, y: &y });
+        frame.to_svg(&content, &bar(plot, &self.value_label, self.scale()))
     }
 
     /// The ends of the colour scale, apart also where all values are the same.
     pub(super) fn scale(&self) -> (f64, f64) {
         wide(self.limits)
-    }
-
-    fn draw(
-        &self,
-        svg: &mut String,
-        [[x0, x1], [y0, y1]]: [[f64; 2]; 2],
-        content: impl FnOnce(&Root<'_>, &mut Plane<'_, '_>) -> Result<(), DrawError>,
-    ) -> Result<(), DrawError> {
-        let (width, height) = (self.size.0 * SCALE, self.size.1 * SCALE);
-        let root = SVGBackend::with_string(svg, (width, height)).into_drawing_area();
-        root.fill(&WHITE)?;
-        let (plane, bar) = root.split_horizontally(width - 104 * SCALE);
-        let title = ("sans-serif", TITLE * SCALE).into_font().color(&INK);
-        let mut chart = ChartBuilder::on(&plane)
-            .margin(8 * SCALE)
-            .caption(&self.title, title)
-            .x_label_area_size(40 * SCALE)
-            .y_label_area_size(62 * SCALE)
-            .build_cartesian_2d(x0..x1, y0..y1)?;
-        draw_axes(
-            &mut chart,
-            AxisLabels { label: &self.x_label, ticks: 8, format: &|v| tick_label(v, x1 - x0) },
-            AxisLabels { label: &self.y_label, ticks: 8, format: &|v| tick_label(v, y1 - y0) },
-        )?;
-        content(&root, &mut chart)?;
-        draw_bar(&bar, &self.value_label, self.scale())?;
-        root.present()?;
-        Ok(())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{EpochRow, TrainingReport};
 use crate::figure::{Band, LineFigure, Role, Scale, envelope};
-use crate::page::wide_figure;
+use crate::page::{count, figure};
 use maud::{Markup, html};
 
 /// Pixel columns of a curve.
@@ -31,21 +31,21 @@ pub(super) fn curves(report: &TrainingReport) -> Markup {
         plot.to_svg()
     };
     html! {
-        (wide_figure(curve("loss", Role::Predicted, 320, |row| row.loss),
-            "Stripes and the numbers at the top tell the stages apart. The loss may jump between stages, \
+        (figure(curve("loss", Role::Predicted, 320, |row| row.loss),
+            "Stripes, with numbers at the top, are the stages. The loss may jump between stages, \
              whose recordings and damping differ."))
         @if !shown.is_empty() {
             @let left_out = held.len() - shown.len();
-            (wide_figure(held_figure(report, &shown), &if left_out == 0 {
+            (figure(held_figure(report, &shown), &if left_out == 0 {
                 String::new()
             } else {
-                format!("{left_out} value(s) below {LOWEST_R2} are left out.").replace('-', "−")
+                format!("{} below {LOWEST_R2}, not shown.", count(left_out, "value")).replace('-', "−")
             }))
         } @else if !held.is_empty() {
             p { "R² on held-out recordings stayed below " (LOWEST_R2.to_string().replace('-', "−")) "." }
         }
-        (wide_figure(curve("learning rate", Role::Category(2), 190, |row| row.rate), ""))
-        (wide_figure(curve("gradient norm", Role::Residual, 230, |row| row.gradient_norm), ""))
+        (figure(curve("learning rate", Role::Category(2), 190, |row| row.rate), ""))
+        (figure(curve("gradient norm", Role::Residual, 230, |row| row.gradient_norm), ""))
     }
 }
 
@@ -114,9 +114,9 @@ mod tests {
         report.history[3].loss = f64::NAN;
         assert_eq!(points(&report.history[..20], 40, |row| row.loss).len(), 19);
         let html = curves(&report).into_string();
-        assert!(html.contains("1 value(s) below −1 are left out."));
+        assert!(html.contains("1 value below −1, not shown."));
         // Three of the four held-out values are drawn, each with a mark.
         assert_eq!(html.matches("<circle").count(), 3);
-        assert_eq!(html.matches("<svg").count(), 4);
+        assert_eq!(html.matches("class=\"figure\"").count(), 4);
     }
 }

@@ -3,7 +3,7 @@
 mod curves;
 mod effects;
 
-pub use effects::effect_courses;
+pub use effects::effect_curves;
 
 use crate::page::{card, number, page};
 use maud::{Markup, html};
@@ -84,7 +84,7 @@ pub struct ParameterRow {
 pub fn training_report(report: &TrainingReport, sections: &[(&str, Markup)]) -> String {
     let body = html! {
         (cards(report))
-        h2 { "Course" }
+        h2 { "Loss and scores over the epochs" }
         @if report.history.is_empty() {
             p { "No epoch was recorded." }
         } @else {
@@ -98,7 +98,7 @@ pub fn training_report(report: &TrainingReport, sections: &[(&str, Markup)]) -> 
         }
         h2 { "Events" }
         @if report.events.is_empty() {
-            p { "None: every epoch was taken as it came." }
+            p { "None: no epoch was rolled back." }
         } @else {
             ul { @for event in &report.events { li { (event) } } }
         }
@@ -115,7 +115,7 @@ fn cards(report: &TrainingReport) -> Markup {
     let seconds: f64 = report.stages.iter().map(|s| s.seconds).sum();
     html! {
         div.cards {
-            (card(&report.stages.len().to_string(), "stage(s)"))
+            (card(&report.stages.len().to_string(), "stages"))
             (card(&epochs.to_string(), "epochs"))
             (card(&duration(seconds), "time in the stages"))
             @if let Some(last) = report.stages.last() {

@@ -3,7 +3,8 @@
 //! The rig can hide every effect of the vocabulary ([`pam_vocabulary`]), alone or with others, and
 //! phenomena outside it ([`unlisted`]), which a diagnosis should leave unnamed. An effect is a file in the
 //! folder of its group with a [`Phenomenon`] and a [`HiddenEffect`], which refers to the entry of the
-//! vocabulary, and a line in [`ALL`]; or a few lines of TOML, [an expression](expression).
+//! vocabulary, and a line in [`ALL`]; or a few lines of TOML, [an expression](expression). Any of them may begin, end or grow at
+//! a time: `onset_s`, `end_s` and `ramp_s` stand beside its parameters ([`pam_vocabulary::course`]).
 //!
 //! Effects act in addition to the rig's own imperfections: `coulomb_friction` adds to the gearbox's
 //! friction, `pressure_sensor_lag` precedes the sensor's own filter, `polytropic_gas` multiplies the
@@ -16,6 +17,7 @@ pub mod sensing;
 pub mod unlisted;
 
 mod spec;
+mod timed;
 
 pub use pam_vocabulary::{EffectInfo, Group, ParameterInfo};
 pub use spec::{Effect, VocabularyError};
@@ -86,6 +88,11 @@ pub struct Seen {
 
 /// A phenomenon in the rig. The default of every method has no effect.
 pub trait Phenomenon: Send {
+    /// The share of it that is there at a time, s since the excitation began.
+    fn share(&self, _time_s: f64) -> f64 {
+        1.0
+    }
+
     /// Changes parameters before the run.
     fn set_up(&self, _setup: &mut SetUp) {}
 

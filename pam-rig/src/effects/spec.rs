@@ -1,8 +1,10 @@
 //! An effect with the values of its parameters, and its text form.
 
 use super::expression::{self, ExpressionEffect};
+use super::timed::{Timed, Times};
 use super::{ALL, EffectInfo, HiddenEffect, Phenomenon};
 pub use pam_vocabulary::VocabularyError;
+use pam_vocabulary::{ActivityWindow, course};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -11,11 +13,13 @@ use std::str::FromStr;
 /// An effect that is switched on, with the values of its parameters.
 ///
 /// As text `coulomb_friction:force_n=20`, parameters separated by commas; as TOML a table with `id` and
-/// the parameters. Without any parameter it takes its typical values.
+/// the parameters. Without any parameter it takes its typical values. With `onset_s`, `ramp_s` and `end_s` among them it
+/// begins, grows or ends at a time.
 #[derive(Debug, Clone, Copy)]
 pub struct Effect {
     source: Source,
     values: [f64; Effect::MOST],
+    times: Times,
 }
 
 /// Where an effect comes from.
@@ -73,6 +77,7 @@ impl PartialEq for Effect {
     fn eq(&self, other: &Self) -> bool {
         self.id() == other.id()
             && self.values() == other.values()
+            && self.times == other.times
             && self.definition() == other.definition()
     }
 }
@@ -93,9 +98,25 @@ impl Effect {
     fn from_source(source: Source, given: &BTreeMap<String, f64>) -> Result<Self, VocabularyError> {
         let (effect, parameters) = (source.info().id, source.info().parameters);
         let names = || source.value_names();
-        if let Some(name) = given.keys().find(|n| names().all(|known| known != **n)) {
-            return Err(VocabularyError::unknown_value(effect, name, names()));
+        let is_own = |name: &String| names().any(|known| known == name);
+        let (given, times): (BTreeMap<String, f64>, BTreeMap<String, f64>) =
+            given.iter().map(|(name, v)| (name.clone(), *v)).partition(|(name, _)| is_own(name));
+        if let Some(name) = times.keys().find(|n| !ActivityWindow::is_time(n)) {
+            let more = course::ALL.iter().map(|p| p.name).filter(|t| !is_own(&(*t).to_owned()));
+            return Err(VocabularyError::unknown_value(effect, name, names().chain(more)));
         }
+        if ActivityWindow::of_names(times.keys().map(String::as_str)).is_none() {
+            return Err(VocabularyError::Missing { effect, name: course::ONSET.name });
+        }
+        for p in course::ALL {
+            if let Some(&value) = times.get(p.name)
+                && !p.admits(value)
+            {
+                let (name, range) = (p.name, p.range);
+                return Err(VocabularyError::OutsideRange { effect, name, value, range });
+            }
+        }
+        let times = Times::of(&times);
         let mut values = [0.0; Self::MOST];
         for (k, (value, name)) in values.iter_mut().zip(names()).enumerate() {
             *value = given
@@ -110,7 +131,7 @@ impl Effect {
                 return Err(VocabularyError::OutsideRange { effect, name, value, range });
             }
         }
-        Ok(Self { source, values })
+        Ok(Self { source, values, times })
     }
 
     /// Id of the effect.
@@ -134,18 +155,19 @@ impl Effect {
         &self.values[..self.source.value_names().count()]
     }
 
-    /// Names and values of the parameters.
+    /// Names and values of the parameters, and of the times at which it begins, grows or ends.
     pub fn parameters(&self) -> impl Iterator<Item = (&'static str, f64)> + '_ {
-        self.source.value_names().zip(self.values().iter().copied())
+        self.source.value_names().zip(self.values().iter().copied()).chain(self.times.values())
     }
 
     /// The phenomenon at the start of a run.
     #[must_use]
     pub fn start(&self) -> Box<dyn Phenomenon> {
-        match self.source {
+        let inner = match self.source {
             Source::Rig(hidden) => (hidden.build)(self.values()),
             Source::File(effect) => effect.start(self.values()),
-        }
+        };
+        if self.times.always() { inner } else { Box::new(Timed { inner, times: self.times }) }
     }
 }
 

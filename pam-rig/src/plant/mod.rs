@@ -119,17 +119,31 @@ impl Plant {
     #[must_use]
     pub fn new(p: &PlantParameters, laws: [VolumeLaw; 2], further: &[DryFriction]) -> Self {
         let muscle = |m, law| Muscle::new(m, law, p.heat, ATMOSPHERE_KPA);
-        let all = [p.friction].into_iter().chain(further.iter().copied());
-        Self {
+        let mut plant = Self {
             displacement_mm: 0.0,
             velocity_mm_s: 0.0,
             muscles: [muscle(&p.flexor, laws[0]), muscle(&p.extensor, laws[1])],
             mass_kg: p.mass_kg,
-            viscous_ns_mm: 1e-3 * p.viscous_ns_m,
-            frictions: all.filter(|f| f.coulomb_n != 0.0 || f.static_n != 0.0).collect(),
+            viscous_ns_mm: 0.0,
+            frictions: Vec::new(),
             leak_per_s: p.leak_per_s,
             force_n: 0.0,
             friction_n: 0.0,
+        };
+        plant.change(p, laws, further);
+        plant
+    }
+
+    /// Goes on with other masses, losses, leaks and laws of the gas; muscles and air stay.
+    pub fn change(&mut self, p: &PlantParameters, laws: [VolumeLaw; 2], further: &[DryFriction]) {
+        let all = [p.friction].into_iter().chain(further.iter().copied());
+        self.mass_kg = p.mass_kg;
+        self.viscous_ns_mm = 1e-3 * p.viscous_ns_m;
+        self.frictions.clear();
+        self.frictions.extend(all.filter(|f| f.coulomb_n != 0.0 || f.static_n != 0.0));
+        self.leak_per_s = p.leak_per_s;
+        for (muscle, law) in self.muscles.iter_mut().zip(laws) {
+            muscle.set_law(law);
         }
     }
 

@@ -91,6 +91,14 @@ impl Muscle {
         self.air.pressure_kpa() - ATMOSPHERE_KPA
     }
 
+    /// Gives the gas another law of its volume.
+    pub(super) fn set_law(&mut self, law: VolumeLaw) {
+        if law != self.law {
+            self.law = law;
+            self.air.compress(self.gas_volume_mm3(self.contraction_mm));
+        }
+    }
+
     /// Volume of the gas at a contraction, mm³.
     #[must_use]
     pub fn gas_volume_mm3(&self, contraction_mm: f64) -> f64 {

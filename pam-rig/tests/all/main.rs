@@ -15,6 +15,7 @@ mod hidden {
     mod mechanics;
     mod pairs;
     mod sensing;
+    mod timed;
     mod unlisted;
     mod vocabulary;
 }

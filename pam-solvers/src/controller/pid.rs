@@ -10,6 +10,16 @@ use super::{Decision, StepController, Tolerances};
 ///
 /// Source: G. Söderlind, *Digital filters in adaptive time-stepping*, ACM Transactions on
 /// Mathematical Software 29 (2003) 1–26.
+///
+/// ```
+/// use pam_solvers::controller::StepController;
+/// use pam_solvers::PidController;
+///
+/// let controller = PidController { largest_step_s: 1e-2, ..PidController::new(1e-6, 1e-9) };
+/// // An error of twice the tolerance rejects the step, and the next one is shorter.
+/// let decision = controller.decide(2.0, [1.0; 2], 5);
+/// assert!(!decision.accept && decision.factor < 1.0);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct PidController {
     /// Tolerances of the error.

@@ -24,6 +24,18 @@ pub enum Side {
 }
 
 /// An input `u(t)`.
+///
+/// ```
+/// use pam_solvers::{Constant, Input, InputFn, NoInput, Side};
+///
+/// let sine = InputFn::new(1, |t: f64, u: &mut [f64]| u[0] = 100.0 * t.sin());
+/// let mut u = [0.0_f64];
+/// sine.value_into(0.5, Side::Right, &mut u);
+/// assert_eq!(u, [100.0 * 0.5_f64.sin()]);
+/// Constant(vec![3.0]).value_into(0.5, Side::Right, &mut u);
+/// assert_eq!(u, [3.0]);
+/// assert_eq!(Input::<f64>::input_len(&NoInput), 0);
+/// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no input over `{S}`",
     label = "an input is needed here",

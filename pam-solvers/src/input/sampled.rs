@@ -5,6 +5,19 @@ use thiserror::Error;
 
 /// How a sampled signal is read between its samples. There is no default: the choice changes the
 /// model.
+///
+/// ```
+/// use pam_solvers::{Input, Interpolation, SampledInput, Side};
+///
+/// let (time_s, force) = ([0.0, 1.0, 2.0], [0.0, 10.0, 0.0]);
+/// let mut u = [0.0];
+/// for (interpolation, at_half) in [(Interpolation::Hold, 0.0), (Interpolation::Linear, 5.0)] {
+///     let input = SampledInput::new(&time_s, &force, interpolation)?;
+///     input.value_into(0.5, Side::Right, &mut u);
+///     assert_eq!(u, [at_half]);
+/// }
+/// # Ok::<(), pam_solvers::InputError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Interpolation {
     /// Zero-order hold: each sample's value until the next sample. Jumps at every sample, where the

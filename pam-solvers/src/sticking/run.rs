@@ -258,7 +258,7 @@ where
         }
     }
 
-    /// What the velocity at the end of the step is beside its real part.
+    /// Derivatives of the velocity at the end of the step.
     fn deviation(&self, velocity: usize) -> S {
         let v = self.work.y_new[velocity];
         v - S::constant(v.real())

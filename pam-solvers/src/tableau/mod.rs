@@ -23,6 +23,16 @@ use pam_core::{ModelError, Scalar};
 use polynomial::hermite;
 
 /// An explicit Runge–Kutta method with optional error estimate and an interpolant.
+///
+/// ```
+/// use pam_solvers::Tableau;
+///
+/// let tsit5 = Tableau::from_name("tsit5")?;
+/// assert_eq!((tsit5.order, tsit5.embedded_order), (5, Some(4)));
+/// let midpoint = Tableau::custom("midpoint", 2, &[0.0, 0.5], &[&[], &[0.5]], &[0.0, 1.0])?;
+/// assert_eq!(midpoint.order, 2);
+/// # Ok::<(), pam_core::ModelError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tableau {
     /// Name, as files and commands know it.

@@ -66,7 +66,7 @@ impl Default for DataSettings {
 /// Share of the recordings that is held out where nothing else is said.
 const HELD_OUT_SHARE: f64 = 0.2;
 
-/// What a recording is used for.
+/// Use of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SplitRole {
     /// Trained on.

@@ -25,6 +25,18 @@ use pam_trajectory::loss::AnyLoss;
 use serde::{Deserialize, Serialize};
 
 /// A way to train.
+///
+/// ```
+/// use pam_train::curriculum::Curriculum;
+///
+/// let curriculum = Curriculum::parse(
+///     "name = 'short'\n[model]\nhidden = [8]\n[[stage]]\nkind = 'gas'\nname = 'deformation from pressures'\n",
+///     "short.toml", // for messages
+///     &["rate=3e-4".to_owned()],
+/// )?;
+/// assert_eq!(curriculum.stages.len(), 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Curriculum {

@@ -52,6 +52,23 @@ pub struct FailedRecording {
 }
 
 /// How a data set was predicted.
+///
+/// ```
+/// use pam_core::{JointModel, SpringDamper};
+/// use pam_data::{Recording, subjects};
+/// use pam_train::evaluate;
+/// use pam_trajectory::{Predictor, SolverSettings};
+///
+/// let model = JointModel::datasheet(SpringDamper::published());
+/// let time_s = (0..500).map(|k| 2e-3 * f64::from(k)).collect();
+/// let pushed = Recording::at_rest("a", time_s, [412.0, 412.0]).with_force(|t| 1e5 * (6.0 * t).sin());
+/// let settings = SolverSettings::default();
+/// let masses = model.gas_law_masses(0.0, [412.0, 412.0]);
+/// let measured = model.predict(&pushed, masses, &settings)?.to_recording(&pushed, masses);
+/// let evaluation = evaluate(&model, subjects([measured], &model)?, &settings, &|| ());
+/// assert!(evaluation.mean.r2.x > 0.999_999 && evaluation.failed.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Evaluation {
     /// Predicted recordings, in the order of the data set.

@@ -1,4 +1,4 @@
-//! What is known of one run of a system.
+//! One run of a system.
 
 use pam_core::FieldNames;
 use pam_solvers::{Fixed, InputError, Interpolation, SampledInput};
@@ -54,7 +54,7 @@ impl<I> Experiment<I> {
         steps.get(steps.len() / 2).copied().unwrap_or(0.0)
     }
 
-    /// What does not fit between the names of the run and those of a field, if something does.
+    /// The first mismatch between the names of the run and those of a field, if there is one.
     pub(super) fn misnamed(&self, names: &FieldNames, outputs: &[String]) -> Option<String> {
         let differs = |own: &[String], other: &[String]| {
             !own.is_empty() && own.iter().zip(other).any(|(a, b)| a != b)

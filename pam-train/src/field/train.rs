@@ -66,6 +66,53 @@ pub fn outputs_error<I>(
 }
 
 /// Settings of [`FieldProblem::train`].
+///
+/// ```
+/// use pam_core::{ParametricField, Scalar, VectorField};
+/// use pam_autodiff::ByTape;
+/// use pam_solvers::sensitivity::DiscreteAdjoint;
+/// use pam_solvers::{Integrator, NoInput, PidController, Tableau};
+/// use pam_train::field::{Experiment, FieldProblem, FieldTraining, Outputs, outputs_error};
+///
+/// /// `ẏ = −rate · y`
+/// struct Decay<S>(S);
+///
+/// impl<S: Scalar> VectorField<S> for Decay<S> {
+///     fn state_len(&self) -> usize {
+///         1
+///     }
+///     fn input_len(&self) -> usize {
+///         0
+///     }
+///     fn eval_into(&self, _t: f64, y: &[S], _u: &[S], dy: &mut [S], _work: &mut [S]) {
+///         dy[0] = -(self.0 * y[0]);
+///     }
+/// }
+///
+/// impl ParametricField for Decay<f64> {
+///     type With<S: Scalar> = Decay<S>;
+///     fn parameters(&self) -> Vec<f64> {
+///         vec![self.0]
+///     }
+///     fn with_parameters<S: Scalar>(&self, p: &[S]) -> Decay<S> {
+///         Decay(p[0])
+///     }
+/// }
+///
+/// let times_s: Vec<f64> = (0..50).map(|k| 0.02 * f64::from(k)).collect();
+/// let measured = times_s.iter().map(|t| (-3.0 * t).exp()).collect();
+/// let experiments = [Experiment::new("a", NoInput, times_s, measured).starting_at(vec![1.0])];
+/// let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-8, 1e-8));
+/// let guess = Decay(1.0);
+/// let outputs = Outputs::new([(0, 1e-3)]); // state 0, noise of 0.001
+/// let problem = FieldProblem::new(&guess, &experiments, outputs.clone(), &integrator);
+/// let method = DiscreteAdjoint::new(ByTape);
+/// let loss = outputs_error(1, outputs);
+/// let settings = FieldTraining::default();
+/// let trained = problem.train(&loss, &method, &settings, |_step, _loss| true)?;
+/// assert!((trained.parameters[0] - 3.0).abs() < 1e-3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FieldTraining {
     /// L-BFGS.

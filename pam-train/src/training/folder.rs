@@ -19,6 +19,7 @@ use crate::events::EventFile;
 use pam_core::AnyForce;
 use pam_data::atomic::write_atomic;
 use pam_data::models::safetensors_file;
+use pam_data::read_limit::read_text;
 use pam_data::{DataError, ModelInfo, document};
 use pam_effects::ExtendedModel;
 use pam_numerics::ContentHash;
@@ -68,7 +69,7 @@ struct Checkpoint {
 
 const FORMAT: u32 = 4;
 
-/// What is read of a checkpoint first.
+/// The part of a checkpoint that is read first.
 #[derive(Deserialize)]
 struct Version {
     format: u32,
@@ -116,14 +117,13 @@ impl RunFolder {
     /// # Errors
     /// [`DataError::Io`].
     pub fn curriculum_text(&self) -> Result<String, DataError> {
-        let path = self.file("curriculum.toml");
-        std::fs::read_to_string(&path).map_err(|source| DataError::Io { path, source })
+        read_text(self.file("curriculum.toml"))
     }
 
     fn load(&self, trainer: &mut Trainer) -> Result<(), TrainingError> {
         let path = self.file("checkpoint.json");
         let io = |source| DataError::Io { path: path.clone(), source };
-        let text = std::fs::read_to_string(&path).map_err(io)?;
+        let text = read_text(&path)?;
         let fail = |what: &str| TrainingError::Curriculum(format!("{}: {what}", path.display()));
         let version: Version = document::from_json(&text)
             .map_err(|e| fail(&format!("not a checkpoint, or damaged: {e}")))?;
@@ -208,8 +208,7 @@ impl RunFolder {
         if !path.exists() {
             return Ok(Vec::new());
         }
-        let text = std::fs::read_to_string(&path)
-            .map_err(|source| DataError::Io { path: path.clone(), source })?;
+        let text = read_text(&path)?;
         // The last row of a killed run may be cut short: whatever does not read is made again.
         Ok(text
             .lines()

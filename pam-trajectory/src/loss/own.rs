@@ -58,7 +58,7 @@ use std::sync::{Arc, PoisonError, RwLock};
 pub trait NamedLoss: TrajectoryLoss + Serialize + DeserializeOwned + Send + 'static {
     /// Its name; none of the built-in ones ([`AnyLoss::ALL`]).
     const NAME: &'static str;
-    /// What it is, in one line.
+    /// Description in one line.
     const DESCRIPTION: &'static str;
 }
 
@@ -143,7 +143,7 @@ impl Serialize for OwnLoss {
     }
 }
 
-/// What the table of a file makes of a registered loss.
+/// A registered loss from the table of a file.
 type Read = fn(Value) -> Result<OwnLoss, SettingsError>;
 
 struct Registered {
@@ -152,7 +152,7 @@ struct Registered {
     read: Read,
 }
 
-/// What [`AnyLoss`] knows besides the built-in losses. Entries are added and never replaced.
+/// Losses of [`AnyLoss`] other than the built-in ones. Entries are added and never replaced.
 static REGISTERED: RwLock<Vec<Registered>> = RwLock::new(Vec::new());
 
 /// Makes a loss known by its name to everything in this process that reads names: curricula, sweeps and options. Its

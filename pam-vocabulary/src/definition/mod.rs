@@ -136,7 +136,7 @@ pub struct EffectDefinition {
     pub valid_names: Vec<String>,
 }
 
-/// What a name in an expression stands for.
+/// Meaning of a name in an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Symbol {
     /// A variable of the language.
@@ -156,7 +156,7 @@ impl EffectDefinition {
         self.parameters.len() + self.switches.len()
     }
 
-    /// What a name stands for, by its index.
+    /// Meaning of a name, by its index.
     #[must_use]
     pub fn symbol(&self, name: usize) -> Symbol {
         let own = self.value_len() + self.memory.len() + self.lets.len();

@@ -77,6 +77,9 @@ enum Number {
 /// Most values of an effect, and most remembered numbers.
 const MOST_VALUES: usize = 64;
 const MOST_MEMORIES: usize = 16;
+/// Most operations and operands of an expression in which the named parts are written out. Parts of parts grow
+/// exponentially: a file of a few lines would take any time and memory.
+const MOST_WRITTEN_OUT: usize = 4000;
 /// Most starting values of a fit: the product over the parameters and switches.
 const MOST_STARTS: usize = 24;
 
@@ -115,12 +118,14 @@ fn in_order<T>(table: Table<T>) -> Vec<(Spanned<String>, T)> {
     entries
 }
 
-/// What the named parts before use, themselves and through others.
+/// Names that the earlier parts use, directly and through others.
 #[derive(Default, Clone)]
 struct Uses {
     variables: Vec<usize>,
     memory: bool,
     network: bool,
+    /// Operations and operands with the named parts written out.
+    size: usize,
 }
 
 /// Where an expression stands.
@@ -186,7 +191,15 @@ impl Reader<'_> {
             }
             _ => false,
         };
-        self.parse(text, &Scope { names: &effect.names, refuses: &refuses, network })
+        let formula =
+            self.parse(text, &Scope { names: &effect.names, refuses: &refuses, network })?;
+        if written_out(effect, uses, &formula.tree) > MOST_WRITTEN_OUT {
+            let message = format!(
+                "the expression has more than {MOST_WRITTEN_OUT} operations once its named parts are written out"
+            );
+            return Err(self.fail(text.span().start, message));
+        }
+        Ok(formula)
     }
 
     fn refuses(
@@ -440,7 +453,8 @@ impl Reader<'_> {
         let mut uses: Vec<Uses> = Vec::new();
         for (name, text) in lets {
             let formula = self.formula(effect, &uses, &text, Position::Let)?;
-            let mut own = Uses::default();
+            let mut own =
+                Uses { size: written_out(effect, &uses, &formula.tree), ..Uses::default() };
             formula.tree.visit(&mut |part| match part {
                 Expression::Call(Function::Network, _) => own.network = true,
                 Expression::Name(k) => match effect.symbol(*k) {
@@ -455,6 +469,8 @@ impl Reader<'_> {
                 },
                 _ => {}
             });
+            own.variables.sort_unstable();
+            own.variables.dedup();
             let word = self.name(&name, &effect.names)?;
             effect.names.push(word.clone());
             effect.lets.push((word, formula));
@@ -489,6 +505,22 @@ impl Reader<'_> {
             parameter.starts = starts.into_iter().map(number).collect();
         }
     }
+}
+
+/// Operations and operands of a tree with its named parts written out.
+fn written_out(effect: &EffectDefinition, uses: &[Uses], tree: &Expression) -> usize {
+    let mut size = 0_usize;
+    tree.visit(&mut |part| {
+        let own = match part {
+            Expression::Name(k) => match effect.symbol(*k) {
+                Symbol::Let(k) => uses[k].size,
+                _ => 1,
+            },
+            _ => 1,
+        };
+        size = size.saturating_add(own);
+    });
+    size
 }
 
 fn number(value: f64) -> Formula {

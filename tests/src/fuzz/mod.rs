@@ -1,13 +1,16 @@
 //! Mutated inputs for every reader and every settings file.
 //!
 //! [`Case`] number `n` is always the same input: a seed of the corpus in `tests/fixtures/fuzz`, mutated by what its format
-//! is ([`mutate`]), for one of the [`targets`]. A case is sound if the reader neither panics nor takes longer than
+//! is ([`mutate`]), at a path that may be no plain file ([`place`]), for one of the [`targets`]. A case is sound if the reader neither panics nor takes longer than
 //! [`LONGEST`], and if every refusal names the file. What is read is used for a moment: a model predicts, a recording is
 //! checked.
 
 pub mod mutate;
+pub mod place;
 pub mod targets;
+mod text;
 
+use place::Place;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 use std::collections::BTreeMap;
@@ -41,6 +44,8 @@ pub struct Case {
     pub target: &'static Target,
     /// Its bytes.
     pub bytes: Vec<u8>,
+    /// Where they are.
+    pub place: Place,
 }
 
 impl Case {
@@ -53,7 +58,8 @@ impl Case {
         let target = &TARGETS[(number % TARGETS.len() as u64) as usize];
         let seed = std::fs::read(target.seed()).expect("the corpus is there");
         let mut random = ChaCha8Rng::seed_from_u64(number);
-        Self { target, bytes: mutate::mutated(target.kind, &seed, &mut random) }
+        let bytes = mutate::mutated(target.kind, &seed, &mut random);
+        Self { target, bytes, place: Place::random(&mut random) }
     }
 
     /// Writes the case into a folder and reads it.
@@ -63,7 +69,7 @@ impl Case {
     #[must_use]
     pub fn run(&self, folder: &Path) -> Ending {
         let path = folder.join(self.target.file);
-        std::fs::write(&path, &self.bytes).expect("the case can be written");
+        self.place.put(&path, &self.bytes).expect("the case can be written");
         let begun = Instant::now();
         let outcome = catch_unwind(AssertUnwindSafe(|| (self.target.read)(&path)));
         if begun.elapsed() > LONGEST {

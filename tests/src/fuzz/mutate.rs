@@ -1,5 +1,6 @@
 //! Mutations that know the structure of a format.
 
+use super::text::{self, number_replaced};
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 use std::io::{Cursor, Read, Write};
@@ -19,43 +20,8 @@ pub enum Kind {
     Words,
 }
 
-/// Numbers at the limits of what can be computed with.
-const NUMBERS: &[&str] = &[
-    "0",
-    "-0",
-    "-1",
-    "1",
-    "nan",
-    "NaN",
-    "inf",
-    "-inf",
-    "1e308",
-    "-1e308",
-    "1e300",
-    "1e-308",
-    "5e-324",
-    "1e18",
-    "1e9",
-    "1e6",
-    "1e-6",
-    "9223372036854775807",
-    "-9223372036854775808",
-    "18446744073709551616",
-    "0.5",
-    "1_000",
-    "0x10",
-    "1e",
-    "",
-    "true",
-    "\"\"",
-    "[]",
-    "{}",
-    "[1, 2]",
-    "\"text\"",
-];
-
-/// The same as doubles.
-const DOUBLES: &[f64] = &[
+/// Doubles at the limits of what can be computed with.
+pub(super) const DOUBLES: &[f64] = &[
     0.0,
     -0.0,
     -1.0,
@@ -84,7 +50,7 @@ pub fn mutated(kind: Kind, seed: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
         bytes = match (random.random_range(0..8), kind) {
             // Of any format a part may be lost or overwritten.
             (0, _) => raw(bytes, random),
-            (_, Kind::Text) => text(&bytes, random),
+            (_, Kind::Text) => text::mutated(&bytes, random),
             (_, Kind::Arrays) => arrays(bytes, random),
             (_, Kind::Archive) => archive(&bytes, random).unwrap_or(bytes),
             (_, Kind::Safetensors) => safetensors(&bytes, random).unwrap_or(bytes),
@@ -94,11 +60,11 @@ pub fn mutated(kind: Kind, seed: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
     bytes
 }
 
-fn place(len: usize, random: &mut ChaCha8Rng) -> usize {
+pub(super) fn place(len: usize, random: &mut ChaCha8Rng) -> usize {
     random.random_range(0..len.max(1))
 }
 
-fn pick<'a, T: ?Sized>(list: &[&'a T], random: &mut ChaCha8Rng) -> &'a T {
+pub(super) fn pick<'a, T: ?Sized>(list: &[&'a T], random: &mut ChaCha8Rng) -> &'a T {
     list[place(list.len(), random)]
 }
 
@@ -122,80 +88,6 @@ fn raw(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
         _ => bytes[from..to.min(from + 16)].fill(0xff),
     }
     bytes
-}
-
-/// Numbers, keys and lines replaced, lost, doubled or moved.
-fn text(bytes: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
-    let text = String::from_utf8_lossy(bytes).into_owned();
-    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-    if lines.is_empty() {
-        return b"a = 1\n".to_vec();
-    }
-    let (a, b) = (place(lines.len(), random), place(lines.len(), random));
-    match random.random_range(0..9) {
-        0 => drop(lines.remove(a)),
-        1 => {
-            let line = lines[a].clone();
-            lines.insert(b, line);
-        }
-        2 => lines.swap(a, b),
-        3 => {
-            // A name that nothing knows.
-            let at = lines[a].find(|c: char| c.is_alphabetic()).unwrap_or(0);
-            lines[a].insert(at, 'x');
-        }
-        4 => {
-            // A column lost everywhere, or a list shortened.
-            let which = place(6, random);
-            for line in &mut lines {
-                let mut cells: Vec<&str> = line.split(',').collect();
-                if which < cells.len() {
-                    cells.remove(which);
-                }
-                *line = cells.join(",");
-            }
-        }
-        5 => {
-            // A column scaled: other units.
-            let (which, by) = (place(6, random), DOUBLES[place(DOUBLES.len(), random)]);
-            for line in &mut lines {
-                let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
-                if let Some(cell) = cells.get_mut(which)
-                    && let Ok(value) = cell.parse::<f64>()
-                {
-                    *cell = (value * by).to_string();
-                }
-                *line = cells.join(",");
-            }
-        }
-        _ => lines[a] = number_replaced(&lines[a], random),
-    }
-    (lines.join("\n") + "\n").into_bytes()
-}
-
-/// A line with one of its numbers or words replaced.
-fn number_replaced(line: &str, random: &mut ChaCha8Rng) -> String {
-    let is_part = |c: char| c.is_ascii_alphanumeric() || "+-.".contains(c);
-    let mut parts: Vec<String> = Vec::new();
-    for c in line.chars() {
-        let joins = parts
-            .last()
-            .and_then(|p| p.chars().next())
-            .is_some_and(|first| is_part(first) == is_part(c) && is_part(c));
-        match parts.last_mut() {
-            Some(part) if joins => part.push(c),
-            _ => parts.push(c.to_string()),
-        }
-    }
-    let numbers: Vec<usize> = (0..parts.len())
-        .filter(|&k| parts[k].starts_with(|c: char| c.is_ascii_digit() || c == '-'))
-        .collect();
-    let all: Vec<usize> = (0..parts.len()).collect();
-    let among = if numbers.is_empty() { all } else { numbers };
-    if let Some(&k) = among.get(place(among.len(), random)) {
-        parts[k] = pick(NUMBERS, random).to_owned();
-    }
-    parts.concat()
 }
 
 /// Doubles at multiples of eight bytes replaced, or words of four bytes.
@@ -233,7 +125,9 @@ fn arrays(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
         "()",
         "(1000000,)",
     ];
-    let changed = match random.random_range(0..3) {
+    let changed = match random.random_range(0..4) {
+        // Nested as deep as the header is long.
+        3 => "(".repeat(text.len()),
         0 => match (text.find('('), text.find(')')) {
             (Some(a), Some(b)) if a < b => text.replace(&text[a..=b], pick(&shape, random)),
             _ => text,
@@ -266,10 +160,17 @@ fn archive(bytes: &[u8], random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
         return None;
     }
     let which = place(members.len(), random);
-    match random.random_range(0..6) {
-        0 => drop(members.remove(which)),
-        1 => members[which].0.insert(0, 'x'),
-        2 => {
+    let mut method = zip::CompressionMethod::Stored;
+    match random.random_range(0..40) {
+        0 => {
+            // Much that packs into little.
+            members[which].1.resize(8 << 20, 0);
+            method = zip::CompressionMethod::Deflated;
+        }
+        1 => members[which].0 = format!("../{}", members[which].0),
+        2..6 => drop(members.remove(which)),
+        6..12 => members[which].0.insert(0, 'x'),
+        12..18 => {
             let other = place(members.len(), random);
             let content = members[other].1.clone();
             members[which].1 = content;
@@ -280,8 +181,9 @@ fn archive(bytes: &[u8], random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
         }
     }
     let mut to = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let options = zip::write::SimpleFileOptions::default().compression_method(method);
     for (name, content) in members {
-        to.start_file(name, zip::write::SimpleFileOptions::default()).ok()?;
+        to.start_file(name, options).ok()?;
         to.write_all(&content).ok()?;
     }
     Some(to.finish().ok()?.into_inner())
@@ -296,9 +198,21 @@ fn safetensors(bytes: &[u8], random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
         return Some([&bytes[..8 + length], &words(body.to_vec(), random)].concat());
     }
     let text = String::from_utf8_lossy(header).into_owned();
-    let changed = match random.random_range(0..3) {
+    if random.random_range(0..12) == 0 {
+        // A header that is longer than the file, or than any.
+        let claimed = [u64::MAX, 1 << 40, bytes.len() as u64, 0][place(4, random)];
+        return Some([&claimed.to_le_bytes()[..], header, body].concat());
+    }
+    let changed = match random.random_range(0..5) {
         0 => number_replaced(&text, random),
         1 => text.replacen("weight", "wait", 1),
+        2 => {
+            let depth = 1 << random.random_range(2..18);
+            let deep = pick(&["[", "{\"a\":"], random).repeat(depth);
+            format!("{{\"__metadata__\":{deep}")
+        }
+        // Every tensor twice.
+        3 => format!("{},{}", text.trim_end().strip_suffix('}')?, text.strip_prefix('{')?),
         _ => {
             let at = place(text.len(), random);
             let (a, b) = text.split_at_checked(at)?;

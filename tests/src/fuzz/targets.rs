@@ -3,6 +3,7 @@
 use super::mutate::Kind;
 use pam_ablate::sweep::Sweep;
 use pam_baselines::comparison::ComparisonConfig;
+use pam_control::motion::MotionSpec;
 use pam_core::{JointModel, SpringDamper};
 use pam_data::plausibility::{self, PlausibilitySettings};
 use pam_data::quality::{self, QualitySettings};
@@ -65,6 +66,11 @@ targets! {
     "rig parameters" "rig.toml" Text rig;
     "protocol" "protocol.toml" Text protocol;
     "settings of a diagnosis" "settings.toml" Text settings;
+    "effects" "effects.toml" Text effects;
+    "effects of the rig" "effects.toml" Text hidden_effects;
+    "motion" "motion.csv" Text |path| named(MotionSpec::parse(&path.to_string_lossy()));
+    "table of a plan" "table.bin" Words controller_table;
+    "network of a controller" "network.bin" Words controller_network;
 }
 
 fn named<T>(result: Result<T, impl Display>) -> Result<(), String> {
@@ -204,4 +210,56 @@ fn settings(path: &Path) -> Result<(), String> {
     let text = toml_file::text(path).map_err(|e| e.to_string())?;
     // The command puts the file before the message.
     named(DiagnosisSettings::parse(&text, &[])).map_err(|e| format!("{}: {e}", path.display()))
+}
+
+/// Read, compiled, and evaluated in a model for a moment.
+fn effects(path: &Path) -> Result<(), String> {
+    let found = pam_effects::expression::load(path).map_err(|e| e.to_string())?;
+    let mut run = Recording::empty(path);
+    run.time_s = (0..20).map(|k| 0.005 * f64::from(k)).collect();
+    run.force_mn = vec![5e3; 20];
+    run.displacement_mm = vec![0.1; 20];
+    run.velocity_mm_s = vec![0.0; 20];
+    run.pressure_flexor_kpa = vec![400.0; 20];
+    run.pressure_extensor_kpa = vec![420.0; 20];
+    for effect in found {
+        let values = effect.info().value_names().map(|_| 0.1).collect();
+        let mut model = ExtendedModel::from_saved(spring_damper()).map_err(|e| e.to_string())?;
+        model.effects.push(pam_effects::ActiveEffect { effect, values });
+        let masses = pam_core::SealedMasses { flexor_g: 0.076, extensor_g: 0.076 };
+        let _ = model.predict(&run, masses, &SolverSettings::default());
+    }
+    Ok(())
+}
+
+fn hidden_effects(path: &Path) -> Result<(), String> {
+    // The rig keeps what it reads: another effect of the same id is refused.
+    match pam_rig::effects::expression::load(path) {
+        Err(e) if e.to_string().contains("another effect") => Ok(()),
+        other => named(other),
+    }
+}
+
+/// Bytes that a controller reads, from memory: the file is named here.
+fn bytes(path: &Path) -> Result<Vec<u8>, String> {
+    pam_data::read_limit::read(path).map_err(|e| e.to_string())
+}
+
+fn controller_table(path: &Path) -> Result<(), String> {
+    let bytes = bytes(path)?;
+    let table = pam_embedded::Table::new(&bytes).map_err(|e| format!("{}: {e}", path.display()))?;
+    for time_s in [-1.0, 0.0, 0.5, 1e9, f64::NAN] {
+        (0..table.columns()).for_each(|k| assert_ne!(table.value(k, time_s).to_bits(), 1));
+        let _ = table.pressures_kpa(time_s);
+    }
+    Ok(())
+}
+
+fn controller_network(path: &Path) -> Result<(), String> {
+    let bytes = bytes(path)?;
+    let network = pam_embedded::Network::<f32>::new(&bytes)
+        .map_err(|e| format!("{}: {e}", path.display()))?;
+    let mut work = vec![0.0; network.work_len().min(1 << 20)];
+    let _ = network.force_mn([0.07, 0.07, 0.1, 0.0], &mut work);
+    Ok(())
 }

@@ -60,7 +60,15 @@ impl Laws {
     }
 
     /// Force on the joint, mN, `ahead_s` after what is kept.
-    pub(super) fn force_mn(&self, x: f64, v: f64, kpa: [f64; 2], motor_mn: f64, kept: Kept, ahead_s: f64) -> f64 {
+    pub(super) fn force_mn(
+        &self,
+        x: f64,
+        v: f64,
+        kpa: [f64; 2],
+        motor_mn: f64,
+        kept: Kept,
+        ahead_s: f64,
+    ) -> f64 {
         let gauge = kpa[0] + kpa[1] - 2.0 * ATMOSPHERE_KPA;
         let kept = self.moved(kept, v, motor_mn, ahead_s);
         -self.cubic * x * x * x

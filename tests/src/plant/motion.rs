@@ -163,8 +163,7 @@ impl Joint {
             let damper = self.damper_mm + 0.5 * dt / time * (x - self.damper_mm);
             total -= stiffness * (x - damper);
         }
-        total
-            + acting.laws.force_mn(x, v, self.pressures_kpa, self.motor_mn, self.kept, 0.5 * dt)
+        total + acting.laws.force_mn(x, v, self.pressures_kpa, self.motor_mn, self.kept, 0.5 * dt)
     }
 
     /// Largest dry friction at a velocity, mN.

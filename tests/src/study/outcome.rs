@@ -161,7 +161,7 @@ fn read(json: &Value, unread: Outcome) -> Outcome {
                 .collect(),
         }
     };
-    let gain = &json["gain"]["overall"];
+    let gain = &json["error_reduction"]["overall"];
     let channels = json["residual"]["channels"].as_object().cloned().unwrap_or_default();
     Outcome {
         verdict: text(&json["verdict"]),
@@ -172,9 +172,9 @@ fn read(json: &Value, unread: Outcome) -> Outcome {
         reduction: Some([number(&gain["error_reduction"]), pair(gain)[0], pair(gain)[1]]),
         over_noise: channels
             .iter()
-            .map(|(key, c)| (key.clone(), number(&c["rms"]) / number(&c["floor"])))
+            .map(|(key, c)| (key.clone(), number(&c["rms"]) / number(&c["noise"])))
             .collect(),
-        x_before_mm: json["gain"]["x"]["rmse_before"].as_f64(),
+        x_before_mm: json["error_reduction"]["x"]["rmse_before"].as_f64(),
         ..unread
     }
 }

@@ -26,7 +26,7 @@ fn drive(t: f64, u: &mut [f64]) {
     u[0] = 60e3 * ((TAU * 0.7 * t + 0.4).sin() + (TAU * 2.3 * t).sin());
 }
 
-/// What the motion is held against: about the motion of a straight spring.
+/// The reference of the motion: about the motion of a straight spring.
 #[must_use]
 pub fn target(t: f64) -> [f64; 4] {
     let (x, v) = motion_target(t);
@@ -110,7 +110,7 @@ pub fn observations_s(horizon_s: f64) -> Vec<f64> {
     evenly((20.0 * horizon_s).round().max(1.0) as usize, horizon_s)
 }
 
-/// What finds the truth of a joint with kinks.
+/// The method that gives the reference for a joint with kinks.
 #[must_use]
 pub fn kinked<'a>(
     model: &'a JointModel<f64, NetworkForce<f64>>,

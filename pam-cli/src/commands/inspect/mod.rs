@@ -200,7 +200,7 @@ impl Inspector {
         Ok((text.join("\n"), json!({ "recordings": values, "plausibility": findings })))
     }
 
-    /// What in the recordings of a file contradicts the physics of the joint.
+    /// Contradictions between the recordings of a file and the physics of the joint.
     fn plausibility(&self, recordings: &[Recording]) -> Result<Vec<Finding>, CliError> {
         let subjects = Subject::resolve(recordings.to_vec(), &self.model, &self.masses)?;
         let settings = PlausibilitySettings::for_model(&self.model);

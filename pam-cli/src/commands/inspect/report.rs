@@ -4,6 +4,7 @@ use crate::error::CliError;
 use pam_data::DataError;
 use pam_data::atomic::write_atomic;
 use pam_data::plausibility::{Finding, Severity};
+use pam_report::page::count;
 use pam_report::{InspectedRun, inspection_report};
 use std::path::{Path, PathBuf};
 
@@ -22,8 +23,10 @@ pub(super) fn write_report(
             Severity::Warning => (e, w + 1),
         });
     let lead = format!(
-        "{} recording(s): {errors} error(s) that stop other commands, {warnings} warning(s).",
-        runs.len()
+        "{}: {} that would stop other commands, {}.",
+        count(runs.len(), "recording"),
+        count(errors, "error"),
+        count(warnings, "warning")
     );
     let made_by = format!("pam {} inspect", env!("CARGO_PKG_VERSION"));
     let html = inspection_report("Check of recordings", &lead, runs, findings, &made_by);

@@ -10,7 +10,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use pam_core::NamedChoice;
 use pam_data::atomic::write_atomic;
 use pam_data::{LoadOptions, Recording, open_recordings};
-use pam_report::page::number;
+use pam_report::page::{count, number};
 use pam_report::{RecordedRun, recordings_report};
 use pam_rig::folder::SETTINGS_FILE;
 use pam_rig::protocol::ConditionSet;
@@ -192,9 +192,9 @@ fn report(session: &Session, entries: &[Entry]) -> Result<String, CliError> {
         drawn.extend(open_recordings(&entry.log, &LoadOptions::default())?);
     }
     let lead = format!(
-        "Protocol {}, {} recording(s) of {:.0} s, seed {}. What was hidden stands in {SETTINGS_FILE}.",
+        "Protocol {}, {} of {:.0} s, seed {}. {SETTINGS_FILE} lists the hidden effects.",
         session.protocol.name,
-        entries.len(),
+        count(entries.len(), "recording"),
         session.protocol.duration_s(),
         session.seed
     );

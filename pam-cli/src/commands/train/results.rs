@@ -7,7 +7,7 @@ use crate::run_record::{made_by, write_json};
 use pam_data::atomic::write_atomic;
 use pam_report::page::number;
 use pam_report::training::{EpochRow, ParameterRow, StageRow};
-use pam_report::{TrainingReport, effect_courses, force_curves, training_report};
+use pam_report::{TrainingReport, effect_curves, force_curves, training_report};
 use pam_train::curriculum::Stage;
 use pam_train::identification::{DeformationEstimate, Identification, MassEstimate};
 use pam_train::training::{TrainedRun, Trainer};
@@ -159,9 +159,24 @@ fn report(trainer: &Trainer, trained: &TrainedRun, parameters: Vec<ParameterRow>
     let model = trainer.model();
     let curriculum = trainer.curriculum();
     let report = TrainingReport {
-        title: format!("Training by the curriculum {}", curriculum.name),
+        title: match trained.results.last().map(|r| (r.r2_held_out[0], r.r2_train[0])) {
+            Some((Some(r2), _)) => {
+                format!(
+                    "The trained model predicts held-out recordings with R² of x = {}",
+                    number(r2, 3)
+                )
+            }
+            Some((None, Some(r2))) => {
+                format!(
+                    "The trained model predicts its training recordings with R² of x = {}",
+                    number(r2, 3)
+                )
+            }
+            _ => "Training".to_owned(),
+        },
         lead: format!(
-            "{} recordings trained on, {} held out; {}.",
+            "Curriculum {}; {} recordings trained on, {} held out; {}.",
+            curriculum.name,
             trainer.trained_on().len(),
             trainer.held_out_len(),
             if trained.finished { "all stages done" } else { "interrupted" }
@@ -183,7 +198,7 @@ fn report(trainer: &Trainer, trained: &TrainedRun, parameters: Vec<ParameterRow>
         .collect();
     let mut sections = vec![("Learned force", force_curves(&model))];
     if !courses.is_empty() {
-        sections.insert(0, ("Effects", effect_courses(&courses)));
+        sections.insert(0, ("Effects", effect_curves(&courses)));
     }
     training_report(&report, &sections)
 }

@@ -339,7 +339,7 @@ impl<'a> Guesser<'a> {
         unit
     }
 
-    /// What the file cannot tell.
+    /// Values that the file does not contain.
     fn sizes(&mut self, x_unit: &str, force_unit: &str, v_unit: Option<&str>) {
         let through = |quantity, unit| units::find(quantity, unit).map(|u| u.through);
         let all = [

@@ -1,9 +1,9 @@
-//! What names of columns say.
+//! Guesses from the names of columns.
 
 use super::super::schema::Zero;
 use super::super::units::{self, Quantity};
 
-/// What a column may be.
+/// Possible meanings of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
     Time,

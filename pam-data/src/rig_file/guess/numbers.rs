@@ -1,4 +1,4 @@
-//! What the numbers of columns say.
+//! Guesses from the numbers of columns.
 
 use super::super::schema::Zero;
 use crate::preprocess::gradient;

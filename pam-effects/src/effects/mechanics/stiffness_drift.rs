@@ -17,6 +17,6 @@ impl Effect for StiffnessDrift {
     }
 
     fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {
-        -(p[0] * at.restoring_mn()).scaled(at.time_s / 60.0)
+        -(p[0] * at.restoring_mn() * at.time_s).scaled(1.0 / 60.0)
     }
 }

@@ -18,6 +18,14 @@ pub(crate) fn extended(effects: &[(&str, Vec<f64>)]) -> ExtendedModel {
         effect: by_id(id).expect("an id"),
         values: values.clone(),
     });
-    let plain = ExtendedModel { joint: smooth(), info: ModelInfo::default(), effects: Vec::new() };
-    plain.with(active)
+    plain().with(active)
+}
+
+/// The model with one effect.
+pub(crate) fn extended_by(effect: ActiveEffect) -> ExtendedModel {
+    plain().with([effect])
+}
+
+fn plain() -> ExtendedModel {
+    ExtendedModel { joint: smooth(), info: ModelInfo::default(), effects: Vec::new() }
 }

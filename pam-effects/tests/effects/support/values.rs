@@ -46,6 +46,7 @@ pub(crate) fn medium() -> Vec<(&'static str, Vec<f64>)> {
         speed_mm_s: 6.0,
         stiffness_n_mm: 150.0,
         gauge_kpa: 310.0,
+        duration_s: 10.0,
         samples: Vec::new(),
     };
     for effect in ALL {

@@ -20,22 +20,33 @@ fn map(ringed: impl Fn(usize) -> bool) -> ColourMap {
     }
 }
 
-/// Centres and radii of the circles, those of the rings with the legend's last.
-fn circles(svg: &str) -> Vec<[f64; 3]> {
-    let number = |text: &str, name: &str| {
-        let rest = text.split(&format!("{name}=\"")).nth(1).unwrap();
-        rest.split('"').next().unwrap().parse().unwrap()
-    };
-    svg.split("<circle").skip(1).map(|c| ["cx", "cy", "r"].map(|n| number(c, n))).collect()
+/// A number after `name` in a text.
+fn number(text: &str, name: &str) -> f64 {
+    let rest = text.split(name).nth(1).unwrap();
+    rest.split([' ', '"', '>']).next().unwrap().parse().unwrap()
+}
+
+/// Places (px) and radii of the ringed points.
+fn rings(svg: &str) -> Vec<[f64; 3]> {
+    let plot = svg.split("class=\"data\"").nth(1).unwrap();
+    let scale = [number(plot, " width=\""), number(plot, " height=\"")].map(|px| px / 20_000.0);
+    let marks = plot.split("data-at=\"").skip(1).filter(|mark| mark.contains("<circle"));
+    marks
+        .map(|mark| {
+            let at: Vec<f64> =
+                mark.split('"').next().unwrap().split(' ').map(|v| v.parse().unwrap()).collect();
+            [at[0] * scale[0], at[1] * scale[1], number(mark, " r=\"")]
+        })
+        .collect()
 }
 
 #[test]
 fn rings_stand_around_their_points_only() {
     let svg = map(|k| k % 16 == 0).to_svg();
-    let rings = circles(&svg);
-    assert_eq!(rings.len(), 15 + 1, "the diagonal and the legend");
+    let rings = rings(&svg);
+    assert_eq!(rings.len(), 15, "the diagonal");
     assert!(svg.contains("trained on"));
-    for pair in rings[..15].windows(2) {
+    for pair in rings.windows(2) {
         assert!(pair[1][0] > pair[0][0] && pair[1][1] < pair[0][1], "up the diagonal");
         let distance = (pair[1][0] - pair[0][0]).max(pair[0][1] - pair[1][1]);
         assert!(pair[0][2] <= 0.5 * distance + 1.0, "neighbours do not touch");
@@ -45,7 +56,7 @@ fn rings_stand_around_their_points_only() {
 #[test]
 fn without_rings_there_is_no_legend() {
     let svg = map(|_| false).to_svg();
-    assert!(circles(&svg).is_empty() && !svg.contains("trained on"));
+    assert!(rings(&svg).is_empty() && !svg.contains("trained on"));
 }
 
 /// A linear model has one stiffness: the ends of the scale are the same.

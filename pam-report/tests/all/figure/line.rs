@@ -7,7 +7,7 @@ fn a_figure_names_its_axes_and_survives_odd_data() {
         .with("measured", Role::Measured, nan)
         .with("", Role::Residual, vec![]);
     let svg = figure.to_svg();
-    for part in ["width=\"300\" height=\"200\"", "viewBox=\"0 0 600 400\"", "time (s)", "measured"]
+    for part in ["width=\"300\" height=\"200\"", "viewBox=\"0 0 300 200\"", "time (s)", "measured"]
     {
         assert!(svg.contains(part), "{part}");
     }
@@ -26,11 +26,16 @@ fn bands_verticals_and_lone_points_are_drawn() {
         .with_vertical(99.0, Role::Category(1));
     let svg = figure.to_svg();
     assert_eq!(svg.matches("<circle").count(), 1);
-    assert_eq!(svg.matches("#F1F4F8").count(), 1, "every other band");
-    assert!(svg.contains("one") && svg.contains("two") && !svg.contains("six"));
-    assert!(svg.matches("#0072B2").count() > 5, "dashes");
-    assert!(svg.matches("#D55E00").count() > 5, "dots of the vertical line");
-    assert!(!svg.contains("#E69F00"), "outside the axis");
+    assert_eq!(svg.matches("<rect").count(), 2, "ground of the figure and of every other band");
+    let label = |name: &str| svg.split("class=\"band-label\"").find(|text| text.contains(name));
+    assert!(label(">two<").unwrap().contains("\"visible\""));
+    assert!(label(">six<").unwrap().contains("\"hidden\""), "too narrow");
+    assert_eq!(svg.matches("stroke-dasharray=\"6 4\"").count(), 1, "dashes");
+    assert_eq!(svg.matches("stroke-dasharray=\"1.5 3\"").count(), 1, "one vertical line");
+    assert!(
+        svg.contains("#d55e00") && !svg.contains("#e69f00"),
+        "the other one is outside the axis"
+    );
 }
 
 #[test]

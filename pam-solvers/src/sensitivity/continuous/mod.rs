@@ -58,7 +58,7 @@ fn with_sums<F: ParametricField, I: ParametricInput>(
     Ok(gradient(forward, lambda, sums, adjoint.parameter_lens()))
 }
 
-/// What solves backwards: an integrator of its own, or that of the problem. Behind one type, so that the backward solve
+/// The backward solver: an integrator of its own, or that of the problem. Behind one type, so that the backward solve
 /// is instantiated once for all step controllers.
 fn backward_or_forward<'a, F, I, C: StepController + 'a>(
     backward: &'a Option<Integrator<C>>,
