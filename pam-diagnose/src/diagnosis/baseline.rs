@@ -29,8 +29,8 @@ pub(crate) struct Baseline {
 
 impl Baseline {
     /// Learns the discrepancy from experiments, of which a test set confirms what is found.
-    pub(crate) fn learn<C: Candidates + ?Sized>(
-        system: &C,
+    pub(crate) fn learn(
+        system: &dyn Candidates,
         roles: &Roles,
         noise: &[f64],
         prior: NoisePrior,
@@ -69,7 +69,7 @@ impl Baseline {
 }
 
 /// The largest standard deviation of the magnitudes of a cause, relative to them.
-fn relative_deviation<C: Candidates + ?Sized>(system: &C, cause: &Cause) -> f64 {
+fn relative_deviation(system: &dyn Candidates, cause: &Cause) -> f64 {
     let infos = system.candidate(cause.member.candidate).parameters;
     let of = |(info, (_, interval)): (&ParameterInfo, &(&str, Interval))| {
         let magnitude = (interval.value - info.off?).abs();

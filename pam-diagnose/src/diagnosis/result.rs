@@ -125,6 +125,39 @@ impl<M: Serialize> Diagnosis<M> {
     }
 }
 
+impl Diagnosis<()> {
+    /// The diagnosis with the system's own part.
+    pub(super) fn with_model<M>(self, model: M) -> Diagnosis<M> {
+        Diagnosis {
+            model,
+            verdict: self.verdict,
+            causes: self.causes,
+            minor: self.minor,
+            reasons: self.reasons,
+            bands: self.bands,
+            anomalies: self.anomalies,
+            refused: self.refused,
+            score: self.score,
+            ranking: self.ranking,
+            residual: self.residual,
+            error_reduction: self.error_reduction,
+            explainable: self.explainable,
+            null_test: self.null_test,
+            onset_test: self.onset_test,
+            late_fault: self.late_fault,
+            ladder: self.ladder,
+            onset_curves: self.onset_curves,
+            validation: self.validation,
+            test: self.test,
+            fitted: self.fitted,
+            noise: self.noise,
+            outputs: self.outputs,
+            excitation_label: self.excitation_label,
+            traces: self.traces,
+        }
+    }
+}
+
 impl<M> Diagnosis<M> {
     /// Ids of the named causes.
     #[must_use]

@@ -16,12 +16,12 @@ use crate::verdict::{
     ranking, share,
 };
 use pam_numerics::statistics::{root_mean_square, standard_deviation};
+use std::fmt;
 
 /// A system whose experiments have their roles.
-#[derive(Debug)]
-pub struct Prepared<'a, C: ?Sized> {
-    /// The system with its candidates.
-    pub system: &'a C,
+pub struct Prepared<'a> {
+    /// The system with its candidates. The inference is compiled once, for any of them.
+    pub system: &'a (dyn Candidates + 'a),
     /// The role of each experiment.
     pub roles: &'a Roles,
     /// First estimate of the standard deviation of the noise of each fitted channel; it is learned from there on.
@@ -32,14 +32,27 @@ pub struct Prepared<'a, C: ?Sized> {
     /// of the prior. Empty without such recordings.
     pub baseline_discrepancy: Vec<f64>,
     /// Baseline recordings, if they were given.
-    pub baseline: Option<Problem<'a, C>>,
+    pub baseline: Option<Problem<'a, dyn Candidates + 'a>>,
     /// The settings.
     pub settings: &'a DiagnosisSettings,
     /// Seed of the null test and the bootstrap.
     pub seed: u64,
 }
 
-impl<C: ?Sized> Prepared<'_, C> {
+impl fmt::Debug for Prepared<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Prepared")
+            .field("roles", self.roles)
+            .field("noise", &self.noise)
+            .field("prior", &self.prior)
+            .field("baseline_discrepancy", &self.baseline_discrepancy)
+            .field("settings", self.settings)
+            .field("seed", &self.seed)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Prepared<'_> {
     /// The first estimate of the noise with the errors of the model on baseline recordings.
     fn floor(&self) -> Vec<f64> {
         let discrepancy = self.baseline_discrepancy.iter().copied().chain(std::iter::repeat(0.0));
@@ -52,11 +65,20 @@ impl<C: ?Sized> Prepared<'_, C> {
 ///
 /// # Errors
 /// [`DiagnoseError`] if the system without any cause cannot be simulated.
-pub fn run<C: Candidates + ?Sized, M>(
-    prepared: &Prepared<'_, C>,
+pub fn run<M>(
+    prepared: &Prepared<'_>,
     progress: &(dyn Fn(Stage, f64) + Sync),
     model: impl FnOnce(&Hypothesis) -> M,
 ) -> Result<Diagnosis<M>, DiagnoseError> {
+    let (diagnosis, best) = findings(prepared, progress)?;
+    Ok(diagnosis.with_model(model(&best)))
+}
+
+/// The diagnosis without the system's own part, and the final hypothesis.
+fn findings(
+    prepared: &Prepared<'_>,
+    progress: &(dyn Fn(Stage, f64) + Sync),
+) -> Result<(Diagnosis<()>, Hypothesis), DiagnoseError> {
     let Prepared { system, roles, settings, seed, .. } = prepared;
     let noise = Noise::white(&prepared.noise);
     let (choosing, whole) =
@@ -145,7 +167,7 @@ pub fn run<C: Candidates + ?Sized, M>(
     // What all recordings share, such as the timing of the force, is the same before and after.
     let start =
         Hypothesis { shared: best.shared.clone(), ..base }.without_locals(*system, open.len());
-    Ok(Diagnosis {
+    let diagnosis = Diagnosis {
         verdict,
         reasons,
         score: SetScore {
@@ -168,14 +190,15 @@ pub fn run<C: Candidates + ?Sized, M>(
         validation: roles.validation_data.clone(),
         test: roles.test_data.clone().unwrap_or(TestData::Given { recordings: Vec::new() }),
         fitted: open.names(),
-        model: model(best),
+        model: (),
         noise: open.noise.deviations(),
         outputs: system.outputs().to_vec(),
         excitation_label: system.excitation_label(),
         traces: test.traces(&start, best),
         causes,
         minor,
-    })
+    };
+    Ok((diagnosis, names.best.hypothesis))
 }
 
 /// Minus two times the logarithm of the posterior probability of a set that was fitted to the open rows, up to a constant,
@@ -215,7 +238,7 @@ impl Judged {
         test: &TestSet<'_, C>,
         open: &Problem<'_, C>,
         names: &Names,
-        prepared: &Prepared<'_, C>,
+        prepared: &Prepared<'_>,
     ) -> Self {
         let (base, best) = (&names.base.hypothesis, &names.best.hypothesis);
         let (before, after) = if test.problem().is_empty() {
@@ -330,7 +353,7 @@ fn variation<C: Candidates + ?Sized>(open: &Problem<'_, C>, output: usize) -> f6
 /// Channels whose noise is too much for noise: a part of their variation that goes with nothing, and that is not
 /// stationary either.
 fn unmodelled<C: Candidates + ?Sized>(
-    prepared: &Prepared<'_, C>,
+    prepared: &Prepared<'_>,
     open: &Problem<'_, C>,
     best: &Hypothesis,
 ) -> Vec<Anomaly> {
@@ -365,7 +388,7 @@ fn unmodelled<C: Candidates + ?Sized>(
 /// Whether some channel has errors of the model on the baseline recordings that are a notable part of its variation and
 /// much larger than the noise, and errors in the data that are no larger than those.
 fn inadequate<C: Candidates + ?Sized>(
-    prepared: &Prepared<'_, C>,
+    prepared: &Prepared<'_>,
     open: &Problem<'_, C>,
     names: &Names,
 ) -> bool {

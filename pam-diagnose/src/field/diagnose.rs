@@ -9,6 +9,7 @@ use crate::error::DiagnoseError;
 use crate::noise::{NoisePrior, noise_deviation};
 #[cfg(feature = "report")]
 use crate::report::ReportModel;
+use crate::search::Candidates;
 use crate::settings::DiagnosisSettings;
 use crate::verdict::Cause;
 #[cfg(feature = "report")]
@@ -111,7 +112,9 @@ where
             noise,
             prior,
             baseline_discrepancy,
-            baseline: baseline.as_ref().map(|(_, r, n)| r.whole(&on_baseline, n, &settings)),
+            baseline: baseline
+                .as_ref()
+                .map(|(_, r, n)| r.whole(&on_baseline as &dyn Candidates, n, &settings)),
             settings: &settings,
             seed: options.seed,
         };

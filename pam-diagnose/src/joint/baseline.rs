@@ -8,6 +8,7 @@ use crate::diagnosis::Baseline;
 use crate::error::DiagnoseError;
 use crate::fit::{Member, Problem};
 use crate::noise::{Noise, NoisePrior, estimated_noise};
+use crate::search::Candidates;
 use crate::settings::DiagnosisSettings;
 use pam_effects::effects::{ALL, AnyEffect};
 use pam_effects::model::{ActiveEffect, ExtendedModel};
@@ -88,9 +89,10 @@ impl BaselineDiscrepancy {
         system: &'a JointSystem<'a>,
         settings: &'a DiagnosisSettings,
         seed: u64,
-    ) -> Result<Problem<'a, JointSystem<'a>>, DiagnoseError> {
+    ) -> Result<Problem<'a, dyn Candidates + 'a>, DiagnoseError> {
         let roles =
             Roles::assign(&spans(&system.trials), TestSource::Absent, seed, &settings.data)?;
+        let system: &dyn Candidates = system;
         Ok(roles.whole(system, &self.noise, settings))
     }
 }

@@ -30,8 +30,8 @@ const FOLLOWED: usize = 3;
 ///
 /// # Errors
 /// [`DiagnoseError`] if the system itself cannot be simulated, or no start of a rung can.
-pub fn climb<C: Candidates + ?Sized>(
-    prepared: &Prepared<'_, C>,
+pub fn climb(
+    prepared: &Prepared<'_>,
     name: &str,
     models: &[RungModel],
     done: &(dyn Fn(f64) + Sync),
@@ -82,21 +82,21 @@ pub fn climb<C: Candidates + ?Sized>(
 }
 
 /// The description length of a fit, bits, up to a constant of the rows.
-fn bits<C: Candidates + ?Sized>(problem: &Problem<'_, C>, fit: &Fit) -> f64 {
+fn bits(problem: &Problem<'_, dyn Candidates + '_>, fit: &Fit) -> f64 {
     let rows = fit.errors.rows.max(2) as f64;
     let parameters = fit.hypothesis.parameters(problem.system).len() as f64;
     0.5 * (fit.cost + parameters * rows.ln()) / LN_2
 }
 
 /// The fit of the shortest description; the first of equal ones.
-fn shortest<C: Candidates + ?Sized>(problem: &Problem<'_, C>, fits: &[Fit]) -> usize {
+fn shortest(problem: &Problem<'_, dyn Candidates + '_>, fits: &[Fit]) -> usize {
     let lengths: Vec<f64> = fits.iter().map(|fit| bits(problem, fit)).collect();
     (0..fits.len()).min_by(|&a, &b| lengths[a].total_cmp(&lengths[b])).unwrap_or(0)
 }
 
-fn rung<C: Candidates + ?Sized>(
-    whole: &Problem<'_, C>,
-    test: &TestSet<'_, C>,
+fn rung(
+    whole: &Problem<'_, dyn Candidates + '_>,
+    test: &TestSet<'_, dyn Candidates + '_>,
     base: &Hypothesis,
     fit: &Fit,
     model: RungModel,
@@ -139,8 +139,8 @@ fn rung<C: Candidates + ?Sized>(
 }
 
 /// The best fit of a rung: from its own starting values, and from the values of all rungs before it.
-fn fitted<C: Candidates + ?Sized>(
-    whole: &Problem<'_, C>,
+fn fitted(
+    whole: &Problem<'_, dyn Candidates + '_>,
     model: &RungModel,
     before: &[Fit],
 ) -> Result<Fit, DiagnoseError> {
@@ -182,7 +182,7 @@ fn fitted<C: Candidates + ?Sized>(
 }
 
 /// Starting values of several candidates in all combinations.
-fn combinations<C: Candidates + ?Sized>(system: &C, candidates: &[usize]) -> Vec<Vec<Vec<f64>>> {
+fn combinations(system: &dyn Candidates, candidates: &[usize]) -> Vec<Vec<Vec<f64>>> {
     let mut all: Vec<Vec<Vec<f64>>> = vec![Vec::new()];
     for &candidate in candidates {
         let starts = system.starts(candidate);
@@ -198,8 +198,8 @@ fn combinations<C: Candidates + ?Sized>(system: &C, candidates: &[usize]) -> Vec
 }
 
 /// Values of candidates with those of a fit where the names of parameters are the same; others are absent, or as they start.
-fn continued<C: Candidates + ?Sized>(
-    system: &C,
+fn continued(
+    system: &dyn Candidates,
     candidates: &[usize],
     start: &[Vec<f64>],
     fit: &Fit,

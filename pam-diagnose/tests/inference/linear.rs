@@ -67,8 +67,14 @@ impl Linear {
         &'a self,
         noise: f64,
         settings: &'a DiagnosisSettings,
-    ) -> Problem<'a, Self> {
-        Problem::new(self, (0..self.experiments.len()).collect(), Noise::white(&[noise]), settings)
+    ) -> Problem<'a, dyn Candidates + 'a> {
+        let system: &dyn Candidates = self;
+        Problem::new(
+            system,
+            (0..self.experiments.len()).collect(),
+            Noise::white(&[noise]),
+            settings,
+        )
     }
 
     pub(crate) fn roles(
@@ -91,10 +97,11 @@ impl Linear {
         roles: &Roles,
         noise: f64,
         settings: &'a DiagnosisSettings,
-    ) -> Rows<'a, Self> {
+    ) -> Rows<'a, dyn Candidates + 'a> {
+        let system: &dyn Candidates = self;
         let white = Noise::white(&[noise]);
         let (choosing, whole) =
-            (roles.split(self, &white, settings), roles.whole(self, &white, settings));
+            (roles.split(system, &white, settings), roles.whole(system, &white, settings));
         Rows::new(choosing, whole, NoisePrior::at_least(vec![noise]))
     }
 

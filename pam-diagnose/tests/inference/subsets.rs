@@ -3,7 +3,7 @@
 use crate::linear::{Experiment, Linear, combined, white};
 use pam_diagnose::DiagnosisSettings;
 use pam_diagnose::data::{Split, TestSource};
-use pam_diagnose::search::search;
+use pam_diagnose::search::{Candidates, search};
 use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
@@ -54,8 +54,7 @@ fn solved(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
 
 /// Minus two times the log-posterior of a subset that is fitted by ordinary least squares to the training rows: the sums of
 /// squares of training and validation rows over σ², with `p ln n` for `p` columns and `2 ln K` for the choice of each.
-fn total(split: &Split<'_, Linear>, subset: &[usize]) -> f64 {
-    let system = split.train.system;
+fn total(system: &Linear, split: &Split<'_, dyn Candidates + '_>, subset: &[usize]) -> f64 {
     let rows = |which: &[usize], of: &dyn Fn(&Experiment) -> Vec<f64>| -> Vec<f64> {
         which.iter().flat_map(|&e| of(&system.experiments[e])).collect()
     };
@@ -80,12 +79,12 @@ fn total(split: &Split<'_, Linear>, subset: &[usize]) -> f64 {
 }
 
 /// The subset of at most three columns with the lowest total.
-fn enumerated(split: &Split<'_, Linear>) -> (Vec<usize>, f64) {
+fn enumerated(system: &Linear, split: &Split<'_, dyn Candidates + '_>) -> (Vec<usize>, f64) {
     let subsets = (0_u32..1 << COLUMNS).filter(|s| s.count_ones() <= 3);
     subsets
         .map(|s| {
             let subset: Vec<usize> = (0..COLUMNS).filter(|j| s >> j & 1 == 1).collect();
-            let total = total(split, &subset);
+            let total = total(system, split, &subset);
             (subset, total)
         })
         .min_by(|a, b| a.1.total_cmp(&b.1))
@@ -113,7 +112,7 @@ fn the_best_subset_is_found() {
         let roles = system.roles(TestSource::Absent, seed, &settings);
         let mut rows = system.rows(&roles, 1e-9, &settings);
         assert_eq!((rows.choosing.train.len(), rows.choosing.validation.len()), (2, 1));
-        let (best, _) = enumerated(&rows.choosing);
+        let (best, _) = enumerated(&system, &rows.choosing);
         let found = search(&mut rows, 3, 1, &|_| {}).unwrap();
         assert_eq!(found.best.hypothesis().set(), best, "seed {seed}, {slopes:?}");
         let mut truth = all[..size].to_vec();
@@ -138,7 +137,7 @@ fn a_pair_is_found_of_which_neither_shows_alone() {
         let alone = |j: usize| found.screened.iter().find(|s| s.0 == j).unwrap().1;
         assert!(alone(3) < 0.05 && alone(4) < 0.05, "{} {}", alone(3), alone(4));
         assert_eq!(found.best.hypothesis().set(), [3, 4], "seed {seed}");
-        assert_eq!(enumerated(&rows.choosing).0, [3, 4], "seed {seed}");
+        assert_eq!(enumerated(&system, &rows.choosing).0, [3, 4], "seed {seed}");
         for member in &found.best.hypothesis().members {
             let slope = if member.candidate == 3 { 10.0 } else { -10.0 };
             assert!((member.values[0] - slope).abs() < 1.0, "{member:?}");
