@@ -143,6 +143,7 @@ impl Diagnosis<()> {
             error_reduction: self.error_reduction,
             explainable: self.explainable,
             null_test: self.null_test,
+            remainder: self.remainder,
             onset_test: self.onset_test,
             late_fault: self.late_fault,
             ladder: self.ladder,

@@ -208,11 +208,11 @@ where
         &self.places
     }
 
-    fn with<R>(
+    fn call_with(
         &self,
         definitions: &[Definition],
-        then: impl FnOnce(&dyn Candidates) -> Result<R, DiagnoseError>,
-    ) -> Result<R, DiagnoseError> {
+        then: &mut dyn FnMut(&dyn Candidates) -> Result<(), DiagnoseError>,
+    ) -> Result<(), DiagnoseError> {
         let (states, inputs) = self.names();
         let texts = |names: &[String]| names.iter().map(|n| keep(n)).collect::<Vec<&str>>();
         let mut terms = Terms::new(&texts(&states), &texts(&inputs));

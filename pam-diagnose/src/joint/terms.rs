@@ -100,11 +100,11 @@ impl TermSpace for JointTerms<'_> {
         &self.places
     }
 
-    fn with<R>(
+    fn call_with(
         &self,
         definitions: &[Definition],
-        then: impl FnOnce(&dyn Candidates) -> Result<R, DiagnoseError>,
-    ) -> Result<R, DiagnoseError> {
+        then: &mut dyn FnMut(&dyn Candidates) -> Result<(), DiagnoseError>,
+    ) -> Result<(), DiagnoseError> {
         let mut built: Vec<Box<dyn AnyEffect>> = Vec::with_capacity(definitions.len());
         for definition in definitions {
             built.extend(expression::build(&definition.to_toml())?);

@@ -60,8 +60,8 @@ fn diverges() -> DiagnoseError {
 }
 
 /// Learns what the named causes leave and looks for a law in it.
-pub(crate) fn rest<T: TermSpace>(
-    space: &T,
+pub(crate) fn rest(
+    space: &dyn TermSpace,
     ground: &Ground<'_>,
     verdict: Verdict,
     done: &(dyn Fn(f64) + Sync),
@@ -91,8 +91,8 @@ pub(crate) fn rest<T: TermSpace>(
 }
 
 /// Whether some channel of the validation or training rows has more than the first estimate of its noise.
-fn is_left<T: TermSpace>(
-    space: &T,
+fn is_left(
+    space: &dyn TermSpace,
     ground: &Ground<'_>,
     verdict: Verdict,
 ) -> Result<bool, DiagnoseError> {
@@ -125,8 +125,8 @@ struct About {
 }
 
 impl About {
-    fn of<T: TermSpace>(
-        space: &T,
+    fn of(
+        space: &dyn TermSpace,
         ground: &Ground<'_>,
         learned: &Learned,
     ) -> Result<Self, DiagnoseError> {
@@ -169,7 +169,7 @@ impl About {
 }
 
 /// The library as definitions, a few terms in each.
-fn blocks<T: TermSpace>(space: &T, terms: &[Term]) -> Vec<Definition> {
+fn blocks(space: &dyn TermSpace, terms: &[Term]) -> Vec<Definition> {
     let (variables, places) = (space.variables(), space.places());
     let of = |(k, block): (usize, &[Term])| {
         Definition::flexible(&format!("block{k}"), block, f64::INFINITY, variables, places)
@@ -178,8 +178,8 @@ fn blocks<T: TermSpace>(space: &T, terms: &[Term]) -> Vec<Definition> {
 }
 
 /// The best sums of terms of each length about a hypothesis, with coefficients.
-fn sums<T: TermSpace>(
-    space: &T,
+fn sums(
+    space: &dyn TermSpace,
     ground: &Ground<'_>,
     (problem, hypothesis): (&Problem<'_, Dyn<'_>>, &Hypothesis),
     design: &Design,
@@ -224,8 +224,8 @@ fn sums<T: TermSpace>(
 }
 
 /// Laws from the screening about the correction, and about the best law so far.
-fn search<T: TermSpace>(
-    space: &T,
+fn search(
+    space: &dyn TermSpace,
     ground: &Ground<'_>,
     about: &About,
     done: &(dyn Fn(f64) + Sync),
@@ -256,8 +256,8 @@ fn search<T: TermSpace>(
 }
 
 /// Sums of terms about a law, with products of its terms.
-fn again<T: TermSpace>(
-    space: &T,
+fn again(
+    space: &dyn TermSpace,
     ground: &Ground<'_>,
     law: &Tried,
     about: &About,
@@ -282,8 +282,8 @@ fn again<T: TermSpace>(
 }
 
 /// The fits of named causes, correction and law to all open rows, beside the test set.
-fn concluded<T: TermSpace>(
-    space: &T,
+fn concluded(
+    space: &dyn TermSpace,
     ground: &Ground<'_>,
     learned: &Learned,
     about: &About,
@@ -474,7 +474,7 @@ fn header(
     out
 }
 
-fn acts<T: TermSpace>(terms: &[Term], space: &T) -> Vec<String> {
+fn acts(terms: &[Term], space: &dyn TermSpace) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for t in terms {
         let name = &space.places()[t.place].name;
@@ -486,7 +486,7 @@ fn acts<T: TermSpace>(terms: &[Term], space: &T) -> Vec<String> {
 }
 
 /// The terms with the largest coefficients.
-fn largest<T: TermSpace>(terms: &[Term], space: &T) -> Vec<(String, f64)> {
+fn largest(terms: &[Term], space: &dyn TermSpace) -> Vec<(String, f64)> {
     let (variables, places) = (space.variables(), space.places());
     let mut all: Vec<(String, f64)> = terms
         .iter()
@@ -501,7 +501,7 @@ fn largest<T: TermSpace>(terms: &[Term], space: &T) -> Vec<(String, f64)> {
 }
 
 /// The factors of a term as an expression.
-fn product<T: TermSpace>(term: &Term, space: &T) -> String {
+fn product(term: &Term, space: &dyn TermSpace) -> String {
     let variables = space.variables();
     let of = |f: &Factor| {
         let text = &variables[f.variable].text;
@@ -518,7 +518,7 @@ fn product<T: TermSpace>(term: &Term, space: &T) -> String {
 }
 
 /// A law with its numbers.
-fn written<T: TermSpace>(terms: &[Term], space: &T) -> String {
+fn written(terms: &[Term], space: &dyn TermSpace) -> String {
     let one = |t: &Term| {
         let (c, product) = (significant(t.coefficient, 4), product(t, space));
         format!("{}: {c} * {product}", space.places()[t.place].id)
@@ -526,7 +526,7 @@ fn written<T: TermSpace>(terms: &[Term], space: &T) -> String {
     terms.iter().map(one).collect::<Vec<_>>().join("; ")
 }
 
-fn variable_names<T: TermSpace>(terms: &[Term], space: &T) -> Vec<String> {
+fn variable_names(terms: &[Term], space: &dyn TermSpace) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for k in terms.iter().flat_map(Term::variables) {
         for name in &space.variables()[k].names {
@@ -538,9 +538,9 @@ fn variable_names<T: TermSpace>(terms: &[Term], space: &T) -> Vec<String> {
     all
 }
 
-fn ranking<T: TermSpace>(
+fn ranking(
     tried: &[Tried],
-    space: &T,
+    space: &dyn TermSpace,
     ground: &Ground<'_>,
     system: &Dyn<'_>,
 ) -> Vec<RankedLaw> {

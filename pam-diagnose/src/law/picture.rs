@@ -76,8 +76,8 @@ pub(super) struct Along {
 
 impl Along {
     /// Correction and law along the experiments, at the place where the law acts, or the correction does without one.
-    pub(super) fn of<T: TermSpace>(
-        space: &T,
+    pub(super) fn of(
+        space: &dyn TermSpace,
         experiments: &[usize],
         correction: &[Term],
         law: Option<&[Term]>,

@@ -64,8 +64,8 @@ impl Proposal {
 
 /// Proposals from sets of terms: each without the named causes and with them, and with dry friction in place of its smooth
 /// picture. Those that are like known ones are left out.
-pub(crate) fn proposals<T: TermSpace>(
-    space: &T,
+pub(crate) fn proposals(
+    space: &dyn TermSpace,
     ground: &Ground<'_>,
     sets: &[Vec<Term>],
     known: &[Proposal],
@@ -90,7 +90,7 @@ pub(crate) fn proposals<T: TermSpace>(
 }
 
 /// The term as a level of dry friction, if it is the smooth picture of one.
-fn dry_variant<T: TermSpace>(space: &T, term: &Term) -> Term {
+fn dry_variant(space: &dyn TermSpace, term: &Term) -> Term {
     let Some((dry, velocity)) = space.places()[term.place].dry else { return term.clone() };
     let turned =
         |f: &Factor| f.function == Function::Saturated && f.variable == velocity && f.lag.is_none();
@@ -102,8 +102,8 @@ fn dry_variant<T: TermSpace>(space: &T, term: &Term) -> Term {
 
 /// Fits proposals to the training rows and scores them on training and validation rows, best first. After a few iterations
 /// only the most promising ones go on.
-pub(crate) fn refine<T: TermSpace>(
-    space: &T,
+pub(crate) fn refine(
+    space: &dyn TermSpace,
     ground: &Ground<'_>,
     proposals: &[Proposal],
     rows_per_observation: f64,

@@ -29,7 +29,7 @@ const WORTH: f64 = 10.0;
 
 impl Learned {
     /// What the system is asked to add.
-    pub(crate) fn definitions<T: TermSpace>(&self, space: &T) -> Vec<Definition> {
+    pub(crate) fn definitions(&self, space: &dyn TermSpace) -> Vec<Definition> {
         definitions(space, &self.terms, self.deviation)
     }
 
@@ -57,7 +57,7 @@ impl Learned {
     }
 }
 
-fn definitions<T: TermSpace>(space: &T, terms: &[Vec<Term>], deviation: f64) -> Vec<Definition> {
+fn definitions(space: &dyn TermSpace, terms: &[Vec<Term>], deviation: f64) -> Vec<Definition> {
     let of = |(k, terms): (usize, &Vec<Term>)| {
         let id = format!("learned_correction_{}", k + 1);
         Definition::flexible(&id, terms, deviation, space.variables(), space.places())
@@ -72,8 +72,8 @@ const BEAM: usize = 3;
 
 /// The correction without the terms that it does not need on the training rows, if the validation rows do not need them either:
 /// it is known better where there are no data, and takes less time.
-fn sparse<T: TermSpace>(
-    space: &T,
+fn sparse(
+    space: &dyn TermSpace,
     ground: &Ground<'_>,
     dense: Learned,
 ) -> Result<Learned, DiagnoseError> {
@@ -121,8 +121,8 @@ fn sparse<T: TermSpace>(
 
 /// Learns a correction: at the places where it removes most of the error of the validation rows, with the prior that does, and
 /// with memory or at further places where that is worth it. `None` if there is nothing to learn.
-pub(crate) fn learn<T: TermSpace>(
-    space: &T,
+pub(crate) fn learn(
+    space: &dyn TermSpace,
     ground: &Ground<'_>,
     done: &(dyn Fn(f64) + Sync),
 ) -> Result<Option<Learned>, DiagnoseError> {
@@ -172,13 +172,13 @@ pub(crate) fn learn<T: TermSpace>(
     Ok(best.drop.is_learned(ground).then_some(best))
 }
 
-fn smooth_of<T: TermSpace>(family: usize, space: &T) -> Vec<Vec<Term>> {
+fn smooth_of(family: usize, space: &dyn TermSpace) -> Vec<Vec<Term>> {
     vec![smooth(family, space.variables(), space.places())]
 }
 
 /// A correction at the same places beside fewer named causes, with what those were.
-pub(crate) fn learn_again<T: TermSpace>(
-    space: &T,
+pub(crate) fn learn_again(
+    space: &dyn TermSpace,
     ground: &Ground<'_>,
     known: &Learned,
 ) -> Result<Option<Learned>, DiagnoseError> {
@@ -198,8 +198,8 @@ pub(crate) fn learn_again<T: TermSpace>(
 
 /// Fits terms to the training rows beside the named causes, from another correction on if one is given; `None` if they cannot
 /// be simulated.
-fn fitted<T: TermSpace>(
-    space: &T,
+fn fitted(
+    space: &dyn TermSpace,
     ground: &Ground<'_>,
     terms: &[Vec<Term>],
     deviation: f64,

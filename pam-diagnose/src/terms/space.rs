@@ -82,15 +82,15 @@ pub trait TermSpace: Sync {
     /// Where terms may act.
     fn places(&self) -> &[Place];
 
-    /// Calls `then` with the system whose candidates are its own and, behind them, these definitions.
+    /// Calls `then` once with the system whose candidates are its own and, behind them, these definitions.
     ///
     /// # Errors
-    /// [`DiagnoseError`] if a definition cannot be understood.
-    fn with<R>(
+    /// [`DiagnoseError`] if a definition cannot be understood, and those of `then`.
+    fn call_with(
         &self,
         definitions: &[Definition],
-        then: impl FnOnce(&dyn Candidates) -> Result<R, DiagnoseError>,
-    ) -> Result<R, DiagnoseError>;
+        then: &mut dyn FnMut(&dyn Candidates) -> Result<(), DiagnoseError>,
+    ) -> Result<(), DiagnoseError>;
 
     /// The variables at the grid points of an experiment, as measured where they are measured.
     fn series(&self, experiment: usize) -> Vec<Vec<f64>>;
@@ -100,4 +100,25 @@ pub trait TermSpace: Sync {
 
     /// The file that holds definitions.
     fn file(&self, definitions: &[Definition]) -> String;
+}
+
+impl dyn TermSpace + '_ {
+    /// What `then` makes of the system with definitions behind its candidates.
+    ///
+    /// # Errors
+    /// As [`call_with`](TermSpace::call_with).
+    pub fn with<R>(
+        &self,
+        definitions: &[Definition],
+        then: impl FnOnce(&dyn Candidates) -> Result<R, DiagnoseError>,
+    ) -> Result<R, DiagnoseError> {
+        let (mut then, mut made) = (Some(then), None);
+        self.call_with(definitions, &mut |system| {
+            if let Some(then) = then.take() {
+                made = Some(then(system)?);
+            }
+            Ok(())
+        })?;
+        made.ok_or_else(|| DiagnoseError::TooLittle("the system was not made".into()))
+    }
 }
