@@ -9,6 +9,7 @@ use crate::fit::Member;
 use crate::law::rest;
 use crate::noise::Noise;
 use crate::remainder::Ground;
+use crate::verdict::Cause;
 use pam_core::ParametricField;
 use pam_solvers::Input;
 use pam_train::field::FieldProblem;
@@ -41,10 +42,11 @@ where
         let causes = || found.causes.iter().chain(&found.minor);
         let listed: Vec<Candidate> =
             causes().map(|c| candidates[c.member.candidate].clone()).collect();
-        let named: Vec<Member> = causes()
-            .enumerate()
-            .map(|(candidate, c)| Member { candidate, ..c.member.clone() })
-            .collect();
+        let member = |(candidate, c): (usize, &Cause)| Member { candidate, ..c.member.clone() };
+        let is_settled = |c: &Cause| c.member.schedule.is_none() && c.stability_test.holds();
+        let named: Vec<Member> = causes().enumerate().map(member).collect();
+        let settled: Vec<Member> =
+            causes().enumerate().filter(|(_, c)| is_settled(c)).map(member).collect();
         let plain = found.model.plain.clone();
         let space = FieldTerms::new(problem, experiments, listed, plain, options);
         let ground = Ground {
@@ -53,16 +55,14 @@ where
             prior,
             listed: named.len(),
             named,
+            settled,
+            rivals: Vec::new(),
             choices: candidates.len(),
             settings: &settings,
             seed: options.seed,
         };
         let rest = rest(&space, &ground, found.verdict, &|_| {})?;
-        if let Some((verdict, reason)) = rest.verdict(found.verdict) {
-            found.verdict = verdict;
-            found.reasons.push(reason);
-        }
-        found.remainder = Some(rest.remainder);
+        rest.put_into(&mut found);
         Ok(found)
     })
 }

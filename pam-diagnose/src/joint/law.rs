@@ -10,6 +10,7 @@ use crate::fit::{Hypothesis, Member};
 use crate::law::rest;
 use crate::noise::{Noise, NoisePrior, estimated_noise};
 use crate::remainder::Ground;
+use crate::verdict::Cause;
 use pam_effects::effects::AnyEffect;
 use pam_effects::expression;
 use pam_effects::model::{ActiveEffect, ExtendedModel};
@@ -44,10 +45,11 @@ pub fn learn_remainder(
     let causes = || found.causes.iter().chain(&found.minor);
     let listed: Vec<&'static dyn AnyEffect> =
         causes().map(|c| options.candidates[c.member.candidate]).collect();
-    let named: Vec<Member> = causes()
-        .enumerate()
-        .map(|(candidate, c)| Member { candidate, ..c.member.clone() })
-        .collect();
+    let member = |(candidate, c): (usize, &Cause)| Member { candidate, ..c.member.clone() };
+    let is_settled = |c: &Cause| c.member.schedule.is_none() && c.stability_test.holds();
+    let named: Vec<Member> = causes().enumerate().map(member).collect();
+    let settled: Vec<Member> =
+        causes().enumerate().filter(|(_, c)| is_settled(c)).map(member).collect();
     let learned = found
         .model
         .baseline
@@ -69,6 +71,8 @@ pub fn learn_remainder(
         noise: Noise::white(&noise),
         prior,
         named,
+        settled,
+        rivals: Vec::new(),
         listed: space.listed.len(),
         choices: options.candidates.len(),
         settings,
@@ -96,10 +100,6 @@ pub fn learn_remainder(
         let learned = space.learned_in_part(&shared);
         found.model.extended = model.with(learned.into_iter().chain(named).chain(added));
     }
-    if let Some((verdict, reason)) = rest.verdict(found.verdict) {
-        found.verdict = verdict;
-        found.reasons.push(reason);
-    }
-    found.remainder = Some(rest.remainder);
+    rest.put_into(&mut found);
     Ok(found)
 }

@@ -1,20 +1,20 @@
 //! The steps from what the named causes leave to a correction and a law.
 
+use super::conclude::concluded;
 use super::design::Design;
 use super::library::{extensions, library};
-use super::picture::Along;
 use super::refine::{Proposal, Tried, preferred, proposals, refine};
-use super::result::{Law, RankedLaw};
 use super::select::Scores;
+use crate::diagnosis::{Diagnosis, Explainable};
 use crate::error::DiagnoseError;
-use crate::fit::{Fit, Hypothesis, Member, Problem};
+use crate::fit::{Hypothesis, Member, Problem};
 use crate::noise::Noise;
 use crate::remainder::{
-    Correction, Dyn, Ground, Learned, Remainder, RemainderOutcome, dependence, learn, learn_again,
+    Dependence, Dyn, Ground, Learned, Remainder, RemainderOutcome, dependence, learn,
 };
-use crate::terms::{Definition, Factor, Term, TermSpace};
-use crate::verdict::Verdict;
-use pam_core::units::significant;
+use crate::terms::{Definition, Term, TermSpace};
+use crate::test_set::{ErrorReduction, Trace};
+use crate::verdict::{Anomaly, Cause, ChannelBand, Refused, Verdict};
 
 /// What is left, and what the system gets to explain it.
 pub(crate) struct Rest {
@@ -25,42 +25,100 @@ pub(crate) struct Rest {
     pub(crate) named: Vec<Member>,
     /// Nuisances that all experiments share.
     pub(crate) shared: Vec<f64>,
+    /// Errors of the extended system, if anything is added.
+    pub(crate) renewed: Option<Renewed>,
+}
+
+/// The parts of a diagnosis that the extended system changes.
+pub(crate) struct Renewed {
+    pub(crate) error_reduction: ErrorReduction,
+    pub(crate) bands: Vec<ChannelBand>,
+    pub(crate) anomalies: Vec<Anomaly>,
+    pub(crate) traces: Vec<Trace>,
+    pub(crate) explainable: Explainable,
 }
 
 impl Rest {
-    /// The verdict with what was learned, and the sentence for its reasons; `None` if nothing became part of the model.
-    pub(crate) fn verdict(&self, before: Verdict) -> Option<(Verdict, String)> {
-        let after = match before {
-            Verdict::Explained => Verdict::PartlyExplained,
-            Verdict::NothingFound => Verdict::Unexplained,
-            other => other,
-        };
-        (!self.added.is_empty()).then(|| (after, self.reason()))
+    /// Puts what was learned into a diagnosis. Causes in whose place a law stands are no longer named, and errors and bands are
+    /// those of the extended system.
+    pub(crate) fn put_into<M>(self, found: &mut Diagnosis<M>) {
+        if let Some(renewed) = self.renewed {
+            let stays = |place: usize| self.named.iter().any(|m| m.candidate == place);
+            let (causes, mut gone) = divided(std::mem::take(&mut found.causes), 0, &stays);
+            let first = causes.len() + gone.len();
+            let (minor, more) = divided(std::mem::take(&mut found.minor), first, &stays);
+            gone.extend(more);
+            (found.causes, found.minor) = (causes, minor);
+            let refused = gone.into_iter().map(|c| Refused {
+                effect: c.effect,
+                inclusion: c.inclusion,
+                reason: "a law that is in no list takes its place".to_owned(),
+            });
+            found.refused.splice(0..0, refused);
+            found.verdict = match found.verdict {
+                Verdict::ModelInadequate => Verdict::ModelInadequate,
+                _ if found.causes.is_empty() => Verdict::Unexplained,
+                Verdict::Explained => Verdict::PartlyExplained,
+                other => other,
+            };
+            let what = match self.remainder.outcome {
+                RemainderOutcome::Law => "a law",
+                _ => "a smooth correction",
+            };
+            let reason = format!(
+                "{what} that is in no list removes a further part of the error of the test set"
+            );
+            found.reasons.push(reason);
+            let Renewed { error_reduction, bands, anomalies, traces, explainable } = renewed;
+            found.error_reduction = error_reduction;
+            found.explainable = explainable;
+            (found.bands, found.anomalies, found.traces) = (bands, anomalies, traces);
+        }
+        found.remainder = Some(self.remainder);
     }
+}
 
-    /// The sentence for the reasons of a verdict.
-    fn reason(&self) -> String {
-        let what = match self.remainder.outcome {
-            RemainderOutcome::Law => "a law",
-            _ => "a smooth correction",
-        };
-        format!("{what} that is in no list removes a further part of the error of the test set")
-    }
+/// Causes that stay and those that go; the members of the search are numbered in the order of the causes.
+fn divided(
+    causes: Vec<Cause>,
+    first: usize,
+    stays: &dyn Fn(usize) -> bool,
+) -> (Vec<Cause>, Vec<Cause>) {
+    let (own, gone): (Vec<_>, Vec<_>) =
+        causes.into_iter().enumerate().partition(|(k, _)| stays(first + k));
+    let plain = |all: Vec<(usize, Cause)>| all.into_iter().map(|(_, c)| c).collect();
+    (plain(own), plain(gone))
 }
 
 /// Terms of one block of the library: as many as one simulation differentiates by.
 const BLOCK: usize = 8;
-/// Laws of the ranking that are reported.
-const RANKED: usize = 12;
 /// Drop of minus two times the logarithm of the posterior probability that makes another round worth it.
 const WORTH: f64 = 6.0;
 
-fn diverges() -> DiagnoseError {
+pub(super) fn diverges() -> DiagnoseError {
     DiagnoseError::TooLittle("the correction diverges on the recordings".into())
 }
 
-/// Learns what the named causes leave and looks for a law in it.
+/// Learns what the named causes leave and looks for a law in it. Where that is none, and some causes come and go or change
+/// their values, a law may stand for those: it takes their place if it is more probable on the open rows.
 pub(crate) fn rest(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    verdict: Verdict,
+    done: &(dyn Fn(f64) + Sync),
+) -> Result<Rest, DiagnoseError> {
+    let found = rest_beside(space, ground, verdict, done)?;
+    let is_law = found.remainder.outcome == RemainderOutcome::Law;
+    if is_law || verdict == Verdict::Explained || ground.settled.len() == ground.named.len() {
+        return Ok(found);
+    }
+    let settled =
+        Ground { named: ground.settled.clone(), rivals: ground.named.clone(), ..ground.clone() };
+    let other = rest_beside(space, &settled, verdict, done)?;
+    Ok(if other.remainder.outcome == RemainderOutcome::Law { other } else { found })
+}
+
+fn rest_beside(
     space: &dyn TermSpace,
     ground: &Ground<'_>,
     verdict: Verdict,
@@ -71,6 +129,7 @@ pub(crate) fn rest(
         added: Vec::new(),
         named: ground.named.clone(),
         shared: Vec::new(),
+        renewed: None,
     };
     if !is_left(space, ground, verdict)? {
         let sentence = "The training and validation data hold nothing beside the named causes that could be learned.";
@@ -110,18 +169,18 @@ fn is_left(
 }
 
 /// The correction on all open rows, and what the terms of the library do about it.
-struct About {
+pub(super) struct About {
     /// The noise beside the correction.
-    noise: Noise,
-    rows_per_observation: f64,
+    pub(super) noise: Noise,
+    pub(super) rows_per_observation: f64,
     /// Mean whitened squares of the open rows.
-    chi: Vec<f64>,
+    pub(super) chi: Vec<f64>,
     /// Named causes and coefficients.
-    fit: Hypothesis,
-    depends_on: Vec<crate::remainder::Dependence>,
-    library: Vec<Term>,
+    pub(super) fit: Hypothesis,
+    pub(super) depends_on: Vec<Dependence>,
+    pub(super) library: Vec<Term>,
     /// Sums of terms that do nearly what the correction does.
-    sums: Vec<Vec<Term>>,
+    pub(super) sums: Vec<Vec<Term>>,
 }
 
 impl About {
@@ -279,288 +338,4 @@ fn again(
         let (problem, rpo) = ((&rows.whole, h), about.rows_per_observation);
         Ok(sums(space, ground, problem, &design, &terms, ground.listed + 1, rpo))
     })
-}
-
-/// The fits of named causes, correction and law to all open rows, beside the test set.
-fn concluded(
-    space: &dyn TermSpace,
-    ground: &Ground<'_>,
-    learned: &Learned,
-    about: &About,
-    tried: &[Tried],
-    law: Option<Tried>,
-) -> Result<Rest, DiagnoseError> {
-    let (variables, places) = (space.variables(), space.places());
-    let settings = ground.settings;
-    // What a law stands for that replaces named causes: the correction with them.
-    let whole = match &law {
-        Some(l) if l.named.len() < ground.named.len() => {
-            let ground = Ground { named: l.named.clone(), ..ground.clone() };
-            learn_again(space, &ground, learned)?
-        }
-        _ => None,
-    };
-    let corrections = learned.definitions(space);
-    let mut definitions = corrections.clone();
-    let of_law =
-        law.as_ref().map(|l| Definition::law("found_law", "", &l.terms, variables, places));
-    definitions.extend(of_law.clone());
-    space.with(&definitions, |system| {
-        let mut rows = ground.rows(system, &about.fit).ok_or_else(diverges)?;
-        rows.set_rows_per_observation(about.rows_per_observation);
-        let open = &rows.whole;
-        let iterations = settings.search.iterations;
-        let named = Hypothesis { members: ground.named.clone(), ..open.base() };
-        let base = open.fit(named, iterations)?;
-        let locals = open.base().locals;
-        let start = Hypothesis { locals: locals.clone(), ..about.fit.clone() };
-        let corrected = open.fit(start, settings.remainder.iterations)?;
-        let test = ground.roles.test(system, &ground.noise, settings).opened(&base.hypothesis)?;
-        let has_test = !test.problem().is_empty();
-        let share = |of: &Fit| {
-            let (from, to, best) = if has_test {
-                let chi = |f: &Fit| test.chi_square(&f.hypothesis);
-                (chi(&base), chi(of), chi(&corrected))
-            } else {
-                let chi = |f: &Fit| f.errors.chi_square();
-                (chi(&base), chi(of), chi(&corrected))
-            };
-            (from - to) / (from - best).max(f64::MIN_POSITIVE)
-        };
-        let gain = |to: &Fit| test.error_reduction(&base.hypothesis, &to.hypothesis, ground.seed);
-        let is_confirmed = |to: &Fit| {
-            !has_test
-                || (test.is_reduced(&base.hypothesis, &to.hypothesis)
-                    && gain(to).overall.ci95[0] > 0.0)
-        };
-        let fitted = match &law {
-            Some(l) => {
-                let members = Hypothesis { members: l.named.clone(), ..open.base() };
-                let start = members.with(ground.listed + corrections.len(), &l.values);
-                Some((l, open.fit(start, iterations)?))
-            }
-            None => None,
-        };
-        // Of what the correction removes from the open rows; the test set decides nothing but whether it is confirmed.
-        let of_open = |to: &Fit| {
-            let (from, best) = (base.errors.chi_square(), corrected.errors.chi_square());
-            (from - to.errors.chi_square()) / (from - best).max(f64::MIN_POSITIVE)
-        };
-        let stands = |(_, fit): &(&Tried, Fit)| {
-            of_open(fit) > settings.remainder.law_share && is_confirmed(fit)
-        };
-        let fitted = fitted.filter(stands);
-        let confirmed = is_confirmed(&corrected);
-        let terms = learned.fitted(&corrected.hypothesis);
-        let law_terms = fitted.as_ref().zip(of_law.as_ref()).map(|((l, fit), definition)| {
-            let values = fit.hypothesis.members.last().map_or(&[][..], |m| &m.values);
-            definition.with_values(&l.terms, values)
-        });
-        // With the law, what it stands for.
-        let stood_for = whole.as_ref().filter(|_| law_terms.is_some());
-        let shown = stood_for.map_or_else(|| terms.clone(), |w| w.fitted(&w.hypothesis));
-        let along = Along::of(space, &open.experiments, &shown, law_terms.as_deref());
-        let pictures = along.as_ref().map_or_else(Vec::new, |a| {
-            a.pictures(variables, &places[a.place], &about.depends_on, law_terms.as_deref())
-        });
-        let values_of = |h: &Hypothesis, count: usize| -> Vec<Vec<f64>> {
-            h.members[h.members.len() - count..].iter().map(|m| m.values.clone()).collect()
-        };
-        let coefficients = values_of(&corrected.hypothesis, corrections.len());
-        let held: Vec<Definition> =
-            corrections.iter().zip(&coefficients).map(|(d, v)| d.starting_at(v)).collect();
-        let correction = Correction {
-            acts: acts(&terms, space),
-            terms: largest(&terms, space),
-            prior_deviation: learned.deviation,
-            depends_on: about.depends_on.clone(),
-            validation_share: learned.drop.share,
-            p_value: learned.drop.p_value,
-            error_reduction: gain(&corrected),
-            confirmed,
-            pictures,
-            file: space.file(&held),
-        };
-        let mut found = Rest {
-            remainder: Remainder {
-                outcome: RemainderOutcome::NotLearned,
-                sentence: String::new(),
-                correction: None,
-                law: None,
-                ranking: ranking(tried, space, ground, system),
-            },
-            added: Vec::new(),
-            named: ground.named.clone(),
-            shared: base.hypothesis.shared.clone(),
-        };
-        let similarity = along.as_ref().and_then(Along::similarity).unwrap_or(0.0);
-        if let (Some((l, fit)), Some(definition), Some(terms)) = (fitted, of_law, law_terms) {
-            let h = &fit.hypothesis;
-            let values = h.members.last().map(|m| m.values.clone()).unwrap_or_default();
-            let own = open.intervals(&fit)?;
-            let first = own.len() - values.len();
-            let names = definition.parameters.iter().map(|p| p.name.clone());
-            let parameters: Vec<_> = names.zip(own[first..].iter().copied()).collect();
-            let beside: Vec<String> =
-                l.named.iter().map(|m| system.candidate(m.candidate).id.to_owned()).collect();
-            let error_reduction = gain(&fit);
-            let share_of_correction = share(&fit);
-            let expression = definition.expression();
-            let described = definition
-                .describe(&format!("law found in recordings: {expression}"))
-                .starting_at(&values);
-            let header = header(&parameters, share_of_correction, &error_reduction);
-            found.remainder.sentence = format!(
-                "A law stands for it: {expression}, which carries {:.0} % of what a smooth correction removes.",
-                100.0 * share_of_correction
-            );
-            found.remainder.outcome = RemainderOutcome::Law;
-            found.remainder.law = Some(Law {
-                expression,
-                variables: variable_names(&terms, space),
-                remembers: terms.iter().any(Term::remembers),
-                parameters,
-                beside,
-                share_of_correction,
-                similarity,
-                bands: test.bands(open, h),
-                error_reduction,
-                file: header + &space.file(std::slice::from_ref(&described)),
-            });
-            found.named = h.members[..h.members.len() - 1].to_vec();
-            found.shared = h.shared.clone();
-            found.added = vec![(described, values)];
-        } else if confirmed {
-            found.remainder.outcome = RemainderOutcome::Correction;
-            found.remainder.sentence = format!(
-                "A smooth correction removes {:.0} % of the error of the test set, and no short law does: there is none of up to \
-                 {} terms of the library that carries {:.0} % of it.",
-                100.0 * correction.error_reduction.overall.error_reduction,
-                settings.remainder.terms,
-                100.0 * settings.remainder.law_share
-            );
-            let members = &corrected.hypothesis.members;
-            found.named = members[..members.len() - corrections.len()].to_vec();
-            found.shared = corrected.hypothesis.shared.clone();
-            found.added = held.into_iter().zip(coefficients).collect();
-        } else {
-            found.remainder.sentence =
-                "The test set does not confirm the smooth correction that the validation data allow."
-                    .to_owned();
-        }
-        found.remainder.correction = Some(correction);
-        Ok(found)
-    })
-}
-
-/// Comments of a law's file: intervals and what it gains.
-fn header(
-    parameters: &[(String, crate::fit::Interval)],
-    share: f64,
-    gain: &crate::test_set::ErrorReduction,
-) -> String {
-    let n = |v: f64| significant(v, 4);
-    let mut out = format!(
-        "# It removes {:.0} % of the error of the test set [{:.0}, {:.0}], {:.0} % of what a smooth correction removes.\n",
-        100.0 * gain.overall.error_reduction,
-        100.0 * gain.overall.ci95[0],
-        100.0 * gain.overall.ci95[1],
-        100.0 * share
-    );
-    for (name, i) in parameters {
-        let [low, high] = i.ci95;
-        out += &format!("# {name} = {} [{}, {}]\n", n(i.value), n(low), n(high));
-    }
-    out
-}
-
-fn acts(terms: &[Term], space: &dyn TermSpace) -> Vec<String> {
-    let mut all: Vec<String> = Vec::new();
-    for t in terms {
-        let name = &space.places()[t.place].name;
-        if !all.contains(name) {
-            all.push(name.clone());
-        }
-    }
-    all
-}
-
-/// The terms with the largest coefficients.
-fn largest(terms: &[Term], space: &dyn TermSpace) -> Vec<(String, f64)> {
-    let (variables, places) = (space.variables(), space.places());
-    let mut all: Vec<(String, f64)> = terms
-        .iter()
-        .map(|t| {
-            let place = &places[t.place];
-            let size = t.coefficient * t.size(variables) / place.size;
-            (format!("{}: {}", place.id, product(t, space)), size)
-        })
-        .collect();
-    all.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
-    all
-}
-
-/// The factors of a term as an expression.
-fn product(term: &Term, space: &dyn TermSpace) -> String {
-    let variables = space.variables();
-    let of = |f: &Factor| {
-        let text = &variables[f.variable].text;
-        let argument = match f.lag {
-            None => text.clone(),
-            Some(lag) => {
-                format!("low_pass({}, {} s)", lag.of.text(text, ""), significant(lag.time_s, 3))
-            }
-        };
-        f.function.text(&argument, &significant(f.scale, 3))
-    };
-    let parts: Vec<String> = term.factors.iter().map(of).collect();
-    if parts.is_empty() { "1".to_owned() } else { parts.join(" * ") }
-}
-
-/// A law with its numbers.
-fn written(terms: &[Term], space: &dyn TermSpace) -> String {
-    let one = |t: &Term| {
-        let (c, product) = (significant(t.coefficient, 4), product(t, space));
-        format!("{}: {c} * {product}", space.places()[t.place].id)
-    };
-    terms.iter().map(one).collect::<Vec<_>>().join("; ")
-}
-
-fn variable_names(terms: &[Term], space: &dyn TermSpace) -> Vec<String> {
-    let mut all: Vec<String> = Vec::new();
-    for k in terms.iter().flat_map(Term::variables) {
-        for name in &space.variables()[k].names {
-            if !all.contains(name) {
-                all.push(name.clone());
-            }
-        }
-    }
-    all
-}
-
-fn ranking(
-    tried: &[Tried],
-    space: &dyn TermSpace,
-    ground: &Ground<'_>,
-    system: &Dyn<'_>,
-) -> Vec<RankedLaw> {
-    let best = tried.first().map_or(0.0, |t| t.total);
-    let mut all: Vec<&Tried> = tried.iter().take(RANKED).collect();
-    // The one that is preferred stands among them.
-    if let Some(p) = preferred(tried, ground)
-        && let Some(own) = tried.iter().find(|t| t.total == p.total)
-        && !all.iter().any(|t| t.total == own.total)
-    {
-        all.push(own);
-    }
-    all.into_iter()
-        .map(|t| RankedLaw {
-            expression: written(&t.terms, space),
-            beside: t.named.iter().map(|m| system.candidate(m.candidate).id.to_owned()).collect(),
-            description_length: t.length,
-            parameters: t.values.len(),
-            validation: t.validation,
-            log_odds: 0.5 * (best - t.total),
-        })
-        .collect()
 }

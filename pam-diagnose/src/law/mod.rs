@@ -13,6 +13,7 @@
 //! 4. **The shortest law** that leaves nearly as little in every channel is refitted to training and validation data. It takes
 //!    the place of the correction if it removes most of what the correction removes, and the test set confirms it.
 
+mod conclude;
 mod design;
 mod find;
 mod library;
@@ -20,6 +21,7 @@ mod picture;
 mod refine;
 mod result;
 mod select;
+mod written;
 
 pub(crate) use design::Design;
 pub(crate) use find::rest;

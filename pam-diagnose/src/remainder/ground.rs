@@ -16,6 +16,10 @@ pub(crate) struct Ground<'a> {
     pub(crate) prior: NoisePrior,
     /// Named causes with their values.
     pub(crate) named: Vec<Member>,
+    /// Those of them that are always there with the same value.
+    pub(crate) settled: Vec<Member>,
+    /// Causes that a law has to surpass.
+    pub(crate) rivals: Vec<Member>,
     /// Number of candidates of the system without any terms.
     pub(crate) listed: usize,
     /// Number of candidates from which the named causes were chosen.
