@@ -272,7 +272,7 @@ pub fn diagnose_into(
     }
     let mut extended = diagnosis.model.extended.to_saved();
     let remainder = diagnosis.remainder.as_ref();
-    if !diagnosis.causes.is_empty() || remainder.is_some_and(Remainder::is_part_of_model) {
+    if diagnosis.is_extended() {
         extended.info.provenance = format!("{}; extended by a diagnosis", saved.info.provenance);
     }
     let path = folder.join("model.safetensors");

@@ -160,6 +160,12 @@ impl Diagnosis<()> {
 }
 
 impl<M> Diagnosis<M> {
+    /// Whether the system is extended, by named causes or by what was learned beside them.
+    #[must_use]
+    pub fn is_extended(&self) -> bool {
+        !self.causes.is_empty() || self.remainder.as_ref().is_some_and(Remainder::is_part_of_model)
+    }
+
     /// Ids of the named causes.
     #[must_use]
     pub fn named(&self) -> Vec<&str> {

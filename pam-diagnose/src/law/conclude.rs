@@ -3,11 +3,12 @@
 use super::find::{About, Renewed, Rest, diverges};
 use super::picture::Along;
 use super::refine::{Tried, preferred};
-use super::result::{Law, RankedLaw};
+use super::result::{Law, RankedLaw, Replaced};
 use super::written::{acts, header, largest, variable_names, written};
 use crate::diagnosis::{Explainable, total};
 use crate::error::DiagnoseError;
-use crate::fit::{Fit, Hypothesis, Problem};
+use crate::fit::{Fit, Hypothesis, Member, Problem};
+use crate::rejection::{ParameterStability, StabilityTest};
 use crate::remainder::{
     Correction, Dyn, Ground, Learned, Remainder, RemainderOutcome, learn_again,
 };
@@ -178,7 +179,7 @@ pub(super) fn concluded(
         };
         if let Some(law) = fitted {
             let similarity = along.as_ref().and_then(Along::similarity).unwrap_or(0.0);
-            let (result, definition) = law.result(space, open, &last, similarity)?;
+            let (result, definition) = law.result(space, ground, open, &last, similarity)?;
             let h = &law.fit.hypothesis;
             found.remainder.sentence = format!(
                 "A law stands for it: {}, which carries {:.0} % of what a smooth correction removes.",
@@ -211,6 +212,27 @@ pub(super) fn concluded(
         }
         found.remainder.correction = Some(correction);
         Ok(found)
+    })
+}
+
+/// A candidate that is always there with one value, beside the causes that stay.
+fn replaced(
+    ground: &Ground<'_>,
+    open: &Problem<'_, Dyn<'_>>,
+    kept: &[Member],
+    member: &Member,
+) -> Result<Replaced, DiagnoseError> {
+    let info = open.system.candidate(member.candidate);
+    let start = Hypothesis { members: kept.to_vec(), ..open.base() };
+    let fit = open
+        .fit(start.with(member.candidate, member.own()), ground.settings.search.tried_iterations)?;
+    let intervals = open.intervals(&fit)?;
+    let first = intervals.len() - info.parameters.len();
+    let influences = open.influences(&fit)?;
+    Ok(Replaced {
+        effect: info.id.to_owned(),
+        stability: ParameterStability::of(open, &fit.hypothesis, kept.len(), &intervals[first..]),
+        stability_test: StabilityTest::of(open, &fit, &influences, first..intervals.len()),
     })
 }
 
@@ -247,10 +269,25 @@ impl<'l> FittedLaw<'l> {
         Self { law, definition, fit, values, terms }
     }
 
+    /// The causes that were named and do not stand beside it.
+    fn replaces(&self, ground: &Ground<'_>, open: &Problem<'_, Dyn<'_>>) -> Vec<Replaced> {
+        let kept = &self.fit.hypothesis.members[..self.law.named.len()];
+        let mut gone: Vec<&Member> = Vec::new();
+        for m in ground.named.iter().chain(&ground.rivals) {
+            let id = |m: &Member| open.system.candidate(m.candidate).id.to_owned();
+            let known = kept.iter().chain(gone.iter().copied()).any(|other| id(other) == id(m));
+            if !known {
+                gone.push(m);
+            }
+        }
+        gone.into_iter().filter_map(|m| replaced(ground, open, kept, m).ok()).collect()
+    }
+
     /// The law as it is reported, and its definition.
     fn result(
         &self,
         space: &dyn TermSpace,
+        ground: &Ground<'_>,
         open: &Problem<'_, Dyn<'_>>,
         last: &Final<'_>,
         similarity: f64,
@@ -274,6 +311,7 @@ impl<'l> FittedLaw<'l> {
             variables: variable_names(&self.terms, space),
             remembers: self.terms.iter().any(Term::remembers),
             beside: beside.collect(),
+            replaces: self.replaces(ground, open),
             bands: last.test.bands(open, &self.fit.hypothesis),
             file: header + &space.file(std::slice::from_ref(&definition)),
             expression,

@@ -4,6 +4,7 @@ use super::conclude::concluded;
 use super::design::Design;
 use super::library::{extensions, library};
 use super::refine::{Proposal, Tried, preferred, proposals, refine};
+use super::result::Replaced;
 use super::select::Scores;
 use crate::diagnosis::{Diagnosis, Explainable};
 use crate::error::DiagnoseError;
@@ -49,12 +50,15 @@ impl Rest {
             let (minor, more) = divided(std::mem::take(&mut found.minor), first, &stays);
             gone.extend(more);
             (found.causes, found.minor) = (causes, minor);
-            let refused = gone.into_iter().map(|c| Refused {
-                effect: c.effect,
-                inclusion: c.inclusion,
-                reason: "a law that is in no list takes its place".to_owned(),
-            });
-            found.refused.splice(0..0, refused);
+            for c in gone.into_iter().rev() {
+                let replaced = self.remainder.law.iter().flat_map(|l| &l.replaces);
+                let reason = replaced.into_iter().find(|r| r.effect == c.effect);
+                let reason = reason.map_or_else(|| TAKEN.to_owned(), Replaced::reason);
+                if found.refused.first().is_none_or(|r| r.effect != c.effect) {
+                    let (effect, inclusion) = (c.effect, c.inclusion);
+                    found.refused.insert(0, Refused { effect, inclusion, reason });
+                }
+            }
             found.verdict = match found.verdict {
                 Verdict::ModelInadequate => Verdict::ModelInadequate,
                 _ if found.causes.is_empty() => Verdict::Unexplained,
@@ -77,6 +81,9 @@ impl Rest {
         found.remainder = Some(self.remainder);
     }
 }
+
+/// Why a cause is not named in whose place a law stands.
+const TAKEN: &str = "a law that is in no list takes its place";
 
 /// Causes that stay and those that go; the members of the search are numbered in the order of the causes.
 fn divided(

@@ -26,5 +26,5 @@ mod written;
 pub(crate) use design::Design;
 pub(crate) use find::rest;
 pub use picture::{Picture, PicturePoint, Plane, PlaneCell};
-pub use result::{Law, RankedLaw};
+pub use result::{Law, RankedLaw, Replaced};
 pub(crate) use select::Scores;

@@ -1,6 +1,7 @@
 //! A law as it is written.
 
 use crate::fit::Interval;
+use crate::rejection::{ParameterStability, StabilityTest};
 use crate::test_set::ErrorReduction;
 use crate::verdict::ChannelBand;
 use serde::Serialize;
@@ -20,6 +21,8 @@ pub struct Law {
     pub parameters: Vec<(String, Interval)>,
     /// Named causes that stay beside it.
     pub beside: Vec<String>,
+    /// Causes that were named before and in whose place it stands.
+    pub replaces: Vec<Replaced>,
     /// Share of the squared error that the correction removes from the test set, which the law removes; of training and
     /// validation data without a test set.
     pub share_of_correction: f64,
@@ -49,6 +52,27 @@ fn by_name<S: Serializer>(parameters: &[(String, Interval)], to: S) -> Result<S:
         map.serialize_entry(name, interval)?;
     }
     map.end()
+}
+
+/// A cause in whose place a law stands, fitted with one value that is there at all times.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Replaced {
+    /// Id of the candidate.
+    pub effect: String,
+    /// Its value in parts of the recordings.
+    pub stability: Option<ParameterStability>,
+    /// Whether its value is the same at all times and in all recordings.
+    pub stability_test: StabilityTest,
+}
+
+impl Replaced {
+    /// Why it is not named.
+    #[must_use]
+    pub fn reason(&self) -> String {
+        let changes = self.stability_test.sentence(&self.effect);
+        let law = "a law that is in no list takes its place";
+        if changes.is_empty() { law.to_owned() } else { format!("{changes}; {law}") }
+    }
 }
 
 /// A law that was fitted to the training data.

@@ -1,5 +1,6 @@
 //! What was learned of the error that no listed cause explains.
 
+use super::causes::parts;
 use crate::law::{Law, Picture, Plane, PlaneCell};
 use crate::remainder::{Correction, Remainder};
 use maud::{Markup, html};
@@ -7,6 +8,7 @@ use pam_core::units::significant;
 use pam_report::figure::{PolygonMap, ValuedPolygon};
 use pam_report::page::{figure, number};
 use pam_report::{LineFigure, Role, ValuePlane};
+use pam_vocabulary::plain_name;
 
 /// Laws of the ranking that are shown.
 const SHOWN: usize = 8;
@@ -58,6 +60,15 @@ fn of_law(law: &Law) -> Markup {
                 (law.bands.iter().filter(|b| b.outside).map(|b| b.channel.as_str()).collect::<Vec<_>>().join(", ")) "."
             }
             " " code { "law.toml" } " defines it as an effect."
+        }
+        @for r in &law.replaces {
+            p { "Not " (plain_name(&r.effect)) " (id " code { (r.effect) } "): " (r.reason()) "." }
+            @if let Some(k) = r.stability.as_ref().filter(|k| k.parts.len() > 2) {
+                (figure(parts(k), &format!(
+                    "Fitted alone with one value at all times, {} has this value in each part of each recording.",
+                    plain_name(&r.effect)
+                )))
+            }
         }
     }
 }
