@@ -9,11 +9,14 @@
 
 use clap::{Parser, Subcommand};
 use pam_data::atomic::write_atomic;
+use serde_json::json;
 use pam_tests::laws::{LawOutcome, laws, nulls, run_law, run_null};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+/// File with the counts.
+const SUMMARY: &str = "summary.json";
 /// Number of null sets.
 const NULLS: usize = 40;
 
@@ -96,7 +99,9 @@ fn tables(folder: &Path) -> Result<(), String> {
     let told = |e: std::io::Error| format!("{}: {e}", folder.display());
     let mut paths: Vec<PathBuf> =
         std::fs::read_dir(folder).map_err(told)?.flatten().map(|e| e.path()).collect();
-    paths.retain(|p| p.extension().is_some_and(|e| e == "json"));
+    paths.retain(|p| {
+        p.extension().is_some_and(|e| e == "json") && p.file_name().is_some_and(|n| n != SUMMARY)
+    });
     paths.sort();
     let read = |p: &PathBuf| -> Result<LawOutcome, String> {
         let text = std::fs::read_to_string(p).map_err(told)?;
@@ -109,57 +114,46 @@ fn tables(folder: &Path) -> Result<(), String> {
     let laws = nulls.iter().filter(|o| o.law.is_some() || o.outcome == "correction").count();
     let slowest =
         |of: &dyn Fn(&LawOutcome) -> f64| hidden.iter().map(|o| of(o)).fold(0.0, f64::max);
-    let mut csv = String::from("criterion,k,n,required\n");
-    let mut row = |criterion: &str, k: usize, n: usize, required: &str| {
-        let _ = writeln!(csv, "{criterion},{k},{n},{required}");
-    };
-    let eight = format!("at least {:.0}", 0.8 * hidden.len() as f64);
-    row(
-        "laws found with the right variables and 80 % of their own error reduction",
-        found,
-        hidden.len(),
-        &eight,
-    );
-    row("laws called explained by listed causes", wrongly, hidden.len(), "0");
-    row("null sets with a law or a correction", laws, nulls.len(), "0");
     let mut cases = String::from(
-        "case,diagnosis,verdict,law,numbers,depends on,found,share of the law's own error reduction,CPU of the remainder (s)\n",
+        "hidden law,named without --law,verdict with it,law that is found,its numbers,found,own error reduction (%),CPU of the diagnosis (s),CPU of correction and law (s)\n",
     );
     for o in &hidden {
         let numbers: Vec<String> = o
             .parameters
             .iter()
-            .map(|(n, [v, low, high])| format!("{n} = {v:.5} [{low:.5} {high:.5}]"))
-            .collect();
-        let depends: Vec<String> = o
-            .depends_on
-            .iter()
-            .filter(|d| d.1 > 1.05)
-            .map(|(n, r)| format!("{n} {r:.1}"))
+            .map(|(n, [v, low, high])| format!("{n} {v:.4} [{low:.4}; {high:.4}]"))
             .collect();
         let _ = writeln!(
             cases,
-            "{},{},{},\"{}\",\"{}\",\"{}\",{},{:.3},{:.0}",
+            "{},{},{},{},{},{},{:.1},{:.1},{:.1}",
             o.id,
-            o.diagnosis,
+            o.named_before.join(" + "),
             o.verdict,
-            o.law.as_deref().unwrap_or(""),
+            o.law.as_deref().unwrap_or("–").replace(", ", "; "),
             numbers.join("; "),
-            depends.join("; "),
             if o.is_found() { "yes" } else { "no" },
-            o.reached().unwrap_or(0.0),
+            100.0 * o.reached().unwrap_or(0.0),
+            o.cpu_s[0],
             o.cpu_s[1]
         );
     }
-    print!("{csv}\n{cases}");
-    println!(
-        "slowest remainder: {:.0} s of CPU, {:.0} s",
-        slowest(&|o| o.cpu_s[1]),
-        slowest(&|o| o.wall_s)
-    );
+    let summary = json!({
+        "hidden": hidden.len(),
+        "found": found,
+        "with_memory": hidden.iter().filter(|o| o.is_found() && o.remembers).count(),
+        "called_explained": wrongly,
+        "nulls": nulls.len(),
+        "nulls_with_law": laws,
+        "slowest_s": slowest(&|o| o.cpu_s[1]),
+        "slowest_wall_s": slowest(&|o| o.wall_s),
+        "slowest_diagnosis_s": slowest(&|o| o.cpu_s[0]),
+        "least_share": hidden.iter().filter_map(|o| o.reached()).fold(f64::INFINITY, f64::min),
+    });
+    let summary = serde_json::to_string_pretty(&summary).map_err(|e| e.to_string())?;
+    println!("{cases}\n{summary}");
     let write = |name: &str, text: &str| {
         write_atomic(folder.join(name), text.as_bytes()).map_err(|e| e.to_string())
     };
-    write("criteria.csv", &csv)?;
-    write("cases.csv", &cases)
+    write("cases.csv", &cases)?;
+    write(SUMMARY, &format!("{summary}\n"))
 }

@@ -177,18 +177,26 @@ pub struct LawOutcome {
     pub hidden: bool,
     /// Verdict of the diagnosis alone.
     pub diagnosis: String,
+    /// Causes that the diagnosis alone names.
+    pub named_before: Vec<String>,
     /// Verdict with the remainder.
     pub verdict: String,
     /// Causes that are named in the end, beside a law.
     pub named: Vec<String>,
     /// What became of the remainder.
     pub outcome: String,
+    /// Causes that the diagnosis alone named and a law replaces, with the reasons.
+    pub replaced: Vec<(String, String)>,
+    /// Reasons of the verdict.
+    pub reasons: Vec<String>,
     /// The law.
     pub law: Option<String>,
     /// Its numbers: value and 95 % interval.
     pub parameters: Vec<(String, [f64; 3])>,
     /// Its variables.
     pub variables: Vec<String>,
+    /// Whether it remembers.
+    pub remembers: bool,
     /// Whether the variables are those of the hidden law.
     pub right: bool,
     /// Groups of variables on which the correction depends, with the ratio of the errors without them and with them.
@@ -242,12 +250,16 @@ fn run(
         id: id.to_owned(),
         hidden: false,
         diagnosis: "refused".into(),
+        named_before: Vec::new(),
         verdict: "refused".into(),
         named: Vec::new(),
         outcome: String::new(),
+        replaced: Vec::new(),
+        reasons: Vec::new(),
         law: None,
         parameters: Vec::new(),
         variables: Vec::new(),
+        remembers: false,
         right: false,
         depends_on: Vec::new(),
         reduction: None,
@@ -259,6 +271,7 @@ fn run(
         Err(e) => return (LawOutcome { outcome: e.to_string(), ..none }, None),
     };
     let between = cpu();
+    let named_before = found.named().into_iter().map(str::to_owned).collect();
     let (diagnosis, before) = (found.verdict.to_string(), found.error_reduction.channels.clone());
     let clock = Instant::now();
     let found = match learn_remainder(model, sets, options, found, &|_| {}) {
@@ -273,12 +286,17 @@ fn run(
     variables.sort();
     let outcome = LawOutcome {
         diagnosis,
+        named_before,
         verdict: found.verdict.to_string(),
         named: match law {
             Some(l) => l.beside.clone(),
             None => found.named().into_iter().map(str::to_owned).collect(),
         },
         outcome: remainder.outcome.to_string(),
+        replaced: law.map_or_else(Vec::new, |l| {
+            l.replaces.iter().map(|r| (r.effect.clone(), r.reason())).collect()
+        }),
+        reasons: found.reasons.clone(),
         law: law.map(|l| l.expression.clone()),
         parameters: law.map_or_else(Vec::new, |l| {
             let of = |(n, i): &(String, pam_diagnose::fit::Interval)| {
@@ -290,6 +308,7 @@ fn run(
             c.depends_on.iter().map(|d| (d.on.clone(), d.error_ratio)).collect()
         }),
         variables,
+        remembers: law.is_some_and(|l| l.remembers),
         cpu_s,
         wall_s,
         ..none

@@ -81,28 +81,43 @@ impl Final<'_> {
     }
 }
 
-/// The fits of named causes, correction and law to all open rows, beside the test set.
+/// The fits of named causes, correction and law to all open rows, beside the test set. A law without some of the named causes
+/// is compared with a correction that stands without them as well.
 pub(super) fn concluded(
     space: &dyn TermSpace,
     ground: &Ground<'_>,
     learned: &Learned,
     about: &About,
     tried: &[Tried],
-    law: Option<Tried>,
+) -> Result<Rest, DiagnoseError> {
+    let law = preferred(tried, ground);
+    let Some(l) = law.as_ref().filter(|l| l.named.len() < ground.named.len()) else {
+        return ended(space, ground, learned, about, tried, law.as_ref());
+    };
+    let rivals = if ground.rivals.is_empty() { &ground.named } else { &ground.rivals };
+    let less = Ground { named: l.named.clone(), rivals: rivals.clone(), ..ground.clone() };
+    if let Some(whole) = learn_again(space, &less, learned)? {
+        let about = About::of_correction(space, &less, &whole)?;
+        let found = ended(space, &less, &whole, &about, tried, Some(l))?;
+        if found.remainder.outcome == RemainderOutcome::Law {
+            return Ok(found);
+        }
+    }
+    ended(space, ground, learned, about, tried, None)
+}
+
+fn ended(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    learned: &Learned,
+    about: &About,
+    tried: &[Tried],
+    law: Option<&Tried>,
 ) -> Result<Rest, DiagnoseError> {
     let (variables, places) = (space.variables(), space.places());
     let settings = ground.settings;
-    // What a law stands for that replaces named causes: the correction with them.
-    let whole = match &law {
-        Some(l) if l.named.len() < ground.named.len() => {
-            let ground = Ground { named: l.named.clone(), ..ground.clone() };
-            learn_again(space, &ground, learned)?
-        }
-        _ => None,
-    };
     let corrections = learned.definitions(space);
-    let of_law =
-        law.as_ref().map(|l| Definition::law("found_law", "", &l.terms, variables, places));
+    let of_law = law.map(|l| Definition::law("found_law", "", &l.terms, variables, places));
     let definitions: Vec<Definition> = corrections.iter().chain(&of_law).cloned().collect();
     space.with(&definitions, |system| {
         let mut rows = ground.rows(system, &about.fit).ok_or_else(diverges)?;
@@ -120,7 +135,7 @@ pub(super) fn concluded(
         let corrected = open.fit(start, settings.remainder.iterations)?;
         let test = ground.roles.test(system, &ground.noise, settings).opened(&base.hypothesis)?;
         let last = Final { test, plain, base, corrected, seed: ground.seed };
-        let fitted = match law.as_ref().zip(of_law.as_ref()) {
+        let fitted = match law.zip(of_law.as_ref()) {
             Some((l, definition)) => {
                 let members = Hypothesis { members: l.named.clone(), ..open.base() };
                 let start = members.with(ground.listed + corrections.len(), &l.values);
@@ -136,11 +151,8 @@ pub(super) fn concluded(
             None => None,
         };
         let terms = learned.fitted(&last.corrected.hypothesis);
-        // With the law, what it stands for.
-        let stood_for = whole.as_ref().filter(|_| fitted.is_some());
-        let shown = stood_for.map_or_else(|| terms.clone(), |w| w.fitted(&w.hypothesis));
         let law_terms = fitted.as_ref().map(|l| l.terms.as_slice());
-        let along = Along::of(space, &open.experiments, &shown, law_terms);
+        let along = Along::of(space, &open.experiments, &terms, law_terms);
         let pictures = along.as_ref().map_or_else(Vec::new, |a| {
             a.pictures(variables, &places[a.place], &about.depends_on, law_terms)
         });
@@ -248,7 +260,13 @@ fn is_more_probable(
     }
     let rivals = Hypothesis { members: ground.rivals.clone(), ..open.base() };
     let rivals = open.fit(rivals, ground.settings.search.iterations)?;
-    Ok(total(open, fit) + 2.0 * law.length < total(open, &rivals))
+    // What the choice of a member costs counts all candidates of the diagnosis, and a law is as long as its description.
+    let members = |f: &Fit| 2.0 * f.hypothesis.members.len() as f64;
+    let here = (open.system.candidate_len().max(1) as f64).ln();
+    let of_law = total(open, fit) - members(fit) * here + 2.0 * law.length;
+    let choices = (ground.choices.max(1) as f64).ln();
+    let of_rivals = total(open, &rivals) + members(&rivals) * (choices - here);
+    Ok(of_law < of_rivals)
 }
 
 /// A law that is fitted to all open rows.

@@ -150,8 +150,7 @@ fn rest_beside(
     done(0.5);
     let ground = Ground { noise: about.noise.clone(), ..ground.clone() };
     let tried = search(space, &ground, &about, &|share| done(0.5 + 0.4 * share))?;
-    let law = preferred(&tried, &ground);
-    let found = concluded(space, &ground, &learned, &about, &tried, law)?;
+    let found = concluded(space, &ground, &learned, &about, &tried)?;
     done(1.0);
     Ok(found)
 }
@@ -196,8 +195,27 @@ impl About {
         ground: &Ground<'_>,
         learned: &Learned,
     ) -> Result<Self, DiagnoseError> {
+        let families = learned.families(space.places());
+        let library = library(&families, space.variables(), space.places());
+        Self::with_library(space, ground, learned, library)
+    }
+
+    /// The correction alone.
+    pub(super) fn of_correction(
+        space: &dyn TermSpace,
+        ground: &Ground<'_>,
+        learned: &Learned,
+    ) -> Result<Self, DiagnoseError> {
+        Self::with_library(space, ground, learned, Vec::new())
+    }
+
+    fn with_library(
+        space: &dyn TermSpace,
+        ground: &Ground<'_>,
+        learned: &Learned,
+        library: Vec<Term>,
+    ) -> Result<Self, DiagnoseError> {
         let settings = &ground.settings.remainder;
-        let library = library(&learned.families(space.places()), space.variables(), space.places());
         let mut definitions = learned.definitions(space);
         let first = ground.listed + definitions.len();
         definitions.extend(blocks(space, &library));
