@@ -9,8 +9,8 @@
 
 use clap::{Parser, Subcommand};
 use pam_data::atomic::write_atomic;
-use serde_json::json;
 use pam_tests::laws::{LawOutcome, laws, nulls, run_law, run_null};
+use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
