@@ -22,6 +22,10 @@ pub enum DiagnoseError {
     #[cfg(feature = "joint")]
     #[error("{}", sentence(.0))]
     Implausible(Vec<Finding>),
+    /// An effect cannot be made.
+    #[cfg(feature = "joint")]
+    #[error(transparent)]
+    Effect(#[from] pam_effects::EffectError),
     /// A recording is too long to be simulated.
     #[cfg(feature = "joint")]
     #[error(transparent)]

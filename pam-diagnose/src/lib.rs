@@ -113,15 +113,18 @@ pub mod fit;
 #[cfg(feature = "joint")]
 pub mod joint;
 pub mod ladder;
+pub mod law;
 pub mod linearised;
 pub mod noise;
 pub mod onset;
 pub mod rejection;
+pub mod remainder;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod residual;
 pub mod search;
 pub mod settings;
+pub mod terms;
 pub mod test_set;
 pub mod verdict;
 
@@ -129,7 +132,8 @@ pub use diagnosis::{Diagnosis, Stage};
 pub use error::DiagnoseError;
 #[cfg(feature = "joint")]
 pub use joint::{
-    DiagnoseOptions, EffectLadder, JointDiagnosis, RecordingSets, diagnose, joint_ladder, refit,
+    DiagnoseOptions, EffectLadder, JointDiagnosis, RecordingSets, diagnose, joint_ladder,
+    learn_remainder, refit,
 };
 pub use settings::DiagnosisSettings;
 pub use verdict::Verdict;

@@ -2,6 +2,7 @@
 
 pub mod diagnose;
 pub mod fuzz;
+pub mod laws;
 pub mod loops;
 pub mod magnitudes;
 pub mod plant;

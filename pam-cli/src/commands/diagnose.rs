@@ -15,10 +15,11 @@ use pam_data::models::save_model;
 use pam_data::{SavedModel, Subject, toml_file};
 use pam_diagnose::fit::Interval;
 use pam_diagnose::ladder::Ladder;
+use pam_diagnose::remainder::Remainder;
 use pam_diagnose::report::{ReportContext, diagnosis_report, plain_name, verdict_sentence};
 use pam_diagnose::{
     DiagnoseError, DiagnoseOptions, DiagnosisSettings, EffectLadder, JointDiagnosis, RecordingSets,
-    Stage, diagnose,
+    Stage, Verdict, diagnose, learn_remainder,
 };
 use pam_effects::effects::{self, by_id};
 use pam_effects::{EffectRecord, ExtendedModel, expression};
@@ -68,6 +69,10 @@ pub struct DiagnoseArguments {
     /// Also write a protocol for the rig that distinguishes the named cause from those it is confusable with
     #[arg(long)]
     pub design: bool,
+    /// Also learn the error that the named causes leave: a smooth correction of the model, and a short law in its place if one
+    /// does as well; `law.toml` or `correction.toml` defines what the test set confirms
+    #[arg(long)]
+    pub law: bool,
     /// How recordings are read.
     #[command(flatten)]
     pub reading: DataOptions,
@@ -104,7 +109,7 @@ impl RunCommand for DiagnoseArguments {
         }
         let sets =
             RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
-        let diagnosis = diagnose_into(&self.out, &saved, &sets, &options, console)?;
+        let diagnosis = diagnose_into(&self.out, &saved, &sets, &options, self.law, console)?;
         let configuration = json!({
             "model": self.model.model,
             "data": self.data,
@@ -114,6 +119,7 @@ impl RunCommand for DiagnoseArguments {
             "settings": options.settings,
             "allow_implausible": options.allow_implausible,
             "noise": options.noise,
+            "law": self.law,
             "ladder": self.ladder,
             "reading": self.reading.to_json(global)?,
         });
@@ -227,7 +233,8 @@ fn ladder_table(ladder: &Ladder) -> String {
     format!("{}\n{}", table(&rows), ladder.sentence())
 }
 
-/// Diagnoses and writes `diagnosis.json`, `report.html` and `model.safetensors` into a folder.
+/// Diagnoses and writes `diagnosis.json`, `report.html` and `model.safetensors` into a folder; with `law`, what the named causes
+/// leave is learned as well, and `law.toml` or `correction.toml` defines what is found.
 ///
 /// # Errors
 /// [`CliError`] if there is too little data, the model diverges, or a file cannot be written.
@@ -236,12 +243,23 @@ pub fn diagnose_into(
     saved: &SavedModel,
     sets: &RecordingSets<'_>,
     options: &DiagnoseOptions,
+    law: bool,
     console: &Console,
 ) -> Result<JointDiagnosis, CliError> {
     let folder = folder.as_ref();
     let model = ExtendedModel::from_saved(saved.clone())?;
     let bar = console.progress(1000, "diagnosing");
     let diagnosis = diagnose(&model, sets, options, &|stage, share| show(&bar, stage, share));
+    let diagnosis = diagnosis.and_then(|found| {
+        if law && found.verdict != Verdict::ModelInadequate {
+            bar.set_message("learning what is left");
+            bar.set_position(0);
+            let done = |share: f64| bar.set_position((1000.0 * share) as u64);
+            learn_remainder(&model, sets, options, found, &done)
+        } else {
+            Ok(found)
+        }
+    });
     bar.finish_and_clear();
     let diagnosis = diagnosis.map_err(|e| match e {
         DiagnoseError::Implausible(_) => failed(format!(
@@ -253,12 +271,16 @@ pub fn diagnose_into(
         console.warn(finding.to_string());
     }
     let mut extended = diagnosis.model.extended.to_saved();
-    if !diagnosis.causes.is_empty() {
+    let remainder = diagnosis.remainder.as_ref();
+    if diagnosis.is_extended() {
         extended.info.provenance = format!("{}; extended by a diagnosis", saved.info.provenance);
     }
     let path = folder.join("model.safetensors");
     save_model(&path, &extended)?;
     write_json(folder.join("diagnosis.json"), &diagnosis.to_json("model.safetensors"))?;
+    if let Some((name, text)) = remainder.and_then(Remainder::file) {
+        write_atomic(folder.join(name), text.as_bytes())?;
+    }
     let context = ReportContext {
         model: saved.info.name.clone(),
         model_line: describe_model(saved),
@@ -336,6 +358,14 @@ pub fn finish(diagnosis: &JointDiagnosis, folder: impl AsRef<Path>, console: &Co
                     .collect::<Vec<_>>()
                     .join(", ")
             ));
+        }
+    }
+    if let Some(remainder) = diagnosis.remainder.as_ref().filter(|r| r.correction.is_some()) {
+        console.text(format!("\n{}", remainder.sentence));
+        for (name, i) in remainder.law.iter().flat_map(|l| &l.parameters) {
+            let n = |v: f64| significant(v, 4);
+            let [low, high] = i.ci95;
+            console.text(format!("  {name} = {} [{}, {}]", n(i.value), n(low), n(high)));
         }
     }
     let reduction = &diagnosis.error_reduction;

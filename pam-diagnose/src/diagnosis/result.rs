@@ -4,6 +4,7 @@ use crate::data::{TestData, ValidationData};
 use crate::ladder::Ladder;
 use crate::onset::{LateFault, OnsetTest};
 use crate::rejection::NullTest;
+use crate::remainder::Remainder;
 use crate::residual::ResidualSummary;
 use crate::search::OutputInfo;
 use crate::test_set::{ErrorReduction, Trace};
@@ -72,6 +73,9 @@ pub struct Diagnosis<M> {
     pub explainable: Explainable,
     /// The max-statistic null test; absent if there is no residual.
     pub null_test: Option<NullTest>,
+    /// What was learned of the error that no listed cause explains; absent if it was not asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remainder: Option<Remainder>,
     /// The test of the best beginning or end against chance; absent where none may reach the odds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub onset_test: Option<OnsetTest>,
@@ -139,6 +143,7 @@ impl Diagnosis<()> {
             error_reduction: self.error_reduction,
             explainable: self.explainable,
             null_test: self.null_test,
+            remainder: self.remainder,
             onset_test: self.onset_test,
             late_fault: self.late_fault,
             ladder: self.ladder,
@@ -155,6 +160,12 @@ impl Diagnosis<()> {
 }
 
 impl<M> Diagnosis<M> {
+    /// Whether the system is extended, by named causes or by what was learned beside them.
+    #[must_use]
+    pub fn is_extended(&self) -> bool {
+        !self.causes.is_empty() || self.remainder.as_ref().is_some_and(Remainder::is_part_of_model)
+    }
+
     /// Ids of the named causes.
     #[must_use]
     pub fn named(&self) -> Vec<&str> {

@@ -186,6 +186,7 @@ fn findings(
         bands: judged.bands,
         anomalies: judged.anomalies,
         refused: names.refused,
+        remainder: None,
         validation: roles.validation_data.clone(),
         test: roles.test_data.clone().unwrap_or(TestData::Given { recordings: Vec::new() }),
         fitted: open.names(),

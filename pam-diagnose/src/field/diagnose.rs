@@ -45,6 +45,12 @@ pub struct DiagnosedField {
     /// Fitted deviations of the refitted parameters and of the delay.
     #[serde(skip)]
     pub(super) shared: Vec<f64>,
+    /// The field's parameters with all candidates off, but for those of the baseline.
+    #[serde(skip)]
+    pub(super) plain: Vec<f64>,
+    /// Autocovariances of the errors of the baseline experiments that go with the motion.
+    #[serde(skip)]
+    pub(super) discrepancy: Vec<Vec<f64>>,
 }
 
 /// A diagnosis of a field.
@@ -117,6 +123,7 @@ where
         };
         let mut on_baseline = FieldSystem::new(problem, of_baseline, candidates, options);
         let (mut baseline, mut baseline_discrepancy) = (None, Vec::new());
+        let mut discrepancy = Vec::new();
         if let Some(roles) = baseline_roles {
             let seed = options.seed;
             let own = prior.clone();
@@ -132,7 +139,8 @@ where
             }
             baseline_discrepancy =
                 learned.discrepancy.iter().map(|d| d.first().map_or(0.0, |v| v.sqrt())).collect();
-            prior.add(learned.discrepancy);
+            prior.add(learned.discrepancy.clone());
+            discrepancy = learned.discrepancy;
             let (rms, recordings) = (learned.rms, learned.recordings);
             baseline = Some((FieldBaseline { effects, rms, recordings }, roles, learned.noise));
         }
@@ -155,6 +163,8 @@ where
             delay_s: (options.delay_deviation_s > 0.0).then(|| system.delay_s(best)),
             baseline: baseline.as_ref().map(|b| b.0.clone()),
             shared: best.shared.clone(),
+            plain: system.plain.clone(),
+            discrepancy: discrepancy.clone(),
         })?;
         put_properties_behind(&mut found.causes, candidates);
         Ok(found)

@@ -73,14 +73,17 @@ mod features;
 mod gated;
 mod labels;
 mod ladder;
+mod law;
 mod options;
 mod perturbed;
 mod system;
+mod terms;
 
 pub use candidate::Candidate;
 pub use design::{FieldSeparation, design_field, sine_experiments};
 pub use diagnose::{DiagnosedField, FieldBaseline, FieldDiagnosis, diagnose_field};
 pub use ladder::{FieldRung, field_ladder};
+pub use law::learn_remainder_field;
 pub use options::{FieldNoise, FieldOptions};
 
 #[cfg(doc)]

@@ -26,6 +26,8 @@ pub(super) struct FieldSystem<'a, F, I> {
     infos: Vec<Vec<ParameterInfo>>,
     /// The field's parameters with all candidates off.
     pub(super) plain: Vec<f64>,
+    /// Standard deviations of the priors of the candidates' parameters; none for free ones.
+    pub(super) deviations: Vec<Vec<f64>>,
     refitted: Vec<usize>,
     /// Whether each refitted parameter is fitted by its logarithm.
     logarithmic: Vec<bool>,
@@ -85,6 +87,7 @@ where
             local: free_states.iter().map(|&s| Nuisance::of(deviation(s))).collect(),
             free_states,
             plain,
+            deviations: Vec::new(),
             shared,
             delayed,
             logarithmic: options.refitted.iter().map(|k| options.logarithmic.contains(k)).collect(),
@@ -175,7 +178,7 @@ where
     }
 
     /// The states at the times of an experiment, state by state.
-    fn states(
+    pub(super) fn states(
         &self,
         h: &Hypothesis,
         local: &[f64],
@@ -275,6 +278,11 @@ where
 
     fn starts(&self, index: usize) -> Vec<Vec<f64>> {
         self.candidates[index].starts.clone()
+    }
+
+    fn parameter_deviation(&self, candidate: usize, parameter: usize) -> f64 {
+        let own = self.deviations.get(candidate).and_then(|own| own.get(parameter));
+        own.copied().unwrap_or(f64::INFINITY)
     }
 
     fn may_be_timed(&self, index: usize) -> bool {

@@ -141,6 +141,16 @@ impl Hypothesis {
             .collect()
     }
 
+    /// Standard deviation of the prior of each fitted parameter, and by how much it differs from its mean.
+    pub(super) fn parameter_priors<C: Candidates + ?Sized>(&self, system: &C) -> Vec<[f64; 2]> {
+        let prior = |p: FittedParameter| {
+            let member = &self.members[p.member];
+            let deviation = system.parameter_deviation(member.candidate, p.value);
+            [deviation, member.values[p.value] - p.info.off.unwrap_or(0.0)]
+        };
+        self.parameters(system).into_iter().map(prior).collect()
+    }
+
     /// The hypothesis after a step in its unknowns: parameters, shared nuisances, then those of each experiment. A
     /// logarithmic parameter moves by at most `largest_log_step`.
     pub(super) fn moved<C: Candidates + ?Sized>(

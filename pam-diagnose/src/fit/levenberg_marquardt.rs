@@ -63,13 +63,15 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             / pam_numerics::statistics::chi_square_quantile(0.999, count as f64)
     }
 
-    /// `Σ (deviation / prior standard deviation)²` of the nuisances.
+    /// `Σ (deviation / prior standard deviation)²` of the nuisances, and of parameters with a prior.
     pub(crate) fn prior_cost(&self, hypothesis: &Hypothesis) -> f64 {
         let cost = |values: &[f64], nuisances: &[Nuisance]| -> f64 {
             values.iter().zip(nuisances).map(|(d, n)| (d / n.deviation).powi(2)).sum()
         };
         let locals: f64 = hypothesis.locals.iter().map(|l| cost(l, self.system.local())).sum();
-        cost(&hypothesis.shared, self.system.shared()) + locals
+        let parameters = hypothesis.parameter_priors(self.system);
+        let parameters: f64 = parameters.iter().map(|[prior, value]| (value / prior).powi(2)).sum();
+        cost(&hypothesis.shared, self.system.shared()) + locals + parameters
     }
 
     /// Moves a hypothesis towards its best fit in at most `iterations` steps.

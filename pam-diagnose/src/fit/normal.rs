@@ -24,9 +24,9 @@ pub(super) struct NormalEquations {
     pub(super) blocks: Vec<Vec<f64>>,
     /// The experiment of each block.
     pub(super) experiments: Vec<usize>,
-    /// One over the variance of each prior; zero for parameters.
+    /// One over the variance of each prior; zero for parameters without one.
     pub(super) precisions: Vec<f64>,
-    /// Present deviation of each nuisance.
+    /// Present deviation of each unknown from the mean of its prior.
     deviations: Vec<f64>,
     /// Number of parameters.
     parameters: usize,
@@ -76,8 +76,9 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
                 experiments.push(experiment);
             }
         }
-        let mut precisions = vec![0.0; parameters];
-        let mut deviations = precisions.clone();
+        let priors = hypothesis.parameter_priors(self.system);
+        let mut precisions: Vec<f64> = priors.iter().map(|[prior, _]| prior.powi(-2)).collect();
+        let mut deviations: Vec<f64> = priors.iter().map(|[_, value]| *value).collect();
         let precision = |n: &Nuisance| 1.0 / (n.deviation * n.deviation);
         precisions.extend(shared.iter().map(precision));
         deviations.extend(&hypothesis.shared);

@@ -28,6 +28,8 @@ pub struct JointSystem<'a> {
     /// Effects that baseline recordings have shown, of which the data may have a part only.
     pub(super) learned: Vec<ActiveEffect>,
     pub(super) effects: Vec<&'static dyn AnyEffect>,
+    /// Candidates behind the effects, with the standard deviations of the priors of their parameters.
+    pub(super) terms: Vec<(&'a dyn AnyEffect, Vec<f64>)>,
     pub(super) scales: DataScales,
     shared: Vec<Nuisance>,
     local: [Nuisance; 6],
@@ -93,6 +95,7 @@ impl<'a> JointSystem<'a> {
             fixed: fixed.to_vec(),
             learned: Vec::new(),
             effects,
+            terms: Vec::new(),
             shared: vec![model, model, lead],
             local: [
                 Nuisance::of(fit.start_deviation_mm),
@@ -143,6 +146,14 @@ impl<'a> JointSystem<'a> {
         }
     }
 
+    /// The effect of a candidate.
+    fn effect(&self, candidate: usize) -> &dyn AnyEffect {
+        match candidate.checked_sub(self.effects.len()) {
+            None => self.effects[candidate],
+            Some(k) => self.terms[k].0,
+        }
+    }
+
     /// The effects of the model and of a hypothesis in an experiment, in the order in which they act.
     pub(super) fn parts(&self, h: &Hypothesis, experiment: usize) -> Parts<'_> {
         let of_model = self.fixed.iter().cloned().chain(self.learned_in_part(h));
@@ -151,8 +162,10 @@ impl<'a> JointSystem<'a> {
         let mut parts =
             Parts { effects, values: values.into_iter().flatten().collect(), places: Vec::new() };
         for member in &h.members {
-            let effect = self.effects[member.candidate];
-            parts.add(effect, member, experiment);
+            match member.candidate.checked_sub(self.effects.len()) {
+                None => parts.add(self.effects[member.candidate], member, experiment),
+                Some(k) => parts.add_always(self.terms[k].0, member),
+            }
         }
         parts
     }
@@ -201,7 +214,14 @@ pub(super) struct Parts<'s> {
     pub(super) places: Vec<Vec<Option<usize>>>,
 }
 
-impl Parts<'_> {
+impl<'s> Parts<'s> {
+    fn add_always(&mut self, effect: &'s dyn AnyEffect, member: &Member) {
+        let first = self.values.len();
+        self.effects.push(effect);
+        self.values.extend(&member.values);
+        self.places.push((first..self.values.len()).map(Some).collect());
+    }
+
     fn add(&mut self, effect: &'static dyn AnyEffect, member: &Member, experiment: usize) {
         let first = self.values.len();
         let (own, times) = (member.own(), member.times());
@@ -253,11 +273,11 @@ fn in_part(effect: &ActiveEffect, share: f64) -> ActiveEffect {
 
 impl Candidates for JointSystem<'_> {
     fn candidate_len(&self) -> usize {
-        self.effects.len()
+        self.effects.len() + self.terms.len()
     }
 
     fn candidate(&self, index: usize) -> CandidateInfo<'_> {
-        let info = self.effects[index].info();
+        let info = self.effect(index).info();
         CandidateInfo {
             id: info.id,
             description: info.description,
@@ -268,28 +288,33 @@ impl Candidates for JointSystem<'_> {
     }
 
     fn starts(&self, index: usize) -> Vec<Vec<f64>> {
-        self.effects[index].starts(&self.scales)
+        self.effect(index).starts(&self.scales)
     }
 
     fn stands(&self, index: usize, values: &[f64]) -> bool {
-        self.effects[index].stands(values, &self.scales)
+        self.effect(index).stands(values, &self.scales)
     }
 
     /// Where the joint sticks and slips, the cost is rugged in the parameters of dry friction.
     fn is_rugged(&self, index: usize, values: &[f64]) -> bool {
-        let effect = self.effects[index];
+        let effect = self.effect(index);
         let joint = FixedState::at_rest([self.scales.gauge_kpa + ATMOSPHERE_KPA; 2]);
         let memory = vec![0.0; effect.memory_len()];
         effect.may_stick_later(values)
             || f64::hooks(effect).dry_friction_mn(values, &joint.point(), &memory) > 0.0
     }
 
-    fn may_be_timed(&self, _index: usize) -> bool {
-        true
+    fn parameter_deviation(&self, candidate: usize, parameter: usize) -> f64 {
+        let terms = candidate.checked_sub(self.effects.len()).map(|k| &self.terms[k].1);
+        terms.and_then(|own| own.get(parameter)).copied().unwrap_or(f64::INFINITY)
+    }
+
+    fn may_be_timed(&self, index: usize) -> bool {
+        index < self.effects.len()
     }
 
     fn acts_at_rest(&self, index: usize) -> bool {
-        self.effects[index].info().group != Group::Mechanics
+        self.effect(index).info().group != Group::Mechanics
     }
 
     fn shared(&self) -> &[Nuisance] {

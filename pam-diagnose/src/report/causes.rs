@@ -101,7 +101,8 @@ fn onset<M>(d: &Diagnosis<M>) -> String {
     plot.to_svg()
 }
 
-fn parts(k: &crate::rejection::ParameterStability) -> String {
+/// A value in the parts of each recording.
+pub(super) fn parts(k: &crate::rejection::ParameterStability) -> String {
     let (name, unit) = quantity(k.parameter);
     let label = if unit.is_empty() { name } else { format!("{name} ({unit})") };
     let mut plot = LineFigure::new("", "start of the part (s)", &label, 1040, 220)

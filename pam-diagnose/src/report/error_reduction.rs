@@ -16,7 +16,7 @@ const SHOWN_S: f64 = 12.0;
 const POINTS: usize = 3000;
 
 pub(super) fn section<M>(d: &Diagnosis<M>) -> Markup {
-    let named = !d.causes.is_empty();
+    let named = d.is_extended();
     let label = |o: &OutputInfo| format!("{} ({})", o.name, o.unit);
     // The first output, and the second fitted one.
     let shown: Vec<(usize, String)> = d

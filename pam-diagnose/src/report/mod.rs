@@ -4,9 +4,11 @@ mod causes;
 mod error_reduction;
 mod headline;
 mod location;
+mod remainder;
 mod residual;
 
 use crate::diagnosis::Diagnosis;
+use crate::remainder::{Remainder, RemainderOutcome};
 use crate::verdict::Verdict;
 use headline::Headline;
 use maud::{Markup, html};
@@ -46,12 +48,27 @@ pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContex
             h3 { (format!("The ladder {}", ladder.name)) }
             (crate::ladder::section(ladder))
         }
+        @if let Some(r) = &d.remainder {
+            h2 { "What no listed cause explains" }
+            (remainder::section(r))
+        }
         h2 { "3. What changes" }
         (changes(d))
         h2 { "4. What it gains" }
         (error_reduction::section(d))
     };
     let title = match d.verdict {
+        _ if learned(d).is_some() => {
+            let (subjects, verb) = subjects(d);
+            match Headline::of(d) {
+                Some(h) => format!(
+                    "{subjects} {verb} the error of the {} by {}",
+                    h.output,
+                    percent(h.reduction())
+                ),
+                None => format!("Diagnosis: {subjects}"),
+            }
+        }
         Verdict::NothingFound => "Diagnosis: no fault found".to_owned(),
         Verdict::Unexplained => "Diagnosis: no listed cause explains the error".to_owned(),
         Verdict::Unconfirmed => "Diagnosis: the test data confirm no cause".to_owned(),
@@ -76,6 +93,23 @@ pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContex
     page(&title, &line, &body, &context.made_by)
 }
 
+/// What was learned and became part of the model.
+fn learned<M>(d: &Diagnosis<M>) -> Option<&Remainder> {
+    d.remainder.as_ref().filter(|r| r.is_part_of_model())
+}
+
+/// Named causes and what was learned, as the subject of a sentence, with its verb.
+fn subjects<M>(d: &Diagnosis<M>) -> (String, &'static str) {
+    let leading = if d.causes.is_empty() { Vec::new() } else { headline::leading(d).0 };
+    let mut all: Vec<String> = leading.iter().map(|c| plain_name(&c.effect)).collect();
+    all.extend(learned(d).map(|r| match r.outcome {
+        RemainderOutcome::Law => "a law that is in no list".to_owned(),
+        _ => "a learned correction".to_owned(),
+    }));
+    let verb = if all.len() == 1 { "reduces" } else { "reduce" };
+    (headline::capitalised(&headline::joined_by(&all, "and")), verb)
+}
+
 /// A share in per cent.
 fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
@@ -88,17 +122,19 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
     let leading = headline::leading(d).0;
     let verb = if leading.len() == 1 { "reduces" } else { "reduce" };
     let causes = headline::capitalised(&headline::with_values(&leading));
-    let reduction = Headline::of(d).map_or_else(String::new, |h| {
-        let n = |v| significant(v, 3);
-        format!(
-            " {verb} the RMSE of the {} on the test set from {} to {} {}, by {}",
-            h.output,
-            n(h.before),
-            n(h.after),
-            h.unit,
-            percent(h.reduction())
-        )
-    });
+    let reduction = |verb: &str| {
+        Headline::of(d).map_or_else(String::new, |h| {
+            let n = |v| significant(v, 3);
+            format!(
+                " {verb} the RMSE of the {} on the test set from {} to {} {}, by {}",
+                h.output,
+                n(h.before),
+                n(h.after),
+                h.unit,
+                percent(h.reduction())
+            )
+        })
+    };
     let shares = format!(
         " Of the squared error above the noise in all channels, {named} is removed; a flexible model without names removes {any}."
     );
@@ -109,6 +145,11 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
     } else {
         format!(" In detail: {}.", d.reasons.join("; "))
     };
+    if let Some(r) = learned(d) {
+        let (subjects, verb) = subjects(d);
+        let reduction = reduction(verb);
+        return format!("{subjects}{reduction}. {}{more}{because}", r.sentence);
+    }
     match d.verdict {
         Verdict::NothingFound => {
             "The model predicts these recordings as well as noise and its baseline discrepancy allow; \
@@ -130,9 +171,11 @@ pub fn verdict_sentence<M>(d: &Diagnosis<M>) -> String {
              distinguished from them. Train the model further, or record where it is accurate.{because}"
         ),
         Verdict::Explained => {
+            let reduction = reduction(verb);
             format!("{causes}{reduction}. The remaining error is noise.{more}{shares}")
         }
         Verdict::PartlyExplained => {
+            let reduction = reduction(verb);
             format!("{causes}{reduction}, but a part of the error remains.{more}{shares}{because}")
         }
     }
@@ -152,7 +195,7 @@ fn summary<M: ReportModel>(d: &Diagnosis<M>) -> Markup {
                 &format!("less error in all fitted channels together [{:.0}, {:.0}] %", 100.0 * overall.ci95[0], 100.0 * overall.ci95[1])))
         }
         (location::figure(&d.causes))
-        @if !d.causes.is_empty() { (measures(d)) }
+        @if d.is_extended() { (measures(d)) }
         p { "Fitted recordings: " (d.fitted.join(", ")) ". " (d.validation.sentence()) " " (d.test.sentence()) }
         (d.model.notes())
     }
@@ -191,6 +234,17 @@ fn measures<M>(d: &Diagnosis<M>) -> Markup {
 }
 
 fn changes<M: ReportModel>(d: &Diagnosis<M>) -> Markup {
+    if let Some(r) = learned(d) {
+        return html! {
+            p { "The model is extended by "
+                @match &r.law {
+                    Some(law) => { "the law"
+                        @if !law.beside.is_empty() { " beside " (law.beside.join(" and ")) } },
+                    None => { "the smooth correction beside the named causes" },
+                }
+                "; " code { "model.safetensors" } " holds it with its definition." }
+        };
+    }
     if d.causes.is_empty() {
         return html! { p { "Nothing: the model stays unchanged." } };
     }

@@ -75,6 +75,13 @@ pub trait Candidates: Sync {
         false
     }
 
+    /// Standard deviation of the Gaussian prior of a fitted parameter about the value at which it is absent; infinite for one
+    /// that is free, as those of causes are. The coefficients of a flexible term have one.
+    fn parameter_deviation(&self, candidate: usize, parameter: usize) -> f64 {
+        let _ = (candidate, parameter);
+        f64::INFINITY
+    }
+
     /// Whether a member of the candidate may have a [schedule](crate::onset::Schedule): whether simulations follow it.
     fn may_be_timed(&self, index: usize) -> bool {
         let _ = index;

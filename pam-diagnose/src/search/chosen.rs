@@ -126,7 +126,8 @@ fn improved<C: Candidates + ?Sized>(
     rows.learn_beside(best.hypothesis())?;
     let again = |s: &Scored| rows.fitted(s.hypothesis().clone(), settings.iterations);
     found.base = again(&found.base)?;
-    *best = again(best)?;
+    // Values that are no longer what the names say are no better than none.
+    *best = again(best).unwrap_or_else(|| found.base.clone());
     let rivals = sets.iter().filter(|s| s.members() > 0).take(settings.rivals);
     let rivals = rivals.map(|s| s.hypothesis().clone()).collect();
     *sets = rows.fit_all(rivals, Some(best));

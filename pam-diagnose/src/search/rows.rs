@@ -35,7 +35,9 @@ impl<'a, C: Candidates + ?Sized> Rows<'a, C> {
         self.whole.fit(fit.hypothesis, iterations).ok()
     }
 
-    fn set_noise(&mut self, noise: &Noise, set: &Hypothesis) -> Option<()> {
+    /// Takes a noise as the unit of all errors, and the correlation of what a fitted set leaves as the number of rows that are
+    /// one observation; `None` if the set cannot be simulated.
+    pub(crate) fn set_noise(&mut self, noise: &Noise, set: &Hypothesis) -> Option<()> {
         self.whole.noise = noise.clone();
         let rows_per_observation = self.whole.correlated_rows(set).ok()?;
         self.whole.rows_per_observation = rows_per_observation;
@@ -51,6 +53,14 @@ impl<'a, C: Candidates + ?Sized> Rows<'a, C> {
         Some(())
     }
 
+    /// Takes so many rows as one observation.
+    pub(crate) fn set_rows_per_observation(&mut self, rows: f64) {
+        let Split { train, validation, .. } = &mut self.choosing;
+        for problem in [&mut self.whole, train, validation] {
+            problem.rows_per_observation = rows;
+        }
+    }
+
     /// A set of starting values fitted to the training rows and scored; `None` if it cannot be simulated, or if a fitted
     /// value is not what the candidate's name says.
     #[must_use]
@@ -60,7 +70,7 @@ impl<'a, C: Candidates + ?Sized> Rows<'a, C> {
 
     /// A fit to the training rows, scored; `None` if it cannot be simulated on the validation rows, or if a fitted value is
     /// not what the candidate's name says.
-    pub(super) fn scored(&self, fit: Fit) -> Option<Scored> {
+    pub(crate) fn scored(&self, fit: Fit) -> Option<Scored> {
         super::stands(self.whole.system, &fit.hypothesis).then(|| score(&self.choosing, fit))?
     }
 

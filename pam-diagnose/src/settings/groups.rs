@@ -423,3 +423,40 @@ settings! {
         shortest_block_s: f64 = 0.5, "s", POSITIVE, STUDIES;
     }
 }
+
+settings! {
+    /// What is learned of an error that no listed cause explains, and the search for a law in it.
+    "remainder" RemainderSettings {
+        /// Standard deviations of the prior of the coefficients of a smooth correction, relative to the size of what acts where
+        /// it acts; the validation data choose.
+        deviations: [f64; 4] = [0.03, 0.1, 0.3, 0.01], "–", POSITIVE, STUDIES;
+        /// Iterations of the fit of a correction.
+        iterations: usize = 4, "iterations", COUNT, TIME;
+        /// Share of the squared error of the validation data that a correction must remove.
+        learned_share: f64 = 0.1, "–", SHARE, STUDIES;
+        /// Probability by chance of the share that it removes, over blocks of time, below which it is learned.
+        learned_probability: f64 = 0.01, "–", SHARE, USUAL;
+        /// Share of the squared error of the validation data from which a correction needs no memory and no further place.
+        enough_share: f64 = 0.99, "–", SHARE, TIME;
+        /// Multiple of the first estimate of the noise below which a channel has nothing to learn.
+        nothing_ratio: f64 = 1.25, "–", FACTOR, STUDIES;
+        /// The same where the diagnosis found nothing, or called the error explained.
+        doubt_ratio: f64 = 3.0, "–", FACTOR, STUDIES;
+        /// Most terms of a law.
+        terms: usize = 3, "terms", [1.0, 6.0], STUDIES;
+        /// Sums of terms that are followed while laws are put together.
+        beam: usize = 12, "sums", COUNT, TIME;
+        /// Laws of each length that are fitted through the simulation.
+        refined: usize = 7, "laws", COUNT, TIME;
+        /// Iterations of these fits.
+        law_iterations: usize = 10, "iterations", COUNT, TIME;
+        /// Rounds in which laws are put together anew about the best one so far.
+        rounds: usize = 2, "rounds", COUNT, TIME;
+        /// Rise of the mean square of a channel, relative to it or to its noise, below which a shorter law is as good.
+        notable_rise: f64 = 0.1, "–", POSITIVE, STUDIES;
+        /// Share of what the correction removes that a law must remove to take its place.
+        law_share: f64 = 0.8, "–", SHARE, STUDIES;
+        /// Blocks of data that are left out in turn to see on which variables a correction depends.
+        folds: usize = 8, "folds", [2.0, 1e3], USUAL;
+    }
+}

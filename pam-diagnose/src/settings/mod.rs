@@ -4,7 +4,7 @@ mod groups;
 
 pub use groups::{
     DataSettings, FitSettings, IntervalSettings, NoiseSettings, OnsetSettings, RejectionSettings,
-    ResidualSettings, SearchSettings, VerdictSettings,
+    RemainderSettings, ResidualSettings, SearchSettings, VerdictSettings,
 };
 
 use crate::error::DiagnoseError;
@@ -47,6 +47,8 @@ pub struct DiagnosisSettings {
     pub residual: ResidualSettings,
     /// Confidence intervals.
     pub intervals: IntervalSettings,
+    /// What no listed cause explains.
+    pub remainder: RemainderSettings,
 }
 
 impl DiagnosisSettings {
@@ -95,6 +97,7 @@ impl DiagnosisSettings {
             .and_then(|()| self.verdict.check())
             .and_then(|()| self.residual.check())
             .and_then(|()| self.intervals.check())
+            .and_then(|()| self.remainder.check())
             .map_err(DiagnoseError::Settings)
     }
 
@@ -109,6 +112,7 @@ impl DiagnosisSettings {
             VerdictSettings::rows(),
             ResidualSettings::rows(),
             IntervalSettings::rows(),
+            RemainderSettings::rows(),
         ]
         .into_iter()
         .flatten()

@@ -3,6 +3,7 @@
 
 mod coverage;
 mod field;
+mod laws;
 mod linear;
 mod noise;
 mod null_test;

@@ -15,7 +15,7 @@ use pam_vocabulary::expression::Expression;
 #[derive(Debug)]
 pub(super) struct ExpressionEffect {
     info: &'static EffectInfo,
-    definition: &'static str,
+    definition: Option<&'static str>,
     starts: Vec<Vec<Compiled>>,
     switches: Vec<Vec<f64>>,
     valid: Option<Compiled>,
@@ -236,7 +236,7 @@ impl ExpressionEffect {
     pub(super) fn new(
         definition: &EffectDefinition,
         language: &Language,
-        text: &str,
+        text: Option<&'static str>,
     ) -> Result<Self, String> {
         let mut builder = Builder { definition, language, graph: Graph::default() };
         let moment = definition
@@ -253,7 +253,7 @@ impl ExpressionEffect {
             .collect::<Result<_, String>>()?;
         Ok(Self {
             info: definition.info(),
-            definition: Box::leak(text.to_owned().into_boxed_str()),
+            definition: text,
             starts,
             switches: definition.switches.iter().map(|s| s.values.clone()).collect(),
             valid: definition.valid.as_ref().map(|v| own(&v.tree)).transpose()?,
@@ -354,7 +354,7 @@ impl Effect for ExpressionEffect {
     }
 
     fn definition(&self) -> Option<&'static str> {
-        Some(self.definition)
+        self.definition
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {

@@ -49,6 +49,24 @@ pub fn parse(text: &str) -> Result<Vec<&'static dyn AnyEffect>, EffectError> {
     read(text, "effects")
 }
 
+/// Effects that live as long as they are kept, for the many that a search tries. Unlike those of [`parse`] they are not the
+/// parts of a model: a file would not hold their definition.
+///
+/// # Errors
+/// As [`load`].
+pub fn build(text: &str) -> Result<Vec<Box<dyn AnyEffect>>, EffectError> {
+    let language = Language::joint();
+    let fail = |message: String| EffectError::File { file: "effects".to_owned(), message };
+    let definitions =
+        EffectDefinition::read_all(text, &language).map_err(|e| fail(e.to_string()))?;
+    let effect = |definition: &EffectDefinition| {
+        let effect = ExpressionEffect::new(definition, &language, None)
+            .map_err(|message| fail(format!("effect `{}`: {message}", definition.id)))?;
+        Ok(Box::new(effect) as Box<dyn AnyEffect>)
+    };
+    definitions.iter().map(effect).collect()
+}
+
 /// The effect that a definition in a model file defines.
 pub(crate) fn of_definition(id: &str, text: &str) -> Result<&'static dyn AnyEffect, EffectError> {
     let file = format!("definition of `{id}`");
@@ -78,7 +96,8 @@ fn read(text: &str, file: &str) -> Result<Vec<&'static dyn AnyEffect>, EffectErr
             if let Some(effect) = known.get(&text) {
                 return Ok(*effect as &'static dyn AnyEffect);
             }
-            let effect = ExpressionEffect::new(&definition, &language, &text)
+            let kept: &'static str = Box::leak(text.clone().into_boxed_str());
+            let effect = ExpressionEffect::new(&definition, &language, Some(kept))
                 .map_err(|message| fail(format!("effect `{id}`: {message}")))?;
             let effect: &'static ExpressionEffect = Box::leak(Box::new(effect));
             known.insert(text, effect);

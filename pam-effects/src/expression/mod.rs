@@ -26,6 +26,6 @@ mod joint;
 mod library;
 mod memory;
 
-pub use library::{FRICTION_LADDER, friction_ladder, load, parse};
+pub use library::{FRICTION_LADDER, build, friction_ladder, load, parse};
 
 pub(crate) use library::of_definition;

@@ -24,16 +24,19 @@
 //! # Ok::<(), pam_vocabulary::expression::ExpressionError>(())
 //! ```
 
+mod kept;
 mod language;
 #[cfg(feature = "files")]
 mod read;
 #[cfg(feature = "files")]
 mod write;
 
+pub use kept::keep;
 pub use language::{Language, Moment, Place};
 
 use crate::expression::Expression;
 use crate::{EffectInfo, Group, ParameterInfo, Switch};
+use kept::{KeptTexts, keep_info};
 
 /// An expression as text and as tree.
 #[derive(Debug, Clone, PartialEq)]
@@ -176,13 +179,9 @@ impl EffectDefinition {
         self.acts.iter().find(|(place, _)| *place == k).map(|(_, formula)| formula)
     }
 
-    /// The description in the form of the vocabulary. Its text stays for the life of the process: call it once per
-    /// definition.
+    /// The description in the form of the vocabulary. It stays for the life of the process; equal ones are one.
     #[must_use]
     pub fn info(&self) -> &'static EffectInfo {
-        fn keep(text: &str) -> &'static str {
-            Box::leak(text.to_owned().into_boxed_str())
-        }
         let parameters: Vec<ParameterInfo> = self
             .parameters
             .iter()
@@ -199,14 +198,15 @@ impl EffectDefinition {
             .iter()
             .map(|s| Switch { name: keep(&s.name), meaning: keep(&s.meaning) })
             .collect();
-        Box::leak(Box::new(EffectInfo {
+        let texts = EffectInfo {
             id: keep(&self.id),
             name: "",
             group: self.group,
             description: keep(&self.description),
-            parameters: Box::leak(parameters.into_boxed_slice()),
-            switches: Box::leak(switches.into_boxed_slice()),
+            parameters: &[],
+            switches: &[],
             excited_by: keep(&self.excited_by),
-        }))
+        };
+        keep_info(KeptTexts { texts, parameters: &parameters, switches: &switches })
     }
 }

@@ -74,8 +74,9 @@ enum Number {
     Text(String),
 }
 
-/// Most values and remembered numbers of an effect.
-const MOST: usize = 16;
+/// Most values of an effect, and most remembered numbers.
+const MOST_VALUES: usize = 64;
+const MOST_MEMORIES: usize = 16;
 /// Most operations and operands of an expression in which the named parts are written out. Parts of parts grow
 /// exponentially: a file of a few lines would take any time and memory.
 const MOST_WRITTEN_OUT: usize = 4000;
@@ -325,11 +326,12 @@ impl Reader<'_> {
             effect.memory.push(MemoryDefinition { name: word, start: zero, law });
         }
         let uses = self.lets(&mut effect, in_order(raw.lets))?;
-        let most = effect.value_len().max(effect.memory.len());
-        if most > MOST {
-            return Err(
-                self.fail(at, format!("`{}` has more than {MOST} values or memories", effect.id))
+        if effect.value_len() > MOST_VALUES || effect.memory.len() > MOST_MEMORIES {
+            let message = format!(
+                "`{}` has more than {MOST_VALUES} values or {MOST_MEMORIES} memories",
+                effect.id
             );
+            return Err(self.fail(at, message));
         }
         let moment = changing.first().copied().unwrap_or(Moment::Motion);
         for (k, (name, raw)) in memory.into_iter().enumerate() {

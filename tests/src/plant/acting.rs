@@ -1,6 +1,7 @@
 //! The effects that act at a moment, as plain numbers.
 
 use super::Hidden;
+use super::laws::Laws;
 use std::f64::consts::TAU;
 
 /// Every effect of a moment; absent ones have the value that changes nothing. Forces in mN.
@@ -47,49 +48,54 @@ pub(super) struct Acting {
     pub crosstalk_per_s: f64,
     /// Period and duration, s.
     pub freeze: Option<[f64; 2]>,
+    /// Laws that no list has.
+    pub laws: Laws,
 }
 
 impl Acting {
-    const NOTHING: Self = Self {
-        coulomb_mn: 0.0,
-        stribeck: None,
-        load_friction: 0.0,
-        damping: 0.0,
-        hysteresis: None,
-        creep: None,
-        load_mn: 0.0,
-        added_kg: 0.0,
-        half_gap_mm: 0.0,
-        cogging: [0.0, 1.0],
-        slack: None,
-        drift_per_s: 0.0,
-        scale: 0.0,
-        leak_per_s: [0.0; 2],
-        exponent: 1.0,
-        geometry: 0.0,
-        force_gain: 0.0,
-        limit_mn: f64::INFINITY,
-        actuation_delay_s: 0.0,
-        actuator_rate: f64::INFINITY,
-        pressure_rate: f64::INFINITY,
-        position_rate: f64::INFINITY,
-        pressure_delay_s: 0.0,
-        position_delay_s: 0.0,
-        pressure_bias_kpa: [0.0; 2],
-        pressure_gain: [0.0; 2],
-        offset_mm: 0.0,
-        position_gain: 0.0,
-        periodic: [0.0; 2],
-        crosstalk_per_s: 0.0,
-        freeze: None,
-    };
+    fn nothing() -> Self {
+        Self {
+            coulomb_mn: 0.0,
+            stribeck: None,
+            load_friction: 0.0,
+            damping: 0.0,
+            hysteresis: None,
+            creep: None,
+            load_mn: 0.0,
+            added_kg: 0.0,
+            half_gap_mm: 0.0,
+            cogging: [0.0, 1.0],
+            slack: None,
+            drift_per_s: 0.0,
+            scale: 0.0,
+            leak_per_s: [0.0; 2],
+            exponent: 1.0,
+            geometry: 0.0,
+            force_gain: 0.0,
+            limit_mn: f64::INFINITY,
+            actuation_delay_s: 0.0,
+            actuator_rate: f64::INFINITY,
+            pressure_rate: f64::INFINITY,
+            position_rate: f64::INFINITY,
+            pressure_delay_s: 0.0,
+            position_delay_s: 0.0,
+            pressure_bias_kpa: [0.0; 2],
+            pressure_gain: [0.0; 2],
+            offset_mm: 0.0,
+            position_gain: 0.0,
+            periodic: [0.0; 2],
+            crosstalk_per_s: 0.0,
+            freeze: None,
+            laws: Laws::default(),
+        }
+    }
 
     /// What acts at time `t` (s).
     ///
     /// # Panics
     /// If the plant does not know an effect.
     pub(super) fn at(effects: &[Hidden], t: f64) -> Self {
-        let mut all = Self::NOTHING;
+        let mut all = Self::nothing();
         effects.iter().filter(|h| t >= h.begins_s() - 1e-9).for_each(|h| all.add(h));
         all
     }
@@ -141,7 +147,10 @@ impl Acting {
             "encoder_freeze" => self.freeze = Some([v("period_s"), v("duration_s")]),
             // An event, no state: see `injected_g`.
             "valve_glitch" => {}
-            other => panic!("the plant knows no effect `{other}`"),
+            other => {
+                let known = self.laws.add(h);
+                assert!(known, "the plant knows no effect `{other}`");
+            }
         }
     }
 }

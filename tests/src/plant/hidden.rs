@@ -13,6 +13,17 @@ use std::collections::BTreeMap;
 /// | `sensor_gain_jump` | `time_s`, `relative`: of the flexor's sensor |
 /// | `encoder_freeze` | `period_s`, `duration_s` |
 /// | `valve_glitch` | `time_s`, `mass_mg`: air enters the flexor |
+/// | `cubic_spring` | `n_mm3`: force −k x³ |
+/// | `quadratic_drag` | `n_s2_mm2`: force −c v abs(v) |
+/// | `pressure_damping` | `n_s_mm_kpa`: damping that grows with the sum of the gauge pressures |
+/// | `displacement_damping` | `n_s_mm3`: force −c x² v |
+/// | `one_way_damping` | `n_s_mm`: damping of motion towards +x alone |
+/// | `soft_stop` | `n_mm`, `from_mm`: spring beyond a displacement |
+/// | `flexor_friction` | `n_kpa`: dry friction that grows with the gauge pressure of the flexor |
+/// | `pressure_friction` | `n_kpa`: dry friction that grows with the sum of the gauge pressures |
+/// | `second_path` | `share`, `time_s`: a share of the motor's force acts backwards, low-passed |
+/// | `warming_damping` | `n_s3_mm3`, `time_s`: damping that grows with the low-passed square of the velocity |
+/// | `reading_crosstalk` | `share`: the reading of P_e has a share of P_f − P_e |
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Hidden {
     /// Id.

@@ -7,6 +7,7 @@
 //! |---|---|
 //! | `hidden` | an effect that is hidden: id, parameters, onset, recordings |
 //! | `acting` | the effects that act at a moment, as plain numbers |
+//! | `laws` | laws that stand in no list |
 //! | `network` | the restoring force, evaluated by its linear regions |
 //! | `excitation` | what the motor is told to do |
 //! | `motion` | one step of the joint: set-valued dry friction, second order elsewhere |
@@ -16,6 +17,7 @@
 mod acting;
 mod excitation;
 mod hidden;
+mod laws;
 mod motion;
 mod network;
 mod noise;

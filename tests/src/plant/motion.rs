@@ -1,6 +1,7 @@
 //! One step of the joint.
 
 use super::acting::Acting;
+use super::laws::Kept;
 use super::network::ReluNetwork;
 use super::{ATMOSPHERE_KPA, Plant};
 use std::f64::consts::PI;
@@ -39,6 +40,8 @@ pub(super) struct Joint {
     damper_mm: f64,
     /// Stretch of the elements of a loop, −1 to 1.
     stretch: [f64; ELEMENTS],
+    /// What laws remember.
+    kept: Kept,
 }
 
 impl Joint {
@@ -57,6 +60,7 @@ impl Joint {
             motor_mn: 0.0,
             damper_mm: 0.0,
             stretch: [0.0; ELEMENTS],
+            kept: Kept::default(),
         };
         // The air is that of the pressures at the displacement where the joint rests with it.
         for _ in 0..3 {
@@ -159,13 +163,14 @@ impl Joint {
             let damper = self.damper_mm + 0.5 * dt / time * (x - self.damper_mm);
             total -= stiffness * (x - damper);
         }
-        total
+        total + acting.laws.force_mn(x, v, self.pressures_kpa, self.motor_mn, self.kept, 0.5 * dt)
     }
 
     /// Largest dry friction at a velocity, mN.
     fn dry_mn(&self, v: f64, acting: &Acting) -> f64 {
         let gauge = 0.5 * (self.pressures_kpa[0] + self.pressures_kpa[1]) - ATMOSPHERE_KPA;
         let mut dry = acting.coulomb_mn + acting.load_friction * gauge;
+        dry += acting.laws.dry_mn(self.pressures_kpa);
         if let Some([coulomb, still, velocity]) = acting.stribeck {
             dry += coulomb + (still - coulomb) * (-(v / velocity).powi(2)).exp();
         }
@@ -207,6 +212,7 @@ impl Joint {
         if let Some([_, time]) = acting.creep {
             self.damper_mm += (1.0 - (-dt / time).exp()) * (x - self.damper_mm);
         }
+        self.kept = acting.laws.moved(self.kept, middle, self.motor_mn, dt);
         self.motor_mn = after;
         self.x = x + 0.5 * dt * end;
         self.v = end;

@@ -99,8 +99,9 @@ impl Chain {
         }
         self.frozen_mm = x;
         let steps = acting.pressure_delay_s / self.dt;
+        let shown = acting.laws.readings([0, 1].map(|i| self.delays[i + 1].ago(steps)));
         let [flexor, extensor] = [0, 1].map(|i| {
-            let p = self.delays[i + 1].ago(steps);
+            let p = shown[i];
             p + acting.pressure_gain[i] * (p - ATMOSPHERE_KPA) + acting.pressure_bias_kpa[i]
         });
         [x, flexor, extensor]

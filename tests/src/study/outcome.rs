@@ -248,7 +248,8 @@ impl Outcome {
 }
 
 /// CPU time of the process, s, from `/proc` where there is one.
-fn cpu_s() -> Option<f64> {
+#[must_use]
+pub fn cpu_s() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/schedstat").ok();
     let threads = std::fs::read_dir("/proc/self/task").ok()?;
     let of = |path: std::path::PathBuf| {

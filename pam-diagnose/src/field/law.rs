@@ -1,0 +1,68 @@
+//! What a diagnosis of a field leaves, learned.
+
+use super::candidate::Candidate;
+use super::diagnose::{FieldDiagnosis, Setup, with_setup};
+use super::options::FieldOptions;
+use super::terms::FieldTerms;
+use crate::error::DiagnoseError;
+use crate::fit::Member;
+use crate::law::rest;
+use crate::noise::Noise;
+use crate::remainder::Ground;
+use crate::verdict::Cause;
+use pam_core::ParametricField;
+use pam_solvers::Input;
+use pam_train::field::FieldProblem;
+
+/// Learns what the named causes of a diagnosis leave of a field's error: a smooth correction of the rate of one of its states,
+/// through the simulation, and a short law in its place if there is one ([`remainder`](crate::remainder),
+/// [`law`](crate::law)).
+///
+/// Problem, candidates and options are those of the [`diagnose_field`](super::diagnose_field) that made the diagnosis. The
+/// result has [`remainder`](crate::Diagnosis::remainder), whose definitions [`Terms::read`](pam_expression::Terms) reads; a
+/// verdict of `explained` becomes `partly_explained`, one of `nothing_found` `unexplained`, if the test set confirms them.
+///
+/// # Errors
+/// [`DiagnoseError`] as of the diagnosis.
+pub fn learn_remainder_field<F, I>(
+    problem: &FieldProblem<'_, F, I>,
+    candidates: &[Candidate],
+    options: &FieldOptions,
+    mut found: FieldDiagnosis,
+) -> Result<FieldDiagnosis, DiagnoseError>
+where
+    F: ParametricField + Sync,
+    I: Input<f64> + Sync,
+{
+    with_setup(problem, candidates, options, |setup| {
+        let Setup { problem, settings, roles, noise, mut prior, experiments, .. } = setup;
+        if !found.model.discrepancy.is_empty() {
+            prior.add(found.model.discrepancy.clone());
+        }
+        let causes = || found.causes.iter().chain(&found.minor);
+        let listed: Vec<Candidate> =
+            causes().map(|c| candidates[c.member.candidate].clone()).collect();
+        let member = |(candidate, c): (usize, &Cause)| Member { candidate, ..c.member.clone() };
+        let is_settled = |c: &Cause| c.member.schedule.is_none() && c.stability_test.holds();
+        let named: Vec<Member> = causes().enumerate().map(member).collect();
+        let settled: Vec<Member> =
+            causes().enumerate().filter(|(_, c)| is_settled(c)).map(member).collect();
+        let plain = found.model.plain.clone();
+        let space = FieldTerms::new(problem, experiments, listed, plain, options);
+        let ground = Ground {
+            roles: &roles,
+            noise: Noise::white(&noise),
+            prior,
+            listed: named.len(),
+            named,
+            settled,
+            rivals: Vec::new(),
+            choices: candidates.len(),
+            settings: &settings,
+            seed: options.seed,
+        };
+        let rest = rest(&space, &ground, found.verdict, &|_| {})?;
+        rest.put_into(&mut found);
+        Ok(found)
+    })
+}

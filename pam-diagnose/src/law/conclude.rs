@@ -1,0 +1,370 @@
+//! The fits to all open rows, and what the test set says of them.
+
+use super::find::{About, Renewed, Rest, diverges};
+use super::picture::Along;
+use super::refine::{Tried, preferred};
+use super::result::{Law, RankedLaw, Replaced};
+use super::written::{acts, header, largest, variable_names, written};
+use crate::diagnosis::{Explainable, total};
+use crate::error::DiagnoseError;
+use crate::fit::{Fit, Hypothesis, Member, Problem};
+use crate::rejection::{ParameterStability, StabilityTest};
+use crate::remainder::{
+    Correction, Dyn, Ground, Learned, Remainder, RemainderOutcome, learn_again,
+};
+use crate::terms::{Definition, Term, TermSpace};
+use crate::test_set::{ErrorReduction, TestSet};
+use crate::verdict::share;
+
+/// Laws of the ranking that are reported.
+const RANKED: usize = 12;
+
+/// The fits that are compared on the test set, which is open now.
+struct Final<'s> {
+    test: TestSet<'s, Dyn<'s>>,
+    /// The system without any cause.
+    plain: Fit,
+    /// The named causes.
+    base: Fit,
+    /// The named causes with the correction.
+    corrected: Fit,
+    seed: u64,
+}
+
+impl Final<'_> {
+    fn has_test(&self) -> bool {
+        !self.test.problem().is_empty()
+    }
+
+    /// Normalised χ² of the test set, or of the open rows without one.
+    fn chi_square(&self, fit: &Fit) -> f64 {
+        if self.has_test() {
+            self.test.chi_square(&fit.hypothesis)
+        } else {
+            fit.errors.chi_square()
+        }
+    }
+
+    /// Errors with the named causes, and with a fit.
+    fn error_reduction(&self, to: &Fit) -> ErrorReduction {
+        self.test.error_reduction(&self.base.hypothesis, &to.hypothesis, self.seed)
+    }
+
+    /// Whether the test set proves that the error is smaller than with the named causes.
+    fn is_confirmed(&self, to: &Fit) -> bool {
+        !self.has_test()
+            || (self.test.is_reduced(&self.base.hypothesis, &to.hypothesis)
+                && self.error_reduction(to).overall.ci95[0] > 0.0)
+    }
+
+    /// Share of what the correction removes from some χ².
+    fn share_of_correction(&self, to: &Fit, chi_square: impl Fn(&Fit) -> f64) -> f64 {
+        let (from, best) = (chi_square(&self.base), chi_square(&self.corrected));
+        (from - chi_square(to)) / (from - best).max(f64::MIN_POSITIVE)
+    }
+
+    /// The result of the extended system in place of that of the named causes.
+    fn renewed(&self, open: &Problem<'_, Dyn<'_>>, to: &Fit) -> Renewed {
+        let (system, h) = (open.system, &to.hypothesis);
+        // What all recordings share, such as the timing of the force, is the same before and after.
+        let start = Hypothesis { shared: h.shared.clone(), ..self.plain.hypothesis.clone() }
+            .without_locals(system, open.len());
+        let (before, after) = (self.chi_square(&self.plain), self.chi_square(to));
+        let removed = share(before, after, after.min(1.0));
+        Renewed {
+            error_reduction: self.test.error_reduction(&start, h, self.seed),
+            bands: self.test.bands(open, h),
+            anomalies: self.test.anomalies(open, h),
+            traces: self.test.traces(&start, h),
+            explainable: Explainable { any_correction: removed, named: removed },
+        }
+    }
+}
+
+/// The fits of named causes, correction and law to all open rows, beside the test set. A law without some of the named causes
+/// is compared with a correction that stands without them as well.
+pub(super) fn concluded(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    learned: &Learned,
+    about: &About,
+    tried: &[Tried],
+) -> Result<Rest, DiagnoseError> {
+    let law = preferred(tried, ground);
+    let Some(l) = law.as_ref().filter(|l| l.named.len() < ground.named.len()) else {
+        return ended(space, ground, learned, about, tried, law.as_ref());
+    };
+    let rivals = if ground.rivals.is_empty() { &ground.named } else { &ground.rivals };
+    let less = Ground { named: l.named.clone(), rivals: rivals.clone(), ..ground.clone() };
+    if let Some(whole) = learn_again(space, &less, learned)? {
+        let about = About::of_correction(space, &less, &whole)?;
+        let found = ended(space, &less, &whole, &about, tried, Some(l))?;
+        if found.remainder.outcome == RemainderOutcome::Law {
+            return Ok(found);
+        }
+    }
+    ended(space, ground, learned, about, tried, None)
+}
+
+fn ended(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    learned: &Learned,
+    about: &About,
+    tried: &[Tried],
+    law: Option<&Tried>,
+) -> Result<Rest, DiagnoseError> {
+    let (variables, places) = (space.variables(), space.places());
+    let settings = ground.settings;
+    let corrections = learned.definitions(space);
+    let of_law = law.map(|l| Definition::law("found_law", "", &l.terms, variables, places));
+    let definitions: Vec<Definition> = corrections.iter().chain(&of_law).cloned().collect();
+    space.with(&definitions, |system| {
+        let mut rows = ground.rows(system, &about.fit).ok_or_else(diverges)?;
+        rows.set_rows_per_observation(about.rows_per_observation);
+        let open = &rows.whole;
+        let iterations = settings.search.iterations;
+        let named = Hypothesis { members: ground.named.clone(), ..open.base() };
+        let base = open.fit(named, iterations)?;
+        let plain = if ground.named.is_empty() {
+            base.clone()
+        } else {
+            open.fit(open.base(), iterations)?
+        };
+        let start = Hypothesis { locals: open.base().locals, ..about.fit.clone() };
+        let corrected = open.fit(start, settings.remainder.iterations)?;
+        let test = ground.roles.test(system, &ground.noise, settings).opened(&base.hypothesis)?;
+        let last = Final { test, plain, base, corrected, seed: ground.seed };
+        let fitted = match law.zip(of_law.as_ref()) {
+            Some((l, definition)) => {
+                let members = Hypothesis { members: l.named.clone(), ..open.base() };
+                let start = members.with(ground.listed + corrections.len(), &l.values);
+                let fit = open.fit(start, iterations)?;
+                // Of what the correction removes from the open rows; the test set decides nothing but whether it is
+                // confirmed.
+                let of_open = last.share_of_correction(&fit, |f| f.errors.chi_square());
+                let stands = of_open > settings.remainder.law_share
+                    && is_more_probable(ground, open, l, &fit)?
+                    && last.is_confirmed(&fit);
+                stands.then(|| FittedLaw::new(l, definition, fit))
+            }
+            None => None,
+        };
+        let terms = learned.fitted(&last.corrected.hypothesis);
+        let law_terms = fitted.as_ref().map(|l| l.terms.as_slice());
+        let along = Along::of(space, &open.experiments, &terms, law_terms);
+        let pictures = along.as_ref().map_or_else(Vec::new, |a| {
+            a.pictures(variables, &places[a.place], &about.depends_on, law_terms)
+        });
+        let members = &last.corrected.hypothesis.members;
+        let (named, coefficients) = members.split_at(members.len() - corrections.len());
+        let held: Vec<(Definition, Vec<f64>)> = corrections
+            .iter()
+            .zip(coefficients)
+            .map(|(d, m)| (d.starting_at(&m.values), m.values.clone()))
+            .collect();
+        let definitions: Vec<Definition> = held.iter().map(|(d, _)| d.clone()).collect();
+        let correction = Correction {
+            acts: acts(&terms, space),
+            terms: largest(&terms, space),
+            prior_deviation: learned.deviation,
+            depends_on: about.depends_on.clone(),
+            validation_share: learned.drop.share,
+            p_value: learned.drop.p_value,
+            error_reduction: last.error_reduction(&last.corrected),
+            confirmed: last.is_confirmed(&last.corrected),
+            pictures,
+            file: space.file(&definitions),
+        };
+        let mut found = Rest {
+            remainder: Remainder {
+                outcome: RemainderOutcome::NotLearned,
+                sentence: String::new(),
+                correction: None,
+                law: None,
+                ranking: ranking(tried, space, ground, system),
+            },
+            added: Vec::new(),
+            named: ground.named.clone(),
+            shared: last.base.hypothesis.shared.clone(),
+            renewed: None,
+        };
+        if let Some(law) = fitted {
+            let similarity = along.as_ref().and_then(Along::similarity).unwrap_or(0.0);
+            let (result, definition) = law.result(space, ground, open, &last, similarity)?;
+            let h = &law.fit.hypothesis;
+            found.remainder.sentence = format!(
+                "A law stands for it: {}, which carries {:.0} % of what a smooth correction removes.",
+                result.expression,
+                100.0 * result.share_of_correction
+            );
+            found.remainder.outcome = RemainderOutcome::Law;
+            found.remainder.law = Some(result);
+            found.named = h.members[..h.members.len() - 1].to_vec();
+            found.shared.clone_from(&h.shared);
+            found.added = vec![(definition, law.values.clone())];
+            found.renewed = Some(last.renewed(open, &law.fit));
+        } else if correction.confirmed {
+            found.remainder.outcome = RemainderOutcome::Correction;
+            found.remainder.sentence = format!(
+                "A smooth correction removes {:.0} % of the error of the test set, and no short law does: there is none of up to \
+                 {} terms of the library that carries {:.0} % of it.",
+                100.0 * correction.error_reduction.overall.error_reduction,
+                settings.remainder.terms,
+                100.0 * settings.remainder.law_share
+            );
+            found.named = named.to_vec();
+            found.shared.clone_from(&last.corrected.hypothesis.shared);
+            found.added = held;
+            found.renewed = Some(last.renewed(open, &last.corrected));
+        } else {
+            found.remainder.sentence =
+                "The test set does not confirm the smooth correction that the validation data allow."
+                    .to_owned();
+        }
+        found.remainder.correction = Some(correction);
+        Ok(found)
+    })
+}
+
+/// A candidate that is always there with one value, beside the causes that stay.
+fn replaced(
+    ground: &Ground<'_>,
+    open: &Problem<'_, Dyn<'_>>,
+    kept: &[Member],
+    member: &Member,
+) -> Result<Replaced, DiagnoseError> {
+    let info = open.system.candidate(member.candidate);
+    let start = Hypothesis { members: kept.to_vec(), ..open.base() };
+    let fit = open
+        .fit(start.with(member.candidate, member.own()), ground.settings.search.tried_iterations)?;
+    let intervals = open.intervals(&fit)?;
+    let first = intervals.len() - info.parameters.len();
+    let influences = open.influences(&fit)?;
+    Ok(Replaced {
+        effect: info.id.to_owned(),
+        stability: ParameterStability::of(open, &fit.hypothesis, kept.len(), &intervals[first..]),
+        stability_test: StabilityTest::of(open, &fit, &influences, first..intervals.len()),
+    })
+}
+
+/// Whether a fitted law is more probable on the open rows than the causes whose place it would take.
+fn is_more_probable(
+    ground: &Ground<'_>,
+    open: &Problem<'_, Dyn<'_>>,
+    law: &Tried,
+    fit: &Fit,
+) -> Result<bool, DiagnoseError> {
+    if ground.rivals.is_empty() {
+        return Ok(true);
+    }
+    let rivals = Hypothesis { members: ground.rivals.clone(), ..open.base() };
+    let rivals = open.fit(rivals, ground.settings.search.iterations)?;
+    // What the choice of a member costs counts all candidates of the diagnosis, and a law is as long as its description.
+    let members = |f: &Fit| 2.0 * f.hypothesis.members.len() as f64;
+    let here = (open.system.candidate_len().max(1) as f64).ln();
+    let of_law = total(open, fit) - members(fit) * here + 2.0 * law.length;
+    let choices = (ground.choices.max(1) as f64).ln();
+    let of_rivals = total(open, &rivals) + members(&rivals) * (choices - here);
+    Ok(of_law < of_rivals)
+}
+
+/// A law that is fitted to all open rows.
+struct FittedLaw<'l> {
+    law: &'l Tried,
+    definition: &'l Definition,
+    fit: Fit,
+    /// Values of its parameters.
+    values: Vec<f64>,
+    /// Its terms with them.
+    terms: Vec<Term>,
+}
+
+impl<'l> FittedLaw<'l> {
+    fn new(law: &'l Tried, definition: &'l Definition, fit: Fit) -> Self {
+        let values = fit.hypothesis.members.last().map(|m| m.values.clone()).unwrap_or_default();
+        let terms = definition.with_values(&law.terms, &values);
+        Self { law, definition, fit, values, terms }
+    }
+
+    /// The causes that were named and do not stand beside it.
+    fn replaces(&self, ground: &Ground<'_>, open: &Problem<'_, Dyn<'_>>) -> Vec<Replaced> {
+        let kept = &self.fit.hypothesis.members[..self.law.named.len()];
+        let mut gone: Vec<&Member> = Vec::new();
+        for m in ground.named.iter().chain(&ground.rivals) {
+            let id = |m: &Member| open.system.candidate(m.candidate).id.to_owned();
+            let known = kept.iter().chain(gone.iter().copied()).any(|other| id(other) == id(m));
+            if !known {
+                gone.push(m);
+            }
+        }
+        gone.into_iter().filter_map(|m| replaced(ground, open, kept, m).ok()).collect()
+    }
+
+    /// The law as it is reported, and its definition.
+    fn result(
+        &self,
+        space: &dyn TermSpace,
+        ground: &Ground<'_>,
+        open: &Problem<'_, Dyn<'_>>,
+        last: &Final<'_>,
+        similarity: f64,
+    ) -> Result<(Law, Definition), DiagnoseError> {
+        let own = open.intervals(&self.fit)?;
+        let first = own.len() - self.values.len();
+        let names = self.definition.parameters.iter().map(|p| p.name.clone());
+        let parameters: Vec<_> = names.zip(own[first..].iter().copied()).collect();
+        let error_reduction = last.error_reduction(&self.fit);
+        let share_of_correction = last.share_of_correction(&self.fit, |f| last.chi_square(f));
+        let expression = self.definition.expression();
+        let definition = self
+            .definition
+            .clone()
+            .describe(&format!("law found in recordings: {expression}"))
+            .starting_at(&self.values);
+        let header = header(&parameters, share_of_correction, &error_reduction);
+        let beside =
+            self.law.named.iter().map(|m| open.system.candidate(m.candidate).id.to_owned());
+        let law = Law {
+            variables: variable_names(&self.terms, space),
+            remembers: self.terms.iter().any(Term::remembers),
+            beside: beside.collect(),
+            replaces: self.replaces(ground, open),
+            bands: last.test.bands(open, &self.fit.hypothesis),
+            file: header + &space.file(std::slice::from_ref(&definition)),
+            expression,
+            parameters,
+            share_of_correction,
+            similarity,
+            error_reduction,
+        };
+        Ok((law, definition))
+    }
+}
+
+fn ranking(
+    tried: &[Tried],
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    system: &Dyn<'_>,
+) -> Vec<RankedLaw> {
+    let best = tried.first().map_or(0.0, |t| t.total);
+    let mut all: Vec<&Tried> = tried.iter().take(RANKED).collect();
+    // The one that is preferred stands among them.
+    if let Some(p) = preferred(tried, ground)
+        && let Some(own) = tried.iter().find(|t| t.total == p.total)
+        && !all.iter().any(|t| t.total == own.total)
+    {
+        all.push(own);
+    }
+    all.into_iter()
+        .map(|t| RankedLaw {
+            expression: written(&t.terms, space),
+            beside: t.named.iter().map(|m| system.candidate(m.candidate).id.to_owned()).collect(),
+            description_length: t.length,
+            parameters: t.values.len(),
+            validation: t.validation,
+            log_odds: 0.5 * (best - t.total),
+        })
+        .collect()
+}

@@ -1,0 +1,366 @@
+//! The steps from what the named causes leave to a correction and a law.
+
+use super::conclude::concluded;
+use super::design::Design;
+use super::library::{extensions, library};
+use super::refine::{Proposal, Tried, preferred, proposals, refine};
+use super::result::Replaced;
+use super::select::Scores;
+use crate::diagnosis::{Diagnosis, Explainable};
+use crate::error::DiagnoseError;
+use crate::fit::{Hypothesis, Member, Problem};
+use crate::noise::Noise;
+use crate::remainder::{
+    Dependence, Dyn, Ground, Learned, Remainder, RemainderOutcome, dependence, learn,
+};
+use crate::terms::{Definition, Term, TermSpace};
+use crate::test_set::{ErrorReduction, Trace};
+use crate::verdict::{Anomaly, Cause, ChannelBand, Refused, Verdict};
+
+/// What is left, and what the system gets to explain it.
+pub(crate) struct Rest {
+    pub(crate) remainder: Remainder,
+    /// What is added to the system, with values; nothing without a confirmed correction.
+    pub(crate) added: Vec<(Definition, Vec<f64>)>,
+    /// Named causes that stay, with their values beside it.
+    pub(crate) named: Vec<Member>,
+    /// Nuisances that all experiments share.
+    pub(crate) shared: Vec<f64>,
+    /// Errors of the extended system, if anything is added.
+    pub(crate) renewed: Option<Renewed>,
+}
+
+/// The parts of a diagnosis that the extended system changes.
+pub(crate) struct Renewed {
+    pub(crate) error_reduction: ErrorReduction,
+    pub(crate) bands: Vec<ChannelBand>,
+    pub(crate) anomalies: Vec<Anomaly>,
+    pub(crate) traces: Vec<Trace>,
+    pub(crate) explainable: Explainable,
+}
+
+impl Rest {
+    /// Puts what was learned into a diagnosis. Causes in whose place a law stands are no longer named, and errors and bands are
+    /// those of the extended system.
+    pub(crate) fn put_into<M>(self, found: &mut Diagnosis<M>) {
+        if let Some(renewed) = self.renewed {
+            let stays = |place: usize| self.named.iter().any(|m| m.candidate == place);
+            let (causes, mut gone) = divided(std::mem::take(&mut found.causes), 0, &stays);
+            let first = causes.len() + gone.len();
+            let (minor, more) = divided(std::mem::take(&mut found.minor), first, &stays);
+            gone.extend(more);
+            (found.causes, found.minor) = (causes, minor);
+            for c in gone.into_iter().rev() {
+                let replaced = self.remainder.law.iter().flat_map(|l| &l.replaces);
+                let reason = replaced.into_iter().find(|r| r.effect == c.effect);
+                let reason = reason.map_or_else(|| TAKEN.to_owned(), Replaced::reason);
+                if found.refused.first().is_none_or(|r| r.effect != c.effect) {
+                    let (effect, inclusion) = (c.effect, c.inclusion);
+                    found.refused.insert(0, Refused { effect, inclusion, reason });
+                }
+            }
+            found.verdict = match found.verdict {
+                Verdict::ModelInadequate => Verdict::ModelInadequate,
+                _ if found.causes.is_empty() => Verdict::Unexplained,
+                Verdict::Explained => Verdict::PartlyExplained,
+                other => other,
+            };
+            let what = match self.remainder.outcome {
+                RemainderOutcome::Law => "a law",
+                _ => "a smooth correction",
+            };
+            let reason = format!(
+                "{what} that is in no list removes a further part of the error of the test set"
+            );
+            found.reasons.push(reason);
+            let Renewed { error_reduction, bands, anomalies, traces, explainable } = renewed;
+            found.error_reduction = error_reduction;
+            found.explainable = explainable;
+            (found.bands, found.anomalies, found.traces) = (bands, anomalies, traces);
+        }
+        found.remainder = Some(self.remainder);
+    }
+}
+
+/// Why a cause is not named in whose place a law stands.
+const TAKEN: &str = "a law that is in no list takes its place";
+
+/// Causes that stay and those that go; the members of the search are numbered in the order of the causes.
+fn divided(
+    causes: Vec<Cause>,
+    first: usize,
+    stays: &dyn Fn(usize) -> bool,
+) -> (Vec<Cause>, Vec<Cause>) {
+    let (own, gone): (Vec<_>, Vec<_>) =
+        causes.into_iter().enumerate().partition(|(k, _)| stays(first + k));
+    let plain = |all: Vec<(usize, Cause)>| all.into_iter().map(|(_, c)| c).collect();
+    (plain(own), plain(gone))
+}
+
+/// Terms of one block of the library: as many as one simulation differentiates by.
+const BLOCK: usize = 8;
+/// Drop of minus two times the logarithm of the posterior probability that makes another round worth it.
+const WORTH: f64 = 6.0;
+
+pub(super) fn diverges() -> DiagnoseError {
+    DiagnoseError::TooLittle("the correction diverges on the recordings".into())
+}
+
+/// Learns what the named causes leave and looks for a law in it. Where that is none, and some causes come and go or change
+/// their values, a law may stand for those: it takes their place if it is more probable on the open rows.
+pub(crate) fn rest(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    verdict: Verdict,
+    done: &(dyn Fn(f64) + Sync),
+) -> Result<Rest, DiagnoseError> {
+    let found = rest_beside(space, ground, verdict, done)?;
+    let is_law = found.remainder.outcome == RemainderOutcome::Law;
+    if is_law || verdict == Verdict::Explained || ground.settled.len() == ground.named.len() {
+        return Ok(found);
+    }
+    let settled =
+        Ground { named: ground.settled.clone(), rivals: ground.named.clone(), ..ground.clone() };
+    let other = rest_beside(space, &settled, verdict, done)?;
+    Ok(if other.remainder.outcome == RemainderOutcome::Law { other } else { found })
+}
+
+fn rest_beside(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    verdict: Verdict,
+    done: &(dyn Fn(f64) + Sync),
+) -> Result<Rest, DiagnoseError> {
+    let none = |outcome, sentence: &str| Rest {
+        remainder: Remainder::none(outcome, sentence),
+        added: Vec::new(),
+        named: ground.named.clone(),
+        shared: Vec::new(),
+        renewed: None,
+    };
+    if !is_left(space, ground, verdict)? {
+        let sentence = "The training and validation data hold nothing beside the named causes that could be learned.";
+        return Ok(none(RemainderOutcome::NothingLeft, sentence));
+    }
+    let Some(learned) = learn(space, ground, &|share| done(0.3 * share))? else {
+        let sentence = "No smooth correction removes a part of the error of the validation data that chance does not.";
+        return Ok(none(RemainderOutcome::NotLearned, sentence));
+    };
+    let about = About::of(space, ground, &learned)?;
+    done(0.5);
+    let ground = Ground { noise: about.noise.clone(), ..ground.clone() };
+    let tried = search(space, &ground, &about, &|share| done(0.5 + 0.4 * share))?;
+    let found = concluded(space, &ground, &learned, &about, &tried)?;
+    done(1.0);
+    Ok(found)
+}
+
+/// Whether some channel of the validation or training rows has more than the first estimate of its noise.
+fn is_left(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    verdict: Verdict,
+) -> Result<bool, DiagnoseError> {
+    let settings = &ground.settings.remainder;
+    let most = match verdict {
+        Verdict::Explained | Verdict::NothingFound => settings.doubt_ratio.powi(2),
+        _ => settings.nothing_ratio.powi(2),
+    };
+    space.with(&[], |system| {
+        let Some(rows) = ground.rows(system, &ground.start(system)) else { return Ok(true) };
+        let base = Hypothesis { members: ground.named.clone(), ..rows.whole.base() };
+        let fit = rows.whole.fit(base, ground.settings.remainder.iterations)?;
+        Ok(fit.errors.mean().iter().any(|m| *m > most))
+    })
+}
+
+/// The correction on all open rows, and what the terms of the library do about it.
+pub(super) struct About {
+    /// The noise beside the correction.
+    pub(super) noise: Noise,
+    pub(super) rows_per_observation: f64,
+    /// Mean whitened squares of the open rows.
+    pub(super) chi: Vec<f64>,
+    /// Named causes and coefficients.
+    pub(super) fit: Hypothesis,
+    pub(super) depends_on: Vec<Dependence>,
+    pub(super) library: Vec<Term>,
+    /// Sums of terms that do nearly what the correction does.
+    pub(super) sums: Vec<Vec<Term>>,
+}
+
+impl About {
+    fn of(
+        space: &dyn TermSpace,
+        ground: &Ground<'_>,
+        learned: &Learned,
+    ) -> Result<Self, DiagnoseError> {
+        let families = learned.families(space.places());
+        let library = library(&families, space.variables(), space.places());
+        Self::with_library(space, ground, learned, library)
+    }
+
+    /// The correction alone.
+    pub(super) fn of_correction(
+        space: &dyn TermSpace,
+        ground: &Ground<'_>,
+        learned: &Learned,
+    ) -> Result<Self, DiagnoseError> {
+        Self::with_library(space, ground, learned, Vec::new())
+    }
+
+    fn with_library(
+        space: &dyn TermSpace,
+        ground: &Ground<'_>,
+        learned: &Learned,
+        library: Vec<Term>,
+    ) -> Result<Self, DiagnoseError> {
+        let settings = &ground.settings.remainder;
+        let mut definitions = learned.definitions(space);
+        let first = ground.listed + definitions.len();
+        definitions.extend(blocks(space, &library));
+        space.with(&definitions, |system| {
+            let mut rows = ground.rows(system, &learned.hypothesis).ok_or_else(diverges)?;
+            let start =
+                Hypothesis { locals: rows.whole.base().locals, ..learned.hypothesis.clone() };
+            let fit = rows.whole.fit(start, 2)?;
+            let noise =
+                Noise::learned(&rows.whole, &fit.hypothesis, &ground.prior).ok_or_else(diverges)?;
+            rows.set_noise(&noise, &fit.hypothesis).ok_or_else(diverges)?;
+            let fit = rows.whole.fit(fit.hypothesis, settings.iterations)?;
+            let rows_per_observation = rows.whole.correlated_rows(&fit.hypothesis)?;
+            let problem = &rows.whole;
+            let design = Design::at(problem, &fit.hypothesis)?;
+            let terms: Vec<&Term> = learned.terms.iter().flatten().collect();
+            let fixed = design.own.len() - terms.len();
+            let depends_on = dependence(
+                &design,
+                &design.blocks(|i| problem.rows_per_short_block(i)),
+                fixed,
+                &terms,
+                learned.deviation,
+                space.variables(),
+                settings.folds,
+            );
+            let h = &fit.hypothesis;
+            let sums =
+                sums(space, ground, (problem, h), &design, &library, first, rows_per_observation);
+            let chi = fit.errors.mean();
+            let fit = fit.hypothesis;
+            Ok(Self { noise, rows_per_observation, chi, fit, depends_on, library, sums })
+        })
+    }
+}
+
+/// The library as definitions, a few terms in each.
+fn blocks(space: &dyn TermSpace, terms: &[Term]) -> Vec<Definition> {
+    let (variables, places) = (space.variables(), space.places());
+    let of = |(k, block): (usize, &[Term])| {
+        Definition::flexible(&format!("block{k}"), block, f64::INFINITY, variables, places)
+    };
+    terms.chunks(BLOCK).enumerate().map(of).collect()
+}
+
+/// The best sums of terms of each length about a hypothesis, with coefficients.
+fn sums(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    (problem, hypothesis): (&Problem<'_, Dyn<'_>>, &Hypothesis),
+    design: &Design,
+    terms: &[Term],
+    first: usize,
+    rows_per_observation: f64,
+) -> Vec<Vec<Term>> {
+    let settings = &ground.settings.remainder;
+    let candidates: Vec<(usize, Vec<f64>)> = terms
+        .chunks(BLOCK)
+        .enumerate()
+        .map(|(k, block)| (first + k, vec![0.0; block.len()]))
+        .collect();
+    let found = design.columns(problem, hypothesis, &candidates);
+    let empty = |block: &[Term]| vec![vec![0.0; design.target.len()]; block.len()];
+    let columns: Vec<Vec<f64>> = found
+        .into_iter()
+        .zip(terms.chunks(BLOCK))
+        .flat_map(|(own, block)| own.unwrap_or_else(|| empty(block)))
+        .collect();
+    let price = |t: &Term| 2.0 * t.description_length(space.variables(), space.places());
+    let prices: Vec<f64> = terms.iter().map(price).collect();
+    let least = vec![1.0; design.channels()];
+    let all = Scores { design, rows_per_observation, least }.beam(
+        &columns,
+        &prices,
+        settings.terms,
+        settings.beam,
+    );
+    let mut chosen = Vec::new();
+    for length in 1..=settings.terms {
+        let own = all.iter().filter(|s| s.columns.len() == length).take(settings.refined);
+        chosen.extend(own.map(|s| {
+            let with = |(k, c): (&usize, &f64)| {
+                let term = &terms[*k];
+                Term { coefficient: c * term.coefficient, ..term.clone() }
+            };
+            s.columns.iter().zip(&s.coefficients).map(with).collect::<Vec<Term>>()
+        }));
+    }
+    chosen
+}
+
+/// Laws from the screening about the correction, and about the best law so far.
+fn search(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    about: &About,
+    done: &(dyn Fn(f64) + Sync),
+) -> Result<Vec<Tried>, DiagnoseError> {
+    let settings = &ground.settings.remainder;
+    let rpo = about.rows_per_observation;
+    let mut known = proposals(space, ground, &about.sums, &[]);
+    let mut tried = refine(space, ground, &known, rpo)?;
+    for round in 0..settings.rounds {
+        done(round as f64 / settings.rounds as f64);
+        let Some(best) = preferred(&tried, ground) else { break };
+        let as_good =
+            |(own, least): (&f64, &f64)| *own < least.max(1.0) * (1.0 + settings.notable_rise);
+        if best.chi.iter().zip(&about.chi).all(as_good) {
+            break;
+        }
+        let before = tried.first().map_or(f64::INFINITY, |t| t.total);
+        let sums = again(space, ground, &best, about)?;
+        let more: Vec<Proposal> = proposals(space, ground, &sums, &known);
+        tried.extend(refine(space, ground, &more, rpo)?);
+        tried.sort_by(|a, b| a.total.total_cmp(&b.total));
+        known.extend(more);
+        if tried.first().is_none_or(|t| t.total > before - WORTH) {
+            break;
+        }
+    }
+    Ok(tried)
+}
+
+/// Sums of terms about a law, with products of its terms.
+fn again(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    law: &Tried,
+    about: &About,
+) -> Result<Vec<Vec<Term>>, DiagnoseError> {
+    let (variables, places) = (space.variables(), space.places());
+    let mut terms = about.library.clone();
+    terms.extend(extensions(&law.terms, variables, places));
+    let mut definitions = vec![Definition::law("law", "", &law.terms, variables, places)];
+    definitions.extend(blocks(space, &terms));
+    space.with(&definitions, |system| {
+        let start = Hypothesis { members: law.named.clone(), ..ground.start(system) };
+        let mut rows = ground.rows(system, &start).ok_or_else(diverges)?;
+        rows.set_rows_per_observation(about.rows_per_observation);
+        let start = Hypothesis { members: law.named.clone(), ..rows.whole.base() };
+        let start = start.with(ground.listed, &law.values);
+        let fit = rows.whole.fit(start, ground.settings.remainder.iterations)?;
+        let h = &fit.hypothesis;
+        let design = Design::at(&rows.whole, h)?;
+        let (problem, rpo) = ((&rows.whole, h), about.rows_per_observation);
+        Ok(sums(space, ground, problem, &design, &terms, ground.listed + 1, rpo))
+    })
+}

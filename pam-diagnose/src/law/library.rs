@@ -1,0 +1,161 @@
+//! The terms that are tried.
+
+use crate::terms::{Factor, Function, Lag, Place, Term, Variable, VariableKind};
+
+/// Scales of functions, relative to the typical size of their argument.
+const THRESHOLDS: [f64; 3] = [0.2, 0.45, 0.7];
+const WIDTHS: [f64; 3] = [0.05, 0.2, 0.6];
+const DECAYS: [f64; 2] = [0.1, 0.4];
+/// Time constants, s.
+const LAGS_S: [f64; 4] = [0.08, 0.3, 1.0, 4.0];
+
+/// Most factors of a term.
+const MOST_FACTORS: usize = 3;
+
+/// All terms of up to two factors at the places of some families, each at a few scales.
+pub(crate) fn library(families: &[usize], variables: &[Variable], places: &[Place]) -> Vec<Term> {
+    let dry = |k: usize| places.iter().any(|p| p.dry.is_some_and(|(dry, _)| dry == k));
+    let mut all = Vec::new();
+    for (k, place) in places.iter().enumerate() {
+        if families.contains(&place.family) && !dry(k) {
+            let products = at(place, variables).into_iter();
+            all.extend(products.map(|factors| Term::new(k, factors, variables, places)));
+        }
+    }
+    all
+}
+
+/// The functions of a variable or of its low-pass, at their scales.
+pub(crate) fn functions(kind: VariableKind) -> &'static [Function] {
+    use Function::{
+        Above, Absolute, Below, Cube, Decaying, Linear, Negative, Positive, Saturated,
+        SignedSquare, Square,
+    };
+    match kind {
+        VariableKind::Moving => {
+            &[Linear, Absolute, Square, Cube, SignedSquare, Positive, Negative, Above, Below]
+        }
+        VariableKind::Turning => &[
+            Linear,
+            Absolute,
+            Square,
+            Cube,
+            SignedSquare,
+            Positive,
+            Negative,
+            Above,
+            Below,
+            Saturated,
+            Decaying,
+        ],
+        VariableKind::Slow | VariableKind::Combined => &[Linear, Square, SignedSquare],
+    }
+}
+
+/// A function at each of its scales.
+pub(crate) fn at_scales(factor: Factor, size: f64) -> Vec<Factor> {
+    let scales: &[f64] = match factor.function {
+        Function::Above | Function::Below => &THRESHOLDS,
+        Function::Saturated => &WIDTHS,
+        Function::Decaying => &DECAYS,
+        _ => &[1.0],
+    };
+    scales.iter().map(|s| Factor { scale: s * size, ..factor }).collect()
+}
+
+/// Products of the terms of a law with one factor more.
+pub(crate) fn extensions(law: &[Term], variables: &[Variable], places: &[Place]) -> Vec<Term> {
+    let mut all: Vec<Term> = Vec::new();
+    for term in law.iter().filter(|t| t.factors.len() < MOST_FACTORS) {
+        for &k in &places[term.place].variables {
+            if term.factors.iter().any(|f| f.variable == k) {
+                continue;
+            }
+            for more in companions(k, variables) {
+                let mut factors = term.factors.clone();
+                factors.push(more);
+                all.push(Term::new(term.place, factors, variables, places));
+            }
+        }
+    }
+    all
+}
+
+fn singles(variable: usize, variables: &[Variable]) -> Vec<Factor> {
+    let Variable { kind, size, .. } = variables[variable];
+    let of = |f: &Function| at_scales(Factor::of(variable, *f, 1.0), size);
+    functions(kind).iter().flat_map(of).collect()
+}
+
+/// Factors that stand beside another one.
+fn companions(variable: usize, variables: &[Variable]) -> Vec<Factor> {
+    use Function::{Absolute, Linear, Positive, Saturated, Square};
+    let plain = |f| Factor::of(variable, f, 1.0);
+    let Variable { kind, size, .. } = variables[variable];
+    match kind {
+        VariableKind::Slow | VariableKind::Combined => vec![plain(Linear)],
+        VariableKind::Moving => [Linear, Absolute, Square, Positive].map(plain).to_vec(),
+        VariableKind::Turning => {
+            let turned = Factor::of(variable, Saturated, WIDTHS[0] * size);
+            [Linear, Absolute, Square, Positive].map(plain).into_iter().chain([turned]).collect()
+        }
+    }
+}
+
+fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
+    let known = &place.variables;
+    let moves =
+        |k: usize| matches!(variables[k].kind, VariableKind::Moving | VariableKind::Turning);
+    let mut all = vec![Vec::new()];
+    for &k in known {
+        all.extend(singles(k, variables).into_iter().map(|f| vec![f]));
+    }
+    for (i, &a) in known.iter().enumerate() {
+        for &b in &known[i + 1..] {
+            if !moves(a) && !moves(b) {
+                continue;
+            }
+            // Of a variable that is slow, everything of the other one.
+            let of = |k: usize, other: usize| {
+                if moves(k) && !moves(other) && place.rich {
+                    singles(k, variables)
+                } else {
+                    companions(k, variables)
+                }
+            };
+            for f in of(a, b) {
+                all.extend(of(b, a).into_iter().map(|g| vec![f, g]));
+            }
+        }
+    }
+    if place.remembers {
+        all.extend(remembering(place, variables));
+    }
+    all
+}
+
+fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
+    use Function::{Absolute, Linear, Saturated, SignedSquare, Square};
+    let mut all = Vec::new();
+    let turning = place.variables.iter().find(|k| variables[**k].kind == VariableKind::Turning);
+    for &k in place.variables.iter().filter(|k| variables[**k].at_start.is_some()) {
+        for of in [Linear, Absolute, Square] {
+            // The low-pass of a velocity is a displacement less its own.
+            if of == Linear && variables[k].kind == VariableKind::Turning {
+                continue;
+            }
+            for time_s in LAGS_S {
+                let lagged = Factor { lag: Some(Lag { of, time_s }), ..Factor::of(k, Linear, 1.0) };
+                all.push(vec![lagged]);
+                if of == Linear {
+                    all.push(vec![Factor { function: SignedSquare, ..lagged }]);
+                }
+                if let (Some(&v), true) = (turning, place.rich) {
+                    let turned = Factor::of(v, Saturated, WIDTHS[0] * variables[v].size);
+                    all.extend([vec![lagged, Factor::of(v, Linear, 1.0)], vec![lagged, turned]]);
+                }
+            }
+        }
+    }
+    all
+}

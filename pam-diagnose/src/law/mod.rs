@@ -1,0 +1,30 @@
+//! From a correction to a law: a few terms with numbers and units in place of many without names.
+//!
+//! 1. **Screening.** About the correction, the system answers small changes linearly. What every term of a library would do
+//!    to the outputs is one column: powers, products, bends, saturations, decays and low-passes of all variables, at a few
+//!    scales each. Sums of one to three columns that do what the correction does are put together by a beam search, by their
+//!    least squares and the length of their description (Rissanen 1978; sparse regression as in Brunton, Proctor and Kutz 2016,
+//!    but on responses of the simulation in place of derivatives of data).
+//! 2. **Refinement.** The best sums of each length are fitted through the simulation with all of their numbers: coefficients,
+//!    scales and time constants. A force that saturates in the velocity is tried as set-valued dry friction as well. Validation
+//!    data and description length rank them.
+//! 3. **Rounds.** About the best law so far, the library and the products of its terms with further factors are screened
+//!    anew, until nothing better turns up.
+//! 4. **The shortest law** that leaves nearly as little in every channel is refitted to training and validation data. It takes
+//!    the place of the correction if it removes most of what the correction removes, and the test set confirms it.
+
+mod conclude;
+mod design;
+mod find;
+mod library;
+mod picture;
+mod refine;
+mod result;
+mod select;
+mod written;
+
+pub(crate) use design::Design;
+pub(crate) use find::rest;
+pub use picture::{Picture, PicturePoint, Plane, PlaneCell};
+pub use result::{Law, RankedLaw, Replaced};
+pub(crate) use select::Scores;

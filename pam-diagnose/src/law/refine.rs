@@ -1,0 +1,186 @@
+//! Laws through the simulation.
+
+use crate::error::DiagnoseError;
+use crate::fit::{Fit, Hypothesis, Member};
+use crate::remainder::Ground;
+use crate::search::Scored;
+use crate::terms::{Definition, Factor, Function, Term, TermSpace};
+use pam_core::parallel;
+
+/// Terms to be fitted, beside some of the named causes.
+#[derive(Debug, Clone)]
+pub(crate) struct Proposal {
+    pub(crate) terms: Vec<Term>,
+    pub(crate) named: Vec<Member>,
+}
+
+/// A law that was fitted to the training rows.
+#[derive(Debug, Clone)]
+pub(crate) struct Tried {
+    /// Its terms with fitted numbers.
+    pub(crate) terms: Vec<Term>,
+    /// Named causes beside it, with their values.
+    pub(crate) named: Vec<Member>,
+    /// Values of the parameters of its definition.
+    pub(crate) values: Vec<f64>,
+    /// Minus two times the logarithm of its posterior probability, up to a constant.
+    pub(crate) total: f64,
+    /// Length of its description, nats.
+    pub(crate) length: f64,
+    /// Mean whitened squares of the channels on training and validation rows.
+    pub(crate) chi: Vec<f64>,
+    /// Normalised χ² of the validation rows.
+    pub(crate) validation: f64,
+    /// Prior cost of the nuisances.
+    prior_cost: f64,
+}
+
+/// Ratio of two scales or times below which two proposals are one.
+const SAME_SCALE: f64 = 2.0;
+/// Laws that are followed after a few iterations.
+const FOLLOWED: [usize; 2] = [14, 6];
+/// Nats for the value of a number.
+const NUMBER_LENGTH: f64 = 4.0;
+
+impl Proposal {
+    /// Whether another one is the same but for numbers that a fit would make the same.
+    fn is_like(&self, other: &Self) -> bool {
+        let near = |a: f64, b: f64| a.max(b) < SAME_SCALE * a.min(b);
+        let same = |f: &Factor, g: &Factor| {
+            f.is_like(g)
+                && (!f.function.has_scale() || near(f.scale, g.scale))
+                && f.lag.zip(g.lag).is_none_or(|(l, m)| near(l.time_s, m.time_s))
+        };
+        let term = |t: &Term, u: &Term| {
+            t.is_like(u) && t.factors.iter().all(|f| u.factors.iter().any(|g| same(f, g)))
+        };
+        let holds = |a: &Self, b: &Self| a.terms.iter().all(|t| b.terms.iter().any(|u| term(t, u)));
+        self.named.len() == other.named.len()
+            && self.terms.len() == other.terms.len()
+            && holds(self, other)
+            && holds(other, self)
+    }
+}
+
+/// Proposals from sets of terms: each without the named causes and with them, and with dry friction in place of its smooth
+/// picture. Those that are like known ones are left out.
+pub(crate) fn proposals(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    sets: &[Vec<Term>],
+    known: &[Proposal],
+) -> Vec<Proposal> {
+    let mut all: Vec<Proposal> = Vec::new();
+    let mut add = |terms: Vec<Term>, named: Vec<Member>| {
+        let proposal = Proposal { terms, named };
+        if !known.iter().chain(&all).any(|p| p.is_like(&proposal)) {
+            all.push(proposal);
+        }
+    };
+    for terms in sets {
+        let dry: Vec<Term> = terms.iter().map(|t| dry_variant(space, t)).collect();
+        for terms in [terms.clone()].into_iter().chain((dry != *terms).then_some(dry)) {
+            add(terms.clone(), Vec::new());
+            if !ground.named.is_empty() && terms.len() < ground.settings.remainder.terms {
+                add(terms, ground.named.clone());
+            }
+        }
+    }
+    all
+}
+
+/// The term as a level of dry friction, if it is the smooth picture of one.
+fn dry_variant(space: &dyn TermSpace, term: &Term) -> Term {
+    let Some((dry, velocity)) = space.places()[term.place].dry else { return term.clone() };
+    let turned =
+        |f: &Factor| f.function == Function::Saturated && f.variable == velocity && f.lag.is_none();
+    let Some(at) = term.factors.iter().position(turned) else { return term.clone() };
+    let mut level = Term { place: dry, coefficient: -term.coefficient, ..term.clone() };
+    level.factors.remove(at);
+    level
+}
+
+/// Fits proposals to the training rows and scores them on training and validation rows, best first. After a few iterations
+/// only the most promising ones go on.
+pub(crate) fn refine(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    proposals: &[Proposal],
+    rows_per_observation: f64,
+) -> Result<Vec<Tried>, DiagnoseError> {
+    let (variables, places) = (space.variables(), space.places());
+    let define = |(k, p): (usize, &Proposal)| {
+        Definition::law(&format!("law{}", k + 1), "", &p.terms, variables, places)
+    };
+    let definitions: Vec<Definition> = proposals.iter().enumerate().map(define).collect();
+    let length_of = |p: &Proposal| {
+        let terms = p.terms.iter().map(|t| t.description_length(variables, places));
+        terms.sum::<f64>() + p.named.len() as f64 * (ground.choices.max(1) as f64).ln()
+    };
+    let iterations = ground.settings.remainder.law_iterations;
+    space.with(&definitions, |system| {
+        let Some(mut rows) = ground.rows(system, &ground.start(system)) else {
+            return Ok(Vec::new());
+        };
+        rows.set_rows_per_observation(rows_per_observation);
+        let train = &rows.choosing.train;
+        let start = |k: usize| {
+            let values: Vec<f64> = definitions[k].parameters.iter().map(|p| p.start).collect();
+            let base = Hypothesis { members: proposals[k].named.clone(), ..train.base() };
+            train.fit(base.with(ground.listed + k, &values), 2).ok().map(|fit| (k, fit))
+        };
+        let mut going: Vec<(usize, Fit)> =
+            parallel::map(proposals.len(), start).into_iter().flatten().collect();
+        let mut done: Vec<(usize, Fit)> = Vec::new();
+        let prospect = |(k, fit): &(usize, Fit)| fit.may_reach() + 2.0 * length_of(&proposals[*k]);
+        for followed in FOLLOWED {
+            going.sort_by(|a, b| prospect(a).total_cmp(&prospect(b)));
+            let rest = going.split_off(followed.min(going.len()));
+            done.extend(rest);
+            let more = if followed == FOLLOWED[0] { 3 } else { iterations.saturating_sub(5) };
+            going = parallel::map_each(going, |(k, fit)| {
+                let further = train.fit_further(fit.clone(), more);
+                (k, further.unwrap_or(fit))
+            });
+        }
+        done.extend(going);
+        let tried = parallel::map_each(done, |(k, fit)| {
+            let scored: Scored = rows.scored(fit)?;
+            let mut named = scored.hypothesis().members.clone();
+            let values = named.pop()?.values;
+            let terms = definitions[k].with_values(&proposals[k].terms, &values);
+            let length = length_of(&proposals[k]);
+            let choice =
+                2.0 * scored.members() as f64 * (system.candidate_len().max(1) as f64).ln();
+            Some(Tried {
+                total: scored.total(rows_per_observation) - choice + 2.0 * length,
+                prior_cost: train.prior_cost(scored.hypothesis()),
+                chi: scored.fit.errors.and(&scored.validation).mean(),
+                validation: scored.validation.chi_square(),
+                terms,
+                named,
+                values,
+                length,
+            })
+        });
+        let mut tried: Vec<Tried> = tried.into_iter().flatten().collect();
+        tried.sort_by(|a, b| a.total.total_cmp(&b.total));
+        Ok(tried)
+    })
+}
+
+/// Of laws that leave nearly as little in every channel as the one of the best odds, without moving the nuisances further, the
+/// one of the shortest description.
+pub(crate) fn preferred(tried: &[Tried], ground: &Ground<'_>) -> Option<Tried> {
+    let best = tried.first()?;
+    let settings = ground.settings;
+    let as_good = |t: &&Tried| {
+        let mut channels = t.chi.iter().zip(&best.chi);
+        let rise = settings.remainder.notable_rise;
+        channels.all(|(own, least)| own - least < rise * least.max(1.0))
+            && t.prior_cost - best.prior_cost < settings.intervals.equal_cost
+    };
+    let length = |t: &Tried| t.length + NUMBER_LENGTH * t.values.len() as f64;
+    let shortest = tried.iter().filter(as_good).min_by(|a, b| length(a).total_cmp(&length(b)));
+    shortest.cloned()
+}

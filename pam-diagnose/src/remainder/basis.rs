@@ -1,0 +1,97 @@
+//! The terms of a smooth correction.
+
+use crate::terms::{Factor, Function, Lag, Place, Term, Variable, VariableKind};
+
+/// Sizes at which the direction of a variable turns, relative to its typical size: the first one is close to dry friction.
+const TURNING: [f64; 2] = [0.05, 0.4];
+/// Distances from zero at which a correction may bend, relative to the typical size.
+const BENDS: [f64; 2] = [0.3, 0.65];
+/// Time constants of what a correction remembers, s.
+const LAGS_S: [f64; 3] = [0.1, 0.5, 2.5];
+
+/// Terms of low order in all variables, for every place of a family: a constant, powers, directions, products of two.
+pub(crate) fn smooth(family: usize, variables: &[Variable], places: &[Place]) -> Vec<Term> {
+    of_family(family, places)
+        .flat_map(|k| {
+            let products = at(&places[k], variables).into_iter();
+            products.map(move |factors| Term::new(k, factors, variables, places))
+        })
+        .collect()
+}
+
+/// Terms that remember the variables, for every place of a family that can.
+pub(crate) fn remembering(family: usize, variables: &[Variable], places: &[Place]) -> Vec<Term> {
+    of_family(family, places)
+        .filter(|k| places[*k].remembers)
+        .flat_map(|k| {
+            let products = lagged(&places[k], variables).into_iter();
+            products.map(move |factors| Term::new(k, factors, variables, places))
+        })
+        .collect()
+}
+
+/// The places of a family at which a smooth term can act.
+fn of_family(family: usize, places: &[Place]) -> impl Iterator<Item = usize> {
+    let is_dry = |k: usize| places.iter().any(|p| p.dry.is_some_and(|(dry, _)| dry == k));
+    (0..places.len()).filter(move |&k| places[k].family == family && !is_dry(k))
+}
+
+fn plain(variable: usize, function: Function) -> Factor {
+    Factor::of(variable, function, 1.0)
+}
+
+fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
+    use Function::{Above, Absolute, Below, Cube, Linear, Saturated, SignedSquare, Square};
+    let kind = |k: usize| variables[k].kind;
+    let slow = |k: usize| kind(k) == VariableKind::Slow;
+    let known: Vec<usize> =
+        place.variables.iter().copied().filter(|&k| kind(k) != VariableKind::Combined).collect();
+    let moving: Vec<usize> = known.iter().copied().filter(|&k| !slow(k)).collect();
+    let turning: Vec<usize> =
+        known.iter().copied().filter(|&k| kind(k) == VariableKind::Turning).collect();
+    let turned = |k: usize, width: f64| Factor::of(k, Saturated, width * variables[k].size);
+    let mut all: Vec<Vec<Factor>> = vec![Vec::new()];
+    all.extend(known.iter().map(|&k| vec![plain(k, Linear)]));
+    all.extend(moving.iter().flat_map(|&k| [vec![plain(k, Square)], vec![plain(k, Cube)]]));
+    for (i, &a) in known.iter().enumerate() {
+        let others = known[i + 1..].iter().filter(|b| !(slow(a) && slow(**b)));
+        all.extend(others.map(|&b| vec![plain(a, Linear), plain(b, Linear)]));
+    }
+    if !place.rich {
+        let squares = known.iter().filter(|k| slow(**k));
+        all.extend(squares.map(|&k| vec![plain(k, Square)]));
+        return all;
+    }
+    for &k in &turning {
+        all.extend([vec![plain(k, Absolute)], vec![plain(k, SignedSquare)]]);
+        all.extend(TURNING.map(|width| vec![turned(k, width)]));
+        for &other in known.iter().filter(|o| **o != k) {
+            let size = if slow(other) { Linear } else { Absolute };
+            all.push(vec![turned(k, TURNING[0]), plain(other, size)]);
+        }
+    }
+    for &k in &moving {
+        let bends = BENDS.map(|at| at * variables[k].size);
+        all.extend([Above, Below].iter().flat_map(|f| bends.map(|at| vec![Factor::of(k, *f, at)])));
+    }
+    for &a in &moving {
+        let others = moving.iter().filter(|b| **b != a);
+        all.extend(others.map(|&b| vec![plain(a, Square), plain(b, Linear)]));
+    }
+    all
+}
+
+fn lagged(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
+    let known = place.variables.iter().filter(|k| variables[**k].at_start.is_some());
+    let mut all = Vec::new();
+    for &k in known {
+        for time_s in LAGS_S {
+            let of = |of| Factor { lag: Some(Lag { of, time_s }), ..plain(k, Function::Linear) };
+            all.push(match variables[k].kind {
+                VariableKind::Turning => vec![of(Function::Square), plain(k, Function::Linear)],
+                _ => vec![of(Function::Linear)],
+            });
+        }
+    }
+    all
+}

@@ -1,0 +1,101 @@
+//! The data from which terms are learned.
+
+use crate::data::Roles;
+use crate::error::DiagnoseError;
+use crate::fit::{Hypothesis, Member, Problem};
+use crate::noise::{Noise, NoisePrior};
+use crate::search::{Candidates, Rows};
+use crate::settings::DiagnosisSettings;
+use pam_numerics::statistics::{mean, paired_t_test};
+
+/// The data of a system, and the causes that are named already.
+#[derive(Clone)]
+pub(crate) struct Ground<'a> {
+    pub(crate) roles: &'a Roles,
+    pub(crate) noise: Noise,
+    pub(crate) prior: NoisePrior,
+    /// Named causes with their values.
+    pub(crate) named: Vec<Member>,
+    /// Those of them that are always there with the same value.
+    pub(crate) settled: Vec<Member>,
+    /// Causes that a law has to surpass.
+    pub(crate) rivals: Vec<Member>,
+    /// Number of candidates of the system without any terms.
+    pub(crate) listed: usize,
+    /// Number of candidates from which the named causes were chosen.
+    pub(crate) choices: usize,
+    pub(crate) settings: &'a DiagnosisSettings,
+    pub(crate) seed: u64,
+}
+
+pub(crate) type Dyn<'s> = dyn Candidates + 's;
+
+impl Ground<'_> {
+    /// Training and validation rows of a system, in units of the noise; as many rows are one observation as the residual of
+    /// a hypothesis is correlated over. `None` if it cannot be simulated.
+    pub(crate) fn rows<'s>(
+        &'s self,
+        system: &'s Dyn<'s>,
+        beside: &Hypothesis,
+    ) -> Option<Rows<'s, Dyn<'s>>> {
+        let choosing = self.roles.split(system, &self.noise, self.settings);
+        let whole = self.roles.whole(system, &self.noise, self.settings);
+        let mut rows = Rows::new(choosing, whole, self.prior.clone());
+        let beside = Hypothesis { locals: rows.whole.base().locals, ..beside.clone() };
+        rows.set_noise(&self.noise, &beside)?;
+        Some(rows)
+    }
+
+    /// The named causes, without nuisances of any experiment.
+    pub(crate) fn start(&self, system: &Dyn<'_>) -> Hypothesis {
+        Hypothesis { members: self.named.clone(), ..Hypothesis::base(system, 0) }
+    }
+}
+
+/// The drop of the squared error from one hypothesis to another, over blocks of time: its mean relative to that before, and
+/// the probability of so large a drop by chance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Drop {
+    pub(crate) share: f64,
+    pub(crate) p_value: f64,
+}
+
+impl Drop {
+    /// Whether it is too much for chance, and enough to matter.
+    pub(crate) fn is_learned(&self, ground: &Ground<'_>) -> bool {
+        let settings = &ground.settings.remainder;
+        self.share > settings.learned_share && self.p_value < settings.learned_probability
+    }
+}
+
+/// The drop of the whitened squared error of the rows of a problem.
+pub(crate) fn drop_by_blocks(
+    problem: &Problem<'_, Dyn<'_>>,
+    before: &Hypothesis,
+    after: &Hypothesis,
+) -> Result<Drop, DiagnoseError> {
+    let (mut own, mut drops) = (Vec::new(), Vec::new());
+    for i in 0..problem.len() {
+        let [old, new] =
+            [problem.whitened_residuals(before, i)?, problem.whitened_residuals(after, i)?];
+        let block = problem.rows_per_short_block(i);
+        for from in (0..problem.rows(i) / block).map(|b| b * block) {
+            let square = |r: &[Vec<f64>]| -> f64 {
+                r.iter().flat_map(|c| &c[from..from + block]).map(|v| v * v).sum()
+            };
+            own.push(square(&old));
+            drops.push(square(&old) - square(&new));
+        }
+    }
+    // Relative drops, so that one block with most of the error does not decide.
+    let relative: Vec<f64> =
+        drops.iter().zip(&own).map(|(d, o)| d / o.max(f64::MIN_POSITIVE)).collect();
+    let one_sided = |values: &[f64]| match paired_t_test(values) {
+        Some(t) if t.mean_difference > 0.0 => 0.5 * t.p,
+        _ => 1.0,
+    };
+    Ok(Drop {
+        share: mean(&drops) / mean(&own).max(f64::MIN_POSITIVE),
+        p_value: (2.0 * one_sided(&relative).min(one_sided(&drops))).min(1.0),
+    })
+}

@@ -1,0 +1,246 @@
+//! The fit of a smooth correction.
+
+use super::basis::{remembering, smooth};
+use super::ground::{Drop, Ground, drop_by_blocks};
+use crate::error::DiagnoseError;
+use crate::fit::{Hypothesis, Member};
+use crate::law::{Design, Scores};
+use crate::terms::{Definition, Place, Term, TermSpace};
+
+/// A smooth correction as it was fitted to the training rows.
+#[derive(Debug, Clone)]
+pub(crate) struct Learned {
+    /// Its terms with unit coefficients, by the effects that hold them.
+    pub(crate) terms: Vec<Vec<Term>>,
+    /// Standard deviation of the prior of the coefficients, relative to the sizes of the places.
+    pub(crate) deviation: f64,
+    /// Named causes, then the coefficients, fitted to the training rows.
+    pub(crate) hypothesis: Hypothesis,
+    /// Drop of the error of the validation rows from the named causes alone.
+    pub(crate) drop: Drop,
+    /// Cost on the validation rows.
+    validation: f64,
+    /// Mean whitened squares of the validation rows.
+    chi: Vec<f64>,
+}
+
+/// Drop of the validation cost that an addition to a correction must bring.
+const WORTH: f64 = 10.0;
+
+impl Learned {
+    /// What the system is asked to add.
+    pub(crate) fn definitions(&self, space: &dyn TermSpace) -> Vec<Definition> {
+        definitions(space, &self.terms, self.deviation)
+    }
+
+    /// The families of places at which it acts.
+    pub(crate) fn families(&self, places: &[Place]) -> Vec<usize> {
+        let mut all: Vec<usize> =
+            self.terms.iter().flatten().map(|t| places[t.place].family).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// The terms with the coefficients of a fitted hypothesis.
+    pub(crate) fn fitted(&self, hypothesis: &Hypothesis) -> Vec<Term> {
+        let members = &hypothesis.members[hypothesis.members.len() - self.terms.len()..];
+        let all = self.terms.iter().zip(members).flat_map(|(terms, m)| terms.iter().zip(&m.values));
+        all.map(|(t, c)| Term { coefficient: c * t.coefficient, ..t.clone() }).collect()
+    }
+
+    /// Whether next to nothing but noise is left.
+    fn is_enough(&self, ground: &Ground<'_>) -> bool {
+        let settings = &ground.settings.remainder;
+        let most = settings.nothing_ratio.powi(2);
+        self.drop.share > settings.enough_share || self.chi.iter().all(|c| *c < most)
+    }
+}
+
+fn definitions(space: &dyn TermSpace, terms: &[Vec<Term>], deviation: f64) -> Vec<Definition> {
+    let of = |(k, terms): (usize, &Vec<Term>)| {
+        let id = format!("learned_correction_{}", k + 1);
+        Definition::flexible(&id, terms, deviation, space.variables(), space.places())
+    };
+    terms.iter().enumerate().map(of).collect()
+}
+
+/// Most terms of a correction that is cut down.
+const MOST_TERMS: usize = 14;
+/// Sums that are followed while it is.
+const BEAM: usize = 3;
+
+/// The correction without the terms that it does not need on the training rows, if the validation rows do not need them either:
+/// it is known better where there are no data, and takes less time.
+fn sparse(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    dense: Learned,
+) -> Result<Learned, DiagnoseError> {
+    let kept: Vec<usize> = space.with(&dense.definitions(space), |system| {
+        let Some(rows) = ground.rows(system, &ground.start(system)) else { return Ok(Vec::new()) };
+        let train = &rows.choosing.train;
+        let count: usize = dense.terms.iter().map(Vec::len).sum();
+        let design = Design::at(train, &dense.hypothesis)?;
+        let named = design.own.len() - count;
+        let design = design.beside(named);
+        let columns = design.own.clone();
+        let scores = Scores {
+            design: &design,
+            rows_per_observation: train.correlated_rows(&dense.hypothesis)?,
+            least: train.errors(&dense.hypothesis)?.mean(),
+        };
+        let all = scores.beam(&columns, &vec![0.0; count], MOST_TERMS, BEAM);
+        Ok(all.into_iter().next().map_or_else(Vec::new, |s| s.columns))
+    })?;
+    if kept.is_empty() {
+        return Ok(dense);
+    }
+    let (mut terms, mut members, mut first) = (Vec::new(), Vec::new(), 0);
+    let (named, own) = dense.hypothesis.members.split_at(ground.named.len());
+    for (all, member) in dense.terms.iter().zip(own) {
+        let here = |k: &usize| (first..first + all.len()).contains(k);
+        let of: Vec<usize> = kept.iter().copied().filter(here).map(|k| k - first).collect();
+        first += all.len();
+        if !of.is_empty() {
+            terms.push(of.iter().map(|&k| all[k].clone()).collect::<Vec<Term>>());
+            members.push(of.iter().map(|&k| member.values[k]).collect::<Vec<f64>>());
+        }
+    }
+    let members = members
+        .into_iter()
+        .enumerate()
+        .map(|(k, values)| Member::always(ground.listed + k, &values));
+    let members = named.iter().cloned().chain(members).collect();
+    let start =
+        Learned { hypothesis: Hypothesis { members, ..dense.hypothesis.clone() }, ..dense.clone() };
+    let iterations = 2 * ground.settings.remainder.iterations;
+    let found = fitted(space, ground, &terms, dense.deviation, Some(&start), iterations)?;
+    Ok(found.filter(|f| f.validation < dense.validation + WORTH).unwrap_or(dense))
+}
+
+/// Learns a correction: at the places where it removes most of the error of the validation rows, with the prior that does, and
+/// with memory or at further places where that is worth it. `None` if there is nothing to learn.
+pub(crate) fn learn(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    done: &(dyn Fn(f64) + Sync),
+) -> Result<Option<Learned>, DiagnoseError> {
+    let settings = &ground.settings.remainder;
+    let (variables, places) = (space.variables(), space.places());
+    let iterations = settings.iterations;
+    let mut families: Vec<usize> = places.iter().map(|p| p.family).collect();
+    families.sort_unstable();
+    families.dedup();
+    let mut alone: Vec<(usize, Learned)> = Vec::new();
+    for &family in &families {
+        let terms = vec![smooth(family, variables, places)];
+        let found = fitted(space, ground, &terms, settings.deviations[0], None, iterations)?;
+        alone.extend(found.map(|found| (family, found)));
+        done(0.6 * alone.len() as f64 / families.len() as f64);
+    }
+    let best = alone.iter().min_by(|a, b| a.1.validation.total_cmp(&b.1.validation));
+    let Some((family, mut best)) = best.cloned() else { return Ok(None) };
+    for deviation in &settings.deviations[1..] {
+        let found = fitted(space, ground, &best.terms, *deviation, Some(&best), iterations)?;
+        best = found.filter(|f| f.validation < best.validation).unwrap_or(best);
+    }
+    best = sparse(space, ground, best)?;
+    done(0.8);
+    let more = remembering(family, variables, places);
+    if !more.is_empty() && !best.is_enough(ground) {
+        let terms = [best.terms.clone(), vec![more]].concat();
+        let found = fitted(space, ground, &terms, best.deviation, Some(&best), iterations)?;
+        if let Some(found) = found.filter(|f| f.validation < best.validation - WORTH) {
+            best = sparse(space, ground, found)?;
+        }
+    }
+    done(0.9);
+    for (other, found) in &alone {
+        // Only what helps by itself helps beside something else.
+        let helps = found.drop.is_learned(ground);
+        if *other == family || !helps || best.is_enough(ground) {
+            continue;
+        }
+        let terms = [best.terms.clone(), smooth_of(*other, space)].concat();
+        let found = fitted(space, ground, &terms, best.deviation, Some(&best), iterations)?;
+        if let Some(found) = found.filter(|f| f.validation < best.validation - WORTH) {
+            best = sparse(space, ground, found)?;
+        }
+    }
+    done(1.0);
+    Ok(best.drop.is_learned(ground).then_some(best))
+}
+
+fn smooth_of(family: usize, space: &dyn TermSpace) -> Vec<Vec<Term>> {
+    vec![smooth(family, space.variables(), space.places())]
+}
+
+/// A correction at the same places beside fewer named causes, with what those were.
+pub(crate) fn learn_again(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    known: &Learned,
+) -> Result<Option<Learned>, DiagnoseError> {
+    let (variables, places) = (space.variables(), space.places());
+    let mut terms = Vec::new();
+    for family in known.families(places) {
+        terms.push(smooth(family, variables, places));
+        if known.terms.iter().flatten().any(Term::remembers) {
+            terms.push(remembering(family, variables, places));
+        }
+    }
+    terms.retain(|t| !t.is_empty());
+    let iterations = 2 * ground.settings.remainder.iterations;
+    let dense = fitted(space, ground, &terms, known.deviation, None, iterations)?;
+    dense.map(|dense| sparse(space, ground, dense)).transpose()
+}
+
+/// Fits terms to the training rows beside the named causes, from another correction on if one is given; `None` if they cannot
+/// be simulated.
+fn fitted(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    terms: &[Vec<Term>],
+    deviation: f64,
+    from: Option<&Learned>,
+    iterations: usize,
+) -> Result<Option<Learned>, DiagnoseError> {
+    let converged = ground.settings.search.converged_drop;
+    space.with(&definitions(space, terms, deviation), |system| {
+        let start = ground.start(system);
+        let Some(rows) = ground.rows(system, &start) else { return Ok(None) };
+        let train = &rows.choosing.train;
+        let named = ground.named.len();
+        let base = Hypothesis { members: ground.named.clone(), ..train.base() };
+        let (mut h, known): (Hypothesis, &[Member]) = match from {
+            Some(from) => {
+                let (named, known) = from.hypothesis.members.split_at(named);
+                (Hypothesis { members: named.to_vec(), ..from.hypothesis.clone() }, known)
+            }
+            None => (base.clone(), &[]),
+        };
+        for (k, terms) in terms.iter().enumerate() {
+            let values = known.get(k).map_or_else(|| vec![0.0; terms.len()], |m| m.values.clone());
+            h = h.with(ground.listed + k, &values);
+        }
+        let Ok(fit) = train.fit_to(h, iterations, converged) else { return Ok(None) };
+        let Ok(errors) = rows.choosing.validation_errors(&fit.hypothesis) else {
+            return Ok(None);
+        };
+        let base = train.fit_to(base, iterations, converged)?;
+        let drop = drop_by_blocks(
+            &rows.choosing.validation,
+            &rows.choosing.on_validation(&base.hypothesis),
+            &rows.choosing.on_validation(&fit.hypothesis),
+        )?;
+        Ok(Some(Learned {
+            terms: terms.to_vec(),
+            deviation,
+            hypothesis: fit.hypothesis,
+            drop,
+            validation: errors.rows as f64 / train.rows_per_observation * errors.deviance(),
+            chi: errors.mean(),
+        }))
+    })
+}

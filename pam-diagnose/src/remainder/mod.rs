@@ -1,0 +1,21 @@
+//! What no listed cause explains: a smooth correction that is learned through the simulation.
+//!
+//! A correction is a sum of terms of low order in everything that the system knows: powers, directions and bends of its
+//! variables, products of two, and what is remembered of them. Its coefficients are fitted by Levenberg–Marquardt with the
+//! sensitivities of the simulation, as those of a cause are, with a Gaussian prior about zero whose width the validation data
+//! choose. Where a correction acts (on the forces, in the air, at a sensor; in the rate of one state of a field) is chosen in
+//! the same way. Leaving out all terms of a variable, on blocks of data that were not fitted, shows whether the correction
+//! depends on it.
+//!
+//! [`law`](crate::law) looks for a short expression that says the same.
+
+mod basis;
+mod dependence;
+mod ground;
+mod learn;
+mod result;
+
+pub(crate) use dependence::dependence;
+pub(crate) use ground::{Dyn, Ground};
+pub(crate) use learn::{Learned, learn, learn_again};
+pub use result::{Correction, Dependence, Remainder, RemainderOutcome};

@@ -1,0 +1,316 @@
+//! Terms as something that a system can simulate and fit.
+
+use super::space::{Place, Variable};
+use super::term::Term;
+use pam_vocabulary::ParameterInfo;
+
+/// A fitted number of a definition.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TermParameter {
+    /// Name, with its unit as suffix.
+    pub name: String,
+    /// Smallest and largest value.
+    pub range: [f64; 2],
+    /// Whether it is positive and fitted by its logarithm.
+    pub logarithmic: bool,
+    /// The value at which it contributes nothing.
+    pub absent: Option<f64>,
+    /// Value from which a fit starts.
+    pub start: f64,
+    /// Standard deviation of its prior about `absent`; infinite for a free one.
+    pub deviation: f64,
+}
+
+/// Terms with names for their numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Definition {
+    /// Id.
+    pub id: String,
+    /// One line: a noun phrase.
+    pub description: String,
+    /// Its numbers.
+    pub parameters: Vec<TermParameter>,
+    /// What it remembers: name, value at the start, rate.
+    pub memory: Vec<[String; 3]>,
+    /// Places of the system's expressions with the expression there.
+    pub acts: Vec<[String; 2]>,
+}
+
+/// Multiple of its typical size that a coefficient reaches.
+const LARGEST: f64 = 1e3;
+/// Multiples of their starting value between which scales and times stay.
+const SCALE_RANGE: f64 = 1e2;
+
+impl Definition {
+    /// Terms whose coefficients alone are fitted, as multiples of what they are, from zero on, with a prior of this standard
+    /// deviation.
+    #[must_use]
+    pub fn flexible(
+        id: &str,
+        terms: &[Term],
+        deviation: f64,
+        variables: &[Variable],
+        places: &[Place],
+    ) -> Self {
+        let mut writer = Writer { variables, places, memory: Vec::new(), sums: Vec::new() };
+        let mut parameters = Vec::new();
+        for (k, term) in terms.iter().enumerate() {
+            let name = format!("c{}", k + 1);
+            let product = writer.product(term, &mut |_, value| written(value));
+            let size = written(term.coefficient);
+            let text = if product.is_empty() { size } else { format!("{size} * {product}") };
+            writer.add(term.place, &format!("{name} * {text}"));
+            parameters.push(TermParameter {
+                name,
+                range: [-LARGEST, LARGEST],
+                logarithmic: false,
+                absent: Some(0.0),
+                start: 0.0,
+                deviation,
+            });
+        }
+        writer.done(id, "terms of a flexible model", parameters)
+    }
+
+    /// A law: terms whose coefficients, scales and times are all fitted, from their present values on.
+    #[must_use]
+    pub fn law(
+        id: &str,
+        description: &str,
+        terms: &[Term],
+        variables: &[Variable],
+        places: &[Place],
+    ) -> Self {
+        let mut writer = Writer { variables, places, memory: Vec::new(), sums: Vec::new() };
+        let mut parameters: Vec<TermParameter> = Vec::new();
+        for (k, term) in terms.iter().enumerate() {
+            let suffix = term.unit(variables, places).suffix();
+            let name = format!("c{}{suffix}", k + 1);
+            let reach = round_up(LARGEST * places[term.place].size / term.size(variables));
+            let dry = places.iter().any(|p| p.dry.is_some_and(|(at, _)| at == term.place));
+            let low = if dry && term.factors.is_empty() { 0.0 } else { -reach };
+            parameters.push(TermParameter {
+                name: name.clone(),
+                range: [low, reach],
+                logarithmic: false,
+                absent: Some(0.0),
+                start: term.coefficient,
+                deviation: f64::INFINITY,
+            });
+            let mut scales = |kind: Number, value: f64| {
+                let unit = match kind {
+                    Number::Scale(unit) => unit,
+                    Number::Time => super::unit::Unit::S,
+                };
+                let letter = if kind == Number::Time { "tau" } else { "w" };
+                let count = parameters.iter().filter(|p| p.name.starts_with(letter)).count();
+                let name = format!("{letter}{}{}", count + 1, unit.suffix());
+                parameters.push(TermParameter {
+                    name: name.clone(),
+                    range: [round_up(value / SCALE_RANGE), round_up(value * SCALE_RANGE)],
+                    logarithmic: true,
+                    absent: None,
+                    start: value,
+                    deviation: f64::INFINITY,
+                });
+                name
+            };
+            let product = writer.product(term, &mut scales);
+            let text = if product.is_empty() { name } else { format!("{name} * {product}") };
+            writer.add(term.place, &text);
+        }
+        writer.done(id, description, parameters)
+    }
+}
+
+impl Definition {
+    /// What it adds and where, `force_n = c1_n_per_mm3 * x^3`, with the rates of what it remembers.
+    #[must_use]
+    pub fn expression(&self) -> String {
+        let acts = self.acts.iter().map(|[place, text]| format!("{place} = {text}"));
+        let memory = self.memory.iter().map(|[name, _, rate]| format!("d{name}/dt = {rate}"));
+        acts.chain(memory).collect::<Vec<_>>().join(", ")
+    }
+
+    /// The definition as a file of effects.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        let mut out = String::from("[[effect]]\n");
+        let mut line = |text: String| {
+            out += &text;
+            out.push('\n');
+        };
+        line(format!("id = \"{}\"", self.id));
+        line(format!("description = \"{}\"", self.description));
+        for p in &self.parameters {
+            let mut entry = format!("range = [{:?}, {:?}]", p.range[0], p.range[1]);
+            if let Some(absent) = p.absent {
+                entry += &format!(", absent = {absent:?}");
+            }
+            if p.logarithmic {
+                entry += ", log = true";
+            }
+            line(format!("parameters.{} = {{ {entry}, start = [{:?}] }}", p.name, p.start));
+        }
+        for [name, start, rate] in &self.memory {
+            line(format!("memory.{name} = {{ start = \"{start}\", rate = \"{rate}\" }}"));
+        }
+        for [place, text] in &self.acts {
+            line(format!("acts.{place} = \"{text}\""));
+        }
+        out
+    }
+
+    /// The same with another description.
+    #[must_use]
+    pub fn describe(self, description: &str) -> Self {
+        Self { description: description.to_owned(), ..self }
+    }
+
+    /// The same with other values from which a fit starts.
+    #[must_use]
+    pub fn starting_at(&self, values: &[f64]) -> Self {
+        let mut other = self.clone();
+        other.parameters.iter_mut().zip(values).for_each(|(p, v)| p.start = *v);
+        other
+    }
+
+    /// The terms of a [`law`](Self::law) with the values of its parameters.
+    #[must_use]
+    pub fn with_values(&self, terms: &[Term], values: &[f64]) -> Vec<Term> {
+        let mut rest = values.iter().copied();
+        let mut next = |old: f64| rest.next().unwrap_or(old);
+        let mut fitted = Vec::with_capacity(terms.len());
+        // In the order in which `law` names them.
+        for term in terms {
+            let mut term = term.clone();
+            term.coefficient = next(term.coefficient);
+            for f in &mut term.factors {
+                if let Some(lag) = &mut f.lag {
+                    lag.time_s = next(lag.time_s);
+                }
+                if f.function.has_scale() {
+                    f.scale = next(f.scale);
+                }
+            }
+            fitted.push(term);
+        }
+        fitted
+    }
+}
+
+/// A number inside a product.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Number {
+    /// A scale of a function, with its unit.
+    Scale(super::unit::Unit),
+    /// A time constant.
+    Time,
+}
+
+/// Writes terms as sums at the places of a system.
+struct Writer<'a> {
+    variables: &'a [Variable],
+    places: &'a [Place],
+    memory: Vec<[String; 3]>,
+    /// The place and the sum of its terms.
+    sums: Vec<(usize, String)>,
+}
+
+impl Writer<'_> {
+    /// The product of the factors of a term, its numbers as `number` writes them.
+    fn product(&mut self, term: &Term, number: &mut dyn FnMut(Number, f64) -> String) -> String {
+        let mut parts = Vec::new();
+        for f in &term.factors {
+            let variable = &self.variables[f.variable];
+            let argument = match f.lag {
+                None => variable.text.clone(),
+                Some(lag) => {
+                    let of = lag.of.text(&variable.text, "");
+                    let start = variable.at_start.as_deref().unwrap_or("0");
+                    let start = if start == "0" { "0".to_owned() } else { lag.of.text(start, "") };
+                    let time = number(Number::Time, lag.time_s);
+                    let known = self
+                        .memory
+                        .iter()
+                        .find(|[name, _, rate]| *rate == format!("({of} - {name}) / {time}"));
+                    match known {
+                        Some([name, ..]) => name.clone(),
+                        None => {
+                            let name = format!("z{}", self.memory.len() + 1);
+                            let rate = format!("({of} - {name}) / {time}");
+                            self.memory.push([name.clone(), start, rate]);
+                            name
+                        }
+                    }
+                }
+            };
+            let scale = if f.function.has_scale() {
+                number(Number::Scale(f.argument_unit(self.variables)), f.scale)
+            } else {
+                String::new()
+            };
+            parts.push(f.function.text(&argument, &scale));
+        }
+        parts.join(" * ")
+    }
+
+    fn add(&mut self, place: usize, text: &str) {
+        match self.sums.iter_mut().find(|s| s.0 == place) {
+            Some((_, sum)) => *sum += &format!(" + {text}"),
+            None => self.sums.push((place, text.to_owned())),
+        }
+    }
+
+    fn done(self, id: &str, description: &str, parameters: Vec<TermParameter>) -> Definition {
+        let mut acts: Vec<[String; 2]> = Vec::new();
+        for (place, sum) in &self.sums {
+            for (target, base, factor) in &self.places[*place].targets {
+                let part = match *factor {
+                    1.0 => sum.clone(),
+                    -1.0 => format!("-({sum})"),
+                    factor => format!("{} * ({sum})", written(factor)),
+                };
+                match acts.iter_mut().find(|a| a[0] == *target) {
+                    Some([_, text]) => *text += &format!(" + {part}"),
+                    None => {
+                        let base =
+                            if base.is_empty() { String::new() } else { format!("{base} + ") };
+                        acts.push([target.clone(), base + &part]);
+                    }
+                }
+            }
+        }
+        Definition {
+            id: id.to_owned(),
+            description: description.to_owned(),
+            parameters,
+            memory: self.memory,
+            acts,
+        }
+    }
+}
+
+/// A number in an expression.
+fn written(value: f64) -> String {
+    if value < 0.0 { format!("({value:?})") } else { format!("{value:?}") }
+}
+
+/// The next power of ten.
+fn round_up(value: f64) -> f64 {
+    10f64.powf((value.log10() - 1e-9).ceil())
+}
+
+impl TermParameter {
+    /// As the vocabulary describes a parameter, under a name that stays.
+    #[must_use]
+    pub fn info(&self, name: &'static str) -> ParameterInfo {
+        ParameterInfo {
+            name,
+            meaning: "",
+            range: self.range,
+            logarithmic: self.logarithmic,
+            off: self.absent,
+        }
+    }
+}

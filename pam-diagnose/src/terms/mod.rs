@@ -1,0 +1,18 @@
+//! Terms that nobody listed: what may be added to a system whose error no listed cause explains.
+//!
+//! A [`Term`] is a coefficient times functions of the system's [`Variable`]s, at a [`Place`] where it acts. A
+//! [`Definition`] makes of terms what a system can simulate and fit, and a [`TermSpace`] is a system that takes definitions
+//! for candidates beside those that it has. [`remainder`](crate::remainder) learns a smooth sum of many terms,
+//! [`law`](crate::law) looks for a few that say the same.
+
+mod definition;
+mod function;
+mod space;
+mod term;
+mod unit;
+
+pub use definition::{Definition, TermParameter};
+pub use function::Function;
+pub use space::{Place, TermSpace, Variable, VariableKind};
+pub use term::{Factor, Lag, Term};
+pub use unit::Unit;

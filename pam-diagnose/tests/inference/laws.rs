@@ -1,0 +1,220 @@
+//! Laws that stand in no list: the plant has code and an integrator of its own.
+
+use pam_core::{ParametricField, field_fn};
+use pam_diagnose::Verdict;
+use pam_diagnose::field::{
+    Candidate, FieldDiagnosis, FieldOptions, diagnose_field, learn_remainder_field,
+};
+use pam_diagnose::remainder::RemainderOutcome;
+use pam_diagnose::report::{ReportContext, diagnosis_report};
+use pam_diagnose::terms::{
+    Definition, Factor, Function, Lag, Place, Term, Unit, Variable, VariableKind,
+};
+use pam_expression::{Compiled, Terms};
+use pam_solvers::{InputFn, Integrator, ParametricInput, PidController, Tableau};
+use pam_train::field::{Experiment, FieldProblem, Outputs};
+use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use std::f64::consts::TAU;
+
+const STIFFNESS: f64 = 4.0;
+const DAMPING: f64 = 0.2;
+const HIDDEN: f64 = 0.8;
+const NOISE: f64 = 0.004;
+const STEP_S: f64 = 0.05;
+
+fn command(amplitude: f64, hz: f64, t: f64) -> f64 {
+    amplitude * ((TAU * hz * t).sin() + 0.4 * (TAU * 2.3 * hz * t).sin())
+}
+
+/// Positions of `ẍ = u − k x − c ẋ − h x² ẋ` by the Störmer–Verlet method with a hundred steps between two samples.
+fn record(
+    hidden: f64,
+    amplitude: f64,
+    hz: f64,
+    seed: u64,
+) -> Experiment<impl ParametricInput + Sync + Clone> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let noise = Normal::new(0.0, NOISE).unwrap();
+    let (mut x, mut v) = (0.0_f64, 0.0_f64);
+    let times_s: Vec<f64> = (0..500).map(|k| STEP_S * f64::from(k)).collect();
+    let h = STEP_S / 100.0;
+    let measured = times_s
+        .iter()
+        .map(|t| {
+            let seen = x + noise.sample(&mut random);
+            for step in 0..100 {
+                x += 0.5 * h * v;
+                let pull = command(amplitude, hz, t + h * (f64::from(step) + 0.5)) - STIFFNESS * x;
+                // The resistance at the middle velocity.
+                let c = 0.5 * h * (DAMPING + hidden * x * x);
+                v = (v * (1.0 - c) + h * pull) / (1.0 + c);
+                x += 0.5 * h * v;
+            }
+            seen
+        })
+        .collect();
+    let input = InputFn::new(1, move |t: f64, u: &mut [f64]| u[0] = command(amplitude, hz, t));
+    let name = format!("{amplitude} at {hz} Hz");
+    Experiment::new(&name, input, times_s, measured).starting_at(vec![0.0, 0.0])
+}
+
+/// The diagnosis of recordings of the plant by the field without the hidden term, and what it leaves.
+fn learned(hidden: f64) -> FieldDiagnosis {
+    let field = field_fn!([STIFFNESS, DAMPING, 0.0, 0.0], 1 => 2, |_t, y, u, p, dy| {
+        dy[0] = y[1];
+        dy[1] = u[0] - p[0] * y[0] - p[1] * y[1] - p[2] - p[3] * y[1].scaled(20.0).tanh();
+    });
+    let runs = [(1.0, 0.2), (1.6, 0.25), (0.8, 0.35), (1.3, 0.3)];
+    let experiments: Vec<_> =
+        (0..4).zip(runs).map(|(k, (a, hz))| record(hidden, a, hz, k)).collect();
+    let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-6, 1e-6));
+    let outputs = Outputs::of_unknown_noise([0]);
+    let problem = FieldProblem::new(&field, &experiments, outputs, &integrator);
+    let candidates = [
+        Candidate::term("load", (2, "load_m_s2"), [-10.0, 10.0], &[0.1]),
+        Candidate::term("dry_friction", (3, "friction_m_s2"), [0.0, 10.0], &[0.1]),
+    ];
+    let options = FieldOptions::default();
+    let found = diagnose_field(&problem, &candidates, &options).unwrap();
+    println!("{} {:?} {:?}", found.verdict, found.named(), found.reasons);
+    learn_remainder_field(&problem, &candidates, &options, found).unwrap()
+}
+
+/// A damping that grows with the square of the displacement is in no list. It is found with its value, confirmed by the test
+/// set, shown in the report, and can be read as a term of the field.
+#[test]
+fn a_hidden_term_of_a_field_becomes_a_law() {
+    let found = learned(HIDDEN);
+    let remainder = found.remainder.as_ref().unwrap();
+    println!("{} {:?}", remainder.sentence, remainder.correction.as_ref().map(|c| &c.depends_on));
+    for l in &remainder.ranking {
+        println!("{} {} {:.3} {:.1}", l.expression, l.description_length, l.validation, l.log_odds);
+    }
+    assert_eq!(remainder.outcome, RemainderOutcome::Law);
+    assert!(!matches!(found.verdict, Verdict::Explained | Verdict::NothingFound));
+    let law = remainder.law.as_ref().unwrap();
+    println!("{law:?}");
+    let mut variables = law.variables.clone();
+    variables.sort();
+    assert_eq!(variables, ["state_0", "state_1"]);
+    let [(_, value)] = law.parameters.as_slice() else { panic!("{:?}", law.parameters) };
+    assert!((value.value + HIDDEN).abs() < 0.03 && value.contains(-HIDDEN), "{value:?}");
+    assert!(law.share_of_correction > 0.9 && law.similarity > 0.9);
+    assert!(law.error_reduction.overall.ci95[0] > 0.5 && law.is_complete());
+
+    // Both variables matter, and nothing else does.
+    let correction = remainder.correction.as_ref().unwrap();
+    let ratio = |on: &str| {
+        let own = correction.depends_on.iter().find(|d| d.on == on);
+        own.map_or(1.0, |d| d.error_ratio)
+    };
+    assert!(ratio("state 0") > 1.5 && ratio("state 1") > 1.5, "{:?}", correction.depends_on);
+    assert!(ratio("input 0") < 1.1 && ratio("time") < 1.1);
+
+    let field = field_fn!([0.0], 1 => 2, |_t, _y, _u, _p, dy| { dy.fill(dy[0].scaled(0.0)); });
+    let terms = Terms::new(&["state_0", "state_1"], &["input_0"]).read(&law.file).unwrap();
+    assert_eq!(terms.onto(field).parameter_len(), 2);
+
+    let json = found.to_json("model");
+    assert_eq!(json["remainder"]["outcome"], "law");
+    let points = &json["remainder"]["correction"]["pictures"][0]["points"];
+    assert!(points[3]["law"].is_f64() && points[3]["rows"].is_u64());
+    let page = diagnosis_report(&found, &ReportContext::default());
+    assert!(page.contains(&law.expression) && page.contains("law.toml"));
+}
+
+/// A right field leaves nothing to learn.
+#[test]
+fn a_right_field_has_no_law() {
+    let found = learned(0.0);
+    assert_eq!(found.verdict, Verdict::NothingFound);
+    let remainder = found.remainder.unwrap();
+    assert!(remainder.law.is_none() && !remainder.is_part_of_model(), "{}", remainder.sentence);
+}
+
+/// The expression of a term has the value of the term itself, for every function, with and without memory.
+#[test]
+fn terms_are_what_their_expressions_say() {
+    use Function::{
+        Above, Absolute, Below, Cosine, Cube, Decaying, Linear, Negative, Positive, Saturated,
+        SignedSquare, Sine, Square,
+    };
+    let variable = |text: &str, size: f64| Variable {
+        name: text.into(),
+        text: text.into(),
+        group: text.into(),
+        names: vec![text.into()],
+        unit: Unit::MM,
+        unit_text: "mm".into(),
+        size,
+        kind: VariableKind::Moving,
+        at_start: Some("0".into()),
+        description_length: 1.0,
+    };
+    let variables = [variable("a", 2.0), variable("b", 0.5)];
+    let places = [Place {
+        id: "force".into(),
+        name: "force".into(),
+        unit: Unit::N,
+        unit_text: "N".into(),
+        size: 10.0,
+        targets: vec![("force_n".into(), String::new(), 1.0)],
+        variables: vec![0, 1],
+        rich: true,
+        remembers: true,
+        dry: None,
+        family: 0,
+        description_length: 0.0,
+    }];
+    let all = [
+        Linear,
+        Absolute,
+        Square,
+        Cube,
+        SignedSquare,
+        Positive,
+        Negative,
+        Above,
+        Below,
+        Saturated,
+        Decaying,
+        Sine,
+        Cosine,
+    ];
+    let a: Vec<f64> = (0..40).map(|k| 2.0 * (0.3 * f64::from(k)).sin()).collect();
+    let b: Vec<f64> = (0..40).map(|k| 0.5 * (0.7 * f64::from(k)).cos()).collect();
+    let series = [a.clone(), b.clone()];
+    for f in all {
+        let factors = vec![Factor::of(0, f, 0.6), Factor::of(1, Linear, 1.0)];
+        let term = Term::new(0, factors, &variables, &places);
+        let law = Definition::law("law", "", std::slice::from_ref(&term), &variables, &places);
+        let names: Vec<&str> =
+            ["a", "b"].into_iter().chain(law.parameters.iter().map(|p| p.name.as_str())).collect();
+        let compiled = Compiled::new(&law.acts[0][1], &names).unwrap();
+        let start: Vec<f64> = law.parameters.iter().map(|p| p.start).collect();
+        for (k, value) in term.series(&series, 0.1).into_iter().enumerate() {
+            let found = compiled.value(&[&[a[k], b[k]], start.as_slice()].concat());
+            assert!((value - found).abs() < 1e-12 * (1.0 + value.abs()), "{f:?} {value} {found}");
+        }
+        // What a fit changes comes back into the term.
+        let again = law.with_values(std::slice::from_ref(&term), &start);
+        assert_eq!(again, [term]);
+    }
+
+    // A step through a low-pass of 0.5 s: 1 − e^(−t/τ) of its square.
+    let lag = Lag { of: Square, time_s: 0.5 };
+    let lagged = Factor { lag: Some(lag), ..Factor::of(0, Linear, 1.0) };
+    let term = Term { place: 0, factors: vec![lagged], coefficient: 1.0 };
+    let mut step = vec![3.0; 200];
+    step[0] = 0.0;
+    let low_passed = term.series(&[step, vec![0.0; 200]], 0.01);
+    for (k, value) in low_passed.into_iter().enumerate().skip(1) {
+        let exact = 9.0 * (1.0 - (-0.01 * k as f64 / 0.5).exp());
+        assert!((value - exact).abs() < 1e-9, "{k}: {value} {exact}");
+    }
+    let law = Definition::law("law", "", &[term], &variables, &places);
+    assert_eq!(law.memory, [["z1", "0", "(a^2 - z1) / tau1_s"].map(String::from)]);
+    assert_eq!(law.expression(), "force_n = c1_n_per_mm2 * z1, dz1/dt = (a^2 - z1) / tau1_s");
+}

@@ -1,0 +1,159 @@
+//! Study of the search for laws.
+//!
+//! ```sh
+//! cargo build --release -p pam-tests --example laws --config 'profile.release.package.pam-tests.opt-level=3'
+//! target/release/examples/laws run            # resumable; into results/laws
+//! target/release/examples/laws run --only cubic
+//! target/release/examples/laws tables         # criteria and tables, into results/laws
+//! ```
+
+use clap::{Parser, Subcommand};
+use pam_data::atomic::write_atomic;
+use pam_tests::laws::{LawOutcome, laws, nulls, run_law, run_null};
+use serde_json::json;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// File with the counts.
+const SUMMARY: &str = "summary.json";
+/// Number of null sets.
+const NULLS: usize = 40;
+
+#[derive(Parser)]
+#[command(about = "Study of the search for laws: laws that stand in no list, and null sets")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Action,
+}
+
+#[derive(Subcommand)]
+enum Action {
+    /// Run cases that have no outcome yet.
+    Run {
+        /// Cases whose id contains this.
+        #[arg(long, default_value = "")]
+        only: String,
+        /// Seeds of the noise of the laws, from 1 on.
+        #[arg(long, default_value_t = 1)]
+        seeds: u64,
+        /// Folder of the outcomes.
+        #[arg(long, default_value = "results/laws")]
+        out: PathBuf,
+    },
+    /// Print and write the tables.
+    Tables {
+        /// Folder of the outcomes.
+        #[arg(default_value = "results/laws")]
+        folder: PathBuf,
+    },
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Action::Run { only, seeds, out } => run(&only, seeds, &out),
+        Action::Tables { folder } => tables(&folder),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(only: &str, seeds: u64, out: &Path) -> Result<(), String> {
+    let store = |id: &str, outcome: &dyn Fn() -> LawOutcome| -> Result<(), String> {
+        let path = out.join(format!("{id}.json"));
+        if !id.contains(only) || path.exists() {
+            return Ok(());
+        }
+        let outcome = outcome();
+        println!("{}", line(&outcome));
+        let text = serde_json::to_string(&outcome).map_err(|e| e.to_string())?;
+        write_atomic(&path, format!("{text}\n").as_bytes()).map_err(|e| e.to_string())
+    };
+    for seed in 1..=seeds {
+        for law in laws() {
+            store(&format!("{}-{seed}", law.id), &|| run_law(&law, seed))?;
+        }
+    }
+    for case in nulls(NULLS) {
+        store(&case.id, &|| run_null(&case))?;
+    }
+    Ok(())
+}
+
+fn line(o: &LawOutcome) -> String {
+    let law = o.law.as_deref().unwrap_or("no law");
+    let reached =
+        o.reached().map_or(String::new(), |r| format!(", {:.1} % of the law's own", 100.0 * r));
+    format!(
+        "{:<24} {} -> {}: {law}{reached}; CPU {:.0} + {:.0} s",
+        o.id, o.diagnosis, o.verdict, o.cpu_s[0], o.cpu_s[1]
+    )
+}
+
+fn tables(folder: &Path) -> Result<(), String> {
+    let told = |e: std::io::Error| format!("{}: {e}", folder.display());
+    let mut paths: Vec<PathBuf> =
+        std::fs::read_dir(folder).map_err(told)?.flatten().map(|e| e.path()).collect();
+    paths.retain(|p| {
+        p.extension().is_some_and(|e| e == "json") && p.file_name().is_some_and(|n| n != SUMMARY)
+    });
+    paths.sort();
+    let read = |p: &PathBuf| -> Result<LawOutcome, String> {
+        let text = std::fs::read_to_string(p).map_err(told)?;
+        serde_json::from_str(&text).map_err(|e| format!("{}: {e}", p.display()))
+    };
+    let all: Vec<LawOutcome> = paths.iter().map(read).collect::<Result<_, _>>()?;
+    let (hidden, nulls): (Vec<_>, Vec<_>) = all.iter().partition(|o| o.hidden);
+    let found = hidden.iter().filter(|o| o.is_found()).count();
+    let wrongly = hidden.iter().filter(|o| o.verdict == "explained").count();
+    let laws = nulls.iter().filter(|o| o.law.is_some() || o.outcome == "correction").count();
+    let slowest =
+        |of: &dyn Fn(&LawOutcome) -> f64| hidden.iter().map(|o| of(o)).fold(0.0, f64::max);
+    let mut cases = String::from(
+        "hidden law,named without --law,verdict with it,law that is found,its numbers,found,own error reduction (%),CPU of the diagnosis (s),CPU of correction and law (s)\n",
+    );
+    for o in &hidden {
+        let numbers: Vec<String> = o
+            .parameters
+            .iter()
+            .map(|(n, [v, low, high])| format!("{n} {v:.4} [{low:.4}; {high:.4}]"))
+            .collect();
+        let _ = writeln!(
+            cases,
+            "{},{},{},{},{},{},{:.1},{:.1},{:.1}",
+            o.id,
+            o.named_before.join(" + "),
+            o.verdict,
+            o.law.as_deref().unwrap_or("–").replace(", ", "; "),
+            numbers.join("; "),
+            if o.is_found() { "yes" } else { "no" },
+            100.0 * o.reached().unwrap_or(0.0),
+            o.cpu_s[0],
+            o.cpu_s[1]
+        );
+    }
+    let summary = json!({
+        "hidden": hidden.len(),
+        "found": found,
+        "with_memory": hidden.iter().filter(|o| o.is_found() && o.remembers).count(),
+        "called_explained": wrongly,
+        "nulls": nulls.len(),
+        "nulls_with_law": laws,
+        "slowest_s": slowest(&|o| o.cpu_s[1]),
+        "slowest_wall_s": slowest(&|o| o.wall_s),
+        "slowest_diagnosis_s": slowest(&|o| o.cpu_s[0]),
+        "least_share": hidden.iter().filter_map(|o| o.reached()).fold(f64::INFINITY, f64::min),
+    });
+    let summary = serde_json::to_string_pretty(&summary).map_err(|e| e.to_string())?;
+    println!("{cases}\n{summary}");
+    let write = |name: &str, text: &str| {
+        write_atomic(folder.join(name), text.as_bytes()).map_err(|e| e.to_string())
+    };
+    write("cases.csv", &cases)?;
+    write(SUMMARY, &format!("{summary}\n"))
+}
