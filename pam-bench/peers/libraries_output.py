@@ -109,7 +109,7 @@ def figures(rows: list[dict[str, Any]], out: Path) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    plt.rcParams["svg.hashsalt"] = "libraries"
+    plt.rcParams |= {"svg.hashsalt": "libraries", "svg.fonttype": "none"}
     colours = {
         "pam": "tab:red",
         "diffrax": "tab:blue",
