@@ -368,6 +368,11 @@ fn recordings_of_other_units_end() {
     };
     assert!(with("diagnose", 1).contains("time_s in seconds"));
     assert!(with("evaluate", 3).contains("could not be predicted"));
+    // Nor are there steps without end where their size is given.
+    let run = f.file("run.csv", small_csv(300));
+    let command = ["evaluate", "--accept", "--method", "rk4", "--step-ms", "1e-9", "--model"];
+    let rest = [text(&model), "--data", text(&run), "--out", text(&out)];
+    assert!(message(&[&command[..], &rest].concat(), 3).contains("could not be predicted"));
     // Without a force there is nothing to learn, and nothing to fail on.
     let still: Vec<String> = small_csv(3000)
         .lines()
