@@ -1,14 +1,15 @@
-//! Runs mutated inputs through every reader and every settings file for a time, and counts what became of them.
+//! Runs mutated inputs through every reader and every settings file, and counts what became of them.
 //!
 //! ```sh
-//! cargo run --release -p pam-tests --example fuzz -- --seconds 600 --out results/hardening/fuzz.json
+//! cargo run --release -p pam-tests --example fuzz -- --inputs 1000000 --out results/hardening/fuzz.json
+//! cargo run --release -p pam-tests --example fuzz -- --seconds 20
 //! ```
 //!
 //! Inputs are run in processes of their own with little memory, so that one that aborts or never ends is counted, too. The
 //! exit code is 1 if any input panics, aborts, hangs, or is refused without the name of its file.
 
 use clap::Parser;
-use pam_tests::fuzz::{self, Counts, LONGEST, targets::TARGETS};
+use pam_tests::fuzz::{self, Counts, LONGEST, Stopwatch, targets::TARGETS};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -20,6 +21,9 @@ struct Arguments {
     /// Time to run, s
     #[arg(long, default_value_t = 20)]
     seconds: u64,
+    /// Run so many inputs, rounded up to whole processes, instead of a time
+    #[arg(long)]
+    inputs: Option<u64>,
     /// Number of the first input
     #[arg(long, default_value_t = 0)]
     first: u64,
@@ -63,12 +67,12 @@ fn child(first: u64, count: u64) -> ExitCode {
     static RUNNING: AtomicU64 = AtomicU64::new(u64::MAX);
     std::panic::set_hook(Box::new(|_| {}));
     std::thread::spawn(|| {
-        let mut last = (u64::MAX, Instant::now());
+        let mut last = (u64::MAX, Stopwatch::start());
         loop {
             std::thread::sleep(Duration::from_millis(200));
             let now = RUNNING.load(Ordering::Relaxed);
             if now != last.0 {
-                last = (now, Instant::now());
+                last = (now, Stopwatch::start());
             } else if last.1.elapsed() > LONGEST {
                 println!("{}", json!({ "hung": now }));
                 std::process::exit(HUNG);
@@ -94,6 +98,7 @@ fn to_json(counts: &Counts) -> Value {
         "unsound": counts.unsound.iter().map(|(number, target, ending)| {
             json!({ "number": number, "target": target, "ending": format!("{ending:?}") })
         }).collect::<Vec<_>>(),
+        "longest_s": counts.longest.as_secs_f64(),
         "peak_mib": peak_mib(),
     })
 }
@@ -110,6 +115,7 @@ struct Totals {
     by_target: std::collections::BTreeMap<String, [u64; 2]>,
     unsound: Vec<Value>,
     peak_mib: u64,
+    longest_s: f64,
 }
 
 impl Totals {
@@ -119,6 +125,7 @@ impl Totals {
             (0..2).for_each(|k| sum[k] += counts[k].as_u64().unwrap_or(0));
         }
         self.unsound.extend(found["unsound"].as_array().into_iter().flatten().cloned());
+        self.longest_s = self.longest_s.max(found["longest_s"].as_f64().unwrap_or(0.0));
         self.peak_mib = self.peak_mib.max(found["peak_mib"].as_u64().unwrap_or(0));
     }
 }
@@ -132,8 +139,15 @@ fn parent(arguments: &Arguments) -> ExitCode {
         for job in 0..arguments.jobs {
             let (next, totals, folder) = (&next, &totals, folder.path());
             scope.spawn(move || {
-                while begun.elapsed() < Duration::from_secs(arguments.seconds) {
+                loop {
                     let first = next.fetch_add(CHUNK, Ordering::Relaxed);
+                    let done = match arguments.inputs {
+                        Some(inputs) => first - arguments.first >= inputs,
+                        None => begun.elapsed() >= Duration::from_secs(arguments.seconds),
+                    };
+                    if done {
+                        break;
+                    }
                     chunk(first, job, folder, &mut |found| {
                         totals.lock().expect("no job panics").add(&found);
                     });
@@ -143,12 +157,17 @@ fn parent(arguments: &Arguments) -> ExitCode {
     });
     let totals = totals.into_inner().expect("no job panics");
     let sound: u64 = totals.by_target.values().flatten().sum();
+    let length = match arguments.inputs {
+        Some(inputs) => format!("--inputs {inputs}"),
+        None => format!("--seconds {}", arguments.seconds),
+    };
     let value = json!({
-        "command": format!("cargo run --release -p pam-tests --example fuzz -- --seconds {} --first {}", arguments.seconds, arguments.first),
+        "command": format!("cargo run --release -p pam-tests --example fuzz -- {length} --first {}", arguments.first),
         "inputs": sound + totals.unsound.len() as u64,
         "targets": TARGETS.len(),
         "read_and_refused_by_target": totals.by_target,
         "unsound": totals.unsound,
+        "longest_s": totals.longest_s,
         "largest_memory_mib": totals.peak_mib,
         "longest_allowed_s": LONGEST.as_secs(),
         "address_space_mib": MEMORY_KIB >> 10,
@@ -168,35 +187,19 @@ fn chunk(first: u64, job: u64, folder: &Path, found: &mut dyn FnMut(Value)) {
     let mut from = first;
     let progress = folder.join(format!("progress-{job}"));
     while from < end {
-        let program = std::env::current_exe().expect("the program has a path");
-        // The shell sets the limit of the address space.
-        let output = Command::new("sh")
-            .args([
-                "-c",
-                &format!(
-                    "ulimit -v {MEMORY_KIB}; exec \"$0\" --first {from} --count {}",
-                    end - from
-                ),
-            ])
-            .arg(program)
-            .env("PAM_FUZZ_PROGRESS", &progress)
-            .env("RAYON_NUM_THREADS", "1")
-            .output()
-            .expect("a process can be started");
-        let last = String::from_utf8_lossy(&output.stdout).lines().last().map(str::to_owned);
-        let value = last.and_then(|line| serde_json::from_str::<Value>(&line).ok());
-        if let (true, Some(value)) = (output.status.success(), &value) {
-            return found(value.clone());
-        }
+        let code = match process(from, end - from, &progress) {
+            Ok(value) => return found(value),
+            Err(code) => code,
+        };
         let number = std::fs::read_to_string(&progress).ok().and_then(|t| t.parse().ok());
         let number: u64 = number.unwrap_or(from).max(from);
         // The counts of the inputs before are lost with the process: they are run again.
-        let before = number - from;
-        if before > 0 {
-            let again = fuzz::run(from..number, folder, |_| true);
-            found(to_json(&again));
+        if number > from
+            && let Ok(again) = process(from, number - from, &progress)
+        {
+            found(again);
         }
-        let how = if output.status.code() == Some(HUNG) { "Hung" } else { "Aborted" };
+        let how = if code == Some(HUNG) { "Hung" } else { "Aborted" };
         found(json!({ "unsound": [{
             "number": number,
             "target": fuzz::Case::of(number).target.name,
@@ -204,4 +207,23 @@ fn chunk(first: u64, job: u64, folder: &Path, found: &mut dyn FnMut(Value)) {
         }] }));
         from = number + 1;
     }
+}
+
+/// Runs so many inputs in a process with little memory: the counts, or the exit code of one that did not end well.
+fn process(first: u64, count: u64, progress: &Path) -> Result<Value, Option<i32>> {
+    let program = std::env::current_exe().expect("the program has a path");
+    // The shell sets the limit of the address space.
+    let output = Command::new("sh")
+        .args([
+            "-c",
+            &format!("ulimit -v {MEMORY_KIB}; exec \"$0\" --first {first} --count {count}"),
+        ])
+        .arg(program)
+        .env("PAM_FUZZ_PROGRESS", progress)
+        .env("RAYON_NUM_THREADS", "1")
+        .output()
+        .expect("a process can be started");
+    let last = String::from_utf8_lossy(&output.stdout).lines().last().map(str::to_owned);
+    let value = last.and_then(|line| serde_json::from_str(&line).ok());
+    value.filter(|_| output.status.success()).ok_or(output.status.code())
 }

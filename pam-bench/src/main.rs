@@ -1,6 +1,7 @@
 //! The `pam-bench` command: the comparison of gradient methods.
 
 use clap::{Parser, Subcommand};
+use pam_bench::gradients::problems::own;
 use pam_bench::gradients::{findings, output, parts};
 use pam_bench::memory::CountingAllocator;
 use pam_core::{AnyForce, JointModel, NetworkForce};
@@ -47,6 +48,10 @@ struct GradientsArguments {
     /// several Runge–Kutta methods over the training conditions
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
+    /// Also solve a field of your own, the problem `own`: a TOML file with `end_s`, `observations`, and the tables `start`,
+    /// `parameters` and `rates`, the last with an expression for each state
+    #[arg(long, value_name = "FILE.toml")]
+    field: Option<PathBuf>,
     /// Most runs of which the median time is taken; long ones run once
     #[arg(long, default_value_t = 5, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     repeat: u32,
@@ -93,6 +98,10 @@ fn gradients(arguments: &GradientsArguments) -> Result<(), Failure> {
         Some(path) => parts::with_model(study, network(path)?),
         None => study,
     };
+    let study = match &arguments.field {
+        Some(path) => parts::with_field(study, own::read(path)?),
+        None => study,
+    };
     let study = study
         .with_problems(&arguments.problems)
         .and_then(|study| study.with_methods(&arguments.methods))
@@ -119,6 +128,7 @@ fn gradients(arguments: &GradientsArguments) -> Result<(), Failure> {
             "methods": arguments.methods,
             "problems": arguments.problems,
             "model": arguments.model,
+            "field": arguments.field,
             "repeat": arguments.repeat,
         },
     });

@@ -32,6 +32,8 @@ pub fn subjects<F: ForceModel<f64>>(
 }
 
 /// A recording with the masses to predict it with.
+///
+/// [`subjects`] makes them of recordings and has an example.
 #[derive(Debug, Clone)]
 pub struct Subject {
     /// The recording.

@@ -8,12 +8,13 @@ use crate::recording::Recording;
 use crate::watch::watched;
 use numpy::{PyArray1, PyArray2};
 use pam_cli::options::describe_model;
+use pam_diagnose::joint::EffectLadder;
 use pam_diagnose::report::{ReportContext, diagnosis_report, verdict_sentence};
 use pam_diagnose::{DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage};
-use pam_effects::EffectRecord;
-use pam_effects::effects::by_id;
+use pam_effects::effects::{AnyEffect, by_id};
+use pam_effects::{EffectRecord, expression};
 use pyo3::prelude::*;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The result of a diagnosis.
 #[pyclass(frozen, module = "pam_ode._pam")]
@@ -34,9 +35,33 @@ fn share_of(stage: Stage, share: f64) -> (&'static str, f64) {
     (what, from + share * (to - from))
 }
 
+/// The effects with these ids.
+fn with_ids(ids: &[String]) -> PyResult<Vec<&'static dyn AnyEffect>> {
+    let of = |id: &String| by_id(id).ok_or_else(|| raised(EffectRecord::unknown(id, &[])));
+    ids.iter().map(of).collect()
+}
+
+/// The ladder of a name or of a file of effects, or with the effects of these ids.
+fn ladder_of(name: String, ids: &[String]) -> PyResult<EffectLadder> {
+    if !ids.is_empty() {
+        return Ok(EffectLadder { name, effects: with_ids(ids)? });
+    }
+    let path = Path::new(&name);
+    match path.file_stem() {
+        _ if name == "friction" => Ok(EffectLadder::friction()),
+        Some(stem) if path.extension().is_some() => {
+            let effects = expression::load(path).map_err(raised)?;
+            Ok(EffectLadder { name: stem.to_string_lossy().into_owned(), effects })
+        }
+        _ => Err(settings(format!(
+            "ladder: there is no ladder `{name}`; there is friction, or give a file of effects or their ids"
+        ))),
+    }
+}
+
 /// Diagnoses recordings with a model.
 #[pyfunction]
-#[pyo3(signature = (model, data, test, baseline, *, effects, changes, noise, accept, seed, masses, surfaces, progress))]
+#[pyo3(signature = (model, data, test, baseline, *, effects, changes, noise, accept, ladder, seed, masses, surfaces, progress))]
 pub(crate) fn diagnose(
     py: Python<'_>,
     model: &Model,
@@ -47,6 +72,7 @@ pub(crate) fn diagnose(
     changes: Vec<String>,
     noise: [Option<f64>; 3],
     accept: bool,
+    ladder: Option<(String, Vec<String>)>,
     seed: u64,
     masses: &str,
     surfaces: Option<PathBuf>,
@@ -67,9 +93,9 @@ pub(crate) fn diagnose(
         ..DiagnoseOptions::default()
     };
     if let Some(ids) = effects {
-        let of = |id: &String| by_id(id).ok_or_else(|| raised(EffectRecord::unknown(id, &[])));
-        options.candidates = ids.iter().map(of).collect::<PyResult<_>>()?;
+        options.candidates = with_ids(&ids)?;
     }
+    options.ladder = ladder.map(|(name, ids)| ladder_of(name, &ids)).transpose()?;
     let sets = RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
     let diagnosis = watched(py, |stop| {
         pam_diagnose::diagnose(&model.extended, &sets, &options, &|stage, share| {

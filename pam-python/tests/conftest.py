@@ -27,7 +27,7 @@ def run() -> pam.Recording:
     return pam.read(PUBLISHED / "data.mat")[0]
 
 
-def network(activation: str, width: int = 8, seed: int = 0) -> pam.Model:
+def network(activation: str, width: int = 8, seed: int = 0, **parameters: float) -> pam.Model:
     """A small network whose force is that of a spring, roughly, in units that its inputs have."""
     random = np.random.default_rng(seed)
     # g, g, mm, mm/s come to the order of one; the force is of 1e5 mN.
@@ -39,7 +39,8 @@ def network(activation: str, width: int = 8, seed: int = 0) -> pam.Model:
     first[0], second[0], last[0, 0] = [0, 0, 0.3, 0.05], 0, 4e5
     second[0, 0] = 1.0
     biases = [0.1 * random.normal(size=n) for n in (width, width, 1)]
-    return pam.Model.from_layers(list(zip([first, second, last], biases)), activation)
+    layers = list(zip([first, second, last], biases))
+    return pam.Model.from_layers(layers, activation, activation_parameters=parameters or None)
 
 
 def driven(seconds: float = 1.0, rate_hz: float = 500.0, amplitude_n: float = 40.0) -> pam.Recording:

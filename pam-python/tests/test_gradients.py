@@ -49,6 +49,19 @@ def test_methods_agree(measured: pam.Recording) -> None:
             assert np.allclose(other[name], values, rtol=1e-7, atol=1e-9 * np.abs(values).max(initial=0.0)), name
 
 
+def test_surrogates_have_the_gradient_of_their_network(measured: pam.Recording) -> None:
+    model = network("silu")
+    assert "surrogate" in pam.names()["method"]
+    found = pam.value_and_gradient(model, measured, method="surrogate")
+    tight = pam.value_and_gradient(model, measured, method="adjoint", rtol=1e-10, atol=1e-10)
+    assert found.value == pytest.approx(tight.value, rel=1e-4)
+    gap = np.linalg.norm(found.gradient["weight_1"] - tight.gradient["weight_1"])
+    assert gap < 1e-3 * np.linalg.norm(tight.gradient["weight_1"])
+    for options in ({"rtol": 1e-6}, {"input": "cubic"}, {"precision": "f32"}, {"solver": "rk4"}):
+        with pytest.raises(pam.SettingsError, match="surrogate"):
+            pam.Problem(model, measured, method="surrogate", **options)
+
+
 def test_a_loss_may_be_a_function_a_name_or_a_table(measured: pam.Recording) -> None:
     model = network("silu")
 

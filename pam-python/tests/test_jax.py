@@ -195,3 +195,14 @@ def test_equinox_modules_convert_both_ways(activation: str, measured: pam.Record
     expected = pam.value_and_gradient(model, measured[:100])
     assert float(value) == expected.value
     assert np.array_equal(gradient.layers[1].weight, expected.gradient["weight_1"])
+
+
+def test_the_slope_of_a_leaky_relu_is_kept() -> None:
+    pytest.importorskip("equinox")
+    model = network("leaky_relu", slope=0.2)
+    mlp = pam_ode.jax.to_equinox(model)
+    force = model.linearise(-1.0, 4.0, masses_g=(0.07, 0.05)).force_n
+    assert float(mlp(jnp.array([0.07, 0.05, -1.0, 4.0]))[0]) == pytest.approx(1e3 * float(force), rel=1e-9)
+    assert pam_ode.jax.from_equinox(mlp, "leaky_relu", activation_parameters={"slope": 0.2}) == model
+    with pytest.raises(pam.SettingsError, match="other values"):
+        pam_ode.jax.from_equinox(mlp, "leaky_relu")

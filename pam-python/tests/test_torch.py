@@ -73,6 +73,16 @@ def test_modules_convert_both_ways(activation: str) -> None:
     assert pam_ode.torch.from_module(module) == model
 
 
+def test_the_slope_of_a_leaky_relu_is_kept() -> None:
+    model = network("leaky_relu", slope=0.2)
+    module = pam_ode.torch.to_module(model, torch.float64)
+    force = model.linearise(-1.0, 4.0, masses_g=(0.07, 0.05)).force_n
+    output = module(torch.tensor([0.07, 0.05, -1.0, 4.0], dtype=torch.float64))
+    assert output.item() == pytest.approx(1e3 * float(force), rel=1e-9)
+    back = pam_ode.torch.from_module(module)
+    assert back == model and back.activation_parameters == {"slope": 0.2}
+
+
 def test_other_modules_and_weights_are_refused(measured: pam.Recording) -> None:
     model = network("silu")
     loss = pam_ode.torch.Loss(model, measured)

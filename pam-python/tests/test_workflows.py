@@ -94,7 +94,11 @@ def diagnosis() -> pam.Diagnosis:
         )
     seen: list[float] = []
     found = pam.diagnose(
-        spring, recordings, effects=["constant_load", "viscous_damping"], progress=lambda w, share, t: seen.append(share)
+        spring,
+        recordings,
+        effects=["constant_load", "viscous_damping"],
+        ladder=["constant_load", "viscous_damping"],
+        progress=lambda w, share, t: seen.append(share),
     )
     assert seen[-1] == pytest.approx(1.0, abs=0.11)
     return found
@@ -117,6 +121,15 @@ def test_a_diagnosis_names_a_hidden_load(diagnosis: pam.Diagnosis, tmp_path) -> 
     assert "constant" in (tmp_path / "report.html").read_text()
     assert "constant_load" in diagnosis._repr_html_() and "constant_load" in repr(diagnosis)
     assert diagnosis.to_dict()["verdict"] == diagnosis.verdict
+    assert cause.acts is None and cause.stability_test.in_time is None and "force_n" not in cause.at_limit
+    assert diagnosis.null_test is not None and diagnosis.null_test.p_value < 0.05
+    assert [band.channel for band in diagnosis.bands] == ["x", "pf", "pe"] and not diagnosis.bands[0].outside
+    assert diagnosis.ranking[0].effect == "constant_load" and diagnosis.log_odds > 10
+    assert diagnosis.fitted and diagnosis.late_fault is None
+    # Of the two models the one with the hidden load is supported.
+    assert diagnosis.ladder is not None and diagnosis.ladder.supported.id == "constant_load"
+    assert [rung.id for rung in diagnosis.ladder.rungs] == ["none", "constant_load", "viscous_damping"]
+    assert "constant_load" in diagnosis.ladder._repr_html_()
 
 
 def test_a_diagnosis_refuses_what_makes_no_sense() -> None:
@@ -127,6 +140,30 @@ def test_a_diagnosis_refuses_what_makes_no_sense() -> None:
         pam.diagnose(model, driven(), noise={"y": 1.0})
     with pytest.raises(pam.SettingsError, match="search"):
         pam.diagnose(model, driven(), settings={"search.nothing": 1})
+    with pytest.raises(pam.SettingsError, match="there is no ladder `fricton`"):
+        pam.diagnose(model, driven(), ladder="fricton")
+    with pytest.raises(pam.SettingsError, match="no effect in it"):
+        pam.diagnose(model, driven(), ladder=[])
+
+
+def test_every_part_of_a_diagnosis_is_read() -> None:
+    """Parts that only some diagnoses have, as `diagnosis.json` writes them."""
+    from pam_ode import causes
+
+    interval = {"value": 3.0, "ci95": [2.9, 3.1]}
+    acts = {"pattern": "once", "recordings": [{"recording": "a", "acts": "begins", "onset_s": interval}]}
+    late = causes.LateFault._of(
+        {"effect": "backlash", "parameters": {"gap_mm": interval}, "acts": acts, "share_of_error_removed": 0.5}
+    )
+    assert late.acts.recordings[0].times["onset_s"].ci95 == (2.9, 3.1)
+    change = {"parameter": "p", "recording": "a", "time_s": 1.0, "before": 2.0, "after": 3.0}
+    between = {"parameter": "p", "values": [["a", 1.0], ["b", 2.0]], "grows_with": ["mean pressure", True]}
+    test = causes.StabilityTest._of({"in_time": change, "between": between})
+    assert test.in_time is not None and test.in_time.time_s == 1.0
+    assert test.between is not None and test.between.values["b"] == 2.0 and test.between.grows_with[1]
+    # A line of the spectrum belongs to no recording.
+    line = causes.Anomaly._of({"kind": "line", "channel": "x", "frequency_hz": 50.0, "description": "a line"})
+    assert line.recording is None and line.frequency_hz == 50.0
 
 
 def test_a_plan_holds_motion_and_stiffness(tmp_path) -> None:

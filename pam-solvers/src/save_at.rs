@@ -1,6 +1,24 @@
 //! The saved points of a solve.
 
 /// The points of a solution that are saved.
+///
+/// ```
+/// use pam_core::FieldFn;
+/// use pam_solvers::{Integrator, NoInput, PidController, SaveAt, Tableau, Term};
+///
+/// // ẏ = −2 y from y = 1, at three times.
+/// let decay = FieldFn::new(1, 0, |_t, y: &[f64], _u: &[f64], dy: &mut [f64]| dy[0] = -2.0 * y[0]);
+/// let (term, times_s) = (Term::new(decay, NoInput), [0.0, 0.5, 1.0]);
+/// let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-9, 1e-9));
+/// let run = integrator.solve(&term, 0.0, 1.0, &[1.0], SaveAt::Times(&times_s))?;
+/// assert_eq!(run.times, times_s);
+/// assert!((run.state(1)[0] - (-1.0_f64).exp()).abs() < 1e-7);
+///
+/// // Nothing but the end.
+/// let end = integrator.solve(&term, 0.0, 1.0, &[1.0], SaveAt::End)?;
+/// assert_eq!(end.times, [1.0]);
+/// # Ok::<(), Box<pam_solvers::SolveError<f64>>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SaveAt<'a> {
     /// The final state only.

@@ -309,6 +309,16 @@ fn models_of_any_finite_numbers_end() {
     assert_eq!(with(&evaluate, &steep).status.code(), Some(3));
     let tsit5 = [&evaluate[..], &["--method", "tsit5"]].concat();
     assert_eq!(with(&tsit5, &steep).status.code(), Some(3));
+    // No search for masses along a curve of kinks without end.
+    let motion = ["plan", "--motion", "sine:A=1,f=0.5", "--stiffness", "150"];
+    for command in [&motion[..], &["replan"]] {
+        let output = with(command, &steep);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            output.status.code() == Some(1) && message.contains("reasonable time"),
+            "{message}"
+        );
+    }
     let gradient = ["gradient", "--accept", "--data", text(&data), "--out"];
     let npz = f.at("g.npz");
     refused(

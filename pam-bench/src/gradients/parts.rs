@@ -5,12 +5,13 @@ use super::case::Case;
 use super::cells::Grid;
 use super::conditions::ConditionGrid;
 use super::method::{Method, all, checkpointings, for_many_parameters, of_joint};
+use super::problems::own::Own;
 use super::problems::{Problem, joint};
 use super::solver::Solver;
 use super::study::Study;
 use pam_core::{Activation, JointModel, NetworkForce, ParametricField};
 use pam_solvers::sensitivity::Checkpointing;
-use pam_solvers::{ParametricInput, Tableau};
+use pam_solvers::{NoInput, ParametricInput, Tableau};
 
 /// Part: every method on every problem at every tolerance, horizon and activation.
 pub const GRID: &str = "grid";
@@ -25,6 +26,8 @@ pub const BATCHED: &str = "batched";
 /// Part: time against memory of the adjoint.
 pub const CHECKPOINTS: &str = "checkpoints";
 
+/// Tolerances of the full grid.
+const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-8];
 /// Width of the networks of the grid.
 const SMALL: usize = 8;
 /// Width of the networks whose Runge–Kutta methods are compared, and of batches.
@@ -36,7 +39,7 @@ pub const FIVE_MS: f64 = 5e-3;
 #[must_use]
 pub fn full() -> Study {
     let study = Study::new();
-    let study = grid(study, &[1e-4, 1e-6, 1e-8], &[0.4, 1.0], Activation::NAMES);
+    let study = grid(study, &TOLERANCES, &[0.4, 1.0], Activation::NAMES);
     let study = steps(study, &[20.0, 10.0, 5.0, 2.0, 1.0, 0.5], 1.0);
     let study = horizons(study, &[0.125, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0]);
     let study = parameters(study, &[8, 16, 32, 64, 96], 0.05);
@@ -62,6 +65,13 @@ pub fn with_model(study: Study, model: JointModel<f64, NetworkForce<f64>>) -> St
     let steps_s = [20e-3, 10e-3, FIVE_MS, 2e-3, 1e-3];
     let solvers = tableaus().into_iter().flat_map(|t| steps_s.map(|h| (t.clone(), h))).collect();
     study.with(ConditionGrid { part: STEPS.into(), model, horizon_s: 5.0, solvers })
+}
+
+/// `study` with a field of the user's at the tolerances of the full grid.
+#[must_use]
+pub fn with_field(study: Study, case: Case<Own<f64>, NoInput>) -> Study {
+    let solvers = tolerances(&Tableau::tsit5(), &TOLERANCES);
+    study.with(Grid { part: GRID.into(), case, methods: all(), solvers })
 }
 
 fn tableaus() -> [Tableau; 4] {

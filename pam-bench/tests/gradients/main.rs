@@ -2,6 +2,7 @@
 
 mod kinked;
 mod network;
+mod own;
 
 use pam_bench::gradients::{
     BatchGrid, Cells, Grid, Kind, Method, Problem as OfStudy, Row, Solver, Study, StudyResult,

@@ -13,3 +13,30 @@ pub(super) trait Landscape {
     /// True if both are piecewise affine, so that the reach is exact.
     fn is_piecewise_affine(&self) -> bool;
 }
+
+/// A landscape that may be asked until a budget is used up; after that nothing is known of it, and whatever follows it
+/// ends.
+pub(super) struct Counted<'a, L> {
+    pub(super) landscape: &'a mut L,
+    pub(super) left: &'a mut usize,
+    /// What it takes from the budget each time.
+    pub(super) price: usize,
+}
+
+impl<L: Landscape> Landscape for Counted<'_, L> {
+    fn at(&mut self, u: [f64; 2]) -> Local {
+        if *self.left == 0 {
+            return Local::UNKNOWN;
+        }
+        *self.left = self.left.saturating_sub(self.price);
+        self.landscape.at(u)
+    }
+
+    fn reach(&mut self, direction: [f64; 2]) -> f64 {
+        self.landscape.reach(direction)
+    }
+
+    fn is_piecewise_affine(&self) -> bool {
+        self.landscape.is_piecewise_affine()
+    }
+}

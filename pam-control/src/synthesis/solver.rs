@@ -1,6 +1,7 @@
 //! Targets to masses.
 
 use super::batch::{AnyBatch, ForceBatch};
+use super::landscape::Counted;
 use super::newton::{Segment, continuation, track};
 use super::problem::{Outcome, Solution, SynthesisSettings, Target};
 use super::relu_stencil::{ReluLayout, ReluStencil};
@@ -10,6 +11,7 @@ use super::walk::{Chords, Vertex};
 use crate::error::ControlError;
 use pam_core::parallel;
 use pam_core::{AnyForce, JointModel, SealedMasses};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Samples of a segment that are solved one after the other; the first one of each starts from the segment
 /// before.
@@ -23,13 +25,17 @@ const MOST_CARRIED: usize = 15;
 struct Follower<'a, B: ForceBatch> {
     evaluator: Evaluator<'a, B>,
     stencil: Option<ReluStencil<'a>>,
-    /// Vertices of curves that may still be followed.
+    /// What is left of [`MOST_FOLLOWED`].
     left: usize,
 }
 
-/// Vertices that all curves of a stretch of samples may have together: so many, and so many for each sample. A curve of
-/// the published network has two hundred, and few samples need one.
-const MOST_FOLLOWED: [usize; 2] = [100_000, 400];
+/// Evaluations of force balance and stiffness that following all curves of a stretch of samples may take: so many, and so
+/// many for each sample. A curve of the published network takes 250.
+const MOST_FOLLOWED: [usize; 2] = [100_000, 500];
+/// What five forces of a smooth network cost, in such evaluations, which update those of a ReLU network.
+const SMOOTH_EVALUATION: usize = 3;
+/// What the grid of signs costs.
+const GRID_EVALUATIONS: usize = 60;
 
 impl<B: ForceBatch> Follower<'_, B> {
     fn is_exhausted(&self) -> bool {
@@ -38,15 +44,17 @@ impl<B: ForceBatch> Follower<'_, B> {
 
     /// Fails if curves were not followed any more.
     fn check(&self) -> Result<(), ControlError> {
-        if !self.is_exhausted() {
-            return Ok(());
-        }
-        Err(ControlError::Insufficient(
-            "the masses that give the motion cannot be found in reasonable time: the model's force has kinks without end; \
-             the model is not of this joint"
-                .into(),
-        ))
+        if self.is_exhausted() { Err(endless()) } else { Ok(()) }
     }
+}
+
+/// The error of a model whose curves cannot be followed.
+fn endless() -> ControlError {
+    ControlError::Insufficient(
+        "the masses that give the motion cannot be found in reasonable time: the model's force changes too often with the \
+         masses; the model is not of this joint"
+            .into(),
+    )
 }
 
 /// Finds the air for motions and stiffnesses.
@@ -121,12 +129,19 @@ impl<B: ForceBatch> Synthesiser<B> {
         let starts = self.starts(targets)?;
         let group = self.settings.segments;
         let samples = group * SEGMENT_SAMPLES;
+        // One stretch that cannot be solved is the end of all; its error is the same for any of them.
+        let given_up = AtomicBool::new(false);
         let groups: Vec<Result<Vec<Solution>, ControlError>> =
             parallel::map(starts.len().div_ceil(group), |k| {
+                if given_up.load(Ordering::Relaxed) {
+                    return Err(endless());
+                }
                 let starts = &starts[k * group..starts.len().min((k + 1) * group)];
                 let from = k * samples;
                 let stretch = &targets[from..(from + samples).min(targets.len())];
-                self.solve_group(stretch, starts)
+                let solved = self.solve_group(stretch, starts);
+                given_up.fetch_or(solved.is_err(), Ordering::Relaxed);
+                solved
             });
         Ok(groups.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
     }
@@ -288,24 +303,21 @@ impl<B: ForceBatch> Synthesiser<B> {
         if follower.is_exhausted() {
             return Traced::default();
         }
-        let traced = self.trace_whole(target, follower);
-        let followed = 1 + traced.branches.iter().map(Vec::len).sum::<usize>();
-        follower.left = follower.left.saturating_sub(followed);
-        traced
-    }
-
-    fn trace_whole(&self, target: &Target, follower: &mut Follower<'_, B>) -> Traced {
+        let Follower { evaluator, stencil, left } = follower;
+        *left = left.saturating_sub(GRID_EVALUATIONS);
         let mut signs = Vec::new();
-        follower.evaluator.balances(target, &grid_nodes(&self.settings.bounds), &mut signs);
-        match &mut follower.stencil {
-            Some(stencil) => {
-                stencil.aim(target);
-                trace(stencil, target, &signs, &self.settings)
+        evaluator.balances(target, &grid_nodes(&self.settings.bounds), &mut signs);
+        match stencil {
+            Some(landscape) => {
+                let price = 1;
+                landscape.aim(target);
+                trace(&mut Counted { landscape, left, price }, target, &signs, &self.settings)
             }
             None => {
-                let local = |u| follower.evaluator.at(target, u);
-                let mut chords = Chords::new(&self.settings.bounds, local);
-                trace(&mut chords, target, &signs, &self.settings)
+                let local = |u| evaluator.at(target, u);
+                let price = SMOOTH_EVALUATION;
+                let landscape = &mut Chords::new(&self.settings.bounds, local);
+                trace(&mut Counted { landscape, left, price }, target, &signs, &self.settings)
             }
         }
     }
@@ -319,8 +331,7 @@ impl<B: ForceBatch> Synthesiser<B> {
     ) -> ([f64; 2], Solution) {
         if follower.is_exhausted() {
             // The whole stretch fails.
-            let local = Local { g: f64::NAN, k: f64::NAN, ..Local::default() };
-            return (hint, reached(hint, local));
+            return (hint, reached(hint, Local::UNKNOWN));
         }
         let traced = self.trace(target, follower);
         let away = |v: &&Vertex| (v.u[0] - hint[0]).hypot(v.u[1] - hint[1]);
@@ -361,15 +372,28 @@ impl<B: ForceBatch> Synthesiser<B> {
             return None;
         }
         let from = [before.masses.flexor_g, before.masses.extensor_g];
-        let found = match &mut follower.stencil {
-            Some(stencil) => {
-                stencil.aim(target);
-                nearest_around(stencil, target, from, &self.settings)
+        let Follower { evaluator, stencil, left } = follower;
+        let found = match stencil {
+            Some(landscape) => {
+                let price = 1;
+                landscape.aim(target);
+                nearest_around(
+                    &mut Counted { landscape, left, price },
+                    target,
+                    from,
+                    &self.settings,
+                )
             }
             None => {
-                let local = |u| follower.evaluator.at(target, u);
-                let mut chords = Chords::new(&self.settings.bounds, local);
-                nearest_around(&mut chords, target, from, &self.settings)
+                let local = |u| evaluator.at(target, u);
+                let price = SMOOTH_EVALUATION;
+                let landscape = &mut Chords::new(&self.settings.bounds, local);
+                nearest_around(
+                    &mut Counted { landscape, left, price },
+                    target,
+                    from,
+                    &self.settings,
+                )
             }
         }?;
         let [low, high] = before.reachable_n_mm?;

@@ -26,6 +26,10 @@ pub(super) struct Local {
 }
 
 impl Local {
+    /// Where nothing is known.
+    pub(super) const UNKNOWN: Self =
+        Self { g: f64::NAN, k: f64::NAN, dg: [f64::NAN; 2], dk: [f64::NAN; 2] };
+
     /// From forces and slopes at the points of the stencil; `inertial_mn` is `m ẍ_d + B ẋ_d − F_e`.
     pub(super) fn of(
         forces_mn: &[f64],

@@ -156,7 +156,7 @@ impl Roles {
             all[..data].iter().find(|e| e.duration_s < LEAST_SHARE * settings.shortest_s)
         {
             return fail(format!(
-                "recording `{}` is {:.4} s long; a diagnosis needs at least {} s of each",
+                "recording `{}` is {} s long; a diagnosis needs at least {} s of each",
                 short.name, short.duration_s, settings.shortest_s
             ));
         }

@@ -63,6 +63,44 @@ pub type FieldDiagnosis = Diagnosis<DiagnosedField>;
 /// without any, a part of the experiments is. The noise is learned from the open data, unless
 /// [`FieldOptions::noise`] says otherwise.
 ///
+/// ```
+/// use pam_core::field_fn;
+/// use pam_diagnose::Verdict;
+/// use pam_diagnose::field::{Candidate, FieldOptions, diagnose_field};
+/// use pam_solvers::{InputFn, Integrator, PidController, SaveAt, Tableau, Term};
+/// use pam_train::field::{Experiment, FieldProblem, Outputs};
+///
+/// // A cart with drag (p[0]) and a drift of its motor (p[1]); the model lacks both, and the real one has drag.
+/// let model = field_fn!([0.0, 0.0], 1 => 1, |_t, y, u, p, dy| dy[0] = u[0] - p[0] * y[0] + p[1]);
+/// let real = field_fn!([0.4, 0.0], 1 => 1, |_t, y, u, p, dy| dy[0] = u[0] - p[0] * y[0] + p[1]);
+/// let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-7, 1e-7));
+/// let mut draw = 1_u32; // noise from a linear congruential generator
+/// let mut noise = || {
+///     draw = draw.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+///     0.01 * (f64::from(draw >> 8) / f64::from(1 << 24) - 0.5)
+/// };
+/// let mut runs = Vec::new();
+/// for rate_rad_s in [1.0, 2.0, 3.0, 5.0] {
+///     let force = InputFn::new(1, move |t: f64, u: &mut [f64]| u[0] = (rate_rad_s * t).sin());
+///     let times_s: Vec<f64> = (0..400).map(|k| 0.05 * f64::from(k)).collect();
+///     let run = integrator.solve(
+///         &Term::new(&real, force), 0.0, times_s[399], &[0.0], SaveAt::Times(&times_s),
+///     )?;
+///     let measured = run.component(0).map(|v| v + noise()).collect();
+///     runs.push(Experiment::new(&format!("{rate_rad_s} rad/s"), force, times_s, measured));
+/// }
+/// let candidates = [
+///     Candidate::term("drag", (0, "per_s"), [0.0, 5.0], &[0.1]),
+///     Candidate::term("drift", (1, "m_s2"), [-1.0, 1.0], &[0.05]),
+/// ];
+/// let problem = FieldProblem::new(&model, &runs, Outputs::of_unknown_noise([0]), &integrator);
+/// let found = diagnose_field(&problem, &candidates, &FieldOptions::default())?;
+/// assert_eq!(found.named(), ["drag"]);
+/// assert_eq!(found.verdict, Verdict::Explained);
+/// assert!((found.model.parameters[0] - 0.4).abs() < 0.01);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// [`DiagnoseError`] if the shapes do not fit or the field without any cause cannot be solved.
 pub fn diagnose_field<F, I>(

@@ -88,6 +88,21 @@ pub type JointDiagnosis = Diagnosis<DiagnosedJoint>;
 
 /// Diagnoses recordings with a model. The same seed gives the same answer at any number of threads.
 ///
+/// ```no_run
+/// use pam_data::{LoadOptions, load_model, read_recordings, subjects};
+/// use pam_diagnose::{DiagnoseOptions, RecordingSets, diagnose};
+/// use pam_effects::ExtendedModel;
+///
+/// let model = ExtendedModel::from_saved(load_model("model.safetensors")?)?;
+/// let data = subjects(read_recordings(["logs"], &LoadOptions::default())?, &model.joint)?;
+/// let sets = RecordingSets { data: &data, ..RecordingSets::default() };
+/// let found = diagnose(&model, &sets, &DiagnoseOptions::default(), &|_stage, _share| {})?;
+/// for cause in &found.causes {
+///     println!("{} {:?}", cause.description, cause.parameters);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// [`DiagnoseError`] if there is too little data, the model itself diverges on them, or they contradict the physics of
 /// the joint ([`DiagnoseError::Implausible`], unless the options allow it). That nothing is found, or nothing is

@@ -1,7 +1,7 @@
 //! Training, validation and test data: disjoint, complete, and the test data unseen.
 
 use crate::linear::{Experiment, Linear, combined, white};
-use pam_diagnose::data::{Roles, TestSource};
+use pam_diagnose::data::{Roles, Span, TestSource};
 use pam_diagnose::diagnosis::{Diagnosis, Prepared, run};
 use pam_diagnose::fit::{Hypothesis, Problem};
 use pam_diagnose::noise::{Noise, NoisePrior, estimated_noise, noise_deviation};
@@ -161,4 +161,16 @@ fn noise_is_estimated_from_the_data_alone() {
     // A sine of amplitude 30 has a root mean square of 30/√2.
     let joined = noise_deviation(&[rows], 0.1);
     assert!((joined / 1.0_f64.hypot(0.1 * 30.0 / 2.0_f64.sqrt()) - 1.0).abs() < 0.03, "{joined}");
+}
+
+/// 3000 samples at 1 kHz span 2.999 s and are enough; what is too short is said to all its digits.
+#[test]
+fn the_shortest_length_counts_samples() {
+    let assign = |duration_s: f64| {
+        let spans = [Span { name: "run".into(), duration_s }];
+        Roles::assign(&spans, TestSource::Kept, 1, &DiagnosisSettings::default().data)
+    };
+    assert!(assign(2.999).is_ok());
+    let message = assign(2.9966).unwrap_err().to_string();
+    assert!(message.contains("2.9966 s") && message.contains("at least 3 s"), "{message}");
 }

@@ -191,6 +191,7 @@ def diagnose(
     changes: list[str],
     noise: tuple[float | None, ...],
     accept: bool,
+    ladder: tuple[str, list[str]] | None,
     seed: int,
     masses: str,
     surfaces: str | None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import dataclass
 from typing import Any, Mapping, Sequence, Union
 
@@ -12,59 +13,34 @@ from ._html import table
 from ._options import Changes, Path, changes, optional_path
 from ._progress import Progress, shown
 from ._report import write
-from .effects import effects as known_effects
+from .causes import (
+    Anomaly,
+    Cause,
+    ChannelBand,
+    Interval,
+    Ladder,
+    LateFault,
+    NullTest,
+    OnsetTest,
+    Rank,
+    Refused,
+)
 from .errors import SettingsError
 from .model import Model
 from .recording import Recording, natives
 
-__all__ = ["Anomaly", "Cause", "ChannelReduction", "Diagnosis", "Excitation", "Interval", "Refused", "Trace", "diagnose"]
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A fitted value with its confidence interval."""
-
-    value: float
-    ci95: tuple[float | None, float | None]
-
-
-@dataclass(frozen=True)
-class Cause:
-    """A named cause."""
-
-    effect: str
-    description: str
-    #: Values by name, with units in the names.
-    parameters: dict[str, Interval]
-    #: Share of the error that it removes.
-    share_of_error_removed: float
-    #: How sure its name is: the probability that it belongs to the set of causes.
-    inclusion: float
-    #: Certain, but it removes next to nothing of the error.
-    minor: bool
-    #: Effects that these recordings cannot tell from it.
-    confusable_with: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Refused:
-    """A candidate that is not named, and why."""
-
-    effect: str
-    inclusion: float
-    reason: str
-
-
-@dataclass(frozen=True)
-class Anomaly:
-    """Something in the data that noise does not do and no cause explains."""
-
-    kind: str
-    channel: str
-    recording: str | None
-    time_s: float | None
-    frequency_hz: float | None
-    description: str
+__all__ = [
+    "Anomaly",
+    "Cause",
+    "ChannelReduction",
+    "Diagnosis",
+    "Excitation",
+    "Interval",
+    "Ladder",
+    "Refused",
+    "Trace",
+    "diagnose",
+]
 
 
 @dataclass(frozen=True)
@@ -118,6 +94,8 @@ class Diagnosis:
     minor: tuple[Cause, ...]
     #: Reasons against the verdict `explained`, in sentences.
     reasons: tuple[str, ...]
+    #: Each channel of the test set beside its noise.
+    bands: tuple[ChannelBand, ...]
     #: What is left that noise does not do.
     anomalies: tuple[Anomaly, ...]
     #: Candidates that are not named, the most probable first.
@@ -127,22 +105,43 @@ class Diagnosis:
     #: Relative reduction of the overall error on the test set, and its confidence interval.
     error_reduction: float
     error_reduction_ci95: tuple[float, float]
+    #: Every candidate alone, best first.
+    ranking: tuple[Rank, ...]
+    #: Logarithm of the odds of the named causes against the model without any; 0 where nothing is named.
+    log_odds: float
+    #: Share of the error of the test set above the noise that a flexible model without names removes.
+    explainable: float
+    #: Share of it that the named causes remove.
+    explained: float
+    #: The errors before any cause is named, in sentences.
+    residual: str
+    #: By how many of its samples the force acts earlier than a held one: 0 held, ½ smooth.
+    force_lead_samples: float
+    #: Names of the recordings that were fitted in the end.
+    fitted: tuple[str, ...]
+    #: The test of the best candidate against chance; ``None`` if there is no residual.
+    null_test: NullTest | None
+    #: The test of the best beginning or end against chance; ``None`` where none was looked for.
+    onset_test: OnsetTest | None
+    #: What is there in the test set only.
+    late_fault: LateFault | None
+    #: The ladder, if one was asked for.
+    ladder: Ladder | None
     _native: _pam.Diagnosis
 
     @classmethod
     def _of(cls, native: _pam.Diagnosis) -> Diagnosis:
         d = json.loads(native.json())
         reduction = d["error_reduction"]
+        null, onset, late, ladder = (d.get(key) for key in ("null_test", "onset_test", "late_fault", "ladder"))
         return cls(
             d["verdict"],
             native.sentence(),
-            tuple(_cause(c, minor=False) for c in d["causes"]),
-            tuple(_cause(c, minor=True) for c in d["minor"]),
+            tuple(Cause._of(c, minor=False) for c in d["causes"]),
+            tuple(Cause._of(c, minor=True) for c in d["minor"]),
             tuple(d["reasons"]),
-            tuple(
-                Anomaly(a["kind"], a["channel"], a["recording"], a["time_s"], a["frequency_hz"], a["description"])
-                for a in d["anomalies"]
-            ),
+            tuple(ChannelBand(**band) for band in d["bands"]),
+            tuple(Anomaly._of(a) for a in d["anomalies"]),
             tuple(Refused(r["effect"], r["inclusion"], r["reason"]) for r in d["refused"]),
             tuple(
                 ChannelReduction(
@@ -152,6 +151,17 @@ class Diagnosis:
             ),
             reduction["overall"]["error_reduction"],
             (reduction["overall"]["ci95"][0], reduction["overall"]["ci95"][1]),
+            tuple(Rank(r["effect"], r["score"], tuple(r["at_limit"])) for r in d["ranking"]),
+            d["score"]["log_odds"],
+            d["explainable"]["any_correction"],
+            d["explainable"]["named"],
+            d["residual"]["description"],
+            d["force_lead_samples"],
+            tuple(d["fitted"]),
+            None if null is None else NullTest(**null),
+            None if onset is None else OnsetTest(**onset),
+            None if late is None else LateFault._of(late),
+            None if ladder is None else Ladder._of(ladder),
             native,
         )
 
@@ -210,17 +220,15 @@ class Diagnosis:
         return plot.diagnosis(self, axes=axes)
 
 
-def _cause(c: dict[str, Any], *, minor: bool) -> Cause:
-    info = known_effects().get(c["effect"])
-    return Cause(
-        c["effect"],
-        "" if info is None else info.description,
-        {name: Interval(i["value"], (i["ci95"][0], i["ci95"][1])) for name, i in c["parameters"].items()},
-        c["share_of_error_removed"],
-        c["inclusion"],
-        minor,
-        tuple(c["confusable_with"]),
-    )
+def _ladder(ladder: str | Path | Sequence[str] | None) -> tuple[str, list[str]] | None:
+    """The name of a ladder, and its effects where they are given by their ids."""
+    if ladder is None:
+        return None
+    if isinstance(ladder, (str, os.PathLike)):
+        return os.fspath(ladder), []
+    if not ladder:
+        raise SettingsError("ladder: there is no effect in it")
+    return "effects", list(ladder)
 
 
 def diagnose(
@@ -233,6 +241,7 @@ def diagnose(
     settings: Changes | None = None,
     noise: Mapping[str, float] | None = None,
     accept_implausible: bool = False,
+    ladder: str | Path | Sequence[str] | None = None,
     seed: int = 1,
     masses: str = "auto",
     surfaces: Path | None = None,
@@ -249,6 +258,8 @@ def diagnose(
         settings: Changes of settings, like ``{"search.max_causes": 4}``.
         noise: Known standard deviations of means over 20 ms: ``{"x": 0.004, "pf": 0.3}`` (mm, kPa).
         accept_implausible: Diagnose recordings that contradict the physics of the joint all the same.
+        ladder: Models of one phenomenon that are fitted to the same data as well, from a short one to a rich one:
+            ``"friction"``, a file of effects, or ids of effects.
         seed: Seed of the split, the null test and the bootstrap.
         masses: How sealed air is found: ``auto``, ``gas-law`` or ``surfaces``.
         surfaces: File of single-muscle surfaces.
@@ -273,6 +284,7 @@ def diagnose(
             changes=changes(settings),
             noise=deviations,
             accept=accept_implausible,
+            ladder=_ladder(ladder),
             seed=seed,
             masses=masses,
             surfaces=optional_path(surfaces),

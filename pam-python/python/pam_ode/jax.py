@@ -213,6 +213,13 @@ def _activation(model: Model) -> Callable[[Any], Any]:
     name = model.activation
     if name not in ACTIVATIONS:
         raise SettingsError(f"the activation `{name}` has no equal in JAX; there are {', '.join(ACTIVATIONS)}")
+    return _with_parameters(name, model.activation_parameters)
+
+
+def _with_parameters(name: str, parameters: Mapping[str, Any] | None) -> Callable[[Any], Any]:
+    if name == "leaky_relu" and parameters is not None:
+        slope = float(parameters["slope"])
+        return lambda z: jax.nn.leaky_relu(z, slope)
     return ACTIVATIONS[name]
 
 
@@ -222,7 +229,7 @@ def from_equinox(mlp: Any, activation: str, **physical: Any) -> Model:
     Args:
         mlp: The network; weights of single precision become double.
         activation: Name of its activation in the framework, which must be the same function; it is compared at points.
-        **physical: As :meth:`pam_ode.Model.from_layers`.
+        **physical: As :meth:`pam_ode.Model.from_layers`, ``activation_parameters`` among them: ``{"slope": 0.1}``.
     """
     if activation not in ACTIVATIONS:
         raise SettingsError(f"unknown activation `{activation}`; known: {', '.join(ACTIVATIONS)}")
@@ -230,7 +237,8 @@ def from_equinox(mlp: Any, activation: str, **physical: Any) -> Model:
     if own is not None and len(mlp.layers) > 1:
         z = jnp.linspace(-3.0, 3.0, 13)
         values = jax.vmap(own)(z)
-        if not bool(jnp.allclose(values, ACTIVATIONS[activation](z), atol=1e-5)):
+        expected = _with_parameters(activation, physical.get("activation_parameters"))(z)
+        if not bool(jnp.allclose(values, expected, atol=1e-5)):
             raise SettingsError(f"the module's activation is not `{activation}`: it has other values")
     layers = [(np.asarray(layer.weight, np.float64), np.asarray(layer.bias, np.float64)) for layer in mlp.layers]
     return Model.from_layers(layers, activation, **physical)

@@ -202,7 +202,8 @@ def to_module(model: Model, dtype: torch.dtype | None = None) -> torch.nn.Sequen
     parts: list[torch.nn.Module] = []
     for weight, bias in model.layers:
         if parts:
-            parts.append(ACTIVATIONS[name]())
+            slope = model.activation_parameters["slope"] if name == "leaky_relu" else None
+            parts.append(ACTIVATIONS[name]() if slope is None else torch.nn.LeakyReLU(slope))
         layer = torch.nn.Linear(weight.shape[1], weight.shape[0], dtype=dtype or torch.get_default_dtype())
         with torch.no_grad():
             layer.weight.copy_(torch.from_numpy(np.array(weight)))
@@ -223,7 +224,13 @@ def from_module(module: torch.nn.Module, activation: str | None = None, **physic
     z = torch.linspace(-3, 3, 13)
     values = [ACTIVATIONS[name]()(z) for name in ACTIVATIONS]
     found: set[str] = set()
+    slopes = {part.negative_slope for part in own if isinstance(part, torch.nn.LeakyReLU)}
+    if len(slopes) > 1:
+        raise SettingsError(f"the module has leaky ReLUs of several slopes: {', '.join(map(str, sorted(slopes)))}")
     for part in own:
+        if isinstance(part, torch.nn.LeakyReLU):
+            found.add("leaky_relu")
+            continue
         same = [n for n, v in zip(ACTIVATIONS, values) if torch.allclose(part(z), v, atol=1e-6)]
         if not same:
             raise SettingsError(f"{part} is no activation of the framework; there are {', '.join(ACTIVATIONS)}")
@@ -236,6 +243,8 @@ def from_module(module: torch.nn.Module, activation: str | None = None, **physic
         activation = found.pop()
     elif found and activation not in found:
         raise SettingsError(f"the module's activation is `{found.pop()}`, not `{activation}`")
+    if slopes:
+        physical = {"activation_parameters": {"slope": slopes.pop()}} | physical
     named = _named(module)
     count = len(named) // 2
     layers = [(_array(named[f"weight_{k}"]), _array(named[f"bias_{k}"])) for k in range(count)]

@@ -2,6 +2,11 @@ use super::{Input, ParametricInput, Side};
 use pam_core::Scalar;
 
 /// No input at all.
+///
+/// ```
+/// use pam_solvers::{Input, NoInput};
+/// assert_eq!(Input::<f64>::input_len(&NoInput), 0);
+/// ```
 #[derive(Debug, Clone, Copy, Default)]
 pub struct NoInput;
 
@@ -27,6 +32,13 @@ impl ParametricInput for NoInput {
 }
 
 /// An input that does not change.
+///
+/// ```
+/// use pam_solvers::{Constant, Input, Side};
+/// let mut u = [0.0];
+/// Constant(vec![100e3]).value_into(0.5, Side::Right, &mut u); // 100 N in mN
+/// assert_eq!(u, [100e3]);
+/// ```
 #[derive(Debug, Clone)]
 pub struct Constant<S>(pub Vec<S>);
 
@@ -63,6 +75,14 @@ impl ParametricInput for Constant<f64> {
 }
 
 /// A smooth input from a closure `|t, u|`. It must not jump.
+///
+/// ```
+/// use pam_solvers::{Input, InputFn, Side};
+/// let ramp = InputFn::new(1, |t: f64, u: &mut [f64]| u[0] = 3.0 * t);
+/// let mut u = [0.0];
+/// ramp.value_into(2.0, Side::Right, &mut u);
+/// assert_eq!(u, [6.0]);
+/// ```
 #[derive(Debug, Clone, Copy)]
 pub struct InputFn<F> {
     input_len: usize,

@@ -18,6 +18,21 @@ use pam_trajectory::predict::{Predictor, SolverSettings};
 /// of threads. `done` is called after each recording.
 ///
 /// A prediction that fails is listed with its reason and does not stop the others.
+///
+/// ```
+/// use pam_core::{JointModel, SpringDamper};
+/// use pam_data::{Recording, subjects};
+/// use pam_train::evaluate;
+/// use pam_trajectory::SolverSettings;
+///
+/// let model = JointModel::datasheet(SpringDamper::published());
+/// let time_s = (0..1000).map(|k| 1e-3 * f64::from(k)).collect();
+/// let rest = Recording::at_rest("rest", time_s, [412.0, 412.0]); // kPa absolute
+/// let scores = evaluate(&model, subjects([rest], &model)?, &SolverSettings::default(), &|| {});
+/// assert!(scores.failed.is_empty());
+/// assert!(scores.recordings[0].scores.rmse.x < 1e-9); // the joint stays at rest
+/// # Ok::<(), pam_data::DataError>(())
+/// ```
 pub fn evaluate<F: ForceModel<f64> + Sync>(
     model: &JointModel<f64, F>,
     subjects: Vec<Subject>,

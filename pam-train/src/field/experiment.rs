@@ -4,6 +4,17 @@ use pam_core::FieldNames;
 use pam_solvers::{Fixed, InputError, Interpolation, SampledInput};
 
 /// One run of a system: what drove it, where it started, what was measured.
+///
+/// ```
+/// use pam_solvers::Constant;
+/// use pam_train::field::Experiment;
+///
+/// // Two states measured at three times under a constant input.
+/// let times_s = vec![0.0, 0.1, 0.2];
+/// let measured = vec![1.0, 0.0, 0.9, -0.8, 0.7, -1.4]; // row by row
+/// let run = Experiment::new("step", Constant(vec![2.0]), times_s, measured).starting_at(vec![1.0, 0.0]);
+/// assert!((run.sample_s() - 0.1).abs() < 1e-12);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Experiment<I> {
     /// Name in messages.

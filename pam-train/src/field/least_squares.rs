@@ -9,6 +9,21 @@ use pam_numerics::statistics::t_quantile_95;
 use pam_solvers::Input;
 
 /// Settings of a fit.
+///
+/// ```
+/// use pam_train::field::LeastSquares;
+///
+/// // Only parameters 0 and 2, the first of them positive; a delay of the inputs is fitted along.
+/// let settings = LeastSquares {
+///     free: Some(vec![0, 2]),
+///     logarithmic: vec![0],
+///     delay_deviation_s: 0.01,
+///     ..LeastSquares::default()
+/// };
+/// assert_eq!(settings.iterations, None);
+/// ```
+///
+/// [`FieldProblem`] has an example of a whole fit.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LeastSquares {
     /// Parameters (by index) that are fitted; all, if absent.

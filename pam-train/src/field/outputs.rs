@@ -5,6 +5,14 @@ use pam_core::ParametricField;
 
 /// Which signals are measured, and how well. The signals of a field are its states, and after them its outputs
 /// ([`outputs_into`](pam_core::VectorField::outputs_into)).
+///
+/// ```
+/// use pam_train::field::Outputs;
+///
+/// // Of a field with two states and one output: the first state and the output, with the deviations of their noise.
+/// let outputs = Outputs::new([(0, 0.02), (2, 0.1)]);
+/// assert_eq!(outputs.signals, [0, 2]);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outputs {
     /// Index of the signal behind each output: of a state, or the number of states plus the index of an output.

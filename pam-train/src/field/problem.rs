@@ -36,6 +36,31 @@ pub enum FieldError {
 }
 
 /// A field, the experiments that it is to reproduce, and the method that solves it.
+///
+/// ```
+/// use pam_core::field_fn;
+/// use pam_solvers::{InputFn, Integrator, PidController, SaveAt, Tableau, Term};
+/// use pam_train::field::{Experiment, FieldProblem, LeastSquares, Outputs};
+///
+/// // A motor, τ ω̇ = k u − ω: parameters τ = 0.2 s and k = 3 rad/s per volt, of which the guess is wrong.
+/// let guess = field_fn!([0.3, 2.0], 1 => 1, |_t, y, u, p, dy| dy[0] = (p[1] * u[0] - y[0]) / p[0]);
+/// let real = field_fn!([0.2, 3.0], 1 => 1, |_t, y, u, p, dy| dy[0] = (p[1] * u[0] - y[0]) / p[0]);
+/// let voltage = InputFn::new(1, |t: f64, u: &mut [f64]| u[0] = (4.0 * t).sin());
+///
+/// // The measured speed; here it is simulated.
+/// let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-8, 1e-8));
+/// let times_s: Vec<f64> = (0..200).map(|k| 0.02 * f64::from(k)).collect();
+/// let run = integrator.solve(
+///     &Term::new(&real, voltage), 0.0, times_s[199], &[0.0], SaveAt::Times(&times_s),
+/// )?;
+/// let measured = [Experiment::new("sine", voltage, times_s, run.component(0).collect())];
+///
+/// let outputs = Outputs::new([(0, 0.01)]); // state 0, noise of 0.01 rad/s
+/// let problem = FieldProblem::new(&guess, &measured, outputs, &integrator);
+/// let fit = problem.least_squares(&LeastSquares::default())?;
+/// assert!((fit.parameters[0] - 0.2).abs() < 1e-5 && (fit.parameters[1] - 3.0).abs() < 1e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct FieldProblem<'a, F, I> {
     /// The field with its present parameters.
     pub field: &'a F,

@@ -249,8 +249,10 @@ fn controller_table(path: &Path) -> Result<(), String> {
     let bytes = bytes(path)?;
     let table = pam_embedded::Table::new(&bytes).map_err(|e| format!("{}: {e}", path.display()))?;
     for time_s in [-1.0, 0.0, 0.5, 1e9, f64::NAN] {
-        (0..table.columns()).for_each(|k| assert_ne!(table.value(k, time_s).to_bits(), 1));
-        let _ = table.pressures_kpa(time_s);
+        for k in 0..table.columns() {
+            std::hint::black_box(table.value(k, time_s));
+        }
+        let _ = std::hint::black_box(table.pressures_kpa(time_s));
     }
     Ok(())
 }

@@ -5,7 +5,8 @@
 //! - [`quartic`]: `u̇ = (t − θ)⁴`, whose steps suit the state and not the gradient;
 //! - [`stiff`]: a slow state with a fast one, where nothing may be integrated back;
 //! - [`joint`]: the hybrid model of the joint with a network of any activation and width, made by
-//!   [`network`] without any data.
+//!   [`network`] without any data;
+//! - [`own`]: a field of your own, from a file of expressions.
 
 use super::cells::{Cells, Grid};
 use super::method::{all, of_joint};
@@ -15,6 +16,7 @@ use pam_core::Activation;
 pub mod joint;
 pub mod linear;
 pub mod network;
+pub mod own;
 pub mod quartic;
 pub mod stiff;
 pub mod van_der_pol;

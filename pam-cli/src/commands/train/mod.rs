@@ -11,7 +11,7 @@ use crate::options::{DataOptions, built_in_spring_damper, check_plausible};
 use crate::output::Output;
 use crate::run_record::{self, made_by};
 use clap::Args;
-use pam_data::{MassOptions, Recording, RigFile, Subject, toml_file};
+use pam_data::{MassChoice, MassOptions, Recording, RigFile, Subject, toml_file};
 use pam_report::page::number;
 use pam_solvers::Tableau;
 use pam_train::curriculum::{Curriculum, StartModel};
@@ -102,14 +102,21 @@ impl RunCommand for TrainArguments {
 
         let rig = global.rig_for(&self.data)?;
         let recordings = self.reading.recordings(&self.data, rig.clone(), console)?;
-        let surfaces = self.reading.mass_options()?.surfaces;
-        if let StartModel::File(path) = &curriculum.model.start
-            && !path.exists()
-        {
-            return Err(CliError::Usage(format!(
-                "the model to start from, {}, is not there; name it with --start FILE",
-                path.display()
-            )));
+        let masses = self.reading.mass_options()?;
+        // Training takes the masses of the files, then those of surfaces while the model is untrained, then the gas law.
+        let surfaces = masses.surfaces.filter(|_| masses.choice != MassChoice::GasLaw);
+        if let StartModel::File(path) = &curriculum.model.start {
+            if !path.exists() {
+                return Err(CliError::Usage(format!(
+                    "the model to start from, {}, is not there; name it with --start FILE",
+                    path.display()
+                )));
+            }
+            if masses.choice == MassChoice::Surfaces {
+                return Err(CliError::Usage(
+                    "--masses surfaces: training that starts from a model takes the masses from its gas law".into(),
+                ));
+            }
         }
         let recordings = checked(recordings, rig.as_ref(), global, console)?;
         let names: Vec<&str> = recordings.iter().map(|r| r.name.as_str()).collect();

@@ -28,6 +28,26 @@ use sweep::{Sweep, SweepMemory};
 /// as [`Checkpointing`] says.
 ///
 /// Forward and reverse sweep allocate nothing per step once an [`AdjointWorkspace`] is warm.
+///
+/// ```
+/// use pam_autodiff::ByTape;
+/// use pam_core::field_fn;
+/// use pam_solvers::sensitivity::{DiscreteAdjoint, GradientMethod, Problem};
+/// use pam_solvers::{Integrator, PidController, Tableau};
+///
+/// // ẏ = −p y: the state at t = 2 is exp(−2 p), its derivative −2 exp(−2 p).
+/// let field = field_fn!([0.7], 0 => 1, |_t, y, _u, p, dy| dy[0] = -p[0] * y[0]);
+/// let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-10, 1e-10));
+/// let problem = Problem::new(&field, &[1.0], &[2.0], &integrator);
+/// // The loss writes its cotangents and returns its value.
+/// let mut end = |_times: &[f64], states: &[f64], cotangents: &mut [f64]| {
+///     cotangents[0] = 1.0;
+///     states[0]
+/// };
+/// let gradient = DiscreteAdjoint::new(ByTape).value_and_gradient(&problem, &mut end)?;
+/// assert!((gradient.parameters[0] + 2.0 * (-1.4_f64).exp()).abs() < 1e-8);
+/// # Ok::<(), Box<pam_solvers::SolveError<f64>>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DiscreteAdjoint<D> {
     /// How the field is differentiated.

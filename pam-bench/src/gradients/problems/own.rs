@@ -1,0 +1,141 @@
+//! A field of your own, from a file of expressions.
+
+use crate::gradients::case::{Case, evenly};
+use pam_core::{ParametricField, Scalar, VectorField};
+use pam_data::{DataError, toml_file};
+use pam_expression::{Graph, Inputs, Program, too_long};
+use pam_solvers::NoInput;
+use pam_vocabulary::expression::{Expression, Scope};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Name of the problem.
+pub const NAME: &str = "own";
+
+/// What the file holds.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Definition {
+    /// The solve runs from 0 to here, s.
+    end_s: f64,
+    /// Number of evenly spaced observations, the last one at the end.
+    observations: usize,
+    /// Initial state.
+    start: BTreeMap<String, f64>,
+    #[serde(default)]
+    parameters: BTreeMap<String, f64>,
+    /// The time derivative of each state.
+    rates: BTreeMap<String, String>,
+}
+
+/// `ẏ = f(t, y, p)` with one expression per state. States and parameters are in alphabetical order.
+#[derive(Debug, Clone)]
+pub struct Own<S> {
+    rates: Arc<Program>,
+    states: usize,
+    parameters: Vec<S>,
+}
+
+/// States, time and parameters.
+struct At<'a, S> {
+    t: f64,
+    y: &'a [S],
+    p: &'a [S],
+}
+
+impl<S: Scalar> Inputs<S> for At<'_, S> {
+    #[inline]
+    fn input(&self, index: usize) -> S {
+        match index.checked_sub(self.y.len()) {
+            None => self.y[index],
+            Some(0) => S::constant(self.t),
+            Some(k) => self.p[k - 1],
+        }
+    }
+}
+
+impl<S: Scalar> VectorField<S> for Own<S> {
+    fn state_len(&self) -> usize {
+        self.states
+    }
+    fn input_len(&self) -> usize {
+        0
+    }
+    fn eval_into(&self, t: f64, y: &[S], _u: &[S], dy: &mut [S], _work: &mut [S]) {
+        self.rates.values(&At { t, y, p: &self.parameters }, dy);
+    }
+}
+
+impl ParametricField for Own<f64> {
+    type With<S: Scalar> = Own<S>;
+    fn parameters(&self) -> Vec<f64> {
+        self.parameters.clone()
+    }
+    fn with_parameters<S: Scalar>(&self, p: &[S]) -> Own<S> {
+        Own { rates: Arc::clone(&self.rates), states: self.states, parameters: p.to_vec() }
+    }
+}
+
+/// The problem of a TOML file: `end_s`, `observations`, and the tables `start`, `parameters` and `rates`, the last with an
+/// expression of states, parameters and `t` for each state. The loss is half the mean square of the states.
+///
+/// ```
+/// use pam_bench::gradients::problems::own;
+///
+/// let text = "end_s = 1.0\nobservations = 4\nstart = { x = 2.0 }\nparameters = { k = 3.0 }\nrates = { x = '-k * x' }";
+/// let case = own::parse(text, "decay.toml")?;
+/// assert_eq!(case.observations_s, [0.25, 0.5, 0.75, 1.0]);
+/// # Ok::<(), pam_data::DataError>(())
+/// ```
+///
+/// # Errors
+/// [`DataError`] with the line, or with the state whose expression cannot be read.
+pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Case<Own<f64>, NoInput>, DataError> {
+    let path = path.as_ref();
+    let definition: Definition = toml_file::parse(text, path)?;
+    let wrong = |message: String| DataError::file(path, message);
+    let Definition { end_s, observations, start, parameters, rates } = definition;
+    if !(end_s > 0.0 && end_s.is_finite()) || observations == 0 {
+        return Err(wrong("`end_s` and `observations` must be positive".into()));
+    }
+    if start.is_empty() || !start.keys().eq(rates.keys()) {
+        return Err(wrong("`start` and `rates` must name the same states, one at least".into()));
+    }
+    let t = "t".to_owned();
+    let names: Vec<String> =
+        start.keys().chain([&t]).chain(parameters.keys()).map(String::clone).collect();
+    if let Some(twice) = names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)) {
+        return Err(wrong(format!("`{}` is named twice (`t` is the time)", twice.1)));
+    }
+    let mut graph = Graph::default();
+    let mut outputs = Vec::new();
+    for (state, rate) in &rates {
+        let tree = Expression::parse(rate, &Scope::of(&names))
+            .map_err(|e| wrong(format!("the rate of `{state}`: {e}")))?;
+        outputs.push(graph.expression(&tree, &mut |graph, k| graph.input(k)));
+    }
+    let rates = Program::new(&graph, &outputs).ok_or_else(|| wrong(too_long()))?;
+    let states = start.len();
+    let parameters = parameters.into_values().collect();
+    let field = Own { rates: Arc::new(rates), states, parameters };
+    let y0: Vec<f64> = start.into_values().collect();
+    let loss = move |times: &[f64], states: &[f64], cotangents: &mut [f64]| {
+        let share = 1.0 / times.len() as f64;
+        for (y, w) in states.iter().zip(cotangents) {
+            *w = share * y;
+        }
+        0.5 * share * states.iter().map(|y| y * y).sum::<f64>()
+    };
+    Ok(Case::new(NAME, (field, NoInput), &y0, evenly(observations, end_s), loss))
+}
+
+/// The problem of the TOML file at `path`.
+///
+/// # Errors
+/// As [`parse`], or if the file cannot be read.
+pub fn read(path: impl AsRef<Path>) -> Result<Case<Own<f64>, NoInput>, DataError> {
+    let path = path.as_ref();
+    parse(&toml_file::text(path)?, path)
+}
