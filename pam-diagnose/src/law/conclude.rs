@@ -8,14 +8,17 @@ use super::written::{acts, header, largest, variable_names, written};
 use crate::diagnosis::{Explainable, total};
 use crate::error::DiagnoseError;
 use crate::fit::{Fit, Hypothesis, Member, Problem};
-use crate::rejection::{ParameterStability, StabilityTest};
+use crate::rejection::{ParameterStability, StabilityTest, correlation};
 use crate::remainder::{
     Correction, Dyn, Ground, Learned, Remainder, RemainderOutcome, learn_again,
 };
-use crate::terms::{Definition, Term, TermSpace};
+use crate::terms::{Definition, Term, TermSpace, VariableKind};
 use crate::test_set::{ErrorReduction, TestSet};
 use crate::verdict::share;
+use pam_numerics::statistics::mean;
 
+/// Correlation from which values of recordings go with a variable.
+const CLEAR_CORRELATION: f64 = 0.8;
 /// Laws of the ranking that are reported.
 const RANKED: usize = 12;
 
@@ -288,7 +291,12 @@ impl<'l> FittedLaw<'l> {
     }
 
     /// The causes that were named and do not stand beside it.
-    fn replaces(&self, ground: &Ground<'_>, open: &Problem<'_, Dyn<'_>>) -> Vec<Replaced> {
+    fn replaces(
+        &self,
+        space: &dyn TermSpace,
+        ground: &Ground<'_>,
+        open: &Problem<'_, Dyn<'_>>,
+    ) -> Vec<Replaced> {
         let kept = &self.fit.hypothesis.members[..self.law.named.len()];
         let mut gone: Vec<&Member> = Vec::new();
         for m in ground.named.iter().chain(&ground.rivals) {
@@ -298,7 +306,35 @@ impl<'l> FittedLaw<'l> {
                 gone.push(m);
             }
         }
-        gone.into_iter().filter_map(|m| replaced(ground, open, kept, m).ok()).collect()
+        let mut all: Vec<Replaced> =
+            gone.into_iter().filter_map(|m| replaced(ground, open, kept, m).ok()).collect();
+        for between in all.iter_mut().filter_map(|r| r.stability_test.between.as_mut()) {
+            if between.grows_with.is_none() {
+                between.grows_with = self.goes_with(space, open, &between.values);
+            }
+        }
+        all
+    }
+
+    /// The slow variable of the law with which values of the recordings go, and whether they grow with it.
+    fn goes_with(
+        &self,
+        space: &dyn TermSpace,
+        open: &Problem<'_, Dyn<'_>>,
+        values: &[(String, f64)],
+    ) -> Option<(String, bool)> {
+        let slow = self.terms.iter().flat_map(Term::variables).find(|&k| {
+            matches!(space.variables()[k].kind, VariableKind::Slow | VariableKind::Combined)
+        })?;
+        let mean_of = |name: &str| {
+            let own = open.experiments.iter().find(|&&e| open.system.name(e) == name)?;
+            Some(mean(&space.series(*own)[slow]))
+        };
+        let means: Vec<f64> =
+            values.iter().map(|(name, _)| mean_of(name)).collect::<Option<_>>()?;
+        let values: Vec<f64> = values.iter().map(|v| v.1).collect();
+        let r = correlation(&means, &values);
+        (r.abs() > CLEAR_CORRELATION).then(|| (space.variables()[slow].name.clone(), r > 0.0))
     }
 
     /// The law as it is reported, and its definition.
@@ -329,7 +365,7 @@ impl<'l> FittedLaw<'l> {
             variables: variable_names(&self.terms, space),
             remembers: self.terms.iter().any(Term::remembers),
             beside: beside.collect(),
-            replaces: self.replaces(ground, open),
+            replaces: self.replaces(space, ground, open),
             bands: last.test.bands(open, &self.fit.hypothesis),
             file: header + &space.file(std::slice::from_ref(&definition)),
             expression,

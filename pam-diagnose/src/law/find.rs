@@ -4,7 +4,7 @@ use super::conclude::concluded;
 use super::design::Design;
 use super::library::{extensions, library};
 use super::refine::{Proposal, Tried, preferred, proposals, refine};
-use super::result::Replaced;
+use super::result::{Replaced, TAKEN};
 use super::select::Scores;
 use crate::diagnosis::{Diagnosis, Explainable};
 use crate::error::DiagnoseError;
@@ -69,10 +69,22 @@ impl Rest {
                 RemainderOutcome::Law => "a law",
                 _ => "a smooth correction",
             };
-            let reason = format!(
+            found.reasons = vec![format!(
                 "{what} that is in no list removes a further part of the error of the test set"
-            );
-            found.reasons.push(reason);
+            )];
+            let outside = renewed.bands.iter().filter(|b| b.outside).map(|b| {
+                let output = found.outputs.iter().find(|o| o.key == b.channel);
+                format!(
+                    "an error remains in the {}: {:.2} times its noise (at most {:.2} by chance)",
+                    output.map_or(&b.channel, |o| &o.name),
+                    b.ratio,
+                    b.upper
+                )
+            });
+            let causes = found.causes.iter().map(|c| c.stability_test.sentence(&c.effect));
+            let more = outside.chain(renewed.anomalies.iter().map(|a| a.description.clone()));
+            found.reasons.extend(more.chain(causes).filter(|r| !r.is_empty()));
+            found.late_fault = None;
             let Renewed { error_reduction, bands, anomalies, traces, explainable } = renewed;
             found.error_reduction = error_reduction;
             found.explainable = explainable;
@@ -81,9 +93,6 @@ impl Rest {
         found.remainder = Some(self.remainder);
     }
 }
-
-/// Why a cause is not named in whose place a law stands.
-const TAKEN: &str = "a law that is in no list takes its place";
 
 /// Causes that stay and those that go; the members of the search are numbered in the order of the causes.
 fn divided(

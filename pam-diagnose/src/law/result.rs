@@ -54,6 +54,9 @@ fn by_name<S: Serializer>(parameters: &[(String, Interval)], to: S) -> Result<S:
     map.end()
 }
 
+/// Why a cause is not named in whose place a law stands.
+pub(super) const TAKEN: &str = "a law that is in no list takes its place";
+
 /// A cause in whose place a law stands, fitted with one value that is there at all times.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Replaced {
@@ -70,8 +73,7 @@ impl Replaced {
     #[must_use]
     pub fn reason(&self) -> String {
         let changes = self.stability_test.sentence(&self.effect);
-        let law = "a law that is in no list takes its place";
-        if changes.is_empty() { law.to_owned() } else { format!("{changes}; {law}") }
+        if changes.is_empty() { TAKEN.to_owned() } else { format!("{changes}; {TAKEN}") }
     }
 }
 

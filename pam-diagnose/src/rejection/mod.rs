@@ -20,4 +20,5 @@ pub mod stability_test;
 pub(crate) use absent::{may_be_absent, vague};
 pub use null_test::NullTest;
 pub use stability::ParameterStability;
+pub(crate) use stability_test::correlation;
 pub use stability_test::{ChangeInTime, DifferenceBetween, StabilityTest};

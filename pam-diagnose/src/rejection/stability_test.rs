@@ -267,7 +267,8 @@ impl<C: Candidates + ?Sized> Series<'_, '_, C> {
     }
 }
 
-fn correlation(x: &[f64], y: &[f64]) -> f64 {
+/// Correlation of two series; 0 if one of them is constant.
+pub(crate) fn correlation(x: &[f64], y: &[f64]) -> f64 {
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
     let (mx, my) = (mean(x), mean(y));
     let sum =
