@@ -267,7 +267,13 @@ fn blocks(space: &dyn TermSpace, terms: &[Term]) -> Vec<Definition> {
     let of = |(k, block): (usize, &[Term])| {
         Definition::flexible(&format!("block{k}"), block, f64::INFINITY, variables, places)
     };
-    terms.chunks(BLOCK).enumerate().map(of).collect()
+    grouped(space, terms).enumerate().map(of).collect()
+}
+
+/// Terms that one definition holds: a few, and of one family of places, since an effect with memory acts in one way.
+fn grouped<'t>(space: &dyn TermSpace, terms: &'t [Term]) -> impl Iterator<Item = &'t [Term]> {
+    let family = |t: &Term| space.places()[t.place].family;
+    terms.chunk_by(move |a, b| family(a) == family(b)).flat_map(|own| own.chunks(BLOCK))
 }
 
 /// The best sums of terms of each length about a hypothesis, with coefficients.
@@ -281,8 +287,7 @@ fn sums(
     rows_per_observation: f64,
 ) -> Vec<Vec<Term>> {
     let settings = &ground.settings.remainder;
-    let candidates: Vec<(usize, Vec<f64>)> = terms
-        .chunks(BLOCK)
+    let candidates: Vec<(usize, Vec<f64>)> = grouped(space, terms)
         .enumerate()
         .map(|(k, block)| (first + k, vec![0.0; block.len()]))
         .collect();
@@ -290,7 +295,7 @@ fn sums(
     let empty = |block: &[Term]| vec![vec![0.0; design.target.len()]; block.len()];
     let columns: Vec<Vec<f64>> = found
         .into_iter()
-        .zip(terms.chunks(BLOCK))
+        .zip(grouped(space, terms))
         .flat_map(|(own, block)| own.unwrap_or_else(|| empty(block)))
         .collect();
     let price = |t: &Term| 2.0 * t.description_length(space.variables(), space.places());

@@ -71,7 +71,13 @@ pub(crate) fn proposals(
     known: &[Proposal],
 ) -> Vec<Proposal> {
     let mut all: Vec<Proposal> = Vec::new();
+    let family = |t: &Term| space.places()[t.place].family;
     let mut add = |terms: Vec<Term>, named: Vec<Member>| {
+        // An effect with memory acts in one way.
+        let is_one = terms.windows(2).all(|t| family(&t[0]) == family(&t[1]));
+        if !is_one && terms.iter().any(Term::remembers) {
+            return;
+        }
         let proposal = Proposal { terms, named };
         if !known.iter().chain(&all).any(|p| p.is_like(&proposal)) {
             all.push(proposal);
