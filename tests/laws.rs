@@ -125,11 +125,11 @@ fn tables(folder: &Path) -> Result<(), String> {
             .collect();
         let _ = writeln!(
             cases,
-            "{},{},{},{},{},{},{:.1},{:.1},{:.1}",
+            "{},{},{},\"{}\",{},{},{:.1},{:.1},{:.1}",
             o.id,
             o.named_before.join(" + "),
             o.verdict,
-            o.law.as_deref().unwrap_or("–").replace(", ", "; "),
+            o.law.as_ref().map_or_else(|| "–".to_owned(), |l| format!("`{l}`")),
             numbers.join("; "),
             if o.is_found() { "yes" } else { "no" },
             100.0 * o.reached().unwrap_or(0.0),
