@@ -10,7 +10,9 @@ use numpy::{PyArray1, PyArray2};
 use pam_cli::options::describe_model;
 use pam_diagnose::joint::EffectLadder;
 use pam_diagnose::report::{ReportContext, diagnosis_report, verdict_sentence};
-use pam_diagnose::{DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage};
+use pam_diagnose::{
+    DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage, Verdict,
+};
 use pam_effects::effects::{AnyEffect, by_id};
 use pam_effects::{EffectRecord, expression};
 use pyo3::prelude::*;
@@ -61,7 +63,7 @@ fn ladder_of(name: String, ids: &[String]) -> PyResult<EffectLadder> {
 
 /// Diagnoses recordings with a model.
 #[pyfunction]
-#[pyo3(signature = (model, data, test, baseline, *, effects, changes, noise, accept, ladder, seed, masses, surfaces, progress))]
+#[pyo3(signature = (model, data, test, baseline, *, effects, changes, noise, accept, ladder, law, seed, masses, surfaces, progress))]
 pub(crate) fn diagnose(
     py: Python<'_>,
     model: &Model,
@@ -73,6 +75,7 @@ pub(crate) fn diagnose(
     noise: [Option<f64>; 3],
     accept: bool,
     ladder: Option<(String, Vec<String>)>,
+    law: bool,
     seed: u64,
     masses: &str,
     surfaces: Option<PathBuf>,
@@ -98,10 +101,17 @@ pub(crate) fn diagnose(
     options.ladder = ladder.map(|(name, ids)| ladder_of(name, &ids)).transpose()?;
     let sets = RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
     let diagnosis = watched(py, |stop| {
-        pam_diagnose::diagnose(&model.extended, &sets, &options, &|stage, share| {
+        let found = pam_diagnose::diagnose(&model.extended, &sets, &options, &|stage, share| {
             stop.check();
             let (what, share) = share_of(stage, share);
             stop.call(progress.as_ref(), ("diagnosing", share, what));
+        })?;
+        if !law || found.verdict == Verdict::ModelInadequate {
+            return Ok(found);
+        }
+        pam_diagnose::learn_remainder(&model.extended, &sets, &options, found, &|share| {
+            stop.check();
+            stop.call(progress.as_ref(), ("learning what is left", share, ""));
         })
     })?
     .map_err(raised)?;
@@ -144,7 +154,7 @@ impl Diagnosis {
     /// The extended model.
     fn model(&self) -> PyResult<Model> {
         let mut saved = self.diagnosis.model.extended.to_saved();
-        if !self.diagnosis.causes.is_empty() {
+        if self.diagnosis.is_extended() {
             saved.info.provenance = format!("{}; extended by a diagnosis", self.provenance);
         }
         Model::of(saved)

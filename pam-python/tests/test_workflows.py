@@ -98,6 +98,7 @@ def diagnosis() -> pam.Diagnosis:
         recordings,
         effects=["constant_load", "viscous_damping"],
         ladder=["constant_load", "viscous_damping"],
+        law=True,
         progress=lambda w, share, t: seen.append(share),
     )
     assert seen[-1] == pytest.approx(1.0, abs=0.11)
@@ -130,6 +131,9 @@ def test_a_diagnosis_names_a_hidden_load(diagnosis: pam.Diagnosis, tmp_path) -> 
     assert diagnosis.ladder is not None and diagnosis.ladder.supported.id == "constant_load"
     assert [rung.id for rung in diagnosis.ladder.rungs] == ["none", "constant_load", "viscous_damping"]
     assert "constant_load" in diagnosis.ladder._repr_html_()
+    # The load is all that was hidden.
+    assert diagnosis.remainder is not None and diagnosis.remainder.outcome == "nothing_left"
+    assert diagnosis.remainder.law is None
 
 
 def test_a_diagnosis_refuses_what_makes_no_sense() -> None:
@@ -161,6 +165,25 @@ def test_every_part_of_a_diagnosis_is_read() -> None:
     test = causes.StabilityTest._of({"in_time": change, "between": between})
     assert test.in_time is not None and test.in_time.time_s == 1.0
     assert test.between is not None and test.between.values["b"] == 2.0 and test.between.grows_with[1]
+    from pam_ode.remainder import Remainder
+
+    band = {"channel": "x", "ratio": 1.0, "upper": 1.1, "learnable_share": 0.0, "learnable": False, "outside": False}
+    law = {
+        "expression": "force_n = c1_n_per_mm3 * x^3", "variables": ["x"], "remembers": False,
+        "parameters": {"c1_n_per_mm3": interval}, "beside": [], "replaces": [{"effect": "backlash"}],
+        "share_of_correction": 0.9, "similarity": 0.9, "bands": [band], "definition": "[cubic]",
+    }  # fmt: skip
+    correction = {
+        "acts": ["force"], "terms": [["x^3", 2.0]], "prior_deviation": 1.0, "validation_share": 0.5, "p_value": 0.01,
+        "depends_on": [{"on": "x", "error_ratio": 2.0, "ci95": [1.5, 2.5], "p_value": 0.0}], "confirmed": True,
+    }  # fmt: skip
+    ranked = {"expression": "x^3", "beside": [], "description_length": 3.0, "parameters": 1, "validation": 1.0, "log_odds": 0.0}
+    found = Remainder._of(
+        {"outcome": "law", "sentence": "A law.", "correction": correction, "law": law, "ranking": [ranked]}
+    )
+    assert found.law is not None and found.law.parameters["c1_n_per_mm3"].value == 3.0
+    assert found.law.replaces == ("backlash",) and found.ranking[0].expression == "x^3"
+    assert found.correction is not None and found.correction.depends_on[0].ci95 == (1.5, 2.5)
     # A line of the spectrum belongs to no recording.
     line = causes.Anomaly._of({"kind": "line", "channel": "x", "frequency_hz": 50.0, "description": "a line"})
     assert line.recording is None and line.frequency_hz == 50.0

@@ -103,13 +103,13 @@ impl SolverSettings {
         self.interpolation != Interpolation::Cubic && ReluNetwork::applies_to(force)
     }
 
-    /// The largest number of steps. `None` for constant steps, whose number is known, and for the exact method and surrogates,
-    /// which have limits of their own.
+    /// The largest number of steps. `None` for the exact method and surrogates, which have limits of their own.
     #[must_use]
     pub fn step_budget(&self) -> Option<StepBudget> {
         match self.step {
             StepChoice::Adaptive { rtol, atol } => Some(StepBudget::at_tolerance(rtol.min(atol))),
-            StepChoice::Constant { .. } | StepChoice::Exact | StepChoice::Surrogate => None,
+            StepChoice::Constant { .. } => Some(StepBudget::CONSTANT),
+            StepChoice::Exact | StepChoice::Surrogate => None,
         }
     }
 

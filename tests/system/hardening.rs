@@ -305,10 +305,6 @@ fn models_of_any_finite_numbers_end() {
         let weights: Vec<f64> = network.parameters().iter().map(|w| 1e6 * w).collect();
         *network = network.with_parameters(&weights);
     });
-    let evaluate = ["evaluate", "--accept", "--data", text(&data)];
-    assert_eq!(with(&evaluate, &steep).status.code(), Some(3));
-    let tsit5 = [&evaluate[..], &["--method", "tsit5"]].concat();
-    assert_eq!(with(&tsit5, &steep).status.code(), Some(3));
     // No search for masses along a curve of kinks without end.
     let motion = ["plan", "--motion", "sine:A=1,f=0.5", "--stiffness", "150"];
     for command in [&motion[..], &["replan"]] {
@@ -319,6 +315,10 @@ fn models_of_any_finite_numbers_end() {
             "{message}"
         );
     }
+    let evaluate = ["evaluate", "--accept", "--data", text(&data)];
+    assert_eq!(with(&evaluate, &steep).status.code(), Some(3));
+    let tsit5 = [&evaluate[..], &["--method", "tsit5"]].concat();
+    assert_eq!(with(&tsit5, &steep).status.code(), Some(3));
     let gradient = ["gradient", "--accept", "--data", text(&data), "--out"];
     let npz = f.at("g.npz");
     refused(
@@ -368,6 +368,11 @@ fn recordings_of_other_units_end() {
     };
     assert!(with("diagnose", 1).contains("time_s in seconds"));
     assert!(with("evaluate", 3).contains("could not be predicted"));
+    // Nor are there steps without end where their size is given.
+    let run = f.file("run.csv", small_csv(300));
+    let command = ["evaluate", "--accept", "--method", "rk4", "--step-ms", "1e-9", "--model"];
+    let rest = [text(&model), "--data", text(&run), "--out", text(&out)];
+    assert!(message(&[&command[..], &rest].concat(), 3).contains("could not be predicted"));
     // Without a force there is nothing to learn, and nothing to fail on.
     let still: Vec<String> = small_csv(3000)
         .lines()

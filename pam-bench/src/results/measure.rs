@@ -147,7 +147,11 @@ pub(super) fn rows(path: &Path, columns: usize) -> Result<Vec<Vec<Value>>, Resul
     Ok(rows)
 }
 
+/// A cell: a whole number stays one, so that a page prints it as it is.
 fn cell(text: &str) -> Value {
+    if let Ok(whole) = text.parse::<i64>() {
+        return whole.into();
+    }
     match text.parse::<f64>() {
         Ok(number) if number.is_finite() => Value::from(number),
         _ if text.is_empty() => Value::Null,

@@ -2,17 +2,18 @@
 
 use super::npy::{NpyError, read_npy, read_npy_texts, write_npy};
 use crate::atomic::write_atomic;
-use crate::error::{DataError, read_bytes};
+use crate::error::DataError;
 use crate::read_limit::{self, unpack};
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read, Seek, Write};
+use std::fs::File;
+use std::io::{Cursor, Read, Write};
 use std::path::Path;
 
 pub use super::npy::Array;
 
-/// Opens an archive on bytes in memory or on a file.
-fn open<R: Read + Seek>(path: &Path, reader: R) -> Result<zip::ZipArchive<R>, DataError> {
-    zip::ZipArchive::new(reader).map_err(|e| {
+/// Opens an archive.
+fn open(path: &Path, file: File) -> Result<zip::ZipArchive<File>, DataError> {
+    zip::ZipArchive::new(file).map_err(|e| {
         DataError::file(path, format!("not a readable .npz archive ({e}); it may be truncated"))
     })
 }
@@ -34,7 +35,8 @@ pub fn names(path: &Path) -> Result<Vec<String>, DataError> {
 /// [`DataError`] if the file is no archive or an array is damaged.
 pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, DataError> {
     let fail = |message: String| DataError::file(path, message);
-    let mut archive = open(path, Cursor::new(read_bytes(path)?))?;
+    // Neither the file nor a member is held as a whole besides its numbers.
+    let mut archive = open(path, read_limit::open(path)?)?;
     let mut arrays = BTreeMap::new();
     // All arrays are kept: together they may not exceed the limit either.
     let mut unpacked = 0;
@@ -45,11 +47,15 @@ pub fn read(path: &Path) -> Result<BTreeMap<String, Array>, DataError> {
         if !file.name().is_ok_and(|n| n.ends_with(".npy")) {
             continue;
         }
-        let content = unpack(&mut file)
-            .map_err(|e| fail(format!("array `{name}` cannot be unpacked: {e}")))?;
-        unpacked += content.len() as u64;
+        let most = read_limit::largest_bytes().saturating_sub(unpacked).saturating_add(1);
+        let mut source = (&mut file).take(most);
+        let array = read_npy(&mut source);
+        // The checksum is compared at the end.
+        let rest = std::io::copy(&mut source, &mut std::io::sink());
+        unpacked += most - source.limit();
         read_limit::check(path, unpacked)?;
-        match read_npy(&mut content.as_slice()) {
+        rest.map_err(|e| fail(format!("array `{name}` cannot be unpacked: {e}")))?;
+        match array {
             Ok(array) => {
                 arrays.insert(name, array);
             }

@@ -167,6 +167,22 @@ impl DelimitedTable {
         }
         Ok(columns)
     }
+
+    /// Which columns hold finite numbers alone: those that [`columns`](Self::columns) reads. One pass over the table.
+    #[must_use]
+    pub fn numeric(&self) -> Vec<bool> {
+        let mut numeric = vec![true; self.names.len()];
+        for (_, text) in &self.rows {
+            let cells = self.separator.split(text);
+            if cells.len() != numeric.len() {
+                return vec![false; numeric.len()];
+            }
+            for (is, cell) in numeric.iter_mut().zip(&cells) {
+                *is = *is && number(cell, self.decimal_comma).is_some_and(f64::is_finite);
+            }
+        }
+        numeric
+    }
 }
 
 impl Separator {

@@ -72,6 +72,17 @@ impl Table {
         }
     }
 
+    /// Which columns hold finite numbers alone: those that [`columns`](Self::columns) reads.
+    #[must_use]
+    pub fn numeric(&self) -> Vec<bool> {
+        match self {
+            Self::Delimited(table) => table.numeric(),
+            Self::Arrays(table) => {
+                (0..self.names().len()).map(|k| table.columns(&[k]).is_ok()).collect()
+            }
+        }
+    }
+
     /// How the table was made of the file, where that is not plain.
     #[must_use]
     pub fn notes(&self) -> &[String] {

@@ -192,6 +192,7 @@ def diagnose(
     noise: tuple[float | None, ...],
     accept: bool,
     ladder: tuple[str, list[str]] | None,
+    law: bool,
     seed: int,
     masses: str,
     surfaces: str | None,

@@ -28,6 +28,7 @@ from .causes import (
 from .errors import SettingsError
 from .model import Model
 from .recording import Recording, natives
+from .remainder import Remainder
 
 __all__ = [
     "Anomaly",
@@ -127,13 +128,16 @@ class Diagnosis:
     late_fault: LateFault | None
     #: The ladder, if one was asked for.
     ladder: Ladder | None
+    #: What was learned of the error that the named causes leave, if that was asked for.
+    remainder: Remainder | None
     _native: _pam.Diagnosis
 
     @classmethod
     def _of(cls, native: _pam.Diagnosis) -> Diagnosis:
         d = json.loads(native.json())
         reduction = d["error_reduction"]
-        null, onset, late, ladder = (d.get(key) for key in ("null_test", "onset_test", "late_fault", "ladder"))
+        null, onset, late = (d.get(key) for key in ("null_test", "onset_test", "late_fault"))
+        ladder, remainder = d.get("ladder"), d.get("remainder")
         return cls(
             d["verdict"],
             native.sentence(),
@@ -162,12 +166,13 @@ class Diagnosis:
             None if onset is None else OnsetTest(**onset),
             None if late is None else LateFault._of(late),
             None if ladder is None else Ladder._of(ladder),
+            None if remainder is None else Remainder._of(remainder),
             native,
         )
 
     @property
     def model(self) -> Model:
-        """The model with the named causes; the given one if nothing is named."""
+        """The model with the named causes, and the law or correction beside them; the given one if there are none."""
         return Model._of(self._native.model())
 
     @property
@@ -242,6 +247,7 @@ def diagnose(
     noise: Mapping[str, float] | None = None,
     accept_implausible: bool = False,
     ladder: str | Path | Sequence[str] | None = None,
+    law: bool = False,
     seed: int = 1,
     masses: str = "auto",
     surfaces: Path | None = None,
@@ -260,6 +266,8 @@ def diagnose(
         accept_implausible: Diagnose recordings that contradict the physics of the joint all the same.
         ladder: Models of one phenomenon that are fitted to the same data as well, from a short one to a rich one:
             ``"friction"``, a file of effects, or ids of effects.
+        law: Also learn the error that the named causes leave: a smooth correction, and a short law in its place if one does as
+            well.
         seed: Seed of the split, the null test and the bootstrap.
         masses: How sealed air is found: ``auto``, ``gas-law`` or ``surfaces``.
         surfaces: File of single-muscle surfaces.
@@ -285,6 +293,7 @@ def diagnose(
             noise=deviations,
             accept=accept_implausible,
             ladder=_ladder(ladder),
+            law=law,
             seed=seed,
             masses=masses,
             surfaces=optional_path(surfaces),

@@ -42,11 +42,16 @@ pub(super) const DOUBLES: &[f64] = &[
     -50.0,
 ];
 
+/// Most bytes of an input that is mutated again.
+const LARGEST: usize = 4 << 20;
+
 /// A seed after one to four mutations.
 #[must_use]
 pub fn mutated(kind: Kind, seed: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut bytes = seed.to_vec();
     for _ in 0..random.random_range(1..=4) {
+        // What has become large is cut, so that the next mutation does not exceed the memory itself.
+        bytes.truncate(LARGEST);
         bytes = match (random.random_range(0..8), kind) {
             // Of any format a part may be lost or overwritten.
             (0, _) => raw(bytes, random),

@@ -106,8 +106,8 @@ pub(super) fn mutated(bytes: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
             }
         }
         9 => {
-            let more = lines[a].repeat(1 << random.random_range(4..14));
-            lines[a] = more.chars().take(1 << 20).collect();
+            let length = lines[a].chars().count() << random.random_range(4..14);
+            lines[a] = lines[a].chars().cycle().take(length.min(1 << 20)).collect();
         }
         10 => {
             // Times or keys backwards.

@@ -81,8 +81,8 @@ impl<'a> Guesser<'a> {
     fn rig(&mut self) -> Result<GuessedRig, DataError> {
         let names = self.table.names();
         // Columns of text stay out.
-        let numeric: Vec<usize> =
-            (0..names.len()).filter(|&k| self.table.columns(&[k]).is_ok()).collect();
+        let is_numeric = self.table.numeric();
+        let numeric: Vec<usize> = (0..names.len()).filter(|&k| is_numeric[k]).collect();
         let mut taken: Vec<usize> = Vec::new();
         let mut roles: Vec<(Role, usize)> = Vec::new();
         for role in Role::IN_ORDER {
