@@ -8,6 +8,7 @@
 //! ```
 
 use clap::{Parser, Subcommand};
+use pam_core::units::significant;
 use pam_data::atomic::write_atomic;
 use pam_tests::laws::{LawOutcome, laws, nulls, run_law, run_null};
 use serde_json::json;
@@ -121,7 +122,10 @@ fn tables(folder: &Path) -> Result<(), String> {
         let numbers: Vec<String> = o
             .parameters
             .iter()
-            .map(|(n, [v, low, high])| format!("{n} {v:.4} [{low:.4}; {high:.4}]"))
+            .map(|(name, values)| {
+                let [v, low, high] = values.map(|v| significant(v, 4));
+                format!("{name} {v} [{low}; {high}]")
+            })
             .collect();
         let _ = writeln!(
             cases,
