@@ -8,6 +8,7 @@
 //! ```
 
 use clap::{Parser, Subcommand};
+use pam_core::units::significant;
 use pam_data::atomic::write_atomic;
 use pam_tests::laws::{LawOutcome, laws, nulls, run_law, run_null};
 use serde_json::json;
@@ -121,15 +122,18 @@ fn tables(folder: &Path) -> Result<(), String> {
         let numbers: Vec<String> = o
             .parameters
             .iter()
-            .map(|(n, [v, low, high])| format!("{n} {v:.4} [{low:.4}; {high:.4}]"))
+            .map(|(name, values)| {
+                let [v, low, high] = values.map(|v| significant(v, 4));
+                format!("{name} {v} [{low}; {high}]")
+            })
             .collect();
         let _ = writeln!(
             cases,
-            "{},{},{},{},{},{},{:.1},{:.1},{:.1}",
+            "{},{},{},\"{}\",{},{},{:.1},{:.1},{:.1}",
             o.id,
             o.named_before.join(" + "),
             o.verdict,
-            o.law.as_deref().unwrap_or("–").replace(", ", "; "),
+            o.law.as_ref().map_or_else(|| "–".to_owned(), |l| format!("`{l}`")),
             numbers.join("; "),
             if o.is_found() { "yes" } else { "no" },
             100.0 * o.reached().unwrap_or(0.0),
