@@ -47,11 +47,18 @@ fn linearised(response: &Response, p: [f64; 2]) -> (Vec<f64>, Vec<[f64; 2]>) {
     )
 }
 
+/// Polls of the pattern search. From the grid of starting values it takes some tens; values that are none of a joint's could
+/// lead it away without end.
+const MOST_POLLS: usize = 400;
+
 /// Poll of the four neighbours at a step that halves: the pattern search of Hooke and Jeeves (1961).
 fn pattern_search(response: &Response, mut best: [f64; 2]) -> [f64; 2] {
     let mut value = cost(response, best);
     let mut step = 0.2;
-    while step > 1e-3 {
+    for _ in 0..MOST_POLLS {
+        if step <= 1e-3 {
+            break;
+        }
         let tries = [[step, 0.0], [-step, 0.0], [0.0, step], [0.0, -step]].map(|d| {
             let p = [best[0] + d[0], (best[1] + d[1]).max(0.0)];
             (cost(response, p), p)
