@@ -367,6 +367,10 @@ pub fn finish(diagnosis: &JointDiagnosis, folder: impl AsRef<Path>, console: &Co
             let [low, high] = i.ci95;
             console.text(format!("  {name} = {} [{}, {}]", n(i.value), n(low), n(high)));
         }
+    } else if diagnosis.remainder.is_none()
+        && matches!(diagnosis.verdict, Verdict::Unexplained | Verdict::PartlyExplained)
+    {
+        console.text("\nWith --law, what these causes leave is learned, and a short law is searched for in it.");
     }
     let reduction = &diagnosis.error_reduction;
     let (x, overall) = (&reduction.channels[0], &reduction.overall);

@@ -31,7 +31,6 @@ pub struct Law {
     /// Share of the variation of the correction's values along the recordings that is the law's.
     pub similarity: f64,
     /// Errors on the test set with the named causes, and with the law.
-    #[serde(rename = "gain")]
     pub error_reduction: ErrorReduction,
     /// What it leaves of each channel of the test set.
     pub bands: Vec<ChannelBand>,

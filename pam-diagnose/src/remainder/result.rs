@@ -87,7 +87,6 @@ pub struct Correction {
     /// The probability of that by chance, over blocks of time.
     pub p_value: f64,
     /// Errors on the test set with the named causes, and with the correction as well.
-    #[serde(rename = "gain")]
     pub error_reduction: ErrorReduction,
     /// Whether the test set proves that the error is smaller.
     pub confirmed: bool,
