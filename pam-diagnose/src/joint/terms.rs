@@ -6,7 +6,9 @@ use crate::error::DiagnoseError;
 use crate::fit::Hypothesis;
 use crate::search::Candidates;
 use crate::settings::DiagnosisSettings;
-use crate::terms::{Definition, Place, TermSpace, Unit, Variable, VariableKind};
+use crate::terms::{
+    Definition, Factor, Function, Place, Term, TermSpace, Unit, Variable, VariableKind,
+};
 use pam_core::units::MN_PER_N;
 use pam_effects::effects::{AnyEffect, DataScales};
 use pam_effects::expression;
@@ -140,6 +142,29 @@ impl TermSpace for JointTerms<'_> {
 
     fn step_s(&self, experiment: usize) -> f64 {
         self.trials[experiment].record.step_s
+    }
+
+    fn listed(&self, term: &Term) -> Option<&'static str> {
+        let linear =
+            |f: &Factor| (f.lag.is_none() && f.function == Function::Linear).then_some(f.variable);
+        let of: Option<usize> = match term.factors.as_slice() {
+            [] => None,
+            [one] => Some(linear(one)?),
+            _ => return None,
+        };
+        match (self.places[term.place].id.as_str(), of) {
+            ("force", None) => Some("constant_load"),
+            ("force", Some(V)) => Some("viscous_damping"),
+            ("force", Some(FORCE)) => Some("force_gain"),
+            ("dry_friction", None) => Some("coulomb_friction"),
+            ("position_reading", None) => Some("position_offset"),
+            ("position_reading", Some(X)) => Some("position_gain"),
+            ("flexor_reading" | "extensor_reading", None) => Some("pressure_bias"),
+            ("flexor_reading", Some(FLEXOR)) | ("extensor_reading", Some(EXTENSOR)) => {
+                Some("pressure_gain")
+            }
+            _ => None,
+        }
     }
 
     fn file(&self, definitions: &[Definition]) -> String {

@@ -364,6 +364,12 @@ impl<'l> FittedLaw<'l> {
         let law = Law {
             variables: variable_names(&self.terms, space),
             remembers: self.terms.iter().any(Term::remembers),
+            listed: self
+                .terms
+                .iter()
+                .map(|t| space.listed(t))
+                .collect::<Option<Vec<_>>>()
+                .unwrap_or_default(),
             beside: beside.collect(),
             replaces: self.replaces(space, ground, open),
             bands: last.test.bands(open, &self.fit.hypothesis),

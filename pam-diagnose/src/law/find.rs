@@ -65,13 +65,12 @@ impl Rest {
                 Verdict::Explained => Verdict::PartlyExplained,
                 other => other,
             };
-            let what = match self.remainder.outcome {
-                RemainderOutcome::Law => "a law",
-                _ => "a smooth correction",
+            let what = match &self.remainder.law {
+                Some(law) => law.subject(),
+                None => "a smooth correction that is in no list".to_owned(),
             };
-            found.reasons = vec![format!(
-                "{what} that is in no list removes a further part of the error of the test set"
-            )];
+            found.reasons =
+                vec![format!("{what} removes a further part of the error of the test set")];
             let outside = renewed.bands.iter().filter(|b| b.outside).map(|b| {
                 let output = found.outputs.iter().find(|o| o.key == b.channel);
                 format!(

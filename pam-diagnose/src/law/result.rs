@@ -16,6 +16,8 @@ pub struct Law {
     pub variables: Vec<String>,
     /// Whether it remembers.
     pub remembers: bool,
+    /// Candidates of the list that do what its terms do, if that is all of it: the law is a listed cause that was not named.
+    pub listed: Vec<&'static str>,
     /// Its numbers with 95 % intervals.
     #[serde(serialize_with = "by_name")]
     pub parameters: Vec<(String, Interval)>,
@@ -38,6 +40,17 @@ pub struct Law {
 }
 
 impl Law {
+    /// What it is, as the subject of a sentence.
+    #[must_use]
+    pub fn subject(&self) -> String {
+        if self.listed.is_empty() {
+            return "a law that is in no list".to_owned();
+        }
+        let names: Vec<String> =
+            self.listed.iter().map(|id| pam_vocabulary::plain_name(id)).collect();
+        format!("a law that the list has as {}", names.join(" and "))
+    }
+
     /// Whether every channel of the test set is within its noise.
     #[must_use]
     pub fn is_complete(&self) -> bool {
@@ -54,7 +67,7 @@ fn by_name<S: Serializer>(parameters: &[(String, Interval)], to: S) -> Result<S:
 }
 
 /// Why a cause is not named in whose place a law stands.
-pub(super) const TAKEN: &str = "a law that is in no list takes its place";
+pub(super) const TAKEN: &str = "a law takes its place";
 
 /// A cause in whose place a law stands, fitted with one value that is there at all times.
 #[derive(Debug, Clone, PartialEq, Serialize)]

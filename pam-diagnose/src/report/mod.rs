@@ -8,7 +8,8 @@ mod remainder;
 mod residual;
 
 use crate::diagnosis::Diagnosis;
-use crate::remainder::{Remainder, RemainderOutcome};
+use crate::law::Law;
+use crate::remainder::Remainder;
 use crate::verdict::Verdict;
 use headline::Headline;
 use maud::{Markup, html};
@@ -102,10 +103,11 @@ fn learned<M>(d: &Diagnosis<M>) -> Option<&Remainder> {
 fn subjects<M>(d: &Diagnosis<M>) -> (String, &'static str) {
     let leading = if d.causes.is_empty() { Vec::new() } else { headline::leading(d).0 };
     let mut all: Vec<String> = leading.iter().map(|c| plain_name(&c.effect)).collect();
-    all.extend(learned(d).map(|r| match r.outcome {
-        RemainderOutcome::Law => "a law that is in no list".to_owned(),
-        _ => "a learned correction".to_owned(),
-    }));
+    all.extend(
+        learned(d).map(|r| {
+            r.law.as_ref().map_or_else(|| "a learned correction".to_owned(), Law::subject)
+        }),
+    );
     let verb = if all.len() == 1 { "reduces" } else { "reduce" };
     (headline::capitalised(&headline::joined_by(&all, "and")), verb)
 }

@@ -1,6 +1,7 @@
 //! Systems to which terms can be added.
 
 use super::definition::Definition;
+use super::term::Term;
 use super::unit::Unit;
 use crate::error::DiagnoseError;
 use crate::search::Candidates;
@@ -97,6 +98,12 @@ pub trait TermSpace: Sync {
 
     /// Time between two grid points of an experiment, s.
     fn step_s(&self, experiment: usize) -> f64;
+
+    /// The candidate of the system's list that does what a term does, whatever its coefficient is.
+    fn listed(&self, term: &Term) -> Option<&'static str> {
+        let _ = term;
+        None
+    }
 
     /// The file that holds definitions.
     fn file(&self, definitions: &[Definition]) -> String;
