@@ -200,7 +200,7 @@ fn a_study_is_measured_again() {
     assert_eq!(results.number("s.seven").unwrap(), 7.0);
     assert_eq!(results.number("s.text").unwrap(), 7.0);
     assert_eq!(results.table("s.u").unwrap().rows, [[Value::from("half"), Value::from(0.5)]]);
-    assert_eq!(results.table("s.t").unwrap().rows, [[Value::from("x"), Value::from(7.0)]]);
+    assert_eq!(results.table("s.t").unwrap().rows, [[Value::from("x"), Value::from(7)]]);
     assert_eq!(
         std::fs::read_to_string(folder.path().join("README.md")).unwrap(),
         "<!--= s.time_ms -->250<!--/--> ms\n"
