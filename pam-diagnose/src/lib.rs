@@ -113,17 +113,20 @@ pub mod fit;
 #[cfg(feature = "joint")]
 pub mod joint;
 pub mod ladder;
+#[cfg_attr(not(feature = "laws"), allow(dead_code))]
 pub mod law;
 pub mod linearised;
 pub mod noise;
 pub mod onset;
 pub mod rejection;
+#[cfg_attr(not(feature = "laws"), allow(dead_code))]
 pub mod remainder;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod residual;
 pub mod search;
 pub mod settings;
+#[cfg_attr(not(feature = "laws"), allow(dead_code))]
 pub mod terms;
 pub mod test_set;
 pub mod verdict;

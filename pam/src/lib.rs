@@ -158,6 +158,7 @@ mod book {
     #![doc = include_str!("../../docs/rig.md")]
     #![doc = include_str!("../../docs/training.md")]
     #![doc = include_str!("../../docs/diagnosis.md")]
+    #![doc = include_str!("../../docs/laws.md")]
     #![doc = include_str!("../../docs/control.md")]
     #![doc = include_str!("../../docs/gradients.md")]
     #![doc = include_str!("../../docs/exact.md")]

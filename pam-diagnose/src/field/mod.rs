@@ -73,16 +73,19 @@ mod features;
 mod gated;
 mod labels;
 mod ladder;
+#[cfg(feature = "laws")]
 mod law;
 mod options;
 mod perturbed;
 mod system;
+#[cfg(feature = "laws")]
 mod terms;
 
 pub use candidate::Candidate;
 pub use design::{FieldSeparation, design_field, sine_experiments};
 pub use diagnose::{DiagnosedField, FieldBaseline, FieldDiagnosis, diagnose_field};
 pub use ladder::{FieldRung, field_ladder};
+#[cfg(feature = "laws")]
 pub use law::learn_remainder_field;
 pub use options::{FieldNoise, FieldOptions};
 

@@ -24,6 +24,7 @@ mod select;
 mod written;
 
 pub(crate) use design::Design;
+#[cfg(feature = "laws")]
 pub(crate) use find::rest;
 pub use picture::{Picture, PicturePoint, Plane, PlaneCell};
 pub use result::{Law, RankedLaw, Replaced};
