@@ -11,12 +11,12 @@
 /// let (term, times_s) = (Term::new(decay, NoInput), [0.0, 0.5, 1.0]);
 /// let integrator = Integrator::new(Tableau::tsit5(), PidController::new(1e-9, 1e-9));
 /// let run = integrator.solve(&term, 0.0, 1.0, &[1.0], SaveAt::Times(&times_s))?;
-/// assert_eq!(run.times, times_s);
+/// assert_eq!(run.times_s(), times_s);
 /// assert!((run.state(1)[0] - (-1.0_f64).exp()).abs() < 1e-7);
 ///
 /// // Nothing but the end.
 /// let end = integrator.solve(&term, 0.0, 1.0, &[1.0], SaveAt::End)?;
-/// assert_eq!(end.times, [1.0]);
+/// assert_eq!(end.times_s(), [1.0]);
 /// # Ok::<(), Box<pam_solvers::SolveError<f64>>>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
