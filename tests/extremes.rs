@@ -7,7 +7,7 @@
 //!
 //! The models are the published one with weights, activation, parameters, geometry or damping changed by many orders of
 //! magnitude. Recordings are those of the virtual rig, 70 s long. A run is sound if it ends with an exit code of its own,
-//! an error names itself, and neither takes more than 10 s of processor time on one thread.
+//! an error names itself, and neither takes more than 10 s of CPU time on one thread.
 
 use clap::Parser;
 use pam_core::{Activation, AnyForce, Mlp, NetworkForce, ParametricForce};

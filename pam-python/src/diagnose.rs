@@ -10,13 +10,11 @@ use numpy::{PyArray1, PyArray2};
 use pam_cli::options::describe_model;
 use pam_diagnose::joint::EffectLadder;
 use pam_diagnose::report::{ReportContext, diagnosis_report, verdict_sentence};
-use pam_diagnose::{
-    DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage, Verdict,
-};
+use pam_diagnose::{DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, Stage};
+use pam_effects::EffectRecord;
 use pam_effects::effects::{AnyEffect, by_id};
-use pam_effects::{EffectRecord, expression};
 use pyo3::prelude::*;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The result of a diagnosis.
 #[pyclass(frozen, module = "pam_ode._pam")]
@@ -33,6 +31,7 @@ fn share_of(stage: Stage, share: f64) -> (&'static str, f64) {
         Stage::Baseline => (0.05, 0.35, "baseline discrepancy"),
         Stage::Searching => (0.35, 0.9, "trying causes"),
         Stage::Judging => (0.9, 1.0, "measuring"),
+        Stage::Learning => (0.0, 1.0, "fitting the remaining error"),
     };
     (what, from + share * (to - from))
 }
@@ -48,17 +47,12 @@ fn ladder_of(name: String, ids: &[String]) -> PyResult<EffectLadder> {
     if !ids.is_empty() {
         return Ok(EffectLadder { name, effects: with_ids(ids)? });
     }
-    let path = Path::new(&name);
-    match path.file_stem() {
-        _ if name == "friction" => Ok(EffectLadder::friction()),
-        Some(stem) if path.extension().is_some() => {
-            let effects = expression::load(path).map_err(raised)?;
-            Ok(EffectLadder { name: stem.to_string_lossy().into_owned(), effects })
-        }
-        _ => Err(settings(format!(
+    let known = EffectLadder::named(&name).ok_or_else(|| {
+        settings(format!(
             "ladder: there is no ladder `{name}`; there is friction, or give a file of effects or their ids"
-        ))),
-    }
+        ))
+    })?;
+    known.map_err(raised)
 }
 
 /// Diagnoses recordings with a model.
@@ -93,6 +87,7 @@ pub(crate) fn diagnose(
         settings: diagnosis_settings,
         allow_implausible: accept,
         noise,
+        law,
         ..DiagnoseOptions::default()
     };
     if let Some(ids) = effects {
@@ -101,17 +96,12 @@ pub(crate) fn diagnose(
     options.ladder = ladder.map(|(name, ids)| ladder_of(name, &ids)).transpose()?;
     let sets = RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
     let diagnosis = watched(py, |stop| {
-        let found = pam_diagnose::diagnose(&model.extended, &sets, &options, &|stage, share| {
+        pam_diagnose::diagnose(&model.extended, &sets, &options, &|stage, share| {
             stop.check();
             let (what, share) = share_of(stage, share);
-            stop.call(progress.as_ref(), ("diagnosing", share, what));
-        })?;
-        if !law || found.verdict == Verdict::ModelInadequate {
-            return Ok(found);
-        }
-        pam_diagnose::learn_remainder(&model.extended, &sets, &options, found, &|share| {
-            stop.check();
-            stop.call(progress.as_ref(), ("learning what is left", share, ""));
+            let (task, what) =
+                if stage == Stage::Learning { (what, "") } else { ("diagnosing", what) };
+            stop.call(progress.as_ref(), (task, share, what));
         })
     })?
     .map_err(raised)?;

@@ -83,7 +83,7 @@ impl RunCommand for DemoArguments {
             .text("The default model predicts; the diagnosis asks what it gets wrong, and why.\n");
         let sets = RecordingSets { data: &data, test: None, baseline: Some(&healthy) };
         let options = DiagnoseOptions { seed: global.seed, ..DiagnoseOptions::default() };
-        let diagnosis = diagnose_into(folder, &saved, &sets, &options, false, console)?;
+        let diagnosis = diagnose_into(folder, &saved, &sets, &options, console)?;
         run_record::write(
             folder,
             "demo",

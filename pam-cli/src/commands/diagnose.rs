@@ -19,10 +19,10 @@ use pam_diagnose::remainder::Remainder;
 use pam_diagnose::report::{ReportContext, diagnosis_report, plain_name, verdict_sentence};
 use pam_diagnose::{
     DiagnoseError, DiagnoseOptions, DiagnosisSettings, EffectLadder, JointDiagnosis, RecordingSets,
-    Stage, Verdict, diagnose, learn_remainder,
+    Stage, Verdict, diagnose,
 };
 use pam_effects::effects::{self, by_id};
-use pam_effects::{EffectRecord, ExtendedModel, expression};
+use pam_effects::{EffectRecord, ExtendedModel};
 use pam_report::page::number;
 use pam_rig::protocol::CurrentSegment;
 use pam_rig::{Conditions, Protocol};
@@ -69,8 +69,8 @@ pub struct DiagnoseArguments {
     /// Also write a protocol for the rig that distinguishes the named cause from those it is confusable with
     #[arg(long)]
     pub design: bool,
-    /// Also learn the error that the named causes leave: a smooth correction of the model, and a short law in its place if one
-    /// does as well; `law.toml` or `correction.toml` defines what the test set confirms
+    /// Also fit the error that remains after the named causes: a smooth correction of the model, or a short formula (a law) if
+    /// one fits as well; `law.toml` or `correction.toml` defines the one that the test set confirms
     #[arg(long)]
     pub law: bool,
     /// How recordings are read.
@@ -109,7 +109,7 @@ impl RunCommand for DiagnoseArguments {
         }
         let sets =
             RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
-        let diagnosis = diagnose_into(&self.out, &saved, &sets, &options, self.law, console)?;
+        let diagnosis = diagnose_into(&self.out, &saved, &sets, &options, console)?;
         let configuration = json!({
             "model": self.model.model,
             "data": self.data,
@@ -119,7 +119,7 @@ impl RunCommand for DiagnoseArguments {
             "settings": options.settings,
             "allow_implausible": options.allow_implausible,
             "noise": options.noise,
-            "law": self.law,
+            "law": options.law,
             "ladder": self.ladder,
             "reading": self.reading.to_json(global)?,
         });
@@ -177,6 +177,7 @@ fn options(
         noise: known_noise(&arguments.noise)?,
         ..DiagnoseOptions::default()
     };
+    options.law = arguments.law;
     options.ladder = arguments.ladder.as_deref().map(ladder).transpose()?;
     if !arguments.effects.is_empty() {
         options.candidates = arguments
@@ -194,17 +195,12 @@ fn options(
 
 /// The ladder of a name, or of the effects of a file.
 fn ladder(name: &str) -> Result<EffectLadder, CliError> {
-    if name == "friction" {
-        return Ok(EffectLadder::friction());
-    }
-    let path = Path::new(name);
-    if path.extension().is_none() {
-        return Err(CliError::Usage(format!(
+    let known = EffectLadder::named(name).ok_or_else(|| {
+        CliError::Usage(format!(
             "--ladder: there is no ladder `{name}`; there is friction, or give a file of effects"
-        )));
-    }
-    let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned());
-    Ok(EffectLadder { name: stem.unwrap_or_default(), effects: expression::load(path)? })
+        ))
+    })?;
+    Ok(known?)
 }
 
 /// A ladder as a table.
@@ -233,8 +229,8 @@ fn ladder_table(ladder: &Ladder) -> String {
     format!("{}\n{}", table(&rows), ladder.sentence())
 }
 
-/// Diagnoses and writes `diagnosis.json`, `report.html` and `model.safetensors` into a folder; with `law`, what the named causes
-/// leave is learned as well, and `law.toml` or `correction.toml` defines what is found.
+/// Diagnoses and writes `diagnosis.json`, `report.html` and `model.safetensors` into a folder, and `law.toml` or `correction.toml`
+/// if a law or a correction was learned.
 ///
 /// # Errors
 /// [`CliError`] if there is too little data, the model diverges, or a file cannot be written.
@@ -243,23 +239,12 @@ pub fn diagnose_into(
     saved: &SavedModel,
     sets: &RecordingSets<'_>,
     options: &DiagnoseOptions,
-    law: bool,
     console: &Console,
 ) -> Result<JointDiagnosis, CliError> {
     let folder = folder.as_ref();
     let model = ExtendedModel::from_saved(saved.clone())?;
     let bar = console.progress(1000, "diagnosing");
     let diagnosis = diagnose(&model, sets, options, &|stage, share| show(&bar, stage, share));
-    let diagnosis = diagnosis.and_then(|found| {
-        if law && found.verdict != Verdict::ModelInadequate {
-            bar.set_message("learning what is left");
-            bar.set_position(0);
-            let done = |share: f64| bar.set_position((1000.0 * share) as u64);
-            learn_remainder(&model, sets, options, found, &done)
-        } else {
-            Ok(found)
-        }
-    });
     bar.finish_and_clear();
     let diagnosis = diagnosis.map_err(|e| match e {
         DiagnoseError::Implausible(_) => failed(format!(
@@ -336,6 +321,7 @@ fn show(bar: &ProgressBar, stage: Stage, share: f64) {
         Stage::Baseline => (0.05, 0.35, "baseline discrepancy"),
         Stage::Searching => (0.35, 0.9, "trying causes"),
         Stage::Judging => (0.9, 1.0, "measuring"),
+        Stage::Learning => (0.0, 1.0, "fitting the remaining error"),
     };
     bar.set_message(what);
     bar.set_position((1000.0 * (from + share * (to - from))) as u64);
@@ -370,7 +356,7 @@ pub fn finish(diagnosis: &JointDiagnosis, folder: impl AsRef<Path>, console: &Co
     } else if diagnosis.remainder.is_none()
         && matches!(diagnosis.verdict, Verdict::Unexplained | Verdict::PartlyExplained)
     {
-        console.text("\nWith --law, what these causes leave is learned, and a short law is searched for in it.");
+        console.text("\nAn error remains: --law fits it and looks for a short formula.");
     }
     let reduction = &diagnosis.error_reduction;
     let (x, overall) = (&reduction.channels[0], &reduction.overall);

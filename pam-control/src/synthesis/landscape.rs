@@ -14,12 +14,11 @@ pub(super) trait Landscape {
     fn is_piecewise_affine(&self) -> bool;
 }
 
-/// A landscape that may be asked until a budget is used up; after that nothing is known of it, and whatever follows it
-/// ends.
+/// A landscape with a budget of evaluations. Once it is used up, every value is unknown, and whatever follows a curve ends.
 pub(super) struct Counted<'a, L> {
     pub(super) landscape: &'a mut L,
     pub(super) left: &'a mut usize,
-    /// What it takes from the budget each time.
+    /// Cost of one evaluation.
     pub(super) price: usize,
 }
 

@@ -25,16 +25,16 @@ const MOST_CARRIED: usize = 15;
 struct Follower<'a, B: ForceBatch> {
     evaluator: Evaluator<'a, B>,
     stencil: Option<ReluStencil<'a>>,
-    /// What is left of [`MOST_FOLLOWED`].
+    /// Evaluations that remain of [`MOST_FOLLOWED`].
     left: usize,
 }
 
 /// Evaluations of force balance and stiffness that following all curves of a stretch of samples may take: so many, and so
 /// many for each sample. A curve of the published network takes 250.
 const MOST_FOLLOWED: [usize; 2] = [100_000, 500];
-/// What five forces of a smooth network cost, in such evaluations, which update those of a ReLU network.
+/// Cost of the five forces of a smooth network, in evaluations that update those of a ReLU network.
 const SMOOTH_EVALUATION: usize = 3;
-/// What the grid of signs costs.
+/// Cost of the grid of signs, in evaluations.
 const GRID_EVALUATIONS: usize = 60;
 
 impl<B: ForceBatch> Follower<'_, B> {

@@ -23,6 +23,8 @@ pub enum Stage {
     Searching,
     /// Weighing names and measuring the error reduction.
     Judging,
+    /// Fitting the error that remains after the named causes.
+    Learning,
 }
 
 /// Shares of the error of the test set above the noise.
@@ -73,7 +75,7 @@ pub struct Diagnosis<M> {
     pub explainable: Explainable,
     /// The max-statistic null test; absent if there is no residual.
     pub null_test: Option<NullTest>,
-    /// What was learned of the error that no listed cause explains; absent if it was not asked for.
+    /// The model of the error that no listed cause explains; absent unless asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remainder: Option<Remainder>,
     /// The test of the best beginning or end against chance; absent where none may reach the odds.

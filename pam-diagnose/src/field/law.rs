@@ -5,11 +5,9 @@ use super::diagnose::{FieldDiagnosis, Setup, with_setup};
 use super::options::FieldOptions;
 use super::terms::FieldTerms;
 use crate::error::DiagnoseError;
-use crate::fit::Member;
 use crate::law::rest;
 use crate::noise::Noise;
-use crate::remainder::Ground;
-use crate::verdict::Cause;
+use crate::remainder::{Ground, named_and_settled};
 use pam_core::ParametricField;
 use pam_solvers::Input;
 use pam_train::field::FieldProblem;
@@ -42,11 +40,7 @@ where
         let causes = || found.causes.iter().chain(&found.minor);
         let listed: Vec<Candidate> =
             causes().map(|c| candidates[c.member.candidate].clone()).collect();
-        let member = |(candidate, c): (usize, &Cause)| Member { candidate, ..c.member.clone() };
-        let is_settled = |c: &Cause| c.member.schedule.is_none() && c.stability_test.holds();
-        let named: Vec<Member> = causes().enumerate().map(member).collect();
-        let settled: Vec<Member> =
-            causes().enumerate().filter(|(_, c)| is_settled(c)).map(member).collect();
+        let (named, settled) = named_and_settled(&found);
         let plain = found.model.plain.clone();
         let space = FieldTerms::new(problem, experiments, listed, plain, options);
         let ground = Ground {

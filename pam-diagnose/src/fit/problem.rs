@@ -222,6 +222,22 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         })
     }
 
+    /// Sums of the squared [whitened residuals](Self::whitened_residuals) of all channels over each
+    /// [short block](Self::rows_per_short_block) of an experiment.
+    pub(crate) fn squares_by_block(
+        &self,
+        hypothesis: &Hypothesis,
+        place: usize,
+    ) -> Result<Vec<f64>, DiagnoseError> {
+        let white = self.whitened_residuals(hypothesis, place)?;
+        let block = self.rows_per_short_block(place);
+        let square = |b: usize| -> f64 {
+            let rows = b * block..(b + 1) * block;
+            white.iter().flat_map(|c| &c[rows.clone()]).map(|v| v * v).sum()
+        };
+        Ok((0..self.rows(place) / block).map(square).collect())
+    }
+
     /// Residuals and sensitivities of an experiment, whitened by the noise.
     pub(crate) fn whitened_sensitivities(
         &self,

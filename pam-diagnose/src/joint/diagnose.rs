@@ -3,13 +3,14 @@
 use super::baseline::BaselineDiscrepancy;
 use super::design::{Separation, separate};
 use super::ladder::{EffectLadder, joint_ladder};
-use super::spans::spans;
+use super::law::learn_remainder;
+use super::spans::roles;
 use super::system::JointSystem;
-use crate::data::{OpenPart, Roles, TestSource};
+use crate::data::OpenPart;
 use crate::diagnosis::{self, Diagnosis, Prepared, Stage};
 use crate::error::DiagnoseError;
-use crate::noise::{NoisePrior, estimated_noise};
 use crate::settings::DiagnosisSettings;
+use crate::verdict::Verdict;
 use pam_data::Subject;
 use pam_data::plausibility::{self, Finding, PlausibilitySettings};
 use pam_effects::effects::{self, AnyEffect, DataScales};
@@ -46,6 +47,8 @@ pub struct DiagnoseOptions {
     pub noise: [Option<f64>; 3],
     /// A ladder to climb on the same data, beside the model as it is given.
     pub ladder: Option<EffectLadder>,
+    /// Also [fit the error that remains](super::learn_remainder) after the named causes, unless the model is inadequate.
+    pub law: bool,
 }
 
 impl Default for DiagnoseOptions {
@@ -58,6 +61,7 @@ impl Default for DiagnoseOptions {
             allow_implausible: false,
             noise: [None; 3],
             ladder: None,
+            law: false,
         }
     }
 }
@@ -118,18 +122,13 @@ pub fn diagnose(
     progress(Stage::Preparing, 0.0);
     let plausibility = plausible(model, sets, options)?;
     let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()))?;
-    let source =
-        if sets.test.is_some() { TestSource::GivenFrom(sets.data.len()) } else { TestSource::Kept };
     let all: Vec<&Trial> = trials.iter().collect();
-    let roles = Roles::assign(&spans(&all), source, options.seed, &settings.data)?;
+    let roles = roles(&all, sets, options)?;
     let open = roles.open();
     let effects = options.candidates.clone();
     let base = model.base();
     let mut system = JointSystem::new(all, &open, base, &model.effects, effects.clone(), settings);
-    let mut noise = estimated_noise(&system, &open, &settings.noise);
-    let given = noise.iter_mut().zip(options.noise);
-    given.for_each(|(noise, given)| *noise = given.unwrap_or(*noise));
-    let mut prior = NoisePrior { given: options.noise.to_vec(), ..system.noise_prior(&open) };
+    let (noise, mut prior) = system.first_noise(&open, options.noise);
     let mut baseline = None;
     let mut known = model.clone();
     let baseline_trials = prepare(model, sets.baseline.unwrap_or_default())?;
@@ -183,6 +182,11 @@ pub fn diagnose(
     if let Some(ladder) = &options.ladder {
         let done = |s| progress(Stage::Judging, 0.5 + 0.5 * s);
         found.ladder = Some(joint_ladder(model, sets, ladder, options, &done)?);
+    }
+    if options.law && found.verdict != Verdict::ModelInadequate {
+        let done = |s| progress(Stage::Learning, s);
+        done(0.0);
+        found = learn_remainder(model, sets, options, found, &done)?;
     }
     Ok(found)
 }

@@ -1,17 +1,15 @@
 //! Ladders of effects of the joint.
 
 use super::diagnose::{DiagnoseOptions, RecordingSets, plausible, prepare};
-use super::spans::spans;
+use super::spans::roles;
 use super::system::JointSystem;
-use crate::data::{Roles, TestSource};
 use crate::diagnosis::Prepared;
 use crate::error::DiagnoseError;
 use crate::ladder::{Ladder, RungModel, climb};
-use crate::noise::{NoisePrior, estimated_noise};
-use pam_effects::ExtendedModel;
 use pam_effects::effects::AnyEffect;
-use pam_effects::expression;
 use pam_effects::simulation::Trial;
+use pam_effects::{EffectError, ExtendedModel, expression};
+use std::path::Path;
 
 /// A ladder before it is climbed: effects, from the shortest model to the richest one.
 #[derive(Debug, Clone)]
@@ -28,6 +26,20 @@ impl EffectLadder {
     #[must_use]
     pub fn friction() -> Self {
         Self { name: "friction".into(), effects: expression::friction_ladder() }
+    }
+
+    /// The ladder `friction`, or the effects of a file in their order; `None` for another name without an extension.
+    ///
+    /// # Errors
+    /// [`EffectError`] with the place in the file.
+    pub fn named(name: &str) -> Option<Result<Self, EffectError>> {
+        if name == "friction" {
+            return Some(Ok(Self::friction()));
+        }
+        let path = Path::new(name);
+        let (stem, _) = path.file_stem().zip(path.extension())?;
+        let name = stem.to_string_lossy().into_owned();
+        Some(expression::load(path).map(|effects| Self { name, effects }))
     }
 }
 
@@ -47,17 +59,12 @@ pub fn joint_ladder(
     settings.check()?;
     plausible(model, sets, options)?;
     let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()))?;
-    let source =
-        if sets.test.is_some() { TestSource::GivenFrom(sets.data.len()) } else { TestSource::Kept };
     let all: Vec<&Trial> = trials.iter().collect();
-    let roles = Roles::assign(&spans(&all), source, options.seed, &settings.data)?;
+    let roles = roles(&all, sets, options)?;
     let open = roles.open();
     let effects = ladder.effects.clone();
     let system = JointSystem::new(all, &open, model.base(), &model.effects, effects, settings);
-    let mut noise = estimated_noise(&system, &open, &settings.noise);
-    let given = noise.iter_mut().zip(options.noise);
-    given.for_each(|(noise, given)| *noise = given.unwrap_or(*noise));
-    let prior = NoisePrior { given: options.noise.to_vec(), ..system.noise_prior(&open) };
+    let (noise, prior) = system.first_noise(&open, options.noise);
     let prepared = Prepared {
         system: &system,
         roles: &roles,

@@ -1,16 +1,14 @@
 //! What a diagnosis of the joint leaves, learned.
 
 use super::diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, prepare};
-use super::spans::spans;
+use super::spans::roles;
 use super::system::JointSystem;
 use super::terms::JointTerms;
-use crate::data::{Roles, TestSource};
 use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, Member};
+use crate::fit::Hypothesis;
 use crate::law::rest;
-use crate::noise::{Noise, NoisePrior, estimated_noise};
-use crate::remainder::Ground;
-use crate::verdict::Cause;
+use crate::noise::Noise;
+use crate::remainder::{Ground, named_and_settled};
 use pam_effects::effects::AnyEffect;
 use pam_effects::expression;
 use pam_effects::model::{ActiveEffect, ExtendedModel};
@@ -37,19 +35,13 @@ pub fn learn_remainder(
     let settings = &options.settings;
     settings.check()?;
     let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()))?;
-    let source =
-        if sets.test.is_some() { TestSource::GivenFrom(sets.data.len()) } else { TestSource::Kept };
     let all: Vec<&Trial> = trials.iter().collect();
-    let roles = Roles::assign(&spans(&all), source, options.seed, &settings.data)?;
+    let roles = roles(&all, sets, options)?;
     let open = roles.open();
     let causes = || found.causes.iter().chain(&found.minor);
     let listed: Vec<&'static dyn AnyEffect> =
         causes().map(|c| options.candidates[c.member.candidate]).collect();
-    let member = |(candidate, c): (usize, &Cause)| Member { candidate, ..c.member.clone() };
-    let is_settled = |c: &Cause| c.member.schedule.is_none() && c.stability_test.holds();
-    let named: Vec<Member> = causes().enumerate().map(member).collect();
-    let settled: Vec<Member> =
-        causes().enumerate().filter(|(_, c)| is_settled(c)).map(member).collect();
+    let (named, settled) = named_and_settled(&found);
     let learned = found
         .model
         .baseline
@@ -58,10 +50,7 @@ pub fn learn_remainder(
     let base = model.base();
     let system =
         JointSystem::new(all.clone(), &open, base, &model.effects, listed.clone(), settings);
-    let mut noise = estimated_noise(&system, &open, &settings.noise);
-    let given = noise.iter_mut().zip(options.noise);
-    given.for_each(|(noise, given)| *noise = given.unwrap_or(*noise));
-    let mut prior = NoisePrior { given: options.noise.to_vec(), ..system.noise_prior(&open) };
+    let (noise, mut prior) = system.first_noise(&open, options.noise);
     if let Some(baseline) = &found.model.baseline {
         prior.add(baseline.discrepancy.clone());
     }

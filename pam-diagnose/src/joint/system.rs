@@ -6,7 +6,7 @@ use super::{factors, features};
 use crate::data::OpenPart;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Member, Sensitivities};
-use crate::noise::{NoisePrior, moving_discrepancy, noise_deviation};
+use crate::noise::{NoisePrior, estimated_noise, moving_discrepancy, noise_deviation};
 use crate::onset::{Acts, Pattern};
 use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
@@ -144,6 +144,17 @@ impl<'a> JointSystem<'a> {
             discrepancy: moving_discrepancy(self, open, &self.settings.noise),
             given: Vec::new(),
         }
+    }
+
+    /// First estimate of the noise of each fitted channel, known deviations in its place, and the prior with them.
+    pub(super) fn first_noise(
+        &self,
+        open: &[OpenPart],
+        known: [Option<f64>; 3],
+    ) -> (Vec<f64>, NoisePrior) {
+        let estimated = estimated_noise(self, open, &self.settings.noise);
+        let noise = estimated.into_iter().zip(known).map(|(noise, known)| known.unwrap_or(noise));
+        (noise.collect(), NoisePrior { given: known.to_vec(), ..self.noise_prior(open) })
     }
 
     /// The effect of a candidate.

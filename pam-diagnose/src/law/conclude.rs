@@ -53,11 +53,11 @@ impl Final<'_> {
         self.test.error_reduction(&self.base.hypothesis, &to.hypothesis, self.seed)
     }
 
-    /// Whether the test set proves that the error is smaller than with the named causes.
-    fn is_confirmed(&self, to: &Fit) -> bool {
+    /// Whether the test set proves that the error is smaller than with the named causes; `reduction` is that of the fit.
+    fn is_confirmed(&self, to: &Fit, reduction: &ErrorReduction) -> bool {
         !self.has_test()
-            || (self.test.is_reduced(&self.base.hypothesis, &to.hypothesis)
-                && self.error_reduction(to).overall.ci95[0] > 0.0)
+            || (reduction.overall.ci95[0] > 0.0
+                && self.test.is_reduced(&self.base.hypothesis, &to.hypothesis))
     }
 
     /// Share of what the correction removes from some χ².
@@ -147,9 +147,11 @@ fn ended(
                 // confirmed.
                 let of_open = last.share_of_correction(&fit, |f| f.errors.chi_square());
                 let stands = of_open > settings.remainder.law_share
-                    && is_more_probable(ground, open, l, &fit)?
-                    && last.is_confirmed(&fit);
-                stands.then(|| FittedLaw::new(l, definition, fit))
+                    && is_more_probable(ground, open, l, &fit)?;
+                let reduction = stands.then(|| last.error_reduction(&fit));
+                reduction
+                    .filter(|reduction| last.is_confirmed(&fit, reduction))
+                    .map(|reduction| FittedLaw::new(l, definition, fit, reduction))
             }
             None => None,
         };
@@ -167,6 +169,7 @@ fn ended(
             .map(|(d, m)| (d.starting_at(&m.values), m.values.clone()))
             .collect();
         let definitions: Vec<Definition> = held.iter().map(|(d, _)| d.clone()).collect();
+        let reduction = last.error_reduction(&last.corrected);
         let correction = Correction {
             acts: acts(&terms, space),
             terms: largest(&terms, space),
@@ -174,8 +177,8 @@ fn ended(
             depends_on: about.depends_on.clone(),
             validation_share: learned.drop.share,
             p_value: learned.drop.p_value,
-            error_reduction: last.error_reduction(&last.corrected),
-            confirmed: last.is_confirmed(&last.corrected),
+            confirmed: last.is_confirmed(&last.corrected, &reduction),
+            error_reduction: reduction,
             pictures,
             file: space.file(&definitions),
         };
@@ -197,7 +200,7 @@ fn ended(
             let (result, definition) = law.result(space, ground, open, &last, similarity)?;
             let h = &law.fit.hypothesis;
             found.remainder.sentence = format!(
-                "A law stands for it: {}, which carries {:.0} % of what a smooth correction removes.",
+                "The law {} accounts for {:.0} % of the squared error that a smooth correction removes.",
                 result.expression,
                 100.0 * result.share_of_correction
             );
@@ -277,6 +280,8 @@ struct FittedLaw<'l> {
     law: &'l Tried,
     definition: &'l Definition,
     fit: Fit,
+    /// Errors on the test set with the named causes, and with the law.
+    error_reduction: ErrorReduction,
     /// Values of its parameters.
     values: Vec<f64>,
     /// Its terms with them.
@@ -284,10 +289,15 @@ struct FittedLaw<'l> {
 }
 
 impl<'l> FittedLaw<'l> {
-    fn new(law: &'l Tried, definition: &'l Definition, fit: Fit) -> Self {
+    fn new(
+        law: &'l Tried,
+        definition: &'l Definition,
+        fit: Fit,
+        error_reduction: ErrorReduction,
+    ) -> Self {
         let values = fit.hypothesis.members.last().map(|m| m.values.clone()).unwrap_or_default();
         let terms = definition.with_values(&law.terms, &values);
-        Self { law, definition, fit, values, terms }
+        Self { law, definition, fit, error_reduction, values, terms }
     }
 
     /// The causes that were named and do not stand beside it.
@@ -350,7 +360,7 @@ impl<'l> FittedLaw<'l> {
         let first = own.len() - self.values.len();
         let names = self.definition.parameters.iter().map(|p| p.name.clone());
         let parameters: Vec<_> = names.zip(own[first..].iter().copied()).collect();
-        let error_reduction = last.error_reduction(&self.fit);
+        let error_reduction = self.error_reduction.clone();
         let share_of_correction = last.share_of_correction(&self.fit, |f| last.chi_square(f));
         let expression = self.definition.expression();
         let definition = self

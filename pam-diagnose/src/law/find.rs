@@ -1,4 +1,4 @@
-//! The steps from what the named causes leave to a correction and a law.
+//! The steps from the error that remains after the named causes to a correction and a law.
 
 use super::conclude::concluded;
 use super::design::Design;
@@ -67,7 +67,7 @@ impl Rest {
             };
             let what = match &self.remainder.law {
                 Some(law) => law.subject(),
-                None => "a smooth correction that is in no list".to_owned(),
+                None => "an unlisted smooth correction".to_owned(),
             };
             found.reasons =
                 vec![format!("{what} removes a further part of the error of the test set")];
@@ -114,7 +114,7 @@ pub(super) fn diverges() -> DiagnoseError {
     DiagnoseError::TooLittle("the correction diverges on the recordings".into())
 }
 
-/// Learns what the named causes leave and looks for a law in it. Where that is none, and some causes come and go or change
+/// Fits the error that remains after the named causes and searches for a law. If there is none, and some causes come and go or change
 /// their values, a law may stand for those: it takes their place if it is more probable on the open rows.
 pub(crate) fn rest(
     space: &dyn TermSpace,

@@ -25,29 +25,27 @@ pub(crate) fn library(families: &[usize], variables: &[Variable], places: &[Plac
     all
 }
 
+/// Functions of a variable that moves; the last two only of one whose direction matters.
+static OF_MOTION: [Function; 11] = [
+    Function::Linear,
+    Function::Absolute,
+    Function::Square,
+    Function::Cube,
+    Function::SignedSquare,
+    Function::Positive,
+    Function::Negative,
+    Function::Above,
+    Function::Below,
+    Function::Saturated,
+    Function::Decaying,
+];
+
 /// The functions of a variable or of its low-pass, at their scales.
 pub(crate) fn functions(kind: VariableKind) -> &'static [Function] {
-    use Function::{
-        Above, Absolute, Below, Cube, Decaying, Linear, Negative, Positive, Saturated,
-        SignedSquare, Square,
-    };
+    use Function::{Linear, SignedSquare, Square};
     match kind {
-        VariableKind::Moving => {
-            &[Linear, Absolute, Square, Cube, SignedSquare, Positive, Negative, Above, Below]
-        }
-        VariableKind::Turning => &[
-            Linear,
-            Absolute,
-            Square,
-            Cube,
-            SignedSquare,
-            Positive,
-            Negative,
-            Above,
-            Below,
-            Saturated,
-            Decaying,
-        ],
+        VariableKind::Moving => &OF_MOTION[..OF_MOTION.len() - 2],
+        VariableKind::Turning => &OF_MOTION,
         VariableKind::Slow | VariableKind::Combined => &[Linear, Square, SignedSquare],
     }
 }

@@ -44,11 +44,11 @@ impl Law {
     #[must_use]
     pub fn subject(&self) -> String {
         if self.listed.is_empty() {
-            return "a law that is in no list".to_owned();
+            return "an unlisted law".to_owned();
         }
         let names: Vec<String> =
             self.listed.iter().map(|id| pam_vocabulary::plain_name(id)).collect();
-        format!("a law that the list has as {}", names.join(" and "))
+        format!("a law that equals the listed {}", names.join(" and "))
     }
 
     /// Whether every channel of the test set is within its noise.

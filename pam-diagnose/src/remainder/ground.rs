@@ -1,11 +1,13 @@
 //! The data from which terms are learned.
 
 use crate::data::Roles;
+use crate::diagnosis::Diagnosis;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Member, Problem};
 use crate::noise::{Noise, NoisePrior};
 use crate::search::{Candidates, Rows};
 use crate::settings::DiagnosisSettings;
+use crate::verdict::Cause;
 use pam_numerics::statistics::{mean, paired_t_test};
 
 /// The data of a system, and the causes that are named already.
@@ -29,6 +31,15 @@ pub(crate) struct Ground<'a> {
 }
 
 pub(crate) type Dyn<'s> = dyn Candidates + 's;
+
+/// The causes of a diagnosis as members, numbered in their order: all that are named, the minor ones behind, and those of them
+/// that are always there with the same value.
+pub(crate) fn named_and_settled<M>(found: &Diagnosis<M>) -> (Vec<Member>, Vec<Member>) {
+    let causes = || found.causes.iter().chain(&found.minor).enumerate();
+    let member = |(candidate, c): (usize, &Cause)| Member { candidate, ..c.member.clone() };
+    let is_settled = |c: &Cause| c.member.schedule.is_none() && c.stability_test.holds();
+    (causes().map(member).collect(), causes().filter(|(_, c)| is_settled(c)).map(member).collect())
+}
 
 impl Ground<'_> {
     /// Training and validation rows of a system, in units of the noise; as many rows are one observation as the residual of
@@ -77,15 +88,9 @@ pub(crate) fn drop_by_blocks(
     let (mut own, mut drops) = (Vec::new(), Vec::new());
     for i in 0..problem.len() {
         let [old, new] =
-            [problem.whitened_residuals(before, i)?, problem.whitened_residuals(after, i)?];
-        let block = problem.rows_per_short_block(i);
-        for from in (0..problem.rows(i) / block).map(|b| b * block) {
-            let square = |r: &[Vec<f64>]| -> f64 {
-                r.iter().flat_map(|c| &c[from..from + block]).map(|v| v * v).sum()
-            };
-            own.push(square(&old));
-            drops.push(square(&old) - square(&new));
-        }
+            [problem.squares_by_block(before, i)?, problem.squares_by_block(after, i)?];
+        drops.extend(old.iter().zip(&new).map(|(old, new)| old - new));
+        own.extend(old);
     }
     // Relative drops, so that one block with most of the error does not decide.
     let relative: Vec<f64> =

@@ -134,7 +134,7 @@ pub(crate) fn learn(
     families.dedup();
     let mut alone: Vec<(usize, Learned)> = Vec::new();
     for &family in &families {
-        let terms = vec![smooth(family, variables, places)];
+        let terms = smooth_of(family, space);
         let found = fitted(space, ground, &terms, settings.deviations[0], None, iterations)?;
         alone.extend(found.map(|found| (family, found)));
         done(0.6 * alone.len() as f64 / families.len() as f64);

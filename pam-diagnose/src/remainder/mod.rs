@@ -16,6 +16,8 @@ mod learn;
 mod result;
 
 pub(crate) use dependence::dependence;
+#[cfg(feature = "laws")]
+pub(crate) use ground::named_and_settled;
 pub(crate) use ground::{Dyn, Ground};
 pub(crate) use learn::{Learned, learn, learn_again};
 pub use result::{Correction, Dependence, Remainder, RemainderOutcome};

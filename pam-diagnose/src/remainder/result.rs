@@ -30,7 +30,7 @@ impl fmt::Display for RemainderOutcome {
     }
 }
 
-/// What was learned of the error that the named causes leave.
+/// A model of the error that remains after the named causes.
 #[derive(Debug, Clone, Serialize)]
 pub struct Remainder {
     /// The outcome.

@@ -1,4 +1,4 @@
-//! What was learned of the error that no listed cause explains.
+//! The model of the error that no listed cause explains.
 
 use super::causes::parts;
 use crate::law::{Law, Picture, Plane, PlaneCell};
@@ -50,8 +50,8 @@ fn of_law(law: &Law) -> Markup {
         } }
         p {
             "It depends on " (law.variables.join(", "))
-            @if law.remembers { ", and remembers" }
-            ". On the test set it removes " (percent(o.error_reduction)) " of the error that the named causes leave ["
+            @if law.remembers { ", with memory" }
+            ". On the test set it removes " (percent(o.error_reduction)) " of the error that remains after the named causes ["
             (percent(o.ci95[0])) ", " (percent(o.ci95[1])) "], and " (percent(law.share_of_correction))
             " of the squared error that the smooth correction removes. "
             @if law.is_complete() { "Nothing but noise is left in any channel." }
@@ -79,7 +79,7 @@ fn of_correction(c: &Correction, with_law: bool) -> Markup {
         h3 { "The smooth correction" }
         p {
             "It acts as " (c.acts.join(" and ")) ", and removes " (percent(c.validation_share))
-            " of the squared error of the validation data (p = " (significant(c.p_value, 2)) ") and "
+            " of the squared error of the validation data (p " (probability(c.p_value)) ") and "
             (percent(o.error_reduction)) " of the error of the test set [" (percent(o.ci95[0])) ", " (percent(o.ci95[1])) "]"
             @if !c.confirmed { ", which does not confirm it" } "."
         }
@@ -90,26 +90,31 @@ fn of_correction(c: &Correction, with_law: bool) -> Markup {
                     tr {
                         td { (d.on) } td { (number(d.error_ratio, 2)) }
                         td { (number(d.ci95[0], 2)) " to " (number(d.ci95[1], 2)) }
-                        td { (significant(d.p_value, 2)) }
+                        td { (probability(d.p_value)) }
                     }
                 }
             } }
         }
         @for p in &c.pictures {
             (figure(curve(p), &format!(
-                "The correction over {}: mean, and between which values 80 % of the rows lie{}. Below: how many rows there are.",
+                "The correction over {}: mean, and the 10th and 90th percentiles{}. Below: the number of rows.",
                 p.variable,
                 if with_law { ", with the law" } else { "" }
             )))
             (figure(coverage(p), ""))
             @if let Some(plane) = &p.plane {
                 div.grid {
-                    (figure(map(p, plane, &|c| Some(c.correction)), "The correction where there are data."))
-                    @if with_law { (figure(map(p, plane, &|c| c.law), "The law where there are data.")) }
+                    (figure(map(p, plane, &|c| Some(c.correction)), "The correction, where there are data."))
+                    @if with_law { (figure(map(p, plane, &|c| c.law), "The law, where there are data.")) }
                 }
             }
         }
     }
+}
+
+/// A p-value to three decimals.
+fn probability(p: f64) -> String {
+    if p < 5e-4 { "< 0.001".into() } else { format!("= {p:.3}") }
 }
 
 fn percent(share: f64) -> String {
@@ -126,7 +131,7 @@ fn curve(p: &Picture) -> String {
         .with("90 %", Role::Neutral, line(&|q| Some(q.range[1])));
     let law = line(&|q| q.law);
     if !law.is_empty() {
-        plot = plot.with("law", Role::Category(0), law);
+        plot = plot.with("law", Role::Category(1), law);
     }
     plot.to_svg()
 }

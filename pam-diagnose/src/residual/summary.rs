@@ -24,7 +24,7 @@ pub struct ChannelResidual {
     pub unit: String,
     /// Root mean square of the residual.
     pub rms: f64,
-    /// Root mean square of the residual that the named causes leave.
+    /// Root mean square of the residual that remains after the named causes.
     pub rms_left: f64,
     /// Standard deviation below which an error counts as noise, with the baseline discrepancy.
     pub noise: f64,

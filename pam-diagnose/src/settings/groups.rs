@@ -454,7 +454,7 @@ settings! {
         rounds: usize = 2, "rounds", COUNT, TIME;
         /// Rise of the mean square of a channel, relative to it or to its noise, below which a shorter law is as good.
         notable_rise: f64 = 0.1, "–", POSITIVE, STUDIES;
-        /// Share of what the correction removes that a law must remove to take its place.
+        /// A law replaces the correction if it removes at least this share of the squared error that the correction removes.
         law_share: f64 = 0.8, "–", SHARE, STUDIES;
         /// Blocks of data that are left out in turn to see on which variables a correction depends.
         folds: usize = 8, "folds", [2.0, 1e3], USUAL;

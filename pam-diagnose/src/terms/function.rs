@@ -32,6 +32,23 @@ pub enum Function {
 }
 
 impl Function {
+    /// All of them.
+    pub const ALL: [Self; 13] = [
+        Self::Linear,
+        Self::Absolute,
+        Self::Square,
+        Self::Cube,
+        Self::SignedSquare,
+        Self::Positive,
+        Self::Negative,
+        Self::Above,
+        Self::Below,
+        Self::Saturated,
+        Self::Decaying,
+        Self::Sine,
+        Self::Cosine,
+    ];
+
     /// Whether it has a scale.
     #[must_use]
     pub fn has_scale(self) -> bool {

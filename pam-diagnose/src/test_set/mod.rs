@@ -62,17 +62,13 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         // What the nuisances of the recordings have to take: starts and masses that are as measured speak for a cause.
         let mut taken = 0.0;
         for i in 0..problem.len() {
-            let whitened = |h| problem.whitened_residuals(h, i);
-            let (Ok(old), Ok(new)) = (whitened(&before), whitened(&after)) else { return false };
+            let squares = |h| problem.squares_by_block(h, i);
+            let (Ok(old), Ok(new)) = (squares(&before), squares(&after)) else { return false };
             let prior = |h| problem.unseen_prior_cost(h, i).unwrap_or(0.0);
             taken += prior(&before) - prior(&after);
-            let block = problem.rows_per_short_block(i);
-            for from in (0..problem.rows(i) / block).map(|b| b * block) {
-                let square = |r: &[Vec<f64>]| -> f64 {
-                    r.iter().flat_map(|c| &c[from..from + block]).map(|v| v * v).sum()
-                };
-                let (old, new) = (square(&old), square(&new));
-                gains.push((old - new) / block as f64);
+            let block = problem.rows_per_short_block(i) as f64;
+            for (old, new) in old.into_iter().zip(new) {
+                gains.push((old - new) / block);
                 relative.push((old - new) / (old + new).max(f64::MIN_POSITIVE));
             }
         }

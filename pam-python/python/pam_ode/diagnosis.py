@@ -128,7 +128,7 @@ class Diagnosis:
     late_fault: LateFault | None
     #: The ladder, if one was asked for.
     ladder: Ladder | None
-    #: What was learned of the error that the named causes leave, if that was asked for.
+    #: The model of the error that remains after the named causes, if it was asked for.
     remainder: Remainder | None
     _native: _pam.Diagnosis
 
@@ -266,8 +266,8 @@ def diagnose(
         accept_implausible: Diagnose recordings that contradict the physics of the joint all the same.
         ladder: Models of one phenomenon that are fitted to the same data as well, from a short one to a rich one:
             ``"friction"``, a file of effects, or ids of effects.
-        law: Also learn the error that the named causes leave: a smooth correction, and a short law in its place if one does as
-            well.
+        law: Also fit the error that remains after the named causes: a smooth correction, or a short formula (a law) if one
+            fits as well.
         seed: Seed of the split, the null test and the bootstrap.
         masses: How sealed air is found: ``auto``, ``gas-law`` or ``surfaces``.
         surfaces: File of single-muscle surfaces.

@@ -106,7 +106,7 @@ class RankedLaw:
 
 @dataclass(frozen=True)
 class Remainder:
-    """What was learned of the error that the named causes leave."""
+    """A model of the error that remains after the named causes."""
 
     #: ``nothing_left``, ``not_learned``, ``correction`` or ``law``; the last two are parts of the diagnosis' model.
     outcome: str

@@ -2,7 +2,7 @@
 //!
 //! [`Case`] number `n` is always the same input: a seed of the corpus in `tests/fixtures/fuzz`, mutated by what its format
 //! is ([`mutate`]), at a path that may be no plain file ([`place`]), for one of the [`targets`]. A case is sound if the reader neither panics nor takes longer than
-//! [`LONGEST`], and if every refusal names the file. What is read is used for a moment: a model predicts, a recording is
+//! [`LONGEST`], and if every refusal names the file. Accepted inputs are then used: a model predicts, a recording is
 //! checked.
 
 pub mod mutate;
@@ -19,8 +19,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use targets::{TARGETS, Target};
 
-/// Longest time of a case: processor time of the process, or a tenth of the time on the wall, which waiting takes and a
-/// busy machine lengthens.
+/// Longest time of a case: CPU time of the process, or a tenth of the wall-clock time, which waiting and a busy machine
+/// lengthen.
 pub const LONGEST: Duration = Duration::from_secs(10);
 
 /// Measures the time of a case.
@@ -48,7 +48,7 @@ impl Stopwatch {
     }
 }
 
-/// Processor time of this process so far, as Linux counts it in hundredths of a second.
+/// CPU time of this process so far, as Linux counts it in hundredths of a second.
 fn processor_time() -> Option<Duration> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
     // The name in parentheses may hold anything; user and system time are the 12th and 13th field behind it.

@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// Name of the problem.
 pub const NAME: &str = "own";
 
-/// What the file holds.
+/// Content of the file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Definition {
