@@ -90,7 +90,7 @@ fn of_correction(c: &Correction, with_law: bool) -> Markup {
                     tr {
                         td { (d.on) } td { (number(d.error_ratio, 2)) }
                         td { (number(d.ci95[0], 2)) " to " (number(d.ci95[1], 2)) }
-                        td { (probability(d.p_value)) }
+                        td { (probability(d.p_value).trim_start_matches("= ")) }
                     }
                 }
             } }
