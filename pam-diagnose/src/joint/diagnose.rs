@@ -187,6 +187,7 @@ pub fn diagnose(
         let done = |s| progress(Stage::Learning, s);
         done(0.0);
         found = learn_remainder(model, sets, options, found, &done)?;
+        done(1.0);
     }
     Ok(found)
 }
