@@ -125,17 +125,19 @@ impl Products {
         let parts: Option<Vec<Part>> = parallel::map(problem.len(), |i| {
             let s = problem.whitened_sensitivities(hypothesis, i).ok()?;
             let rows = problem.rows(i);
-            let directions: Vec<Vec<Column>> = parallel::map(starts.len(), |k| {
-                directions(problem, hypothesis, &starts[k], &s, i)
-                    .into_iter()
-                    .map(|d| Column::new(&d, &roots, rows))
-                    .collect()
-            });
+            // Only the new members are differentiated by.
+            let with = |group: &[&Start]| {
+                let add = |h: Hypothesis, start: &&Start| h.with(start.candidate, &start.values);
+                let with = group.iter().fold(hypothesis.clone(), add);
+                Hypothesis { fixed: hypothesis.members.len(), ..with }
+            };
+            let directions = directions(problem, with, &starts, &s, i);
+            let columns: Vec<Column> =
+                directions.iter().flatten().map(|d| Column::new(d, &roots, rows)).collect();
             let residual = Column::new(&s.residuals, &roots, rows);
             let own: Vec<Column> = s.columns.iter().map(|c| Column::new(c, &roots, rows)).collect();
             let (of_all, local) = own.split_at(joint);
-            let all: Vec<&Column> =
-                of_all.iter().chain(directions.iter().flatten()).chain([&residual]).collect();
+            let all: Vec<&Column> = of_all.iter().chain(&columns).chain([&residual]).collect();
             let deviations = &hypothesis.locals[i];
             Some(part(&all, local, (system.local(), deviations), block * roots.len(), joint))
         })
@@ -260,37 +262,63 @@ impl Linearised {
     }
 }
 
-/// The directions of one starting value in one experiment; empty channels where it cannot be simulated.
+/// The directions of starting values in one experiment: for each of them by its parameters, and by switching it on; empty
+/// channels where it cannot be simulated. `with` adds starting values to the hypothesis as members.
+///
+/// Those at which a candidate is absent leave the simulation as it is. They are differentiated by together, and switching them
+/// on changes nothing.
 pub(crate) fn directions<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
-    hypothesis: &Hypothesis,
-    start: &Start,
+    with: impl Fn(&[&Start]) -> Hypothesis + Sync,
+    starts: &[Start],
     here: &Sensitivities,
     place: usize,
-) -> Vec<Vec<Vec<f64>>> {
-    // Only the new member is differentiated by.
-    let mut with = hypothesis.with(start.candidate, &start.values);
-    with.fixed = hypothesis.members.len();
-    switched_on(problem, &with, start, here, place)
+) -> Vec<Vec<Vec<Vec<f64>>>> {
+    let (absent, present): (Vec<usize>, Vec<usize>) =
+        (0..starts.len()).partition(|&k| is_absent(problem.system, &starts[k]));
+    // The longest first, so that all threads end together.
+    let groups: Vec<Vec<usize>> = [absent]
+        .into_iter()
+        .filter(|group| !group.is_empty())
+        .chain(present.into_iter().map(|k| vec![k]))
+        .collect();
+    let found = parallel::map(groups.len(), |g| {
+        let group: Vec<&Start> = groups[g].iter().map(|&k| &starts[k]).collect();
+        let there = problem.whitened_parameter_sensitivities(&with(&group), place).ok()?;
+        let mut columns = there.columns.into_iter();
+        let each = group.iter().map(|start| {
+            let mut own: Vec<Vec<Vec<f64>>> =
+                columns.by_ref().take(start.directions.len() - 1).collect();
+            own.push(if is_absent(problem.system, start) {
+                here.residuals.iter().map(|r| vec![0.0; r.len()]).collect()
+            } else {
+                let change = |(a, b): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> {
+                    a.iter().zip(b).map(|(a, b)| a - b).collect()
+                };
+                here.residuals.iter().zip(&there.residuals).map(change).collect()
+            });
+            own
+        });
+        Some(each.collect::<Vec<_>>())
+    });
+    let mut all: Vec<Vec<Vec<Vec<f64>>>> = starts
+        .iter()
+        .map(|start| vec![vec![Vec::new(); here.residuals.len()]; start.directions.len()])
+        .collect();
+    for (group, found) in groups.iter().zip(found) {
+        for (&k, own) in group.iter().zip(found.into_iter().flatten()) {
+            if own.iter().flatten().flatten().all(|v| v.is_finite()) {
+                all[k] = own;
+            }
+        }
+    }
+    all
 }
 
-/// The directions of the last member of a hypothesis, which is the only one that is fitted: by its parameters, and by switching
-/// it on.
-pub(crate) fn switched_on<C: Candidates + ?Sized>(
-    problem: &Problem<'_, C>,
-    with: &Hypothesis,
-    start: &Start,
-    here: &Sensitivities,
-    place: usize,
-) -> Vec<Vec<Vec<f64>>> {
-    let parameters = start.directions.len() - 1;
-    let none = vec![vec![Vec::new(); here.residuals.len()]; parameters + 1];
-    let Ok(there) = problem.whitened_parameter_sensitivities(with, place) else { return none };
-    let mut all = there.columns;
-    let change = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| a - b).collect();
-    all.push(here.residuals.iter().zip(&there.residuals).map(change).collect());
-    let finite = all.iter().flatten().flatten().all(|v| v.is_finite());
-    if finite { all } else { none }
+/// Whether a candidate with this starting value changes nothing.
+fn is_absent<C: Candidates + ?Sized>(system: &C, start: &Start) -> bool {
+    let parameters = system.candidate(start.candidate).parameters;
+    parameters.iter().zip(&start.values).all(|(p, value)| p.off == Some(*value))
 }
 
 fn part(

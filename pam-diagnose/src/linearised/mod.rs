@@ -9,7 +9,5 @@
 mod gram;
 mod subsets;
 
-pub(crate) use gram::{
-    Column, HELD, Linearised, Products, Start, all_starts, directions, switched_on,
-};
+pub(crate) use gram::{Column, HELD, Linearised, Products, Start, all_starts, directions};
 pub(crate) use subsets::Subset;

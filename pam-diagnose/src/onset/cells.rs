@@ -6,8 +6,8 @@
 //! over the cells of one that is always there.
 
 use super::schedule::{Acts, Pattern, Schedule};
-use crate::fit::{Hypothesis, Member, Problem, Sensitivities, dot};
-use crate::linearised::{Column, HELD, Start, directions, switched_on};
+use crate::fit::{Hypothesis, Member, Problem, dot};
+use crate::linearised::{Column, HELD, Start, directions};
 use crate::search::Candidates;
 use pam_core::parallel;
 use pam_numerics::ScaledCholesky;
@@ -205,20 +205,31 @@ impl CellProducts {
                 square: sums(d, d),
                 unknowns: unknowns.iter().map(|u| sums(d, u)).collect(),
             };
-            let mut products: Vec<Products> = parallel::map(starts.len(), |k| {
-                let begins = from_the_first_sample(problem, hypothesis, &starts[k], &s, i);
-                let mut all: Vec<Products> = begins.iter().map(|d| of(&column(d))).collect();
-                if system.acts_at_rest(starts[k].candidate) {
-                    let ends = directions(problem, hypothesis, &starts[k], &s, i);
-                    all.extend(ends.iter().map(|d| of(&column(d))));
+            // Only the new members are differentiated by.
+            let added = |group: &[&Start], member: &dyn Fn(&Start) -> Member| {
+                let mut with = hypothesis.clone();
+                with.fixed = with.members.len();
+                with.members.extend(group.iter().map(|start| member(start)));
+                with
+            };
+            let begin = |group: &[&Start]| added(group, &|s| from_the_first_sample(system, s));
+            let begins = directions(problem, begin, &starts, &s, i);
+            // What a reading at rest does not see ends as it begins.
+            let at_rest: Vec<Start> =
+                starts.iter().filter(|s| system.acts_at_rest(s.candidate)).cloned().collect();
+            let always =
+                |group: &[&Start]| added(group, &|s| Member::always(s.candidate, &s.values));
+            let mut ends = directions(problem, always, &at_rest, &s, i).into_iter();
+            let all = starts.iter().zip(begins).flat_map(|(start, begins)| {
+                let ends = if system.acts_at_rest(start.candidate) {
+                    ends.next().unwrap_or_default()
                 } else {
-                    all.extend(all.clone());
-                }
-                all
-            })
-            .into_iter()
-            .flatten()
-            .collect();
+                    begins.clone()
+                };
+                [begins, ends].concat()
+            });
+            let all: Vec<Vec<Vec<f64>>> = all.collect();
+            let mut products: Vec<Products> = parallel::map(all.len(), |k| of(&column(&all[k])));
             products.extend(own.iter().map(|&k| of(&unknowns[k])));
             let gram: Vec<Vec<f64>> = unknowns
                 .iter()
@@ -389,15 +400,8 @@ impl CellProducts {
     }
 }
 
-/// The directions of a starting value that begins with the first sample, in one experiment.
-fn from_the_first_sample<C: Candidates + ?Sized>(
-    problem: &Problem<'_, C>,
-    hypothesis: &Hypothesis,
-    start: &Start,
-    here: &Sensitivities,
-    place: usize,
-) -> Vec<Vec<Vec<f64>>> {
-    let system = problem.system;
+/// A starting value that begins with the first sample.
+fn from_the_first_sample<C: Candidates + ?Sized>(system: &C, start: &Start) -> Member {
     let schedule = Schedule {
         pattern: Pattern::Shared,
         acts: vec![Acts::Within(ActivityWindow::BEGINS, 0); system.experiment_len()],
@@ -405,15 +409,12 @@ fn from_the_first_sample<C: Candidates + ?Sized>(
         fitted: false,
         choices: 1.0,
     };
-    let member = Member {
+    Member {
         candidate: start.candidate,
         // Nothing of it is there at the first sample.
         values: [start.values.as_slice(), &[0.5 * system.ramp_s()]].concat(),
         schedule: Some(Arc::new(schedule)),
-    };
-    let mut with = hypothesis.with_member(member);
-    with.fixed = hypothesis.members.len();
-    switched_on(problem, &with, start, here, place)
+    }
 }
 
 /// Share of a direction that must be its own, so that what it explains is no rounding.

@@ -10,7 +10,7 @@ use pam_autodiff::{Chunk, Var};
 use pam_core::{AnyForce, JointModel, Scalar};
 
 /// Number of derivatives that one simulation carries.
-pub const WIDTH: usize = 8;
+pub const WIDTH: usize = 12;
 
 /// The scalar of sensitivities.
 pub type Derivatives = Chunk<WIDTH>;
