@@ -46,6 +46,7 @@ const COMMANDS: &[(&str, &str)] = &[
     ("plan", "plan --motion sine:A=1,f=0.5 --stiffness 150 --out OUT"),
     ("replan", "replan --out OUT"),
     ("identify", "identify --out OUT"),
+    ("diagnose", "diagnose --accept --data DATA --out OUT"),
 ];
 
 /// Longest time on the wall, which a busy machine stretches.

@@ -30,6 +30,20 @@ pub enum DiagnoseError {
     #[cfg(feature = "joint")]
     #[error(transparent)]
     TooLong(#[from] pam_effects::simulation::TooLong),
+    /// The mechanics of the model is too fast for the many simulations of a diagnosis.
+    #[cfg(feature = "joint")]
+    #[error(
+        "{recording}: the model's joint moves so fast that it needs {substeps} substeps in a step of 4 ms, more than the setting \
+         data.most_substeps = {most}; the model is not of this joint, or its mass or force is not in the units of the format"
+    )]
+    TooFast {
+        /// The recording on which it does.
+        recording: String,
+        /// Substeps that it needs; 32 may not be enough.
+        substeps: usize,
+        /// Most that are allowed.
+        most: usize,
+    },
     /// The simulation of the model itself diverges.
     #[cfg(feature = "joint")]
     #[error(

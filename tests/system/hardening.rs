@@ -324,6 +324,12 @@ fn models_of_any_finite_numbers_end() {
     assert_eq!(with(&evaluate, &steep).status.code(), Some(3));
     let tsit5 = [&evaluate[..], &["--method", "tsit5"]].concat();
     assert_eq!(with(&tsit5, &steep).status.code(), Some(3));
+    // Hundreds of simulations in steps of an eighth of a millisecond are none that anybody waits for.
+    let diagnose = ["diagnose", "--accept", "--data", text(&data), "--out", text(&out)];
+    refused(
+        &[&diagnose[..], &["--model", text(&steep)]].concat(),
+        &["substeps", "data.most_substeps"],
+    );
     let gradient = ["gradient", "--accept", "--data", text(&data), "--out"];
     let npz = f.at("g.npz");
     refused(

@@ -15,7 +15,7 @@ use pam_data::Subject;
 use pam_data::plausibility::{self, Finding, PlausibilitySettings};
 use pam_effects::effects::{self, AnyEffect, DataScales};
 use pam_effects::model::{ActiveEffect, ExtendedModel};
-use pam_effects::simulation::{ResampledRecord, Trial};
+use pam_effects::simulation::{ResampledRecord, Trial, needed_substeps};
 use serde::Serialize;
 
 /// The recordings of a diagnosis.
@@ -121,7 +121,7 @@ pub fn diagnose(
     settings.check()?;
     progress(Stage::Preparing, 0.0);
     let plausibility = plausible(model, sets, options)?;
-    let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()))?;
+    let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()), settings)?;
     let all: Vec<&Trial> = trials.iter().collect();
     let roles = roles(&all, sets, options)?;
     let open = roles.open();
@@ -131,7 +131,7 @@ pub fn diagnose(
     let (noise, mut prior) = system.first_noise(&open, options.noise);
     let mut baseline = None;
     let mut known = model.clone();
-    let baseline_trials = prepare(model, sets.baseline.unwrap_or_default())?;
+    let baseline_trials = prepare(model, sets.baseline.unwrap_or_default(), settings)?;
     if sets.baseline.is_some() {
         let done = |s| progress(Stage::Baseline, s);
         let learned = BaselineDiscrepancy::learn(model, &baseline_trials, options, &done)?;
@@ -209,13 +209,22 @@ pub(super) fn plausible(
     }
 }
 
+/// The recordings with their tables of the base model's force, which has to be of mechanics that can be simulated often.
 pub(super) fn prepare<'s>(
     model: &ExtendedModel,
     subjects: impl IntoIterator<Item = &'s Subject>,
+    settings: &DiagnosisSettings,
 ) -> Result<Vec<Trial>, DiagnoseError> {
+    let (base, most) = (model.base(), settings.data.most_substeps);
     let trial = |s: &Subject| {
         ResampledRecord::check(s)?;
-        Ok(Trial::new(&model.joint, s))
+        let trial = Trial::new(&model.joint, s);
+        let substeps = needed_substeps(&trial, &base);
+        if substeps > most {
+            let recording = trial.record.source.name.clone();
+            return Err(DiagnoseError::TooFast { recording, substeps, most });
+        }
+        Ok(trial)
     };
     subjects.into_iter().map(trial).collect()
 }

@@ -58,7 +58,7 @@ pub fn joint_ladder(
     let settings = &options.settings;
     settings.check()?;
     plausible(model, sets, options)?;
-    let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()))?;
+    let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()), settings)?;
     let all: Vec<&Trial> = trials.iter().collect();
     let roles = roles(&all, sets, options)?;
     let open = roles.open();

@@ -34,7 +34,7 @@ pub fn learn_remainder(
 ) -> Result<JointDiagnosis, DiagnoseError> {
     let settings = &options.settings;
     settings.check()?;
-    let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()))?;
+    let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()), settings)?;
     let all: Vec<&Trial> = trials.iter().collect();
     let roles = roles(&all, sets, options)?;
     let open = roles.open();

@@ -113,6 +113,9 @@ settings! {
         /// Grid points of 4 ms that are averaged into one row of residuals of the joint; more where the samples are
         /// further apart.
         points_per_row: usize = 5, "points", COUNT, STUDIES;
+        /// Most substeps of a grid step that the model of the joint may need: the time of a diagnosis grows with them. Eight
+        /// follow a joint of 0.5 kg on a spring of 3000 N/mm.
+        most_substeps: usize = 8, "substeps", COUNT, TIME;
         /// Quantile of the sizes of force, travel and speed of the joint from which starting values follow.
         scale_quantile: f64 = 0.95, "–", SHARE, STUDIES;
         /// Quantile of the size of the force that counts as its peak.

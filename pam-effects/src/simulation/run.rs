@@ -90,6 +90,13 @@ fn run<S: EffectScalar>(
     Ok(())
 }
 
+/// Substeps of each step of the grid (4 ms, or less where the samples are closer) that the mechanics of a model needs on a
+/// trial, without effects; at most 32, which may not be enough.
+#[must_use]
+pub fn needed_substeps(trial: &Trial, base: &Base<f64>) -> usize {
+    substeps_of(trial, base, &[], &[])
+}
+
 /// Substeps by the real parts of all numbers.
 fn substeps_of<S: EffectScalar>(
     trial: &Trial,
