@@ -55,17 +55,24 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
     /// Whether the whitened squared error is proven to be smaller by `after` than by `before`: Student's one-sided test at
     /// 97.5 % of the differences over blocks of time, or of the differences relative to the sums, which a few blocks with
     /// all of the error (a delay where levels step) do not scatter.
+    ///
+    /// The nuisances of both are fitted to the test rows alone. A hypothesis that predicts as well, but with starts, masses or
+    /// numbers of the model that are far from their measured values, is not as likely.
     pub(crate) fn is_reduced(&self, before: &Hypothesis, after: &Hypothesis) -> bool {
-        let problem = &self.problem;
-        let (before, after) = (self.here(before), self.here(after));
+        let problem = self.problem.as_fitted();
+        let iterations = problem.settings.search.tried_iterations;
+        let fitted = |h: &Hypothesis| {
+            let here = self.here(h);
+            let held = Hypothesis { fixed: here.members.len(), ..here };
+            problem.fit(held, iterations).map(|fit| fit.hypothesis)
+        };
+        let (Ok(before), Ok(after)) = (fitted(before), fitted(after)) else { return false };
+        // Nuisances that are as measured speak for a cause.
+        let taken = problem.prior_cost(&before) - problem.prior_cost(&after);
         let (mut gains, mut relative) = (Vec::new(), Vec::new());
-        // What the nuisances of the recordings have to take: starts and masses that are as measured speak for a cause.
-        let mut taken = 0.0;
         for i in 0..problem.len() {
             let squares = |h| problem.squares_by_block(h, i);
             let (Ok(old), Ok(new)) = (squares(&before), squares(&after)) else { return false };
-            let prior = |h| problem.unseen_prior_cost(h, i).unwrap_or(0.0);
-            taken += prior(&before) - prior(&after);
             let block = problem.rows_per_short_block(i) as f64;
             for (old, new) in old.into_iter().zip(new) {
                 gains.push((old - new) / block);

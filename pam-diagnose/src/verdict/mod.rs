@@ -6,6 +6,7 @@
 pub(crate) mod anomalies;
 pub(crate) mod bands;
 mod cause;
+mod discrepancy;
 mod naming;
 mod outcome;
 mod stationary;

@@ -1,6 +1,7 @@
 //! From a chosen set to names that stand.
 
 use super::cause::{Cause, Refused};
+use super::discrepancy::discrepancy_half_widths;
 use super::outcome::share;
 use crate::error::DiagnoseError;
 use crate::fit::{Fit, Hypothesis, Interval, Member, Problem};
@@ -105,7 +106,9 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let all_minor = removed < settings.minor_of_residual && !relieved;
         for cause in causes {
             let little = all_minor || cause.share_of_error_removed < settings.minor_share;
-            cause.minor = little && cause.rise_without < settings.minor_rise;
+            // Without a bias of a pressure the sealed masses take its trace: the error stays, but they cannot be so.
+            let needed = cause.strain_without > 1.0 && strain(best) < 1.0;
+            cause.minor = little && cause.rise_without < settings.minor_rise && !needed;
         }
     }
 
@@ -114,6 +117,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let problem = &self.rows.whole;
         let mut intervals = problem.intervals(best)?.into_iter();
         let influences = problem.influences(best)?;
+        let of_model = discrepancy_half_widths(problem, best);
         let (named, from) = (self.chi_square(best), self.chi_square(base));
         // Only the share of the error is read of these fits.
         let iterations = problem.settings.search.tried_iterations;
@@ -132,7 +136,8 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 let fitted = first..first + own_len;
                 first += len;
                 let stability = ParameterStability::of(problem, &best.hypothesis, place, own);
-                let mut parameters = self.widened(best, place, own, stability.as_ref());
+                let model = &of_model[fitted.clone()];
+                let mut parameters = self.widened(best, place, (own, model), stability.as_ref());
                 let acts = Times::of(problem.system, &self.experiments(), member, times);
                 if member.schedule.as_ref().is_some_and(|s| s.pattern != Pattern::Each) {
                     let names = member.schedule.iter().flat_map(|s| &s.times).map(|p| p.name);
@@ -155,7 +160,8 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                         named,
                         without - (from - named.min(1.0)),
                     ),
-                    rise_without: less.map_or(0.0, |f| largest_rise(best, &f)),
+                    rise_without: less.as_ref().map_or(0.0, |f| largest_rise(best, f)),
+                    strain_without: less.map_or(0.0, |f| problem.prior_strain(&f.hypothesis)),
                     minor: false,
                     inclusion: inclusion[member.candidate],
                     confusable_with: alternatives.iter().map(|a| id(a.candidate)).collect(),
@@ -292,14 +298,14 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         may_be_absent(infos.iter().zip(cause.parameters.iter().map(|p| p.1)))
     }
 
-    /// The intervals of a cause's parameters with what the scatter of the residuals does not show: errors of the model
-    /// that change from part to part, the apparent value on baseline recordings, and other shapes of the same cause
-    /// that fit as well. No end leaves the range of its parameter.
+    /// The intervals of a cause's parameters with what the scatter of the residuals does not show: `model`, what errors of the
+    /// model that repeat with the motion may add, those that change from part to part, the apparent value on baseline
+    /// recordings, and other shapes of the same cause that fit as well. No end leaves the range of its parameter.
     fn widened(
         &self,
         best: &Fit,
         place: usize,
-        own: &[Interval],
+        (own, model): (&[Interval], &[f64]),
         stability: Option<&ParameterStability>,
     ) -> Vec<(&'static str, Interval)> {
         let problem = &self.rows.whole;
@@ -312,7 +318,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             .enumerate()
             .map(|(k, (interval, info))| {
                 let parts = stability.and_then(|c| c.half_widths.get(k)).copied().unwrap_or(0.0);
-                interval.widened(parts.hypot(apparent[k]), *info)
+                interval.widened(parts.hypot(apparent[k]).hypot(model[k]), *info)
             })
             .collect();
         for shape in other_shapes(problem, best, place) {
