@@ -118,8 +118,8 @@ fn quietened(subject: &Subject, settings: &DiagnosisSettings) -> Option<(Recordi
 }
 
 /// Trials of subjects, whose force has lost what it holds at quiet frequencies if the model predicts the open parts better without
-/// it: by Student's t over blocks of time of what is measured and predicted at those frequencies. A fault that changes the
-/// response there by less than a half does not matter.
+/// it: by Student's t over blocks of time of the error at those frequencies. A fault that changes the response there by less than a
+/// half does not matter.
 pub(super) fn driven(
     model: &ExtendedModel,
     (trials, subjects): (Vec<Trial>, &[&Subject]),
@@ -162,8 +162,9 @@ pub(super) fn driven(
     Ok(Driven { noise_n: Some(root_mean_square(&taken)), trials: without })
 }
 
-/// By how much the mean square of what is left at quiet frequencies, in variances of the noise, drops from one system to another in
-/// each block of an open part; `None` if one of them cannot be simulated.
+/// By how much the square of what is left at quiet frequencies drops from one system to another in each block of an open part,
+/// relative to the sum of both: a few blocks in which a fault shows there as well do not count more than others. `None` if one of
+/// the systems cannot be simulated.
 fn block_gains(
     systems: [&JointSystem<'_>; 2],
     part: &OpenPart,
@@ -175,21 +176,23 @@ fn block_gains(
     let record: &ResampledRecord = &systems[0].trials[e].record;
     let end = systems[0].point_at(e, part.end_s);
     let from = systems[0].point_at(e, settings.data.burn_in_s).min(end);
-    let block =
-        ((settings.intervals.block_s / record.step_s) as usize).clamp(1, (end - from).max(1));
-    let mut gains = vec![0.0; (end - from) / block];
-    for (sign, system) in [1.0, -1.0].into_iter().zip(systems) {
+    let block = (settings.intervals.block_s / record.step_s) as usize;
+    let block = block.clamp(1, (end - from).max(1));
+    let squares = |system: &JointSystem<'_>| -> Option<Vec<f64>> {
         let base = Hypothesis::base(system, e + 1);
         let simulated = system.simulate(&base, &base.locals[e], e).ok()?;
+        let mut squares = vec![0.0; (end - from) / block];
         for ((c, _), deviation) in fitted_outputs(system).zip(noise) {
             let pairs = record.measured[c].iter().zip(&simulated[c]).take(end);
             let residual: Vec<f64> = pairs.map(|(m, s)| m - s).collect();
             let left = quiet.part(&residual, record.step_s);
-            for (gain, rows) in gains.iter_mut().zip(left[from..].chunks_exact(block)) {
-                let square = rows.iter().map(|r| (r / deviation).powi(2)).sum::<f64>();
-                *gain += sign * square / block as f64;
+            for (sum, rows) in squares.iter_mut().zip(left[from..].chunks_exact(block)) {
+                *sum += rows.iter().map(|r| (r / deviation).powi(2)).sum::<f64>();
             }
         }
-    }
-    Some(gains)
+        Some(squares)
+    };
+    let [raw, without] = systems;
+    let pairs = squares(raw)?.into_iter().zip(squares(without)?);
+    Some(pairs.map(|(a, b)| (a - b) / (a + b).max(f64::MIN_POSITIVE)).collect())
 }
