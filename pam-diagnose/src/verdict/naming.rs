@@ -45,6 +45,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let chosen = self.found.best.hypothesis();
         let mut set = self.timed.map_or(chosen, |t| &t.set).clone();
         let mut refused = Vec::new();
+        let mut alone = self.alone(&set);
         loop {
             let fit = self.rows.learn_beside(&set).ok_or_else(diverges)?;
             let problem = &self.rows.whole;
@@ -76,6 +77,15 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 let Cause { effect, inclusion, .. } = causes.swap_remove(place);
                 refused.push(Refused { effect, inclusion, reason });
                 set = best.hypothesis.without(place);
+                if let [last] = best.hypothesis.members.as_slice() {
+                    alone.retain(|h| !h.contains(last.candidate));
+                    // Members that can be told from absent only where the others are not there.
+                    if !alone.is_empty() {
+                        set = alone.remove(0);
+                        let id = problem.system.candidate(set.members[0].candidate).id;
+                        refused.retain(|r: &Refused| r.effect != id);
+                    }
+                }
                 continue;
             }
             let names = Hypothesis { members: best.hypothesis.members.clone(), ..set };
@@ -87,6 +97,16 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             });
             return Ok(Names { base, best, causes, refused });
         }
+    }
+
+    /// Each member of a set of several alone, as the search has fitted it, the best first: where members imitate each other, each may
+    /// seem absent beside the others, and the last one that is left need not be the right one.
+    fn alone(&self, set: &Hypothesis) -> Vec<Hypothesis> {
+        if self.timed.is_some() || set.members.len() < 2 {
+            return Vec::new();
+        }
+        let singles = self.found.singles.iter().map(Scored::hypothesis);
+        singles.filter(|h| h.members.iter().all(|m| set.contains(m.candidate))).cloned().collect()
     }
 
     /// Normalised χ² with the prior cost of the nuisances, which may have taken a part of the error.
