@@ -4,6 +4,7 @@
 //! of the test data; `outcome` has the rule of the [`Verdict`].
 
 pub(crate) mod anomalies;
+mod apparent;
 pub(crate) mod bands;
 mod cause;
 mod discrepancy;

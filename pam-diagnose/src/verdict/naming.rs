@@ -1,5 +1,6 @@
 //! From a chosen set to names that stand.
 
+use super::apparent::apparent;
 use super::cause::{Cause, Refused};
 use super::discrepancy::discrepancy_half_widths;
 use super::outcome::share;
@@ -9,9 +10,6 @@ use crate::onset::{Pattern, TimedSet, Times, moved_in_time, time_interval};
 use crate::rejection::{ParameterStability, StabilityTest, may_be_absent, vague};
 use crate::search::refit::{multi_start, other_shapes};
 use crate::search::{Candidates, Findings, Rows, Scored};
-use pam_core::parallel;
-use pam_numerics::statistics::t_quantile_95;
-use pam_vocabulary::ParameterInfo;
 
 /// Everything from which names follow.
 pub(crate) struct Naming<'n, 'a, C: ?Sized> {
@@ -77,14 +75,12 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 let Cause { effect, inclusion, .. } = causes.swap_remove(place);
                 refused.push(Refused { effect, inclusion, reason });
                 set = best.hypothesis.without(place);
-                if let [last] = best.hypothesis.members.as_slice() {
-                    alone.retain(|h| !h.contains(last.candidate));
-                    // Members that can be told from absent only where the others are not there.
-                    if !alone.is_empty() {
-                        set = alone.remove(0);
-                        let id = problem.system.candidate(set.members[0].candidate).id;
-                        refused.retain(|r: &Refused| r.effect != id);
-                    }
+                if let ([last], Some(better)) = (best.hypothesis.members.as_slice(), alone.take())
+                    && !better.contains(last.candidate)
+                {
+                    let id = problem.system.candidate(better.members[0].candidate).id;
+                    refused.retain(|r: &Refused| r.effect != id);
+                    set = better;
                 }
                 continue;
             }
@@ -99,14 +95,14 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         }
     }
 
-    /// Each member of a set of several alone, as the search has fitted it, the best first: where members imitate each other, each may
-    /// seem absent beside the others, and the last one that is left need not be the right one.
-    fn alone(&self, set: &Hypothesis) -> Vec<Hypothesis> {
+    /// The best member of a set of several alone, as the search has fitted it: where members imitate each other, each may seem absent
+    /// beside the others, and the last one that is left need not be the right one.
+    fn alone(&self, set: &Hypothesis) -> Option<Hypothesis> {
         if self.timed.is_some() || set.members.len() < 2 {
-            return Vec::new();
+            return None;
         }
-        let singles = self.found.singles.iter().map(Scored::hypothesis);
-        singles.filter(|h| h.members.iter().all(|m| set.contains(m.candidate))).cloned().collect()
+        let mut singles = self.found.singles.iter().map(Scored::hypothesis);
+        singles.find(|h| h.members.iter().all(|m| set.contains(m.candidate))).cloned()
     }
 
     /// Normalised χ² with the prior cost of the nuisances, which may have taken a part of the error.
@@ -331,7 +327,11 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let problem = &self.rows.whole;
         let member = &best.hypothesis.members[place];
         let infos = problem.system.candidate(member.candidate).parameters;
-        let apparent = self.apparent(member.candidate, member.own());
+        let diagnosed = problem.len();
+        let apparent = self.baseline.map_or_else(
+            || vec![0.0; infos.len()],
+            |baseline| apparent(baseline, member.candidate, member.own(), diagnosed),
+        );
         let mut intervals: Vec<Interval> = own
             .iter()
             .zip(infos)
@@ -350,37 +350,6 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             interval.ci95 = interval.ci95.map(|end| end.clamp(info.range[0], info.range[1]));
         }
         infos.iter().map(|p| p.name).zip(intervals).collect()
-    }
-
-    /// Half the 95 % interval of each value that a candidate would seem to have where it is absent: errors of the model
-    /// look like it, in each baseline recording by another value. For the mean of so many recordings as are diagnosed
-    /// beside so many baseline recordings; zeros without baseline recordings, and for what is no magnitude.
-    fn apparent(&self, candidate: usize, values: &[f64]) -> Vec<f64> {
-        let infos = self.rows.whole.system.candidate(candidate).parameters;
-        let Some(problem) = self.baseline else { return vec![0.0; infos.len()] };
-        let iterations = problem.settings.intervals.baseline_iterations;
-        let each: Vec<Vec<Interval>> = parallel::map(problem.len(), |i| {
-            let alone = problem.part(i, problem.windows[i].clone());
-            let fit = alone.fit(alone.base().with(candidate, values), iterations).ok()?;
-            alone.intervals(&fit).ok()
-        })
-        .into_iter()
-        .flatten()
-        .collect();
-        let data = self.rows.whole.len() as f64;
-        let of = |(k, info): (usize, &ParameterInfo)| {
-            let (Some(off), false) = (info.off, info.logarithmic) else { return 0.0 };
-            // A recording whose interval is wider than the value itself says nothing about it.
-            let tells = |i: &&Interval| i.ci95[1] - i.ci95[0] < 2.0 * (values[k] - off).abs();
-            let seen: Vec<f64> =
-                each.iter().map(|i| &i[k]).filter(tells).map(|i| i.value - off).collect();
-            if seen.is_empty() {
-                return 0.0;
-            }
-            let (count, square) = (seen.len() as f64, seen.iter().map(|v| v * v).sum::<f64>());
-            t_quantile_95(count) * (square / count * (1.0 / data + 1.0 / count)).sqrt()
-        };
-        infos.iter().enumerate().map(of).collect()
     }
 }
 

@@ -156,9 +156,9 @@ pub fn full() -> Vec<Case> {
 #[must_use]
 pub fn of_seed(seed: u64) -> Vec<Case> {
     let labels = magnitudes::labels();
-    let first = seed.wrapping_sub(SEED).wrapping_mul(DESIGN_STEP);
+    let seeds = seed.wrapping_sub(SEED).wrapping_mul(DESIGN_STEP);
     let stream = |n: u64| ChaCha8Rng::seed_from_u64(seed + n);
-    let nulls = kind(Kind::Null, "nulls", vec![Vec::new(); NULLS], (&mut stream(0), first));
+    let nulls = kind(Kind::Null, "nulls", vec![Vec::new(); NULLS], (&mut stream(0), seeds));
     let singles = {
         let random = &mut stream(1);
         let levels = [Strength::Weak, Strength::Medium, Strength::Medium, Strength::Strong];
@@ -169,7 +169,7 @@ pub fn of_seed(seed: u64) -> Vec<Case> {
                 vec![Fault::drawn(labels[k % labels.len()], strength)]
             })
             .collect();
-        kind(Kind::Single, "singles", faults, (random, first))
+        kind(Kind::Single, "singles", faults, (random, seeds))
     };
     let pairs = {
         let random = &mut stream(2);
@@ -183,7 +183,7 @@ pub fn of_seed(seed: u64) -> Vec<Case> {
                 [first[k], other].map(|label| Fault::drawn(label, Strength::Medium)).to_vec()
             })
             .collect();
-        kind(Kind::Pair, "pairs", faults, (random, first))
+        kind(Kind::Pair, "pairs", faults, (random, seeds))
     };
     let onsets = {
         let random = &mut stream(3);
@@ -199,7 +199,7 @@ pub fn of_seed(seed: u64) -> Vec<Case> {
                 only: partly.then(|| (1..10).collect()),
             }]
         });
-        let mut cases = kind(Kind::Onset, "onset", faults.collect(), (random, first));
+        let mut cases = kind(Kind::Onset, "onset", faults.collect(), (random, seeds));
         for case in &mut cases {
             let partly = matches!(&case.faults[0], Fault::Drawn { only: Some(_), .. });
             case.factors.recordings = case.factors.recordings.max(if partly { 3 } else { 1 });
@@ -211,12 +211,12 @@ pub fn of_seed(seed: u64) -> Vec<Case> {
         let random = &mut stream(4);
         let faults = Balanced(random, UNLISTED).draw(&magnitudes::unlisted());
         let faults = faults.into_iter().map(|h| vec![Fault::Given(h)]).collect();
-        let mut cases = kind(Kind::Unlisted, "unlisted", faults, (random, first));
+        let mut cases = kind(Kind::Unlisted, "unlisted", faults, (random, seeds));
         // Events at 8 and 9 s are within the recording.
         cases.iter_mut().for_each(|c| c.factors.duration_s = c.factors.duration_s.max(20.0));
         cases
     };
-    let mut all = [nulls, singles, pairs, onsets, unlisted, rig(&labels, first)].concat();
+    let mut all = [nulls, singles, pairs, onsets, unlisted, rig(&labels, seeds)].concat();
     let repeated: Vec<Case> = all
         .iter()
         .filter(|c| matches!(c.kind, Kind::Null | Kind::Single | Kind::Pair))
