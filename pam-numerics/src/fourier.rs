@@ -40,8 +40,8 @@ pub fn transform(values: &mut [[f64; 2]]) {
 }
 
 /// Mean power of a series at the frequencies `j / n` per sample, `j` from 0 to `n/2`, with `n` the power of two from `piece` on:
-/// periodograms of pieces that overlap by half, each less its mean, with Hann's window (Welch 1967). Empty for a series shorter
-/// than a piece.
+/// periodograms of pieces that overlap by half, less the mean of the series, with Hann's window (Welch 1967). Empty for a series
+/// shorter than a piece.
 #[must_use]
 pub fn mean_power(series: &[f64], piece: usize) -> Vec<f64> {
     let piece = piece.max(2);
@@ -52,8 +52,8 @@ pub fn mean_power(series: &[f64], piece: usize) -> Vec<f64> {
     let window: Vec<f64> =
         (0..piece).map(|k| 0.5 - 0.5 * (TAU * k as f64 / piece as f64).cos()).collect();
     let mut power = vec![0.0; n / 2 + 1];
+    let mean = series.iter().sum::<f64>() / series.len() as f64;
     for part in series.windows(piece).step_by(piece / 2) {
-        let mean = part.iter().sum::<f64>() / piece as f64;
         let mut values = vec![[0.0; 2]; n];
         for ((value, x), w) in values.iter_mut().zip(part).zip(&window) {
             value[0] = w * (x - mean);

@@ -137,7 +137,7 @@ pub fn diagnose(
     let subjects: Vec<&Subject> = sets.baseline.unwrap_or_default().iter().collect();
     let every = OpenPart::whole(subjects.len());
     let baseline_trials = resampled(model, &subjects, settings)?;
-    let baseline_trials = driven(model, (baseline_trials, &subjects), &every, settings)?.trials;
+    let baseline_trials = driven(model, (baseline_trials, &subjects), &every, settings).trials;
     if sets.baseline.is_some() {
         let done = |s| progress(Stage::Baseline, s);
         let learned = BaselineDiscrepancy::learn(model, &baseline_trials, options, &done)?;
@@ -225,7 +225,7 @@ pub(super) fn prepare(
     let trials = resampled(model, &subjects, &options.settings)?;
     let roles = roles(&trials.iter().collect::<Vec<_>>(), sets, options)?;
     let open = roles.open();
-    Ok((driven(model, (trials, &subjects), &open, &options.settings)?, roles))
+    Ok((driven(model, (trials, &subjects), &open, &options.settings), roles))
 }
 
 /// The recordings with their tables of the base model's force, which has to be of mechanics that can be simulated often.

@@ -8,17 +8,15 @@
 //! true force. Where the excitation has its power, that is the measured force. Elsewhere it is nothing, if the joint shows that it
 //! did not answer there.
 
-use super::system::JointSystem;
 use crate::data::OpenPart;
-use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, fitted_outputs};
-use crate::search::Candidates;
+use crate::noise::noise_deviation;
 use crate::settings::DiagnosisSettings;
 use pam_core::parallel;
 use pam_core::units::MN_PER_N;
-use pam_data::{Recording, Subject};
+use pam_data::{Channel, Recording, Subject};
 use pam_effects::ExtendedModel;
-use pam_effects::simulation::{ResampledRecord, Trial};
+use pam_effects::effects::AnyEffect;
+use pam_effects::simulation::{Nuisances, Trajectory, Trial, simulate};
 use pam_numerics::fourier;
 use pam_numerics::statistics::{mean, mean_half_width_95, root_mean_square};
 
@@ -29,8 +27,6 @@ pub(super) struct Driven {
     pub(super) noise_n: Option<f64>,
 }
 
-/// Pieces of the spectrum up to which a slow force always is excitation.
-const SLOW_BINS: f64 = 2.0;
 /// Half the width of a line under Hann's window, in bins of the length of a piece.
 const LINE_BINS: f64 = 2.0;
 /// Largest relative difference of the longest and the mean time between samples of a recording that has a spectrum.
@@ -74,12 +70,12 @@ impl Quiet {
             }
             excited[j] = false;
         }
-        let bins = |pieces: f64| (pieces / piece_s / bin_hz).ceil() as usize;
-        let (slow, reach) = (bins(SLOW_BINS), bins(LINE_BINS));
+        let reach = (LINE_BINS / piece_s / bin_hz).ceil() as usize;
         let quiet: Vec<f64> = (0..power.len())
             .map(|j| {
                 let near = j.saturating_sub(reach)..(j + reach + 1).min(power.len());
-                if j <= slow || excited[near].contains(&true) { 0.0 } else { 1.0 }
+                // A steady force is no noise.
+                if j == 0 || excited[near].contains(&true) { 0.0 } else { 1.0 }
             })
             .collect();
         quiet.contains(&1.0).then_some(Self { quiet, bin_hz, piece_s })
@@ -125,7 +121,7 @@ pub(super) fn driven(
     (trials, subjects): (Vec<Trial>, &[&Subject]),
     open: &[OpenPart],
     settings: &DiagnosisSettings,
-) -> Result<Driven, DiagnoseError> {
+) -> Driven {
     let quietened: Vec<_> = parallel::map(subjects.len(), |i| quietened(subjects[i], settings));
     let without: Vec<Trial> = trials
         .iter()
@@ -137,53 +133,56 @@ pub(super) fn driven(
             None => t.clone(),
         })
         .collect();
-    let gains = {
-        let system = |trials| {
-            JointSystem::new(trials, open, model.base(), &model.effects, Vec::new(), settings)
-        };
-        let (raw, quiet) = (system(trials.iter().collect()), system(without.iter().collect()));
-        let (noise, _) = raw.first_noise(open, [None; 3]);
-        let of = |part: &OpenPart| {
-            let (_, frequencies) = quietened[part.experiment].as_ref()?;
-            block_gains([&raw, &quiet], part, frequencies, &noise, settings)
-        };
-        let each: Vec<_> = parallel::map(open.len(), |k| of(&open[k]));
-        each.into_iter().flatten().flatten().collect::<Vec<f64>>()
+    let of = |part: &OpenPart| {
+        let e = part.experiment;
+        let (_, frequencies) = quietened[e].as_ref()?;
+        block_gains(model, [&trials[e], &without[e]], part.end_s, frequencies, settings)
     };
+    let each: Vec<_> = parallel::map(open.len(), |k| of(&open[k]));
+    let gains: Vec<f64> = each.into_iter().flatten().flatten().collect();
     let clear = mean_half_width_95(&gains).is_some_and(|half| mean(&gains) > half);
     if !clear {
-        return Ok(Driven { trials, noise_n: None });
+        return Driven { trials, noise_n: None };
     }
     let taken = |(t, w): (&Trial, &Trial)| -> Vec<f64> {
         let forces = t.record.force.values_mn().iter().zip(w.record.force.values_mn());
         forces.map(|(a, b)| (a - b) / MN_PER_N).collect()
     };
     let taken: Vec<f64> = trials.iter().zip(&without).flat_map(taken).collect();
-    Ok(Driven { noise_n: Some(root_mean_square(&taken)), trials: without })
+    Driven { noise_n: Some(root_mean_square(&taken)), trials: without }
 }
 
-/// By how much the square of what is left at quiet frequencies drops from one system to another in each block of an open part,
+/// By how much the square of what is left at quiet frequencies drops from one trial to another in each block of an open part,
 /// relative to the sum of both: a few blocks in which a fault shows there as well do not count more than others. `None` if one of
-/// the systems cannot be simulated.
+/// them cannot be simulated.
 fn block_gains(
-    systems: [&JointSystem<'_>; 2],
-    part: &OpenPart,
+    model: &ExtendedModel,
+    [raw, without]: [&Trial; 2],
+    end_s: f64,
     quiet: &Quiet,
-    noise: &[f64],
     settings: &DiagnosisSettings,
 ) -> Option<Vec<f64>> {
-    let e = part.experiment;
-    let record: &ResampledRecord = &systems[0].trials[e].record;
-    let end = systems[0].point_at(e, part.end_s);
-    let from = systems[0].point_at(e, settings.data.burn_in_s).min(end);
+    let record = &raw.record;
+    let point = |time_s: f64| ((time_s / record.step_s) as usize).min(record.points());
+    let end = point(end_s);
+    let from = point(settings.data.burn_in_s).min(end);
     let block = (settings.intervals.block_s / record.step_s) as usize;
     let block = block.clamp(1, (end - from).max(1));
-    let squares = |system: &JointSystem<'_>| -> Option<Vec<f64>> {
-        let base = Hypothesis::base(system, e + 1);
-        let simulated = system.simulate(&base, &base.locals[e], e).ok()?;
+    let measured: Vec<(usize, f64)> = [Channel::X, Channel::Pf, Channel::Pe]
+        .map(|c| {
+            let series = vec![record.measured[c as usize][..end].to_vec()];
+            (c as usize, noise_deviation(&series, settings.noise.relative))
+        })
+        .to_vec();
+    let (effects, values): (Vec<&dyn AnyEffect>, Vec<_>) =
+        model.effects.iter().map(|a| (a.effect as &dyn AnyEffect, a.values.clone())).unzip();
+    let (base, values) = (model.base(), values.concat());
+    let squares = |trial: &Trial| -> Option<Vec<f64>> {
+        let mut out = Trajectory::default();
+        simulate(trial, &base, &effects, &values, &Nuisances::none(), &mut out).ok()?;
         let mut squares = vec![0.0; (end - from) / block];
-        for ((c, _), deviation) in fitted_outputs(system).zip(noise) {
-            let pairs = record.measured[c].iter().zip(&simulated[c]).take(end);
+        for &(c, deviation) in &measured {
+            let pairs = record.measured[c].iter().zip(&out.channels[c]).take(end);
             let residual: Vec<f64> = pairs.map(|(m, s)| m - s).collect();
             let left = quiet.part(&residual, record.step_s);
             for (sum, rows) in squares.iter_mut().zip(left[from..].chunks_exact(block)) {
@@ -192,7 +191,6 @@ fn block_gains(
         }
         Some(squares)
     };
-    let [raw, without] = systems;
     let pairs = squares(raw)?.into_iter().zip(squares(without)?);
     Some(pairs.map(|(a, b)| (a - b) / (a + b).max(f64::MIN_POSITIVE)).collect())
 }

@@ -71,11 +71,12 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
     /// measured values, is not as likely: what these cost is a part of its error.
     pub(crate) fn compared(&self, before: &Hypothesis, after: &Hypothesis) -> Option<Comparison> {
         let problem = self.problem.as_fitted();
-        let iterations = problem.settings.search.tried_iterations;
+        // Next to quadratic in the nuisances.
+        let search = &problem.settings.search;
         let fitted = |h: &Hypothesis| {
             let here = self.here(h);
             let held = Hypothesis { fixed: here.members.len(), ..here };
-            problem.fit(held, iterations).ok()
+            problem.fit_to(held, search.first_iterations, search.converged_drop).ok()
         };
         let (before, after) = (fitted(before)?, fitted(after)?);
         let prior = |fit: &Fit| problem.prior_cost(&fit.hypothesis);
