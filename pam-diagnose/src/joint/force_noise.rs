@@ -27,6 +27,9 @@ pub(super) struct Driven {
     pub(super) noise_n: Option<f64>,
 }
 
+/// Bins of the length of a piece up to which a force counts as excitation: what is slower cannot be told from a load and, at the ends
+/// of a recording, from what comes before and after it.
+const SLOW_BINS: f64 = 2.0;
 /// Half the width of a line under Hann's window, in bins of the length of a piece.
 const LINE_BINS: f64 = 2.0;
 /// Largest relative difference of the longest and the mean time between samples of a recording that has a spectrum.
@@ -70,12 +73,12 @@ impl Quiet {
             }
             excited[j] = false;
         }
-        let reach = (LINE_BINS / piece_s / bin_hz).ceil() as usize;
+        let bins = |pieces: f64| (pieces / piece_s / bin_hz).ceil() as usize;
+        let (slow, reach) = (bins(SLOW_BINS), bins(LINE_BINS));
         let quiet: Vec<f64> = (0..power.len())
             .map(|j| {
                 let near = j.saturating_sub(reach)..(j + reach + 1).min(power.len());
-                // A steady force is no noise.
-                if j == 0 || excited[near].contains(&true) { 0.0 } else { 1.0 }
+                if j <= slow || excited[near].contains(&true) { 0.0 } else { 1.0 }
             })
             .collect();
         quiet.contains(&1.0).then_some(Self { quiet, bin_hz, piece_s })
