@@ -7,6 +7,7 @@
 //! study run --only nulls --jobs 2             # resumable; into results/diagnosis
 //! study show singles-031 --out case           # one case: outcome, diagnosis.json, report.html
 //! study tables                                # criteria with exact binomial limits
+//! study run --design 20261 --every 8 --out new # cases that nobody has seen
 //! ```
 
 use clap::{Parser, Subcommand};
@@ -23,6 +24,9 @@ const RESULTS: &str = "results/diagnosis";
 #[derive(Parser)]
 #[command(about = "Study of the diagnosis: a seeded design of cases with known truth")]
 struct Arguments {
+    /// Seed of the design; with another one every case is new.
+    #[arg(long, global = true, default_value_t = design::SEED)]
+    design: u64,
     #[command(subcommand)]
     command: Action,
 }
@@ -73,10 +77,11 @@ enum Action {
 }
 
 fn main() -> ExitCode {
-    let result = match Arguments::parse().command {
-        Action::List { only, json } => list(&only, json),
-        Action::Run { only, every, jobs, out } => run(&only, every, jobs, &out),
-        Action::Show { case, out, store } => show(&case, out.as_deref(), store.as_deref()),
+    let Arguments { design, command } = Arguments::parse();
+    let result = match command {
+        Action::List { only, json } => list(design, &only, json),
+        Action::Run { only, every, jobs, out } => run(design, (&only, every), jobs, &out),
+        Action::Show { case, out, store } => show(design, &case, out.as_deref(), store.as_deref()),
         Action::Tables { folder } => write_tables(&folder),
     };
     match result {
@@ -88,18 +93,18 @@ fn main() -> ExitCode {
     }
 }
 
-/// The cases of the design and the rows.
-fn cases() -> Vec<Case> {
+/// The cases of the design of a seed and the rows.
+fn cases(seed: u64) -> Vec<Case> {
     let rows = rows::all().into_iter().map(|r| r.case);
-    design::full().into_iter().chain(rows).collect()
+    design::of_seed(seed).into_iter().chain(rows).collect()
 }
 
-fn selected(only: &str) -> Vec<Case> {
-    cases().into_iter().filter(|c| c.id.contains(only)).collect()
+fn selected(seed: u64, only: &str) -> Vec<Case> {
+    cases(seed).into_iter().filter(|c| c.id.contains(only)).collect()
 }
 
-fn list(only: &str, json: bool) -> Result<(), String> {
-    for case in selected(only) {
+fn list(seed: u64, only: &str, json: bool) -> Result<(), String> {
+    for case in selected(seed, only) {
         if json {
             println!("{}", serde_json::to_string(&case).map_err(|e| e.to_string())?);
             continue;
@@ -122,8 +127,8 @@ fn list(only: &str, json: bool) -> Result<(), String> {
 }
 
 /// Every case runs in a process of its own: its CPU time is its own, and one that panics stops no other.
-fn run(only: &str, every: usize, jobs: usize, out: &Path) -> Result<(), String> {
-    let all: Vec<Case> = selected(only).into_iter().step_by(every.max(1)).collect();
+fn run(seed: u64, (only, every): (&str, usize), jobs: usize, out: &Path) -> Result<(), String> {
+    let all: Vec<Case> = selected(seed, only).into_iter().step_by(every.max(1)).collect();
     if all.is_empty() {
         return Err(format!("no case has `{only}` in its id; `study list` shows them"));
     }
@@ -143,7 +148,7 @@ fn run(only: &str, every: usize, jobs: usize, out: &Path) -> Result<(), String> 
                 while let Some(case) = due.get(next.fetch_add(1, Ordering::Relaxed)) {
                     bar.set_message(case.id.clone());
                     let status = Command::new(&program)
-                        .args(["show", &case.id, "--store"])
+                        .args(["show", &case.id, "--design", &seed.to_string(), "--store"])
                         .arg(out)
                         .env("RAYON_NUM_THREADS", (threads / jobs).max(1).to_string())
                         .stdout(Stdio::null())
@@ -176,8 +181,8 @@ fn report_rows(cases: &[Case], out: &Path) {
     }
 }
 
-fn show(id: &str, out: Option<&Path>, store: Option<&Path>) -> Result<(), String> {
-    let case = cases().into_iter().find(|c| c.id == id);
+fn show(seed: u64, id: &str, out: Option<&Path>, store: Option<&Path>) -> Result<(), String> {
+    let case = cases(seed).into_iter().find(|c| c.id == id);
     let case = case.ok_or_else(|| format!("there is no case `{id}`; `study list` shows them"))?;
     let (outcome, diagnosis) = outcome::run(&case);
     print(&outcome);

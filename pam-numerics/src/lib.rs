@@ -1,11 +1,13 @@
-//! Small numerical helpers that several crates share: descriptive statistics and the paired t-test
-//! ([`statistics`]), inner products ([`dot()`]), Cholesky solves of scaled normal equations ([`cholesky`], [`least_squares()`]), [`eigenvalues()`], and a stable
-//! hash of content ([`hash`]). The last two are behind features of their names, since each brings crates of its own.
+//! Small numerical helpers that several crates share: descriptive statistics and the paired t-test ([`statistics`]), inner
+//! products ([`dot()`]), Cholesky solves of scaled normal equations ([`cholesky`], [`least_squares()`]), [`eigenvalues()`],
+//! Fourier transforms ([`fourier`]), and a stable hash of content ([`hash`]). Eigenvalues and hash are behind features of
+//! their names, since each brings crates of its own.
 
 pub mod cholesky;
 mod dot;
 #[cfg(feature = "eigenvalues")]
 pub mod eigenvalues;
+pub mod fourier;
 #[cfg(feature = "hash")]
 pub mod hash;
 pub mod least_squares;

@@ -8,7 +8,7 @@ use pam_diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, Verdict, diag
 use pam_effects::ExtendedModel;
 use pam_tests::diagnose::{diagnosed, plant_runs};
 use pam_tests::magnitudes::at_strength;
-use pam_tests::plant::{Excitation, Hidden, Sensors};
+use pam_tests::plant::{Excitation, Hidden, Noise, Sensors};
 use pam_tests::{published, published_weights, run, stdout_of, text};
 use serde_json::Value;
 use std::path::Path;
@@ -133,6 +133,27 @@ fn effects_that_act_together_are_all_named() {
         }
         assert_eq!(d.verdict, Verdict::Explained, "{ids:?}: {:?}", d.reasons);
     }
+}
+
+/// A prediction that is driven by a noisy force answers to the noise, which the joint did not. A creep, an inertia and a delay
+/// that leave the answer to a sine as it is weaken that to everything else: with 5 N of noise they predict better than the truth.
+#[test]
+fn noise_of_the_measured_force_is_no_fault() {
+    let saved = published_model();
+    let force = Noise::white(5.0);
+    let sensors = Sensors { rate_hz: 200.0, encoder_mm: 5e-4, force, ..Sensors::default() };
+    let sine = Excitation::Sines(vec![[4.9, 165.0, 30.0]]);
+    let data = plant_runs(&saved, &CONDITIONS, &sine, &[], &sensors, 1);
+    let d = diagnosed(&saved, &data, None, 1);
+    assert_eq!((d.verdict, d.named()), (Verdict::NothingFound, vec![]), "{:?}", d.reasons);
+    // All but a few tenths of a hertz about the sine; what is above the grid's frequencies was averaged before.
+    let noise_n = d.model.force_noise_n.expect("the joint shows that it is noise");
+    assert!((4.0..5.1).contains(&noise_n), "{noise_n} N");
+    // A force without noise stays as it is, and so does one to which the joint answers.
+    let sensors = Sensors { force: Noise::white(0.0), ..sensors };
+    let steps = Excitation::steps(150.0, 1.0, 15.0, 3);
+    let data = plant_runs(&saved, &CONDITIONS[..2], &steps, &[], &sensors, 1);
+    assert_eq!(diagnosed(&saved, &data, None, 1).model.force_noise_n, None);
 }
 
 #[test]

@@ -241,10 +241,11 @@ impl Judged {
         prepared: &Prepared<'_>,
     ) -> Self {
         let (base, best) = (&names.base.hypothesis, &names.best.hypothesis);
-        let (before, after) = if test.problem().is_empty() {
-            (names.base.errors.chi_square(), names.best.errors.chi_square())
+        let comparison = test.compared(base, best);
+        let [before, after] = if test.problem().is_empty() {
+            [&names.base, &names.best].map(|fit| fit.errors.chi_square())
         } else {
-            (test.chi_square(base), test.chi_square(best))
+            comparison.map_or([f64::INFINITY; 2], |c| c.chi_squares)
         };
         let bands = test.bands(open, best);
         let learnable = |band: &ChannelBand| band.ratio.powi(2) * band.learnable_share;
@@ -274,7 +275,7 @@ impl Judged {
             },
             // Without a test set, names are as good as training and validation data make them.
             confirmed: test.problem().is_empty()
-                || (test.is_reduced(base, best) && reduction.error_reduction > 0.0),
+                || (comparison.is_some_and(|c| c.reduced) && reduction.error_reduction > 0.0),
             reduced: test.problem().is_empty() || reduction.ci95[0] > 0.0,
             inadequate: inadequate(prepared, open, names),
             bands,

@@ -5,6 +5,7 @@ use super::levenberg_marquardt::Fit;
 use super::problem::Problem;
 use crate::error::DiagnoseError;
 use crate::search::Candidates;
+use pam_core::parallel;
 use pam_numerics::dot;
 use pam_numerics::statistics::t_quantile_95;
 use pam_vocabulary::ParameterInfo;
@@ -71,6 +72,57 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         Ok(Influences { values, experiments: equations.experiments.clone() })
     }
 
+    /// By how much each fitted parameter moves, in the coordinate in which it is fitted, when each of some series is added to the
+    /// residuals: `H⁻¹ Jᵀ W s`. `series` gives those of an experiment as whitened rows of all channels.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the fitted hypothesis cannot be simulated.
+    pub(crate) fn moved_by(
+        &self,
+        fit: &Fit,
+        count: usize,
+        series: impl Fn(usize) -> Vec<Vec<Vec<f64>>> + Sync,
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        let equations = self.normal_equations(&fit.hypothesis, &fit.errors)?;
+        let weights = self.weights(&fit.errors);
+        let parameters = fit.hypothesis.parameters(self.system).len();
+        let common = parameters + self.system.shared().len();
+        let factor = equations.factor();
+        let rows: Vec<Vec<f64>> = (0..parameters)
+            .map(|k| {
+                let mut unit = vec![0.0; equations.unknowns()];
+                unit[k] = 1.0;
+                let row = factor.as_ref().and_then(|f| f.solve(&unit));
+                row.unwrap_or_else(|| vec![0.0; equations.unknowns()])
+            })
+            .collect();
+        let each: Result<Vec<Vec<Vec<f64>>>, DiagnoseError> = parallel::map(self.len(), |i| {
+            let s = self.whitened_sensitivities(&fit.hypothesis, i)?;
+            let local = common + self.system.local().len() * i;
+            let place = |k: usize| if k < common { k } else { local + (k - common) };
+            let mut moved = vec![vec![0.0; count]; parameters];
+            for (j, rows_of_series) in series(i).iter().enumerate() {
+                for (k, column) in s.columns.iter().enumerate() {
+                    let channels = column.iter().zip(rows_of_series).zip(&weights);
+                    let product: f64 = channels.map(|((c, r), w)| w * dot_of(c, r)).sum();
+                    for (moved, row) in moved.iter_mut().zip(&rows) {
+                        moved[j] += row[place(k)] * product;
+                    }
+                }
+            }
+            Ok(moved)
+        })
+        .into_iter()
+        .collect();
+        let mut sum = vec![vec![0.0; count]; parameters];
+        for own in each? {
+            for (sum, own) in sum.iter_mut().flatten().zip(own.iter().flatten()) {
+                *sum += own;
+            }
+        }
+        Ok(sum)
+    }
+
     /// The fitted parameters with 95 % intervals, member by member.
     ///
     /// The covariance is clustered by blocks of rows, `H⁻¹ (Σ_b g_b g_bᵀ) H⁻¹` with `g_b = J_bᵀ W r_b`, which holds
@@ -111,4 +163,9 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             })
             .collect())
     }
+}
+
+/// The inner product of two channels, of which an empty one is zero.
+fn dot_of(a: &[f64], b: &[f64]) -> f64 {
+    if a.is_empty() || b.is_empty() { 0.0 } else { dot(a, b) }
 }

@@ -302,6 +302,11 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         Ok(Self { unseen: Some(Arc::new(each?)), ..plain })
     }
 
+    /// The same experiments as ones whose nuisances are fitted.
+    pub(crate) fn as_fitted(&self) -> Self {
+        Self { unseen: None, ..self.clone() }
+    }
+
     /// Errors of all experiments together, whitened.
     ///
     /// # Errors

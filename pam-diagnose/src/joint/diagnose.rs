@@ -2,11 +2,12 @@
 
 use super::baseline::BaselineDiscrepancy;
 use super::design::{Separation, separate};
+use super::force_noise::{Driven, driven};
 use super::ladder::{EffectLadder, joint_ladder};
 use super::law::learn_remainder;
 use super::spans::roles;
 use super::system::JointSystem;
-use crate::data::OpenPart;
+use crate::data::{OpenPart, Roles};
 use crate::diagnosis::{self, Diagnosis, Prepared, Stage};
 use crate::error::DiagnoseError;
 use crate::settings::DiagnosisSettings;
@@ -77,6 +78,9 @@ pub struct DiagnosedJoint {
     /// By how many of its samples the force acts earlier than a held one, as fitted with the named causes:
     /// 0 held, ½ smooth.
     pub force_lead_samples: f64,
+    /// Root mean square of what was taken out of the measured force, N: noise at frequencies that the excitation does not have,
+    /// to which the joint did not answer. Absent where nothing was.
+    pub force_noise_n: Option<f64>,
     /// Contradictions between the recordings and the physics of the joint.
     pub plausibility: Vec<Finding>,
     /// Magnitudes of the fitted recordings.
@@ -121,9 +125,8 @@ pub fn diagnose(
     settings.check()?;
     progress(Stage::Preparing, 0.0);
     let plausibility = plausible(model, sets, options)?;
-    let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()), settings)?;
+    let (Driven { trials, noise_n }, roles) = prepare(model, sets, options)?;
     let all: Vec<&Trial> = trials.iter().collect();
-    let roles = roles(&all, sets, options)?;
     let open = roles.open();
     let effects = options.candidates.clone();
     let base = model.base();
@@ -131,7 +134,10 @@ pub fn diagnose(
     let (noise, mut prior) = system.first_noise(&open, options.noise);
     let mut baseline = None;
     let mut known = model.clone();
-    let baseline_trials = prepare(model, sets.baseline.unwrap_or_default(), settings)?;
+    let subjects: Vec<&Subject> = sets.baseline.unwrap_or_default().iter().collect();
+    let every = OpenPart::whole(subjects.len());
+    let baseline_trials = resampled(model, &subjects, settings)?;
+    let baseline_trials = driven(model, (baseline_trials, &subjects), &every, settings).trials;
     if sets.baseline.is_some() {
         let done = |s| progress(Stage::Baseline, s);
         let learned = BaselineDiscrepancy::learn(model, &baseline_trials, options, &done)?;
@@ -140,7 +146,6 @@ pub fn diagnose(
         system.learn(learned.effects.clone(), &learned.share_deviations);
         baseline = Some(learned);
     }
-    let every = OpenPart::whole(baseline_trials.len());
     let baseline_system = JointSystem::new(
         baseline_trials.iter().collect(),
         &every,
@@ -174,6 +179,7 @@ pub fn diagnose(
             extended: if causes.is_empty() { model.clone() } else { model.with(extended) },
             baseline,
             force_lead_samples: best.shared[JointSystem::LEAD],
+            force_noise_n: noise_n,
             plausibility,
             scales: system.scales.clone(),
             candidates: options.candidates.clone(),
@@ -209,14 +215,27 @@ pub(super) fn plausible(
     }
 }
 
-/// The recordings with their tables of the base model's force, which has to be of mechanics that can be simulated often.
-pub(super) fn prepare<'s>(
+/// The recordings under diagnosis and of the test set ready for simulation, without the noise of their force, and their roles.
+pub(super) fn prepare(
     model: &ExtendedModel,
-    subjects: impl IntoIterator<Item = &'s Subject>,
+    sets: &RecordingSets<'_>,
+    options: &DiagnoseOptions,
+) -> Result<(Driven, Roles), DiagnoseError> {
+    let subjects: Vec<&Subject> = sets.data.iter().chain(sets.test.unwrap_or_default()).collect();
+    let trials = resampled(model, &subjects, &options.settings)?;
+    let roles = roles(&trials.iter().collect::<Vec<_>>(), sets, options)?;
+    let open = roles.open();
+    Ok((driven(model, (trials, &subjects), &open, &options.settings), roles))
+}
+
+/// The recordings with their tables of the base model's force, which has to be of mechanics that can be simulated often.
+fn resampled(
+    model: &ExtendedModel,
+    subjects: &[&Subject],
     settings: &DiagnosisSettings,
 ) -> Result<Vec<Trial>, DiagnoseError> {
     let (base, most) = (model.base(), settings.data.most_substeps);
-    let trial = |s: &Subject| {
+    let trial = |s: &&Subject| {
         ResampledRecord::check(s)?;
         let trial = Trial::new(&model.joint, s);
         let substeps = needed_substeps(&trial, &base);
@@ -226,7 +245,7 @@ pub(super) fn prepare<'s>(
         }
         Ok(trial)
     };
-    subjects.into_iter().map(trial).collect()
+    subjects.iter().map(trial).collect()
 }
 
 impl JointDiagnosis {

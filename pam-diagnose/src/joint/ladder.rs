@@ -1,7 +1,7 @@
 //! Ladders of effects of the joint.
 
 use super::diagnose::{DiagnoseOptions, RecordingSets, plausible, prepare};
-use super::spans::roles;
+use super::force_noise::Driven;
 use super::system::JointSystem;
 use crate::diagnosis::Prepared;
 use crate::error::DiagnoseError;
@@ -58,9 +58,8 @@ pub fn joint_ladder(
     let settings = &options.settings;
     settings.check()?;
     plausible(model, sets, options)?;
-    let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()), settings)?;
+    let (Driven { trials, .. }, roles) = prepare(model, sets, options)?;
     let all: Vec<&Trial> = trials.iter().collect();
-    let roles = roles(&all, sets, options)?;
     let open = roles.open();
     let effects = ladder.effects.clone();
     let system = JointSystem::new(all, &open, model.base(), &model.effects, effects, settings);

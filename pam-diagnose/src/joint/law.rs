@@ -1,7 +1,7 @@
 //! What a diagnosis of the joint leaves, learned.
 
 use super::diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, prepare};
-use super::spans::roles;
+use super::force_noise::Driven;
 use super::system::JointSystem;
 use super::terms::JointTerms;
 use crate::error::DiagnoseError;
@@ -34,9 +34,8 @@ pub fn learn_remainder(
 ) -> Result<JointDiagnosis, DiagnoseError> {
     let settings = &options.settings;
     settings.check()?;
-    let trials = prepare(model, sets.data.iter().chain(sets.test.unwrap_or_default()), settings)?;
+    let (Driven { trials, .. }, roles) = prepare(model, sets, options)?;
     let all: Vec<&Trial> = trials.iter().collect();
-    let roles = roles(&all, sets, options)?;
     let open = roles.open();
     let causes = || found.causes.iter().chain(&found.minor);
     let listed: Vec<&'static dyn AnyEffect> =

@@ -10,6 +10,7 @@ mod design;
 mod diagnose;
 mod factors;
 mod features;
+mod force_noise;
 mod ladder;
 mod law;
 mod refit;

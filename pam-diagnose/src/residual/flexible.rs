@@ -13,7 +13,7 @@ pub struct FeatureRows {
     /// Each fitted channel over all experiments, one after another.
     pub residuals: Vec<Vec<f64>>,
     /// Each feature ([`Candidates::features`]) likewise.
-    features: Vec<Vec<f64>>,
+    pub(crate) features: Vec<Vec<f64>>,
     /// The rows of each experiment.
     pub experiments: Vec<Range<usize>>,
 }

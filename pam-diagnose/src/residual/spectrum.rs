@@ -104,8 +104,11 @@ impl Spectrum {
     /// of: a joint that is not linear answers at those as well.
     #[must_use]
     pub fn foreign_line(&self, settings: &ResidualSettings) -> Option<Line> {
+        let bin_hz = self.frequency_hz.first().copied().unwrap_or(0.0);
         self.lines(settings.foreign_lines).into_iter().find(|l| {
-            l.share > settings.foreign_line_share
+            // Slower ones cannot be told from a drift, nor from slow noise of the force.
+            l.frequency_hz > SLOWEST_LINE_BINS * bin_hz
+                && l.share > settings.foreign_line_share
                 && l.share_of_force < settings.foreign_line_excitation * l.share
                 && !self.is_harmonic(l.frequency_hz, settings)
         })
@@ -132,5 +135,7 @@ impl Spectrum {
     }
 }
 
+/// Half the width of a line under Hann's window, in bins: a slower one reaches to zero.
+const SLOWEST_LINE_BINS: f64 = 2.0 + 1e-9;
 /// Bins by which the centre of the power of one line under Hann's window may be off.
 const CENTRE_BINS: f64 = 0.1;

@@ -10,7 +10,7 @@ pub use error_reduction::{ChannelReduction, ErrorReduction, GroupReduction, Over
 pub use trace::Trace;
 
 use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, Problem};
+use crate::fit::{Fit, Hypothesis, Problem};
 use crate::onset::{LateFault, late_fault, with_own_times};
 use crate::search::Candidates;
 use crate::verdict::anomalies::anomalies;
@@ -20,6 +20,18 @@ use pam_numerics::statistics::{mean, mean_half_width_95};
 
 /// Drop of the prior cost of nuisances that is clear by itself: χ² of one degree of freedom exceeds it once in 600 cases.
 const CLEAR_PRIOR_COST: f64 = 10.0;
+
+/// Two hypotheses on the test rows.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Comparison {
+    /// Normalised χ² of both, with the prior cost of their nuisances.
+    pub(crate) chi_squares: [f64; 2],
+    /// Whether the whitened squared error of the second is proven to be smaller: Student's one-sided test at 97.5 % of the
+    /// differences over blocks of time, or of the differences relative to the sums, which a few blocks with all of the error
+    /// (a delay where levels step) do not scatter; or it is no larger, and the nuisances of the first must be far from their
+    /// measured values for that.
+    pub(crate) reduced: bool,
+}
 
 /// The test rows.
 #[derive(Debug)]
@@ -52,22 +64,29 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         errors.map_or(f64::INFINITY, |e| e.chi_square())
     }
 
-    /// Whether the whitened squared error is proven to be smaller by `after` than by `before`: Student's one-sided test at
-    /// 97.5 % of the differences over blocks of time, or of the differences relative to the sums, which a few blocks with
-    /// all of the error (a delay where levels step) do not scatter.
-    pub(crate) fn is_reduced(&self, before: &Hypothesis, after: &Hypothesis) -> bool {
-        let problem = &self.problem;
-        let (before, after) = (self.here(before), self.here(after));
+    /// Two hypotheses side by side, with the nuisances of both fitted to the test rows alone; `None` if one of them cannot be
+    /// simulated.
+    ///
+    /// A hypothesis that predicts as well as another, but with starts, masses or numbers of the model that are further from their
+    /// measured values, is not as likely: what these cost is a part of its error.
+    pub(crate) fn compared(&self, before: &Hypothesis, after: &Hypothesis) -> Option<Comparison> {
+        let problem = self.problem.as_fitted();
+        // Next to quadratic in the nuisances.
+        let search = &problem.settings.search;
+        let fitted = |h: &Hypothesis| {
+            let here = self.here(h);
+            let held = Hypothesis { fixed: here.members.len(), ..here };
+            problem.fit_to(held, search.first_iterations, search.converged_drop).ok()
+        };
+        let (before, after) = (fitted(before)?, fitted(after)?);
+        let prior = |fit: &Fit| problem.prior_cost(&fit.hypothesis);
+        // Nuisances that are as measured speak for a cause.
+        let taken = prior(&before) - prior(&after);
         let (mut gains, mut relative) = (Vec::new(), Vec::new());
-        // What the nuisances of the recordings have to take: starts and masses that are as measured speak for a cause.
-        let mut taken = 0.0;
         for i in 0..problem.len() {
-            let squares = |h| problem.squares_by_block(h, i);
-            let (Ok(old), Ok(new)) = (squares(&before), squares(&after)) else { return false };
-            let prior = |h| problem.unseen_prior_cost(h, i).unwrap_or(0.0);
-            taken += prior(&before) - prior(&after);
+            let squares = |fit: &Fit| problem.squares_by_block(&fit.hypothesis, i).ok();
             let block = problem.rows_per_short_block(i) as f64;
-            for (old, new) in old.into_iter().zip(new) {
+            for (old, new) in squares(&before)?.into_iter().zip(squares(&after)?) {
                 gains.push((old - new) / block);
                 relative.push((old - new) / (old + new).max(f64::MIN_POSITIVE));
             }
@@ -75,7 +94,21 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         let (gain, of_relative) = (mean(&gains), mean(&relative));
         let half = mean_half_width_95(&gains);
         let clear = half.is_some_and(|h| gain > h || (taken > CLEAR_PRIOR_COST && gain > -h));
-        clear || (gain > 0.0 && mean_half_width_95(&relative).is_some_and(|h| of_relative > h))
+        let by_blocks =
+            gain > 0.0 && mean_half_width_95(&relative).is_some_and(|h| of_relative > h);
+        let chi_square = |fit: &Fit| {
+            let rows = (fit.errors.rows * fit.errors.sums.len()).max(1) as f64;
+            fit.errors.chi_square() + prior(fit) / rows
+        };
+        Some(Comparison {
+            chi_squares: [chi_square(&before), chi_square(&after)],
+            reduced: clear || by_blocks,
+        })
+    }
+
+    /// Whether the whitened squared error is proven to be smaller by `after` than by `before` ([`Comparison::reduced`]).
+    pub(crate) fn is_reduced(&self, before: &Hypothesis, after: &Hypothesis) -> bool {
+        self.compared(before, after).is_some_and(|c| c.reduced)
     }
 
     /// Each channel beside its noise under a hypothesis that was fitted to `open` rows; empty if the simulation fails.

@@ -24,7 +24,11 @@ pub struct Cause {
     /// By how much the mean square of the channel that needs the cause most rises without it, the others being fitted anew,
     /// in units of the variance of the channel's noise.
     pub rise_without: f64,
-    /// Whether it is certain but small: it removes next to nothing of the error, and no more than a part of the noise.
+    /// How far starts, masses and what else is uncertain must be from their measured values without it: their prior cost over
+    /// its 99.9 % quantile, so that above 1 they are further than they can be.
+    pub strain_without: f64,
+    /// Whether it is certain but small: it removes next to nothing of the error, no more than a part of the noise, and what is
+    /// uncertain can be as measured without it.
     #[serde(skip)]
     pub minor: bool,
     /// Posterior probability that it is at work, over the sets that were fitted.

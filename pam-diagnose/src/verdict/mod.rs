@@ -4,8 +4,10 @@
 //! of the test data; `outcome` has the rule of the [`Verdict`].
 
 pub(crate) mod anomalies;
+mod apparent;
 pub(crate) mod bands;
 mod cause;
+mod discrepancy;
 mod naming;
 mod outcome;
 mod stationary;

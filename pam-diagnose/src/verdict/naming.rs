@@ -1,6 +1,8 @@
 //! From a chosen set to names that stand.
 
+use super::apparent::apparent;
 use super::cause::{Cause, Refused};
+use super::discrepancy::discrepancy_half_widths;
 use super::outcome::share;
 use crate::error::DiagnoseError;
 use crate::fit::{Fit, Hypothesis, Interval, Member, Problem};
@@ -8,9 +10,6 @@ use crate::onset::{Pattern, TimedSet, Times, moved_in_time, time_interval};
 use crate::rejection::{ParameterStability, StabilityTest, may_be_absent, vague};
 use crate::search::refit::{multi_start, other_shapes};
 use crate::search::{Candidates, Findings, Rows, Scored};
-use pam_core::parallel;
-use pam_numerics::statistics::t_quantile_95;
-use pam_vocabulary::ParameterInfo;
 
 /// Everything from which names follow.
 pub(crate) struct Naming<'n, 'a, C: ?Sized> {
@@ -44,6 +43,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let chosen = self.found.best.hypothesis();
         let mut set = self.timed.map_or(chosen, |t| &t.set).clone();
         let mut refused = Vec::new();
+        let mut alone = self.alone(&set);
         loop {
             let fit = self.rows.learn_beside(&set).ok_or_else(diverges)?;
             let problem = &self.rows.whole;
@@ -75,6 +75,13 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 let Cause { effect, inclusion, .. } = causes.swap_remove(place);
                 refused.push(Refused { effect, inclusion, reason });
                 set = best.hypothesis.without(place);
+                if let ([last], Some(better)) = (best.hypothesis.members.as_slice(), alone.take())
+                    && !better.contains(last.candidate)
+                {
+                    let id = problem.system.candidate(better.members[0].candidate).id;
+                    refused.retain(|r: &Refused| r.effect != id);
+                    set = better;
+                }
                 continue;
             }
             let names = Hypothesis { members: best.hypothesis.members.clone(), ..set };
@@ -86,6 +93,16 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             });
             return Ok(Names { base, best, causes, refused });
         }
+    }
+
+    /// The best member of a set of several alone, as the search has fitted it: where members imitate each other, each may seem absent
+    /// beside the others, and the last one that is left need not be the right one.
+    fn alone(&self, set: &Hypothesis) -> Option<Hypothesis> {
+        if self.timed.is_some() || set.members.len() < 2 {
+            return None;
+        }
+        let mut singles = self.found.singles.iter().map(Scored::hypothesis);
+        singles.find(|h| h.members.iter().all(|m| set.contains(m.candidate))).cloned()
     }
 
     /// Normalised χ² with the prior cost of the nuisances, which may have taken a part of the error.
@@ -105,7 +122,9 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let all_minor = removed < settings.minor_of_residual && !relieved;
         for cause in causes {
             let little = all_minor || cause.share_of_error_removed < settings.minor_share;
-            cause.minor = little && cause.rise_without < settings.minor_rise;
+            // Without a bias of a pressure the sealed masses take its trace: the error stays, but they cannot be so.
+            let needed = cause.strain_without > 1.0 && strain(best) < 1.0;
+            cause.minor = little && cause.rise_without < settings.minor_rise && !needed;
         }
     }
 
@@ -114,6 +133,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let problem = &self.rows.whole;
         let mut intervals = problem.intervals(best)?.into_iter();
         let influences = problem.influences(best)?;
+        let of_model = discrepancy_half_widths(problem, best);
         let (named, from) = (self.chi_square(best), self.chi_square(base));
         // Only the share of the error is read of these fits.
         let iterations = problem.settings.search.tried_iterations;
@@ -132,7 +152,8 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 let fitted = first..first + own_len;
                 first += len;
                 let stability = ParameterStability::of(problem, &best.hypothesis, place, own);
-                let mut parameters = self.widened(best, place, own, stability.as_ref());
+                let model = &of_model[fitted.clone()];
+                let mut parameters = self.widened(best, place, (own, model), stability.as_ref());
                 let acts = Times::of(problem.system, &self.experiments(), member, times);
                 if member.schedule.as_ref().is_some_and(|s| s.pattern != Pattern::Each) {
                     let names = member.schedule.iter().flat_map(|s| &s.times).map(|p| p.name);
@@ -155,7 +176,8 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                         named,
                         without - (from - named.min(1.0)),
                     ),
-                    rise_without: less.map_or(0.0, |f| largest_rise(best, &f)),
+                    rise_without: less.as_ref().map_or(0.0, |f| largest_rise(best, f)),
+                    strain_without: less.map_or(0.0, |f| problem.prior_strain(&f.hypothesis)),
                     minor: false,
                     inclusion: inclusion[member.candidate],
                     confusable_with: alternatives.iter().map(|a| id(a.candidate)).collect(),
@@ -292,27 +314,31 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         may_be_absent(infos.iter().zip(cause.parameters.iter().map(|p| p.1)))
     }
 
-    /// The intervals of a cause's parameters with what the scatter of the residuals does not show: errors of the model
-    /// that change from part to part, the apparent value on baseline recordings, and other shapes of the same cause
-    /// that fit as well. No end leaves the range of its parameter.
+    /// The intervals of a cause's parameters with what the scatter of the residuals does not show: `model`, what errors of the
+    /// model that repeat with the motion may add, those that change from part to part, the apparent value on baseline
+    /// recordings, and other shapes of the same cause that fit as well. No end leaves the range of its parameter.
     fn widened(
         &self,
         best: &Fit,
         place: usize,
-        own: &[Interval],
+        (own, model): (&[Interval], &[f64]),
         stability: Option<&ParameterStability>,
     ) -> Vec<(&'static str, Interval)> {
         let problem = &self.rows.whole;
         let member = &best.hypothesis.members[place];
         let infos = problem.system.candidate(member.candidate).parameters;
-        let apparent = self.apparent(member.candidate, member.own());
+        let diagnosed = problem.len();
+        let apparent = self.baseline.map_or_else(
+            || vec![0.0; infos.len()],
+            |baseline| apparent(baseline, member.candidate, member.own(), diagnosed),
+        );
         let mut intervals: Vec<Interval> = own
             .iter()
             .zip(infos)
             .enumerate()
             .map(|(k, (interval, info))| {
                 let parts = stability.and_then(|c| c.half_widths.get(k)).copied().unwrap_or(0.0);
-                interval.widened(parts.hypot(apparent[k]), *info)
+                interval.widened(parts.hypot(apparent[k]).hypot(model[k]), *info)
             })
             .collect();
         for shape in other_shapes(problem, best, place) {
@@ -324,37 +350,6 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             interval.ci95 = interval.ci95.map(|end| end.clamp(info.range[0], info.range[1]));
         }
         infos.iter().map(|p| p.name).zip(intervals).collect()
-    }
-
-    /// Half the 95 % interval of each value that a candidate would seem to have where it is absent: errors of the model
-    /// look like it, in each baseline recording by another value. For the mean of so many recordings as are diagnosed
-    /// beside so many baseline recordings; zeros without baseline recordings, and for what is no magnitude.
-    fn apparent(&self, candidate: usize, values: &[f64]) -> Vec<f64> {
-        let infos = self.rows.whole.system.candidate(candidate).parameters;
-        let Some(problem) = self.baseline else { return vec![0.0; infos.len()] };
-        let iterations = problem.settings.intervals.baseline_iterations;
-        let each: Vec<Vec<Interval>> = parallel::map(problem.len(), |i| {
-            let alone = problem.part(i, problem.windows[i].clone());
-            let fit = alone.fit(alone.base().with(candidate, values), iterations).ok()?;
-            alone.intervals(&fit).ok()
-        })
-        .into_iter()
-        .flatten()
-        .collect();
-        let data = self.rows.whole.len() as f64;
-        let of = |(k, info): (usize, &ParameterInfo)| {
-            let (Some(off), false) = (info.off, info.logarithmic) else { return 0.0 };
-            // A recording whose interval is wider than the value itself says nothing about it.
-            let tells = |i: &&Interval| i.ci95[1] - i.ci95[0] < 2.0 * (values[k] - off).abs();
-            let seen: Vec<f64> =
-                each.iter().map(|i| &i[k]).filter(tells).map(|i| i.value - off).collect();
-            if seen.is_empty() {
-                return 0.0;
-            }
-            let (count, square) = (seen.len() as f64, seen.iter().map(|v| v * v).sum::<f64>());
-            t_quantile_95(count) * (square / count * (1.0 / data + 1.0 / count)).sqrt()
-        };
-        infos.iter().enumerate().map(of).collect()
     }
 }
 

@@ -7,7 +7,7 @@ use crate::effects::Rest;
 use pam_core::SealedMasses;
 use pam_data::Subject;
 use pam_data::preprocess::LowPass;
-use pam_data::{Channel, MassOrigin};
+use pam_data::{Channel, MassOrigin, Recording};
 
 /// Where a trial came from.
 #[derive(Debug, Clone)]
@@ -138,7 +138,6 @@ impl ResampledRecord {
             let on_grid = if averaged { resampled } else { interpolated };
             on_grid(&r.time_s, r.channel(c), t0, step_s, points)
         });
-        let half_s = 0.5 * step_s / steps_per_point as f64;
         let sealed = r.reading_at_rest();
         let [x0, v0, pf0, pe0] = r.initial_state();
         let rest = Rest {
@@ -159,7 +158,7 @@ impl ResampledRecord {
             steps_per_point,
             since_start_s: 0.0,
             sample_s,
-            force: FineForce::new(r, half_s, 2 * points * steps_per_point),
+            force: fine_force(r, step_s, steps_per_point, points),
             low_pass: r
                 .low_passed
                 .cutoff_hz
@@ -171,6 +170,13 @@ impl ResampledRecord {
             start_mm_s: v0,
             masses: subject.masses,
         }
+    }
+
+    /// The same motion, driven by the force of another recording of the same times.
+    #[must_use]
+    pub fn driven_by(&self, recording: &Recording) -> Self {
+        let force = fine_force(recording, self.step_s, self.steps_per_point, self.points());
+        Self { force, ..self.clone() }
     }
 
     /// Number of grid points.
@@ -214,4 +220,10 @@ impl ResampledRecord {
     pub fn filters(&self) -> [Option<LowPass>; 4] {
         self.low_pass.map(|filter| filter.filter(|_| self.points() >= LowPass::shortest()))
     }
+}
+
+/// The force of a recording at half steps of the simulation.
+fn fine_force(r: &Recording, step_s: f64, steps_per_point: usize, points: usize) -> FineForce {
+    let half_s = 0.5 * step_s / steps_per_point as f64;
+    FineForce::new(r, half_s, 2 * points * steps_per_point)
 }

@@ -1,5 +1,6 @@
 //! Factorisations, hashes and statistics against published values.
 
 mod cholesky;
+mod fourier;
 mod hash;
 mod statistics;

@@ -1,0 +1,71 @@
+//! Values that a cause would seem to have where it is absent.
+
+use crate::fit::{Interval, Problem};
+use crate::search::Candidates;
+use pam_core::parallel;
+use pam_numerics::statistics::t_quantile_95;
+use pam_vocabulary::ParameterInfo;
+
+/// Half a 95 % interval in standard deviations.
+const HALF_WIDTH: f64 = 1.96;
+/// Iterations of the weights of a variance between recordings.
+const ITERATIONS: usize = 20;
+
+/// Half the 95 % interval of each value that a candidate would seem to have where it is absent: errors of the model look like it,
+/// in each baseline recording by another value. For the mean of so many recordings as are diagnosed beside so many baseline
+/// recordings; zero for what is no magnitude.
+pub(super) fn apparent<C: Candidates + ?Sized>(
+    baseline: &Problem<'_, C>,
+    candidate: usize,
+    values: &[f64],
+    diagnosed: usize,
+) -> Vec<f64> {
+    let infos = baseline.system.candidate(candidate).parameters;
+    let iterations = baseline.settings.intervals.baseline_iterations;
+    let each: Vec<Vec<Interval>> = parallel::map(baseline.len(), |i| {
+        let alone = baseline.part(i, baseline.windows[i].clone());
+        let fit = alone.fit(alone.base().with(candidate, values), iterations).ok()?;
+        alone.intervals(&fit).ok()
+    })
+    .into_iter()
+    .flatten()
+    .collect();
+    let of = |(k, info): (usize, &ParameterInfo)| {
+        let (Some(off), false) = (info.off, info.logarithmic) else { return 0.0 };
+        let error = |i: &Interval| 0.5 * (i.ci95[1] - i.ci95[0]) / HALF_WIDTH;
+        let seen: Vec<[f64; 2]> = each.iter().map(|i| [i[k].value - off, error(&i[k])]).collect();
+        between_recordings(&seen).map_or(0.0, |(deviation, count)| {
+            t_quantile_95(count) * deviation * (1.0 / diagnosed as f64 + 1.0 / count).sqrt()
+        })
+    };
+    infos.iter().enumerate().map(of).collect()
+}
+
+/// The standard deviation about zero of a value that differs between recordings, from one estimate `v_i` with its standard error
+/// `s_i` of each, and the number of recordings that tell it; `None` where nothing shows beside the errors.
+///
+/// `v_i` has the variance `τ² + s_i²`, so `τ² = Σ w_i (v_i² − s_i²) / Σ w_i`, with the weights `w_i = (τ² + s_i²)⁻²` of the best such
+/// mean (the method of moments of random effects; DerSimonian and Laird 1986). A recording that shows little of the value counts
+/// like one that shows much of it.
+fn between_recordings(seen: &[[f64; 2]]) -> Option<(f64, f64)> {
+    let known: Vec<[f64; 2]> =
+        seen.iter().copied().filter(|[v, s]| v.is_finite() && s.is_finite() && *s > 0.0).collect();
+    let scale = known.iter().map(|[_, s]| s * s).fold(f64::INFINITY, f64::min);
+    let mut variance = known.iter().map(|[v, _]| v * v).sum::<f64>() / known.len().max(1) as f64;
+    for _ in 0..ITERATIONS {
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for [v, s] in &known {
+            let weight = (scale / (variance + s * s)).powi(2);
+            sum += weight * (v * v - s * s);
+            weights += weight;
+        }
+        variance = (sum / weights).max(0.0);
+    }
+    // Not a number without any recording.
+    if variance.is_nan() || variance <= 0.0 {
+        return None;
+    }
+    let shares: Vec<f64> = known.iter().map(|[_, s]| variance / (variance + s * s)).collect();
+    let (sum, squares) = (shares.iter().sum::<f64>(), shares.iter().map(|w| w * w).sum::<f64>());
+    Some((variance.sqrt(), (sum * sum / squares).max(1.0)))
+}

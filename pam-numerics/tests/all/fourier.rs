@@ -1,0 +1,47 @@
+//! Fourier transforms against their definition, and filters against sums of sines.
+
+use pam_numerics::fourier::{filtered, mean_power, transform};
+use std::f64::consts::TAU;
+
+#[test]
+fn transform_is_the_sum_of_its_definition() {
+    for n in [1, 2, 8, 32] {
+        let values: Vec<[f64; 2]> =
+            (0..n).map(|k| [(k as f64 * 0.7).sin(), (k as f64 * 1.3).cos()]).collect();
+        let mut fast = values.clone();
+        transform(&mut fast);
+        for (j, fast) in fast.iter().enumerate() {
+            let mut sum = [0.0; 2];
+            for (k, [re, im]) in values.iter().enumerate() {
+                let (s, c) = (-TAU * (j * k) as f64 / n as f64).sin_cos();
+                sum = [sum[0] + re * c - im * s, sum[1] + re * s + im * c];
+            }
+            assert!((fast[0] - sum[0]).abs() + (fast[1] - sum[1]).abs() < 1e-12 * n as f64);
+        }
+    }
+}
+
+#[test]
+fn filter_separates_sines_up_to_the_ends_and_shifts_neither() {
+    let sine = |cycles: f64, k: usize| (TAU * cycles * k as f64 + 0.4).sin();
+    let both: Vec<f64> = (0..3000).map(|k| 5.0 + sine(0.01, k) + 0.1 * sine(0.08, k)).collect();
+    let fast = filtered(&both, 500, |f| if f > 0.03 { 1.0 } else { 0.0 });
+    for (k, v) in fast.iter().enumerate() {
+        // A mirror image about the end has a corner there.
+        let most = if (200..2800).contains(&k) { 2e-3 } else { 0.1 };
+        assert!((v - 0.1 * sine(0.08, k)).abs() < most, "{k}: {v}");
+    }
+    let same = filtered(&both, 500, |_| 1.0);
+    assert!(same.iter().zip(&both).all(|(a, b)| (a - b).abs() < 1e-12));
+    assert!(filtered(&[], 5, |_| 1.0).is_empty());
+}
+
+#[test]
+fn power_has_its_peak_at_the_sine() {
+    let series: Vec<f64> = (0..4096).map(|k| 3.0 + (TAU * 0.125 * k as f64).sin()).collect();
+    let power = mean_power(&series, 256);
+    let peak = (0..power.len()).max_by(|&a, &b| power[a].total_cmp(&power[b])).unwrap();
+    assert_eq!((power.len(), peak), (129, 32));
+    assert!(power[0] < 1e-9 * power[32] && power[64] < 1e-9 * power[32]);
+    assert!(mean_power(&series[..100], 256).is_empty());
+}
