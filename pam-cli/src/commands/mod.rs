@@ -9,6 +9,7 @@ pub mod completions;
 pub mod control;
 pub mod convert;
 pub mod demo;
+pub mod detect;
 pub mod diagnose;
 pub mod doctor;
 pub mod evaluate;
@@ -84,6 +85,8 @@ commands! {
     Train(train::TrainArguments),
     /// Find what a model gets wrong on recordings, name the cause, and measure the error reduction
     Diagnose(diagnose::DiagnoseArguments),
+    /// Foretell which effects a diagnosis would find under a protocol, from which magnitude on, and which it would confuse
+    Detect(detect::DetectArguments),
     /// Map stiffness and damping of a model, and the reachable stiffness
     Stiffness(control::stiffness::StiffnessArguments),
     /// Plan the pressures for a motion and a stiffness

@@ -1,0 +1,5 @@
+//! How far to trust a diagnosis on one rig.
+
+mod certificate;
+
+pub use certificate::{Certificate, Trust};

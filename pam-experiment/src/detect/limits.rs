@@ -1,0 +1,296 @@
+//! Limits and confusions from signatures.
+
+use super::power::needed_noncentrality;
+use super::ray::{Ray, rays};
+use super::result::{Detection, Limit, Limits, Pair};
+use super::{DetectOptions, GivenValues};
+use crate::error::ExperimentError;
+use pam_core::parallel;
+use pam_data::Subject;
+use pam_diagnose::joint::{PreparedTrials, Signature, SignatureSpan, Signatures};
+use pam_diagnose::noise::Noise;
+use pam_effects::ExtendedModel;
+use pam_effects::effects::AnyEffect;
+use pam_numerics::statistics::chi_square_quantile;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// Relative accuracy of the noncentrality at a limit.
+const ACCURACY: f64 = 0.02;
+/// Simulations until a limit is given up.
+const TRIES: usize = 40;
+/// Largest factor from one tried magnitude to the next.
+const FACTOR: f64 = 8.0;
+
+/// What a test asks of a signature: the noncentrality that it needs over the one that it has falls below one.
+struct Demand<'s, 'a> {
+    signatures: &'s Signatures<'a>,
+    parameters: usize,
+    power: f64,
+    level: f64,
+}
+
+/// Which limit.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Familywise,
+    Listed,
+    Named,
+}
+
+impl Demand<'_, '_> {
+    fn normal(&self) -> f64 {
+        Normal::standard().inverse_cdf(self.power)
+    }
+
+    /// Quantile of the largest of all candidates by chance.
+    fn by_chance(&self, level: f64, freedom: usize) -> f64 {
+        let candidates = self.signatures.acceptance().candidates.max(1) as f64;
+        chi_square_quantile(1.0 - level / candidates, freedom as f64)
+    }
+
+    /// The noncentrality at which a drop exceeds so much; `drop ≈ λ + 2√λ z`.
+    fn exceeding(&self, drop: f64) -> f64 {
+        let z = self.normal();
+        (z + (z * z + drop).sqrt()).powi(2)
+    }
+
+    /// The needed noncentrality of a signature; infinite where no magnitude is enough.
+    fn needed(&self, kind: Kind, s: &Signature) -> f64 {
+        let a = self.signatures.acceptance();
+        let p = self.parameters;
+        let level = if kind == Kind::Familywise { self.level } else { 1.0 - a.null_quantile };
+        let chance = needed_noncentrality(self.by_chance(self.level, p), p as f64, self.power);
+        if kind == Kind::Familywise {
+            return chance;
+        }
+        let odds = a.rows_per_observation * (a.price(p) + 2.0 * a.log_odds);
+        let listed = needed_noncentrality(odds, p as f64, self.power);
+        // The signs of the blocks are drawn: (Σ d)² must exceed a multiple of Σ d².
+        let (blocks, size) = (self.signatures.block_squares(s), s.square());
+        let even: f64 = blocks.iter().map(|b| (b / size).powi(2)).sum();
+        let multiple = self.by_chance(level, 1);
+        let room = 1.0 - multiple * even;
+        let over_blocks = if room > 0.0 { multiple / room } else { f64::INFINITY };
+        let listed = listed.max(over_blocks).max(chance);
+        if kind == Kind::Listed {
+            return listed;
+        }
+        let rows = a.rows as f64;
+        let all = rows * a.channels as f64;
+        let of_residual = self.exceeding(a.minor_of_residual / (1.0 - a.minor_of_residual) * all);
+        let channels = self.signatures.channel_squares(s);
+        let rise = self.exceeding(a.minor_rise * rows);
+        let largest = channels.into_iter().fold(0.0, f64::max) / size;
+        listed.max(of_residual.min(rise / largest.max(f64::MIN_POSITIVE)))
+    }
+
+    /// The magnitude at which the noncentrality is the needed one.
+    fn limit(&self, ray: &Ray, kind: Kind) -> Option<Limit> {
+        let (mut low, mut high): (f64, f64) = (0.0, f64::INFINITY);
+        let mut m = ray.first_magnitude();
+        let mut last = None;
+        for _ in 0..TRIES {
+            let s = self.signatures.of(ray.candidate, &ray.values(m));
+            let Some(s) = s.filter(|s| s.square() > 0.0) else {
+                // Too small to do anything, or so large that the simulation diverges.
+                if last.is_none() && self.signatures.of(ray.candidate, &ray.values(m)).is_some() {
+                    low = m;
+                } else {
+                    high = m;
+                }
+                m = between(low, high, m);
+                continue;
+            };
+            let noncentrality = s.square();
+            let excess = noncentrality / self.needed(kind, &s);
+            last = Some(());
+            if (excess - 1.0).abs() < ACCURACY || high / low < 1.0 + 0.2 * ACCURACY {
+                let found = Limit { value: ray.value(m), magnitude: m, noncentrality };
+                return ray.admits(m).then_some(found);
+            }
+            if excess < 1.0 { low = m } else { high = m }
+            if low > 0.0 && !ray.admits(low) {
+                return None;
+            }
+            let next = m * excess.max(1e-12).sqrt().recip().clamp(1.0 / FACTOR, FACTOR);
+            m = if next > low && next < high { next } else { between(low, high, m) };
+        }
+        None
+    }
+}
+
+fn between(low: f64, high: f64, m: f64) -> f64 {
+    match (low > 0.0, high.is_finite()) {
+        (true, true) => (low * high).sqrt(),
+        (false, true) => high / FACTOR,
+        (true, false) => low * FACTOR,
+        (false, false) => m * FACTOR,
+    }
+}
+
+/// The effects that are asked about, with their places among the candidates.
+fn asked(
+    options: &DetectOptions,
+) -> Result<Vec<(usize, &'static dyn AnyEffect, GivenValues)>, ExperimentError> {
+    let candidates = &options.diagnosis.candidates;
+    let place = |g: &GivenValues| {
+        let at = candidates.iter().position(|e| e.info().id == g.effect);
+        let at = at.ok_or_else(|| {
+            ExperimentError::setting("effects", format!("`{}` is no candidate", g.effect))
+        })?;
+        Ok((at, candidates[at], g.clone()))
+    };
+    if options.effects.is_empty() {
+        let all = candidates.iter().enumerate();
+        let given = |e: &&'static dyn AnyEffect| GivenValues {
+            effect: e.info().id.to_owned(),
+            values: Vec::new(),
+        };
+        return Ok(all.map(|(k, e)| (k, *e, given(e))).collect());
+    }
+    options.effects.iter().map(place).collect()
+}
+
+/// The directions of an effect at values: by its parameters, and by switching it on.
+pub(crate) fn span_of(signatures: &Signatures<'_>, candidate: usize, values: &[f64]) -> Vec<Signature> {
+    let mut all = signatures.tangents(candidate, values).unwrap_or_default();
+    all.extend(signatures.of(candidate, values));
+    all
+}
+
+/// A magnitude at which an effect shows plainly: its limit, or its starting value.
+pub(crate) fn reference(limits: &Limits, ray: &Ray) -> f64 {
+    limits.named.or(limits.listed).or(limits.familywise).map_or_else(|| ray.first_magnitude(), |l| l.magnitude)
+}
+
+/// Foretells the limits of a diagnosis of recordings, measured or simulated. The noise is learned from them as a diagnosis
+/// does, unless it is given.
+///
+/// ```
+/// use pam_core::{AnyForce, JointModel, SpringDamper};
+/// use pam_data::ModelInfo;
+/// use pam_effects::ExtendedModel;
+/// use pam_experiment::detect::{DetectOptions, detect};
+/// use pam_experiment::plan::{noise_from_toml, planned_runs};
+/// use pam_rig::{Conditions, Protocol};
+///
+/// let joint = JointModel::datasheet(AnyForce::from(SpringDamper::published()));
+/// let model = ExtendedModel { joint, info: ModelInfo::default(), effects: Vec::new() };
+/// let mut protocol = Protocol::paper();
+/// protocol.conditions = Some(Conditions::List(vec![[45, 45], [30, 30], [60, 60]]));
+/// protocol.current.truncate(1);
+/// let runs = planned_runs(&protocol, &Default::default(), 250.0, 1)?;
+/// let recordings: Vec<_> = runs.iter().map(|r| r.simulated(&model)).collect::<Result<_, _>>()?;
+/// let text = "x_mm = { deviation = 0.004 }\npressure_flexor_kpa = { deviation = 0.1 }\npressure_extensor_kpa = { deviation = 0.1 }";
+/// let noise = noise_from_toml(text, "noise.toml", 0.02)?;
+/// let options = DetectOptions {
+///     effects: vec!["viscous_damping".parse()?, "coulomb_friction".parse()?],
+///     ..DetectOptions::default()
+/// };
+/// let detection = detect(&model, &recordings, Some(&noise), &options)?;
+/// let friction = detection.of("coulomb_friction").and_then(|l| l.value()).expect("it is seen");
+/// assert!(friction > 0.01 && friction < 10.0); // N
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`ExperimentError`] if there is too little data, the model diverges on it, or a given effect or value is unknown.
+pub fn detect(
+    model: &ExtendedModel,
+    recordings: &[Subject],
+    noise: Option<&Noise>,
+    options: &DetectOptions,
+) -> Result<Detection, ExperimentError> {
+    let trials = PreparedTrials::new(model, recordings)?;
+    let signatures = Signatures::new(model, &trials, &options.diagnosis, noise)?;
+    let mut ways: Vec<(&'static dyn AnyEffect, Ray)> = Vec::new();
+    for (candidate, effect, given) in asked(options)? {
+        let own = rays(&signatures, candidate, effect, &given.values)?;
+        ways.extend(own.into_iter().map(|ray| (effect, ray)));
+    }
+    let limits: Vec<Limits> = parallel::map(ways.len(), |k| {
+        let (effect, ray) = &ways[k];
+        let demand = Demand {
+            signatures: &signatures,
+            parameters: ray.parameters,
+            power: options.power,
+            level: options.level,
+        };
+        let kept = ray.kept(*effect).into_iter().map(|(name, v)| (name.to_owned(), v)).collect();
+        Limits {
+            effect: ray.effect.to_owned(),
+            label: ray.label(),
+            parameter: ray.parameter.to_owned(),
+            kept,
+            parameters: ray.parameters,
+            familywise: demand.limit(ray, Kind::Familywise),
+            listed: demand.limit(ray, Kind::Listed),
+            named: demand.limit(ray, Kind::Named),
+        }
+    });
+    let pairs = pairs(&signatures, &ways, &limits, options);
+    let a = signatures.acceptance();
+    let span = |s: &Subject| {
+        let (from, to) = s.recording.span_s();
+        (s.recording.name.clone(), to - from)
+    };
+    Ok(Detection {
+        recordings: recordings.iter().map(span).collect(),
+        noise: signatures.noise().deviations(),
+        rows: a.rows,
+        power: options.power,
+        level: options.level,
+        limits,
+        pairs,
+    })
+}
+
+/// Every effect at its limit beside the span of every other one at its own.
+fn pairs(
+    signatures: &Signatures<'_>,
+    ways: &[(&'static dyn AnyEffect, Ray)],
+    limits: &[Limits],
+    options: &DetectOptions,
+) -> Vec<Pair> {
+    let a = signatures.acceptance();
+    let z = Normal::standard().inverse_cdf(options.power);
+    let spans: Vec<Vec<Signature>> = parallel::map(ways.len(), |k| {
+        let ray = &ways[k].1;
+        span_of(signatures, ray.candidate, &ray.values(reference(&limits[k], ray)))
+    });
+    let mut candidates: Vec<usize> = ways.iter().map(|w| w.1.candidate).collect();
+    candidates.dedup();
+    // The ways of one effect span it together.
+    let whole: Vec<(usize, SignatureSpan)> = parallel::map_each(candidates, |candidate| {
+        let own = ways.iter().zip(&spans).filter(|(w, _)| w.1.candidate == candidate);
+        let all: Vec<Signature> = own.flat_map(|(_, s)| s.clone()).collect();
+        (candidate, SignatureSpan::of(&all))
+    });
+    let of_way = |k: usize| -> Vec<Pair> {
+        let ray = &ways[k].1;
+        let Some(limit) = limits[k].named else { return Vec::new() };
+        let Some(s) = signatures.of(ray.candidate, &ray.values(limit.magnitude)) else {
+            return Vec::new();
+        };
+        let size = s.square();
+        let others = whole.iter().filter(|(candidate, _)| *candidate != ray.candidate);
+        others
+            .map(|(candidate, span)| {
+                let other = options.diagnosis.candidates[*candidate].info();
+                let own = (s.beside(span).square() / size).clamp(0.0, 1.0);
+                let price = a.price(ray.parameters) - a.price(other.parameters.len());
+                let cost = a.rows_per_observation * (2.0 * a.confusable_odds.ln() + price);
+                let needed = (z + (z * z + cost.max(0.0)).sqrt()).powi(2);
+                let told = (1.0 - own < a.confusable_share)
+                    .then(|| (needed / (own * size)).sqrt().max(1.0));
+                Pair {
+                    effect: ray.label(),
+                    other: other.id.to_owned(),
+                    cosine: (1.0 - own).sqrt(),
+                    told_apart_from: told,
+                }
+            })
+            .collect()
+    };
+    parallel::map(ways.len(), of_way).into_iter().flatten().collect()
+}

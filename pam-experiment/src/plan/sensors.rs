@@ -1,0 +1,54 @@
+//! What the sensors of a rig show of a simulated motion.
+
+use crate::error::ExperimentError;
+use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, MN_PER_N, PULLEY_RADIUS_MM};
+use pam_data::preprocess::{Cutoffs, derivative_of, filtered};
+use pam_data::{Recording, Subject};
+use pam_rig::sensors::{PressureParameters, PressureSensor, SensorParameters};
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+
+/// A simulated recording as sensors read it: steps and noise of encoder, pressure and current sensors, and the zero-phase
+/// low-pass of the loader at `cutoff_hz` (0: none).
+///
+/// The lag of the pressure sensors shapes their noise, and is no error of its own: it is the same with and without an
+/// effect. The recorded force carries the noise of the current sensor, the motion follows the true force.
+///
+/// # Errors
+/// [`ExperimentError`] if the recording is too short for the filter.
+pub fn measured(
+    subject: &Subject,
+    sensors: &SensorParameters,
+    cutoff_hz: f64,
+    seed: u64,
+) -> Result<Subject, ExperimentError> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut r = Recording { ..subject.recording.clone() };
+    let step_s = pam_data::recording::median_step_s(&r.time_s);
+    for x in &mut r.displacement_mm {
+        *x = -sensors.encoder.read_deg(*x).to_radians() * PULLEY_RADIUS_MM;
+    }
+    let quiet = PressureParameters { step_psi: 0.0, noise_psi: 0.0, ..sensors.pressure };
+    for channel in [&mut r.pressure_flexor_kpa, &mut r.pressure_extensor_kpa] {
+        let mut real = PressureSensor::new(sensors.pressure, step_s);
+        let mut ideal = PressureSensor::new(quiet, step_s);
+        for p in channel.iter_mut() {
+            let psi = (*p - ATMOSPHERE_KPA) / KPA_PER_PSI;
+            let (_, seen) = real.read_psi(psi, random.sample(StandardNormal));
+            let (_, clean) = ideal.read_psi(psi, 0.0);
+            *p += (seen - clean) * KPA_PER_PSI;
+        }
+    }
+    for force in &mut r.force_mn {
+        let ampere = MN_PER_N * sensors.motor.force_n(1.0);
+        let current = *force / ampere;
+        *force = ampere * sensors.current.read_a(current, random.sample(StandardNormal));
+    }
+    let recording = if cutoff_hz > 0.0 && cutoff_hz < 0.5 / step_s {
+        derivative_of(filtered(r, &Cutoffs::all(cutoff_hz))?, None)?
+    } else {
+        r
+    };
+    Ok(Subject { recording, ..*subject })
+}
