@@ -19,7 +19,7 @@ use pam_effects::simulation::ResampledRecord;
 use pam_experiment::detect::{
     DetectOptions, Detection, GivenValues, Limit, detect, detection_report,
 };
-use pam_experiment::plan::{measured, noise_from_toml, planned_runs};
+use pam_experiment::plan::{noise_from_toml, planned_runs, sensor_noise};
 use pam_rig::{Conditions, Protocol, RigParameters};
 use serde_json::json;
 use std::path::PathBuf;
@@ -100,26 +100,15 @@ pub struct DetectArguments {
     pub out: PathBuf,
 }
 
-/// Cutoff of the loader of raw logs, Hz.
-pub(super) const LOADER_HZ: f64 = 20.0;
-
-/// Simulated recordings of a protocol, as the sensors of a rig read them, or clean.
+/// Simulated recordings of a protocol.
 pub(super) fn planned(
     model: &ExtendedModel,
     protocol: &Protocol,
     rig: &RigParameters,
-    noisy: bool,
     seed: u64,
 ) -> Result<Vec<Subject>, CliError> {
     let runs = planned_runs(protocol, &rig.sensors.motor, rig.sensors.clock.rate_hz, seed)?;
-    let subject = |(k, run): (usize, &pam_experiment::plan::PlannedRun)| {
-        let clean = run.simulated(model)?;
-        if !noisy {
-            return Ok(clean);
-        }
-        Ok(measured(&clean, &rig.sensors, LOADER_HZ, seed.wrapping_add(1 + k as u64))?)
-    };
-    runs.iter().enumerate().map(subject).collect()
+    Ok(runs.iter().map(|run| run.simulated(model)).collect::<Result<_, _>>()?)
 }
 
 /// The time between two rows of a diagnosis, s.
@@ -184,11 +173,16 @@ impl RunCommand for DetectArguments {
         let model = ExtendedModel::from_saved(saved.clone())?;
         let noise = self.given_noise(&saved, &options, global, console)?;
         let protocol = self.plan.protocol("paper")?;
-        let recordings = if self.data.is_empty() {
+        let (recordings, noise) = if self.data.is_empty() {
             let rig = RigParameters::open(&self.plan.rig)?;
-            planned(&model, &protocol, &rig, noise.is_none(), global.seed)?
+            let recordings = planned(&model, &protocol, &rig, global.seed)?;
+            let noise = match noise {
+                Some(noise) => noise,
+                None => sensor_noise(&model, &recordings, &rig.sensors, &options.diagnosis)?,
+            };
+            (recordings, Some(noise))
         } else {
-            self.reading.subjects(&self.data, &saved, global, console)?
+            (self.reading.subjects(&self.data, &saved, global, console)?, None)
         };
         let bar = console.progress(1, "simulating effects");
         let detection = detect(&model, &recordings, noise.as_ref(), &options)?;

@@ -5,13 +5,16 @@ use super::spans::roles;
 use super::system::JointSystem;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Problem, dot};
-use crate::linearised::Column;
+use crate::linearised::{Column, all_starts};
 use crate::noise::Noise;
 use crate::search::{Candidates, Nuisance, Rows};
+use pam_core::parallel;
 use pam_data::Subject;
 use pam_effects::effects::DataScales;
 use pam_effects::model::ExtendedModel;
 use pam_effects::simulation::Trial;
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
 use std::ops::Range;
 
 /// Share of its size that a nuisance column must keep beside the columns before it.
@@ -47,6 +50,13 @@ impl Signature {
     #[must_use]
     pub fn dot(&self, other: &Self) -> f64 {
         dot(&self.0, &other.0)
+    }
+
+    /// The unit vector along it; `None` if it is zero.
+    #[must_use]
+    pub fn unit(&self) -> Option<Self> {
+        let size = self.square().sqrt();
+        (size > 0.0).then(|| Self(self.0.iter().map(|v| v / size).collect()))
     }
 
     /// The part that is orthogonal to a span of signatures.
@@ -115,6 +125,13 @@ struct Part {
     values: Vec<f64>,
 }
 
+/// A shared nuisance with limits: its column, cleared of those without, and how far it may move.
+#[derive(Debug, Clone)]
+struct Limited {
+    column: Vec<f64>,
+    room: [f64; 2],
+}
+
 /// Takes an orthonormal basis out of a column.
 fn clear(column: &mut [f64], basis: &[Part]) {
     for part in basis {
@@ -166,6 +183,7 @@ pub struct Signatures<'a> {
     windows: Vec<Range<usize>>,
     base: Hypothesis,
     nuisances: Vec<Part>,
+    limited: Vec<Limited>,
     plain: Vec<f64>,
     acceptance: Acceptance,
 }
@@ -226,11 +244,12 @@ impl<'a> Signatures<'a> {
             windows,
             base,
             nuisances: Vec::new(),
+            limited: Vec::new(),
             plain: Vec::new(),
             acceptance,
         };
         made.plain = made.column(&made.base)?;
-        made.nuisances = made.basis()?;
+        (made.nuisances, made.limited) = made.basis()?;
         Ok(made)
     }
 
@@ -274,8 +293,8 @@ impl<'a> Signatures<'a> {
         Ok(all)
     }
 
-    /// An orthonormal basis of what the nuisances do.
-    fn basis(&self) -> Result<Vec<Part>, DiagnoseError> {
+    /// An orthonormal basis of what the nuisances without limits do, and the others.
+    fn basis(&self) -> Result<(Vec<Part>, Vec<Limited>), DiagnoseError> {
         let problem = self.problem();
         let firsts = self.firsts(&problem);
         let (shared, local) = (self.system.shared(), self.system.local());
@@ -296,16 +315,18 @@ impl<'a> Signatures<'a> {
                 extend(&mut basis, firsts[i], values);
             }
         }
+        let mut limited = Vec::new();
         for (k, (mut column, nuisance)) in of_shared.into_iter().zip(shared).enumerate() {
-            let value = self.base.shared[k];
-            // One that is at its limit imitates nothing any more.
-            if value <= nuisance.limits[0] || value >= nuisance.limits[1] {
-                continue;
-            }
             column[firsts[problem.len()] + k] = prior(true, nuisance);
-            extend(&mut basis, 0, column);
+            if nuisance.limits.iter().all(|l| l.is_infinite()) {
+                extend(&mut basis, 0, column);
+            } else {
+                let room = nuisance.limits.map(|limit| limit - self.base.shared[k]);
+                limited.push(Limited { column, room });
+            }
         }
-        Ok(basis)
+        limited.iter_mut().for_each(|l| clear(&mut l.column, &basis));
+        Ok((basis, limited))
     }
 
     /// The signature of a candidate with these values (parameters, then switches); `None` if the simulation diverges.
@@ -313,7 +334,7 @@ impl<'a> Signatures<'a> {
     pub fn of(&self, candidate: usize, values: &[f64]) -> Option<Signature> {
         let with = self.column(&self.base.with(candidate, values)).ok()?;
         let change = self.plain.iter().zip(with).map(|(a, b)| a - b).collect();
-        self.cleared(change)
+        self.cleared(change, false)
     }
 
     /// The derivatives of the signature of a candidate by its parameters, of scales by their logarithm.
@@ -332,14 +353,30 @@ impl<'a> Signatures<'a> {
                 to[firsts[i]..firsts[i] + own.len()].copy_from_slice(&own);
             }
         }
-        all.into_iter().map(|column| self.cleared(column)).collect()
+        all.into_iter().map(|column| self.cleared(column, true)).collect()
     }
 
-    fn cleared(&self, mut column: Vec<f64>) -> Option<Signature> {
+    /// Takes out what the nuisances imitate; those with limits only as far as these allow, unless it is a `tangent`.
+    fn cleared(&self, mut column: Vec<f64>, tangent: bool) -> Option<Signature> {
         if column.iter().any(|v| !v.is_finite()) {
             return None;
         }
         clear(&mut column, &self.nuisances);
+        for Limited { column: own, room } in &self.limited {
+            let size = dot(own, own);
+            if size <= 0.0 {
+                continue;
+            }
+            // The simulation changes by `column`; the nuisance by `-change` undoes it.
+            let wanted = -dot(&column, own) / size;
+            let at_limit = room[0] >= 0.0 || room[1] <= 0.0;
+            let change = match tangent {
+                true if at_limit => 0.0,
+                true => wanted,
+                false => wanted.clamp(room[0].min(0.0), room[1].max(0.0)),
+            };
+            column.iter_mut().zip(own).for_each(|(c, o)| *c += change * o);
+        }
         Some(Signature(column))
     }
 
@@ -358,17 +395,69 @@ impl<'a> Signatures<'a> {
         squares
     }
 
-    /// The square of a signature in each block of rows whose sign the test against chance draws.
+    /// Unit vectors along all directions that the test against chance looks in: by every parameter of every candidate, and by
+    /// switching it on, at each of its starting values.
     #[must_use]
-    pub fn block_squares(&self, signature: &Signature) -> Vec<f64> {
+    pub fn directions(&self) -> Vec<Signature> {
+        let starts = all_starts(&self.system);
+        let of = |k: usize| {
+            let (candidate, values) = &starts[k];
+            let mut all = self.tangents(*candidate, values).unwrap_or_default();
+            all.extend(self.of(*candidate, values));
+            all.iter().filter_map(Signature::unit).collect::<Vec<_>>()
+        };
+        parallel::map(starts.len(), of).into_iter().flatten().collect()
+    }
+
+    /// What the largest squared inner product with the directions exceeds by chance with the probability of the
+    /// [`NullTest`](crate::rejection::NullTest), if the residual is a signature and noise and the signs of blocks are drawn.
+    #[must_use]
+    pub fn by_chance(&self, signature: &Signature, directions: &[Signature], seed: u64) -> f64 {
+        let settings = &self.options.settings.rejection;
+        let blocks = self.blocks();
+        let of = |d: &Signature| -> Vec<[f64; 2]> {
+            let products = blocks.iter().map(|b| {
+                let own = &d.0[b.clone()];
+                [dot(own, &signature.0[b.clone()]), dot(own, own).sqrt()]
+            });
+            products.collect()
+        };
+        let products: Vec<Vec<[f64; 2]>> = directions.iter().map(of).collect();
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut largest: Vec<f64> = (0..settings.null_draws)
+            .map(|_| {
+                // The noise of neighbouring directions is nearly the same.
+                let draw = |_| {
+                    let sign = if random.random_bool(0.5) { 1.0 } else { -1.0 };
+                    let noise: f64 = (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+                    [sign, noise]
+                };
+                let draws: Vec<[f64; 2]> = (0..blocks.len()).map(draw).collect();
+                let square = |p: &Vec<[f64; 2]>| {
+                    let terms = p.iter().zip(&draws);
+                    terms.map(|(p, [sign, noise])| sign * (p[0] + noise * p[1])).sum::<f64>().powi(2)
+                };
+                products.iter().map(square).fold(0.0, f64::max)
+            })
+            .collect();
+        largest.sort_by(f64::total_cmp);
+        let at = (largest.len() as f64 * settings.null_quantile + 1e-9) as usize;
+        largest[at.min(largest.len() - 1)]
+    }
+
+    /// The blocks of rows whose sign the test against chance draws, as ranges of a column.
+    fn blocks(&self) -> Vec<Range<usize>> {
         let (problem, channels) = (self.problem(), self.acceptance.channels);
         let firsts = self.firsts(&problem);
-        let rows: usize = self.acceptance.rows;
         let block = (0..problem.len()).map(|i| problem.rows_per_block(i)).min().unwrap_or(1);
-        let block = block.min(rows / self.options.settings.rejection.fewest_blocks).max(1);
+        let fewest = self.options.settings.rejection.fewest_blocks;
+        let block = block.min(self.acceptance.rows / fewest).max(1);
         let of = |i: usize| {
-            let own = &signature.0[firsts[i]..firsts[i] + problem.rows(i) * channels];
-            own.chunks(block * channels).map(|b| dot(b, b)).collect::<Vec<f64>>()
+            let rows = problem.rows(i);
+            let (first, count) = (firsts[i], rows.div_ceil(block));
+            (0..count).map(move |b| {
+                first + b * block * channels..first + ((b + 1) * block).min(rows) * channels
+            })
         };
         (0..problem.len()).flat_map(of).collect()
     }

@@ -21,9 +21,11 @@ const TRIES: usize = 40;
 /// Largest factor from one tried magnitude to the next.
 const FACTOR: f64 = 8.0;
 
-/// What a test asks of a signature: the noncentrality that it needs over the one that it has falls below one.
+/// What a test asks of a signature.
 struct Demand<'s, 'a> {
     signatures: &'s Signatures<'a>,
+    directions: &'s [Signature],
+    seed: u64,
     parameters: usize,
     power: f64,
     level: f64,
@@ -42,10 +44,10 @@ impl Demand<'_, '_> {
         Normal::standard().inverse_cdf(self.power)
     }
 
-    /// Quantile of the largest of all candidates by chance.
-    fn by_chance(&self, level: f64, freedom: usize) -> f64 {
+    /// Quantile of the largest of all candidates by chance (Bonferroni).
+    fn by_chance(&self) -> f64 {
         let candidates = self.signatures.acceptance().candidates.max(1) as f64;
-        chi_square_quantile(1.0 - level / candidates, freedom as f64)
+        chi_square_quantile(1.0 - self.level / candidates, self.parameters as f64)
     }
 
     /// The noncentrality at which a drop exceeds so much; `drop ≈ λ + 2√λ z`.
@@ -54,24 +56,20 @@ impl Demand<'_, '_> {
         (z + (z * z + drop).sqrt()).powi(2)
     }
 
-    /// The needed noncentrality of a signature; infinite where no magnitude is enough.
-    fn needed(&self, kind: Kind, s: &Signature) -> f64 {
+    /// The noncentrality of a signature over the needed one: the limit is where it is one.
+    fn excess(&self, kind: Kind, s: &Signature) -> f64 {
         let a = self.signatures.acceptance();
-        let p = self.parameters;
-        let level = if kind == Kind::Familywise { self.level } else { 1.0 - a.null_quantile };
-        let chance = needed_noncentrality(self.by_chance(self.level, p), p as f64, self.power);
+        let (p, size) = (self.parameters, s.square());
+        let chance = needed_noncentrality(self.by_chance(), p as f64, self.power);
         if kind == Kind::Familywise {
-            return chance;
+            return size / chance;
         }
         let odds = a.rows_per_observation * (a.price(p) + 2.0 * a.log_odds);
-        let listed = needed_noncentrality(odds, p as f64, self.power);
-        // The signs of the blocks are drawn: (Σ d)² must exceed a multiple of Σ d².
-        let (blocks, size) = (self.signatures.block_squares(s), s.square());
-        let even: f64 = blocks.iter().map(|b| (b / size).powi(2)).sum();
-        let multiple = self.by_chance(level, 1);
-        let room = 1.0 - multiple * even;
-        let over_blocks = if room > 0.0 { multiple / room } else { f64::INFINITY };
-        let listed = listed.max(over_blocks).max(chance);
+        let listed = needed_noncentrality(odds, p as f64, self.power).max(chance);
+        // The test against chance: what the signs of blocks make of the same residual grows with it.
+        let by_signs = self.signatures.by_chance(s, self.directions, self.seed);
+        let seen = (size.sqrt() - self.normal()).max(0.0).powi(2) / by_signs;
+        let listed = (size / listed).min(seen);
         if kind == Kind::Listed {
             return listed;
         }
@@ -80,40 +78,38 @@ impl Demand<'_, '_> {
         let of_residual = self.exceeding(a.minor_of_residual / (1.0 - a.minor_of_residual) * all);
         let channels = self.signatures.channel_squares(s);
         let rise = self.exceeding(a.minor_rise * rows);
-        let largest = channels.into_iter().fold(0.0, f64::max) / size;
-        listed.max(of_residual.min(rise / largest.max(f64::MIN_POSITIVE)))
+        let largest = channels.into_iter().fold(0.0, f64::max);
+        listed.min((size / of_residual).max(largest / rise))
     }
 
-    /// The magnitude at which the noncentrality is the needed one.
+    /// The magnitude at which the excess is one; the weakest one of the range if it is exceeded there.
     fn limit(&self, ray: &Ray, kind: Kind) -> Option<Limit> {
         let (mut low, mut high): (f64, f64) = (0.0, f64::INFINITY);
         let mut m = ray.first_magnitude();
-        let mut last = None;
         for _ in 0..TRIES {
             let s = self.signatures.of(ray.candidate, &ray.values(m));
-            let Some(s) = s.filter(|s| s.square() > 0.0) else {
-                // Too small to do anything, or so large that the simulation diverges.
-                if last.is_none() && self.signatures.of(ray.candidate, &ray.values(m)).is_some() {
-                    low = m;
-                } else {
-                    high = m;
-                }
-                m = between(low, high, m);
-                continue;
+            let excess = match &s {
+                Some(s) if s.square() > 0.0 => self.excess(kind, s),
+                Some(_) => 0.0,
+                // So large that the simulation diverges.
+                None => f64::INFINITY,
             };
-            let noncentrality = s.square();
-            let excess = noncentrality / self.needed(kind, &s);
-            last = Some(());
-            if (excess - 1.0).abs() < ACCURACY || high / low < 1.0 + 0.2 * ACCURACY {
-                let found = Limit { value: ray.value(m), magnitude: m, noncentrality };
+            let noncentrality = s.map_or(f64::NAN, |s| s.square());
+            let found = Limit { value: ray.value(m), magnitude: m, noncentrality };
+            let settled = high / low < 1.0 + ACCURACY;
+            if excess.is_finite() && ((excess - 1.0).abs() < ACCURACY || settled) {
                 return ray.admits(m).then_some(found);
             }
             if excess < 1.0 { low = m } else { high = m }
-            if low > 0.0 && !ray.admits(low) {
+            if excess < 1.0 && !ray.admits(m) && ray.is_beyond(m) {
                 return None;
+            }
+            if excess > 1.0 && ray.is_weakest(m) {
+                return Some(found);
             }
             let next = m * excess.max(1e-12).sqrt().recip().clamp(1.0 / FACTOR, FACTOR);
             m = if next > low && next < high { next } else { between(low, high, m) };
+            m = ray.not_below_weakest(m);
         }
         None
     }
@@ -208,10 +204,13 @@ pub fn detect(
         let own = rays(&signatures, candidate, effect, &given.values)?;
         ways.extend(own.into_iter().map(|ray| (effect, ray)));
     }
+    let directions = signatures.directions();
     let limits: Vec<Limits> = parallel::map(ways.len(), |k| {
         let (effect, ray) = &ways[k];
         let demand = Demand {
             signatures: &signatures,
+            directions: &directions,
+            seed: options.diagnosis.seed,
             parameters: ray.parameters,
             power: options.power,
             level: options.level,

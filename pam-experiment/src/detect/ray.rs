@@ -102,6 +102,11 @@ pub fn rays(
         range: info.parameters[place].range,
         place,
     };
+    // A threshold: below it the effect is absent, whatever its other values are.
+    if let Some(k) = info.parameters.iter().position(|p| p.off.is_none() && !p.logarithmic) {
+        let strong = weakest(effect, scales, k).unwrap_or(values[k]);
+        return Ok(vec![ray(k, values, Growth::Falls(k, strong))]);
+    }
     let grows: Vec<(usize, f64)> = info
         .parameters
         .iter()
@@ -110,7 +115,7 @@ pub fn rays(
         .collect();
     let Some(&(first, first_off)) = grows.first() else {
         // Nothing but a scale: a cutoff, a limit.
-        let strong = weakest(effect, scales).unwrap_or(values[0]);
+        let strong = weakest(effect, scales, 0).unwrap_or(values[0]);
         return Ok(vec![ray(0, values, Growth::Falls(0, strong))]);
     };
     let present = |&(k, off): &(usize, f64)| (values[k] - off).abs() > 0.0;
@@ -138,9 +143,9 @@ fn start_of(effect: &dyn AnyEffect, scales: &DataScales) -> Option<Vec<f64>> {
     starts.get(starts.len() / 2).cloned()
 }
 
-/// The weakest of the starting values of an effect with one scale.
-fn weakest(effect: &dyn AnyEffect, scales: &DataScales) -> Option<f64> {
-    effect.starts(scales).into_iter().filter_map(|s| s.first().copied()).reduce(f64::max)
+/// The weakest of the starting values of a scale or threshold.
+fn weakest(effect: &dyn AnyEffect, scales: &DataScales, place: usize) -> Option<f64> {
+    effect.starts(scales).into_iter().filter_map(|s| s.get(place).copied()).reduce(f64::max)
 }
 
 fn without_start(p: &ParameterInfo, scales: &DataScales) -> f64 {
@@ -177,6 +182,29 @@ impl Ray {
     #[must_use]
     pub fn admits(&self, magnitude: f64) -> bool {
         (self.range[0]..=self.range[1]).contains(&self.value(magnitude))
+    }
+
+    /// The magnitude at the weak end of the range of a value that falls; 0 for others.
+    fn weakest(&self) -> f64 {
+        match self.growth {
+            Growth::Falls(_, strong) => strong / self.range[1],
+            Growth::Adds(_) => 0.0,
+        }
+    }
+
+    /// Whether a magnitude is at the weak end of the range.
+    pub(crate) fn is_weakest(&self, magnitude: f64) -> bool {
+        magnitude <= self.weakest() * (1.0 + 1e-9)
+    }
+
+    /// The magnitude, or the one at the weak end of the range.
+    pub(crate) fn not_below_weakest(&self, magnitude: f64) -> f64 {
+        magnitude.max(self.weakest())
+    }
+
+    /// Whether a magnitude is beyond the strong end of the range.
+    pub(crate) fn is_beyond(&self, magnitude: f64) -> bool {
+        !self.admits(magnitude) && magnitude > self.weakest()
     }
 
     /// A magnitude to begin with.

@@ -9,4 +9,4 @@ mod sensors;
 
 pub use noise_file::noise_from_toml;
 pub use run::{PlannedRun, planned_runs};
-pub use sensors::measured;
+pub use sensors::{LOADER_HZ, measured, sensor_noise};

@@ -4,10 +4,38 @@ use crate::error::ExperimentError;
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, MN_PER_N, PULLEY_RADIUS_MM};
 use pam_data::preprocess::{Cutoffs, derivative_of, filtered};
 use pam_data::{Recording, Subject};
+use pam_diagnose::DiagnoseOptions;
+use pam_diagnose::joint::{PreparedTrials, Signatures};
+use pam_diagnose::noise::Noise;
+use pam_effects::ExtendedModel;
 use pam_rig::sensors::{PressureParameters, PressureSensor, SensorParameters};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
+
+/// Cutoff of the loader of raw logs, Hz.
+pub const LOADER_HZ: f64 = 20.0;
+
+/// The noise that a diagnosis would learn of simulated recordings if the sensors of a rig had read them, with the loader of raw
+/// logs: also what the noise of the measured force does to the prediction.
+///
+/// # Errors
+/// [`ExperimentError`] if the recordings are too short.
+pub fn sensor_noise(
+    model: &ExtendedModel,
+    recordings: &[Subject],
+    sensors: &SensorParameters,
+    options: &DiagnoseOptions,
+) -> Result<Noise, ExperimentError> {
+    let seed = |k: usize| options.seed.wrapping_mul(1000).wrapping_add(k as u64);
+    let noisy: Result<Vec<Subject>, _> = recordings
+        .iter()
+        .enumerate()
+        .map(|(k, clean)| measured(clean, sensors, LOADER_HZ, seed(k)))
+        .collect();
+    let trials = PreparedTrials::new(model, &noisy?)?;
+    Ok(Signatures::new(model, &trials, options, None)?.noise().common())
+}
 
 /// A simulated recording as sensors read it: steps and noise of encoder, pressure and current sensors, and the zero-phase
 /// low-pass of the loader at `cutoff_hz` (0: none).
