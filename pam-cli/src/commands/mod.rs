@@ -4,6 +4,7 @@
 //! list below.
 
 pub mod ablate;
+pub mod certify;
 pub mod compare;
 pub mod completions;
 pub mod control;
@@ -87,6 +88,8 @@ commands! {
     Diagnose(diagnose::DiagnoseArguments),
     /// Foretell which effects a diagnosis would find under a protocol, from which magnitude on, and which it would confuse
     Detect(detect::DetectArguments),
+    /// Certify the diagnosis on your rig: hide effects in baseline recordings, diagnose, count, and calibrate its settings
+    Certify(certify::CertifyArguments),
     /// Map stiffness and damping of a model, and the reachable stiffness
     Stiffness(control::stiffness::StiffnessArguments),
     /// Plan the pressures for a motion and a stiffness

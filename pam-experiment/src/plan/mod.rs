@@ -8,5 +8,6 @@ mod run;
 mod sensors;
 
 pub use noise_file::noise_from_toml;
+pub(crate) use run::predicted;
 pub use run::{PlannedRun, planned_runs};
 pub use sensors::{LOADER_HZ, measured, sensor_noise};
