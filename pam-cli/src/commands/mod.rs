@@ -10,6 +10,7 @@ pub mod completions;
 pub mod control;
 pub mod convert;
 pub mod demo;
+pub mod design;
 pub mod detect;
 pub mod diagnose;
 pub mod doctor;
@@ -90,6 +91,8 @@ commands! {
     Detect(detect::DetectArguments),
     /// Certify the diagnosis on your rig: hide effects in baseline recordings, diagnose, count, and calibrate its settings
     Certify(certify::CertifyArguments),
+    /// Design what to measure next: the protocol that lowers detection limits, or tells the live causes of a diagnosis apart
+    Design(design::DesignArguments),
     /// Map stiffness and damping of a model, and the reachable stiffness
     Stiffness(control::stiffness::StiffnessArguments),
     /// Plan the pressures for a motion and a stiffness

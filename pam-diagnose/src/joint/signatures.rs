@@ -1,8 +1,9 @@
 //! What effects would do to the residuals that a diagnosis reads, cleared of what the nuisances can imitate.
 
 use super::diagnose::{DiagnoseOptions, RecordingSets, prepare};
-use super::spans::roles;
+use super::spans::{roles, spans};
 use super::system::JointSystem;
+use crate::data::{Roles, TestSource};
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Problem, dot};
 use crate::linearised::{Column, all_starts};
@@ -200,10 +201,37 @@ impl<'a> Signatures<'a> {
         options: &'a DiagnoseOptions,
         noise: Option<&Noise>,
     ) -> Result<Self, DiagnoseError> {
+        let all: Vec<&Trial> = trials.0.iter().collect();
+        let roles = roles(&all, &RecordingSets::default(), options)?;
+        Self::with_roles(model, trials, options, noise, &roles)
+    }
+
+    /// The same with all recordings in training and validation, for a comparison of excitations of which none is held out.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn of_all(
+        model: &ExtendedModel,
+        trials: &'a PreparedTrials,
+        options: &'a DiagnoseOptions,
+        noise: Option<&Noise>,
+    ) -> Result<Self, DiagnoseError> {
+        let all: Vec<&Trial> = trials.0.iter().collect();
+        let (spans, data) = (spans(&all), &options.settings.data);
+        let roles = Roles::assign(&spans, TestSource::Absent, options.seed, data)?;
+        Self::with_roles(model, trials, options, noise, &roles)
+    }
+
+    fn with_roles(
+        model: &ExtendedModel,
+        trials: &'a PreparedTrials,
+        options: &'a DiagnoseOptions,
+        noise: Option<&Noise>,
+        roles: &Roles,
+    ) -> Result<Self, DiagnoseError> {
         let settings = &options.settings;
         settings.check()?;
         let all: Vec<&Trial> = trials.0.iter().collect();
-        let roles = roles(&all, &RecordingSets::default(), options)?;
         let open = roles.open();
         let effects = options.candidates.clone();
         let system = JointSystem::new(all, &open, model.base(), &model.effects, effects, settings);

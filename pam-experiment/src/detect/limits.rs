@@ -22,18 +22,19 @@ const TRIES: usize = 40;
 const FACTOR: f64 = 8.0;
 
 /// What a test asks of a signature.
-struct Demand<'s, 'a> {
-    signatures: &'s Signatures<'a>,
-    directions: &'s [Signature],
-    seed: u64,
-    parameters: usize,
-    power: f64,
-    level: f64,
+pub(crate) struct Demand<'s, 'a> {
+    pub(crate) signatures: &'s Signatures<'a>,
+    /// Directions of the test against chance; it is left out without any.
+    pub(crate) directions: &'s [Signature],
+    pub(crate) seed: u64,
+    pub(crate) parameters: usize,
+    pub(crate) power: f64,
+    pub(crate) level: f64,
 }
 
 /// Which limit.
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+pub(crate) enum Kind {
     Familywise,
     Listed,
     Named,
@@ -57,7 +58,7 @@ impl Demand<'_, '_> {
     }
 
     /// The noncentrality of a signature over the needed one: the limit is where it is one.
-    fn excess(&self, kind: Kind, s: &Signature) -> f64 {
+    pub(crate) fn excess(&self, kind: Kind, s: &Signature) -> f64 {
         let a = self.signatures.acceptance();
         let (p, size) = (self.parameters, s.square());
         let chance = needed_noncentrality(self.by_chance(), p as f64, self.power);
@@ -67,9 +68,11 @@ impl Demand<'_, '_> {
         let odds = a.rows_per_observation * (a.price(p) + 2.0 * a.log_odds);
         let listed = needed_noncentrality(odds, p as f64, self.power).max(chance);
         // The test against chance: what the signs of blocks make of the same residual grows with it.
-        let by_signs = self.signatures.by_chance(s, self.directions, self.seed);
-        let seen = (size.sqrt() - self.normal()).max(0.0).powi(2) / by_signs;
-        let listed = (size / listed).min(seen);
+        let mut listed = size / listed;
+        if !self.directions.is_empty() {
+            let by_signs = self.signatures.by_chance(s, self.directions, self.seed);
+            listed = listed.min((size.sqrt() - self.normal()).max(0.0).powi(2) / by_signs);
+        }
         if kind == Kind::Listed {
             return listed;
         }
