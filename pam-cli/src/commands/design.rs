@@ -143,7 +143,14 @@ impl RunCommand for DesignArguments {
         };
         let saved = self.model.load_extended(global.rig()?.as_ref())?;
         let model = ExtendedModel::from_saved(saved.clone())?;
-        let designed = design_into(&self.out, &model, &describe_model(&saved), &options, console)?;
+        let designed = design_into(
+            &self.out,
+            &model,
+            &describe_model(&saved),
+            &options,
+            "report.html",
+            console,
+        )?;
         let configuration = json!({
             "model": self.model.model,
             "diagnosis": self.diagnosis_of,
@@ -163,7 +170,7 @@ impl RunCommand for DesignArguments {
     }
 }
 
-/// Designs a protocol and writes `design.toml`, `design.json`, `design.html` or `report.html`, and the commands.
+/// Designs a protocol and writes `design.toml`, `design.json`, a page of the given name, and the commands as CSV.
 ///
 /// # Errors
 /// [`CliError`] if the model cannot be simulated or a file cannot be written.
@@ -172,6 +179,7 @@ pub fn design_into(
     model: &ExtendedModel,
     model_line: &str,
     options: &DesignOptions,
+    page: &str,
     console: &Console,
 ) -> Result<Design, CliError> {
     let folder = folder.as_ref();
@@ -186,7 +194,7 @@ pub fn design_into(
         write_atomic(folder.join("commands").join(format!("{name}.csv")), text.as_bytes())?;
     }
     let report = design_report(&designed, model_line, &made_by());
-    let page = folder.join(if folder.join("report.html").exists() { "design.html" } else { "report.html" });
+    let page = folder.join(page);
     write_atomic(&page, report.as_bytes())?;
     console.text(gains_table(&designed));
     console.text(format!(

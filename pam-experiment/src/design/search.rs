@@ -2,7 +2,7 @@
 
 use super::objective::{Judge, LiveCause, Objective, separations};
 use super::space::{DesignLimits, Proposal, standard};
-use crate::detect::{DetectOptions, Detection, Ray, detect, rays, reference};
+use crate::detect::{DetectOptions, Detection, GivenValues, Ray, detect, rays, reference};
 use crate::error::ExperimentError;
 use crate::plan::{planned_runs, sensor_noise};
 use pam_core::parallel;
@@ -154,7 +154,8 @@ pub fn design(
     let recordings = simulated(model, &standard, options)?;
     let diagnosis = &options.detect.diagnosis;
     let noise = sensor_noise(model, &recordings, &options.sensors, diagnosis)?;
-    let before = detect(model, &recordings, Some(&noise), &options.detect)?;
+    let compared = compared(options);
+    let before = detect(model, &recordings, Some(&noise), &compared)?;
     let ways = ways(model, &recordings, &noise, options, &before)?;
     let judge = Judge {
         model,
@@ -169,7 +170,7 @@ pub fn design(
     let best = search(&judge, &standard, options, progress);
     let protocol = best.protocol("design");
     let after_recordings = simulated(model, &protocol, options)?;
-    let after = detect(model, &after_recordings, Some(&noise), &options.detect)?;
+    let after = detect(model, &after_recordings, Some(&noise), &compared)?;
     let gains = gains(&before, &after);
     let factors: Vec<f64> = gains.iter().filter_map(|g| g.factor).collect();
     let separations = match &options.objective {
@@ -188,6 +189,20 @@ pub fn design(
         evaluations: options.evaluations,
         detection: after,
     })
+}
+
+/// The effects whose limits are compared: of a separation those that are live.
+fn compared(options: &DesignOptions) -> DetectOptions {
+    let Objective::Separation(live) = &options.objective else { return options.detect.clone() };
+    let mut places: Vec<usize> =
+        live.iter().flat_map(|l| l.others.iter().map(|o| o.0).chain([l.cause.0])).collect();
+    places.sort_unstable();
+    places.dedup();
+    let given = |k: usize| GivenValues {
+        effect: options.detect.diagnosis.candidates[k].info().id.to_owned(),
+        values: Vec::new(),
+    };
+    DetectOptions { effects: places.into_iter().map(given).collect(), ..options.detect.clone() }
 }
 
 fn simulated(

@@ -20,6 +20,8 @@ const ACCURACY: f64 = 0.02;
 const TRIES: usize = 40;
 /// Largest factor from one tried magnitude to the next.
 const FACTOR: f64 = 8.0;
+/// Least one until the limit lies between two of them.
+const LEAST_STEP: f64 = 1.5;
 
 /// What a test asks of a signature.
 pub(crate) struct Demand<'s, 'a> {
@@ -89,7 +91,7 @@ impl Demand<'_, '_> {
     fn limit(&self, ray: &Ray, kind: Kind) -> Option<Limit> {
         let (mut low, mut high): (f64, f64) = (0.0, f64::INFINITY);
         let mut m = ray.first_magnitude();
-        for _ in 0..TRIES {
+        for tried in 0..TRIES {
             let s = self.signatures.of(ray.candidate, &ray.values(m));
             let excess = match &s {
                 Some(s) if s.square() > 0.0 => self.excess(kind, s),
@@ -110,8 +112,16 @@ impl Demand<'_, '_> {
             if excess > 1.0 && ray.is_weakest(m) {
                 return Some(found);
             }
-            let next = m * excess.max(1e-12).sqrt().recip().clamp(1.0 / FACTOR, FACTOR);
-            m = if next > low && next < high { next } else { between(low, high, m) };
+            // As the root of the noncentrality, or further where the test against chance does not follow it.
+            let step = excess.max(1e-12).sqrt().recip().clamp(1.0 / FACTOR, FACTOR);
+            let step = match (low > 0.0, high.is_finite()) {
+                (false, true) => step.min(LEAST_STEP.recip()),
+                (true, false) => step.max(LEAST_STEP),
+                _ => step,
+            };
+            let next = m * step;
+            let inside = next > low && next < high && tried % 3 != 2;
+            m = if inside { next } else { between(low, high, m) };
             m = ray.not_below_weakest(m);
         }
         None
