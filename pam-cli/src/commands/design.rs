@@ -223,10 +223,10 @@ fn gains_table(designed: &Design) -> String {
             ]);
         }
     } else {
-        let head = ["cause", "other", "published", "designed", "needed"];
+        let head = ["cause", "other", "published", "designed"];
         rows.push(head.map(str::to_owned).to_vec());
         for s in &designed.separations {
-            let own = [s.standard, s.designed, s.needed].map(n);
+            let own = [s.standard, s.designed].map(n);
             rows.push([vec![s.cause.clone(), s.other.clone()], own.to_vec()].concat());
         }
     }

@@ -17,6 +17,7 @@ use pam_data::atomic::write_atomic;
 use pam_data::models::save_model;
 use pam_data::{SavedModel, Subject};
 use pam_diagnose::fit::Interval;
+use pam_diagnose::joint::{PreparedTrials, Signatures};
 use pam_diagnose::ladder::Ladder;
 use pam_diagnose::remainder::Remainder;
 use pam_diagnose::report::{ReportContext, diagnosis_report, plain_name, verdict_sentence};
@@ -349,7 +350,7 @@ pub fn diagnosed_into(
         write_atomic(folder.join(name), text.as_bytes())?;
     }
     let designed = match &quoted.then {
-        Some(options) => next_measurement(folder, &diagnosis, saved, options, console)?,
+        Some(options) => next_measurement(folder, &diagnosis, saved, (sets, options), console)?,
         None => None,
     };
     let mut json = diagnosis.to_json("model.safetensors");
@@ -385,7 +386,7 @@ fn next_measurement(
     folder: &Path,
     diagnosis: &JointDiagnosis,
     saved: &SavedModel,
-    options: &DesignOptions,
+    (sets, options): (&RecordingSets<'_>, &DesignOptions),
     console: &Console,
 ) -> Result<Option<Design>, CliError> {
     let live = live_causes(diagnosis);
@@ -400,8 +401,12 @@ fn next_measurement(
         .map(|c| c.effect.as_str())
         .collect();
     let mut model = diagnosis.model.extended.clone();
+    // The noise of these recordings, with the errors of the model in it.
+    let trials = PreparedTrials::new(&model, sets.data)?;
+    let learned = Signatures::new(&model, &trials, &options.detect.diagnosis, None)?;
+    let noise = Some(learned.noise().common());
     model.effects.retain(|a| !ids.contains(&a.effect.info().id));
-    let options = DesignOptions { objective: Objective::Separation(live), ..options.clone() };
+    let options = DesignOptions { objective: Objective::Separation(live), noise, ..options.clone() };
     design_into(folder, &model, &describe_model(saved), &options, "design.html", console).map(Some)
 }
 

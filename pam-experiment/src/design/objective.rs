@@ -11,6 +11,7 @@ use pam_effects::ExtendedModel;
 use pam_numerics::statistics::median;
 use pam_rig::Protocol;
 use pam_rig::sensors::SensorParameters;
+use statrs::distribution::{ContinuousCDF, Normal};
 
 /// What a design is to improve.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,14 +105,23 @@ impl Judge<'_> {
     }
 }
 
-/// The distance of a cause from the span of each of the others, in units of the noise: the root of the drop that is left when
-/// the other is fitted in its place.
+/// Power with which live causes are to be distinguished.
+const POWER: f64 = 0.9;
+
+/// How far a cause is from the span of each of the others, over what a diagnosis needs to distinguish them with 90 % power:
+/// the lesser of the distance (the root of the drop that is left when the other is fitted in its place) over the one at which
+/// the odds are enough, and of the root of the share that the other cannot remove over the least one.
 pub(super) fn separations(signatures: &Signatures<'_>, live: &LiveCause) -> Vec<f64> {
     let (candidate, values) = &live.cause;
     let Some(s) = signatures.of(*candidate, values) else { return vec![0.0; live.others.len()] };
-    let distance = |(other, values): &(usize, Vec<f64>)| {
+    let a = signatures.acceptance();
+    let z = Normal::standard().inverse_cdf(POWER);
+    let needed = z + (z * z + 2.0 * a.rows_per_observation * a.confusable_odds.ln()).sqrt();
+    let size = s.square().max(f64::MIN_POSITIVE);
+    let ratio = |(other, values): &(usize, Vec<f64>)| {
         let span = SignatureSpan::of(&span_of(signatures, *other, values));
-        s.beside(&span).square().sqrt()
+        let left = s.beside(&span).square();
+        (left.sqrt() / needed).min((left / size / (1.0 - a.confusable_share)).sqrt())
     };
-    live.others.iter().map(distance).collect()
+    live.others.iter().map(ratio).collect()
 }

@@ -26,12 +26,12 @@ pub fn design_report(d: &Design, model_line: &str, made_by: &str) -> String {
         (segments(d))
         @if !d.separations.is_empty() {
             h2 { "Separation of live causes" }
-            p { "Distance between a cause and the other one fitted in its place, in units of the noise." }
+            p { "How far a cause is from the other one fitted in its place, over what a diagnosis needs: from 1 on it distinguishes them." }
             table {
-                thead { tr { th { "cause" } th { "other" } th { "published" } th { "designed" } th { "needed" } } }
+                thead { tr { th { "cause" } th { "other" } th { "published" } th { "designed" } } }
                 tbody {
                     @for s in &d.separations {
-                        tr { td { (s.cause) } td { (s.other) } td { (format!("{:.1}", s.standard)) } td { (format!("{:.1}", s.designed)) } td { (format!("{:.1}", s.needed)) } }
+                        tr { td { (s.cause) } td { (s.other) } td { (format!("{:.2}", s.standard)) } td { (format!("{:.2}", s.designed)) } }
                     }
                 }
             }

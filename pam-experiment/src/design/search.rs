@@ -28,6 +28,8 @@ pub struct DesignOptions {
     pub objective: Objective,
     /// Motor and sensors of the rig.
     pub sensors: SensorParameters,
+    /// Noise of the channels; that of the sensors if absent.
+    pub noise: Option<Noise>,
     /// Protocols that are simulated.
     pub evaluations: usize,
     /// Seed of the search.
@@ -41,6 +43,7 @@ impl Default for DesignOptions {
             limits: DesignLimits::default(),
             objective: Objective::MedianLimit,
             sensors: SensorParameters::default(),
+            noise: None,
             evaluations: 400,
             seed: 1,
         }
@@ -62,7 +65,7 @@ pub struct Gain {
     pub factor: Option<f64>,
 }
 
-/// The distance between a cause and another one, in units of the noise.
+/// How far a cause is from another one, over what a diagnosis needs to distinguish them with 90 % power: from 1 on it does.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Separated {
     /// Id of the cause.
@@ -73,8 +76,6 @@ pub struct Separated {
     pub standard: f64,
     /// Under the design.
     pub designed: f64,
-    /// The distance from which a diagnosis distinguishes them.
-    pub needed: f64,
 }
 
 /// A designed protocol with what it is expected to gain; `design.json`.
@@ -101,7 +102,7 @@ impl Design {
     /// Whether the design distinguishes every live cause from the others; `None` without live causes.
     #[must_use]
     pub fn separates(&self) -> Option<bool> {
-        let enough = |s: &Separated| s.designed >= s.needed;
+        let enough = |s: &Separated| s.designed >= 1.0;
         (!self.separations.is_empty()).then(|| self.separations.iter().all(enough))
     }
 
@@ -111,12 +112,10 @@ impl Design {
         let left: Vec<String> = self
             .separations
             .iter()
-            .filter(|s| s.designed < s.needed)
+            .filter(|s| s.designed < 1.0)
             .map(|s| {
-                format!(
-                    "{} and {} (distance {:.1} of {:.1} needed)",
-                    s.cause, s.other, s.designed, s.needed
-                )
+                let share = 100.0 * s.designed;
+                format!("{} and {} ({share:.0} % of the distance needed)", s.cause, s.other)
             })
             .collect();
         match self.separates() {
@@ -153,7 +152,10 @@ pub fn design(
     let standard = standard(&options.limits);
     let recordings = simulated(model, &standard, options)?;
     let diagnosis = &options.detect.diagnosis;
-    let noise = sensor_noise(model, &recordings, &options.sensors, diagnosis)?;
+    let noise = match &options.noise {
+        Some(noise) => noise.clone(),
+        None => sensor_noise(model, &recordings, &options.sensors, diagnosis)?,
+    };
     let compared = compared(options);
     let before = detect(model, &recordings, Some(&noise), &compared)?;
     let ways = ways(model, &recordings, &noise, options, &before)?;
@@ -303,23 +305,20 @@ fn separated(
 ) -> Result<Vec<Separated>, ExperimentError> {
     let diagnosis = &options.detect.diagnosis;
     let id = |candidate: usize| diagnosis.candidates[candidate].info().id.to_owned();
-    let mut distances: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
-    let mut needed = 0.0;
-    for (side, distances) in sides.into_iter().zip(&mut distances) {
+    let mut sides = sides.into_iter().map(|side| {
         let trials = PreparedTrials::new(model, side)?;
         let signatures = Signatures::of_all(model, &trials, diagnosis, Some(noise))?;
-        distances.extend(live.iter().flat_map(|cause| separations(&signatures, cause)));
-        let z = 1.2816_f64; // 90 % power
-        let cost = 2.0 * signatures.acceptance().confusable_odds.ln();
-        needed = z + (z * z + cost).sqrt();
-    }
+        Ok(live.iter().flat_map(|cause| separations(&signatures, cause)).collect())
+    });
+    let mut side = || -> Result<Vec<f64>, ExperimentError> { sides.next().unwrap_or(Ok(Vec::new())) };
+    let (standard, designed) = (side()?, side()?);
     let pairs = live.iter().flat_map(|l| l.others.iter().map(|o| (l.cause.0, o.0)));
-    let all = pairs.enumerate().map(|(k, (cause, other))| Separated {
+    let all = pairs.zip(standard.into_iter().zip(designed));
+    let one = |((cause, other), (standard, designed))| Separated {
         cause: id(cause),
         other: id(other),
-        standard: distances[0][k],
-        designed: distances[1][k],
-        needed,
-    });
-    Ok(all.collect())
+        standard,
+        designed,
+    };
+    Ok(all.map(one).collect())
 }
