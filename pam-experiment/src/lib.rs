@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`plan`] | what would be measured under this protocol? |
 //! | [`detect`] | which effects would a diagnosis find there, from which magnitude on, and which would it confuse? |
-//! | [`design`] | which protocol finds more, or tells the live causes apart? |
+//! | [`design`] | which protocol finds more, or distinguishes the live causes? |
 //! | [`standing`] | how did the standing of each candidate change from measurement to measurement? |
 //! | [`certify`] | how often is a diagnosis right on this rig, and which settings hold the rate of false alarms? |
 //!

@@ -120,7 +120,7 @@ pub fn live_causes(found: &JointDiagnosis) -> Vec<LiveCause> {
     live.collect()
 }
 
-/// How it ends: with one answer, or with what is still to be told apart, and whether a measurement can.
+/// How it ends: with one answer, or with what is not distinguished yet, and whether a measurement can do it.
 #[must_use]
 pub fn conclusion(found: &JointDiagnosis, design: Option<&Design>) -> String {
     let names = |ids: &[&str]| ids.iter().map(|id| plain_name(id)).collect::<Vec<_>>().join(" and ");

@@ -46,6 +46,9 @@ pub struct DesignEffort {
     /// Largest current of the design
     #[arg(long, default_value_t = 1.5, value_name = "A")]
     pub current_a: f64,
+    /// Least and greatest sealed pressure of the design, psi gauge: where the model is accurate
+    #[arg(long, value_delimiter = ',', num_args = 2, default_value = "10,80", value_name = "LOW,HIGH")]
+    pub psi: Vec<u8>,
     /// Largest displacement of the joint under the design
     #[arg(long, default_value_t = 5.0, value_name = "MM")]
     pub travel_mm: f64,
@@ -71,10 +74,18 @@ impl DesignEffort {
         within("--recordings", self.recordings as f64, 1.0, 64.0)?;
         within("--current-a", self.current_a, 1e-3, Protocol::LARGEST_A)?;
         within("--travel-mm", self.travel_mm, 1e-3, 50.0)?;
+        let psi = match self.psi[..] {
+            [low, high] if low < high && high <= Protocol::LARGEST_PSI => [low, high],
+            _ => {
+                let most = Protocol::LARGEST_PSI;
+                return Err(usage(format!("--psi: give two pressures in order, at most {most}")));
+            }
+        };
         Ok(DesignOptions {
             detect,
             limits: DesignLimits {
                 current_a: self.current_a,
+                psi,
                 travel_mm: self.travel_mm,
                 recordings: self.recordings,
                 seconds: self.seconds,
@@ -94,7 +105,7 @@ pub struct DesignArguments {
     /// The model.
     #[command(flatten)]
     pub model: ModelOptions,
-    /// Folder of a diagnosis (`pam diagnose --out`): the design tells its live causes apart
+    /// Folder of a diagnosis (`pam diagnose --out`): the design distinguishes its live causes
     #[arg(long, value_name = "DIR")]
     pub diagnosis_of: Option<PathBuf>,
     /// Without a diagnosis: which detection limits the design lowers
@@ -160,6 +171,7 @@ impl RunCommand for DesignArguments {
             "seconds": self.effort.seconds,
             "recordings": self.effort.recordings,
             "current_a": self.effort.current_a,
+            "psi": self.effort.psi,
             "travel_mm": self.effort.travel_mm,
             "evaluations": self.effort.evaluations,
             "settings": options.detect.diagnosis.settings,

@@ -19,7 +19,7 @@ use pam_effects::simulation::ResampledRecord;
 use pam_experiment::detect::{
     DetectOptions, Detection, GivenValues, Limit, detect, detection_report,
 };
-use pam_experiment::plan::{noise_from_toml, planned_runs, sensor_noise};
+use pam_experiment::plan::{noise_from_toml, planned_runs, sensor_view};
 use pam_rig::{Conditions, Protocol, RigParameters};
 use serde_json::json;
 use std::path::PathBuf;
@@ -177,8 +177,8 @@ impl RunCommand for DetectArguments {
             let rig = RigParameters::open(&self.plan.rig)?;
             let recordings = planned(&model, &protocol, &rig, global.seed)?;
             let noise = match noise {
-                Some(noise) => noise,
-                None => sensor_noise(&model, &recordings, &rig.sensors, &options.diagnosis)?,
+                Some(noise) => noise.into(),
+                None => sensor_view(&model, &recordings, &rig.sensors, &options.diagnosis)?,
             };
             (recordings, Some(noise))
         } else {

@@ -88,7 +88,7 @@ pub struct DiagnoseArguments {
     /// Also write a protocol for the rig that distinguishes the named cause from those it is confusable with
     #[arg(long)]
     pub design: bool,
-    /// What to do next: `design` searches the protocol that tells the live causes apart and writes it into the folder
+    /// What to do next: `design` searches the protocol that distinguishes the live causes and writes it into the folder
     /// (design.toml, design.json, design.html, commands of each recording)
     #[arg(long, value_enum, value_name = "WHAT")]
     pub then: Option<Next>,
@@ -381,7 +381,7 @@ pub fn diagnosed_into(
     Ok((diagnosis, designed))
 }
 
-/// Designs the measurement that tells the live causes of a diagnosis apart; `None` if there is but one answer.
+/// Designs the measurement that distinguishes the live causes of a diagnosis; `None` if there is but one answer.
 fn next_measurement(
     folder: &Path,
     diagnosis: &JointDiagnosis,
@@ -393,7 +393,7 @@ fn next_measurement(
     if live.is_empty() {
         return Ok(None);
     }
-    // Causes that are certain are part of the model under which the others are told apart.
+    // Causes that are certain are part of the model under which the others are distinguished.
     let ids: Vec<&str> = diagnosis
         .causes
         .iter()

@@ -91,7 +91,7 @@ commands! {
     Detect(detect::DetectArguments),
     /// Certify the diagnosis on your rig: hide effects in baseline recordings, diagnose, count, and calibrate its settings
     Certify(certify::CertifyArguments),
-    /// Design what to measure next: the protocol that lowers detection limits, or tells the live causes of a diagnosis apart
+    /// Design what to measure next: the protocol that lowers detection limits, or distinguishes the live causes of a diagnosis
     Design(design::DesignArguments),
     /// Map stiffness and damping of a model, and the reachable stiffness
     Stiffness(control::stiffness::StiffnessArguments),

@@ -5,7 +5,7 @@ use super::spans::{roles, spans};
 use super::system::JointSystem;
 use crate::data::{Roles, TestSource};
 use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, Problem, dot};
+use crate::fit::{Hypothesis, Problem, dot, fitted_outputs};
 use crate::linearised::{Column, all_starts};
 use crate::noise::Noise;
 use crate::search::{Candidates, Nuisance, Rows};
@@ -14,6 +14,7 @@ use pam_data::Subject;
 use pam_effects::effects::DataScales;
 use pam_effects::model::ExtendedModel;
 use pam_effects::simulation::Trial;
+use pam_numerics::statistics::standard_deviation;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::ops::Range;
@@ -84,6 +85,10 @@ impl SignatureSpan {
         Self(basis)
     }
 }
+
+/// Residuals of the free-run simulation of every recording, channel by channel, in means over rows: neither whitened nor cleared
+/// of nuisances.
+pub type FreeRun = Vec<Vec<Vec<f64>>>;
 
 /// What a diagnosis of these recordings asks of a cause; see [`DiagnosisSettings`](crate::DiagnosisSettings).
 #[derive(Debug, Clone, PartialEq)]
@@ -488,6 +493,59 @@ impl<'a> Signatures<'a> {
             })
         };
         (0..problem.len()).flat_map(of).collect()
+    }
+
+    fn all_of(&self) -> Problem<'_, JointSystem<'a>> {
+        let all = (0..self.system.trials.len()).collect();
+        Problem::new(&self.system, all, self.noise.clone(), &self.options.settings)
+    }
+
+    fn free_run(&self, hypothesis: &Hypothesis) -> Option<FreeRun> {
+        let problem = self.all_of();
+        let hypothesis = hypothesis.without_locals(&self.system, problem.len());
+        (0..problem.len()).map(|i| problem.residuals(&hypothesis, i).ok()).collect()
+    }
+
+    /// The residuals of the base model in a free run, from the measured starts and masses: what the reduction of the error of a
+    /// simulation is read from. `None` if a simulation diverges.
+    #[must_use]
+    pub fn free_run_errors(&self) -> Option<FreeRun> {
+        self.free_run(&self.base)
+    }
+
+    /// The change of these residuals by a candidate.
+    #[must_use]
+    pub fn free_run_change(&self, candidate: usize, values: &[f64]) -> Option<FreeRun> {
+        let mut change = self.free_run(&self.base)?;
+        let with = self.free_run(&self.base.with(candidate, values))?;
+        let pairs = change.iter_mut().flatten().zip(with.iter().flatten());
+        pairs.for_each(|(a, b)| a.iter_mut().zip(b).for_each(|(a, b)| *a -= b));
+        Some(change)
+    }
+
+    /// Variances of the measured channels in each recording.
+    #[must_use]
+    pub fn variances(&self) -> Vec<Vec<f64>> {
+        let of = |e: usize| {
+            let outputs = fitted_outputs(&self.system);
+            outputs.map(|(c, _)| standard_deviation(self.system.measured(e, c)).powi(2)).collect()
+        };
+        (0..self.system.trials.len()).map(of).collect()
+    }
+
+    /// The square of a signature in each of the blocks in which a test set would be read, recording after recording.
+    #[must_use]
+    pub fn test_block_squares(&self, signature: &Signature) -> Vec<Vec<f64>> {
+        let (problem, channels) = (self.problem(), self.acceptance.channels);
+        let firsts = self.firsts(&problem);
+        let fewest = self.options.settings.rejection.fewest_blocks;
+        let of = |i: usize| {
+            let rows = problem.rows(i);
+            let block = problem.rows_per_block(i).min(rows / fewest).max(1);
+            let own = &signature.0[firsts[i]..firsts[i] + rows * channels];
+            own.chunks_exact(block * channels).map(|b| dot(b, b)).collect()
+        };
+        (0..problem.len()).map(of).collect()
     }
 
     /// The noise of the rows.

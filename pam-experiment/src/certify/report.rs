@@ -35,6 +35,10 @@ pub fn certificate_report(s: &Summary, model_line: &str, made_by: &str) -> Strin
                 "it by the share alone."
             }
         }
+        p {
+            "Verdicts of the null sets: "
+            (s.null_verdicts.iter().map(|(v, n)| format!("{} {n}", v.replace('_', " "))).collect::<Vec<_>>().join(", ")) "."
+        }
         @if !s.left_out.is_empty() { p { "Not seen within their range: " (s.left_out.join(", ")) "." } }
         h2 { "Trust in names" }
         table {

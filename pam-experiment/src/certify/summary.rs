@@ -58,6 +58,8 @@ pub struct Summary {
     pub refused: usize,
     /// Null sets in which something was named with the settings of the cases, of all, with exact 95 % limits.
     pub false_alarms: (u64, u64, [f64; 2]),
+    /// Verdicts of the null sets, with how many had each.
+    pub null_verdicts: Vec<(String, u64)>,
     /// Logarithm of the odds from which causes are named with the certified settings.
     pub log_odds: f64,
     /// Null sets that are needed for the exact limit of the level.
@@ -127,6 +129,7 @@ impl Summary {
         Self {
             cases: [outcomes.len(), plan.cases.len()],
             refused: outcomes.iter().filter(|o| o.error.is_some()).count(),
+            null_verdicts: verdicts(&nulls),
             false_alarms: (before, n, clopper_pearson(before, n, CONFIDENCE)),
             log_odds,
             nulls_needed: ((1.0 - HELD).ln() / (1.0 - options.level).ln()).ceil() as u64,
@@ -145,6 +148,17 @@ impl Summary {
                 / outcomes.len().max(1) as f64,
         }
     }
+}
+
+fn verdicts(nulls: &[&Outcome]) -> Vec<(String, u64)> {
+    let mut all: Vec<(String, u64)> = Vec::new();
+    for o in nulls {
+        match all.iter_mut().find(|v| v.0 == o.verdict) {
+            Some(there) => there.1 += 1,
+            None => all.push((o.verdict.clone(), 1)),
+        }
+    }
+    all
 }
 
 fn trust(hidden: &[&Outcome], log_odds: f64) -> Vec<Trust> {

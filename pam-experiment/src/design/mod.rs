@@ -1,4 +1,4 @@
-//! What to measure next: the protocol that finds more, or tells the live causes apart.
+//! What to measure next: the protocol that finds more, or distinguishes the live causes.
 //!
 //! A protocol is a set of sealed pressures and a sequence of segments of current: sines, sums of sines, chirps, triangles,
 //! steps, holds and rests. [`design`] searches them within [limits](DesignLimits) by an evolution with a fixed seed

@@ -80,6 +80,7 @@ impl Judge<'_> {
                 all.map(|d| d.max(LEAST).ln()).fold(f64::INFINITY, f64::min)
             }
             objective => {
+                let none = Vec::new();
                 let gain = |(ray, magnitude): &(Ray, f64)| {
                     let demand = Demand {
                         signatures: &signatures,
@@ -88,6 +89,7 @@ impl Judge<'_> {
                         parameters: ray.parameters,
                         power: 0.9,
                         level: 0.05,
+                        errors: &none,
                     };
                     let s = signatures.of(ray.candidate, &ray.values(*magnitude));
                     let excess = s.map_or(0.0, |s| demand.excess(Kind::Named, &s));

@@ -4,7 +4,7 @@ use super::objective::{Judge, LiveCause, Objective, separations};
 use super::space::{DesignLimits, Proposal, standard};
 use crate::detect::{DetectOptions, Detection, GivenValues, Ray, detect, rays, reference};
 use crate::error::ExperimentError;
-use crate::plan::{planned_runs, sensor_noise};
+use crate::plan::{SensorView, planned_runs, sensor_view};
 use pam_core::parallel;
 use pam_data::Subject;
 use pam_diagnose::joint::{PreparedTrials, Signatures};
@@ -126,7 +126,7 @@ impl Design {
             ),
             Some(true) => "The design is expected to distinguish all live causes.".into(),
             Some(false) => format!(
-                "No protocol that was found within these limits distinguishes {}: this rig cannot tell them apart in this time.",
+                "No protocol that was found within these limits distinguishes {}: this rig cannot distinguish them in this time.",
                 left.join(", ")
             ),
         }
@@ -152,12 +152,13 @@ pub fn design(
     let standard = standard(&options.limits);
     let recordings = simulated(model, &standard, options)?;
     let diagnosis = &options.detect.diagnosis;
-    let noise = match &options.noise {
-        Some(noise) => noise.clone(),
-        None => sensor_noise(model, &recordings, &options.sensors, diagnosis)?,
+    let view = match &options.noise {
+        Some(noise) => SensorView::from(noise.clone()),
+        None => sensor_view(model, &recordings, &options.sensors, diagnosis)?,
     };
+    let noise = view.noise.clone();
     let compared = compared(options);
-    let before = detect(model, &recordings, Some(&noise), &compared)?;
+    let before = detect(model, &recordings, Some(&view), &compared)?;
     let ways = ways(model, &recordings, &noise, options, &before)?;
     let judge = Judge {
         model,
@@ -172,7 +173,7 @@ pub fn design(
     let best = search(&judge, &standard, options, progress);
     let protocol = best.protocol("design");
     let after_recordings = simulated(model, &protocol, options)?;
-    let after = detect(model, &after_recordings, Some(&noise), &compared)?;
+    let after = detect(model, &after_recordings, Some(&view), &compared)?;
     let gains = gains(&before, &after);
     let factors: Vec<f64> = gains.iter().filter_map(|g| g.factor).collect();
     let separations = match &options.objective {

@@ -5,13 +5,14 @@ use super::ray::{Ray, rays};
 use super::result::{Detection, Limit, Limits, Pair};
 use super::{DetectOptions, GivenValues};
 use crate::error::ExperimentError;
+use crate::plan::SensorView;
 use pam_core::parallel;
 use pam_data::Subject;
-use pam_diagnose::joint::{PreparedTrials, Signature, SignatureSpan, Signatures};
-use pam_diagnose::noise::Noise;
+use pam_diagnose::joint::{FreeRun, PreparedTrials, Signature, SignatureSpan, Signatures};
 use pam_effects::ExtendedModel;
 use pam_effects::effects::AnyEffect;
-use pam_numerics::statistics::chi_square_quantile;
+use pam_numerics::dot;
+use pam_numerics::statistics::{chi_square_quantile, mean, standard_deviation, t_quantile_95};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Relative accuracy of the noncentrality at a limit.
@@ -32,6 +33,8 @@ pub(crate) struct Demand<'s, 'a> {
     pub(crate) parameters: usize,
     pub(crate) power: f64,
     pub(crate) level: f64,
+    /// Errors of free runs, by which the reduction of the error is judged; not judged without any.
+    pub(crate) errors: &'s FreeRun,
 }
 
 /// Which limit.
@@ -84,7 +87,58 @@ impl Demand<'_, '_> {
         let channels = self.signatures.channel_squares(s);
         let rise = self.exceeding(a.minor_rise * rows);
         let largest = channels.into_iter().fold(0.0, f64::max);
-        listed.min((size / of_residual).max(largest / rise))
+        listed.min((size / of_residual).max(largest / rise)).min(self.proven(s))
+    }
+
+    /// Whether a test recording proves a smaller whitened error: Student's test of the gains over its blocks, or of the gains
+    /// relative to the sums. Squared, the mean of the recordings.
+    fn proven(&self, s: &Signature) -> f64 {
+        let blocks = self.signatures.test_block_squares(s);
+        let a = self.signatures.acceptance();
+        let rows = a.rows as f64 / blocks.iter().map(Vec::len).sum::<usize>().max(1) as f64;
+        let noise = 2.0 * rows * a.channels as f64;
+        let ratio = |own: &Vec<f64>| {
+            let n = own.len() as f64;
+            if n < 2.0 {
+                return 1.0;
+            }
+            let needed = t_quantile_95(n - 1.0) + self.normal();
+            let student = |gains: &[f64], scatter: &[f64]| {
+                let scatter = scatter.iter().sum::<f64>() / n;
+                let variance = standard_deviation(gains).powi(2) * n / (n - 1.0) + scatter;
+                mean(gains) / (variance / n).sqrt()
+            };
+            let relative: Vec<f64> = own.iter().map(|b| b / (b + noise)).collect();
+            let of_relative: Vec<f64> =
+                own.iter().map(|b| 4.0 * b / (b + noise).powi(2)).collect();
+            let scatter: Vec<f64> = own.iter().map(|b| 4.0 * b).collect();
+            (student(own, &scatter).max(student(&relative, &of_relative)) / needed).powi(2)
+        };
+        blocks.iter().map(ratio).sum::<f64>() / blocks.len().max(1) as f64
+    }
+
+    /// Whether the error of the free run becomes smaller: the square of the change over its product with the error of other
+    /// recordings, of whose sign nothing is known. Squared, the geometric mean of the recordings.
+    fn reduced(&self, ray: &Ray, magnitude: f64) -> f64 {
+        if self.errors.is_empty() {
+            return f64::INFINITY;
+        }
+        let change = self.signatures.free_run_change(ray.candidate, &ray.values(magnitude));
+        let Some(change) = change else { return f64::INFINITY };
+        let variances = self.signatures.variances();
+        let product = |a: &[Vec<f64>], b: &[Vec<f64>], v: &[f64]| -> f64 {
+            let channels = a.iter().zip(b).zip(v);
+            channels.map(|((a, b), v)| dot(a, &b[..a.len().min(b.len())]) / v.max(1e-300)).sum()
+        };
+        let ratio = |(own, v): (&Vec<Vec<f64>>, &Vec<f64>)| {
+            let square = product(own, own, v);
+            let same = self.errors.iter().filter(|e| e[0].len() == own[0].len());
+            let crossed: Vec<f64> = same.map(|e| product(own, e, v).powi(2)).collect();
+            let cross = mean(&crossed).sqrt();
+            2.0 * (square / (2.0 * self.normal() * cross).max(1e-300)).max(1e-300).ln()
+        };
+        let all: Vec<f64> = change.iter().zip(&variances).map(ratio).collect();
+        mean(&all).exp()
     }
 
     /// The magnitude at which the excess is one; the weakest one of the range if it is exceeded there.
@@ -94,7 +148,11 @@ impl Demand<'_, '_> {
         for tried in 0..TRIES {
             let s = self.signatures.of(ray.candidate, &ray.values(m));
             let excess = match &s {
-                Some(s) if s.square() > 0.0 => self.excess(kind, s),
+                Some(s) if s.square() > 0.0 => {
+                    let own = self.excess(kind, s);
+                    // The free run is simulated only where it decides.
+                    if kind == Kind::Named && own > 0.2 { own.min(self.reduced(ray, m)) } else { own }
+                }
                 Some(_) => 0.0,
                 // So large that the simulation diverges.
                 None => f64::INFINITY,
@@ -173,7 +231,7 @@ pub(crate) fn reference(limits: &Limits, ray: &Ray) -> f64 {
 }
 
 /// Foretells the limits of a diagnosis of recordings, measured or simulated. The noise is learned from them as a diagnosis
-/// does, unless it is given.
+/// does, unless it is given; so are the errors of free runs.
 ///
 /// ```
 /// use pam_core::{AnyForce, JointModel, SpringDamper};
@@ -196,7 +254,7 @@ pub(crate) fn reference(limits: &Limits, ray: &Ray) -> f64 {
 ///     effects: vec!["viscous_damping".parse()?, "coulomb_friction".parse()?],
 ///     ..DetectOptions::default()
 /// };
-/// let detection = detect(&model, &recordings, Some(&noise), &options)?;
+/// let detection = detect(&model, &recordings, Some(&noise.into()), &options)?;
 /// let friction = detection.of("coulomb_friction").and_then(|l| l.value()).expect("it is seen");
 /// assert!(friction > 0.01 && friction < 10.0); // N
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -207,11 +265,16 @@ pub(crate) fn reference(limits: &Limits, ray: &Ray) -> f64 {
 pub fn detect(
     model: &ExtendedModel,
     recordings: &[Subject],
-    noise: Option<&Noise>,
+    view: Option<&SensorView>,
     options: &DetectOptions,
 ) -> Result<Detection, ExperimentError> {
     let trials = PreparedTrials::new(model, recordings)?;
+    let noise = view.map(|v| &v.noise);
     let signatures = Signatures::new(model, &trials, &options.diagnosis, noise)?;
+    let errors = match view {
+        Some(view) => view.errors.clone(),
+        None => signatures.free_run_errors().unwrap_or_default(),
+    };
     let mut ways: Vec<(&'static dyn AnyEffect, Ray)> = Vec::new();
     for (candidate, effect, given) in asked(options)? {
         let own = rays(&signatures, candidate, effect, &given.values)?;
@@ -227,6 +290,7 @@ pub fn detect(
             parameters: ray.parameters,
             power: options.power,
             level: options.level,
+            errors: &errors,
         };
         let kept = ray.kept(*effect).into_iter().map(|(name, v)| (name.to_owned(), v)).collect();
         Limits {
@@ -299,7 +363,7 @@ fn pairs(
                     effect: ray.label(),
                     other: other.id.to_owned(),
                     cosine: (1.0 - own).sqrt(),
-                    told_apart_from: told,
+                    distinguished_from: told,
                 }
             })
             .collect()

@@ -123,7 +123,7 @@ fn near(d: &Detection) -> Markup {
                     @for p in pairs {
                         tr {
                             td { (p.effect) } td { (p.other) } td { (format!("{:.4}", p.cosine)) }
-                            td { (p.told_apart_from.map_or_else(|| "never".to_owned(), |m| format!("{m:.1}"))) }
+                            td { (p.distinguished_from.map_or_else(|| "never".to_owned(), |m| format!("{m:.1}"))) }
                         }
                     }
                 }

@@ -54,7 +54,7 @@ pub struct Pair {
     pub cosine: f64,
     /// The magnitude, in multiples of the limit of a named cause, from which on a diagnosis distinguishes the two; absent if
     /// none does.
-    pub told_apart_from: Option<f64>,
+    pub distinguished_from: Option<f64>,
 }
 
 /// Detection limits and the matrix of confusions.
@@ -86,7 +86,7 @@ impl Detection {
     /// Labels and ids that a diagnosis would not distinguish at `multiples` of the limit.
     #[must_use]
     pub fn confused(&self, multiples: f64) -> Vec<(&str, &str)> {
-        let confused = |p: &&Pair| p.told_apart_from.is_none_or(|from| from > multiples);
+        let confused = |p: &&Pair| p.distinguished_from.is_none_or(|from| from > multiples);
         self.pairs.iter().filter(confused).map(|p| (p.effect.as_str(), p.other.as_str())).collect()
     }
 }

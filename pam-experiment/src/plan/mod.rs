@@ -10,4 +10,4 @@ mod sensors;
 pub use noise_file::noise_from_toml;
 pub(crate) use run::predicted;
 pub use run::{PlannedRun, planned_runs};
-pub use sensors::{LOADER_HZ, measured, sensor_noise};
+pub use sensors::{LOADER_HZ, SensorView, measured, sensor_view};

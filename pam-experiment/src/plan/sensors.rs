@@ -5,7 +5,7 @@ use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, MN_PER_N, PULLEY_RADIUS_MM};
 use pam_data::preprocess::{Cutoffs, derivative_of, filtered};
 use pam_data::{Recording, Subject};
 use pam_diagnose::DiagnoseOptions;
-use pam_diagnose::joint::{PreparedTrials, Signatures};
+use pam_diagnose::joint::{FreeRun, PreparedTrials, Signatures};
 use pam_diagnose::noise::Noise;
 use pam_effects::ExtendedModel;
 use pam_rig::sensors::{PressureParameters, PressureSensor, SensorParameters};
@@ -16,17 +16,32 @@ use rand_distr::StandardNormal;
 /// Cutoff of the loader of raw logs, Hz.
 pub const LOADER_HZ: f64 = 20.0;
 
-/// The noise that a diagnosis would learn of simulated recordings if the sensors of a rig had read them, with the loader of raw
+/// What a diagnosis sees of recordings beside the motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorView {
+    /// The noise of the rows of each channel.
+    pub noise: Noise,
+    /// Errors of free-run simulations from measured starts and masses; empty if they are not known.
+    pub errors: FreeRun,
+}
+
+impl From<Noise> for SensorView {
+    fn from(noise: Noise) -> Self {
+        Self { noise, errors: Vec::new() }
+    }
+}
+
+/// What a diagnosis would see of simulated recordings if the sensors of a rig had read them, with the loader of raw
 /// logs: also what the noise of the measured force does to the prediction.
 ///
 /// # Errors
 /// [`ExperimentError`] if the recordings are too short.
-pub fn sensor_noise(
+pub fn sensor_view(
     model: &ExtendedModel,
     recordings: &[Subject],
     sensors: &SensorParameters,
     options: &DiagnoseOptions,
-) -> Result<Noise, ExperimentError> {
+) -> Result<SensorView, ExperimentError> {
     let seed = |k: usize| options.seed.wrapping_mul(1000).wrapping_add(k as u64);
     let noisy: Result<Vec<Subject>, _> = recordings
         .iter()
@@ -34,7 +49,9 @@ pub fn sensor_noise(
         .map(|(k, clean)| measured(clean, sensors, LOADER_HZ, seed(k)))
         .collect();
     let trials = PreparedTrials::new(model, &noisy?)?;
-    Ok(Signatures::new(model, &trials, options, None)?.noise().common())
+    let seen = Signatures::new(model, &trials, options, None)?;
+    let errors = seen.free_run_errors().unwrap_or_default();
+    Ok(SensorView { noise: seen.noise().common(), errors })
 }
 
 /// A simulated recording as sensors read it: steps and noise of encoder, pressure and current sensors, and the zero-phase
