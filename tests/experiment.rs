@@ -48,9 +48,8 @@ fn limits(arguments: &Arguments) -> Result<(), String> {
         .and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok())
         .and_then(|v| serde_json::from_value(v["outcomes"].clone()).ok())
         .unwrap_or_default();
-    let asked = |c: &&Case| {
-        arguments.multiples.is_empty() || arguments.multiples.contains(&c.multiple)
-    };
+    let asked =
+        |c: &&Case| arguments.multiples.is_empty() || arguments.multiples.contains(&c.multiple);
     let due: Vec<Case> = plan
         .cases
         .iter()
@@ -84,6 +83,10 @@ fn limits(arguments: &Arguments) -> Result<(), String> {
         );
     }
     let within = all.iter().filter(|c| (1.0 / 1.5..=1.5).contains(&c.ratio)).count();
-    println!("{within} of {} within a factor of 1.5; confusions {:?}", all.len(), confusions(&detection, &outcomes));
+    println!(
+        "{within} of {} within a factor of 1.5; confusions {:?}",
+        all.len(),
+        confusions(&detection, &outcomes)
+    );
     Ok(())
 }

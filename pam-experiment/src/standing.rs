@@ -123,7 +123,8 @@ pub fn live_causes(found: &JointDiagnosis) -> Vec<LiveCause> {
 /// How it ends: with one answer, or with what is not distinguished yet, and whether a measurement can do it.
 #[must_use]
 pub fn conclusion(found: &JointDiagnosis, design: Option<&Design>) -> String {
-    let names = |ids: &[&str]| ids.iter().map(|id| plain_name(id)).collect::<Vec<_>>().join(" and ");
+    let names =
+        |ids: &[&str]| ids.iter().map(|id| plain_name(id)).collect::<Vec<_>>().join(" and ");
     if found.causes.is_empty() {
         return format!("No cause is named ({}).", found.verdict.to_string().replace('_', " "));
     }
@@ -134,7 +135,8 @@ pub fn conclusion(found: &JointDiagnosis, design: Option<&Design>) -> String {
         let others: Vec<&str> = c.confusable_with.iter().map(String::as_str).collect();
         format!("{} from {}", plain_name(&c.effect), names(&others))
     });
-    let left = format!("The measurements do not distinguish {}.", pairs.collect::<Vec<_>>().join("; "));
+    let left =
+        format!("The measurements do not distinguish {}.", pairs.collect::<Vec<_>>().join("; "));
     match design {
         Some(design) => format!("{left} {}", design.sentence()),
         None => left,

@@ -139,8 +139,7 @@ pub fn compared(detection: &Detection, outcomes: &[Outcome]) -> Vec<Compared> {
     for limits in &detection.limits {
         let Some(limit) = limits.named else { continue };
         let own = outcomes.iter().filter(|o| o.case.label.as_deref() == Some(&limits.label));
-        let trials: Vec<(f64, bool)> =
-            own.map(|o| (o.case.multiple, o.is_right())).collect();
+        let trials: Vec<(f64, bool)> = own.map(|o| (o.case.multiple, o.is_right())).collect();
         if trials.is_empty() {
             continue;
         }
@@ -174,8 +173,7 @@ fn ratio(at_limit: f64, trials: &[(f64, bool)]) -> f64 {
         })
         .collect();
     let best = tried.iter().map(|t| t.1).fold(f64::NEG_INFINITY, f64::max);
-    let near: Vec<f64> =
-        tried.iter().filter(|t| t.1 > best - 0.05).map(|t| t.0.ln()).collect();
+    let near: Vec<f64> = tried.iter().filter(|t| t.1 > best - 0.05).map(|t| t.0.ln()).collect();
     (near.iter().sum::<f64>() / near.len() as f64).exp()
 }
 
@@ -186,9 +184,10 @@ pub fn confusions(detection: &Detection, outcomes: &[Outcome]) -> [usize; 3] {
     let mut counts = [0; 3];
     for o in outcomes.iter().filter(|o| o.is_right()) {
         let Some(effect) = o.case.effect.as_deref() else { continue };
-        let names = o.named.iter().flat_map(|n| {
-            n.confusable_with.iter().map(String::as_str).chain([n.effect.as_str()])
-        });
+        let names = o
+            .named
+            .iter()
+            .flat_map(|n| n.confusable_with.iter().map(String::as_str).chain([n.effect.as_str()]));
         let mut measured: Vec<&str> = names.filter(|id| *id != effect).collect();
         measured.sort_unstable();
         measured.dedup();

@@ -47,7 +47,13 @@ pub struct DesignEffort {
     #[arg(long, default_value_t = 1.5, value_name = "A")]
     pub current_a: f64,
     /// Least and greatest sealed pressure of the design, psi gauge: where the model is accurate
-    #[arg(long, value_delimiter = ',', num_args = 2, default_value = "10,80", value_name = "LOW,HIGH")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        num_args = 2,
+        default_value = "10,80",
+        value_name = "LOW,HIGH"
+    )]
     pub psi: Vec<u8>,
     /// Largest displacement of the joint under the design
     #[arg(long, default_value_t = 5.0, value_name = "MM")]
@@ -280,7 +286,9 @@ fn live_causes(
         }
     }
     if live.is_empty() {
-        return Err(fail("no named cause is confusable with another one: there is nothing to separate"));
+        return Err(fail(
+            "no named cause is confusable with another one: there is nothing to separate",
+        ));
     }
     Ok(live)
 }

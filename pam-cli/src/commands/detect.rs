@@ -212,7 +212,8 @@ impl RunCommand for DetectArguments {
 
 /// The limits, with the nearest other effect of each.
 fn limits_table(detection: &Detection) -> String {
-    let head = ["effect", "parameter", "named from", "listed from", "any test", "most like", "cosine"];
+    let head =
+        ["effect", "parameter", "named from", "listed from", "any test", "most like", "cosine"];
     let mut rows = vec![head.map(str::to_owned).to_vec()];
     let cell = |l: Option<Limit>| l.map_or_else(|| "–".into(), |l| significant(l.value, 3));
     for l in &detection.limits {

@@ -1,10 +1,10 @@
 //! `pam diagnose`.
 
 use super::RunCommand;
+use super::design::{DesignEffort, design_into};
 use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::{CliError, failed};
-use super::design::{DesignEffort, design_into};
 use crate::options::{
     DataOptions, ModelOptions, check_quality, describe_model, effect, settings_of,
 };
@@ -22,8 +22,8 @@ use pam_diagnose::ladder::Ladder;
 use pam_diagnose::remainder::Remainder;
 use pam_diagnose::report::{ReportContext, diagnosis_report, plain_name, verdict_sentence};
 use pam_diagnose::{
-    DiagnoseError, DiagnoseOptions, EffectLadder, JointDiagnosis, RecordingSets,
-    Stage, Verdict, diagnose,
+    DiagnoseError, DiagnoseOptions, EffectLadder, JointDiagnosis, RecordingSets, Stage, Verdict,
+    diagnose,
 };
 use pam_effects::ExtendedModel;
 use pam_effects::effects;
@@ -31,9 +31,7 @@ use pam_experiment::ExperimentError;
 use pam_experiment::certify::Certificate;
 use pam_experiment::design::{Design, DesignOptions, Objective};
 use pam_experiment::detect::DetectOptions;
-use pam_experiment::standing::{
-    Measurement, conclusion, live_causes, standing, standing_section,
-};
+use pam_experiment::standing::{Measurement, conclusion, live_causes, standing, standing_section};
 use pam_report::page::{number, paragraph};
 use pam_rig::protocol::CurrentSegment;
 use pam_rig::{Conditions, Protocol};
@@ -137,7 +135,11 @@ impl RunCommand for DiagnoseArguments {
         let sets =
             RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
         let certificate = settings_of(self.settings.as_deref(), &[])?.1;
-        let quoted = Quoted { measurements: &measurements, certificate, then: self.then_design(&options, global)? };
+        let quoted = Quoted {
+            measurements: &measurements,
+            certificate,
+            then: self.then_design(&options, global)?,
+        };
         let (diagnosis, _) = diagnosed_into(&self.out, &saved, &sets, &options, quoted, console)?;
         let configuration = json!({
             "model": self.model.model,
@@ -169,8 +171,11 @@ impl DiagnoseArguments {
         global: &GlobalOptions,
         console: &Console,
     ) -> Result<Vec<Measurement>, CliError> {
-        let name = |p: &PathBuf| p.file_name().map_or_else(|| p.display().to_string(), |n| n.to_string_lossy().into());
-        let read = |paths: &[PathBuf]| self.reading.unchecked_subjects(paths, saved, global, console);
+        let name = |p: &PathBuf| {
+            p.file_name().map_or_else(|| p.display().to_string(), |n| n.to_string_lossy().into())
+        };
+        let read =
+            |paths: &[PathBuf]| self.reading.unchecked_subjects(paths, saved, global, console);
         if self.data.len() > 1 && self.data.iter().all(|p| p.is_dir()) {
             let one = |p: &PathBuf| Ok((name(p), read(std::slice::from_ref(p))?));
             return self.data.iter().map(one).collect();
@@ -231,11 +236,8 @@ fn options(
     options.law = arguments.law;
     options.ladder = arguments.ladder.as_deref().map(ladder).transpose()?;
     if !arguments.effects.is_empty() {
-        options.candidates = arguments
-            .effects
-            .iter()
-            .map(|id| effect(id))
-            .collect::<Result<_, _>>()?;
+        options.candidates =
+            arguments.effects.iter().map(|id| effect(id)).collect::<Result<_, _>>()?;
     }
     Ok(options)
 }
@@ -406,7 +408,8 @@ fn next_measurement(
     let learned = Signatures::new(&model, &trials, &options.detect.diagnosis, None)?;
     let noise = Some(learned.noise().common());
     model.effects.retain(|a| !ids.contains(&a.effect.info().id));
-    let options = DesignOptions { objective: Objective::Separation(live), noise, ..options.clone() };
+    let options =
+        DesignOptions { objective: Objective::Separation(live), noise, ..options.clone() };
     design_into(folder, &model, &describe_model(saved), &options, "design.html", console).map(Some)
 }
 

@@ -468,7 +468,10 @@ impl<'a> Signatures<'a> {
                 let draws: Vec<[f64; 2]> = (0..blocks.len()).map(draw).collect();
                 let square = |p: &Vec<[f64; 2]>| {
                     let terms = p.iter().zip(&draws);
-                    terms.map(|(p, [sign, noise])| sign * (p[0] + noise * p[1])).sum::<f64>().powi(2)
+                    terms
+                        .map(|(p, [sign, noise])| sign * (p[0] + noise * p[1]))
+                        .sum::<f64>()
+                        .powi(2)
                 };
                 products.iter().map(square).fold(0.0, f64::max)
             })

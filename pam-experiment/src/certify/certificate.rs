@@ -45,8 +45,9 @@ impl Certificate {
         let Some(certificate) = table.remove("certificate") else {
             return Ok((text.to_owned(), None));
         };
-        let certificate: Self =
-            certificate.try_into().map_err(|e: toml::de::Error| format!("certificate: {}", e.message()))?;
+        let certificate: Self = certificate
+            .try_into()
+            .map_err(|e: toml::de::Error| format!("certificate: {}", e.message()))?;
         let settings = document::to_toml(&table).map_err(|e| e.message().to_owned())?;
         Ok((settings, Some(certificate)))
     }

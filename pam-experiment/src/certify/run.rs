@@ -62,7 +62,8 @@ impl CertifyFolder {
 }
 
 fn to_json<T: Serialize>(value: &T) -> Result<String, ExperimentError> {
-    let text = document::to_json(value).map_err(|e| ExperimentError::setting("plan", e.message()))?;
+    let text =
+        document::to_json(value).map_err(|e| ExperimentError::setting("plan", e.message()))?;
     Ok(format!("{text}\n"))
 }
 

@@ -169,7 +169,12 @@ fn trust(hidden: &[&Outcome], log_odds: f64) -> Vec<Trust> {
             hidden.iter().filter(|o| o.names_at(steps[k]) && o.log_odds < next).collect();
         let (trials, right) =
             (here.len() as u64, here.iter().filter(|o| o.is_right()).count() as u64);
-        Trust { log_odds: steps[k], trials, right, limits: clopper_pearson(right, trials, CONFIDENCE) }
+        Trust {
+            log_odds: steps[k],
+            trials,
+            right,
+            limits: clopper_pearson(right, trials, CONFIDENCE),
+        }
     };
     (0..steps.len()).map(level).collect()
 }

@@ -209,9 +209,13 @@ fn resampled(residuals: &[Vec<f64>; 4], block: usize, random: &mut ChaCha8Rng) -
             if at >= n {
                 break;
             }
-            let rising = if from > 0 && k < overlap { (k as f64 + 0.5) / overlap as f64 } else { 1.0 };
-            let falling =
-                if k >= block { 1.0 - (k - block) as f64 / overlap as f64 - 0.5 / overlap as f64 } else { 1.0 };
+            let rising =
+                if from > 0 && k < overlap { (k as f64 + 0.5) / overlap as f64 } else { 1.0 };
+            let falling = if k >= block {
+                1.0 - (k - block) as f64 / overlap as f64 - 0.5 / overlap as f64
+            } else {
+                1.0
+            };
             let weight = (rising * falling).sqrt();
             for (to, own) in made.iter_mut().zip(residuals) {
                 to[at] += weight * own[(source + k) % n];

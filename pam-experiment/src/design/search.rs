@@ -272,7 +272,8 @@ fn search(
             })
             .collect();
         made += generation.len();
-        let worths = parallel::map(generation.len(), |k| judge.worth(&generation[k].protocol("design")));
+        let worths =
+            parallel::map(generation.len(), |k| judge.worth(&generation[k].protocol("design")));
         best.extend(worths.into_iter().zip(generation));
         best.sort_by(|a, b| b.0.total_cmp(&a.0));
         best.truncate(PARENTS);
@@ -311,7 +312,8 @@ fn separated(
         let signatures = Signatures::of_all(model, &trials, diagnosis, Some(noise))?;
         Ok(live.iter().flat_map(|cause| separations(&signatures, cause)).collect())
     });
-    let mut side = || -> Result<Vec<f64>, ExperimentError> { sides.next().unwrap_or(Ok(Vec::new())) };
+    let mut side =
+        || -> Result<Vec<f64>, ExperimentError> { sides.next().unwrap_or(Ok(Vec::new())) };
     let (standard, designed) = (side()?, side()?);
     let pairs = live.iter().flat_map(|l| l.others.iter().map(|o| (l.cause.0, o.0)));
     let all = pairs.zip(standard.into_iter().zip(designed));

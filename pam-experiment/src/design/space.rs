@@ -65,7 +65,13 @@ fn separate(psi: &mut [[u8; 2]], limits: &DesignLimits) {
         psi[k] = psi[k].map(|p| p.clamp(low, high));
         while psi[..k].contains(&psi[k]) {
             let [f, e] = psi[k];
-            psi[k] = if f < high { [f + 1, e] } else if e < high { [low, e + 1] } else { [low, low] };
+            psi[k] = if f < high {
+                [f + 1, e]
+            } else if e < high {
+                [low, e + 1]
+            } else {
+                [low, low]
+            };
         }
     }
 }
@@ -86,8 +92,9 @@ impl Proposal {
     pub(super) fn random(limits: &DesignLimits, random: &mut ChaCha8Rng) -> Self {
         let count = random.random_range(1..=MOST_SEGMENTS);
         let segments = (0..count).map(|_| segment(limits, random)).collect();
-        let mut psi: Vec<[u8; 2]> =
-            (0..limits.recordings).map(|_| [pressure(limits, random), pressure(limits, random)]).collect();
+        let mut psi: Vec<[u8; 2]> = (0..limits.recordings)
+            .map(|_| [pressure(limits, random), pressure(limits, random)])
+            .collect();
         separate(&mut psi, limits);
         Self { psi, segments }.fitted(limits)
     }
@@ -244,7 +251,10 @@ fn segment(limits: &DesignLimits, random: &mut ChaCha8Rng) -> CurrentSegment {
                 let phase = 360.0 * random.random::<f64>();
                 [amplitude_a / f64::from(count), frequency(limits, random), phase]
             };
-            CurrentSegment::Multisine { components: (0..count).map(component).collect(), duration_s }
+            CurrentSegment::Multisine {
+                components: (0..count).map(component).collect(),
+                duration_s,
+            }
         }
         4 => {
             let to_hz = frequency(limits, random);
@@ -274,7 +284,11 @@ fn change(segment: &mut CurrentSegment, limits: &DesignLimits, random: &mut ChaC
     match segment {
         CurrentSegment::Sine { amplitude_a, frequency_hz, .. }
         | CurrentSegment::Triangle { amplitude_a, frequency_hz, .. } => {
-            if which { a(amplitude_a) } else { hz(frequency_hz) }
+            if which {
+                a(amplitude_a)
+            } else {
+                hz(frequency_hz)
+            }
         }
         CurrentSegment::Chirp { amplitude_a, from_hz, to_hz, .. } => {
             match random.random_range(0..3) {
@@ -285,14 +299,22 @@ fn change(segment: &mut CurrentSegment, limits: &DesignLimits, random: &mut ChaC
         }
         CurrentSegment::Multisine { components, .. } => {
             let place = random.random_range(0..components.len());
-            if which { hz(&mut components[place][1]) } else { components[place][0] *= by }
+            if which {
+                hz(&mut components[place][1])
+            } else {
+                components[place][0] *= by
+            }
             let sum: f64 = components.iter().map(|c| c[0].abs()).sum();
             if sum > most {
                 components.iter_mut().for_each(|c| c[0] *= most / sum);
             }
         }
         CurrentSegment::Pulses { amplitude_a, period_s, .. } => {
-            if which { a(amplitude_a) } else { *period_s = (*period_s * by).max(0.2) }
+            if which {
+                a(amplitude_a)
+            } else {
+                *period_s = (*period_s * by).max(0.2)
+            }
         }
         CurrentSegment::Constant { amplitude_a, .. } => a(amplitude_a),
         _ => {}

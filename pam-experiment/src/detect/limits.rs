@@ -109,8 +109,7 @@ impl Demand<'_, '_> {
                 mean(gains) / (variance / n).sqrt()
             };
             let relative: Vec<f64> = own.iter().map(|b| b / (b + noise)).collect();
-            let of_relative: Vec<f64> =
-                own.iter().map(|b| 4.0 * b / (b + noise).powi(2)).collect();
+            let of_relative: Vec<f64> = own.iter().map(|b| 4.0 * b / (b + noise).powi(2)).collect();
             let scatter: Vec<f64> = own.iter().map(|b| 4.0 * b).collect();
             (student(own, &scatter).max(student(&relative, &of_relative)) / needed).powi(2)
         };
@@ -151,7 +150,11 @@ impl Demand<'_, '_> {
                 Some(s) if s.square() > 0.0 => {
                     let own = self.excess(kind, s);
                     // The free run is simulated only where it decides.
-                    if kind == Kind::Named && own > 0.2 { own.min(self.reduced(ray, m)) } else { own }
+                    if kind == Kind::Named && own > 0.2 {
+                        own.min(self.reduced(ray, m))
+                    } else {
+                        own
+                    }
                 }
                 Some(_) => 0.0,
                 // So large that the simulation diverges.
@@ -163,7 +166,11 @@ impl Demand<'_, '_> {
             if excess.is_finite() && ((excess - 1.0).abs() < ACCURACY || settled) {
                 return ray.admits(m).then_some(found);
             }
-            if excess < 1.0 { low = m } else { high = m }
+            if excess < 1.0 {
+                low = m
+            } else {
+                high = m
+            }
             if excess < 1.0 && !ray.admits(m) && ray.is_beyond(m) {
                 return None;
             }
@@ -219,7 +226,11 @@ fn asked(
 }
 
 /// The directions of an effect at values: by its parameters, and by switching it on.
-pub(crate) fn span_of(signatures: &Signatures<'_>, candidate: usize, values: &[f64]) -> Vec<Signature> {
+pub(crate) fn span_of(
+    signatures: &Signatures<'_>,
+    candidate: usize,
+    values: &[f64],
+) -> Vec<Signature> {
     let mut all = signatures.tangents(candidate, values).unwrap_or_default();
     all.extend(signatures.of(candidate, values));
     all
@@ -227,7 +238,11 @@ pub(crate) fn span_of(signatures: &Signatures<'_>, candidate: usize, values: &[f
 
 /// A magnitude at which an effect shows plainly: its limit, or its starting value.
 pub(crate) fn reference(limits: &Limits, ray: &Ray) -> f64 {
-    limits.named.or(limits.listed).or(limits.familywise).map_or_else(|| ray.first_magnitude(), |l| l.magnitude)
+    limits
+        .named
+        .or(limits.listed)
+        .or(limits.familywise)
+        .map_or_else(|| ray.first_magnitude(), |l| l.magnitude)
 }
 
 /// Foretells the limits of a diagnosis of recordings, measured or simulated. The noise is learned from them as a diagnosis

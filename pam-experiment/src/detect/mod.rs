@@ -46,11 +46,6 @@ pub struct DetectOptions {
 
 impl Default for DetectOptions {
     fn default() -> Self {
-        Self {
-            diagnosis: DiagnoseOptions::default(),
-            effects: Vec::new(),
-            power: 0.9,
-            level: 0.05,
-        }
+        Self { diagnosis: DiagnoseOptions::default(), effects: Vec::new(), power: 0.9, level: 0.05 }
     }
 }

@@ -32,7 +32,11 @@ pub fn needed_noncentrality(t: f64, freedom: f64, power: f64) -> f64 {
     let (mut low, mut high) = (0.0, 4.0 * t.max(1.0) + 100.0);
     for _ in 0..50 {
         let middle = 0.5 * (low + high);
-        if noncentral_chi_square_sf(t, freedom, middle) < power { low = middle } else { high = middle }
+        if noncentral_chi_square_sf(t, freedom, middle) < power {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     0.5 * (low + high)
 }

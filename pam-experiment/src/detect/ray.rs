@@ -19,11 +19,15 @@ impl std::str::FromStr for GivenValues {
     fn from_str(text: &str) -> Result<Self, String> {
         let (effect, rest) = text.split_once(':').unwrap_or((text, ""));
         let values = rest.split(';').map(str::trim).filter(|v| !v.is_empty()).map(|v| {
-            let (name, value) = v.split_once('=').ok_or_else(|| format!("`{v}` is no name=value"))?;
+            let (name, value) =
+                v.split_once('=').ok_or_else(|| format!("`{v}` is no name=value"))?;
             let value: f64 = value.trim().parse().map_err(|_| format!("`{value}` is no number"))?;
             Ok((name.trim().to_owned(), value))
         });
-        Ok(Self { effect: effect.trim().to_owned(), values: values.collect::<Result<_, String>>()? })
+        Ok(Self {
+            effect: effect.trim().to_owned(),
+            values: values.collect::<Result<_, String>>()?,
+        })
     }
 }
 
@@ -85,9 +89,12 @@ pub fn rays(
         .enumerate()
         .map(|(k, p)| start.as_ref().map_or_else(|| without_start(p, scales), |s| s[k]))
         .collect();
-    values.extend(info.switches.iter().enumerate().map(|(k, _)| {
-        start.as_ref().map_or(0.0, |s| s[info.parameters.len() + k])
-    }));
+    values.extend(
+        info.switches
+            .iter()
+            .enumerate()
+            .map(|(k, _)| start.as_ref().map_or(0.0, |s| s[info.parameters.len() + k])),
+    );
     let is_given = |name: &str| given.iter().find(|g| g.0 == name).map(|g| g.1);
     for (value, name) in values.iter_mut().zip(info.value_names()) {
         *value = is_given(name).unwrap_or(*value);

@@ -20,14 +20,16 @@ fn residuals_come_back_with_their_size_and_colour() {
     let synthesis = Synthesis::new(&model, &baseline).expect("simulated");
     let (a, b) = (synthesis.set(None, 1).expect("a set"), synthesis.set(None, 2).expect("a set"));
     // Differences of two sets: the simulation is the same.
-    let difference = |x: &[f64], y: &[f64]| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| x - y).collect() };
+    let difference =
+        |x: &[f64], y: &[f64]| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| x - y).collect() };
     for c in [Channel::X, Channel::Pf] {
         let sets = difference(a[0].recording.channel(c), b[0].recording.channel(c));
         let truth = difference(
             baseline[0].recording.channel(c),
             synthesis_truth(&model, &baseline[0]).channel(c),
         );
-        let (own, wanted) = (standard_deviation(&sets), 2.0_f64.sqrt() * standard_deviation(&truth));
+        let (own, wanted) =
+            (standard_deviation(&sets), 2.0_f64.sqrt() * standard_deviation(&truth));
         assert!((0.6..1.5).contains(&(own / wanted)), "{c:?}: {own} {wanted}");
         let correlation = |v: &[f64]| {
             let m = mean(v);
@@ -58,10 +60,8 @@ fn sensors_show_an_effect_at_rest_too() {
     let model = model();
     let baseline = noisy(&model, &protocol(6.0), None, 4);
     let synthesis = Synthesis::new(&model, &baseline).expect("simulated");
-    let bias = ActiveEffect {
-        effect: by_id("pressure_bias").expect("known"),
-        values: vec![15.0, 0.0],
-    };
+    let bias =
+        ActiveEffect { effect: by_id("pressure_bias").expect("known"), values: vec![15.0, 0.0] };
     let (with, without) =
         (synthesis.set(Some(&bias), 1).expect("a set"), synthesis.set(None, 1).expect("a set"));
     let rest = |s: &pam_data::Subject| s.recording.reading_at_rest();

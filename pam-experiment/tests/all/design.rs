@@ -3,15 +3,20 @@ use pam_experiment::design::{
     DesignLimits, DesignOptions, LiveCause, Objective, commands_csv, design,
 };
 use pam_experiment::detect::DetectOptions;
-use pam_rig::sensors::{MotorParameters, SensorParameters};
 use pam_rig::Protocol;
+use pam_rig::sensors::{MotorParameters, SensorParameters};
 
 fn options(objective: Objective, ids: &[&str]) -> DesignOptions {
     let mut sensors = SensorParameters::default();
     sensors.clock.rate_hz = 250.0;
     DesignOptions {
         detect: DetectOptions { diagnosis: diagnosis(ids), ..DetectOptions::default() },
-        limits: DesignLimits { seconds: 6.0, recordings: 2, current_a: 1.2, ..DesignLimits::default() },
+        limits: DesignLimits {
+            seconds: 6.0,
+            recordings: 2,
+            current_a: 1.2,
+            ..DesignLimits::default()
+        },
         objective,
         sensors,
         evaluations: 32,
@@ -40,7 +45,8 @@ fn a_design_keeps_its_limits_and_repeats() {
     assert_eq!(commands.len(), 2);
     for (_, text) in &commands {
         let currents = text.lines().skip(1).map(|l| l.split(',').nth(1).expect("a column"));
-        let largest = currents.map(|c| c.parse::<f64>().expect("a number").abs()).fold(0.0, f64::max);
+        let largest =
+            currents.map(|c| c.parse::<f64>().expect("a number").abs()).fold(0.0, f64::max);
         assert!(largest <= 1.2 + 2e-3, "{largest} A");
     }
 }

@@ -1,6 +1,8 @@
 use crate::common::{clean, diagnosis, model, noise, noisy, protocol};
 use pam_diagnose::{RecordingSets, diagnose};
-use pam_experiment::detect::{DetectOptions, detect, needed_noncentrality, noncentral_chi_square_sf};
+use pam_experiment::detect::{
+    DetectOptions, detect, needed_noncentrality, noncentral_chi_square_sf,
+};
 use pam_experiment::plan::noise_from_toml;
 
 const IDS: [&str; 5] =

@@ -10,10 +10,16 @@ use pam_rig::{Conditions, Protocol, RigParameters, Session};
 use std::path::Path;
 
 /// A measurement on the virtual rig, with an effect that the model does not know.
-fn record(protocol: &Protocol, effect: Option<&str>, model: &ExtendedModel, seed: u64) -> Vec<Subject> {
+fn record(
+    protocol: &Protocol,
+    effect: Option<&str>,
+    model: &ExtendedModel,
+    seed: u64,
+) -> Vec<Subject> {
     let mut rig = RigParameters { steps_per_sample: 4, ..RigParameters::default() };
     rig.effects.extend(effect.map(|e| e.parse().expect("an effect")));
-    let session = Session { rig, protocol: protocol.clone(), seed, truth: false, note: String::new() };
+    let session =
+        Session { rig, protocol: protocol.clone(), seed, truth: false, note: String::new() };
     let folder = tempfile::tempdir().expect("a folder");
     let entries = session.record_into(folder.path(), true, &|_| {}).expect("the rig records");
     let read = |log: &Path| {
@@ -41,7 +47,8 @@ fn the_loop_runs_on_the_virtual_rig() {
     let baseline = record(&first, None, &model, 3);
     let sets = RecordingSets { baseline: Some(&baseline), ..RecordingSets::default() };
     let mut measurements = vec![("first".to_owned(), record(&first, hidden, &model, 1))];
-    let (_, found) = standing(&model, &measurements, &sets, &options, &|_, _, _| {}).expect("found");
+    let (_, found) =
+        standing(&model, &measurements, &sets, &options, &|_, _, _| {}).expect("found");
     let live = live_causes(&found);
     let objective =
         if live.is_empty() { Objective::MedianLimit } else { Objective::Separation(live) };
