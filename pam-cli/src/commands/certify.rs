@@ -16,7 +16,7 @@ use pam_data::fingerprint::fingerprint_of_subjects;
 use pam_effects::ExtendedModel;
 use pam_experiment::certify::synthesis::Synthesis;
 use pam_experiment::certify::{
-    CertifyFolder, CertifyOptions, Progress, Summary, certificate_report, plan, run_cases,
+    CertifyFolder, CertifyOptions, Progress, Summary, Work, certificate_report, plan, run_cases,
     settings_file,
 };
 use pam_experiment::detect::{DetectOptions, GivenValues};
@@ -144,16 +144,9 @@ impl RunCommand for CertifyArguments {
         let own = |index: usize| self.shard.has(index);
         let stop = stop_flag();
         let diagnosis = &options.detect.diagnosis;
-        let finished = run_cases(
-            &model,
-            &synthesis,
-            &cases,
-            diagnosis,
-            &folder,
-            (&own, jobs),
-            stop,
-            &progress,
-        )?;
+        let work =
+            Work { model: &model, synthesis: &synthesis, plan: &cases, diagnosis, folder: &folder };
+        let finished = run_cases(&work, &own, jobs, stop, &progress)?;
         bar.finish_and_clear();
         let outcomes = folder.outcomes(&cases)?;
         let summary = Summary::of(&cases, &outcomes, &options, &made_by());

@@ -419,8 +419,8 @@ impl<'a> Signatures<'a> {
         let (problem, channels) = (self.problem(), self.acceptance.channels);
         let firsts = self.firsts(&problem);
         let mut squares = vec![0.0; channels];
-        for i in 0..problem.len() {
-            let rows = &signature.0[firsts[i]..firsts[i] + problem.rows(i) * channels];
+        for (i, &first) in firsts.iter().enumerate().take(problem.len()) {
+            let rows = &signature.0[first..first + problem.rows(i) * channels];
             for row in rows.chunks_exact(channels) {
                 squares.iter_mut().zip(row).for_each(|(sum, v)| *sum += v * v);
             }

@@ -87,21 +87,34 @@ pub enum Progress<'a> {
     Over(&'a Outcome),
 }
 
+/// What the cases of a certificate are run with.
+#[derive(Debug, Clone, Copy)]
+pub struct Work<'a> {
+    /// The model.
+    pub model: &'a ExtendedModel,
+    /// Where recordings with effects come from.
+    pub synthesis: &'a Synthesis,
+    /// The cases.
+    pub plan: &'a Plan,
+    /// The diagnosis that is certified.
+    pub diagnosis: &'a DiagnoseOptions,
+    /// Where the outcomes are written.
+    pub folder: &'a CertifyFolder,
+}
+
 /// Runs the cases of a share that are not over, `jobs` at a time with one thread each. Returns whether all of the share are
 /// over; `stop` ends it after the cases at work.
 ///
 /// # Errors
 /// [`ExperimentError`] if the folder cannot be written to. A case whose diagnosis fails is an outcome.
 pub fn run_cases(
-    model: &ExtendedModel,
-    synthesis: &Synthesis,
-    plan: &Plan,
-    options: &DiagnoseOptions,
-    folder: &CertifyFolder,
-    (own, jobs): (&(dyn Fn(usize) -> bool + Sync), usize),
+    work: &Work<'_>,
+    own: &(dyn Fn(usize) -> bool + Sync),
+    jobs: usize,
     stop: &AtomicBool,
     progress: &(dyn Fn(Progress<'_>) + Sync),
 ) -> Result<bool, ExperimentError> {
+    let Work { model, synthesis, plan, diagnosis, folder } = *work;
     let mine: Vec<&Case> =
         plan.cases.iter().enumerate().filter(|(k, _)| own(*k)).map(|(_, c)| c).collect();
     let mut due = VecDeque::new();
@@ -119,7 +132,7 @@ pub fn run_cases(
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         while !stop.load(Ordering::Relaxed) {
             let Some(case) = queue.lock().ok().and_then(|mut q| q.pop_front()) else { return };
-            let work = || one(model, synthesis, case, options);
+            let work = || one(model, synthesis, case, diagnosis);
             let outcome = match &pool {
                 Ok(pool) => pool.install(work),
                 Err(_) => work(),

@@ -58,8 +58,8 @@ pub fn noise_from_toml(
     ];
     let mut all = Vec::new();
     for (name, c) in channels {
-        let positive = c.deviation.is_finite() && c.deviation > 0.0;
-        if !positive || !(c.correlation_s.is_finite() && c.correlation_s >= 0.0) {
+        let allowed = [(c.deviation, f64::MIN_POSITIVE), (c.correlation_s, 0.0)];
+        if allowed.iter().any(|(value, least)| !(*least..f64::INFINITY).contains(value)) {
             let message = format!(
                 "{name}: `deviation` must be positive and `correlation_s` not negative, got {} and {}",
                 c.deviation, c.correlation_s

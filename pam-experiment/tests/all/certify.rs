@@ -5,7 +5,8 @@ use pam_effects::ActiveEffect;
 use pam_effects::effects::by_id;
 use pam_experiment::certify::synthesis::Synthesis;
 use pam_experiment::certify::{
-    Certificate, CertifyFolder, CertifyOptions, Progress, Summary, plan, run_cases, settings_file,
+    Certificate, CertifyFolder, CertifyOptions, Progress, Summary, Work, plan, run_cases,
+    settings_file,
 };
 use pam_experiment::detect::DetectOptions;
 use pam_numerics::statistics::{mean, standard_deviation};
@@ -104,9 +105,14 @@ fn a_certificate_resumes_and_is_quoted() {
                 ran.lock().expect("no panic").push(outcome.case.id.clone());
             }
         };
-        let diagnosis = &options.detect.diagnosis;
-        run_cases(&model, &synthesis, &cases, diagnosis, &folder, (own, 2), &stop, &note)
-            .expect("cases run");
+        let work = Work {
+            model: &model,
+            synthesis: &synthesis,
+            plan: &cases,
+            diagnosis: &options.detect.diagnosis,
+            folder: &folder,
+        };
+        run_cases(&work, own, 2, &stop, &note).expect("cases run");
         let mut ran = ran.into_inner().expect("no panic");
         ran.sort();
         ran

@@ -67,7 +67,7 @@ fn a_diagnosis_agrees_with_its_limit() {
         let data = noisy(&model, &protocol, Some(("coulomb_friction", multiple * limit)), 2);
         let sets = RecordingSets { data: &data, ..RecordingSets::default() };
         let found = diagnose(&model, &sets, &options.diagnosis, &|_, _| {}).expect("a diagnosis");
-        found.named().iter().any(|n| *n == "coulomb_friction")
+        found.named().contains(&"coulomb_friction")
     };
     assert!(named(2.0), "at twice {limit} N");
     assert!(!named(0.33), "at a third of {limit} N");

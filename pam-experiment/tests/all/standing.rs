@@ -17,7 +17,7 @@ fn record(
     seed: u64,
 ) -> Vec<Subject> {
     let mut rig = RigParameters { steps_per_sample: 4, ..RigParameters::default() };
-    rig.effects.extend(effect.map(|e| e.parse().expect("an effect")));
+    rig.effects.extend(effect.map(|e| e.parse::<pam_rig::Effect>().expect("an effect")));
     let session =
         Session { rig, protocol: protocol.clone(), seed, truth: false, note: String::new() };
     let folder = tempfile::tempdir().expect("a folder");
