@@ -182,7 +182,8 @@ fn ratio(at_limit: f64, trials: &[(f64, bool)]) -> f64 {
 #[must_use]
 pub fn confusions(detection: &Detection, outcomes: &[Outcome]) -> [usize; 3] {
     let mut counts = [0; 3];
-    for o in outcomes.iter().filter(|o| o.is_right()) {
+    // Below its limit an effect is not foretold to be found at all.
+    for o in outcomes.iter().filter(|o| o.is_right() && o.case.multiple >= 1.0) {
         let Some(effect) = o.case.effect.as_deref() else { continue };
         let names = o
             .named
