@@ -35,6 +35,9 @@ pub enum CliError {
     /// A diagnosis cannot be made.
     #[error(transparent)]
     Diagnose(#[from] pam_diagnose::DiagnoseError),
+    /// An experiment cannot be planned or judged.
+    #[error(transparent)]
+    Experiment(#[from] pam_experiment::ExperimentError),
     /// A baseline cannot be fitted, or a comparison not made.
     #[error(transparent)]
     Baseline(#[from] pam_baselines::BaselineError),
@@ -80,6 +83,7 @@ impl CliError {
                     CurriculumError::Override { .. } | CurriculumError::Unknown { .. }
                 )
                 | Self::Rig(RigError::Protocol { .. } | RigError::Preset { .. })
+                | Self::Experiment(pam_experiment::ExperimentError::Setting { .. })
                 | Self::Ablate(AblateError::Setting { .. } | AblateError::Unknown { .. })
         )
     }

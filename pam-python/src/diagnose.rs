@@ -109,6 +109,7 @@ pub(crate) fn diagnose(
         model: model.saved.info.name.clone(),
         model_line: describe_model(&model.saved),
         made_by: pam_cli::run_record::made_by(),
+        ..ReportContext::default()
     };
     let provenance = model.saved.info.provenance.clone();
     Ok(Diagnosis { diagnosis, context, provenance })

@@ -15,13 +15,14 @@
 //! | [`train`] | `pam-train` | `fields`, `joint` | losses, optimisers, curricula, predictions, scores |
 //! | [`report`] | `pam-report` | `report` | figures and self-contained HTML |
 //! | [`diagnose`] | `pam-diagnose` | `fields`, `joint` | names the causes of a model error and measures the error reduction |
+//! | [`experiment`] | `pam-experiment` | `experiment` | detection limits, experiment design, certificates of the diagnosis |
 //! | [`control`] | `pam-control` | `control` | stiffness, planning, identification, receding-horizon MPC |
 //! | [`ablate`] | `pam-ablate` | `ablate` | sweeps over any setting, resumable, compared seed by seed |
 //! | [`baselines`] | `pam-baselines` | `compare` | Kang, Koopman, GRU and others beside the hybrid model |
 //!
 //! Only the chosen features are compiled: `fields`, the default, is for your own vector fields and adds 39 crates from
 //! elsewhere; `report` adds figures and pages; `joint` the pneumatic joint with recordings, training and diagnosis;
-//! `control`, `rig`, `ablate` and `compare` what is built on it; `all` is everything.
+//! `control`, `rig`, `experiment`, `ablate` and `compare` what is built on it; `all` is everything.
 //!
 //! The [`prelude`] has the names of first experiments. A damped oscillator from closures, solved:
 //!
@@ -79,6 +80,8 @@ pub use pam_diagnose as diagnose;
 pub use pam_effects as effects;
 #[cfg(feature = "joint")]
 pub use pam_exact as exact;
+#[cfg(feature = "experiment")]
+pub use pam_experiment as experiment;
 #[cfg(feature = "fields")]
 pub use pam_expression as expression;
 #[cfg(feature = "report")]
@@ -158,6 +161,7 @@ mod book {
     #![doc = include_str!("../../docs/rig.md")]
     #![doc = include_str!("../../docs/training.md")]
     #![doc = include_str!("../../docs/diagnosis.md")]
+    #![doc = include_str!("../../docs/experiment.md")]
     #![doc = include_str!("../../docs/laws.md")]
     #![doc = include_str!("../../docs/control.md")]
     #![doc = include_str!("../../docs/gradients.md")]

@@ -1,6 +1,7 @@
 //! Helpers of the whole-system tests.
 
 pub mod diagnose;
+pub mod experiment;
 pub mod fuzz;
 pub mod laws;
 pub mod loops;

@@ -1,34 +1,50 @@
 //! `pam diagnose`.
 
 use super::RunCommand;
+use super::design::{DesignEffort, design_into};
 use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
-use crate::error::{CliError, failed, usage};
-use crate::options::{DataOptions, ModelOptions, check_quality, describe_model};
+use crate::error::{CliError, failed};
+use crate::options::{
+    DataOptions, ModelOptions, check_quality, describe_model, effect, settings_of,
+};
 use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use pam_core::units::significant;
 use pam_data::atomic::write_atomic;
 use pam_data::models::save_model;
-use pam_data::{SavedModel, Subject, toml_file};
+use pam_data::{SavedModel, Subject};
 use pam_diagnose::fit::Interval;
+use pam_diagnose::joint::{PreparedTrials, Signatures};
 use pam_diagnose::ladder::Ladder;
 use pam_diagnose::remainder::Remainder;
 use pam_diagnose::report::{ReportContext, diagnosis_report, plain_name, verdict_sentence};
 use pam_diagnose::{
-    DiagnoseError, DiagnoseOptions, DiagnosisSettings, EffectLadder, JointDiagnosis, RecordingSets,
-    Stage, Verdict, diagnose,
+    DiagnoseError, DiagnoseOptions, EffectLadder, JointDiagnosis, RecordingSets, Stage, Verdict,
+    diagnose,
 };
-use pam_effects::effects::{self, by_id};
-use pam_effects::{EffectRecord, ExtendedModel};
-use pam_report::page::number;
+use pam_effects::ExtendedModel;
+use pam_effects::effects;
+use pam_experiment::ExperimentError;
+use pam_experiment::certify::Certificate;
+use pam_experiment::design::{Design, DesignOptions, Objective};
+use pam_experiment::detect::DetectOptions;
+use pam_experiment::standing::{Measurement, conclusion, live_causes, standing, standing_section};
+use pam_report::page::{number, paragraph};
 use pam_rig::protocol::CurrentSegment;
 use pam_rig::{Conditions, Protocol};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+/// What follows a diagnosis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Next {
+    /// Design the next measurement
+    Design,
+}
 
 /// Arguments of `pam diagnose`.
 #[derive(Debug, Args)]
@@ -36,7 +52,8 @@ pub struct DiagnoseArguments {
     /// The model.
     #[command(flatten)]
     pub model: ModelOptions,
-    /// Recordings, or folders of them, in which something may be wrong
+    /// Recordings, or folders of them, in which something may be wrong. Several folders are measurements one after another: the
+    /// report shows how the standing of each candidate changed with each
     #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
     pub data: Vec<PathBuf>,
     /// Test set, which no decision sees [default: a third of the data, or of the only recording]
@@ -69,6 +86,13 @@ pub struct DiagnoseArguments {
     /// Also write a protocol for the rig that distinguishes the named cause from those it is confusable with
     #[arg(long)]
     pub design: bool,
+    /// What to do next: `design` searches the protocol that distinguishes the live causes and writes it into the folder
+    /// (design.toml, design.json, design.html, commands of each recording)
+    #[arg(long, value_enum, value_name = "WHAT")]
+    pub then: Option<Next>,
+    /// Limits and effort of `--then design`.
+    #[command(flatten)]
+    pub effort: DesignEffort,
     /// Also fit the error that remains after the named causes: a smooth correction of the model, or a short formula (a law) if
     /// one fits as well; `law.toml` or `correction.toml` defines the one that the test set confirms
     #[arg(long)]
@@ -101,7 +125,8 @@ impl RunCommand for DiagnoseArguments {
             }
             Ok(Some(self.reading.unchecked_subjects(paths, &saved, global, console)?))
         };
-        let data = read(&self.data)?.unwrap_or_default();
+        let measurements = self.measurements(&saved, global, console)?;
+        let data: Vec<Subject> = measurements.iter().flat_map(|m| m.1.clone()).collect();
         let test = read(&self.heldout)?;
         let baseline = read(&self.healthy)?;
         for set in [Some(&data), test.as_ref(), baseline.as_ref()].into_iter().flatten() {
@@ -109,7 +134,13 @@ impl RunCommand for DiagnoseArguments {
         }
         let sets =
             RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
-        let diagnosis = diagnose_into(&self.out, &saved, &sets, &options, console)?;
+        let certificate = settings_of(self.settings.as_deref(), &[])?.1;
+        let quoted = Quoted {
+            measurements: &measurements,
+            certificate,
+            then: self.then_design(&options, global)?,
+        };
+        let (diagnosis, _) = diagnosed_into(&self.out, &saved, &sets, &options, quoted, console)?;
         let configuration = json!({
             "model": self.model.model,
             "data": self.data,
@@ -129,6 +160,40 @@ impl RunCommand for DiagnoseArguments {
         }
         finish(&diagnosis, &self.out, console);
         Ok(ExitCode::SUCCESS)
+    }
+}
+
+impl DiagnoseArguments {
+    /// The measurements: each folder one of its own, if there are several; else all recordings together.
+    fn measurements(
+        &self,
+        saved: &SavedModel,
+        global: &GlobalOptions,
+        console: &Console,
+    ) -> Result<Vec<Measurement>, CliError> {
+        let name = |p: &PathBuf| {
+            p.file_name().map_or_else(|| p.display().to_string(), |n| n.to_string_lossy().into())
+        };
+        let read =
+            |paths: &[PathBuf]| self.reading.unchecked_subjects(paths, saved, global, console);
+        if self.data.len() > 1 && self.data.iter().all(|p| p.is_dir()) {
+            let one = |p: &PathBuf| Ok((name(p), read(std::slice::from_ref(p))?));
+            return self.data.iter().map(one).collect();
+        }
+        Ok(vec![("data".into(), read(&self.data)?)])
+    }
+
+    fn then_design(
+        &self,
+        options: &DiagnoseOptions,
+        global: &GlobalOptions,
+    ) -> Result<Option<DesignOptions>, CliError> {
+        if self.then != Some(Next::Design) {
+            return Ok(None);
+        }
+        let diagnosis = DiagnoseOptions { law: false, ladder: None, ..options.clone() };
+        let detect = DetectOptions { diagnosis, ..DetectOptions::default() };
+        Ok(Some(self.effort.options(detect, global.seed)?))
     }
 }
 
@@ -158,18 +223,9 @@ fn options(
     if arguments.max_effects == Some(0) {
         return Err(CliError::Usage("--max-effects must be at least 1".into()));
     }
-    let text = match &arguments.settings {
-        Some(path) => {
-            let text = toml_file::text(path)?;
-            DiagnosisSettings::parse(&text, &[])
-                .map_err(|e| failed(format!("{}: {e}", path.display())))?;
-            text
-        }
-        None => String::new(),
-    };
     let most = arguments.max_effects.map(|most| format!("search.max_causes={most}"));
     let changes: Vec<String> = arguments.overrides.iter().cloned().chain(most).collect();
-    let settings = DiagnosisSettings::parse(&text, &changes).map_err(usage)?;
+    let (settings, _) = settings_of(arguments.settings.as_deref(), &changes)?;
     let mut options = DiagnoseOptions {
         seed: global.seed,
         settings,
@@ -180,15 +236,8 @@ fn options(
     options.law = arguments.law;
     options.ladder = arguments.ladder.as_deref().map(ladder).transpose()?;
     if !arguments.effects.is_empty() {
-        options.candidates = arguments
-            .effects
-            .iter()
-            .map(|id| {
-                by_id(id.trim()).ok_or_else(|| {
-                    usage(format!("--effects: {}", EffectRecord::unknown(id.trim(), &[])))
-                })
-            })
-            .collect::<Result<_, _>>()?;
+        options.candidates =
+            arguments.effects.iter().map(|id| effect(id)).collect::<Result<_, _>>()?;
     }
     Ok(options)
 }
@@ -229,6 +278,17 @@ fn ladder_table(ladder: &Ladder) -> String {
     format!("{}\n{}", table(&rows), ladder.sentence())
 }
 
+/// What a report says beside the diagnosis, and what follows it.
+#[derive(Default)]
+pub struct Quoted<'a> {
+    /// Measurements, if there are several; their recordings are those of the data.
+    pub measurements: &'a [Measurement],
+    /// The certificate that came with the settings.
+    pub certificate: Option<Certificate>,
+    /// The design of the next measurement.
+    pub then: Option<DesignOptions>,
+}
+
 /// Diagnoses and writes `diagnosis.json`, `report.html` and `model.safetensors` into a folder, and `law.toml` or `correction.toml`
 /// if a law or a correction was learned.
 ///
@@ -241,10 +301,36 @@ pub fn diagnose_into(
     options: &DiagnoseOptions,
     console: &Console,
 ) -> Result<JointDiagnosis, CliError> {
+    Ok(diagnosed_into(folder, saved, sets, options, Quoted::default(), console)?.0)
+}
+
+/// As [`diagnose_into`], with the standing after each measurement, the certificate of the settings, and a design.
+///
+/// # Errors
+/// As [`diagnose_into`].
+pub fn diagnosed_into(
+    folder: impl AsRef<Path>,
+    saved: &SavedModel,
+    sets: &RecordingSets<'_>,
+    options: &DiagnoseOptions,
+    quoted: Quoted<'_>,
+    console: &Console,
+) -> Result<(JointDiagnosis, Option<Design>), CliError> {
     let folder = folder.as_ref();
     let model = ExtendedModel::from_saved(saved.clone())?;
     let bar = console.progress(1000, "diagnosing");
-    let diagnosis = diagnose(&model, sets, options, &|stage, share| show(&bar, stage, share));
+    let count = quoted.measurements.len();
+    let (standings, diagnosis) = if count > 1 {
+        let done = |k: usize, stage, share| show(&bar, stage, share, (k, count));
+        match standing(&model, quoted.measurements, sets, options, &done) {
+            Ok((all, found)) => (all, Ok(found)),
+            Err(ExperimentError::Diagnose(e)) => (Vec::new(), Err(e)),
+            Err(other) => return Err(other.into()),
+        }
+    } else {
+        let done = |stage, share| show(&bar, stage, share, (0, 1));
+        (Vec::new(), diagnose(&model, sets, options, &done))
+    };
     bar.finish_and_clear();
     let diagnosis = diagnosis.map_err(|e| match e {
         DiagnoseError::Implausible(_) => failed(format!(
@@ -262,18 +348,69 @@ pub fn diagnose_into(
     }
     let path = folder.join("model.safetensors");
     save_model(&path, &extended)?;
-    write_json(folder.join("diagnosis.json"), &diagnosis.to_json("model.safetensors"))?;
     if let Some((name, text)) = remainder.and_then(Remainder::file) {
         write_atomic(folder.join(name), text.as_bytes())?;
     }
+    let designed = match &quoted.then {
+        Some(options) => next_measurement(folder, &diagnosis, saved, (sets, options), console)?,
+        None => None,
+    };
+    let mut json = diagnosis.to_json("model.safetensors");
+    let mut sections = Vec::new();
+    let ends = conclusion(&diagnosis, designed.as_ref());
+    if !standings.is_empty() || designed.is_some() {
+        json["conclusion"] = json!(ends);
+        json["measurements"] = json!(standings);
+        console.text(&ends);
+        let section = standing_section(&standings, &ends);
+        sections.push(("The measurements one after another".to_owned(), section));
+    }
+    if let Some(certificate) = &quoted.certificate {
+        let sentence = certificate.sentence(diagnosis.score.log_odds);
+        json["certificate"] = json!({ "sentence": sentence, "trials": certificate });
+        console.text(&sentence);
+        sections.push(("How far to trust it here".to_owned(), paragraph(&sentence)));
+    }
+    write_json(folder.join("diagnosis.json"), &json)?;
     let context = ReportContext {
         model: saved.info.name.clone(),
         model_line: describe_model(saved),
         made_by: made_by(),
+        sections,
     };
     let report = diagnosis_report(&diagnosis, &context);
     write_atomic(folder.join("report.html"), report.as_bytes())?;
-    Ok(diagnosis)
+    Ok((diagnosis, designed))
+}
+
+/// Designs the measurement that distinguishes the live causes of a diagnosis; `None` if there is but one answer.
+fn next_measurement(
+    folder: &Path,
+    diagnosis: &JointDiagnosis,
+    saved: &SavedModel,
+    (sets, options): (&RecordingSets<'_>, &DesignOptions),
+    console: &Console,
+) -> Result<Option<Design>, CliError> {
+    let live = live_causes(diagnosis);
+    if live.is_empty() {
+        return Ok(None);
+    }
+    // Causes that are certain are part of the model under which the others are distinguished.
+    let ids: Vec<&str> = diagnosis
+        .causes
+        .iter()
+        .filter(|c| !c.alternatives.is_empty())
+        .map(|c| c.effect.as_str())
+        .collect();
+    let mut model = diagnosis.model.extended.clone();
+    // The noise of these recordings, with the errors of the model in it.
+    let trials = PreparedTrials::new(&model, sets.data)?;
+    let learned = Signatures::new(&model, &trials, &options.detect.diagnosis, None)?;
+    let noise = Some(learned.noise().common());
+    model.effects.retain(|a| !ids.contains(&a.effect.info().id));
+    let options =
+        DesignOptions { objective: Objective::Separation(live), noise, ..options.clone() };
+    design_into(folder, &model, &describe_model(saved), &options, "design.html", console).map(Some)
 }
 
 /// Writes `design.toml`, a protocol for the rig, and `design.json`, how well each excitation separates.
@@ -315,7 +452,7 @@ fn write_design(
     Ok(())
 }
 
-fn show(bar: &ProgressBar, stage: Stage, share: f64) {
+fn show(bar: &ProgressBar, stage: Stage, share: f64, (done, of): (usize, usize)) {
     let (from, to, what) = match stage {
         Stage::Preparing => (0.0, 0.05, "preparing"),
         Stage::Baseline => (0.05, 0.35, "baseline discrepancy"),
@@ -324,7 +461,8 @@ fn show(bar: &ProgressBar, stage: Stage, share: f64) {
         Stage::Learning => (0.0, 1.0, "fitting the remaining error"),
     };
     bar.set_message(what);
-    bar.set_position((1000.0 * (from + share * (to - from))) as u64);
+    let whole = (done as f64 + from + share * (to - from)) / of as f64;
+    bar.set_position((1000.0 * whole) as u64);
 }
 
 /// Prints the result.

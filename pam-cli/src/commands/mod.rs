@@ -4,11 +4,14 @@
 //! list below.
 
 pub mod ablate;
+pub mod certify;
 pub mod compare;
 pub mod completions;
 pub mod control;
 pub mod convert;
 pub mod demo;
+pub mod design;
+pub mod detect;
 pub mod diagnose;
 pub mod doctor;
 pub mod evaluate;
@@ -84,6 +87,12 @@ commands! {
     Train(train::TrainArguments),
     /// Find what a model gets wrong on recordings, name the cause, and measure the error reduction
     Diagnose(diagnose::DiagnoseArguments),
+    /// Foretell which effects a diagnosis would find under a protocol, from which magnitude on, and which it would confuse
+    Detect(detect::DetectArguments),
+    /// Certify the diagnosis on your rig: hide effects in baseline recordings, diagnose, count, and calibrate its settings
+    Certify(certify::CertifyArguments),
+    /// Design what to measure next: the protocol that lowers detection limits, or distinguishes the live causes of a diagnosis
+    Design(design::DesignArguments),
     /// Map stiffness and damping of a model, and the reachable stiffness
     Stiffness(control::stiffness::StiffnessArguments),
     /// Plan the pressures for a motion and a stiffness

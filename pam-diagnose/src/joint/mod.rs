@@ -17,6 +17,7 @@ mod refit;
 mod report;
 mod scales;
 mod sensitivities;
+mod signatures;
 mod spans;
 mod system;
 mod terms;
@@ -27,4 +28,5 @@ pub use diagnose::{DiagnoseOptions, DiagnosedJoint, JointDiagnosis, RecordingSet
 pub use ladder::{EffectLadder, joint_ladder};
 pub use law::learn_remainder;
 pub use refit::refit;
+pub use signatures::{Acceptance, FreeRun, PreparedTrials, Signature, SignatureSpan, Signatures};
 pub use system::JointSystem;

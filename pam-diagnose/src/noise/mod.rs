@@ -49,6 +49,19 @@ impl Noise {
         Self { channels, shared, relative: Vec::new(), discrepancy, freedom }
     }
 
+    /// Noise of known channels, independent between them.
+    #[must_use]
+    pub fn independent(channels: Vec<Autoregression>) -> Self {
+        let none = Self::white(&vec![1.0; channels.len()]);
+        Self { channels, ..none }
+    }
+
+    /// The same noise in all experiments, for recordings from which it was not learned.
+    #[must_use]
+    pub fn common(&self) -> Self {
+        Self { relative: Vec::new(), ..self.clone() }
+    }
+
     /// Number of channels.
     #[must_use]
     pub fn channels(&self) -> usize {

@@ -26,6 +26,8 @@ pub struct ReportContext {
     pub model_line: String,
     /// Program and version.
     pub made_by: String,
+    /// Further sections with their headings, behind the summary.
+    pub sections: Vec<(String, Markup)>,
 }
 
 /// The part of a report that only the system knows.
@@ -41,6 +43,7 @@ pub trait ReportModel {
 pub fn diagnosis_report<M: ReportModel>(d: &Diagnosis<M>, context: &ReportContext) -> String {
     let body = html! {
         (summary(d))
+        @for (heading, section) in &context.sections { h2 { (heading) } (section) }
         h2 { "1. What is wrong" }
         (residual::section(d))
         h2 { "2. Why" }

@@ -7,6 +7,7 @@ use crate::search::{Candidates, Findings};
 use crate::settings::RejectionSettings;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
+use std::collections::BTreeMap;
 
 /// A named cause with its evidence.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -38,6 +39,9 @@ pub struct Cause {
     /// The same candidates with their fitted values.
     #[serde(skip)]
     pub alternatives: Vec<Member>,
+    /// The same candidates by name, with their fitted parameters.
+    #[serde(rename = "alternatives", skip_serializing_if = "Vec::is_empty")]
+    pub alternatives_by_name: Vec<Alternative>,
     /// Parameters that ended at a limit of their range.
     pub at_limit: Vec<&'static str>,
     /// Which excitation brings it out.
@@ -52,6 +56,15 @@ pub struct Cause {
     /// The candidate with its fitted values.
     #[serde(skip)]
     pub member: Member,
+}
+
+/// A candidate that explains nearly as much as a named cause in its place.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Alternative {
+    /// Id of the candidate.
+    pub effect: String,
+    /// Its fitted parameters.
+    pub values: BTreeMap<String, f64>,
 }
 
 fn by_name<S: Serializer>(list: &[(&'static str, Interval)], to: S) -> Result<S::Ok, S::Error> {

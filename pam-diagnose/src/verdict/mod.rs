@@ -15,7 +15,7 @@ mod stationary;
 pub use anomalies::Anomaly;
 pub use bands::ChannelBand;
 pub(crate) use cause::ranking;
-pub use cause::{Cause, Rank, Refused};
+pub use cause::{Alternative, Cause, Rank, Refused};
 pub(crate) use naming::{Names, Naming, largest_rise};
 pub(crate) use outcome::share;
 pub use outcome::{Verdict, VerdictInput};

@@ -1,7 +1,7 @@
 //! From a chosen set to names that stand.
 
 use super::apparent::apparent;
-use super::cause::{Cause, Refused};
+use super::cause::{Alternative, Cause, Refused};
 use super::discrepancy::discrepancy_half_widths;
 use super::outcome::share;
 use crate::error::DiagnoseError;
@@ -181,6 +181,17 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                     minor: false,
                     inclusion: inclusion[member.candidate],
                     confusable_with: alternatives.iter().map(|a| id(a.candidate)).collect(),
+                    alternatives_by_name: alternatives
+                        .iter()
+                        .map(|a| {
+                            let infos = problem.system.candidate(a.candidate).parameters;
+                            let values = infos.iter().zip(a.own());
+                            Alternative {
+                                effect: id(a.candidate),
+                                values: values.map(|(p, v)| (p.name.to_owned(), *v)).collect(),
+                            }
+                        })
+                        .collect(),
                     alternatives,
                     at_limit: limits.filter(|p| best.at_limit.contains(p)).collect(),
                     excited_by: info.excited_by.to_owned(),

@@ -82,6 +82,12 @@ pub fn card(value: &str, name: &str) -> Markup {
     html! { div.card { b { (value) } span { (name) } } }
 }
 
+/// A paragraph of text.
+#[must_use]
+pub fn paragraph(text: &str) -> Markup {
+    html! { p { (text) } }
+}
+
 /// A number to `digits` decimals, or a dash if it is undefined.
 #[must_use]
 pub fn number(value: f64, digits: usize) -> String {

@@ -70,7 +70,7 @@ impl TryFrom<Written> for Conditions {
 }
 
 /// The largest pressure that the supply can hold, psi gauge.
-const LARGEST_PSI: u8 = 90;
+pub(super) const LARGEST_PSI: u8 = 90;
 
 impl Conditions {
     /// The pairs, psi gauge.

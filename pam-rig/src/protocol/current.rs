@@ -24,6 +24,13 @@ pub enum CurrentSegment {
         /// Length, s.
         duration_s: f64,
     },
+    /// A sum of sines, `Σ amplitude sin(2π f t + phase)`.
+    Multisine {
+        /// Amplitude (A), frequency (Hz) and phase (deg) of each.
+        components: Vec<[f64; 3]>,
+        /// Length, s.
+        duration_s: f64,
+    },
     /// A triangle that starts at zero and rises.
     Triangle {
         /// Amplitude, A.
@@ -87,6 +94,7 @@ impl CurrentSegment {
         match self {
             Self::Rest { duration_s }
             | Self::Sine { duration_s, .. }
+            | Self::Multisine { duration_s, .. }
             | Self::Triangle { duration_s, .. }
             | Self::Chirp { duration_s, .. }
             | Self::Pulses { duration_s, .. }
@@ -94,6 +102,23 @@ impl CurrentSegment {
             | Self::Constant { duration_s, .. } => *duration_s,
             Self::Table(table) => table.duration_s(),
         }
+    }
+
+    /// The same segment with another length; a file keeps its own.
+    #[must_use]
+    pub fn with_duration(mut self, length_s: f64) -> Self {
+        match &mut self {
+            Self::Rest { duration_s }
+            | Self::Sine { duration_s, .. }
+            | Self::Multisine { duration_s, .. }
+            | Self::Triangle { duration_s, .. }
+            | Self::Chirp { duration_s, .. }
+            | Self::Pulses { duration_s, .. }
+            | Self::RandomPulses { duration_s, .. }
+            | Self::Constant { duration_s, .. } => *duration_s = length_s,
+            Self::Table(_) => {}
+        }
+        self
     }
 
     /// Current at a time within the segment, A.
@@ -104,6 +129,10 @@ impl CurrentSegment {
             Self::Constant { amplitude_a, .. } => *amplitude_a,
             Self::Sine { amplitude_a, frequency_hz, .. } => {
                 amplitude_a * (TAU * frequency_hz * t).sin()
+            }
+            Self::Multisine { components, .. } => {
+                let sine = |[a, hz, deg]: &[f64; 3]| a * (TAU * hz * t + deg.to_radians()).sin();
+                components.iter().map(sine).sum()
             }
             Self::Triangle { amplitude_a, frequency_hz, .. } => {
                 let phase = (frequency_hz * t + 0.25).rem_euclid(1.0);
@@ -159,6 +188,17 @@ impl CurrentSegment {
         match self {
             Self::Rest { .. } => length,
             Self::Constant { amplitude_a, .. } => length.or(current(*amplitude_a)),
+            Self::Multisine { components, .. } => {
+                let finite = components.iter().flatten().all(|v| v.is_finite());
+                let highest: f64 = components.iter().map(|c| c[0].abs()).sum();
+                length
+                    .or((!finite || components.is_empty()).then(|| {
+                        let why = "give one or more [amplitude_a, frequency_hz, phase_deg]";
+                        ("components", why.to_owned())
+                    }))
+                    .or(current(highest).map(|(_, why)| ("components", why)))
+                    .or(components.iter().find_map(|c| positive("components", c[1])))
+            }
             Self::Sine { amplitude_a, frequency_hz, .. }
             | Self::Triangle { amplitude_a, frequency_hz, .. } => {
                 length.or(current(*amplitude_a)).or(positive("frequency_hz", *frequency_hz))
@@ -188,4 +228,4 @@ impl CurrentSegment {
 }
 
 /// Largest current of the amplifier, A: ±2047 counts.
-const LARGEST_A: f64 = 3.0;
+pub(super) const LARGEST_A: f64 = 3.0;

@@ -130,6 +130,24 @@ impl Protocol {
         current.max(pressure)
     }
 
+    /// Largest current of the amplifier, A.
+    pub const LARGEST_A: f64 = current::LARGEST_A;
+    /// Largest sealed pressure that the supply can hold, psi gauge.
+    pub const LARGEST_PSI: u8 = conditions::LARGEST_PSI;
+
+    /// The protocol with the lengths of its current segments multiplied so that they last `length_s` together; files of
+    /// currents keep theirs.
+    #[must_use]
+    pub fn with_duration(mut self, length_s: f64) -> Self {
+        let factor = length_s / self.current.iter().map(CurrentSegment::duration_s).sum::<f64>();
+        let stretched = |s: CurrentSegment| {
+            let own = factor * s.duration_s();
+            s.with_duration(own)
+        };
+        self.current = self.current.into_iter().map(stretched).collect();
+        self
+    }
+
     /// The motor's current at a time, A; random segments are drawn from the seed.
     #[must_use]
     pub fn current_a(&self, time_s: f64, seed: u64) -> f64 {

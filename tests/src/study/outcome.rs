@@ -134,6 +134,7 @@ pub fn run(case: &Case) -> (Outcome, Option<(Value, String)>) {
                 model: made.model.info.name.clone(),
                 model_line: format!("Case {} of the study.", case.id),
                 made_by: "study".to_owned(),
+                ..ReportContext::default()
             };
             let report = diagnosis_report(&found, &context);
             (read(&json, refused), Some((json, report)))

@@ -1,0 +1,227 @@
+//! Recordings with an effect, made of baseline recordings.
+
+use crate::error::ExperimentError;
+use crate::plan::predicted;
+use pam_data::{Channel, MassOrigin, Recording, SealedReading, Subject};
+use pam_effects::effects::{EffectScalar, Rest};
+use pam_effects::{ActiveEffect, ExtendedModel};
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+
+/// A block of residuals is so many correlation times long,
+const CORRELATION_TIMES: f64 = 6.0;
+/// at least so long (s),
+const SHORTEST_S: f64 = 0.25;
+/// at most this share of a recording,
+const LONGEST_SHARE: f64 = 0.2;
+/// and overlaps with its neighbours by this share of itself.
+const OVERLAP: f64 = 0.1;
+/// Autocorrelation below which lags no longer count.
+const UNCORRELATED: f64 = 0.1;
+/// Iterations that find the reading from which an effect's correction gives the true one.
+const READINGS: usize = 30;
+
+/// A baseline recording with what the model leaves of it.
+#[derive(Debug, Clone)]
+struct Baseline {
+    subject: Subject,
+    /// `measured − simulated` of x, ẋ, P_f, P_e.
+    residuals: [Vec<f64>; 4],
+    /// Samples of a block.
+    block: usize,
+}
+
+/// Makes recordings with an effect of baseline recordings: the model is simulated with the effect under the same inputs, and
+/// the residuals of the baseline are added, resampled in blocks (Künsch 1989) of several correlation times, all channels
+/// together.
+///
+/// Neighbouring blocks overlap with weights whose squares add up to one, so that neither the variance changes nor a jump
+/// appears at their edges.
+#[derive(Debug, Clone)]
+pub struct Synthesis {
+    model: ExtendedModel,
+    baselines: Vec<Baseline>,
+}
+
+impl Synthesis {
+    /// Simulates the baseline recordings and takes their residuals.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if the model diverges on one.
+    pub fn new(model: &ExtendedModel, baseline: &[Subject]) -> Result<Self, ExperimentError> {
+        let of = |subject: &Subject| {
+            let mut subject = subject.clone();
+            if subject.origin != MassOrigin::GasLaw {
+                subject.recording.given_masses = Some(subject.masses);
+            }
+            let simulated = predicted(model, subject.recording.clone())?;
+            let residuals = Channel::ALL.map(|c| {
+                let pairs = subject.recording.channel(c).iter().zip(simulated.recording.channel(c));
+                pairs.map(|(m, s)| m - s).collect::<Vec<f64>>()
+            });
+            let block = block_samples(&subject.recording, &residuals);
+            Ok(Baseline { subject, residuals, block })
+        };
+        let baselines: Result<_, ExperimentError> = baseline.iter().map(of).collect();
+        Ok(Self { model: model.clone(), baselines: baselines? })
+    }
+
+    /// Lengths of the blocks of each recording, s.
+    #[must_use]
+    pub fn blocks_s(&self) -> Vec<f64> {
+        let of = |b: &Baseline| {
+            b.block as f64 * pam_data::recording::median_step_s(&b.subject.recording.time_s)
+        };
+        self.baselines.iter().map(of).collect()
+    }
+
+    /// A set of recordings with an effect, or without any. The same seed gives the same set.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if the simulation with the effect diverges.
+    pub fn set(
+        &self,
+        effect: Option<&ActiveEffect>,
+        seed: u64,
+    ) -> Result<Vec<Subject>, ExperimentError> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        self.baselines.iter().map(|b| self.one(b, effect, &mut random)).collect()
+    }
+
+    fn one(
+        &self,
+        baseline: &Baseline,
+        effect: Option<&ActiveEffect>,
+        random: &mut ChaCha8Rng,
+    ) -> Result<Subject, ExperimentError> {
+        let with = self.model.with(effect.cloned());
+        let command = match effect {
+            Some(effect) => read_with(&baseline.subject.recording, effect),
+            None => baseline.subject.recording.clone(),
+        };
+        let mut made = predicted(&with, command.clone())?;
+        let noise = resampled(&baseline.residuals, baseline.block, random);
+        let r = &mut made.recording;
+        let columns = [
+            &mut r.displacement_mm,
+            &mut r.velocity_mm_s,
+            &mut r.pressure_flexor_kpa,
+            &mut r.pressure_extensor_kpa,
+        ];
+        for (column, noise) in columns.into_iter().zip(noise) {
+            column.iter_mut().zip(noise).for_each(|(v, n)| *v += n);
+        }
+        let low_passed = command.low_passed.clone();
+        let preprocessing = command.preprocessing.clone();
+        let recording = Recording { low_passed, preprocessing, ..made.recording.clone() };
+        // The masses follow from the reading at rest, which the effect may have changed.
+        Ok(Subject::of(recording, &self.model.joint)?)
+    }
+}
+
+/// A recording with the readings at rest and at the start that sensors with the effect would have shown of the same
+/// joint.
+fn read_with(recording: &Recording, effect: &ActiveEffect) -> Recording {
+    let sealed = recording.reading_at_rest();
+    let [x, _, pf, pe] = recording.initial_state();
+    let truth = [
+        sealed.displacement_mm,
+        sealed.pressure_flexor_kpa,
+        sealed.pressure_extensor_kpa,
+        x,
+        pf,
+        pe,
+    ];
+    // The effect corrects readings to true values: look for those that it corrects to the known ones.
+    let corrected = |seen: [f64; 6]| {
+        let mut rest = Rest {
+            start_s: 0.0,
+            sealed_mm: seen[0],
+            sealed_kpa: [seen[1], seen[2]],
+            start_mm: seen[3],
+            start_kpa: [seen[4], seen[5]],
+        };
+        f64::hooks(effect.effect).rest(&effect.values, &mut rest);
+        let [a, b] = rest.sealed_kpa;
+        let [c, d] = rest.start_kpa;
+        [rest.sealed_mm, a, b, rest.start_mm, c, d]
+    };
+    let mut seen = truth;
+    for _ in 0..READINGS {
+        let now = corrected(seen);
+        for k in 0..6 {
+            seen[k] += truth[k] - now[k];
+        }
+    }
+    let mut made = recording.clone();
+    if recording.sealed.is_some() {
+        made.sealed = Some(SealedReading {
+            displacement_mm: seen[0],
+            pressure_flexor_kpa: seen[1],
+            pressure_extensor_kpa: seen[2],
+        });
+    }
+    made.displacement_mm[0] = seen[3];
+    made.pressure_flexor_kpa[0] = seen[4];
+    made.pressure_extensor_kpa[0] = seen[5];
+    made
+}
+
+/// Samples of a block: several correlation times of the channel that is correlated longest.
+fn block_samples(recording: &Recording, residuals: &[Vec<f64>; 4]) -> usize {
+    let step_s = pam_data::recording::median_step_s(&recording.time_s);
+    let n = recording.len();
+    let longest = ((LONGEST_SHARE * n as f64) as usize).max(2);
+    let correlated = |channel: &Vec<f64>| {
+        let mean = channel.iter().sum::<f64>() / n as f64;
+        let own: Vec<f64> = channel.iter().map(|v| v - mean).collect();
+        let square: f64 = own.iter().map(|v| v * v).sum();
+        let mut time = 1.0;
+        // Lags are sampled more coarsely as they grow: a correlation is smooth in its lag.
+        let mut lag = 1;
+        while lag < longest && square > 0.0 {
+            let pairs = own.iter().zip(&own[lag..]);
+            let rho = pairs.map(|(a, b)| a * b).sum::<f64>() / square;
+            if rho < UNCORRELATED {
+                break;
+            }
+            let step = (lag / 8).max(1);
+            time += 2.0 * rho * step as f64;
+            lag += step;
+        }
+        time
+    };
+    let longest_correlated = residuals.iter().map(correlated).fold(1.0, f64::max);
+    let wanted = (CORRELATION_TIMES * longest_correlated).max(SHORTEST_S / step_s);
+    (wanted as usize).clamp(2, longest)
+}
+
+/// Residuals of all channels, resampled in overlapping blocks from anywhere on a circle.
+fn resampled(residuals: &[Vec<f64>; 4], block: usize, random: &mut ChaCha8Rng) -> [Vec<f64>; 4] {
+    let n = residuals[0].len();
+    let overlap = ((OVERLAP * block as f64) as usize).max(1);
+    let mut made: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; n]);
+    let mut from = 0;
+    while from < n {
+        let source = random.random_range(0..n);
+        for k in 0..block + overlap {
+            let at = from + k;
+            if at >= n {
+                break;
+            }
+            let rising =
+                if from > 0 && k < overlap { (k as f64 + 0.5) / overlap as f64 } else { 1.0 };
+            let falling = if k >= block {
+                1.0 - (k - block) as f64 / overlap as f64 - 0.5 / overlap as f64
+            } else {
+                1.0
+            };
+            let weight = (rising * falling).sqrt();
+            for (to, own) in made.iter_mut().zip(residuals) {
+                to[at] += weight * own[(source + k) % n];
+            }
+        }
+        from += block;
+    }
+    made
+}

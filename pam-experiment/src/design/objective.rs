@@ -1,0 +1,129 @@
+//! What a protocol is worth.
+
+use crate::detect::{Demand, Kind, Ray, span_of};
+use crate::error::ExperimentError;
+use crate::plan::planned_runs;
+use pam_data::Subject;
+use pam_diagnose::DiagnoseOptions;
+use pam_diagnose::joint::{PreparedTrials, SignatureSpan, Signatures};
+use pam_diagnose::noise::Noise;
+use pam_effects::ExtendedModel;
+use pam_numerics::statistics::median;
+use pam_rig::Protocol;
+use pam_rig::sensors::SensorParameters;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// What a design is to improve.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Objective {
+    /// The median of the logarithms of the detection limits.
+    MedianLimit,
+    /// The worst of them.
+    WorstLimit,
+    /// The distance between live causes and what may be taken for them.
+    Separation(Vec<LiveCause>),
+}
+
+/// A cause that may be at work, with others that may be taken for it: places of candidates and their values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LiveCause {
+    /// The cause.
+    pub cause: (usize, Vec<f64>),
+    /// The others.
+    pub others: Vec<(usize, Vec<f64>)>,
+}
+
+/// Share of the mean in a median, so that an effect away from the middle counts as well.
+const MEAN_SHARE: f64 = 0.1;
+/// Least excess that counts.
+const LEAST: f64 = 1e-6;
+
+/// Everything by which proposals are judged.
+pub(super) struct Judge<'a> {
+    pub(super) model: &'a ExtendedModel,
+    pub(super) options: &'a DiagnoseOptions,
+    pub(super) sensors: &'a SensorParameters,
+    pub(super) noise: &'a Noise,
+    pub(super) objective: &'a Objective,
+    /// Effects with the magnitudes at which they are compared.
+    pub(super) ways: Vec<(Ray, f64)>,
+    pub(super) travel_mm: f64,
+    pub(super) seed: u64,
+}
+
+impl Judge<'_> {
+    /// The simulated recordings of a protocol; `None` if the joint leaves the range of the model.
+    pub(super) fn simulated(&self, protocol: &Protocol) -> Option<Vec<Subject>> {
+        let rate_hz = self.sensors.clock.rate_hz;
+        let runs = planned_runs(protocol, &self.sensors.motor, rate_hz, self.seed).ok()?;
+        let subject = |run: &crate::plan::PlannedRun| {
+            let subject = run.simulated(self.model).ok()?;
+            let inside = |x: &f64| x.abs() <= self.travel_mm;
+            subject.recording.displacement_mm.iter().all(inside).then_some(subject)
+        };
+        runs.iter().map(subject).collect()
+    }
+
+    /// The worth of a protocol, a logarithm; minus infinity if it cannot be run.
+    pub(super) fn worth(&self, protocol: &Protocol) -> f64 {
+        self.simulated(protocol)
+            .and_then(|recordings| self.of_recordings(&recordings).ok())
+            .unwrap_or(f64::NEG_INFINITY)
+    }
+
+    fn of_recordings(&self, recordings: &[Subject]) -> Result<f64, ExperimentError> {
+        let trials = PreparedTrials::new(self.model, recordings)?;
+        let signatures = Signatures::of_all(self.model, &trials, self.options, Some(self.noise))?;
+        Ok(match self.objective {
+            Objective::Separation(live) => {
+                let all = live.iter().flat_map(|cause| separations(&signatures, cause));
+                all.map(|d| d.max(LEAST).ln()).fold(f64::INFINITY, f64::min)
+            }
+            objective => {
+                let none = Vec::new();
+                let gain = |(ray, magnitude): &(Ray, f64)| {
+                    let demand = Demand {
+                        signatures: &signatures,
+                        directions: &[],
+                        seed: self.seed,
+                        parameters: ray.parameters,
+                        power: 0.9,
+                        level: 0.05,
+                        errors: &none,
+                    };
+                    let s = signatures.of(ray.candidate, &ray.values(*magnitude));
+                    let excess = s.map_or(0.0, |s| demand.excess(Kind::Named, &s));
+                    0.5 * excess.max(LEAST).ln()
+                };
+                let gains: Vec<f64> = self.ways.iter().map(gain).collect();
+                if *objective == Objective::WorstLimit {
+                    gains.into_iter().fold(f64::INFINITY, f64::min)
+                } else {
+                    let mean = gains.iter().sum::<f64>() / gains.len().max(1) as f64;
+                    median(&gains) + MEAN_SHARE * mean
+                }
+            }
+        })
+    }
+}
+
+/// Power with which live causes are to be distinguished.
+const POWER: f64 = 0.9;
+
+/// How far a cause is from the span of each of the others, over what a diagnosis needs to distinguish them with 90 % power:
+/// the lesser of the distance (the root of the drop that is left when the other is fitted in its place) over the one at which
+/// the odds are enough, and of the root of the share that the other cannot remove over the least one.
+pub(super) fn separations(signatures: &Signatures<'_>, live: &LiveCause) -> Vec<f64> {
+    let (candidate, values) = &live.cause;
+    let Some(s) = signatures.of(*candidate, values) else { return vec![0.0; live.others.len()] };
+    let a = signatures.acceptance();
+    let z = Normal::standard().inverse_cdf(POWER);
+    let needed = z + (z * z + 2.0 * a.rows_per_observation * a.confusable_odds.ln()).sqrt();
+    let size = s.square().max(f64::MIN_POSITIVE);
+    let ratio = |(other, values): &(usize, Vec<f64>)| {
+        let span = SignatureSpan::of(&span_of(signatures, *other, values));
+        let left = s.beside(&span).square();
+        (left.sqrt() / needed).min((left / size / (1.0 - a.confusable_share)).sqrt())
+    };
+    live.others.iter().map(ratio).collect()
+}

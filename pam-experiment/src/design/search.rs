@@ -1,0 +1,327 @@
+//! The search for a protocol, and what it gains.
+
+use super::objective::{Judge, LiveCause, Objective, separations};
+use super::space::{DesignLimits, Proposal, standard};
+use crate::detect::{DetectOptions, Detection, GivenValues, Ray, detect, rays, reference};
+use crate::error::ExperimentError;
+use crate::plan::{SensorView, planned_runs, sensor_view};
+use pam_core::parallel;
+use pam_data::Subject;
+use pam_diagnose::joint::{PreparedTrials, Signatures};
+use pam_diagnose::noise::Noise;
+use pam_effects::ExtendedModel;
+use pam_numerics::statistics::median;
+use pam_rig::Protocol;
+use pam_rig::sensors::SensorParameters;
+use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
+use serde::Serialize;
+
+/// Limits, objective and effort of [`design`].
+#[derive(Debug, Clone)]
+pub struct DesignOptions {
+    /// Effects and diagnosis whose limits count.
+    pub detect: DetectOptions,
+    /// Limits of the rig.
+    pub limits: DesignLimits,
+    /// What is to improve.
+    pub objective: Objective,
+    /// Motor and sensors of the rig.
+    pub sensors: SensorParameters,
+    /// Noise of the channels; that of the sensors if absent.
+    pub noise: Option<Noise>,
+    /// Protocols that are simulated.
+    pub evaluations: usize,
+    /// Seed of the search.
+    pub seed: u64,
+}
+
+impl Default for DesignOptions {
+    fn default() -> Self {
+        Self {
+            detect: DetectOptions::default(),
+            limits: DesignLimits::default(),
+            objective: Objective::MedianLimit,
+            sensors: SensorParameters::default(),
+            noise: None,
+            evaluations: 400,
+            seed: 1,
+        }
+    }
+}
+
+/// The limit of an effect under the standard and under the design.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Gain {
+    /// Label of the effect.
+    pub label: String,
+    /// Its parameter.
+    pub parameter: String,
+    /// The value from which it is named under the published excitation; absent where it is not within its range.
+    pub standard: Option<f64>,
+    /// The same under the design.
+    pub designed: Option<f64>,
+    /// By how much the magnitude is lower.
+    pub factor: Option<f64>,
+}
+
+/// How far a cause is from another one, over what a diagnosis needs to distinguish them with 90 % power: from 1 on it does.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Separated {
+    /// Id of the cause.
+    pub cause: String,
+    /// Id of what may be taken for it.
+    pub other: String,
+    /// Under the published excitation.
+    pub standard: f64,
+    /// Under the design.
+    pub designed: f64,
+}
+
+/// A designed protocol with what it is expected to gain; `design.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Design {
+    /// The protocol.
+    pub protocol: Protocol,
+    /// The published excitation of the same length, with which it is compared.
+    pub standard: Protocol,
+    /// Detection limits under both.
+    pub gains: Vec<Gain>,
+    /// Median of the factors by which limits are lower.
+    pub median_factor: f64,
+    /// Separation of live causes under both.
+    pub separations: Vec<Separated>,
+    /// Protocols that were simulated.
+    pub evaluations: usize,
+    /// Limits and confusions under the design.
+    #[serde(skip)]
+    pub detection: Detection,
+}
+
+impl Design {
+    /// Whether the design distinguishes every live cause from the others; `None` without live causes.
+    #[must_use]
+    pub fn separates(&self) -> Option<bool> {
+        let enough = |s: &Separated| s.designed >= 1.0;
+        (!self.separations.is_empty()).then(|| self.separations.iter().all(enough))
+    }
+
+    /// What is expected of it, in a sentence.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let left: Vec<String> = self
+            .separations
+            .iter()
+            .filter(|s| s.designed < 1.0)
+            .map(|s| {
+                let share = 100.0 * s.designed;
+                format!("{} and {} ({share:.0} % of the distance needed)", s.cause, s.other)
+            })
+            .collect();
+        match self.separates() {
+            None => format!(
+                "Detection limits are expected to be lower by a factor of {:.1} (median) than under the published excitation of \
+                 the same length.",
+                self.median_factor
+            ),
+            Some(true) => "The design is expected to distinguish all live causes.".into(),
+            Some(false) => format!(
+                "No protocol that was found within these limits distinguishes {}: this rig cannot distinguish them in this time.",
+                left.join(", ")
+            ),
+        }
+    }
+}
+
+/// Proposals of a generation: the same at any number of threads.
+const GENERATION: usize = 8;
+/// Share of the evaluations that are drawn at random.
+const RANDOM_SHARE: f64 = 0.2;
+/// Best proposals that are mutated.
+const PARENTS: usize = 4;
+
+/// Searches a protocol within the limits.
+///
+/// # Errors
+/// [`ExperimentError`] if the model cannot be simulated under the published excitation.
+pub fn design(
+    model: &ExtendedModel,
+    options: &DesignOptions,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Design, ExperimentError> {
+    let standard = standard(&options.limits);
+    let recordings = simulated(model, &standard, options)?;
+    let diagnosis = &options.detect.diagnosis;
+    let view = match &options.noise {
+        Some(noise) => SensorView::from(noise.clone()),
+        None => sensor_view(model, &recordings, &options.sensors, diagnosis)?,
+    };
+    let noise = view.noise.clone();
+    let compared = compared(options);
+    let before = detect(model, &recordings, Some(&view), &compared)?;
+    let ways = ways(model, &recordings, &noise, options, &before)?;
+    let judge = Judge {
+        model,
+        options: diagnosis,
+        sensors: &options.sensors,
+        noise: &noise,
+        objective: &options.objective,
+        ways,
+        travel_mm: options.limits.travel_mm,
+        seed: options.seed,
+    };
+    let best = search(&judge, &standard, options, progress);
+    let protocol = best.protocol("design");
+    let after_recordings = simulated(model, &protocol, options)?;
+    let after = detect(model, &after_recordings, Some(&view), &compared)?;
+    let gains = gains(&before, &after);
+    let factors: Vec<f64> = gains.iter().filter_map(|g| g.factor).collect();
+    let separations = match &options.objective {
+        Objective::Separation(live) => {
+            let sides = [&recordings, &after_recordings];
+            separated(model, sides, &noise, options, live)?
+        }
+        _ => Vec::new(),
+    };
+    Ok(Design {
+        protocol,
+        standard,
+        gains,
+        median_factor: if factors.is_empty() { f64::NAN } else { median(&factors) },
+        separations,
+        evaluations: options.evaluations,
+        detection: after,
+    })
+}
+
+/// The effects whose limits are compared: of a separation those that are live.
+fn compared(options: &DesignOptions) -> DetectOptions {
+    let Objective::Separation(live) = &options.objective else { return options.detect.clone() };
+    let mut places: Vec<usize> =
+        live.iter().flat_map(|l| l.others.iter().map(|o| o.0).chain([l.cause.0])).collect();
+    places.sort_unstable();
+    places.dedup();
+    let given = |k: usize| GivenValues {
+        effect: options.detect.diagnosis.candidates[k].info().id.to_owned(),
+        values: Vec::new(),
+    };
+    DetectOptions { effects: places.into_iter().map(given).collect(), ..options.detect.clone() }
+}
+
+fn simulated(
+    model: &ExtendedModel,
+    protocol: &Protocol,
+    options: &DesignOptions,
+) -> Result<Vec<Subject>, ExperimentError> {
+    let rate_hz = options.sensors.clock.rate_hz;
+    let runs = planned_runs(protocol, &options.sensors.motor, rate_hz, options.seed)?;
+    runs.iter().map(|run| run.simulated(model)).collect()
+}
+
+/// The effects with the magnitudes at which proposals are compared: their limits under the standard.
+fn ways(
+    model: &ExtendedModel,
+    recordings: &[Subject],
+    noise: &Noise,
+    options: &DesignOptions,
+    before: &Detection,
+) -> Result<Vec<(Ray, f64)>, ExperimentError> {
+    if matches!(options.objective, Objective::Separation(_)) {
+        return Ok(Vec::new());
+    }
+    let diagnosis = &options.detect.diagnosis;
+    let trials = PreparedTrials::new(model, recordings)?;
+    let signatures = Signatures::of_all(model, &trials, diagnosis, Some(noise))?;
+    let mut all = Vec::new();
+    for (candidate, effect) in diagnosis.candidates.iter().enumerate() {
+        let given = options.detect.effects.iter().find(|g| g.effect == effect.info().id);
+        if given.is_none() && !options.detect.effects.is_empty() {
+            continue;
+        }
+        let values = given.map_or(&[][..], |g| g.values.as_slice());
+        for ray in rays(&signatures, candidate, *effect, values)? {
+            if let Some(limits) = before.of(&ray.label()) {
+                let magnitude = reference(limits, &ray);
+                all.push((ray, magnitude));
+            }
+        }
+    }
+    Ok(all)
+}
+
+fn search(
+    judge: &Judge<'_>,
+    standard: &Protocol,
+    options: &DesignOptions,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Proposal {
+    let limits = &options.limits;
+    let mut random = ChaCha8Rng::seed_from_u64(options.seed ^ 0x0de5_1691);
+    let first = Proposal::of(standard);
+    let mut best = vec![(judge.worth(standard), first)];
+    let all = options.evaluations.max(GENERATION);
+    let mut made = 0;
+    while made < all {
+        let at_random = (made as f64) < RANDOM_SHARE * all as f64;
+        let generation: Vec<Proposal> = (0..GENERATION.min(all - made))
+            .map(|k| {
+                if at_random {
+                    return Proposal::random(limits, &mut random);
+                }
+                best[k % best.len()].1.mutated(limits, &mut random)
+            })
+            .collect();
+        made += generation.len();
+        let worths =
+            parallel::map(generation.len(), |k| judge.worth(&generation[k].protocol("design")));
+        best.extend(worths.into_iter().zip(generation));
+        best.sort_by(|a, b| b.0.total_cmp(&a.0));
+        best.truncate(PARENTS);
+        progress(made as f64 / all as f64);
+    }
+    best.swap_remove(0).1
+}
+
+fn gains(before: &Detection, after: &Detection) -> Vec<Gain> {
+    let of = |own: &crate::detect::Limits| {
+        let other = after.of(&own.label).and_then(|l| l.named);
+        let factor = own.named.zip(other).map(|(a, b)| a.magnitude / b.magnitude);
+        Gain {
+            label: own.label.clone(),
+            parameter: own.parameter.clone(),
+            standard: own.value(),
+            designed: other.map(|l| l.value),
+            factor,
+        }
+    };
+    before.limits.iter().map(of).collect()
+}
+
+/// The separations of live causes under the standard and the design.
+fn separated(
+    model: &ExtendedModel,
+    sides: [&Vec<Subject>; 2],
+    noise: &Noise,
+    options: &DesignOptions,
+    live: &[LiveCause],
+) -> Result<Vec<Separated>, ExperimentError> {
+    let diagnosis = &options.detect.diagnosis;
+    let id = |candidate: usize| diagnosis.candidates[candidate].info().id.to_owned();
+    let mut sides = sides.into_iter().map(|side| {
+        let trials = PreparedTrials::new(model, side)?;
+        let signatures = Signatures::of_all(model, &trials, diagnosis, Some(noise))?;
+        Ok(live.iter().flat_map(|cause| separations(&signatures, cause)).collect())
+    });
+    let mut side =
+        || -> Result<Vec<f64>, ExperimentError> { sides.next().unwrap_or(Ok(Vec::new())) };
+    let (standard, designed) = (side()?, side()?);
+    let pairs = live.iter().flat_map(|l| l.others.iter().map(|o| (l.cause.0, o.0)));
+    let all = pairs.zip(standard.into_iter().zip(designed));
+    let one = |((cause, other), (standard, designed))| Separated {
+        cause: id(cause),
+        other: id(other),
+        standard,
+        designed,
+    };
+    Ok(all.map(one).collect())
+}

@@ -1,0 +1,387 @@
+//! Limits and confusions from signatures.
+
+use super::power::needed_noncentrality;
+use super::ray::{Ray, rays};
+use super::result::{Detection, Limit, Limits, Pair};
+use super::{DetectOptions, GivenValues};
+use crate::error::ExperimentError;
+use crate::plan::SensorView;
+use pam_core::parallel;
+use pam_data::Subject;
+use pam_diagnose::joint::{FreeRun, PreparedTrials, Signature, SignatureSpan, Signatures};
+use pam_effects::ExtendedModel;
+use pam_effects::effects::AnyEffect;
+use pam_numerics::dot;
+use pam_numerics::statistics::{chi_square_quantile, mean, standard_deviation, t_quantile_95};
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// Relative accuracy of the noncentrality at a limit.
+const ACCURACY: f64 = 0.02;
+/// Simulations until a limit is given up.
+const TRIES: usize = 40;
+/// Largest factor from one tried magnitude to the next.
+const FACTOR: f64 = 8.0;
+/// Least one until the limit lies between two of them.
+const LEAST_STEP: f64 = 1.5;
+
+/// What a test asks of a signature.
+pub(crate) struct Demand<'s, 'a> {
+    pub(crate) signatures: &'s Signatures<'a>,
+    /// Directions of the test against chance; it is left out without any.
+    pub(crate) directions: &'s [Signature],
+    pub(crate) seed: u64,
+    pub(crate) parameters: usize,
+    pub(crate) power: f64,
+    pub(crate) level: f64,
+    /// Errors of free runs, by which the reduction of the error is judged; not judged without any.
+    pub(crate) errors: &'s FreeRun,
+}
+
+/// Which limit.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Kind {
+    Familywise,
+    Listed,
+    Named,
+}
+
+impl Demand<'_, '_> {
+    fn normal(&self) -> f64 {
+        Normal::standard().inverse_cdf(self.power)
+    }
+
+    /// Quantile of the largest of all candidates by chance (Bonferroni).
+    fn by_chance(&self) -> f64 {
+        let candidates = self.signatures.acceptance().candidates.max(1) as f64;
+        chi_square_quantile(1.0 - self.level / candidates, self.parameters as f64)
+    }
+
+    /// The noncentrality at which a drop exceeds so much; `drop ≈ λ + 2√λ z`.
+    fn exceeding(&self, drop: f64) -> f64 {
+        let z = self.normal();
+        (z + (z * z + drop).sqrt()).powi(2)
+    }
+
+    /// The noncentrality of a signature over the needed one: the limit is where it is one.
+    pub(crate) fn excess(&self, kind: Kind, s: &Signature) -> f64 {
+        let a = self.signatures.acceptance();
+        let (p, size) = (self.parameters, s.square());
+        let chance = needed_noncentrality(self.by_chance(), p as f64, self.power);
+        if kind == Kind::Familywise {
+            return size / chance;
+        }
+        let odds = a.rows_per_observation * (a.price(p) + 2.0 * a.log_odds);
+        let listed = needed_noncentrality(odds, p as f64, self.power).max(chance);
+        // The test against chance: what the signs of blocks make of the same residual grows with it.
+        let mut listed = size / listed;
+        if !self.directions.is_empty() {
+            let by_signs = self.signatures.by_chance(s, self.directions, self.seed);
+            listed = listed.min((size.sqrt() - self.normal()).max(0.0).powi(2) / by_signs);
+        }
+        if kind == Kind::Listed {
+            return listed;
+        }
+        let rows = a.rows as f64;
+        let all = rows * a.channels as f64;
+        let of_residual = self.exceeding(a.minor_of_residual / (1.0 - a.minor_of_residual) * all);
+        let channels = self.signatures.channel_squares(s);
+        let rise = self.exceeding(a.minor_rise * rows);
+        let largest = channels.into_iter().fold(0.0, f64::max);
+        listed.min((size / of_residual).max(largest / rise)).min(self.proven(s))
+    }
+
+    /// Whether a test recording proves a smaller whitened error: Student's test of the gains over its blocks, or of the gains
+    /// relative to the sums. Squared, the mean of the recordings.
+    fn proven(&self, s: &Signature) -> f64 {
+        let blocks = self.signatures.test_block_squares(s);
+        let a = self.signatures.acceptance();
+        let rows = a.rows as f64 / blocks.iter().map(Vec::len).sum::<usize>().max(1) as f64;
+        let noise = 2.0 * rows * a.channels as f64;
+        let ratio = |own: &Vec<f64>| {
+            let n = own.len() as f64;
+            if n < 2.0 {
+                return 1.0;
+            }
+            let needed = t_quantile_95(n - 1.0) + self.normal();
+            let student = |gains: &[f64], scatter: &[f64]| {
+                let scatter = scatter.iter().sum::<f64>() / n;
+                let variance = standard_deviation(gains).powi(2) * n / (n - 1.0) + scatter;
+                mean(gains) / (variance / n).sqrt()
+            };
+            let relative: Vec<f64> = own.iter().map(|b| b / (b + noise)).collect();
+            let of_relative: Vec<f64> = own.iter().map(|b| 4.0 * b / (b + noise).powi(2)).collect();
+            let scatter: Vec<f64> = own.iter().map(|b| 4.0 * b).collect();
+            (student(own, &scatter).max(student(&relative, &of_relative)) / needed).powi(2)
+        };
+        blocks.iter().map(ratio).sum::<f64>() / blocks.len().max(1) as f64
+    }
+
+    /// Whether the error of the free run becomes smaller: the square of the change over its product with the error of other
+    /// recordings, of whose sign nothing is known. Squared, the geometric mean of the recordings.
+    fn reduced(&self, ray: &Ray, magnitude: f64) -> f64 {
+        if self.errors.is_empty() {
+            return f64::INFINITY;
+        }
+        let change = self.signatures.free_run_change(ray.candidate, &ray.values(magnitude));
+        let Some(change) = change else { return f64::INFINITY };
+        let variances = self.signatures.variances();
+        let product = |a: &[Vec<f64>], b: &[Vec<f64>], v: &[f64]| -> f64 {
+            let channels = a.iter().zip(b).zip(v);
+            channels.map(|((a, b), v)| dot(a, &b[..a.len().min(b.len())]) / v.max(1e-300)).sum()
+        };
+        let ratio = |(own, v): (&Vec<Vec<f64>>, &Vec<f64>)| {
+            let square = product(own, own, v);
+            let same = self.errors.iter().filter(|e| e[0].len() == own[0].len());
+            let crossed: Vec<f64> = same.map(|e| product(own, e, v).powi(2)).collect();
+            let cross = mean(&crossed).sqrt();
+            2.0 * (square / (2.0 * self.normal() * cross).max(1e-300)).max(1e-300).ln()
+        };
+        let all: Vec<f64> = change.iter().zip(&variances).map(ratio).collect();
+        mean(&all).exp()
+    }
+
+    /// The magnitude at which the excess is one; the weakest one of the range if it is exceeded there.
+    fn limit(&self, ray: &Ray, kind: Kind) -> Option<Limit> {
+        let (mut low, mut high): (f64, f64) = (0.0, f64::INFINITY);
+        let mut m = ray.first_magnitude();
+        for tried in 0..TRIES {
+            let s = self.signatures.of(ray.candidate, &ray.values(m));
+            let excess = match &s {
+                Some(s) if s.square() > 0.0 => {
+                    let own = self.excess(kind, s);
+                    // The free run is simulated only where it decides.
+                    if kind == Kind::Named && own > 0.2 {
+                        own.min(self.reduced(ray, m))
+                    } else {
+                        own
+                    }
+                }
+                Some(_) => 0.0,
+                // So large that the simulation diverges.
+                None => f64::INFINITY,
+            };
+            let noncentrality = s.map_or(f64::NAN, |s| s.square());
+            let found = Limit { value: ray.value(m), magnitude: m, noncentrality };
+            let settled = high / low < 1.0 + ACCURACY;
+            if excess.is_finite() && ((excess - 1.0).abs() < ACCURACY || settled) {
+                return ray.admits(m).then_some(found);
+            }
+            if excess < 1.0 {
+                low = m
+            } else {
+                high = m
+            }
+            if excess < 1.0 && !ray.admits(m) && ray.is_beyond(m) {
+                return None;
+            }
+            if excess > 1.0 && ray.is_weakest(m) {
+                return Some(found);
+            }
+            // As the root of the noncentrality, or further where the test against chance does not follow it.
+            let step = excess.max(1e-12).sqrt().recip().clamp(1.0 / FACTOR, FACTOR);
+            let step = match (low > 0.0, high.is_finite()) {
+                (false, true) => step.min(LEAST_STEP.recip()),
+                (true, false) => step.max(LEAST_STEP),
+                _ => step,
+            };
+            let next = m * step;
+            let inside = next > low && next < high && tried % 3 != 2;
+            m = if inside { next } else { between(low, high, m) };
+            m = ray.not_below_weakest(m);
+        }
+        None
+    }
+}
+
+fn between(low: f64, high: f64, m: f64) -> f64 {
+    match (low > 0.0, high.is_finite()) {
+        (true, true) => (low * high).sqrt(),
+        (false, true) => high / FACTOR,
+        (true, false) => low * FACTOR,
+        (false, false) => m * FACTOR,
+    }
+}
+
+/// The effects that are asked about, with their places among the candidates.
+fn asked(
+    options: &DetectOptions,
+) -> Result<Vec<(usize, &'static dyn AnyEffect, GivenValues)>, ExperimentError> {
+    let candidates = &options.diagnosis.candidates;
+    let place = |g: &GivenValues| {
+        let at = candidates.iter().position(|e| e.info().id == g.effect);
+        let at = at.ok_or_else(|| {
+            ExperimentError::setting("effects", format!("`{}` is no candidate", g.effect))
+        })?;
+        Ok((at, candidates[at], g.clone()))
+    };
+    if options.effects.is_empty() {
+        let all = candidates.iter().enumerate();
+        let given = |e: &&'static dyn AnyEffect| GivenValues {
+            effect: e.info().id.to_owned(),
+            values: Vec::new(),
+        };
+        return Ok(all.map(|(k, e)| (k, *e, given(e))).collect());
+    }
+    options.effects.iter().map(place).collect()
+}
+
+/// The directions of an effect at values: by its parameters, and by switching it on.
+pub(crate) fn span_of(
+    signatures: &Signatures<'_>,
+    candidate: usize,
+    values: &[f64],
+) -> Vec<Signature> {
+    let mut all = signatures.tangents(candidate, values).unwrap_or_default();
+    all.extend(signatures.of(candidate, values));
+    all
+}
+
+/// A magnitude at which an effect shows plainly: its limit, or its starting value.
+pub(crate) fn reference(limits: &Limits, ray: &Ray) -> f64 {
+    limits
+        .named
+        .or(limits.listed)
+        .or(limits.familywise)
+        .map_or_else(|| ray.first_magnitude(), |l| l.magnitude)
+}
+
+/// Foretells the limits of a diagnosis of recordings, measured or simulated. The noise is learned from them as a diagnosis
+/// does, unless it is given; so are the errors of free runs.
+///
+/// ```
+/// use pam_core::{AnyForce, JointModel, SpringDamper};
+/// use pam_data::ModelInfo;
+/// use pam_effects::ExtendedModel;
+/// use pam_experiment::detect::{DetectOptions, detect};
+/// use pam_experiment::plan::{noise_from_toml, planned_runs};
+/// use pam_rig::{Conditions, Protocol};
+///
+/// let joint = JointModel::datasheet(AnyForce::from(SpringDamper::published()));
+/// let model = ExtendedModel { joint, info: ModelInfo::default(), effects: Vec::new() };
+/// let mut protocol = Protocol::paper();
+/// protocol.conditions = Some(Conditions::List(vec![[45, 45], [30, 30], [60, 60]]));
+/// protocol.current.truncate(1);
+/// let runs = planned_runs(&protocol, &Default::default(), 250.0, 1)?;
+/// let recordings: Vec<_> = runs.iter().map(|r| r.simulated(&model)).collect::<Result<_, _>>()?;
+/// let text = "x_mm = { deviation = 0.004 }\npressure_flexor_kpa = { deviation = 0.1 }\npressure_extensor_kpa = { deviation = 0.1 }";
+/// let noise = noise_from_toml(text, "noise.toml", 0.02)?;
+/// let options = DetectOptions {
+///     effects: vec!["viscous_damping".parse()?, "coulomb_friction".parse()?],
+///     ..DetectOptions::default()
+/// };
+/// let detection = detect(&model, &recordings, Some(&noise.into()), &options)?;
+/// let friction = detection.of("coulomb_friction").and_then(|l| l.value()).expect("it is seen");
+/// assert!(friction > 0.01 && friction < 10.0); // N
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`ExperimentError`] if there is too little data, the model diverges on it, or a given effect or value is unknown.
+pub fn detect(
+    model: &ExtendedModel,
+    recordings: &[Subject],
+    view: Option<&SensorView>,
+    options: &DetectOptions,
+) -> Result<Detection, ExperimentError> {
+    let trials = PreparedTrials::new(model, recordings)?;
+    let noise = view.map(|v| &v.noise);
+    let signatures = Signatures::new(model, &trials, &options.diagnosis, noise)?;
+    let errors = match view {
+        Some(view) => view.errors.clone(),
+        None => signatures.free_run_errors().unwrap_or_default(),
+    };
+    let mut ways: Vec<(&'static dyn AnyEffect, Ray)> = Vec::new();
+    for (candidate, effect, given) in asked(options)? {
+        let own = rays(&signatures, candidate, effect, &given.values)?;
+        ways.extend(own.into_iter().map(|ray| (effect, ray)));
+    }
+    let directions = signatures.directions();
+    let limits: Vec<Limits> = parallel::map(ways.len(), |k| {
+        let (effect, ray) = &ways[k];
+        let demand = Demand {
+            signatures: &signatures,
+            directions: &directions,
+            seed: options.diagnosis.seed,
+            parameters: ray.parameters,
+            power: options.power,
+            level: options.level,
+            errors: &errors,
+        };
+        let kept = ray.kept(*effect).into_iter().map(|(name, v)| (name.to_owned(), v)).collect();
+        Limits {
+            effect: ray.effect.to_owned(),
+            label: ray.label(),
+            parameter: ray.parameter.to_owned(),
+            kept,
+            parameters: ray.parameters,
+            familywise: demand.limit(ray, Kind::Familywise),
+            listed: demand.limit(ray, Kind::Listed),
+            named: demand.limit(ray, Kind::Named),
+        }
+    });
+    let pairs = pairs(&signatures, &ways, &limits, options);
+    let a = signatures.acceptance();
+    let span = |s: &Subject| {
+        let (from, to) = s.recording.span_s();
+        (s.recording.name.clone(), to - from)
+    };
+    Ok(Detection {
+        recordings: recordings.iter().map(span).collect(),
+        noise: signatures.noise().deviations(),
+        rows: a.rows,
+        power: options.power,
+        level: options.level,
+        limits,
+        pairs,
+    })
+}
+
+/// Every effect at its limit beside the span of every other one at its own.
+fn pairs(
+    signatures: &Signatures<'_>,
+    ways: &[(&'static dyn AnyEffect, Ray)],
+    limits: &[Limits],
+    options: &DetectOptions,
+) -> Vec<Pair> {
+    let a = signatures.acceptance();
+    let z = Normal::standard().inverse_cdf(options.power);
+    let spans: Vec<Vec<Signature>> = parallel::map(ways.len(), |k| {
+        let ray = &ways[k].1;
+        span_of(signatures, ray.candidate, &ray.values(reference(&limits[k], ray)))
+    });
+    let mut candidates: Vec<usize> = ways.iter().map(|w| w.1.candidate).collect();
+    candidates.dedup();
+    // The ways of one effect span it together.
+    let whole: Vec<(usize, SignatureSpan)> = parallel::map_each(candidates, |candidate| {
+        let own = ways.iter().zip(&spans).filter(|(w, _)| w.1.candidate == candidate);
+        let all: Vec<Signature> = own.flat_map(|(_, s)| s.clone()).collect();
+        (candidate, SignatureSpan::of(&all))
+    });
+    let of_way = |k: usize| -> Vec<Pair> {
+        let ray = &ways[k].1;
+        let Some(limit) = limits[k].named else { return Vec::new() };
+        let Some(s) = signatures.of(ray.candidate, &ray.values(limit.magnitude)) else {
+            return Vec::new();
+        };
+        let size = s.square();
+        let others = whole.iter().filter(|(candidate, _)| *candidate != ray.candidate);
+        others
+            .map(|(candidate, span)| {
+                let other = options.diagnosis.candidates[*candidate].info();
+                let own = (s.beside(span).square() / size).clamp(0.0, 1.0);
+                let price = a.price(ray.parameters) - a.price(other.parameters.len());
+                let cost = a.rows_per_observation * (2.0 * a.confusable_odds.ln() + price);
+                let needed = (z + (z * z + cost.max(0.0)).sqrt()).powi(2);
+                let told = (1.0 - own < a.confusable_share)
+                    .then(|| (needed / (own * size)).sqrt().max(1.0));
+                Pair {
+                    effect: ray.label(),
+                    other: other.id.to_owned(),
+                    cosine: (1.0 - own).sqrt(),
+                    distinguished_from: told,
+                }
+            })
+            .collect()
+    };
+    parallel::map(ways.len(), of_way).into_iter().flatten().collect()
+}

@@ -1,0 +1,51 @@
+//! Detection limits, before anything is measured.
+//!
+//! Under the hypothesis that an effect of magnitude m is at work, the whitened squared residual drops by a noncentral χ² of
+//! `p` degrees of freedom when its `p` parameters are fitted. The noncentrality is `‖s(m)‖²`, the square of the effect's
+//! [`Signature`](pam_diagnose::joint::Signature): the whitened difference of the simulations with and without it, less what
+//! the nuisances can imitate. For effects that are linear in their magnitude it is m² times the Fisher information that
+//! is left by the Schur complement of the nuisances; here it is that of the simulation at every magnitude, so that friction, play
+//! and saturation need no tangent.
+//!
+//! Three limits follow, each with the given power:
+//!
+//! | limit | the drop must exceed |
+//! |---|---|
+//! | `familywise` | the quantile of χ² that the largest of all candidates exceeds by chance at the level (Bonferroni): no test of this error rate sees less |
+//! | `listed` | what a diagnosis asks of a set: its price and the odds, and the test against chance over its blocks |
+//! | `named` | also the rule that a cause is minor that removes next to nothing, and what confirms it on a test recording: the whitened error is proven to be smaller, and the error of the free run is |
+
+mod limits;
+mod power;
+mod ray;
+mod report;
+mod result;
+
+pub use limits::detect;
+pub use power::{needed_noncentrality, noncentral_chi_square_sf};
+pub use ray::{GivenValues, Ray, rays};
+pub use report::detection_report;
+pub use result::{Detection, Limit, Limits, Pair};
+
+pub(crate) use limits::{Demand, Kind, reference, span_of};
+
+use pam_diagnose::DiagnoseOptions;
+
+/// Candidates, diagnosis, power and level of [`detect`].
+#[derive(Debug, Clone)]
+pub struct DetectOptions {
+    /// Candidates and settings of the diagnosis that is foretold.
+    pub diagnosis: DiagnoseOptions,
+    /// Effects whose limits are computed, with values that are kept; all candidates if empty.
+    pub effects: Vec<GivenValues>,
+    /// Power of the limits.
+    pub power: f64,
+    /// Familywise rate of false alarms of the limit that no test falls below.
+    pub level: f64,
+}
+
+impl Default for DetectOptions {
+    fn default() -> Self {
+        Self { diagnosis: DiagnoseOptions::default(), effects: Vec::new(), power: 0.9, level: 0.05 }
+    }
+}

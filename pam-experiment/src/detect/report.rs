@@ -1,0 +1,133 @@
+//! Limits and confusions as a page.
+
+use super::result::{Detection, Limit};
+use maud::{Markup, html};
+use pam_core::units::significant;
+use pam_report::figure::{ColourMap, MapPoint, ValuePlane};
+use pam_report::page::{card, count, figure, page};
+use pam_vocabulary::plain_name;
+
+/// Cosines from which a pair is listed as confusable.
+const NEAR: f64 = 0.95;
+
+/// The result of [`detect`](super::detect()) as a page; `model_line` describes the model.
+#[must_use]
+pub fn detection_report(d: &Detection, model_line: &str, made_by: &str) -> String {
+    let length: f64 = d.recordings.iter().map(|r| r.1).sum();
+    let found = d.limits.iter().filter(|l| l.named.is_some()).count();
+    let confused = d.confused(2.0).len();
+    let body = html! {
+        div.cards {
+            (card(&format!("{found} of {}", d.limits.len()), "effects with a limit inside their range"))
+            (card(&format!("{length:.0} s"), &count(d.recordings.len(), "recording")))
+            (card(&confused.to_string(), "pairs not distinguished at twice the limit"))
+        }
+        h2 { "Detection limits" }
+        p {
+            "The smallest magnitude that is found with " (format!("{:.0}", 100.0 * d.power)) " % power. "
+            "Named: a diagnosis names the effect as a cause. Listed: it lists the effect, perhaps as a minor cause. Any test: "
+            "no test with " (format!("{:.0}", 100.0 * d.level)) " % false alarms over all candidates sees less."
+        }
+        (table(d))
+        h2 { "Confusions" }
+        p {
+            "The cosine between the whitened signature of an effect (row) and the span of another one (column), after the "
+            "nuisances are projected out. At 1 no magnitude distinguishes them. Pairs above " (NEAR) " are listed below."
+        }
+        (figure(heat_map(d), ""))
+        (key(d))
+        (near(d))
+    };
+    page("Detection limits", model_line, &body, made_by)
+}
+
+fn cell(limit: Option<Limit>) -> String {
+    limit.map_or_else(|| "–".to_owned(), |l| significant(l.value, 3))
+}
+
+fn table(d: &Detection) -> Markup {
+    html! {
+        table {
+            thead { tr { th { "effect" } th { "parameter" } th { "named from" } th { "listed from" } th { "any test" } th { "kept" } } }
+            tbody {
+                @for l in &d.limits {
+                    tr {
+                        td { (plain_name(&l.effect)) @if l.label != l.effect { " " (l.label[l.effect.len()..]) } }
+                        td { code { (l.parameter) } }
+                        td { (cell(l.named)) } td { (cell(l.listed)) } td { (cell(l.familywise)) }
+                        td { (l.kept.iter().map(|(n, v)| format!("{n} = {}", significant(*v, 3))).collect::<Vec<_>>().join(", ")) }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Ids of the columns.
+fn columns(d: &Detection) -> Vec<&str> {
+    let mut all: Vec<&str> = Vec::new();
+    for l in &d.limits {
+        if !all.contains(&l.effect.as_str()) {
+            all.push(&l.effect);
+        }
+    }
+    all
+}
+
+fn heat_map(d: &Detection) -> String {
+    let columns = columns(d);
+    let points = d.pairs.iter().filter_map(|p| {
+        let row = d.limits.iter().position(|l| l.label == p.effect)?;
+        let column = columns.iter().position(|c| *c == p.other)?;
+        Some(MapPoint {
+            x: (column + 1) as f64,
+            y: (row + 1) as f64,
+            value: p.cosine,
+            ringed: false,
+        })
+    });
+    ColourMap {
+        plane: ValuePlane {
+            title: "Cosine of signatures".into(),
+            x_label: "number of the other effect".into(),
+            y_label: "number of the effect at work".into(),
+            value_label: "cosine".into(),
+            limits: (0.0, 1.0),
+            size: (760, 640),
+        },
+        points: points.collect(),
+        ring_label: String::new(),
+    }
+    .to_svg()
+}
+
+fn key(d: &Detection) -> Markup {
+    let numbered = |all: Vec<String>| -> String {
+        let one = |(k, name): (usize, &String)| format!("{} {name}", k + 1);
+        all.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
+    };
+    html! {
+        p { "Rows: " (numbered(d.limits.iter().map(|l| l.label.clone()).collect())) "." }
+        p { "Columns: " (numbered(columns(d).into_iter().map(str::to_owned).collect())) "." }
+    }
+}
+
+fn near(d: &Detection) -> Markup {
+    let mut pairs: Vec<_> = d.pairs.iter().filter(|p| p.cosine > NEAR).collect();
+    pairs.sort_by(|a, b| b.cosine.total_cmp(&a.cosine));
+    html! {
+        @if pairs.is_empty() { p { "No pair is that near." } } @else {
+            table {
+                thead { tr { th { "effect at work" } th { "taken for" } th { "cosine" } th { "distinguished from (limits)" } } }
+                tbody {
+                    @for p in pairs {
+                        tr {
+                            td { (p.effect) } td { (p.other) } td { (format!("{:.4}", p.cosine)) }
+                            td { (p.distinguished_from.map_or_else(|| "never".to_owned(), |m| format!("{m:.1}"))) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! The result of [`detect`](super::detect()); `detect.json`.
+
+use serde::Serialize;
+
+/// A magnitude with what it stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Limit {
+    /// The value of the effect's parameter.
+    pub value: f64,
+    /// The magnitude along the effect's way: its parameter beyond absent, or the reciprocal of a falling one.
+    #[serde(skip)]
+    pub magnitude: f64,
+    /// The noncentrality there.
+    pub noncentrality: f64,
+}
+
+/// The limits of one effect.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Limits {
+    /// Id of the effect.
+    pub effect: String,
+    /// The id, with the chamber where each has limits of its own.
+    pub label: String,
+    /// Parameter that tells the magnitude, with its unit.
+    pub parameter: String,
+    /// Scales and switches that are kept.
+    pub kept: Vec<(String, f64)>,
+    /// Fitted parameters: degrees of freedom.
+    pub parameters: usize,
+    /// The least that any test with this familywise error rate finds; absent if the effect is not seen within its range.
+    pub familywise: Option<Limit>,
+    /// From here on a diagnosis lists the effect, if only as a minor cause.
+    pub listed: Option<Limit>,
+    /// From here on a diagnosis names it as a cause.
+    pub named: Option<Limit>,
+}
+
+impl Limits {
+    /// The limit of a named cause over the one of any test.
+    #[must_use]
+    pub fn value(&self) -> Option<f64> {
+        self.named.map(|l| l.value)
+    }
+}
+
+/// How well an effect can be told from another one.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Pair {
+    /// Label of the effect that is at work.
+    pub effect: String,
+    /// Id of the one that may be taken for it.
+    pub other: String,
+    /// Cosine between its signature and the span of the other's.
+    pub cosine: f64,
+    /// The magnitude, in multiples of the limit of a named cause, from which on a diagnosis distinguishes the two; absent if
+    /// none does.
+    pub distinguished_from: Option<f64>,
+}
+
+/// Detection limits and the matrix of confusions.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Detection {
+    /// Names and lengths (s) of the recordings.
+    pub recordings: Vec<(String, f64)>,
+    /// Standard deviations of the noise of x (mm), P_f and P_e (kPa), in means over a row.
+    pub noise: Vec<f64>,
+    /// Rows that train and validate.
+    pub rows: usize,
+    /// Power of the limits.
+    pub power: f64,
+    /// Familywise rate of false alarms.
+    pub level: f64,
+    /// Limits, effect by effect.
+    pub limits: Vec<Limits>,
+    /// Every effect beside every other one.
+    pub pairs: Vec<Pair>,
+}
+
+impl Detection {
+    /// The limits of an effect by its label.
+    #[must_use]
+    pub fn of(&self, label: &str) -> Option<&Limits> {
+        self.limits.iter().find(|l| l.label == label)
+    }
+
+    /// Labels and ids that a diagnosis would not distinguish at `multiples` of the limit.
+    #[must_use]
+    pub fn confused(&self, multiples: f64) -> Vec<(&str, &str)> {
+        let confused = |p: &&Pair| p.distinguished_from.is_none_or(|from| from > multiples);
+        self.pairs.iter().filter(confused).map(|p| (p.effect.as_str(), p.other.as_str())).collect()
+    }
+}

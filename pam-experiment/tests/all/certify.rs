@@ -1,0 +1,134 @@
+use crate::common::{diagnosis, model, noisy, protocol};
+use pam_data::Channel;
+use pam_diagnose::DiagnosisSettings;
+use pam_effects::ActiveEffect;
+use pam_effects::effects::by_id;
+use pam_experiment::certify::synthesis::Synthesis;
+use pam_experiment::certify::{
+    Certificate, CertifyFolder, CertifyOptions, Progress, Summary, Work, plan, run_cases,
+    settings_file,
+};
+use pam_experiment::detect::DetectOptions;
+use pam_numerics::statistics::{mean, standard_deviation};
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+
+/// Residuals that come back have the size and the correlation of those of the baseline, and differ from set to set.
+#[test]
+fn residuals_come_back_with_their_size_and_colour() {
+    let model = model();
+    let baseline = noisy(&model, &protocol(12.0), None, 3);
+    let synthesis = Synthesis::new(&model, &baseline).expect("simulated");
+    let (a, b) = (synthesis.set(None, 1).expect("a set"), synthesis.set(None, 2).expect("a set"));
+    // Differences of two sets: the simulation is the same.
+    let difference =
+        |x: &[f64], y: &[f64]| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| x - y).collect() };
+    for c in [Channel::X, Channel::Pf] {
+        let sets = difference(a[0].recording.channel(c), b[0].recording.channel(c));
+        let truth = difference(
+            baseline[0].recording.channel(c),
+            synthesis_truth(&model, &baseline[0]).channel(c),
+        );
+        let (own, wanted) =
+            (standard_deviation(&sets), 2.0_f64.sqrt() * standard_deviation(&truth));
+        assert!((0.6..1.5).contains(&(own / wanted)), "{c:?}: {own} {wanted}");
+        let correlation = |v: &[f64]| {
+            let m = mean(v);
+            let at = |lag: usize| -> f64 {
+                v.iter().zip(&v[lag..]).map(|(a, b)| (a - m) * (b - m)).sum()
+            };
+            at(5) / at(0)
+        };
+        assert!((correlation(&sets) - correlation(&truth)).abs() < 0.15, "{c:?}");
+    }
+    assert_eq!(a[0].recording, synthesis.set(None, 1).expect("a set")[0].recording);
+}
+
+fn synthesis_truth(
+    model: &pam_effects::ExtendedModel,
+    subject: &pam_data::Subject,
+) -> pam_data::Recording {
+    use pam_trajectory::{Predictor, SolverSettings};
+    let effect = by_id("viscous_damping").expect("known");
+    let model = model.with([ActiveEffect { effect, values: vec![0.0] }]);
+    let predicted = model.predict(&subject.recording, subject.masses, &SolverSettings::default());
+    predicted.expect("it moves").to_recording(&subject.recording, subject.masses)
+}
+
+/// A biased pressure sensor shows the bias at rest as well, and the masses that follow from the reading are wrong by it.
+#[test]
+fn sensors_show_an_effect_at_rest_too() {
+    let model = model();
+    let baseline = noisy(&model, &protocol(6.0), None, 4);
+    let synthesis = Synthesis::new(&model, &baseline).expect("simulated");
+    let bias =
+        ActiveEffect { effect: by_id("pressure_bias").expect("known"), values: vec![15.0, 0.0] };
+    let (with, without) =
+        (synthesis.set(Some(&bias), 1).expect("a set"), synthesis.set(None, 1).expect("a set"));
+    let rest = |s: &pam_data::Subject| s.recording.reading_at_rest();
+    let shown = rest(&with[0]).pressure_flexor_kpa - rest(&without[0]).pressure_flexor_kpa;
+    assert!((shown - 15.0).abs() < 1e-6, "{shown}");
+    let ratio = with[0].masses.flexor_g / without[0].masses.flexor_g;
+    let wanted = rest(&with[0]).pressure_flexor_kpa / rest(&without[0]).pressure_flexor_kpa;
+    assert!((ratio - wanted).abs() < 1e-9, "{ratio} {wanted}");
+    assert_eq!(with[0].masses.extensor_g, without[0].masses.extensor_g);
+}
+
+/// A certificate resumes where it was stopped, shards share the cases, another plan is refused, and its settings carry it.
+#[test]
+fn a_certificate_resumes_and_is_quoted() {
+    let model = model();
+    let baseline = noisy(&model, &protocol(6.0), None, 5);
+    let options = CertifyOptions {
+        detect: DetectOptions {
+            diagnosis: diagnosis(&["viscous_damping", "stiffness_scale"]),
+            ..DetectOptions::default()
+        },
+        multiples: vec![4.0],
+        repeats: 1,
+        nulls: 2,
+        ..CertifyOptions::default()
+    };
+    let (cases, _) = plan(&model, &baseline, &options).expect("a plan");
+    assert_eq!(cases.cases.len(), 4);
+    let synthesis = Synthesis::new(&model, &baseline).expect("simulated");
+    let place = tempfile::tempdir().expect("a folder");
+    let folder = CertifyFolder::at(place.path());
+    folder.begin(&cases, &"inputs").expect("a new folder");
+    folder.begin(&cases, &"inputs").expect("the same plan");
+    assert!(folder.begin(&cases, &"others").is_err());
+    let stop = AtomicBool::new(false);
+    let run = |own: &(dyn Fn(usize) -> bool + Sync)| {
+        let ran = Mutex::new(Vec::new());
+        let note = |p: Progress<'_>| {
+            if let Progress::Over(outcome) = p {
+                ran.lock().expect("no panic").push(outcome.case.id.clone());
+            }
+        };
+        let work = Work {
+            model: &model,
+            synthesis: &synthesis,
+            plan: &cases,
+            diagnosis: &options.detect.diagnosis,
+            folder: &folder,
+        };
+        run_cases(&work, own, 2, &stop, &note).expect("cases run");
+        let mut ran = ran.into_inner().expect("no panic");
+        ran.sort();
+        ran
+    };
+    let first = run(&|k| k % 2 == 0);
+    let second = run(&|_| true);
+    assert_eq!((first.len(), second.len()), (2, 2));
+    assert!(run(&|_| true).is_empty());
+    let outcomes = folder.outcomes(&cases).expect("outcomes");
+    let summary = Summary::of(&cases, &outcomes, &options, "a test");
+    assert_eq!((summary.cases, summary.refused, summary.certificate.nulls), ([4, 4], 0, 2));
+    let damping = summary.detected.iter().find(|d| d.label == "viscous_damping").expect("run");
+    assert_eq!((damping.trials, damping.right), (1, 1));
+    let file = settings_file(&summary, &options.detect.diagnosis.settings);
+    let (settings, certificate) = Certificate::split(&file).expect("a file of settings");
+    assert_eq!(certificate.as_ref(), Some(&summary.certificate));
+    let settings = DiagnosisSettings::parse(&settings, &[]).expect("settings");
+    assert!(settings.search.odds >= DiagnosisSettings::default().search.odds);
+}

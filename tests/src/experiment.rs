@@ -1,0 +1,217 @@
+//! Limits of detection that are foretold, against those of diagnoses of a plant that shares no code with them.
+
+use crate::diagnose::plant_runs;
+use crate::plant::{Excitation, Hidden, Sensors};
+use crate::study::outcome::cpu_s;
+use pam_data::{SavedModel, Subject, load_model};
+use pam_diagnose::{DiagnoseOptions, RecordingSets, diagnose};
+use pam_effects::ExtendedModel;
+use pam_effects::effects::by_id;
+use pam_experiment::certify::{Case, CertifyOptions, Outcome, Plan, plan};
+use pam_experiment::detect::{DetectOptions, Detection, GivenValues};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// Gauge pressures of the recordings, psi.
+pub const CONDITIONS: [[f64; 2]; 3] = [[40.0, 40.0], [70.0, 45.0], [35.0, 60.0]];
+/// Length of a recording over that of the published protocol: 20 s.
+pub const LENGTH: f64 = 20.0 / 70.0;
+/// Multiples of the foretold limits at which effects are hidden.
+pub const MULTIPLES: [f64; 4] = [0.6, 0.85, 1.2, 1.7];
+/// Seed of the recordings from which the limits are foretold.
+const SEED: u64 = 4_000;
+
+/// Effects with the scales at which the plant has them.
+const EFFECTS: [&str; 28] = [
+    "coulomb_friction",
+    "stribeck_friction:velocity_mm_s=2",
+    "load_friction",
+    "viscous_damping",
+    "hysteresis:slip_mm=0.5",
+    "creep:time_constant_s=2",
+    "constant_load",
+    "added_inertia",
+    "backlash",
+    "cogging:pitch_mm=0.6",
+    "tendon_slack:stiffness_loss=0.2",
+    "stiffness_drift",
+    "stiffness_scale",
+    "leak",
+    "polytropic_gas",
+    "geometry_coefficient",
+    "force_gain",
+    "force_saturation",
+    "actuation_delay",
+    "actuator_lag",
+    "pressure_sensor_lag",
+    "pressure_delay",
+    "pressure_bias",
+    "pressure_gain",
+    "position_offset",
+    "position_gain",
+    "position_sensor_lag",
+    "position_delay",
+];
+
+/// The published model.
+///
+/// # Panics
+/// If the weights cannot be read.
+#[must_use]
+pub fn published() -> SavedModel {
+    load_model(crate::published_weights()).expect("the published weights")
+}
+
+/// Recordings of the plant.
+#[must_use]
+pub fn recordings(saved: &SavedModel, hidden: &[Hidden], seed: u64) -> Vec<Subject> {
+    let excitation = Excitation::published(LENGTH);
+    plant_runs(saved, &CONDITIONS, &excitation, hidden, &Sensors::default(), seed)
+}
+
+/// Foretold limits, and the sets that check them.
+///
+/// # Panics
+/// If the limits cannot be foretold.
+#[must_use]
+pub fn foretold(saved: &SavedModel) -> (Plan, Detection) {
+    let model = ExtendedModel::from_saved(saved.clone()).expect("known effects");
+    let given = |e: &&str| e.parse::<GivenValues>().expect("an effect with values");
+    let options = CertifyOptions {
+        detect: DetectOptions {
+            effects: EFFECTS.iter().map(given).collect(),
+            ..DetectOptions::default()
+        },
+        multiples: MULTIPLES.to_vec(),
+        repeats: 1,
+        nulls: 0,
+        seed: SEED,
+        ..CertifyOptions::default()
+    };
+    plan(&model, &recordings(saved, &[], SEED), &options).expect("limits")
+}
+
+/// The diagnosis of the plant with the effect of a case.
+#[must_use]
+pub fn diagnosed(saved: &SavedModel, case: &Case) -> Outcome {
+    let start = cpu_s().unwrap_or(f64::NAN);
+    let model = ExtendedModel::from_saved(saved.clone()).expect("known effects");
+    let hidden = case.effect.as_deref().map(|id| {
+        let info = by_id(id).expect("an effect of the vocabulary").info();
+        let names: Vec<&str> = info.parameters.iter().map(|p| p.name).collect();
+        let values: Vec<(&str, f64)> =
+            names.iter().copied().zip(case.values.iter().copied()).collect();
+        Hidden::new(id, &values)
+    });
+    let data = recordings(saved, hidden.as_slice(), case.seed % 1_000_000);
+    let options = DiagnoseOptions { law: false, seed: case.seed, ..DiagnoseOptions::default() };
+    let sets = RecordingSets { data: &data, ..RecordingSets::default() };
+    let took = || cpu_s().unwrap_or(f64::NAN) - start;
+    match diagnose(&model, &sets, &options, &|_, _| {}) {
+        Ok(found) => Outcome::of(case, &found, took()),
+        Err(e) => Outcome::refused(case, e.to_string(), took()),
+    }
+}
+
+/// A foretold limit beside the measured one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Compared {
+    /// Label of the effect.
+    pub label: String,
+    /// Its parameter.
+    pub parameter: String,
+    /// The foretold value from which it is named with 90 % power.
+    pub foretold: f64,
+    /// Multiples of the limit at which it was hidden, and whether it was named.
+    pub trials: Vec<(f64, bool)>,
+    /// The measured limit over the foretold one, by maximum likelihood with the foretold slope.
+    pub ratio: f64,
+}
+
+/// Ratios that are tried.
+const RATIOS: usize = 400;
+
+/// The limits of a plan beside those that outcomes show.
+#[must_use]
+pub fn compared(detection: &Detection, outcomes: &[Outcome]) -> Vec<Compared> {
+    let mut all = Vec::new();
+    for limits in &detection.limits {
+        let Some(limit) = limits.named else { continue };
+        let own = outcomes.iter().filter(|o| o.case.label.as_deref() == Some(&limits.label));
+        let trials: Vec<(f64, bool)> = own.map(|o| (o.case.multiple, o.is_right())).collect();
+        if trials.is_empty() {
+            continue;
+        }
+        all.push(Compared {
+            label: limits.label.clone(),
+            parameter: limits.parameter.clone(),
+            foretold: limit.value,
+            ratio: ratio(limit.noncentrality.sqrt(), &trials),
+            trials,
+        });
+    }
+    all
+}
+
+/// The factor on the limit under which the trials are most probable: the root of the noncentrality grows with the magnitude, and
+/// the limit has 90 % power. Of factors that are equally probable the geometric mean.
+fn ratio(at_limit: f64, trials: &[(f64, bool)]) -> f64 {
+    let normal = Normal::standard();
+    let needed = at_limit - normal.inverse_cdf(0.9);
+    let likelihood = |ratio: f64| -> f64 {
+        let of = |&(multiple, named): &(f64, bool)| {
+            let power = normal.cdf(at_limit * multiple / ratio - needed).clamp(0.01, 0.99);
+            if named { power.ln() } else { (1.0 - power).ln() }
+        };
+        trials.iter().map(of).sum()
+    };
+    let tried: Vec<(f64, f64)> = (0..RATIOS)
+        .map(|k| {
+            let ratio = 0.25 * 16.0_f64.powf(k as f64 / RATIOS as f64);
+            (ratio, likelihood(ratio))
+        })
+        .collect();
+    let best = tried.iter().map(|t| t.1).fold(f64::NEG_INFINITY, f64::max);
+    let near: Vec<f64> = tried.iter().filter(|t| t.1 > best - 0.05).map(|t| t.0.ln()).collect();
+    (near.iter().sum::<f64>() / near.len() as f64).exp()
+}
+
+/// Of the pairs that diagnoses with a right name did not distinguish and those that were foretold: in both, only foretold,
+/// only measured.
+#[must_use]
+pub fn confusions(detection: &Detection, outcomes: &[Outcome]) -> [usize; 3] {
+    let mut counts = [0; 3];
+    // Below its limit an effect is not foretold to be found at all.
+    for o in outcomes.iter().filter(|o| o.is_right() && o.case.multiple >= 1.0) {
+        let Some(effect) = o.case.effect.as_deref() else { continue };
+        let names = o
+            .named
+            .iter()
+            .flat_map(|n| n.confusable_with.iter().map(String::as_str).chain([n.effect.as_str()]));
+        let mut measured: Vec<&str> = names.filter(|id| *id != effect).collect();
+        measured.sort_unstable();
+        measured.dedup();
+        let told = |p: &&pam_experiment::detect::Pair| {
+            Some(p.effect.as_str()) == o.case.label.as_deref()
+                && p.distinguished_from.is_none_or(|from| from > o.case.multiple)
+        };
+        let foretold: Vec<&str> =
+            detection.pairs.iter().filter(told).map(|p| p.other.as_str()).collect();
+        counts[0] += measured.iter().filter(|m| foretold.contains(m)).count();
+        counts[1] += foretold.iter().filter(|f| !measured.contains(f)).count();
+        counts[2] += measured.iter().filter(|m| !foretold.contains(m)).count();
+    }
+    counts
+}
+
+/// Diagnoses cases in parallel; `done` is called for each.
+#[must_use]
+pub fn run(saved: &SavedModel, cases: &[Case], done: &(dyn Fn(&Outcome) + Sync)) -> Vec<Outcome> {
+    let one = |case: &Case| {
+        let outcome = diagnosed(saved, case);
+        done(&outcome);
+        outcome
+    };
+    cases.par_iter().map(one).collect()
+}
