@@ -164,8 +164,8 @@ pub fn unseen() -> Vec<HiddenLaw> {
         ),
         law(
             "quartic_spring",
-            &[("n_mm4", 8.0)],
-            "parameters.k = { range = [0, 200], absent = 0, start = [4] }\nacts.force_n = \"-k * x^4\"",
+            &[("n_mm4", 1.0)],
+            "parameters.k = { range = [0, 200], absent = 0, start = [0.5] }\nacts.force_n = \"-k * x^4\"",
             &["x"],
         ),
         law(
@@ -214,7 +214,7 @@ pub fn unseen() -> Vec<HiddenLaw> {
         },
         law(
             "position_coupling",
-            &[("n_s_mm2", 1.0)],
+            &[("n_s_mm2", 0.4)],
             "parameters.c = { range = [0, 50], absent = 0, start = [0.5] }\nacts.force_n = \"-c * x * v\"",
             &["v", "x"],
         ),
