@@ -164,8 +164,8 @@ pub fn unseen() -> Vec<HiddenLaw> {
         ),
         law(
             "quartic_spring",
-            &[("n_mm4", 1.0)],
-            "parameters.k = { range = [0, 200], absent = 0, start = [0.5] }\nacts.force_n = \"-k * x^4\"",
+            &[("n_mm4", 0.3)],
+            "parameters.k = { range = [0, 200], absent = 0, start = [0.2] }\nacts.force_n = \"-k * x^4\"",
             &["x"],
         ),
         law(
