@@ -356,6 +356,11 @@ fn published() -> SavedModel {
     load_model(crate::published_weights()).expect("the published weights")
 }
 
+/// The remainder is learned, and timed, by itself.
+fn without_law() -> DiagnoseOptions {
+    DiagnoseOptions { law: false, ..DiagnoseOptions::default() }
+}
+
 fn run(
     model: &ExtendedModel,
     sets: &RecordingSets<'_>,
@@ -444,7 +449,7 @@ pub fn run_law(law: &HiddenLaw, seed: u64) -> LawOutcome {
     let data = recordings(&saved, law, seed);
     let model = ExtendedModel::from_saved(saved).expect("no effects");
     let sets = RecordingSets { data: &data, test: None, baseline: None };
-    let mut options = DiagnoseOptions::default();
+    let mut options = without_law();
     options.candidates.retain(|e| !law.without.contains(&e.info().id));
     let (mut outcome, found) = run(&model, &sets, &options, &format!("{}-{seed}", law.id));
     outcome.hidden = true;
@@ -466,7 +471,7 @@ pub fn run_law(law: &HiddenLaw, seed: u64) -> LawOutcome {
         law.definition
     );
     let truth = expression::parse(&text).expect("a definition");
-    let options = DiagnoseOptions { candidates: truth, ..DiagnoseOptions::default() };
+    let options = DiagnoseOptions { candidates: truth, ..without_law() };
     if let Ok(best) = diagnose(&model, &sets, &options, &|_, _| {}) {
         let own = reduction(&before, &l.error_reduction.channels);
         outcome.reduction = Some([own, reduction(&before, &best.error_reduction.channels)]);
@@ -481,5 +486,5 @@ pub fn run_null(case: &Case) -> LawOutcome {
     let model = ExtendedModel::from_saved(made.model.clone()).expect("no effects");
     let sets =
         RecordingSets { data: &made.subjects, test: None, baseline: made.baseline.as_deref() };
-    run(&model, &sets, &DiagnoseOptions::default(), &case.id).0
+    run(&model, &sets, &without_law(), &case.id).0
 }

@@ -99,9 +99,10 @@ fn recordings_that_measure_the_gain_have_no_say_in_the_names() {
     let same = runs(&[[60.0, 60.0]], std::slice::from_ref(&effect), 6);
     let other = runs(&[[40.0, 20.0]], &[at_strength("leak", 2.0)], 7);
     let model = ExtendedModel::from_saved(saved.clone()).unwrap();
+    let options = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
     let judged = |heldout: &[Subject]| {
         let sets = RecordingSets { data: &data, test: Some(heldout), baseline: None };
-        diagnose(&model, &sets, &DiagnoseOptions::default(), &|_, _| {}).unwrap()
+        diagnose(&model, &sets, &options, &|_, _| {}).unwrap()
     };
     let (a, b) = (judged(&same), judged(&other));
     assert_eq!(a.named(), ["backlash"]);

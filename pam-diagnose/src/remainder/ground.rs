@@ -6,8 +6,8 @@ use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Member, Problem};
 use crate::noise::{Noise, NoisePrior};
 use crate::search::{Candidates, Rows};
-use crate::settings::DiagnosisSettings;
-use crate::verdict::Cause;
+use crate::settings::{DiagnosisSettings, RemainderSettings};
+use crate::verdict::{Cause, Verdict};
 use pam_numerics::statistics::{mean, paired_t_test};
 
 /// The data of a system, and the causes that are named already.
@@ -39,6 +39,23 @@ pub(crate) fn named_and_settled<M>(found: &Diagnosis<M>) -> (Vec<Member>, Vec<Me
     let member = |(candidate, c): (usize, &Cause)| Member { candidate, ..c.member.clone() };
     let is_settled = |c: &Cause| c.member.schedule.is_none() && c.stability_test.holds();
     (causes().map(member).collect(), causes().filter(|(_, c)| is_settled(c)).map(member).collect())
+}
+
+/// Whether a diagnosis leaves too little for a remainder: in no channel is the residual that its causes leave of training and
+/// validation data above the first estimate of the noise and the errors of the model on baseline recordings by the factor that
+/// its verdict asks for. It takes no simulation.
+pub(crate) fn nothing_left<M>(found: &Diagnosis<M>, settings: &RemainderSettings) -> bool {
+    let most = most_left(found.verdict, settings);
+    found.residual.channels.iter().all(|c| c.rms_left <= most * c.noise)
+}
+
+/// Multiple of the first estimate of the noise up to which nothing is left. Where the diagnosis found nothing, or causes that
+/// leave noise alone, only an error that the learned noise has swallowed asks for more.
+pub(crate) fn most_left(verdict: Verdict, settings: &RemainderSettings) -> f64 {
+    match verdict {
+        Verdict::Explained | Verdict::NothingFound => settings.doubt_ratio,
+        _ => settings.nothing_ratio,
+    }
 }
 
 impl Ground<'_> {

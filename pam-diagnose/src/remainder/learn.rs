@@ -140,12 +140,20 @@ pub(crate) fn learn(
         done(0.6 * alone.len() as f64 / families.len() as f64);
     }
     let best = alone.iter().min_by(|a, b| a.1.validation.total_cmp(&b.1.validation));
+    for a in &alone {
+        eprintln!(
+            "DBG family {} drop {:?} validation {} chi {:?}",
+            a.0, a.1.drop, a.1.validation, a.1.chi
+        );
+    }
     let Some((family, mut best)) = best.cloned() else { return Ok(None) };
     for deviation in &settings.deviations[1..] {
         let found = fitted(space, ground, &best.terms, *deviation, Some(&best), iterations)?;
         best = found.filter(|f| f.validation < best.validation).unwrap_or(best);
     }
+    eprintln!("DBG best {:?} {} dev {}", best.drop, best.validation, best.deviation);
     best = sparse(space, ground, best)?;
+    eprintln!("DBG sparse {:?} {}", best.drop, best.validation);
     done(0.8);
     let more = remembering(family, variables, places);
     if !more.is_empty() && !best.is_enough(ground) {
@@ -169,6 +177,7 @@ pub(crate) fn learn(
         }
     }
     done(1.0);
+    eprintln!("DBG end {:?} {}", best.drop, best.validation);
     Ok(best.drop.is_learned(ground).then_some(best))
 }
 
