@@ -10,6 +10,7 @@
 use clap::{Parser, Subcommand};
 use pam_core::units::significant;
 use pam_data::atomic::write_atomic;
+use pam_diagnose::DiagnosisSettings;
 use pam_tests::laws::{self, LawOutcome, nulls, run_law, run_null};
 use serde_json::json;
 use std::fmt::Write;
@@ -43,6 +44,9 @@ enum Action {
         /// Laws that were written after the search, with seeds from 101 on, in place of those on which it was developed.
         #[arg(long)]
         unseen: bool,
+        /// Change one setting of the diagnosis, like `remainder.rounds=3`; may be repeated.
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
         /// Folder of the outcomes.
         #[arg(long, default_value = "results/laws")]
         out: PathBuf,
@@ -57,7 +61,11 @@ enum Action {
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
-        Action::Run { only, seeds, unseen, out } => run(&only, seeds, unseen, &out),
+        Action::Run { only, seeds, unseen, overrides, out } => {
+            DiagnosisSettings::parse("", &overrides)
+                .map_err(|e| e.to_string())
+                .and_then(|settings| run(&only, seeds, unseen, &settings, &out))
+        }
         Action::Tables { folder } => tables(&folder),
     };
     match result {
@@ -69,7 +77,13 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(only: &str, seeds: u64, unseen: bool, out: &Path) -> Result<(), String> {
+fn run(
+    only: &str,
+    seeds: u64,
+    unseen: bool,
+    settings: &DiagnosisSettings,
+    out: &Path,
+) -> Result<(), String> {
     let store = |id: &str, outcome: &dyn Fn() -> LawOutcome| -> Result<(), String> {
         let path = out.join(format!("{id}.json"));
         if !id.contains(only) || path.exists() {
@@ -83,14 +97,14 @@ fn run(only: &str, seeds: u64, unseen: bool, out: &Path) -> Result<(), String> {
     let (hidden, first) = if unseen { (laws::unseen(), FIRST_UNSEEN) } else { (laws::laws(), 1) };
     for seed in first..first + seeds {
         for law in &hidden {
-            store(&format!("{}-{seed}", law.id), &|| run_law(law, seed))?;
+            store(&format!("{}-{seed}", law.id), &|| run_law(law, seed, settings))?;
         }
     }
     if unseen {
         return Ok(());
     }
     for case in nulls(NULLS) {
-        store(&case.id, &|| run_null(&case))?;
+        store(&case.id, &|| run_null(&case, settings))?;
     }
     Ok(())
 }

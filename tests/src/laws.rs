@@ -8,7 +8,9 @@ use crate::study::outcome::cpu_s;
 use crate::study::{Case, Kind, ModelError, design};
 use pam_data::{SavedModel, Subject, load_model};
 use pam_diagnose::test_set::ChannelReduction;
-use pam_diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, diagnose, learn_remainder};
+use pam_diagnose::{
+    DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, diagnose, learn_remainder,
+};
 use pam_effects::{ExtendedModel, expression};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -357,8 +359,8 @@ fn published() -> SavedModel {
 }
 
 /// The remainder is learned, and timed, by itself.
-fn without_law() -> DiagnoseOptions {
-    DiagnoseOptions { law: false, ..DiagnoseOptions::default() }
+fn without_law(settings: &DiagnosisSettings) -> DiagnoseOptions {
+    DiagnoseOptions { law: false, settings: settings.clone(), ..DiagnoseOptions::default() }
 }
 
 fn run(
@@ -444,12 +446,12 @@ fn run(
 /// # Panics
 /// If the published weights cannot be read.
 #[must_use]
-pub fn run_law(law: &HiddenLaw, seed: u64) -> LawOutcome {
+pub fn run_law(law: &HiddenLaw, seed: u64, settings: &DiagnosisSettings) -> LawOutcome {
     let saved = published();
     let data = recordings(&saved, law, seed);
     let model = ExtendedModel::from_saved(saved).expect("no effects");
     let sets = RecordingSets { data: &data, test: None, baseline: None };
-    let mut options = without_law();
+    let mut options = without_law(settings);
     options.candidates.retain(|e| !law.without.contains(&e.info().id));
     let (mut outcome, found) = run(&model, &sets, &options, &format!("{}-{seed}", law.id));
     outcome.hidden = true;
@@ -471,7 +473,7 @@ pub fn run_law(law: &HiddenLaw, seed: u64) -> LawOutcome {
         law.definition
     );
     let truth = expression::parse(&text).expect("a definition");
-    let options = DiagnoseOptions { candidates: truth, ..without_law() };
+    let options = DiagnoseOptions { candidates: truth, ..without_law(settings) };
     if let Ok(best) = diagnose(&model, &sets, &options, &|_, _| {}) {
         let own = reduction(&before, &l.error_reduction.channels);
         outcome.reduction = Some([own, reduction(&before, &best.error_reduction.channels)]);
@@ -481,10 +483,10 @@ pub fn run_law(law: &HiddenLaw, seed: u64) -> LawOutcome {
 
 /// Looks for a law in a null set.
 #[must_use]
-pub fn run_null(case: &Case) -> LawOutcome {
+pub fn run_null(case: &Case, settings: &DiagnosisSettings) -> LawOutcome {
     let made = data(case);
     let model = ExtendedModel::from_saved(made.model.clone()).expect("no effects");
     let sets =
         RecordingSets { data: &made.subjects, test: None, baseline: made.baseline.as_deref() };
-    run(&model, &sets, &without_law(), &case.id).0
+    run(&model, &sets, &without_law(settings), &case.id).0
 }

@@ -355,7 +355,8 @@ impl<'l> FittedLaw<'l> {
         values: &[(String, f64)],
     ) -> Option<(String, bool)> {
         let slow = self.terms.iter().flat_map(Term::variables).find(|&k| {
-            matches!(space.variables()[k].kind, VariableKind::Slow | VariableKind::Combined)
+            let kind = space.variables()[k].kind;
+            !matches!(kind, VariableKind::Moving | VariableKind::Turning)
         })?;
         let mean_of = |name: &str| {
             let own = open.experiments.iter().find(|&&e| open.system.name(e) == name)?;

@@ -45,8 +45,11 @@ pub(crate) fn named_and_settled<M>(found: &Diagnosis<M>) -> (Vec<Member>, Vec<Me
 /// validation data above the first estimate of the noise and the errors of the model on baseline recordings by the factor that
 /// its verdict asks for. It takes no simulation.
 pub(crate) fn nothing_left<M>(found: &Diagnosis<M>, settings: &RemainderSettings) -> bool {
+    // A law may stand in the place of causes that come and go although those leave nothing.
+    let (named, settled) = named_and_settled(found);
     let most = most_left(found.verdict, settings);
-    found.residual.channels.iter().all(|c| c.rms_left <= most * c.noise)
+    (found.verdict == Verdict::Explained || settled.len() == named.len())
+        && found.residual.channels.iter().all(|c| c.rms_left <= most * c.noise)
 }
 
 /// Multiple of the first estimate of the noise up to which nothing is left. Where the diagnosis found nothing, or causes that
@@ -86,14 +89,6 @@ impl Ground<'_> {
 pub(crate) struct Drop {
     pub(crate) share: f64,
     pub(crate) p_value: f64,
-}
-
-impl Drop {
-    /// Whether it is too much for chance, and enough to matter.
-    pub(crate) fn is_learned(&self, ground: &Ground<'_>) -> bool {
-        let settings = &ground.settings.remainder;
-        self.share > settings.learned_share && self.p_value < settings.learned_probability
-    }
 }
 
 /// The drop of the whitened squared error of the rows of a problem.
