@@ -139,7 +139,7 @@ fn tables(folder: &Path) -> Result<(), String> {
     let slowest =
         |of: &dyn Fn(&LawOutcome) -> f64| hidden.iter().map(|o| of(o)).fold(0.0, f64::max);
     let mut cases = String::from(
-        "hidden law,named without --law,verdict with it,law that is found,its numbers,found,own error reduction (%),CPU of the diagnosis (s),CPU of correction and law (s)\n",
+        "hidden law,named with --no-law,verdict with the law,law that is found,its numbers,found,own error reduction (%),CPU of the diagnosis (s),CPU of correction and law (s)\n",
     );
     for o in &hidden {
         let numbers: Vec<String> = o

@@ -241,7 +241,16 @@ fn the_real_run_shows_dry_friction() {
     let (model, data) = (published_weights(), published("data.mat"));
     let printed = stdout_of(
         PAM,
-        &["diagnose", "--model", text(&model), "--data", text(&data), "--out", text(&out)],
+        &[
+            "diagnose",
+            "--no-law",
+            "--model",
+            text(&model),
+            "--data",
+            text(&data),
+            "--out",
+            text(&out),
+        ],
     );
     assert!(printed.contains("friction"), "{printed}");
     let d = read_json(&out.join("diagnosis.json"));
@@ -344,6 +353,7 @@ fn an_effect_hidden_by_the_rig_is_found_beside_healthy_recordings() {
         text(&healthy),
         "--out",
         text(&found),
+        "--no-law",
         "--json",
     ];
     let d: Value = serde_json::from_str(&stdout_of(PAM, &arguments)).unwrap();
@@ -357,7 +367,8 @@ fn an_effect_hidden_by_the_rig_is_found_beside_healthy_recordings() {
     // The same seed gives the same answer at any number of threads; three candidates make the same kinds of decisions.
     let bytes = ["1", "2"].map(|threads| {
         let out = at(&format!("again-{threads}"));
-        let again = ["diagnose", "--data", text(&data), "--healthy", text(&healthy), "--quiet"];
+        let again =
+            ["diagnose", "--no-law", "--data", text(&data), "--healthy", text(&healthy), "--quiet"];
         let fewer = "viscous_damping,coulomb_friction,pressure_sensor_lag";
         let more = ["--effects", fewer, "--threads", threads, "--out", text(&out)];
         let _ = stdout_of(PAM, &[again, more].concat());
