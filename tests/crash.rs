@@ -137,7 +137,7 @@ fn jobs(folder: &Path) -> Vec<Job> {
         job("inspect", "inspect DATA --out OUT", &["report.html"]),
         job(
             "diagnose",
-            "diagnose --accept --effects constant_load --data LOGS --out OUT",
+            "diagnose --accept --no-law --effects constant_load --data LOGS --out OUT",
             &["diagnosis.json", "report.html", "model.safetensors"],
         ),
         job(

@@ -10,7 +10,8 @@
 use clap::{Parser, Subcommand};
 use pam_core::units::significant;
 use pam_data::atomic::write_atomic;
-use pam_tests::laws::{LawOutcome, laws, nulls, run_law, run_null};
+use pam_diagnose::DiagnosisSettings;
+use pam_tests::laws::{self, LawOutcome, nulls, run_law, run_null};
 use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -20,6 +21,8 @@ use std::process::ExitCode;
 const SUMMARY: &str = "summary.json";
 /// Number of null sets.
 const NULLS: usize = 40;
+/// First seed of the laws that were written after the search.
+const FIRST_UNSEEN: u64 = 101;
 
 #[derive(Parser)]
 #[command(about = "Study of the search for laws: laws that stand in no list, and null sets")]
@@ -38,6 +41,12 @@ enum Action {
         /// Seeds of the noise of the laws, from 1 on.
         #[arg(long, default_value_t = 1)]
         seeds: u64,
+        /// Laws that were written after the search, with seeds from 101 on, in place of those on which it was developed.
+        #[arg(long)]
+        unseen: bool,
+        /// Change one setting of the diagnosis, like `remainder.rounds=3`; may be repeated.
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
         /// Folder of the outcomes.
         #[arg(long, default_value = "results/laws")]
         out: PathBuf,
@@ -52,7 +61,11 @@ enum Action {
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
-        Action::Run { only, seeds, out } => run(&only, seeds, &out),
+        Action::Run { only, seeds, unseen, overrides, out } => {
+            DiagnosisSettings::parse("", &overrides)
+                .map_err(|e| e.to_string())
+                .and_then(|settings| run(&only, seeds, unseen, &settings, &out))
+        }
         Action::Tables { folder } => tables(&folder),
     };
     match result {
@@ -64,7 +77,13 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(only: &str, seeds: u64, out: &Path) -> Result<(), String> {
+fn run(
+    only: &str,
+    seeds: u64,
+    unseen: bool,
+    settings: &DiagnosisSettings,
+    out: &Path,
+) -> Result<(), String> {
     let store = |id: &str, outcome: &dyn Fn() -> LawOutcome| -> Result<(), String> {
         let path = out.join(format!("{id}.json"));
         if !id.contains(only) || path.exists() {
@@ -75,13 +94,17 @@ fn run(only: &str, seeds: u64, out: &Path) -> Result<(), String> {
         let text = serde_json::to_string(&outcome).map_err(|e| e.to_string())?;
         write_atomic(&path, format!("{text}\n").as_bytes()).map_err(|e| e.to_string())
     };
-    for seed in 1..=seeds {
-        for law in laws() {
-            store(&format!("{}-{seed}", law.id), &|| run_law(&law, seed))?;
+    let (hidden, first) = if unseen { (laws::unseen(), FIRST_UNSEEN) } else { (laws::laws(), 1) };
+    for seed in first..first + seeds {
+        for law in &hidden {
+            store(&format!("{}-{seed}", law.id), &|| run_law(law, seed, settings))?;
         }
     }
+    if unseen {
+        return Ok(());
+    }
     for case in nulls(NULLS) {
-        store(&case.id, &|| run_null(&case))?;
+        store(&case.id, &|| run_null(&case, settings))?;
     }
     Ok(())
 }
@@ -116,7 +139,7 @@ fn tables(folder: &Path) -> Result<(), String> {
     let slowest =
         |of: &dyn Fn(&LawOutcome) -> f64| hidden.iter().map(|o| of(o)).fold(0.0, f64::max);
     let mut cases = String::from(
-        "hidden law,named without --law,verdict with it,law that is found,its numbers,found,own error reduction (%),CPU of the diagnosis (s),CPU of correction and law (s)\n",
+        "hidden law,named with --no-law,verdict with the law,law that is found,its numbers,found,own error reduction (%),CPU of the diagnosis (s),CPU of correction and law (s)\n",
     );
     for o in &hidden {
         let numbers: Vec<String> = o

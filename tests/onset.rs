@@ -64,7 +64,8 @@ fn diagnosed(case: &Case) -> JointDiagnosis {
     let made = data::data(case);
     let model = ExtendedModel::from_saved(made.model).expect("known effects");
     let sets = RecordingSets { data: &made.subjects, test: None, baseline: None };
-    diagnose(&model, &sets, &DiagnoseOptions::default(), &|_, _| {}).expect("it can be diagnosed")
+    let options = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
+    diagnose(&model, &sets, &options, &|_, _| {}).expect("it can be diagnosed")
 }
 
 /// Whether the run is right, and what it said.

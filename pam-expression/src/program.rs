@@ -38,6 +38,7 @@ enum Operation {
     Divide,
     Negative,
     Square,
+    Exp,
     Two(Dyadic),
     Choice,
 }
@@ -52,9 +53,18 @@ struct Instruction {
     c: u8,
 }
 
+/// An input that is read before the first instruction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Load {
+    input: u32,
+    to: u8,
+}
+
 /// Expressions, ready to be evaluated with any scalar.
 #[derive(Debug, Clone, Default)]
 pub struct Program {
+    /// Inputs of a short program, which are read in a loop of their own; those of a long one are read where they are used.
+    loads: Vec<Load>,
     code: Vec<Instruction>,
     outputs: Vec<u8>,
     registers: usize,
@@ -63,11 +73,25 @@ pub struct Program {
 
 /// Most registers of a program.
 pub const MOST_REGISTERS: usize = 64;
+/// Registers of short programs: powers of two, so that no index has to be checked.
+const FEW_REGISTERS: usize = 8;
+const SOME_REGISTERS: usize = 16;
 
 impl Program {
     /// The program of these nodes; `None` if it takes more than [`MOST_REGISTERS`].
     #[must_use]
     pub fn new(graph: &Graph, outputs: &[Id]) -> Option<Self> {
+        // Inputs that are read first keep a register until their last use, which long programs cannot afford.
+        Self::with_registers(graph, outputs, true, SOME_REGISTERS)
+            .or_else(|| Self::with_registers(graph, outputs, false, MOST_REGISTERS))
+    }
+
+    fn with_registers(
+        graph: &Graph,
+        outputs: &[Id],
+        inputs_first: bool,
+        most: usize,
+    ) -> Option<Self> {
         // Which nodes are needed, and how often.
         let mut uses = vec![0_u32; graph.nodes.len()];
         for &id in outputs {
@@ -79,13 +103,16 @@ impl Program {
                 operands(graph.nodes[id]).into_iter().flatten().for_each(|a| uses[a] += 1);
             }
         }
+        let is_first = |id: &usize| {
+            inputs_first && matches!(graph.nodes[*id], Node::Input(_)) && uses[*id] > 0
+        };
+        let (first, rest): (Vec<usize>, Vec<usize>) =
+            (0..graph.nodes.len()).filter(|id| uses[*id] > 0).partition(is_first);
         let mut program = Self::default();
         let mut register = vec![0_u8; graph.nodes.len()];
         let mut free: Vec<u8> = Vec::new();
-        for (id, &node) in graph.nodes.iter().enumerate() {
-            if uses[id] == 0 {
-                continue;
-            }
+        for id in first.into_iter().chain(rest) {
+            let node = graph.nodes[id];
             let [a, b, c] = operands(node).map(|operand| operand.map_or(0, |a| register[a]));
             for operand in operands(node).into_iter().flatten() {
                 uses[operand] -= 1;
@@ -95,7 +122,7 @@ impl Program {
             }
             let to = match free.pop() {
                 Some(to) => to,
-                None if program.registers < MOST_REGISTERS => {
+                None if program.registers < most => {
                     program.registers += 1;
                     (program.registers - 1) as u8
                 }
@@ -106,12 +133,17 @@ impl Program {
                 Node::Constant(bits) => Operation::Constant(f64::from_bits(bits)),
                 Node::Input(k) => {
                     program.inputs.push(k);
+                    if inputs_first {
+                        program.loads.push(Load { input: k as u32, to });
+                        continue;
+                    }
                     Operation::Input(k as u32)
                 }
                 Node::One(Unary::Scale(bits), _) => Operation::Scale(f64::from_bits(bits)),
                 Node::One(Unary::Offset(bits), _) => Operation::Offset(f64::from_bits(bits)),
                 Node::One(Unary::Negative, _) => Operation::Negative,
                 Node::One(Unary::Square, _) => Operation::Square,
+                Node::One(Unary::Exp, _) => Operation::Exp,
                 Node::One(function, _) => Operation::One(function),
                 Node::Two(Dyadic::Add, ..) => Operation::Add,
                 Node::Two(Dyadic::Subtract, ..) => Operation::Subtract,
@@ -146,17 +178,23 @@ impl Program {
     pub fn values<S: Scalar>(&self, inputs: &impl Inputs<S>, out: &mut [S]) {
         // Registers are cleared, so that few are taken for short programs.
         match self.registers {
-            0..=4 => self.run::<4, S>(inputs, out),
-            5..=12 => self.run::<12, S>(inputs, out),
+            0..=FEW_REGISTERS => self.run::<FEW_REGISTERS, S>(inputs, out),
+            ..=SOME_REGISTERS => self.run::<SOME_REGISTERS, S>(inputs, out),
             _ => self.run::<MOST_REGISTERS, S>(inputs, out),
         }
     }
 
     fn run<const N: usize, S: Scalar>(&self, inputs: &impl Inputs<S>, out: &mut [S]) {
+        const { assert!(N.is_power_of_two()) };
+        // Every index is below N as it is; the compiler sees it by the mask.
+        let within = |register: u8| register as usize & (N - 1);
         let mut r = [S::zero(); N];
+        for load in &self.loads {
+            r[within(load.to)] = inputs.input(load.input as usize);
+        }
         for step in &self.code {
-            let (a, b) = (step.a as usize, step.b as usize);
-            r[step.to as usize] = match step.operation {
+            let (a, b) = (within(step.a), within(step.b));
+            r[within(step.to)] = match step.operation {
                 Operation::Constant(value) => S::constant(value),
                 Operation::Input(k) => inputs.input(k as usize),
                 Operation::Scale(factor) => r[a].scaled(factor),
@@ -167,14 +205,15 @@ impl Program {
                 Operation::Divide => r[a] / r[b],
                 Operation::Negative => -r[a],
                 Operation::Square => r[a] * r[a],
+                Operation::Exp => r[a].exp(),
                 Operation::One(function) => unary(function, &r[a]),
                 Operation::Two(Dyadic::Network) => inputs.network_n(r[a], r[b]),
                 Operation::Two(function) => dyadic(function, &r[a], &r[b]),
-                Operation::Choice => r[if r[a].real() == 0.0 { step.c as usize } else { b }],
+                Operation::Choice => r[if r[a].real() == 0.0 { within(step.c) } else { b }],
             };
         }
         for (out, &register) in out.iter_mut().zip(&self.outputs) {
-            *out = r[register as usize];
+            *out = r[within(register)];
         }
     }
 }

@@ -98,7 +98,6 @@ def diagnosis() -> pam.Diagnosis:
         recordings,
         effects=["constant_load", "viscous_damping"],
         ladder=["constant_load", "viscous_damping"],
-        law=True,
         progress=lambda w, share, t: seen.append(share),
     )
     assert seen[-1] == pytest.approx(1.0, abs=0.11)

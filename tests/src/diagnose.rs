@@ -93,7 +93,7 @@ pub fn diagnosed(
     seed: u64,
 ) -> JointDiagnosis {
     let model = ExtendedModel::from_saved(saved.clone()).expect("known effects");
-    let options = DiagnoseOptions { seed, ..DiagnoseOptions::default() };
+    let options = DiagnoseOptions { seed, law: false, ..DiagnoseOptions::default() };
     diagnose(&model, &RecordingSets { data, test: None, baseline: healthy }, &options, &|_, _| {})
         .expect("a diagnosis")
 }

@@ -8,7 +8,9 @@ use crate::study::outcome::cpu_s;
 use crate::study::{Case, Kind, ModelError, design};
 use pam_data::{SavedModel, Subject, load_model};
 use pam_diagnose::test_set::ChannelReduction;
-use pam_diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, diagnose, learn_remainder};
+use pam_diagnose::{
+    DiagnoseOptions, DiagnosisSettings, JointDiagnosis, RecordingSets, diagnose, learn_remainder,
+};
 use pam_effects::{ExtendedModel, expression};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -25,10 +27,33 @@ pub struct HiddenLaw {
     definition: &'static str,
     /// Its variables.
     pub variables: &'static [&'static str],
+    /// Variables with which the same law can be written.
+    pub or: &'static [&'static str],
     /// Whether it remembers.
     pub remembers: bool,
     /// Candidates that are taken out of the list, since they would name it.
     pub without: &'static [&'static str],
+    /// Gauge pressures of the recordings, psi.
+    pub psi: [[f64; 2]; 3],
+}
+
+/// A law of displacement, velocity, pressures or time without memory.
+fn law(
+    id: &'static str,
+    values: &[(&str, f64)],
+    definition: &'static str,
+    variables: &'static [&'static str],
+) -> HiddenLaw {
+    HiddenLaw {
+        id,
+        hidden: Hidden::new(id, values),
+        definition,
+        variables,
+        or: &[],
+        remembers: false,
+        without: &[],
+        psi: CONDITIONS,
+    }
 }
 
 /// Eleven laws of forces, air and sensors, two of them with memory, and a friction that grows with the pressures without the
@@ -38,14 +63,6 @@ pub struct HiddenLaw {
 /// Never.
 #[must_use]
 pub fn laws() -> Vec<HiddenLaw> {
-    let law = |id, values: &[(&str, f64)], definition, variables| HiddenLaw {
-        id,
-        hidden: Hidden::new(id, values),
-        definition,
-        variables,
-        remembers: false,
-        without: &[],
-    };
     vec![
         law(
             "cubic_spring",
@@ -134,8 +151,111 @@ pub fn laws() -> Vec<HiddenLaw> {
     ]
 }
 
+/// Thirteen laws that were written after the search, three of them with memory, at pressures of their own.
+///
+/// # Panics
+/// Never.
+#[must_use]
+pub fn unseen() -> Vec<HiddenLaw> {
+    let mut all = vec![
+        law(
+            "edge_friction",
+            &[("n_mm", 18.0)],
+            "parameters.c = { range = [0, 500], absent = 0, start = [10] }\nacts.dry_friction_n = \"c * abs(x)\"",
+            &["x"],
+        ),
+        law(
+            "quartic_spring",
+            &[("n_mm4", 0.3)],
+            "parameters.k = { range = [0, 200], absent = 0, start = [0.2] }\nacts.force_n = \"-k * x^4\"",
+            &["x"],
+        ),
+        law(
+            "extensor_damping",
+            &[("n_s_mm_kpa", 0.005)],
+            "parameters.c = { range = [0, 1], absent = 0, start = [0.003] }\nacts.force_n = \"-c * (pe - p_atm) * v\"",
+            &["pe", "v"],
+        ),
+        law(
+            "saturating_damping",
+            &[("n", 15.0), ("mm_s", 3.0)],
+            "parameters.n = { range = [0, 500], absent = 0, start = [10] }\nparameters.mm_s = { range = [0.01, 50], log = true, start = [2] }\nacts.force_n = \"-n * tanh(v / mm_s)\"",
+            &["v"],
+        ),
+        law(
+            "pressure_ripple",
+            &[("n_kpa", 0.02), ("pitch_mm", 0.7)],
+            "parameters.c = { range = [0, 1], absent = 0, start = [0.01] }\nparameters.pitch_mm = { range = [0.05, 5], log = true, start = [0.6, 0.7, 0.8] }\nacts.force_n = \"-c * (pf + pe - 2 * p_atm) * sin(2 * pi * x / pitch_mm)\"",
+            &["pe", "pf", "x"],
+        ),
+        law(
+            "one_sided_drag",
+            &[("n_s2_mm2", 0.4)],
+            "parameters.c = { range = [0, 20], absent = 0, start = [0.2] }\nacts.force_n = \"c * min(v, 0)^2\"",
+            &["v"],
+        ),
+        HiddenLaw {
+            remembers: true,
+            or: &["pe", "pf", "x"],
+            ..law(
+                "pressure_hysteresis",
+                &[("n_kpa", 0.03), ("slip_mm", 0.3)],
+                "parameters.c = { range = [0, 1], absent = 0, start = [0.02] }\nparameters.slip_mm = { range = [0.01, 5], log = true, start = [0.2, 0.4] }\nmemory.z = { start = \"0\", step = \"clamp(z + dx / slip_mm, -1, 1)\" }\nacts.force_n = \"-c * (pf + pe - 2 * p_atm) * z\"",
+                &["pe", "pf", "v"],
+            )
+        },
+        HiddenLaw {
+            remembers: true,
+            or: &["pe", "pf", "x"],
+            ..law(
+                "pressure_relaxation",
+                &[("n_mm_kpa", 0.05), ("time_s", 0.3)],
+                "parameters.c = { range = [0, 5], absent = 0, start = [0.03] }\nparameters.time_s = { range = [0.01, 100], log = true, start = [0.2] }\nmemory.z = { start = \"0\", rate = \"v - z / time_s\" }\nacts.force_n = \"-c * (pf + pe - 2 * p_atm) * z\"",
+                &["pe", "pf", "v"],
+            )
+        },
+        law(
+            "position_coupling",
+            &[("n_s_mm2", 0.4)],
+            "parameters.c = { range = [0, 50], absent = 0, start = [0.5] }\nacts.force_n = \"-c * x * v\"",
+            &["v", "x"],
+        ),
+        law(
+            "moving_leak",
+            &[("g_mm_kpa", 4e-8)],
+            "parameters.c = { range = [0, 1e-4], absent = 0, start = [2e-8] }\nacts.air_flexor_g_s = \"-c * (pf - p_atm) * abs(v)\"",
+            &["pf", "v"],
+        ),
+        law(
+            "turbulent_crosstalk",
+            &[("g_s_kpa2", 8e-9)],
+            "parameters.c = { range = [0, 1e-4], absent = 0, start = [4e-9] }\nlet.flow = \"c * (pf - pe) * abs(pf - pe)\"\nacts.air_flexor_g_s = \"-flow\"\nacts.air_extensor_g_s = \"flow\"",
+            &["pe", "pf"],
+        ),
+        HiddenLaw {
+            remembers: true,
+            ..law(
+                "running_friction",
+                &[("n_s_mm", 4.0), ("time_s", 1.5)],
+                "parameters.c = { range = [0, 100], absent = 0, start = [2] }\nparameters.time_s = { range = [0.01, 100], log = true, start = [1] }\nmemory.z = { start = \"0\", rate = \"(abs(v) - z) / time_s\" }\nacts.dry_friction_n = \"c * z\"",
+                &["v"],
+            )
+        },
+        law(
+            "fading_damping",
+            &[("n_s_mm", 3.0), ("time_s", 6.0)],
+            "parameters.c = { range = [0, 100], absent = 0, start = [2] }\nparameters.time_s = { range = [0.1, 1000], log = true, start = [5] }\nacts.force_n = \"-c * exp(-t / time_s) * v\"",
+            &["t", "v"],
+        ),
+    ];
+    all.iter_mut().for_each(|law| law.psi = OTHER_CONDITIONS);
+    all
+}
+
 /// Gauge pressures of the recordings, psi.
 const CONDITIONS: [[f64; 2]; 3] = [[40.0, 40.0], [70.0, 45.0], [35.0, 60.0]];
+/// Those with laws that were written after the search.
+const OTHER_CONDITIONS: [[f64; 2]; 3] = [[45.0, 30.0], [50.0, 70.0], [65.0, 60.0]];
 /// Length of a recording over that of the published protocol: 20 s.
 const LENGTH: f64 = 20.0 / 70.0;
 
@@ -144,7 +264,7 @@ const LENGTH: f64 = 20.0 / 70.0;
 pub fn recordings(saved: &SavedModel, law: &HiddenLaw, seed: u64) -> Vec<Subject> {
     let plant = Plant::of(&saved.model);
     let (effects, sensors) = ([law.hidden.clone()], Sensors::default());
-    CONDITIONS
+    law.psi
         .par_iter()
         .enumerate()
         .map(|(i, &psi)| {
@@ -238,6 +358,11 @@ fn published() -> SavedModel {
     load_model(crate::published_weights()).expect("the published weights")
 }
 
+/// The remainder is learned, and timed, by itself.
+fn without_law(settings: &DiagnosisSettings) -> DiagnoseOptions {
+    DiagnoseOptions { law: false, settings: settings.clone(), ..DiagnoseOptions::default() }
+}
+
 fn run(
     model: &ExtendedModel,
     sets: &RecordingSets<'_>,
@@ -321,12 +446,12 @@ fn run(
 /// # Panics
 /// If the published weights cannot be read.
 #[must_use]
-pub fn run_law(law: &HiddenLaw, seed: u64) -> LawOutcome {
+pub fn run_law(law: &HiddenLaw, seed: u64, settings: &DiagnosisSettings) -> LawOutcome {
     let saved = published();
     let data = recordings(&saved, law, seed);
     let model = ExtendedModel::from_saved(saved).expect("no effects");
     let sets = RecordingSets { data: &data, test: None, baseline: None };
-    let mut options = DiagnoseOptions::default();
+    let mut options = without_law(settings);
     options.candidates.retain(|e| !law.without.contains(&e.info().id));
     let (mut outcome, found) = run(&model, &sets, &options, &format!("{}-{seed}", law.id));
     outcome.hidden = true;
@@ -338,7 +463,9 @@ pub fn run_law(law: &HiddenLaw, seed: u64) -> LawOutcome {
     let mut with_velocity = law.variables.to_vec();
     with_velocity.push("v");
     let friction = law.definition.contains("dry_friction_n");
-    outcome.right = (own == law.variables || (friction && own == with_velocity))
+    outcome.right = (own == law.variables
+        || (!law.or.is_empty() && own == law.or)
+        || (friction && own == with_velocity))
         && l.remembers == law.remembers;
     // What the hidden law itself reaches.
     let text = format!(
@@ -346,7 +473,7 @@ pub fn run_law(law: &HiddenLaw, seed: u64) -> LawOutcome {
         law.definition
     );
     let truth = expression::parse(&text).expect("a definition");
-    let options = DiagnoseOptions { candidates: truth, ..DiagnoseOptions::default() };
+    let options = DiagnoseOptions { candidates: truth, ..without_law(settings) };
     if let Ok(best) = diagnose(&model, &sets, &options, &|_, _| {}) {
         let own = reduction(&before, &l.error_reduction.channels);
         outcome.reduction = Some([own, reduction(&before, &best.error_reduction.channels)]);
@@ -356,10 +483,10 @@ pub fn run_law(law: &HiddenLaw, seed: u64) -> LawOutcome {
 
 /// Looks for a law in a null set.
 #[must_use]
-pub fn run_null(case: &Case) -> LawOutcome {
+pub fn run_null(case: &Case, settings: &DiagnosisSettings) -> LawOutcome {
     let made = data(case);
     let model = ExtendedModel::from_saved(made.model.clone()).expect("no effects");
     let sets =
         RecordingSets { data: &made.subjects, test: None, baseline: made.baseline.as_deref() };
-    run(&model, &sets, &DiagnoseOptions::default(), &case.id).0
+    run(&model, &sets, &without_law(settings), &case.id).0
 }

@@ -99,9 +99,10 @@ fn recordings_that_measure_the_gain_have_no_say_in_the_names() {
     let same = runs(&[[60.0, 60.0]], std::slice::from_ref(&effect), 6);
     let other = runs(&[[40.0, 20.0]], &[at_strength("leak", 2.0)], 7);
     let model = ExtendedModel::from_saved(saved.clone()).unwrap();
+    let options = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
     let judged = |heldout: &[Subject]| {
         let sets = RecordingSets { data: &data, test: Some(heldout), baseline: None };
-        diagnose(&model, &sets, &DiagnoseOptions::default(), &|_, _| {}).unwrap()
+        diagnose(&model, &sets, &options, &|_, _| {}).unwrap()
     };
     let (a, b) = (judged(&same), judged(&other));
     assert_eq!(a.named(), ["backlash"]);
@@ -261,7 +262,16 @@ fn the_real_run_shows_dry_friction() {
     let (model, data) = (published_weights(), published("data.mat"));
     let printed = stdout_of(
         PAM,
-        &["diagnose", "--model", text(&model), "--data", text(&data), "--out", text(&out)],
+        &[
+            "diagnose",
+            "--no-law",
+            "--model",
+            text(&model),
+            "--data",
+            text(&data),
+            "--out",
+            text(&out),
+        ],
     );
     assert!(printed.contains("friction"), "{printed}");
     let d = read_json(&out.join("diagnosis.json"));
@@ -364,6 +374,7 @@ fn an_effect_hidden_by_the_rig_is_found_beside_healthy_recordings() {
         text(&healthy),
         "--out",
         text(&found),
+        "--no-law",
         "--json",
     ];
     let d: Value = serde_json::from_str(&stdout_of(PAM, &arguments)).unwrap();
@@ -377,7 +388,8 @@ fn an_effect_hidden_by_the_rig_is_found_beside_healthy_recordings() {
     // The same seed gives the same answer at any number of threads; three candidates make the same kinds of decisions.
     let bytes = ["1", "2"].map(|threads| {
         let out = at(&format!("again-{threads}"));
-        let again = ["diagnose", "--data", text(&data), "--healthy", text(&healthy), "--quiet"];
+        let again =
+            ["diagnose", "--no-law", "--data", text(&data), "--healthy", text(&healthy), "--quiet"];
         let fewer = "viscous_damping,coulomb_friction,pressure_sensor_lag";
         let more = ["--effects", fewer, "--threads", threads, "--out", text(&out)];
         let _ = stdout_of(PAM, &[again, more].concat());

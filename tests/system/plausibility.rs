@@ -45,6 +45,7 @@ fn the_program_refuses_inspects_and_reads_gauge_pressures() {
     let out = folder.path().join("found");
     let mut arguments = vec![
         "diagnose",
+        "--no-law",
         "--model",
         text(&weights),
         "--out",

@@ -93,9 +93,12 @@ pub struct DiagnoseArguments {
     /// Limits and effort of `--then design`.
     #[command(flatten)]
     pub effort: DesignEffort,
-    /// Also fit the error that remains after the named causes: a smooth correction of the model, or a short formula (a law) if
-    /// one fits as well; `law.toml` or `correction.toml` defines the one that the test set confirms
+    /// Do not fit the error that remains after the named causes. By default a smooth correction of the model is fitted to it, or
+    /// a short formula (a law) if one fits as well; `law.toml` or `correction.toml` defines the one that the test set confirms
     #[arg(long)]
+    pub no_law: bool,
+    /// Fit the error that remains: the default.
+    #[arg(long, hide = true, conflicts_with = "no_law")]
     pub law: bool,
     /// How recordings are read.
     #[command(flatten)]
@@ -233,7 +236,7 @@ fn options(
         noise: known_noise(&arguments.noise)?,
         ..DiagnoseOptions::default()
     };
-    options.law = arguments.law;
+    options.law = !arguments.no_law;
     options.ladder = arguments.ladder.as_deref().map(ladder).transpose()?;
     if !arguments.effects.is_empty() {
         options.candidates =
@@ -494,7 +497,7 @@ pub fn finish(diagnosis: &JointDiagnosis, folder: impl AsRef<Path>, console: &Co
     } else if diagnosis.remainder.is_none()
         && matches!(diagnosis.verdict, Verdict::Unexplained | Verdict::PartlyExplained)
     {
-        console.text("\nAn error remains: --law fits it and looks for a short formula.");
+        console.text("\nAn error remains: without --no-law it is fitted, by a short formula if there is one.");
     }
     let reduction = &diagnosis.error_reduction;
     let (x, overall) = (&reduction.channels[0], &reduction.overall);

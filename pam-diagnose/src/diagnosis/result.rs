@@ -75,7 +75,7 @@ pub struct Diagnosis<M> {
     pub explainable: Explainable,
     /// The max-statistic null test; absent if there is no residual.
     pub null_test: Option<NullTest>,
-    /// The model of the error that no listed cause explains; absent unless asked for.
+    /// The model of the error that no listed cause explains; absent if none was asked for or the model is inadequate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remainder: Option<Remainder>,
     /// The test of the best beginning or end against chance; absent where none may reach the odds.

@@ -139,7 +139,8 @@ fn findings(
         reduced: judged.reduced,
         named_share: judged.explainable.named,
         left: judged.is_left(),
-        doubtful: causes.iter().any(|c| !c.at_limit.is_empty() || !c.stability_test.holds()),
+        doubtful: causes.iter().any(|c| !c.at_limit.is_empty() || !c.stability_test.holds())
+            || !repeated(&causes).is_empty(),
         inadequate: judged.inadequate,
     };
     let verdict = Verdict::of(input, &settings.verdict);
@@ -335,6 +336,11 @@ impl Judged {
                 reasons.push(sentence);
             }
         }
+        for effect in repeated(causes) {
+            reasons.push(format!(
+                "{effect} is named more than once, with values of its own in each part of the data: its value is not constant"
+            ));
+        }
         if self.inadequate && causes.is_empty() {
             reasons.push(
                 "the model's own errors on the baseline recordings are as large as the errors in these data".into(),
@@ -342,6 +348,16 @@ impl Judged {
         }
         reasons
     }
+}
+
+/// Effects that are named more than once: what acts with other values at other times or in other recordings may depend on something
+/// that the effect does not know.
+fn repeated(causes: &[Cause]) -> Vec<&str> {
+    let ids: Vec<&str> = causes.iter().map(|c| c.effect.as_str()).collect();
+    let again = |k: &usize| ids[..*k].contains(&ids[*k]);
+    let mut all: Vec<&str> = (0..ids.len()).filter(again).map(|k| ids[k]).collect();
+    all.dedup();
+    all
 }
 
 /// Root mean square of the deviations of a measured channel from its mean in each experiment.

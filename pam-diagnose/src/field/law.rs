@@ -5,9 +5,9 @@ use super::diagnose::{FieldDiagnosis, Setup, with_setup};
 use super::options::FieldOptions;
 use super::terms::FieldTerms;
 use crate::error::DiagnoseError;
-use crate::law::rest;
+use crate::law::{NOTHING_LEFT, rest};
 use crate::noise::Noise;
-use crate::remainder::{Ground, named_and_settled};
+use crate::remainder::{Ground, Remainder, RemainderOutcome, named_and_settled, nothing_left};
 use pam_core::ParametricField;
 use pam_solvers::Input;
 use pam_train::field::FieldProblem;
@@ -32,6 +32,10 @@ where
     F: ParametricField + Sync,
     I: Input<f64> + Sync,
 {
+    if nothing_left(&found, &options.settings.remainder) {
+        found.remainder = Some(Remainder::none(RemainderOutcome::NothingLeft, NOTHING_LEFT));
+        return Ok(found);
+    }
     with_setup(problem, candidates, options, |setup| {
         let Setup { problem, settings, roles, noise, mut prior, experiments, .. } = setup;
         if !found.model.discrepancy.is_empty() {

@@ -48,7 +48,8 @@ pub struct DiagnoseOptions {
     pub noise: [Option<f64>; 3],
     /// A ladder to climb on the same data, beside the model as it is given.
     pub ladder: Option<EffectLadder>,
-    /// Also [fit the error that remains](super::learn_remainder) after the named causes, unless the model is inadequate.
+    /// Whether to [fit the error that remains](super::learn_remainder) after the named causes, unless the model is inadequate.
+    /// Without such an error it takes no time.
     pub law: bool,
 }
 
@@ -62,7 +63,7 @@ impl Default for DiagnoseOptions {
             allow_implausible: false,
             noise: [None; 3],
             ladder: None,
-            law: false,
+            law: true,
         }
     }
 }

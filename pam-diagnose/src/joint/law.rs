@@ -6,9 +6,9 @@ use super::system::JointSystem;
 use super::terms::JointTerms;
 use crate::error::DiagnoseError;
 use crate::fit::Hypothesis;
-use crate::law::rest;
+use crate::law::{NOTHING_LEFT, rest};
 use crate::noise::Noise;
-use crate::remainder::{Ground, named_and_settled};
+use crate::remainder::{Ground, Remainder, RemainderOutcome, named_and_settled, nothing_left};
 use pam_effects::effects::AnyEffect;
 use pam_effects::expression;
 use pam_effects::model::{ActiveEffect, ExtendedModel};
@@ -21,7 +21,7 @@ use pam_effects::simulation::Trial;
 /// Model, recordings and options are those of the [`diagnose`](super::diagnose) that made the diagnosis. The result has
 /// [`remainder`](crate::Diagnosis::remainder). If a law or a correction is confirmed by the test set, the extended model
 /// holds it, and a verdict of `explained` becomes `partly_explained`, one of `nothing_found` `unexplained`. A diagnosis whose
-/// causes leave nothing but noise comes back within the time of a fit.
+/// causes leave nothing but noise comes back at once. [`diagnose`](super::diagnose) does this unless its options say otherwise.
 ///
 /// # Errors
 /// [`DiagnoseError`] as of the diagnosis.
@@ -34,6 +34,10 @@ pub fn learn_remainder(
 ) -> Result<JointDiagnosis, DiagnoseError> {
     let settings = &options.settings;
     settings.check()?;
+    if nothing_left(&found, &settings.remainder) {
+        found.remainder = Some(Remainder::none(RemainderOutcome::NothingLeft, NOTHING_LEFT));
+        return Ok(found);
+    }
     let (Driven { trials, .. }, roles) = prepare(model, sets, options)?;
     let all: Vec<&Trial> = trials.iter().collect();
     let open = roles.open();
@@ -50,8 +54,13 @@ pub fn learn_remainder(
     let system =
         JointSystem::new(all.clone(), &open, base, &model.effects, listed.clone(), settings);
     let (noise, mut prior) = system.first_noise(&open, options.noise);
+    let mut noise = noise;
     if let Some(baseline) = &found.model.baseline {
         prior.add(baseline.discrepancy.clone());
+        // Errors that the model makes on the baseline recordings as well are none that a correction is to remove.
+        for (noise, size) in noise.iter_mut().zip(baseline.sizes()) {
+            *noise = noise.hypot(size);
+        }
     }
     let space = JointTerms::new(all, open, base, &model.effects, learned, listed, settings);
     let ground = Ground {

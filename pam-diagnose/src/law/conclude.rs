@@ -93,7 +93,12 @@ pub(super) fn concluded(
     about: &About,
     tried: &[Tried],
 ) -> Result<Rest, DiagnoseError> {
-    let law = preferred(tried, ground);
+    let mut law = preferred(tried, ground);
+    if let Some(l) = &law
+        && restates(space, ground, l)?
+    {
+        law = None;
+    }
     let Some(l) = law.as_ref().filter(|l| l.named.len() < ground.named.len()) else {
         return ended(space, ground, learned, about, tried, law.as_ref());
     };
@@ -107,6 +112,22 @@ pub(super) fn concluded(
         }
     }
     ended(space, ground, learned, about, tried, None)
+}
+
+/// Whether a law says what named causes say that would make room for it: all of its terms are candidates of the list that are
+/// named.
+fn restates(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    law: &Tried,
+) -> Result<bool, DiagnoseError> {
+    let listed: Option<Vec<&'static str>> = law.terms.iter().map(|t| space.listed(t)).collect();
+    let Some(listed) = listed else { return Ok(false) };
+    space.with(&[], |system| {
+        let named = ground.named.iter().chain(&ground.rivals);
+        let named: Vec<&str> = named.map(|m| system.candidate(m.candidate).id).collect();
+        Ok(listed.iter().all(|id| named.contains(id)))
+    })
 }
 
 fn ended(
@@ -334,7 +355,8 @@ impl<'l> FittedLaw<'l> {
         values: &[(String, f64)],
     ) -> Option<(String, bool)> {
         let slow = self.terms.iter().flat_map(Term::variables).find(|&k| {
-            matches!(space.variables()[k].kind, VariableKind::Slow | VariableKind::Combined)
+            let kind = space.variables()[k].kind;
+            !matches!(kind, VariableKind::Moving | VariableKind::Turning)
         })?;
         let mean_of = |name: &str| {
             let own = open.experiments.iter().find(|&&e| open.system.name(e) == name)?;

@@ -11,7 +11,7 @@ use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Member, Problem};
 use crate::noise::Noise;
 use crate::remainder::{
-    Dependence, Dyn, Ground, Learned, Remainder, RemainderOutcome, dependence, learn,
+    Dependence, Dyn, Ground, Learned, Remainder, RemainderOutcome, dependence, learn, most_left,
 };
 use crate::terms::{Definition, Term, TermSpace};
 use crate::test_set::{ErrorReduction, Trace};
@@ -105,6 +105,10 @@ fn divided(
     (plain(own), plain(gone))
 }
 
+/// What is said where nothing is left.
+pub(crate) const NOTHING_LEFT: &str =
+    "The training and validation data hold nothing beside the named causes that could be learned.";
+
 /// Terms of one block of the library: as many as one simulation differentiates by.
 const BLOCK: usize = 8;
 /// Drop of minus two times the logarithm of the posterior probability that makes another round worth it.
@@ -147,8 +151,7 @@ fn rest_beside(
         renewed: None,
     };
     if !is_left(space, ground, verdict)? {
-        let sentence = "The training and validation data hold nothing beside the named causes that could be learned.";
-        return Ok(none(RemainderOutcome::NothingLeft, sentence));
+        return Ok(none(RemainderOutcome::NothingLeft, NOTHING_LEFT));
     }
     let Some(learned) = learn(space, ground, &|share| done(0.3 * share))? else {
         let sentence = "No smooth correction removes a part of the error of the validation data that chance does not.";
@@ -169,11 +172,7 @@ fn is_left(
     ground: &Ground<'_>,
     verdict: Verdict,
 ) -> Result<bool, DiagnoseError> {
-    let settings = &ground.settings.remainder;
-    let most = match verdict {
-        Verdict::Explained | Verdict::NothingFound => settings.doubt_ratio.powi(2),
-        _ => settings.nothing_ratio.powi(2),
-    };
+    let most = most_left(verdict, &ground.settings.remainder).powi(2);
     space.with(&[], |system| {
         let Some(rows) = ground.rows(system, &ground.start(system)) else { return Ok(true) };
         let base = Hypothesis { members: ground.named.clone(), ..rows.whole.base() };

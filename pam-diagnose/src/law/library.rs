@@ -42,8 +42,9 @@ static OF_MOTION: [Function; 11] = [
 
 /// The functions of a variable or of its low-pass, at their scales.
 pub(crate) fn functions(kind: VariableKind) -> &'static [Function] {
-    use Function::{Linear, SignedSquare, Square};
+    use Function::{Decaying, Linear, SignedSquare, Square};
     match kind {
+        VariableKind::Elapsed => &[Linear, Square, Decaying],
         VariableKind::Moving => &OF_MOTION[..OF_MOTION.len() - 2],
         VariableKind::Turning => &OF_MOTION,
         VariableKind::Slow | VariableKind::Combined => &[Linear, Square, SignedSquare],
@@ -87,11 +88,15 @@ fn singles(variable: usize, variables: &[Variable]) -> Vec<Factor> {
 
 /// Factors that stand beside another one.
 fn companions(variable: usize, variables: &[Variable]) -> Vec<Factor> {
-    use Function::{Absolute, Linear, Positive, Saturated, Square};
+    use Function::{Absolute, Decaying, Linear, Positive, Saturated, Square};
     let plain = |f| Factor::of(variable, f, 1.0);
     let Variable { kind, size, .. } = variables[variable];
     match kind {
         VariableKind::Slow | VariableKind::Combined => vec![plain(Linear)],
+        VariableKind::Elapsed => {
+            let fading = at_scales(plain(Decaying), size);
+            [plain(Linear)].into_iter().chain(fading).collect()
+        }
         VariableKind::Moving => [Linear, Absolute, Square, Positive].map(plain).to_vec(),
         VariableKind::Turning => {
             let turned = Factor::of(variable, Saturated, WIDTHS[0] * size);
@@ -135,18 +140,21 @@ fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
 fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
     use Function::{Absolute, Linear, Saturated, SignedSquare, Square};
     let mut all = Vec::new();
+    let is_slow =
+        |k: &usize| matches!(variables[*k].kind, VariableKind::Slow | VariableKind::Combined);
+    let slow: Vec<usize> = place.variables.iter().copied().filter(is_slow).collect();
     let turning = place.variables.iter().find(|k| variables[**k].kind == VariableKind::Turning);
     for &k in place.variables.iter().filter(|k| variables[**k].at_start.is_some()) {
         for of in [Linear, Absolute, Square] {
-            // The low-pass of a velocity is a displacement less its own.
-            if of == Linear && variables[k].kind == VariableKind::Turning {
-                continue;
-            }
             for time_s in LAGS_S {
                 let lagged = Factor { lag: Some(Lag { of, time_s }), ..Factor::of(k, Linear, 1.0) };
                 all.push(vec![lagged]);
                 if of == Linear {
                     all.push(vec![Factor { function: SignedSquare, ..lagged }]);
+                    if place.rich {
+                        let slow = slow.iter().map(|&s| vec![lagged, Factor::of(s, Linear, 1.0)]);
+                        all.extend(slow);
+                    }
                 }
                 if let (Some(&v), true) = (turning, place.rich) {
                     let turned = Factor::of(v, Saturated, WIDTHS[0] * variables[v].size);

@@ -25,7 +25,7 @@ mod written;
 
 pub(crate) use design::Design;
 #[cfg(feature = "laws")]
-pub(crate) use find::rest;
+pub(crate) use find::{NOTHING_LEFT, rest};
 pub use picture::{Picture, PicturePoint, Plane, PlaneCell};
 pub use result::{Law, RankedLaw, Replaced};
 pub(crate) use select::Scores;

@@ -6,8 +6,8 @@ use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Member, Problem};
 use crate::noise::{Noise, NoisePrior};
 use crate::search::{Candidates, Rows};
-use crate::settings::DiagnosisSettings;
-use crate::verdict::Cause;
+use crate::settings::{DiagnosisSettings, RemainderSettings};
+use crate::verdict::{Cause, Verdict};
 use pam_numerics::statistics::{mean, paired_t_test};
 
 /// The data of a system, and the causes that are named already.
@@ -41,6 +41,26 @@ pub(crate) fn named_and_settled<M>(found: &Diagnosis<M>) -> (Vec<Member>, Vec<Me
     (causes().map(member).collect(), causes().filter(|(_, c)| is_settled(c)).map(member).collect())
 }
 
+/// Whether a diagnosis leaves too little for a remainder: in no channel is the residual that its causes leave of training and
+/// validation data above the first estimate of the noise and the errors of the model on baseline recordings by the factor that
+/// its verdict asks for. It takes no simulation.
+pub(crate) fn nothing_left<M>(found: &Diagnosis<M>, settings: &RemainderSettings) -> bool {
+    // A law may stand in the place of causes that come and go although those leave nothing.
+    let (named, settled) = named_and_settled(found);
+    let most = most_left(found.verdict, settings);
+    (found.verdict == Verdict::Explained || settled.len() == named.len())
+        && found.residual.channels.iter().all(|c| c.rms_left <= most * c.noise)
+}
+
+/// Multiple of the first estimate of the noise up to which nothing is left. Where the diagnosis found nothing, or causes that
+/// leave noise alone, only an error that the learned noise has swallowed asks for more.
+pub(crate) fn most_left(verdict: Verdict, settings: &RemainderSettings) -> f64 {
+    match verdict {
+        Verdict::Explained | Verdict::NothingFound => settings.doubt_ratio,
+        _ => settings.nothing_ratio,
+    }
+}
+
 impl Ground<'_> {
     /// Training and validation rows of a system, in units of the noise; as many rows are one observation as the residual of
     /// a hypothesis is correlated over. `None` if it cannot be simulated.
@@ -69,14 +89,6 @@ impl Ground<'_> {
 pub(crate) struct Drop {
     pub(crate) share: f64,
     pub(crate) p_value: f64,
-}
-
-impl Drop {
-    /// Whether it is too much for chance, and enough to matter.
-    pub(crate) fn is_learned(&self, ground: &Ground<'_>) -> bool {
-        let settings = &ground.settings.remainder;
-        self.share > settings.learned_share && self.p_value < settings.learned_probability
-    }
 }
 
 /// The drop of the whitened squared error of the rows of a problem.

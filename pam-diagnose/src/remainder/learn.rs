@@ -3,7 +3,7 @@
 use super::basis::{remembering, smooth};
 use super::ground::{Drop, Ground, drop_by_blocks};
 use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, Member};
+use crate::fit::{ChannelErrors, Hypothesis, Member};
 use crate::law::{Design, Scores};
 use crate::terms::{Definition, Place, Term, TermSpace};
 
@@ -18,6 +18,10 @@ pub(crate) struct Learned {
     pub(crate) hypothesis: Hypothesis,
     /// Drop of the error of the validation rows from the named causes alone.
     pub(crate) drop: Drop,
+    /// Drop of the cost of the validation rows.
+    evidence: f64,
+    /// Cost on the training rows.
+    train: f64,
     /// Cost on the validation rows.
     validation: f64,
     /// Mean whitened squares of the validation rows.
@@ -26,6 +30,8 @@ pub(crate) struct Learned {
 
 /// Drop of the validation cost that an addition to a correction must bring.
 const WORTH: f64 = 10.0;
+/// Drop of the validation cost that is no chance: odds of 20 nats.
+const EVIDENCE: f64 = 40.0;
 
 impl Learned {
     /// What the system is asked to add.
@@ -49,6 +55,15 @@ impl Learned {
         all.map(|(t, c)| Term { coefficient: c * t.coefficient, ..t.clone() }).collect()
     }
 
+    /// Whether the validation rows have learned something: a notable share of their squared error is gone, and that is no chance,
+    /// by the scatter between blocks of time or by their likelihood, which does not need the error to be everywhere.
+    pub(crate) fn is_learned(&self, ground: &Ground<'_>) -> bool {
+        let settings = &ground.settings.remainder;
+        let (drop, probability) = (&self.drop, settings.learned_probability);
+        drop.share > settings.learned_share
+            && (drop.p_value < probability || self.evidence > EVIDENCE)
+    }
+
     /// Whether next to nothing but noise is left.
     fn is_enough(&self, ground: &Ground<'_>) -> bool {
         let settings = &ground.settings.remainder;
@@ -67,6 +82,8 @@ fn definitions(space: &dyn TermSpace, terms: &[Vec<Term>], deviation: f64) -> Ve
 
 /// Most terms of a correction that is cut down.
 const MOST_TERMS: usize = 14;
+/// Families whose correction is cut down before one of them is chosen.
+const CUT_DOWN: usize = 2;
 /// Sums that are followed while it is.
 const BEAM: usize = 3;
 
@@ -139,6 +156,15 @@ pub(crate) fn learn(
         alone.extend(found.map(|found| (family, found)));
         done(0.6 * alone.len() as f64 / families.len() as f64);
     }
+    // Many terms that remove the error of the training rows may go astray in validation rows that reach further: what removes
+    // most there is judged by the few terms that do it as well.
+    alone.sort_by(|a, b| a.1.train.total_cmp(&b.1.train));
+    for (_, found) in alone.iter_mut().take(CUT_DOWN) {
+        let few = sparse(space, ground, found.clone())?;
+        if few.validation < found.validation {
+            *found = few;
+        }
+    }
     let best = alone.iter().min_by(|a, b| a.1.validation.total_cmp(&b.1.validation));
     let Some((family, mut best)) = best.cloned() else { return Ok(None) };
     for deviation in &settings.deviations[1..] {
@@ -158,7 +184,7 @@ pub(crate) fn learn(
     done(0.9);
     for (other, found) in &alone {
         // Only what helps by itself helps beside something else.
-        let helps = found.drop.is_learned(ground);
+        let helps = found.is_learned(ground);
         if *other == family || !helps || best.is_enough(ground) {
             continue;
         }
@@ -169,7 +195,7 @@ pub(crate) fn learn(
         }
     }
     done(1.0);
-    Ok(best.drop.is_learned(ground).then_some(best))
+    Ok(best.is_learned(ground).then_some(best))
 }
 
 fn smooth_of(family: usize, space: &dyn TermSpace) -> Vec<Vec<Term>> {
@@ -229,6 +255,8 @@ fn fitted(
             return Ok(None);
         };
         let base = train.fit_to(base, iterations, converged)?;
+        let before = rows.choosing.validation_errors(&base.hypothesis)?;
+        let cost = |e: &ChannelErrors| e.rows as f64 / train.rows_per_observation * e.deviance();
         let drop = drop_by_blocks(
             &rows.choosing.validation,
             &rows.choosing.on_validation(&base.hypothesis),
@@ -239,7 +267,9 @@ fn fitted(
             deviation,
             hypothesis: fit.hypothesis,
             drop,
-            validation: errors.rows as f64 / train.rows_per_observation * errors.deviance(),
+            evidence: cost(&before) - cost(&errors),
+            train: fit.cost,
+            validation: cost(&errors),
             chi: errors.mean(),
         }))
     })

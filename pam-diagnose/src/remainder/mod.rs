@@ -16,8 +16,8 @@ mod learn;
 mod result;
 
 pub(crate) use dependence::dependence;
+pub(crate) use ground::{Dyn, Ground, most_left};
 #[cfg(feature = "laws")]
-pub(crate) use ground::named_and_settled;
-pub(crate) use ground::{Dyn, Ground};
+pub(crate) use ground::{named_and_settled, nothing_left};
 pub(crate) use learn::{Learned, learn, learn_again};
 pub use result::{Correction, Dependence, Remainder, RemainderOutcome};

@@ -36,6 +36,7 @@ fn a_diagnosis_does_not_depend_on_the_number_of_threads() {
     let options = DiagnoseOptions {
         candidates: ids.iter().filter_map(|id| by_id(id)).collect(),
         seed: 5,
+        law: false,
         ..DiagnoseOptions::default()
     };
     let sets = RecordingSets { data: &data, test: None, baseline: None };

@@ -22,14 +22,20 @@ pub(super) struct ExpressionEffect {
     /// When its memory moves.
     moment: Moment,
     memory: Option<Memory>,
-    /// Force on the joint, mN.
-    force_mn: Option<Program>,
-    dry_friction_mn: Option<Program>,
-    air_g_s: Option<Program>,
+    /// Force on the joint (mN), dry friction (mN) and flow of air (g/s).
+    motion: [Option<Program>; 3],
+    /// The same for the remembered numbers at the start of a step, where they move by steps alone: one evaluation in place of
+    /// two.
+    motion_within_step: Option<[Option<Program>; 3]>,
     command_n: Option<Program>,
     once: Once,
     sensors: Sensors,
 }
+
+/// Places of the programs of the balance of forces.
+const FORCE_MN: usize = 0;
+const DRY_FRICTION_MN: usize = 1;
+const AIR_G_S: usize = 2;
 
 /// Numbers that depend on the values of the effect alone.
 #[derive(Debug, Default)]
@@ -74,34 +80,24 @@ struct Builder<'a> {
     definition: &'a EffectDefinition,
     language: &'a Language,
     graph: Graph,
+    /// Nodes that stand for the remembered numbers in the balance of forces; as they are handed in if empty.
+    steps: Vec<Id>,
 }
 
 impl Builder<'_> {
     /// The node of a tree; named parts are put in.
     fn node(&mut self, tree: &Expression) -> Id {
-        self.node_with(tree, &|_| None)
+        self.node_with(tree, &[])
     }
 
-    /// As [`node`](Self::node), with expressions in place of the remembered numbers.
-    fn node_with<'t>(
-        &mut self,
-        tree: &Expression,
-        memory: &dyn Fn(usize) -> Option<&'t Expression>,
-    ) -> Id {
-        fn name<'t>(
-            definition: &EffectDefinition,
-            graph: &mut Graph,
-            memory: &dyn Fn(usize) -> Option<&'t Expression>,
-            k: usize,
-        ) -> Id {
+    /// As [`node`](Self::node), with nodes in place of the remembered numbers.
+    fn node_with(&mut self, tree: &Expression, memory: &[Id]) -> Id {
+        fn name(definition: &EffectDefinition, graph: &mut Graph, memory: &[Id], k: usize) -> Id {
             let mut inner = |graph: &mut Graph, k| name(definition, graph, memory, k);
             match definition.symbol(k) {
                 Symbol::Let(k) => graph.expression(&definition.lets[k].1.tree, &mut inner),
-                Symbol::Memory(m) => match memory(m) {
-                    Some(tree) => graph.expression(tree, &mut inner),
-                    None => graph.input(k),
-                },
-                Symbol::Variable(_) | Symbol::Value(_) => graph.input(k),
+                Symbol::Memory(m) if m < memory.len() => memory[m],
+                Symbol::Memory(_) | Symbol::Variable(_) | Symbol::Value(_) => graph.input(k),
             }
         }
         let definition = self.definition;
@@ -114,6 +110,15 @@ impl Builder<'_> {
         Some(self.node(tree))
     }
 
+    /// The node at a place in the balance of forces.
+    fn act_in_motion(&mut self, place: &str) -> Option<Id> {
+        let tree = &self.definition.act(self.language, place)?.tree;
+        let steps = std::mem::take(&mut self.steps);
+        let id = self.node_with(tree, &steps);
+        self.steps = steps;
+        Some(id)
+    }
+
     fn program(&self, outputs: &[Id]) -> Result<Program, String> {
         Program::new(&self.graph, outputs).ok_or_else(too_long)
     }
@@ -124,8 +129,8 @@ impl Builder<'_> {
 
     /// Force on the joint with that of a factor of the base model's, mN.
     fn force(&mut self) -> Result<Option<Program>, String> {
-        let force = self.act("force_n");
-        let factor = self.act("force_factor").map(|factor| {
+        let force = self.act_in_motion("force_n");
+        let factor = self.act_in_motion("force_factor").map(|factor| {
             let network = self.graph.input(NETWORK);
             let one = self.graph.constant(1.0);
             let less = self.graph.subtract(one, factor);
@@ -141,7 +146,7 @@ impl Builder<'_> {
     }
 
     fn dry_friction(&mut self) -> Result<Option<Program>, String> {
-        let Some(level) = self.act("dry_friction_n") else { return Ok(None) };
+        let Some(level) = self.act_in_motion("dry_friction_n") else { return Ok(None) };
         let zero = self.graph.constant(0.0);
         let level = self.graph.maximum(level, zero);
         let level = self.graph.scaled(level, MN_PER_N);
@@ -149,12 +154,35 @@ impl Builder<'_> {
     }
 
     fn air(&mut self) -> Result<Option<Program>, String> {
-        let acts = ["air_flexor_g_s", "air_extensor_g_s"].map(|place| self.act(place));
+        let acts = ["air_flexor_g_s", "air_extensor_g_s"].map(|place| self.act_in_motion(place));
         if acts == [None; 2] {
             return Ok(None);
         }
         let zero = self.graph.constant(0.0);
         self.program(&acts.map(|act| act.unwrap_or(zero))).map(Some)
+    }
+
+    /// Force on the joint, dry friction and flow of air.
+    fn motion(&mut self) -> Result<[Option<Program>; 3], String> {
+        Ok([self.force()?, self.dry_friction()?, self.air()?])
+    }
+
+    /// The same with the remembered numbers worked out in the programs, where they move in the balance of forces by steps
+    /// alone: one evaluation in place of two. `None` if that takes too many registers.
+    fn motion_with_steps(&mut self) -> Option<[Option<Program>; 3]> {
+        let definition = self.definition;
+        let trees = definition.memory.iter().map(|m| match &m.law {
+            MemoryLaw::Step(step) => Some(&step.tree),
+            MemoryLaw::Rate(_) => None,
+        });
+        let trees: Vec<&Expression> = trees.collect::<Option<_>>()?;
+        if trees.is_empty() {
+            return None;
+        }
+        self.steps = trees.iter().map(|tree| self.node(tree)).collect();
+        let programs = self.motion().ok();
+        self.steps.clear();
+        programs
     }
 
     fn memory(&mut self) -> Result<Option<Memory>, String> {
@@ -190,12 +218,12 @@ impl Builder<'_> {
             (None, Some(position)) => self.velocity_of(position)?,
         };
         let mut rest = [None, None, None];
-        let start = |k: usize| definition.memory.get(k).map(|m| &m.start.tree);
+        let starts: Vec<Id> = definition.memory.iter().map(|m| self.node(&m.start.tree)).collect();
         let places =
             [("position_mm", X), ("pressure_flexor_kpa", PF), ("pressure_extensor_kpa", PE)];
         for (rest, (place, read)) in rest.iter_mut().zip(places) {
             let Some(formula) = definition.act(self.language, place) else { continue };
-            let value = self.node_with(&formula.tree, &start);
+            let value = self.node_with(&formula.tree, &starts);
             if !self.graph.is_input(value, read)
                 && let Some(slope) = self.graph.derivative(value, read)
             {
@@ -238,7 +266,8 @@ impl ExpressionEffect {
         language: &Language,
         text: Option<&'static str>,
     ) -> Result<Self, String> {
-        let mut builder = Builder { definition, language, graph: Graph::default() };
+        let mut builder =
+            Builder { definition, language, graph: Graph::default(), steps: Vec::new() };
         let moment = definition
             .acts
             .iter()
@@ -259,9 +288,11 @@ impl ExpressionEffect {
             valid: definition.valid.as_ref().map(|v| own(&v.tree)).transpose()?,
             moment,
             memory: builder.memory()?,
-            force_mn: builder.force()?,
-            dry_friction_mn: builder.dry_friction()?,
-            air_g_s: builder.air()?,
+            motion: builder.motion()?,
+            motion_within_step: match moment {
+                Moment::Motion => builder.motion_with_steps(),
+                _ => None,
+            },
             command_n: builder.act_program("command_n")?,
             once: Once {
                 command_delay_s: builder.act_program("command_delay_s")?,
@@ -288,19 +319,24 @@ impl ExpressionEffect {
         program.map(|program| program.value(&Row { variables: &variables, p, memory: &[] }))
     }
 
-    /// An expression in the balance of forces.
+    /// One of the expressions in the balance of forces.
     #[inline]
     fn at_point<S: Scalar>(
         &self,
-        program: &Program,
+        which: usize,
         p: &[S],
         at: &Point<'_, S>,
         memory: &[S],
         out: &mut [S],
     ) {
-        match self.memory_of(Moment::Motion) {
-            None => program.values(&Instant::new(at, p, &[]), out),
-            Some(law) => moved(law, p, at, memory, |now| {
+        let Some(program) = &self.motion[which] else { return };
+        let law = self.memory_of(Moment::Motion).filter(|_| at.since_step_s > 0.0);
+        let within = self.motion_within_step.as_ref().and_then(|all| all[which].as_ref());
+        match (law, within) {
+            // A step of no length changes no memory.
+            (None, _) => program.values(&Instant::new(at, p, memory), out),
+            (Some(_), Some(within)) => within.values(&Instant::new(at, p, memory), out),
+            (Some(law), None) => moved(law, p, at, memory, |now| {
                 program.values(&Instant::new(at, p, now), out);
             }),
         }
@@ -386,12 +422,12 @@ impl Effect for ExpressionEffect {
 
     fn changes_gas(&self) -> bool {
         let Once { gas_exponent, deformation_factor, contraction_limit_mm, .. } = &self.once;
-        self.air_g_s.is_some()
+        self.motion[AIR_G_S].is_some()
             || [gas_exponent, deformation_factor, contraction_limit_mm].iter().any(|p| p.is_some())
     }
 
     fn remembers(&self) -> bool {
-        self.memory.is_some() || self.air_g_s.is_some()
+        self.memory.is_some() || self.motion[AIR_G_S].is_some()
     }
 
     fn moves_with_the_joint(&self) -> bool {
@@ -403,7 +439,7 @@ impl Effect for ExpressionEffect {
             self.info.parameters.iter().zip(values).filter_map(|(p, v)| Some(p.off? == *v));
         let mut absent = absent.peekable();
         let is_there = absent.peek().is_none() || absent.any(|absent| !absent);
-        self.dry_friction_mn.is_some() && is_there
+        self.motion[DRY_FRICTION_MN].is_some() && is_there
     }
 
     fn begin<S: Scalar>(&self, p: &[S], x: S, memory: &mut [S]) {
@@ -481,25 +517,19 @@ impl Effect for ExpressionEffect {
 
     fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S {
         let mut out = [S::zero()];
-        if let Some(program) = &self.force_mn {
-            self.at_point(program, p, at, memory, &mut out);
-        }
+        self.at_point(FORCE_MN, p, at, memory, &mut out);
         out[0]
     }
 
     fn dry_friction_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> S {
         let mut out = [S::zero()];
-        if let Some(program) = &self.dry_friction_mn {
-            self.at_point(program, p, at, memory, &mut out);
-        }
+        self.at_point(DRY_FRICTION_MN, p, at, memory, &mut out);
         out[0]
     }
 
     fn air_g_s<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, memory: &[S]) -> [S; 2] {
         let mut out = [S::zero(); 2];
-        if let Some(program) = &self.air_g_s {
-            self.at_point(program, p, at, memory, &mut out);
-        }
+        self.at_point(AIR_G_S, p, at, memory, &mut out);
         out
     }
 

@@ -49,6 +49,7 @@ impl<'a, S: Scalar> Instant<'a, S> {
         if self.at_start { self.at.step_start.velocity_mm_s } else { self.at.velocity_mm_s }
     }
 
+    #[inline(never)]
     fn pressures_kpa(&self) -> [S; 2] {
         if let Some(known) = self.pressures_kpa.get() {
             return known;
@@ -60,7 +61,8 @@ impl<'a, S: Scalar> Instant<'a, S> {
 }
 
 impl<S: Scalar> Inputs<S> for Instant<'_, S> {
-    #[inline]
+    // In the loop of a program, a call for each number would take as long as an instruction.
+    #[inline(always)]
     fn input(&self, index: usize) -> S {
         let at = self.at;
         match index {
@@ -97,7 +99,8 @@ pub(super) struct Row<'a, S> {
 }
 
 impl<S: Scalar> Inputs<S> for Row<'_, S> {
-    #[inline]
+    // In the loop of a program, a call for each number would take as long as an instruction.
+    #[inline(always)]
     fn input(&self, index: usize) -> S {
         match index {
             k if k < VARIABLES => self.variables[k],

@@ -113,7 +113,8 @@ impl Memory {
     ) -> [S; N] {
         let mut new = [S::zero(); N];
         new[..self.len].copy_from_slice(old);
-        if let Some((program, of)) = &self.steps {
+        // A step of no length changes nothing.
+        if let Some((program, of)) = self.steps.as_ref().filter(|_| step_s > 0.0) {
             let mut values = [S::zero(); N];
             evaluate(old, false, program, &mut values[..of.len()]);
             for (&k, value) in of.iter().zip(values) {
@@ -153,15 +154,14 @@ fn phi<S: Scalar>(z: S) -> [S; 2] {
     let one = S::constant(1.0);
     if z.real().abs() < 1e-2 {
         // Terms to z⁵: the next one is below rounding.
-        let series = |first: f64| {
-            let mut sum = S::zero();
-            for k in (0..6).rev() {
-                sum = (sum * z).scaled(1.0 / (first + f64::from(k) + 1.0)) + one;
-            }
-            sum
-        };
-        return [series(1.0), series(2.0).scaled(0.5)];
+        let mut sum = one;
+        for k in (3..8).rev() {
+            sum = (sum * z).scaled(1.0 / f64::from(k)) + one;
+        }
+        let second = sum.scaled(0.5);
+        return [second * z + one, second];
     }
-    let first = z.exp_m1() / z;
-    [first, (first - one) / z]
+    let reciprocal = z.recip();
+    let first = z.exp_m1() * reciprocal;
+    [first, (first - one) * reciprocal]
 }

@@ -247,7 +247,7 @@ def diagnose(
     noise: Mapping[str, float] | None = None,
     accept_implausible: bool = False,
     ladder: str | Path | Sequence[str] | None = None,
-    law: bool = False,
+    law: bool = True,
     seed: int = 1,
     masses: str = "auto",
     surfaces: Path | None = None,
@@ -266,8 +266,8 @@ def diagnose(
         accept_implausible: Diagnose recordings that contradict the physics of the joint all the same.
         ladder: Models of one phenomenon that are fitted to the same data as well, from a short one to a rich one:
             ``"friction"``, a file of effects, or ids of effects.
-        law: Also fit the error that remains after the named causes: a smooth correction, or a short formula (a law) if one
-            fits as well.
+        law: Whether to fit the error that remains after the named causes: a smooth correction, or a short formula (a law) if
+            one fits as well. Without such an error it takes no time.
         seed: Seed of the split, the null test and the bootstrap.
         masses: How sealed air is found: ``auto``, ``gas-law`` or ``surfaces``.
         surfaces: File of single-muscle surfaces.

@@ -24,6 +24,19 @@ use std::collections::BTreeMap;
 /// | `second_path` | `share`, `time_s`: a share of the motor's force acts backwards, low-passed |
 /// | `warming_damping` | `n_s3_mm3`, `time_s`: damping that grows with the low-passed square of the velocity |
 /// | `reading_crosstalk` | `share`: the reading of P_e has a share of P_f − P_e |
+/// | `edge_friction` | `n_mm`: dry friction that grows with abs(x) |
+/// | `quartic_spring` | `n_mm4`: force −k x⁴, which pulls one way |
+/// | `extensor_damping` | `n_s_mm_kpa`: damping that grows with the gauge pressure of the extensor |
+/// | `saturating_damping` | `n`, `mm_s`: force −a tanh(v/w) |
+/// | `pressure_ripple` | `n_kpa`, `pitch_mm`: force periodic in x whose amplitude grows with the sum of the gauge pressures |
+/// | `one_sided_drag` | `n_s2_mm2`: quadratic drag of motion towards −x alone |
+/// | `pressure_hysteresis` | `n_kpa`, `slip_mm`: a Maxwell-slip element whose force grows with the sum of the gauge pressures |
+/// | `pressure_relaxation` | `n_mm_kpa`, `time_s`: a spring in series with a damper, stiffer at higher pressures |
+/// | `position_coupling` | `n_s_mm2`: force −c x v |
+/// | `moving_leak` | `g_mm_kpa`: the flexor loses air while the joint moves |
+/// | `turbulent_crosstalk` | `g_s_kpa2`: air flows between the chambers with the signed square of the difference |
+/// | `running_friction` | `n_s_mm`, `time_s`: dry friction that grows with the low-passed speed |
+/// | `fading_damping` | `n_s_mm`, `time_s`: damping that decays with time |
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Hidden {
     /// Id.

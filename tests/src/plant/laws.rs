@@ -1,6 +1,7 @@
 //! Laws that stand in no list of effects.
 
 use super::{ATMOSPHERE_KPA, Hidden};
+use std::f64::consts::TAU;
 
 /// Strengths of all laws; those that are not hidden are zero. Forces in mN.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -27,6 +28,32 @@ pub(super) struct Laws {
     warming: [f64; 2],
     /// The reading of P_e has this share of P_f − P_e.
     reading_crosstalk: f64,
+    /// Dry friction `c |x|`: mN/mm.
+    edge_friction: f64,
+    /// `−k x⁴`: mN/mm⁴.
+    quartic: f64,
+    /// `−c (P_e − P_atm) v`: mN s/(mm kPa).
+    extensor_damping: f64,
+    /// `−a tanh(v/w)`: mN, mm/s.
+    saturating_damping: [f64; 2],
+    /// `−c (P_f + P_e − 2 P_atm) sin(2π x/p)`: mN/kPa, mm.
+    pressure_ripple: [f64; 2],
+    /// `c max(−v, 0)²`: mN s²/mm².
+    one_sided_drag: f64,
+    /// `−c (P_f + P_e − 2 P_atm) z` with the stretch z of a Maxwell-slip element: mN/kPa, slip distance in mm.
+    pressure_hysteresis: [f64; 2],
+    /// `−c (P_f + P_e − 2 P_atm) z` with `ż = v − z/τ`: mN/(mm kPa), s.
+    pressure_relaxation: [f64; 2],
+    /// `−c x v`: mN s/mm².
+    position_coupling: f64,
+    /// Air out of the flexor `c (P_f − P_atm) |v|`: g/(mm kPa).
+    moving_leak: f64,
+    /// Air from flexor to extensor `c (P_f − P_e) |P_f − P_e|`: g/(s kPa²).
+    turbulent_crosstalk: f64,
+    /// Dry friction `c z` with `ż = (|v| − z)/τ`: mN s/mm, s.
+    running_friction: [f64; 2],
+    /// `−c exp(−t/τ) v`: mN s/mm, s.
+    fading_damping: [f64; 2],
 }
 
 /// What the laws remember.
@@ -36,6 +63,27 @@ pub(super) struct Kept {
     path_mn: f64,
     /// Low-passed square of the velocity, mm²/s².
     heat: f64,
+    /// Stretch of a Maxwell-slip element, −1 to 1.
+    stretch: f64,
+    /// Elongation of a spring in series with a damper, mm.
+    series_mm: f64,
+    /// Low-passed speed, mm/s.
+    speed: f64,
+}
+
+/// Where and how the joint is when its laws are evaluated.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Moment {
+    /// Displacement, mm.
+    pub x: f64,
+    /// Velocity, mm/s.
+    pub v: f64,
+    /// Time since the excitation began, s.
+    pub t: f64,
+    /// Pressures, kPa absolute.
+    pub kpa: [f64; 2],
+    /// Force of the motor, mN.
+    pub motor_mn: f64,
 }
 
 impl Laws {
@@ -54,37 +102,71 @@ impl Laws {
             "second_path" => self.second_path = [v("share"), v("time_s")],
             "warming_damping" => self.warming = [1e3 * v("n_s3_mm3"), v("time_s")],
             "reading_crosstalk" => self.reading_crosstalk += v("share"),
+            "edge_friction" => self.edge_friction += 1e3 * v("n_mm"),
+            "quartic_spring" => self.quartic += 1e3 * v("n_mm4"),
+            "extensor_damping" => self.extensor_damping += 1e3 * v("n_s_mm_kpa"),
+            "saturating_damping" => self.saturating_damping = [1e3 * v("n"), v("mm_s")],
+            "pressure_ripple" => self.pressure_ripple = [1e3 * v("n_kpa"), v("pitch_mm")],
+            "one_sided_drag" => self.one_sided_drag += 1e3 * v("n_s2_mm2"),
+            "pressure_hysteresis" => self.pressure_hysteresis = [1e3 * v("n_kpa"), v("slip_mm")],
+            "pressure_relaxation" => {
+                self.pressure_relaxation = [1e3 * v("n_mm_kpa"), v("time_s")];
+            }
+            "position_coupling" => self.position_coupling += 1e3 * v("n_s_mm2"),
+            "moving_leak" => self.moving_leak += v("g_mm_kpa"),
+            "turbulent_crosstalk" => self.turbulent_crosstalk += v("g_s_kpa2"),
+            "running_friction" => self.running_friction = [1e3 * v("n_s_mm"), v("time_s")],
+            "fading_damping" => self.fading_damping = [1e3 * v("n_s_mm"), v("time_s")],
             _ => return false,
         }
         true
     }
 
     /// Force on the joint, mN, `ahead_s` after what is kept.
-    pub(super) fn force_mn(
-        &self,
-        x: f64,
-        v: f64,
-        kpa: [f64; 2],
-        motor_mn: f64,
-        kept: Kept,
-        ahead_s: f64,
-    ) -> f64 {
-        let gauge = kpa[0] + kpa[1] - 2.0 * ATMOSPHERE_KPA;
+    pub(super) fn force_mn(&self, now: Moment, kept: Kept, ahead_s: f64) -> f64 {
+        let Moment { x, v, t, kpa, motor_mn } = now;
+        let gauge = kpa.map(|p| p - ATMOSPHERE_KPA);
+        let both = gauge[0] + gauge[1];
         let kept = self.moved(kept, v, motor_mn, ahead_s);
-        -self.cubic * x * x * x
+        let mut total = -self.cubic * x * x * x
             - self.drag * v * v.abs()
-            - self.pressure_damping * gauge * v
+            - self.pressure_damping * both * v
             - self.displacement_damping * x * x * v
             - self.one_way_damping * v.max(0.0)
             - self.stop[0] * (x - self.stop[1]).max(0.0)
             - self.second_path[0] * kept.path_mn
             - self.warming[0] * kept.heat * v
+            - self.quartic * x.powi(4)
+            - self.extensor_damping * gauge[1] * v
+            + self.one_sided_drag * v.min(0.0).powi(2)
+            - self.pressure_hysteresis[0] * both * kept.stretch
+            - self.pressure_relaxation[0] * both * kept.series_mm
+            - self.position_coupling * x * v;
+        if let [force, width] = self.saturating_damping
+            && force != 0.0
+        {
+            total -= force * (v / width).tanh();
+        }
+        if let [per_kpa, pitch] = self.pressure_ripple
+            && per_kpa != 0.0
+        {
+            total -= per_kpa * both * (TAU * x / pitch).sin();
+        }
+        if let [damping, time] = self.fading_damping
+            && damping != 0.0
+        {
+            total -= damping * (-t.max(0.0) / time).exp() * v;
+        }
+        total
     }
 
     /// Largest dry friction, mN.
-    pub(super) fn dry_mn(&self, kpa: [f64; 2]) -> f64 {
-        let gauge = kpa.map(|p| p - ATMOSPHERE_KPA);
-        self.flexor_friction * gauge[0] + self.pressure_friction * (gauge[0] + gauge[1])
+    pub(super) fn dry_mn(&self, now: Moment, kept: Kept) -> f64 {
+        let gauge = now.kpa.map(|p| p - ATMOSPHERE_KPA);
+        self.flexor_friction * gauge[0]
+            + self.pressure_friction * (gauge[0] + gauge[1])
+            + self.edge_friction * now.x.abs()
+            + self.running_friction[0] * kept.speed
     }
 
     /// What is kept `dt` s later, for a velocity and a force that stay.
@@ -92,10 +174,23 @@ impl Laws {
         let low_passed = |old: f64, to: f64, time_s: f64| {
             if time_s > 0.0 { old + (to - old) * (1.0 - (-dt / time_s).exp()) } else { old }
         };
+        let [_, slip] = self.pressure_hysteresis;
+        let [_, series_s] = self.pressure_relaxation;
         Kept {
             path_mn: low_passed(kept.path_mn, motor_mn, self.second_path[1]),
             heat: low_passed(kept.heat, v * v, self.warming[1]),
+            stretch: if slip > 0.0 { (kept.stretch + v * dt / slip).clamp(-1.0, 1.0) } else { 0.0 },
+            series_mm: low_passed(kept.series_mm, series_s * v, series_s),
+            speed: low_passed(kept.speed, v.abs(), self.running_friction[1]),
         }
+    }
+
+    /// Air that enters the chambers, g/s.
+    pub(super) fn inflow_g_s(&self, kpa: [f64; 2], v: f64) -> [f64; 2] {
+        let lost = self.moving_leak * (kpa[0] - ATMOSPHERE_KPA) * v.abs();
+        let over = kpa[0] - kpa[1];
+        let passed = self.turbulent_crosstalk * over * over.abs();
+        [-lost - passed, passed]
     }
 
     /// Readings of the pressures for true ones, kPa.

@@ -1,7 +1,7 @@
 //! One step of the joint.
 
 use super::acting::Acting;
-use super::laws::Kept;
+use super::laws::{Kept, Moment};
 use super::network::ReluNetwork;
 use super::{ATMOSPHERE_KPA, Plant};
 use std::f64::consts::PI;
@@ -163,14 +163,19 @@ impl Joint {
             let damper = self.damper_mm + 0.5 * dt / time * (x - self.damper_mm);
             total -= stiffness * (x - damper);
         }
-        total + acting.laws.force_mn(x, v, self.pressures_kpa, self.motor_mn, self.kept, 0.5 * dt)
+        total + acting.laws.force_mn(self.moment(x, v, t), self.kept, 0.5 * dt)
     }
 
-    /// Largest dry friction at a velocity, mN.
-    fn dry_mn(&self, v: f64, acting: &Acting) -> f64 {
+    /// What laws depend on, with the present pressures and force of the motor.
+    fn moment(&self, x: f64, v: f64, t: f64) -> Moment {
+        Moment { x, v, t, kpa: self.pressures_kpa, motor_mn: self.motor_mn }
+    }
+
+    /// Largest dry friction at a displacement and a velocity, mN.
+    fn dry_mn(&self, x: f64, v: f64, t: f64, acting: &Acting) -> f64 {
         let gauge = 0.5 * (self.pressures_kpa[0] + self.pressures_kpa[1]) - ATMOSPHERE_KPA;
         let mut dry = acting.coulomb_mn + acting.load_friction * gauge;
-        dry += acting.laws.dry_mn(self.pressures_kpa);
+        dry += acting.laws.dry_mn(self.moment(x, v, t), self.kept);
         if let Some([coulomb, still, velocity]) = acting.stribeck {
             dry += coulomb + (still - coulomb) * (-(v / velocity).powi(2)).exp();
         }
@@ -199,7 +204,7 @@ impl Joint {
         for _ in 0..2 {
             let total = self.smooth_mn(x, middle, t, dt, acting);
             let free = self.v + dt * total / mass;
-            let held = dt * self.dry_mn(middle, acting) / mass;
+            let held = dt * self.dry_mn(x, middle, t, acting) / mass;
             end = if free.abs() <= held { 0.0 } else { free - held.copysign(free) };
             middle = 0.5 * (self.v + end);
         }
@@ -226,6 +231,10 @@ impl Joint {
             let flow = acting.crosstalk_per_s * self.masses_g[0] * (flexor - extensor) / flexor;
             self.masses_g[0] -= dt * flow;
             self.masses_g[1] += dt * flow;
+        }
+        let inflow = acting.laws.inflow_g_s(self.pressures_kpa, middle);
+        for i in 0..2 {
+            self.masses_g[i] += dt * inflow[i];
         }
         self.pressures_kpa = self.pressures(acting);
     }

@@ -102,7 +102,8 @@ pub struct Outcome {
 pub fn run(case: &Case) -> (Outcome, Option<(Value, String)>) {
     let made = data(case);
     let model = ExtendedModel::from_saved(made.model.clone()).expect("known effects");
-    let options = DiagnoseOptions { seed: case.diagnosis_seed, ..DiagnoseOptions::default() };
+    let options =
+        DiagnoseOptions { seed: case.diagnosis_seed, law: false, ..DiagnoseOptions::default() };
     let sets =
         RecordingSets { data: &made.subjects, test: None, baseline: made.baseline.as_deref() };
     let (start, cpu) = (Instant::now(), cpu_s());
