@@ -230,7 +230,7 @@ pub(super) fn prepare(
 }
 
 /// The recordings with their tables of the base model's force, which has to be of mechanics that can be simulated often.
-fn resampled(
+pub(super) fn resampled(
     model: &ExtendedModel,
     subjects: &[&Subject],
     settings: &DiagnosisSettings,

@@ -1,6 +1,6 @@
 //! What effects would do to the residuals that a diagnosis reads, cleared of what the nuisances can imitate.
 
-use super::diagnose::{DiagnoseOptions, RecordingSets, prepare};
+use super::diagnose::{DiagnoseOptions, RecordingSets, resampled};
 use super::spans::{roles, spans};
 use super::system::JointSystem;
 use crate::data::{Roles, TestSource};
@@ -9,6 +9,7 @@ use crate::fit::{Hypothesis, Problem, dot, fitted_outputs};
 use crate::linearised::{Column, all_starts};
 use crate::noise::Noise;
 use crate::search::{Candidates, Nuisance, Rows};
+use crate::settings::DiagnosisSettings;
 use pam_core::parallel;
 use pam_data::Subject;
 use pam_effects::effects::DataScales;
@@ -27,12 +28,13 @@ const OWN_SHARE: f64 = 1e-10;
 pub struct PreparedTrials(Vec<Trial>);
 
 impl PreparedTrials {
-    /// Prepares recordings as [`diagnose`](super::diagnose()) does.
+    /// Prepares recordings as [`diagnose`](super::diagnose()) does with default settings; all of their force counts as acting.
     ///
     /// # Errors
-    /// [`DiagnoseError`] if a recording is too long to be simulated.
+    /// [`DiagnoseError`] if a recording is too long to be simulated, or the model too fast.
     pub fn new(model: &ExtendedModel, subjects: &[Subject]) -> Result<Self, DiagnoseError> {
-        Ok(Self(prepare(model, subjects)?))
+        let subjects: Vec<&Subject> = subjects.iter().collect();
+        Ok(Self(resampled(model, &subjects, &DiagnosisSettings::default())?))
     }
 }
 
