@@ -72,7 +72,7 @@ impl Judge<'_> {
     }
 
     fn of_recordings(&self, recordings: &[Subject]) -> Result<f64, ExperimentError> {
-        let trials = PreparedTrials::new(self.model, recordings)?;
+        let trials = PreparedTrials::new(self.model, recordings, &self.options.settings)?;
         let signatures = Signatures::of_all(self.model, &trials, self.options, Some(self.noise))?;
         Ok(match self.objective {
             Objective::Separation(live) => {

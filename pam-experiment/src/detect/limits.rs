@@ -283,7 +283,7 @@ pub fn detect(
     view: Option<&SensorView>,
     options: &DetectOptions,
 ) -> Result<Detection, ExperimentError> {
-    let trials = PreparedTrials::new(model, recordings)?;
+    let trials = PreparedTrials::new(model, recordings, &options.diagnosis.settings)?;
     let noise = view.map(|v| &v.noise);
     let signatures = Signatures::new(model, &trials, &options.diagnosis, noise)?;
     let errors = match view {
