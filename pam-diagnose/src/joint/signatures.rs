@@ -60,6 +60,12 @@ impl Signature {
         dot(&self.0, &other.0)
     }
 
+    /// The difference from another one of the same [`Signatures`].
+    #[must_use]
+    pub fn less(&self, other: &Self) -> Self {
+        Self(self.0.iter().zip(&other.0).map(|(a, b)| a - b).collect())
+    }
+
     /// The unit vector along it; `None` if it is zero.
     #[must_use]
     pub fn unit(&self) -> Option<Self> {
