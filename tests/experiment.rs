@@ -64,6 +64,7 @@ fn limits(arguments: &Arguments) -> Result<(), String> {
         }));
         let compared = compared(&detection, &outcomes);
         let text = json!({
+            "effects": compared.len(),
             "limits": compared,
             "within_1.5": compared.iter().filter(|c| (1.0 / 1.5..=1.5).contains(&c.ratio)).count(),
             "confusions_both_foretold_measured": confusions(&detection, &outcomes),

@@ -134,7 +134,7 @@ impl DetectArguments {
             paths => {
                 let model = ExtendedModel::from_saved(saved.clone())?;
                 let subjects = self.reading.subjects(paths, saved, global, console)?;
-                let trials = PreparedTrials::new(&model, &subjects)?;
+                let trials = PreparedTrials::new(&model, &subjects, &options.diagnosis.settings)?;
                 let learned = Signatures::new(&model, &trials, &options.diagnosis, None)?;
                 Ok(Some(learned.noise().common()))
             }

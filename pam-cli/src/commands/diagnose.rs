@@ -407,7 +407,7 @@ fn next_measurement(
         .collect();
     let mut model = diagnosis.model.extended.clone();
     // The noise of these recordings, with the errors of the model in it.
-    let trials = PreparedTrials::new(&model, sets.data)?;
+    let trials = PreparedTrials::new(&model, sets.data, &options.detect.diagnosis.settings)?;
     let learned = Signatures::new(&model, &trials, &options.detect.diagnosis, None)?;
     let noise = Some(learned.noise().common());
     model.effects.retain(|a| !ids.contains(&a.effect.info().id));

@@ -28,13 +28,17 @@ const OWN_SHARE: f64 = 1e-10;
 pub struct PreparedTrials(Vec<Trial>);
 
 impl PreparedTrials {
-    /// Prepares recordings as [`diagnose`](super::diagnose()) does with default settings; all of their force counts as acting.
+    /// Prepares recordings as [`diagnose`](super::diagnose()) does; all of their force counts as acting.
     ///
     /// # Errors
     /// [`DiagnoseError`] if a recording is too long to be simulated, or the model too fast.
-    pub fn new(model: &ExtendedModel, subjects: &[Subject]) -> Result<Self, DiagnoseError> {
+    pub fn new(
+        model: &ExtendedModel,
+        subjects: &[Subject],
+        settings: &DiagnosisSettings,
+    ) -> Result<Self, DiagnoseError> {
         let subjects: Vec<&Subject> = subjects.iter().collect();
-        Ok(Self(resampled(model, &subjects, &DiagnosisSettings::default())?))
+        Ok(Self(resampled(model, &subjects, settings)?))
     }
 }
 
@@ -54,6 +58,12 @@ impl Signature {
     #[must_use]
     pub fn dot(&self, other: &Self) -> f64 {
         dot(&self.0, &other.0)
+    }
+
+    /// The difference from another one of the same [`Signatures`].
+    #[must_use]
+    pub fn less(&self, other: &Self) -> Self {
+        Self(self.0.iter().zip(&other.0).map(|(a, b)| a - b).collect())
     }
 
     /// The unit vector along it; `None` if it is zero.

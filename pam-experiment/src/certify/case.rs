@@ -49,7 +49,7 @@ pub fn plan(
     options: &CertifyOptions,
 ) -> Result<(Plan, Detection), ExperimentError> {
     let detection = detect(model, baseline, None, &options.detect)?;
-    let trials = PreparedTrials::new(model, baseline)?;
+    let trials = PreparedTrials::new(model, baseline, &options.detect.diagnosis.settings)?;
     let signatures = Signatures::new(model, &trials, &options.detect.diagnosis, None)?;
     let candidates = &options.detect.diagnosis.candidates;
     let mut ways: Vec<Ray> = Vec::new();

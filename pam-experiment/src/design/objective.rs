@@ -1,6 +1,6 @@
 //! What a protocol is worth.
 
-use crate::detect::{Demand, Kind, Ray, span_of};
+use crate::detect::{Demand, Kind, Ray, signature, span_of};
 use crate::error::ExperimentError;
 use crate::plan::planned_runs;
 use pam_data::Subject;
@@ -72,7 +72,7 @@ impl Judge<'_> {
     }
 
     fn of_recordings(&self, recordings: &[Subject]) -> Result<f64, ExperimentError> {
-        let trials = PreparedTrials::new(self.model, recordings)?;
+        let trials = PreparedTrials::new(self.model, recordings, &self.options.settings)?;
         let signatures = Signatures::of_all(self.model, &trials, self.options, Some(self.noise))?;
         Ok(match self.objective {
             Objective::Separation(live) => {
@@ -91,7 +91,7 @@ impl Judge<'_> {
                         level: 0.05,
                         errors: &none,
                     };
-                    let s = signatures.of(ray.candidate, &ray.values(*magnitude));
+                    let s = signature(&signatures, ray, *magnitude);
                     let excess = s.map_or(0.0, |s| demand.excess(Kind::Named, &s));
                     0.5 * excess.max(LEAST).ln()
                 };

@@ -230,7 +230,7 @@ fn ways(
         return Ok(Vec::new());
     }
     let diagnosis = &options.detect.diagnosis;
-    let trials = PreparedTrials::new(model, recordings)?;
+    let trials = PreparedTrials::new(model, recordings, &diagnosis.settings)?;
     let signatures = Signatures::of_all(model, &trials, diagnosis, Some(noise))?;
     let mut all = Vec::new();
     for (candidate, effect) in diagnosis.candidates.iter().enumerate() {
@@ -308,7 +308,7 @@ fn separated(
     let diagnosis = &options.detect.diagnosis;
     let id = |candidate: usize| diagnosis.candidates[candidate].info().id.to_owned();
     let mut sides = sides.into_iter().map(|side| {
-        let trials = PreparedTrials::new(model, side)?;
+        let trials = PreparedTrials::new(model, side, &diagnosis.settings)?;
         let signatures = Signatures::of_all(model, &trials, diagnosis, Some(noise))?;
         Ok(live.iter().flat_map(|cause| separations(&signatures, cause)).collect())
     });

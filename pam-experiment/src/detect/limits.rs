@@ -21,6 +21,8 @@ const ACCURACY: f64 = 0.02;
 const TRIES: usize = 40;
 /// Largest factor from one tried magnitude to the next.
 const FACTOR: f64 = 8.0;
+/// Share of a magnitude that is next to nothing.
+const NOTHING: f64 = 1e-6;
 /// Least one until the limit lies between two of them.
 const LEAST_STEP: f64 = 1.5;
 
@@ -145,7 +147,7 @@ impl Demand<'_, '_> {
         let (mut low, mut high): (f64, f64) = (0.0, f64::INFINITY);
         let mut m = ray.first_magnitude();
         for tried in 0..TRIES {
-            let s = self.signatures.of(ray.candidate, &ray.values(m));
+            let s = signature(self.signatures, ray, m);
             let excess = match &s {
                 Some(s) if s.square() > 0.0 => {
                     let own = self.excess(kind, s);
@@ -191,6 +193,18 @@ impl Demand<'_, '_> {
         }
         None
     }
+}
+
+/// The signature of an effect at a magnitude, less the one of next to nothing: with dry friction, however small, the simulation
+/// takes other steps.
+pub(crate) fn signature(
+    signatures: &Signatures<'_>,
+    ray: &Ray,
+    magnitude: f64,
+) -> Option<Signature> {
+    let s = signatures.of(ray.candidate, &ray.values(magnitude))?;
+    let nothing = signatures.of(ray.candidate, &ray.values(NOTHING * magnitude));
+    Some(nothing.map_or_else(|| s.clone(), |nothing| s.less(&nothing)))
 }
 
 fn between(low: f64, high: f64, m: f64) -> f64 {
@@ -283,7 +297,7 @@ pub fn detect(
     view: Option<&SensorView>,
     options: &DetectOptions,
 ) -> Result<Detection, ExperimentError> {
-    let trials = PreparedTrials::new(model, recordings)?;
+    let trials = PreparedTrials::new(model, recordings, &options.diagnosis.settings)?;
     let noise = view.map(|v| &v.noise);
     let signatures = Signatures::new(model, &trials, &options.diagnosis, noise)?;
     let errors = match view {

@@ -48,7 +48,7 @@ pub fn sensor_view(
         .enumerate()
         .map(|(k, clean)| measured(clean, sensors, LOADER_HZ, seed(k)))
         .collect();
-    let trials = PreparedTrials::new(model, &noisy?)?;
+    let trials = PreparedTrials::new(model, &noisy?, &options.settings)?;
     let seen = Signatures::new(model, &trials, options, None)?;
     let errors = seen.free_run_errors().unwrap_or_default();
     Ok(SensorView { noise: seen.noise().common(), errors })

@@ -33,7 +33,9 @@ fn limits_grow_with_the_noise() {
     };
     let (quiet, loud) = (of(1.0), of(3.0));
     for id in ["viscous_damping", "position_offset"] {
-        let value = |d: &pam_experiment::detect::Detection| d.of(id).and_then(|l| l.value());
+        let value = |d: &pam_experiment::detect::Detection| {
+            d.of(id).and_then(|l| l.familywise).map(|l| l.value)
+        };
         let ratio = value(&loud).zip(value(&quiet)).map(|(l, q)| l / q).expect("limits");
         // Priors of nuisances do not grow with the noise.
         assert!((2.0..3.4).contains(&ratio), "{id}: {ratio}");
