@@ -30,8 +30,8 @@ pub(crate) struct Learned {
 
 /// Drop of the validation cost that an addition to a correction must bring.
 const WORTH: f64 = 10.0;
-/// Drop of the validation cost that is no chance: odds of 20 nats.
-const EVIDENCE: f64 = 40.0;
+/// Drop of the validation cost that is no chance: odds of ten nats.
+const EVIDENCE: f64 = 20.0;
 
 impl Learned {
     /// What the system is asked to add.
