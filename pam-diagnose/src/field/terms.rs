@@ -130,7 +130,7 @@ where
             unit: Unit::UNKNOWN,
             unit_text: "s".into(),
             size: self.size(all.len()),
-            kind: VariableKind::Elapsed,
+            kind: VariableKind::Slow,
             at_start: None,
             description_length: length + 1.0,
         });

@@ -195,7 +195,7 @@ fn variables(scales: &DataScales, longest_s: f64) -> Vec<Variable> {
             description_length: length,
         }
     };
-    use VariableKind::{Combined, Elapsed, Moving, Slow, Turning};
+    use VariableKind::{Combined, Moving, Slow, Turning};
     let gauge = scales.gauge_kpa;
     let rate = Unit::MM.times(Unit::S, -1);
     vec![
@@ -251,7 +251,7 @@ fn variables(scales: &DataScales, longest_s: f64) -> Vec<Variable> {
             Combined,
             2.5,
         ),
-        variable("time", "t", &["t"], Unit::S, longest_s, None, Elapsed, 3.0),
+        variable("time", "t", &["t"], Unit::S, longest_s, None, Slow, 3.0),
     ]
 }
 

@@ -42,9 +42,8 @@ static OF_MOTION: [Function; 11] = [
 
 /// The functions of a variable or of its low-pass, at their scales.
 pub(crate) fn functions(kind: VariableKind) -> &'static [Function] {
-    use Function::{Decaying, Linear, SignedSquare, Square};
+    use Function::{Linear, SignedSquare, Square};
     match kind {
-        VariableKind::Elapsed => &[Linear, Square, Decaying],
         VariableKind::Moving => &OF_MOTION[..OF_MOTION.len() - 2],
         VariableKind::Turning => &OF_MOTION,
         VariableKind::Slow | VariableKind::Combined => &[Linear, Square, SignedSquare],
@@ -88,15 +87,11 @@ fn singles(variable: usize, variables: &[Variable]) -> Vec<Factor> {
 
 /// Factors that stand beside another one.
 fn companions(variable: usize, variables: &[Variable]) -> Vec<Factor> {
-    use Function::{Absolute, Decaying, Linear, Positive, Saturated, Square};
+    use Function::{Absolute, Linear, Positive, Saturated, Square};
     let plain = |f| Factor::of(variable, f, 1.0);
     let Variable { kind, size, .. } = variables[variable];
     match kind {
         VariableKind::Slow | VariableKind::Combined => vec![plain(Linear)],
-        VariableKind::Elapsed => {
-            let fading = at_scales(plain(Decaying), size);
-            [plain(Linear)].into_iter().chain(fading).collect()
-        }
         VariableKind::Moving => [Linear, Absolute, Square, Positive].map(plain).to_vec(),
         VariableKind::Turning => {
             let turned = Factor::of(variable, Saturated, WIDTHS[0] * size);
@@ -140,8 +135,11 @@ fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
 fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
     use Function::{Absolute, Linear, Saturated, SignedSquare, Square};
     let mut all = Vec::new();
-    let is_slow =
-        |k: &usize| matches!(variables[*k].kind, VariableKind::Slow | VariableKind::Combined);
+    // Pressures: the time has no companion among what remembers.
+    let is_slow = |k: &usize| {
+        matches!(variables[*k].kind, VariableKind::Slow | VariableKind::Combined)
+            && variables[*k].group == "pressures"
+    };
     let slow: Vec<usize> = place.variables.iter().copied().filter(is_slow).collect();
     let turning = place.variables.iter().find(|k| variables[**k].kind == VariableKind::Turning);
     for &k in place.variables.iter().filter(|k| variables[**k].at_start.is_some()) {

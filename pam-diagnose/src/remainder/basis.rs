@@ -43,7 +43,7 @@ fn plain(variable: usize, function: Function) -> Factor {
 fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
     use Function::{Above, Absolute, Below, Cube, Linear, Saturated, SignedSquare, Square};
     let kind = |k: usize| variables[k].kind;
-    let slow = |k: usize| matches!(kind(k), VariableKind::Slow | VariableKind::Elapsed);
+    let slow = |k: usize| kind(k) == VariableKind::Slow;
     let known: Vec<usize> =
         place.variables.iter().copied().filter(|&k| kind(k) != VariableKind::Combined).collect();
     let moving: Vec<usize> = known.iter().copied().filter(|&k| !slow(k)).collect();

@@ -30,8 +30,8 @@ pub(crate) struct Learned {
 
 /// Drop of the validation cost that an addition to a correction must bring.
 const WORTH: f64 = 10.0;
-/// Drop of the validation cost that is no chance: odds of 20 nats.
-const EVIDENCE: f64 = 40.0;
+/// Drop of the validation cost that is no chance: odds of ten nats.
+const EVIDENCE: f64 = 20.0;
 
 impl Learned {
     /// What the system is asked to add.
@@ -165,7 +165,12 @@ pub(crate) fn learn(
             *found = few;
         }
     }
-    let best = alone.iter().min_by(|a, b| a.1.validation.total_cmp(&b.1.validation));
+    // What the validation rows confirm comes before what is a little more probable and confirmed by none.
+    let rank = |found: &Learned| (!found.is_learned(ground), found.validation);
+    let best = alone.iter().min_by(|a, b| {
+        let ((a, cost_a), (b, cost_b)) = (rank(&a.1), rank(&b.1));
+        a.cmp(&b).then(cost_a.total_cmp(&cost_b))
+    });
     let Some((family, mut best)) = best.cloned() else { return Ok(None) };
     for deviation in &settings.deviations[1..] {
         let found = fitted(space, ground, &best.terms, *deviation, Some(&best), iterations)?;

@@ -38,10 +38,8 @@ pub enum VariableKind {
     Moving,
     /// It moves, and its direction matters: it may be a velocity, against which there is friction.
     Turning,
-    /// It changes slowly, or from one experiment to the next: a pressure.
+    /// It changes slowly, or from one experiment to the next: a pressure, the time.
     Slow,
-    /// The time: as what is slow, and things fade with it.
-    Elapsed,
     /// It is a combination of others, which a short law may use.
     Combined,
 }
