@@ -177,10 +177,12 @@ impl Program {
     #[inline]
     pub fn values<S: Scalar>(&self, inputs: &impl Inputs<S>, out: &mut [S]) {
         // Registers are cleared, so that few are taken for short programs.
-        match self.registers {
-            0..=FEW_REGISTERS => self.run::<FEW_REGISTERS, S>(inputs, out),
-            ..=SOME_REGISTERS => self.run::<SOME_REGISTERS, S>(inputs, out),
-            _ => self.run::<MOST_REGISTERS, S>(inputs, out),
+        if self.registers <= FEW_REGISTERS {
+            self.run::<FEW_REGISTERS, S>(inputs, out);
+        } else if self.registers <= SOME_REGISTERS {
+            self.run::<SOME_REGISTERS, S>(inputs, out);
+        } else {
+            self.run::<MOST_REGISTERS, S>(inputs, out);
         }
     }
 
