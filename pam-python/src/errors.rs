@@ -72,7 +72,9 @@ pub(crate) fn raised(error: impl Into<CliError>) -> PyErr {
         CliError::Effect(_) => plain("EffectError", &text),
         CliError::Diagnose(_) => plain("DiagnoseError", &text),
         CliError::Baseline(_) => plain("ComparisonError", &text),
-        CliError::Ablate(_) | CliError::Failed(_) => plain("PamError", &text),
+        CliError::Ablate(_) | CliError::Experiment(_) | CliError::Failed(_) => {
+            plain("PamError", &text)
+        }
     }
 }
 

@@ -360,7 +360,7 @@ fn published() -> SavedModel {
 
 /// The remainder is learned, and timed, by itself.
 fn without_law(settings: &DiagnosisSettings) -> DiagnoseOptions {
-    DiagnoseOptions { law: false, settings: settings.clone(), ..DiagnoseOptions::default() }
+    DiagnoseOptions { law: false, settings: *settings, ..DiagnoseOptions::default() }
 }
 
 fn run(

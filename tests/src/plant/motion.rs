@@ -233,8 +233,8 @@ impl Joint {
             self.masses_g[1] += dt * flow;
         }
         let inflow = acting.laws.inflow_g_s(self.pressures_kpa, middle);
-        for i in 0..2 {
-            self.masses_g[i] += dt * inflow[i];
+        for (mass, flow) in self.masses_g.iter_mut().zip(inflow) {
+            *mass += dt * flow;
         }
         self.pressures_kpa = self.pressures(acting);
     }
