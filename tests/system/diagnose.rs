@@ -392,7 +392,7 @@ fn an_effect_hidden_by_the_rig_is_found_beside_healthy_recordings() {
             ["diagnose", "--no-law", "--data", text(&data), "--healthy", text(&healthy), "--quiet"];
         let fewer = "viscous_damping,coulomb_friction,pressure_sensor_lag";
         let more = ["--effects", fewer, "--threads", threads, "--out", text(&out)];
-        let _ = stdout_of(PAM, &[again, more].concat());
+        let _ = stdout_of(PAM, &[&again[..], &more[..]].concat());
         std::fs::read(out.join("diagnosis.json")).unwrap()
     });
     assert!(bytes[0] == bytes[1]);
