@@ -2,7 +2,7 @@
 
 use super::find::{About, Renewed, Rest, diverges};
 use super::picture::Along;
-use super::refine::{Tried, preferred};
+use super::refine::{Tried, dry_variant, preferred};
 use super::result::{Law, RankedLaw, Replaced};
 use super::written::{acts, header, largest, variable_names, written};
 use crate::diagnosis::{Explainable, total};
@@ -93,12 +93,7 @@ pub(super) fn concluded(
     about: &About,
     tried: &[Tried],
 ) -> Result<Rest, DiagnoseError> {
-    let mut law = preferred(tried, ground);
-    if let Some(l) = &law
-        && restates(space, ground, l)?
-    {
-        law = None;
-    }
+    let law = allowed(space, ground, tried)?;
     let Some(l) = law.as_ref().filter(|l| l.named.len() < ground.named.len()) else {
         return ended(space, ground, learned, about, tried, law.as_ref());
     };
@@ -114,19 +109,30 @@ pub(super) fn concluded(
     ended(space, ground, learned, about, tried, None)
 }
 
-/// Whether a law says what named causes say that would make room for it: all of its terms are candidates of the list that are
-/// named.
-fn restates(
+/// The preferred one of the laws that may take the place of the named causes which do not stand beside them. A longer law that
+/// holds one of those, or its smooth picture, is no better name for it; a law all of whose terms are named already is none.
+fn allowed(
     space: &dyn TermSpace,
     ground: &Ground<'_>,
-    law: &Tried,
-) -> Result<bool, DiagnoseError> {
-    let listed: Option<Vec<&'static str>> = law.terms.iter().map(|t| space.listed(t)).collect();
-    let Some(listed) = listed else { return Ok(false) };
+    tried: &[Tried],
+) -> Result<Option<Tried>, DiagnoseError> {
     space.with(&[], |system| {
-        let named = ground.named.iter().chain(&ground.rivals);
-        let named: Vec<&str> = named.map(|m| system.candidate(m.candidate).id).collect();
-        Ok(listed.iter().all(|id| named.contains(id)))
+        let id = |m: &Member| system.candidate(m.candidate).id;
+        let named: Vec<&str> = ground.named.iter().chain(&ground.rivals).map(id).collect();
+        let says = |t: &Term| {
+            let ids = [space.listed(t), space.listed(&dry_variant(space, t))];
+            ids.into_iter().flatten().any(|id| named.contains(&id))
+        };
+        let may = |law: &&Tried| {
+            let gone = named.len().saturating_sub(law.named.len());
+            gone == 0 || law.terms.len() <= gone || !law.terms.iter().any(says)
+        };
+        let left: Vec<Tried> = tried.iter().filter(may).cloned().collect();
+        let restates = |law: &Tried| {
+            let listed = |t: &Term| space.listed(t).is_some_and(|id| named.contains(&id));
+            law.terms.iter().all(listed)
+        };
+        Ok(preferred(&left, ground).filter(|law| !restates(law)))
     })
 }
 

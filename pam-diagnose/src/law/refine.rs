@@ -96,7 +96,7 @@ pub(crate) fn proposals(
 }
 
 /// The term as a level of dry friction, if it is the smooth picture of one.
-fn dry_variant(space: &dyn TermSpace, term: &Term) -> Term {
+pub(crate) fn dry_variant(space: &dyn TermSpace, term: &Term) -> Term {
     let Some((dry, velocity)) = space.places()[term.place].dry else { return term.clone() };
     let turned =
         |f: &Factor| f.function == Function::Saturated && f.variable == velocity && f.lag.is_none();
