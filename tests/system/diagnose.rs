@@ -143,9 +143,16 @@ fn noise_of_the_measured_force_is_no_fault() {
     let saved = published_model();
     let force = Noise::white(5.0);
     let sensors = Sensors { rate_hz: 200.0, encoder_mm: 5e-4, force, ..Sensors::default() };
+    let without_noise = |data: &[Subject]| {
+        let model = ExtendedModel::from_saved(saved.clone()).unwrap();
+        let mut options = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
+        options.settings.noise.quiet_share = 0.01;
+        diagnose(&model, &RecordingSets { data, ..RecordingSets::default() }, &options, &|_, _| {})
+            .unwrap()
+    };
     let sine = Excitation::Sines(vec![[4.9, 165.0, 30.0]]);
     let data = plant_runs(&saved, &CONDITIONS, &sine, &[], &sensors, 1);
-    let d = diagnosed(&saved, &data, None, 1);
+    let d = without_noise(&data);
     assert_eq!((d.verdict, d.named()), (Verdict::NothingFound, vec![]), "{:?}", d.reasons);
     // All but a few tenths of a hertz about the sine; what is above the grid's frequencies was averaged before.
     let noise_n = d.model.force_noise_n.expect("the joint shows that it is noise");
@@ -154,7 +161,7 @@ fn noise_of_the_measured_force_is_no_fault() {
     let sensors = Sensors { force: Noise::white(0.0), ..sensors };
     let steps = Excitation::steps(150.0, 1.0, 15.0, 3);
     let data = plant_runs(&saved, &CONDITIONS[..2], &steps, &[], &sensors, 1);
-    assert_eq!(diagnosed(&saved, &data, None, 1).model.force_noise_n, None);
+    assert_eq!(without_noise(&data).model.force_noise_n, None);
 }
 
 #[test]

@@ -325,7 +325,8 @@ fn models_of_any_finite_numbers_end() {
     let tsit5 = [&evaluate[..], &["--method", "tsit5"]].concat();
     assert_eq!(with(&tsit5, &steep).status.code(), Some(3));
     // Hundreds of simulations in steps of an eighth of a millisecond are none that anybody waits for.
-    let diagnose = ["diagnose", "--accept", "--data", text(&data), "--out", text(&out)];
+    let found = f.at("found");
+    let diagnose = ["diagnose", "--accept", "--data", text(&data), "--out", text(&found)];
     refused(
         &[&diagnose[..], &["--model", text(&steep)]].concat(),
         &["substeps", "data.most_substeps"],

@@ -145,8 +145,9 @@ settings! {
         /// Weight of the common size of the noise relative to the observations of each recording.
         relative_observations: f64 = 50.0, "observations", COST, USUAL;
         /// Largest share of the power of the force at the frequencies that the excitation does not have: what the joint does not
-        /// answer to there is noise of the measured force.
-        quiet_share: f64 = 0.01, "–", SHARE, USUAL;
+        /// answer to there is noise of the measured force. With 0 all of the force counts: dry friction, too, makes a joint deaf to
+        /// small forces.
+        quiet_share: f64 = 0.0, "–", SHARE, USUAL;
         /// Longest lag at which the autocorrelation of a residual is summed, as a share of its rows.
         lag_share: f64 = 0.25, "–", SHARE, USUAL;
         /// Largest number of rows that count as one observation, as a share of the rows.
