@@ -79,7 +79,7 @@ pub struct DiagnosedJoint {
     /// By how many of its samples the force acts earlier than a held one, as fitted with the named causes:
     /// 0 held, ½ smooth.
     pub force_lead_samples: f64,
-    /// Root mean square of what was taken out of the measured force, N: noise at frequencies that the excitation does not have,
+    /// Root mean square of the removed part of the measured force, N: noise at frequencies that the excitation does not have,
     /// to which the joint did not answer. Absent where nothing was.
     pub force_noise_n: Option<f64>,
     /// Contradictions between the recordings and the physics of the joint.

@@ -1,12 +1,11 @@
 //! Noise of the measured force, taken out where the excitation has no power.
 //!
-//! What drives the joint is known with an error: a current is measured with noise. A prediction that is driven by the
-//! measured force answers to its noise, and the joint did not. Least squares then prefers models that answer less (errors in
-//! variables; Fuller 1987): a creep, an inertia and a delay that leave the response at the excitation as it is and weaken it
-//! everywhere else predict better than the truth, on test data as well. The remedy is regression calibration (Carroll, Ruppert,
-//! Stefanski and Crainiceanu, *Measurement Error in Nonlinear Models*, ch. 4): the joint is driven by what is expected of the
-//! true force. Where the excitation has its power, that is the measured force. Elsewhere it is nothing, if the joint shows that it
-//! did not answer there.
+//! The force on the joint is measured with noise. A simulation that is driven by the measured force responds to the noise; the real
+//! joint did not. Least squares then prefers models that respond less (errors in variables; Fuller 1987): a creep, an inertia and
+//! a delay that leave the response at the excitation unchanged and attenuate every other frequency predict better than the true
+//! model, on test data as well. The remedy is regression calibration (Carroll, Ruppert, Stefanski and Crainiceanu, *Measurement
+//! Error in Nonlinear Models*, ch. 4): the simulation is driven by the expected value of the true force. At the frequencies of the
+//! excitation that is the measured force; elsewhere it is zero, if the recordings show that the joint did not respond there.
 
 use crate::data::OpenPart;
 use crate::noise::noise_deviation;
@@ -20,10 +19,10 @@ use pam_effects::simulation::{Nuisances, Trajectory, Trial, simulate};
 use pam_numerics::fourier;
 use pam_numerics::statistics::{mean, mean_half_width_95, root_mean_square};
 
-/// Trials, driven by what the joint has answered to.
+/// Trials, driven by the force to which the joint responded.
 pub(super) struct Driven {
     pub(super) trials: Vec<Trial>,
-    /// Root mean square of what was taken out of the force, N; absent where the joint answers to all of it.
+    /// Root mean square of the removed part of the force, N; absent if nothing was removed.
     pub(super) noise_n: Option<f64>,
 }
 

@@ -144,9 +144,8 @@ settings! {
         least_freedom: f64 = 0.25, "–", [1e-3, 1.0], USUAL;
         /// Weight of the common size of the noise relative to the observations of each recording.
         relative_observations: f64 = 50.0, "observations", COST, USUAL;
-        /// Largest share of the power of the force at the frequencies that the excitation does not have: what the joint does not
-        /// answer to there is noise of the measured force. With 0 all of the force counts: dry friction, too, makes a joint deaf to
-        /// small forces.
+        /// Largest share of the power of the force that may lie at quiet frequencies, those without excitation; there the measured
+        /// force counts as noise if the joint does not respond to it. With 0 the force is used as measured.
         quiet_share: f64 = 0.0, "–", SHARE, USUAL;
         /// Longest lag at which the autocorrelation of a residual is summed, as a share of its rows.
         lag_share: f64 = 0.25, "–", SHARE, USUAL;
