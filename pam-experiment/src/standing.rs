@@ -3,7 +3,6 @@
 use crate::design::{Design, LiveCause};
 use crate::error::ExperimentError;
 use maud::{Markup, html};
-use pam_data::Subject;
 use pam_diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, Stage, diagnose};
 use pam_effects::ExtendedModel;
 use pam_vocabulary::plain_name;
@@ -74,14 +73,14 @@ impl MeasurementStanding {
     }
 }
 
-/// A measurement: its name, and its recordings.
-pub type Measurement = (String, Vec<Subject>);
+/// A measurement: its name, and the number of its recordings.
+pub type Measurement = (String, usize);
 
-/// Diagnoses the first measurement, the first two together, and so on up to all of them. Returns the standing after each, and
-/// the diagnosis of all.
+/// Diagnoses the first measurement, the first two together, and so on up to all of them; their recordings follow one another in
+/// the data of `sets`. Returns the standing after each, and the diagnosis of all.
 ///
 /// # Errors
-/// [`ExperimentError`] if there are no measurements, or one of the diagnoses cannot be made.
+/// [`ExperimentError`] if there are no measurements or they are not those of the data, or if one of the diagnoses cannot be made.
 pub fn standing(
     model: &ExtendedModel,
     measurements: &[Measurement],
@@ -89,10 +88,14 @@ pub fn standing(
     options: &DiagnoseOptions,
     progress: &(dyn Fn(usize, Stage, f64) + Sync),
 ) -> Result<(Vec<MeasurementStanding>, JointDiagnosis), ExperimentError> {
-    let mut data: Vec<Subject> = Vec::new();
-    let (mut all, mut last) = (Vec::new(), None);
+    let count: usize = measurements.iter().map(|m| m.1).sum();
+    if count != sets.data.len() {
+        let message = format!("they have {count} recordings, the data {}", sets.data.len());
+        return Err(ExperimentError::setting("measurements", message));
+    }
+    let (mut all, mut last, mut end) = (Vec::new(), None, 0);
     for (k, (name, recordings)) in measurements.iter().enumerate() {
-        data.extend(recordings.iter().cloned());
+        end += recordings;
         // What takes long and only the whole answer shows, once.
         let is_last = k + 1 == measurements.len();
         let options = if is_last {
@@ -100,9 +103,9 @@ pub fn standing(
         } else {
             DiagnoseOptions { law: false, ladder: None, ..options.clone() }
         };
-        let sets = RecordingSets { data: &data, ..*sets };
+        let sets = RecordingSets { data: &sets.data[..end], ..*sets };
         let found = diagnose(model, &sets, &options, &|stage, share| progress(k, stage, share))?;
-        all.push(MeasurementStanding::of(name, data.len(), &found));
+        all.push(MeasurementStanding::of(name, end, &found));
         last = Some(found);
     }
     let none = || ExperimentError::setting("measurements", "there are none");

@@ -24,18 +24,6 @@ pub(crate) struct Diagnosis {
     provenance: String,
 }
 
-/// Share of the whole that is done.
-fn share_of(stage: Stage, share: f64) -> (&'static str, f64) {
-    let (from, to, what) = match stage {
-        Stage::Preparing => (0.0, 0.05, "preparing"),
-        Stage::Baseline => (0.05, 0.35, "baseline discrepancy"),
-        Stage::Searching => (0.35, 0.9, "trying causes"),
-        Stage::Judging => (0.9, 1.0, "measuring"),
-        Stage::Learning => (0.0, 1.0, "fitting the remaining error"),
-    };
-    (what, from + share * (to - from))
-}
-
 /// The effects with these ids.
 fn with_ids(ids: &[String]) -> PyResult<Vec<&'static dyn AnyEffect>> {
     let of = |id: &String| by_id(id).ok_or_else(|| raised(EffectRecord::unknown(id, &[])));
@@ -98,7 +86,7 @@ pub(crate) fn diagnose(
     let diagnosis = watched(py, |stop| {
         pam_diagnose::diagnose(&model.extended, &sets, &options, &|stage, share| {
             stop.check();
-            let (what, share) = share_of(stage, share);
+            let (what, share) = stage.progress(share);
             let (task, what) =
                 if stage == Stage::Learning { (what, "") } else { ("diagnosing", what) };
             stop.call(progress.as_ref(), (task, share, what));

@@ -5,7 +5,7 @@ use crate::arguments::GlobalOptions;
 use crate::console::Console;
 use crate::error::{CliError, usage};
 use crate::interrupt::stop_flag;
-use crate::options::{DataOptions, DiagnosisOptions, ModelOptions, describe_model, effect};
+use crate::options::{DataOptions, DiagnosisOptions, ModelOptions, describe_model, given_values};
 use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
 use crate::{INTERRUPTED, PARTIAL};
@@ -19,7 +19,7 @@ use pam_experiment::certify::{
     CertifyFolder, CertifyOptions, Progress, Summary, Work, certificate_report, plan, run_cases,
     settings_file,
 };
-use pam_experiment::detect::{DetectOptions, GivenValues};
+use pam_experiment::detect::DetectOptions;
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -73,17 +73,11 @@ impl CertifyArguments {
         if !(self.level > 0.0 && self.level < 1.0) {
             return Err(usage(format!("--level {}: it must be between 0 and 1", self.level)));
         }
-        let given = |text: &String| {
-            let given: GivenValues =
-                text.parse().map_err(|e| usage(format!("--effects {text}: {e}")))?;
-            effect(&given.effect)?;
-            Ok(given)
-        };
-        let effects: Result<Vec<GivenValues>, CliError> = self.effects.iter().map(given).collect();
+        let effects = given_values(&self.effects)?;
         Ok(CertifyOptions {
             detect: DetectOptions {
                 diagnosis: self.diagnosis.diagnosis(global)?,
-                effects: effects?,
+                effects,
                 ..DetectOptions::default()
             },
             multiples: self.magnitudes.clone(),

@@ -4,7 +4,7 @@ use super::RunCommand;
 use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::{CliError, failed, usage};
-use crate::options::{DiagnosisOptions, ModelOptions, describe_model, effect};
+use crate::options::{DiagnosisOptions, ModelOptions, describe_model, given_values};
 use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
 use clap::{Args, ValueEnum};
@@ -16,13 +16,13 @@ use pam_effects::effects::AnyEffect;
 use pam_experiment::design::{
     Design, DesignLimits, DesignOptions, LiveCause, Objective, commands_csv, design, design_report,
 };
-use pam_experiment::detect::{DetectOptions, GivenValues};
+use pam_experiment::detect::DetectOptions;
 use pam_rig::{Protocol, RigParameters};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// What a design lowers.
+/// Which of the detection limits a design lowers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LimitChoice {
     /// The median of the detection limits
@@ -137,16 +137,10 @@ impl RunCommand for DesignArguments {
     }
 
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let given = |text: &String| {
-            let given: GivenValues =
-                text.parse().map_err(|e| usage(format!("--effects {text}: {e}")))?;
-            effect(&given.effect)?;
-            Ok(given)
-        };
-        let effects: Result<Vec<GivenValues>, CliError> = self.effects.iter().map(given).collect();
+        let effects = given_values(&self.effects)?;
         let detect = DetectOptions {
             diagnosis: self.diagnosis.diagnosis(global)?,
-            effects: effects?,
+            effects,
             ..DetectOptions::default()
         };
         let mut options = self.effort.options(detect, global.seed)?;

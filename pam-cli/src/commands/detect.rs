@@ -4,7 +4,7 @@ use super::RunCommand;
 use crate::arguments::GlobalOptions;
 use crate::console::{Console, table};
 use crate::error::{CliError, usage};
-use crate::options::{DataOptions, DiagnosisOptions, ModelOptions, describe_model, effect};
+use crate::options::{DataOptions, DiagnosisOptions, ModelOptions, describe_model, given_values};
 use crate::output::Output;
 use crate::run_record::{self, made_by, write_json};
 use clap::Args;
@@ -16,9 +16,7 @@ use pam_diagnose::joint::{PreparedTrials, Signatures};
 use pam_diagnose::noise::Noise;
 use pam_effects::ExtendedModel;
 use pam_effects::simulation::ResampledRecord;
-use pam_experiment::detect::{
-    DetectOptions, Detection, GivenValues, Limit, detect, detection_report,
-};
+use pam_experiment::detect::{DetectOptions, Detection, Limit, detect, detection_report};
 use pam_experiment::plan::{noise_from_toml, planned_runs, sensor_view};
 use pam_rig::{Conditions, Protocol, RigParameters};
 use serde_json::json;
@@ -153,19 +151,10 @@ impl RunCommand for DetectArguments {
                 return Err(usage(format!("{name} {value}: it must be between 0 and 1")));
             }
         }
-        let effects: Result<Vec<GivenValues>, CliError> = self
-            .effects
-            .iter()
-            .map(|text| {
-                let given: GivenValues =
-                    text.parse().map_err(|e| usage(format!("--effects {text}: {e}")))?;
-                effect(&given.effect)?;
-                Ok(given)
-            })
-            .collect();
+        let effects = given_values(&self.effects)?;
         let options = DetectOptions {
             diagnosis: self.diagnosis.diagnosis(global)?,
-            effects: effects?,
+            effects,
             power: self.power,
             level: self.level,
         };

@@ -128,8 +128,7 @@ impl RunCommand for DiagnoseArguments {
             }
             Ok(Some(self.reading.unchecked_subjects(paths, &saved, global, console)?))
         };
-        let measurements = self.measurements(&saved, global, console)?;
-        let data: Vec<Subject> = measurements.iter().flat_map(|m| m.1.clone()).collect();
+        let (measurements, data) = self.measurements(&saved, global, console)?;
         let test = read(&self.heldout)?;
         let baseline = read(&self.healthy)?;
         for set in [Some(&data), test.as_ref(), baseline.as_ref()].into_iter().flatten() {
@@ -167,23 +166,29 @@ impl RunCommand for DiagnoseArguments {
 }
 
 impl DiagnoseArguments {
-    /// The measurements: each folder one of its own, if there are several; else all recordings together.
+    /// The measurements with all their recordings: each folder one of its own, if there are several; else all together.
     fn measurements(
         &self,
         saved: &SavedModel,
         global: &GlobalOptions,
         console: &Console,
-    ) -> Result<Vec<Measurement>, CliError> {
+    ) -> Result<(Vec<Measurement>, Vec<Subject>), CliError> {
         let name = |p: &PathBuf| {
             p.file_name().map_or_else(|| p.display().to_string(), |n| n.to_string_lossy().into())
         };
         let read =
             |paths: &[PathBuf]| self.reading.unchecked_subjects(paths, saved, global, console);
-        if self.data.len() > 1 && self.data.iter().all(|p| p.is_dir()) {
-            let one = |p: &PathBuf| Ok((name(p), read(std::slice::from_ref(p))?));
-            return self.data.iter().map(one).collect();
+        if self.data.len() < 2 || !self.data.iter().all(|p| p.is_dir()) {
+            let data = read(&self.data)?;
+            return Ok((vec![("data".into(), data.len())], data));
         }
-        Ok(vec![("data".into(), read(&self.data)?)])
+        let (mut measurements, mut data) = (Vec::new(), Vec::new());
+        for folder in &self.data {
+            let own = read(std::slice::from_ref(folder))?;
+            measurements.push((name(folder), own.len()));
+            data.extend(own);
+        }
+        Ok((measurements, data))
     }
 
     fn then_design(
@@ -281,7 +286,7 @@ fn ladder_table(ladder: &Ladder) -> String {
     format!("{}\n{}", table(&rows), ladder.sentence())
 }
 
-/// What a report says beside the diagnosis, and what follows it.
+/// Further contents of a report, and the step after the diagnosis.
 #[derive(Default)]
 pub struct Quoted<'a> {
     /// Measurements, if there are several; their recordings are those of the data.
@@ -456,15 +461,9 @@ fn write_design(
 }
 
 fn show(bar: &ProgressBar, stage: Stage, share: f64, (done, of): (usize, usize)) {
-    let (from, to, what) = match stage {
-        Stage::Preparing => (0.0, 0.05, "preparing"),
-        Stage::Baseline => (0.05, 0.35, "baseline discrepancy"),
-        Stage::Searching => (0.35, 0.9, "trying causes"),
-        Stage::Judging => (0.9, 1.0, "measuring"),
-        Stage::Learning => (0.0, 1.0, "fitting the remaining error"),
-    };
+    let (what, share) = stage.progress(share);
     bar.set_message(what);
-    let whole = (done as f64 + from + share * (to - from)) / of as f64;
+    let whole = (done as f64 + share) / of as f64;
     bar.set_position((1000.0 * whole) as u64);
 }
 

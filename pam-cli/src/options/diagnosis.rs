@@ -8,6 +8,7 @@ use pam_diagnose::{DiagnoseOptions, DiagnosisSettings};
 use pam_effects::EffectRecord;
 use pam_effects::effects::{AnyEffect, by_id};
 use pam_experiment::certify::Certificate;
+use pam_experiment::detect::GivenValues;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -72,4 +73,18 @@ pub fn settings_of(
 pub fn effect(id: &str) -> Result<&'static dyn AnyEffect, CliError> {
     by_id(id.trim())
         .ok_or_else(|| usage(format!("--effects: {}", EffectRecord::unknown(id.trim(), &[]))))
+}
+
+/// Effects on the command line with values that are kept, like `creep:time_constant_s=2`.
+///
+/// # Errors
+/// [`CliError::Usage`] naming the text that cannot be read, or listing the ids.
+pub fn given_values(texts: &[String]) -> Result<Vec<GivenValues>, CliError> {
+    let one = |text: &String| {
+        let given: GivenValues =
+            text.parse().map_err(|e| usage(format!("--effects {text}: {e}")))?;
+        effect(&given.effect)?;
+        Ok(given)
+    };
+    texts.iter().map(one).collect()
 }

@@ -11,7 +11,7 @@ pub use accept::{check_plausible, check_quality};
 pub(crate) use choice::possible_values;
 pub use choice::{choice, named};
 pub use data::DataOptions;
-pub use diagnosis::{DiagnosisOptions, effect, settings_of};
+pub use diagnosis::{DiagnosisOptions, effect, given_values, settings_of};
 pub use model::{
     DEFAULT_MODEL, ModelOptions, SPRING_DAMPER, built_in_spring_damper, default_model,
     describe_model,

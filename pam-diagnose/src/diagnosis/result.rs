@@ -27,6 +27,22 @@ pub enum Stage {
     Learning,
 }
 
+impl Stage {
+    /// What is done, and the share of the whole that is done with a share of the stage: of the diagnosis, or of the fit of
+    /// the remaining error.
+    #[must_use]
+    pub fn progress(self, share: f64) -> (&'static str, f64) {
+        let (from, to, what) = match self {
+            Self::Preparing => (0.0, 0.05, "preparing"),
+            Self::Baseline => (0.05, 0.35, "baseline discrepancy"),
+            Self::Searching => (0.35, 0.9, "trying causes"),
+            Self::Judging => (0.9, 1.0, "measuring"),
+            Self::Learning => (0.0, 1.0, "fitting the remaining error"),
+        };
+        (what, from + share * (to - from))
+    }
+}
+
 /// Shares of the error of the test set above the noise.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Explainable {

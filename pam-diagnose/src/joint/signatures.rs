@@ -19,6 +19,7 @@ use pam_numerics::statistics::standard_deviation;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::ops::Range;
+use std::sync::OnceLock;
 
 /// Share of its size that a nuisance column must keep beside the columns before it.
 const OWN_SHARE: f64 = 1e-10;
@@ -203,6 +204,8 @@ pub struct Signatures<'a> {
     nuisances: Vec<Part>,
     limited: Vec<Limited>,
     plain: Vec<f64>,
+    /// The free run of the base model, once it is asked for.
+    free_run: OnceLock<Option<FreeRun>>,
     acceptance: Acceptance,
 }
 
@@ -291,6 +294,7 @@ impl<'a> Signatures<'a> {
             nuisances: Vec::new(),
             limited: Vec::new(),
             plain: Vec::new(),
+            free_run: OnceLock::new(),
             acceptance,
         };
         made.plain = made.column(&made.base)?;
@@ -515,7 +519,7 @@ impl<'a> Signatures<'a> {
         Problem::new(&self.system, all, self.noise.clone(), &self.options.settings)
     }
 
-    fn free_run(&self, hypothesis: &Hypothesis) -> Option<FreeRun> {
+    fn free_run_of(&self, hypothesis: &Hypothesis) -> Option<FreeRun> {
         let problem = self.all_of();
         let hypothesis = hypothesis.without_locals(&self.system, problem.len());
         (0..problem.len()).map(|i| problem.residuals(&hypothesis, i).ok()).collect()
@@ -524,15 +528,15 @@ impl<'a> Signatures<'a> {
     /// The residuals of the base model in a free run, from the measured starts and masses: what the reduction of the error of a
     /// simulation is read from. `None` if a simulation diverges.
     #[must_use]
-    pub fn free_run_errors(&self) -> Option<FreeRun> {
-        self.free_run(&self.base)
+    pub fn free_run_errors(&self) -> Option<&FreeRun> {
+        self.free_run.get_or_init(|| self.free_run_of(&self.base)).as_ref()
     }
 
     /// The change of these residuals by a candidate.
     #[must_use]
     pub fn free_run_change(&self, candidate: usize, values: &[f64]) -> Option<FreeRun> {
-        let mut change = self.free_run(&self.base)?;
-        let with = self.free_run(&self.base.with(candidate, values))?;
+        let mut change = self.free_run_errors()?.clone();
+        let with = self.free_run_of(&self.base.with(candidate, values))?;
         let pairs = change.iter_mut().flatten().zip(with.iter().flatten());
         pairs.for_each(|(a, b)| a.iter_mut().zip(b).for_each(|(a, b)| *a -= b));
         Some(change)
@@ -579,18 +583,6 @@ impl<'a> Signatures<'a> {
     #[must_use]
     pub fn scales(&self) -> &DataScales {
         self.system.scales()
-    }
-
-    /// Starting values of a candidate in these recordings.
-    #[must_use]
-    pub fn starts(&self, candidate: usize) -> Vec<Vec<f64>> {
-        self.system.starts(candidate)
-    }
-
-    /// Whether values of a candidate still are what its name says.
-    #[must_use]
-    pub fn stands(&self, candidate: usize, values: &[f64]) -> bool {
-        self.system.stands(candidate, values)
     }
 }
 

@@ -1,11 +1,10 @@
 //! The cases of a certificate, and what a diagnosis says of each.
 
 use super::CertifyOptions;
-use crate::detect::{Detection, Ray, detect, rays};
+use crate::detect::{Detection, detect_along};
 use crate::error::ExperimentError;
 use pam_data::Subject;
 use pam_diagnose::JointDiagnosis;
-use pam_diagnose::joint::{PreparedTrials, Signatures};
 use pam_effects::effects::by_id;
 use pam_effects::{ActiveEffect, ExtendedModel};
 use serde::{Deserialize, Serialize};
@@ -48,23 +47,13 @@ pub fn plan(
     baseline: &[Subject],
     options: &CertifyOptions,
 ) -> Result<(Plan, Detection), ExperimentError> {
-    let detection = detect(model, baseline, None, &options.detect)?;
-    let trials = PreparedTrials::new(model, baseline, &options.detect.diagnosis.settings)?;
-    let signatures = Signatures::new(model, &trials, &options.detect.diagnosis, None)?;
-    let candidates = &options.detect.diagnosis.candidates;
-    let mut ways: Vec<Ray> = Vec::new();
-    for (candidate, effect) in candidates.iter().enumerate() {
-        let given = options.detect.effects.iter().find(|g| g.effect == effect.info().id);
-        let values = given.map_or(&[][..], |g| g.values.as_slice());
-        ways.extend(rays(&signatures, candidate, *effect, values)?);
-    }
+    let (detection, ways) = detect_along(model, baseline, None, &options.detect)?;
     let (mut cases, mut left_out, mut limits) = (Vec::new(), Vec::new(), Vec::new());
-    for l in &detection.limits {
+    for (l, way) in detection.limits.iter().zip(&ways) {
         let Some(limit) = l.named else {
             left_out.push(l.label.clone());
             continue;
         };
-        let Some(way) = ways.iter().find(|w| w.label() == l.label) else { continue };
         limits.push((l.label.clone(), l.parameter.clone(), limit.value));
         for multiple in &options.multiples {
             for repeat in 0..options.repeats {

@@ -1,6 +1,6 @@
 //! What a protocol is worth.
 
-use crate::detect::{Demand, Kind, Ray, signature, span_of};
+use crate::detect::{Demand, Kind, Ray, of_nothing, signature, span_of};
 use crate::error::ExperimentError;
 use crate::plan::planned_runs;
 use pam_data::Subject;
@@ -91,7 +91,8 @@ impl Judge<'_> {
                         level: 0.05,
                         errors: &none,
                     };
-                    let s = signature(&signatures, ray, *magnitude);
+                    let nothing = of_nothing(&signatures, ray);
+                    let s = signature(&signatures, ray, *magnitude, nothing.as_ref());
                     let excess = s.map_or(0.0, |s| demand.excess(Kind::Named, &s));
                     0.5 * excess.max(LEAST).ln()
                 };

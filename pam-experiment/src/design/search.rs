@@ -2,7 +2,9 @@
 
 use super::objective::{Judge, LiveCause, Objective, separations};
 use super::space::{DesignLimits, Proposal, standard};
-use crate::detect::{DetectOptions, Detection, GivenValues, Ray, detect, rays, reference};
+use crate::detect::{
+    DetectOptions, Detection, GivenValues, Limits, Ray, detect, detect_along, reference,
+};
 use crate::error::ExperimentError;
 use crate::plan::{SensorView, planned_runs, sensor_view};
 use pam_core::parallel;
@@ -158,8 +160,13 @@ pub fn design(
     };
     let noise = view.noise.clone();
     let compared = compared(options);
-    let before = detect(model, &recordings, Some(&view), &compared)?;
-    let ways = ways(model, &recordings, &noise, options, &before)?;
+    let (before, rays) = detect_along(model, &recordings, Some(&view), &compared)?;
+    // Proposals are compared by the effects at their limits under the standard.
+    let at_limit = |(ray, limits): (Ray, &Limits)| {
+        let magnitude = reference(limits, &ray);
+        (ray, magnitude)
+    };
+    let ways = rays.into_iter().zip(&before.limits).map(at_limit).collect();
     let judge = Judge {
         model,
         options: diagnosis,
@@ -216,37 +223,6 @@ fn simulated(
     let rate_hz = options.sensors.clock.rate_hz;
     let runs = planned_runs(protocol, &options.sensors.motor, rate_hz, options.seed)?;
     runs.iter().map(|run| run.simulated(model)).collect()
-}
-
-/// The effects with the magnitudes at which proposals are compared: their limits under the standard.
-fn ways(
-    model: &ExtendedModel,
-    recordings: &[Subject],
-    noise: &Noise,
-    options: &DesignOptions,
-    before: &Detection,
-) -> Result<Vec<(Ray, f64)>, ExperimentError> {
-    if matches!(options.objective, Objective::Separation(_)) {
-        return Ok(Vec::new());
-    }
-    let diagnosis = &options.detect.diagnosis;
-    let trials = PreparedTrials::new(model, recordings, &diagnosis.settings)?;
-    let signatures = Signatures::of_all(model, &trials, diagnosis, Some(noise))?;
-    let mut all = Vec::new();
-    for (candidate, effect) in diagnosis.candidates.iter().enumerate() {
-        let given = options.detect.effects.iter().find(|g| g.effect == effect.info().id);
-        if given.is_none() && !options.detect.effects.is_empty() {
-            continue;
-        }
-        let values = given.map_or(&[][..], |g| g.values.as_slice());
-        for ray in rays(&signatures, candidate, *effect, values)? {
-            if let Some(limits) = before.of(&ray.label()) {
-                let magnitude = reference(limits, &ray);
-                all.push((ray, magnitude));
-            }
-        }
-    }
-    Ok(all)
 }
 
 fn search(

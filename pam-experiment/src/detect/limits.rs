@@ -21,7 +21,7 @@ const ACCURACY: f64 = 0.02;
 const TRIES: usize = 40;
 /// Largest factor from one tried magnitude to the next.
 const FACTOR: f64 = 8.0;
-/// Share of a magnitude that is next to nothing.
+/// Share of the first magnitude that is next to nothing.
 const NOTHING: f64 = 1e-6;
 /// Least one until the limit lies between two of them.
 const LEAST_STEP: f64 = 1.5;
@@ -143,11 +143,11 @@ impl Demand<'_, '_> {
     }
 
     /// The magnitude at which the excess is one; the weakest one of the range if it is exceeded there.
-    fn limit(&self, ray: &Ray, kind: Kind) -> Option<Limit> {
+    fn limit(&self, ray: &Ray, nothing: Option<&Signature>, kind: Kind) -> Option<Limit> {
         let (mut low, mut high): (f64, f64) = (0.0, f64::INFINITY);
         let mut m = ray.first_magnitude();
         for tried in 0..TRIES {
-            let s = signature(self.signatures, ray, m);
+            let s = signature(self.signatures, ray, m, nothing);
             let excess = match &s {
                 Some(s) if s.square() > 0.0 => {
                     let own = self.excess(kind, s);
@@ -195,16 +195,23 @@ impl Demand<'_, '_> {
     }
 }
 
-/// The signature of an effect at a magnitude, less the one of next to nothing: with dry friction, however small, the simulation
-/// takes other steps.
+/// The signature of an effect of next to nothing: with dry friction, however small, the simulation takes other steps.
+pub(crate) fn of_nothing(signatures: &Signatures<'_>, ray: &Ray) -> Option<Signature> {
+    signatures.of(ray.candidate, &ray.values(NOTHING * ray.first_magnitude()))
+}
+
+/// The signature of an effect at a magnitude, less the one of [next to nothing](of_nothing).
 pub(crate) fn signature(
     signatures: &Signatures<'_>,
     ray: &Ray,
     magnitude: f64,
+    nothing: Option<&Signature>,
 ) -> Option<Signature> {
     let s = signatures.of(ray.candidate, &ray.values(magnitude))?;
-    let nothing = signatures.of(ray.candidate, &ray.values(NOTHING * magnitude));
-    Some(nothing.map_or_else(|| s.clone(), |nothing| s.less(&nothing)))
+    Some(match nothing {
+        Some(nothing) => s.less(nothing),
+        None => s,
+    })
 }
 
 fn between(low: f64, high: f64, m: f64) -> f64 {
@@ -297,12 +304,22 @@ pub fn detect(
     view: Option<&SensorView>,
     options: &DetectOptions,
 ) -> Result<Detection, ExperimentError> {
+    Ok(detect_along(model, recordings, view, options)?.0)
+}
+
+/// As [`detect`], with the ways along which the limits were looked for, in the order of the limits.
+pub(crate) fn detect_along(
+    model: &ExtendedModel,
+    recordings: &[Subject],
+    view: Option<&SensorView>,
+    options: &DetectOptions,
+) -> Result<(Detection, Vec<Ray>), ExperimentError> {
     let trials = PreparedTrials::new(model, recordings, &options.diagnosis.settings)?;
     let noise = view.map(|v| &v.noise);
     let signatures = Signatures::new(model, &trials, &options.diagnosis, noise)?;
     let errors = match view {
         Some(view) => view.errors.clone(),
-        None => signatures.free_run_errors().unwrap_or_default(),
+        None => signatures.free_run_errors().cloned().unwrap_or_default(),
     };
     let mut ways: Vec<(&'static dyn AnyEffect, Ray)> = Vec::new();
     for (candidate, effect, given) in asked(options)? {
@@ -321,6 +338,8 @@ pub fn detect(
             level: options.level,
             errors: &errors,
         };
+        let nothing = of_nothing(&signatures, ray);
+        let limit = |kind| demand.limit(ray, nothing.as_ref(), kind);
         let kept = ray.kept(*effect).into_iter().map(|(name, v)| (name.to_owned(), v)).collect();
         Limits {
             effect: ray.effect.to_owned(),
@@ -328,9 +347,9 @@ pub fn detect(
             parameter: ray.parameter.to_owned(),
             kept,
             parameters: ray.parameters,
-            familywise: demand.limit(ray, Kind::Familywise),
-            listed: demand.limit(ray, Kind::Listed),
-            named: demand.limit(ray, Kind::Named),
+            familywise: limit(Kind::Familywise),
+            listed: limit(Kind::Listed),
+            named: limit(Kind::Named),
         }
     });
     let pairs = pairs(&signatures, &ways, &limits, options);
@@ -339,7 +358,7 @@ pub fn detect(
         let (from, to) = s.recording.span_s();
         (s.recording.name.clone(), to - from)
     };
-    Ok(Detection {
+    let detection = Detection {
         recordings: recordings.iter().map(span).collect(),
         noise: signatures.noise().deviations(),
         rows: a.rows,
@@ -347,7 +366,8 @@ pub fn detect(
         level: options.level,
         limits,
         pairs,
-    })
+    };
+    Ok((detection, ways.into_iter().map(|(_, ray)| ray).collect()))
 }
 
 /// Every effect at its limit beside the span of every other one at its own.

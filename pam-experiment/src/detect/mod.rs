@@ -27,7 +27,7 @@ pub use ray::{GivenValues, Ray, rays};
 pub use report::detection_report;
 pub use result::{Detection, Limit, Limits, Pair};
 
-pub(crate) use limits::{Demand, Kind, reference, signature, span_of};
+pub(crate) use limits::{Demand, Kind, detect_along, of_nothing, reference, signature, span_of};
 
 use pam_diagnose::DiagnoseOptions;
 

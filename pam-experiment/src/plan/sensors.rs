@@ -2,8 +2,8 @@
 
 use crate::error::ExperimentError;
 use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, MN_PER_N, PULLEY_RADIUS_MM};
+use pam_data::Subject;
 use pam_data::preprocess::{Cutoffs, derivative_of, filtered};
-use pam_data::{Recording, Subject};
 use pam_diagnose::DiagnoseOptions;
 use pam_diagnose::joint::{FreeRun, PreparedTrials, Signatures};
 use pam_diagnose::noise::Noise;
@@ -50,7 +50,7 @@ pub fn sensor_view(
         .collect();
     let trials = PreparedTrials::new(model, &noisy?, &options.settings)?;
     let seen = Signatures::new(model, &trials, options, None)?;
-    let errors = seen.free_run_errors().unwrap_or_default();
+    let errors = seen.free_run_errors().cloned().unwrap_or_default();
     Ok(SensorView { noise: seen.noise().common(), errors })
 }
 
@@ -69,7 +69,7 @@ pub fn measured(
     seed: u64,
 ) -> Result<Subject, ExperimentError> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut r = Recording { ..subject.recording.clone() };
+    let mut r = subject.recording.clone();
     let step_s = pam_data::recording::median_step_s(&r.time_s);
     for x in &mut r.displacement_mm {
         *x = -sensors.encoder.read_deg(*x).to_radians() * PULLEY_RADIUS_MM;

@@ -45,8 +45,9 @@ fn the_loop_runs_on_the_virtual_rig() {
         ..Protocol::paper().with_duration(6.0)
     };
     let baseline = record(&first, None, &model, 3);
-    let sets = RecordingSets { baseline: Some(&baseline), ..RecordingSets::default() };
-    let mut measurements = vec![("first".to_owned(), record(&first, hidden, &model, 1))];
+    let mut data = record(&first, hidden, &model, 1);
+    let mut measurements = vec![("first".to_owned(), data.len())];
+    let sets = RecordingSets { data: &data, test: None, baseline: Some(&baseline) };
     let (_, found) =
         standing(&model, &measurements, &sets, &options, &|_, _, _| {}).expect("found");
     let live = live_causes(&found);
@@ -60,7 +61,10 @@ fn the_loop_runs_on_the_virtual_rig() {
         ..DesignOptions::default()
     };
     let designed = design(&model, &effort, &|_| {}).expect("a design");
-    measurements.push(("second".to_owned(), record(&designed.protocol, hidden, &model, 2)));
+    let second = record(&designed.protocol, hidden, &model, 2);
+    measurements.push(("second".to_owned(), second.len()));
+    data.extend(second);
+    let sets = RecordingSets { data: &data, test: None, baseline: Some(&baseline) };
     let (all, found) =
         standing(&model, &measurements, &sets, &options, &|_, _, _| {}).expect("found");
     assert_eq!(all.len(), 2);

@@ -1,8 +1,8 @@
 //! Counts of outcomes with exact binomial limits, one for each criterion.
 
 use super::{Kind, Outcome, Strength};
+use pam_experiment::certify::clopper_pearson;
 use serde::Serialize;
-use statrs::distribution::{Beta, ContinuousCDF};
 use std::collections::BTreeMap;
 
 /// Fewest intervals of a parameter from which its coverage is judged.
@@ -47,11 +47,7 @@ pub enum Asked {
 /// The exact 95 % limits of a binomial share: quantiles of Beta(k, n − k + 1) and Beta(k + 1, n − k).
 #[must_use]
 pub fn limits(k: usize, n: usize) -> [f64; 2] {
-    let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).map_or(f64::NAN, |d| d.inverse_cdf(p));
-    let (k_, n_) = (k as f64, n as f64);
-    let low = if k == 0 { 0.0 } else { quantile(k_, n_ - k_ + 1.0, 0.025) };
-    let high = if k == n { 1.0 } else { quantile(k_ + 1.0, n_ - k_, 0.975) };
-    [low, high]
+    clopper_pearson(k as u64, n as u64, 0.95)
 }
 
 impl Share {
