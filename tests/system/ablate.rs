@@ -255,7 +255,7 @@ fn processes_that_share_a_folder_never_run_the_same_cell() {
     }
     let both = ["ablate", "merge", text(&left), text(&right), "--out", text(&merged), "--quiet"];
     assert!(run(PAM, &both).status.success());
-    for name in ["results.csv", "results.parquet", "summary.csv", "summary.json"] {
+    for name in ["results.csv", "summary.csv", "summary.json"] {
         assert!(read(&merged, name) == read(&alone, name), "{name}");
     }
     // Nothing is left to do there.
@@ -281,7 +281,7 @@ fn threads_and_jobs_change_no_byte() {
     let [one, two] = ["one", "two"].map(|n| folder.path().join(n));
     finish(&file, &one, &["--threads", "1"]);
     finish(&file, &two, &["--threads", "2", "--jobs", "1"]);
-    for name in ["results.csv", "results.parquet", "summary.csv", "summary.json", "run.json"] {
+    for name in ["results.csv", "summary.csv", "summary.json", "run.json"] {
         assert!(read(&one, name) == read(&two, name), "{name}");
     }
     let report = String::from_utf8(read(&one, "report.html")).unwrap();

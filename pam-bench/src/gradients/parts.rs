@@ -5,7 +5,7 @@ use super::case::Case;
 use super::cells::Grid;
 use super::conditions::ConditionGrid;
 use super::method::{Method, all, checkpointings, for_many_parameters, of_joint};
-use super::problems::own::Own;
+use super::problems::small::SmallField;
 use super::problems::{Problem, joint};
 use super::solver::Solver;
 use super::study::Study;
@@ -69,7 +69,7 @@ pub fn with_model(study: Study, model: JointModel<f64, NetworkForce<f64>>) -> St
 
 /// `study` with a field of the user's at the tolerances of the full grid.
 #[must_use]
-pub fn with_field(study: Study, case: Case<Own<f64>, NoInput>) -> Study {
+pub fn with_field(study: Study, case: Case<SmallField<f64>, NoInput>) -> Study {
     let solvers = tolerances(&Tableau::tsit5(), &TOLERANCES);
     study.with(Grid { part: GRID.into(), case, methods: all(), solvers })
 }

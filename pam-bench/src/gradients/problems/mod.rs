@@ -7,6 +7,8 @@
 //! - [`joint`]: the hybrid model of the joint with a network of any activation and width, made by
 //!   [`network`] without any data;
 //! - [`own`]: a field of your own, from a file of expressions.
+//!
+//! All but the joint are a [`SmallField`](small::SmallField).
 
 use super::cells::{Cells, Grid};
 use super::method::{all, of_joint};
@@ -18,6 +20,7 @@ pub mod linear;
 pub mod network;
 pub mod own;
 pub mod quartic;
+pub mod small;
 pub mod stiff;
 pub mod van_der_pol;
 
@@ -52,23 +55,16 @@ impl Problem {
         solvers: Vec<Solver>,
     ) -> Box<dyn Cells> {
         let part = part.into();
-        match self {
-            Self::Linear => {
-                Box::new(Grid { part, case: linear::case(horizon_s), methods: all(), solvers })
-            }
-            Self::VanDerPol => {
-                Box::new(Grid { part, case: van_der_pol::case(horizon_s), methods: all(), solvers })
-            }
-            Self::Quartic => {
-                Box::new(Grid { part, case: quartic::case(horizon_s), methods: all(), solvers })
-            }
-            Self::Stiff => {
-                Box::new(Grid { part, case: stiff::case(horizon_s), methods: all(), solvers })
-            }
+        let case = match self {
+            Self::Linear => linear::case(horizon_s),
+            Self::VanDerPol => van_der_pol::case(horizon_s),
+            Self::Quartic => quartic::case(horizon_s),
+            Self::Stiff => stiff::case(horizon_s),
             Self::Joint { activation, width } => {
                 let case = joint::case(activation, width, horizon_s);
-                Box::new(Grid { part, case, methods: of_joint(), solvers })
+                return Box::new(Grid { part, case, methods: of_joint(), solvers });
             }
-        }
+        };
+        Box::new(Grid { part, case, methods: all(), solvers })
     }
 }

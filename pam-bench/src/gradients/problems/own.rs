@@ -1,9 +1,9 @@
 //! A field of your own, from a file of expressions.
 
+use super::small::{Rates, SmallField};
 use crate::gradients::case::{Case, evenly};
-use pam_core::{ParametricField, Scalar, VectorField};
 use pam_data::{DataError, toml_file};
-use pam_expression::{Graph, Inputs, Program, too_long};
+use pam_expression::{Graph, Program, too_long};
 use pam_solvers::NoInput;
 use pam_vocabulary::expression::{Expression, Scope};
 use serde::Deserialize;
@@ -30,54 +30,6 @@ struct Definition {
     rates: BTreeMap<String, String>,
 }
 
-/// `ẏ = f(t, y, p)` with one expression per state. States and parameters are in alphabetical order.
-#[derive(Debug, Clone)]
-pub struct Own<S> {
-    rates: Arc<Program>,
-    states: usize,
-    parameters: Vec<S>,
-}
-
-/// States, time and parameters.
-struct At<'a, S> {
-    t: f64,
-    y: &'a [S],
-    p: &'a [S],
-}
-
-impl<S: Scalar> Inputs<S> for At<'_, S> {
-    #[inline]
-    fn input(&self, index: usize) -> S {
-        match index.checked_sub(self.y.len()) {
-            None => self.y[index],
-            Some(0) => S::constant(self.t),
-            Some(k) => self.p[k - 1],
-        }
-    }
-}
-
-impl<S: Scalar> VectorField<S> for Own<S> {
-    fn state_len(&self) -> usize {
-        self.states
-    }
-    fn input_len(&self) -> usize {
-        0
-    }
-    fn eval_into(&self, t: f64, y: &[S], _u: &[S], dy: &mut [S], _work: &mut [S]) {
-        self.rates.values(&At { t, y, p: &self.parameters }, dy);
-    }
-}
-
-impl ParametricField for Own<f64> {
-    type With<S: Scalar> = Own<S>;
-    fn parameters(&self) -> Vec<f64> {
-        self.parameters.clone()
-    }
-    fn with_parameters<S: Scalar>(&self, p: &[S]) -> Own<S> {
-        Own { rates: Arc::clone(&self.rates), states: self.states, parameters: p.to_vec() }
-    }
-}
-
 /// The problem of a TOML file: `end_s`, `observations`, and the tables `start`, `parameters` and `rates`, the last with an
 /// expression of states, parameters and `t` for each state. The loss is half the mean square of the states.
 ///
@@ -92,7 +44,10 @@ impl ParametricField for Own<f64> {
 ///
 /// # Errors
 /// [`DataError`] with the line, or with the state whose expression cannot be read.
-pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Case<Own<f64>, NoInput>, DataError> {
+pub fn parse(
+    text: &str,
+    path: impl AsRef<Path>,
+) -> Result<Case<SmallField<f64>, NoInput>, DataError> {
     let path = path.as_ref();
     let definition: Definition = toml_file::parse(text, path)?;
     let wrong = |message: String| DataError::file(path, message);
@@ -118,8 +73,8 @@ pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Case<Own<f64>, NoInpu
     }
     let rates = Program::new(&graph, &outputs).ok_or_else(|| wrong(too_long()))?;
     let states = start.len();
-    let parameters = parameters.into_values().collect();
-    let field = Own { rates: Arc::new(rates), states, parameters };
+    let parameters: Vec<f64> = parameters.into_values().collect();
+    let field = SmallField::new(Rates::Expressions(Arc::new(rates)), states, parameters);
     let y0: Vec<f64> = start.into_values().collect();
     let loss = move |times: &[f64], states: &[f64], cotangents: &mut [f64]| {
         let share = 1.0 / times.len() as f64;
@@ -135,7 +90,7 @@ pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Case<Own<f64>, NoInpu
 ///
 /// # Errors
 /// As [`parse`], or if the file cannot be read.
-pub fn read(path: impl AsRef<Path>) -> Result<Case<Own<f64>, NoInput>, DataError> {
+pub fn read(path: impl AsRef<Path>) -> Result<Case<SmallField<f64>, NoInput>, DataError> {
     let path = path.as_ref();
     parse(&toml_file::text(path)?, path)
 }
