@@ -15,6 +15,7 @@ use pam_effects::ExtendedModel;
 use pam_numerics::statistics::median;
 use pam_rig::Protocol;
 use pam_rig::sensors::SensorParameters;
+use pam_vocabulary::plain_name;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 use serde::Serialize;
@@ -117,10 +118,19 @@ impl Design {
             .filter(|s| s.designed < 1.0)
             .map(|s| {
                 let share = 100.0 * s.designed;
-                format!("{} and {} ({share:.0} % of the distance needed)", s.cause, s.other)
+                format!(
+                    "{} and {} ({share:.0} % of the distance needed)",
+                    plain_name(&s.cause),
+                    plain_name(&s.other)
+                )
             })
             .collect();
         match self.separates() {
+            None if self.median_factor < WORTH => format!(
+                "No protocol that was found within these limits lowers the detection limits notably (median {:.2} times those under \
+                 the published excitation of the same length).",
+                1.0 / self.median_factor
+            ),
             None => format!(
                 "Detection limits are expected to be lower by a factor of {:.1} (median) than under the published excitation of \
                  the same length.",
@@ -135,6 +145,8 @@ impl Design {
     }
 }
 
+/// Median factor of the detection limits from which a design is an improvement in words.
+const WORTH: f64 = 1.05;
 /// Proposals of a generation: the same at any number of threads.
 const GENERATION: usize = 8;
 /// Share of the evaluations that are drawn at random.

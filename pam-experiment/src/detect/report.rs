@@ -1,10 +1,10 @@
 //! Limits and confusions as a page.
 
-use super::result::{Detection, Limit};
+use super::result::{Detection, Limit, Limits};
 use maud::{Markup, html};
 use pam_core::units::significant;
-use pam_report::figure::{ColourMap, MapPoint, ValuePlane};
-use pam_report::page::{card, count, figure, page};
+use pam_report::figure::HeatTable;
+use pam_report::page::{card, count, page};
 use pam_vocabulary::plain_name;
 
 /// Cosines from which a pair is listed as confusable.
@@ -34,8 +34,7 @@ pub fn detection_report(d: &Detection, model_line: &str, made_by: &str) -> Strin
             "The cosine between the whitened signature of an effect (row) and the span of another one (column), after the "
             "nuisances are projected out. At 1 no magnitude distinguishes them. Pairs above " (NEAR) " are listed below."
         }
-        (figure(heat_map(d), ""))
-        (key(d))
+        (heat_table(d))
         (near(d))
     };
     page("Detection limits", model_line, &body, made_by)
@@ -74,42 +73,20 @@ fn columns(d: &Detection) -> Vec<&str> {
     all
 }
 
-fn heat_map(d: &Detection) -> String {
+fn heat_table(d: &Detection) -> Markup {
     let columns = columns(d);
-    let points = d.pairs.iter().filter_map(|p| {
-        let row = d.limits.iter().position(|l| l.label == p.effect)?;
-        let column = columns.iter().position(|c| *c == p.other)?;
-        Some(MapPoint {
-            x: (column + 1) as f64,
-            y: (row + 1) as f64,
-            value: p.cosine,
-            ringed: false,
-        })
-    });
-    ColourMap {
-        plane: ValuePlane {
-            title: "Cosine of signatures".into(),
-            x_label: "number of the other effect".into(),
-            y_label: "number of the effect at work".into(),
-            value_label: "cosine".into(),
-            limits: (0.0, 1.0),
-            size: (760, 640),
-        },
-        points: points.collect(),
-        ring_label: String::new(),
-    }
-    .to_svg()
-}
-
-fn key(d: &Detection) -> Markup {
-    let numbered = |all: Vec<String>| -> String {
-        let one = |(k, name): (usize, &String)| format!("{} {name}", k + 1);
-        all.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
+    let cosine = |effect: &str, other: &str| {
+        d.pairs.iter().find(|p| p.effect == effect && p.other == other).map(|p| p.cosine)
     };
-    html! {
-        p { "Rows: " (numbered(d.limits.iter().map(|l| l.label.clone()).collect())) "." }
-        p { "Columns: " (numbered(columns(d).into_iter().map(str::to_owned).collect())) "." }
+    let row = |l: &Limits| columns.iter().map(|other| cosine(&l.label, other)).collect();
+    HeatTable {
+        corner: "effect at work".into(),
+        rows: d.limits.iter().map(|l| l.label.clone()).collect(),
+        values: d.limits.iter().map(row).collect(),
+        columns: columns.iter().map(|c| (*c).to_owned()).collect(),
+        limits: (0.0, 1.0),
     }
+    .to_html()
 }
 
 fn near(d: &Detection) -> Markup {

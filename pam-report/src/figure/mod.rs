@@ -8,6 +8,7 @@ mod colour_bar;
 mod colour_map;
 mod decimate;
 mod frame;
+mod heat_table;
 mod line;
 mod path;
 mod polygon_map;
@@ -18,6 +19,7 @@ mod value_plane;
 
 pub use colour_map::{ColourMap, MapPoint};
 pub use decimate::{envelope, thin};
+pub use heat_table::HeatTable;
 pub use line::{Band, LineFigure};
 pub use polygon_map::{PolygonMap, ValuedPolygon};
 pub use scale::Scale;
