@@ -50,7 +50,6 @@ fn single_effects_are_named_with_their_magnitudes() {
         "leak",
         "polytropic_gas",
         "pressure_sensor_lag",
-        "pressure_bias",
         "position_offset",
     ];
     for id in ids {
