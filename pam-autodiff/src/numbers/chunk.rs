@@ -90,19 +90,36 @@ impl<const N: usize, T: Scalar> Scalar for Chunk<N, T> {
 
     /// All directions in one pass.
     #[inline]
-    fn with_slopes<const K: usize>(value: f64, arguments: [Self; K], slopes: [f64; K]) -> Self {
-        let along = |k: usize| {
-            let mut sum = T::zero();
-            for (argument, slope) in arguments.iter().zip(slopes) {
-                sum += argument.derivatives[k].scaled(slope);
-            }
-            sum
-        };
+    fn with_slopes<const K: usize>(value: f64, arguments: [&Self; K], slopes: [f64; K]) -> Self {
         Self {
-            value: T::with_slopes(value, arguments.map(|a| a.value), slopes),
-            derivatives: std::array::from_fn(along),
+            value: T::with_slopes(value, arguments.map(|a| &a.value), slopes),
+            derivatives: along(arguments, slopes),
         }
     }
+
+    /// All directions in one pass.
+    #[inline]
+    fn combination<const K: usize>(terms: [&Self; K], factors: [f64; K]) -> Self {
+        Self {
+            value: T::combination(terms.map(|a| &a.value), factors),
+            derivatives: along(terms, factors),
+        }
+    }
+}
+
+/// The derivatives of `Σ slopes · arguments`.
+#[inline]
+fn along<const N: usize, const K: usize, T: Scalar>(
+    arguments: [&Chunk<N, T>; K],
+    slopes: [f64; K],
+) -> [T; N] {
+    let mut sums = [T::zero(); N];
+    for (argument, slope) in arguments.into_iter().zip(slopes) {
+        for (sum, derivative) in sums.iter_mut().zip(&argument.derivatives) {
+            *sum += derivative.scaled(slope);
+        }
+    }
+    sums
 }
 
 impl<const N: usize, T: fmt::Display> fmt::Display for Chunk<N, T> {

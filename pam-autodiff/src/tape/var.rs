@@ -172,6 +172,21 @@ dual_num_by_chain_rule!(impl[T: Element + DualNum<Primitive = F>, F: DualNumFloa
 impl<T: Element> Scalar for Var<T> {
     dual_num_by_chain_rule!(@scalar);
 
+    /// One result of the tape for each argument.
+    #[inline]
+    fn with_slopes<const K: usize>(value: f64, arguments: [&Self; K], slopes: [f64; K]) -> Self {
+        let slopes = slopes.map(T::constant);
+        let by = std::array::from_fn(|k| (*arguments[k], slopes[k]));
+        Self::computed::<K>(T::constant(value), by)
+    }
+
+    /// One result of the tape for each term.
+    #[inline]
+    fn combination<const K: usize>(terms: [&Self; K], factors: [f64; K]) -> Self {
+        let value = T::combination(terms.map(|t| &t.value), factors);
+        Self::computed::<K>(value, std::array::from_fn(|k| (*terms[k], T::constant(factors[k]))))
+    }
+
     /// One block of the tape; see its [module](super) for what it costs.
     fn affine_into(columns: &[Self], bias: &[Self], input: &[Self], out: &mut [Self]) {
         assert_eq!(columns.len(), input.len() * out.len(), "weights do not fit the layer");

@@ -239,7 +239,7 @@ impl ActivationFunction for OwnActivation {
             0 => S::constant(self.0.plain(at)),
             1 => {
                 let [value, slope] = self.0.first(at);
-                S::with_slopes(value, [z], [slope])
+                S::with_slopes(value, [&z], [slope])
             }
             2 | 3 => taylor(z, &self.0.third(at)),
             _ => taylor(z, &self.0.sixth(at)),

@@ -54,15 +54,22 @@ pub trait Scalar: DualNum + Copy {
     /// The number `value` with the derivatives of `Σ slopes · arguments`: the result of a function whose value and slopes were
     /// computed with plain numbers.
     #[inline]
-    fn with_slopes<const K: usize>(value: f64, arguments: [Self; K], slopes: [f64; K]) -> Self {
+    fn with_slopes<const K: usize>(value: f64, arguments: [&Self; K], slopes: [f64; K]) -> Self {
         let mut sum = Self::constant(value);
         if Self::NDERIV == 0 {
             return sum;
         }
         for (argument, slope) in arguments.into_iter().zip(slopes) {
-            sum += (argument - Self::constant(argument.real())).scaled(slope);
+            sum += (*argument - Self::constant(argument.real())).scaled(slope);
         }
         sum
+    }
+
+    /// `Σ factors · terms` for plain factors, in one pass.
+    #[inline]
+    fn combination<const K: usize>(terms: [&Self; K], factors: [f64; K]) -> Self {
+        let products = terms.iter().zip(factors).map(|(term, factor)| term.scaled(factor));
+        products.fold(Self::zero(), |sum, product| sum + product)
     }
 
     /// The larger of two numbers by real part; the first one on a tie.

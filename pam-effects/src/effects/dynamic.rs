@@ -5,7 +5,9 @@
 //! [course in time](super::Timed).
 
 use super::timed::Timed;
-use super::{Absorbed, ChamberLaw, Command, DataScales, Effect, EffectInfo, Observed, Point, Rest};
+use super::{
+    Absorbed, ChamberLaw, Command, DataScales, Effect, EffectInfo, Hooks, Observed, Point, Rest,
+};
 use pam_autodiff::{Chunk, Var};
 use pam_core::{AnyForce, JointModel, Scalar};
 
@@ -103,6 +105,7 @@ dispatch! {
         fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>>;
         fn stands(&self, values: &[f64], scales: &DataScales) -> bool;
         fn changes_gas(&self) -> bool;
+        fn hooks(&self) -> Hooks;
         fn memory_len(&self) -> usize;
         fn remembers(&self) -> bool;
         fn moves_with_the_joint(&self) -> bool;
@@ -125,19 +128,33 @@ dispatch! {
 pub trait EffectScalar: Scalar {
     /// The hooks for this scalar.
     fn hooks(effect: &dyn AnyEffect) -> &dyn EffectHooks<Self>;
+
+    /// Whether it has no derivative that differs from zero.
+    fn is_constant(&self) -> bool;
 }
 
 macro_rules! effect_scalars {
-    ($($scalar:ty),+) => {
+    ($($scalar:ty: $constant:expr),+) => {
         $(impl EffectScalar for $scalar {
             fn hooks(effect: &dyn AnyEffect) -> &dyn EffectHooks<Self> {
                 effect
+            }
+
+            fn is_constant(&self) -> bool {
+                let constant: fn(&Self) -> bool = $constant;
+                constant(self)
             }
         })+
     };
 }
 
-effect_scalars!(f64, Derivatives, FewDerivatives, Var);
+effect_scalars!(
+    f64: |_| true,
+    Derivatives: |number| number.derivatives.iter().all(|d| *d == 0.0),
+    FewDerivatives: |number| number.derivatives.iter().all(|d| *d == 0.0),
+    // What a tape has of it is not asked.
+    Var: |_| false
+);
 
 impl std::fmt::Debug for dyn AnyEffect + '_ {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

@@ -22,6 +22,7 @@ pub struct StepStart<S> {
 }
 
 /// The joint at one instant inside a step.
+#[derive(Clone, Copy)]
 pub struct Point<'a, S> {
     /// Time since the excitation began, s. Where the joint turns or breaks away, it has derivatives.
     pub time_s: S,
@@ -32,11 +33,11 @@ pub struct Point<'a, S> {
     /// Force of the drive, mN.
     pub driving_mn: S,
     /// The joint at the start of the step.
-    pub step_start: StepStart<S>,
+    pub step_start: &'a StepStart<S>,
     /// Time since the start of the step, s.
     pub since_step_s: f64,
     /// The base model's restoring force here, mN, if it was worked out.
-    pub restoring: Option<S>,
+    pub restoring: Option<&'a S>,
     /// The base model's restoring force elsewhere.
     pub base: &'a dyn Restoring<S>,
     /// The air of the chambers.
@@ -57,6 +58,7 @@ impl<S: Scalar> Point<'_, S> {
     #[must_use]
     pub fn restoring_mn(&self) -> S {
         self.restoring
+            .copied()
             .unwrap_or_else(|| self.base.restoring_mn(self.displacement_mm, self.velocity_mm_s))
     }
 
@@ -80,12 +82,8 @@ impl<S: Scalar> Point<'_, S> {
 pub struct FixedState<S> {
     /// Time since the excitation began, s.
     pub time_s: f64,
-    /// Displacement, mm.
-    pub displacement_mm: S,
-    /// Velocity, mm/s.
-    pub velocity_mm_s: S,
-    /// Force of the drive, mN.
-    pub driving_mn: S,
+    /// Displacement, velocity and force of the drive.
+    pub motion: StepStart<S>,
     /// The base model's restoring force, mN, here and elsewhere.
     pub restoring_mn: S,
     /// Absolute pressures of flexor and extensor, kPa.
@@ -100,9 +98,11 @@ impl<S: Scalar> FixedState<S> {
     pub fn at_rest(pressures_kpa: [S; 2]) -> Self {
         Self {
             time_s: 0.0,
-            displacement_mm: S::zero(),
-            velocity_mm_s: S::zero(),
-            driving_mn: S::zero(),
+            motion: StepStart {
+                displacement_mm: S::zero(),
+                velocity_mm_s: S::zero(),
+                driving_mn: S::zero(),
+            },
             restoring_mn: S::zero(),
             pressures_kpa,
             masses_g: [S::zero(); 2],
@@ -112,15 +112,15 @@ impl<S: Scalar> FixedState<S> {
     /// The joint as an effect sees it, at the start of a step.
     #[must_use]
     pub fn point(&self) -> Point<'_, S> {
-        let Self { displacement_mm, velocity_mm_s, driving_mn, .. } = *self;
+        let StepStart { displacement_mm, velocity_mm_s, driving_mn } = self.motion;
         Point {
             time_s: S::constant(self.time_s),
             displacement_mm,
             velocity_mm_s,
             driving_mn,
-            step_start: StepStart { displacement_mm, velocity_mm_s, driving_mn },
+            step_start: &self.motion,
             since_step_s: 0.0,
-            restoring: Some(self.restoring_mn),
+            restoring: Some(&self.restoring_mn),
             base: self,
             air: self,
         }
@@ -183,6 +183,8 @@ pub struct ChamberLaw<S> {
     pub beyond_limit: S,
     /// Leak rates of flexor and extensor, `ṁ = −rate · m (P − P_atm)/P`, 1/s.
     pub leak_per_s: [S; 2],
+    /// Whether the leak rates may differ from zero.
+    pub leaks: bool,
     /// Whether pressures that differ from the base model's push on the joint, by `ΔP dV/dx`.
     pub feeds_back: bool,
 }
@@ -211,6 +213,74 @@ impl<S: Scalar> Observed<'_, S> {
             let (a, b) = (k.saturating_sub(1), (k + 1).min(last));
             *v = (x[b] - x[a]).scaled(1.0 / ((b - a).max(1) as f64 * self.step_s));
         }
+    }
+}
+
+/// The hooks of an [`Effect`] that are not neutral. The others are not called in the steps of a simulation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Hooks {
+    /// [`Effect::rest`].
+    pub rest: bool,
+    /// [`Effect::drive`].
+    pub drive: bool,
+    /// [`Effect::force_mn`].
+    pub force: bool,
+    /// [`Effect::dry_friction_mn`].
+    pub dry_friction: bool,
+    /// [`Effect::air_g_s`].
+    pub air_flow: bool,
+    /// [`Effect::advance`].
+    pub advance: bool,
+    /// [`Effect::delay_s`], [`Effect::inertia_kg`] or [`Effect::chamber`].
+    pub constants: bool,
+    /// [`Effect::observe`].
+    pub observe: bool,
+}
+
+impl Hooks {
+    /// None.
+    pub const NONE: Self = Self {
+        rest: false,
+        drive: false,
+        force: false,
+        dry_friction: false,
+        air_flow: false,
+        advance: false,
+        constants: false,
+        observe: false,
+    };
+
+    /// All of them.
+    pub const ALL: Self = Self {
+        rest: true,
+        drive: true,
+        force: true,
+        dry_friction: true,
+        air_flow: true,
+        advance: true,
+        constants: true,
+        observe: true,
+    };
+
+    /// Those of either.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            rest: self.rest || other.rest,
+            drive: self.drive || other.drive,
+            force: self.force || other.force,
+            dry_friction: self.dry_friction || other.dry_friction,
+            air_flow: self.air_flow || other.air_flow,
+            advance: self.advance || other.advance,
+            constants: self.constants || other.constants,
+            observe: self.observe || other.observe,
+        }
+    }
+
+    /// Whether the motion of the joint is as without the effect: only what the sensors show of it changes.
+    #[must_use]
+    pub fn leave_the_motion(self) -> bool {
+        self == Self { observe: self.observe, ..Self::NONE }
     }
 }
 
@@ -253,6 +323,11 @@ pub trait Effect: Send + Sync + 'static {
     fn stands(&self, values: &[f64], scales: &DataScales) -> bool {
         let _ = (values, scales);
         true
+    }
+
+    /// The hooks that it has. Hooks that are left out here are not called; simulations with few of them take less time.
+    fn hooks(&self) -> Hooks {
+        Hooks::ALL
     }
 
     /// Number of remembered values.

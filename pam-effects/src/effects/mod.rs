@@ -28,7 +28,7 @@ pub use dynamic::{
     AnyEffect, Derivatives, EffectHooks, EffectScalar, FewDerivatives, NARROW, WIDTH,
 };
 pub use hooks::{
-    Absorbed, Air, ChamberLaw, Command, Effect, FixedState, Observed, Point, Rest, Restoring,
+    Absorbed, Air, ChamberLaw, Command, Effect, FixedState, Hooks, Observed, Point, Rest, Restoring,
     StepStart,
 };
 pub use own::{all, register, registered};

@@ -15,7 +15,7 @@
 
 use super::dynamic::{AnyEffect, EffectHooks, EffectScalar};
 use super::{
-    Absorbed, ChamberLaw, Command, DataScales, EffectInfo, FixedState, Group, Observed, Point, Rest,
+    Absorbed, ChamberLaw, Command, DataScales, EffectInfo, FixedState, Group, Hooks, Observed, Point, Rest,
 };
 use pam_core::units::ATMOSPHERE_KPA;
 use pam_core::{AnyForce, JointModel, Scalar, smooth_step};
@@ -341,6 +341,10 @@ impl AnyEffect for Timed {
 
     fn changes_gas(&self) -> bool {
         self.inner.changes_gas()
+    }
+
+    fn hooks(&self) -> Hooks {
+        self.inner.hooks()
     }
 
     fn memory_len(&self) -> usize {

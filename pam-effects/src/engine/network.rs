@@ -1,7 +1,7 @@
 //! The network in a simulation: evaluated in plain numbers, and replayed on a tape.
 
 use crate::effects::Restoring;
-use crate::simulation::base::BaseForce;
+use crate::simulation::base::{BaseForce, SealedForce};
 use pam_autodiff::Var;
 use pam_autodiff::batch::{BatchNetwork, NetworkBlock};
 use std::cell::RefCell;
@@ -95,6 +95,8 @@ impl Restoring<f64> for AskedWith<'_, '_> {
     }
 }
 
+impl SealedForce<f64> for AskedWith<'_, '_> {}
+
 /// The network of one step on a tape: values and slopes that were found before, call by call.
 #[derive(Default)]
 pub(super) struct Replayed(RefCell<Replay>);
@@ -158,3 +160,5 @@ impl Restoring<Var> for ReplayedWith<'_> {
         result
     }
 }
+
+impl SealedForce<Var> for ReplayedWith<'_> {}

@@ -3,7 +3,7 @@
 use super::joint::{DT, DX, FORCE, Instant, NETWORK, PE, PF, Row, T, V, VARIABLES, X, X0};
 use super::memory::{Law, MOST, Memory};
 use crate::effects::{
-    ChamberLaw, Command, DataScales, Effect, EffectInfo, Observed, Point, Rest, delayed,
+    ChamberLaw, Command, DataScales, Effect, EffectInfo, Hooks, Observed, Point, Rest, delayed,
 };
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
@@ -424,6 +424,27 @@ impl Effect for ExpressionEffect {
         let Once { gas_exponent, deformation_factor, contraction_limit_mm, .. } = &self.once;
         self.motion[AIR_G_S].is_some()
             || [gas_exponent, deformation_factor, contraction_limit_mm].iter().any(|p| p.is_some())
+    }
+
+    fn hooks(&self) -> Hooks {
+        let Once { command_delay_s, inertia_kg, position_delay_s, pressure_delay_s, .. } =
+            &self.once;
+        let Sensors { position_mm, velocity, pressures_kpa, rest } = &self.sensors;
+        let moves = self.memory_of(Moment::Motion).is_some();
+        Hooks {
+            rest: rest.iter().any(Option::is_some),
+            drive: self.command_n.is_some(),
+            force: self.motion[FORCE_MN].is_some(),
+            dry_friction: self.motion[DRY_FRICTION_MN].is_some(),
+            air_flow: self.motion[AIR_G_S].is_some(),
+            advance: moves,
+            constants: self.changes_gas() || command_delay_s.is_some() || inertia_kg.is_some(),
+            observe: position_delay_s.is_some()
+                || pressure_delay_s.is_some()
+                || position_mm.is_some()
+                || !matches!(velocity, Velocity::True)
+                || pressures_kpa.iter().any(Option::is_some),
+        }
     }
 
     fn remembers(&self) -> bool {

@@ -48,12 +48,21 @@ impl<S: Scalar> Base<S> {
 }
 
 /// A source of the base model's force.
-pub(crate) trait BaseForce<S> {
+pub(crate) trait BaseForce<S: Scalar> {
     /// The force with given air.
-    type Sealed<'a>: Restoring<S>
+    type Sealed<'a>: SealedForce<S>
     where
         Self: 'a;
 
     /// The force with these masses sealed in, g.
     fn sealed(&self, air_g: [S; 2]) -> Self::Sealed<'_>;
+}
+
+/// The base model's force with given air, in the equation of motion.
+pub(crate) trait SealedForce<S: Scalar>: Restoring<S> {
+    /// The acceleration (mm/s²) at a displacement (mm) and velocity (mm/s) under a further force `push_mn` and a damping.
+    #[inline]
+    fn acceleration(&self, [x, v]: [&S; 2], push_mn: &S, damping_kg_s: &S, per_kg: &S) -> S {
+        (*push_mn - self.restoring_mn(*x, *v) - *v * *damping_kg_s) * *per_kg
+    }
 }

@@ -50,7 +50,7 @@ impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
             } else {
                 let to = S::constant(step.to);
                 (
-                    self.acceleration(air, step, at, direction),
+                    self.acceleration(air, step, &at, direction),
                     self.piece(air, step, at, to, direction),
                 )
             };
@@ -94,7 +94,7 @@ impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
         };
         let mut there = place(share);
         for _ in 0..ITERATIONS {
-            let slowing = self.acceleration(air, step, there, direction);
+            let slowing = self.acceleration(air, step, &there, direction);
             if slowing.real() * direction < 0.0 {
                 share = (share - there.v / slowing.scaled(step.grid_s)).clamped(earliest, latest);
             }
@@ -102,8 +102,8 @@ impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
         }
 
         let rest = At { v: S::zero(), ..there };
-        let pull = self.pull_mn(air, step, rest).real();
-        let limit = self.friction_limit_mn(air, step, rest).real();
+        let pull = self.pull_mn(air, step, &rest).real();
+        let limit = self.friction_limit_mn(air, step, &rest).real();
         if pull * direction >= -limit {
             return (rest, 0.0);
         }
@@ -124,7 +124,7 @@ impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
         let h = (to - at.share).scaled(step.grid_s);
         let middle = (at.share + to).scaled(0.5);
         let rate =
-            |share: S, x: S, v: S| (v, self.acceleration(air, step, At { share, x, v }, direction));
+            |share: S, x: S, v: S| (v, self.acceleration(air, step, &At { share, x, v }, direction));
         let along = |(v, a): (S, S), h: S| (at.x + v * h, at.v + a * h);
         let k1 = rate(at.share, at.x, at.v);
         let (x, v) = along(k1, h.scaled(0.5));
@@ -141,8 +141,8 @@ impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
     /// Where in the step a joint at rest starts to move, and its direction, by the parabola through the force at three
     /// instants.
     fn breaks_away(&self, air: &F::Sealed<'_>, step: &Substep<S>, at: At<S>) -> Option<(S, f64)> {
-        let limit = self.friction_limit_mn(air, step, At { v: S::zero(), ..at });
-        let pull = |share: S| self.pull_mn(air, step, At { share, x: at.x, v: S::zero() });
+        let limit = self.friction_limit_mn(air, step, &At { v: S::zero(), ..at });
+        let pull = |share: S| self.pull_mn(air, step, &At { share, x: at.x, v: S::zero() });
         let exceeds = |pull: S| pull.real().abs() > limit.real();
         let (left, start) = (S::constant(step.to) - at.share, pull(at.share));
         if exceeds(start) {

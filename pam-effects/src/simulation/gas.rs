@@ -25,6 +25,7 @@ impl<S: Scalar> ChamberLaw<S> {
             contraction_limit_mm: None,
             beyond_limit: S::zero(),
             leak_per_s: [S::zero(); 2],
+            leaks: false,
             feeds_back: false,
         }
     }
@@ -83,7 +84,7 @@ impl<'a, S: Scalar> Chambers<'a, S> {
     /// Force on the joint (mN, towards +x) of the pressures by which this law differs from the base
     /// model's, `Σ ΔP_i dV_i/dx`, for masses in g.
     pub fn feedback_mn(&self, x: S, masses_g: [S; 2]) -> S {
-        if !(self.changed && self.law.feeds_back) {
+        if !self.feeds_back() {
             return S::zero();
         }
         let v = self.base.geometry.volumes(x, self.base.deformation);
@@ -97,7 +98,13 @@ impl<'a, S: Scalar> Chambers<'a, S> {
     /// Whether air is lost.
     #[must_use]
     pub fn leaks(&self) -> bool {
-        self.changed
+        self.changed && self.law.leaks
+    }
+
+    /// Whether the pressures push on the joint otherwise than in the base model.
+    #[must_use]
+    pub fn feeds_back(&self) -> bool {
+        self.changed && self.law.feeds_back
     }
 
     /// Air after a step at displacement `x`, g.

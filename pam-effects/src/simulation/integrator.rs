@@ -4,17 +4,16 @@
 //! Runge–Kutta step of fourth order; with dry friction, [`friction`](super::friction) cuts it where the joint turns or
 //! breaks away.
 
-use super::base::{Base, BaseForce};
+use super::base::{Base, BaseForce, SealedForce};
 use super::gas::Chambers;
 use super::measured::Measured;
 use super::nuisances::Nuisances;
 use super::parts::{Part, Parts};
 use super::record::ResampledRecord;
 use super::trajectory::Diverged;
-use crate::effects::{Air, ChamberLaw, Command, EffectScalar, Point, Restoring, StepStart};
+use crate::effects::{Air, ChamberLaw, Command, EffectScalar, Hooks, Point, Restoring, StepStart};
 use pam_core::SealedMasses;
 use pam_data::MassOrigin;
-use pam_solvers::rk4_step;
 
 /// The state of the extended joint, moved step by step: Runge–Kutta steps of fourth order, and dry friction as a
 /// set-valued force.
@@ -23,6 +22,8 @@ pub(crate) struct JointIntegrator<'a, S, F> {
     base: &'a Base<S>,
     force: &'a F,
     parts: &'a [Part<'a, S>],
+    /// The hooks that any of them has.
+    hooks: Hooks,
     chambers: Chambers<'a, S>,
     inverse_mass: S,
     /// Substeps of a step of the grid.
@@ -62,7 +63,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         for part in parts.list.iter().rev() {
             part.effect.rest(part.p, &mut rest);
         }
-        let (memory_len, air_changed) = (parts.memory_len, parts.air);
+        let (memory_len, air_changed, hooks) = (parts.memory_len, parts.air, parts.hooks);
         let changes_in_time = parts.changes_in_time;
         let parts = &parts.list;
         let start_s = record.since_start_s;
@@ -93,6 +94,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             base,
             force,
             parts,
+            hooks,
             chambers: Chambers::new(base, law_of(parts, start_s), air_changed, rest.sealed_mm),
             inverse_mass: (base.mass_kg + inertia_kg(parts, start_s)).recip(),
             substeps,
@@ -118,15 +120,9 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     /// Whether there is dry friction at rest at the start.
     fn sticks_at_start(&self) -> bool {
         let air = self.force.sealed(self.air_g);
-        let step = Substep {
-            start_s: self.record.since_start_s,
-            grid_s: self.record.fine_step_s(),
-            from: 0.0,
-            to: 1.0,
-            driving_mn: [self.driving_mn; 3],
-        };
+        let step = self.whole_step(self.record.since_start_s, [self.driving_mn; 3]);
         let at = At { share: S::zero(), x: self.x, v: S::zero() };
-        self.friction_limit_mn(&air, &step, at).real() > LEAST_FRICTION_MN
+        self.friction_limit_mn(&air, &step, &at).real() > LEAST_FRICTION_MN
     }
 
     /// Integrates to the end and writes the true channels. `at_point` is called at every grid point, before the
@@ -195,7 +191,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         } else {
             S::constant(recorded.values_mn()[half])
         };
-        for part in self.parts {
+        for part in self.parts.iter().filter(|part| part.hooks.drive) {
             let memory = &mut self.memory[part.memory.clone()];
             let command =
                 Command { time_s: self.record.since_start_s + time_s, since_s, force_mn: force };
@@ -206,7 +202,18 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
 
     /// The air of the chambers.
     fn air(&self) -> SealedAir<'_, 'a, S> {
-        SealedAir { chambers: &self.chambers, air_g: self.air_g }
+        SealedAir { chambers: &self.chambers, air_g: &self.air_g }
+    }
+
+    /// A step of the grid from the present state on, without substeps.
+    fn whole_step(&self, start_s: f64, driving_mn: [S; 3]) -> Substep<S> {
+        let start = StepStart {
+            displacement_mm: self.x,
+            velocity_mm_s: self.v,
+            driving_mn: driving_mn[0],
+        };
+        let grid_s = self.record.fine_step_s();
+        Substep { start_s, grid_s, from: 0.0, to: 1.0, driving_mn, start }
     }
 
     /// The joint at a share of a step, as effects see it.
@@ -214,8 +221,9 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         &self,
         base: &'p F::Sealed<'_>,
         air: &'p SealedAir<'_, 'a, S>,
-        step: &Substep<S>,
-        at: At<S>,
+        step: &'p Substep<S>,
+        at: &At<S>,
+        restoring: Option<&'p S>,
     ) -> Point<'p, S> {
         let share = at.share.real();
         Point {
@@ -223,32 +231,43 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             displacement_mm: at.x,
             velocity_mm_s: at.v,
             driving_mn: step.driving_mn(at.share),
-            step_start: StepStart {
-                displacement_mm: self.x,
-                velocity_mm_s: self.v,
-                driving_mn: step.driving_mn(S::constant(step.from)),
-            },
+            step_start: &step.start,
             since_step_s: (share - step.from) * step.grid_s,
-            restoring: None,
+            restoring,
             base,
             air,
         }
     }
 
     /// The force on the joint at an instant but for dry friction, mN.
-    pub(super) fn pull_mn(&self, air: &F::Sealed<'_>, step: &Substep<S>, at: At<S>) -> S {
-        let At { share, x, v } = at;
-        let restoring = air.restoring_mn(x, v);
-        let mut force = step.driving_mn(share) - restoring - v * self.base.damping_kg_s;
-        if !self.parts.is_empty() {
+    pub(super) fn pull_mn(&self, air: &F::Sealed<'_>, step: &Substep<S>, at: &At<S>) -> S {
+        let restoring = air.restoring_mn(at.x, at.v);
+        let mut force = step.driving_mn(at.share) - restoring - at.v * self.base.damping_kg_s;
+        if self.hooks.force {
             let sealed = self.air();
-            let at = Point { restoring: Some(restoring), ..self.point(air, &sealed, step, at) };
-            for part in self.parts {
-                force += part.effect.force_mn(part.p, &at, &self.memory[part.memory.clone()]);
-            }
-            force += self.chambers.feedback_mn(x, self.air_g);
+            force += self.forces_mn(&self.point(air, &sealed, step, at, Some(&restoring)));
+        }
+        if self.chambers.feeds_back() {
+            force += self.chambers.feedback_mn(at.x, self.air_g);
         }
         force
+    }
+
+    /// The forces of all effects, mN.
+    fn forces_mn(&self, at: &Point<'_, S>) -> S {
+        let parts = self.parts.iter().filter(|part| part.hooks.force);
+        let forces =
+            parts.map(|part| part.effect.force_mn(part.p, at, &self.memory[part.memory.clone()]));
+        forces.fold(S::zero(), |sum, force| sum + force)
+    }
+
+    /// The dry friction of all effects, mN.
+    fn frictions_mn(&self, at: &Point<'_, S>) -> S {
+        let parts = self.parts.iter().filter(|part| part.hooks.dry_friction);
+        let limits = parts.map(|part| {
+            part.effect.dry_friction_mn(part.p, at, &self.memory[part.memory.clone()])
+        });
+        limits.fold(S::zero(), |sum, limit| sum + limit)
     }
 
     /// The acceleration, mm/s², of a joint that slides in `direction` (±1; 0 without dry friction).
@@ -256,41 +275,79 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         &self,
         air: &F::Sealed<'_>,
         step: &Substep<S>,
-        at: At<S>,
+        at: &At<S>,
         direction: f64,
     ) -> S {
-        let mut force = self.pull_mn(air, step, at);
-        if direction != 0.0 {
-            force -= self.friction_limit_mn(air, step, at).scaled(direction);
+        if self.hooks.force {
+            // An effect may ask for the restoring force, which is worked out once.
+            let mut force = self.pull_mn(air, step, at);
+            if direction != 0.0 {
+                force -= self.friction_limit_mn(air, step, at).scaled(direction);
+            }
+            return force * self.inverse_mass;
         }
-        force * self.inverse_mass
+        let mut push = step.driving_mn(at.share);
+        if direction != 0.0 {
+            push -= self.friction_limit_mn(air, step, at).scaled(direction);
+        }
+        if self.chambers.feeds_back() {
+            push += self.chambers.feedback_mn(at.x, self.air_g);
+        }
+        air.acceleration([&at.x, &at.v], &push, &self.base.damping_kg_s, &self.inverse_mass)
     }
 
     /// Largest dry friction at a share of a step, mN.
-    pub(super) fn friction_limit_mn(&self, air: &F::Sealed<'_>, step: &Substep<S>, at: At<S>) -> S {
+    pub(super) fn friction_limit_mn(
+        &self,
+        air: &F::Sealed<'_>,
+        step: &Substep<S>,
+        at: &At<S>,
+    ) -> S {
+        if !self.hooks.dry_friction {
+            return S::zero();
+        }
         let sealed = self.air();
-        let at = self.point(air, &sealed, step, at);
-        let limits = self.parts.iter().map(|part| {
-            part.effect.dry_friction_mn(part.p, &at, &self.memory[part.memory.clone()])
-        });
-        limits.fold(S::zero(), |sum, limit| sum + limit)
+        self.frictions_mn(&self.point(air, &sealed, step, at, None))
     }
 
-    /// The whole substep as one Runge–Kutta step, sliding in `direction`; the acceleration at its start and the state at
-    /// its end.
+    /// The whole substep as one Runge–Kutta step of fourth order, sliding in `direction`; the acceleration at its start and
+    /// the state at its end. As the rate of the displacement is the velocity, it is Nyström's method of these nodes.
     pub(super) fn slide(
         &self,
         air: &F::Sealed<'_>,
         step: &Substep<S>,
         direction: f64,
     ) -> (S, [S; 2]) {
-        let shares = [step.from, 0.5 * (step.from + step.to), step.to].map(S::constant);
-        let rate = |half: usize, [x, v]: [S; 2]| {
-            [v, self.acceleration(air, step, At { share: shares[half], x, v }, direction)]
-        };
-        let start = [self.x, self.v];
-        let first = rate(0, start);
-        (first[1], rk4_step(start, first, (step.to - step.from) * step.grid_s, rate))
+        let [from, middle, to] = [step.from, 0.5 * (step.from + step.to), step.to].map(S::constant);
+        let h = (step.to - step.from) * step.grid_s;
+        let (x, v) = (&self.x, &self.v);
+        let rate = |at: &At<S>| self.acceleration(air, step, at, direction);
+        let first = rate(&At { share: from, x: *x, v: *v });
+        let second = rate(&At {
+            share: middle,
+            x: S::combination([x, v], [1.0, 0.5 * h]),
+            v: S::combination([v, &first], [1.0, 0.5 * h]),
+        });
+        let third = rate(&At {
+            share: middle,
+            x: S::combination([x, v, &first], [1.0, 0.5 * h, 0.25 * h * h]),
+            v: S::combination([v, &second], [1.0, 0.5 * h]),
+        });
+        let fourth = rate(&At {
+            share: to,
+            x: S::combination([x, v, &second], [1.0, h, 0.5 * h * h]),
+            v: S::combination([v, &third], [1.0, h]),
+        });
+        let (sixth, third_h) = (h / 6.0, h / 3.0);
+        let end_x = S::combination(
+            [x, v, &first, &second, &third],
+            [1.0, h, h * sixth, h * sixth, h * sixth],
+        );
+        let end_v = S::combination(
+            [v, &first, &second, &third, &fourth],
+            [1.0, sixth, third_h, third_h, sixth],
+        );
+        (first, [end_x, end_v])
     }
 
     /// The masses of air now.
@@ -343,7 +400,11 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         let start_s = self.record.since_start_s + grid_s * k as f64;
         for part in 0..self.substeps {
             let [from, to] = [part, part + 1].map(|j| j as f64 / self.substeps as f64);
-            self.substep(&Substep { start_s, grid_s, from, to, driving_mn });
+            let mut step = Substep { from, to, ..self.whole_step(start_s, driving_mn) };
+            if part > 0 {
+                step.start.driving_mn = step.driving_mn(S::constant(from));
+            }
+            self.substep(&step);
         }
         self.driving_mn = driving_mn[2];
     }
@@ -361,27 +422,35 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             self.slide(&air, step, 0.0).1
         };
         let h = (step.to - step.from) * step.grid_s;
+        if self.chambers.leaks() || self.hooks.air_flow || self.hooks.advance {
+            let at = At { share: S::constant(step.to), x: to_x, v: to_v };
+            self.remember(&air, step, &at, h);
+        }
+        (self.x, self.v) = (to_x, to_v);
+    }
+}
+
+impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
+    /// Moves air and memory over a substep of the length `h` that ends `at`.
+    fn remember(&mut self, air: &F::Sealed<'_>, step: &Substep<S>, at: &At<S>, h: f64) {
         let mut memory = std::mem::take(&mut self.memory);
         let sealed = self.air();
-        let at = At { share: S::constant(step.to), x: to_x, v: to_v };
-        let end = self.point(&air, &sealed, step, at);
+        let end = self.point(air, &sealed, step, at, None);
         let mut air_g = self.air_g;
         if self.chambers.leaks() {
-            air_g = self.chambers.leaked(to_x, h, air_g);
-            for part in self.parts {
-                let memory = &memory[part.memory.clone()];
-                let flow_g_s = part.effect.air_g_s(part.p, &end, memory);
-                for (air, flow) in air_g.iter_mut().zip(flow_g_s) {
-                    *air += flow.scaled(h);
-                }
+            air_g = self.chambers.leaked(at.x, h, air_g);
+        }
+        for part in self.parts.iter().filter(|part| part.hooks.air_flow) {
+            let flow_g_s = part.effect.air_g_s(part.p, &end, &memory[part.memory.clone()]);
+            for (air, flow) in air_g.iter_mut().zip(flow_g_s) {
+                *air += flow.scaled(h);
             }
         }
-        for part in self.parts {
+        for part in self.parts.iter().filter(|part| part.hooks.advance) {
             part.effect.advance(part.p, &end, &mut memory[part.memory.clone()]);
         }
         self.memory = memory;
         self.air_g = air_g;
-        (self.x, self.v) = (to_x, to_v);
     }
 }
 
@@ -395,16 +464,10 @@ impl<F: BaseForce<f64>> JointIntegrator<'_, f64, F> {
         for part in self.parts {
             part.effect.begin(part.p, x, &mut self.memory[part.memory.clone()]);
         }
-        let step = Substep {
-            start_s: self.record.since_start_s,
-            grid_s: self.record.fine_step_s(),
-            from: 0.0,
-            to: 1.0,
-            driving_mn: [0.0; 3],
-        };
+        let step = self.whole_step(self.record.since_start_s, [0.0; 3]);
         let force = self.force;
         let air = force.sealed(self.air_g);
-        let at = |x, v| self.acceleration(&air, &step, At { share: 0.0, x, v }, 0.0);
+        let at = |x, v| self.acceleration(&air, &step, &At { share: 0.0, x, v }, 0.0);
         let [dx, dv] = STEPS;
         [(at(x + dx, v) - at(x - dx, v)) / (2.0 * dx), (at(x, v + dv) - at(x, v - dv)) / (2.0 * dv)]
     }
@@ -440,6 +503,8 @@ pub(super) struct Substep<S> {
     pub(super) to: f64,
     /// Driving force at the start, the middle and the end of the grid's step, mN; a parabola between them.
     driving_mn: [S; 3],
+    /// The joint at its start.
+    start: StepStart<S>,
 }
 
 impl<S: EffectScalar> Substep<S> {
@@ -470,7 +535,7 @@ pub(super) struct At<S> {
 /// The chambers with their air.
 struct SealedAir<'a, 'b, S> {
     chambers: &'a Chambers<'b, S>,
-    air_g: [S; 2],
+    air_g: &'a [S; 2],
 }
 
 impl<S: EffectScalar> Air<S> for SealedAir<'_, '_, S> {
@@ -480,6 +545,6 @@ impl<S: EffectScalar> Air<S> for SealedAir<'_, '_, S> {
     }
 
     fn masses_g(&self) -> [S; 2] {
-        self.air_g
+        *self.air_g
     }
 }

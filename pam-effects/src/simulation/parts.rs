@@ -1,11 +1,13 @@
 //! Effects in a simulation.
 
-use crate::effects::{AnyEffect, EffectHooks, EffectScalar};
+use crate::effects::{AnyEffect, EffectHooks, EffectScalar, Hooks};
 use std::ops::Range;
 
 /// An effect with its values in a simulation, and where its memory lies.
 pub(crate) struct Part<'a, S> {
     pub(crate) effect: &'a dyn EffectHooks<S>,
+    /// The hooks that it has.
+    pub(super) hooks: Hooks,
     /// Whether there may be dry friction later.
     pub(super) may_stick_later: bool,
     pub(crate) p: &'a [S],
@@ -16,6 +18,8 @@ pub(crate) struct Part<'a, S> {
 pub(crate) struct Parts<'a, S> {
     pub(crate) list: Vec<Part<'a, S>>,
     pub(super) memory_len: usize,
+    /// The hooks that any of them has.
+    pub(super) hooks: Hooks,
     /// Whether one of them changes the gas law.
     pub(super) air: bool,
     /// Whether inertia, delay or gas law of one of them depend on the time.
@@ -34,6 +38,7 @@ impl<'a, S: EffectScalar> Parts<'a, S> {
                 let real: Vec<f64> = p.iter().map(|value| value.real()).collect();
                 let part = Part {
                     effect: S::hooks(*e),
+                    hooks: e.hooks(),
                     may_stick_later: e.may_stick_later(&real),
                     p,
                     memory: memory_len..memory_len + m,
@@ -45,6 +50,7 @@ impl<'a, S: EffectScalar> Parts<'a, S> {
             .collect();
         Self {
             list,
+            hooks: effects.iter().fold(Hooks::NONE, |all, e| all.or(e.hooks())),
             memory_len,
             air: effects.iter().any(|e| e.changes_gas()),
             changes_in_time: effects.iter().any(|e| e.changes_in_time()),

@@ -1,6 +1,6 @@
 //! The base model's force of one recording, as a table.
 
-use super::base::BaseForce;
+use super::base::{BaseForce, SealedForce};
 use crate::effects::Restoring;
 use pam_core::{ForceInput, ForceModel, JointModel, Scalar, SealedMasses};
 use rayon::prelude::*;
@@ -139,23 +139,31 @@ impl ForceTable {
     /// The restoring force, mN, with `change_g` more air than the table's masses.
     #[inline]
     pub fn force_mn<S: Scalar>(&self, x: S, v: S, change_g: [S; 2]) -> S {
+        let [flexor, extensor] = &change_g;
+        let air = [flexor.real(), extensor.real()];
+        let (value, slopes) = self.with_slopes([x.real(), v.real()], air, S::NDERIV > 0);
+        S::with_slopes(value, [&x, &v, flexor, extensor], slopes)
+    }
+
+    /// The force and, if it is asked for, its slopes along displacement, velocity and both masses.
+    #[inline]
+    fn with_slopes(&self, [x, v]: [f64; 2], [d0, d1]: [f64; 2], asked: bool) -> (f64, [f64; 4]) {
         let cell = |value: f64, start: f64, per: f64, nodes: usize| {
             let position = (value - start) * per;
             // Truncation is the floor of what is not negative.
             let whole = position.clamp(0.0, (nodes - 2) as f64) as usize;
             (whole, position - whole as f64)
         };
-        let (i, a) = cell(x.real(), self.x_start, self.per_x, self.rows);
-        let (j, b) = cell(v.real(), self.v_start, self.per_v, self.columns);
+        let (i, a) = cell(x, self.x_start, self.per_x, self.rows);
+        let (j, b) = cell(v, self.v_start, self.per_v, self.columns);
         let (low, high) = two_rows(&self.values, self.columns, i, j);
         let (n00, n01, n10, n11) = (low[0], low[1], high[0], high[1]);
         let left = n00 + b * (n01 - n00);
         let right = n10 + b * (n11 - n10);
         let mut value = left + a * (right - left);
-        let (d0, d1) = (change_g[0].real(), change_g[1].real());
         let same_air = d0 == 0.0 && d1 == 0.0;
-        if S::NDERIV == 0 && same_air {
-            return S::constant(value);
+        if !asked && same_air {
+            return (value, [0.0; 4]);
         }
         let mut per_x = {
             let (bottom, top) = (n10 - n00, n11 - n01);
@@ -189,11 +197,7 @@ impl ForceTable {
             slopes[0] += blend(2) * d0;
             slopes[1] += blend(3) * d1;
         }
-        S::with_slopes(
-            value,
-            [x, v, change_g[0], change_g[1]],
-            [per_x * self.per_x, per_v * self.per_v, slopes[0], slopes[1]],
-        )
+        (value, [per_x * self.per_x, per_v * self.per_v, slopes[0], slopes[1]])
     }
 }
 
@@ -228,5 +232,31 @@ impl<S: Scalar> Restoring<S> for Air<'_, S> {
     #[inline]
     fn restoring_mn(&self, x: S, v: S) -> S {
         self.table.force_mn(x, v, self.change_g)
+    }
+}
+
+impl<S: Scalar> SealedForce<S> for Air<'_, S> {
+    /// All derivatives in one pass.
+    #[inline]
+    fn acceleration(&self, [x, v]: [&S; 2], push_mn: &S, damping_kg_s: &S, per_kg: &S) -> S {
+        let [flexor, extensor] = &self.change_g;
+        let air = [flexor.real(), extensor.real()];
+        let (velocity, damping, inverse) = (v.real(), damping_kg_s.real(), per_kg.real());
+        let (restoring, [by_x, by_v, by_flexor, by_extensor]) =
+            self.table.with_slopes([x.real(), velocity], air, S::NDERIV > 0);
+        let force = push_mn.real() - restoring - velocity * damping;
+        S::with_slopes(
+            force * inverse,
+            [x, v, flexor, extensor, push_mn, damping_kg_s, per_kg],
+            [
+                -by_x * inverse,
+                -(by_v + damping) * inverse,
+                -by_flexor * inverse,
+                -by_extensor * inverse,
+                inverse,
+                -velocity * inverse,
+                force,
+            ],
+        )
     }
 }

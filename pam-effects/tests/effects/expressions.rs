@@ -193,11 +193,9 @@ fn shipped_effects_run() {
 fn expressions_are_the_equations_that_they_say() {
     let shipped = shipped();
     let by_id = |id: &str| *shipped.iter().find(|e| e.info().id == id).expect("a shipped one");
-    let joint = FixedState {
-        displacement_mm: 2.0,
-        velocity_mm_s: -3.0,
-        ..FixedState::at_rest([400.0, 300.0])
-    };
+    let mut joint = FixedState::at_rest([400.0, 300.0]);
+    joint.motion.displacement_mm = 2.0;
+    joint.motion.velocity_mm_s = -3.0;
     let force = |id: &str, p: &[f64]| {
         let hooks: &dyn EffectHooks<f64> = by_id(id);
         hooks.force_mn(p, &joint.point(), &[])

@@ -41,7 +41,8 @@ fn the_stribeck_curve() {
     let p = [8.0, 20.0, 2.0];
     for v in [-5.0, -1.0, 0.0, 0.5, 2.0, 30.0] {
         let expected = 1e3 * (8.0 + 12.0 * (-(v / 2.0_f64).powi(2)).exp());
-        let joint = FixedState { velocity_mm_s: v, ..FixedState::at_rest([P; 2]) };
+        let mut joint = FixedState::at_rest([P; 2]);
+        joint.motion.velocity_mm_s = v;
         let limit = EffectHooks::<f64>::dry_friction_mn(&StribeckFriction, &p, &joint.point(), &[]);
         assert!((limit - expected).abs() < 1e-9 * expected, "{v}");
     }

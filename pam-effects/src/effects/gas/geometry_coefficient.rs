@@ -1,6 +1,6 @@
 //! The deformation coefficient is off.
 
-use crate::effects::{Absorbed, ChamberLaw, DataScales, Effect, EffectInfo, entry};
+use crate::effects::{Absorbed, ChamberLaw, DataScales, Effect, EffectInfo, Hooks, entry};
 use pam_core::{AnyForce, JointModel, PhysicalParameters, Scalar};
 
 /// `ν (1 + relative)` in the volumes, with or without the force of the changed pressure on the joint.
@@ -14,6 +14,10 @@ impl Effect for GeometryCoefficient {
 
     fn changes_gas(&self) -> bool {
         true
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { constants: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

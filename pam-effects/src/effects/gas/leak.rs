@@ -1,6 +1,6 @@
 //! Chambers that leak.
 
-use crate::effects::{ChamberLaw, DataScales, Effect, EffectInfo, entry};
+use crate::effects::{ChamberLaw, DataScales, Effect, EffectInfo, Hooks, entry};
 use pam_core::Scalar;
 
 /// `ṁ_i = −rate_i · m_i (P_i − P_atm)/P_i`.
@@ -20,11 +20,16 @@ impl Effect for Leak {
         true
     }
 
+    fn hooks(&self) -> Hooks {
+        Hooks { constants: true, ..Hooks::NONE }
+    }
+
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {
         vec![vec![0.0, 0.0]]
     }
 
     fn chamber<S: Scalar>(&self, p: &[S], law: &mut ChamberLaw<S>) {
+        law.leaks = true;
         for (rate, &more) in law.leak_per_s.iter_mut().zip(p) {
             *rate += more;
         }

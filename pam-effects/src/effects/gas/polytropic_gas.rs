@@ -1,6 +1,6 @@
 //! Pressure with another exponent of the volume.
 
-use crate::effects::{ChamberLaw, DataScales, Effect, EffectInfo, entry};
+use crate::effects::{ChamberLaw, DataScales, Effect, EffectInfo, Hooks, entry};
 use pam_core::Scalar;
 
 /// `P Vⁿ` constant, with or without the force of the changed pressure on the joint.
@@ -14,6 +14,10 @@ impl Effect for PolytropicGas {
 
     fn changes_gas(&self) -> bool {
         true
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { constants: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,6 +1,6 @@
 //! Mass that the model lacks.
 
-use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, entry};
+use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Hooks, entry};
 use pam_core::{AnyForce, JointModel, PhysicalParameters, Scalar};
 
 /// Inertia `m + mass_kg`.
@@ -10,6 +10,10 @@ pub struct AddedInertia;
 impl Effect for AddedInertia {
     fn info(&self) -> &'static EffectInfo {
         const { entry("added_inertia") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { constants: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

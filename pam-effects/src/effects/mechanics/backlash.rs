@@ -1,6 +1,6 @@
 //! Play between joint and encoder.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Observed, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Hooks, Observed, entry};
 use pam_core::Scalar;
 
 /// The play operator: the encoder is pushed by the ends of the gap and rests between.
@@ -14,6 +14,10 @@ impl Effect for Backlash {
 
     fn remembers(&self) -> bool {
         true
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { observe: true, ..Hooks::NONE }
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,6 +1,6 @@
 //! A steady force.
 
-use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Point, entry};
+use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Hooks, Point, entry};
 use pam_core::units::MN_PER_N;
 use pam_core::{AnyForce, JointModel, Scalar};
 
@@ -11,6 +11,10 @@ pub struct ConstantLoad;
 impl Effect for ConstantLoad {
     fn info(&self) -> &'static EffectInfo {
         const { entry("constant_load") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { force: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

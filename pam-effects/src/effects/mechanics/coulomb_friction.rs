@@ -1,6 +1,6 @@
 //! Dry friction with sticking.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Point, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Hooks, Point, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
 
@@ -11,6 +11,10 @@ pub struct CoulombFriction;
 impl Effect for CoulombFriction {
     fn info(&self) -> &'static EffectInfo {
         const { entry("coulomb_friction") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { dry_friction: true, ..Hooks::NONE }
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,6 +1,6 @@
 //! Slow viscoelastic relaxation.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Point, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Hooks, Point, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
 
@@ -11,6 +11,10 @@ pub struct Creep;
 impl Effect for Creep {
     fn info(&self) -> &'static EffectInfo {
         const { entry("creep") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { force: true, advance: true, ..Hooks::NONE }
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,6 +1,6 @@
 //! A rate-independent loop with memory.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Point, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Hooks, Point, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
 
@@ -20,6 +20,10 @@ const ELEMENTS: usize = 8;
 impl Effect for Hysteresis {
     fn info(&self) -> &'static EffectInfo {
         const { entry("hysteresis") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { force: true, advance: true, ..Hooks::NONE }
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {

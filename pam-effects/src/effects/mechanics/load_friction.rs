@@ -1,6 +1,6 @@
 //! Dry friction that grows with the tension of the tendons.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Point, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Hooks, Point, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
 
@@ -12,6 +12,10 @@ pub struct LoadFriction;
 impl Effect for LoadFriction {
     fn info(&self) -> &'static EffectInfo {
         const { entry("load_friction") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { dry_friction: true, ..Hooks::NONE }
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,6 +1,6 @@
 //! The restoring force changes with time.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Point, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Hooks, Point, entry};
 use pam_core::Scalar;
 
 /// Restoring force `f · (1 + relative · t / 60 s)`.
@@ -10,6 +10,10 @@ pub struct StiffnessDrift;
 impl Effect for StiffnessDrift {
     fn info(&self) -> &'static EffectInfo {
         const { entry("stiffness_drift") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { force: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

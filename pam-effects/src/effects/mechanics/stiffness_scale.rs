@@ -1,6 +1,6 @@
 //! The restoring force is off by a factor.
 
-use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Point, entry};
+use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Hooks, Point, entry};
 use pam_core::{AnyForce, JointModel, Scalar};
 
 /// Restoring force `f · (1 + relative)`.
@@ -10,6 +10,10 @@ pub struct StiffnessScale;
 impl Effect for StiffnessScale {
     fn info(&self) -> &'static EffectInfo {
         const { entry("stiffness_scale") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { force: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

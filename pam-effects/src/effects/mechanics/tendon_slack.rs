@@ -1,6 +1,6 @@
 //! Beyond a displacement one tendon is slack.
 
-use crate::effects::{ChamberLaw, DataScales, Effect, EffectInfo, Point, entry};
+use crate::effects::{ChamberLaw, DataScales, Effect, EffectInfo, Hooks, Point, entry};
 use pam_core::Scalar;
 
 /// The chamber of the muscle that shortens stops following x beyond ±displacement, and the restoring
@@ -15,6 +15,10 @@ impl Effect for TendonSlack {
 
     fn changes_gas(&self) -> bool {
         true
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { force: true, constants: true, ..Hooks::NONE }
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,6 +1,6 @@
 //! A force proportional to the velocity.
 
-use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Point, entry};
+use crate::effects::{Absorbed, DataScales, Effect, EffectInfo, Hooks, Point, entry};
 use pam_core::{AnyForce, JointModel, Scalar};
 
 /// Force `−coefficient · ẋ`.
@@ -10,6 +10,10 @@ pub struct ViscousDamping;
 impl Effect for ViscousDamping {
     fn info(&self) -> &'static EffectInfo {
         const { entry("viscous_damping") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { force: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

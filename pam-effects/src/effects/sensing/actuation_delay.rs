@@ -1,6 +1,6 @@
 //! The force comes late.
 
-use crate::effects::{DataScales, Effect, EffectInfo, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Hooks, entry};
 use pam_core::Scalar;
 
 /// Real force at t is the recorded one at `t − delay`.
@@ -10,6 +10,10 @@ pub struct ActuationDelay;
 impl Effect for ActuationDelay {
     fn info(&self) -> &'static EffectInfo {
         const { entry("actuation_delay") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { constants: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

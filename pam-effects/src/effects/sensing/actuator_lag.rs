@@ -1,7 +1,7 @@
 //! A low-pass between command and force.
 
 use super::low_pass_step;
-use crate::effects::{Command, DataScales, Effect, EffectInfo, entry};
+use crate::effects::{Command, DataScales, Effect, EffectInfo, Hooks, entry};
 use pam_core::Scalar;
 use std::f64::consts::TAU;
 
@@ -13,6 +13,10 @@ pub struct ActuatorLag;
 impl Effect for ActuatorLag {
     fn info(&self) -> &'static EffectInfo {
         const { entry("actuator_lag") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { drive: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,6 +1,6 @@
 //! The force is off by a factor.
 
-use crate::effects::{Command, DataScales, Effect, EffectInfo, entry};
+use crate::effects::{Command, DataScales, Effect, EffectInfo, Hooks, entry};
 use pam_core::Scalar;
 
 /// Real force `(1 + relative)` times the commanded one.
@@ -10,6 +10,10 @@ pub struct ForceGain;
 impl Effect for ForceGain {
     fn info(&self) -> &'static EffectInfo {
         const { entry("force_gain") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { drive: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,6 +1,6 @@
 //! The force is clipped.
 
-use crate::effects::{Command, DataScales, Effect, EffectInfo, entry};
+use crate::effects::{Command, DataScales, Effect, EffectInfo, Hooks, entry};
 use pam_core::Scalar;
 use pam_core::units::MN_PER_N;
 
@@ -11,6 +11,10 @@ pub struct ForceSaturation;
 impl Effect for ForceSaturation {
     fn info(&self) -> &'static EffectInfo {
         const { entry("force_saturation") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { drive: true, ..Hooks::NONE }
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,7 +1,7 @@
 //! The position comes late.
 
 use super::delayed;
-use crate::effects::{DataScales, Effect, EffectInfo, Observed, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Hooks, Observed, entry};
 use pam_core::Scalar;
 
 /// The displacement, and with it the velocity, is shown `delay` later.
@@ -11,6 +11,10 @@ pub struct PositionDelay;
 impl Effect for PositionDelay {
     fn info(&self) -> &'static EffectInfo {
         const { entry("position_delay") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { observe: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,6 +1,6 @@
 //! The position sensor is off by a factor.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Observed, Rest, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Hooks, Observed, Rest, entry};
 use pam_core::Scalar;
 
 /// Measured displacement is `(1 + relative)` times the true one.
@@ -10,6 +10,10 @@ pub struct PositionGain;
 impl Effect for PositionGain {
     fn info(&self) -> &'static EffectInfo {
         const { entry("position_gain") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { rest: true, observe: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,6 +1,6 @@
 //! The encoder's zero is off.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Observed, Rest, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Hooks, Observed, Rest, entry};
 use pam_core::Scalar;
 
 /// Measured displacement is the true one plus an offset.
@@ -10,6 +10,10 @@ pub struct PositionOffset;
 impl Effect for PositionOffset {
     fn info(&self) -> &'static EffectInfo {
         const { entry("position_offset") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { rest: true, observe: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

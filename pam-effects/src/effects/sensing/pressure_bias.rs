@@ -1,6 +1,6 @@
 //! The pressure sensors have an offset.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Observed, Rest, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Hooks, Observed, Rest, entry};
 use pam_core::Scalar;
 
 /// Measured pressure is the true one plus a bias; the sealed masses follow from true pressures.
@@ -10,6 +10,10 @@ pub struct PressureBias;
 impl Effect for PressureBias {
     fn info(&self) -> &'static EffectInfo {
         const { entry("pressure_bias") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { rest: true, observe: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,7 +1,7 @@
 //! The pressures come late.
 
 use super::delayed;
-use crate::effects::{DataScales, Effect, EffectInfo, Observed, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Hooks, Observed, entry};
 use pam_core::Scalar;
 
 /// Both pressures are shown `delay` later.
@@ -11,6 +11,10 @@ pub struct PressureDelay;
 impl Effect for PressureDelay {
     fn info(&self) -> &'static EffectInfo {
         const { entry("pressure_delay") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { observe: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,6 +1,6 @@
 //! The pressure sensors are off by a factor.
 
-use crate::effects::{DataScales, Effect, EffectInfo, Observed, Rest, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Hooks, Observed, Rest, entry};
 use pam_core::Scalar;
 use pam_core::units::ATMOSPHERE_KPA;
 
@@ -17,6 +17,10 @@ impl Effect for PressureGain {
     fn stands(&self, values: &[f64], _scales: &DataScales) -> bool {
         // A sensor that is off by a fifth is broken, not out of calibration.
         values.iter().all(|relative| relative.abs() <= 0.2)
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { rest: true, observe: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {

@@ -1,7 +1,7 @@
 //! A low-pass in the pressure sensors.
 
 use super::low_passed;
-use crate::effects::{DataScales, Effect, EffectInfo, Observed, entry};
+use crate::effects::{DataScales, Effect, EffectInfo, Hooks, Observed, entry};
 use pam_core::Scalar;
 use std::f64::consts::TAU;
 
@@ -12,6 +12,10 @@ pub struct PressureSensorLag;
 impl Effect for PressureSensorLag {
     fn info(&self) -> &'static EffectInfo {
         const { entry("pressure_sensor_lag") }
+    }
+
+    fn hooks(&self) -> Hooks {
+        Hooks { observe: true, ..Hooks::NONE }
     }
 
     fn starts(&self, _scales: &DataScales) -> Vec<Vec<f64>> {
