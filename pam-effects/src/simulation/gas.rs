@@ -2,8 +2,28 @@
 
 use super::base::Base;
 use crate::effects::ChamberLaw;
-use pam_core::Scalar;
+use pam_core::{MuscleGeometry, Scalar};
 use pam_core::units::ATMOSPHERE_KPA;
+
+/// Volumes of flexor and extensor, with all derivatives in one pass.
+#[inline]
+fn volumes_mm3<S: Scalar>(geometry: &MuscleGeometry, x: &S, nu: &S) -> [S; 2] {
+    let (displacement, deformation) = (x.real(), nu.real());
+    let v = geometry.volumes(displacement, deformation);
+    let [flexor, extensor] = geometry.volume_slopes_by_deformation(displacement, deformation);
+    [
+        S::with_slopes(v.flexor_mm3, [x, nu], [v.flexor_slope_mm2, flexor]),
+        S::with_slopes(v.extensor_mm3, [x, nu], [v.extensor_slope_mm2, extensor]),
+    ]
+}
+
+/// `a / b`.
+#[inline]
+fn ratio<S: Scalar>(a: &S, b: &S) -> S {
+    let inverse = b.real().recip();
+    let value = a.real() * inverse;
+    S::with_slopes(value, [a, b], [inverse, -value * inverse])
+}
 
 /// Both chambers with their law.
 #[derive(Debug, Clone, Copy)]
@@ -47,13 +67,13 @@ impl<'a, S: Scalar> Chambers<'a, S> {
     }
 
     fn volumes_mm3(&self, x: S) -> [S; 2] {
-        let nu = self.base.deformation * self.law.deformation_factor;
+        let nu = match self.changed {
+            true => self.base.deformation * self.law.deformation_factor,
+            false => self.base.deformation,
+        };
         let geometry = &self.base.geometry;
         match self.law.contraction_limit_mm {
-            None => {
-                let v = geometry.volumes(x, nu);
-                [v.flexor_mm3, v.extensor_mm3]
-            }
+            None => volumes_mm3(geometry, &x, &nu),
             Some(limit) => {
                 let beyond = |contraction: S| {
                     (contraction - limit).maximum(S::zero())
@@ -72,7 +92,7 @@ impl<'a, S: Scalar> Chambers<'a, S> {
         let volumes = self.volumes_mm3(x);
         let c = self.base.gas_coefficient;
         if !self.changed {
-            return volumes.map(|v| v.recip() * c);
+            return volumes.map(|v| ratio(&c, &v));
         }
         let n = self.law.exponent;
         [0, 1].map(|i| {

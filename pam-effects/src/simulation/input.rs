@@ -92,6 +92,15 @@ impl FineForce {
         S::constant(a) + share.scaled(b - a)
     }
 
+    /// The forces at the grid points with a lead, mN.
+    #[must_use]
+    pub fn led(&self, lead_samples: f64) -> Vec<f64> {
+        if lead_samples == 0.0 {
+            return self.values_mn.clone();
+        }
+        (0..self.values_mn.len()).map(|k| self.at(self.spacing_s * k as f64, lead_samples)).collect()
+    }
+
     /// The values of a held force, mN.
     #[must_use]
     pub fn values_mn(&self) -> &[f64] {

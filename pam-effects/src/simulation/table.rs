@@ -146,7 +146,7 @@ impl ForceTable {
     }
 
     /// The force and, if it is asked for, its slopes along displacement, velocity and both masses.
-    #[inline]
+    #[inline(always)]
     fn with_slopes(&self, [x, v]: [f64; 2], [d0, d1]: [f64; 2], asked: bool) -> (f64, [f64; 4]) {
         let cell = |value: f64, start: f64, per: f64, nodes: usize| {
             let position = (value - start) * per;
