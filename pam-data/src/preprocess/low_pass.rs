@@ -35,6 +35,12 @@ impl LowPass {
         Self::PADDING + 1
     }
 
+    /// Samples after which nothing of a value is left: by as many an early end changes none before it.
+    #[must_use]
+    pub fn memory(&self) -> usize {
+        Self::PADDING + (f64::EPSILON.powi(2).ln() / self.a.abs().ln()).ceil().max(0.0) as usize
+    }
+
     /// `values` filtered forward and back.
     ///
     /// # Panics

@@ -27,8 +27,8 @@ pub(crate) fn difference<C: Candidates + ?Sized>(
     let mut rows: Vec<f64> = Vec::new();
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); parameters];
     for (e, local) in named.locals.iter().enumerate() {
-        let truth = system.simulate(named, local, e).ok()?;
-        let simulated = system.simulate(other, local, e).ok()?;
+        let truth = system.simulate(named, local, e, system.points(e)).ok()?;
+        let simulated = system.simulate(other, local, e, system.points(e)).ok()?;
         let s = system.sensitivities(other, local, e, 0..system.points(e)).ok()?;
         for (k, ((c, _), noise)) in fitted_outputs(system).zip(noise).enumerate() {
             rows.extend(truth[c].iter().zip(&simulated[c]).map(|(a, b)| (a - b) / noise));

@@ -8,7 +8,7 @@ use crate::noise::{Noise, NoisePrior};
 use crate::onset::{self, LateFault};
 use crate::rejection::null_test::explained;
 use crate::residual::ResidualSummary;
-use crate::search::{Candidates, Rows, search};
+use crate::search::{Candidates, Remembered, Rows, search};
 use crate::settings::DiagnosisSettings;
 use crate::test_set::TestSet;
 use crate::verdict::{
@@ -79,10 +79,12 @@ fn findings(
     prepared: &Prepared<'_>,
     progress: &(dyn Fn(Stage, f64) + Sync),
 ) -> Result<(Diagnosis<()>, Hypothesis), DiagnoseError> {
-    let Prepared { system, roles, settings, seed, .. } = prepared;
+    let Prepared { roles, settings, seed, .. } = prepared;
+    let remembered = Remembered::new(prepared.system);
+    let system: &(dyn Candidates + '_) = &remembered;
     let noise = Noise::white(&prepared.noise);
     let (choosing, whole) =
-        (roles.split(*system, &noise, settings), roles.whole(*system, &noise, settings));
+        (roles.split(system, &noise, settings), roles.whole(system, &noise, settings));
     // The model alone must be able to run at all.
     whole.errors(&whole.base())?;
     let mut rows = Rows::new(choosing, whole, prepared.prior.clone());
@@ -114,7 +116,7 @@ fn findings(
     // Every decision on names is made. Only now is the test set opened.
     let open = &rows.whole;
     let base = names.base.hypothesis.clone();
-    let test = roles.test(*system, &open.noise, settings).opened(&base)?;
+    let test = roles.test(system, &open.noise, settings).opened(&base)?;
     names.best.hypothesis = test.with_own_times(&names.best.hypothesis);
     for cause in &mut names.causes {
         let own =
@@ -122,7 +124,7 @@ fn findings(
                 m.candidate == cause.member.candidate && m.schedule == cause.member.schedule
             });
         if let (Some(acts), Some(member)) = (&mut cause.acts, own) {
-            acts.renew(*system, member);
+            acts.renew(system, member);
         }
     }
     let judged = Judged::of(&test, open, &names, prepared);
@@ -167,7 +169,7 @@ fn findings(
     let best = &names.best.hypothesis;
     // What all recordings share, such as the timing of the force, is the same before and after.
     let start =
-        Hypothesis { shared: best.shared.clone(), ..base }.without_locals(*system, open.len());
+        Hypothesis { shared: best.shared.clone(), ..base }.without_locals(system, open.len());
     let diagnosis = Diagnosis {
         verdict,
         reasons,
@@ -175,7 +177,7 @@ fn findings(
             log_posterior: -0.5 * total(open, &names.best),
             log_odds: 0.5 * (total(open, &names.base) - total(open, &names.best)),
         },
-        ranking: ranking(*system, &found),
+        ranking: ranking(system, &found),
         residual: ResidualSummary::of(open, &start, best, &prepared.floor()),
         error_reduction: test.error_reduction(&start, best, *seed),
         explainable: judged.explainable,

@@ -352,6 +352,7 @@ where
         hypothesis: &Hypothesis,
         local: &[f64],
         experiment: usize,
+        _until: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         let signals = self.signals(hypothesis, local, experiment)?;
         Ok(self.problem.outputs.signals.iter().map(|&s| signals[s].clone()).collect())
@@ -442,6 +443,7 @@ where
         hypothesis: &Hypothesis,
         local: &[f64],
         experiment: usize,
+        _simulated: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         let states = self.states(hypothesis, local, experiment)?;
         let width = self.settings.verdict.direction_width;

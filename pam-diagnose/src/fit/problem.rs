@@ -182,7 +182,8 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         hypothesis: &Hypothesis,
         place: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        self.system.simulate(hypothesis, &hypothesis.locals[place], self.experiments[place])
+        let (e, until) = (self.experiments[place], self.windows[place].end);
+        self.system.simulate(hypothesis, &hypothesis.locals[place], e, until)
     }
 
     /// Residuals (measured − simulated, row means) of the fitted channels of an experiment.
@@ -194,14 +195,18 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         hypothesis: &Hypothesis,
         place: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        let simulated = self.simulate(hypothesis, place)?;
+        Ok(self.residuals_of(&self.simulate(hypothesis, place)?, place))
+    }
+
+    /// The residuals of simulated outputs.
+    pub(crate) fn residuals_of(&self, simulated: &[Vec<f64>], place: usize) -> Vec<Vec<f64>> {
         let (e, window) = (self.experiments[place], &self.windows[place]);
-        Ok(fitted_outputs(self.system)
+        fitted_outputs(self.system)
             .map(|(c, _)| {
                 let rows = self.system.points_per_row();
                 row_means(self.system.measured(e, c), &simulated[c], window.clone(), rows)
             })
-            .collect())
+            .collect()
     }
 
     /// Residuals of an experiment, whitened by the noise; of an experiment that was not fitted, less what its nuisances

@@ -14,6 +14,7 @@ pub(super) fn features(
 ) -> Vec<Vec<f64>> {
     let n = x.len();
     let rms = |s: &[f64]| (s.iter().map(|a| a * a).sum::<f64>() / n as f64).sqrt().max(1e-9);
+    let whole = t.record.points();
     let force: Vec<f64> = (0..n).map(|k| t.record.force_mn(k)).collect();
     let (sx, sv, sf) = (rms(x), rms(v), rms(&force));
     let map = |f: &dyn Fn(usize) -> f64| (0..n).map(f).collect::<Vec<f64>>();
@@ -51,8 +52,8 @@ pub(super) fn features(
         map(&|k| x[k] * v[k] / (sx * sv)),
         map(&|k| force[k] / sf),
         map(&|k| (force[k] / sf).powi(3)),
-        map(&|k| k as f64 / n as f64),
-        map(&|k| x[k] / sx * k as f64 / n as f64),
+        map(&|k| k as f64 / whole as f64),
+        map(&|k| x[k] / sx * k as f64 / whole as f64),
     ];
     features.extend(settings.play_widths.map(|w| play(w * sx)));
     features.extend(settings.relaxations_s.map(relaxed));

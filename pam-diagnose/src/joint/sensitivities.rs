@@ -6,8 +6,8 @@ use crate::fit::{FittedParameter, Hypothesis, Sensitivities, fitted_outputs, row
 use crate::search::Candidates;
 use pam_autodiff::Chunk;
 use pam_core::Scalar;
-use pam_effects::effects::{NARROW, WIDTH};
-use pam_effects::simulation::{Nuisances, SimulationScalar, Trajectory, simulate};
+use pam_effects::effects::{AnyEffect, EffectScalar, NARROW, WIDTH};
+use pam_effects::simulation::{Nuisances, SimulationScalar, Trajectory, simulate_until};
 use std::ops::Range;
 
 /// Shared and local nuisances that the simulation is differentiated by, beside the shares of learned effects. The lead
@@ -122,9 +122,19 @@ impl Experiment<'_> {
         let channels: Vec<usize> = fitted_outputs(system).map(|(c, _)| c).collect();
         let parts = system.parts(self.hypothesis, self.index);
         let (values, nuisances) = self.seeded::<N>(&parts, some.start);
-        let (effects, mut out) = (&parts.effects, Trajectory::default());
+        let (effects, values) = without_absent(&parts.effects, values);
+        let mut out = Trajectory::default();
         let trial = system.trials[self.index];
-        simulate::<Chunk<N>>(trial, &system.base, effects, &values, &nuisances, &mut out)?;
+        let grid_points = system.simulated_points(self.index, window.end);
+        simulate_until::<Chunk<N>>(
+            trial,
+            &system.base,
+            &effects,
+            &values,
+            &nuisances,
+            grid_points,
+            &mut out,
+        )?;
         if all.simulated.is_empty() {
             let plain = |&c: &usize| out.channels[c].iter().map(|v| v.value).collect();
             all.simulated = channels.iter().map(plain).collect();
@@ -186,6 +196,26 @@ impl Experiment<'_> {
         }
         (values, n)
     }
+}
+
+/// Effects with their values, without those that are absent and not differentiated by: they change nothing.
+fn without_absent<'e, S: EffectScalar>(
+    effects: &[&'e dyn AnyEffect],
+    values: Vec<S>,
+) -> (Vec<&'e dyn AnyEffect>, Vec<S>) {
+    let (mut kept, mut kept_values, mut first) = (Vec::new(), Vec::new(), 0);
+    for effect in effects {
+        let own = &values[first..first + effect.info().value_len()];
+        first += own.len();
+        let pairs = effect.info().parameters.iter().zip(own);
+        let mut magnitudes = pairs.filter_map(|(p, value)| Some((p.off?, value.real()))).peekable();
+        let absent = magnitudes.peek().is_some() && magnitudes.all(|(off, value)| off == value);
+        if !absent || !own.iter().all(EffectScalar::is_constant) {
+            kept.push(*effect);
+            kept_values.extend_from_slice(own);
+        }
+    }
+    (kept, kept_values)
 }
 
 /// Fitted channels at the grid points, and the columns of their derivatives.

@@ -16,7 +16,7 @@ use pam_effects::effects::{
     AnyEffect, DataScales, EffectScalar, FixedState, Group, ParameterInfo, timed,
 };
 use pam_effects::model::ActiveEffect;
-use pam_effects::simulation::{Base, Nuisances, ResampledRecord, Trajectory, Trial, simulate};
+use pam_effects::simulation::{Base, Nuisances, ResampledRecord, Trajectory, Trial, simulate_until};
 use std::ops::Range;
 
 /// Recordings of a joint, its model, and effects that may be missing from it.
@@ -35,11 +35,16 @@ pub struct JointSystem<'a> {
     local: [Nuisance; 6],
     outputs: [OutputInfo; 4],
     settings: DiagnosisSettings,
+    /// Grid points of each trial that are simulated where only its open part is asked for.
+    open_points: Vec<usize>,
 }
 
 /// Standard deviations of the noise from one grid point to the next that the first sample of a pressure may be off by:
 /// noise that is correlated shows a part of itself only from point to point.
 const SAMPLE_DEVIATIONS: f64 = 3.0;
+
+/// Rows behind the end of the open part of a recording that are simulated with it: windows end at whole rows.
+const ROWS_AHEAD: usize = 2;
 
 impl<'a> JointSystem<'a> {
     /// Place of the lead of the force among the shared nuisances.
@@ -88,6 +93,13 @@ impl<'a> JointSystem<'a> {
         });
         let noisy_kpa = SAMPLE_DEVIATIONS * sensors[0].max(sensors[1]);
         let offset = Nuisance::of(fit.offset_deviation_kpa.hypot(noisy_kpa));
+        let mut open_points: Vec<usize> = trials.iter().map(|t| t.record.points()).collect();
+        for part in open {
+            let record = &trials[part.experiment].record;
+            let until = (part.end_s / record.step_s) as usize;
+            open_points[part.experiment] =
+                record.points_for(until.saturating_add(ROWS_AHEAD * settings.data.points_per_row));
+        }
         Self {
             scales: data_scales(&trials, open, &base, &settings.data),
             trials,
@@ -107,6 +119,7 @@ impl<'a> JointSystem<'a> {
             ],
             outputs,
             settings: *settings,
+            open_points,
         }
     }
 
@@ -352,6 +365,14 @@ impl Candidates for JointSystem<'_> {
         self.trials[experiment].record.points()
     }
 
+    /// Those of the open part, or all.
+    fn simulated_points(&self, experiment: usize, until: usize) -> usize {
+        let trial = &self.trials[experiment].record;
+        let open = self.open_points[experiment];
+        // The time series is differentiated by central differences.
+        if trial.points_for(until + 1) <= open { open } else { trial.points() }
+    }
+
     fn time_s(&self, experiment: usize, point: usize) -> f64 {
         point as f64 * self.trials[experiment].record.step_s
     }
@@ -398,11 +419,13 @@ impl Candidates for JointSystem<'_> {
         hypothesis: &Hypothesis,
         local: &[f64],
         experiment: usize,
+        until: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         let Parts { effects, values, .. } = self.parts(hypothesis, experiment);
         let nuisances = Self::nuisances(hypothesis, local);
+        let (trial, points) = (self.trials[experiment], self.simulated_points(experiment, until));
         let mut out = Trajectory::default();
-        simulate(self.trials[experiment], &self.base, &effects, &values, &nuisances, &mut out)?;
+        simulate_until(trial, &self.base, &effects, &values, &nuisances, points, &mut out)?;
         for (channel, &offset) in out.channels[2..].iter_mut().zip(&local[4..]) {
             if offset != 0.0 {
                 channel.iter_mut().for_each(|p| *p += offset);
@@ -433,12 +456,12 @@ impl Candidates for JointSystem<'_> {
 
     fn features(
         &self,
-        hypothesis: &Hypothesis,
-        local: &[f64],
+        _hypothesis: &Hypothesis,
+        _local: &[f64],
         experiment: usize,
+        simulated: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         // The predicted motion: the measured one holds the noise that is to be told from an error.
-        let simulated = self.simulate(hypothesis, local, experiment)?;
         let (trial, mass_kg) = (self.trials[experiment], self.base.mass_kg);
         let motion = [simulated[0].as_slice(), simulated[1].as_slice()];
         Ok(features::features(trial, motion, mass_kg, &self.settings.verdict))

@@ -213,18 +213,18 @@ impl CellProducts {
                 with
             };
             let begin = |group: &[&Start]| added(group, &|s| from_the_first_sample(system, s));
-            let begins = directions(problem, begin, &starts, &s, i);
-            // What a reading at rest does not see ends as it begins.
-            let at_rest: Vec<Start> =
-                starts.iter().filter(|s| system.acts_at_rest(s.candidate)).cloned().collect();
             let always =
                 |group: &[&Start]| added(group, &|s| Member::always(s.candidate, &s.values));
-            let mut ends = directions(problem, always, &at_rest, &s, i).into_iter();
-            let all = starts.iter().zip(begins).flat_map(|(start, begins)| {
-                let ends = if system.acts_at_rest(start.candidate) {
-                    ends.next().unwrap_or_default()
+            let ends = directions(problem, always, &starts, &s, i);
+            // What a reading at rest does not see begins as it ends.
+            let at_rest: Vec<Start> =
+                starts.iter().filter(|s| system.acts_at_rest(s.candidate)).cloned().collect();
+            let mut begins = directions(problem, begin, &at_rest, &s, i).into_iter();
+            let all = starts.iter().zip(ends).flat_map(|(start, ends)| {
+                let begins = if system.acts_at_rest(start.candidate) {
+                    begins.next().unwrap_or_default()
                 } else {
-                    begins.clone()
+                    ends.clone()
                 };
                 [begins, ends].concat()
             });

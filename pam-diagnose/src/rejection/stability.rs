@@ -62,11 +62,17 @@ impl ParameterStability {
             .flat_map(|i| {
                 let whole = active(problem, member, i);
                 let count = settings.stability_parts.min(blocks(i, whole.len())).max(1);
-                let len = whole.len() / count;
+                // Whole rows of the experiment, whose sensitivities at the start serve all parts.
+                let points = problem.system.points_per_row();
+                let len = whole.len() / count / points * points;
                 let parts = (0..count).map(move |part| whole.start + part * len);
                 parts.filter(move |_| len > 0).map(move |from| (i, from..from + len))
             })
             .collect();
+        parallel::for_each(problem.len(), &|i| {
+            let (e, window) = (problem.experiments[i], problem.windows[i].clone());
+            let _ = problem.system.sensitivities(&alone, &alone.locals[i], e, window);
+        });
         let parts: Vec<(String, f64, Vec<f64>)> = parallel::map(places.len(), |k| {
             let (experiment, window) = places[k].clone();
             let from = window.start;

@@ -31,9 +31,11 @@ impl FeatureRows {
         let points = problem.system.points_per_row();
         let mut from = 0;
         for i in 0..problem.len() {
-            let r = problem.residuals(hypothesis, i).ok()?;
             let (e, window) = (problem.experiments[i], problem.windows[i].clone());
-            let all = problem.system.features(hypothesis, &hypothesis.locals[i], e).ok()?;
+            let simulated = problem.simulate(hypothesis, i).ok()?;
+            let r = problem.residuals_of(&simulated, i);
+            let local = &hypothesis.locals[i];
+            let all = problem.system.features(hypothesis, local, e, &simulated).ok()?;
             features.resize(all.len(), Vec::new());
             for (feature, series) in features.iter_mut().zip(&all) {
                 let rows = series[window.clone()].chunks_exact(points);

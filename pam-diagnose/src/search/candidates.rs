@@ -113,6 +113,12 @@ pub trait Candidates: Sync {
     fn name(&self, experiment: usize) -> &str;
     /// Number of grid points of an experiment.
     fn points(&self, experiment: usize) -> usize;
+    /// Number of grid points at which an experiment is simulated where those before `until` are asked for. It must not decrease
+    /// with `until`; the same simulation serves all that have the same.
+    fn simulated_points(&self, experiment: usize, until: usize) -> usize {
+        let _ = until;
+        self.points(experiment)
+    }
     /// Time of a grid point since the first, s.
     fn time_s(&self, experiment: usize, point: usize) -> f64;
     /// Time of the first grid point in the recording, s.
@@ -146,7 +152,7 @@ pub trait Candidates: Sync {
     /// that are `row_s` apart.
     fn rows_per_block(&self, rows: usize, row_s: f64) -> usize;
 
-    /// All outputs of an experiment under a hypothesis, at the grid points.
+    /// All outputs of an experiment under a hypothesis at the grid points, at those before `until` at least.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the simulation fails.
@@ -155,6 +161,7 @@ pub trait Candidates: Sync {
         hypothesis: &Hypothesis,
         local: &[f64],
         experiment: usize,
+        until: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError>;
 
     /// Residuals and their sensitivities in a window. Fitted parameters that are logarithmic are differentiated by
@@ -187,7 +194,7 @@ pub trait Candidates: Sync {
         Ok(all)
     }
 
-    /// Features at the grid points from which a flexible model learns the residual.
+    /// Features from which a flexible model learns the residual, at the grid points of the `simulated` outputs.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the simulation fails.
@@ -196,6 +203,7 @@ pub trait Candidates: Sync {
         hypothesis: &Hypothesis,
         local: &[f64],
         experiment: usize,
+        simulated: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>, DiagnoseError>;
 
     /// Names and units of the factors that a residual may depend on.

@@ -10,6 +10,7 @@ mod candidates;
 mod chosen;
 mod fits;
 pub(crate) mod refit;
+mod remembered;
 mod rows;
 mod scored;
 
@@ -17,5 +18,6 @@ pub use candidates::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 pub(crate) use chosen::TIE;
 pub use chosen::{Findings, search};
 pub(crate) use fits::stands;
+pub(crate) use remembered::Remembered;
 pub use rows::Rows;
 pub use scored::Scored;

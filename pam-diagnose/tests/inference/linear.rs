@@ -249,6 +249,7 @@ impl Candidates for Linear {
         hypothesis: &Hypothesis,
         local: &[f64],
         experiment: usize,
+        _until: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         let e = &self.experiments[experiment];
         let mut y = vec![local.first().copied().unwrap_or(0.0); e.measured.len()];
@@ -265,7 +266,7 @@ impl Candidates for Linear {
         window: Range<usize>,
     ) -> Result<Sensitivities, DiagnoseError> {
         let e = &self.experiments[experiment];
-        let y = self.simulate(hypothesis, local, experiment)?;
+        let y = self.simulate(hypothesis, local, experiment, window.end)?;
         let errors: Vec<f64> = e.measured.iter().zip(&y[0]).map(|(m, y)| m - y).collect();
         let rows = |series: &[f64]| -> Vec<Vec<f64>> {
             let mean = |row: &[f64]| row.iter().sum::<f64>() / row.len() as f64;
@@ -282,6 +283,7 @@ impl Candidates for Linear {
         _hypothesis: &Hypothesis,
         _local: &[f64],
         experiment: usize,
+        _simulated: &[Vec<f64>],
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         let e = &self.experiments[experiment];
         let one = vec![vec![1.0; e.measured.len()]];

@@ -97,7 +97,7 @@ impl<T: Float> Workspace<T> {
         self.states.resize(record.points() * len, 0.0);
         self.calls_before.clear();
         let (states, calls_before) = (&mut self.states, &mut self.calls_before);
-        integrator.run(&mut self.channels, |k, integrator| {
+        integrator.run(record.points(), &mut self.channels, |k, integrator| {
             integrator.state_into(&mut states[k * len..(k + 1) * len]);
             calls_before.push(asked.count());
         })?;

@@ -125,14 +125,15 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         self.friction_limit_mn(&air, &step, &at).real() > LEAST_FRICTION_MN
     }
 
-    /// Integrates to the end and writes the true channels. `at_point` is called at every grid point, before the
-    /// step from it.
+    /// Integrates up to a number of grid points and writes the true channels at all steps. `at_point` is called at every
+    /// step, before it is done.
     pub(crate) fn run(
         &mut self,
+        grid_points: usize,
         channels: &mut [Vec<S>; 4],
         mut at_point: impl FnMut(usize, &Self),
     ) -> Result<(), Diverged> {
-        let points = self.record.steps() + 1;
+        let points = (grid_points.max(1) - 1) * self.record.steps_per_point + 1;
         for channel in channels.iter_mut() {
             channel.clear();
             channel.reserve(points);

@@ -30,7 +30,7 @@ pub use gas::Chambers;
 pub use input::FineForce;
 pub use nuisances::Nuisances;
 pub use record::{RecordSource, ResampledRecord, TooLong};
-pub use run::{SimulationScalar, needed_substeps, simulate};
+pub use run::{SimulationScalar, needed_substeps, simulate, simulate_until};
 pub use table::{Air, ForceTable};
 pub use trajectory::{Diverged, Trajectory};
 pub use trial::Trial;

@@ -185,6 +185,14 @@ impl ResampledRecord {
         self.measured[0].len()
     }
 
+    /// Number of grid points to be simulated so that those before `until` are what they are in the whole recording: the
+    /// low-pass looks ahead.
+    #[must_use]
+    pub fn points_for(&self, until: usize) -> usize {
+        let ahead = self.filters().iter().flatten().map(LowPass::memory).max().unwrap_or(0);
+        until.saturating_add(ahead).clamp(LowPass::shortest(), self.points().max(LowPass::shortest())).min(self.points())
+    }
+
     /// Number of steps of the simulation.
     #[must_use]
     pub fn steps(&self) -> usize {

@@ -13,16 +13,17 @@ use crate::effects::{AnyEffect, Derivatives, EffectScalar, FewDerivatives};
 
 /// Scalars that trials are simulated with: numbers, and numbers with derivatives.
 pub trait SimulationScalar: EffectScalar {
-    /// Implements [`simulate`].
+    /// Implements [`simulate_until`].
     ///
     /// # Errors
-    /// See [`simulate`].
+    /// See [`simulate_until`].
     fn simulate(
         trial: &Trial,
         base: &Base<f64>,
         effects: &[&dyn AnyEffect],
         values: &[Self],
         nuisances: &Nuisances<Self>,
+        points: usize,
         out: &mut Trajectory<Self>,
     ) -> Result<(), Diverged>;
 }
@@ -37,9 +38,10 @@ macro_rules! simulation_scalars {
                 effects: &[&dyn AnyEffect],
                 values: &[Self],
                 nuisances: &Nuisances<Self>,
+                points: usize,
                 out: &mut Trajectory<Self>,
             ) -> Result<(), Diverged> {
-                run(trial, base, effects, values, nuisances, out)
+                run(trial, base, effects, values, nuisances, points, out)
             }
         })+
     };
@@ -59,7 +61,23 @@ pub fn simulate<S: SimulationScalar>(
     nuisances: &Nuisances<S>,
     out: &mut Trajectory<S>,
 ) -> Result<(), Diverged> {
-    S::simulate(trial, base, effects, values, nuisances, out)
+    simulate_until(trial, base, effects, values, nuisances, trial.record.points(), out)
+}
+
+/// As [`simulate`], for the first `points` of the grid.
+///
+/// # Errors
+/// As [`simulate`], up to these points.
+pub fn simulate_until<S: SimulationScalar>(
+    trial: &Trial,
+    base: &Base<f64>,
+    effects: &[&dyn AnyEffect],
+    values: &[S],
+    nuisances: &Nuisances<S>,
+    points: usize,
+    out: &mut Trajectory<S>,
+) -> Result<(), Diverged> {
+    S::simulate(trial, base, effects, values, nuisances, points.min(trial.record.points()), out)
 }
 
 fn run<S: EffectScalar>(
@@ -68,9 +86,39 @@ fn run<S: EffectScalar>(
     effects: &[&dyn AnyEffect],
     values: &[S],
     nuisances: &Nuisances<S>,
+    points: usize,
     out: &mut Trajectory<S>,
 ) -> Result<(), Diverged> {
     let parts = Parts::new(effects, values);
+    let moved = parts.list.iter().any(|part| {
+        !part.hooks.leave_the_motion() && !part.p.iter().all(EffectScalar::is_constant)
+    });
+    if moved || !nuisances.are_constant() {
+        true_channels(trial, base, (effects, &parts, values), nuisances, points, &mut out.channels)?;
+    } else {
+        // The motion has no derivatives.
+        let values: Vec<f64> = values.iter().map(|v| v.real()).collect();
+        let mut motion = Trajectory::default();
+        let of = (effects, &Parts::new(effects, &values), values.as_slice());
+        true_channels(trial, base, of, &nuisances.real(), points, &mut motion.channels)?;
+        for (to, from) in out.channels.iter_mut().zip(&motion.channels) {
+            to.clear();
+            to.extend(from.iter().map(|&value| S::constant(value)));
+        }
+    }
+    measure(&trial.record, &parts, &mut out.channels);
+    Ok(())
+}
+
+/// The channels at all steps as they are, before any sensor. Effects come with their values, as parts and as they are.
+fn true_channels<S: EffectScalar>(
+    trial: &Trial,
+    base: &Base<f64>,
+    (effects, parts, values): (&[&dyn AnyEffect], &Parts<'_, S>, &[S]),
+    nuisances: &Nuisances<S>,
+    points: usize,
+    channels: &mut [Vec<S>; 4],
+) -> Result<(), Diverged> {
     let base = Base {
         mass_kg: nuisances.log_mass.exp().scaled(base.mass_kg),
         deformation: nuisances.log_deformation.exp().scaled(base.deformation),
@@ -82,12 +130,10 @@ fn run<S: EffectScalar>(
     let measured = Measured::of(&trial.record);
     let record = &trial.record;
     let joint =
-        |force| JointIntegrator::new(record, &base, force, &parts, &measured, nuisances, substeps);
+        |force| JointIntegrator::new(record, &base, force, parts, &measured, nuisances, substeps);
     // Unless air is lost, its masses stay, and the table at these masses is the force.
     let table = trial.table.with_masses(joint(&trial.table).masses());
-    joint(&table).run(&mut out.channels, |_, _| {})?;
-    measure(&trial.record, &parts, &mut out.channels);
-    Ok(())
+    joint(&table).run(points, channels, |_, _| {})
 }
 
 /// Substeps of each step of the grid (4 ms, or less where the samples are closer) that the mechanics of a model needs on a
