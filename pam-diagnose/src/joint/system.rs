@@ -13,7 +13,7 @@ use crate::settings::DiagnosisSettings;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_data::Channel;
 use pam_effects::effects::{
-    AnyEffect, DataScales, EffectScalar, FixedState, Group, ParameterInfo, timed,
+    AnyEffect, DataScales, EffectScalar, FixedState, ParameterInfo, timed,
 };
 use pam_effects::model::ActiveEffect;
 use pam_effects::simulation::{Base, Nuisances, ResampledRecord, Trajectory, Trial, simulate_until};
@@ -338,7 +338,8 @@ impl Candidates for JointSystem<'_> {
     }
 
     fn acts_at_rest(&self, index: usize) -> bool {
-        self.effect(index).info().group != Group::Mechanics
+        let effect = self.effect(index);
+        effect.hooks().rest || effect.changes_gas()
     }
 
     fn shared(&self) -> &[Nuisance] {

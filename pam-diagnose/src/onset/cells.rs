@@ -136,11 +136,19 @@ pub(super) struct Piece {
 }
 
 impl CellProducts {
-    /// The products of starting values and of the parameters of the members; `None` if the hypothesis cannot be simulated.
+    /// The cells of each experiment of a problem.
+    pub(super) fn cells_of<C: Candidates + ?Sized>(problem: &Problem<'_, C>) -> Vec<Cells> {
+        let cell_s = cell_s(problem);
+        (0..problem.len()).map(|i| Cells::new(problem, i, cell_s)).collect()
+    }
+
+    /// The products of starting values and of the parameters of the members; `None` if the hypothesis cannot be simulated. In
+    /// experiments that are not `asked` for, starting values have none.
     pub(super) fn at<C: Candidates + ?Sized>(
         problem: &Problem<'_, C>,
         hypothesis: &Hypothesis,
         starts: &[(usize, Vec<f64>)],
+        asked: &[bool],
     ) -> Option<Self> {
         let system = problem.system;
         let errors = problem.errors(hypothesis).ok()?;
@@ -179,9 +187,7 @@ impl CellProducts {
             let values = member.values.clone();
             Direction { candidate: member.candidate, values, member: Some(place), begins: true }
         }));
-        let cell_s = cell_s(problem);
-        let cells: Vec<Cells> =
-            (0..problem.len()).map(|i| Cells::new(problem, i, cell_s)).collect();
+        let cells = Self::cells_of(problem);
         let channels = roots.len();
         let each: Option<Vec<_>> = parallel::map(problem.len(), |i| {
             let s = problem.whitened_sensitivities(hypothesis, i).ok()?;
@@ -215,11 +221,18 @@ impl CellProducts {
             let begin = |group: &[&Start]| added(group, &|s| from_the_first_sample(system, s));
             let always =
                 |group: &[&Start]| added(group, &|s| Member::always(s.candidate, &s.values));
-            let ends = directions(problem, always, &starts, &s, i);
+            let here = |all: &[Start], with: &(dyn Fn(&[&Start]) -> Hypothesis + Sync)| {
+                if asked[i] {
+                    return directions(problem, with, all, &s, i);
+                }
+                let none = vec![Vec::new(); channels];
+                all.iter().map(|start| vec![none.clone(); start.directions.len()]).collect()
+            };
+            let ends = here(&starts, &always);
             // What a reading at rest does not see begins as it ends.
             let at_rest: Vec<Start> =
                 starts.iter().filter(|s| system.acts_at_rest(s.candidate)).cloned().collect();
-            let mut begins = directions(problem, begin, &at_rest, &s, i).into_iter();
+            let mut begins = here(&at_rest, &begin).into_iter();
             let all = starts.iter().zip(ends).flat_map(|(start, ends)| {
                 let begins = if system.acts_at_rest(start.candidate) {
                     begins.next().unwrap_or_default()

@@ -1,6 +1,6 @@
 //! Every candidate at every time: which beginning or end explains most, and how much chance explains.
 
-use super::cells::{CellProducts, Direction, Piece, Signed};
+use super::cells::{CellProducts, Cells, Direction, Piece, Signed};
 use super::schedule::Pattern;
 use crate::settings::OnsetSettings;
 use pam_core::parallel;
@@ -63,7 +63,7 @@ impl<'c> Scan<'c> {
         may_be: &dyn Fn(&Edge) -> bool,
     ) -> Self {
         let margin = settings.margin_cells;
-        let mut edges = edges(products, margin);
+        let mut edges = edges(&products.cells, margin);
         edges.retain(|(edge, _)| may_be(edge));
         let pieces = parallel::map(products.directions.len(), |direction| {
             // What a parameter of a member loses before a time it gains behind.
@@ -258,6 +258,17 @@ impl<'c> Scan<'c> {
     }
 }
 
+/// The experiments in which something is there behind the beginnings or before the ends that `may_be`.
+pub(super) fn touched(
+    cells: &[Cells],
+    settings: &OnsetSettings,
+    may_be: &dyn Fn(&Edge) -> bool,
+) -> Vec<bool> {
+    let edges = edges(cells, settings.margin_cells);
+    let edges: Vec<_> = edges.into_iter().filter(|(edge, _)| may_be(edge)).collect();
+    (0..cells.len()).map(|e| edges.iter().any(|(_, ranges)| !ranges[e].is_empty())).collect()
+}
+
 /// Rounds over the experiments in which each gets a time of its own.
 const SWEEPS: usize = 3;
 /// Every how many cells a time of its own is tried.
@@ -273,8 +284,7 @@ fn time_of(starts_s: &[f64], edge: usize) -> f64 {
 }
 
 /// All edges with the cells of each experiment in which the effect is there.
-fn edges(products: &CellProducts, margin: usize) -> Vec<(Edge, Vec<Range<usize>>)> {
-    let cells = &products.cells;
+fn edges(cells: &[Cells], margin: usize) -> Vec<(Edge, Vec<Range<usize>>)> {
     let mut all = Vec::new();
     let mut add = |pattern: Pattern, at: Vec<usize>, times_s: Vec<f64>| {
         for begins in [true, false] {
@@ -284,7 +294,7 @@ fn edges(products: &CellProducts, margin: usize) -> Vec<(Edge, Vec<Range<usize>>
                 .map(|(&at, c)| if begins { at..c.len() } else { 0..at })
                 .collect();
             let there: usize = ranges.iter().map(ExactSizeIterator::len).sum();
-            let whole: usize = cells.iter().map(super::cells::Cells::len).sum();
+            let whole: usize = cells.iter().map(Cells::len).sum();
             if there >= margin && whole - there >= margin {
                 all.push((Edge { pattern, begins, times_s: times_s.clone() }, ranges));
             }

@@ -1,7 +1,7 @@
 //! From the scan to a set whose members begin or end.
 
 use super::cells::{CellProducts, cell_s};
-use super::scan::{Edge, OnsetTest, Scan, Scored};
+use super::scan::{Edge, OnsetTest, Scan, Scored, touched};
 use super::schedule::{Acts, Pattern, Schedule};
 use crate::diagnosis::total;
 use crate::fit::{Fit, Hypothesis, Member, Problem};
@@ -114,12 +114,54 @@ fn scanned<C: Candidates + ?Sized>(
     seed: u64,
 ) -> Option<Scanned> {
     let settings = &problem.settings.onset;
-    let products = CellProducts::at(problem, at, starts)?;
-    let scan = Scan::new(&products, settings, may_be.unwrap_or(&|_| true));
+    let every = vec![true; problem.len()];
+    let asked = match may_be {
+        Some(may_be) => touched(&CellProducts::cells_of(problem), settings, may_be),
+        None => every.clone(),
+    };
+    let (may_be, of_each) = (may_be.unwrap_or(&|_| true), may_be.is_none());
+    let mut products = CellProducts::at(problem, at, starts, &asked)?;
+    if asked != every {
+        // What an effect would explain if it were there always matters only where something is promising.
+        let scan = Scan::new(&products, settings, may_be);
+        let reached = promising(problem, &scan, (products.square, of_each), needed, false);
+        if reached.is_empty() {
+            let choices = scan.edges_per_direction() as f64;
+            return Some(Scanned { test: None, promising: reached, choices, products });
+        }
+        products = CellProducts::at(problem, at, starts, &every)?;
+    }
+    Some(judged(problem, products, (may_be, of_each), needed, seed))
+}
+
+/// The scan of these products.
+fn judged<C: Candidates + ?Sized>(
+    problem: &Problem<'_, C>,
+    products: CellProducts,
+    (may_be, of_each): (&dyn Fn(&Edge) -> bool, bool),
+    needed: f64,
+    seed: u64,
+) -> Scanned {
+    let settings = &problem.settings.onset;
+    let scan = Scan::new(&products, settings, may_be);
     let choices = scan.edges_per_direction() as f64;
-    let square = products.square;
-    let promising: Vec<Scored> = scan
-        .best(may_be.is_none())
+    let promising = promising(problem, &scan, (products.square, of_each), needed, true);
+    // The draws take longer than the scan; where nothing is promising, they decide nothing.
+    let test = if promising.is_empty() { None } else { scan.test(settings, seed) };
+    Scanned { test, promising, choices, products }
+}
+
+/// Edges of a scan of residuals with this `square` that may reach the odds, the best first: better than without the candidate,
+/// and, if it is asked for, better than with it at all times.
+fn promising<C: Candidates + ?Sized>(
+    problem: &Problem<'_, C>,
+    scan: &Scan<'_>,
+    (square, of_each): (f64, bool),
+    needed: f64,
+    than_always: bool,
+) -> Vec<Scored> {
+    let choices = scan.edges_per_direction() as f64;
+    scan.best(of_each)
         .into_iter()
         .filter(|s| {
             let times = match s.edge.pattern {
@@ -135,13 +177,10 @@ fn scanned<C: Candidates + ?Sized>(
                 let share = (drop / square.max(f64::MIN_POSITIVE)).min(1.0 - 1e-12);
                 0.5 * (-weighted * (-share).ln_1p() - price)
             };
-            // Better than without the candidate, and better than with it at all times.
-            odds(s.drop, of_own + of_times) > needed && odds(s.contrast, of_times) > needed
+            odds(s.drop, of_own + of_times) > needed
+                && (!than_always || odds(s.contrast, of_times) > needed)
         })
-        .collect();
-    // The draws take longer than the scan; where nothing is promising, they decide nothing.
-    let test = if promising.is_empty() { None } else { scan.test(settings, seed) };
-    Some(Scanned { test, promising, choices, products })
+        .collect()
 }
 
 fn log_rows<C: Candidates + ?Sized>(problem: &Problem<'_, C>) -> f64 {

@@ -68,8 +68,13 @@ dispatch! {
         fn inertia_kg(&self, p: &[S], time_s: f64) -> S;
         /// See [`Effect::chamber`]; at a time, as [`delay_s`](Self::delay_s).
         fn chamber(&self, p: &[S], time_s: f64, law: &mut ChamberLaw<S>);
+        /// The share of the effect that is there at a time.
+        fn share(&self, p: &[S], time_s: f64) -> f64;
     }
     {
+        fn share(&self, _p: &[S], _time_s: f64) -> f64 {
+            1.0
+        }
         fn delay_s(&self, p: &[S], _time_s: f64) -> S {
             Effect::delay_s(self, p)
         }

@@ -216,6 +216,10 @@ impl<S: EffectScalar> EffectHooks<S> for Timed {
         flow.map(|f| f * share)
     }
 
+    fn share(&self, p: &[S], time_s: f64) -> f64 {
+        Timed::share(self, p, S::constant(time_s)).real()
+    }
+
     fn inertia_kg(&self, p: &[S], time_s: f64) -> S {
         let share = self.share(p, S::constant(time_s));
         self.with_own(p, |own| S::hooks(self.inner).inertia_kg(own, time_s)) * share

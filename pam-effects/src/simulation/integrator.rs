@@ -32,6 +32,8 @@ pub(crate) struct JointIntegrator<'a, S, F> {
     rough: bool,
     /// Whether inertia, delay and chambers depend on the time.
     changes_in_time: bool,
+    /// Which effects were wholly there when inertia and chambers were last worked out; `None` if one of them was in part.
+    whole: Option<Vec<bool>>,
     delay_s: S,
     /// Displacement at which the chambers were sealed, mm.
     sealed_mm: S,
@@ -100,6 +102,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             substeps,
             rough: false,
             changes_in_time,
+            whole: None,
             lead_samples: nuisances.lead_samples,
             delay_s: delay_s(parts, start_s),
             sealed_mm: rest.sealed_mm,
@@ -169,6 +172,16 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     }
 
     fn at_time(&mut self, time_s: f64) {
+        let whole_or_not = |part: &Part<'_, S>| match part.effect.share(part.p, time_s) {
+            share if share <= 0.0 => Some(false),
+            share if share >= 1.0 => Some(true),
+            _ => None,
+        };
+        let same = |(part, whole): (&Part<'_, S>, &bool)| whole_or_not(part) == Some(*whole);
+        if self.whole.as_ref().is_some_and(|whole| self.parts.iter().zip(whole).all(same)) {
+            return;
+        }
+        self.whole = self.parts.iter().map(whole_or_not).collect();
         self.chambers = self.chambers.with_law(law_of(self.parts, time_s), self.sealed_mm);
         self.inverse_mass = (self.base.mass_kg + inertia_kg(self.parts, time_s)).recip();
     }

@@ -9,6 +9,9 @@ use pam_core::units::MN_PER_N;
 #[derive(Debug, Clone, Copy)]
 pub struct StribeckFriction;
 
+/// Multiple of the velocity beyond which nothing is left of the static part: `exp(−49)` is less than the rounding of what remains.
+const FAST: f64 = 7.0;
+
 impl Effect for StribeckFriction {
     fn info(&self) -> &'static EffectInfo {
         const { entry("stribeck_friction") }
@@ -37,6 +40,9 @@ impl Effect for StribeckFriction {
 
     fn dry_friction_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {
         let ratio = at.velocity_mm_s / p[2];
+        if ratio.real().abs() > FAST {
+            return p[0].scaled(MN_PER_N);
+        }
         (p[0] + (p[1] - p[0]) * (-(ratio * ratio)).exp()).scaled(MN_PER_N)
     }
 }
