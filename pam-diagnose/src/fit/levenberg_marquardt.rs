@@ -2,10 +2,9 @@
 
 use super::hypothesis::Hypothesis;
 use super::likelihood::ChannelErrors;
-use super::problem::{Problem, Sensitivities};
+use super::problem::Problem;
 use crate::error::DiagnoseError;
 use crate::search::{Candidates, Nuisance};
-use pam_core::parallel;
 
 /// A hypothesis at its best fit.
 #[derive(Debug, Clone)]
@@ -112,12 +111,11 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
     /// # Errors
     /// [`DiagnoseError`] if the sensitivities cannot be simulated.
     pub fn fit_further(&self, mut fit: Fit, iterations: usize) -> Result<Fit, DiagnoseError> {
-        let mut held = None;
         for _ in 0..iterations {
             if fit.has_converged() {
                 break;
             }
-            fit.last_drop = self.improve(&mut fit, &mut held)?;
+            fit.last_drop = self.improve(&mut fit)?;
         }
         let parameters = fit.hypothesis.parameters(self.system);
         let limited: Vec<_> = parameters
@@ -136,74 +134,29 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
 
     /// One iteration: the first damping whose step lowers the cost. Returns by how much; zero where no step does, or none
     /// would by enough to first order.
-    ///
-    /// Where the last step did what it should, the sensitivities that were `held` with it are those of the next one as well:
-    /// they decide whether the fit has converged, and serve as long as their steps lower the cost as expected.
-    fn improve(
-        &self,
-        fit: &mut Fit,
-        held: &mut Option<Vec<Sensitivities>>,
-    ) -> Result<f64, DiagnoseError> {
+    fn improve(&self, fit: &mut Fit) -> Result<f64, DiagnoseError> {
         let settings = &self.settings.fit;
-        if let Some(mut before) = held.take() {
-            let here: Result<Vec<_>, DiagnoseError> =
-                parallel::map(self.len(), |i| self.own_whitened_residuals(&fit.hypothesis, i))
-                    .into_iter()
-                    .collect();
-            before.iter_mut().zip(here?).for_each(|(s, residuals)| s.residuals = residuals);
-            let equations = self.normal_equations_of(&before, &fit.hypothesis, &fit.errors);
-            let step = equations.step(fit.damping, self.system.shared());
-            let expected = step.as_ref().map_or(0.0, |s| equations.expected_drop(s));
-            if step.is_some() && expected < fit.converged_drop {
-                return Ok(0.0);
-            }
-            if let Some((next, errors, cost)) = self.after(fit, step)
-                && fit.cost - cost > settings.held_drop * expected
-            {
-                let drop = fit.cost - cost;
-                (fit.hypothesis, fit.errors, fit.cost) = (next, errors, cost);
-                *held = Some(before);
-                return Ok(drop);
-            }
-        }
-        let here: Result<Vec<Sensitivities>, DiagnoseError> =
-            parallel::map(self.len(), |i| self.whitened_sensitivities(&fit.hypothesis, i))
-                .into_iter()
-                .collect();
-        let here = here?;
-        let equations = self.normal_equations_of(&here, &fit.hypothesis, &fit.errors);
+        let equations = self.normal_equations(&fit.hypothesis, &fit.errors)?;
         for _ in 0..settings.dampings_per_iteration {
             let step = equations.step(fit.damping, self.system.shared());
-            let expected = step.as_ref().map(|s| equations.expected_drop(s));
-            if expected.is_some_and(|drop| drop < fit.converged_drop) {
+            if step.as_ref().is_some_and(|s| equations.expected_drop(s) < fit.converged_drop) {
                 return Ok(0.0);
             }
-            if let Some((next, errors, cost)) = self.after(fit, step)
-                && cost < fit.cost
-            {
-                let drop = fit.cost - cost;
-                (fit.hypothesis, fit.errors, fit.cost) = (next, errors, cost);
-                let less = fit.damping * settings.damping_after_success;
-                fit.damping = less.max(settings.least_damping);
-                let as_expected = expected.is_some_and(|e| drop > settings.held_drop * e);
-                *held = as_expected.then_some(here);
-                return Ok(drop);
+            let moved =
+                step.map(|s| fit.hypothesis.moved(self.system, &s, settings.largest_log_step));
+            let tried = moved.and_then(|h| self.errors(&h).ok().map(|e| (h, e)));
+            if let Some((next, next_errors)) = tried {
+                let next_cost = self.cost(&next, &next_errors);
+                if next_cost < fit.cost {
+                    let drop = fit.cost - next_cost;
+                    (fit.hypothesis, fit.errors, fit.cost) = (next, next_errors, next_cost);
+                    let less = fit.damping * settings.damping_after_success;
+                    fit.damping = less.max(settings.least_damping);
+                    return Ok(drop);
+                }
             }
             fit.damping *= settings.damping_after_failure;
         }
         Ok(0.0)
-    }
-
-    /// The hypothesis after a step, with its errors and its cost; `None` if there is no step or it cannot be simulated.
-    fn after(
-        &self,
-        fit: &Fit,
-        step: Option<Vec<f64>>,
-    ) -> Option<(Hypothesis, ChannelErrors, f64)> {
-        let largest = self.settings.fit.largest_log_step;
-        let next = fit.hypothesis.moved(self.system, &step?, largest);
-        let errors = self.errors(&next).ok()?;
-        let cost = self.cost(&next, &errors);
-        Some((next, errors, cost))
     }
 }

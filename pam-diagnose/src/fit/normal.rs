@@ -44,24 +44,13 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         hypothesis: &Hypothesis,
         errors: &ChannelErrors,
     ) -> Result<NormalEquations, DiagnoseError> {
-        let all: Result<Vec<Sensitivities>, DiagnoseError> =
-            parallel::map(self.len(), |i| self.whitened_sensitivities(hypothesis, i))
-                .into_iter()
-                .collect();
-        Ok(self.normal_equations_of(&all?, hypothesis, errors))
-    }
-
-    /// Normal equations of whitened residuals and sensitivities, experiment by experiment.
-    pub(super) fn normal_equations_of(
-        &self,
-        sensitivities: &[Sensitivities],
-        hypothesis: &Hypothesis,
-        errors: &ChannelErrors,
-    ) -> NormalEquations {
         let weights = self.weights(errors);
-        let parts: Vec<Part> = parallel::map(self.len(), |i| {
-            part(&sensitivities[i], &weights, self.rows(i), self.rows_per_block(i))
-        });
+        let parts: Result<Vec<Part>, DiagnoseError> = parallel::map(self.len(), |i| {
+            let s = self.whitened_sensitivities(hypothesis, i)?;
+            Ok(part(&s, &weights, self.rows(i), self.rows_per_block(i)))
+        })
+        .into_iter()
+        .collect();
         let (shared, local) = (self.system.shared(), self.system.local());
         let parameters = hypothesis.parameters(self.system).len();
         let common = parameters + shared.len();
@@ -71,7 +60,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         };
         let mut gram = SquareMatrix::zeros(unknowns);
         let (mut blocks, mut experiments) = (Vec::new(), Vec::new());
-        for (experiment, part) in parts.iter().enumerate() {
+        for (experiment, part) in parts?.iter().enumerate() {
             for i in 0..part.unknowns {
                 for j in 0..part.unknowns {
                     gram[(place(experiment, i), place(experiment, j))] +=
@@ -97,7 +86,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             precisions.extend(local.iter().map(precision));
             deviations.extend(values);
         }
-        NormalEquations { gram, blocks, experiments, precisions, deviations, parameters }
+        Ok(NormalEquations { gram, blocks, experiments, precisions, deviations, parameters })
     }
 }
 

@@ -219,22 +219,12 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         hypothesis: &Hypothesis,
         place: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        let white = self.own_whitened_residuals(hypothesis, place)?;
+        let residuals = self.residuals(hypothesis, place)?;
+        let white = self.noise.whitened(self.experiments[place], &residuals);
         Ok(match &self.unseen {
             Some(nuisances) => nuisances[place].cleared(white),
             None => white,
         })
-    }
-
-    /// As [`whitened_residuals`](Self::whitened_residuals), with what the nuisances of an experiment that was not fitted would
-    /// take.
-    pub(super) fn own_whitened_residuals(
-        &self,
-        hypothesis: &Hypothesis,
-        place: usize,
-    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        let residuals = self.residuals(hypothesis, place)?;
-        Ok(self.noise.whitened(self.experiments[place], &residuals))
     }
 
     /// Sums of the squared [whitened residuals](Self::whitened_residuals) of all channels over each

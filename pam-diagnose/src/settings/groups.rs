@@ -169,8 +169,6 @@ settings! {
         dampings_per_iteration: usize = 4, "–", COUNT, TIME;
         /// Drop of the cost below which a fit has converged.
         converged_drop: f64 = 0.05, "cost", COST, STUDIES;
-        /// Share of the expected drop of the cost from which the sensitivities of a step serve the next one as well.
-        held_drop: f64 = 0.7, "–", SHARE, TIME;
         /// Largest change of the logarithm of a scale in one step: a factor of three.
         largest_log_step: f64 = 1.1, "–", POSITIVE, USUAL;
         /// Prior standard deviation of the logarithms of the model's mass and deformation coefficient.
