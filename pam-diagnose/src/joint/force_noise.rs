@@ -130,7 +130,7 @@ pub(super) fn driven(
         .zip(&quietened)
         .map(|(t, quietened)| match quietened {
             Some((recording, _)) => {
-                Trial { record: t.record.driven_by(recording), table: t.table.clone() }
+                t.driven_by(recording)
             }
             None => t.clone(),
         })

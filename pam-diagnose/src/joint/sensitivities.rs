@@ -1,13 +1,13 @@
 //! Residuals and sensitivities of one recording.
 
-use super::system::{JointSystem, Parts, magnitudes};
+use super::system::{JointSystem, Parts, is_absent, magnitudes};
 use crate::error::DiagnoseError;
 use crate::fit::{FittedParameter, Hypothesis, Sensitivities, fitted_outputs, row_means};
 use crate::search::Candidates;
 use pam_autodiff::Chunk;
 use pam_core::Scalar;
 use pam_effects::effects::{AnyEffect, EffectScalar, NARROW, WIDTH};
-use pam_effects::simulation::{Nuisances, SimulationScalar, Trajectory, simulate_until};
+use pam_effects::simulation::{Nuisances, SimulationScalar, Trajectory, sensed, simulate_until};
 use std::ops::Range;
 
 /// Shared and local nuisances that the simulation is differentiated by, beside the shares of learned effects. The lead
@@ -121,20 +121,19 @@ impl Experiment<'_> {
         let points = system.points_per_row();
         let channels: Vec<usize> = fitted_outputs(system).map(|(c, _)| c).collect();
         let parts = system.parts(self.hypothesis, self.index);
-        let (values, nuisances) = self.seeded::<N>(&parts, some.start);
-        let (effects, values) = without_absent(&parts.effects, values);
+        let (values, nuisances) = self.seeded::<N>(&parts, &some);
+        let of = Differentiable::new(&parts.effects, values);
         let mut out = Trajectory::default();
-        let trial = system.trials[self.index];
+        let (trial, base) = (system.trials[self.index], &system.base);
         let grid_points = system.simulated_points(self.index, window.end);
-        simulate_until::<Chunk<N>>(
-            trial,
-            &system.base,
-            &effects,
-            &values,
-            &nuisances,
-            grid_points,
-            &mut out,
-        )?;
+        let parameters = self.hypothesis.parameters(system).len() - self.absent().len();
+        if of.leave_the_motion && some.end <= parameters {
+            let motion = system.motion(self.hypothesis, self.local, (self.index, grid_points))?;
+            sensed(trial, &of.effects, &of.values, &motion, &mut out);
+        } else {
+            let (effects, values) = (&of.effects, &of.values);
+            simulate_until(trial, base, effects, values, &nuisances, grid_points, &mut out)?;
+        }
         if all.simulated.is_empty() {
             let plain = |&c: &usize| out.channels[c].iter().map(|v| v.value).collect();
             all.simulated = channels.iter().map(plain).collect();
@@ -154,17 +153,21 @@ impl Experiment<'_> {
         Ok(())
     }
 
-    /// Values and nuisances with the unknowns from `first` on as directions. Parameters with a logarithmic coordinate carry
+    /// Values and nuisances with `some` unknowns as directions. Parameters with a logarithmic coordinate carry
     /// the derivative by their logarithm.
     fn seeded<const N: usize>(
         &self,
         parts: &Parts<'_>,
-        first: usize,
+        some: &Range<usize>,
     ) -> (Vec<Chunk<N>>, Nuisances<Chunk<N>>)
     where
         Chunk<N>: SimulationScalar,
     {
         let (system, hypothesis) = (self.system, self.hypothesis);
+        let seeded = |value: f64, k: usize| match some.contains(&k) {
+            true => Chunk::<N>::variable(value, k - some.start),
+            false => Chunk::constant(value),
+        };
         let mut values: Vec<Chunk<N>> = parts.values.iter().map(|&v| Chunk::constant(v)).collect();
         let parameters = hypothesis.parameters(system);
         let absent =
@@ -174,7 +177,7 @@ impl Experiment<'_> {
         for (k, learned) in system.learned.iter().enumerate() {
             let unknown = present + JointSystem::LEAD + k;
             for (value, magnitude) in values[fixed..].iter_mut().zip(magnitudes(learned)) {
-                let seed = Chunk::<N>::seeded(value.value, unknown, first);
+                let seed = seeded(value.value, unknown);
                 *value = Chunk::new(seed.value, seed.derivatives.map(|d| d * magnitude));
             }
             fixed += learned.values.len();
@@ -182,7 +185,7 @@ impl Experiment<'_> {
         let there = parameters.iter().filter_map(|p| Some((p, parts.places[p.member][p.value]?)));
         for (k, (p, place)) in there.enumerate() {
             let value = &mut values[place];
-            let seed = Chunk::<N>::seeded(value.value, k, first);
+            let seed = seeded(value.value, k);
             let slope = if p.info.logarithmic { seed.value } else { 1.0 };
             *value = Chunk::new(seed.value, seed.derivatives.map(|d| d * slope));
         }
@@ -192,30 +195,37 @@ impl Experiment<'_> {
         let local = [&mut n.start_mm, &mut n.start_mm_s, air_f, air_e];
         let of_learned = JointSystem::LEAD..JointSystem::LEAD + system.learned.len();
         for (k, value) in (0..of_learned.start).zip(shared).chain((of_learned.end..).zip(local)) {
-            *value = Chunk::seeded(value.value, present + k, first);
+            *value = seeded(value.value, present + k);
         }
         (values, n)
     }
 }
 
 /// Effects with their values, without those that are absent and not differentiated by: they change nothing.
-fn without_absent<'e, S: EffectScalar>(
-    effects: &[&'e dyn AnyEffect],
+struct Differentiable<'e, S> {
+    effects: Vec<&'e dyn AnyEffect>,
     values: Vec<S>,
-) -> (Vec<&'e dyn AnyEffect>, Vec<S>) {
-    let (mut kept, mut kept_values, mut first) = (Vec::new(), Vec::new(), 0);
-    for effect in effects {
-        let own = &values[first..first + effect.info().value_len()];
-        first += own.len();
-        let pairs = effect.info().parameters.iter().zip(own);
-        let mut magnitudes = pairs.filter_map(|(p, value)| Some((p.off?, value.real()))).peekable();
-        let absent = magnitudes.peek().is_some() && magnitudes.all(|(off, value)| off == value);
-        if !absent || !own.iter().all(EffectScalar::is_constant) {
-            kept.push(*effect);
-            kept_values.extend_from_slice(own);
+    /// Whether the motion has no derivatives by what is differentiated by.
+    leave_the_motion: bool,
+}
+
+impl<'e, S: EffectScalar> Differentiable<'e, S> {
+    fn new(effects: &[&'e dyn AnyEffect], values: Vec<S>) -> Self {
+        let mut of = Self { effects: Vec::new(), values: Vec::new(), leave_the_motion: true };
+        let mut first = 0;
+        for effect in effects {
+            let own = &values[first..first + effect.info().value_len()];
+            first += own.len();
+            let constant = own.iter().all(EffectScalar::is_constant);
+            if constant && is_absent(*effect, own) {
+                continue;
+            }
+            of.leave_the_motion &= constant || effect.hooks().leave_the_motion();
+            of.effects.push(*effect);
+            of.values.extend_from_slice(own);
         }
+        of
     }
-    (kept, kept_values)
 }
 
 /// Fitted channels at the grid points, and the columns of their derivatives.

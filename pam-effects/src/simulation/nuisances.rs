@@ -32,23 +32,4 @@ impl<S: EffectScalar> Nuisances<S> {
             log_air: [S::zero(); 2],
         }
     }
-
-    /// Without derivatives.
-    pub(super) fn real(&self) -> Nuisances<f64> {
-        Nuisances {
-            log_mass: self.log_mass.real(),
-            log_deformation: self.log_deformation.real(),
-            lead_samples: self.lead_samples,
-            start_mm: self.start_mm.real(),
-            start_mm_s: self.start_mm_s.real(),
-            log_air: self.log_air.map(|log| log.real()),
-        }
-    }
-
-    /// Whether nothing of them has derivatives.
-    pub(super) fn are_constant(&self) -> bool {
-        let [flexor, extensor] = &self.log_air;
-        let all = [&self.log_mass, &self.log_deformation, &self.start_mm, &self.start_mm_s, flexor, extensor];
-        all.into_iter().all(EffectScalar::is_constant)
-    }
 }

@@ -26,6 +26,14 @@ pub trait SimulationScalar: EffectScalar {
         points: usize,
         out: &mut Trajectory<Self>,
     ) -> Result<(), Diverged>;
+
+    /// Implements [`sensed`].
+    fn measure(
+        trial: &Trial,
+        effects: &[&dyn AnyEffect],
+        values: &[Self],
+        out: &mut Trajectory<Self>,
+    );
 }
 
 // Methods for concrete types are compiled in this crate, once.
@@ -42,6 +50,15 @@ macro_rules! simulation_scalars {
                 out: &mut Trajectory<Self>,
             ) -> Result<(), Diverged> {
                 run(trial, base, effects, values, nuisances, points, out)
+            }
+
+            fn measure(
+                trial: &Trial,
+                effects: &[&dyn AnyEffect],
+                values: &[Self],
+                out: &mut Trajectory<Self>,
+            ) {
+                measure(&trial.record, &Parts::new(effects, values), &mut out.channels);
             }
         })+
     };
@@ -90,24 +107,44 @@ fn run<S: EffectScalar>(
     out: &mut Trajectory<S>,
 ) -> Result<(), Diverged> {
     let parts = Parts::new(effects, values);
-    let moved = parts.list.iter().any(|part| {
-        !part.hooks.leave_the_motion() && !part.p.iter().all(EffectScalar::is_constant)
-    });
-    if moved || !nuisances.are_constant() {
-        true_channels(trial, base, (effects, &parts, values), nuisances, points, &mut out.channels)?;
-    } else {
-        // The motion has no derivatives.
-        let values: Vec<f64> = values.iter().map(|v| v.real()).collect();
-        let mut motion = Trajectory::default();
-        let of = (effects, &Parts::new(effects, &values), values.as_slice());
-        true_channels(trial, base, of, &nuisances.real(), points, &mut motion.channels)?;
-        for (to, from) in out.channels.iter_mut().zip(&motion.channels) {
-            to.clear();
-            to.extend(from.iter().map(|&value| S::constant(value)));
-        }
-    }
+    let of = (effects, &parts, values);
+    true_channels(trial, base, of, nuisances, points, &mut out.channels)?;
     measure(&trial.record, &parts, &mut out.channels);
     Ok(())
+}
+
+/// The motion of the first `points` of the grid at all steps of the simulation, before any sensor.
+///
+/// # Errors
+/// As [`simulate_until`].
+pub fn motion_until(
+    trial: &Trial,
+    base: &Base<f64>,
+    effects: &[&dyn AnyEffect],
+    values: &[f64],
+    nuisances: &Nuisances<f64>,
+    points: usize,
+) -> Result<Trajectory<f64>, Diverged> {
+    let of = (effects, &Parts::new(effects, values), values);
+    let mut motion = Trajectory::default();
+    let points = points.min(trial.record.points());
+    true_channels(trial, base, of, nuisances, points, &mut motion.channels)?;
+    Ok(motion)
+}
+
+/// A [motion](motion_until) as the sensors show it, among effects by which it has no derivatives.
+pub fn sensed<S: SimulationScalar>(
+    trial: &Trial,
+    effects: &[&dyn AnyEffect],
+    values: &[S],
+    motion: &Trajectory<f64>,
+    out: &mut Trajectory<S>,
+) {
+    for (to, from) in out.channels.iter_mut().zip(&motion.channels) {
+        to.clear();
+        to.extend(from.iter().map(|&value| S::constant(value)));
+    }
+    S::measure(trial, effects, values, out);
 }
 
 /// The channels at all steps as they are, before any sensor. Effects come with their values, as parts and as they are.
@@ -132,8 +169,8 @@ fn true_channels<S: EffectScalar>(
     let joint =
         |force| JointIntegrator::new(record, &base, force, parts, &measured, nuisances, substeps);
     // Unless air is lost, its masses stay, and the table at these masses is the force.
-    let table = trial.table.with_masses(joint(&trial.table).masses());
-    joint(&table).run(points, channels, |_, _| {})
+    let table = trial.table_at(joint(&trial.table).masses());
+    joint(&*table).run(points, channels, |_, _| {})
 }
 
 /// Substeps of each step of the grid (4 ms, or less where the samples are closer) that the mechanics of a model needs on a

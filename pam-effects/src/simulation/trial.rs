@@ -1,9 +1,11 @@
 //! A recording made ready for simulation.
 
+use super::latest::Latest;
 use super::record::ResampledRecord;
 use super::table::ForceTable;
-use pam_core::{ForceModel, JointModel};
-use pam_data::Subject;
+use pam_core::{ForceModel, JointModel, SealedMasses};
+use pam_data::{Recording, Subject};
+use std::sync::Arc;
 
 /// A resampled recording with the base model's force at its sealed masses.
 #[derive(Debug, Clone)]
@@ -12,7 +14,12 @@ pub struct Trial {
     pub record: ResampledRecord,
     /// The base model's force.
     pub table: ForceTable,
+    /// The force at the masses of the latest simulations.
+    tables: Latest<SealedMasses, ForceTable>,
 }
+
+/// Masses whose tables are kept: a hypothesis is simulated many times with the same ones, by several threads.
+const TABLES: usize = 4;
 
 impl Trial {
     /// Resamples a recording: force and channels on the grid, and the force table over one and a half times
@@ -36,6 +43,19 @@ impl Trial {
         Self::with_table_over(model, subject, record, ranges)
     }
 
+    /// The same motion, driven by the force of another recording of the same times.
+    #[must_use]
+    pub fn driven_by(&self, recording: &Recording) -> Self {
+        Self { record: self.record.driven_by(recording), ..self.clone() }
+    }
+
+    /// The table at other masses.
+    pub(super) fn table_at(&self, masses: SealedMasses) -> Arc<ForceTable> {
+        let moved = || Ok::<_, std::convert::Infallible>(self.table.with_masses(masses));
+        let Ok(table) = self.tables.get(masses, moved);
+        table
+    }
+
     fn with_table_over<F: ForceModel<f64> + Sync>(
         model: &JointModel<f64, F>,
         subject: &Subject,
@@ -47,7 +67,7 @@ impl Trial {
             [low - margin, high + margin]
         };
         let table = ForceTable::new(model, subject.masses, around(ranges[0]), around(ranges[1]));
-        Self { record, table }
+        Self { record, table, tables: Latest::new(TABLES) }
     }
 }
 
