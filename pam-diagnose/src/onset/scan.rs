@@ -85,30 +85,30 @@ impl<'c> Scan<'c> {
         (2 * self.pieces.len()).div_ceil(self.products.directions.len().max(1)).max(1)
     }
 
-    fn signed(&self, sign: &mut impl FnMut() -> f64, block: usize) -> Signed {
-        let signs: Vec<Vec<f64>> = self
-            .products
-            .cells
-            .iter()
-            .map(|cells| {
-                let mut now = 1.0;
-                (0..cells.len())
-                    .map(|k| {
-                        if k % block == 0 {
-                            now = sign();
-                        }
-                        now
-                    })
-                    .collect()
-            })
-            .collect();
-        self.products.signed(&signs)
+    /// Signs of all cells, block by block, experiment by experiment.
+    fn signs(&self, sign: &mut impl FnMut() -> f64, block: usize) -> Vec<Vec<f64>> {
+        let of = |cells: &Cells| {
+            let mut now = 1.0;
+            let mut next = |k: usize| {
+                if k.is_multiple_of(block) {
+                    now = sign();
+                }
+                now
+            };
+            (0..cells.len()).map(&mut next).collect()
+        };
+        self.products.cells.iter().map(of).collect()
+    }
+
+    /// The residual as it is.
+    fn plain(&self) -> Signed {
+        self.products.signed(&self.signs(&mut || 1.0, 1))
     }
 
     /// The best edge of each candidate, or member, and pattern; the best first. `of_each` asks for times of each experiment's
     /// own as well.
     pub(super) fn best(&self, of_each: bool) -> Vec<Scored> {
-        let signed = self.signed(&mut || 1.0, 1);
+        let signed = self.plain();
         let mut all: Vec<Scored> = self
             .pieces
             .iter()
@@ -138,7 +138,7 @@ impl<'c> Scan<'c> {
 
     /// What the best edge of a candidate explains over the time, experiment by experiment; for figures.
     pub(super) fn curve(&self, candidate: usize, begins: bool) -> Vec<Vec<(f64, f64)>> {
-        let signed = self.signed(&mut || 1.0, 1);
+        let signed = self.plain();
         let mut curves = vec![Vec::<(f64, f64)>::new(); self.products.cells.len()];
         for (piece, edge) in &self.pieces {
             let own = self.products.directions[piece.direction].candidate == candidate;
@@ -162,21 +162,33 @@ impl<'c> Scan<'c> {
 
     /// Whether the largest drop is more than chance.
     pub(super) fn test(&self, settings: &OnsetSettings, seed: u64) -> Option<OnsetTest> {
-        let largest = |signed: &Signed| {
-            let drops = self.pieces.iter().map(|(piece, _)| CellProducts::contrast(piece, signed));
-            drops.fold(0.0, f64::max) / self.products.square.max(f64::MIN_POSITIVE)
-        };
         if self.pieces.is_empty() {
             return None;
         }
-        let largest_share = largest(&self.signed(&mut || 1.0, 1));
+        let square = self.products.square.max(f64::MIN_POSITIVE);
+        let plain = self.plain();
+        let contrasts = self.pieces.iter().map(|(piece, _)| CellProducts::contrast(piece, &plain));
+        let largest_share = contrasts.fold(0.0, f64::max) / square;
         let draws = settings.draws;
-        let mut null: Vec<f64> = parallel::map(draws, |draw| {
-            let seed = seed ^ 0xbb67_ae85_84ca_a73b ^ ((draw as u64) << 20);
-            let mut random = ChaCha8Rng::seed_from_u64(seed);
-            let mut sign = || if random.random_bool(0.5) { 1.0 } else { -1.0 };
-            largest(&self.signed(&mut sign, settings.block_cells))
+        let signs: Vec<Vec<Vec<f64>>> = (0..draws)
+            .map(|draw| {
+                let seed = seed ^ 0xbb67_ae85_84ca_a73b ^ ((draw as u64) << 20);
+                let mut random = ChaCha8Rng::seed_from_u64(seed);
+                let mut sign = || if random.random_bool(0.5) { 1.0 } else { -1.0 };
+                self.signs(&mut sign, settings.block_cells)
+            })
+            .collect();
+        let drawn = self.products.draws(&signs);
+        let mut of_direction: Vec<Vec<&Piece>> = vec![Vec::new(); self.products.directions.len()];
+        self.pieces.iter().for_each(|(piece, _)| of_direction[piece.direction].push(piece));
+        let each = parallel::map(of_direction.len(), |direction| {
+            self.products.largest_contrasts(direction, &of_direction[direction], &drawn)
         });
+        let mut null = vec![0.0; draws];
+        for own in each {
+            null.iter_mut().zip(own).for_each(|(largest, own)| *largest = f64::max(*largest, own));
+        }
+        null.iter_mut().for_each(|largest| *largest /= square);
         null.sort_by(f64::total_cmp);
         let reached = null.iter().filter(|&&s| s >= largest_share).count();
         let at = (draws as f64 * settings.probability + 1e-9) as usize;
