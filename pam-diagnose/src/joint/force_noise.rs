@@ -129,9 +129,7 @@ pub(super) fn driven(
         .iter()
         .zip(&quietened)
         .map(|(t, quietened)| match quietened {
-            Some((recording, _)) => {
-                t.driven_by(recording)
-            }
+            Some((recording, _)) => t.driven_by(recording),
             None => t.clone(),
         })
         .collect();

@@ -12,11 +12,11 @@ use crate::search::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::settings::DiagnosisSettings;
 use pam_core::units::{ATMOSPHERE_KPA, MN_PER_N};
 use pam_data::Channel;
-use pam_effects::effects::{
-    AnyEffect, DataScales, EffectScalar, FixedState, ParameterInfo, timed,
-};
+use pam_effects::effects::{AnyEffect, DataScales, EffectScalar, FixedState, ParameterInfo, timed};
 use pam_effects::model::ActiveEffect;
-use pam_effects::simulation::{Base, Latest, Nuisances, ResampledRecord, Trajectory, Trial, motion_until, simulate_until};
+use pam_effects::simulation::{
+    Base, Latest, Nuisances, ResampledRecord, Trajectory, Trial, motion_until, simulate_until,
+};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -173,9 +173,8 @@ impl<'a> JointSystem<'a> {
             points,
         };
         let (trial, nuisances) = (self.trials[experiment], Self::nuisances(hypothesis, local));
-        Ok(self.motions[experiment].get(key, || {
-            motion_until(trial, &self.base, &effects, &values, &nuisances, points)
-        })?)
+        Ok(self.motions[experiment]
+            .get(key, || motion_until(trial, &self.base, &effects, &values, &nuisances, points))?)
     }
 
     /// Makes effects that baseline recordings have shown a part of the model. Of each, the data have a share between

@@ -427,7 +427,12 @@ impl CellProducts {
     }
 
     /// The largest [`contrast`](Self::contrast) of some pieces of one direction in each draw.
-    pub(super) fn largest_contrasts(&self, direction: usize, pieces: &[&Piece], draws: &Draws) -> Vec<f64> {
+    pub(super) fn largest_contrasts(
+        &self,
+        direction: usize,
+        pieces: &[&Piece],
+        draws: &Draws,
+    ) -> Vec<f64> {
         // Sums over the cells before each, experiment by experiment.
         let of_experiment = |(p, signs): (&Products, &Vec<Vec<f64>>)| -> Vec<Vec<f64>> {
             let mut sums = vec![vec![0.0; draws.count]];

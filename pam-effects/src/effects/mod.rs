@@ -28,8 +28,8 @@ pub use dynamic::{
     AnyEffect, Derivatives, EffectHooks, EffectScalar, FewDerivatives, NARROW, WIDTH,
 };
 pub use hooks::{
-    Absorbed, Air, ChamberLaw, Command, Effect, FixedState, Hooks, Observed, Point, Rest, Restoring,
-    StepStart,
+    Absorbed, Air, ChamberLaw, Command, Effect, FixedState, Hooks, Observed, Point, Rest,
+    Restoring, StepStart,
 };
 pub use own::{all, register, registered};
 pub use pam_vocabulary::{

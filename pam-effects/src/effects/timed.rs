@@ -15,7 +15,8 @@
 
 use super::dynamic::{AnyEffect, EffectHooks, EffectScalar};
 use super::{
-    Absorbed, ChamberLaw, Command, DataScales, EffectInfo, FixedState, Group, Hooks, Observed, Point, Rest,
+    Absorbed, ChamberLaw, Command, DataScales, EffectInfo, FixedState, Group, Hooks, Observed,
+    Point, Rest,
 };
 use pam_core::units::ATMOSPHERE_KPA;
 use pam_core::{AnyForce, JointModel, Scalar, smooth_step};

@@ -123,8 +123,9 @@ impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
     ) -> [S; 2] {
         let h = (to - at.share).scaled(step.grid_s);
         let middle = (at.share + to).scaled(0.5);
-        let rate =
-            |share: S, x: S, v: S| (v, self.acceleration(air, step, &At { share, x, v }, direction));
+        let rate = |share: S, x: S, v: S| {
+            (v, self.acceleration(air, step, &At { share, x, v }, direction))
+        };
         let along = |(v, a): (S, S), h: S| (at.x + v * h, at.v + a * h);
         let k1 = rate(at.share, at.x, at.v);
         let (x, v) = along(k1, h.scaled(0.5));

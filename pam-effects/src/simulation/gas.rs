@@ -2,8 +2,8 @@
 
 use super::base::Base;
 use crate::effects::ChamberLaw;
-use pam_core::{MuscleGeometry, Scalar};
 use pam_core::units::ATMOSPHERE_KPA;
+use pam_core::{MuscleGeometry, Scalar};
 
 /// Volumes of flexor and extensor, with all derivatives in one pass.
 #[inline]
@@ -15,6 +15,26 @@ fn volumes_mm3<S: Scalar>(geometry: &MuscleGeometry, x: &S, nu: &S) -> [S; 2] {
         S::with_slopes(v.flexor_mm3, [x, nu], [v.flexor_slope_mm2, flexor]),
         S::with_slopes(v.extensor_mm3, [x, nu], [v.extensor_slope_mm2, extensor]),
     ]
+}
+
+/// `c/V_s · (V_s/V)ⁿ`, with all derivatives in one pass.
+#[inline]
+fn polytropic<S: Scalar>(c: &S, n: &S, sealed: &S, volume: &S) -> S {
+    let (exponent, sealed_mm3, mm3) = (n.real(), sealed.real(), volume.real());
+    let isothermal = c.real() / mm3;
+    if S::NDERIV == 0 && exponent == 1.0 {
+        return S::constant(isothermal);
+    }
+    let by_ratio = (sealed_mm3 / mm3).ln();
+    let value =
+        if exponent == 1.0 { isothermal } else { isothermal * ((exponent - 1.0) * by_ratio).exp() };
+    let slopes = [
+        value / c.real(),
+        value * by_ratio,
+        value * (exponent - 1.0) / sealed_mm3,
+        -value * exponent / mm3,
+    ];
+    S::with_slopes(value, [c, n, sealed, volume], slopes)
 }
 
 /// `a / b`.
@@ -94,11 +114,8 @@ impl<'a, S: Scalar> Chambers<'a, S> {
         if !self.changed {
             return volumes.map(|v| ratio(&c, &v));
         }
-        let n = self.law.exponent;
-        [0, 1].map(|i| {
-            let ratio = self.sealed_mm3[i] / volumes[i];
-            (n * ratio.ln()).exp() / self.sealed_mm3[i] * c
-        })
+        let n = &self.law.exponent;
+        [0, 1].map(|i| polytropic(&c, n, &self.sealed_mm3[i], &volumes[i]))
     }
 
     /// Force on the joint (mN, towards +x) of the pressures by which this law differs from the base

@@ -98,7 +98,9 @@ impl FineForce {
         if lead_samples == 0.0 {
             return self.values_mn.clone();
         }
-        (0..self.values_mn.len()).map(|k| self.at(self.spacing_s * k as f64, lead_samples)).collect()
+        (0..self.values_mn.len())
+            .map(|k| self.at(self.spacing_s * k as f64, lead_samples))
+            .collect()
     }
 
     /// The values of a held force, mN.

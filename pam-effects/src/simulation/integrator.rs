@@ -221,11 +221,8 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
 
     /// A step of the grid from the present state on, without substeps.
     fn whole_step(&self, start_s: f64, driving_mn: [S; 3]) -> Substep<S> {
-        let start = StepStart {
-            displacement_mm: self.x,
-            velocity_mm_s: self.v,
-            driving_mn: driving_mn[0],
-        };
+        let start =
+            StepStart { displacement_mm: self.x, velocity_mm_s: self.v, driving_mn: driving_mn[0] };
         let grid_s = self.record.fine_step_s();
         Substep { start_s, grid_s, from: 0.0, to: 1.0, driving_mn, start }
     }
@@ -278,9 +275,8 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     /// The dry friction of all effects, mN.
     fn frictions_mn(&self, at: &Point<'_, S>) -> S {
         let parts = self.parts.iter().filter(|part| part.hooks.dry_friction);
-        let limits = parts.map(|part| {
-            part.effect.dry_friction_mn(part.p, at, &self.memory[part.memory.clone()])
-        });
+        let limits = parts
+            .map(|part| part.effect.dry_friction_mn(part.p, at, &self.memory[part.memory.clone()]));
         limits.fold(S::zero(), |sum, limit| sum + limit)
     }
 

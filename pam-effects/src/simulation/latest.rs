@@ -29,7 +29,8 @@ impl<K: PartialEq, V> Latest<K, V> {
             entries.push_back(found);
             Some(value)
         };
-        if let Some(value) = known(&mut self.entries.lock().unwrap_or_else(PoisonError::into_inner)) {
+        if let Some(value) = known(&mut self.entries.lock().unwrap_or_else(PoisonError::into_inner))
+        {
             return Ok(value);
         }
         // Other threads go on meanwhile.

@@ -190,7 +190,10 @@ impl ResampledRecord {
     #[must_use]
     pub fn points_for(&self, until: usize) -> usize {
         let ahead = self.filters().iter().flatten().map(LowPass::memory).max().unwrap_or(0);
-        until.saturating_add(ahead).clamp(LowPass::shortest(), self.points().max(LowPass::shortest())).min(self.points())
+        until
+            .saturating_add(ahead)
+            .clamp(LowPass::shortest(), self.points().max(LowPass::shortest()))
+            .min(self.points())
     }
 
     /// Number of steps of the simulation.
