@@ -89,7 +89,7 @@ impl<const N: usize, T: Scalar> Scalar for Chunk<N, T> {
     dual_num_by_chain_rule!(@scalar);
 
     /// All directions in one pass.
-    #[inline]
+    #[inline(always)]
     fn with_slopes<const K: usize>(value: f64, arguments: [&Self; K], slopes: [f64; K]) -> Self {
         Self {
             value: T::with_slopes(value, arguments.map(|a| &a.value), slopes),
@@ -98,7 +98,7 @@ impl<const N: usize, T: Scalar> Scalar for Chunk<N, T> {
     }
 
     /// All directions in one pass.
-    #[inline]
+    #[inline(always)]
     fn combination<const K: usize>(terms: [&Self; K], factors: [f64; K]) -> Self {
         Self {
             value: T::combination(terms.map(|a| &a.value), factors),
@@ -108,7 +108,7 @@ impl<const N: usize, T: Scalar> Scalar for Chunk<N, T> {
 }
 
 /// The derivatives of `Σ slopes · arguments`.
-#[inline]
+#[inline(always)]
 fn along<const N: usize, const K: usize, T: Scalar>(
     arguments: [&Chunk<N, T>; K],
     slopes: [f64; K],

@@ -24,6 +24,7 @@ const NOTHING: f64 = 1e-9;
 
 impl<S: EffectScalar, F: BaseForce<S>> JointIntegrator<'_, S, F> {
     /// Displacement and velocity at the end of a substep with dry friction.
+    #[inline(always)]
     pub(super) fn slide_and_stick(
         &self,
         air: &F::Sealed<'_>,

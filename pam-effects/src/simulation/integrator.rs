@@ -130,6 +130,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
 
     /// Integrates up to a number of grid points and writes the true channels at all steps. `at_point` is called at every
     /// step, before it is done.
+    #[inline(always)]
     pub(crate) fn run(
         &mut self,
         grid_points: usize,
@@ -281,6 +282,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     }
 
     /// The acceleration, mm/s², of a joint that slides in `direction` (±1; 0 without dry friction).
+    #[inline(always)]
     pub(super) fn acceleration(
         &self,
         air: &F::Sealed<'_>,
@@ -322,6 +324,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
 
     /// The whole substep as one Runge–Kutta step of fourth order, sliding in `direction`; the acceleration at its start and
     /// the state at its end. As the rate of the displacement is the velocity, it is Nyström's method of these nodes.
+    #[inline(always)]
     pub(super) fn slide(
         &self,
         air: &F::Sealed<'_>,
@@ -400,6 +403,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     }
 
     /// Does step `k` of the grid.
+    #[inline(always)]
     pub(crate) fn step(&mut self, k: usize) {
         let grid_s = self.record.fine_step_s();
         let driving_mn = [
@@ -419,6 +423,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         self.driving_mn = driving_mn[2];
     }
 
+    #[inline(always)]
     fn substep(&mut self, step: &Substep<S>) {
         if self.changes_in_time {
             self.at_time(step.start_s + 0.5 * (step.from + step.to) * step.grid_s);
@@ -518,6 +523,7 @@ pub(super) struct Substep<S> {
 }
 
 impl<S: EffectScalar> Substep<S> {
+    #[inline(always)]
     fn driving_mn(&self, share: S) -> S {
         let [start, middle, end] = self.driving_mn;
         match share.real() {

@@ -7,9 +7,12 @@ use super::nuisances::Nuisances;
 use super::observation::measure;
 use super::parts::Parts;
 use super::steps::substeps;
+use super::table::ForceTable;
 use super::trajectory::{Diverged, Trajectory};
 use super::trial::Trial;
 use crate::effects::{AnyEffect, Derivatives, EffectScalar, FewDerivatives};
+use pam_core::simd::arch;
+use pulp::{Simd, WithSimd};
 
 /// Scalars that trials are simulated with: numbers, and numbers with derivatives.
 pub trait SimulationScalar: EffectScalar {
@@ -170,7 +173,23 @@ fn true_channels<S: EffectScalar>(
         |force| JointIntegrator::new(record, &base, force, parts, &measured, nuisances, substeps);
     // Unless air is lost, its masses stay, and the table at these masses is the force.
     let table = trial.table_at(joint(&trial.table).masses());
-    joint(&*table).run(points, channels, |_, _| {})
+    arch().dispatch(Running { joint: &mut joint(&*table), points, channels })
+}
+
+/// A simulation, for the vectors of this machine.
+struct Running<'r, 'a, S> {
+    joint: &'r mut JointIntegrator<'a, S, ForceTable>,
+    points: usize,
+    channels: &'r mut [Vec<S>; 4],
+}
+
+impl<S: EffectScalar> WithSimd for Running<'_, '_, S> {
+    type Output = Result<(), Diverged>;
+
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) -> Self::Output {
+        self.joint.run(self.points, self.channels, |_, _| {})
+    }
 }
 
 /// Substeps of each step of the grid (4 ms, or less where the samples are closer) that the mechanics of a model needs on a

@@ -237,7 +237,7 @@ impl<S: Scalar> Restoring<S> for Air<'_, S> {
 
 impl<S: Scalar> SealedForce<S> for Air<'_, S> {
     /// All derivatives in one pass.
-    #[inline]
+    #[inline(always)]
     fn acceleration(&self, [x, v]: [&S; 2], push_mn: &S, damping_kg_s: &S, per_kg: &S) -> S {
         let [flexor, extensor] = &self.change_g;
         let air = [flexor.real(), extensor.real()];
