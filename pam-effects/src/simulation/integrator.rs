@@ -38,6 +38,8 @@ pub(crate) struct JointIntegrator<'a, S, F> {
     /// Displacement at which the chambers were sealed, mm.
     sealed_mm: S,
     lead_samples: f64,
+    /// The recorded force at half steps of the grid with this lead, if it is worked out.
+    led_mn: Option<&'a [f64]>,
     start_kpa: [S; 2],
     x: S,
     v: S,
@@ -103,6 +105,11 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             rough: false,
             changes_in_time,
             whole: None,
+            led_mn: if nuisances.lead_samples == 0.0 {
+                Some(record.force.values_mn())
+            } else {
+                None
+            },
             lead_samples: nuisances.lead_samples,
             delay_s: delay_s(parts, start_s),
             sealed_mm: rest.sealed_mm,
@@ -118,6 +125,13 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         joint.rough =
             joint.parts.iter().any(|part| part.may_stick_later) || joint.sticks_at_start();
         joint
+    }
+
+    /// The same with the recorded force at half steps with its lead ([`FineForce::led`]).
+    ///
+    /// [`FineForce::led`]: super::input::FineForce::led
+    pub(super) fn driven_by(self, led_mn: &'a [f64]) -> Self {
+        Self { led_mn: Some(led_mn), ..self }
     }
 
     /// Whether there is dry friction at rest at the start.
@@ -201,10 +215,10 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         }
         let mut force = if self.delay_s.real() != 0.0 {
             recorded.at(S::constant(time_s) - self.delay_s, lead)
-        } else if lead != 0.0 {
-            S::constant(recorded.at(time_s, lead))
+        } else if let Some(led_mn) = self.led_mn {
+            S::constant(led_mn[half])
         } else {
-            S::constant(recorded.values_mn()[half])
+            S::constant(recorded.at(time_s, lead))
         };
         for part in self.parts.iter().filter(|part| part.hooks.drive) {
             let memory = &mut self.memory[part.memory.clone()];

@@ -173,7 +173,9 @@ fn true_channels<S: EffectScalar>(
         |force| JointIntegrator::new(record, &base, force, parts, &measured, nuisances, substeps);
     // Unless air is lost, its masses stay, and the table at these masses is the force.
     let table = trial.table_at(joint(&trial.table).masses());
-    arch().dispatch(Running { joint: &mut joint(&*table), points, channels })
+    let led_mn = trial.led_mn(nuisances.lead_samples);
+    let mut joint = joint(&*table).driven_by(&led_mn);
+    arch().dispatch(Running { joint: &mut joint, points, channels })
 }
 
 /// A simulation, for the vectors of this machine.

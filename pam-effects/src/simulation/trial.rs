@@ -16,10 +16,14 @@ pub struct Trial {
     pub table: ForceTable,
     /// The force at the masses of the latest simulations.
     tables: Latest<SealedMasses, ForceTable>,
+    /// The recorded force with the leads of the latest simulations, in samples.
+    forces: Latest<f64, Vec<f64>>,
 }
 
 /// Masses whose tables are kept: a hypothesis is simulated many times with the same ones, by several threads.
 const TABLES: usize = 4;
+/// Leads whose forces are kept.
+const LEADS: usize = 4;
 
 impl Trial {
     /// Resamples a recording: force and channels on the grid, and the force table over one and a half times
@@ -46,7 +50,11 @@ impl Trial {
     /// The same motion, driven by the force of another recording of the same times.
     #[must_use]
     pub fn driven_by(&self, recording: &Recording) -> Self {
-        Self { record: self.record.driven_by(recording), ..self.clone() }
+        Self {
+            record: self.record.driven_by(recording),
+            forces: Latest::new(LEADS),
+            ..self.clone()
+        }
     }
 
     /// The table at other masses.
@@ -54,6 +62,13 @@ impl Trial {
         let moved = || Ok::<_, std::convert::Infallible>(self.table.with_masses(masses));
         let Ok(table) = self.tables.get(masses, moved);
         table
+    }
+
+    /// The recorded force at half steps of the simulation with a lead, mN.
+    pub(super) fn led_mn(&self, lead_samples: f64) -> Arc<Vec<f64>> {
+        let led = || Ok::<_, std::convert::Infallible>(self.record.force.led(lead_samples));
+        let Ok(led) = self.forces.get(lead_samples, led);
+        led
     }
 
     fn with_table_over<F: ForceModel<f64> + Sync>(
@@ -67,7 +82,7 @@ impl Trial {
             [low - margin, high + margin]
         };
         let table = ForceTable::new(model, subject.masses, around(ranges[0]), around(ranges[1]));
-        Self { record, table, tables: Latest::new(TABLES) }
+        Self { record, table, tables: Latest::new(TABLES), forces: Latest::new(LEADS) }
     }
 }
 
