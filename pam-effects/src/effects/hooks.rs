@@ -171,7 +171,7 @@ pub struct Rest<S> {
 
 /// How the two chambers obey their gas law: `P = C m V_s⁻¹ (V_s/V(x))ⁿ` with the volume `V_s` at the
 /// sealed reading, ν scaled, and displacement of a chamber that stops following.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChamberLaw<S> {
     /// Factor of the deformation coefficient ν.
     pub deformation_factor: S,

@@ -9,6 +9,7 @@ mod expressions;
 mod files;
 mod friction;
 mod gas;
+mod hooks;
 mod loops;
 mod mechanics;
 mod own;
