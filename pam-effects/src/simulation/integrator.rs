@@ -404,6 +404,8 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         (self.x, self.v, self.air_g) = (state[0], state[1], [state[2], state[3]]);
         self.driving_mn = state[4];
         self.memory.copy_from_slice(&state[5..]);
+        // On a tape, what was worked out before belongs to another step.
+        self.whole = None;
     }
 
     /// Pressures that stand in the data at the start, kPa.
