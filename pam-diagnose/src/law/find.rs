@@ -1,11 +1,12 @@
 //! The steps from the error that remains after the named causes to a correction and a law.
 
 use super::conclude::concluded;
-use super::design::Design;
+use super::data::Data;
+use super::design::{Design, orthonormal};
 use super::library::{extensions, library};
 use super::refine::{Proposal, Tried, preferred, proposals, refine};
 use super::result::{Replaced, TAKEN};
-use super::select::Scores;
+use super::select::{OWN_SHARE, Scores};
 use crate::diagnosis::{Diagnosis, Explainable};
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Member, Problem};
@@ -16,6 +17,7 @@ use crate::remainder::{
 use crate::terms::{Definition, Term, TermSpace};
 use crate::test_set::{ErrorReduction, Trace};
 use crate::verdict::{Anomaly, Cause, ChannelBand, Refused, Verdict};
+use pam_numerics::dot;
 
 /// What is left, and what the system gets to explain it.
 pub(crate) struct Rest {
@@ -111,6 +113,8 @@ pub(crate) const NOTHING_LEFT: &str =
 
 /// Terms of one block of the library: as many as one simulation differentiates by.
 const BLOCK: usize = 8;
+/// Terms of the library that are screened again about a law.
+const SCREENED_AGAIN: usize = 160;
 /// Drop of minus two times the logarithm of the posterior probability that makes another round worth it.
 const WORTH: f64 = 6.0;
 
@@ -121,35 +125,36 @@ pub(super) fn diverges() -> DiagnoseError {
 /// Fits the error that remains after the named causes and searches for a law. If there is none, and some causes come and go or change
 /// their values, a law may stand for those: it takes their place if it is more probable on the open rows.
 pub(crate) fn rest(
-    space: &dyn TermSpace,
-    ground: &Ground<'_>,
+    data: &Data<'_>,
     verdict: Verdict,
     done: &(dyn Fn(f64) + Sync),
 ) -> Result<Rest, DiagnoseError> {
-    let found = rest_beside(space, ground, verdict, done)?;
+    let found = rest_beside(data, verdict, done)?;
+    let ((_, ground), (_, chosen)) = (data.whole, data.chosen);
     let is_law = found.remainder.outcome == RemainderOutcome::Law;
     if is_law || verdict == Verdict::Explained || ground.settled.len() == ground.named.len() {
         return Ok(found);
     }
-    let settled =
-        Ground { named: ground.settled.clone(), rivals: ground.named.clone(), ..ground.clone() };
-    let other = rest_beside(space, &settled, verdict, done)?;
+    let whole = ground.beside(ground.settled.clone());
+    let chosen = chosen.beside(chosen.settled.clone());
+    let settled = Data { whole: (data.whole.0, &whole), chosen: (data.chosen.0, &chosen), ..*data };
+    let other = rest_beside(&settled, verdict, done)?;
     Ok(if other.remainder.outcome == RemainderOutcome::Law { other } else { found })
 }
 
 fn rest_beside(
-    space: &dyn TermSpace,
-    ground: &Ground<'_>,
+    data: &Data<'_>,
     verdict: Verdict,
     done: &(dyn Fn(f64) + Sync),
 ) -> Result<Rest, DiagnoseError> {
     let none = |outcome, sentence: &str| Rest {
         remainder: Remainder::none(outcome, sentence),
         added: Vec::new(),
-        named: ground.named.clone(),
+        named: data.whole.1.named.clone(),
         shared: Vec::new(),
         renewed: None,
     };
+    let (space, ground) = data.chosen;
     if !is_left(space, ground, verdict)? {
         return Ok(none(RemainderOutcome::NothingLeft, NOTHING_LEFT));
     }
@@ -160,8 +165,21 @@ fn rest_beside(
     let about = About::of(space, ground, &learned)?;
     done(0.5);
     let ground = Ground { noise: about.noise.clone(), ..ground.clone() };
-    let tried = search(space, &ground, &about, &|share| done(0.5 + 0.4 * share))?;
-    let found = concluded(space, &ground, &learned, &about, &tried)?;
+    let mut tried = search(space, &ground, &about, &|share| done(0.5 + 0.4 * share))?;
+    if data.is_whole {
+        let data = Data::whole(space, &ground);
+        let found = concluded(&data, &learned, &about, &tried)?;
+        done(1.0);
+        return Ok(found);
+    }
+    // What is chosen from pieces is judged by all recordings.
+    let (whole, of_whole) = data.whole;
+    let learned = learned.in_whole(data);
+    tried.iter_mut().for_each(|t| t.named = data.in_whole(&t.named));
+    let about = About::of_correction(whole, of_whole, &learned)?;
+    let of_whole = Ground { noise: about.noise.clone(), ..of_whole.clone() };
+    let data = Data { whole: (whole, &of_whole), chosen: (space, &ground), is_whole: false };
+    let found = concluded(&data, &learned, &about, &tried)?;
     done(1.0);
     Ok(found)
 }
@@ -192,8 +210,46 @@ pub(super) struct About {
     pub(super) fit: Hypothesis,
     pub(super) depends_on: Vec<Dependence>,
     pub(super) library: Vec<Term>,
+    /// What each term of the library does, and what is to be done.
+    screened: Screened,
     /// Sums of terms that do nearly what the correction does.
     pub(super) sums: Vec<Vec<Term>>,
+}
+
+/// Columns of terms about a hypothesis.
+struct Screened {
+    target: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+}
+
+impl Screened {
+    /// The terms of a library that may do most about what a law leaves, to first order.
+    fn beside(&self, law: &[Term], library: &[Term]) -> Vec<Term> {
+        let like = |k: &usize| law.iter().any(|t| t.is_like(&library[*k]));
+        let own = (0..library.len()).filter(like).map(|k| self.columns[k].clone()).collect();
+        let basis = orthonormal(own);
+        let cleared = |column: &[f64]| {
+            let mut left = column.to_vec();
+            for b in &basis {
+                let share = dot(b, &left);
+                left.iter_mut().zip(b).for_each(|(l, b)| *l -= share * b);
+            }
+            left
+        };
+        let left = cleared(&self.target);
+        let gain = |column: &Vec<f64>| {
+            let (size, own) = (dot(column, column), cleared(column));
+            let own_size = dot(&own, &own);
+            if own_size > OWN_SHARE * size { dot(&own, &left).powi(2) / own_size } else { 0.0 }
+        };
+        let gains: Vec<f64> = self.columns.iter().map(gain).collect();
+        let mut order: Vec<usize> = (0..library.len()).collect();
+        order.sort_by(|&a, &b| gains[b].total_cmp(&gains[a]));
+        order.truncate(SCREENED_AGAIN);
+        // In the order of the library, so that terms of one place stay together.
+        order.sort_unstable();
+        order.into_iter().map(|k| library[k].clone()).collect()
+    }
 }
 
 impl About {
@@ -250,11 +306,12 @@ impl About {
                 settings.folds,
             );
             let h = &fit.hypothesis;
-            let sums =
-                sums(space, ground, (problem, h), &design, &library, first, rows_per_observation);
+            let columns = columns(space, (problem, h), &design, &library, first);
+            let sums = sums(space, ground, &design, &library, &columns, rows_per_observation);
+            let screened = Screened { target: design.target, columns };
             let chi = fit.errors.mean();
             let fit = fit.hypothesis;
-            Ok(Self { noise, rows_per_observation, chi, fit, depends_on, library, sums })
+            Ok(Self { noise, rows_per_observation, chi, fit, depends_on, library, screened, sums })
         })
     }
 }
@@ -274,33 +331,42 @@ fn grouped<'t>(space: &dyn TermSpace, terms: &'t [Term]) -> impl Iterator<Item =
     terms.chunk_by(move |a, b| family(a) == family(b)).flat_map(|own| own.chunks(BLOCK))
 }
 
-/// The best sums of terms of each length about a hypothesis, with coefficients.
-fn sums(
+/// What terms do about a hypothesis, of which each [`grouped`] block is a candidate from `first` on.
+fn columns(
     space: &dyn TermSpace,
-    ground: &Ground<'_>,
     (problem, hypothesis): (&Problem<'_, Dyn<'_>>, &Hypothesis),
     design: &Design,
     terms: &[Term],
     first: usize,
-    rows_per_observation: f64,
-) -> Vec<Vec<Term>> {
-    let settings = &ground.settings.remainder;
+) -> Vec<Vec<f64>> {
     let candidates: Vec<(usize, Vec<f64>)> = grouped(space, terms)
         .enumerate()
         .map(|(k, block)| (first + k, vec![0.0; block.len()]))
         .collect();
     let found = design.columns(problem, hypothesis, &candidates);
     let empty = |block: &[Term]| vec![vec![0.0; design.target.len()]; block.len()];
-    let columns: Vec<Vec<f64>> = found
+    found
         .into_iter()
         .zip(grouped(space, terms))
         .flat_map(|(own, block)| own.unwrap_or_else(|| empty(block)))
-        .collect();
+        .collect()
+}
+
+/// The best sums of terms of each length, with coefficients.
+fn sums(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    design: &Design,
+    terms: &[Term],
+    columns: &[Vec<f64>],
+    rows_per_observation: f64,
+) -> Vec<Vec<Term>> {
+    let settings = &ground.settings.remainder;
     let price = |t: &Term| 2.0 * t.description_length(space.variables(), space.places());
     let prices: Vec<f64> = terms.iter().map(price).collect();
     let least = vec![1.0; design.channels()];
     let all = Scores { design, rows_per_observation, least }.beam(
-        &columns,
+        columns,
         &prices,
         settings.terms,
         settings.beam,
@@ -359,7 +425,7 @@ fn again(
     about: &About,
 ) -> Result<Vec<Vec<Term>>, DiagnoseError> {
     let (variables, places) = (space.variables(), space.places());
-    let mut terms = about.library.clone();
+    let mut terms = about.screened.beside(&law.terms, &about.library);
     terms.extend(extensions(&law.terms, variables, places));
     let mut definitions = vec![Definition::law("law", "", &law.terms, variables, places)];
     definitions.extend(blocks(space, &terms));
@@ -372,7 +438,7 @@ fn again(
         let fit = rows.whole.fit(start, ground.settings.remainder.iterations)?;
         let h = &fit.hypothesis;
         let design = Design::at(&rows.whole, h)?;
-        let (problem, rpo) = ((&rows.whole, h), about.rows_per_observation);
-        Ok(sums(space, ground, problem, &design, &terms, ground.listed + 1, rpo))
+        let columns = columns(space, (&rows.whole, h), &design, &terms, ground.listed + 1);
+        Ok(sums(space, ground, &design, &terms, &columns, about.rows_per_observation))
     })
 }

@@ -14,6 +14,7 @@
 //!    the place of the correction if it removes most of what the correction removes, and the test set confirms it.
 
 mod conclude;
+mod data;
 mod design;
 mod find;
 mod library;
@@ -23,6 +24,7 @@ mod result;
 mod select;
 mod written;
 
+pub(crate) use data::Data;
 pub(crate) use design::Design;
 #[cfg(feature = "laws")]
 pub(crate) use find::{NOTHING_LEFT, rest};

@@ -37,8 +37,10 @@ pub(crate) struct Tried {
 
 /// Ratio of two scales or times below which two proposals are one.
 const SAME_SCALE: f64 = 2.0;
-/// Laws that are followed after a few iterations.
-const FOLLOWED: [usize; 2] = [14, 6];
+/// Laws that are followed after the first iteration, and how many more they get at once; the last of them get the rest.
+const FOLLOWED: [[usize; 2]; 2] = [[28, 1], [14, 3]];
+/// Laws that are fitted to the end.
+const FITTED: usize = 6;
 /// Nats for the value of a number.
 const NUMBER_LENGTH: f64 = 4.0;
 
@@ -133,17 +135,18 @@ pub(crate) fn refine(
         let start = |k: usize| {
             let values: Vec<f64> = definitions[k].parameters.iter().map(|p| p.start).collect();
             let base = Hypothesis { members: proposals[k].named.clone(), ..train.base() };
-            train.fit(base.with(ground.listed + k, &values), 2).ok().map(|fit| (k, fit))
+            train.fit(base.with(ground.listed + k, &values), 1).ok().map(|fit| (k, fit))
         };
         let mut going: Vec<(usize, Fit)> =
             parallel::map(proposals.len(), start).into_iter().flatten().collect();
         let mut done: Vec<(usize, Fit)> = Vec::new();
         let prospect = |(k, fit): &(usize, Fit)| fit.may_reach() + 2.0 * length_of(&proposals[*k]);
-        for followed in FOLLOWED {
+        let known: usize = 1 + FOLLOWED.iter().map(|f| f[1]).sum::<usize>();
+        let last = [FITTED, iterations.saturating_sub(known)];
+        for [followed, more] in FOLLOWED.into_iter().chain([last]) {
             going.sort_by(|a, b| prospect(a).total_cmp(&prospect(b)));
             let rest = going.split_off(followed.min(going.len()));
             done.extend(rest);
-            let more = if followed == FOLLOWED[0] { 3 } else { iterations.saturating_sub(5) };
             going = parallel::map_each(going, |(k, fit)| {
                 let further = train.fit_further(fit.clone(), more);
                 (k, further.unwrap_or(fit))

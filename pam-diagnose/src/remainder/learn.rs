@@ -4,7 +4,7 @@ use super::basis::{remembering, smooth};
 use super::ground::{Drop, Ground, drop_by_blocks};
 use crate::error::DiagnoseError;
 use crate::fit::{ChannelErrors, Hypothesis, Member};
-use crate::law::{Design, Scores};
+use crate::law::{Data, Design, Scores};
 use crate::terms::{Definition, Place, Term, TermSpace};
 
 /// A smooth correction as it was fitted to the training rows.
@@ -37,6 +37,12 @@ impl Learned {
     /// What the system is asked to add.
     pub(crate) fn definitions(&self, space: &dyn TermSpace) -> Vec<Definition> {
         definitions(space, &self.terms, self.deviation)
+    }
+
+    /// The same with the times of the causes in all recordings, where it was learned from pieces of them.
+    pub(crate) fn in_whole(&self, data: &Data<'_>) -> Self {
+        let members = data.in_whole(&self.hypothesis.members);
+        Self { hypothesis: Hypothesis { members, ..self.hypothesis.clone() }, ..self.clone() }
     }
 
     /// The families of places at which it acts.
@@ -180,11 +186,7 @@ pub(crate) fn learn(
     done(0.8);
     let more = remembering(family, variables, places);
     if !more.is_empty() && !best.is_enough(ground) {
-        let terms = [best.terms.clone(), vec![more]].concat();
-        let found = fitted(space, ground, &terms, best.deviation, Some(&best), iterations)?;
-        if let Some(found) = found.filter(|f| f.validation < best.validation - WORTH) {
-            best = sparse(space, ground, found)?;
-        }
+        best = grown(space, ground, best, more)?;
     }
     done(0.9);
     for (other, found) in &alone {
@@ -193,14 +195,48 @@ pub(crate) fn learn(
         if *other == family || !helps || best.is_enough(ground) {
             continue;
         }
-        let terms = [best.terms.clone(), smooth_of(*other, space)].concat();
-        let found = fitted(space, ground, &terms, best.deviation, Some(&best), iterations)?;
-        if let Some(found) = found.filter(|f| f.validation < best.validation - WORTH) {
-            best = sparse(space, ground, found)?;
-        }
+        best = grown(space, ground, best, smooth(*other, variables, places))?;
     }
     done(1.0);
     Ok(best.is_learned(ground).then_some(best))
+}
+
+/// A correction with the few of some further terms that do most about what it leaves of the training rows, to first order; as it
+/// was where the validation rows do not need them.
+fn grown(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    best: Learned,
+    more: Vec<Term>,
+) -> Result<Learned, DiagnoseError> {
+    let all = [best.terms.clone(), vec![more.clone()]].concat();
+    let kept: Vec<usize> = space.with(&definitions(space, &all, best.deviation), |system| {
+        let Some(rows) = ground.rows(system, &ground.start(system)) else { return Ok(Vec::new()) };
+        let train = &rows.choosing.train;
+        let with = best.hypothesis.with(ground.listed + best.terms.len(), &vec![0.0; more.len()]);
+        let design = Design::at(train, &with)?;
+        let first = design.own.len() - more.len();
+        let design = design.beside(first);
+        let columns = design.own.clone();
+        let scores = Scores {
+            design: &design,
+            rows_per_observation: train.correlated_rows(&best.hypothesis)?,
+            least: train.errors(&best.hypothesis)?.mean(),
+        };
+        let sums = scores.beam(&columns, &vec![0.0; more.len()], MOST_TERMS, BEAM);
+        Ok(sums.into_iter().next().map_or_else(Vec::new, |s| s.columns))
+    })?;
+    if kept.is_empty() {
+        return Ok(best);
+    }
+    let terms = kept.iter().map(|&k| more[k].clone()).collect();
+    let terms = [best.terms.clone(), vec![terms]].concat();
+    let iterations = ground.settings.remainder.iterations;
+    let found = fitted(space, ground, &terms, best.deviation, Some(&best), iterations)?;
+    match found.filter(|f| f.validation < best.validation - WORTH) {
+        Some(found) => sparse(space, ground, found),
+        None => Ok(best),
+    }
 }
 
 fn smooth_of(family: usize, space: &dyn TermSpace) -> Vec<Vec<Term>> {
@@ -222,7 +258,7 @@ pub(crate) fn learn_again(
         }
     }
     terms.retain(|t| !t.is_empty());
-    let iterations = 2 * ground.settings.remainder.iterations;
+    let iterations = ground.settings.remainder.iterations;
     let dense = fitted(space, ground, &terms, known.deviation, None, iterations)?;
     dense.map(|dense| sparse(space, ground, dense)).transpose()
 }

@@ -4,6 +4,7 @@ use super::record::ResampledRecord;
 use super::table::ForceTable;
 use pam_core::{ForceModel, JointModel};
 use pam_data::Subject;
+use std::ops::Range;
 
 /// A resampled recording with the base model's force at its sealed masses.
 #[derive(Debug, Clone)]
@@ -34,6 +35,12 @@ impl Trial {
     ) -> Self {
         let record = ResampledRecord { ranges, ..ResampledRecord::dense(subject) };
         Self::with_table_over(model, subject, record, ranges)
+    }
+
+    /// Grid points of this range as a trial of their own ([`ResampledRecord::part`]).
+    #[must_use]
+    pub fn part(&self, points: Range<usize>) -> Self {
+        Self { record: self.record.part(points), table: self.table.clone() }
     }
 
     fn with_table_over<F: ForceModel<f64> + Sync>(
