@@ -207,6 +207,7 @@ fn variables(scales: &DataScales, longest_s: f64) -> Vec<Variable> {
             size: size.max(f64::MIN_POSITIVE),
             kind,
             at_start: start.map(str::to_owned),
+            change: (name == "displacement").then(|| "dx".to_owned()),
             description_length: length,
         }
     };

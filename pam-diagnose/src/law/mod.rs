@@ -21,6 +21,7 @@ mod library;
 mod picture;
 mod refine;
 mod result;
+mod screen;
 mod select;
 mod written;
 

@@ -41,8 +41,6 @@ const SAME_SCALE: f64 = 2.0;
 const FOLLOWED: [[usize; 2]; 2] = [[28, 1], [14, 3]];
 /// Laws that are fitted to the end.
 const FITTED: usize = 6;
-/// Nats for the value of a number.
-const NUMBER_LENGTH: f64 = 4.0;
 
 impl Proposal {
     /// Whether another one is the same but for numbers that a fit would make the same.
@@ -51,7 +49,7 @@ impl Proposal {
         let same = |f: &Factor, g: &Factor| {
             f.is_like(g)
                 && (!f.function.has_scale() || near(f.scale, g.scale))
-                && f.lag.zip(g.lag).is_none_or(|(l, m)| near(l.time_s, m.time_s))
+                && f.lag.zip(g.lag).is_none_or(|(l, m)| near(l.number(), m.number()))
         };
         let term = |t: &Term, u: &Term| {
             t.is_like(u) && t.factors.iter().all(|f| u.factors.iter().any(|g| same(f, g)))
@@ -179,7 +177,8 @@ pub(crate) fn refine(
 }
 
 /// Of laws that leave nearly as little in every channel as the one of the best odds, without moving the nuisances further, the
-/// one of the shortest description.
+/// most probable one of those with the fewest numbers. What their variables and functions are, the odds decide: a factor more
+/// that the data ask for takes no number.
 pub(crate) fn preferred(tried: &[Tried], ground: &Ground<'_>) -> Option<Tried> {
     let best = tried.first()?;
     let settings = ground.settings;
@@ -189,7 +188,11 @@ pub(crate) fn preferred(tried: &[Tried], ground: &Ground<'_>) -> Option<Tried> {
         channels.all(|(own, least)| own - least < rise * least.max(1.0))
             && t.prior_cost - best.prior_cost < settings.intervals.equal_cost
     };
-    let length = |t: &Tried| t.length + NUMBER_LENGTH * t.values.len() as f64;
-    let shortest = tried.iter().filter(as_good).min_by(|a, b| length(a).total_cmp(&length(b)));
+    let numbers =
+        |t: &Tried| t.values.len() + t.named.iter().map(|m| m.values.len()).sum::<usize>();
+    let shortest = tried
+        .iter()
+        .filter(as_good)
+        .min_by(|a, b| numbers(a).cmp(&numbers(b)).then(a.total.total_cmp(&b.total)));
     shortest.cloned()
 }

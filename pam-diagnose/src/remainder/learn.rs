@@ -90,6 +90,8 @@ fn definitions(space: &dyn TermSpace, terms: &[Vec<Term>], deviation: f64) -> Ve
 const MOST_TERMS: usize = 14;
 /// Families whose correction is cut down before one of them is chosen.
 const CUT_DOWN: usize = 2;
+/// Most further terms that one effect holds.
+const BLOCK: usize = 40;
 /// Sums that are followed while it is.
 const BEAM: usize = 3;
 
@@ -184,9 +186,25 @@ pub(crate) fn learn(
     }
     best = sparse(space, ground, best)?;
     done(0.8);
-    let more = remembering(family, variables, places);
-    if !more.is_empty() && !best.is_enough(ground) {
-        best = grown(space, ground, best, more)?;
+    // What remembers or repeats may be all that there is: then no smooth terms tell where it acts.
+    let mut others = alone.iter().filter(|(k, _)| *k != family && !best.is_learned(ground));
+    let rich = |k: usize| places.iter().any(|p| p.family == k && p.rich);
+    let starts: Vec<(usize, Learned)> = [(family, best.clone())]
+        .into_iter()
+        .chain(others.find(|(k, _)| rich(*k)).cloned())
+        .collect();
+    let mut family = family;
+    for (own, start) in starts {
+        let more = remembering(own, variables, places);
+        if more.is_empty() || start.is_enough(ground) {
+            continue;
+        }
+        let found = grown(space, ground, start, more)?;
+        if (!found.is_learned(ground), found.validation)
+            < (!best.is_learned(ground), best.validation)
+        {
+            (family, best) = (own, found);
+        }
     }
     done(0.9);
     for (other, found) in &alone {
@@ -209,11 +227,15 @@ fn grown(
     best: Learned,
     more: Vec<Term>,
 ) -> Result<Learned, DiagnoseError> {
-    let all = [best.terms.clone(), vec![more.clone()]].concat();
+    let blocks: Vec<Vec<Term>> = more.chunks(BLOCK).map(<[Term]>::to_vec).collect();
+    let all = [best.terms.clone(), blocks.clone()].concat();
     let kept: Vec<usize> = space.with(&definitions(space, &all, best.deviation), |system| {
         let Some(rows) = ground.rows(system, &ground.start(system)) else { return Ok(Vec::new()) };
         let train = &rows.choosing.train;
-        let with = best.hypothesis.with(ground.listed + best.terms.len(), &vec![0.0; more.len()]);
+        let first = ground.listed + best.terms.len();
+        let with = blocks.iter().enumerate().fold(best.hypothesis.clone(), |h, (k, block)| {
+            h.with(first + k, &vec![0.0; block.len()])
+        });
         let design = Design::at(train, &with)?;
         let first = design.own.len() - more.len();
         let design = design.beside(first);
@@ -250,17 +272,22 @@ pub(crate) fn learn_again(
     known: &Learned,
 ) -> Result<Option<Learned>, DiagnoseError> {
     let (variables, places) = (space.variables(), space.places());
-    let mut terms = Vec::new();
-    for family in known.families(places) {
-        terms.push(smooth(family, variables, places));
-        if known.terms.iter().flatten().any(Term::remembers) {
-            terms.push(remembering(family, variables, places));
+    let families = known.families(places);
+    let terms =
+        families.iter().map(|&family| smooth(family, variables, places)).collect::<Vec<_>>();
+    let iterations = ground.settings.remainder.iterations;
+    let Some(dense) = fitted(space, ground, &terms, known.deviation, None, iterations)? else {
+        return Ok(None);
+    };
+    let mut found = sparse(space, ground, dense)?;
+    for &family in &families {
+        let more = remembering(family, variables, places);
+        let held = known.terms.iter().flatten().any(|t| more.contains(t));
+        if held {
+            found = grown(space, ground, found, more)?;
         }
     }
-    terms.retain(|t| !t.is_empty());
-    let iterations = ground.settings.remainder.iterations;
-    let dense = fitted(space, ground, &terms, known.deviation, None, iterations)?;
-    dense.map(|dense| sparse(space, ground, dense)).transpose()
+    Ok(Some(found))
 }
 
 /// Fits terms to the training rows beside the named causes, from another correction on if one is given; `None` if they cannot
