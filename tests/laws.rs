@@ -23,6 +23,29 @@ const SUMMARY: &str = "summary.json";
 const NULLS: usize = 40;
 /// First seed of the laws that were written after the search.
 const FIRST_UNSEEN: u64 = 101;
+/// First seed of those that were written last.
+const FIRST_FRESH: u64 = 201;
+
+/// Sets of laws, by when they were written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Laws {
+    /// Those on which the search was developed, with the null sets.
+    Developed,
+    /// Those that were written after the search.
+    Unseen,
+    /// Those that were written after it was changed.
+    Fresh,
+}
+
+impl Laws {
+    fn of(unseen: bool, fresh: bool) -> Self {
+        match (unseen, fresh) {
+            (_, true) => Self::Fresh,
+            (true, false) => Self::Unseen,
+            (false, false) => Self::Developed,
+        }
+    }
+}
 
 #[derive(Parser)]
 #[command(about = "Study of the search for laws: laws that stand in no list, and null sets")]
@@ -44,6 +67,12 @@ enum Action {
         /// Laws that were written after the search, with seeds from 101 on, in place of those on which it was developed.
         #[arg(long)]
         unseen: bool,
+        /// Laws that were written after those, with seeds from 201 on.
+        #[arg(long, conflicts_with = "unseen")]
+        fresh: bool,
+        /// Length of each recording, s.
+        #[arg(long, default_value_t = laws::LENGTH_S)]
+        length: f64,
         /// Change one setting of the diagnosis, like `remainder.rounds=3`; may be repeated.
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
@@ -61,10 +90,10 @@ enum Action {
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
-        Action::Run { only, seeds, unseen, overrides, out } => {
-            DiagnosisSettings::parse("", &overrides)
-                .map_err(|e| e.to_string())
-                .and_then(|settings| run(&only, seeds, unseen, &settings, &out))
+        Action::Run { only, seeds, unseen, fresh, length, overrides, out } => {
+            DiagnosisSettings::parse("", &overrides).map_err(|e| e.to_string()).and_then(
+                |settings| run(&only, seeds, (Laws::of(unseen, fresh), length), &settings, &out),
+            )
         }
         Action::Tables { folder } => tables(&folder),
     };
@@ -80,7 +109,7 @@ fn main() -> ExitCode {
 fn run(
     only: &str,
     seeds: u64,
-    unseen: bool,
+    (which, length_s): (Laws, f64),
     settings: &DiagnosisSettings,
     out: &Path,
 ) -> Result<(), String> {
@@ -94,13 +123,17 @@ fn run(
         let text = serde_json::to_string(&outcome).map_err(|e| e.to_string())?;
         write_atomic(&path, format!("{text}\n").as_bytes()).map_err(|e| e.to_string())
     };
-    let (hidden, first) = if unseen { (laws::unseen(), FIRST_UNSEEN) } else { (laws::laws(), 1) };
+    let (hidden, first) = match which {
+        Laws::Developed => (laws::laws(), 1),
+        Laws::Unseen => (laws::unseen(), FIRST_UNSEEN),
+        Laws::Fresh => (laws::fresh(), FIRST_FRESH),
+    };
     for seed in first..first + seeds {
         for law in &hidden {
-            store(&format!("{}-{seed}", law.id), &|| run_law(law, seed, settings))?;
+            store(&format!("{}-{seed}", law.id), &|| run_law(law, seed, length_s, settings))?;
         }
     }
-    if unseen {
+    if which != Laws::Developed {
         return Ok(());
     }
     for case in nulls(NULLS) {

@@ -252,23 +252,105 @@ pub fn unseen() -> Vec<HiddenLaw> {
     all
 }
 
+/// Ten laws that were written after the search was changed on those of [`unseen`], two of them with memory, at other pressures.
+///
+/// # Panics
+/// Never.
+#[must_use]
+pub fn fresh() -> Vec<HiddenLaw> {
+    let mut all = vec![
+        law(
+            "extensor_friction",
+            &[("n_kpa", 0.06)],
+            "parameters.c = { range = [0, 1], absent = 0, start = [0.03] }\nacts.dry_friction_n = \"c * max(pe - p_atm, 0)\"",
+            &["pe"],
+        ),
+        law(
+            "stiffening_spring",
+            &[("n_mm", 12.0), ("scale_mm", 0.6)],
+            "parameters.k = { range = [0, 500], absent = 0, start = [8] }\nparameters.w = { range = [0.05, 50], log = true, start = [0.8] }\nacts.force_n = \"-k * w * (sinh(x / w) - x / w)\"",
+            &["x"],
+        ),
+        law(
+            "outer_damping",
+            &[("n_s_mm2", 6.0), ("from_mm", 0.5)],
+            "parameters.c = { range = [0, 200], absent = 0, start = [4] }\nparameters.from_mm = { range = [0.01, 5], log = true, start = [0.4] }\nacts.force_n = \"-c * v * max(abs(x) - from_mm, 0)\"",
+            &["v", "x"],
+        ),
+        law(
+            "difference_damping",
+            &[("n_s_mm_kpa", 0.008)],
+            "parameters.c = { range = [-1, 1], absent = 0, start = [0.004] }\nacts.force_n = \"-c * (pf - pe) * v\"",
+            &["pe", "pf", "v"],
+        ),
+        law(
+            "quadratic_spring",
+            &[("n_mm2", 10.0)],
+            "parameters.k = { range = [0, 500], absent = 0, start = [6] }\nacts.force_n = \"-k * x * abs(x)\"",
+            &["x"],
+        ),
+        law(
+            "opening_crosstalk",
+            &[("g_s_mm_kpa", 2e-6)],
+            "parameters.c = { range = [0, 1e-3], absent = 0, start = [1e-6] }\nlet.flow = \"c * (pf - pe) * max(x, 0)\"\nacts.air_flexor_g_s = \"-flow\"\nacts.air_extensor_g_s = \"flow\"",
+            &["pe", "pf", "x"],
+        ),
+        law(
+            "bent_pressure",
+            &[("per_kpa", 1.5e-4)],
+            "parameters.a = { range = [-1, 1], absent = 0, start = [1e-4] }\nacts.pressure_flexor_kpa = \"pf + a * (pf - p_atm)^2\"",
+            &["pf"],
+        ),
+        law(
+            "bent_position",
+            &[("per_mm", 0.04)],
+            "parameters.a = { range = [-1, 1], absent = 0, start = [0.02] }\nacts.position_mm = \"x + a * x^2\"",
+            &["x"],
+        ),
+        HiddenLaw {
+            remembers: true,
+            ..law(
+                "worked_spring",
+                &[("n_s2_mm3", 0.6), ("time_s", 1.0)],
+                "parameters.k = { range = [0, 50], absent = 0, start = [0.3] }\nparameters.time_s = { range = [0.01, 100], log = true, start = [0.8] }\nmemory.z = { start = \"0\", rate = \"(v^2 - z) / time_s\" }\nacts.force_n = \"-k * x * z\"",
+                &["v", "x"],
+            )
+        },
+        HiddenLaw {
+            remembers: true,
+            ..law(
+                "loaded_damping",
+                &[("s_mm", 0.04), ("time_s", 0.8)],
+                "parameters.c = { range = [0, 10], absent = 0, start = [0.02] }\nparameters.time_s = { range = [0.01, 100], log = true, start = [0.6] }\nmemory.z = { start = \"0\", rate = \"(abs(force) - z) / time_s\" }\nacts.force_n = \"-c * z * v\"",
+                &["force", "v"],
+            )
+        },
+    ];
+    all.iter_mut().for_each(|law| law.psi = FRESH_CONDITIONS);
+    all
+}
+
 /// Gauge pressures of the recordings, psi.
 const CONDITIONS: [[f64; 2]; 3] = [[40.0, 40.0], [70.0, 45.0], [35.0, 60.0]];
 /// Those with laws that were written after the search.
 const OTHER_CONDITIONS: [[f64; 2]; 3] = [[45.0, 30.0], [50.0, 70.0], [65.0, 60.0]];
-/// Length of a recording over that of the published protocol: 20 s.
-const LENGTH: f64 = 20.0 / 70.0;
+/// Those with laws that were written last.
+const FRESH_CONDITIONS: [[f64; 2]; 3] = [[55.0, 35.0], [40.0, 60.0], [70.0, 50.0]];
+/// Length of a recording of the study, s.
+pub const LENGTH_S: f64 = 20.0;
+/// Length of one of the published protocol, s.
+const PUBLISHED_S: f64 = 70.0;
 
-/// Recordings with a hidden law, by a seed of their noise.
+/// Recordings of a length with a hidden law, by a seed of their noise.
 #[must_use]
-pub fn recordings(saved: &SavedModel, law: &HiddenLaw, seed: u64) -> Vec<Subject> {
+pub fn recordings(saved: &SavedModel, law: &HiddenLaw, seed: u64, length_s: f64) -> Vec<Subject> {
     let plant = Plant::of(&saved.model);
     let (effects, sensors) = ([law.hidden.clone()], Sensors::default());
     law.psi
         .par_iter()
         .enumerate()
         .map(|(i, &psi)| {
-            let excitation = Excitation::published(LENGTH);
+            let excitation = Excitation::published(length_s / PUBLISHED_S);
             let name = format!("nn_{:.0}{:.0}", psi[0], psi[1]);
             let seed = 1000 * seed + i as u64;
             let run = Experiment::new(&name, psi, &excitation, &effects, &sensors, seed);
@@ -441,14 +523,19 @@ fn run(
     (outcome, Some((found, before)))
 }
 
-/// Hides a law, looks for it, and compares it with itself.
+/// Hides a law in recordings of a length, looks for it, and compares it with itself.
 ///
 /// # Panics
 /// If the published weights cannot be read.
 #[must_use]
-pub fn run_law(law: &HiddenLaw, seed: u64, settings: &DiagnosisSettings) -> LawOutcome {
+pub fn run_law(
+    law: &HiddenLaw,
+    seed: u64,
+    length_s: f64,
+    settings: &DiagnosisSettings,
+) -> LawOutcome {
     let saved = published();
-    let data = recordings(&saved, law, seed);
+    let data = recordings(&saved, law, seed, length_s);
     let model = ExtendedModel::from_saved(saved).expect("no effects");
     let sets = RecordingSets { data: &data, test: None, baseline: None };
     let mut options = without_law(settings);

@@ -192,16 +192,16 @@ impl Roles {
             let recordings = names(&validation);
             (validation, ValidationData::Recordings { recordings })
         } else {
-            let part = |(place, &i): (usize, &usize)| {
-                let end_s = match test_data {
-                    Some(TestData::LastPart { from_s }) => from_s,
-                    _ => all[i].duration_s,
-                };
-                let span =
-                    if place == 0 { [(1.0 - share) * end_s, end_s] } else { [0.0, share * end_s] };
-                (all[i].name.clone(), span)
-            };
-            let parts = open.iter().enumerate().map(part).collect();
+            let spans: Vec<Span> = open
+                .iter()
+                .map(|&i| match test_data {
+                    Some(TestData::LastPart { from_s }) => {
+                        Span { duration_s: from_s, ..all[i].clone() }
+                    }
+                    _ => all[i].clone(),
+                })
+                .collect();
+            let parts = ends(&spans, share);
             (open.clone(), ValidationData::Parts { parts })
         };
         Ok(Self { train: open, validation, test, validation_data, test_data })
@@ -215,6 +215,28 @@ impl Roles {
         open.dedup();
         let end_s = self.end_of_open_s();
         open.into_iter().map(|experiment| OpenPart { experiment, end_s }).collect()
+    }
+
+    /// The roles of parts of the open experiments, without a test set; `whole` gives the experiment of each part, `spans` its
+    /// name and length.
+    #[must_use]
+    pub fn of_parts(&self, whole: &[usize], spans: &[Span], settings: &DataSettings) -> Self {
+        let parts_of = |experiments: &[usize]| -> Vec<usize> {
+            (0..whole.len()).filter(|&k| experiments.contains(&whole[k])).collect()
+        };
+        let validation_data = match &self.validation_data {
+            ValidationData::Parts { .. } => {
+                ValidationData::Parts { parts: ends(spans, settings.kept_share) }
+            }
+            recordings => recordings.clone(),
+        };
+        Self {
+            train: parts_of(&self.train),
+            validation: parts_of(&self.validation),
+            test: Vec::new(),
+            validation_data,
+            test_data: None,
+        }
     }
 
     /// Training and validation rows.
@@ -297,6 +319,17 @@ impl Roles {
         let end = problem.system.point_at(problem.experiments[place], self.end_of_open_s());
         window.start..end.min(window.end)
     }
+}
+
+/// A share of each experiment by turns at its end and at its beginning.
+fn ends(all: &[Span], share: f64) -> Vec<(String, [f64; 2])> {
+    let part = |(place, span): (usize, &Span)| {
+        let end_s = span.duration_s;
+        let at_end = place % 2 == 0;
+        let span_s = if at_end { [(1.0 - share) * end_s, end_s] } else { [0.0, share * end_s] };
+        (span.name.clone(), span_s)
+    };
+    all.iter().enumerate().map(part).collect()
 }
 
 /// Takes a share of the experiments out, at least one, both lists in their order.

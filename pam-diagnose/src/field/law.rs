@@ -5,7 +5,7 @@ use super::diagnose::{FieldDiagnosis, Setup, with_setup};
 use super::options::FieldOptions;
 use super::terms::FieldTerms;
 use crate::error::DiagnoseError;
-use crate::law::{NOTHING_LEFT, rest};
+use crate::law::{Data, NOTHING_LEFT, rest};
 use crate::noise::Noise;
 use crate::remainder::{Ground, Remainder, RemainderOutcome, named_and_settled, nothing_left};
 use pam_core::ParametricField;
@@ -59,7 +59,7 @@ where
             settings: &settings,
             seed: options.seed,
         };
-        let rest = rest(&space, &ground, found.verdict, &|_| {})?;
+        let rest = rest(&Data::whole(&space, &ground), found.verdict, &|_| {})?;
         rest.put_into(&mut found);
         Ok(found)
     })

@@ -118,6 +118,7 @@ where
                     size: self.size(k),
                     kind,
                     at_start: None,
+                    change: None,
                     description_length: length,
                 }
             })
@@ -132,6 +133,7 @@ where
             size: self.size(all.len()),
             kind: VariableKind::Slow,
             at_start: None,
+            change: None,
             description_length: length + 1.0,
         });
         all

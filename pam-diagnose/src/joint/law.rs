@@ -2,11 +2,13 @@
 
 use super::diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, prepare};
 use super::force_noise::Driven;
+use super::pieces::{Piece, pieces};
+use super::spans::spans;
 use super::system::JointSystem;
 use super::terms::JointTerms;
 use crate::error::DiagnoseError;
 use crate::fit::Hypothesis;
-use crate::law::{NOTHING_LEFT, rest};
+use crate::law::{Data, NOTHING_LEFT, rest};
 use crate::noise::Noise;
 use crate::remainder::{Ground, Remainder, RemainderOutcome, named_and_settled, nothing_left};
 use pam_effects::effects::AnyEffect;
@@ -75,7 +77,23 @@ pub fn learn_remainder(
         settings,
         seed: options.seed,
     };
-    let rest = rest(&space, &ground, found.verdict, progress)?;
+    let pieces = pieces(&space.trials, &space.open, &settings.remainder);
+    let rest = match pieces {
+        None => rest(&Data::whole(&space, &ground), found.verdict, progress)?,
+        Some(pieces) => {
+            let cut = |p: &Piece| trials[p.recording].part(p.points.clone());
+            let cut: Vec<Trial> = pieces.iter().map(cut).collect();
+            let part = space.of_parts(cut.iter().collect());
+            let of: Vec<usize> = pieces.iter().map(|p| p.recording).collect();
+            let roles = roles.of_parts(&of, &spans(&part.trials), &settings.data);
+            let data = Data {
+                whole: (&space, &ground),
+                chosen: (&part, &ground.of_parts(&roles, &of)),
+                is_whole: false,
+            };
+            rest(&data, found.verdict, progress)?
+        }
+    };
     if !rest.added.is_empty() {
         let named = rest.named.iter().map(|m| system.active(m));
         let mut added = Vec::new();

@@ -78,6 +78,21 @@ impl<'a> JointTerms<'a> {
         space
     }
 
+    /// The same for parts of the recordings, with the variables and places of the whole.
+    pub(super) fn of_parts(&self, parts: Vec<&'a Trial>) -> Self {
+        Self {
+            open: OpenPart::whole(parts.len()),
+            trials: parts,
+            base: self.base,
+            fixed: self.fixed,
+            learned: self.learned.clone(),
+            listed: self.listed.clone(),
+            settings: self.settings,
+            variables: self.variables.clone(),
+            places: self.places.clone(),
+        }
+    }
+
     /// The effects from the baseline recordings as far as the data have them.
     pub(super) fn learned_in_part(&self, h: &Hypothesis) -> Vec<ActiveEffect> {
         self.system().learned_in_part(h)
@@ -192,6 +207,7 @@ fn variables(scales: &DataScales, longest_s: f64) -> Vec<Variable> {
             size: size.max(f64::MIN_POSITIVE),
             kind,
             at_start: start.map(str::to_owned),
+            change: (name == "displacement").then(|| "dx".to_owned()),
             description_length: length,
         }
     };

@@ -1,5 +1,6 @@
 //! The fits to all open rows, and what the test set says of them.
 
+use super::data::Data;
 use super::find::{About, Renewed, Rest, diverges};
 use super::picture::Along;
 use super::refine::{Tried, dry_variant, preferred};
@@ -87,21 +88,23 @@ impl Final<'_> {
 /// The fits of named causes, correction and law to all open rows, beside the test set. A law without some of the named causes
 /// is compared with a correction that stands without them as well.
 pub(super) fn concluded(
-    space: &dyn TermSpace,
-    ground: &Ground<'_>,
+    data: &Data<'_>,
     learned: &Learned,
     about: &About,
     tried: &[Tried],
 ) -> Result<Rest, DiagnoseError> {
+    let (space, ground) = data.whole;
     let law = allowed(space, ground, tried)?;
     let Some(l) = law.as_ref().filter(|l| l.named.len() < ground.named.len()) else {
         return ended(space, ground, learned, about, tried, law.as_ref());
     };
-    let rivals = if ground.rivals.is_empty() { &ground.named } else { &ground.rivals };
-    let less = Ground { named: l.named.clone(), rivals: rivals.clone(), ..ground.clone() };
-    if let Some(whole) = learn_again(space, &less, learned)? {
-        let about = About::of_correction(space, &less, &whole)?;
-        let found = ended(space, &less, &whole, &about, tried, Some(l))?;
+    let of_whole = ground.beside(l.named.clone());
+    let chosen = data.chosen.1.beside(data.in_chosen(&l.named));
+    let less = Data { whole: (space, &of_whole), chosen: (data.chosen.0, &chosen), ..*data };
+    if let Some(correction) = learn_again(less.chosen.0, &chosen, learned)? {
+        let correction = correction.in_whole(&less);
+        let about = About::of_correction(space, &of_whole, &correction)?;
+        let found = ended(space, &of_whole, &correction, &about, tried, Some(l))?;
         if found.remainder.outcome == RemainderOutcome::Law {
             return Ok(found);
         }

@@ -1,17 +1,18 @@
 //! The steps from the error that remains after the named causes to a correction and a law.
 
 use super::conclude::concluded;
+use super::data::Data;
 use super::design::Design;
 use super::library::{extensions, library};
 use super::refine::{Proposal, Tried, preferred, proposals, refine};
 use super::result::{Replaced, TAKEN};
-use super::select::Scores;
+use super::screen::{Screened, blocks, columns, sums};
 use crate::diagnosis::{Diagnosis, Explainable};
 use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, Member, Problem};
+use crate::fit::{Hypothesis, Member};
 use crate::noise::Noise;
 use crate::remainder::{
-    Dependence, Dyn, Ground, Learned, Remainder, RemainderOutcome, dependence, learn, most_left,
+    Dependence, Ground, Learned, Remainder, RemainderOutcome, dependence, learn, most_left,
 };
 use crate::terms::{Definition, Term, TermSpace};
 use crate::test_set::{ErrorReduction, Trace};
@@ -109,8 +110,6 @@ fn divided(
 pub(crate) const NOTHING_LEFT: &str =
     "The training and validation data hold nothing beside the named causes that could be learned.";
 
-/// Terms of one block of the library: as many as one simulation differentiates by.
-const BLOCK: usize = 8;
 /// Drop of minus two times the logarithm of the posterior probability that makes another round worth it.
 const WORTH: f64 = 6.0;
 
@@ -121,35 +120,36 @@ pub(super) fn diverges() -> DiagnoseError {
 /// Fits the error that remains after the named causes and searches for a law. If there is none, and some causes come and go or change
 /// their values, a law may stand for those: it takes their place if it is more probable on the open rows.
 pub(crate) fn rest(
-    space: &dyn TermSpace,
-    ground: &Ground<'_>,
+    data: &Data<'_>,
     verdict: Verdict,
     done: &(dyn Fn(f64) + Sync),
 ) -> Result<Rest, DiagnoseError> {
-    let found = rest_beside(space, ground, verdict, done)?;
+    let found = rest_beside(data, verdict, done)?;
+    let ((_, ground), (_, chosen)) = (data.whole, data.chosen);
     let is_law = found.remainder.outcome == RemainderOutcome::Law;
     if is_law || verdict == Verdict::Explained || ground.settled.len() == ground.named.len() {
         return Ok(found);
     }
-    let settled =
-        Ground { named: ground.settled.clone(), rivals: ground.named.clone(), ..ground.clone() };
-    let other = rest_beside(space, &settled, verdict, done)?;
+    let whole = ground.beside(ground.settled.clone());
+    let chosen = chosen.beside(chosen.settled.clone());
+    let settled = Data { whole: (data.whole.0, &whole), chosen: (data.chosen.0, &chosen), ..*data };
+    let other = rest_beside(&settled, verdict, done)?;
     Ok(if other.remainder.outcome == RemainderOutcome::Law { other } else { found })
 }
 
 fn rest_beside(
-    space: &dyn TermSpace,
-    ground: &Ground<'_>,
+    data: &Data<'_>,
     verdict: Verdict,
     done: &(dyn Fn(f64) + Sync),
 ) -> Result<Rest, DiagnoseError> {
     let none = |outcome, sentence: &str| Rest {
         remainder: Remainder::none(outcome, sentence),
         added: Vec::new(),
-        named: ground.named.clone(),
+        named: data.whole.1.named.clone(),
         shared: Vec::new(),
         renewed: None,
     };
+    let (space, ground) = data.chosen;
     if !is_left(space, ground, verdict)? {
         return Ok(none(RemainderOutcome::NothingLeft, NOTHING_LEFT));
     }
@@ -160,8 +160,21 @@ fn rest_beside(
     let about = About::of(space, ground, &learned)?;
     done(0.5);
     let ground = Ground { noise: about.noise.clone(), ..ground.clone() };
-    let tried = search(space, &ground, &about, &|share| done(0.5 + 0.4 * share))?;
-    let found = concluded(space, &ground, &learned, &about, &tried)?;
+    let mut tried = search(space, &ground, &about, &|share| done(0.5 + 0.4 * share))?;
+    if data.is_whole {
+        let data = Data::whole(space, &ground);
+        let found = concluded(&data, &learned, &about, &tried)?;
+        done(1.0);
+        return Ok(found);
+    }
+    // What is chosen from pieces is judged by all recordings.
+    let (whole, of_whole) = data.whole;
+    let learned = learned.in_whole(data);
+    tried.iter_mut().for_each(|t| t.named = data.in_whole(&t.named));
+    let about = About::of_correction(whole, of_whole, &learned)?;
+    let of_whole = Ground { noise: about.noise.clone(), ..of_whole.clone() };
+    let data = Data { whole: (whole, &of_whole), chosen: (space, &ground), is_whole: false };
+    let found = concluded(&data, &learned, &about, &tried)?;
     done(1.0);
     Ok(found)
 }
@@ -192,6 +205,8 @@ pub(super) struct About {
     pub(super) fit: Hypothesis,
     pub(super) depends_on: Vec<Dependence>,
     pub(super) library: Vec<Term>,
+    /// What each term of the library does, and what is to be done.
+    screened: Screened,
     /// Sums of terms that do nearly what the correction does.
     pub(super) sums: Vec<Vec<Term>>,
 }
@@ -250,73 +265,14 @@ impl About {
                 settings.folds,
             );
             let h = &fit.hypothesis;
-            let sums =
-                sums(space, ground, (problem, h), &design, &library, first, rows_per_observation);
+            let columns = columns(space, (problem, h), &design, &library, first);
+            let sums = sums(space, ground, &design, &library, &columns, rows_per_observation);
+            let screened = Screened { target: design.target, columns };
             let chi = fit.errors.mean();
             let fit = fit.hypothesis;
-            Ok(Self { noise, rows_per_observation, chi, fit, depends_on, library, sums })
+            Ok(Self { noise, rows_per_observation, chi, fit, depends_on, library, screened, sums })
         })
     }
-}
-
-/// The library as definitions, a few terms in each.
-fn blocks(space: &dyn TermSpace, terms: &[Term]) -> Vec<Definition> {
-    let (variables, places) = (space.variables(), space.places());
-    let of = |(k, block): (usize, &[Term])| {
-        Definition::flexible(&format!("block{k}"), block, f64::INFINITY, variables, places)
-    };
-    grouped(space, terms).enumerate().map(of).collect()
-}
-
-/// Terms that one definition holds: a few, and of one family of places, since an effect with memory acts in one way.
-fn grouped<'t>(space: &dyn TermSpace, terms: &'t [Term]) -> impl Iterator<Item = &'t [Term]> {
-    let family = |t: &Term| space.places()[t.place].family;
-    terms.chunk_by(move |a, b| family(a) == family(b)).flat_map(|own| own.chunks(BLOCK))
-}
-
-/// The best sums of terms of each length about a hypothesis, with coefficients.
-fn sums(
-    space: &dyn TermSpace,
-    ground: &Ground<'_>,
-    (problem, hypothesis): (&Problem<'_, Dyn<'_>>, &Hypothesis),
-    design: &Design,
-    terms: &[Term],
-    first: usize,
-    rows_per_observation: f64,
-) -> Vec<Vec<Term>> {
-    let settings = &ground.settings.remainder;
-    let candidates: Vec<(usize, Vec<f64>)> = grouped(space, terms)
-        .enumerate()
-        .map(|(k, block)| (first + k, vec![0.0; block.len()]))
-        .collect();
-    let found = design.columns(problem, hypothesis, &candidates);
-    let empty = |block: &[Term]| vec![vec![0.0; design.target.len()]; block.len()];
-    let columns: Vec<Vec<f64>> = found
-        .into_iter()
-        .zip(grouped(space, terms))
-        .flat_map(|(own, block)| own.unwrap_or_else(|| empty(block)))
-        .collect();
-    let price = |t: &Term| 2.0 * t.description_length(space.variables(), space.places());
-    let prices: Vec<f64> = terms.iter().map(price).collect();
-    let least = vec![1.0; design.channels()];
-    let all = Scores { design, rows_per_observation, least }.beam(
-        &columns,
-        &prices,
-        settings.terms,
-        settings.beam,
-    );
-    let mut chosen = Vec::new();
-    for length in 1..=settings.terms {
-        let own = all.iter().filter(|s| s.columns.len() == length).take(settings.refined);
-        chosen.extend(own.map(|s| {
-            let with = |(k, c): (&usize, &f64)| {
-                let term = &terms[*k];
-                Term { coefficient: c * term.coefficient, ..term.clone() }
-            };
-            s.columns.iter().zip(&s.coefficients).map(with).collect::<Vec<Term>>()
-        }));
-    }
-    chosen
 }
 
 /// Laws from the screening about the correction, and about the best law so far.
@@ -359,7 +315,7 @@ fn again(
     about: &About,
 ) -> Result<Vec<Vec<Term>>, DiagnoseError> {
     let (variables, places) = (space.variables(), space.places());
-    let mut terms = about.library.clone();
+    let mut terms = about.screened.beside(&law.terms, &about.library);
     terms.extend(extensions(&law.terms, variables, places));
     let mut definitions = vec![Definition::law("law", "", &law.terms, variables, places)];
     definitions.extend(blocks(space, &terms));
@@ -372,7 +328,7 @@ fn again(
         let fit = rows.whole.fit(start, ground.settings.remainder.iterations)?;
         let h = &fit.hypothesis;
         let design = Design::at(&rows.whole, h)?;
-        let (problem, rpo) = ((&rows.whole, h), about.rows_per_observation);
-        Ok(sums(space, ground, problem, &design, &terms, ground.listed + 1, rpo))
+        let columns = columns(space, (&rows.whole, h), &design, &terms, ground.listed + 1);
+        Ok(sums(space, ground, &design, &terms, &columns, about.rows_per_observation))
     })
 }

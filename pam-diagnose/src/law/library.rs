@@ -8,6 +8,9 @@ const WIDTHS: [f64; 3] = [0.05, 0.2, 0.6];
 const DECAYS: [f64; 2] = [0.1, 0.4];
 /// Time constants, s.
 const LAGS_S: [f64; 4] = [0.08, 0.3, 1.0, 4.0];
+/// Widths of slip elements and pitches of what repeats, relative to the typical size.
+const SLIPS: [f64; 3] = [0.1, 0.25, 0.6];
+const PITCHES: [f64; 9] = [0.25, 0.29, 0.34, 0.4, 0.47, 0.55, 0.65, 0.77, 0.9];
 
 /// Most factors of a term.
 const MOST_FACTORS: usize = 3;
@@ -87,11 +90,17 @@ fn singles(variable: usize, variables: &[Variable]) -> Vec<Factor> {
 
 /// Factors that stand beside another one.
 fn companions(variable: usize, variables: &[Variable]) -> Vec<Factor> {
-    use Function::{Absolute, Linear, Positive, Saturated, Square};
+    use Function::{Absolute, Decaying, Linear, Positive, Saturated, Square};
     let plain = |f| Factor::of(variable, f, 1.0);
     let Variable { kind, size, .. } = variables[variable];
     match kind {
-        VariableKind::Slow | VariableKind::Combined => vec![plain(Linear)],
+        VariableKind::Slow if variables[variable].is_pressure() => vec![plain(Linear)],
+        // Of the time, what grows and what dies away.
+        VariableKind::Slow => {
+            let decaying = Factor::of(variable, Decaying, 1.0);
+            [plain(Linear)].into_iter().chain(at_scales(decaying, size)).collect()
+        }
+        VariableKind::Combined => vec![plain(Linear)],
         VariableKind::Moving => [Linear, Absolute, Square, Positive].map(plain).to_vec(),
         VariableKind::Turning => {
             let turned = Factor::of(variable, Saturated, WIDTHS[0] * size);
@@ -113,9 +122,12 @@ fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
             if !moves(a) && !moves(b) {
                 continue;
             }
-            // Of a variable that is slow, everything of the other one.
+            // Beside a pressure, everything of the other one.
+            let is_pressure = |k: usize| {
+                variables[k].is_pressure() || variables[k].kind == VariableKind::Combined
+            };
             let of = |k: usize, other: usize| {
-                if moves(k) && !moves(other) && place.rich {
+                if moves(k) && is_pressure(other) && place.rich {
                     singles(k, variables)
                 } else {
                     companions(k, variables)
@@ -145,7 +157,8 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
     for &k in place.variables.iter().filter(|k| variables[**k].at_start.is_some()) {
         for of in [Linear, Absolute, Square] {
             for time_s in LAGS_S {
-                let lagged = Factor { lag: Some(Lag { of, time_s }), ..Factor::of(k, Linear, 1.0) };
+                let lagged =
+                    Factor { lag: Some(Lag::LowPass { of, time_s }), ..Factor::of(k, Linear, 1.0) };
                 all.push(vec![lagged]);
                 if of == Linear {
                     all.push(vec![Factor { function: SignedSquare, ..lagged }]);
@@ -161,5 +174,25 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
             }
         }
     }
+    if place.rich {
+        let repeating = place.variables.iter().filter(|k| variables[**k].change.is_some());
+        for factor in repeating.flat_map(|&k| slipping(k, variables)) {
+            all.push(vec![factor]);
+            all.extend(slow.iter().map(|&s| vec![factor, Factor::of(s, Linear, 1.0)]));
+        }
+    }
     all
+}
+
+/// Where a variable turned, and what repeats along it.
+fn slipping(variable: usize, variables: &[Variable]) -> Vec<Factor> {
+    use Function::{Cosine, Linear, Sine};
+    let size = variables[variable].size;
+    let slips = SLIPS.map(|w| Factor {
+        lag: Some(Lag::Slip { width: w * size }),
+        ..Factor::of(variable, Linear, 1.0)
+    });
+    let waves =
+        PITCHES.into_iter().flat_map(|p| [Sine, Cosine].map(|f| Factor::of(variable, f, p * size)));
+    slips.into_iter().chain(waves).collect()
 }

@@ -14,15 +14,18 @@
 //!    the place of the correction if it removes most of what the correction removes, and the test set confirms it.
 
 mod conclude;
+mod data;
 mod design;
 mod find;
 mod library;
 mod picture;
 mod refine;
 mod result;
+mod screen;
 mod select;
 mod written;
 
+pub(crate) use data::Data;
 pub(crate) use design::Design;
 #[cfg(feature = "laws")]
 pub(crate) use find::{NOTHING_LEFT, rest};

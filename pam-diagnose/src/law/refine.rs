@@ -37,10 +37,10 @@ pub(crate) struct Tried {
 
 /// Ratio of two scales or times below which two proposals are one.
 const SAME_SCALE: f64 = 2.0;
-/// Laws that are followed after a few iterations.
-const FOLLOWED: [usize; 2] = [14, 6];
-/// Nats for the value of a number.
-const NUMBER_LENGTH: f64 = 4.0;
+/// Laws that are followed after the first iteration, and how many more they get at once; the last of them get the rest.
+const FOLLOWED: [[usize; 2]; 2] = [[28, 1], [14, 3]];
+/// Laws that are fitted to the end.
+const FITTED: usize = 6;
 
 impl Proposal {
     /// Whether another one is the same but for numbers that a fit would make the same.
@@ -49,7 +49,7 @@ impl Proposal {
         let same = |f: &Factor, g: &Factor| {
             f.is_like(g)
                 && (!f.function.has_scale() || near(f.scale, g.scale))
-                && f.lag.zip(g.lag).is_none_or(|(l, m)| near(l.time_s, m.time_s))
+                && f.lag.zip(g.lag).is_none_or(|(l, m)| near(l.number(), m.number()))
         };
         let term = |t: &Term, u: &Term| {
             t.is_like(u) && t.factors.iter().all(|f| u.factors.iter().any(|g| same(f, g)))
@@ -133,17 +133,18 @@ pub(crate) fn refine(
         let start = |k: usize| {
             let values: Vec<f64> = definitions[k].parameters.iter().map(|p| p.start).collect();
             let base = Hypothesis { members: proposals[k].named.clone(), ..train.base() };
-            train.fit(base.with(ground.listed + k, &values), 2).ok().map(|fit| (k, fit))
+            train.fit(base.with(ground.listed + k, &values), 1).ok().map(|fit| (k, fit))
         };
         let mut going: Vec<(usize, Fit)> =
             parallel::map(proposals.len(), start).into_iter().flatten().collect();
         let mut done: Vec<(usize, Fit)> = Vec::new();
         let prospect = |(k, fit): &(usize, Fit)| fit.may_reach() + 2.0 * length_of(&proposals[*k]);
-        for followed in FOLLOWED {
+        let known: usize = 1 + FOLLOWED.iter().map(|f| f[1]).sum::<usize>();
+        let last = [FITTED, iterations.saturating_sub(known)];
+        for [followed, more] in FOLLOWED.into_iter().chain([last]) {
             going.sort_by(|a, b| prospect(a).total_cmp(&prospect(b)));
             let rest = going.split_off(followed.min(going.len()));
             done.extend(rest);
-            let more = if followed == FOLLOWED[0] { 3 } else { iterations.saturating_sub(5) };
             going = parallel::map_each(going, |(k, fit)| {
                 let further = train.fit_further(fit.clone(), more);
                 (k, further.unwrap_or(fit))
@@ -176,7 +177,8 @@ pub(crate) fn refine(
 }
 
 /// Of laws that leave nearly as little in every channel as the one of the best odds, without moving the nuisances further, the
-/// one of the shortest description.
+/// most probable one of those with the fewest numbers. What their variables and functions are, the odds decide: a factor more
+/// that the data ask for takes no number.
 pub(crate) fn preferred(tried: &[Tried], ground: &Ground<'_>) -> Option<Tried> {
     let best = tried.first()?;
     let settings = ground.settings;
@@ -186,7 +188,11 @@ pub(crate) fn preferred(tried: &[Tried], ground: &Ground<'_>) -> Option<Tried> {
         channels.all(|(own, least)| own - least < rise * least.max(1.0))
             && t.prior_cost - best.prior_cost < settings.intervals.equal_cost
     };
-    let length = |t: &Tried| t.length + NUMBER_LENGTH * t.values.len() as f64;
-    let shortest = tried.iter().filter(as_good).min_by(|a, b| length(a).total_cmp(&length(b)));
+    let numbers =
+        |t: &Tried| t.values.len() + t.named.iter().map(|m| m.values.len()).sum::<usize>();
+    let shortest = tried
+        .iter()
+        .filter(as_good)
+        .min_by(|a, b| numbers(a).cmp(&numbers(b)).then(a.total.total_cmp(&b.total)));
     shortest.cloned()
 }

@@ -41,7 +41,7 @@ pub(crate) struct Scores<'d> {
 }
 
 /// A column has to have this share of its own beside the others.
-const OWN_SHARE: f64 = 1e-4;
+pub(super) const OWN_SHARE: f64 = 1e-4;
 
 impl Scores<'_> {
     /// Minus two times the log-likelihood of what is left.

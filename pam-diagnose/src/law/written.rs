@@ -1,7 +1,7 @@
 //! Terms and laws as text.
 
 use crate::fit::Interval;
-use crate::terms::{Factor, Term, TermSpace};
+use crate::terms::{Factor, Lag, Term, TermSpace};
 use crate::test_set::ErrorReduction;
 use pam_core::units::significant;
 
@@ -60,9 +60,10 @@ fn product(term: &Term, space: &dyn TermSpace) -> String {
         let text = &variables[f.variable].text;
         let argument = match f.lag {
             None => text.clone(),
-            Some(lag) => {
-                format!("low_pass({}, {} s)", lag.of.text(text, ""), significant(lag.time_s, 3))
+            Some(Lag::LowPass { of, time_s }) => {
+                format!("low_pass({}, {} s)", of.text(text, ""), significant(time_s, 3))
             }
+            Some(Lag::Slip { width }) => format!("slip({text} / {})", significant(width, 3)),
         };
         f.function.text(&argument, &significant(f.scale, 3))
     };

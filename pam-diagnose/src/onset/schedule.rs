@@ -59,6 +59,12 @@ impl Schedule {
         Self { fitted: false, ..self.clone() }
     }
 
+    /// The same for parts of the experiments; `whole` gives the experiment of each part.
+    #[must_use]
+    pub fn of_parts(&self, whole: &[usize]) -> Self {
+        Self { acts: whole.iter().map(|&e| self.acts[e]).collect(), ..self.clone() }
+    }
+
     /// The times of an experiment among all times; empty where it has none.
     #[must_use]
     pub fn times_in(&self, experiment: usize) -> std::ops::Range<usize> {

@@ -9,6 +9,7 @@ use crate::search::{Candidates, Rows};
 use crate::settings::{DiagnosisSettings, RemainderSettings};
 use crate::verdict::{Cause, Verdict};
 use pam_numerics::statistics::{mean, paired_t_test};
+use std::sync::Arc;
 
 /// The data of a system, and the causes that are named already.
 #[derive(Clone)]
@@ -62,6 +63,33 @@ pub(crate) fn most_left(verdict: Verdict, settings: &RemainderSettings) -> f64 {
 }
 
 impl Ground<'_> {
+    /// The same for parts of the experiments with roles of their own; `whole` gives the experiment of each part.
+    pub(crate) fn of_parts<'r>(&self, roles: &'r Roles, whole: &[usize]) -> Ground<'r>
+    where
+        Self: 'r,
+    {
+        let of = |members: &[Member]| -> Vec<Member> {
+            let part = |m: &Member| Member {
+                schedule: m.schedule.as_ref().map(|s| Arc::new(s.of_parts(whole))),
+                ..m.clone()
+            };
+            members.iter().map(part).collect()
+        };
+        Ground {
+            roles,
+            named: of(&self.named),
+            settled: of(&self.settled),
+            rivals: of(&self.rivals),
+            ..self.clone()
+        }
+    }
+
+    /// The same with fewer causes; a law has to surpass those that were named.
+    pub(crate) fn beside(&self, named: Vec<Member>) -> Self {
+        let rivals = if self.rivals.is_empty() { &self.named } else { &self.rivals };
+        Self { rivals: rivals.clone(), named, ..self.clone() }
+    }
+
     /// Training and validation rows of a system, in units of the noise; as many rows are one observation as the residual of
     /// a hypothesis is correlated over. `None` if it cannot be simulated.
     pub(crate) fn rows<'s>(

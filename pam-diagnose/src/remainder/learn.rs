@@ -4,7 +4,7 @@ use super::basis::{remembering, smooth};
 use super::ground::{Drop, Ground, drop_by_blocks};
 use crate::error::DiagnoseError;
 use crate::fit::{ChannelErrors, Hypothesis, Member};
-use crate::law::{Design, Scores};
+use crate::law::{Data, Design, Scores};
 use crate::terms::{Definition, Place, Term, TermSpace};
 
 /// A smooth correction as it was fitted to the training rows.
@@ -37,6 +37,12 @@ impl Learned {
     /// What the system is asked to add.
     pub(crate) fn definitions(&self, space: &dyn TermSpace) -> Vec<Definition> {
         definitions(space, &self.terms, self.deviation)
+    }
+
+    /// The same with the times of the causes in all recordings, where it was learned from pieces of them.
+    pub(crate) fn in_whole(&self, data: &Data<'_>) -> Self {
+        let members = data.in_whole(&self.hypothesis.members);
+        Self { hypothesis: Hypothesis { members, ..self.hypothesis.clone() }, ..self.clone() }
     }
 
     /// The families of places at which it acts.
@@ -84,6 +90,8 @@ fn definitions(space: &dyn TermSpace, terms: &[Vec<Term>], deviation: f64) -> Ve
 const MOST_TERMS: usize = 14;
 /// Families whose correction is cut down before one of them is chosen.
 const CUT_DOWN: usize = 2;
+/// Most further terms that one effect holds.
+const BLOCK: usize = 40;
 /// Sums that are followed while it is.
 const BEAM: usize = 3;
 
@@ -178,12 +186,24 @@ pub(crate) fn learn(
     }
     best = sparse(space, ground, best)?;
     done(0.8);
-    let more = remembering(family, variables, places);
-    if !more.is_empty() && !best.is_enough(ground) {
-        let terms = [best.terms.clone(), vec![more]].concat();
-        let found = fitted(space, ground, &terms, best.deviation, Some(&best), iterations)?;
-        if let Some(found) = found.filter(|f| f.validation < best.validation - WORTH) {
-            best = sparse(space, ground, found)?;
+    // What remembers or repeats may be all that there is: then no smooth terms tell where it acts.
+    let mut others = alone.iter().filter(|(k, _)| *k != family && !best.is_learned(ground));
+    let rich = |k: usize| places.iter().any(|p| p.family == k && p.rich);
+    let starts: Vec<(usize, Learned)> = [(family, best.clone())]
+        .into_iter()
+        .chain(others.find(|(k, _)| rich(*k)).cloned())
+        .collect();
+    let mut family = family;
+    for (own, start) in starts {
+        let more = remembering(own, variables, places);
+        if more.is_empty() || start.is_enough(ground) {
+            continue;
+        }
+        let found = grown(space, ground, start, more)?;
+        if (!found.is_learned(ground), found.validation)
+            < (!best.is_learned(ground), best.validation)
+        {
+            (family, best) = (own, found);
         }
     }
     done(0.9);
@@ -193,14 +213,52 @@ pub(crate) fn learn(
         if *other == family || !helps || best.is_enough(ground) {
             continue;
         }
-        let terms = [best.terms.clone(), smooth_of(*other, space)].concat();
-        let found = fitted(space, ground, &terms, best.deviation, Some(&best), iterations)?;
-        if let Some(found) = found.filter(|f| f.validation < best.validation - WORTH) {
-            best = sparse(space, ground, found)?;
-        }
+        best = grown(space, ground, best, smooth(*other, variables, places))?;
     }
     done(1.0);
     Ok(best.is_learned(ground).then_some(best))
+}
+
+/// A correction with the few of some further terms that do most about what it leaves of the training rows, to first order; as it
+/// was where the validation rows do not need them.
+fn grown(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    best: Learned,
+    more: Vec<Term>,
+) -> Result<Learned, DiagnoseError> {
+    let blocks: Vec<Vec<Term>> = more.chunks(BLOCK).map(<[Term]>::to_vec).collect();
+    let all = [best.terms.clone(), blocks.clone()].concat();
+    let kept: Vec<usize> = space.with(&definitions(space, &all, best.deviation), |system| {
+        let Some(rows) = ground.rows(system, &ground.start(system)) else { return Ok(Vec::new()) };
+        let train = &rows.choosing.train;
+        let first = ground.listed + best.terms.len();
+        let with = blocks.iter().enumerate().fold(best.hypothesis.clone(), |h, (k, block)| {
+            h.with(first + k, &vec![0.0; block.len()])
+        });
+        let design = Design::at(train, &with)?;
+        let first = design.own.len() - more.len();
+        let design = design.beside(first);
+        let columns = design.own.clone();
+        let scores = Scores {
+            design: &design,
+            rows_per_observation: train.correlated_rows(&best.hypothesis)?,
+            least: train.errors(&best.hypothesis)?.mean(),
+        };
+        let sums = scores.beam(&columns, &vec![0.0; more.len()], MOST_TERMS, BEAM);
+        Ok(sums.into_iter().next().map_or_else(Vec::new, |s| s.columns))
+    })?;
+    if kept.is_empty() {
+        return Ok(best);
+    }
+    let terms = kept.iter().map(|&k| more[k].clone()).collect();
+    let terms = [best.terms.clone(), vec![terms]].concat();
+    let iterations = ground.settings.remainder.iterations;
+    let found = fitted(space, ground, &terms, best.deviation, Some(&best), iterations)?;
+    match found.filter(|f| f.validation < best.validation - WORTH) {
+        Some(found) => sparse(space, ground, found),
+        None => Ok(best),
+    }
 }
 
 fn smooth_of(family: usize, space: &dyn TermSpace) -> Vec<Vec<Term>> {
@@ -214,17 +272,22 @@ pub(crate) fn learn_again(
     known: &Learned,
 ) -> Result<Option<Learned>, DiagnoseError> {
     let (variables, places) = (space.variables(), space.places());
-    let mut terms = Vec::new();
-    for family in known.families(places) {
-        terms.push(smooth(family, variables, places));
-        if known.terms.iter().flatten().any(Term::remembers) {
-            terms.push(remembering(family, variables, places));
+    let families = known.families(places);
+    let terms =
+        families.iter().map(|&family| smooth(family, variables, places)).collect::<Vec<_>>();
+    let iterations = ground.settings.remainder.iterations;
+    let Some(dense) = fitted(space, ground, &terms, known.deviation, None, iterations)? else {
+        return Ok(None);
+    };
+    let mut found = sparse(space, ground, dense)?;
+    for &family in &families {
+        let more = remembering(family, variables, places);
+        let held = known.terms.iter().flatten().any(|t| more.contains(t));
+        if held {
+            found = grown(space, ground, found, more)?;
         }
     }
-    terms.retain(|t| !t.is_empty());
-    let iterations = 2 * ground.settings.remainder.iterations;
-    let dense = fitted(space, ground, &terms, known.deviation, None, iterations)?;
-    dense.map(|dense| sparse(space, ground, dense)).transpose()
+    Ok(Some(found))
 }
 
 /// Fits terms to the training rows beside the named causes, from another correction on if one is given; `None` if they cannot

@@ -433,6 +433,11 @@ settings! {
 settings! {
     /// What is learned of an error that no listed cause explains, and the search for a law in it.
     "remainder" RemainderSettings {
+        /// Most time of training and validation recordings of the joint from which corrections are learned and laws chosen. Of longer
+        /// ones, pieces that cover the motion are taken; what is chosen is fitted to all rows.
+        most_s: f64 = 40.0, "s", POSITIVE, TIME;
+        /// Shortest of these pieces.
+        piece_s: f64 = 6.0, "s", POSITIVE, TIME;
         /// Standard deviations of the prior of the coefficients of a smooth correction, relative to the size of what acts where
         /// it acts; the validation data choose.
         deviations: [f64; 4] = [0.03, 0.1, 0.3, 0.01], "–", POSITIVE, STUDIES;

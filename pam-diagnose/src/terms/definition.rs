@@ -1,7 +1,7 @@
 //! Terms as something that a system can simulate and fit.
 
 use super::space::{Place, Variable};
-use super::term::Term;
+use super::term::{Lag, Term};
 use pam_vocabulary::ParameterInfo;
 
 /// A fitted number of a definition.
@@ -21,6 +21,19 @@ pub struct TermParameter {
     pub deviation: f64,
 }
 
+/// A number that is remembered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Remembered {
+    /// Name.
+    pub name: String,
+    /// Value at the start, an expression.
+    pub start: String,
+    /// Whether it moves by steps: the law is its value after a step. Else it is its rate.
+    pub steps: bool,
+    /// Its law, an expression.
+    pub law: String,
+}
+
 /// Terms with names for their numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Definition {
@@ -30,8 +43,8 @@ pub struct Definition {
     pub description: String,
     /// Its numbers.
     pub parameters: Vec<TermParameter>,
-    /// What it remembers: name, value at the start, rate.
-    pub memory: Vec<[String; 3]>,
+    /// What it remembers.
+    pub memory: Vec<Remembered>,
     /// Places of the system's expressions with the expression there.
     pub acts: Vec<[String; 2]>,
 }
@@ -128,7 +141,10 @@ impl Definition {
     #[must_use]
     pub fn expression(&self) -> String {
         let acts = self.acts.iter().map(|[place, text]| format!("{place} = {text}"));
-        let memory = self.memory.iter().map(|[name, _, rate]| format!("d{name}/dt = {rate}"));
+        let memory = self.memory.iter().map(|m| match m.steps {
+            true => format!("{} := {} at each step", m.name, m.law),
+            false => format!("d{}/dt = {}", m.name, m.law),
+        });
         acts.chain(memory).collect::<Vec<_>>().join(", ")
     }
 
@@ -152,8 +168,9 @@ impl Definition {
             }
             line(format!("parameters.{} = {{ {entry}, start = [{:?}] }}", p.name, p.start));
         }
-        for [name, start, rate] in &self.memory {
-            line(format!("memory.{name} = {{ start = \"{start}\", rate = \"{rate}\" }}"));
+        for Remembered { name, start, steps, law } in &self.memory {
+            let key = if *steps { "step" } else { "rate" };
+            line(format!("memory.{name} = {{ start = \"{start}\", {key} = \"{law}\" }}"));
         }
         for [place, text] in &self.acts {
             line(format!("acts.{place} = \"{text}\""));
@@ -187,7 +204,7 @@ impl Definition {
             term.coefficient = next(term.coefficient);
             for f in &mut term.factors {
                 if let Some(lag) = &mut f.lag {
-                    lag.time_s = next(lag.time_s);
+                    *lag = lag.with_number(next(lag.number()));
                 }
                 if f.function.has_scale() {
                     f.scale = next(f.scale);
@@ -212,7 +229,7 @@ enum Number {
 struct Writer<'a> {
     variables: &'a [Variable],
     places: &'a [Place],
-    memory: Vec<[String; 3]>,
+    memory: Vec<Remembered>,
     /// The place and the sum of its terms.
     sums: Vec<(usize, String)>,
 }
@@ -226,23 +243,12 @@ impl Writer<'_> {
             let argument = match f.lag {
                 None => variable.text.clone(),
                 Some(lag) => {
-                    let of = lag.of.text(&variable.text, "");
-                    let start = variable.at_start.as_deref().unwrap_or("0");
-                    let start = if start == "0" { "0".to_owned() } else { lag.of.text(start, "") };
-                    let time = number(Number::Time, lag.time_s);
-                    let known = self
-                        .memory
-                        .iter()
-                        .find(|[name, _, rate]| *rate == format!("({of} - {name}) / {time}"));
-                    match known {
-                        Some([name, ..]) => name.clone(),
-                        None => {
-                            let name = format!("z{}", self.memory.len() + 1);
-                            let rate = format!("({of} - {name}) / {time}");
-                            self.memory.push([name.clone(), start, rate]);
-                            name
-                        }
-                    }
+                    let unit = match lag {
+                        Lag::LowPass { .. } => Number::Time,
+                        Lag::Slip { .. } => Number::Scale(variable.unit),
+                    };
+                    let number = number(unit, lag.number());
+                    self.remembered(variable, lag, &number)
                 }
             };
             let scale = if f.function.has_scale() {
@@ -253,6 +259,32 @@ impl Writer<'_> {
             parts.push(f.function.text(&argument, &scale));
         }
         parts.join(" * ")
+    }
+
+    /// The name of a remembered number whose time or width is a number; equal ones are one.
+    fn remembered(&mut self, variable: &Variable, lag: Lag, number: &str) -> String {
+        let start = variable.at_start.as_deref().unwrap_or("0");
+        let (start, steps) = match lag {
+            Lag::LowPass { of, .. } if start != "0" => (of.text(start, ""), false),
+            Lag::LowPass { .. } => ("0".to_owned(), false),
+            Lag::Slip { .. } => ("0".to_owned(), true),
+        };
+        let law = |name: &str| match lag {
+            Lag::LowPass { of, .. } => {
+                format!("({} - {name}) / {number}", of.text(&variable.text, ""))
+            }
+            Lag::Slip { .. } => {
+                let change = variable.change.as_deref().unwrap_or("0");
+                format!("clamp({name} + {change} / {number}, -1, 1)")
+            }
+        };
+        if let Some(known) = self.memory.iter().find(|m| m.law == law(&m.name)) {
+            return known.name.clone();
+        }
+        let name = format!("z{}", self.memory.len() + 1);
+        let law = law(&name);
+        self.memory.push(Remembered { name: name.clone(), start, steps, law });
+        name
     }
 
     fn add(&mut self, place: usize, text: &str) {

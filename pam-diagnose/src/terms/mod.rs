@@ -11,7 +11,7 @@ mod space;
 mod term;
 mod unit;
 
-pub use definition::{Definition, TermParameter};
+pub use definition::{Definition, Remembered, TermParameter};
 pub use function::Function;
 pub use space::{Place, TermSpace, Variable, VariableKind};
 pub use term::{Factor, Lag, Term};

@@ -27,8 +27,18 @@ pub struct Variable {
     pub kind: VariableKind,
     /// Its value at the beginning of an experiment, as an expression, if it can be remembered.
     pub at_start: Option<String>,
+    /// Its change over a step, as an expression, if terms may remember where it turned.
+    pub change: Option<String>,
     /// Length of its description, nats.
     pub description_length: f64,
+}
+
+impl Variable {
+    /// Whether it is one of the slow variables that differ between experiments, and not the time.
+    #[must_use]
+    pub fn is_pressure(&self) -> bool {
+        self.kind == VariableKind::Slow && self.group == "pressures"
+    }
 }
 
 /// How terms depend on a variable.

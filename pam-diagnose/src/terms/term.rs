@@ -4,21 +4,62 @@ use super::function::Function;
 use super::space::{Place, Variable};
 use super::unit::Unit;
 
-/// A first-order low-pass of a function of a variable, `ż = (f(u) − z)/τ`: what a term remembers.
+/// What a term remembers of a variable.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lag {
-    /// The function, one without a scale.
-    pub of: Function,
-    /// The time constant τ, s.
-    pub time_s: f64,
+pub enum Lag {
+    /// A first-order low-pass of a function of the variable, `ż = (f(u) − z)/τ`.
+    LowPass {
+        /// The function, one without a scale.
+        of: Function,
+        /// The time constant τ, s.
+        time_s: f64,
+    },
+    /// The stretch of a spring that slips at ±1, `dz = du/w` between −1 and 1 (Maxwell-slip element, rate-independent).
+    Slip {
+        /// The change `w` of the variable that stretches it from 0 to 1.
+        width: f64,
+    },
 }
 
-/// A function of a variable, or of its low-pass.
+impl Lag {
+    /// Its number: a time constant or a width.
+    #[must_use]
+    pub fn number(self) -> f64 {
+        match self {
+            Self::LowPass { time_s, .. } => time_s,
+            Self::Slip { width } => width,
+        }
+    }
+
+    /// The same with another number.
+    #[must_use]
+    pub fn with_number(self, number: f64) -> Self {
+        match self {
+            Self::LowPass { of, .. } => Self::LowPass { of, time_s: number },
+            Self::Slip { .. } => Self::Slip { width: number },
+        }
+    }
+
+    /// The same but for the number.
+    #[must_use]
+    pub fn is_like(self, other: Self) -> bool {
+        self.with_number(1.0) == other.with_number(1.0)
+    }
+
+    fn description_length(self) -> f64 {
+        match self {
+            Self::LowPass { of, .. } => LAG_LENGTH + of.description_length(),
+            Self::Slip { .. } => LAG_LENGTH,
+        }
+    }
+}
+
+/// A function of a variable, or of what is remembered of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Factor {
     /// Index of the variable.
     pub variable: usize,
-    /// The low-pass that it goes through first.
+    /// What is remembered of it, if not the variable itself is the argument.
     pub lag: Option<Lag>,
     /// The function.
     pub function: Function,
@@ -37,14 +78,22 @@ impl Factor {
     #[must_use]
     pub fn argument_unit(&self, variables: &[Variable]) -> Unit {
         let unit = variables[self.variable].unit;
-        self.lag.map_or(unit, |lag| Unit::ONE.times(unit, lag.of.power()))
+        match self.lag {
+            None => unit,
+            Some(Lag::LowPass { of, .. }) => Unit::ONE.times(unit, of.power()),
+            Some(Lag::Slip { .. }) => Unit::ONE,
+        }
     }
 
     /// The typical size of the function's argument.
     #[must_use]
     pub fn argument_size(&self, variables: &[Variable]) -> f64 {
         let size = variables[self.variable].size;
-        self.lag.map_or(size, |lag| lag.of.value(size, 1.0).abs())
+        match self.lag {
+            None => size,
+            Some(Lag::LowPass { of, .. }) => of.value(size, 1.0).abs(),
+            Some(Lag::Slip { .. }) => 1.0,
+        }
     }
 
     /// The typical size of its value.
@@ -64,11 +113,14 @@ impl Factor {
     pub fn is_like(&self, other: &Self) -> bool {
         self.variable == other.variable
             && self.function == other.function
-            && self.lag.map(|l| l.of) == other.lag.map(|l| l.of)
+            && match (self.lag, other.lag) {
+                (Some(own), Some(lag)) => own.is_like(lag),
+                (own, lag) => own.is_none() && lag.is_none(),
+            }
     }
 
     fn description_length(&self, variables: &[Variable]) -> f64 {
-        let lag = self.lag.map_or(0.0, |l| LAG_LENGTH + l.of.description_length());
+        let lag = self.lag.map_or(0.0, Lag::description_length);
         variables[self.variable].description_length + self.function.description_length() + lag
     }
 }
@@ -155,15 +207,21 @@ impl Term {
         let rows = variables.first().map_or(0, Vec::len);
         let mut product = vec![self.coefficient; rows];
         for f in &self.factors {
-            let mut kept: Option<f64> = None;
+            let mut kept: Option<[f64; 2]> = None;
             for (p, &u) in product.iter_mut().zip(&variables[f.variable]) {
-                let argument = f.lag.map_or(u, |lag| {
-                    let now = lag.of.value(u, 1.0);
-                    let old = kept.unwrap_or(now);
-                    let moved = old - (now - old) * (-step_s / lag.time_s).exp_m1();
-                    kept = Some(moved);
-                    moved
-                });
+                let argument = match f.lag {
+                    None => u,
+                    Some(Lag::LowPass { of, time_s }) => {
+                        let now = of.value(u, 1.0);
+                        let old = kept.map_or(now, |k| k[0]);
+                        old - (now - old) * (-step_s / time_s).exp_m1()
+                    }
+                    Some(Lag::Slip { width }) => {
+                        let [old, before] = kept.unwrap_or([0.0, u]);
+                        (old + (u - before) / width).clamp(-1.0, 1.0)
+                    }
+                };
+                kept = Some([argument, u]);
                 *p *= f.function.value(argument, f.scale);
             }
         }

@@ -8,7 +8,7 @@ use pam_diagnose::field::{
 use pam_diagnose::remainder::RemainderOutcome;
 use pam_diagnose::report::{ReportContext, diagnosis_report};
 use pam_diagnose::terms::{
-    Definition, Factor, Function, Lag, Place, Term, Unit, Variable, VariableKind,
+    Definition, Factor, Function, Lag, Place, Remembered, Term, Unit, Variable, VariableKind,
 };
 use pam_expression::{Compiled, Terms};
 use pam_numerics::statistics::root_mean_square;
@@ -222,6 +222,7 @@ fn terms_are_what_their_expressions_say() {
         size,
         kind: VariableKind::Moving,
         at_start: Some("0".into()),
+        change: Some(format!("d{text}")),
         description_length: 1.0,
     };
     let variables = [variable("a", 2.0), variable("b", 0.5)];
@@ -261,7 +262,7 @@ fn terms_are_what_their_expressions_say() {
     }
 
     // A step through a low-pass of 0.5 s: 1 − e^(−t/τ) of its square.
-    let lag = Lag { of: Square, time_s: 0.5 };
+    let lag = Lag::LowPass { of: Square, time_s: 0.5 };
     let lagged = Factor { lag: Some(lag), ..Factor::of(0, Linear, 1.0) };
     let term = Term { place: 0, factors: vec![lagged], coefficient: 1.0 };
     let mut step = vec![3.0; 200];
@@ -272,6 +273,26 @@ fn terms_are_what_their_expressions_say() {
         assert!((value - exact).abs() < 1e-9, "{k}: {value} {exact}");
     }
     let law = Definition::law("law", "", &[term], &variables, &places);
-    assert_eq!(law.memory, [["z1", "0", "(a^2 - z1) / tau1_s"].map(String::from)]);
+    let remembered = |start: &str, steps: bool, text: &str| Remembered {
+        name: "z1".into(),
+        start: start.into(),
+        steps,
+        law: text.into(),
+    };
+    assert_eq!(law.memory, [remembered("0", false, "(a^2 - z1) / tau1_s")]);
     assert_eq!(law.expression(), "force_n = c1_n_per_mm2 * z1, dz1/dt = (a^2 - z1) / tau1_s");
+
+    // A spring of 0.5 that slips follows a triangle up to 1, holds there, and turns with it.
+    let lag = Lag::Slip { width: 0.5 };
+    let slipping = Factor { lag: Some(lag), ..Factor::of(0, Linear, 1.0) };
+    let term = Term { place: 0, factors: vec![slipping], coefficient: 1.0 };
+    let up = (0..=10).map(|k| 0.1 * f64::from(k));
+    let down = (0..10).rev().map(|k| 0.1 * f64::from(k));
+    let triangle: Vec<f64> = up.chain(down).collect();
+    let stretch = term.series(&[triangle, vec![0.0; 21]], 0.1);
+    for (k, exact) in [(0, 0.0), (3, 0.6), (5, 1.0), (10, 1.0), (12, 0.6), (15, 0.0), (20, -1.0)] {
+        assert!((stretch[k] - exact).abs() < 1e-12, "{k}: {} {exact}", stretch[k]);
+    }
+    let law = Definition::law("law", "", &[term], &variables, &places);
+    assert_eq!(law.memory, [remembered("0", true, "clamp(z1 + da / w1_mm, -1, 1)")]);
 }

@@ -103,6 +103,18 @@ impl FineForce {
             .collect()
     }
 
+    /// The values of this range of the grid.
+    pub(super) fn part(&self, values: std::ops::Range<usize>) -> Self {
+        let of = |all: &[f64]| all.get(values.clone()).map_or_else(Vec::new, <[f64]>::to_vec);
+        Self {
+            values_mn: of(&self.values_mn),
+            by_lead_mn: of(&self.by_lead_mn),
+            blends: self.blends,
+            spacing_s: self.spacing_s,
+            sample_s: self.sample_s,
+        }
+    }
+
     /// The values of a held force, mN.
     #[must_use]
     pub fn values_mn(&self) -> &[f64] {

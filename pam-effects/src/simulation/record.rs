@@ -8,6 +8,7 @@ use pam_core::SealedMasses;
 use pam_data::Subject;
 use pam_data::preprocess::LowPass;
 use pam_data::{Channel, MassOrigin, Recording};
+use std::ops::Range;
 
 /// Where a trial came from.
 #[derive(Debug, Clone)]
@@ -177,6 +178,34 @@ impl ResampledRecord {
     pub fn driven_by(&self, recording: &Recording) -> Self {
         let force = fine_force(recording, self.step_s, self.steps_per_point, self.points());
         Self { force, ..self.clone() }
+    }
+
+    /// Grid points of this range as a recording of their own, which starts from the measured state at the first of them. Masses
+    /// and readings at rest are those of the whole, and times still count from the start of the excitation.
+    ///
+    /// # Panics
+    /// If the range is empty or longer than the recording.
+    #[must_use]
+    pub fn part(&self, points: Range<usize>) -> Self {
+        let first = points.start;
+        let start_s = self.step_s * first as f64;
+        let halves = 2 * self.steps_per_point;
+        let measured = [0, 1, 2, 3].map(|c| self.measured[c][points.clone()].to_vec());
+        let [x, v, flexor, extensor] = [0, 1, 2, 3].map(|c| self.measured[c][first]);
+        Self {
+            source: RecordSource { start_s: self.source.start_s + start_s, ..self.source.clone() },
+            since_start_s: self.since_start_s + start_s,
+            force: self.force.part(halves * first..halves * points.end),
+            measured,
+            rest: Rest {
+                start_s: self.since_start_s + start_s,
+                start_mm: x,
+                start_kpa: [flexor, extensor],
+                ..self.rest
+            },
+            start_mm_s: v,
+            ..self.clone()
+        }
     }
 
     /// Number of grid points.

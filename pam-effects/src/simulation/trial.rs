@@ -5,6 +5,7 @@ use super::record::ResampledRecord;
 use super::table::ForceTable;
 use pam_core::{ForceModel, JointModel, SealedMasses};
 use pam_data::{Recording, Subject};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A resampled recording with the base model's force at its sealed masses.
@@ -69,6 +70,17 @@ impl Trial {
         let led = || Ok::<_, std::convert::Infallible>(self.record.force.led(lead_samples));
         let Ok(led) = self.forces.get(lead_samples, led);
         led
+    }
+
+    /// Grid points of this range as a trial of their own ([`ResampledRecord::part`]).
+    #[must_use]
+    pub fn part(&self, points: Range<usize>) -> Self {
+        Self {
+            record: self.record.part(points),
+            table: self.table.clone(),
+            tables: Latest::new(TABLES),
+            forces: Latest::new(LEADS),
+        }
     }
 
     fn with_table_over<F: ForceModel<f64> + Sync>(

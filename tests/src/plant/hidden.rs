@@ -37,6 +37,16 @@ use std::collections::BTreeMap;
 /// | `turbulent_crosstalk` | `g_s_kpa2`: air flows between the chambers with the signed square of the difference |
 /// | `running_friction` | `n_s_mm`, `time_s`: dry friction that grows with the low-passed speed |
 /// | `fading_damping` | `n_s_mm`, `time_s`: damping that decays with time |
+/// | `extensor_friction` | `n_kpa`: dry friction that grows with the gauge pressure of the extensor |
+/// | `stiffening_spring` | `n_mm`, `scale_mm`: force −k w (sinh(x/w) − x/w) |
+/// | `outer_damping` | `n_s_mm2`, `from_mm`: damping that grows with abs(x) beyond a displacement |
+/// | `difference_damping` | `n_s_mm_kpa`: damping that grows with P_f − P_e |
+/// | `quadratic_spring` | `n_mm2`: force −k x abs(x) |
+/// | `opening_crosstalk` | `g_s_mm_kpa`: air flows between the chambers at positive displacements |
+/// | `bent_pressure` | `per_kpa`: the reading of P_f has a share of its own square |
+/// | `bent_position` | `per_mm`: the reading of x has a share of its own square |
+/// | `worked_spring` | `n_s2_mm3`, `time_s`: a spring as stiff as the low-passed square of the velocity |
+/// | `loaded_damping` | `s_mm`, `time_s`: damping that grows with the low-passed size of the motor's force |
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Hidden {
     /// Id.

@@ -54,6 +54,26 @@ pub(super) struct Laws {
     running_friction: [f64; 2],
     /// `−c exp(−t/τ) v`: mN s/mm, s.
     fading_damping: [f64; 2],
+    /// Dry friction `c (P_e − P_atm)`: mN/kPa.
+    extensor_friction: f64,
+    /// `−k w [sinh(x/w) − x/w]`: mN/mm, mm.
+    stiffening: [f64; 2],
+    /// `−c v max(|x| − x₀, 0)`: mN s/mm², mm.
+    outer_damping: [f64; 2],
+    /// `−c (P_f − P_e) v`: mN s/(mm kPa).
+    difference_damping: f64,
+    /// `k x |x|` of either sign: mN/mm².
+    quadratic_spring: f64,
+    /// Air from flexor to extensor `c (P_f − P_e) max(x, 0)`: g/(s mm kPa).
+    opening_crosstalk: f64,
+    /// The reading of P_f has `a (P_f − P_atm)²`: 1/kPa.
+    bent_pressure: f64,
+    /// The reading of x has `a x²`: 1/mm.
+    bent_position: f64,
+    /// `−k x z` with `ż = (v² − z)/τ`: mN s²/mm³, s.
+    worked_spring: [f64; 2],
+    /// `−c z v` with `ż = (|F| − z)/τ` for the force F of the motor: s/mm, s.
+    loaded_damping: [f64; 2],
 }
 
 /// What the laws remember.
@@ -69,6 +89,10 @@ pub(super) struct Kept {
     series_mm: f64,
     /// Low-passed speed, mm/s.
     speed: f64,
+    /// Low-passed square of the velocity that softens the spring, mm²/s².
+    work: f64,
+    /// Low-passed size of the force of the motor, mN.
+    load_mn: f64,
 }
 
 /// Where and how the joint is when its laws are evaluated.
@@ -117,6 +141,16 @@ impl Laws {
             "turbulent_crosstalk" => self.turbulent_crosstalk += v("g_s_kpa2"),
             "running_friction" => self.running_friction = [1e3 * v("n_s_mm"), v("time_s")],
             "fading_damping" => self.fading_damping = [1e3 * v("n_s_mm"), v("time_s")],
+            "extensor_friction" => self.extensor_friction += 1e3 * v("n_kpa"),
+            "stiffening_spring" => self.stiffening = [1e3 * v("n_mm"), v("scale_mm")],
+            "outer_damping" => self.outer_damping = [1e3 * v("n_s_mm2"), v("from_mm")],
+            "difference_damping" => self.difference_damping += 1e3 * v("n_s_mm_kpa"),
+            "quadratic_spring" => self.quadratic_spring += 1e3 * v("n_mm2"),
+            "opening_crosstalk" => self.opening_crosstalk += v("g_s_mm_kpa"),
+            "bent_pressure" => self.bent_pressure += v("per_kpa"),
+            "bent_position" => self.bent_position += v("per_mm"),
+            "worked_spring" => self.worked_spring = [1e3 * v("n_s2_mm3"), v("time_s")],
+            "loaded_damping" => self.loaded_damping = [v("s_mm"), v("time_s")],
             _ => return false,
         }
         true
@@ -141,7 +175,17 @@ impl Laws {
             + self.one_sided_drag * v.min(0.0).powi(2)
             - self.pressure_hysteresis[0] * both * kept.stretch
             - self.pressure_relaxation[0] * both * kept.series_mm
-            - self.position_coupling * x * v;
+            - self.position_coupling * x * v
+            - self.outer_damping[0] * v * (x.abs() - self.outer_damping[1]).max(0.0)
+            - self.difference_damping * (gauge[0] - gauge[1]) * v
+            - self.quadratic_spring * x * x.abs()
+            - self.worked_spring[0] * kept.work * x
+            - self.loaded_damping[0] * kept.load_mn * v;
+        if let [stiffness, scale] = self.stiffening
+            && stiffness != 0.0
+        {
+            total -= stiffness * scale * ((x / scale).sinh() - x / scale);
+        }
         if let [force, width] = self.saturating_damping
             && force != 0.0
         {
@@ -166,6 +210,7 @@ impl Laws {
         self.flexor_friction * gauge[0]
             + self.pressure_friction * (gauge[0] + gauge[1])
             + self.edge_friction * now.x.abs()
+            + self.extensor_friction * gauge[1]
             + self.running_friction[0] * kept.speed
     }
 
@@ -182,19 +227,30 @@ impl Laws {
             stretch: if slip > 0.0 { (kept.stretch + v * dt / slip).clamp(-1.0, 1.0) } else { 0.0 },
             series_mm: low_passed(kept.series_mm, series_s * v, series_s),
             speed: low_passed(kept.speed, v.abs(), self.running_friction[1]),
+            work: low_passed(kept.work, v * v, self.worked_spring[1]),
+            load_mn: low_passed(kept.load_mn, motor_mn.abs(), self.loaded_damping[1]),
         }
     }
 
     /// Air that enters the chambers, g/s.
-    pub(super) fn inflow_g_s(&self, kpa: [f64; 2], v: f64) -> [f64; 2] {
+    pub(super) fn inflow_g_s(&self, kpa: [f64; 2], [x, v]: [f64; 2]) -> [f64; 2] {
         let lost = self.moving_leak * (kpa[0] - ATMOSPHERE_KPA) * v.abs();
         let over = kpa[0] - kpa[1];
-        let passed = self.turbulent_crosstalk * over * over.abs();
+        let passed = self.turbulent_crosstalk * over * over.abs()
+            + self.opening_crosstalk * over * x.max(0.0);
         [-lost - passed, passed]
     }
 
     /// Readings of the pressures for true ones, kPa.
     pub(super) fn readings(&self, kpa: [f64; 2]) -> [f64; 2] {
-        [kpa[0], kpa[1] + self.reading_crosstalk * (kpa[0] - kpa[1])]
+        [
+            kpa[0] + self.bent_pressure * (kpa[0] - ATMOSPHERE_KPA).powi(2),
+            kpa[1] + self.reading_crosstalk * (kpa[0] - kpa[1]),
+        ]
+    }
+
+    /// Reading of the displacement for the true one, mm.
+    pub(super) fn reading_mm(&self, x: f64) -> f64 {
+        x + self.bent_position * x * x
     }
 }

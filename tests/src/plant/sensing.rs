@@ -84,7 +84,7 @@ impl Chain {
     }
 
     fn displacement(&self, acting: &Acting) -> f64 {
-        let x = self.delays[0].ago(acting.position_delay_s / self.dt);
+        let x = acting.laws.reading_mm(self.delays[0].ago(acting.position_delay_s / self.dt));
         (1.0 + acting.position_gain) * x + acting.offset_mm
     }
 
