@@ -64,7 +64,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let few = step_ns(at, &effects, &values, |v, k| {
             if k < 4 { FewDerivatives::variable(v, k) } else { FewDerivatives::constant(v) }
         });
-        let many = step_ns(at, &effects, &values, |v, k| Derivatives::variable(v, k));
+        let many = step_ns(at, &effects, &values, Derivatives::variable);
         let names: Vec<&str> = of.iter().map(|(id, _)| *id).collect();
         println!("{:36} {plain:7.0} {few:14.0} {many:16.0}", names.join(", "));
     }

@@ -13,6 +13,7 @@ mod features;
 mod force_noise;
 mod ladder;
 mod law;
+mod motions;
 mod pieces;
 mod refit;
 mod report;

@@ -1,5 +1,6 @@
 //! Recordings of the joint as experiments, effects as candidates.
 
+use super::motions::{self, Motions};
 use super::scales::data_scales;
 use super::sensitivities::Experiment;
 use super::{factors, features};
@@ -15,10 +16,9 @@ use pam_data::Channel;
 use pam_effects::effects::{AnyEffect, DataScales, EffectScalar, FixedState, ParameterInfo, timed};
 use pam_effects::model::ActiveEffect;
 use pam_effects::simulation::{
-    Base, Latest, Nuisances, ResampledRecord, Trajectory, Trial, motion_until, simulate_until,
+    Base, Nuisances, ResampledRecord, Trajectory, Trial, simulate_until,
 };
 use std::ops::Range;
-use std::sync::Arc;
 
 /// Recordings of a joint, its model, and effects that may be missing from it.
 pub struct JointSystem<'a> {
@@ -39,26 +39,12 @@ pub struct JointSystem<'a> {
     /// Grid points of each trial that are simulated where only its open part is asked for.
     open_points: Vec<usize>,
     /// The latest motions beside which sensors were looked at, trial by trial.
-    motions: Vec<Latest<MotionKey, Trajectory<f64>>>,
+    pub(super) motions: Vec<Motions>,
 }
 
 /// Standard deviations of the noise from one grid point to the next that the first sample of a pressure may be off by:
 /// noise that is correlated shows a part of itself only from point to point.
 const SAMPLE_DEVIATIONS: f64 = 3.0;
-
-/// Motions of a trial that are kept: sensors of several sets are looked at by turns.
-const MOTIONS: usize = 4;
-
-/// What a motion depends on.
-#[derive(PartialEq)]
-struct MotionKey {
-    /// Addresses of the effects, which live as long as the system, and their ids: effects without a size share addresses.
-    effects: Vec<usize>,
-    ids: Vec<&'static str>,
-    /// Bits of their values and of the nuisances.
-    numbers: [Vec<u64>; 3],
-    points: usize,
-}
 
 /// Whether an effect with these values changes nothing: all its parameters that have a value at which they are off take it.
 pub(super) fn is_absent<S: EffectScalar>(effect: &dyn AnyEffect, values: &[S]) -> bool {
@@ -143,38 +129,9 @@ impl<'a> JointSystem<'a> {
             ],
             outputs,
             settings: *settings,
-            motions: open_points.iter().map(|_| Latest::new(MOTIONS)).collect(),
+            motions: open_points.iter().map(|_| motions::latest()).collect(),
             open_points,
         }
-    }
-
-    /// The motion of a trial under a hypothesis, of which effects of sensors are no part; up to a number of grid points.
-    pub(super) fn motion(
-        &self,
-        hypothesis: &Hypothesis,
-        local: &[f64],
-        (experiment, points): (usize, usize),
-    ) -> Result<Arc<Trajectory<f64>>, DiagnoseError> {
-        let parts = self.parts(hypothesis, experiment);
-        let (mut effects, mut values, mut first) = (Vec::new(), Vec::new(), 0);
-        for effect in &parts.effects {
-            let own = &parts.values[first..first + effect.info().value_len()];
-            first += own.len();
-            if !effect.hooks().leave_the_motion() && !is_absent(*effect, own) {
-                effects.push(*effect);
-                values.extend_from_slice(own);
-            }
-        }
-        let bits = |all: &[f64]| all.iter().map(|v| v.to_bits()).collect::<Vec<u64>>();
-        let key = MotionKey {
-            effects: effects.iter().map(|e| std::ptr::from_ref(*e).cast::<()>() as usize).collect(),
-            ids: effects.iter().map(|e| e.info().id).collect(),
-            numbers: [&values, &hypothesis.shared, local].map(bits),
-            points,
-        };
-        let (trial, nuisances) = (self.trials[experiment], Self::nuisances(hypothesis, local));
-        Ok(self.motions[experiment]
-            .get(key, || motion_until(trial, &self.base, &effects, &values, &nuisances, points))?)
     }
 
     /// Makes effects that baseline recordings have shown a part of the model. Of each, the data have a share between

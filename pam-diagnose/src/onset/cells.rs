@@ -84,9 +84,9 @@ pub(super) struct Direction {
 
 /// Products of one direction with the residual, with itself, and with the unknowns that are fitted along, in one experiment.
 #[derive(Debug, Clone, Default)]
-struct Products {
+pub(super) struct Products {
     /// Sums over the cells before each.
-    residual: Vec<f64>,
+    pub(super) residual: Vec<f64>,
     square: Vec<f64>,
     /// Unknown by unknown.
     unknowns: Vec<Vec<f64>>,
@@ -103,10 +103,10 @@ pub(super) struct CellProducts {
     pub(super) cells: Vec<Cells>,
     pub(super) directions: Vec<Direction>,
     /// Direction by direction, experiment by experiment.
-    products: Vec<Vec<Products>>,
+    pub(super) products: Vec<Vec<Products>>,
     wholes: Vec<Whole>,
     /// Products of the residual with the unknowns, experiment by experiment, as sums over the cells before each.
-    residual: Vec<Vec<Vec<f64>>>,
+    pub(super) residual: Vec<Vec<Vec<f64>>>,
     /// Number of unknowns that all experiments share, and of each experiment's own.
     shared: usize,
     local: usize,
@@ -132,7 +132,7 @@ pub(super) struct Piece {
     /// Squared size of what is left.
     size: f64,
     /// The same beside the direction over all times: its share, the shares of the unknowns, the squared size.
-    contrast: (f64, Vec<f64>, f64),
+    pub(super) contrast: (f64, Vec<f64>, f64),
 }
 
 impl CellProducts {
@@ -310,7 +310,7 @@ impl CellProducts {
         ranges: Vec<std::ops::Range<usize>>,
     ) -> Option<Piece> {
         let own = &self.products[direction];
-        let mut right = vec![0.0; self.shared + self.local * self.cells.len()];
+        let mut right = vec![0.0; self.unknown_len()];
         let mut square = 0.0;
         for (e, (p, range)) in own.iter().zip(&ranges).enumerate() {
             square += Products::over(&p.square, range);
@@ -337,7 +337,7 @@ impl CellProducts {
     /// Directions over all times.
     fn wholes(&self) -> Vec<Whole> {
         let of = |own: &Vec<Products>| {
-            let mut right = vec![0.0; self.shared + self.local * self.cells.len()];
+            let mut right = vec![0.0; self.unknown_len()];
             let mut square = 0.0;
             for (e, p) in own.iter().enumerate() {
                 square += p.square.last().copied().unwrap_or(0.0);
@@ -354,7 +354,13 @@ impl CellProducts {
         self.products.iter().map(of).collect()
     }
 
-    fn place(&self, experiment: usize, unknown: usize) -> usize {
+    /// Number of unknowns of all experiments together.
+    pub(super) fn unknown_len(&self) -> usize {
+        self.shared + self.local * self.cells.len()
+    }
+
+    /// Place of an unknown of an experiment among all.
+    pub(super) fn place(&self, experiment: usize, unknown: usize) -> usize {
         if unknown < self.shared {
             unknown
         } else {
@@ -364,7 +370,7 @@ impl CellProducts {
 
     /// Products of the residual with all unknowns, with a sign for each cell.
     pub(super) fn signed(&self, signs: &[Vec<f64>]) -> Signed {
-        let mut unknowns = vec![0.0; self.shared + self.local * self.cells.len()];
+        let mut unknowns = vec![0.0; self.unknown_len()];
         for (e, own) in self.residual.iter().enumerate() {
             for (k, sums) in own.iter().enumerate() {
                 let place = self.place(e, k);
@@ -407,69 +413,6 @@ impl CellProducts {
         if *size > 0.0 { cleared * cleared / size } else { 0.0 }
     }
 
-    /// Products of the residual with all unknowns for many signs of the cells, draw by draw.
-    pub(super) fn draws(&self, signs: &[Vec<Vec<f64>>]) -> Draws {
-        let of_cell = |e: usize, k: usize| signs.iter().map(move |draw| draw[e][k]).collect();
-        let cells = (0..self.cells.len())
-            .map(|e| (0..self.cells[e].len()).map(|k| of_cell(e, k)).collect())
-            .collect();
-        let draws = Draws { count: signs.len(), signs: cells, unknowns: Vec::new() };
-        let mut unknowns =
-            vec![vec![0.0; draws.count]; self.shared + self.local * self.cells.len()];
-        for (e, own) in self.residual.iter().enumerate() {
-            for (k, sums) in own.iter().enumerate() {
-                for (w, signs) in sums.windows(2).zip(&draws.signs[e]) {
-                    add(&mut unknowns[self.place(e, k)], w[1] - w[0], signs);
-                }
-            }
-        }
-        Draws { unknowns, ..draws }
-    }
-
-    /// The largest [`contrast`](Self::contrast) of some pieces of one direction in each draw.
-    pub(super) fn largest_contrasts(
-        &self,
-        direction: usize,
-        pieces: &[&Piece],
-        draws: &Draws,
-    ) -> Vec<f64> {
-        // Sums over the cells before each, experiment by experiment.
-        let of_experiment = |(p, signs): (&Products, &Vec<Vec<f64>>)| -> Vec<Vec<f64>> {
-            let mut sums = vec![vec![0.0; draws.count]];
-            for (k, (w, signs)) in p.residual.windows(2).zip(signs).enumerate() {
-                let mut sum = sums[k].clone();
-                add(&mut sum, w[1] - w[0], signs);
-                sums.push(sum);
-            }
-            sums
-        };
-        let own = self.products[direction].iter().zip(&draws.signs);
-        let own: Vec<Vec<Vec<f64>>> = own.map(of_experiment).collect();
-        let mut largest = vec![0.0; draws.count];
-        let mut cleared = vec![0.0; draws.count];
-        for piece in pieces {
-            let (of_whole, shares, size) = &piece.contrast;
-            if *size <= 0.0 {
-                continue;
-            }
-            cleared.fill(0.0);
-            for (sums, range) in own.iter().zip(&piece.ranges) {
-                if !range.is_empty() {
-                    add(&mut cleared, 1.0, &sums[range.end]);
-                    add(&mut cleared, -1.0, &sums[range.start]);
-                }
-                add(&mut cleared, -of_whole, &sums[sums.len() - 1]);
-            }
-            for (share, unknown) in shares.iter().zip(&draws.unknowns) {
-                add(&mut cleared, -share, unknown);
-            }
-            for (largest, cleared) in largest.iter_mut().zip(&cleared) {
-                *largest = f64::max(*largest, cleared * cleared / size);
-            }
-        }
-        largest
-    }
-
     fn sum(piece: &Piece, signed: &Signed) -> f64 {
         let own = signed.directions[piece.direction].iter();
         own.zip(&piece.ranges).map(|(sums, range)| Products::over(sums, range)).sum()
@@ -495,20 +438,6 @@ fn from_the_first_sample<C: Candidates + ?Sized>(system: &C, start: &Start) -> M
 
 /// Share of a direction that must be its own, so that what it explains is no rounding.
 const LEAST_OWN: f64 = 1e-4;
-
-/// Adds a multiple of a series.
-fn add(to: &mut [f64], factor: f64, series: &[f64]) {
-    to.iter_mut().zip(series).for_each(|(to, value)| *to += factor * value);
-}
-
-/// Many draws of the signs of the cells, side by side.
-pub(super) struct Draws {
-    count: usize,
-    /// Experiment by experiment, cell by cell.
-    signs: Vec<Vec<Vec<f64>>>,
-    /// Unknown by unknown.
-    unknowns: Vec<Vec<f64>>,
-}
 
 /// Products with the residual under signs of its cells.
 pub(super) struct Signed {

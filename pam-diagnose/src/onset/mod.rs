@@ -17,6 +17,7 @@
 //! only is reported by itself ([`LateFault`]).
 
 mod cells;
+mod draws;
 mod each;
 mod interval;
 mod late;

@@ -17,6 +17,7 @@
 
 mod dynamic;
 mod gas;
+mod hook_list;
 mod hooks;
 mod mechanics;
 mod own;
@@ -27,9 +28,10 @@ mod timed;
 pub use dynamic::{
     AnyEffect, Derivatives, EffectHooks, EffectScalar, FewDerivatives, NARROW, WIDTH,
 };
+pub use hook_list::Hooks;
 pub use hooks::{
-    Absorbed, Air, ChamberLaw, Command, Effect, FixedState, Hooks, Observed, Point, Rest,
-    Restoring, StepStart,
+    Absorbed, Air, ChamberLaw, Command, Effect, FixedState, Observed, Point, Rest, Restoring,
+    StepStart,
 };
 pub use own::{all, register, registered};
 pub use pam_vocabulary::{

@@ -11,7 +11,8 @@
 //! a discontinuous field, Leine and Nijmeijer 2004).
 
 use super::base::BaseForce;
-use super::integrator::{At, JointIntegrator, Substep};
+use super::integrator::JointIntegrator;
+use super::substep::{At, Substep};
 use crate::effects::EffectScalar;
 
 /// Switches in one substep; a joint that switches more often in it rests until its end.
