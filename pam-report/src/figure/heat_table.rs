@@ -1,6 +1,6 @@
 use super::colour_bar::colour;
+use super::style::tick_label;
 use maud::{Markup, html};
-use pam_core::units::significant;
 
 /// Values of named rows and columns as a table of coloured cells, each with its names and value as tooltip.
 ///
@@ -35,6 +35,7 @@ impl HeatTable {
     /// The table as HTML, with the colours at the ends of the scale below it.
     #[must_use]
     pub fn to_html(&self) -> Markup {
+        let (low, high) = self.limits;
         let cell = |row: &str, column: &str, value: Option<f64>| {
             let Some(value) = value.filter(|v| v.is_finite()) else {
                 return html! { td {} };
@@ -43,14 +44,13 @@ impl HeatTable {
                 "background:{};width:1.1em;height:1.1em;padding:0",
                 colour(value, self.limits)
             );
-            let number = significant(value, 3);
+            let number = tick_label(value, 0.1 * (high - low));
             html! { td style=(style) title=(format!("{row}, {column}: {number}")) {} }
         };
-        let (low, high) = self.limits;
         let end = |value: f64| {
             html! {
                 span style=(format!("display:inline-block;width:1em;height:1em;background:{}", colour(value, self.limits))) {}
-                " " (significant(value, 3))
+                " " (tick_label(value, high - low))
             }
         };
         html! {
