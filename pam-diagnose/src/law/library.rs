@@ -90,17 +90,11 @@ fn singles(variable: usize, variables: &[Variable]) -> Vec<Factor> {
 
 /// Factors that stand beside another one.
 fn companions(variable: usize, variables: &[Variable]) -> Vec<Factor> {
-    use Function::{Absolute, Decaying, Linear, Positive, Saturated, Square};
+    use Function::{Absolute, Linear, Positive, Saturated, Square};
     let plain = |f| Factor::of(variable, f, 1.0);
     let Variable { kind, size, .. } = variables[variable];
     match kind {
-        VariableKind::Slow if variables[variable].is_pressure() => vec![plain(Linear)],
-        // Of the time, what grows and what dies away.
-        VariableKind::Slow => {
-            let decaying = Factor::of(variable, Decaying, 1.0);
-            [plain(Linear)].into_iter().chain(at_scales(decaying, size)).collect()
-        }
-        VariableKind::Combined => vec![plain(Linear)],
+        VariableKind::Slow | VariableKind::Combined => vec![plain(Linear)],
         VariableKind::Moving => [Linear, Absolute, Square, Positive].map(plain).to_vec(),
         VariableKind::Turning => {
             let turned = Factor::of(variable, Saturated, WIDTHS[0] * size);
@@ -122,12 +116,9 @@ fn at(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
             if !moves(a) && !moves(b) {
                 continue;
             }
-            // Beside a pressure, everything of the other one.
-            let is_pressure = |k: usize| {
-                variables[k].is_pressure() || variables[k].kind == VariableKind::Combined
-            };
+            // Of a variable that is slow, everything of the other one.
             let of = |k: usize, other: usize| {
-                if moves(k) && is_pressure(other) && place.rich {
+                if moves(k) && !moves(other) && place.rich {
                     singles(k, variables)
                 } else {
                     companions(k, variables)
