@@ -30,6 +30,7 @@ pub mod error;
 pub mod field;
 pub mod force;
 pub mod joint;
+pub mod latest;
 pub mod parallel;
 pub mod scalar;
 pub mod settings;
@@ -48,4 +49,5 @@ pub use joint::{
     Chambers, JointField, JointModel, MuscleGeometry, PhysicalParameters, RawParameters,
     SealedMasses,
 };
+pub use latest::Latest;
 pub use scalar::{Scalar, smooth_step};

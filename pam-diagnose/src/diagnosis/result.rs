@@ -28,8 +28,8 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// What is done, and the share of the whole that is done with a share of the stage: of the diagnosis, or of the fit of
-    /// the remaining error.
+    /// Label of the stage for a progress bar, and the completed share of the whole when this share of the stage is complete. The
+    /// whole is the diagnosis or, for [`Stage::Learning`], the fit of the remaining error.
     #[must_use]
     pub fn progress(self, share: f64) -> (&'static str, f64) {
         let (from, to, what) = match self {

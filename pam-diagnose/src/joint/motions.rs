@@ -1,22 +1,23 @@
-//! Motions of the joint, beside which several sensors are looked at.
+//! Motions of the joint that are simulated once and observed through several sensor effects.
 
 use super::system::{JointSystem, is_absent};
 use crate::error::DiagnoseError;
 use crate::fit::Hypothesis;
-use pam_effects::simulation::{Latest, Trajectory, motion_until};
+use pam_core::Latest;
+use pam_effects::simulation::{Trajectory, motion_until};
 use std::sync::Arc;
 
-/// The latest motions of a trial.
+/// The most recently used motions of a trial.
 pub(super) type Motions = Latest<MotionKey, Trajectory<f64>>;
 
 pub(super) fn latest() -> Motions {
     Latest::new(MOST)
 }
 
-/// Motions of a trial that are kept: sensors of several sets are looked at by turns.
+/// Motions of a trial that are kept: sets of causes with different motions are fitted in turn.
 const MOST: usize = 4;
 
-/// What a motion depends on.
+/// The inputs of the simulation of a motion.
 #[derive(PartialEq)]
 pub(super) struct MotionKey {
     /// Addresses of the effects, which live as long as the system, and their ids: effects without a size share addresses.
@@ -28,7 +29,7 @@ pub(super) struct MotionKey {
 }
 
 impl JointSystem<'_> {
-    /// The motion of a trial under a hypothesis, of which effects of sensors are no part; up to a number of grid points.
+    /// The motion of a trial under a hypothesis up to a number of grid points. Effects that act on sensors only do not enter.
     pub(super) fn motion(
         &self,
         hypothesis: &Hypothesis,
@@ -53,7 +54,8 @@ impl JointSystem<'_> {
             points,
         };
         let (trial, nuisances) = (self.trials[experiment], Self::nuisances(hypothesis, local));
-        Ok(self.motions[experiment]
-            .get(key, || motion_until(trial, &self.base, &effects, &values, &nuisances, points))?)
+        Ok(self.motions[experiment].try_get(key, || {
+            motion_until(trial, &self.base, &effects, &values, &nuisances, points)
+        })?)
     }
 }

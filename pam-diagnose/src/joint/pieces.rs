@@ -28,13 +28,8 @@ pub(super) fn pieces(
     open: &[OpenPart],
     settings: &RemainderSettings,
 ) -> Option<Vec<Piece>> {
-    let points: Vec<usize> = open
-        .iter()
-        .map(|part| {
-            let record = &trials[part.experiment].record;
-            record.points().min((part.end_s / record.step_s) as usize)
-        })
-        .collect();
+    let in_part = |part: &OpenPart| trials[part.experiment].record.points_within(part.end_s);
+    let points: Vec<usize> = open.iter().map(in_part).collect();
     let length_s = |(part, &points): (&OpenPart, &usize)| {
         trials[part.experiment].record.step_s * points.saturating_sub(1) as f64
     };

@@ -15,11 +15,11 @@ pub(super) fn data_scales(
     settings: &DataSettings,
 ) -> DataScales {
     let (high, peak) = (settings.scale_quantile, settings.peak_quantile);
-    let points = |t: &Trial, end_s: f64| t.record.points().min((end_s / t.record.step_s) as usize);
-    let open: Vec<(&Trial, usize)> = open
-        .iter()
-        .map(|part| (trials[part.experiment], points(trials[part.experiment], part.end_s)))
-        .collect();
+    let in_part = |part: &OpenPart| {
+        let trial = trials[part.experiment];
+        (trial, trial.record.points_within(part.end_s))
+    };
+    let open: Vec<(&Trial, usize)> = open.iter().map(in_part).collect();
     let percentile = |mut values: Vec<f64>, share: f64| {
         if values.is_empty() {
             return 0.0;

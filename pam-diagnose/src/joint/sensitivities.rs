@@ -201,11 +201,11 @@ impl Experiment<'_> {
     }
 }
 
-/// Effects with their values, without those that are absent and not differentiated by: they change nothing.
+/// Effects with their values, without absent ones that are not differentiated by: they change nothing.
 struct Differentiable<'e, S> {
     effects: Vec<&'e dyn AnyEffect>,
     values: Vec<S>,
-    /// Whether the motion has no derivatives by what is differentiated by.
+    /// Whether the motion does not depend on the unknowns that are differentiated by: effects on sensors only.
     leave_the_motion: bool,
 }
 

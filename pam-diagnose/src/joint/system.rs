@@ -38,7 +38,7 @@ pub struct JointSystem<'a> {
     settings: DiagnosisSettings,
     /// Grid points of each trial that are simulated where only its open part is asked for.
     open_points: Vec<usize>,
-    /// The latest motions beside which sensors were looked at, trial by trial.
+    /// The most recently used motions, trial by trial.
     pub(super) motions: Vec<Motions>,
 }
 
@@ -96,7 +96,7 @@ impl<'a> JointSystem<'a> {
         let sensors = [2, 3].map(|c| {
             let points = |part: &OpenPart| {
                 let t = &trials[part.experiment].record;
-                t.measured[c][..t.points().min((part.end_s / t.step_s) as usize)].to_vec()
+                t.measured[c][..t.points_within(part.end_s)].to_vec()
             };
             let series: Vec<Vec<f64>> = open.iter().map(points).collect();
             noise_deviation(&series, 0.0)
@@ -106,9 +106,9 @@ impl<'a> JointSystem<'a> {
         let mut open_points: Vec<usize> = trials.iter().map(|t| t.record.points()).collect();
         for part in open {
             let record = &trials[part.experiment].record;
-            let until = (part.end_s / record.step_s) as usize;
+            let ahead = ROWS_AHEAD * settings.data.points_per_row;
             open_points[part.experiment] =
-                record.points_for(until.saturating_add(ROWS_AHEAD * settings.data.points_per_row));
+                record.points_for(record.points_within(part.end_s).saturating_add(ahead));
         }
         Self {
             scales: data_scales(&trials, open, &base, &settings.data),

@@ -167,7 +167,7 @@ fn rest_beside(
         done(1.0);
         return Ok(found);
     }
-    // What is chosen from pieces is judged by all recordings.
+    // The laws were selected on pieces; all recordings judge them.
     let (whole, of_whole) = data.whole;
     let learned = learned.in_whole(data);
     tried.iter_mut().for_each(|t| t.named = data.in_whole(&t.named));
@@ -205,7 +205,7 @@ pub(super) struct About {
     pub(super) fit: Hypothesis,
     pub(super) depends_on: Vec<Dependence>,
     pub(super) library: Vec<Term>,
-    /// What each term of the library does, and what is to be done.
+    /// The sensitivities to the terms of the library, and the residual.
     screened: Screened,
     /// Sums of terms that do nearly what the correction does.
     pub(super) sums: Vec<Vec<Term>>,

@@ -1,6 +1,6 @@
 //! The terms that are tried.
 
-use crate::terms::{Factor, Function, Lag, Place, Term, Variable, VariableKind};
+use crate::terms::{Factor, Function, Lag, Place, Term, Variable, VariableKind, repeating};
 
 /// Scales of functions, relative to the typical size of their argument.
 const THRESHOLDS: [f64; 3] = [0.2, 0.45, 0.7];
@@ -8,9 +8,8 @@ const WIDTHS: [f64; 3] = [0.05, 0.2, 0.6];
 const DECAYS: [f64; 2] = [0.1, 0.4];
 /// Time constants, s.
 const LAGS_S: [f64; 4] = [0.08, 0.3, 1.0, 4.0];
-/// Widths of slip elements and pitches of what repeats, relative to the typical size.
+/// Widths of slip elements, relative to the typical size.
 const SLIPS: [f64; 3] = [0.1, 0.25, 0.6];
-const PITCHES: [f64; 9] = [0.25, 0.29, 0.34, 0.4, 0.47, 0.55, 0.65, 0.77, 0.9];
 
 /// Most factors of a term.
 const MOST_FACTORS: usize = 3;
@@ -166,24 +165,8 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
         }
     }
     if place.rich {
-        let repeating = place.variables.iter().filter(|k| variables[**k].change.is_some());
-        for factor in repeating.flat_map(|&k| slipping(k, variables)) {
-            all.push(vec![factor]);
-            all.extend(slow.iter().map(|&s| vec![factor, Factor::of(s, Linear, 1.0)]));
-        }
+        let pressures: Vec<Factor> = slow.iter().map(|&s| Factor::of(s, Linear, 1.0)).collect();
+        all.extend(repeating(place, variables, &SLIPS, &pressures));
     }
     all
-}
-
-/// Where a variable turned, and what repeats along it.
-fn slipping(variable: usize, variables: &[Variable]) -> Vec<Factor> {
-    use Function::{Cosine, Linear, Sine};
-    let size = variables[variable].size;
-    let slips = SLIPS.map(|w| Factor {
-        lag: Some(Lag::Slip { width: w * size }),
-        ..Factor::of(variable, Linear, 1.0)
-    });
-    let waves =
-        PITCHES.into_iter().flat_map(|p| [Sine, Cosine].map(|f| Factor::of(variable, f, p * size)));
-    slips.into_iter().chain(waves).collect()
 }

@@ -1,4 +1,4 @@
-//! Screening: what the terms of a library do to first order, and the short sums of them that do what is to be done.
+//! Screening: the linearised effect of the terms of a library, and the short sums of terms that explain most of the residual.
 
 use super::design::{Design, orthonormal};
 use super::select::{OWN_SHARE, Scores};
@@ -12,14 +12,14 @@ const BLOCK: usize = 8;
 /// Terms of the library that are screened again about a law.
 const SCREENED_AGAIN: usize = 160;
 
-/// Columns of terms about a hypothesis.
+/// Sensitivities to terms at a hypothesis, and the residual there.
 pub(super) struct Screened {
     pub(super) target: Vec<f64>,
     pub(super) columns: Vec<Vec<f64>>,
 }
 
 impl Screened {
-    /// The terms of a library that may do most about what a law leaves, to first order.
+    /// The terms of a library that explain most of the residual of a law, to first order.
     pub(super) fn beside(&self, law: &[Term], library: &[Term]) -> Vec<Term> {
         let like = |k: &usize| law.iter().any(|t| t.is_like(&library[*k]));
         let own = (0..library.len()).filter(like).map(|k| self.columns[k].clone()).collect();
@@ -63,7 +63,7 @@ fn grouped<'t>(space: &dyn TermSpace, terms: &'t [Term]) -> impl Iterator<Item =
     terms.chunk_by(move |a, b| family(a) == family(b)).flat_map(|own| own.chunks(BLOCK))
 }
 
-/// What terms do about a hypothesis, of which each [`grouped`] block is a candidate from `first` on.
+/// Sensitivities to terms at a hypothesis. Each [`grouped`] block of them is a candidate, from `first` on.
 pub(super) fn columns(
     space: &dyn TermSpace,
     (problem, hypothesis): (&Problem<'_, Dyn<'_>>, &Hypothesis),

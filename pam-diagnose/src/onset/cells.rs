@@ -229,7 +229,7 @@ impl CellProducts {
                 all.iter().map(|start| vec![none.clone(); start.directions.len()]).collect()
             };
             let ends = here(&starts, &always);
-            // What a reading at rest does not see begins as it ends.
+            // For effects that do not act at rest, beginnings have the directions of ends.
             let at_rest: Vec<Start> =
                 starts.iter().filter(|s| system.acts_at_rest(s.candidate)).cloned().collect();
             let mut begins = here(&at_rest, &begin).into_iter();

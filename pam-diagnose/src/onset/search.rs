@@ -122,7 +122,7 @@ fn scanned<C: Candidates + ?Sized>(
     let (may_be, of_each) = (may_be.unwrap_or(&|_| true), may_be.is_none());
     let mut products = CellProducts::at(problem, at, starts, &asked)?;
     if asked != every {
-        // What an effect would explain if it were there always matters only where something is promising.
+        // The comparison with an effect at all times needs every experiment; it is made only where something is promising.
         let scan = Scan::new(&products, settings, may_be);
         let reached = promising(problem, &scan, (products.square, of_each), needed, false);
         if reached.is_empty() {

@@ -1,6 +1,6 @@
 //! The terms of a smooth correction.
 
-use crate::terms::{Factor, Function, Lag, Place, Term, Variable, VariableKind};
+use crate::terms::{Factor, Function, Lag, Place, Term, Variable, VariableKind, repeating};
 
 /// Sizes at which the direction of a variable turns, relative to its typical size: the first one is close to dry friction.
 const TURNING: [f64; 2] = [0.05, 0.4];
@@ -10,8 +10,6 @@ const BENDS: [f64; 2] = [0.3, 0.65];
 const LAGS_S: [f64; 3] = [0.1, 0.5, 2.5];
 /// Widths of slip elements, relative to the typical size.
 const SLIPS: [f64; 2] = [0.15, 0.5];
-/// Pitches of what repeats along a variable, relative to its typical size: a tenth apart or so, as the phase at the ends asks for.
-const PITCHES: [f64; 9] = [0.25, 0.29, 0.34, 0.4, 0.47, 0.55, 0.65, 0.77, 0.9];
 
 /// Terms of low order in all variables, for every place of a family: a constant, powers, directions, products of two.
 pub(crate) fn smooth(family: usize, variables: &[Variable], places: &[Place]) -> Vec<Term> {
@@ -104,25 +102,12 @@ fn lagged(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
         return all;
     }
     // Where the motion turned, and what repeats along it: alone, and as large as the pressures are.
-    let slow: Vec<Factor> = place
+    let pressures: Vec<Factor> = place
         .variables
         .iter()
         .filter(|k| variables[**k].is_pressure())
         .map(|&k| plain(k, Function::Linear))
         .collect();
-    for &k in place.variables.iter().filter(|k| variables[**k].change.is_some()) {
-        let size = variables[k].size;
-        let slips = SLIPS.map(|w| Factor {
-            lag: Some(Lag::Slip { width: w * size }),
-            ..plain(k, Function::Linear)
-        });
-        let waves = PITCHES.into_iter().flat_map(|pitch| {
-            [Function::Sine, Function::Cosine].map(|f| Factor::of(k, f, pitch * size))
-        });
-        for factor in slips.into_iter().chain(waves) {
-            all.push(vec![factor]);
-            all.extend(slow.iter().map(|s| vec![factor, *s]));
-        }
-    }
+    all.extend(repeating(place, variables, &SLIPS, &pressures));
     all
 }

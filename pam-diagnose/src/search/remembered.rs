@@ -1,26 +1,27 @@
-//! A system that does not simulate twice what it simulated lately.
+//! A system that keeps its most recently used simulations.
 
 use super::candidates::{CandidateInfo, Candidates, Nuisance, OutputInfo};
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Member, Sensitivities};
-use std::collections::VecDeque;
+use pam_core::Latest;
 use std::ops::Range;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 /// Memory for results of one kind, bytes.
 const MOST_BYTES: usize = 96 << 20;
 
-/// A system with its latest simulations and sensitivities. A hypothesis is asked for again with another noise, in other rows, and
-/// once for each number that is read of it; what is simulated depends on its values alone.
+/// A system that keeps its most recently used simulations and sensitivities. The same hypothesis is evaluated with another noise, in
+/// other rows and for other statistics; its simulation depends on its values alone.
 ///
-/// Results are the same bits with and without memory, so that it does not matter which thread came first.
+/// Results have the same bits whether they were kept or not, at any number of threads.
 pub(crate) struct Remembered<'a, C: ?Sized> {
     system: &'a C,
-    simulations: Store<Vec<Vec<f64>>>,
-    sensitivities: Store<Sensitivities>,
+    simulations: Latest<Key, Vec<Vec<f64>>>,
+    /// With their windows.
+    sensitivities: Latest<(Key, Range<usize>), Sensitivities>,
 }
 
-/// What a result depends on.
+/// The numbers that a result follows from.
 struct Key {
     members: Vec<Member>,
     fixed: usize,
@@ -31,31 +32,9 @@ struct Key {
     points: usize,
 }
 
-/// The latest results, the last one behind, with their windows.
-struct Store<R>(Mutex<Entries<R>>);
-
-struct Entries<R> {
-    all: VecDeque<(Key, Range<usize>, Arc<R>)>,
-    bytes: usize,
-}
-
-/// A result of a simulation.
-trait Remember {
-    /// Its numbers.
-    fn len(&self) -> usize;
-}
-
-impl Remember for Vec<Vec<f64>> {
-    fn len(&self) -> usize {
-        self.iter().map(Vec::len).sum()
-    }
-}
-
-impl Remember for Sensitivities {
-    fn len(&self) -> usize {
-        let columns = self.columns.iter().map(Remember::len).sum::<usize>();
-        columns + Remember::len(&self.residuals)
-    }
+/// Size of channels, bytes.
+fn bytes(channels: &[Vec<f64>]) -> usize {
+    size_of::<f64>() * channels.iter().map(Vec::len).sum::<usize>()
 }
 
 impl Sensitivities {
@@ -90,40 +69,13 @@ impl Key {
     }
 }
 
-impl<R: Remember> Store<R> {
-    fn new() -> Self {
-        Self(Mutex::new(Entries { all: VecDeque::new(), bytes: 0 }))
-    }
-
-    /// The result of a key whose window `serves`.
-    fn find(
-        &self,
-        key: &Key,
-        serves: impl Fn(&Range<usize>) -> bool,
-    ) -> Option<(Range<usize>, Arc<R>)> {
-        let mut entries = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let at = entries.all.iter().rposition(|(k, window, _)| k.is(key) && serves(window))?;
-        let found = entries.all.remove(at)?;
-        let result = (found.1.clone(), Arc::clone(&found.2));
-        entries.all.push_back(found);
-        Some(result)
-    }
-
-    fn keep(&self, key: Key, window: Range<usize>, result: Arc<R>) {
-        let size = |result: &R| size_of::<f64>() * result.len();
-        let mut entries = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        entries.bytes += size(&result);
-        entries.all.push_back((key, window, result));
-        while entries.bytes > MOST_BYTES {
-            let Some((.., oldest)) = entries.all.pop_front() else { break };
-            entries.bytes -= size(&oldest);
-        }
-    }
-}
-
 impl<'a, C: Candidates + ?Sized> Remembered<'a, C> {
     pub(crate) fn new(system: &'a C) -> Self {
-        Self { system, simulations: Store::new(), sensitivities: Store::new() }
+        Self {
+            system,
+            simulations: Latest::new(MOST_BYTES),
+            sensitivities: Latest::new(MOST_BYTES),
+        }
     }
 
     fn key(&self, h: &Hypothesis, local: &[f64], experiment: usize, until: usize) -> Key {
@@ -137,28 +89,30 @@ impl<'a, C: Candidates + ?Sized> Remembered<'a, C> {
         }
     }
 
-    /// Sensitivities from memory, or worked out: those of a window hold those of its whole rows.
+    /// Sensitivities, kept or computed. Those of a window serve every window of whole rows inside it.
     fn of_window(
         &self,
         key: Key,
         window: Range<usize>,
-        work_out: impl FnOnce() -> Result<Sensitivities, DiagnoseError>,
+        compute: impl FnOnce() -> Result<Sensitivities, DiagnoseError>,
     ) -> Result<Sensitivities, DiagnoseError> {
         let points = self.system.points_per_row();
-        let serves = |wide: &Range<usize>| {
-            wide.start <= window.start
+        let serves = |(of, wide): &(Key, Range<usize>)| {
+            let holds = wide.start <= window.start
                 && window.end <= wide.end
-                && (window.start - wide.start).is_multiple_of(points)
+                && (window.start - wide.start).is_multiple_of(points);
+            (holds && of.is(&key)).then(|| wide.clone())
         };
-        if let Some((wide, found)) = self.sensitivities.find(&key, serves) {
+        if let Some((wide, found)) = self.sensitivities.find(serves) {
             if wide == window {
                 return Ok(Sensitivities::clone(&found));
             }
             let first = (window.start - wide.start) / points;
             return Ok(found.rows(&(first..first + window.len() / points)));
         }
-        let found = work_out()?;
-        self.sensitivities.keep(key, window, Arc::new(found.clone()));
+        let found = compute()?;
+        let size = bytes(&found.residuals) + found.columns.iter().map(|c| bytes(c)).sum::<usize>();
+        self.sensitivities.keep((key, window), Arc::new(found.clone()), size);
         Ok(found)
     }
 }
@@ -272,11 +226,11 @@ impl<C: Candidates + ?Sized> Candidates for Remembered<'_, C> {
         until: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         let key = self.key(hypothesis, local, experiment, until);
-        if let Some((_, found)) = self.simulations.find(&key, |_| true) {
+        if let Some((_, found)) = self.simulations.find(|k| k.is(&key).then_some(())) {
             return Ok(Vec::clone(&found));
         }
         let found = self.system.simulate(hypothesis, local, experiment, until)?;
-        self.simulations.keep(key, 0..until, Arc::new(found.clone()));
+        self.simulations.keep(key, Arc::new(found.clone()), bytes(&found));
         Ok(found)
     }
 
@@ -294,7 +248,7 @@ impl<C: Candidates + ?Sized> Candidates for Remembered<'_, C> {
         })
     }
 
-    // Directions of candidates are asked for once.
+    // Directions of candidates are needed once, and not kept.
     fn parameter_sensitivities(
         &self,
         hypothesis: &Hypothesis,

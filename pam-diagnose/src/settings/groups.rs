@@ -433,10 +433,10 @@ settings! {
 settings! {
     /// What is learned of an error that no listed cause explains, and the search for a law in it.
     "remainder" RemainderSettings {
-        /// Most time of training and validation recordings of the joint from which corrections are learned and laws chosen. Of longer
-        /// ones, pieces that cover the motion are taken; what is chosen is fitted to all rows.
+        /// Total length of the joint's training and validation recordings from which corrections are learned and laws are selected.
+        /// Longer recordings are represented by pieces that cover the motion; the selected laws are fitted to all rows.
         most_s: f64 = 40.0, "s", POSITIVE, TIME;
-        /// Shortest of these pieces.
+        /// Length of the shortest of these pieces.
         piece_s: f64 = 6.0, "s", POSITIVE, TIME;
         /// Standard deviations of the prior of the coefficients of a smooth correction, relative to the size of what acts where
         /// it acts; the validation data choose.

@@ -21,7 +21,7 @@ pub struct TermParameter {
     pub deviation: f64,
 }
 
-/// A number that is remembered.
+/// A memory state of a definition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Remembered {
     /// Name.
@@ -43,7 +43,7 @@ pub struct Definition {
     pub description: String,
     /// Its numbers.
     pub parameters: Vec<TermParameter>,
-    /// What it remembers.
+    /// Its memory states.
     pub memory: Vec<Remembered>,
     /// Places of the system's expressions with the expression there.
     pub acts: Vec<[String; 2]>,

@@ -7,12 +7,14 @@
 
 mod definition;
 mod function;
+mod repeating;
 mod space;
 mod term;
 mod unit;
 
 pub use definition::{Definition, Remembered, TermParameter};
 pub use function::Function;
+pub(crate) use repeating::repeating;
 pub use space::{Place, TermSpace, Variable, VariableKind};
 pub use term::{Factor, Lag, Term};
 pub use unit::Unit;

@@ -4,7 +4,7 @@ use super::function::Function;
 use super::space::{Place, Variable};
 use super::unit::Unit;
 
-/// What a term remembers of a variable.
+/// Memory of a term: a state that a variable drives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Lag {
     /// A first-order low-pass of a function of the variable, `ż = (f(u) − z)/τ`.
@@ -54,12 +54,12 @@ impl Lag {
     }
 }
 
-/// A function of a variable, or of what is remembered of it.
+/// A function of a variable, or of a memory state that the variable drives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Factor {
     /// Index of the variable.
     pub variable: usize,
-    /// What is remembered of it, if not the variable itself is the argument.
+    /// The memory state that is the argument in place of the variable, if any.
     pub lag: Option<Lag>,
     /// The function.
     pub function: Function,

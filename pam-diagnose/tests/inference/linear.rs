@@ -11,6 +11,7 @@ use pam_effects::effects::ParameterInfo;
 use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::ops::Range;
+use std::sync::{Arc, Mutex};
 
 /// One experiment, row by row.
 #[derive(Debug, Clone, Default)]
@@ -30,6 +31,8 @@ pub(crate) struct Linear {
     pub(crate) points_per_row: usize,
     pub(crate) burn_in_s: f64,
     pub(crate) rows_per_block: usize,
+    /// What was asked of it: hypothesis, experiment and, of sensitivities, window.
+    pub(crate) asked: Arc<Mutex<Vec<String>>>,
     names: Vec<String>,
     ids: Vec<String>,
     local: Vec<Nuisance>,
@@ -52,6 +55,7 @@ impl Linear {
             points_per_row: 1,
             burn_in_s: 0.0,
             rows_per_block: 40,
+            asked: Arc::default(),
             local: Vec::new(),
             outputs: [output],
         }
@@ -126,6 +130,23 @@ impl Linear {
             seed,
         };
         run(&prepared, &|_, _| {}, |_| ()).expect("a regression can be evaluated")
+    }
+
+    fn response(&self, hypothesis: &Hypothesis, local: &[f64], experiment: usize) -> Vec<f64> {
+        let e = &self.experiments[experiment];
+        let mut y = vec![local.first().copied().unwrap_or(0.0); e.measured.len()];
+        for m in &hypothesis.members {
+            y.iter_mut().zip(&e.columns[m.candidate]).for_each(|(y, x)| *y += m.values[0] * x);
+        }
+        y
+    }
+
+    fn note(&self, hypothesis: &Hypothesis, local: &[f64], of: String) {
+        let members: Vec<_> = hypothesis.members.iter().map(|m| (m.candidate, &m.values)).collect();
+        self.asked
+            .lock()
+            .unwrap()
+            .push(format!("{members:?}, {} fixed, {local:?}: {of}", hypothesis.fixed));
     }
 
     /// The parts of all experiments as a whole.
@@ -251,12 +272,8 @@ impl Candidates for Linear {
         experiment: usize,
         _until: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        let e = &self.experiments[experiment];
-        let mut y = vec![local.first().copied().unwrap_or(0.0); e.measured.len()];
-        for m in &hypothesis.members {
-            y.iter_mut().zip(&e.columns[m.candidate]).for_each(|(y, x)| *y += m.values[0] * x);
-        }
-        Ok(vec![y])
+        self.note(hypothesis, local, format!("{experiment}"));
+        Ok(vec![self.response(hypothesis, local, experiment)])
     }
     fn sensitivities(
         &self,
@@ -266,8 +283,9 @@ impl Candidates for Linear {
         window: Range<usize>,
     ) -> Result<Sensitivities, DiagnoseError> {
         let e = &self.experiments[experiment];
-        let y = self.simulate(hypothesis, local, experiment, window.end)?;
-        let errors: Vec<f64> = e.measured.iter().zip(&y[0]).map(|(m, y)| m - y).collect();
+        self.note(hypothesis, local, format!("{experiment}, {window:?}"));
+        let y = self.response(hypothesis, local, experiment);
+        let errors: Vec<f64> = e.measured.iter().zip(&y).map(|(m, y)| m - y).collect();
         let rows = |series: &[f64]| -> Vec<Vec<f64>> {
             let mean = |row: &[f64]| row.iter().sum::<f64>() / row.len() as f64;
             vec![series[window.clone()].chunks_exact(self.points_per_row).map(mean).collect()]

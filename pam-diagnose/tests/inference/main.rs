@@ -9,6 +9,7 @@ mod noise;
 mod null_test;
 mod residual;
 mod roles;
+mod simulations;
 mod spectrum;
 mod subsets;
 mod verdict;

@@ -157,7 +157,7 @@ effect_scalars!(
     f64: |_| true,
     Derivatives: |number| number.derivatives.iter().all(|d| *d == 0.0),
     FewDerivatives: |number| number.derivatives.iter().all(|d| *d == 0.0),
-    // What a tape has of it is not asked.
+    // A variable of a tape may have any derivatives.
     Var: |_| false
 );
 

@@ -64,7 +64,7 @@ impl Hooks {
         }
     }
 
-    /// Whether the motion of the joint is as without the effect: only what the sensors show of it changes.
+    /// Whether the effect acts on sensors only and leaves the motion of the joint unchanged.
     #[must_use]
     pub fn leave_the_motion(self) -> bool {
         self == Self { observe: self.observe, ..Self::NONE }

@@ -214,6 +214,12 @@ impl ResampledRecord {
         self.measured[0].len()
     }
 
+    /// Number of grid points within this time of the first one, s.
+    #[must_use]
+    pub fn points_within(&self, length_s: f64) -> usize {
+        self.points().min((length_s / self.step_s) as usize)
+    }
+
     /// Number of grid points to be simulated so that those before `until` are what they are in the whole recording: the
     /// low-pass looks ahead.
     #[must_use]

@@ -1,9 +1,8 @@
 //! A recording made ready for simulation.
 
-use super::latest::Latest;
 use super::record::ResampledRecord;
 use super::table::ForceTable;
-use pam_core::{ForceModel, JointModel, SealedMasses};
+use pam_core::{ForceModel, JointModel, Latest, SealedMasses};
 use pam_data::{Recording, Subject};
 use std::ops::Range;
 use std::sync::Arc;
@@ -60,16 +59,12 @@ impl Trial {
 
     /// The table at other masses.
     pub(super) fn table_at(&self, masses: SealedMasses) -> Arc<ForceTable> {
-        let moved = || Ok::<_, std::convert::Infallible>(self.table.with_masses(masses));
-        let Ok(table) = self.tables.get(masses, moved);
-        table
+        self.tables.get(masses, || self.table.with_masses(masses))
     }
 
     /// The recorded force at half steps of the simulation with a lead, mN.
     pub(super) fn led_mn(&self, lead_samples: f64) -> Arc<Vec<f64>> {
-        let led = || Ok::<_, std::convert::Infallible>(self.record.force.led(lead_samples));
-        let Ok(led) = self.forces.get(lead_samples, led);
-        led
+        self.forces.get(lead_samples, || self.record.force.led(lead_samples))
     }
 
     /// Grid points of this range as a trial of their own ([`ResampledRecord::part`]).

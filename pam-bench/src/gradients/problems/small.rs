@@ -5,7 +5,7 @@ use pam_core::{ParametricField, Scalar, VectorField};
 use pam_expression::{Inputs, Program};
 use std::sync::Arc;
 
-/// What a small field computes.
+/// The right-hand side of a small field.
 #[derive(Debug, Clone)]
 pub enum Rates {
     /// The damped oscillation.
