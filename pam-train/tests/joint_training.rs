@@ -115,7 +115,7 @@ fn weights_and_friction_are_found_together() {
     let start = perturbed(&extended(&[("coulomb_friction", vec![5.0])]), 0.03);
     let file = folder.path().join("start.safetensors");
     safetensors_file::write(&file, &start.to_saved()).expect("written");
-    let long = ["stage.0.epochs=60", "rate=3e-4"];
+    let long = ["stage.0.epochs=40", "rate=4e-4"];
     let with = |name: &str, more: &[&str]| {
         trained(&file, &data, &folder.path().join(name), &[&long, more].concat())
     };

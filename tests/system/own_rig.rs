@@ -192,6 +192,14 @@ fn an_elbow_is_trained_diagnosed_and_planned() {
         "--json",
         "--quiet",
     ]);
+    // A third of the steps is enough for this motion.
+    arguments.extend([
+        "--set",
+        "stage.1.matching.steps=2000",
+        "--set",
+        "stage.1.matching.mass_steps=1500",
+    ]);
+    arguments.extend(["--set", "stage.2.epochs=25"]);
     arguments.extend(["--out", text(&trained)]);
     let json: Value = serde_json::from_str(&stdout_of(PAM, &arguments)).unwrap();
     assert_eq!(json["trained_on"].as_array().unwrap().len(), 5);

@@ -58,6 +58,10 @@ pub fn targets(
         .collect()
 }
 
+/// By which share of the width of the mass bounds the air may differ between the ends of a period: with the trained bounds
+/// 0.05 kPa.
+const LARGEST_JUMP: f64 = 1e-4;
+
 /// A planned trajectory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
@@ -85,6 +89,38 @@ impl Plan {
     ) -> Result<Self, ControlError> {
         let solutions = Synthesiser::new(model, settings)?.solve(&targets)?;
         Self::of_solutions(model, targets, solutions)
+    }
+
+    /// As [`new`](Self::new) for targets that repeat after `period` samples: one period is planned, and the others hold the
+    /// same air. Where that would make the air jump, because the branch of solutions at the end of the period is not that at
+    /// its beginning, all samples are planned.
+    ///
+    /// Only the times of the targets are read beyond the first period.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn periodic(
+        model: &JointModel<f64, AnyForce<f64>>,
+        targets: Vec<Target>,
+        period: usize,
+        settings: SynthesisSettings,
+    ) -> Result<Self, ControlError> {
+        if period == 0 || targets.len() <= period + 1 {
+            return Self::new(model, targets, settings);
+        }
+        let solutions = Synthesiser::new(model, settings)?.solve(&targets[..=period])?;
+        let [begin, end] = [0, period].map(|k| solutions[k].masses);
+        let jump_g = (begin.flexor_g - end.flexor_g).hypot(begin.extensor_g - end.extensor_g);
+        if jump_g > LARGEST_JUMP * settings.bounds.width_g() {
+            return Self::new(model, targets, settings);
+        }
+        let count = targets.len();
+        let repeated = |k: usize| (targets[k % period], solutions[k % period]);
+        let (mut again, solutions): (Vec<Target>, Vec<Solution>) = (0..count).map(repeated).unzip();
+        for (to, from) in again.iter_mut().zip(&targets) {
+            to.time_s = from.time_s;
+        }
+        Self::of_solutions(model, again, solutions)
     }
 
     /// As [`new`](Self::new), every sample the global optimum, with its certificate; for (leaky)

@@ -273,6 +273,26 @@ fn threads_and_lanes_change_nothing_that_matters() {
     }
 }
 
+/// The plan of a period, repeated, is the plan of all samples.
+#[test]
+fn a_period_is_planned_once() {
+    let model = published();
+    let bounds = MassBounds::trained(&model);
+    let settings = SynthesisSettings::published(bounds);
+    let targets = motion("sine:A=1,f=0.5,duration=5", 150.0, 100.0);
+    let all = Plan::new(&model, targets.clone(), settings).unwrap();
+    let repeated = Plan::periodic(&model, targets, 200, settings).unwrap();
+    assert_eq!(repeated.solutions[450], repeated.solutions[50]);
+    for (a, b) in all.solutions.iter().zip(&repeated.solutions) {
+        assert!((a.masses.flexor_g - b.masses.flexor_g).abs() < 1e-8, "{a:?} {b:?}");
+        assert!((a.masses.extensor_g - b.masses.extensor_g).abs() < 1e-8, "{a:?} {b:?}");
+    }
+    for (k, (a, b)) in all.targets.iter().zip(&repeated.targets).enumerate() {
+        assert_eq!(a.time_s, b.time_s);
+        assert!((a.displacement_mm - b.displacement_mm).abs() < 1e-9, "sample {k}");
+    }
+}
+
 #[test]
 fn what_cannot_be_reached_is_said() {
     let model = published();

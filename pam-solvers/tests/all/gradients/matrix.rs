@@ -131,7 +131,7 @@ fn a_further_state() {
 fn joint(name: &str, model: &JointModel<f64, NetworkForce<f64>>) {
     let masses = SealedMasses::new(0.06, 0.07).unwrap();
     let [pf, pe] = model.gas_law_pressures_kpa(0.3, masses);
-    let steps = (&["tsit5"][..], (0.025, 1e-5));
+    let steps = (&["tsit5"][..], (0.05, 1e-5));
     let times = sample_times();
     let forces = samples(&[1.2e5]);
     let held = AnyInput::Sampled(SampledInput::new(&times, &forces, Interpolation::Hold).unwrap());
