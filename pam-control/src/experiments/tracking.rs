@@ -8,6 +8,7 @@ use crate::synthesis::{Plan, PlanSummary, SynthesisSettings, plan};
 use pam_core::parallel;
 use pam_core::{AnyForce, JointModel};
 use serde::Serialize;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Shapes of the motion of the tests.
 pub const SHAPES: [&str; 2] = ["sine", "triangle"];
@@ -128,41 +129,61 @@ pub fn track(
             })
         })
         .collect();
-    let results = parallel::map_each(distinct, |case: &TrackingCase| {
-        let period = 1.0 / case.frequency_hz;
-        let lead = period * (2.0 / period).ceil().max(1.0);
-        let length = lead + period * (10.0 / period).ceil().max(2.0);
-        let text = format!(
-            "{}:A={},f={},duration={length}",
-            case.shape, case.amplitude_mm, case.frequency_hz
-        );
-        let motion = MotionSpec::parse(&text)?;
-        let stiffness = StiffnessProfile::Constant(case.stiffness_n_mm);
-        let targets = plan::targets(&motion, Some(&stiffness), 0.0, RATE_HZ)?;
-        let repeats = period_samples(case.frequency_hz).unwrap_or(0);
-        let plan = Plan::periodic(model, targets, repeats, settings)?;
-        let commands = Commands::from(&plan);
-        let mut joint = make(seed, commands.pressures_kpa(0.0));
-        let followed = follow(&mut joint, &commands, SETTLE_S, |_| 0.0);
-        let errors = followed
-            .commanded_kpa
-            .iter()
-            .zip(&followed.pressures_kpa)
-            .flat_map(|(c, p)| [c[0] - p[0], c[1] - p[1]]);
-        let squares: f64 = errors.map(|e| e * e).sum();
-        cases.iter().filter(|other| same(case, other)).for_each(|_| done());
-        Ok::<_, ControlError>(TrackingResult {
-            case: case.clone(),
-            plan: plan.summary(),
-            rmse_mm: followed.rmse_mm(lead),
-            pressure_rmse_kpa: (squares / (2 * followed.time_s.len()) as f64).sqrt(),
-            followed,
-        })
+    // A test that fails ends those after it, so that the error is that of the first one on any number of threads.
+    let first_failed = AtomicUsize::new(usize::MAX);
+    let results = parallel::map(distinct.len(), |k| {
+        if k > first_failed.load(Ordering::Relaxed) {
+            return None;
+        }
+        let result = track_case(model, settings, distinct[k], seed, make);
+        match &result {
+            Ok(_) => cases.iter().filter(|case| same(case, distinct[k])).for_each(|_| done()),
+            Err(_) => {
+                first_failed.fetch_min(k, Ordering::Relaxed);
+            }
+        }
+        Some(result)
     });
-    let results: Vec<TrackingResult> = results.into_iter().collect::<Result<_, _>>()?;
+    let results = results.into_iter().flatten().collect::<Result<Vec<_>, _>>()?;
     let result = |(case, place): (&TrackingCase, usize)| TrackingResult {
         case: case.clone(),
         ..results[place].clone()
     };
     Ok(cases.iter().zip(places).map(result).collect())
+}
+
+/// Plans, carries out and scores one test.
+fn track_case(
+    model: &JointModel<f64, AnyForce<f64>>,
+    settings: SynthesisSettings,
+    case: &TrackingCase,
+    seed: u64,
+    make: MakeJoint<'_>,
+) -> Result<TrackingResult, ControlError> {
+    let period = 1.0 / case.frequency_hz;
+    let lead = period * (2.0 / period).ceil().max(1.0);
+    let length = lead + period * (10.0 / period).ceil().max(2.0);
+    let text =
+        format!("{}:A={},f={},duration={length}", case.shape, case.amplitude_mm, case.frequency_hz);
+    let motion = MotionSpec::parse(&text)?;
+    let stiffness = StiffnessProfile::Constant(case.stiffness_n_mm);
+    let targets = plan::targets(&motion, Some(&stiffness), 0.0, RATE_HZ)?;
+    let repeats = period_samples(case.frequency_hz).unwrap_or(0);
+    let plan = Plan::periodic(model, targets, repeats, settings)?;
+    let commands = Commands::from(&plan);
+    let mut joint = make(seed, commands.pressures_kpa(0.0));
+    let followed = follow(&mut joint, &commands, SETTLE_S, |_| 0.0);
+    let errors = followed
+        .commanded_kpa
+        .iter()
+        .zip(&followed.pressures_kpa)
+        .flat_map(|(c, p)| [c[0] - p[0], c[1] - p[1]]);
+    let squares: f64 = errors.map(|e| e * e).sum();
+    Ok(TrackingResult {
+        case: case.clone(),
+        plan: plan.summary(),
+        rmse_mm: followed.rmse_mm(lead),
+        pressure_rmse_kpa: (squares / (2 * followed.time_s.len()) as f64).sqrt(),
+        followed,
+    })
 }
