@@ -40,7 +40,7 @@ fn sweep(folder: &Path, more: &str) -> String {
     let logs = text(&DATA.1);
     let text_of = format!(
         "name = \"t\"\nseeds = 2\n[experiment]\nrecordings = [\"{logs}\"]\n[set]\n\"model.hidden\" = [32, 32]\n\
-         \"stage.1.matching\" = {{ steps = 600, batch = 256 }}\n\"stage.2.epochs\" = 60\n\
+         \"stage.1.matching\" = {{ steps = 300, batch = 256 }}\n\"stage.2.epochs\" = 30\n\
          [[axis]]\nkey = \"model.activation\"\nvalues = [\"silu\", \"leaky_relu\", \"tanh\"]\n{more}"
     );
     std::fs::write(&path, text_of).unwrap();

@@ -121,7 +121,7 @@ fn random_weights_become_a_model_that_predicts_what_it_has_not_seen() {
     let arguments = ["train", "--data", text(&logs), "--out", text(&out), "--json"];
     let steps = steps(3000, 2500);
     let fewer = steps.each_ref().map(String::as_str);
-    let shorter = [&["--set", "stage.2.epochs=16"], &fewer[..]].concat();
+    let shorter = [&["--set", "stage.2.epochs=12"], &fewer[..]].concat();
     let printed = stdout_of(PAM, &[&arguments[..], &shorter].concat());
     let json: Value = serde_json::from_str(&printed).unwrap();
     assert_eq!(json["trained_on"].as_array().unwrap().len(), 8);
