@@ -1,4 +1,4 @@
-//! Cotangents backward: the transpose of the steps.
+//! Runge–Kutta steps backward: their transpose.
 
 use crate::method::STAGES;
 use crate::surface::TooRough;
@@ -43,7 +43,8 @@ impl Motion<'_, '_, '_> {
         [of_force * slopes.by_x, of_force * (slopes.by_v + damping_kg_s)]
     }
 
-    /// The derivatives of a loss with these cotangents of the observed states.
+    /// Pulls cotangents back over steps that follow each other. `state` is the cotangent of the state at their end, without what
+    /// is observed there; the result that of the state at their start.
     #[inline(always)]
     pub(crate) fn backward<S: Simd>(
         &mut self,
@@ -51,12 +52,12 @@ impl Motion<'_, '_, '_> {
         course: &Course<'_>,
         steps: &[Step],
         cotangents: &[[f64; 2]],
-    ) -> Result<MotionSums, TooRough> {
+        mut state: [f64; 2],
+        sums: &mut MotionSums,
+    ) -> Result<[f64; 2], TooRough> {
         let beta = self.mechanics.per_mass;
         let method = self.method;
-        let mut sums = MotionSums::default();
-        // Cotangents of the state at the end of the step at work, and of the rate there.
-        let mut state = [0.0; 2];
+        // Cotangent of the rate at the end of the step at work.
         let mut end_rate = 0.0;
         for pair in steps.windows(2).rev() {
             let (step, after) = (&pair[0], &pair[1]);
@@ -116,7 +117,7 @@ impl Motion<'_, '_, '_> {
                 slopes[STAGES],
                 after.rates[0],
                 of_rate[STAGES],
-                &mut sums,
+                sums,
             );
             state[0] += x;
             state[1] += v;
@@ -132,7 +133,7 @@ impl Motion<'_, '_, '_> {
             }
             for i in (1..STAGES).rev() {
                 let [x, v] =
-                    self.pull_rate(simd, at[i], slopes[i], step.rates[i], of_rate[i], &mut sums);
+                    self.pull_rate(simd, at[i], slopes[i], step.rates[i], of_rate[i], sums);
                 let [impulse, double] = integrals[i];
                 sums.per_mass += double * x + impulse * v;
                 let of_u = v + of_velocity[i];
@@ -149,11 +150,10 @@ impl Motion<'_, '_, '_> {
         if let Some(first) = steps.first() {
             let slopes = self.slopes(simd, first.state)?;
             let [x, v] =
-                self.pull_rate(simd, first.state, slopes, first.rates[0], end_rate, &mut sums);
+                self.pull_rate(simd, first.state, slopes, first.rates[0], end_rate, sums);
             state[0] += x;
             state[1] += v;
         }
-        sums.start = state;
-        Ok(sums)
+        Ok(state)
     }
 }

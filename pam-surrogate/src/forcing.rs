@@ -17,6 +17,13 @@ impl Line {
     pub(crate) fn start_s(&self) -> f64 {
         self.start_s
     }
+
+    /// `[∫ F dt, ∫∫ F dt²]` (mN s, mN s²) from the start to `s` after it.
+    #[inline(always)]
+    pub(crate) fn integrals(&self, s: f64) -> [f64; 2] {
+        let (f, r) = (self.force_mn, self.rate_mn_s);
+        [s * (f + s * r * 0.5), s * s * (f * 0.5 + s * r / 6.0)]
+    }
 }
 
 /// The straight lines of a signal, in order; the first one also holds before its start.

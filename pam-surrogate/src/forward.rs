@@ -1,4 +1,4 @@
-//! Steps forward.
+//! Runge–Kutta steps forward.
 
 use crate::method::STAGES;
 use crate::surface::TooRough;
@@ -7,7 +7,7 @@ use pulp::Simd;
 
 /// Velocity errors are weighed against displacement errors by the rate (1/s) at which a joint like the published one
 /// responds: √(150 N/mm / 250 kg).
-const RATE_PER_S: f64 = 25.0;
+pub(crate) const RATE_PER_S: f64 = 25.0;
 /// Bounds of the change of a step, and the share of the tolerance that is aimed at.
 const LEAST_FACTOR: f64 = 0.2;
 const MOST_FACTOR: f64 = 3.0;
@@ -17,30 +17,46 @@ const SHORTEST: f64 = 1e-7;
 /// Relative slack by which steps may be longer in order to end at an observation.
 const SLACK: f64 = 1e-3;
 
+/// Where steps are to go on, and where to.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stretch {
+    pub(crate) time_s: f64,
+    pub(crate) state: [f64; 2],
+    /// Length of the next step, s.
+    pub(crate) aimed_s: f64,
+    /// The next observation.
+    pub(crate) next: usize,
+    /// Observations at the end of the stretch.
+    pub(crate) until: usize,
+    /// Steps that were rejected.
+    pub(crate) rejected: usize,
+}
+
 // Sums over stages read best by their indices.
 #[allow(clippy::needless_range_loop)]
 impl Motion<'_, '_, '_> {
-    /// Solves from start to end. Writes the state at each observation, keeps the steps, and counts rejected ones.
+    /// Takes steps from a state up to an observation, or to the end if there is none left. Writes the state at each
+    /// observation, adds the steps and at last one without length, and counts rejected ones.
     #[inline(always)]
     pub(crate) fn forward<S: Simd>(
         &mut self,
         simd: S,
         course: &Course<'_>,
+        stretch: &mut Stretch,
         control: &Control,
         states: &mut [[f64; 2]],
         steps: &mut Vec<Step>,
-        rejected: &mut usize,
     ) -> Result<(), Stop> {
-        steps.clear();
-        let Course { start_s, end_s, observe_s, .. } = *course;
         let beta = self.mechanics.per_mass;
         let method = self.method;
-        let (mut t, mut state) = (start_s, course.state);
-        let (mut next, mut line) = (0, 0);
-        let mut aimed_s = 0.25 * control.longest_s;
+        let Stretch { mut time_s, mut state, mut aimed_s, mut next, until, .. } = *stretch;
+        let observe_s = &course.observe_s[..until];
+        let end_s = if until < course.observe_s.len() { observe_s[until - 1] } else { course.end_s };
+        let mut line = self.lines.partition_point(|l| l.start_s() <= time_s).saturating_sub(1);
         let rough = |t: f64| move |_: TooRough| Stop::Rough { time_s: t };
-        let mut first_rate = self.rate(simd, state).map_err(rough(t))?;
-        while t < end_s {
+        let mut first_rate = self.rate(simd, state).map_err(rough(time_s))?;
+        while time_s < end_s {
+            let t = time_s;
             if steps.len() >= control.most_steps {
                 return Err(Stop::TooManySteps { time_s: t });
             }
@@ -97,7 +113,7 @@ impl Motion<'_, '_, '_> {
             if !(ahead[0].abs() < self.mechanics.limit_mm && ahead[1].is_finite()) {
                 if h > 1e3 * SHORTEST * control.longest_s && !ahead[1].is_finite() {
                     aimed_s = 0.25 * h;
-                    *rejected += 1;
+                    stretch.rejected += 1;
                     continue;
                 }
                 return Err(Stop::NonFinite { time_s: t, step_s: h });
@@ -113,7 +129,7 @@ impl Motion<'_, '_, '_> {
             let factor = AIM * (control.error_mm / error.max(f64::MIN_POSITIVE)).powf(0.2);
             let proposed = h * factor.clamp(LEAST_FACTOR, MOST_FACTOR);
             if error.is_nan() || error > control.error_mm {
-                *rejected += 1;
+                stretch.rejected += 1;
                 aimed_s =
                     if proposed.is_finite() { proposed.min(0.9 * h) } else { LEAST_FACTOR * h };
                 continue;
@@ -146,11 +162,11 @@ impl Motion<'_, '_, '_> {
             });
             first_rate = rates[STAGES];
             next += count;
-            (t, state) = (end, ahead);
+            (time_s, state) = (end, ahead);
         }
         // The rate at the very end is that of a further stage.
         steps.push(Step {
-            start_s: t,
+            start_s: time_s,
             length_s: 0.0,
             state,
             rates: [first_rate; STAGES],
@@ -158,6 +174,8 @@ impl Motion<'_, '_, '_> {
             observed: next,
             count: 0,
         });
+        (stretch.time_s, stretch.state) = (time_s, state);
+        (stretch.aimed_s, stretch.next) = (aimed_s, next);
         Ok(())
     }
 }

@@ -19,15 +19,22 @@
 //! | `run` | one trajectory with its loss |
 //! | `solver` | many trajectories, and the gradient of the sum |
 
+mod adams;
 mod backward;
+mod cells;
+mod chebyshev;
+mod course;
 mod forcing;
 mod forward;
+mod march;
 mod method;
 mod nodes;
 mod polynomial;
 mod problem;
 mod result;
+mod retreat;
 mod run;
+mod samples;
 mod settings;
 mod solver;
 mod surface;

@@ -4,10 +4,10 @@ use crate::settings::SurrogateSettings;
 use pam_core::SealedMasses;
 use pam_solvers::ForceSignal;
 
-/// Root cells along x and along ẋ over the expected motion. Networks bend more often along ẋ.
-const ROOT_CELLS: [f64; 2] = [1.0, 2.0];
-/// Root cells are at least this large, mm and mm/s.
-const SMALLEST_ROOT: [f64; 2] = [0.05, 0.5];
+/// The surface reaches beyond the expected motion by this share of its range.
+const MARGIN: f64 = 0.04;
+/// It is at least this large, mm and mm/s.
+const SMALLEST: [f64; 2] = [0.05, 0.5];
 /// Most points of the expected motion that are looked at.
 const EXPECTED_POINTS: usize = 20_000;
 
@@ -41,17 +41,16 @@ impl SurrogateProblem<'_> {
         settings.budget.steps(self.t1 - self.t0, self.signal.times_s.len())
     }
 
-    /// Middle and size of the root cells.
-    pub(crate) fn roots(&self) -> ([f64; 2], [f64; 2]) {
+    /// Middle and size of the rectangle over the expected motion.
+    pub(crate) fn expected_area(&self) -> ([f64; 2], [f64; 2]) {
         let mut origin = self.y0;
-        let mut width = SMALLEST_ROOT;
+        let mut width = SMALLEST;
         for d in 0..2 {
             let range = self.expected[d].iter().fold([self.y0[d]; 2], |[low, high], &v| {
                 if v.is_finite() { [low.min(v), high.max(v)] } else { [low, high] }
             });
             origin[d] = 0.5 * (range[0] + range[1]);
-            // The outermost points lie inside.
-            width[d] = (1.01 * (range[1] - range[0]) / ROOT_CELLS[d]).max(SMALLEST_ROOT[d]);
+            width[d] = ((1.0 + MARGIN) * (range[1] - range[0])).max(SMALLEST[d]);
         }
         (origin, width)
     }

@@ -1,14 +1,16 @@
 //! One trajectory with its loss, run for the instruction set of the machine.
 
+use crate::adams::Adams;
+use crate::cells::CellScheme;
+use crate::course::Log;
 use crate::forcing::{Line, StepForcing, lines_into};
 use crate::method::Method;
 use crate::nodes::{NodeForce, NodeWorkspace};
-use crate::polynomial::Interpolation;
 use crate::problem::SurrogateProblem;
 use crate::result::SurrogateStatistics;
 use crate::settings::SurrogateSettings;
 use crate::surface::{Fidelity, Surface, SurfaceWorkspace, TooRough};
-use crate::trajectory::{Control, Course, Mechanics, Motion, MotionSums, Step, Stop};
+use crate::trajectory::{Control, Course, Mechanics, Motion, MotionSums, Stop};
 use pulp::{Simd, WithSimd};
 
 /// Memory of a thread.
@@ -17,7 +19,7 @@ pub(crate) struct Workspace {
     lines: Vec<Line>,
     forcing: StepForcing,
     pub(crate) surface: SurfaceWorkspace,
-    steps: Vec<Step>,
+    log: Log,
     cotangents: Vec<f64>,
     /// Memory of a network with this number of parameters.
     pub(crate) network: Option<(usize, NodeWorkspace)>,
@@ -28,7 +30,8 @@ pub(crate) struct Workspace {
 pub(crate) struct Scheme {
     pub(crate) settings: SurrogateSettings,
     pub(crate) method: Method,
-    pub(crate) interpolation: Interpolation,
+    pub(crate) adams: Adams,
+    pub(crate) cells: CellScheme,
 }
 
 /// Result of one trajectory.
@@ -75,13 +78,13 @@ impl WithSimd for Run<'_, '_> {
             solved.refused = Some(why);
             return solved;
         }
-        let Workspace { lines, forcing, surface: memory, steps, cotangents, .. } = workspace;
+        let Workspace { lines, forcing, surface: memory, log, cotangents, .. } = workspace;
         lines_into(&problem.signal, lines);
         let settings = &scheme.settings;
         let fidelity =
             Fidelity { error_mn: settings.force_error_mn, most_patches: settings.most_patches };
-        let (origin, width) = problem.roots();
-        let mut surface = Surface::new(&scheme.interpolation, fidelity, origin, width);
+        let (origin, width) = problem.expected_area();
+        let mut surface = Surface::new(&scheme.cells, fidelity, origin, width);
         let at_start = problem.observed_at_start();
         for state in states[..2 * at_start].as_chunks_mut::<2>().0 {
             *state = problem.y0;
@@ -103,19 +106,20 @@ impl WithSimd for Run<'_, '_> {
         }
         let mut run = Motion {
             method: &scheme.method,
+            adams: &scheme.adams,
             mechanics,
             lines,
             surface: &mut surface,
             memory,
             force,
             forcing,
-            patch: 0,
+            patch: 0, debug: std::env::var("DBG").is_ok(),
         };
         let later = states[2 * at_start..].as_chunks_mut::<2>().0;
-        let rejected = &mut solved.statistics.rejected;
-        let outcome = run.forward(simd, &course, &control, later, steps, rejected);
-        solved.statistics.steps = steps.len().saturating_sub(1);
-        solved.stored_bytes = size_of_val(&steps[..]);
+        let outcome = run.solve(simd, &course, &control, later, log);
+        solved.statistics.steps = log.accepted();
+        solved.statistics.rejected = log.rejected;
+        solved.stored_bytes = log.bytes();
         match (outcome, loss) {
             (Err(stop), _) => solved.stop = Some(stop),
             (Ok(()), None) => {}
@@ -124,8 +128,8 @@ impl WithSimd for Run<'_, '_> {
                 cotangents.resize(2 * observations, 0.0);
                 solved.value = loss(states, cotangents);
                 if differentiated {
-                    let (first, later) = cotangents.split_at(2 * at_start);
-                    match run.backward(simd, &course, steps, later.as_chunks::<2>().0) {
+                    let (first, later) = cotangents.split_at_mut(2 * at_start);
+                    match run.pull_back(simd, &course, later.as_chunks_mut::<2>().0, log) {
                         Err(TooRough) => solved.stop = Some(Stop::Rough { time_s: problem.t0 }),
                         Ok(sums) => {
                             solved.sums = sums;

@@ -1,8 +1,9 @@
 //! Many trajectories, their losses and the gradient of the sum.
 
+use crate::adams::Adams;
+use crate::cells::CellScheme;
 use crate::method::Method;
 use crate::nodes::{NodeForce, NodeNetwork, PointByPoint};
-use crate::polynomial::Interpolation;
 use crate::problem::SurrogateProblem;
 use crate::result::SurrogateGradient;
 use crate::run::{Run, Scheme, Solved, Workspace};
@@ -82,8 +83,8 @@ impl SurrogateSolver {
     /// A solver of this accuracy.
     #[must_use]
     pub fn new(settings: SurrogateSettings) -> Self {
-        let scheme =
-            Scheme { settings, method: Method::new(), interpolation: Interpolation::new() };
+        let (method, adams, cells) = (Method::new(), Adams::new(), CellScheme::new());
+        let scheme = Scheme { settings, method, adams, cells };
         Self { scheme, states: Vec::new(), spare: Mutex::default() }
     }
 

@@ -1,18 +1,29 @@
 //! The force of one trajectory as a surface of patches over (x, ẋ), made where the motion goes.
 //!
-//! The plane is divided into equal root cells. A cell whose polynomial misses the force between its nodes by more than the
-//! tolerance is halved, along the direction in which its highest coefficients are larger. Cells that the measured motion
-//! passes are made beforehand, level by level, in large batches of the network; others when the motion enters them.
+//! The plane is divided into rectangles: a large one over the expected motion, smaller ones around it. On each the force is
+//! interpolated at as many Chebyshev nodes along x and along ẋ as it needs, which lines across the rectangle tell; between
+//! the nodes it is checked. A rectangle that would need too many nodes is halved along the direction that needs more.
+//! Rectangles that the measured motion passes are made beforehand, others when the motion enters them.
 
+use crate::cells::{CellScheme, Cells};
+use crate::chebyshev;
 use crate::nodes::NodeForce;
-use crate::polynomial::{self, Interpolation, NODES, PATCH_NODES, Terms};
+use crate::polynomial;
 use pulp::Simd;
 
+/// Nodes of a line that tells how many are needed, and most nodes along one direction.
+const LINE: usize = 49;
+/// Places of these lines across the rectangle, in [−1, 1].
+const LINES: [f64; 2] = [-0.6, 0.45];
 /// Check points along each direction, between the nodes.
-const CHECKS: usize = 4;
-const PATCH_POINTS: usize = PATCH_NODES + CHECKS * CHECKS;
-/// Most halvings of a root cell.
+const CHECKS: usize = 5;
+/// Shares of the tolerance: for terms left out by what the lines tell, and for the cells of a patch.
+const SHARE_OF_LINES: f64 = 0.2;
+const SHARE_OF_CELLS: f64 = 0.2;
+/// Most halvings of a root rectangle.
 const DEEPEST: usize = 24;
+/// Rectangles around the one over the expected motion are this much smaller.
+const OUTER: f64 = 0.25;
 
 /// How closely a surface follows the force.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,19 +40,21 @@ pub(crate) struct TooRough;
 
 /// A rectangle of the plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Cell {
+struct Area {
     low: [f64; 2],
     high: [f64; 2],
     depth: usize,
 }
 
-impl Cell {
+impl Area {
     fn middle(&self) -> [f64; 2] {
         [0, 1].map(|d| 0.5 * (self.low[d] + self.high[d]))
     }
 
-    fn half_width(&self) -> [f64; 2] {
-        [0, 1].map(|d| 0.5 * (self.high[d] - self.low[d]))
+    /// The point at places in [−1, 1].
+    fn at(&self, place: [f64; 2]) -> [f64; 2] {
+        let middle = self.middle();
+        [0, 1].map(|d| middle[d] + 0.5 * (self.high[d] - self.low[d]) * place[d])
     }
 
     fn contains(&self, [x, v]: [f64; 2]) -> bool {
@@ -59,53 +72,72 @@ impl Cell {
 
 #[derive(Debug, Clone, Copy)]
 enum Node {
-    Unmade(Cell),
+    Unmade(Area),
     Halved { along: usize, at: f64, children: usize },
     Patch(usize),
 }
 
-/// A cell with its polynomial.
+/// A rectangle with its nodes and its cells.
 #[derive(Debug, Clone)]
 pub(crate) struct Patch {
-    terms: Terms,
-    sums: Terms,
-    cell: Cell,
-    middle: [f64; 2],
+    area: Area,
+    /// Cells per mm and per mm/s.
     per_unit: [f64; 2],
+    cells: Cells,
+    /// Nodes in [−1, 1] along each direction.
+    nodes: [Vec<f64>; 2],
     visited: bool,
 }
+
+/// A place in a cell.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    cell: usize,
+    x: f64,
+    v: f64,
+}
+
+/// The last place of a patch is no more than this share of its cells away from its start: the upper border must not be rounded
+/// into a cell past the end.
+const INSIDE: f64 = 1.0 - 8.0 * f64::EPSILON;
+/// Adding this rounds a small number to an integer, which then sits in the low bits.
+const ROUND: f64 = 1.5 * (1u64 << 52) as f64;
 
 impl Patch {
     #[inline(always)]
     pub(crate) fn contains(&self, at: [f64; 2]) -> bool {
-        self.cell.contains(at)
+        self.area.contains(at)
     }
 
+    /// The cell at a point of the patch, and the place there.
     #[inline(always)]
-    fn local(&self, [x, v]: [f64; 2]) -> [f64; 2] {
-        [(x - self.middle[0]) * self.per_unit[0], (v - self.middle[1]) * self.per_unit[1]]
-    }
-
-    /// The force, mN.
-    #[inline(always)]
-    pub(crate) fn force_mn<S: Simd>(&self, simd: S, at: [f64; 2]) -> f64 {
-        let [x, v] = self.local(at);
-        polynomial::value(simd, &self.terms, x, v)
+    fn place(&self, [x, v]: [f64; 2]) -> Place {
+        let x = (x - self.area.low[0]) * self.per_unit[0] - 0.5;
+        let v = (v - self.area.low[1]) * self.per_unit[1] - 0.5;
+        let (x_bits, v_bits) = (x + ROUND, v + ROUND);
+        let [_, columns] = self.cells.counts();
+        let whole = |bits: f64| bits.to_bits() as u32 as usize;
+        Place {
+            cell: whole(x_bits) * columns + whole(v_bits),
+            x: 2.0 * (x - (x_bits - ROUND)),
+            v: 2.0 * (v - (v_bits - ROUND)),
+        }
     }
 
     /// The force (mN) and its derivatives by x (mN/mm) and ẋ (kg/s).
     #[inline(always)]
     pub(crate) fn force_and_slopes<S: Simd>(&self, simd: S, at: [f64; 2]) -> [f64; 3] {
-        let [x, v] = self.local(at);
-        let [force, by_x, by_v] = polynomial::value_and_slopes(simd, &self.terms, x, v);
-        [force, by_x * self.per_unit[0], by_v * self.per_unit[1]]
+        let Place { cell, x, v } = self.place(at);
+        let [force, by_x, by_v] =
+            polynomial::value_and_slopes(simd, &self.cells.terms[cell], x, v);
+        [force, 2.0 * by_x * self.per_unit[0], 2.0 * by_v * self.per_unit[1]]
     }
 
     /// Adds the cotangent of the force at a point.
     #[inline(always)]
     pub(crate) fn accumulate<S: Simd>(&mut self, simd: S, at: [f64; 2], cotangent: f64) {
-        let [x, v] = self.local(at);
-        polynomial::accumulate(simd, &mut self.sums, cotangent, x, v);
+        let Place { cell, x, v } = self.place(at);
+        polynomial::accumulate(simd, &mut self.cells.sums[cell], cotangent, x, v);
         self.visited = true;
     }
 }
@@ -121,28 +153,34 @@ pub(crate) struct SurfaceWorkspace {
 /// The surface of one trajectory.
 #[derive(Debug)]
 pub(crate) struct Surface<'a> {
-    interpolation: &'a Interpolation,
+    scheme: &'a CellScheme,
     fidelity: Fidelity,
-    /// Middle and width of the first root cell.
+    /// Middle and width of the root over the expected motion.
     origin: [f64; 2],
     width: [f64; 2],
     roots: Vec<([i32; 2], usize)>,
     nodes: Vec<Node>,
     pub(crate) patches: Vec<Patch>,
-    /// Forces at nodes that were computed.
+    /// Forces that were computed.
     pub(crate) evaluations: usize,
 }
 
+/// Node counts that a rectangle needs, or the direction along which it is to be halved.
+enum Need {
+    Nodes([usize; 2]),
+    Halving(usize),
+}
+
 impl<'a> Surface<'a> {
-    /// An empty surface whose root cells have a width; one of them is centred at the origin.
+    /// An empty surface with a root of this middle and width.
     pub(crate) fn new(
-        interpolation: &'a Interpolation,
+        scheme: &'a CellScheme,
         fidelity: Fidelity,
         origin: [f64; 2],
         width: [f64; 2],
     ) -> Self {
         Self {
-            interpolation,
+            scheme,
             fidelity,
             origin,
             width,
@@ -153,9 +191,21 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// The root cell at a point; made known if it is new. `None` if the point is nowhere.
+    /// The root at a point; made known if it is new. `None` if the point is nowhere.
     fn root(&mut self, at: [f64; 2]) -> Option<usize> {
-        let place = [0, 1].map(|d| ((at[d] - self.origin[d]) / self.width[d] + 0.5).floor());
+        // From the middle in widths; beyond a half in steps of the outer ones.
+        let place = [0, 1].map(|d| {
+            let from = (at[d] - self.origin[d]) / self.width[d];
+            let inside = (-0.5..0.5).contains(&from);
+            let beyond = (from.abs() - 0.5) / OUTER;
+            if inside {
+                0.0
+            } else if from < 0.0 {
+                -beyond.ceil().max(1.0)
+            } else {
+                beyond.floor() + 1.0
+            }
+        });
         if !place.iter().all(|p| p.abs() < 1e6) {
             return None;
         }
@@ -163,13 +213,21 @@ impl<'a> Surface<'a> {
         if let Some(&(_, node)) = self.roots.iter().find(|(p, _)| *p == place) {
             return Some(node);
         }
-        let edge = |d: usize, k: i32| self.origin[d] + self.width[d] * (f64::from(k) - 0.5);
-        let cell = Cell {
+        // The lower edge of the k-th root.
+        let edge = |d: usize, k: i32| {
+            let from = if k > 0 {
+                0.5 + OUTER * f64::from(k - 1)
+            } else {
+                -0.5 + OUTER * f64::from(k)
+            };
+            self.origin[d] + self.width[d] * from
+        };
+        let area = Area {
             low: [edge(0, place[0]), edge(1, place[1])],
             high: [edge(0, place[0] + 1), edge(1, place[1] + 1)],
             depth: 0,
         };
-        self.nodes.push(Node::Unmade(cell));
+        self.nodes.push(Node::Unmade(area));
         self.roots.push((place, self.nodes.len() - 1));
         Some(self.nodes.len() - 1)
     }
@@ -183,6 +241,7 @@ impl<'a> Surface<'a> {
     }
 
     /// The patch at a point, made if there is none.
+    #[inline(never)]
     pub(crate) fn patch_at(
         &mut self,
         at: [f64; 2],
@@ -194,7 +253,8 @@ impl<'a> Surface<'a> {
             let node = self.descend(root, at);
             match self.nodes[node] {
                 Node::Patch(index) => return Ok(index),
-                _ => self.make(&[node], memory, force)?,
+                Node::Unmade(area) => self.make(node, area, memory, force)?,
+                Node::Halved { .. } => unreachable!("a node without children"),
             }
         }
     }
@@ -202,97 +262,128 @@ impl<'a> Surface<'a> {
     /// Makes the patches that a path passes.
     pub(crate) fn make_along(
         &mut self,
-        path: impl Iterator<Item = [f64; 2]> + Clone,
+        path: impl Iterator<Item = [f64; 2]>,
         memory: &mut SurfaceWorkspace,
         force: &mut dyn NodeForce,
     ) -> Result<(), TooRough> {
-        loop {
-            let mut unmade = Vec::new();
-            let mut last: Option<Cell> = None;
-            for at in path.clone() {
-                if last.is_some_and(|cell| cell.contains(at)) {
-                    continue;
-                }
-                let root = self.root(at).ok_or(TooRough)?;
-                let node = self.descend(root, at);
-                last = Some(match self.nodes[node] {
-                    Node::Unmade(cell) => {
-                        if !unmade.contains(&node) {
-                            unmade.push(node);
-                        }
-                        cell
-                    }
-                    Node::Patch(index) => self.patches[index].cell,
-                    Node::Halved { .. } => unreachable!("a node without children"),
-                });
+        let mut last = None;
+        for at in path {
+            if !last.is_some_and(|p: usize| self.patches[p].contains(at)) {
+                last = Some(self.patch_at(at, memory, force)?);
             }
-            if unmade.is_empty() {
-                return Ok(());
-            }
-            self.make(&unmade, memory, force)?;
         }
+        Ok(())
     }
 
-    /// Turns unmade nodes into patches, or halves them.
+    /// Turns an unmade node into a patch, or halves it.
     fn make(
         &mut self,
-        unmade: &[usize],
+        node: usize,
+        area: Area,
         memory: &mut SurfaceWorkspace,
         force: &mut dyn NodeForce,
     ) -> Result<(), TooRough> {
-        let SurfaceWorkspace { points, values } = memory;
-        points.clear();
-        let cells: Vec<(usize, Cell)> = unmade
-            .iter()
-            .filter_map(|&node| match self.nodes[node] {
-                Node::Unmade(cell) => Some((node, cell)),
-                _ => None,
-            })
-            .collect();
-        let grid = polynomial::nodes();
-        let checks: [f64; CHECKS] = std::array::from_fn(|k| {
-            // Every other gap between nodes, the outermost included.
-            let k = (k * (NODES - 2)) / (CHECKS - 1);
-            0.5 * (grid[k] + grid[k + 1])
-        });
-        for (_, cell) in &cells {
-            lattice(cell, &grid, points);
-            lattice(cell, &checks, points);
+        let along = match self.need(&area, memory, force)? {
+            Need::Halving(along) => along,
+            Need::Nodes(mut counts) => loop {
+                if let Some(patch) = self.patch(&area, counts, memory, force)? {
+                    self.nodes[node] = Node::Patch(self.patches.len());
+                    self.patches.push(patch);
+                    return Ok(());
+                }
+                // The lines missed something: more nodes, while they are few.
+                let more = counts.map(|n| n + n.div_ceil(4));
+                if more.iter().any(|&n| n > LINE) {
+                    break usize::from(counts[1] > counts[0]);
+                }
+                counts = more;
+            },
+        };
+        let used = self.patches.len() + self.nodes.len() / 2;
+        if area.depth >= DEEPEST || used > self.fidelity.most_patches {
+            return Err(TooRough);
         }
+        let children = self.nodes.len();
+        self.nodes.extend(area.halves(along).map(Node::Unmade));
+        self.nodes[node] = Node::Halved { along, at: area.middle()[along], children };
+        Ok(())
+    }
+
+    /// The force at points that are in the memory.
+    fn evaluate(&mut self, memory: &mut SurfaceWorkspace, force: &mut dyn NodeForce) {
+        let SurfaceWorkspace { points, values } = memory;
         values.resize(points.len(), 0.0);
         force.values_into(points, values);
         self.evaluations += points.len();
-        for ((node, cell), values) in cells.iter().zip(values.chunks_exact(PATCH_POINTS)) {
-            let (at_nodes, at_checks) = values.split_at(PATCH_NODES);
-            let terms = self.interpolation.terms(at_nodes);
-            let expected = |k: usize| value(&terms, checks[k / CHECKS], checks[k % CHECKS]);
-            let error = at_checks.iter().enumerate().map(|(k, v)| (v - expected(k)).abs());
-            let error =
-                error.fold(0.0, |worst: f64, e| if e > worst || e.is_nan() { e } else { worst });
-            if error <= self.fidelity.error_mn {
-                self.nodes[*node] = Node::Patch(self.patches.len());
-                let half = cell.half_width();
-                self.patches.push(Patch {
-                    terms,
-                    sums: Terms::ZERO,
-                    cell: *cell,
-                    middle: cell.middle(),
-                    per_unit: half.map(f64::recip),
-                    visited: false,
-                });
-                continue;
-            }
-            let small = cell.depth >= DEEPEST || !error.is_finite();
-            if small || self.patches.len() + self.nodes.len() / 2 > self.fidelity.most_patches {
-                return Err(TooRough);
-            }
-            let [by_x, by_v] = polynomial::highest(&terms);
-            let along = usize::from(by_v > by_x);
-            let children = self.nodes.len();
-            self.nodes.extend(cell.halves(along).map(Node::Unmade));
-            self.nodes[*node] = Node::Halved { along, at: cell.middle()[along], children };
+    }
+
+    /// What a rectangle needs, by lines across it.
+    fn need(
+        &mut self,
+        area: &Area,
+        memory: &mut SurfaceWorkspace,
+        force: &mut dyn NodeForce,
+    ) -> Result<Need, TooRough> {
+        let line = chebyshev::nodes(LINE);
+        memory.points.clear();
+        for across in LINES {
+            memory.points.extend(line.iter().map(|&x| area.at([x, across])));
         }
-        Ok(())
+        for across in LINES {
+            memory.points.extend(line.iter().map(|&v| area.at([across, v])));
+        }
+        self.evaluate(memory, force);
+        if !memory.values.iter().all(|v| v.is_finite()) {
+            return Err(TooRough);
+        }
+        let error = SHARE_OF_LINES * self.fidelity.error_mn;
+        let mut sizes = memory.values.chunks_exact(LINE).map(chebyshev::coefficient_sizes);
+        let mut largest = || {
+            let (mut sum, mut last) = (vec![0.0f64; LINE], 0.0);
+            for sizes in sizes.by_ref().take(LINES.len()) {
+                sum.iter_mut().zip(&sizes).for_each(|(s, c)| *s = s.max(*c));
+                last += sizes[LINE - 8..].iter().sum::<f64>();
+            }
+            (chebyshev::nodes_within(&sum, error), last)
+        };
+        let ((x, x_last), (v, v_last)) = (largest(), largest());
+        Ok(match (x, v) {
+            (Some(x), Some(v)) => Need::Nodes([x, v]),
+            _ => Need::Halving(usize::from(v_last > x_last)),
+        })
+    }
+
+    /// A patch with these numbers of nodes, if it is close enough to the force.
+    fn patch(
+        &mut self,
+        area: &Area,
+        counts: [usize; 2],
+        memory: &mut SurfaceWorkspace,
+        force: &mut dyn NodeForce,
+    ) -> Result<Option<Patch>, TooRough> {
+        let nodes = counts.map(chebyshev::nodes);
+        let checks = [0, 1].map(|d| middles(&nodes[d]));
+        memory.points.clear();
+        lattice(area, [&nodes[0], &nodes[1]], &mut memory.points);
+        lattice(area, [&checks[0], &checks[1]], &mut memory.points);
+        self.evaluate(memory, force);
+        if !memory.values.iter().all(|v| v.is_finite()) {
+            return Err(TooRough);
+        }
+        let (values, at_checks) = memory.values.split_at(counts[0] * counts[1]);
+        let error = SHARE_OF_CELLS * self.fidelity.error_mn;
+        let Some(cells) = Cells::new(self.scheme, [&nodes[0], &nodes[1]], values, error) else {
+            return Ok(None);
+        };
+        let per_unit =
+            [0, 1].map(|d| cells.counts()[d] as f64 * INSIDE / (area.high[d] - area.low[d]));
+        let patch = Patch { area: *area, per_unit, cells, nodes, visited: false };
+        let mut expected = checks[0].iter().flat_map(|&x| checks[1].iter().map(move |&v| [x, v]));
+        let within = at_checks.iter().all(|value| {
+            let place = expected.next().unwrap_or_default();
+            (patch.force(area.at(place)) - value).abs() <= self.fidelity.error_mn
+        });
+        Ok(within.then_some(patch))
     }
 
     /// Leaves in the memory the nodes of the patches that cotangents have come to, and the cotangents of the force there.
@@ -300,27 +391,39 @@ impl<'a> Surface<'a> {
         let SurfaceWorkspace { points, values } = memory;
         points.clear();
         values.clear();
-        let grid = polynomial::nodes();
         for patch in self.patches.iter().filter(|p| p.visited) {
-            lattice(&patch.cell, &grid, points);
             let from = values.len();
-            values.resize(from + PATCH_NODES, 0.0);
-            self.interpolation.pull_back(&patch.sums, &mut values[from..]);
+            lattice(&patch.area, [&patch.nodes[0], &patch.nodes[1]], points);
+            values.resize(points.len(), 0.0);
+            patch.cells.pull_back(&mut values[from..]);
         }
     }
 }
 
-/// Points of a cell on the product of a grid of [−1, 1] with itself, row by row of equal x.
-fn lattice(cell: &Cell, grid: &[f64], points: &mut Vec<[f64; 2]>) {
-    let (middle, half) = (cell.middle(), cell.half_width());
-    for x in grid {
-        for v in grid {
-            points.push([middle[0] + half[0] * x, middle[1] + half[1] * v]);
-        }
+impl Patch {
+    /// The force at a point, mN, without vector instructions.
+    fn force(&self, at: [f64; 2]) -> f64 {
+        let Place { cell, x, v } = self.place(at);
+        let row = |row: &[f64]| row.iter().rev().fold(0.0, |sum, c| sum * v + c);
+        let rows = self.cells.terms[cell].0.chunks_exact(polynomial::NODES);
+        rows.rev().fold(0.0, |sum, r| sum * x + row(r))
     }
 }
 
-fn value(terms: &Terms, x: f64, v: f64) -> f64 {
-    let row = |row: &[f64]| row.iter().rev().fold(0.0, |sum, c| sum * v + c);
-    terms.0.chunks_exact(NODES).rev().fold(0.0, |sum, r| sum * x + row(r))
+/// Middles of some gaps between nodes, the outermost included.
+fn middles(nodes: &[f64]) -> Vec<f64> {
+    let gaps = nodes.len() - 1;
+    (0..CHECKS)
+        .map(|k| {
+            let gap = k * (gaps - 1) / (CHECKS - 1);
+            0.5 * (nodes[gap] + nodes[gap + 1])
+        })
+        .collect()
+}
+
+/// Points of a rectangle on the product of two grids of [−1, 1], row by row of equal x.
+fn lattice(area: &Area, [along_x, along_v]: [&[f64]; 2], points: &mut Vec<[f64; 2]>) {
+    for &x in along_x {
+        points.extend(along_v.iter().map(|&v| area.at([x, v])));
+    }
 }

@@ -7,10 +7,12 @@
 //! v = u + β Ż(τ)     Ż = ∫ F dτ        u̇ = −β (f(x, v) + B v),   β = 1/m
 //! ```
 //!
-//! and (w, u) take a Runge–Kutta step. The derivative at the end of a step is that at the start of the next one. Steps are
-//! controlled by the embedded method and end at observations, or between two that are far apart. The backward pass is the
-//! exact transpose of the steps, for the steps that were taken.
+//! and (w, u) take steps: where samples are equally far apart, Adams steps of a few intervals each, which take one evaluation
+//! of the force; at the start of those and elsewhere Runge–Kutta steps. Both control their error. Runge–Kutta steps end at
+//! observations, or between two that are far apart; the derivative at the end of one is that at the start of the next. The
+//! backward pass is the exact transpose of the steps, for the steps that were taken.
 
+use crate::adams::Adams;
 use crate::forcing::{Line, StepForcing};
 use crate::method::{Method, STAGES};
 use crate::nodes::NodeForce;
@@ -61,7 +63,7 @@ pub(crate) struct Step {
     /// u̇ at the stages.
     pub(crate) rates: [f64; STAGES],
     pub(crate) line: usize,
-    /// First observation within the step, and their number.
+    /// First observation after the start of the step, and the number of those within it.
     pub(crate) observed: usize,
     pub(crate) count: usize,
 }
@@ -95,12 +97,14 @@ pub(crate) struct MotionSums {
 /// A trajectory at work.
 pub(crate) struct Motion<'m, 's, 'a> {
     pub(crate) method: &'m Method,
+    pub(crate) adams: &'m Adams,
     pub(crate) mechanics: Mechanics,
     pub(crate) lines: &'m [Line],
     pub(crate) surface: &'s mut Surface<'a>,
     pub(crate) memory: &'s mut SurfaceWorkspace,
     pub(crate) force: &'s mut dyn NodeForce,
     pub(crate) forcing: &'s mut StepForcing,
+    pub(crate) debug: bool,
     /// The patch in use.
     pub(crate) patch: usize,
 }
@@ -119,7 +123,7 @@ impl Motion<'_, '_, '_> {
     #[inline(always)]
     pub(crate) fn rate<S: Simd>(&mut self, simd: S, at: [f64; 2]) -> Result<f64, TooRough> {
         self.enter(at)?;
-        let force = self.surface.patches[self.patch].force_mn(simd, at);
+        let [force, ..] = self.surface.patches[self.patch].force_and_slopes(simd, at);
         Ok(-self.mechanics.per_mass * (force + self.mechanics.damping_kg_s * at[1]))
     }
 }

@@ -81,7 +81,7 @@ fn main() {
         println!("    displacement off at most {worst:.1e} mm");
     };
     for (force_error_mn, step_error_mm) in
-        [(0.03, 1e-8), (0.1, 1e-8), (0.1, 3e-8), (0.3, 3e-8), (0.3, 1e-7), (1.0, 1e-6)]
+        [(0.01, 1e-8), (0.01, 1e-7), (0.01, 1e-6), (0.003, 1e-7)]
     {
         let settings =
             SurrogateSettings { force_error_mn, step_error_mm, ..SurrogateSettings::default() };
