@@ -10,6 +10,8 @@ use crate::polynomial::{self, NODES, TERMS, Terms};
 use pam_core::simd::arch;
 use pulp::{Simd, WithSimd};
 
+/// Nodes of a line that tells how many are needed, and most nodes of a patch along one direction.
+pub(crate) const LINE: usize = 49;
 /// Most cells along one direction.
 const MOST_CELLS: usize = 96;
 /// Gaps between the nodes of a cell in whose middles it is compared with the patch.
@@ -26,6 +28,9 @@ pub(crate) struct CellScheme {
     powers: [[f64; NODES]; NODES],
     /// Middles of gaps, and the weights of the nodes there.
     checks: Vec<(f64, [f64; NODES])>,
+    /// Nodes of a line, and the transform of values there.
+    pub(crate) line: Vec<f64>,
+    pub(crate) transform: chebyshev::Transform,
 }
 
 impl CellScheme {
@@ -37,7 +42,13 @@ impl CellScheme {
             chebyshev::weights_into(&nodes, at, &mut weights);
             (at, weights)
         });
-        Self { powers: polynomial::powers_from_values(), checks: checks.to_vec(), nodes }
+        Self {
+            powers: polynomial::powers_from_values(),
+            checks: checks.to_vec(),
+            nodes,
+            line: chebyshev::nodes(LINE),
+            transform: chebyshev::Transform::new(LINE),
+        }
     }
 }
 
@@ -90,15 +101,18 @@ fn cells_within(
 ) -> Option<usize> {
     // As many coefficients in all as the patch has.
     let mut cells = nodes.len().div_ceil(NODES);
-    let mut weights = vec![0.0; nodes.len()];
-    let mut miss = vec![0.0; nodes.len()];
+    let count = nodes.len();
+    let mut own = vec![0.0; NODES * count];
+    let mut miss = vec![0.0; count];
     'more: while cells <= MOST_CELLS {
         for cell in 0..cells {
-            for (at, own) in &scheme.checks {
+            for (&node, weights) in scheme.nodes.iter().zip(own.chunks_exact_mut(count)) {
+                chebyshev::weights_into(nodes, across(cells, cell, node), weights);
+            }
+            for (at, shares) in &scheme.checks {
                 chebyshev::weights_into(nodes, across(cells, cell, *at), &mut miss);
-                for (k, &node) in scheme.nodes.iter().enumerate() {
-                    chebyshev::weights_into(nodes, across(cells, cell, node), &mut weights);
-                    miss.iter_mut().zip(&weights).for_each(|(m, w)| *m -= own[k] * w);
+                for (share, weights) in shares.iter().zip(own.chunks_exact(count)) {
+                    miss.iter_mut().zip(weights).for_each(|(m, w)| *m -= share * w);
                 }
                 for line in lines {
                     let off: f64 = line.iter().zip(&miss).map(|(v, m)| v * m).sum();

@@ -30,20 +30,31 @@ pub(crate) fn weights_into(nodes: &[f64], at: f64, weights: &mut [f64]) {
     weights.iter_mut().for_each(|w| *w /= sum);
 }
 
-/// Sizes of the Chebyshev coefficients of the interpolant of values at the nodes.
-pub(crate) fn coefficient_sizes(values: &[f64]) -> Vec<f64> {
-    let last = values.len() - 1;
-    let share = |k: usize| if k == 0 || k == last { 0.5 } else { 1.0 };
-    let size = |degree: usize| {
-        let term = |(k, v): (usize, &f64)| {
-            // The angle of a whole turn is that of none: the product stays small and exact.
-            let place = (degree * k) % (2 * last);
-            share(k) * v * (PI * place as f64 / last as f64).cos()
+/// From values at the nodes to Chebyshev coefficients of their interpolant.
+#[derive(Debug, Clone)]
+pub(crate) struct Transform {
+    count: usize,
+    /// `[degree][node]`.
+    matrix: Vec<f64>,
+}
+
+impl Transform {
+    pub(crate) fn new(count: usize) -> Self {
+        let last = count - 1;
+        let share = |k: usize| if k == 0 || k == last { 0.5 } else { 1.0 };
+        let entry = |degree: usize, k: usize| {
+            let turns = (degree * k) % (2 * last);
+            2.0 * share(degree) * share(k) / last as f64 * (PI * turns as f64 / last as f64).cos()
         };
-        let sum: f64 = values.iter().enumerate().map(term).sum();
-        (2.0 * share(degree) / last as f64 * sum).abs()
-    };
-    (0..=last).map(size).collect()
+        let matrix = (0..count * count).map(|i| entry(i / count, i % count)).collect();
+        Self { count, matrix }
+    }
+
+    /// Sizes of the coefficients.
+    pub(crate) fn sizes(&self, values: &[f64]) -> Vec<f64> {
+        let size = |row: &[f64]| row.iter().zip(values).map(|(m, v)| m * v).sum::<f64>().abs();
+        self.matrix.chunks_exact(self.count).map(size).collect()
+    }
 }
 
 /// The smallest number of nodes whose interpolant misses at most `error` of the one with these coefficients; `None` if the

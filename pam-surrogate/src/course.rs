@@ -11,9 +11,9 @@ use pulp::Simd;
 use std::ops::Range;
 
 /// Intervals of the first Adams steps.
-const FIRST_INTERVALS: usize = 4;
+const FIRST_INTERVALS: usize = 1;
 /// Samples that Runge–Kutta steps pass where even short Adams steps are inaccurate; twice as many each time.
-const DETOUR: usize = 32;
+const DETOUR: usize = 8;
 /// Fewest Adams steps that are worth their start.
 const FEWEST_STEPS: usize = 24;
 /// How the error of a step grows with its length, and the share of the tolerance that is aimed at.
@@ -92,15 +92,11 @@ impl Motion<'_, '_, '_> {
         let (mut intervals, mut detour) = (FIRST_INTERVALS, DETOUR);
         loop {
             intervals = intervals.min(most);
-            let worth = most > 0 && count - stretch.next >= (FEWEST_STEPS + HISTORY) * intervals.max(1);
+            let worth = most > 0 && count - stretch.next >= FEWEST_STEPS * intervals.max(1);
             if !worth || intervals == 0 {
                 // Runge–Kutta steps to the end, or past what is hard for Adams steps.
                 stretch.until = if worth { (stretch.next + detour).min(count) } else { count };
-                let from = steps.len();
-                let done = self.forward(simd, course, &mut stretch, control, states, steps);
-                *rejected += std::mem::take(&mut stretch.rejected);
-                parts.push(Part::RungeKutta(from..steps.len()));
-                done?;
+                self.runge_kutta(simd, course, &mut stretch, control, states, steps, parts, rejected)?;
                 if !worth {
                     return Ok(());
                 }
@@ -108,26 +104,24 @@ impl Motion<'_, '_, '_> {
                 intervals = 1;
                 continue;
             }
-            // The history of the first step.
-            let first_sample = stretch.next;
+            if stretch.next < (HISTORY - 1) * intervals {
+                stretch.until = (HISTORY - 1) * intervals;
+                self.runge_kutta(simd, course, &mut stretch, control, states, steps, parts, rejected)?;
+            }
+            // The history of the first step: states are known at all samples up to here.
+            let first_sample = stretch.next - (HISTORY - 1) * intervals;
             let mut march = March { intervals, first_sample, points: taken..taken + HISTORY };
-            for k in 0..HISTORY {
-                if k > 0 {
-                    stretch.until = stretch.next + intervals;
-                    let from = steps.len();
-                    let done = self.forward(simd, course, &mut stretch, control, states, steps);
-                    *rejected += std::mem::take(&mut stretch.rejected);
-                    parts.push(Part::RungeKutta(from..steps.len()));
-                    done?;
-                }
-                self.remember(simd, samples, stretch.next, stretch.state, points, taken + k)
+            for point in march.points.clone() {
+                let sample = march.sample(point);
+                let state = if sample == 0 { course.state } else { states[sample - 1] };
+                self.remember(simd, samples, sample, state, points, point)
                     .map_err(|_: TooRough| Stop::Rough { time_s: stretch.time_s })?;
             }
             let end = self
                 .march(simd, samples, &mut march, [count, most], control, points)
                 .map_err(|_: TooRough| Stop::Rough { time_s: stretch.time_s })?;
-            let advanced = !march.steps().is_empty();
-            if advanced {
+            let steps_taken = march.steps().len();
+            if steps_taken > 0 {
                 self.read(simd, samples, &march, points, states);
                 let last = march.points.end - 1;
                 stretch.next = march.sample(last);
@@ -136,7 +130,6 @@ impl Motion<'_, '_, '_> {
                 taken = march.points.end;
                 parts.push(Part::Adams(march));
             }
-            if std::env::var("DBG").is_ok() { eprintln!("{} {} {:?}", stretch.next, intervals, end); }
             match end {
                 MarchEnd::Whole if stretch.next == count => {
                     // The end may lie after the last observation.
@@ -151,17 +144,34 @@ impl Motion<'_, '_, '_> {
                     let share = (AIM / factor).powf(1.0 / ORDER);
                     // Not a number: as short as can be.
                     let shorter = (intervals as f64 * share) as usize;
-                    intervals = shorter.min(intervals - 1);
-                    if intervals == 0 && advanced {
-                        // Once more from here before other steps take over.
-                        intervals = 1;
-                    }
-                    if advanced {
+                    intervals = shorter.min(intervals / 2);
+                    if steps_taken >= FEWEST_STEPS {
                         detour = DETOUR;
                     }
                 }
             }
         }
+    }
+
+    /// A stretch of Runge–Kutta steps.
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
+    fn runge_kutta<S: Simd>(
+        &mut self,
+        simd: S,
+        course: &Course<'_>,
+        stretch: &mut Stretch,
+        control: &Control,
+        states: &mut [[f64; 2]],
+        steps: &mut Vec<Step>,
+        parts: &mut Vec<Part>,
+        rejected: &mut usize,
+    ) -> Result<(), Stop> {
+        let from = steps.len();
+        let done = self.forward(simd, course, stretch, control, states, steps);
+        *rejected += std::mem::take(&mut stretch.rejected);
+        parts.push(Part::RungeKutta(from..steps.len()));
+        done
     }
 
     /// The derivatives of a loss with these cotangents of the observed states; they are used up.

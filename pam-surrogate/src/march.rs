@@ -14,6 +14,9 @@ use std::ops::Range;
 
 /// Most intervals of a step.
 pub(crate) const MOST_INTERVALS: usize = 8;
+/// Share of the difference of both orders that is taken for the error: the steps have the higher one, and noise of the force
+/// that remains in the rates makes up more of the difference than of the error.
+const ESTIMATE: f64 = 0.1;
 /// Steps after which it is seen whether longer ones would do.
 const REVIEW: usize = 64;
 /// Share of the tolerance that longer steps may be expected to need.
@@ -128,7 +131,7 @@ impl Motion<'_, '_, '_> {
         let (h_x, h_v) = (h * h * adams.end.displacement[0], h * adams.end.velocity[0]);
         // A velocity error counts by the rate of the joint.
         let per_difference =
-            (h * h * adams.error[0]).max(h * adams.error[1] / RATE_PER_S);
+            ESTIMATE * (h * h * adams.error[0]).max(h * adams.error[1] / RATE_PER_S);
         let mut n = march.points.end;
         let mut sample = march.sample(n - 1);
         let whole = (last_sample - sample) / q;
@@ -165,18 +168,17 @@ impl Motion<'_, '_, '_> {
             let slope = along_v[n - 1];
             extrapolated += slope * beta * (total[next] - smooth);
             let x_ahead = x
-                + h * (v + 0.5 * slope * defect)
+                + h * v
                 + beta * double
                 + h * h * of_x
                 + h_x * extrapolated;
             let v_ahead =
-                v + beta * impulse + h * of_v + slope * defect + h_v * extrapolated;
+                v + beta * impulse + h * of_v + h_v * extrapolated;
             let excess = beta * samples.excess[next];
             let [rate, by_x, by_v] = self.rate_and_slopes(simd, [x_ahead, v_ahead + excess])?;
             let difference = (rate - extrapolated) / (1.0 - by_x * h_x - by_v * h_v);
             let error = per_difference * difference.abs()
                 + ((by_v - slope) * defect).abs() / RATE_PER_S;
-            if self.debug { eprintln!("E {} {} {:e} {:e} {:e} {:e} {:e}", sample, q, per_difference * difference.abs(), ((by_v - slope) * defect).abs() / RATE_PER_S, by_x, by_v, slope*defect/RATE_PER_S); }
             let (x_new, v_new) = (x_ahead + h_x * difference, v_ahead + h_v * difference);
             let fine = error <= control.error_mm && x_new.abs() < self.mechanics.limit_mm;
             if !fine {
@@ -190,10 +192,12 @@ impl Motion<'_, '_, '_> {
             sample = next;
             worst = worst.max(error);
             if count % REVIEW == 0 {
-                let factor = (AIM * control.error_mm / worst.max(f64::MIN_POSITIVE))
-                    .powf(1.0 / RATES as f64);
-                let longer = ((q as f64 * factor) as usize).min(most_intervals);
-                if longer > q && last_sample - sample > REVIEW * longer {
+                let longer = (2 * q).min(most_intervals);
+                let expected = worst * ((longer / q) as f64).powi(RATES as i32);
+                if longer > q
+                    && expected <= AIM * control.error_mm
+                    && last_sample - sample > REVIEW * longer
+                {
                     end = MarchEnd::Longer(longer);
                     break;
                 }

@@ -113,7 +113,7 @@ impl WithSimd for Run<'_, '_> {
             memory,
             force,
             forcing,
-            patch: 0, debug: std::env::var("DBG").is_ok(),
+            patch: 0,
         };
         let later = states[2 * at_start..].as_chunks_mut::<2>().0;
         let outcome = run.solve(simd, &course, &control, later, log);

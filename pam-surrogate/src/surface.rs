@@ -5,15 +5,13 @@
 //! the nodes it is checked. A rectangle that would need too many nodes is halved along the direction that needs more.
 //! Rectangles that the measured motion passes are made beforehand, others when the motion enters them.
 
-use crate::cells::{CellScheme, Cells};
+use crate::cells::{CellScheme, Cells, LINE};
 use crate::chebyshev;
 use crate::nodes::NodeForce;
 use crate::polynomial;
 use pulp::Simd;
 
-/// Nodes of a line that tells how many are needed, and most nodes along one direction.
-const LINE: usize = 49;
-/// Places of these lines across the rectangle, in [−1, 1].
+/// Places, across the rectangle, of the lines that tell how many nodes it needs, in [−1, 1].
 const LINES: [f64; 2] = [-0.6, 0.45];
 /// Check points along each direction, between the nodes.
 const CHECKS: usize = 5;
@@ -44,6 +42,8 @@ struct Area {
     low: [f64; 2],
     high: [f64; 2],
     depth: usize,
+    /// Nodes along each direction that are enough for a rectangle of which this is a part, if its width was the same.
+    known: [Option<usize>; 2],
 }
 
 impl Area {
@@ -66,7 +66,9 @@ impl Area {
         let (mut lower, mut upper) = (*self, *self);
         lower.high[along] = self.middle()[along];
         upper.low[along] = self.middle()[along];
-        [lower, upper].map(|c| Self { depth: self.depth + 1, ..c })
+        let mut known = self.known;
+        known[along] = None;
+        [lower, upper].map(|c| Self { depth: self.depth + 1, known, ..c })
     }
 }
 
@@ -226,6 +228,7 @@ impl<'a> Surface<'a> {
             low: [edge(0, place[0]), edge(1, place[1])],
             high: [edge(0, place[0] + 1), edge(1, place[1] + 1)],
             depth: 0,
+            known: [None; 2],
         };
         self.nodes.push(Node::Unmade(area));
         self.roots.push((place, self.nodes.len() - 1));
@@ -279,14 +282,15 @@ impl<'a> Surface<'a> {
     fn make(
         &mut self,
         node: usize,
-        area: Area,
+        mut area: Area,
         memory: &mut SurfaceWorkspace,
         force: &mut dyn NodeForce,
     ) -> Result<(), TooRough> {
-        let along = match self.need(&area, memory, force)? {
+        let along = match self.need(&mut area, memory, force)? {
             Need::Halving(along) => along,
             Need::Nodes(mut counts) => loop {
-                if let Some(patch) = self.patch(&area, counts, memory, force)? {
+                let tried = self.patch(&area, counts, memory, force)?;
+                if let Some(patch) = tried {
                     self.nodes[node] = Node::Patch(self.patches.len());
                     self.patches.push(patch);
                     return Ok(());
@@ -320,36 +324,38 @@ impl<'a> Surface<'a> {
     /// What a rectangle needs, by lines across it.
     fn need(
         &mut self,
-        area: &Area,
+        area: &mut Area,
         memory: &mut SurfaceWorkspace,
         force: &mut dyn NodeForce,
     ) -> Result<Need, TooRough> {
-        let line = chebyshev::nodes(LINE);
+        let scheme = self.scheme;
         memory.points.clear();
-        for across in LINES {
-            memory.points.extend(line.iter().map(|&x| area.at([x, across])));
-        }
-        for across in LINES {
-            memory.points.extend(line.iter().map(|&v| area.at([across, v])));
+        let asked: Vec<usize> = (0..2).filter(|&d| area.known[d].is_none()).collect();
+        for &along in &asked {
+            for across in LINES {
+                let place = |at: f64| if along == 0 { [at, across] } else { [across, at] };
+                memory.points.extend(scheme.line.iter().map(|&at| area.at(place(at))));
+            }
         }
         self.evaluate(memory, force);
         if !memory.values.iter().all(|v| v.is_finite()) {
             return Err(TooRough);
         }
         let error = SHARE_OF_LINES * self.fidelity.error_mn;
-        let mut sizes = memory.values.chunks_exact(LINE).map(chebyshev::coefficient_sizes);
-        let mut largest = || {
-            let (mut sum, mut last) = (vec![0.0f64; LINE], 0.0);
-            for sizes in sizes.by_ref().take(LINES.len()) {
-                sum.iter_mut().zip(&sizes).for_each(|(s, c)| *s = s.max(*c));
-                last += sizes[LINE - 8..].iter().sum::<f64>();
+        let mut lines = memory.values.chunks_exact(LINE);
+        let mut last = [0.0; 2];
+        for along in asked {
+            let mut largest = vec![0.0f64; LINE];
+            for values in lines.by_ref().take(LINES.len()) {
+                let sizes = scheme.transform.sizes(values);
+                largest.iter_mut().zip(&sizes).for_each(|(l, c)| *l = l.max(*c));
+                last[along] += sizes[LINE - 8..].iter().sum::<f64>();
             }
-            (chebyshev::nodes_within(&sum, error), last)
-        };
-        let ((x, x_last), (v, v_last)) = (largest(), largest());
-        Ok(match (x, v) {
-            (Some(x), Some(v)) => Need::Nodes([x, v]),
-            _ => Need::Halving(usize::from(v_last > x_last)),
+            area.known[along] = chebyshev::nodes_within(&largest, error);
+        }
+        Ok(match area.known {
+            [Some(x), Some(v)] => Need::Nodes([x, v]),
+            _ => Need::Halving(usize::from(last[1] > last[0])),
         })
     }
 

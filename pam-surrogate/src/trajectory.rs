@@ -104,7 +104,6 @@ pub(crate) struct Motion<'m, 's, 'a> {
     pub(crate) memory: &'s mut SurfaceWorkspace,
     pub(crate) force: &'s mut dyn NodeForce,
     pub(crate) forcing: &'s mut StepForcing,
-    pub(crate) debug: bool,
     /// The patch in use.
     pub(crate) patch: usize,
 }
