@@ -149,8 +149,7 @@ impl Motion<'_, '_, '_> {
         }
         if let Some(first) = steps.first() {
             let slopes = self.slopes(simd, first.state)?;
-            let [x, v] =
-                self.pull_rate(simd, first.state, slopes, first.rates[0], end_rate, sums);
+            let [x, v] = self.pull_rate(simd, first.state, slopes, first.rates[0], end_rate, sums);
             state[0] += x;
             state[1] += v;
         }

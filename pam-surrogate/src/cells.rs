@@ -155,11 +155,20 @@ impl Cells {
             values.chunks_exact(by_v).step_by(ROWS_APART).map(<[f64]>::to_vec).collect();
         // Errors of both directions add up.
         let along = [
-            Direction::new(scheme, nodes[0], cells_within(scheme, nodes[0], &along_x, 0.5 * error)?),
-            Direction::new(scheme, nodes[1], cells_within(scheme, nodes[1], &along_v, 0.5 * error)?),
+            Direction::new(
+                scheme,
+                nodes[0],
+                cells_within(scheme, nodes[0], &along_x, 0.5 * error)?,
+            ),
+            Direction::new(
+                scheme,
+                nodes[1],
+                cells_within(scheme, nodes[1], &along_v, 0.5 * error)?,
+            ),
         ];
         let count = along[0].cells * along[1].cells;
-        let mut cells = Self { along, terms: vec![Terms::ZERO; count], sums: vec![Terms::ZERO; count] };
+        let mut cells =
+            Self { along, terms: vec![Terms::ZERO; count], sums: vec![Terms::ZERO; count] };
         arch().dispatch(Write { cells: &mut cells, values });
         Some(cells)
     }
@@ -247,8 +256,7 @@ impl WithSimd for PullBack<'_> {
                 }
                 any = true;
                 let rows = v.of(at);
-                for (out, sums) in
-                    along_x.chunks_exact_mut(v.nodes).zip(sums.0.chunks_exact(NODES))
+                for (out, sums) in along_x.chunks_exact_mut(v.nodes).zip(sums.0.chunks_exact(NODES))
                 {
                     for (weights, sum) in rows.chunks_exact(v.nodes).zip(sums) {
                         for (out, weight) in out.iter_mut().zip(weights) {

@@ -96,7 +96,16 @@ impl Motion<'_, '_, '_> {
             if !worth || intervals == 0 {
                 // Runge–Kutta steps to the end, or past what is hard for Adams steps.
                 stretch.until = if worth { (stretch.next + detour).min(count) } else { count };
-                self.runge_kutta(simd, course, &mut stretch, control, states, steps, parts, rejected)?;
+                self.runge_kutta(
+                    simd,
+                    course,
+                    &mut stretch,
+                    control,
+                    states,
+                    steps,
+                    parts,
+                    rejected,
+                )?;
                 if !worth {
                     return Ok(());
                 }
@@ -106,7 +115,16 @@ impl Motion<'_, '_, '_> {
             }
             if stretch.next < (HISTORY - 1) * intervals {
                 stretch.until = (HISTORY - 1) * intervals;
-                self.runge_kutta(simd, course, &mut stretch, control, states, steps, parts, rejected)?;
+                self.runge_kutta(
+                    simd,
+                    course,
+                    &mut stretch,
+                    control,
+                    states,
+                    steps,
+                    parts,
+                    rejected,
+                )?;
             }
             // The history of the first step: states are known at all samples up to here.
             let first_sample = stretch.next - (HISTORY - 1) * intervals;

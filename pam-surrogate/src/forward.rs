@@ -51,7 +51,8 @@ impl Motion<'_, '_, '_> {
         let method = self.method;
         let Stretch { mut time_s, mut state, mut aimed_s, mut next, until, .. } = *stretch;
         let observe_s = &course.observe_s[..until];
-        let end_s = if until < course.observe_s.len() { observe_s[until - 1] } else { course.end_s };
+        let end_s =
+            if until < course.observe_s.len() { observe_s[until - 1] } else { course.end_s };
         let mut line = self.lines.partition_point(|l| l.start_s() <= time_s).saturating_sub(1);
         let rough = |t: f64| move |_: TooRough| Stop::Rough { time_s: t };
         let mut first_rate = self.rate(simd, state).map_err(rough(time_s))?;

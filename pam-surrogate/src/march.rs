@@ -167,18 +167,13 @@ impl Motion<'_, '_, '_> {
             let defect = beta * (double - h * (mean - start));
             let slope = along_v[n - 1];
             extrapolated += slope * beta * (total[next] - smooth);
-            let x_ahead = x
-                + h * v
-                + beta * double
-                + h * h * of_x
-                + h_x * extrapolated;
-            let v_ahead =
-                v + beta * impulse + h * of_v + h_v * extrapolated;
+            let x_ahead = x + h * v + beta * double + h * h * of_x + h_x * extrapolated;
+            let v_ahead = v + beta * impulse + h * of_v + h_v * extrapolated;
             let excess = beta * samples.excess[next];
             let [rate, by_x, by_v] = self.rate_and_slopes(simd, [x_ahead, v_ahead + excess])?;
             let difference = (rate - extrapolated) / (1.0 - by_x * h_x - by_v * h_v);
-            let error = per_difference * difference.abs()
-                + ((by_v - slope) * defect).abs() / RATE_PER_S;
+            let error =
+                per_difference * difference.abs() + ((by_v - slope) * defect).abs() / RATE_PER_S;
             let (x_new, v_new) = (x_ahead + h_x * difference, v_ahead + h_v * difference);
             let fine = error <= control.error_mm && x_new.abs() < self.mechanics.limit_mm;
             if !fine {

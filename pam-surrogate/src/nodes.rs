@@ -32,7 +32,7 @@ impl<F: ForceModel<f64>> NodeForce for PointByPoint<'_, F> {
 }
 
 /// Most points of one pass of the network.
-const BLOCK: usize = 256;
+const BLOCK: usize = 128;
 
 /// A network laid out for batches of points (x, ẋ) at given masses.
 #[derive(Debug)]

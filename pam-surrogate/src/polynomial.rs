@@ -87,11 +87,8 @@ pub(crate) fn value_and_slopes<S: Simd>(simd: S, terms: &Terms, x: f64, v: f64) 
             second,
             simd.mul_f64s(first, simd.mul_f64s(rates[0], with1[k])),
         );
-        let slope = simd.mul_add_f64s(
-            of_low,
-            third,
-            simd.mul_f64s(low, simd.mul_f64s(rates[1], with2[k])),
-        );
+        let slope =
+            simd.mul_add_f64s(of_low, third, simd.mul_f64s(low, simd.mul_f64s(rates[1], with2[k])));
         let mut odd = rows[(NODES - 1) * count + k];
         let mut even = rows[(NODES - 2) * count + k];
         let (mut odd_slope, mut even_slope) = (zero, zero);

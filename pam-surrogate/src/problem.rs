@@ -46,9 +46,7 @@ impl SurrogateProblem<'_> {
         let mut origin = self.y0;
         let mut width = SMALLEST;
         for d in 0..2 {
-            let range = self.expected[d].iter().fold([self.y0[d]; 2], |[low, high], &v| {
-                if v.is_finite() { [low.min(v), high.max(v)] } else { [low, high] }
-            });
+            let range = range_of(self.y0[d], self.expected[d]);
             origin[d] = 0.5 * (range[0] + range[1]);
             width[d] = ((1.0 + MARGIN) * (range[1] - range[0])).max(SMALLEST[d]);
         }
@@ -67,4 +65,20 @@ impl SurrogateProblem<'_> {
         let span = [self.t0, self.t1];
         self.signal.check(span, &self.y0, self.observe_s, "surrogates take it")
     }
+}
+
+/// The smallest and the largest of a number and finite ones among others.
+fn range_of(first: f64, others: &[f64]) -> [f64; 2] {
+    // Several at a time, so that none waits for the one before it.
+    let (chunks, rest) = others.as_chunks::<8>();
+    let (mut low, mut high) = ([first; 8], [first; 8]);
+    for chunk in chunks {
+        for (l, &v) in chunk.iter().enumerate() {
+            // False for what is no number.
+            low[l] = if v < low[l] && v > f64::NEG_INFINITY { v } else { low[l] };
+            high[l] = if v > high[l] && v < f64::INFINITY { v } else { high[l] };
+        }
+    }
+    let ends = low.iter().chain(&high).chain(rest).filter(|v| v.is_finite());
+    ends.fold([first; 2], |[low, high], &v| [low.min(v), high.max(v)])
 }

@@ -7,10 +7,10 @@ const UNEQUAL: f64 = 1e-9;
 /// Fewest samples for which equal steps are worth their start.
 const FEWEST: usize = 64;
 
-/// Weights, at two points before an interval to two after it, of the integral over the interval (Adams' method of sixth order
-/// around the middle).
-const CENTRED: [f64; 6] = [11.0, -93.0, 802.0, 802.0, -93.0, 11.0];
-const CENTRED_SUM: f64 = 1440.0;
+/// Weights of the impulses of five intervals in the integral, over the middle one, of a smooth curve through their sums, less
+/// its start: Adams' method of sixth order around the middle.
+const CENTRED: [f64; 5] =
+    [-11.0 / 1440.0, 82.0 / 1440.0, 720.0 / 1440.0, -82.0 / 1440.0, 11.0 / 1440.0];
 
 /// Integrals of the force over equal intervals.
 #[derive(Debug, Default)]
@@ -34,13 +34,16 @@ pub(crate) fn equal_intervals(start_s: f64, times_s: &[f64]) -> bool {
         return false;
     }
     let mean = (last - start_s) / times_s.len() as f64;
-    let far = |(k, t): (usize, &f64)| (t - start_s - mean * (k + 1) as f64).abs();
-    let worst = times_s.iter().enumerate().map(far).fold(0.0, f64::max);
-    first > start_s && worst <= UNEQUAL * mean
+    // A sum in place of an early exit: the loop is vectorised.
+    let equal = times_s.iter().enumerate().fold(true, |all, (k, t)| {
+        all & ((t - start_s - mean * (k as u32 + 1) as f64).abs() <= UNEQUAL * mean)
+    });
+    first > start_s && equal
 }
 
 impl SampleForcing {
     /// Takes the force between the start and each of the times, which are equally far apart.
+    #[inline(always)]
     pub(crate) fn take(
         &mut self,
         lines: &[Line],
@@ -50,53 +53,68 @@ impl SampleForcing {
     ) {
         let count = times_s.len();
         self.interval_s = (times_s[count - 1] - start_s) / count as f64;
+        self.integrate(lines, start_s, times_s, forcing);
+        let per_interval = self.interval_s.recip();
+        self.excess.clear();
+        self.excess.resize(count + 1, 0.0);
+        // Of the intervals before and after a sample, from the fourth sample on.
+        let inner = count - 5;
+        let (excess, double) = (&mut self.excess[3..3 + inner], &self.double[2..3 + inner]);
+        let impulse = &self.impulse[..inner + 5];
+        for k in 0..inner {
+            let mut curve = 0.0;
+            for (i, weight) in CENTRED.iter().enumerate() {
+                curve += weight * (impulse[k + i] + impulse[k + i + 1]);
+            }
+            excess[k] = 0.5 * ((double[k] + double[k + 1]) * per_interval - curve);
+        }
+        let (early, late) = (self.excess[3], self.excess[2 + inner]);
+        self.excess[..3].fill(early);
+        self.excess[3 + inner..].fill(late);
+        self.total.clear();
+        self.total.reserve(count + 1);
+        let mut sum = 0.0;
+        for (impulse, excess) in self.impulse.iter().zip(&self.excess) {
+            self.total.push(sum + excess);
+            sum += impulse;
+        }
+        self.total.push(sum + late);
+    }
+
+    /// Integrals over each interval.
+    #[inline(always)]
+    fn integrate(
+        &mut self,
+        lines: &[Line],
+        start_s: f64,
+        times_s: &[f64],
+        forcing: &mut StepForcing,
+    ) {
         let dt = self.interval_s;
         for values in [&mut self.impulse, &mut self.double] {
             values.clear();
-            values.reserve(count);
+            values.reserve(times_s.len());
+        }
+        let mut line = lines.partition_point(|l| l.start_s() <= start_s).saturating_sub(1);
+        let own = &lines[line..];
+        let begins = std::iter::once(&start_s).chain(times_s);
+        let one_each = own.len() >= times_s.len()
+            && own.iter().zip(begins).fold(true, |all, (l, t)| all & (l.start_s() == *t));
+        if one_each {
+            self.impulse.extend(own[..times_s.len()].iter().map(|l| l.integrals(dt)[0]));
+            self.double.extend(own[..times_s.len()].iter().map(|l| l.integrals(dt)[1]));
+            return;
         }
         let mut from = start_s;
-        let mut line = lines.partition_point(|l| l.start_s() <= start_s).saturating_sub(1);
         for &to in times_s {
             while line + 1 < lines.len() && lines[line + 1].start_s() <= from {
                 line += 1;
             }
-            let within = lines[line].start_s() == from
-                && lines.get(line + 1).is_none_or(|next| next.start_s() >= to);
-            let [impulse, double] = if within {
-                lines[line].integrals(dt)
-            } else {
-                forcing.take(lines, line, from, to);
-                forcing.integrals(to - from)
-            };
+            forcing.take(lines, line, from, to);
+            let [impulse, double] = forcing.integrals(to - from);
             self.impulse.push(impulse);
             self.double.push(double);
             from = to;
-        }
-        self.total.clear();
-        self.total.reserve(count + 1);
-        let mut sum = 0.0;
-        self.total.push(0.0);
-        for impulse in &self.impulse {
-            sum += impulse;
-            self.total.push(sum);
-        }
-        // ∫ of the impulse over an interval beyond that of the curve.
-        self.excess.clear();
-        self.excess.resize(count + 1, 0.0);
-        let mut before = 0.0;
-        for k in 2..count - 2 {
-            let window = &self.total[k - 2..k + 4];
-            let curve: f64 = CENTRED.iter().zip(window).map(|(w, c)| w * (c - window[2])).sum();
-            let beyond = self.double[k] / dt - curve / CENTRED_SUM;
-            self.excess[k] = 0.5 * if k == 2 { 2.0 * beyond } else { before + beyond };
-            before = beyond;
-        }
-        let (early, late) = (self.excess[2], before);
-        self.excess[..2].fill(early);
-        self.excess[count - 2..].fill(late);
-        for (total, excess) in self.total.iter_mut().zip(&self.excess) {
-            *total += excess;
         }
     }
 

@@ -130,8 +130,7 @@ impl Patch {
     #[inline(always)]
     pub(crate) fn force_and_slopes<S: Simd>(&self, simd: S, at: [f64; 2]) -> [f64; 3] {
         let Place { cell, x, v } = self.place(at);
-        let [force, by_x, by_v] =
-            polynomial::value_and_slopes(simd, &self.cells.terms[cell], x, v);
+        let [force, by_x, by_v] = polynomial::value_and_slopes(simd, &self.cells.terms[cell], x, v);
         [force, 2.0 * by_x * self.per_unit[0], 2.0 * by_v * self.per_unit[1]]
     }
 
@@ -217,11 +216,8 @@ impl<'a> Surface<'a> {
         }
         // The lower edge of the k-th root.
         let edge = |d: usize, k: i32| {
-            let from = if k > 0 {
-                0.5 + OUTER * f64::from(k - 1)
-            } else {
-                -0.5 + OUTER * f64::from(k)
-            };
+            let from =
+                if k > 0 { 0.5 + OUTER * f64::from(k - 1) } else { -0.5 + OUTER * f64::from(k) };
             self.origin[d] + self.width[d] * from
         };
         let area = Area {
