@@ -2,20 +2,24 @@
 //!
 //! With sealed air the learned force of one recording is a smooth function of `(x, ẋ)` alone, and a motion of a minute
 //! returns to the same small region again and again. So the network is evaluated at a few thousand nodes in place of every
-//! stage of every step: on patches of the plane the force is a polynomial of degree seven in each direction, checked between
-//! its nodes and halved until the error is below a tolerance. The motion is simulated on the patches, and the derivatives by
-//! the network's weights come back the same way: cotangents of the coefficients, of the values at the nodes, and one batched
-//! pass of the network.
+//! stage of every step: on patches of the plane the force is a polynomial of high degree, checked between its nodes and written
+//! out as polynomials of degree seven on small cells. The motion is simulated on the cells, and the derivatives by the
+//! network's weights come back the same way: cotangents of the coefficients, of the values at the nodes, and one batched pass of
+//! the network.
 //!
 //! | file | holds |
 //! |---|---|
-//! | `polynomial` | interpolation at Chebyshev nodes; evaluation, slopes and their transpose by whole vectors |
+//! | `chebyshev` | interpolation of any degree at Chebyshev nodes |
+//! | `polynomial` | polynomials of cells: evaluation, slopes and their transpose by whole vectors |
+//! | `cells` | the cells of a patch, a linear map of the values at its nodes |
 //! | `nodes` | the network at nodes, in batches |
 //! | `surface` | the patches of one trajectory |
-//! | `forcing` | the measured force and its integrals over a step |
-//! | `method` | the Runge–Kutta method |
+//! | `forcing`, `samples` | the measured force and its integrals over a step, and over equal intervals |
+//! | `method`, `adams` | the Runge–Kutta method and Adams' method |
 //! | `trajectory` | one trajectory: its equations, its steps |
-//! | `forward`, `backward` | steps, and their transpose |
+//! | `forward`, `backward` | Runge–Kutta steps, and their transpose |
+//! | `march`, `retreat` | Adams steps, and their transpose |
+//! | `course` | stretches of both, forward and backward |
 //! | `run` | one trajectory with its loss |
 //! | `solver` | many trajectories, and the gradient of the sum |
 

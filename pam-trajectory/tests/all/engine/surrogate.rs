@@ -101,3 +101,72 @@ fn kinks_are_refused() {
         found.failures[0]
     );
 }
+
+/// Where the force bends within a sample and the measured force is noisy, other steps take over, and the gradient stays that
+/// of short steps.
+#[test]
+fn sharp_bends_and_noise_are_followed() {
+    let (model, mut subjects) = joint_with(Activation::from_name("tanh").unwrap());
+    // Dry friction: 4 N, within 0.2 mm/s of rest.
+    let mut layers = model.force.mlp().layers().to_vec();
+    let column = |dense: &Dense<f64>, i: usize| {
+        let n = dense.outputs();
+        dense.weight_columns()[i * n..(i + 1) * n].to_vec()
+    };
+    let mut rows: Vec<f64> = (0..layers[0].outputs())
+        .flat_map(|j| (0..4).map(move |i| (j, i)))
+        .map(|(j, i)| column(&layers[0], i)[j])
+        .collect();
+    rows.extend([0.0, 0.0, 0.0, 1.0 / 0.2]);
+    let mut bias = layers[0].bias().to_vec();
+    bias.push(0.0);
+    let mut last = layers[1].weight_columns().to_vec();
+    last.push(4e3);
+    layers[1] = Dense::from_rows(&last, layers[1].bias().to_vec()).unwrap();
+    layers[0] = Dense::from_rows(&rows, bias).unwrap();
+    let tanh = Activation::from_name("tanh").unwrap();
+    let model = model.map(|v| v, |_| NetworkForce::new(Mlp::new(layers, tanh).unwrap()).unwrap());
+    for subject in &mut subjects {
+        for (k, force) in subject.recording.force_mn.iter_mut().enumerate() {
+            *force += 200.0 * (k as f64 * k as f64 * 0.37).sin();
+        }
+    }
+    let windows = Windows::of(subjects, None);
+    let request = TrajectoryRequest::new(&model, &windows);
+    let loss = SquaredError::published();
+    for interpolation in [Interpolation::Linear, Interpolation::Hold] {
+        let found = surrogate(interpolation).value_and_gradient(&request, &loss).unwrap();
+        assert!(found.failures.is_empty(), "{:?}", found.failures);
+        assert!(found.statistics.rejected > 0, "no step was too long");
+        let expected = BatchedEngine::<f64>::new(fine(interpolation))
+            .value_and_gradient(&request, &loss)
+            .unwrap();
+        for ((what, a), (_, b)) in parts(&found).into_iter().zip(parts(&expected)) {
+            let off = off(&a, &b);
+            assert!(off < 1e-6, "{what} {}: {off:e}", interpolation.name());
+        }
+    }
+}
+
+/// Samples that are not equally far apart make no difference.
+#[test]
+fn unequal_samples_are_followed() {
+    let (model, mut subjects) = joint_with(Activation::from_name("silu").unwrap());
+    for subject in &mut subjects {
+        let r = &mut subject.recording;
+        for (k, time) in r.time_s.iter_mut().enumerate() {
+            *time += 2e-4 * (0.3 * k as f64).sin();
+        }
+        r.force_mn = r.time_s.iter().map(|t| 1e5 * (9.0 * t).sin()).collect();
+    }
+    let windows = Windows::of(subjects, None);
+    let request = TrajectoryRequest::new(&model, &windows);
+    let loss = SquaredError::published();
+    let linear = Interpolation::Linear;
+    let found = surrogate(linear).value_and_gradient(&request, &loss).unwrap();
+    let expected = BatchedEngine::<f64>::new(fine(linear)).value_and_gradient(&request, &loss);
+    for ((what, a), (_, b)) in parts(&found).into_iter().zip(parts(&expected.unwrap())) {
+        let off = off(&a, &b);
+        assert!(off < 1e-6, "{what}: {off:e}");
+    }
+}
