@@ -101,31 +101,39 @@ fn cells_within(
 ) -> Option<usize> {
     // As many coefficients in all as the patch has.
     let mut cells = nodes.len().div_ceil(NODES);
+    while cells <= MOST_CELLS {
+        if follow(scheme, nodes, lines, error, cells) {
+            return Some(cells);
+        }
+        cells += 1 + cells / 4;
+    }
+    None
+}
+
+/// Whether so many cells follow the interpolants of `lines` of values at nodes within an error.
+fn follow(
+    scheme: &CellScheme,
+    nodes: &[f64],
+    lines: &[Vec<f64>],
+    error: f64,
+    cells: usize,
+) -> bool {
     let count = nodes.len();
     let mut own = vec![0.0; NODES * count];
     let mut miss = vec![0.0; count];
-    'more: while cells <= MOST_CELLS {
-        for cell in 0..cells {
-            for (&node, weights) in scheme.nodes.iter().zip(own.chunks_exact_mut(count)) {
-                chebyshev::weights_into(nodes, across(cells, cell, node), weights);
-            }
-            for (at, shares) in &scheme.checks {
-                chebyshev::weights_into(nodes, across(cells, cell, *at), &mut miss);
-                for (share, weights) in shares.iter().zip(own.chunks_exact(count)) {
-                    miss.iter_mut().zip(weights).for_each(|(m, w)| *m -= share * w);
-                }
-                for line in lines {
-                    let off: f64 = line.iter().zip(&miss).map(|(v, m)| v * m).sum();
-                    if off.is_nan() || off.abs() > error {
-                        cells += 1 + cells / 4;
-                        continue 'more;
-                    }
-                }
-            }
+    (0..cells).all(|cell| {
+        for (&node, weights) in scheme.nodes.iter().zip(own.chunks_exact_mut(count)) {
+            chebyshev::weights_into(nodes, across(cells, cell, node), weights);
         }
-        return Some(cells);
-    }
-    None
+        scheme.checks.iter().all(|(at, shares)| {
+            chebyshev::weights_into(nodes, across(cells, cell, *at), &mut miss);
+            for (share, weights) in shares.iter().zip(own.chunks_exact(count)) {
+                miss.iter_mut().zip(weights).for_each(|(m, w)| *m -= share * w);
+            }
+            let off = |line: &Vec<f64>| line.iter().zip(&miss).map(|(v, m)| v * m).sum::<f64>();
+            lines.iter().all(|line| off(line).abs() <= error)
+        })
+    })
 }
 
 /// The cells of a patch.

@@ -20,8 +20,8 @@ pub struct SurrogateSettings {
 impl Default for SurrogateSettings {
     fn default() -> Self {
         Self {
-            force_error_mn: 0.02,
-            step_error_mm: 3e-9,
+            force_error_mn: 0.05,
+            step_error_mm: 5e-9,
             longest_step_s: 0.02,
             most_patches: 4000,
             budget: StepBudget::RUNGE_KUTTA,
