@@ -11,6 +11,7 @@
 mod compiled;
 mod graph;
 mod program;
+mod slopes;
 mod terms;
 
 pub use compiled::{Compiled, too_long};

@@ -1,6 +1,7 @@
 //! A graph as a flat program over a few registers.
 
 use crate::graph::{Dyadic, Graph, Id, Node, Unary};
+use crate::slopes::Slopes;
 use pam_core::Scalar;
 
 /// Numbers that a program reads.
@@ -69,6 +70,8 @@ pub struct Program {
     outputs: Vec<u8>,
     registers: usize,
     inputs: Vec<usize>,
+    /// The same for numbers with several first derivatives.
+    slopes: Option<Slopes>,
 }
 
 /// Most registers of a program.
@@ -82,8 +85,9 @@ impl Program {
     #[must_use]
     pub fn new(graph: &Graph, outputs: &[Id]) -> Option<Self> {
         // Inputs that are read first keep a register until their last use, which long programs cannot afford.
-        Self::with_registers(graph, outputs, true, SOME_REGISTERS)
-            .or_else(|| Self::with_registers(graph, outputs, false, MOST_REGISTERS))
+        let program = Self::with_registers(graph, outputs, true, SOME_REGISTERS)
+            .or_else(|| Self::with_registers(graph, outputs, false, MOST_REGISTERS))?;
+        Some(Self { slopes: Slopes::new(graph, outputs), ..program })
     }
 
     fn with_registers(
@@ -176,6 +180,11 @@ impl Program {
     /// As many outputs as `out` has room for.
     #[inline]
     pub fn values<S: Scalar>(&self, inputs: &impl Inputs<S>, out: &mut [S]) {
+        if S::HAS_SEVERAL_SLOPES
+            && let Some(slopes) = &self.slopes
+        {
+            return slopes.values(inputs, out);
+        }
         // Registers are cleared, so that few are taken for short programs.
         if self.registers <= FEW_REGISTERS {
             self.run::<FEW_REGISTERS, S>(inputs, out);
@@ -220,7 +229,7 @@ impl Program {
     }
 }
 
-fn operands(node: Node) -> [Option<Id>; 3] {
+pub(crate) fn operands(node: Node) -> [Option<Id>; 3] {
     match node {
         Node::Constant(_) | Node::Input(_) => [None; 3],
         Node::One(_, a) => [Some(a), None, None],

@@ -1,6 +1,7 @@
 //! Values and derivatives of expressions against the same formulas in Rust, and terms of a field.
 
 use num_dual::{Dual64, DualNum};
+use pam_autodiff::Chunk;
 use pam_core::{ParametricField, Scalar, VectorField, field_fn};
 use pam_expression::{Compiled, Graph, Inputs, Program, Terms};
 use pam_vocabulary::ParameterInfo;
@@ -70,6 +71,39 @@ fn expressions_are_their_formulas() {
                         "{text} at {a}, {b}: {own} not {expected}"
                     );
                     assert!(near(by_rules, expected.eps), "{text} at {a}, {b}, by {k}: {by_rules}");
+                }
+            }
+        }
+    }
+}
+
+/// Numbers with several derivatives, whose slopes are swept back, are the formula's in dual numbers, also on ties and kinks that have
+/// one derivative; expressions with several outputs too.
+#[test]
+fn several_derivatives_at_once_are_those_of_dual_numbers() {
+    let names = ["a".to_owned(), "b".to_owned()];
+    let mut graph = Graph::default();
+    let mut outputs = Vec::new();
+    for (text, _) in CASES {
+        let tree = Expression::parse(text, &Scope::of(&names)).expect(text);
+        outputs.push(graph.expression(&tree, &mut |graph, k| graph.input(k)));
+    }
+    let program = Program::new(&graph, &outputs).expect("it is short enough");
+    for [a, b] in POINTS {
+        // Three directions, of which the last moves both.
+        let (x, y) = (Chunk::new(a, [1.0, 0.0, 0.3]), Chunk::new(b, [0.0, 1.0, -2.0]));
+        let mut together = [Chunk::<3>::constant(0.0); CASES.len()];
+        program.values(&&[x, y][..], &mut together);
+        for ((text, formula), own) in CASES.iter().zip(together) {
+            let alone = Compiled::new(text, &["a", "b"]).expect(text).value(&[x, y]);
+            assert_eq!((own.value, own.derivatives), (alone.value, alone.derivatives), "{text}");
+            for (k, derivative) in own.derivatives.into_iter().enumerate() {
+                let seeded = |c: Chunk<3>| Dual64::new(c.value, c.derivatives[k]);
+                let expected = formula(seeded(x), seeded(y));
+                let near = |x: f64, y: f64| (x - y).abs() <= 1e-12 * (1.0 + y.abs());
+                assert!(near(own.value, expected.re), "{text} at {a}, {b}");
+                if a != b {
+                    assert!(near(derivative, expected.eps), "{text} at {a}, {b}: {own}");
                 }
             }
         }

@@ -88,6 +88,15 @@ dual_num_by_chain_rule!(
 impl<const N: usize, T: Scalar> Scalar for Chunk<N, T> {
     dual_num_by_chain_rule!(@scalar);
 
+    const HAS_SEVERAL_SLOPES: bool = T::NDERIV == 0 && N > 1;
+
+    #[inline(always)]
+    fn add_along(&mut self, argument: &Self, slope: f64) {
+        for (own, derivative) in self.derivatives.iter_mut().zip(&argument.derivatives) {
+            *own += derivative.scaled(slope);
+        }
+    }
+
     /// All directions in one pass.
     #[inline(always)]
     fn with_slopes<const K: usize>(value: f64, arguments: [&Self; K], slopes: [f64; K]) -> Self {

@@ -33,6 +33,10 @@ use num_traits::{FromPrimitive, ToPrimitive};
             over any of them begins with `fn name<S: Scalar>(…)`"
 )]
 pub trait Scalar: DualNum + Copy {
+    /// Whether it is a value with several first derivatives and nothing else, so that the slopes of an expression are cheaper
+    /// found once with plain numbers and [added](Self::add_along) than carried through it.
+    const HAS_SEVERAL_SLOPES: bool = false;
+
     /// The constant `value`, with no derivative.
     #[inline]
     fn constant(value: f64) -> Self {
@@ -63,6 +67,12 @@ pub trait Scalar: DualNum + Copy {
             sum += (*argument - Self::constant(argument.real())).scaled(slope);
         }
         sum
+    }
+
+    /// Adds the derivatives of `slope · argument` to its own; the value stays.
+    #[inline]
+    fn add_along(&mut self, argument: &Self, slope: f64) {
+        *self += (*argument - Self::constant(argument.real())).scaled(slope);
     }
 
     /// `Σ factors · terms` for plain factors, in one pass.

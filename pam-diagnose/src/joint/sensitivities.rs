@@ -6,7 +6,7 @@ use crate::fit::{FittedParameter, Hypothesis, Sensitivities, fitted_outputs, row
 use crate::search::Candidates;
 use pam_autodiff::Chunk;
 use pam_core::Scalar;
-use pam_effects::effects::{AnyEffect, EffectScalar, NARROW, WIDTH};
+use pam_effects::effects::{AnyEffect, EffectScalar, NARROW, WIDE, WIDTH};
 use pam_effects::simulation::{Nuisances, SimulationScalar, Trajectory, sensed, simulate_until};
 use std::ops::Range;
 
@@ -81,14 +81,21 @@ impl Experiment<'_> {
         let active = count - absent.len();
         let mut first = 0;
         while first < active.max(1) {
-            let last = if active - first > NARROW { first + WIDTH } else { first + NARROW };
-            let some = first..last.min(active);
-            if last - first == WIDTH {
-                self.pass::<WIDTH>(window, some, &mut all)?;
+            let left = active - first;
+            let width = if left > 2 * WIDTH {
+                WIDE
+            } else if left > NARROW {
+                WIDTH
             } else {
-                self.pass::<NARROW>(window, some, &mut all)?;
+                NARROW
+            };
+            let some = first..(first + width).min(active);
+            match width {
+                WIDE => self.pass::<WIDE>(window, some, &mut all)?,
+                WIDTH => self.pass::<WIDTH>(window, some, &mut all)?,
+                _ => self.pass::<NARROW>(window, some, &mut all)?,
             }
-            first = last;
+            first += width;
         }
         let none =
             vec![vec![0.0; window.len() / self.system.points_per_row()]; all.simulated.len()];

@@ -7,8 +7,9 @@ use crate::remainder::{Dyn, Ground};
 use crate::terms::{Definition, Term, TermSpace};
 use pam_numerics::dot;
 
-/// Terms of one block of the library: as many as one simulation differentiates by.
-const BLOCK: usize = 8;
+/// Terms of one block of the library: as many as one simulation differentiates by, and fewer that remember.
+const BLOCK: usize = 36;
+const REMEMBERING_BLOCK: usize = 12;
 /// Terms of the library that are screened again about a law.
 const SCREENED_AGAIN: usize = 160;
 
@@ -57,10 +58,13 @@ pub(super) fn blocks(space: &dyn TermSpace, terms: &[Term]) -> Vec<Definition> {
     grouped(space, terms).enumerate().map(of).collect()
 }
 
-/// Terms that one definition holds: a few, and of one family of places, since an effect with memory acts in one way.
+/// Terms that one definition holds: a few that all remember or none does, and of one family of places, since an effect with
+/// memory acts in one way.
 fn grouped<'t>(space: &dyn TermSpace, terms: &'t [Term]) -> impl Iterator<Item = &'t [Term]> {
-    let family = |t: &Term| space.places()[t.place].family;
-    terms.chunk_by(move |a, b| family(a) == family(b)).flat_map(|own| own.chunks(BLOCK))
+    let kind = |t: &Term| (space.places()[t.place].family, t.remembers());
+    terms
+        .chunk_by(move |a, b| kind(a) == kind(b))
+        .flat_map(|own| own.chunks(if own[0].remembers() { REMEMBERING_BLOCK } else { BLOCK }))
 }
 
 /// Sensitivities to terms at a hypothesis. Each [`grouped`] block of them is a candidate, from `first` on.

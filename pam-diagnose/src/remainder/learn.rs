@@ -78,6 +78,30 @@ impl Learned {
     }
 }
 
+/// The named causes alone, with which every correction is compared.
+struct Before {
+    /// Fitted to the training rows.
+    hypothesis: Hypothesis,
+    /// Errors of the validation rows.
+    errors: ChannelErrors,
+}
+
+impl Before {
+    /// `None` if they cannot be simulated.
+    fn of(space: &dyn TermSpace, ground: &Ground<'_>) -> Result<Option<Self>, DiagnoseError> {
+        let iterations = ground.settings.remainder.iterations;
+        let converged = ground.settings.search.converged_drop;
+        space.with(&[], |system| {
+            let Some(rows) = ground.rows(system, &ground.start(system)) else { return Ok(None) };
+            let train = &rows.choosing.train;
+            let base = Hypothesis { members: ground.named.clone(), ..train.base() };
+            let hypothesis = train.fit_to(base, iterations, converged)?.hypothesis;
+            let errors = rows.choosing.validation_errors(&hypothesis)?;
+            Ok(Some(Self { hypothesis, errors }))
+        })
+    }
+}
+
 fn definitions(space: &dyn TermSpace, terms: &[Vec<Term>], deviation: f64) -> Vec<Definition> {
     let of = |(k, terms): (usize, &Vec<Term>)| {
         let id = format!("learned_correction_{}", k + 1);
@@ -99,7 +123,7 @@ const BEAM: usize = 3;
 /// it is known better where there are no data, and takes less time.
 fn sparse(
     space: &dyn TermSpace,
-    ground: &Ground<'_>,
+    (ground, before): (&Ground<'_>, &Before),
     dense: Learned,
 ) -> Result<Learned, DiagnoseError> {
     let kept: Vec<usize> = space.with(&dense.definitions(space), |system| {
@@ -140,7 +164,7 @@ fn sparse(
     let start =
         Learned { hypothesis: Hypothesis { members, ..dense.hypothesis.clone() }, ..dense.clone() };
     let iterations = 2 * ground.settings.remainder.iterations;
-    let found = fitted(space, ground, &terms, dense.deviation, Some(&start), iterations)?;
+    let found = fitted(space, (ground, before), &terms, dense.deviation, Some(&start), iterations)?;
     Ok(found.filter(|f| f.validation < dense.validation + WORTH).unwrap_or(dense))
 }
 
@@ -154,13 +178,16 @@ pub(crate) fn learn(
     let settings = &ground.settings.remainder;
     let (variables, places) = (space.variables(), space.places());
     let iterations = settings.iterations;
+    let Some(before) = Before::of(space, ground)? else { return Ok(None) };
+    let before = &before;
     let mut families: Vec<usize> = places.iter().map(|p| p.family).collect();
     families.sort_unstable();
     families.dedup();
     let mut alone: Vec<(usize, Learned)> = Vec::new();
     for &family in &families {
         let terms = smooth_of(family, space);
-        let found = fitted(space, ground, &terms, settings.deviations[0], None, iterations)?;
+        let found =
+            fitted(space, (ground, before), &terms, settings.deviations[0], None, iterations)?;
         alone.extend(found.map(|found| (family, found)));
         done(0.6 * alone.len() as f64 / families.len() as f64);
     }
@@ -168,7 +195,7 @@ pub(crate) fn learn(
     // most there is judged by the few terms that do it as well.
     alone.sort_by(|a, b| a.1.train.total_cmp(&b.1.train));
     for (_, found) in alone.iter_mut().take(CUT_DOWN) {
-        let few = sparse(space, ground, found.clone())?;
+        let few = sparse(space, (ground, before), found.clone())?;
         if few.validation < found.validation {
             *found = few;
         }
@@ -181,10 +208,11 @@ pub(crate) fn learn(
     });
     let Some((family, mut best)) = best.cloned() else { return Ok(None) };
     for deviation in &settings.deviations[1..] {
-        let found = fitted(space, ground, &best.terms, *deviation, Some(&best), iterations)?;
+        let found =
+            fitted(space, (ground, before), &best.terms, *deviation, Some(&best), iterations)?;
         best = found.filter(|f| f.validation < best.validation).unwrap_or(best);
     }
-    best = sparse(space, ground, best)?;
+    best = sparse(space, (ground, before), best)?;
     done(0.8);
     // What remembers or repeats may be all that there is: then no smooth terms tell where it acts.
     let mut others = alone.iter().filter(|(k, _)| *k != family && !best.is_learned(ground));
@@ -199,7 +227,7 @@ pub(crate) fn learn(
         if more.is_empty() || start.is_enough(ground) {
             continue;
         }
-        let found = grown(space, ground, start, more)?;
+        let found = grown(space, (ground, before), start, more)?;
         if (!found.is_learned(ground), found.validation)
             < (!best.is_learned(ground), best.validation)
         {
@@ -213,7 +241,7 @@ pub(crate) fn learn(
         if *other == family || !helps || best.is_enough(ground) {
             continue;
         }
-        best = grown(space, ground, best, smooth(*other, variables, places))?;
+        best = grown(space, (ground, before), best, smooth(*other, variables, places))?;
     }
     done(1.0);
     Ok(best.is_learned(ground).then_some(best))
@@ -223,7 +251,7 @@ pub(crate) fn learn(
 /// was where the validation rows do not need them.
 fn grown(
     space: &dyn TermSpace,
-    ground: &Ground<'_>,
+    (ground, before): (&Ground<'_>, &Before),
     best: Learned,
     more: Vec<Term>,
 ) -> Result<Learned, DiagnoseError> {
@@ -254,9 +282,9 @@ fn grown(
     let terms = kept.iter().map(|&k| more[k].clone()).collect();
     let terms = [best.terms.clone(), vec![terms]].concat();
     let iterations = ground.settings.remainder.iterations;
-    let found = fitted(space, ground, &terms, best.deviation, Some(&best), iterations)?;
+    let found = fitted(space, (ground, before), &terms, best.deviation, Some(&best), iterations)?;
     match found.filter(|f| f.validation < best.validation - WORTH) {
-        Some(found) => sparse(space, ground, found),
+        Some(found) => sparse(space, (ground, before), found),
         None => Ok(best),
     }
 }
@@ -272,19 +300,22 @@ pub(crate) fn learn_again(
     known: &Learned,
 ) -> Result<Option<Learned>, DiagnoseError> {
     let (variables, places) = (space.variables(), space.places());
+    let Some(before) = Before::of(space, ground)? else { return Ok(None) };
+    let before = &before;
     let families = known.families(places);
     let terms =
         families.iter().map(|&family| smooth(family, variables, places)).collect::<Vec<_>>();
     let iterations = ground.settings.remainder.iterations;
-    let Some(dense) = fitted(space, ground, &terms, known.deviation, None, iterations)? else {
+    let Some(dense) = fitted(space, (ground, before), &terms, known.deviation, None, iterations)?
+    else {
         return Ok(None);
     };
-    let mut found = sparse(space, ground, dense)?;
+    let mut found = sparse(space, (ground, before), dense)?;
     for &family in &families {
         let more = remembering(family, variables, places);
         let held = known.terms.iter().flatten().any(|t| more.contains(t));
         if held {
-            found = grown(space, ground, found, more)?;
+            found = grown(space, (ground, before), found, more)?;
         }
     }
     Ok(Some(found))
@@ -294,7 +325,7 @@ pub(crate) fn learn_again(
 /// be simulated.
 fn fitted(
     space: &dyn TermSpace,
-    ground: &Ground<'_>,
+    (ground, before): (&Ground<'_>, &Before),
     terms: &[Vec<Term>],
     deviation: f64,
     from: Option<&Learned>,
@@ -306,13 +337,12 @@ fn fitted(
         let Some(rows) = ground.rows(system, &start) else { return Ok(None) };
         let train = &rows.choosing.train;
         let named = ground.named.len();
-        let base = Hypothesis { members: ground.named.clone(), ..train.base() };
         let (mut h, known): (Hypothesis, &[Member]) = match from {
             Some(from) => {
                 let (named, known) = from.hypothesis.members.split_at(named);
                 (Hypothesis { members: named.to_vec(), ..from.hypothesis.clone() }, known)
             }
-            None => (base.clone(), &[]),
+            None => (Hypothesis { members: ground.named.clone(), ..train.base() }, &[]),
         };
         for (k, terms) in terms.iter().enumerate() {
             let values = known.get(k).map_or_else(|| vec![0.0; terms.len()], |m| m.values.clone());
@@ -322,12 +352,10 @@ fn fitted(
         let Ok(errors) = rows.choosing.validation_errors(&fit.hypothesis) else {
             return Ok(None);
         };
-        let base = train.fit_to(base, iterations, converged)?;
-        let before = rows.choosing.validation_errors(&base.hypothesis)?;
         let cost = |e: &ChannelErrors| e.rows as f64 / train.rows_per_observation * e.deviance();
         let drop = drop_by_blocks(
             &rows.choosing.validation,
-            &rows.choosing.on_validation(&base.hypothesis),
+            &rows.choosing.on_validation(&before.hypothesis),
             &rows.choosing.on_validation(&fit.hypothesis),
         )?;
         Ok(Some(Learned {
@@ -335,7 +363,7 @@ fn fitted(
             deviation,
             hypothesis: fit.hypothesis,
             drop,
-            evidence: cost(&before) - cost(&errors),
+            evidence: cost(&before.errors) - cost(&errors),
             train: fit.cost,
             validation: cost(&errors),
             chi: errors.mean(),

@@ -4,7 +4,7 @@ use super::definition::Definition;
 use super::term::Term;
 use super::unit::Unit;
 use crate::error::DiagnoseError;
-use crate::search::Candidates;
+use crate::search::{Candidates, Remembered};
 
 /// A quantity that terms may depend on.
 #[derive(Debug, Clone, PartialEq)]
@@ -120,7 +120,8 @@ pub trait TermSpace: Sync {
 }
 
 impl dyn TermSpace + '_ {
-    /// What `then` makes of the system with definitions behind its candidates.
+    /// What `then` makes of the system with definitions behind its candidates. The system keeps its latest simulations: a fit, its
+    /// errors on other rows and the design about it ask for the same ones.
     ///
     /// # Errors
     /// As [`call_with`](TermSpace::call_with).
@@ -132,7 +133,7 @@ impl dyn TermSpace + '_ {
         let (mut then, mut made) = (Some(then), None);
         self.call_with(definitions, &mut |system| {
             if let Some(then) = then.take() {
-                made = Some(then(system)?);
+                made = Some(then(&Remembered::new(system))?);
             }
             Ok(())
         })?;

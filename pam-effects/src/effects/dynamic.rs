@@ -23,6 +23,13 @@ pub const NARROW: usize = 4;
 /// The scalar of a few sensitivities, which takes about two thirds of the time.
 pub type FewDerivatives = Chunk<NARROW>;
 
+/// Number of derivatives of the wider scalar.
+pub const WIDE: usize = 36;
+
+/// The scalar of many sensitivities: what does not depend on their number, such as the slopes of long expressions, is worked out
+/// once for all of them.
+pub type ManyDerivatives = Chunk<WIDE>;
+
 /// Declares an object-safe trait with methods of [`Effect`] and implements it for every effect.
 macro_rules! dispatch {
     ([$($declared:tt)*] [$($implemented:tt)*] {
@@ -99,6 +106,7 @@ dispatch! {
             EffectHooks<f64>
             + EffectHooks<Derivatives>
             + EffectHooks<FewDerivatives>
+            + EffectHooks<ManyDerivatives>
             + EffectHooks<Var>
             + Send
             + Sync
@@ -157,6 +165,7 @@ effect_scalars!(
     f64: |_| true,
     Derivatives: |number| number.derivatives.iter().all(|d| *d == 0.0),
     FewDerivatives: |number| number.derivatives.iter().all(|d| *d == 0.0),
+    ManyDerivatives: |number| number.derivatives.iter().all(|d| *d == 0.0),
     // A variable of a tape may have any derivatives.
     Var: |_| false
 );

@@ -26,7 +26,8 @@ mod sensing;
 mod timed;
 
 pub use dynamic::{
-    AnyEffect, Derivatives, EffectHooks, EffectScalar, FewDerivatives, NARROW, WIDTH,
+    AnyEffect, Derivatives, EffectHooks, EffectScalar, FewDerivatives, ManyDerivatives, NARROW,
+    WIDE, WIDTH,
 };
 pub use hook_list::Hooks;
 pub use hooks::{

@@ -10,7 +10,7 @@ use super::steps::substeps;
 use super::table::ForceTable;
 use super::trajectory::{Diverged, Trajectory};
 use super::trial::Trial;
-use crate::effects::{AnyEffect, Derivatives, EffectScalar, FewDerivatives};
+use crate::effects::{AnyEffect, Derivatives, EffectScalar, FewDerivatives, ManyDerivatives};
 use pam_core::simd::arch;
 use pulp::{Simd, WithSimd};
 
@@ -67,7 +67,7 @@ macro_rules! simulation_scalars {
     };
 }
 
-simulation_scalars!(f64, Derivatives, FewDerivatives);
+simulation_scalars!(f64, Derivatives, FewDerivatives, ManyDerivatives);
 
 /// Simulates a trial with effects. `values` holds the parameters and switches of each effect in turn.
 ///
