@@ -87,10 +87,13 @@ impl Slopes {
 
     /// As many outputs as `out` has room for.
     pub(crate) fn values<S: Scalar>(&self, inputs: &impl Inputs<S>, out: &mut [S]) {
-        match self.inputs.len() + self.steps.len() {
-            0..=FEW => self.run::<FEW, S>(inputs, out),
-            0..=SOME => self.run::<SOME, S>(inputs, out),
-            _ => self.run::<MOST, S>(inputs, out),
+        let count = self.inputs.len() + self.steps.len();
+        if count <= FEW {
+            self.run::<FEW, S>(inputs, out);
+        } else if count <= SOME {
+            self.run::<SOME, S>(inputs, out);
+        } else {
+            self.run::<MOST, S>(inputs, out);
         }
     }
 
