@@ -5,7 +5,7 @@ use crate::error::DiagnoseError;
 use crate::fit::{FittedParameter, Hypothesis, Sensitivities, fitted_outputs, row_means};
 use crate::search::Candidates;
 use pam_autodiff::Chunk;
-use pam_core::Scalar;
+use pam_core::{Scalar, parallel};
 use pam_effects::effects::{AnyEffect, EffectScalar, NARROW, WIDE, WIDTH};
 use pam_effects::simulation::{Nuisances, SimulationScalar, Trajectory, sensed, simulate_until};
 use std::ops::Range;
@@ -79,7 +79,7 @@ impl Experiment<'_> {
             Differentiated { simulated: Vec::new(), columns: Vec::with_capacity(count + 3) };
         let absent = self.absent();
         let active = count - absent.len();
-        let mut first = 0;
+        let (mut first, mut passes) = (0, Vec::new());
         while first < active.max(1) {
             let left = active - first;
             let width = if left > 2 * WIDTH {
@@ -89,13 +89,20 @@ impl Experiment<'_> {
             } else {
                 NARROW
             };
-            let some = first..(first + width).min(active);
-            match width {
-                WIDE => self.pass::<WIDE>(window, some, &mut all)?,
-                WIDTH => self.pass::<WIDTH>(window, some, &mut all)?,
-                _ => self.pass::<NARROW>(window, some, &mut all)?,
-            }
+            passes.push((width, first..(first + width).min(active)));
             first += width;
+        }
+        let found = parallel::map_each(passes, |(width, some)| match width {
+            WIDE => self.pass::<WIDE>(window, some),
+            WIDTH => self.pass::<WIDTH>(window, some),
+            _ => self.pass::<NARROW>(window, some),
+        });
+        for pass in found {
+            let Differentiated { simulated, columns } = pass?;
+            if all.simulated.is_empty() {
+                all.simulated = simulated;
+            }
+            all.columns.extend(columns);
         }
         let none =
             vec![vec![0.0; window.len() / self.system.points_per_row()]; all.simulated.len()];
@@ -114,13 +121,12 @@ impl Experiment<'_> {
         parameters.iter().enumerate().filter_map(missing).collect()
     }
 
-    /// Adds the columns of `some` unknowns by one simulation, and the channels if there are none yet.
+    /// The channels and the columns of `some` unknowns by one simulation.
     fn pass<const N: usize>(
         &self,
         window: &Range<usize>,
         some: Range<usize>,
-        all: &mut Differentiated,
-    ) -> Result<(), DiagnoseError>
+    ) -> Result<Differentiated, DiagnoseError>
     where
         Chunk<N>: SimulationScalar,
     {
@@ -141,11 +147,9 @@ impl Experiment<'_> {
             let (effects, values) = (&of.effects, &of.values);
             simulate_until(trial, base, effects, values, &nuisances, grid_points, &mut out)?;
         }
-        if all.simulated.is_empty() {
-            let plain = |&c: &usize| out.channels[c].iter().map(|v| v.value).collect();
-            all.simulated = channels.iter().map(plain).collect();
-        }
-        for k in 0..some.len() {
+        let plain = |&c: &usize| out.channels[c].iter().map(|v| v.value).collect();
+        let simulated = channels.iter().map(plain).collect();
+        let of_unknown = |k: usize| {
             let column = |&c: &usize| -> Vec<f64> {
                 out.channels[c][window.clone()]
                     .chunks_exact(points)
@@ -155,9 +159,9 @@ impl Experiment<'_> {
                     })
                     .collect()
             };
-            all.columns.push(channels.iter().map(column).collect());
-        }
-        Ok(())
+            channels.iter().map(column).collect()
+        };
+        Ok(Differentiated { simulated, columns: (0..some.len()).map(of_unknown).collect() })
     }
 
     /// Values and nuisances with `some` unknowns as directions. Parameters with a logarithmic coordinate carry

@@ -6,6 +6,7 @@ use crate::error::DiagnoseError;
 use crate::fit::{ChannelErrors, Hypothesis, Member};
 use crate::law::{Data, Design, Scores};
 use crate::terms::{Definition, Place, Term, TermSpace};
+use pam_core::parallel;
 
 /// A smooth correction as it was fitted to the training rows.
 #[derive(Debug, Clone)]
@@ -183,19 +184,24 @@ pub(crate) fn learn(
     let mut families: Vec<usize> = places.iter().map(|p| p.family).collect();
     families.sort_unstable();
     families.dedup();
-    let mut alone: Vec<(usize, Learned)> = Vec::new();
-    for &family in &families {
-        let terms = smooth_of(family, space);
-        let found =
-            fitted(space, (ground, before), &terms, settings.deviations[0], None, iterations)?;
-        alone.extend(found.map(|found| (family, found)));
-        done(0.6 * alone.len() as f64 / families.len() as f64);
-    }
+    let each: Result<Vec<Option<Learned>>, DiagnoseError> = parallel::map(families.len(), |k| {
+        let terms = smooth_of(families[k], space);
+        fitted(space, (ground, before), &terms, settings.deviations[0], None, iterations)
+    })
+    .into_iter()
+    .collect();
+    let found = families.iter().zip(each?);
+    let mut alone: Vec<(usize, Learned)> =
+        found.filter_map(|(family, found)| Some((*family, found?))).collect();
+    done(0.6);
     // Many terms that remove the error of the training rows may go astray in validation rows that reach further: what removes
     // most there is judged by the few terms that do it as well.
     alone.sort_by(|a, b| a.1.train.total_cmp(&b.1.train));
-    for (_, found) in alone.iter_mut().take(CUT_DOWN) {
-        let few = sparse(space, (ground, before), found.clone())?;
+    let cut = parallel::map(alone.len().min(CUT_DOWN), |k| {
+        sparse(space, (ground, before), alone[k].1.clone())
+    });
+    for ((_, found), few) in alone.iter_mut().zip(cut) {
+        let few = few?;
         if few.validation < found.validation {
             *found = few;
         }
