@@ -109,10 +109,8 @@ fn recordings_that_measure_the_gain_have_no_say_in_the_names() {
 
 #[test]
 fn effects_that_act_together_are_all_named() {
-    let sets: [&[&str]; 2] = [
-        &["force_saturation", "pressure_sensor_lag"],
-        &["coulomb_friction", "leak", "backlash"],
-    ];
+    let sets: [&[&str]; 2] =
+        [&["force_saturation", "pressure_sensor_lag"], &["coulomb_friction", "leak", "backlash"]];
     for ids in sets {
         let effects: Vec<Hidden> = ids.iter().map(|id| at_strength(id, 1.0)).collect();
         let d = found(&effects, &Sensors::default(), 4);

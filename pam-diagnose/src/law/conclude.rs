@@ -61,10 +61,10 @@ impl Final<'_> {
                 && self.test.is_reduced(&self.base.hypothesis, &to.hypothesis))
     }
 
-    /// Share of what the correction removes from some χ².
+    /// Share of what the correction removes from some χ²; one where the correction removes nothing.
     fn share_of_correction(&self, to: &Fit, chi_square: impl Fn(&Fit) -> f64) -> f64 {
         let (from, best) = (chi_square(&self.base), chi_square(&self.corrected));
-        (from - chi_square(to)) / (from - best).max(f64::MIN_POSITIVE)
+        if best < from { (from - chi_square(to)) / (from - best) } else { 1.0 }
     }
 
     /// The result of the extended system in place of that of the named causes.
@@ -229,11 +229,19 @@ fn ended(
             let similarity = along.as_ref().and_then(Along::similarity).unwrap_or(0.0);
             let (result, definition) = law.result(space, ground, open, &last, similarity)?;
             let h = &law.fit.hypothesis;
-            found.remainder.sentence = format!(
-                "The law {} accounts for {:.0} % of the squared error that a smooth correction removes.",
-                result.expression,
-                100.0 * result.share_of_correction
-            );
+            found.remainder.sentence = if correction.confirmed {
+                format!(
+                    "The law {} accounts for {:.0} % of the squared error that a smooth correction removes.",
+                    result.expression,
+                    100.0 * result.share_of_correction
+                )
+            } else {
+                format!(
+                    "The law {} removes {:.0} % of the error of the test set, which the smooth correction does not.",
+                    result.expression,
+                    100.0 * result.error_reduction.overall.error_reduction
+                )
+            };
             found.remainder.outcome = RemainderOutcome::Law;
             found.remainder.law = Some(result);
             found.named = h.members[..h.members.len() - 1].to_vec();

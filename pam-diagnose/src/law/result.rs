@@ -26,7 +26,7 @@ pub struct Law {
     /// Causes that were named before and in whose place it stands.
     pub replaces: Vec<Replaced>,
     /// Share of the squared error that the correction removes from the test set, which the law removes; of training and
-    /// validation data without a test set.
+    /// validation data without a test set. One if the correction removes nothing there.
     pub share_of_correction: f64,
     /// Share of the variation of the correction's values along the recordings that is the law's.
     pub similarity: f64,

@@ -301,6 +301,9 @@ settings! {
     "verdict" VerdictSettings {
         /// Share of the error above the noise below which no name is given.
         named_share: f64 = 0.25, "–", SHARE, STUDIES;
+        /// Probability with which the residual of the test data goes with the change of the simulation by chance, below which
+        /// causes are confirmed.
+        score_p_value: f64 = 0.005, "–", SHARE, USUAL;
         /// Probability with which a channel without error is inside its noise band.
         band_probability: f64 = 0.999, "–", [0.5, 0.999999], USUAL;
         /// Weight of the Gaussian scatter of the blocks, in blocks, relative to their observed scatter.

@@ -16,7 +16,7 @@ use crate::search::Candidates;
 use crate::verdict::anomalies::anomalies;
 use crate::verdict::bands::bands;
 use crate::verdict::{Anomaly, ChannelBand};
-use pam_numerics::statistics::{mean, mean_half_width_95};
+use pam_numerics::statistics::{mean, mean_half_width_95, paired_t_test};
 
 /// Drop of the prior cost of nuisances that is clear by itself: χ² of one degree of freedom exceeds it once in 600 cases.
 const CLEAR_PRIOR_COST: f64 = 10.0;
@@ -29,7 +29,9 @@ pub(crate) struct Comparison {
     /// Whether the whitened squared error of the second is proven to be smaller: Student's one-sided test at 97.5 % of the
     /// differences over blocks of time, or of the differences relative to the sums, which a few blocks with all of the error
     /// (a delay where levels step) do not scatter; or it is no larger, and the nuisances of the first must be far from their
-    /// measured values for that.
+    /// measured values for that; or it is smaller, and the residual `r` of the first goes with the change `s` of the simulation:
+    /// Student's one-sided test of `Σ r·s` over blocks, whose mean is zero without the cause. The squared error falls by
+    /// `2 r·s − s²`, which of a weak cause has half the ratio of mean to scatter.
     pub(crate) reduced: bool,
 }
 
@@ -82,13 +84,23 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         let prior = |fit: &Fit| problem.prior_cost(&fit.hypothesis);
         // Nuisances that are as measured speak for a cause.
         let taken = prior(&before) - prior(&after);
-        let (mut gains, mut relative) = (Vec::new(), Vec::new());
+        let (mut gains, mut relative, mut scores) = (Vec::new(), Vec::new(), Vec::new());
         for i in 0..problem.len() {
-            let squares = |fit: &Fit| problem.squares_by_block(&fit.hypothesis, i).ok();
-            let block = problem.rows_per_short_block(i) as f64;
-            for (old, new) in squares(&before)?.into_iter().zip(squares(&after)?) {
-                gains.push((old - new) / block);
+            let residuals = |fit: &Fit| problem.whitened_residuals(&fit.hypothesis, i).ok();
+            let (old, new) = (residuals(&before)?, residuals(&after)?);
+            let block = problem.rows_per_short_block(i);
+            for from in (0..problem.rows(i) / block).map(|b| b * block) {
+                let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+                    let pairs = old.iter().zip(&new).flat_map(|(a, b)| {
+                        a[from..from + block].iter().zip(&b[from..from + block])
+                    });
+                    pairs.map(|(&a, &b)| of(a, b)).sum()
+                };
+                let [old, new, score] =
+                    [sum(&|a, _| a * a), sum(&|_, b| b * b), sum(&|a, b| a * (a - b))];
+                gains.push((old - new) / block as f64);
                 relative.push((old - new) / (old + new).max(f64::MIN_POSITIVE));
+                scores.push(score / block as f64);
             }
         }
         let (gain, of_relative) = (mean(&gains), mean(&relative));
@@ -96,13 +108,16 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         let clear = half.is_some_and(|h| gain > h || (taken > CLEAR_PRIOR_COST && gain > -h));
         let by_blocks =
             gain > 0.0 && mean_half_width_95(&relative).is_some_and(|h| of_relative > h);
+        let level = 2.0 * problem.settings.verdict.score_p_value;
+        let agrees = gain > 0.0
+            && paired_t_test(&scores).is_some_and(|t| t.mean_difference > 0.0 && t.p < level);
         let chi_square = |fit: &Fit| {
             let rows = (fit.errors.rows * fit.errors.sums.len()).max(1) as f64;
             fit.errors.chi_square() + prior(fit) / rows
         };
         Some(Comparison {
             chi_squares: [chi_square(&before), chi_square(&after)],
-            reduced: clear || by_blocks,
+            reduced: clear || by_blocks || agrees,
         })
     }
 
