@@ -149,3 +149,12 @@ pub fn paired_t_test(differences: &[f64]) -> Option<PairedTTest> {
     let student = StudentsT::new(0.0, 1.0, (n - 1) as f64).ok()?;
     Some(PairedTTest { pairs: n, mean_difference, t, p: 2.0 * student.sf(t.abs()) })
 }
+
+/// One-sided p-value of Student's t-test for a mean above zero; 1 if the mean is not above zero, and for values that do not vary.
+#[must_use]
+pub fn positive_mean_p_value(values: &[f64]) -> f64 {
+    match paired_t_test(values) {
+        Some(t) if t.mean_difference > 0.0 => 0.5 * t.p,
+        _ => 1.0,
+    }
+}

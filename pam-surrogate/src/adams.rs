@@ -23,8 +23,8 @@ pub(crate) struct Adams {
     pub(crate) extrapolation: [f64; HISTORY],
     /// At the end of a step.
     pub(crate) end: Weights,
-    /// What the oldest rate changes in displacement (of the squared step) and velocity (of the step), for a unit that the new
-    /// rate differs from its extrapolation.
+    /// Local error estimate per unit of difference between the new rate and its extrapolation: the difference of the methods
+    /// with and without the oldest rate, in displacement (times the squared step) and in velocity (times the step).
     pub(crate) error: [f64; 2],
 }
 

@@ -2,7 +2,7 @@
 
 use crate::method::STAGES;
 use crate::surface::TooRough;
-use crate::trajectory::{Course, Mechanics, Motion, MotionSums, Step};
+use crate::trajectory::{Mechanics, Motion, MotionSums, Span, Step};
 use pulp::Simd;
 
 /// Slopes of the force at a point, and the patch there.
@@ -49,7 +49,7 @@ impl Motion<'_, '_, '_> {
     pub(crate) fn backward<S: Simd>(
         &mut self,
         simd: S,
-        course: &Course<'_>,
+        span: &Span<'_>,
         steps: &[Step],
         cotangents: &[[f64; 2]],
         mut state: [f64; 2],
@@ -94,8 +94,8 @@ impl Motion<'_, '_, '_> {
             of_rate[STAGES] = end_rate;
             for k in step.observed..step.observed + step.count {
                 let [x, v] = cotangents[k];
-                let since = course.observe_s[k] - step.start_s;
-                if k + 1 == step.observed + step.count && course.observe_s[k] == after.start_s {
+                let since = span.observe_s[k] - step.start_s;
+                if k + 1 == step.observed + step.count && span.observe_s[k] == after.start_s {
                     state[0] += x;
                     state[1] += v;
                     continue;

@@ -10,7 +10,7 @@ use crate::polynomial::{self, NODES, TERMS, Terms};
 use pam_core::simd::arch;
 use pulp::{Simd, WithSimd};
 
-/// Nodes of a line that tells how many are needed, and most nodes of a patch along one direction.
+/// Number of nodes on a probe line, and largest number of nodes of a patch along one direction.
 pub(crate) const LINE: usize = 49;
 /// Most cells along one direction.
 const MOST_CELLS: usize = 96;
@@ -28,7 +28,7 @@ pub(crate) struct CellScheme {
     powers: [[f64; NODES]; NODES],
     /// Middles of gaps, and the weights of the nodes there.
     checks: Vec<(f64, [f64; NODES])>,
-    /// Nodes of a line, and the transform of values there.
+    /// Nodes of a probe line, and the transform of values there.
     pub(crate) line: Vec<f64>,
     pub(crate) transform: chebyshev::Transform,
 }

@@ -2,7 +2,7 @@
 
 use crate::method::STAGES;
 use crate::surface::TooRough;
-use crate::trajectory::{Control, Course, Motion, Step, Stop};
+use crate::trajectory::{Control, Motion, Span, Step, Stop};
 use pulp::Simd;
 
 /// Velocity errors are weighed against displacement errors by the rate (1/s) at which a joint like the published one
@@ -17,16 +17,16 @@ const SHORTEST: f64 = 1e-7;
 /// Relative slack by which steps may be longer in order to end at an observation.
 const SLACK: f64 = 1e-3;
 
-/// Where steps are to go on, and where to.
+/// State of a solve between segments.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Stretch {
+pub(crate) struct Progress {
     pub(crate) time_s: f64,
     pub(crate) state: [f64; 2],
     /// Length of the next step, s.
     pub(crate) aimed_s: f64,
     /// The next observation.
     pub(crate) next: usize,
-    /// Observations at the end of the stretch.
+    /// The observation after the last one to reach.
     pub(crate) until: usize,
     /// Steps that were rejected.
     pub(crate) rejected: usize,
@@ -41,18 +41,17 @@ impl Motion<'_, '_, '_> {
     pub(crate) fn forward<S: Simd>(
         &mut self,
         simd: S,
-        course: &Course<'_>,
-        stretch: &mut Stretch,
+        span: &Span<'_>,
+        progress: &mut Progress,
         control: &Control,
         states: &mut [[f64; 2]],
         steps: &mut Vec<Step>,
     ) -> Result<(), Stop> {
         let beta = self.mechanics.per_mass;
         let method = self.method;
-        let Stretch { mut time_s, mut state, mut aimed_s, mut next, until, .. } = *stretch;
-        let observe_s = &course.observe_s[..until];
-        let end_s =
-            if until < course.observe_s.len() { observe_s[until - 1] } else { course.end_s };
+        let Progress { mut time_s, mut state, mut aimed_s, mut next, until, .. } = *progress;
+        let observe_s = &span.observe_s[..until];
+        let end_s = if until < span.observe_s.len() { observe_s[until - 1] } else { span.end_s };
         let mut line = self.lines.partition_point(|l| l.start_s() <= time_s).saturating_sub(1);
         let rough = |t: f64| move |_: TooRough| Stop::Rough { time_s: t };
         let mut first_rate = self.rate(simd, state).map_err(rough(time_s))?;
@@ -114,7 +113,7 @@ impl Motion<'_, '_, '_> {
             if !(ahead[0].abs() < self.mechanics.limit_mm && ahead[1].is_finite()) {
                 if h > 1e3 * SHORTEST * control.longest_s && !ahead[1].is_finite() {
                     aimed_s = 0.25 * h;
-                    stretch.rejected += 1;
+                    progress.rejected += 1;
                     continue;
                 }
                 return Err(Stop::NonFinite { time_s: t, step_s: h });
@@ -130,7 +129,7 @@ impl Motion<'_, '_, '_> {
             let factor = AIM * (control.error_mm / error.max(f64::MIN_POSITIVE)).powf(0.2);
             let proposed = h * factor.clamp(LEAST_FACTOR, MOST_FACTOR);
             if error.is_nan() || error > control.error_mm {
-                stretch.rejected += 1;
+                progress.rejected += 1;
                 aimed_s =
                     if proposed.is_finite() { proposed.min(0.9 * h) } else { LEAST_FACTOR * h };
                 continue;
@@ -175,8 +174,8 @@ impl Motion<'_, '_, '_> {
             observed: next,
             count: 0,
         });
-        (stretch.time_s, stretch.state) = (time_s, state);
-        (stretch.aimed_s, stretch.next) = (aimed_s, next);
+        (progress.time_s, progress.state) = (time_s, state);
+        (progress.aimed_s, progress.next) = (aimed_s, next);
         Ok(())
     }
 }

@@ -18,27 +18,27 @@
 //! | `method`, `adams` | the Runge–Kutta method and Adams' method |
 //! | `trajectory` | one trajectory: its equations, its steps |
 //! | `forward`, `backward` | Runge–Kutta steps, and their transpose |
-//! | `march`, `retreat` | Adams steps, and their transpose |
-//! | `course` | stretches of both, forward and backward |
+//! | `adams_forward`, `adams_backward` | Adams steps, and their transpose |
+//! | `segments` | whole trajectories of segments of both, forward and backward |
 //! | `run` | one trajectory with its loss |
 //! | `solver` | many trajectories, and the gradient of the sum |
 
 mod adams;
+mod adams_backward;
+mod adams_forward;
 mod backward;
 mod cells;
 mod chebyshev;
-mod course;
 mod forcing;
 mod forward;
-mod march;
 mod method;
 mod nodes;
 mod polynomial;
 mod problem;
 mod result;
-mod retreat;
 mod run;
 mod samples;
+mod segments;
 mod settings;
 mod solver;
 mod surface;

@@ -74,7 +74,7 @@ fn range_of(first: f64, others: &[f64]) -> [f64; 2] {
     let (mut low, mut high) = ([first; 8], [first; 8]);
     for chunk in chunks {
         for (l, &v) in chunk.iter().enumerate() {
-            // False for what is no number.
+            // Comparisons with NaN are false.
             low[l] = if v < low[l] && v > f64::NEG_INFINITY { v } else { low[l] };
             high[l] = if v > high[l] && v < f64::INFINITY { v } else { high[l] };
         }

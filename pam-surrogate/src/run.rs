@@ -2,15 +2,15 @@
 
 use crate::adams::Adams;
 use crate::cells::CellScheme;
-use crate::course::Log;
 use crate::forcing::{Line, StepForcing, lines_into};
 use crate::method::Method;
 use crate::nodes::{NodeForce, NodeWorkspace};
 use crate::problem::SurrogateProblem;
 use crate::result::SurrogateStatistics;
+use crate::segments::Log;
 use crate::settings::SurrogateSettings;
 use crate::surface::{Fidelity, Surface, SurfaceWorkspace, TooRough};
-use crate::trajectory::{Control, Course, Mechanics, Motion, MotionSums, Stop};
+use crate::trajectory::{Control, Mechanics, Motion, MotionSums, Span, Stop};
 use pulp::{Simd, WithSimd};
 
 /// Memory of a thread.
@@ -89,7 +89,7 @@ impl WithSimd for Run<'_, '_> {
         for state in states[..2 * at_start].as_chunks_mut::<2>().0 {
             *state = problem.y0;
         }
-        let course = Course {
+        let span = Span {
             start_s: problem.t0,
             end_s: problem.t1,
             state: problem.y0,
@@ -116,7 +116,7 @@ impl WithSimd for Run<'_, '_> {
             patch: 0,
         };
         let later = states[2 * at_start..].as_chunks_mut::<2>().0;
-        let outcome = run.solve(simd, &course, &control, later, log);
+        let outcome = run.solve(simd, &span, &control, later, log);
         solved.statistics.steps = log.accepted();
         solved.statistics.rejected = log.rejected;
         solved.stored_bytes = log.bytes();
@@ -129,7 +129,7 @@ impl WithSimd for Run<'_, '_> {
                 solved.value = loss(states, cotangents);
                 if differentiated {
                     let (first, later) = cotangents.split_at_mut(2 * at_start);
-                    match run.pull_back(simd, &course, later.as_chunks_mut::<2>().0, log) {
+                    match run.pull_back(simd, &span, later.as_chunks_mut::<2>().0, log) {
                         Err(TooRough) => solved.stop = Some(Stop::Rough { time_s: problem.t0 }),
                         Ok(sums) => {
                             solved.sums = sums;

@@ -1,8 +1,8 @@
 //! The force of one trajectory as a surface of patches over (x, ẋ), made where the motion goes.
 //!
 //! The plane is divided into rectangles: a large one over the expected motion, smaller ones around it. On each the force is
-//! interpolated at as many Chebyshev nodes along x and along ẋ as it needs, which lines across the rectangle tell; between
-//! the nodes it is checked. A rectangle that would need too many nodes is halved along the direction that needs more.
+//! interpolated at Chebyshev nodes, whose numbers along x and ẋ are estimated from probe lines across the rectangle; the
+//! error is checked between the nodes. A rectangle that would need too many nodes is halved along the direction that needs more.
 //! Rectangles that the measured motion passes are made beforehand, others when the motion enters them.
 
 use crate::cells::{CellScheme, Cells, LINE};
@@ -11,11 +11,11 @@ use crate::nodes::NodeForce;
 use crate::polynomial;
 use pulp::Simd;
 
-/// Places, across the rectangle, of the lines that tell how many nodes it needs, in [−1, 1].
+/// Positions in [−1, 1] of the probe lines across a rectangle, from which the number of nodes is estimated.
 const LINES: [f64; 2] = [-0.6, 0.45];
 /// Check points along each direction, between the nodes.
 const CHECKS: usize = 5;
-/// Shares of the tolerance: for terms left out by what the lines tell, and for the cells of a patch.
+/// Fractions of the tolerance for truncating the Chebyshev series and for the cells of a patch.
 const SHARE_OF_LINES: f64 = 0.2;
 const SHARE_OF_CELLS: f64 = 0.2;
 /// Most halvings of a root rectangle.
@@ -291,7 +291,7 @@ impl<'a> Surface<'a> {
                     self.patches.push(patch);
                     return Ok(());
                 }
-                // The lines missed something: more nodes, while they are few.
+                // The probe lines underestimated: more nodes, while they are few.
                 let more = counts.map(|n| n + n.div_ceil(4));
                 if more.iter().any(|&n| n > LINE) {
                     break usize::from(counts[1] > counts[0]);
@@ -317,7 +317,7 @@ impl<'a> Surface<'a> {
         self.evaluations += points.len();
     }
 
-    /// What a rectangle needs, by lines across it.
+    /// Estimates the number of nodes of a rectangle from probe lines across it.
     fn need(
         &mut self,
         area: &mut Area,

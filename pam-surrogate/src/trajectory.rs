@@ -79,7 +79,7 @@ pub(crate) enum Stop {
 
 /// Where a trajectory starts and ends, and when it is observed: after its start.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Course<'a> {
+pub(crate) struct Span<'a> {
     pub(crate) start_s: f64,
     pub(crate) end_s: f64,
     pub(crate) state: [f64; 2],

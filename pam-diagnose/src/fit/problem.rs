@@ -235,12 +235,24 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         place: usize,
     ) -> Result<Vec<f64>, DiagnoseError> {
         let white = self.whitened_residuals(hypothesis, place)?;
+        Ok(self.products_by_block(&white, &white, place))
+    }
+
+    /// Sums of the products of two sets of whitened channels over each [short block](Self::rows_per_short_block) of an experiment.
+    pub(crate) fn products_by_block(
+        &self,
+        a: &[Vec<f64>],
+        b: &[Vec<f64>],
+        place: usize,
+    ) -> Vec<f64> {
         let block = self.rows_per_short_block(place);
-        let square = |b: usize| -> f64 {
-            let rows = b * block..(b + 1) * block;
-            white.iter().flat_map(|c| &c[rows.clone()]).map(|v| v * v).sum()
+        let product = |k: usize| -> f64 {
+            let rows = k * block..(k + 1) * block;
+            let pairs =
+                a.iter().zip(b).flat_map(|(a, b)| a[rows.clone()].iter().zip(&b[rows.clone()]));
+            pairs.map(|(a, b)| a * b).sum()
         };
-        Ok((0..self.rows(place) / block).map(square).collect())
+        (0..self.rows(place) / block).map(product).collect()
     }
 
     /// Residuals and sensitivities of an experiment, whitened by the noise.

@@ -216,7 +216,7 @@ impl Experiment<'_> {
 struct Differentiable<'e, S> {
     effects: Vec<&'e dyn AnyEffect>,
     values: Vec<S>,
-    /// Whether the motion does not depend on the unknowns that are differentiated by: effects on sensors only.
+    /// Whether all differentiated unknowns belong to effects on sensors, so that the motion has no derivatives.
     leave_the_motion: bool,
 }
 

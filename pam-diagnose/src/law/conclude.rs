@@ -61,7 +61,7 @@ impl Final<'_> {
                 && self.test.is_reduced(&self.base.hypothesis, &to.hypothesis))
     }
 
-    /// Share of what the correction removes from some χ²; one where the correction removes nothing.
+    /// The drop of a χ² by a fit relative to that by the correction; 1 where the correction does not lower it.
     fn share_of_correction(&self, to: &Fit, chi_square: impl Fn(&Fit) -> f64) -> f64 {
         let (from, best) = (chi_square(&self.base), chi_square(&self.corrected));
         if best < from { (from - chi_square(to)) / (from - best) } else { 1.0 }

@@ -8,7 +8,7 @@ use crate::noise::{Noise, NoisePrior};
 use crate::search::{Candidates, Rows};
 use crate::settings::{DiagnosisSettings, RemainderSettings};
 use crate::verdict::{Cause, Verdict};
-use pam_numerics::statistics::{mean, paired_t_test};
+use pam_numerics::statistics::{mean, positive_mean_p_value};
 use std::sync::Arc;
 
 /// The data of a system, and the causes that are named already.
@@ -135,12 +135,9 @@ pub(crate) fn drop_by_blocks(
     // Relative drops, so that one block with most of the error does not decide.
     let relative: Vec<f64> =
         drops.iter().zip(&own).map(|(d, o)| d / o.max(f64::MIN_POSITIVE)).collect();
-    let one_sided = |values: &[f64]| match paired_t_test(values) {
-        Some(t) if t.mean_difference > 0.0 => 0.5 * t.p,
-        _ => 1.0,
-    };
     Ok(Drop {
         share: mean(&drops) / mean(&own).max(f64::MIN_POSITIVE),
-        p_value: (2.0 * one_sided(&relative).min(one_sided(&drops))).min(1.0),
+        p_value: (2.0 * positive_mean_p_value(&relative).min(positive_mean_p_value(&drops)))
+            .min(1.0),
     })
 }

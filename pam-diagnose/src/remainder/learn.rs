@@ -7,6 +7,7 @@ use crate::fit::{ChannelErrors, Hypothesis, Member};
 use crate::law::{Data, Design, Scores};
 use crate::terms::{Definition, Place, Term, TermSpace};
 use pam_core::parallel;
+use std::sync::{Mutex, PoisonError};
 
 /// A smooth correction as it was fitted to the training rows.
 #[derive(Debug, Clone)]
@@ -80,16 +81,17 @@ impl Learned {
 }
 
 /// The named causes alone, with which every correction is compared.
-struct Before {
+struct Before<'a> {
+    ground: &'a Ground<'a>,
     /// Fitted to the training rows.
     hypothesis: Hypothesis,
     /// Errors of the validation rows.
     errors: ChannelErrors,
 }
 
-impl Before {
+impl<'a> Before<'a> {
     /// `None` if they cannot be simulated.
-    fn of(space: &dyn TermSpace, ground: &Ground<'_>) -> Result<Option<Self>, DiagnoseError> {
+    fn of(space: &dyn TermSpace, ground: &'a Ground<'a>) -> Result<Option<Self>, DiagnoseError> {
         let iterations = ground.settings.remainder.iterations;
         let converged = ground.settings.search.converged_drop;
         space.with(&[], |system| {
@@ -98,7 +100,7 @@ impl Before {
             let base = Hypothesis { members: ground.named.clone(), ..train.base() };
             let hypothesis = train.fit_to(base, iterations, converged)?.hypothesis;
             let errors = rows.choosing.validation_errors(&hypothesis)?;
-            Ok(Some(Self { hypothesis, errors }))
+            Ok(Some(Self { ground, hypothesis, errors }))
         })
     }
 }
@@ -124,9 +126,10 @@ const BEAM: usize = 3;
 /// it is known better where there are no data, and takes less time.
 fn sparse(
     space: &dyn TermSpace,
-    (ground, before): (&Ground<'_>, &Before),
+    before: &Before<'_>,
     dense: Learned,
 ) -> Result<Learned, DiagnoseError> {
+    let ground = before.ground;
     let kept: Vec<usize> = space.with(&dense.definitions(space), |system| {
         let Some(rows) = ground.rows(system, &ground.start(system)) else { return Ok(Vec::new()) };
         let train = &rows.choosing.train;
@@ -165,7 +168,7 @@ fn sparse(
     let start =
         Learned { hypothesis: Hypothesis { members, ..dense.hypothesis.clone() }, ..dense.clone() };
     let iterations = 2 * ground.settings.remainder.iterations;
-    let found = fitted(space, (ground, before), &terms, dense.deviation, Some(&start), iterations)?;
+    let found = fitted(space, before, &terms, dense.deviation, Some(&start), iterations)?;
     Ok(found.filter(|f| f.validation < dense.validation + WORTH).unwrap_or(dense))
 }
 
@@ -184,22 +187,26 @@ pub(crate) fn learn(
     let mut families: Vec<usize> = places.iter().map(|p| p.family).collect();
     families.sort_unstable();
     families.dedup();
+    let finished = Mutex::new(0);
     let each: Result<Vec<Option<Learned>>, DiagnoseError> = parallel::map(families.len(), |k| {
         let terms = smooth_of(families[k], space);
-        fitted(space, (ground, before), &terms, settings.deviations[0], None, iterations)
+        let found = fitted(space, before, &terms, settings.deviations[0], None, iterations);
+        // Reported under the lock, so that progress never goes back.
+        let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);
+        *finished += 1;
+        done(0.6 * f64::from(*finished) / families.len() as f64);
+        found
     })
     .into_iter()
     .collect();
     let found = families.iter().zip(each?);
     let mut alone: Vec<(usize, Learned)> =
         found.filter_map(|(family, found)| Some((*family, found?))).collect();
-    done(0.6);
     // Many terms that remove the error of the training rows may go astray in validation rows that reach further: what removes
     // most there is judged by the few terms that do it as well.
     alone.sort_by(|a, b| a.1.train.total_cmp(&b.1.train));
-    let cut = parallel::map(alone.len().min(CUT_DOWN), |k| {
-        sparse(space, (ground, before), alone[k].1.clone())
-    });
+    let cut =
+        parallel::map(alone.len().min(CUT_DOWN), |k| sparse(space, before, alone[k].1.clone()));
     for ((_, found), few) in alone.iter_mut().zip(cut) {
         let few = few?;
         if few.validation < found.validation {
@@ -214,11 +221,10 @@ pub(crate) fn learn(
     });
     let Some((family, mut best)) = best.cloned() else { return Ok(None) };
     for deviation in &settings.deviations[1..] {
-        let found =
-            fitted(space, (ground, before), &best.terms, *deviation, Some(&best), iterations)?;
+        let found = fitted(space, before, &best.terms, *deviation, Some(&best), iterations)?;
         best = found.filter(|f| f.validation < best.validation).unwrap_or(best);
     }
-    best = sparse(space, (ground, before), best)?;
+    best = sparse(space, before, best)?;
     done(0.8);
     // What remembers or repeats may be all that there is: then no smooth terms tell where it acts.
     let mut others = alone.iter().filter(|(k, _)| *k != family && !best.is_learned(ground));
@@ -233,7 +239,7 @@ pub(crate) fn learn(
         if more.is_empty() || start.is_enough(ground) {
             continue;
         }
-        let found = grown(space, (ground, before), start, more)?;
+        let found = grown(space, before, start, more)?;
         if (!found.is_learned(ground), found.validation)
             < (!best.is_learned(ground), best.validation)
         {
@@ -247,7 +253,7 @@ pub(crate) fn learn(
         if *other == family || !helps || best.is_enough(ground) {
             continue;
         }
-        best = grown(space, (ground, before), best, smooth(*other, variables, places))?;
+        best = grown(space, before, best, smooth(*other, variables, places))?;
     }
     done(1.0);
     Ok(best.is_learned(ground).then_some(best))
@@ -257,10 +263,11 @@ pub(crate) fn learn(
 /// was where the validation rows do not need them.
 fn grown(
     space: &dyn TermSpace,
-    (ground, before): (&Ground<'_>, &Before),
+    before: &Before<'_>,
     best: Learned,
     more: Vec<Term>,
 ) -> Result<Learned, DiagnoseError> {
+    let ground = before.ground;
     let blocks: Vec<Vec<Term>> = more.chunks(BLOCK).map(<[Term]>::to_vec).collect();
     let all = [best.terms.clone(), blocks.clone()].concat();
     let kept: Vec<usize> = space.with(&definitions(space, &all, best.deviation), |system| {
@@ -288,9 +295,9 @@ fn grown(
     let terms = kept.iter().map(|&k| more[k].clone()).collect();
     let terms = [best.terms.clone(), vec![terms]].concat();
     let iterations = ground.settings.remainder.iterations;
-    let found = fitted(space, (ground, before), &terms, best.deviation, Some(&best), iterations)?;
+    let found = fitted(space, before, &terms, best.deviation, Some(&best), iterations)?;
     match found.filter(|f| f.validation < best.validation - WORTH) {
-        Some(found) => sparse(space, (ground, before), found),
+        Some(found) => sparse(space, before, found),
         None => Ok(best),
     }
 }
@@ -312,16 +319,15 @@ pub(crate) fn learn_again(
     let terms =
         families.iter().map(|&family| smooth(family, variables, places)).collect::<Vec<_>>();
     let iterations = ground.settings.remainder.iterations;
-    let Some(dense) = fitted(space, (ground, before), &terms, known.deviation, None, iterations)?
-    else {
+    let Some(dense) = fitted(space, before, &terms, known.deviation, None, iterations)? else {
         return Ok(None);
     };
-    let mut found = sparse(space, (ground, before), dense)?;
+    let mut found = sparse(space, before, dense)?;
     for &family in &families {
         let more = remembering(family, variables, places);
         let held = known.terms.iter().flatten().any(|t| more.contains(t));
         if held {
-            found = grown(space, (ground, before), found, more)?;
+            found = grown(space, before, found, more)?;
         }
     }
     Ok(Some(found))
@@ -331,12 +337,13 @@ pub(crate) fn learn_again(
 /// be simulated.
 fn fitted(
     space: &dyn TermSpace,
-    (ground, before): (&Ground<'_>, &Before),
+    before: &Before<'_>,
     terms: &[Vec<Term>],
     deviation: f64,
     from: Option<&Learned>,
     iterations: usize,
 ) -> Result<Option<Learned>, DiagnoseError> {
+    let ground = before.ground;
     let converged = ground.settings.search.converged_drop;
     space.with(&definitions(space, terms, deviation), |system| {
         let start = ground.start(system);

@@ -16,7 +16,7 @@ use crate::search::Candidates;
 use crate::verdict::anomalies::anomalies;
 use crate::verdict::bands::bands;
 use crate::verdict::{Anomaly, ChannelBand};
-use pam_numerics::statistics::{mean, mean_half_width_95, paired_t_test};
+use pam_numerics::statistics::{mean, mean_half_width_95, positive_mean_p_value};
 
 /// Drop of the prior cost of nuisances that is clear by itself: χ² of one degree of freedom exceeds it once in 600 cases.
 const CLEAR_PRIOR_COST: f64 = 10.0;
@@ -88,19 +88,14 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         for i in 0..problem.len() {
             let residuals = |fit: &Fit| problem.whitened_residuals(&fit.hypothesis, i).ok();
             let (old, new) = (residuals(&before)?, residuals(&after)?);
-            let block = problem.rows_per_short_block(i);
-            for from in (0..problem.rows(i) / block).map(|b| b * block) {
-                let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
-                    let pairs = old.iter().zip(&new).flat_map(|(a, b)| {
-                        a[from..from + block].iter().zip(&b[from..from + block])
-                    });
-                    pairs.map(|(&a, &b)| of(a, b)).sum()
-                };
-                let [old, new, score] =
-                    [sum(&|a, _| a * a), sum(&|_, b| b * b), sum(&|a, b| a * (a - b))];
-                gains.push((old - new) / block as f64);
+            let block = problem.rows_per_short_block(i) as f64;
+            let of_old = problem.products_by_block(&old, &old, i);
+            let of_new = problem.products_by_block(&new, &new, i);
+            let of_both = problem.products_by_block(&old, &new, i);
+            for ((old, new), both) in of_old.into_iter().zip(of_new).zip(of_both) {
+                gains.push((old - new) / block);
                 relative.push((old - new) / (old + new).max(f64::MIN_POSITIVE));
-                scores.push(score / block as f64);
+                scores.push((old - both) / block);
             }
         }
         let (gain, of_relative) = (mean(&gains), mean(&relative));
@@ -108,9 +103,8 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         let clear = half.is_some_and(|h| gain > h || (taken > CLEAR_PRIOR_COST && gain > -h));
         let by_blocks =
             gain > 0.0 && mean_half_width_95(&relative).is_some_and(|h| of_relative > h);
-        let level = 2.0 * problem.settings.verdict.score_p_value;
-        let agrees = gain > 0.0
-            && paired_t_test(&scores).is_some_and(|t| t.mean_difference > 0.0 && t.p < level);
+        let agrees =
+            gain > 0.0 && positive_mean_p_value(&scores) < problem.settings.verdict.score_p_value;
         let chi_square = |fit: &Fit| {
             let rows = (fit.errors.rows * fit.errors.sums.len()).max(1) as f64;
             fit.errors.chi_square() + prior(fit) / rows

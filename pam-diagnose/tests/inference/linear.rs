@@ -31,7 +31,7 @@ pub(crate) struct Linear {
     pub(crate) points_per_row: usize,
     pub(crate) burn_in_s: f64,
     pub(crate) rows_per_block: usize,
-    /// What was asked of it: hypothesis, experiment and, of sensitivities, window.
+    /// Log of the calls: hypothesis, experiment and, for sensitivities, window.
     pub(crate) asked: Arc<Mutex<Vec<String>>>,
     names: Vec<String>,
     ids: Vec<String>,

@@ -1,7 +1,7 @@
 //! Adams steps backward: their transpose.
 
 use crate::adams::{HISTORY, RATES};
-use crate::march::{CHUNK, March, Points};
+use crate::adams_forward::{AdamsSegment, CHUNK, Points};
 use crate::samples::SampleForcing;
 use crate::surface::TooRough;
 use crate::trajectory::{Motion, MotionSums};
@@ -19,32 +19,31 @@ pub(crate) struct Cotangents {
 }
 
 impl Motion<'_, '_, '_> {
-    /// Pulls cotangents back over equal steps. `state` is the cotangent of the state at their end without what is observed
-    /// there; the result that of the state at the last point of the history, with what is observed there left out. Cotangents
-    /// of earlier points of the history are added to those of the observed states, from the sample after the first on, or
-    /// to the start.
+    /// Pulls cotangents back through Adams steps. `state` is the cotangent of the state at the last point, without the part of
+    /// the observation there. Returns the cotangent of the state at the last point of the history, also without its
+    /// observation. Cotangents of the other points of the history are added to those of the observed states, or of the start.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
-    pub(crate) fn retreat<S: Simd>(
+    pub(crate) fn adams_backward<S: Simd>(
         &mut self,
         simd: S,
         samples: &SampleForcing,
-        march: &March,
+        segment: &AdamsSegment,
         points: &Points,
         observed: &mut [[f64; 2]],
         memory: &mut Cotangents,
         state: [f64; 2],
         sums: &mut MotionSums,
     ) -> Result<[f64; 2], TooRough> {
-        let (q, adams) = (march.intervals, self.adams);
+        let (q, adams) = (segment.intervals, self.adams);
         let h = samples.interval_s * q as f64;
         let weights = &adams.end;
         let (h_x, h_v) = (h * h * weights.displacement[0], h * weights.velocity[0]);
-        let base = march.points.start;
-        let count = march.points.len();
+        let base = segment.points.start;
+        let count = segment.points.len();
         // Zeros after the end: the last points have fewer steps after them.
         let len = count + RATES + CHUNK;
-        memory.between(march, samples, len, observed);
+        memory.between(segment, samples, len, observed);
         let Cotangents { rates, ahead: [ahead_x, ahead_v], .. } = memory;
         for values in [&mut *ahead_x, &mut *ahead_v] {
             values.clear();
@@ -63,7 +62,7 @@ impl Motion<'_, '_, '_> {
         let [mut x, mut v] = state;
         for k in (HISTORY..count).rev() {
             let point = base + k;
-            let sample = march.sample(point);
+            let sample = segment.sample(point);
             let [seen_x, seen_v] = observed[sample - 1];
             x += seen_x;
             v += seen_v;
@@ -92,7 +91,7 @@ impl Motion<'_, '_, '_> {
         }
         for k in (0..HISTORY).rev() {
             let point = base + k;
-            let sample = march.sample(point);
+            let sample = segment.sample(point);
             let of_rate = rates[k] + later(k, ahead_x, ahead_v);
             self.pull_point(simd, samples, points, point, sample, of_rate, sums)?;
             let of_state = [of_rate * points.by_x[point], of_rate * points.by_v[point]];
@@ -141,7 +140,7 @@ impl Cotangents {
     #[inline(always)]
     fn between(
         &mut self,
-        march: &March,
+        segment: &AdamsSegment,
         samples: &SampleForcing,
         len: usize,
         observed: &[[f64; 2]],
@@ -149,15 +148,15 @@ impl Cotangents {
         let Self { rates, within: [within_x, within_v], .. } = self;
         rates.clear();
         rates.resize(len, 0.0);
-        let h = samples.interval_s * march.intervals as f64;
-        let count = march.points.len();
-        for (j, weights) in march.between() {
+        let h = samples.interval_s * segment.intervals as f64;
+        let count = segment.points.len();
+        for (j, weights) in segment.between() {
             for values in [&mut *within_x, &mut *within_v] {
                 values.clear();
                 values.resize(len, 0.0);
             }
-            let first = march.first_sample + (HISTORY - 1) * march.intervals + j - 1;
-            let seen = observed[first..].iter().step_by(march.intervals);
+            let first = segment.first_sample + (HISTORY - 1) * segment.intervals + j - 1;
+            let seen = observed[first..].iter().step_by(segment.intervals);
             for (k, [x, v]) in (HISTORY..count).zip(seen) {
                 within_x[k] = h * h * x;
                 within_v[k] = h * v;

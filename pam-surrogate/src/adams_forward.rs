@@ -47,7 +47,7 @@ impl Points {
 
 /// Adams steps of one length, after the points of their history.
 #[derive(Debug, Clone)]
-pub(crate) struct March {
+pub(crate) struct AdamsSegment {
     /// Intervals of a step.
     pub(crate) intervals: usize,
     /// The sample of the first point of the history.
@@ -56,7 +56,7 @@ pub(crate) struct March {
     pub(crate) points: Range<usize>,
 }
 
-impl March {
+impl AdamsSegment {
     pub(crate) fn sample(&self, point: usize) -> usize {
         self.first_sample + (point - self.points.start) * self.intervals
     }
@@ -75,7 +75,7 @@ impl March {
 
 /// Why equal steps came to an end.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum MarchEnd {
+pub(crate) enum AdamsEnd {
     /// No whole step is left.
     Whole,
     /// This many intervals would do for a step.
@@ -115,16 +115,16 @@ impl Motion<'_, '_, '_> {
     /// Steps on from a history up to a sample at most, and adds the points; longer steps than so many intervals are not asked
     /// for.
     #[inline(always)]
-    pub(crate) fn march<S: Simd>(
+    pub(crate) fn adams_forward<S: Simd>(
         &mut self,
         simd: S,
         samples: &SampleForcing,
-        march: &mut March,
+        segment: &mut AdamsSegment,
         [last_sample, most_intervals]: [usize; 2],
         control: &Control,
         points: &mut Points,
-    ) -> Result<MarchEnd, TooRough> {
-        let q = march.intervals;
+    ) -> Result<AdamsEnd, TooRough> {
+        let q = segment.intervals;
         let adams = self.adams;
         let beta = self.mechanics.per_mass;
         let h = samples.interval_s * q as f64;
@@ -132,14 +132,14 @@ impl Motion<'_, '_, '_> {
         // A velocity error counts by the rate of the joint.
         let per_difference =
             ESTIMATE * (h * h * adams.error[0]).max(h * adams.error[1] / RATE_PER_S);
-        let mut n = march.points.end;
-        let mut sample = march.sample(n - 1);
+        let mut n = segment.points.end;
+        let mut sample = segment.sample(n - 1);
         let whole = (last_sample - sample) / q;
         points.reserve(n + whole);
         let Points { x: xs, v: vs, rate: rates, by_x: along_x, by_v: along_v } = points;
         let (mut x, mut v) = (xs[n - 1], vs[n - 1]);
         let mut worst: f64 = 0.0;
-        let mut end = MarchEnd::Whole;
+        let mut end = AdamsEnd::Whole;
         for count in 1..=whole {
             let [impulse, double] = samples.over(sample, q);
             let history: &[f64; HISTORY] =
@@ -177,7 +177,7 @@ impl Motion<'_, '_, '_> {
             let (x_new, v_new) = (x_ahead + h_x * difference, v_ahead + h_v * difference);
             let fine = error <= control.error_mm && x_new.abs() < self.mechanics.limit_mm;
             if !fine {
-                end = MarchEnd::Inaccurate(error / control.error_mm);
+                end = AdamsEnd::Inaccurate(error / control.error_mm);
                 break;
             }
             (x, v) = (x_new, v_new);
@@ -193,13 +193,13 @@ impl Motion<'_, '_, '_> {
                     && expected <= AIM * control.error_mm
                     && last_sample - sample > REVIEW * longer
                 {
-                    end = MarchEnd::Longer(longer);
+                    end = AdamsEnd::Longer(longer);
                     break;
                 }
                 worst = 0.0;
             }
         }
-        march.points.end = n;
+        segment.points.end = n;
         Ok(end)
     }
 
@@ -209,20 +209,20 @@ impl Motion<'_, '_, '_> {
         &self,
         _simd: S,
         samples: &SampleForcing,
-        march: &March,
+        segment: &AdamsSegment,
         points: &Points,
         states: &mut [[f64; 2]],
     ) {
-        let q = march.intervals;
+        let q = segment.intervals;
         let beta = self.mechanics.per_mass;
         let h = samples.interval_s * q as f64;
-        for n in march.steps() {
-            states[march.sample(n) - 1] = [points.x[n], points.v[n]];
+        for n in segment.steps() {
+            states[segment.sample(n) - 1] = [points.x[n], points.v[n]];
         }
-        let between: Vec<(usize, Weights)> = march.between().collect();
-        let mut first = march.steps().start;
-        while first < march.points.end {
-            let count = CHUNK.min(march.points.end - first);
+        let between: Vec<(usize, Weights)> = segment.between().collect();
+        let mut first = segment.steps().start;
+        while first < segment.points.end {
+            let count = CHUNK.min(segment.points.end - first);
             for (j, weights) in &between {
                 let (mut of_x, mut of_v) = ([0.0; CHUNK], [0.0; CHUNK]);
                 for i in 0..RATES {
@@ -243,7 +243,7 @@ impl Motion<'_, '_, '_> {
                 let since = samples.interval_s * *j as f64;
                 for l in 0..count {
                     let before = first + l - 1;
-                    let sample = march.sample(before);
+                    let sample = segment.sample(before);
                     let [impulse, double] = samples.over(sample, *j);
                     let (x, v) = (points.x[before], points.v[before]);
                     states[sample + j - 1] = [
