@@ -4,16 +4,16 @@ use std::path::Path;
 use std::process::Command;
 
 fn main() {
-    let describe = Command::new("git")
-        .args(["describe", "--always", "--dirty", "--abbrev=12"])
-        // Else git may write its index, which is watched below: every build would be followed by another.
-        .env("GIT_OPTIONAL_LOCKS", "0")
-        .output()
-        .ok()
-        .filter(|o| o.status.success())
-        .and_then(|o| String::from_utf8(o.stdout).ok())
-        .map_or_else(|| "unknown".to_owned(), |s| s.trim().to_owned());
-    println!("cargo:rustc-env=PAM_GIT_HASH={describe}");
+    let commit = git(&["describe", "--always", "--abbrev=12"]).map_or_else(
+        || "unknown".to_owned(),
+        |commit| {
+            // Not `describe --dirty`, which writes the index that is watched below: every build would be followed by another.
+            let changed = git(&["status", "--porcelain", "--untracked-files=no"]);
+            let dirty = changed.is_some_and(|files| !files.is_empty());
+            if dirty { format!("{commit}-dirty") } else { commit }
+        },
+    );
+    println!("cargo:rustc-env=PAM_GIT_HASH={commit}");
     // Whether the tree is dirty changes with every crate's sources, not only with commits.
     let root = Path::new("..");
     let crates =
@@ -22,4 +22,10 @@ fn main() {
     for path in watched.filter(|p| p.exists()) {
         println!("cargo:rerun-if-changed={}", path.display());
     }
+}
+
+/// The output of a git command that leaves the repository as it is; `None` if it fails.
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").args(arguments).env("GIT_OPTIONAL_LOCKS", "0").output().ok()?;
+    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }

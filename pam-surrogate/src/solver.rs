@@ -132,14 +132,24 @@ impl SurrogateSolver {
         model: &JointModel<f64, F>,
         problem: &SurrogateProblem<'_>,
     ) -> (Vec<f64>, Option<(FailureKind, f64)>) {
-        let mut states = Vec::new();
         let work = vec![0.0; model.force.work_len()];
         let mut force = PointByPoint { force: &model.force, masses: problem.masses, work };
+        self.trajectory_of(Mechanics::of(model), problem, &mut force)
+    }
+
+    /// The body of [`trajectory`](Self::trajectory), which is compiled once and not for every force model.
+    fn trajectory_of(
+        &self,
+        mechanics: Mechanics,
+        problem: &SurrogateProblem<'_>,
+        force: &mut dyn NodeForce,
+    ) -> (Vec<f64>, Option<(FailureKind, f64)>) {
+        let mut states = Vec::new();
         let solved = arch().dispatch(Run {
             scheme: &self.scheme,
-            mechanics: Mechanics::of(model),
+            mechanics,
             problem,
-            force: &mut force,
+            force,
             states: &mut states,
             workspace: &mut Workspace::default(),
             loss: None,

@@ -53,14 +53,19 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
     /// The prior cost of the nuisances over its 99.9 % quantile if the priors are right: above 1 they took what is no
     /// nuisance.
     pub(crate) fn prior_strain(&self, hypothesis: &Hypothesis) -> f64 {
+        let most = self.most_prior_cost(hypothesis);
+        if most > 0.0 { self.prior_cost(hypothesis) / most } else { 0.0 }
+    }
+
+    /// The 99.9 % quantile of the prior cost of the nuisances if their priors are right; 0 if none has a prior.
+    pub(crate) fn most_prior_cost(&self, hypothesis: &Hypothesis) -> f64 {
         let finite = |all: &[Nuisance]| all.iter().filter(|n| n.deviation.is_finite()).count();
         let count =
             finite(self.system.shared()) + hypothesis.locals.len() * finite(self.system.local());
-        if count == 0 {
-            return 0.0;
+        match count {
+            0 => 0.0,
+            _ => pam_numerics::statistics::chi_square_quantile(0.999, count as f64),
         }
-        self.prior_cost(hypothesis)
-            / pam_numerics::statistics::chi_square_quantile(0.999, count as f64)
     }
 
     /// `Σ (deviation / prior standard deviation)²` of the nuisances, and of parameters with a prior.

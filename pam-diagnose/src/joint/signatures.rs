@@ -122,6 +122,11 @@ pub struct Acceptance {
     pub minor_of_residual: f64,
     /// unless the mean square of some channel rises by this without it, in variances of its noise.
     pub minor_rise: f64,
+    /// or unless the nuisances, which imitate it in its place, then lie further from their priors than this sum of squares of
+    /// deviations over prior standard deviations.
+    pub most_prior_square: f64,
+    /// Probability by chance below which the direction of the test residual confirms a cause.
+    pub score_p_value: f64,
     /// Odds below which another candidate is confusable with a cause.
     pub confusable_odds: f64,
     /// Share of what a cause removes from which another candidate is confusable with it.
@@ -280,6 +285,8 @@ impl<'a> Signatures<'a> {
             null_quantile: rejection.null_quantile,
             minor_of_residual: verdict.minor_of_residual,
             minor_rise: verdict.minor_rise,
+            most_prior_square: rows.whole.most_prior_cost(&base),
+            score_p_value: verdict.score_p_value,
             confusable_odds: verdict.confusable_odds,
             confusable_share: verdict.confusable_share,
         };
@@ -442,6 +449,16 @@ impl<'a> Signatures<'a> {
             }
         }
         squares
+    }
+
+    /// The square of a signature in the rows of the priors: the cost of the nuisances that imitate the effect.
+    #[must_use]
+    pub fn prior_square(&self, signature: &Signature) -> f64 {
+        let (problem, channels) = (self.problem(), self.acceptance.channels);
+        let firsts = self.firsts(&problem);
+        let own = |i: usize| &signature.0[firsts[i] + problem.rows(i) * channels..firsts[i + 1]];
+        let shared = &signature.0[firsts[problem.len()]..];
+        (0..problem.len()).map(own).chain([shared]).map(|rows| dot(rows, rows)).sum()
     }
 
     /// Unit vectors along all directions that the test against chance looks in: by every parameter of every candidate, and by

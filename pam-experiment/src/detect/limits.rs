@@ -12,7 +12,9 @@ use pam_diagnose::joint::{FreeRun, PreparedTrials, Signature, SignatureSpan, Sig
 use pam_effects::ExtendedModel;
 use pam_effects::effects::AnyEffect;
 use pam_numerics::dot;
-use pam_numerics::statistics::{chi_square_quantile, mean, standard_deviation, t_quantile_95};
+use pam_numerics::statistics::{
+    chi_square_quantile, mean, standard_deviation, t_quantile, t_quantile_95,
+};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Relative accuracy of the noncentrality at a limit.
@@ -89,11 +91,15 @@ impl Demand<'_, '_> {
         let channels = self.signatures.channel_squares(s);
         let rise = self.exceeding(a.minor_rise * rows);
         let largest = channels.into_iter().fold(0.0, f64::max);
-        listed.min((size / of_residual).max(largest / rise)).min(self.proven(s))
+        // Nuisances that imitate the effect are far from their priors.
+        let strain = self.signatures.prior_square(s) / self.exceeding(a.most_prior_square);
+        let not_minor = (size / of_residual).max(largest / rise).max(strain);
+        listed.min(not_minor).min(self.proven(s))
     }
 
-    /// Whether a test recording proves a smaller whitened error: Student's test of the gains over its blocks, or of the gains
-    /// relative to the sums. Squared, the mean of the recordings.
+    /// Whether a test recording proves a smaller whitened error: Student's test of the gains over its blocks, of the gains
+    /// relative to the sums, or of the products of residual and change, whose scatter is half as large but whose level is
+    /// stricter. Squared, the mean of the recordings.
     fn proven(&self, s: &Signature) -> f64 {
         let blocks = self.signatures.test_block_squares(s);
         let a = self.signatures.acceptance();
@@ -104,16 +110,21 @@ impl Demand<'_, '_> {
             if n < 2.0 {
                 return 1.0;
             }
-            let needed = t_quantile_95(n - 1.0) + self.normal();
             let student = |gains: &[f64], scatter: &[f64]| {
                 let scatter = scatter.iter().sum::<f64>() / n;
                 let variance = standard_deviation(gains).powi(2) * n / (n - 1.0) + scatter;
                 mean(gains) / (variance / n).sqrt()
             };
+            let needed = |quantile: f64| quantile + self.normal();
             let relative: Vec<f64> = own.iter().map(|b| b / (b + noise)).collect();
             let of_relative: Vec<f64> = own.iter().map(|b| 4.0 * b / (b + noise).powi(2)).collect();
             let scatter: Vec<f64> = own.iter().map(|b| 4.0 * b).collect();
-            (student(own, &scatter).max(student(&relative, &of_relative)) / needed).powi(2)
+            let of_gains = student(own, &scatter).max(student(&relative, &of_relative))
+                / needed(t_quantile_95(n - 1.0));
+            // The change itself must be no loss.
+            let of_score = (student(own, own) / needed(t_quantile(1.0 - a.score_p_value, n - 1.0)))
+                .min(own.iter().sum::<f64>().sqrt() / (2.0 * self.normal()));
+            of_gains.max(of_score).powi(2)
         };
         blocks.iter().map(ratio).sum::<f64>() / blocks.len().max(1) as f64
     }

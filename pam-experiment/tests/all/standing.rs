@@ -42,7 +42,7 @@ fn the_loop_runs_on_the_virtual_rig() {
     let hidden = Some("coulomb_friction:force_n=20");
     let first = Protocol {
         conditions: Some(Conditions::List(vec![[45, 45], [40, 40], [50, 50]])),
-        ..Protocol::paper().with_duration(6.0)
+        ..Protocol::paper().with_duration(4.0)
     };
     let baseline = record(&first, None, &model, 3);
     let mut data = record(&first, hidden, &model, 1);
@@ -55,9 +55,9 @@ fn the_loop_runs_on_the_virtual_rig() {
         if live.is_empty() { Objective::MedianLimit } else { Objective::Separation(live) };
     let effort = DesignOptions {
         detect: DetectOptions { diagnosis: options.clone(), ..DetectOptions::default() },
-        limits: DesignLimits { seconds: 6.0, psi: [35, 55], ..DesignLimits::default() },
+        limits: DesignLimits { seconds: 4.0, psi: [35, 55], ..DesignLimits::default() },
         objective,
-        evaluations: 16,
+        evaluations: 8,
         ..DesignOptions::default()
     };
     let designed = design(&model, &effort, &|_| {}).expect("a design");
