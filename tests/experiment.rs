@@ -3,13 +3,16 @@
 //! ```sh
 //! cargo build --release -p pam-tests --example experiment
 //! target/release/examples/experiment limits        # resumable; into results/experiment
+//! target/release/examples/experiment pairs         # resumable
+//! target/release/examples/experiment show --case creep-x2-0
 //! ```
 
 use clap::Parser;
 use pam_core::units::significant;
 use pam_data::atomic::write_atomic;
 use pam_experiment::certify::{Case, Outcome};
-use pam_tests::experiment::{compared, confusions, foretold, published, run};
+use pam_tests::experiment::{compared, confusions, foretold, found, published, run};
+use pam_tests::pairs::{self, PairOutcome};
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -18,7 +21,7 @@ use std::process::ExitCode;
 #[command(about = "Foretold limits of detection against those of an independent plant")]
 struct Arguments {
     /// What to measure.
-    #[arg(value_parser = ["limits"])]
+    #[arg(value_parser = ["limits", "pairs", "show"])]
     what: String,
     /// Folder of the results.
     #[arg(long, default_value = "results/experiment")]
@@ -26,17 +29,90 @@ struct Arguments {
     /// Multiples that are run [default: all].
     #[arg(long, value_delimiter = ',')]
     multiples: Vec<f64>,
+    /// Case to be shown.
+    #[arg(long)]
+    case: Option<String>,
+    /// Pairs to be shown before it ends.
+    #[arg(long, default_value_t = 5)]
+    shown: usize,
 }
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    match limits(&arguments) {
+    let measured = match arguments.what.as_str() {
+        "pairs" => pairs(&arguments),
+        "show" => show(&arguments),
+        _ => limits(&arguments),
+    };
+    match measured {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
             eprintln!("error: {message}");
             ExitCode::FAILURE
         }
     }
+}
+
+/// The diagnosis of one case of the limits.
+fn show(arguments: &Arguments) -> Result<(), String> {
+    let saved = published();
+    let (plan, _) = foretold(&saved);
+    let case = plan.cases.iter().find(|c| Some(&c.id) == arguments.case.as_ref());
+    let case = case.ok_or("--case: give the id of a case, such as creep-x2-0")?;
+    let found = found(&saved, case).map_err(|e| e.to_string())?;
+    println!("{} {:?}: {} {:?}", case.id, case.values, found.verdict, found.reasons);
+    for (what, causes) in [("named", &found.causes), ("minor", &found.minor)] {
+        for c in causes {
+            println!("{what} {} {:?} {:?}", c.effect, c.parameters, c.confusable_with);
+        }
+    }
+    for r in &found.refused {
+        println!("refused {} ({:.3}): {}", r.effect, r.inclusion, r.reason);
+    }
+    Ok(())
+}
+
+/// Pairs of effects that a design separates and the published excitation does not.
+fn pairs(arguments: &Arguments) -> Result<(), String> {
+    let model = pairs::model();
+    let detection = pairs::foretold(&model);
+    let path = arguments.out.join("pairs.json");
+    let mut all: Vec<PairOutcome> = std::fs::read_to_string(&path)
+        .ok()
+        .and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok())
+        .and_then(|v| serde_json::from_value(v["pairs"].clone()).ok())
+        .unwrap_or_default();
+    let confused = pairs::confused(&detection);
+    println!("{} pairs are foretold to be confused", confused.len());
+    for pair in confused {
+        let shown = all.iter().filter(|o| o.is_shown()).count();
+        if shown >= arguments.shown {
+            break;
+        }
+        let both = |o: &PairOutcome| {
+            let ids = [o.effect.as_str(), o.other.as_str()];
+            pair.effect.starts_with(ids[0]) && pair.other == ids[1]
+                || pair.effect.starts_with(ids[1]) && pair.other == ids[0]
+        };
+        if all.iter().any(both) {
+            continue;
+        }
+        let Some(outcome) = pairs::measured(&model, &detection, pair) else { continue };
+        println!(
+            "{} / {}: {:.2} -> {:.2}, shown: {}, {:?}",
+            outcome.effect,
+            outcome.other,
+            outcome.foretold[0],
+            outcome.foretold[1],
+            outcome.is_shown(),
+            outcome.said
+        );
+        all.push(outcome);
+        let shown = all.iter().filter(|o| o.is_shown()).count();
+        let text = json!({ "tried": all.len(), "shown": shown, "pairs": all });
+        write_atomic(&path, format!("{text:#}\n").as_bytes()).map_err(|e| e.to_string())?;
+    }
+    Ok(())
 }
 
 fn limits(arguments: &Arguments) -> Result<(), String> {

@@ -4,7 +4,7 @@ use crate::diagnose::plant_runs;
 use crate::plant::{Excitation, Hidden, Sensors};
 use crate::study::outcome::cpu_s;
 use pam_data::{SavedModel, Subject, load_model};
-use pam_diagnose::{DiagnoseOptions, RecordingSets, diagnose};
+use pam_diagnose::{DiagnoseError, DiagnoseOptions, JointDiagnosis, RecordingSets, diagnose};
 use pam_effects::ExtendedModel;
 use pam_effects::effects::by_id;
 use pam_experiment::certify::{Case, CertifyOptions, Outcome, Plan, plan};
@@ -18,12 +18,12 @@ pub const CONDITIONS: [[f64; 2]; 3] = [[40.0, 40.0], [70.0, 45.0], [35.0, 60.0]]
 /// Length of a recording over that of the published protocol: 20 s.
 pub const LENGTH: f64 = 20.0 / 70.0;
 /// Multiples of the foretold limits at which effects are hidden.
-pub const MULTIPLES: [f64; 4] = [0.6, 0.85, 1.2, 1.7];
+pub const MULTIPLES: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
 /// Seed of the recordings from which the limits are foretold.
 const SEED: u64 = 4_000;
 
 /// Effects with the scales at which the plant has them.
-const EFFECTS: [&str; 28] = [
+pub(crate) const EFFECTS: [&str; 28] = [
     "coulomb_friction",
     "stribeck_friction:velocity_mm_s=2",
     "load_friction",
@@ -93,9 +93,10 @@ pub fn foretold(saved: &SavedModel) -> (Plan, Detection) {
 }
 
 /// The diagnosis of the plant with the effect of a case.
-#[must_use]
-pub fn diagnosed(saved: &SavedModel, case: &Case) -> Outcome {
-    let start = cpu_s().unwrap_or(f64::NAN);
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn found(saved: &SavedModel, case: &Case) -> Result<JointDiagnosis, DiagnoseError> {
     let model = ExtendedModel::from_saved(saved.clone()).expect("known effects");
     let hidden = case.effect.as_deref().map(|id| {
         let info = by_id(id).expect("an effect of the vocabulary").info();
@@ -107,8 +108,15 @@ pub fn diagnosed(saved: &SavedModel, case: &Case) -> Outcome {
     let data = recordings(saved, hidden.as_slice(), case.seed % 1_000_000);
     let options = DiagnoseOptions { law: false, seed: case.seed, ..DiagnoseOptions::default() };
     let sets = RecordingSets { data: &data, ..RecordingSets::default() };
+    diagnose(&model, &sets, &options, &|_, _| {})
+}
+
+/// What the diagnosis of a case says.
+#[must_use]
+pub fn diagnosed(saved: &SavedModel, case: &Case) -> Outcome {
+    let start = cpu_s().unwrap_or(f64::NAN);
     let took = || cpu_s().unwrap_or(f64::NAN) - start;
-    match diagnose(&model, &sets, &options, &|_, _| {}) {
+    match found(saved, case) {
         Ok(found) => Outcome::of(case, &found, took()),
         Err(e) => Outcome::refused(case, e.to_string(), took()),
     }

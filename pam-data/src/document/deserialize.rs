@@ -197,10 +197,8 @@ impl<'de> Deserializer<'de> for Node {
             ];
             return visitor.visit_map(Entries { silent: true, ..Entries::new(entries) });
         }
-        match self.content {
-            Content::List(list) => located(visitor.visit_seq(Items::new(list)), self.span),
-            _ => self.deserialize_map(visitor),
-        }
+        // No structure is written as a list: its visitor's method for sequences is not compiled.
+        self.deserialize_map(visitor)
     }
 
     fn deserialize_enum<V: Visitor<'de>>(
@@ -388,7 +386,7 @@ impl<'de> VariantAccess<'de> for VariantContent {
         _len: usize,
         visitor: V,
     ) -> Result<V::Value, DocumentError> {
-        self.content()?.deserialize_any(visitor)
+        self.content()?.deserialize_seq(visitor)
     }
 
     fn struct_variant<V: Visitor<'de>>(
@@ -396,6 +394,6 @@ impl<'de> VariantAccess<'de> for VariantContent {
         _fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, DocumentError> {
-        self.content()?.deserialize_any(visitor)
+        self.content()?.deserialize_map(visitor)
     }
 }

@@ -1,6 +1,7 @@
 //! Which engine a model is evaluated with.
 
 use super::EffectsEngine;
+use super::of_network::OfNetwork;
 use crate::model::ActiveEffect;
 use pam_core::{AnyForce, ForceModel, NetworkForce};
 use pam_surrogate::SurrogateSettings;
@@ -106,8 +107,8 @@ fn engines<F: EngineForce>() -> [Entry<F>; 5] {
 
 /// A force model whose engine is chosen at run time.
 ///
-/// This crate instantiates the engines for [`NetworkForce`] and [`AnyForce`], so that crates above do not compile them
-/// again. For another force, an empty `impl ChooseEngine` is enough; its engines are compiled in the crate that uses it.
+/// This crate instantiates the engines for [`AnyForce`], which those for [`NetworkForce`] are as well, so that crates above do
+/// not compile them again. For another force, an empty `impl ChooseEngine` is enough; its engines are compiled in the crate that uses it.
 pub trait ChooseEngine: EngineForce + Sized + 'static {
     /// Implements [`choose`].
     ///
@@ -122,22 +123,27 @@ pub trait ChooseEngine: EngineForce + Sized + 'static {
     }
 }
 
-// A default method is instantiated in the crate that calls it; a method written out for a concrete type is compiled here.
-macro_rules! compiled_here {
-    ($($force:ty),+) => {
-        $(impl ChooseEngine for $force {
-            fn choose_engine(
-                &self,
-                effects: &[ActiveEffect],
-                choice: &EngineChoice,
-            ) -> Result<Box<dyn TrajectoryEngine<Self>>, EngineError> {
-                choose_any(self, effects, choice)
-            }
-        })+
-    };
+// A default method is instantiated in the crate that calls it; methods written out for concrete types are compiled here.
+impl ChooseEngine for AnyForce<f64> {
+    fn choose_engine(
+        &self,
+        effects: &[ActiveEffect],
+        choice: &EngineChoice,
+    ) -> Result<Box<dyn TrajectoryEngine<Self>>, EngineError> {
+        choose_any(self, effects, choice)
+    }
 }
 
-compiled_here!(NetworkForce<f64>, AnyForce<f64>);
+impl ChooseEngine for NetworkForce<f64> {
+    fn choose_engine(
+        &self,
+        effects: &[ActiveEffect],
+        choice: &EngineChoice,
+    ) -> Result<Box<dyn TrajectoryEngine<Self>>, EngineError> {
+        let engine = AnyForce::from(self.clone()).choose_engine(effects, choice)?;
+        Ok(Box::new(OfNetwork(engine)))
+    }
+}
 
 /// The engine for models with this kind of force and these effects.
 ///

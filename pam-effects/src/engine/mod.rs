@@ -19,6 +19,7 @@ mod choice;
 mod effects;
 mod network;
 mod observation;
+mod of_network;
 mod operating_model;
 mod window;
 

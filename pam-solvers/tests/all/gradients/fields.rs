@@ -236,9 +236,9 @@ fn joint(activation: Activation) -> JointModel<f64, NetworkForce<f64>> {
         Dense::from_rows(&weights, (0..outputs).map(|_| size * next()).collect()).unwrap()
     };
     // Inputs are masses of 0.06 g, millimetres and tens of millimetres a second.
-    let first = layer(6, &[8.0, 8.0, 2.0, 0.05], 1.0);
-    let second = layer(6, &[2.0; 6], 1.0);
-    let third = layer(1, &[8e4; 6], 1e4);
+    let first = layer(8, &[8.0, 8.0, 2.0, 0.05], 1.0);
+    let second = layer(8, &[1.8; 8], 1.0);
+    let third = layer(1, &[7e4; 8], 1e4);
     let force = NetworkForce::new(Mlp::new(vec![first, second, third], activation).unwrap());
     let mut model = JointModel::datasheet(force.unwrap());
     // The network is arbitrary and holds little back; damping keeps the motion moderate.

@@ -1,0 +1,222 @@
+//! Pairs of effects that the published excitation does not distinguish and a designed protocol does, shown on the virtual rig.
+
+use crate::experiment::EFFECTS;
+use pam_data::{LoadOptions, Subject, open_recordings, parse_model};
+use pam_diagnose::{DiagnoseOptions, RecordingSets, diagnose};
+use pam_effects::ExtendedModel;
+use pam_effects::effects::by_id;
+use pam_experiment::design::{
+    Design, DesignLimits, DesignOptions, LiveCause, Objective, design, standard,
+};
+use pam_experiment::detect::{DetectOptions, Detection, GivenValues, Limits, Pair, detect};
+use pam_experiment::plan::{planned_runs, sensor_view};
+use pam_rig::{Protocol, RigParameters, Session};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Multiple of the detection limit at which effects are hidden.
+pub const MULTIPLE: f64 = 3.0;
+/// Protocols that a design tries.
+const EVALUATIONS: usize = 120;
+/// Seed of the rig and of the designs.
+const SEED: u64 = 8_100;
+
+/// The shipped model of the virtual rig.
+///
+/// # Panics
+/// If it cannot be read.
+#[must_use]
+pub fn model() -> ExtendedModel {
+    let bytes = include_bytes!("../../pam-cli/models/default.safetensors");
+    let saved = parse_model(Path::new("default"), bytes).expect("the shipped model");
+    ExtendedModel::from_saved(saved).expect("known effects")
+}
+
+/// Limits of the designs: 20 s at three pairs of pressures where the model is accurate.
+#[must_use]
+pub fn limits() -> DesignLimits {
+    DesignLimits { seconds: 20.0, psi: [30, 65], ..DesignLimits::default() }
+}
+
+/// Foretold limits and confusions under the published excitation, with the noise of the rig's sensors.
+///
+/// # Panics
+/// If the model cannot be simulated.
+#[must_use]
+pub fn foretold(model: &ExtendedModel) -> Detection {
+    let (sensors, options) = (RigParameters::default().sensors, detect_options(&EFFECTS));
+    let runs = planned_runs(&standard(&limits()), &sensors.motor, sensors.clock.rate_hz, SEED);
+    let simulated =
+        |run: &pam_experiment::plan::PlannedRun| run.simulated(model).expect("in range");
+    let recordings: Vec<Subject> = runs.expect("sealed runs").iter().map(simulated).collect();
+    let view = sensor_view(model, &recordings, &sensors, &options.diagnosis).expect("noise");
+    detect(model, &recordings, Some(&view), &options).expect("limits")
+}
+
+fn detect_options(effects: &[&str]) -> DetectOptions {
+    let given = |e: &&str| e.parse::<GivenValues>().expect("an effect with values");
+    let diagnosis = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
+    DetectOptions {
+        effects: effects.iter().map(given).collect(),
+        diagnosis,
+        ..DetectOptions::default()
+    }
+}
+
+/// The pairs that are foretold not to be distinguished at the [multiple](MULTIPLE) of the limit, the least similar ones first.
+#[must_use]
+pub fn confused(detection: &Detection) -> Vec<&Pair> {
+    let is_confused = |p: &&Pair| p.distinguished_from.is_none_or(|from| from > MULTIPLE);
+    let mut pairs: Vec<&Pair> = detection.pairs.iter().filter(is_confused).collect();
+    pairs.sort_by(|a, b| a.cosine.total_cmp(&b.cosine));
+    pairs
+}
+
+/// The values of an effect at a multiple of its limit.
+fn values(limits: &Limits, multiple: f64) -> Option<Vec<f64>> {
+    let effect = by_id(&limits.effect)?;
+    let info = effect.info();
+    let k = info.parameters.iter().position(|p| p.name == limits.parameter)?;
+    let p = &info.parameters[k];
+    let limit = limits.named?.value;
+    let value = match p.off.filter(|_| !p.logarithmic) {
+        Some(off) => off + multiple * (limit - off),
+        None => limit / multiple,
+    };
+    let value = value.clamp(p.range[0], p.range[1]);
+    let of = |name: &str| limits.kept.iter().find(|kept| kept.0 == name).map(|kept| kept.1);
+    let parameters = info.parameters.iter().enumerate();
+    Some(
+        parameters
+            .map(|(j, p)| if j == k { value } else { of(p.name).or(p.off).unwrap_or(value) })
+            .collect(),
+    )
+}
+
+/// What a diagnosis of the rig says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Said {
+    /// The verdict.
+    pub verdict: String,
+    /// Named causes with those that are not distinguished from them.
+    pub named: Vec<(String, Vec<String>)>,
+}
+
+impl Said {
+    /// Whether the effect is the one named cause, and the other is not confusable with it.
+    #[must_use]
+    pub fn separates(&self, effect: &str, other: &str) -> bool {
+        matches!(&self.named[..], [(id, confusable)] if id == effect && confusable.iter().all(|c| c != other))
+    }
+
+    /// Whether the other effect is named, or not distinguished from a named one that is the hidden one.
+    #[must_use]
+    pub fn confuses(&self, effect: &str, other: &str) -> bool {
+        self.named.iter().any(|(id, confusable)| {
+            id == other || (id == effect && confusable.iter().any(|c| c == other))
+        })
+    }
+}
+
+/// A pair under both protocols.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PairOutcome {
+    /// Id of the effect that is hidden.
+    pub effect: String,
+    /// Its values.
+    pub values: Vec<(String, f64)>,
+    /// Id of the one that may be taken for it.
+    pub other: String,
+    /// Distance over the one that is needed, under the published excitation and under the design, as foretold.
+    pub foretold: [f64; 2],
+    /// What diagnoses of the rig say under both; absent where the design is not expected to separate the pair.
+    pub said: Option<[Said; 2]>,
+}
+
+impl PairOutcome {
+    /// Whether the rig shows that only the design separates the pair.
+    #[must_use]
+    pub fn is_shown(&self) -> bool {
+        self.said.as_ref().is_some_and(|[standard, designed]| {
+            standard.confuses(&self.effect, &self.other)
+                && designed.separates(&self.effect, &self.other)
+        })
+    }
+}
+
+/// Designs a protocol for a pair, and measures both on the rig where the design is expected to separate it. `None` for an effect
+/// without a limit.
+///
+/// # Panics
+/// If the rig or a diagnosis fails.
+#[must_use]
+pub fn measured(model: &ExtendedModel, detection: &Detection, pair: &Pair) -> Option<PairOutcome> {
+    let own = detection.of(&pair.effect)?;
+    let other = detection.limits.iter().find(|l| l.effect == pair.other)?;
+    let (own_values, other_values) = (values(own, MULTIPLE)?, values(other, MULTIPLE)?);
+    let detect = detect_options(&[]);
+    let place = |id: &str| detect.diagnosis.candidates.iter().position(|e| e.info().id == id);
+    let live = LiveCause {
+        cause: (place(&own.effect)?, own_values.clone()),
+        others: vec![(place(&other.effect)?, other_values)],
+    };
+    let options = DesignOptions {
+        detect,
+        limits: limits(),
+        objective: Objective::Separation(vec![live]),
+        evaluations: EVALUATIONS,
+        seed: SEED,
+        ..DesignOptions::default()
+    };
+    let designed: Design = design(model, &options, &|_| {}).expect("a design");
+    let separated = designed.separations.first()?;
+    let info = by_id(&own.effect)?.info();
+    let names = info.parameters.iter().map(|p| p.name.to_owned());
+    let values: Vec<(String, f64)> = names.zip(own_values).collect();
+    let said = (separated.standard < 1.0 && separated.designed >= 1.0).then(|| {
+        let hidden = hidden(&own.effect, &values);
+        [&designed.standard, &designed.protocol].map(|p| diagnosed(model, p, &hidden))
+    });
+    Some(PairOutcome {
+        effect: own.effect.clone(),
+        other: other.effect.clone(),
+        foretold: [separated.standard, separated.designed],
+        values,
+        said,
+    })
+}
+
+fn hidden(id: &str, values: &[(String, f64)]) -> String {
+    let values: Vec<String> = values.iter().map(|(name, v)| format!("{name}={v}")).collect();
+    format!("{id}:{}", values.join(","))
+}
+
+/// The diagnosis of recordings of the rig with a hidden effect, beside a baseline of the same protocol.
+fn diagnosed(model: &ExtendedModel, protocol: &Protocol, hidden: &str) -> Said {
+    let baseline = recorded(model, protocol, None, SEED + 1);
+    let data = recorded(model, protocol, Some(hidden), SEED + 2);
+    let options = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
+    let sets = RecordingSets { data: &data, baseline: Some(&baseline), ..RecordingSets::default() };
+    let found = diagnose(model, &sets, &options, &|_, _| {}).expect("a diagnosis");
+    let named = found.causes.iter().map(|c| (c.effect.clone(), c.confusable_with.clone()));
+    Said { verdict: found.verdict.to_string(), named: named.collect() }
+}
+
+fn recorded(
+    model: &ExtendedModel,
+    protocol: &Protocol,
+    hidden: Option<&str>,
+    seed: u64,
+) -> Vec<Subject> {
+    let mut rig = RigParameters::default();
+    rig.effects.extend(hidden.map(|e| e.parse::<pam_rig::Effect>().expect("an effect of the rig")));
+    let session =
+        Session { rig, protocol: protocol.clone(), seed, truth: false, note: String::new() };
+    let folder = tempfile::tempdir().expect("a folder");
+    let entries = session.record_into(folder.path(), true, &|_| {}).expect("the rig records");
+    let read = |log: &Path| {
+        let runs = open_recordings(log, &LoadOptions::default()).expect("a log");
+        Subject::of(runs.into_iter().next().expect("a run"), &model.joint).expect("masses")
+    };
+    entries.iter().map(|e| read(&e.log)).collect()
+}
