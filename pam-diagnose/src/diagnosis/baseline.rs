@@ -2,11 +2,12 @@
 
 use crate::data::Roles;
 use crate::error::DiagnoseError;
-use crate::fit::{Interval, Member};
-use crate::noise::{Noise, NoisePrior};
+use crate::fit::{Hypothesis, Interval, Member, Problem};
+use crate::noise::{MotionError, Noise, NoisePrior};
 use crate::search::{Candidates, Rows, search};
 use crate::settings::DiagnosisSettings;
 use crate::verdict::{Cause, Naming};
+use pam_core::parallel;
 use pam_vocabulary::ParameterInfo;
 
 /// Candidates and errors of baseline recordings. A model that misses something small everywhere misses it in the
@@ -52,7 +53,11 @@ impl Baseline {
         let test = test.opened(&names.base.hypothesis)?;
         let confirmed = test.is_reduced(&names.base.hypothesis, &names.best.hypothesis);
         let best = if confirmed { &names.best.hypothesis } else { &names.base.hypothesis };
-        let left = rows.whole.motion_errors(best).ok_or_else(diverges)?;
+        let unseen = errors_of_unseen(&rows.whole, test.problem(), best);
+        let left = match unseen {
+            Some(left) => left,
+            None => rows.whole.motion_errors(best).ok_or_else(diverges)?,
+        };
         let deviation = |m: &Member| {
             let cause = names.causes.iter().find(|c| c.member.candidate == m.candidate);
             cause.map_or(0.0, |c| relative_deviation(system, c))
@@ -66,6 +71,48 @@ impl Baseline {
             recordings: rows.whole.names(),
         })
     }
+}
+
+/// The errors that go with the motion in recordings to which the members of a hypothesis were not fitted: in each `open` one after a
+/// fit to the others, and in the `test` ones; channel by channel, the mean over recordings. In the recordings to which they were
+/// fitted members take errors of the model that are others elsewhere. Of a recording the smaller error counts, with or without the
+/// members, since other recordings need not have all of them. `None` without members, or where there is no unseen recording.
+fn errors_of_unseen<C: Candidates + ?Sized>(
+    open: &Problem<'_, C>,
+    test: &Problem<'_, C>,
+    best: &Hypothesis,
+) -> Option<Vec<MotionError>> {
+    if best.members.is_empty() {
+        return None;
+    }
+    let search = &open.settings.search;
+    let errors = |part: &Problem<'_, C>, from: &Hypothesis, members: &[Member]| {
+        let members = members.to_vec();
+        let held = Hypothesis { fixed: members.len(), members, ..part.base() };
+        let held = Hypothesis { shared: from.shared.clone(), ..held };
+        let fit = part.fit(held, search.first_iterations).ok()?;
+        Some((fit.cost, part.motion_errors(&fit.hypothesis)?))
+    };
+    let better = |part: &Problem<'_, C>, from: &Hypothesis| {
+        let [with, without] = [&from.members[..], &[]].map(|members| errors(part, from, members));
+        let both = [with, without].into_iter().flatten();
+        both.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, errors)| errors)
+    };
+    let of_open = |i: usize| {
+        let others = open.others(i);
+        let locals = best.locals.iter().enumerate().filter(|(k, _)| *k != i);
+        let locals = locals.map(|(_, l)| l.clone()).collect();
+        let from =
+            others.fit(Hypothesis { locals, ..best.clone() }, search.tried_iterations).ok()?;
+        better(&open.part(i, open.windows[i].clone()), &from.hypothesis)
+    };
+    let test = test.as_fitted();
+    let several = if open.len() > 1 { open.len() } else { 0 };
+    let mut all: Vec<Vec<MotionError>> =
+        parallel::map(several, of_open).into_iter().flatten().collect();
+    let of_test = |i: usize| better(&test.part(i, test.windows[i].clone()), best);
+    all.extend(parallel::map(test.len(), of_test).into_iter().flatten());
+    MotionError::means(all)
 }
 
 /// The largest standard deviation of the magnitudes of a cause, relative to them.

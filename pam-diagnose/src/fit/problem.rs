@@ -115,6 +115,14 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         one
     }
 
+    /// The experiments without one of them.
+    pub(crate) fn others(&self, place: usize) -> Self {
+        let mut others = Self { unseen: None, ..self.clone() };
+        others.experiments.remove(place);
+        others.windows.remove(place);
+        others
+    }
+
     /// Number of experiments.
     #[must_use]
     pub fn len(&self) -> usize {

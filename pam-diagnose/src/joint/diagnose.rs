@@ -2,7 +2,7 @@
 
 use super::baseline::BaselineDiscrepancy;
 use super::design::{Separation, separate};
-use super::force_noise::{Driven, driven};
+use super::force_noise::{doubtful_force_n, with_doubtful_force};
 use super::ladder::{EffectLadder, joint_ladder};
 use super::law::learn_remainder;
 use super::spans::roles;
@@ -79,8 +79,8 @@ pub struct DiagnosedJoint {
     /// By how many of its samples the force acts earlier than a held one, as fitted with the named causes:
     /// 0 held, ½ smooth.
     pub force_lead_samples: f64,
-    /// Root mean square of the removed part of the measured force, N: noise at frequencies that the excitation does not have,
-    /// to which the joint did not answer. Absent where nothing was.
+    /// Root mean square of the part of the measured force that counts as noise, as fitted with the named causes, N: at frequencies
+    /// that the excitation does not have. Absent where there is none.
     pub force_noise_n: Option<f64>,
     /// Contradictions between the recordings and the physics of the joint.
     pub plausibility: Vec<Finding>,
@@ -126,7 +126,7 @@ pub fn diagnose(
     settings.check()?;
     progress(Stage::Preparing, 0.0);
     let plausibility = plausible(model, sets, options)?;
-    let (Driven { trials, noise_n }, roles) = prepare(model, sets, options)?;
+    let (trials, roles) = prepare(model, sets, options)?;
     let all: Vec<&Trial> = trials.iter().collect();
     let open = roles.open();
     let effects = options.candidates.clone();
@@ -138,7 +138,7 @@ pub fn diagnose(
     let subjects: Vec<&Subject> = sets.baseline.unwrap_or_default().iter().collect();
     let every = OpenPart::whole(subjects.len());
     let baseline_trials = resampled(model, &subjects, settings)?;
-    let baseline_trials = driven(model, (baseline_trials, &subjects), &every, settings).trials;
+    let baseline_trials = with_doubtful_force(baseline_trials, &subjects, settings);
     if sets.baseline.is_some() {
         let done = |s| progress(Stage::Baseline, s);
         let learned = BaselineDiscrepancy::learn(model, &baseline_trials, options, &done)?;
@@ -180,7 +180,9 @@ pub fn diagnose(
             extended: if causes.is_empty() { model.clone() } else { model.with(extended) },
             baseline,
             force_lead_samples: best.shared[JointSystem::LEAD],
-            force_noise_n: noise_n,
+            force_noise_n: doubtful_force_n(&trials)
+                .map(|doubtful_n| best.shared[JointSystem::FORCE_NOISE] * doubtful_n)
+                .filter(|noise_n| *noise_n > 0.0),
             plausibility,
             scales: system.scales.clone(),
             candidates: options.candidates.clone(),
@@ -216,17 +218,16 @@ pub(super) fn plausible(
     }
 }
 
-/// The recordings under diagnosis and of the test set ready for simulation, without the noise of their force, and their roles.
+/// The recordings under diagnosis and of the test set ready for simulation, and their roles.
 pub(super) fn prepare(
     model: &ExtendedModel,
     sets: &RecordingSets<'_>,
     options: &DiagnoseOptions,
-) -> Result<(Driven, Roles), DiagnoseError> {
+) -> Result<(Vec<Trial>, Roles), DiagnoseError> {
     let subjects: Vec<&Subject> = sets.data.iter().chain(sets.test.unwrap_or_default()).collect();
     let trials = resampled(model, &subjects, &options.settings)?;
     let roles = roles(&trials.iter().collect::<Vec<_>>(), sets, options)?;
-    let open = roles.open();
-    Ok((driven(model, (trials, &subjects), &open, &options.settings), roles))
+    Ok((with_doubtful_force(trials, &subjects, &options.settings), roles))
 }
 
 /// The recordings with their tables of the base model's force, which has to be of mechanics that can be simulated often.

@@ -1,30 +1,23 @@
-//! Noise of the measured force, taken out where the excitation has no power.
+//! Noise of the measured force, where the excitation has no power.
 //!
 //! The force on the joint is measured with noise. A simulation that is driven by the measured force responds to the noise; the real
 //! joint did not. Least squares then prefers models that respond less (errors in variables; Fuller 1987): a creep, an inertia and
 //! a delay that leave the response at the excitation unchanged and attenuate every other frequency predict better than the true
 //! model, on test data as well. The remedy is regression calibration (Carroll, Ruppert, Stefanski and Crainiceanu, *Measurement
 //! Error in Nonlinear Models*, ch. 4): the simulation is driven by the expected value of the true force. At the frequencies of the
-//! excitation that is the measured force; elsewhere it is zero, if the recordings show that the joint did not respond there.
+//! excitation that is the measured force, and elsewhere a part of it.
+//!
+//! That part is not known beforehand: small forces act, and noise does not. So it is an uncertain value of the system, fitted
+//! along with every hypothesis through the simulation. A cause that only attenuates the response to noise has nothing left to
+//! explain beside it, while a cause that holds the joint against small forces, as dry friction does, is judged by all it does.
 
-use crate::data::OpenPart;
-use crate::noise::noise_deviation;
 use crate::settings::DiagnosisSettings;
 use pam_core::parallel;
 use pam_core::units::MN_PER_N;
-use pam_data::{Channel, Recording, Subject};
-use pam_effects::ExtendedModel;
-use pam_effects::effects::AnyEffect;
-use pam_effects::simulation::{Nuisances, Trajectory, Trial, simulate};
+use pam_data::{Recording, Subject};
+use pam_effects::simulation::Trial;
 use pam_numerics::fourier;
-use pam_numerics::statistics::{mean, mean_half_width_95, root_mean_square};
-
-/// Trials, driven by the force to which the joint responded.
-pub(super) struct Driven {
-    pub(super) trials: Vec<Trial>,
-    /// Root mean square of the removed part of the force, N; absent if nothing was removed.
-    pub(super) noise_n: Option<f64>,
-}
+use pam_numerics::statistics::root_mean_square;
 
 /// Bins of the length of a piece up to which a force counts as excitation: what is slower cannot be told from a load and, at the ends
 /// of a recording, from what comes before and after it.
@@ -100,97 +93,40 @@ fn driving_force(recording: &Recording) -> &[f64] {
     recording.low_passed.force_mn.as_ref().unwrap_or(&recording.force_mn)
 }
 
-/// A recording without what its force has at quiet frequencies, and how these frequencies are.
-fn quietened(subject: &Subject, settings: &DiagnosisSettings) -> Option<(Recording, Quiet)> {
+/// A recording whose force is what the measured one has at quiet frequencies; `None` if it has none of them.
+fn quiet_force(subject: &Subject, settings: &DiagnosisSettings) -> Option<Recording> {
     let quiet = Quiet::of(&subject.recording, settings)?;
     let mut recording = subject.recording.clone();
     let (t0, t1) = recording.span_s();
     let force = driving_force(&recording);
-    let noise = quiet.part(force, (t1 - t0) / (force.len() - 1) as f64);
-    let force = force.iter().zip(&noise).map(|(f, n)| f - n).collect();
+    let force = quiet.part(force, (t1 - t0) / (force.len() - 1) as f64);
     match &mut recording.low_passed.force_mn {
         Some(before) => *before = force,
         None => recording.force_mn = force,
     }
-    Some((recording, quiet))
+    Some(recording)
 }
 
-/// Trials of subjects, whose force has lost what it holds at quiet frequencies if the model predicts the open parts better without
-/// it: by Student's t over blocks of time of the error at those frequencies. A fault that changes the response there by less than a
-/// half does not matter.
-pub(super) fn driven(
-    model: &ExtendedModel,
-    (trials, subjects): (Vec<Trial>, &[&Subject]),
-    open: &[OpenPart],
+/// Trials of subjects that know which part of their force may be noise.
+pub(super) fn with_doubtful_force(
+    trials: Vec<Trial>,
+    subjects: &[&Subject],
     settings: &DiagnosisSettings,
-) -> Driven {
-    let quietened: Vec<_> = parallel::map(subjects.len(), |i| quietened(subjects[i], settings));
-    let without: Vec<Trial> = trials
-        .iter()
-        .zip(&quietened)
-        .map(|(t, quietened)| match quietened {
-            Some((recording, _)) => t.driven_by(recording),
-            None => t.clone(),
+) -> Vec<Trial> {
+    let quiet = parallel::map(subjects.len(), |i| quiet_force(subjects[i], settings));
+    let pairs = trials.into_iter().zip(quiet);
+    pairs
+        .map(|(trial, quiet)| match quiet {
+            Some(recording) => trial.with_doubtful_force(&recording),
+            None => trial,
         })
-        .collect();
-    let of = |part: &OpenPart| {
-        let e = part.experiment;
-        let (_, frequencies) = quietened[e].as_ref()?;
-        block_gains(model, [&trials[e], &without[e]], part.end_s, frequencies, settings)
-    };
-    let each: Vec<_> = parallel::map(open.len(), |k| of(&open[k]));
-    let gains: Vec<f64> = each.into_iter().flatten().flatten().collect();
-    let clear = mean_half_width_95(&gains).is_some_and(|half| mean(&gains) > half);
-    if !clear {
-        return Driven { trials, noise_n: None };
-    }
-    let taken = |(t, w): (&Trial, &Trial)| -> Vec<f64> {
-        let forces = t.record.force.values_mn().iter().zip(w.record.force.values_mn());
-        forces.map(|(a, b)| (a - b) / MN_PER_N).collect()
-    };
-    let taken: Vec<f64> = trials.iter().zip(&without).flat_map(taken).collect();
-    Driven { noise_n: Some(root_mean_square(&taken)), trials: without }
+        .collect()
 }
 
-/// By how much the square of what is left at quiet frequencies drops from one trial to another in each block of an open part,
-/// relative to the sum of both: a few blocks in which a fault shows there as well do not count more than others. `None` if one of
-/// them cannot be simulated.
-fn block_gains(
-    model: &ExtendedModel,
-    [raw, without]: [&Trial; 2],
-    end_s: f64,
-    quiet: &Quiet,
-    settings: &DiagnosisSettings,
-) -> Option<Vec<f64>> {
-    let record = &raw.record;
-    let point = |time_s: f64| ((time_s / record.step_s) as usize).min(record.points());
-    let end = point(end_s);
-    let from = point(settings.data.burn_in_s).min(end);
-    let block = (settings.intervals.block_s / record.step_s) as usize;
-    let block = block.clamp(1, (end - from).max(1));
-    let measured: Vec<(usize, f64)> = [Channel::X, Channel::Pf, Channel::Pe]
-        .map(|c| {
-            let series = vec![record.measured[c as usize][..end].to_vec()];
-            (c as usize, noise_deviation(&series, settings.noise.relative))
-        })
-        .to_vec();
-    let (effects, values): (Vec<&dyn AnyEffect>, Vec<_>) =
-        model.effects.iter().map(|a| (a.effect as &dyn AnyEffect, a.values.clone())).unzip();
-    let (base, values) = (model.base(), values.concat());
-    let squares = |trial: &Trial| -> Option<Vec<f64>> {
-        let mut out = Trajectory::default();
-        simulate(trial, &base, &effects, &values, &Nuisances::none(), &mut out).ok()?;
-        let mut squares = vec![0.0; (end - from) / block];
-        for &(c, deviation) in &measured {
-            let pairs = record.measured[c].iter().zip(&out.channels[c]).take(end);
-            let residual: Vec<f64> = pairs.map(|(m, s)| m - s).collect();
-            let left = quiet.part(&residual, record.step_s);
-            for (sum, rows) in squares.iter_mut().zip(left[from..].chunks_exact(block)) {
-                *sum += rows.iter().map(|r| (r / deviation).powi(2)).sum::<f64>();
-            }
-        }
-        Some(squares)
-    };
-    let pairs = squares(raw)?.into_iter().zip(squares(without)?);
-    Some(pairs.map(|(a, b)| (a - b) / (a + b).max(f64::MIN_POSITIVE)).collect())
+/// Root mean square of the part of the force of trials that may be noise, N; `None` if no trial has one.
+pub(super) fn doubtful_force_n(trials: &[Trial]) -> Option<f64> {
+    let parts = trials.iter().filter_map(|t| t.record.doubtful_force.as_ref());
+    let all: Vec<f64> =
+        parts.flat_map(|force| force.values_mn().iter().map(|f| f / MN_PER_N)).collect();
+    (!all.is_empty()).then(|| root_mean_square(&all))
 }

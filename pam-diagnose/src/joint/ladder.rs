@@ -1,7 +1,6 @@
 //! Ladders of effects of the joint.
 
 use super::diagnose::{DiagnoseOptions, RecordingSets, plausible, prepare};
-use super::force_noise::Driven;
 use super::system::JointSystem;
 use crate::diagnosis::Prepared;
 use crate::error::DiagnoseError;
@@ -58,7 +57,7 @@ pub fn joint_ladder(
     let settings = &options.settings;
     settings.check()?;
     plausible(model, sets, options)?;
-    let (Driven { trials, .. }, roles) = prepare(model, sets, options)?;
+    let (trials, roles) = prepare(model, sets, options)?;
     let all: Vec<&Trial> = trials.iter().collect();
     let open = roles.open();
     let effects = ladder.effects.clone();

@@ -1,7 +1,6 @@
 //! What a diagnosis of the joint leaves, learned.
 
 use super::diagnose::{DiagnoseOptions, JointDiagnosis, RecordingSets, prepare};
-use super::force_noise::Driven;
 use super::pieces::{Piece, pieces};
 use super::spans::spans;
 use super::system::JointSystem;
@@ -40,7 +39,7 @@ pub fn learn_remainder(
         found.remainder = Some(Remainder::none(RemainderOutcome::NothingLeft, NOTHING_LEFT));
         return Ok(found);
     }
-    let (Driven { trials, .. }, roles) = prepare(model, sets, options)?;
+    let (trials, roles) = prepare(model, sets, options)?;
     let all: Vec<&Trial> = trials.iter().collect();
     let open = roles.open();
     let causes = || found.causes.iter().chain(&found.minor);

@@ -34,8 +34,8 @@ impl ReportModel for DiagnosedJoint {
                     " Read it with " code { "--input linear" } " in commands that predict."
                 }
                 @if let Some(noise_n) = self.force_noise_n {
-                    " " (number(noise_n, 2)) " N of noise were taken out of the measured force, at frequencies that the excitation does not "
-                    "have: the joint did not answer to them."
+                    " " (number(noise_n, 2)) " N of the measured force are noise, at frequencies that the excitation does not have: the joint did "
+                    "not respond to them."
                 }
             }
             @if let Some(b) = &self.baseline {

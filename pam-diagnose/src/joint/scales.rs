@@ -39,6 +39,7 @@ pub(super) fn data_scales(
         let middle = percentile(x.to_vec(), 0.5);
         x.iter().map(|x| (x - middle).abs()).collect()
     });
+    let reach = sizes(&|t, n| t.record.measured[0][..n].iter().map(|x| x.abs()).collect());
     let speed = sizes(&|t, n| t.record.measured[1][..n].iter().map(|v| v.abs()).collect());
     let stride = (open.iter().map(|t| t.1).sum::<usize>() / settings.scale_samples).max(1);
     let mut samples = Vec::new();
@@ -64,6 +65,7 @@ pub(super) fn data_scales(
         force_n,
         peak_force_n: percentile(force, peak) / MN_PER_N,
         travel_mm,
+        reach_mm: percentile(reach, high),
         speed_mm_s: percentile(speed, high),
         stiffness_n_mm: force_n / travel_mm.max(1e-3),
         gauge_kpa,

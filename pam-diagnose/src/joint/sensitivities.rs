@@ -12,7 +12,7 @@ use std::ops::Range;
 
 /// Shared and local nuisances that the simulation is differentiated by, beside the shares of learned effects. The lead
 /// follows from the time series, and the offsets are added to the result.
-const SIMULATED: usize = 6;
+const SIMULATED: usize = 7;
 
 /// One recording under a hypothesis.
 #[derive(Clone, Copy)]
@@ -185,8 +185,10 @@ impl Experiment<'_> {
             parameters.iter().filter(|p| parts.places[p.member][p.value].is_none()).count();
         let present = parameters.len() - absent;
         let mut fixed: usize = system.fixed.iter().map(|a| a.values.len()).sum();
+        // The lead is none of those that are simulated.
+        let simulated = JointSystem::SHARES - 1;
         for (k, learned) in system.learned.iter().enumerate() {
-            let unknown = present + JointSystem::LEAD + k;
+            let unknown = present + simulated + k;
             for (value, magnitude) in values[fixed..].iter_mut().zip(magnitudes(learned)) {
                 let seed = seeded(value.value, unknown);
                 *value = Chunk::new(seed.value, seed.derivatives.map(|d| d * magnitude));
@@ -202,9 +204,9 @@ impl Experiment<'_> {
         }
         let mut n = JointSystem::nuisances::<Chunk<N>>(hypothesis, self.local);
         let [air_f, air_e] = &mut n.log_air;
-        let shared = [&mut n.log_mass, &mut n.log_deformation];
+        let shared = [&mut n.log_mass, &mut n.log_deformation, &mut n.force_noise_share];
         let local = [&mut n.start_mm, &mut n.start_mm_s, air_f, air_e];
-        let of_learned = JointSystem::LEAD..JointSystem::LEAD + system.learned.len();
+        let of_learned = simulated..simulated + system.learned.len();
         for (k, value) in (0..of_learned.start).zip(shared).chain((of_learned.end..).zip(local)) {
             *value = seeded(value.value, present + k);
         }

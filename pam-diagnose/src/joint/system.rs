@@ -59,8 +59,10 @@ const ROWS_AHEAD: usize = 2;
 impl<'a> JointSystem<'a> {
     /// Place of the lead of the force among the shared nuisances.
     pub(super) const LEAD: usize = 2;
+    /// Place of the share of the doubtful force that is noise.
+    pub(super) const FORCE_NOISE: usize = 3;
     /// Place of the first share of an effect that baseline recordings have shown.
-    pub(super) const SHARES: usize = 3;
+    pub(super) const SHARES: usize = 4;
 
     /// A system of trials of a model with its own numbers, effects that are part of it, and candidates. Starting values
     /// of candidates follow from the magnitudes of the parts of trials in `open`.
@@ -78,6 +80,7 @@ impl<'a> JointSystem<'a> {
             deviation: fit.lead_deviation_samples,
             limits: [-fit.lag_limit_samples, fit.lead_limit_samples],
         };
+        let force_noise = Nuisance { deviation: fit.force_noise_deviation, limits: [0.0, 1.0] };
         let outputs = Channel::ALL.map(|c| OutputInfo {
             key: c.key().to_owned(),
             name: match c {
@@ -118,7 +121,7 @@ impl<'a> JointSystem<'a> {
             learned: Vec::new(),
             effects,
             terms: Vec::new(),
-            shared: vec![model, model, lead],
+            shared: vec![model, model, lead, force_noise],
             local: [
                 Nuisance::of(fit.start_deviation_mm),
                 Nuisance::of(fit.start_deviation_mm_s),
@@ -225,7 +228,7 @@ impl<'a> JointSystem<'a> {
         }
     }
 
-    /// Nuisances: mass, deformation coefficient (logarithms) and lead, before the shares of learned effects; start,
+    /// Nuisances: mass, deformation coefficient (logarithms), lead and noise of the force, before the shares of learned effects; start,
     /// sealed masses (logarithms); the offsets of the pressures behind them are added to the simulated channels.
     pub(super) fn nuisances<S: EffectScalar>(h: &Hypothesis, local: &[f64]) -> Nuisances<S> {
         let c = S::constant;
@@ -233,6 +236,7 @@ impl<'a> JointSystem<'a> {
             log_mass: c(h.shared[0]),
             log_deformation: c(h.shared[1]),
             lead_samples: h.shared[Self::LEAD],
+            force_noise_share: c(h.shared[Self::FORCE_NOISE]),
             start_mm: c(local[0]),
             start_mm_s: c(local[1]),
             log_air: [c(local[2]), c(local[3])],

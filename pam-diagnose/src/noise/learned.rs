@@ -115,6 +115,30 @@ pub(crate) struct MotionError {
     pub(crate) autocovariance: Vec<f64>,
 }
 
+impl MotionError {
+    /// The means over recordings, each with its channels; `None` without any.
+    pub(crate) fn means(recordings: Vec<Vec<Self>>) -> Option<Vec<Self>> {
+        let count = recordings.len() as f64;
+        let mut all = recordings.into_iter();
+        let mut sums = all.next()?;
+        sums.iter_mut().for_each(|s| s.rms *= s.rms);
+        for recording in all {
+            for (sum, own) in sums.iter_mut().zip(recording) {
+                sum.rms += own.rms * own.rms;
+                let longest = sum.autocovariance.len().max(own.autocovariance.len());
+                sum.autocovariance.resize(longest, 0.0);
+                let pairs = sum.autocovariance.iter_mut().zip(&own.autocovariance);
+                pairs.for_each(|(s, o)| *s += o);
+            }
+        }
+        for sum in &mut sums {
+            sum.rms = (sum.rms / count).sqrt();
+            sum.autocovariance.iter_mut().for_each(|g| *g /= count);
+        }
+        Some(sums)
+    }
+}
+
 impl<C: Candidates + ?Sized> Problem<'_, C> {
     /// The errors of a fitted hypothesis that go with the motion, channel by channel; `None` if it cannot be simulated.
     pub(crate) fn motion_errors(&self, hypothesis: &Hypothesis) -> Option<Vec<MotionError>> {

@@ -20,6 +20,7 @@ mod learned;
 pub use autoregression::{Autoregression, autocovariance};
 pub use correlation::correlated_rows;
 pub use instruments::{estimated_noise, moving_discrepancy, noise_deviation};
+pub(crate) use learned::MotionError;
 pub use learned::NoisePrior;
 
 /// The noise of the rows of each fitted channel.

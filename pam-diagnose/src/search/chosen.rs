@@ -1,6 +1,7 @@
 //! From the screening to the chosen set.
 
 use super::candidates::Candidates;
+use super::refit::in_other_shapes;
 use super::rows::Rows;
 use super::scored::Scored;
 use crate::fit::Hypothesis;
@@ -186,6 +187,9 @@ fn neighbours<C: Candidates + ?Sized>(
         let all = beside.singles();
         sets.extend(first(all, beside.residual, 0.0, best.hypothesis(), settings.additions));
     }
+    // Another shape of a member may leave nothing for a further cause to explain.
+    let in_shapes = |place| in_other_shapes(rows.whole.system, best.hypothesis(), place);
+    sets.extend(rows.fit_all((0..members).flat_map(in_shapes).collect(), Some(best)));
     let mut without = Vec::new();
     for place in 0..members {
         let less = if members == 1 { Some(base.clone()) } else { rows.fitted_without(best, place) };

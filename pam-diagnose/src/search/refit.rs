@@ -70,8 +70,20 @@ pub(crate) fn other_shapes<C: Candidates + ?Sized>(
     place: usize,
 ) -> Vec<Vec<f64>> {
     let settings = &problem.settings.intervals;
-    let system = problem.system;
-    let member = &best.hypothesis.members[place];
+    let fit = |start| problem.fit(start, settings.shape_iterations).ok();
+    let fits = in_other_shapes(problem.system, &best.hypothesis, place).into_iter().filter_map(fit);
+    fits.filter(|f| f.cost < best.cost + settings.equal_cost)
+        .map(|f| f.hypothesis.members[place].values.clone())
+        .collect()
+}
+
+/// A hypothesis with the member at `place` in each of its other shapes (switches), with the same parameters.
+pub(super) fn in_other_shapes<C: Candidates + ?Sized>(
+    system: &C,
+    hypothesis: &Hypothesis,
+    place: usize,
+) -> Vec<Hypothesis> {
+    let member = &hypothesis.members[place];
     let info = system.candidate(member.candidate);
     let switches = info.parameters.len()..info.value_len;
     let mut tried: Vec<Vec<f64>> = vec![member.values[switches.clone()].to_vec()];
@@ -81,14 +93,10 @@ pub(crate) fn other_shapes<C: Candidates + ?Sized>(
         if tried.contains(&shape) {
             continue;
         }
-        tried.push(shape.clone());
         let mut own = member.own().to_vec();
         own[switches.clone()].copy_from_slice(&shape);
-        let start = with_own(&best.hypothesis, place, &own);
-        let fit = problem.fit(start, settings.shape_iterations).ok();
-        if let Some(fit) = fit.filter(|f| f.cost < best.cost + settings.equal_cost) {
-            found.push(fit.hypothesis.members[place].values.clone());
-        }
+        tried.push(shape);
+        found.push(with_own(hypothesis, place, &own));
     }
     found
 }

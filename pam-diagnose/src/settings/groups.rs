@@ -144,9 +144,9 @@ settings! {
         least_freedom: f64 = 0.25, "–", [1e-3, 1.0], USUAL;
         /// Weight of the common size of the noise relative to the observations of each recording.
         relative_observations: f64 = 50.0, "observations", COST, USUAL;
-        /// Largest share of the power of the force that may lie at quiet frequencies, those without excitation; there the measured
-        /// force counts as noise if the joint does not respond to it. With 0 the force is used as measured.
-        quiet_share: f64 = 0.0, "–", SHARE, USUAL;
+        /// Largest share of the power of the force that may lie at quiet frequencies, those without excitation; there a part of the
+        /// measured force, which is fitted, may be noise. With 0 the force is used as measured.
+        quiet_share: f64 = 0.01, "–", SHARE, USUAL;
         /// Longest lag at which the autocorrelation of a residual is summed, as a share of its rows.
         lag_share: f64 = 0.25, "–", SHARE, USUAL;
         /// Largest number of rows that count as one observation, as a share of the rows.
@@ -179,6 +179,8 @@ settings! {
         lead_limit_samples: f64 = 0.5, "samples", COST, RIG;
         /// Largest lag behind a held force; beyond it, a delay has to be named.
         lag_limit_samples: f64 = 0.1, "samples", COST, RIG;
+        /// Prior standard deviation of the share of the force at quiet frequencies that is noise; it lies between 0 and 1.
+        force_noise_deviation: f64 = 1.0, "–", POSITIVE, USUAL;
         /// Least prior standard deviation of the share of an effect from baseline recordings that the data have.
         share_deviation: f64 = 0.1, "–", POSITIVE, STUDIES;
         /// Prior standard deviation of the displacement at the start.

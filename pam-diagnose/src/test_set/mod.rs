@@ -116,7 +116,8 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
     }
 
     /// Whether the whitened squared error is proven to be smaller by `after` than by `before` ([`Comparison::reduced`]).
-    pub(crate) fn is_reduced(&self, before: &Hypothesis, after: &Hypothesis) -> bool {
+    #[must_use]
+    pub fn is_reduced(&self, before: &Hypothesis, after: &Hypothesis) -> bool {
         self.compared(before, after).is_some_and(|c| c.reduced)
     }
 

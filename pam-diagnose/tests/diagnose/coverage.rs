@@ -39,6 +39,7 @@ fn noisy(effect: &dyn AnyEffect, values: &[f64], seed: u64) -> Vec<Trial> {
             });
             let mut trial = Trial::new(&model, &subject(&model, command, MassOrigin::Given));
             let truth = Nuisances {
+                force_noise_share: 0.0,
                 log_mass,
                 log_deformation,
                 lead_samples,

@@ -20,6 +20,9 @@ pub struct DataScales {
     pub peak_force_n: f64,
     /// Typical amplitude of the motion (95th percentile of the distance from its middle), mm.
     pub travel_mm: f64,
+    /// Typical largest displacement to either side (95th percentile of its size), mm: more than the travel where the motion is
+    /// about another middle than zero.
+    pub reach_mm: f64,
     /// Typical speed (95th percentile), mm/s.
     pub speed_mm_s: f64,
     /// Slope of force over displacement, N/mm.

@@ -80,6 +80,12 @@ impl<'a, S: Scalar> Chambers<'a, S> {
         chambers
     }
 
+    /// The volumes when they were sealed, mm³.
+    #[must_use]
+    pub(super) fn sealed_mm3(&self) -> [S; 2] {
+        self.sealed_mm3
+    }
+
     /// The same chambers under another law.
     #[must_use]
     pub(super) fn with_law(&self, law: ChamberLaw<S>, sealed_mm: S) -> Self {

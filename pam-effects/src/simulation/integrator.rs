@@ -6,12 +6,14 @@
 
 use super::base::{Base, BaseForce, SealedForce};
 use super::gas::Chambers;
+use super::input::FineForce;
 use super::measured::Measured;
 use super::nuisances::Nuisances;
 use super::parts::{Part, Parts};
 use super::record::ResampledRecord;
 use super::substep::{At, SealedAir, Substep};
 use super::trajectory::Diverged;
+use super::trial::LedForce;
 use crate::effects::{Air, ChamberLaw, Command, EffectScalar, Hooks, Point, Restoring, StepStart};
 use pam_core::SealedMasses;
 use pam_data::MassOrigin;
@@ -41,6 +43,9 @@ pub(crate) struct JointIntegrator<'a, S, F> {
     lead_samples: f64,
     /// The recorded force at half steps of the grid with this lead, if it is worked out.
     led_mn: Option<&'a [f64]>,
+    /// The part of the recorded force that may be noise, at half steps with the lead where that is worked out, and the share of
+    /// it that is noise; none where that is nothing.
+    noise: Option<(&'a FineForce, Option<&'a [f64]>, S)>,
     start_kpa: [S; 2],
     x: S,
     v: S,
@@ -48,6 +53,15 @@ pub(crate) struct JointIntegrator<'a, S, F> {
     /// The driving force now, mN.
     driving_mn: S,
     memory: Vec<S>,
+}
+
+/// The part of the recorded force that may be noise, and the share of it that is; none where that is nothing.
+fn noise_of<S: EffectScalar>(
+    record: &ResampledRecord,
+    share: S,
+) -> Option<(&FineForce, Option<&[f64]>, S)> {
+    let nothing = share.is_constant() && share.real() == 0.0;
+    record.doubtful_force.as_ref().filter(|_| !nothing).map(|f| (f, None, share))
 }
 
 /// Friction that holds less than this, mN, is none.
@@ -77,15 +91,14 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
         for part in parts {
             part.effect.begin(part.p, x, &mut memory[part.memory.clone()]);
         }
+        let law = law_of(parts, start_s);
+        let chambers = Chambers::new(base, law, air_changed, rest.sealed_mm);
         let mut air_g = [record.masses.flexor_g, record.masses.extensor_g].map(S::constant);
         if record.source.origin == MassOrigin::GasLaw {
-            // The masses follow from the sealed reading: another true reading, other masses.
-            let volumes = |x: S| {
-                let v = base.geometry.volumes(x, base.deformation);
-                [v.flexor_mm3, v.extensor_mm3]
-            };
-            let now = volumes(rest.sealed_mm);
-            let measured = volumes(S::constant(record.rest.sealed_mm));
+            // The masses follow from the sealed reading: another true reading or another volume, other masses.
+            let now = chambers.sealed_mm3();
+            let v = base.geometry.volumes(S::constant(record.rest.sealed_mm), base.deformation);
+            let measured = [v.flexor_mm3, v.extensor_mm3];
             for i in 0..2 {
                 let pressure = rest.sealed_kpa[i].scaled(1.0 / record.rest.sealed_kpa[i]);
                 air_g[i] = air_g[i] * pressure * now[i] / measured[i];
@@ -100,7 +113,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             force,
             parts,
             hooks,
-            chambers: Chambers::new(base, law_of(parts, start_s), air_changed, rest.sealed_mm),
+            chambers,
             inverse_mass: (base.mass_kg + inertia_kg(parts, start_s)).recip(),
             substeps,
             rough: false,
@@ -111,6 +124,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             } else {
                 None
             },
+            noise: noise_of(record, nuisances.force_noise_share),
             lead_samples: nuisances.lead_samples,
             delay_s: delay_s(parts, start_s),
             sealed_mm: rest.sealed_mm,
@@ -129,10 +143,11 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
     }
 
     /// The same with the recorded force at half steps with its lead ([`FineForce::led`]).
-    ///
-    /// [`FineForce::led`]: super::input::FineForce::led
-    pub(super) fn driven_by(self, led_mn: &'a [f64]) -> Self {
-        Self { led_mn: Some(led_mn), ..self }
+    pub(super) fn driven_by(mut self, led: &'a LedForce) -> Self {
+        if let Some((_, noise, _)) = &mut self.noise {
+            *noise = led.doubtful_mn.as_deref();
+        }
+        Self { led_mn: Some(&led.whole_mn), ..self }
     }
 
     /// Whether there is dry friction at rest at the start.
@@ -209,18 +224,20 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
 
     /// The driving force at half step `half` of the grid, mN, `since_s` after the last call.
     fn driving_at(&mut self, half: usize, since_s: f64) -> S {
-        let recorded = &self.record.force;
         let (time_s, lead) = (0.5 * self.record.fine_step_s() * half as f64, self.lead_samples);
         if self.changes_in_time {
             self.delay_s = delay_s(self.parts, self.record.since_start_s + time_s);
         }
-        let mut force = if self.delay_s.real() != 0.0 {
-            recorded.at(S::constant(time_s) - self.delay_s, lead)
-        } else if let Some(led_mn) = self.led_mn {
-            S::constant(led_mn[half])
-        } else {
-            S::constant(recorded.at(time_s, lead))
+        let delay_s = self.delay_s;
+        let at_half = |recorded: &FineForce, led_mn: Option<&[f64]>| match led_mn {
+            _ if delay_s.real() != 0.0 => recorded.at(S::constant(time_s) - delay_s, lead),
+            Some(led_mn) => S::constant(led_mn[half]),
+            None => S::constant(recorded.at(time_s, lead)),
         };
+        let mut force = at_half(&self.record.force, self.led_mn);
+        if let Some((doubtful, led_mn, share)) = &self.noise {
+            force -= *share * at_half(doubtful, *led_mn);
+        }
         for part in self.parts.iter().filter(|part| part.hooks.drive) {
             let memory = &mut self.memory[part.memory.clone()];
             let command =

@@ -11,6 +11,8 @@ pub struct Nuisances<S> {
     pub log_deformation: S,
     /// Lead of the force over a zero-order hold, in samples.
     pub lead_samples: f64,
+    /// Share of the [doubtful force](super::ResampledRecord::doubtful_force) that is noise of its sensor and does not act.
+    pub force_noise_share: S,
     /// Added to the displacement at the start, mm.
     pub start_mm: S,
     /// Added to the velocity at the start, mm/s.
@@ -27,6 +29,7 @@ impl<S: EffectScalar> Nuisances<S> {
             log_mass: S::zero(),
             log_deformation: S::zero(),
             lead_samples: 0.0,
+            force_noise_share: S::zero(),
             start_mm: S::zero(),
             start_mm_s: S::zero(),
             log_air: [S::zero(); 2],

@@ -42,6 +42,9 @@ pub struct ResampledRecord {
     pub sample_s: f64,
     /// The force at half steps of the simulation.
     pub force: FineForce,
+    /// A part of this force that may be noise of its sensor, to which the joint did not respond; none unless
+    /// [`Trial::with_doubtful_force`](super::Trial::with_doubtful_force) gives it.
+    pub doubtful_force: Option<FineForce>,
     /// The low-pass that the measured channels went through, for the grid; simulated ones follow.
     pub low_pass: [Option<LowPass>; 4],
     /// Measured channels at the grid points, in the order of the state: mm, mm/s, kPa, kPa.
@@ -160,6 +163,7 @@ impl ResampledRecord {
             since_start_s: 0.0,
             sample_s,
             force: fine_force(r, step_s, steps_per_point, points),
+            doubtful_force: None,
             low_pass: r
                 .low_passed
                 .cutoff_hz
@@ -173,11 +177,11 @@ impl ResampledRecord {
         }
     }
 
-    /// The same motion, driven by the force of another recording of the same times.
+    /// The same recording, in which the force of another one of the same times is the part of the force that may be noise.
     #[must_use]
-    pub fn driven_by(&self, recording: &Recording) -> Self {
+    pub(super) fn with_doubtful_force(self, recording: &Recording) -> Self {
         let force = fine_force(recording, self.step_s, self.steps_per_point, self.points());
-        Self { force, ..self.clone() }
+        Self { doubtful_force: Some(force), ..self }
     }
 
     /// Grid points of this range as a recording of their own, which starts from the measured state at the first of them. Masses
@@ -190,12 +194,14 @@ impl ResampledRecord {
         let first = points.start;
         let start_s = self.step_s * first as f64;
         let halves = 2 * self.steps_per_point;
+        let forces = halves * first..halves * points.end;
         let measured = [0, 1, 2, 3].map(|c| self.measured[c][points.clone()].to_vec());
         let [x, v, flexor, extensor] = [0, 1, 2, 3].map(|c| self.measured[c][first]);
         Self {
             source: RecordSource { start_s: self.source.start_s + start_s, ..self.source.clone() },
             since_start_s: self.since_start_s + start_s,
-            force: self.force.part(halves * first..halves * points.end),
+            force: self.force.part(forces.clone()),
+            doubtful_force: self.doubtful_force.as_ref().map(|f| f.part(forces)),
             measured,
             rest: Rest {
                 start_s: self.since_start_s + start_s,

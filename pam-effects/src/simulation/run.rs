@@ -173,8 +173,8 @@ fn true_channels<S: EffectScalar>(
         |force| JointIntegrator::new(record, &base, force, parts, &measured, nuisances, substeps);
     // Unless air is lost, its masses stay, and the table at these masses is the force.
     let table = trial.table_at(joint(&trial.table).masses());
-    let led_mn = trial.led_mn(nuisances.lead_samples);
-    let mut joint = joint(&*table).driven_by(&led_mn);
+    let led = trial.led(nuisances.lead_samples);
+    let mut joint = joint(&*table).driven_by(&led);
     arch().dispatch(Running { joint: &mut joint, points, channels })
 }
 

@@ -17,7 +17,16 @@ pub struct Trial {
     /// The force at the masses of the latest simulations.
     tables: Latest<SealedMasses, ForceTable>,
     /// The recorded force with the leads of the latest simulations, in samples.
-    forces: Latest<f64, Vec<f64>>,
+    forces: Latest<f64, LedForce>,
+}
+
+/// The recorded force at half steps of the simulation with a lead.
+#[derive(Debug)]
+pub(super) struct LedForce {
+    /// The whole force, mN.
+    pub(super) whole_mn: Vec<f64>,
+    /// The part of it that may be noise, mN.
+    pub(super) doubtful_mn: Option<Vec<f64>>,
 }
 
 /// Masses whose tables are kept: a hypothesis is simulated many times with the same ones, by several threads.
@@ -47,14 +56,12 @@ impl Trial {
         Self::with_table_over(model, subject, record, ranges)
     }
 
-    /// The same motion, driven by the force of another recording of the same times.
+    /// The same recording, in which the force of another one of the same times is the part of the force that may be noise of
+    /// its sensor: what share of it is noise is a [nuisance](super::Nuisances::force_noise_share).
     #[must_use]
-    pub fn driven_by(&self, recording: &Recording) -> Self {
-        Self {
-            record: self.record.driven_by(recording),
-            forces: Latest::new(LEADS),
-            ..self.clone()
-        }
+    pub fn with_doubtful_force(self, recording: &Recording) -> Self {
+        let record = self.record.with_doubtful_force(recording);
+        Self { record, forces: Latest::new(LEADS), ..self }
     }
 
     /// The table at other masses.
@@ -62,9 +69,13 @@ impl Trial {
         self.tables.get(masses, || self.table.with_masses(masses))
     }
 
-    /// The recorded force at half steps of the simulation with a lead, mN.
-    pub(super) fn led_mn(&self, lead_samples: f64) -> Arc<Vec<f64>> {
-        self.forces.get(lead_samples, || self.record.force.led(lead_samples))
+    /// The recorded force at half steps of the simulation with a lead.
+    pub(super) fn led(&self, lead_samples: f64) -> Arc<LedForce> {
+        let record = &self.record;
+        self.forces.get(lead_samples, || LedForce {
+            whole_mn: record.force.led(lead_samples),
+            doubtful_mn: record.doubtful_force.as_ref().map(|f| f.led(lead_samples)),
+        })
     }
 
     /// Grid points of this range as a trial of their own ([`ResampledRecord::part`]).

@@ -147,6 +147,7 @@ fn shipped_effects_run() {
         force_n: 130.0,
         peak_force_n: 200.0,
         travel_mm: 1.5,
+        reach_mm: 1.5,
         speed_mm_s: 8.0,
         stiffness_n_mm: 150.0,
         gauge_kpa: 310.0,

@@ -48,6 +48,7 @@ fn outside_its_times_an_effect_is_not_there() {
             force_n: 90.0,
             peak_force_n: 90.0,
             travel_mm: 0.7,
+            reach_mm: 0.7,
             speed_mm_s: 4.0,
             stiffness_n_mm: 150.0,
             gauge_kpa: 310.0,

@@ -22,12 +22,12 @@ impl Effect for TendonSlack {
     }
 
     fn starts(&self, scales: &DataScales) -> Vec<Vec<f64>> {
-        let travel = scales.travel_mm;
-        [0.3, 0.6, 0.85].map(|share| vec![share * travel, 0.25]).to_vec()
+        [0.3, 0.6, 0.85].map(|share| vec![share * scales.reach_mm, 0.25]).to_vec()
     }
 
     fn stands(&self, values: &[f64], scales: &DataScales) -> bool {
-        values[0] < scales.travel_mm * 1.2
+        // The displacement counts from zero, wherever the joint rests.
+        values[0] < scales.reach_mm * 1.2
     }
 
     fn force_mn<S: Scalar>(&self, p: &[S], at: &Point<'_, S>, _memory: &[S]) -> S {

@@ -1,0 +1,75 @@
+//! The confirmation of a cause by test rows.
+//!
+//! A cause changes the simulation by `s`, of size `δ² = Σ s²` beside noise of unit variance. Without it the residual is noise `e`,
+//! with it `e + s`. Over independent blocks, `z = Σ e·s/δ` is standard normal, and
+//!
+//! - the residual goes with the change by `z + δ` standard errors if the cause is there, by `z` if it is not;
+//! - the squared error falls by `z + δ/2` standard errors if it is there, by `z − δ/2` if it is not.
+//!
+//! Student's t of 39 degrees of freedom exceeds 2.71 with a probability of 0.5 %, and 2.02 with one of 2.5 %.
+
+use crate::linear::{Experiment, Linear, binomial_range, white};
+use pam_diagnose::DiagnosisSettings;
+use pam_diagnose::data::TestSource;
+use pam_diagnose::noise::Noise;
+use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
+use rayon::prelude::*;
+
+/// The test rows are the last third of a recording, in blocks.
+const BLOCKS: usize = 40;
+const ROWS: usize = 20;
+/// Size of the change.
+const DELTA: f64 = 4.0;
+
+/// In how many of `count` recordings a cause is confirmed that is there, or is not. Noise and change hold each of their values for
+/// `held` rows, which are one observation.
+fn confirmed(is_there: bool, held: usize, count: u64, settings: &DiagnosisSettings) -> usize {
+    let is_confirmed = |seed: &u64| {
+        let mut random = ChaCha8Rng::seed_from_u64(*seed);
+        let mut drawn = || -> Vec<f64> {
+            let values = white(&mut random, 3 * BLOCKS * ROWS / held);
+            values.into_iter().flat_map(|v| std::iter::repeat_n(v, held)).collect()
+        };
+        let (noise, column) = (drawn(), drawn());
+        let slope = DELTA / ((BLOCKS * ROWS / held) as f64).sqrt();
+        let there = if is_there { slope } else { 0.0 };
+        let measured = noise.iter().zip(&column).map(|(e, x)| e + there * x).collect();
+        let run = Experiment { columns: vec![column], measured, ..Experiment::default() };
+        let mut system = Linear::new(vec![run]);
+        system.rows_per_block = ROWS;
+        let roles = system.roles(TestSource::Kept, 1, settings);
+        let test = roles.test(&system, &Noise::white(&[1.0]), settings);
+        let before = system.problem(1.0, settings).base();
+        test.is_reduced(&before, &before.with(0, &[slope]))
+    };
+    (0..count).into_par_iter().filter(is_confirmed).count()
+}
+
+/// What is not there is confirmed in one of 200 cases, whether rows are independent or go together inside their blocks: by rows
+/// that are counted one by one, z would have to exceed 2.6/√10 only, one of 5 cases.
+#[test]
+fn what_is_not_there_is_confirmed_at_the_level_of_the_setting() {
+    let settings = DiagnosisSettings::default();
+    assert_eq!(settings.verdict.score_p_value, 0.005);
+    for held in [1, 10] {
+        let count = confirmed(false, held, 2000, &settings);
+        let [least, most] = binomial_range(2000, 0.005, 1e-3);
+        assert!((least..=most).contains(&count), "{count} of 2000, {held} rows held");
+    }
+}
+
+/// Of a weak cause the residual goes with the change by z + 4 > 2.71 in nine of ten cases; the squared error falls by
+/// z + 2 > 2.02 in one of two.
+#[test]
+fn a_weak_cause_is_confirmed_by_the_direction_of_the_residual() {
+    let settings = DiagnosisSettings::default();
+    let count = confirmed(true, 1, 500, &settings);
+    let [least, most] = binomial_range(500, 0.89, 1e-3);
+    assert!((least..=most).contains(&count), "{count} of 500");
+    let mut by_error_alone = settings;
+    by_error_alone.verdict.score_p_value = 1e-12;
+    let count = confirmed(true, 1, 500, &by_error_alone);
+    let [least, most] = binomial_range(500, 0.5, 1e-3);
+    assert!((least..=most).contains(&count), "{count} of 500 by the squared error");
+}
