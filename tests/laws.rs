@@ -23,8 +23,10 @@ const SUMMARY: &str = "summary.json";
 const NULLS: usize = 40;
 /// First seed of the laws that were written after the search.
 const FIRST_UNSEEN: u64 = 101;
-/// First seed of those that were written last.
+/// First seed of those that were written after the search was changed on these.
 const FIRST_FRESH: u64 = 201;
+/// First seed of those that were written last.
+const FIRST_LAST: u64 = 301;
 
 /// Sets of laws, by when they were written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,14 +37,17 @@ enum Laws {
     Unseen,
     /// Those that were written after it was changed.
     Fresh,
+    /// Those that were written after it was changed on these.
+    Last,
 }
 
 impl Laws {
-    fn of(unseen: bool, fresh: bool) -> Self {
-        match (unseen, fresh) {
-            (_, true) => Self::Fresh,
-            (true, false) => Self::Unseen,
-            (false, false) => Self::Developed,
+    fn of(unseen: bool, fresh: bool, last: bool) -> Self {
+        match (unseen, fresh, last) {
+            (_, _, true) => Self::Last,
+            (_, true, false) => Self::Fresh,
+            (true, false, false) => Self::Unseen,
+            (false, false, false) => Self::Developed,
         }
     }
 }
@@ -70,6 +75,9 @@ enum Action {
         /// Laws that were written after those, with seeds from 201 on.
         #[arg(long, conflicts_with = "unseen")]
         fresh: bool,
+        /// Laws that were written after those, with seeds from 301 on.
+        #[arg(long, conflicts_with_all = ["unseen", "fresh"])]
+        last: bool,
         /// Length of each recording, s.
         #[arg(long, default_value_t = laws::LENGTH_S)]
         length: f64,
@@ -90,9 +98,11 @@ enum Action {
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
-        Action::Run { only, seeds, unseen, fresh, length, overrides, out } => {
+        Action::Run { only, seeds, unseen, fresh, last, length, overrides, out } => {
             DiagnosisSettings::parse("", &overrides).map_err(|e| e.to_string()).and_then(
-                |settings| run(&only, seeds, (Laws::of(unseen, fresh), length), &settings, &out),
+                |settings| {
+                    run(&only, seeds, (Laws::of(unseen, fresh, last), length), &settings, &out)
+                },
             )
         }
         Action::Tables { folder } => tables(&folder),
@@ -127,6 +137,7 @@ fn run(
         Laws::Developed => (laws::laws(), 1),
         Laws::Unseen => (laws::unseen(), FIRST_UNSEEN),
         Laws::Fresh => (laws::fresh(), FIRST_FRESH),
+        Laws::Last => (laws::last(), FIRST_LAST),
     };
     for seed in first..first + seeds {
         for law in &hidden {

@@ -330,12 +330,68 @@ pub fn fresh() -> Vec<HiddenLaw> {
     all
 }
 
+/// Six laws that were written after the search was changed on those of [`fresh`], two of them with memory, at other pressures.
+///
+/// # Panics
+/// Never.
+#[must_use]
+pub fn last() -> Vec<HiddenLaw> {
+    let mut all = vec![
+        law(
+            "central_damping",
+            &[("n_s_mm", 4.0), ("width_mm", 0.4)],
+            "parameters.c = { range = [0, 100], absent = 0, start = [2] }\nparameters.w = { range = [0.01, 10], log = true, start = [0.6] }\nacts.force_n = \"-c * v / (1 + (x / w)^2)\"",
+            &["v", "x"],
+        ),
+        law(
+            "pressure_bow",
+            &[("n_mm2_kpa", 0.03)],
+            "parameters.c = { range = [-10, 10], absent = 0, start = [0.01] }\nacts.force_n = \"-c * (pf - p_atm) * x^2\"",
+            &["pf", "x"],
+        ),
+        law(
+            "square_leak",
+            &[("g_s_kpa2", 2e-9)],
+            "parameters.c = { range = [0, 1e-3], absent = 0, start = [1e-9] }\nacts.air_flexor_g_s = \"-c * (pf - p_atm)^2\"",
+            &["pf"],
+        ),
+        HiddenLaw {
+            remembers: true,
+            ..law(
+                "lasting_friction",
+                &[("share", 0.12), ("time_s", 1.0)],
+                "parameters.c = { range = [0, 10], absent = 0, start = [0.05] }\nparameters.time_s = { range = [0.01, 100], log = true, start = [0.7] }\nmemory.z = { start = \"0\", rate = \"(abs(force) - z) / time_s\" }\nacts.dry_friction_n = \"c * z\"",
+                &["force"],
+            )
+        },
+        HiddenLaw {
+            remembers: true,
+            ..law(
+                "creeping_spring",
+                &[("n_mm2", 8.0), ("time_s", 0.4)],
+                "parameters.k = { range = [-100, 100], absent = 0, start = [4] }\nparameters.time_s = { range = [0.01, 100], log = true, start = [0.6] }\nmemory.z = { start = \"0\", rate = \"(x * abs(x) - z) / time_s\" }\nacts.force_n = \"-k * z\"",
+                &["x"],
+            )
+        },
+        law(
+            "strained_pressure",
+            &[("kpa_mm2", 1.5)],
+            "parameters.c = { range = [-100, 100], absent = 0, start = [0.5] }\nacts.pressure_extensor_kpa = \"pe + c * x^2\"",
+            &["x"],
+        ),
+    ];
+    all.iter_mut().for_each(|law| law.psi = LAST_CONDITIONS);
+    all
+}
+
 /// Gauge pressures of the recordings, psi.
 const CONDITIONS: [[f64; 2]; 3] = [[40.0, 40.0], [70.0, 45.0], [35.0, 60.0]];
 /// Those with laws that were written after the search.
 const OTHER_CONDITIONS: [[f64; 2]; 3] = [[45.0, 30.0], [50.0, 70.0], [65.0, 60.0]];
 /// Those with laws that were written last.
 const FRESH_CONDITIONS: [[f64; 2]; 3] = [[55.0, 35.0], [40.0, 60.0], [70.0, 50.0]];
+/// Those with laws that were written after the last change of the library.
+const LAST_CONDITIONS: [[f64; 2]; 3] = [[60.0, 45.0], [35.0, 50.0], [50.0, 65.0]];
 /// Length of a recording of the study, s.
 pub const LENGTH_S: f64 = 20.0;
 /// Length of one of the published protocol, s.

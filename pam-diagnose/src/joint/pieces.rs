@@ -19,8 +19,9 @@ const CELLS: usize = 8;
 /// Starts of pieces that are compared, per length of a piece.
 const STARTS: usize = 4;
 
-/// Pieces of the open parts of recordings that have [`RemainderSettings::most_s`] together; `None` if the parts are no longer.
-/// Each recording, whose pressures no other one has, keeps its share of the time. Its pieces are chosen one after the other:
+/// Pieces of the open parts of recordings that have [`RemainderSettings::most_s`] together, and
+/// [`RemainderSettings::most_of_one_s`] of each recording; `None` if the parts are no longer. Each recording, whose pressures no
+/// other one has, keeps its share of the time. Its pieces are chosen one after the other:
 /// the next is the one that adds most to the sum of `ln(1 + n)` over cells of displacement and velocity in which the motion has
 /// `n` points.
 pub(super) fn pieces(
@@ -34,14 +35,16 @@ pub(super) fn pieces(
         trials[part.experiment].record.step_s * points.saturating_sub(1) as f64
     };
     let whole_s: f64 = open.iter().zip(&points).map(length_s).sum();
-    if whole_s <= settings.most_s {
+    let longest_s = open.iter().zip(&points).map(length_s).fold(0.0, f64::max);
+    if whole_s <= settings.most_s && longest_s <= settings.most_of_one_s {
         return None;
     }
-    let share = settings.most_s / whole_s;
+    let share = (settings.most_s / whole_s).min(1.0);
     let mut all = Vec::new();
     for (part, &points) in open.iter().zip(&points) {
         let record = &trials[part.experiment].record;
-        let kept = (share * points as f64) as usize;
+        let most = settings.most_of_one_s / record.step_s;
+        let kept = (share * points as f64).min(most) as usize;
         let count = ((kept as f64 * record.step_s / settings.piece_s) as usize).max(1);
         let length = (kept / count).max(2).min(points);
         let own = covering(&record.measured[..2], points, length, count);

@@ -1,6 +1,7 @@
 //! The fits to all open rows, and what the test set says of them.
 
 use super::data::Data;
+use super::design::Design;
 use super::find::{About, Renewed, Rest, diverges};
 use super::picture::Along;
 use super::refine::{Tried, dry_variant, preferred};
@@ -11,7 +12,7 @@ use crate::error::DiagnoseError;
 use crate::fit::{Fit, Hypothesis, Member, Problem};
 use crate::rejection::{ParameterStability, StabilityTest, correlation};
 use crate::remainder::{
-    Correction, Dyn, Ground, Learned, Remainder, RemainderOutcome, learn_again,
+    Correction, Dyn, Ground, Learned, Remainder, RemainderOutcome, dependence, learn_again,
 };
 use crate::terms::{Definition, Term, TermSpace, VariableKind};
 use crate::test_set::{ErrorReduction, TestSet};
@@ -103,7 +104,7 @@ pub(super) fn concluded(
     let less = Data { whole: (space, &of_whole), chosen: (data.chosen.0, &chosen), ..*data };
     if let Some(correction) = learn_again(less.chosen.0, &chosen, learned)? {
         let correction = correction.in_whole(&less);
-        let about = About::of_correction(space, &of_whole, &correction)?;
+        let about = About::of(space, &of_whole, &correction)?;
         let found = ended(space, &of_whole, &correction, &about, tried, Some(l))?;
         if found.remainder.outcome == RemainderOutcome::Law {
             return Ok(found);
@@ -139,7 +140,8 @@ fn allowed(
     })
 }
 
-fn ended(
+/// The fits of named causes, correction and perhaps a law to all open rows, beside the test set.
+pub(super) fn ended(
     space: &dyn TermSpace,
     ground: &Ground<'_>,
     learned: &Learned,
@@ -185,11 +187,22 @@ fn ended(
             }
             None => None,
         };
+        let design = Design::at(open, &about.fit)?;
+        let learned_terms: Vec<&Term> = learned.terms.iter().flatten().collect();
+        let depends_on = dependence(
+            &design,
+            &design.blocks(|i| open.rows_per_short_block(i)),
+            design.own.len() - learned_terms.len(),
+            &learned_terms,
+            learned.deviation,
+            variables,
+            settings.remainder.folds,
+        );
         let terms = learned.fitted(&last.corrected.hypothesis);
         let law_terms = fitted.as_ref().map(|l| l.terms.as_slice());
         let along = Along::of(space, &open.experiments, &terms, law_terms);
         let pictures = along.as_ref().map_or_else(Vec::new, |a| {
-            a.pictures(variables, &places[a.place], &about.depends_on, law_terms)
+            a.pictures(variables, &places[a.place], &depends_on, law_terms)
         });
         let members = &last.corrected.hypothesis.members;
         let (named, coefficients) = members.split_at(members.len() - corrections.len());
@@ -204,7 +217,7 @@ fn ended(
             acts: acts(&terms, space),
             terms: largest(&terms, space),
             prior_deviation: learned.deviation,
-            depends_on: about.depends_on.clone(),
+            depends_on,
             validation_share: learned.drop.share,
             p_value: learned.drop.p_value,
             confirmed: last.is_confirmed(&last.corrected, &reduction),

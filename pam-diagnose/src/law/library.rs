@@ -6,6 +6,8 @@ use crate::terms::{Factor, Function, Lag, Place, Term, Variable, VariableKind, r
 const THRESHOLDS: [f64; 3] = [0.2, 0.45, 0.7];
 const WIDTHS: [f64; 3] = [0.05, 0.2, 0.6];
 const DECAYS: [f64; 2] = [0.1, 0.4];
+/// A scale at which a stiffening is a cube, and one at which it is nearly an exponential function.
+const STIFFENINGS: [f64; 2] = [0.8, 0.3];
 /// Time constants, s.
 const LAGS_S: [f64; 4] = [0.08, 0.3, 1.0, 4.0];
 /// Widths of slip elements, relative to the typical size.
@@ -28,7 +30,7 @@ pub(crate) fn library(families: &[usize], variables: &[Variable], places: &[Plac
 }
 
 /// Functions of a variable that moves; the last two only of one whose direction matters.
-static OF_MOTION: [Function; 11] = [
+static OF_MOTION: [Function; 13] = [
     Function::Linear,
     Function::Absolute,
     Function::Square,
@@ -38,6 +40,8 @@ static OF_MOTION: [Function; 11] = [
     Function::Negative,
     Function::Above,
     Function::Below,
+    Function::Outside,
+    Function::Stiffening,
     Function::Saturated,
     Function::Decaying,
 ];
@@ -55,7 +59,8 @@ pub(crate) fn functions(kind: VariableKind) -> &'static [Function] {
 /// A function at each of its scales.
 pub(crate) fn at_scales(factor: Factor, size: f64) -> Vec<Factor> {
     let scales: &[f64] = match factor.function {
-        Function::Above | Function::Below => &THRESHOLDS,
+        Function::Above | Function::Below | Function::Outside => &THRESHOLDS,
+        Function::Stiffening => &STIFFENINGS,
         Function::Saturated => &WIDTHS,
         Function::Decaying => &DECAYS,
         _ => &[1.0],
@@ -89,12 +94,15 @@ fn singles(variable: usize, variables: &[Variable]) -> Vec<Factor> {
 
 /// Factors that stand beside another one.
 fn companions(variable: usize, variables: &[Variable]) -> Vec<Factor> {
-    use Function::{Absolute, Linear, Positive, Saturated, Square};
+    use Function::{Absolute, Linear, Outside, Positive, Saturated, Square};
     let plain = |f| Factor::of(variable, f, 1.0);
     let Variable { kind, size, .. } = variables[variable];
     match kind {
         VariableKind::Slow | VariableKind::Combined => vec![plain(Linear)],
-        VariableKind::Moving => [Linear, Absolute, Square, Positive].map(plain).to_vec(),
+        VariableKind::Moving => {
+            let outside = Factor::of(variable, Outside, THRESHOLDS[1] * size);
+            [Linear, Absolute, Square, Positive].map(plain).into_iter().chain([outside]).collect()
+        }
         VariableKind::Turning => {
             let turned = Factor::of(variable, Saturated, WIDTHS[0] * size);
             [Linear, Absolute, Square, Positive].map(plain).into_iter().chain([turned]).collect()
@@ -144,6 +152,12 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
     };
     let slow: Vec<usize> = place.variables.iter().copied().filter(is_slow).collect();
     let turning = place.variables.iter().find(|k| variables[**k].kind == VariableKind::Turning);
+    let moving: Vec<usize> = place
+        .variables
+        .iter()
+        .copied()
+        .filter(|k| variables[*k].kind == VariableKind::Moving)
+        .collect();
     for &k in place.variables.iter().filter(|k| variables[**k].at_start.is_some()) {
         for of in [Linear, Absolute, Square] {
             for time_s in LAGS_S {
@@ -160,6 +174,10 @@ fn remembering(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
                 if let (Some(&v), true) = (turning, place.rich) {
                     let turned = Factor::of(v, Saturated, WIDTHS[0] * variables[v].size);
                     all.extend([vec![lagged, Factor::of(v, Linear, 1.0)], vec![lagged, turned]]);
+                }
+                // How hard something was driven softens or stiffens it: a size that is remembered, times where it is.
+                if place.rich && of != Linear {
+                    all.extend(moving.iter().map(|&x| vec![lagged, Factor::of(x, Linear, 1.0)]));
                 }
             }
         }

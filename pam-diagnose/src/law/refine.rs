@@ -31,8 +31,21 @@ pub(crate) struct Tried {
     pub(crate) chi: Vec<f64>,
     /// Normalised χ² of the validation rows.
     pub(crate) validation: f64,
+    /// Share of the squared error of training and validation rows beside the named causes that it removes.
+    removed: f64,
     /// Prior cost of the nuisances.
     prior_cost: f64,
+}
+
+impl Tried {
+    /// Whether it has some of another law's terms, and all others of that one carry next to nothing of what it removes.
+    fn does_without(&self, longer: &Self, least: f64) -> bool {
+        let is_held = |t: &Term| longer.terms.iter().any(|u| u.is_like(t));
+        self.terms.len() < longer.terms.len()
+            && self.named.len() == longer.named.len()
+            && self.terms.iter().all(is_held)
+            && longer.removed - self.removed < least * longer.removed
+    }
 }
 
 /// Ratio of two scales or times below which two proposals are one.
@@ -151,6 +164,10 @@ pub(crate) fn refine(
             });
         }
         done.extend(going);
+        let named = Hypothesis { members: ground.named.clone(), ..train.base() };
+        let named = train.fit(named, ground.settings.remainder.iterations)?;
+        let without = rows.choosing.validation_errors(&named.hypothesis)?.and(&named.errors);
+        let without = without.chi_square();
         let tried = parallel::map_each(done, |(k, fit)| {
             let scored: Scored = rows.scored(fit)?;
             let mut named = scored.hypothesis().members.clone();
@@ -159,10 +176,12 @@ pub(crate) fn refine(
             let length = length_of(&proposals[k]);
             let choice =
                 2.0 * scored.members() as f64 * (system.candidate_len().max(1) as f64).ln();
+            let errors = scored.fit.errors.and(&scored.validation);
             Some(Tried {
+                removed: 1.0 - errors.chi_square() / without,
                 total: scored.total(rows_per_observation) - choice + 2.0 * length,
                 prior_cost: train.prior_cost(scored.hypothesis()),
-                chi: scored.fit.errors.and(&scored.validation).mean(),
+                chi: errors.mean(),
                 validation: scored.validation.chi_square(),
                 terms,
                 named,
@@ -177,7 +196,7 @@ pub(crate) fn refine(
 }
 
 /// Of laws that leave nearly as little in every channel as the one of the best odds, without moving the nuisances further, the
-/// most probable one of those with the fewest numbers. What their variables and functions are, the odds decide: a factor more
+/// most probable one of those with the fewest numbers; laws without a term that carries next to nothing are as good. What their variables and functions are, the odds decide: a factor more
 /// that the data ask for takes no number.
 pub(crate) fn preferred(tried: &[Tried], ground: &Ground<'_>) -> Option<Tried> {
     let best = tried.first()?;
@@ -185,8 +204,9 @@ pub(crate) fn preferred(tried: &[Tried], ground: &Ground<'_>) -> Option<Tried> {
     let as_good = |t: &&Tried| {
         let mut channels = t.chi.iter().zip(&best.chi);
         let rise = settings.remainder.notable_rise;
-        channels.all(|(own, least)| own - least < rise * least.max(1.0))
-            && t.prior_cost - best.prior_cost < settings.intervals.equal_cost
+        let leaves_as_little = channels.all(|(own, least)| own - least < rise * least.max(1.0))
+            && t.prior_cost - best.prior_cost < settings.intervals.equal_cost;
+        leaves_as_little || t.does_without(best, settings.remainder.term_share)
     };
     let numbers =
         |t: &Tried| t.values.len() + t.named.iter().map(|m| m.values.len()).sum::<usize>();

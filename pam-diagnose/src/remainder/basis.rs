@@ -92,10 +92,14 @@ fn lagged(place: &Place, variables: &[Variable]) -> Vec<Vec<Factor>> {
                 lag: Some(Lag::LowPass { of, time_s }),
                 ..plain(k, Function::Linear)
             };
-            all.push(match variables[k].kind {
-                VariableKind::Turning => vec![of(Function::Square), plain(k, Function::Linear)],
-                _ => vec![of(Function::Linear)],
-            });
+            if variables[k].kind == VariableKind::Turning {
+                all.push(vec![of(Function::Square), plain(k, Function::Linear)]);
+                let moving = |x: &&usize| place.rich && variables[**x].kind == VariableKind::Moving;
+                let others = place.variables.iter().filter(moving);
+                all.extend(others.map(|&x| vec![of(Function::Square), plain(x, Function::Linear)]));
+            } else {
+                all.push(vec![of(Function::Linear)]);
+            }
         }
     }
     if !place.rich {

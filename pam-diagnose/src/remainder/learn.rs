@@ -28,6 +28,8 @@ pub(crate) struct Learned {
     validation: f64,
     /// Mean whitened squares of the validation rows.
     chi: Vec<f64>,
+    /// Minus two times their log-likelihood per row.
+    pub(crate) deviance: f64,
 }
 
 /// Drop of the validation cost that an addition to a correction must bring.
@@ -103,6 +105,14 @@ impl<'a> Before<'a> {
             Ok(Some(Self { ground, hypothesis, errors }))
         })
     }
+}
+
+/// Errors of the validation rows with the named causes alone; `None` if they cannot be simulated.
+pub(crate) fn validation_errors(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+) -> Result<Option<ChannelErrors>, DiagnoseError> {
+    Ok(Before::of(space, ground)?.map(|before| before.errors))
 }
 
 fn definitions(space: &dyn TermSpace, terms: &[Vec<Term>], deviation: f64) -> Vec<Definition> {
@@ -208,10 +218,7 @@ pub(crate) fn learn(
     let cut =
         parallel::map(alone.len().min(CUT_DOWN), |k| sparse(space, before, alone[k].1.clone()));
     for ((_, found), few) in alone.iter_mut().zip(cut) {
-        let few = few?;
-        if few.validation < found.validation {
-            *found = few;
-        }
+        *found = few?;
     }
     // What the validation rows confirm comes before what is a little more probable and confirmed by none.
     let rank = |found: &Learned| (!found.is_learned(ground), found.validation);
@@ -380,6 +387,7 @@ fn fitted(
             train: fit.cost,
             validation: cost(&errors),
             chi: errors.mean(),
+            deviance: errors.deviance(),
         }))
     })
 }

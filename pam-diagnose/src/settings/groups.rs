@@ -441,6 +441,8 @@ settings! {
         /// Total length of the joint's training and validation recordings from which corrections are learned and laws are selected.
         /// Longer recordings are represented by pieces that cover the motion; the selected laws are fitted to all rows.
         most_s: f64 = 40.0, "s", POSITIVE, TIME;
+        /// The same of one recording: longer motion of the same pressures repeats itself.
+        most_of_one_s: f64 = 20.0, "s", POSITIVE, TIME;
         /// Length of the shortest of these pieces.
         piece_s: f64 = 6.0, "s", POSITIVE, TIME;
         /// Standard deviations of the prior of the coefficients of a smooth correction, relative to the size of what acts where
@@ -470,6 +472,8 @@ settings! {
         rounds: usize = 2, "rounds", COUNT, TIME;
         /// Rise of the mean square of a channel, relative to it or to its noise, below which a shorter law is as good.
         notable_rise: f64 = 0.1, "–", POSITIVE, STUDIES;
+        /// Share of the squared error that a law removes which a further term must carry.
+        term_share: f64 = 0.02, "–", SHARE, STUDIES;
         /// A law replaces the correction if it removes at least this share of the squared error that the correction removes.
         law_share: f64 = 0.8, "–", SHARE, STUDIES;
         /// Blocks of data that are left out in turn to see on which variables a correction depends.

@@ -21,6 +21,10 @@ pub enum Function {
     Above,
     /// `max(−u − w, 0)`.
     Below,
+    /// `max(|u| − w, 0)`.
+    Outside,
+    /// `sinh(u/w) − u/w`.
+    Stiffening,
     /// `tanh(u/w)`.
     Saturated,
     /// `exp(−|u|/w)`.
@@ -33,7 +37,7 @@ pub enum Function {
 
 impl Function {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
         Self::Linear,
         Self::Absolute,
         Self::Square,
@@ -43,6 +47,8 @@ impl Function {
         Self::Negative,
         Self::Above,
         Self::Below,
+        Self::Outside,
+        Self::Stiffening,
         Self::Saturated,
         Self::Decaying,
         Self::Sine,
@@ -56,6 +62,8 @@ impl Function {
             self,
             Self::Above
                 | Self::Below
+                | Self::Outside
+                | Self::Stiffening
                 | Self::Saturated
                 | Self::Decaying
                 | Self::Sine
@@ -72,10 +80,11 @@ impl Function {
             | Self::Positive
             | Self::Negative
             | Self::Above
-            | Self::Below => 1,
+            | Self::Below
+            | Self::Outside => 1,
             Self::Square | Self::SignedSquare => 2,
             Self::Cube => 3,
-            Self::Saturated | Self::Decaying | Self::Sine | Self::Cosine => 0,
+            Self::Stiffening | Self::Saturated | Self::Decaying | Self::Sine | Self::Cosine => 0,
         }
     }
 
@@ -92,6 +101,8 @@ impl Function {
             Self::Negative => (-u).max(0.0),
             Self::Above => (u - scale).max(0.0),
             Self::Below => (-u - scale).max(0.0),
+            Self::Outside => (u.abs() - scale).max(0.0),
+            Self::Stiffening => (u / scale).sinh() - u / scale,
             Self::Saturated => (u / scale).tanh(),
             Self::Decaying => (-u.abs() / scale).exp(),
             Self::Sine => (std::f64::consts::TAU * u / scale).sin(),
@@ -112,6 +123,8 @@ impl Function {
             Self::Negative => format!("max(-{u}, 0)"),
             Self::Above => format!("max({u} - {scale}, 0)"),
             Self::Below => format!("max(-{u} - {scale}, 0)"),
+            Self::Outside => format!("max(abs({u}) - {scale}, 0)"),
+            Self::Stiffening => format!("(sinh({u} / {scale}) - {u} / {scale})"),
             Self::Saturated => format!("tanh({u} / {scale})"),
             Self::Decaying => format!("exp(-abs({u}) / {scale})"),
             Self::Sine => format!("sin(2 * pi * {u} / {scale})"),
@@ -126,7 +139,12 @@ impl Function {
             Self::Linear => 1.0,
             Self::Absolute | Self::Square | Self::SignedSquare | Self::Cube => 2.0,
             Self::Saturated | Self::Positive => 2.5,
-            Self::Negative | Self::Above | Self::Below | Self::Decaying => 3.0,
+            Self::Negative
+            | Self::Above
+            | Self::Below
+            | Self::Outside
+            | Self::Stiffening
+            | Self::Decaying => 3.0,
             Self::Sine | Self::Cosine => 3.5,
         }
     }

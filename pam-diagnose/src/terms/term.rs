@@ -101,7 +101,9 @@ impl Factor {
     pub fn size(&self, variables: &[Variable]) -> f64 {
         let size = self.argument_size(variables);
         match self.function {
-            Function::Above | Function::Below => (size - self.scale).max(0.1 * size),
+            Function::Above | Function::Below | Function::Outside => {
+                (size - self.scale).max(0.1 * size)
+            }
             Function::Saturated | Function::Decaying | Function::Sine | Function::Cosine => 1.0,
             Function::Negative => size,
             plain => plain.value(size, 1.0),

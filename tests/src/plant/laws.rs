@@ -74,6 +74,18 @@ pub(super) struct Laws {
     worked_spring: [f64; 2],
     /// `−c z v` with `ż = (|F| − z)/τ` for the force F of the motor: s/mm, s.
     loaded_damping: [f64; 2],
+    /// `−c v / (1 + (x/w)²)`: mN s/mm, mm.
+    central_damping: [f64; 2],
+    /// `−c (P_f − P_atm) x²`: mN/(mm² kPa).
+    pressure_bow: f64,
+    /// Air out of the flexor `c (P_f − P_atm)²`: g/(s kPa²).
+    square_leak: f64,
+    /// Dry friction `c z` with `ż = (|F| − z)/τ` for the force F of the motor: 1, s.
+    lasting_friction: [f64; 2],
+    /// `−k z` with `ż = (x |x| − z)/τ`: mN/mm², s.
+    creeping_spring: [f64; 2],
+    /// The reading of P_e has `c x²`: kPa/mm².
+    strained_pressure: f64,
 }
 
 /// What the laws remember.
@@ -93,6 +105,10 @@ pub(super) struct Kept {
     work: f64,
     /// Low-passed size of the force of the motor, mN.
     load_mn: f64,
+    /// The same for dry friction, mN.
+    lasting_mn: f64,
+    /// Low-passed signed square of the displacement, mm².
+    crept_mm2: f64,
 }
 
 /// Where and how the joint is when its laws are evaluated.
@@ -151,6 +167,12 @@ impl Laws {
             "bent_position" => self.bent_position += v("per_mm"),
             "worked_spring" => self.worked_spring = [1e3 * v("n_s2_mm3"), v("time_s")],
             "loaded_damping" => self.loaded_damping = [v("s_mm"), v("time_s")],
+            "central_damping" => self.central_damping = [1e3 * v("n_s_mm"), v("width_mm")],
+            "pressure_bow" => self.pressure_bow += 1e3 * v("n_mm2_kpa"),
+            "square_leak" => self.square_leak += v("g_s_kpa2"),
+            "lasting_friction" => self.lasting_friction = [v("share"), v("time_s")],
+            "creeping_spring" => self.creeping_spring = [1e3 * v("n_mm2"), v("time_s")],
+            "strained_pressure" => self.strained_pressure += v("kpa_mm2"),
             _ => return false,
         }
         true
@@ -161,7 +183,7 @@ impl Laws {
         let Moment { x, v, t, kpa, motor_mn } = now;
         let gauge = kpa.map(|p| p - ATMOSPHERE_KPA);
         let both = gauge[0] + gauge[1];
-        let kept = self.moved(kept, v, motor_mn, ahead_s);
+        let kept = self.moved(kept, [x, v], motor_mn, ahead_s);
         let mut total = -self.cubic * x * x * x
             - self.drag * v * v.abs()
             - self.pressure_damping * both * v
@@ -180,7 +202,14 @@ impl Laws {
             - self.difference_damping * (gauge[0] - gauge[1]) * v
             - self.quadratic_spring * x * x.abs()
             - self.worked_spring[0] * kept.work * x
-            - self.loaded_damping[0] * kept.load_mn * v;
+            - self.loaded_damping[0] * kept.load_mn * v
+            - self.pressure_bow * gauge[0] * x * x
+            - self.creeping_spring[0] * kept.crept_mm2;
+        if let [damping, width] = self.central_damping
+            && damping != 0.0
+        {
+            total -= damping * v / (1.0 + (x / width).powi(2));
+        }
         if let [stiffness, scale] = self.stiffening
             && stiffness != 0.0
         {
@@ -212,10 +241,11 @@ impl Laws {
             + self.edge_friction * now.x.abs()
             + self.extensor_friction * gauge[1]
             + self.running_friction[0] * kept.speed
+            + self.lasting_friction[0] * kept.lasting_mn
     }
 
-    /// What is kept `dt` s later, for a velocity and a force that stay.
-    pub(super) fn moved(&self, kept: Kept, v: f64, motor_mn: f64, dt: f64) -> Kept {
+    /// What is kept `dt` s later, for a displacement, a velocity and a force that stay.
+    pub(super) fn moved(&self, kept: Kept, [x, v]: [f64; 2], motor_mn: f64, dt: f64) -> Kept {
         let low_passed = |old: f64, to: f64, time_s: f64| {
             if time_s > 0.0 { old + (to - old) * (1.0 - (-dt / time_s).exp()) } else { old }
         };
@@ -229,23 +259,26 @@ impl Laws {
             speed: low_passed(kept.speed, v.abs(), self.running_friction[1]),
             work: low_passed(kept.work, v * v, self.worked_spring[1]),
             load_mn: low_passed(kept.load_mn, motor_mn.abs(), self.loaded_damping[1]),
+            lasting_mn: low_passed(kept.lasting_mn, motor_mn.abs(), self.lasting_friction[1]),
+            crept_mm2: low_passed(kept.crept_mm2, x * x.abs(), self.creeping_spring[1]),
         }
     }
 
     /// Air that enters the chambers, g/s.
     pub(super) fn inflow_g_s(&self, kpa: [f64; 2], [x, v]: [f64; 2]) -> [f64; 2] {
-        let lost = self.moving_leak * (kpa[0] - ATMOSPHERE_KPA) * v.abs();
+        let over_air = kpa[0] - ATMOSPHERE_KPA;
+        let lost = self.moving_leak * over_air * v.abs() + self.square_leak * over_air.powi(2);
         let over = kpa[0] - kpa[1];
         let passed = self.turbulent_crosstalk * over * over.abs()
             + self.opening_crosstalk * over * x.max(0.0);
         [-lost - passed, passed]
     }
 
-    /// Readings of the pressures for true ones, kPa.
-    pub(super) fn readings(&self, kpa: [f64; 2]) -> [f64; 2] {
+    /// Readings of the pressures for true ones, kPa, at a displacement, mm.
+    pub(super) fn readings(&self, kpa: [f64; 2], x: f64) -> [f64; 2] {
         [
             kpa[0] + self.bent_pressure * (kpa[0] - ATMOSPHERE_KPA).powi(2),
-            kpa[1] + self.reading_crosstalk * (kpa[0] - kpa[1]),
+            kpa[1] + self.reading_crosstalk * (kpa[0] - kpa[1]) + self.strained_pressure * x * x,
         ]
     }
 

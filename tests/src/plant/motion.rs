@@ -217,7 +217,7 @@ impl Joint {
         if let Some([_, time]) = acting.creep {
             self.damper_mm += (1.0 - (-dt / time).exp()) * (x - self.damper_mm);
         }
-        self.kept = acting.laws.moved(self.kept, middle, self.motor_mn, dt);
+        self.kept = acting.laws.moved(self.kept, [x, middle], self.motor_mn, dt);
         self.motor_mn = after;
         self.x = x + 0.5 * dt * end;
         self.v = end;

@@ -99,7 +99,8 @@ impl Chain {
         }
         self.frozen_mm = x;
         let steps = acting.pressure_delay_s / self.dt;
-        let shown = acting.laws.readings([0, 1].map(|i| self.delays[i + 1].ago(steps)));
+        let kpa = [0, 1].map(|i| self.delays[i + 1].ago(steps));
+        let shown = acting.laws.readings(kpa, self.delays[0].ago(0.0));
         let [flexor, extensor] = [0, 1].map(|i| {
             let p = shown[i];
             p + acting.pressure_gain[i] * (p - ATMOSPHERE_KPA) + acting.pressure_bias_kpa[i]
