@@ -115,7 +115,8 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         })
     }
 
-    /// Whether the whitened squared error is proven to be smaller by `after` than by `before` ([`Comparison::reduced`]).
+    /// Whether the test rows prove that `after` predicts them better than `before`: by the whitened squared error, or by the direction of
+    /// the residual.
     #[must_use]
     pub fn is_reduced(&self, before: &Hypothesis, after: &Hypothesis) -> bool {
         self.compared(before, after).is_some_and(|c| c.reduced)
