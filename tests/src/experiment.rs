@@ -111,7 +111,7 @@ pub fn found(saved: &SavedModel, case: &Case) -> Result<JointDiagnosis, Diagnose
     diagnose(&model, &sets, &options, &|_, _| {})
 }
 
-/// What the diagnosis of a case says.
+/// Outcome of the diagnosis of a case.
 #[must_use]
 pub fn diagnosed(saved: &SavedModel, case: &Case) -> Outcome {
     let start = cpu_s().unwrap_or(f64::NAN);

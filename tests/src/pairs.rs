@@ -93,7 +93,7 @@ fn values(limits: &Limits, multiple: f64) -> Option<Vec<f64>> {
     )
 }
 
-/// What a diagnosis of the rig says.
+/// Verdict and named causes of a diagnosis of the rig.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Said {
     /// The verdict.
@@ -103,13 +103,13 @@ pub struct Said {
 }
 
 impl Said {
-    /// Whether the effect is the one named cause, and the other is not confusable with it.
+    /// Whether only `effect` is named, and `other` is not confusable with it.
     #[must_use]
     pub fn separates(&self, effect: &str, other: &str) -> bool {
         matches!(&self.named[..], [(id, confusable)] if id == effect && confusable.iter().all(|c| c != other))
     }
 
-    /// Whether the other effect is named, or not distinguished from a named one that is the hidden one.
+    /// Whether `other` is named, or `effect` is named and confusable with it.
     #[must_use]
     pub fn confuses(&self, effect: &str, other: &str) -> bool {
         self.named.iter().any(|(id, confusable)| {
@@ -134,7 +134,7 @@ pub struct PairOutcome {
 }
 
 impl PairOutcome {
-    /// Whether the rig shows that only the design separates the pair.
+    /// Whether the diagnoses confuse the pair under the published excitation and separate it under the design.
     #[must_use]
     pub fn is_shown(&self) -> bool {
         self.said.as_ref().is_some_and(|[standard, designed]| {

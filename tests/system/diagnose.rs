@@ -184,7 +184,7 @@ fn a_smooth_force_is_no_fault() {
     assert_eq!(d.named(), ["actuation_delay"], "{} {:?} {:?}", d.verdict, d.reasons, d.refused);
     let truth = effect.values["delay_ms"];
     let delay = d.causes[0].parameters.iter().find(|(n, _)| *n == "delay_ms").expect("fitted");
-    // A delay is told from the time at which the force acts between samples to less than a sample.
+    // A delay of less than a sample cannot be separated from the fitted timing of the force within a sample.
     let near = (delay.1.value - truth).abs() < 0.75 * every as f64;
     assert!(delay.1.contains(truth) || near, "{truth}: {:?}", delay.1);
 }

@@ -93,7 +93,7 @@ fn driving_force(recording: &Recording) -> &[f64] {
     recording.low_passed.force_mn.as_ref().unwrap_or(&recording.force_mn)
 }
 
-/// A recording whose force is what the measured one has at quiet frequencies; `None` if it has none of them.
+/// The recording with only the quiet-frequency part of its measured force; `None` if no frequency is quiet.
 fn quiet_force(subject: &Subject, settings: &DiagnosisSettings) -> Option<Recording> {
     let quiet = Quiet::of(&subject.recording, settings)?;
     let mut recording = subject.recording.clone();

@@ -111,7 +111,7 @@ fn divided(
 /// the mean square of one channel is larger by a tenth.
 const MUCH_WORSE: f64 = 0.1;
 
-/// What is said where a correction is worse than the causes that it would replace.
+/// Sentence of the report for a correction that predicts worse than the causes it would replace.
 const NO_BETTER: &str = "No smooth correction leaves as little of the validation data as the causes that a law would replace.";
 
 /// What is said where nothing is left.
@@ -201,8 +201,8 @@ fn rest_beside(
     Ok(found)
 }
 
-/// Whether a correction beside fewer causes leaves about as little of the validation rows as the causes whose place a law would
-/// take: no short law leaves much less than a smooth correction.
+/// Whether the correction predicts the validation rows about as well as the causes that a law would replace. If it does not, no
+/// short law will: a law rarely predicts much better than a smooth correction.
 fn reaches_rivals(
     space: &dyn TermSpace,
     ground: &Ground<'_>,
@@ -270,12 +270,12 @@ impl About {
     }
 }
 
-/// What the terms of the library do about the residual of a correction.
+/// Linearised fit of the library's terms to the residual of the correction.
 struct Screen {
     library: Vec<Term>,
     /// The sensitivities to the terms of the library, and the residual.
     screened: Screened,
-    /// Sums of terms that do nearly what the correction does.
+    /// Sums of terms that reproduce most of the effect of the correction.
     sums: Vec<Vec<Term>>,
 }
 

@@ -115,8 +115,8 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         })
     }
 
-    /// Whether the test rows prove that `after` predicts them better than `before`: by the whitened squared error, or by the direction of
-    /// the residual.
+    /// Whether `after` predicts the test rows significantly better than `before`, judged by the whitened squared error or by the
+    /// score test: the inner product of the residual of `before` with the change of the prediction.
     #[must_use]
     pub fn is_reduced(&self, before: &Hypothesis, after: &Hypothesis) -> bool {
         self.compared(before, after).is_some_and(|c| c.reduced)

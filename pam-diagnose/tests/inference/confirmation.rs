@@ -46,8 +46,8 @@ fn confirmed(is_there: bool, held: usize, count: u64, settings: &DiagnosisSettin
     (0..count).into_par_iter().filter(is_confirmed).count()
 }
 
-/// What is not there is confirmed in one of 200 cases, whether rows are independent or go together inside their blocks: by rows
-/// that are counted one by one, z would have to exceed 2.6/√10 only, one of 5 cases.
+/// The false-positive rate is 1 in 200, whether rows are independent or fully correlated within their blocks. A test that took
+/// correlated rows as independent would reject at z > 2.6/√10, in 1 of 5 cases.
 #[test]
 fn what_is_not_there_is_confirmed_at_the_level_of_the_setting() {
     let settings = DiagnosisSettings::default();

@@ -97,9 +97,9 @@ impl Demand<'_, '_> {
         listed.min(not_minor).min(self.proven(s))
     }
 
-    /// Whether a test recording proves a smaller whitened error: Student's test of the gains over its blocks, of the gains
-    /// relative to the sums, or of the products of residual and change, whose scatter is half as large but whose level is
-    /// stricter. Squared, the mean of the recordings.
+    /// Expected test statistic of the confirmation over its critical value, squared; the mean over recordings. The statistic is the
+    /// largest of three Student's t over blocks: of the gains, of the relative gains, and of the score (the product of residual
+    /// and change of the prediction), which scatters half as much and is tested at a stricter level.
     fn proven(&self, s: &Signature) -> f64 {
         let blocks = self.signatures.test_block_squares(s);
         let a = self.signatures.acceptance();
@@ -121,7 +121,7 @@ impl Demand<'_, '_> {
             let scatter: Vec<f64> = own.iter().map(|b| 4.0 * b).collect();
             let of_gains = student(own, &scatter).max(student(&relative, &of_relative))
                 / needed(t_quantile_95(n - 1.0));
-            // The change itself must be no loss.
+            // The score confirms only where the error falls as well.
             let of_score = (student(own, own) / needed(t_quantile(1.0 - a.score_p_value, n - 1.0)))
                 .min(own.iter().sum::<f64>().sqrt() / (2.0 * self.normal()));
             of_gains.max(of_score).powi(2)

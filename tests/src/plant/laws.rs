@@ -244,7 +244,7 @@ impl Laws {
             + self.lasting_friction[0] * kept.lasting_mn
     }
 
-    /// What is kept `dt` s later, for a displacement, a velocity and a force that stay.
+    /// The memory states after `dt` s at constant displacement, velocity and force.
     pub(super) fn moved(&self, kept: Kept, [x, v]: [f64; 2], motor_mn: f64, dt: f64) -> Kept {
         let low_passed = |old: f64, to: f64, time_s: f64| {
             if time_s > 0.0 { old + (to - old) * (1.0 - (-dt / time_s).exp()) } else { old }
