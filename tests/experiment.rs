@@ -9,8 +9,10 @@
 
 use clap::Parser;
 use pam_core::units::significant;
+use pam_data::SavedModel;
 use pam_data::atomic::write_atomic;
-use pam_experiment::certify::{Case, Outcome};
+use pam_experiment::certify::{Case, Outcome, Plan};
+use pam_experiment::detect::Detection;
 use pam_tests::experiment::{compared, confusions, foretold, found, published, run};
 use pam_tests::pairs::{self, PairOutcome};
 use serde_json::json;
@@ -53,10 +55,22 @@ fn main() -> ExitCode {
     }
 }
 
+/// The foretold limits of an earlier run in the same folder, or new ones.
+fn remembered(arguments: &Arguments, saved: &SavedModel) -> Result<(Plan, Detection), String> {
+    let path = arguments.out.join("foretold.json");
+    if let Ok(text) = std::fs::read_to_string(&path) {
+        return serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()));
+    }
+    let new = foretold(saved);
+    let text = serde_json::to_string_pretty(&new).map_err(|e| e.to_string())?;
+    write_atomic(&path, format!("{text}\n").as_bytes()).map_err(|e| e.to_string())?;
+    Ok(new)
+}
+
 /// The diagnosis of one case of the limits.
 fn show(arguments: &Arguments) -> Result<(), String> {
     let saved = published();
-    let (plan, _) = foretold(&saved);
+    let (plan, _) = remembered(arguments, &saved)?;
     let case = plan.cases.iter().find(|c| Some(&c.id) == arguments.case.as_ref());
     let case = case.ok_or("--case: give the id of a case, such as creep-x2-0")?;
     let found = found(&saved, case).map_err(|e| e.to_string())?;
@@ -117,7 +131,7 @@ fn pairs(arguments: &Arguments) -> Result<(), String> {
 
 fn limits(arguments: &Arguments) -> Result<(), String> {
     let saved = published();
-    let (plan, detection) = foretold(&saved);
+    let (plan, detection) = remembered(arguments, &saved)?;
     let path = arguments.out.join("limits.json");
     let mut outcomes: Vec<Outcome> = std::fs::read_to_string(&path)
         .ok()

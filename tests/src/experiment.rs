@@ -8,7 +8,7 @@ use pam_diagnose::{DiagnoseError, DiagnoseOptions, JointDiagnosis, RecordingSets
 use pam_effects::ExtendedModel;
 use pam_effects::effects::by_id;
 use pam_experiment::certify::{Case, CertifyOptions, Outcome, Plan, plan};
-use pam_experiment::detect::{DetectOptions, Detection, GivenValues};
+use pam_experiment::detect::{DetectOptions, Detection, GivenValues, TRIALS};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -70,7 +70,7 @@ pub fn recordings(saved: &SavedModel, hidden: &[Hidden], seed: u64) -> Vec<Subje
     plant_runs(saved, &CONDITIONS, &excitation, hidden, &Sensors::default(), seed)
 }
 
-/// Foretold limits, and the sets that check them.
+/// Foretold limits, with trials in recordings that the model simulates, and the sets of the plant that check them.
 ///
 /// # Panics
 /// If the limits cannot be foretold.
@@ -81,10 +81,11 @@ pub fn foretold(saved: &SavedModel) -> (Plan, Detection) {
     let options = CertifyOptions {
         detect: DetectOptions {
             effects: EFFECTS.iter().map(given).collect(),
+            trials: Some(TRIALS),
             ..DetectOptions::default()
         },
         multiples: MULTIPLES.to_vec(),
-        repeats: 1,
+        repeats: 2,
         nulls: 0,
         seed: SEED,
         ..CertifyOptions::default()
@@ -133,12 +134,14 @@ pub struct Compared {
     pub foretold: f64,
     /// Multiples of the limit at which it was hidden, and whether it was named.
     pub trials: Vec<(f64, bool)>,
-    /// The measured limit over the foretold one, by maximum likelihood with the foretold slope.
+    /// The measured limit over the foretold one, by maximum likelihood.
     pub ratio: f64,
 }
 
 /// Ratios that are tried.
 const RATIOS: usize = 400;
+/// Steepness of the probability that an effect is named.
+const STEEPNESS: f64 = 4.0;
 
 /// The limits of a plan beside those that outcomes show.
 #[must_use]
@@ -147,7 +150,7 @@ pub fn compared(detection: &Detection, outcomes: &[Outcome]) -> Vec<Compared> {
     for limits in &detection.limits {
         let Some(limit) = limits.named else { continue };
         let own = outcomes.iter().filter(|o| o.case.label.as_deref() == Some(&limits.label));
-        let trials: Vec<(f64, bool)> = own.map(|o| (o.case.multiple, o.is_right())).collect();
+        let trials: Vec<(f64, bool)> = own.map(|o| (o.case.multiple, o.is_named())).collect();
         if trials.is_empty() {
             continue;
         }
@@ -155,21 +158,21 @@ pub fn compared(detection: &Detection, outcomes: &[Outcome]) -> Vec<Compared> {
             label: limits.label.clone(),
             parameter: limits.parameter.clone(),
             foretold: limit.value,
-            ratio: ratio(limit.noncentrality.sqrt(), &trials),
+            ratio: ratio(&trials),
             trials,
         });
     }
     all
 }
 
-/// The factor on the limit under which the trials are most probable: the root of the noncentrality grows with the magnitude, and
-/// the limit has 90 % power. Of factors that are equally probable the geometric mean.
-fn ratio(at_limit: f64, trials: &[(f64, bool)]) -> f64 {
+/// The factor on the limit under which the trials are most probable, where the limit has 90 % power. Of factors that are equally
+/// probable the geometric mean.
+fn ratio(trials: &[(f64, bool)]) -> f64 {
     let normal = Normal::standard();
-    let needed = at_limit - normal.inverse_cdf(0.9);
+    let needed = STEEPNESS - normal.inverse_cdf(0.9);
     let likelihood = |ratio: f64| -> f64 {
         let of = |&(multiple, named): &(f64, bool)| {
-            let power = normal.cdf(at_limit * multiple / ratio - needed).clamp(0.01, 0.99);
+            let power = normal.cdf(STEEPNESS * multiple / ratio - needed).clamp(0.01, 0.99);
             if named { power.ln() } else { (1.0 - power).ln() }
         };
         trials.iter().map(of).sum()
@@ -201,8 +204,7 @@ pub fn confusions(detection: &Detection, outcomes: &[Outcome]) -> [usize; 3] {
         measured.sort_unstable();
         measured.dedup();
         let told = |p: &&pam_experiment::detect::Pair| {
-            Some(p.effect.as_str()) == o.case.label.as_deref()
-                && p.distinguished_from.is_none_or(|from| from > o.case.multiple)
+            Some(p.effect.as_str()) == o.case.label.as_deref() && p.is_confused(o.case.multiple)
         };
         let foretold: Vec<&str> =
             detection.pairs.iter().filter(told).map(|p| p.other.as_str()).collect();

@@ -50,7 +50,7 @@ pub fn foretold(model: &ExtendedModel) -> Detection {
         |run: &pam_experiment::plan::PlannedRun| run.simulated(model).expect("in range");
     let recordings: Vec<Subject> = runs.expect("sealed runs").iter().map(simulated).collect();
     let view = sensor_view(model, &recordings, &sensors, &options.diagnosis).expect("noise");
-    detect(model, &recordings, Some(&view), &options).expect("limits")
+    detect(model, &recordings, Some(&view), &options, &|_, _| {}).expect("limits")
 }
 
 fn detect_options(effects: &[&str]) -> DetectOptions {
@@ -66,8 +66,8 @@ fn detect_options(effects: &[&str]) -> DetectOptions {
 /// The pairs that are foretold not to be distinguished at the [multiple](MULTIPLE) of the limit, the least similar ones first.
 #[must_use]
 pub fn confused(detection: &Detection) -> Vec<&Pair> {
-    let is_confused = |p: &&Pair| p.distinguished_from.is_none_or(|from| from > MULTIPLE);
-    let mut pairs: Vec<&Pair> = detection.pairs.iter().filter(is_confused).collect();
+    let mut pairs: Vec<&Pair> =
+        detection.pairs.iter().filter(|p| p.is_confused(MULTIPLE)).collect();
     pairs.sort_by(|a, b| a.cosine.total_cmp(&b.cosine));
     pairs
 }

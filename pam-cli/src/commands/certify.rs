@@ -14,12 +14,12 @@ use pam_ablate::run::Shard;
 use pam_data::atomic::write_atomic;
 use pam_data::fingerprint::fingerprint_of_subjects;
 use pam_effects::ExtendedModel;
-use pam_experiment::certify::synthesis::Synthesis;
 use pam_experiment::certify::{
     CertifyFolder, CertifyOptions, Progress, Summary, Work, certificate_report, plan, run_cases,
     settings_file,
 };
 use pam_experiment::detect::DetectOptions;
+use pam_experiment::plan::Synthesis;
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -95,6 +95,18 @@ impl Autoregression {
             .collect()
     }
 
+    /// So many rows of this noise; `normal` draws standard normal numbers.
+    pub fn drawn(&self, rows: usize, mut normal: impl FnMut() -> f64) -> Vec<f64> {
+        let mut all: Vec<f64> = Vec::with_capacity(rows);
+        for k in 0..rows {
+            let from = k.min(self.order());
+            let before = all[k - from..].iter().rev();
+            let known: f64 = self.predictors[from].iter().zip(before).map(|(a, r)| a * r).sum();
+            all.push(known + self.deviations[from] * normal());
+        }
+        all
+    }
+
     /// Rows over which the noise is correlated: the variance of a long mean over that of independent rows,
     /// `s² / ((1 − Σ a_j)² γ_0)`.
     #[must_use]

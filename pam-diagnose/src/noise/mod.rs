@@ -108,6 +108,19 @@ impl Noise {
         &self.channels[channel]
     }
 
+    /// So many rows of the noise of all channels; `normal` draws standard normal numbers.
+    pub fn drawn(&self, rows: usize, mut normal: impl FnMut() -> f64) -> Vec<Vec<f64>> {
+        let mut all: Vec<Vec<f64>> = Vec::new();
+        for (channel, shared) in self.channels.iter().zip(&self.shared) {
+            let mut own = channel.drawn(rows, &mut normal);
+            for (share, other) in shared.iter().zip(&all) {
+                own.iter_mut().zip(other).for_each(|(o, x)| *o += share * x);
+            }
+            all.push(own);
+        }
+        all
+    }
+
     /// The rows of all channels of an experiment, whitened. An empty channel is zero.
     #[must_use]
     pub fn whitened(&self, experiment: usize, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {

@@ -1,7 +1,7 @@
 //! The cases of a certificate, and what a diagnosis says of each.
 
 use super::CertifyOptions;
-use crate::detect::{Detection, detect_along};
+use crate::detect::{Detection, TrialProgress, detect_along};
 use crate::error::ExperimentError;
 use pam_data::Subject;
 use pam_diagnose::JointDiagnosis;
@@ -47,7 +47,12 @@ pub fn plan(
     baseline: &[Subject],
     options: &CertifyOptions,
 ) -> Result<(Plan, Detection), ExperimentError> {
-    let (detection, ways) = detect_along(model, baseline, None, &options.detect)?;
+    // The certificate makes trials of its own; others only where their number is given.
+    let progress: Option<TrialProgress<'_>> = match options.detect.trials {
+        Some(_) => Some(&|_, _| {}),
+        None => None,
+    };
+    let (detection, ways) = detect_along(model, baseline, None, &options.detect, progress)?;
     let (mut cases, mut left_out, mut limits) = (Vec::new(), Vec::new(), Vec::new());
     for (l, way) in detection.limits.iter().zip(&ways) {
         let Some(limit) = l.named else {
@@ -168,6 +173,13 @@ impl Outcome {
     #[must_use]
     pub fn names_at(&self, log_odds: f64) -> bool {
         !self.named.is_empty() && self.log_odds >= log_odds
+    }
+
+    /// Whether the hidden effect is named, or a name is said not to be distinguished from it.
+    #[must_use]
+    pub fn is_named(&self) -> bool {
+        let Some(effect) = &self.case.effect else { return false };
+        self.named.iter().any(|n| n.effect == *effect || n.confusable_with.contains(effect))
     }
 
     /// Whether the hidden effect is the only name, or each name is said not to be distinguished from it.

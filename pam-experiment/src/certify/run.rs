@@ -1,8 +1,8 @@
 //! The cases at work: in parallel, in shards, resumable.
 
 use super::case::{Case, Outcome, Plan};
-use super::synthesis::Synthesis;
 use crate::error::ExperimentError;
+use crate::plan::Synthesis;
 use pam_data::atomic::write_atomic;
 use pam_data::{DataError, document, read_limit};
 use pam_diagnose::{DiagnoseOptions, RecordingSets, diagnose};

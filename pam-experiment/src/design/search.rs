@@ -2,9 +2,7 @@
 
 use super::objective::{Judge, LiveCause, Objective, separations};
 use super::space::{DesignLimits, Proposal, standard};
-use crate::detect::{
-    DetectOptions, Detection, GivenValues, Limits, Ray, detect, detect_along, reference,
-};
+use crate::detect::{DetectOptions, Detection, GivenValues, Limits, Ray, detect_along, reference};
 use crate::error::ExperimentError;
 use crate::plan::{SensorView, planned_runs, sensor_view};
 use pam_core::parallel;
@@ -172,7 +170,7 @@ pub fn design(
     };
     let noise = view.noise.clone();
     let compared = compared(options);
-    let (before, rays) = detect_along(model, &recordings, Some(&view), &compared)?;
+    let (before, rays) = detect_along(model, &recordings, Some(&view), &compared, None)?;
     // Proposals are compared by the effects at their limits under the standard.
     let at_limit = |(ray, limits): (Ray, &Limits)| {
         let magnitude = reference(limits, &ray);
@@ -192,7 +190,7 @@ pub fn design(
     let best = search(&judge, &standard, options, progress);
     let protocol = best.protocol("design");
     let after_recordings = simulated(model, &protocol, options)?;
-    let after = detect(model, &after_recordings, Some(&view), &compared)?;
+    let (after, _) = detect_along(model, &after_recordings, Some(&view), &compared, None)?;
     let gains = gains(&before, &after);
     let factors: Vec<f64> = gains.iter().filter_map(|g| g.factor).collect();
     let separations = match &options.objective {

@@ -1,238 +1,20 @@
-//! Limits and confusions from signatures.
+//! Limits of all effects, and which of them are confused.
 
-use super::power::needed_noncentrality;
+use super::demand::{Demand, Kind, of_nothing};
+use super::pairs::pairs;
 use super::ray::{Ray, rays};
-use super::result::{Detection, Limit, Limits, Pair};
+use super::result::{Detection, Limit, Limits};
+use super::trials::{Trials, TriedLimit};
 use super::{DetectOptions, GivenValues};
 use crate::error::ExperimentError;
-use crate::plan::SensorView;
+use crate::plan::{SensorView, Synthesis};
 use pam_core::parallel;
 use pam_data::Subject;
-use pam_diagnose::joint::{FreeRun, PreparedTrials, Signature, SignatureSpan, Signatures};
+use pam_diagnose::joint::{PreparedTrials, Signatures};
 use pam_effects::ExtendedModel;
 use pam_effects::effects::AnyEffect;
-use pam_numerics::dot;
-use pam_numerics::statistics::{
-    chi_square_quantile, mean, standard_deviation, t_quantile, t_quantile_95,
-};
-use statrs::distribution::{ContinuousCDF, Normal};
-
-/// Relative accuracy of the noncentrality at a limit.
-const ACCURACY: f64 = 0.02;
-/// Simulations until a limit is given up.
-const TRIES: usize = 40;
-/// Largest factor from one tried magnitude to the next.
-const FACTOR: f64 = 8.0;
-/// Share of the first magnitude that is next to nothing.
-const NOTHING: f64 = 1e-6;
-/// Least one until the limit lies between two of them.
-const LEAST_STEP: f64 = 1.5;
-
-/// What a test asks of a signature.
-pub(crate) struct Demand<'s, 'a> {
-    pub(crate) signatures: &'s Signatures<'a>,
-    /// Directions of the test against chance; it is left out without any.
-    pub(crate) directions: &'s [Signature],
-    pub(crate) seed: u64,
-    pub(crate) parameters: usize,
-    pub(crate) power: f64,
-    pub(crate) level: f64,
-    /// Errors of free runs, by which the reduction of the error is judged; not judged without any.
-    pub(crate) errors: &'s FreeRun,
-}
-
-/// Which limit.
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Kind {
-    Familywise,
-    Listed,
-    Named,
-}
-
-impl Demand<'_, '_> {
-    fn normal(&self) -> f64 {
-        Normal::standard().inverse_cdf(self.power)
-    }
-
-    /// Quantile of the largest of all candidates by chance (Bonferroni).
-    fn by_chance(&self) -> f64 {
-        let candidates = self.signatures.acceptance().candidates.max(1) as f64;
-        chi_square_quantile(1.0 - self.level / candidates, self.parameters as f64)
-    }
-
-    /// The noncentrality at which a drop exceeds so much; `drop ≈ λ + 2√λ z`.
-    fn exceeding(&self, drop: f64) -> f64 {
-        let z = self.normal();
-        (z + (z * z + drop).sqrt()).powi(2)
-    }
-
-    /// The noncentrality of a signature over the needed one: the limit is where it is one.
-    pub(crate) fn excess(&self, kind: Kind, s: &Signature) -> f64 {
-        let a = self.signatures.acceptance();
-        let (p, size) = (self.parameters, s.square());
-        let chance = needed_noncentrality(self.by_chance(), p as f64, self.power);
-        if kind == Kind::Familywise {
-            return size / chance;
-        }
-        let odds = a.rows_per_observation * (a.price(p) + 2.0 * a.log_odds);
-        let listed = needed_noncentrality(odds, p as f64, self.power).max(chance);
-        // The test against chance: what the signs of blocks make of the same residual grows with it.
-        let mut listed = size / listed;
-        if !self.directions.is_empty() {
-            let by_signs = self.signatures.by_chance(s, self.directions, self.seed);
-            listed = listed.min((size.sqrt() - self.normal()).max(0.0).powi(2) / by_signs);
-        }
-        if kind == Kind::Listed {
-            return listed;
-        }
-        let rows = a.rows as f64;
-        let all = rows * a.channels as f64;
-        let of_residual = self.exceeding(a.minor_of_residual / (1.0 - a.minor_of_residual) * all);
-        let channels = self.signatures.channel_squares(s);
-        let rise = self.exceeding(a.minor_rise * rows);
-        let largest = channels.into_iter().fold(0.0, f64::max);
-        // Nuisances that imitate the effect are far from their priors.
-        let strain = self.signatures.prior_square(s) / self.exceeding(a.most_prior_square);
-        let not_minor = (size / of_residual).max(largest / rise).max(strain);
-        listed.min(not_minor).min(self.proven(s))
-    }
-
-    /// Expected test statistic of the confirmation over its critical value, squared; the mean over recordings. The statistic is the
-    /// largest of three Student's t over blocks: of the gains, of the relative gains, and of the score (the product of residual
-    /// and change of the prediction), which scatters half as much and is tested at a stricter level.
-    fn proven(&self, s: &Signature) -> f64 {
-        let blocks = self.signatures.test_block_squares(s);
-        let a = self.signatures.acceptance();
-        let rows = a.rows as f64 / blocks.iter().map(Vec::len).sum::<usize>().max(1) as f64;
-        let noise = 2.0 * rows * a.channels as f64;
-        let ratio = |own: &Vec<f64>| {
-            let n = own.len() as f64;
-            if n < 2.0 {
-                return 1.0;
-            }
-            let student = |gains: &[f64], scatter: &[f64]| {
-                let scatter = scatter.iter().sum::<f64>() / n;
-                let variance = standard_deviation(gains).powi(2) * n / (n - 1.0) + scatter;
-                mean(gains) / (variance / n).sqrt()
-            };
-            let needed = |quantile: f64| quantile + self.normal();
-            let relative: Vec<f64> = own.iter().map(|b| b / (b + noise)).collect();
-            let of_relative: Vec<f64> = own.iter().map(|b| 4.0 * b / (b + noise).powi(2)).collect();
-            let scatter: Vec<f64> = own.iter().map(|b| 4.0 * b).collect();
-            let of_gains = student(own, &scatter).max(student(&relative, &of_relative))
-                / needed(t_quantile_95(n - 1.0));
-            // The score confirms only where the error falls as well.
-            let of_score = (student(own, own) / needed(t_quantile(1.0 - a.score_p_value, n - 1.0)))
-                .min(own.iter().sum::<f64>().sqrt() / (2.0 * self.normal()));
-            of_gains.max(of_score).powi(2)
-        };
-        blocks.iter().map(ratio).sum::<f64>() / blocks.len().max(1) as f64
-    }
-
-    /// Whether the error of the free run becomes smaller: the square of the change over its product with the error of other
-    /// recordings, of whose sign nothing is known. Squared, the geometric mean of the recordings.
-    fn reduced(&self, ray: &Ray, magnitude: f64) -> f64 {
-        if self.errors.is_empty() {
-            return f64::INFINITY;
-        }
-        let change = self.signatures.free_run_change(ray.candidate, &ray.values(magnitude));
-        let Some(change) = change else { return f64::INFINITY };
-        let variances = self.signatures.variances();
-        let product = |a: &[Vec<f64>], b: &[Vec<f64>], v: &[f64]| -> f64 {
-            let channels = a.iter().zip(b).zip(v);
-            channels.map(|((a, b), v)| dot(a, &b[..a.len().min(b.len())]) / v.max(1e-300)).sum()
-        };
-        let ratio = |(own, v): (&Vec<Vec<f64>>, &Vec<f64>)| {
-            let square = product(own, own, v);
-            let same = self.errors.iter().filter(|e| e[0].len() == own[0].len());
-            let crossed: Vec<f64> = same.map(|e| product(own, e, v).powi(2)).collect();
-            let cross = mean(&crossed).sqrt();
-            2.0 * (square / (2.0 * self.normal() * cross).max(1e-300)).max(1e-300).ln()
-        };
-        let all: Vec<f64> = change.iter().zip(&variances).map(ratio).collect();
-        mean(&all).exp()
-    }
-
-    /// The magnitude at which the excess is one; the weakest one of the range if it is exceeded there.
-    fn limit(&self, ray: &Ray, nothing: Option<&Signature>, kind: Kind) -> Option<Limit> {
-        let (mut low, mut high): (f64, f64) = (0.0, f64::INFINITY);
-        let mut m = ray.first_magnitude();
-        for tried in 0..TRIES {
-            let s = signature(self.signatures, ray, m, nothing);
-            let excess = match &s {
-                Some(s) if s.square() > 0.0 => {
-                    let own = self.excess(kind, s);
-                    // The free run is simulated only where it decides.
-                    if kind == Kind::Named && own > 0.2 {
-                        own.min(self.reduced(ray, m))
-                    } else {
-                        own
-                    }
-                }
-                Some(_) => 0.0,
-                // So large that the simulation diverges.
-                None => f64::INFINITY,
-            };
-            let noncentrality = s.map_or(f64::NAN, |s| s.square());
-            let found = Limit { value: ray.value(m), magnitude: m, noncentrality };
-            let settled = high / low < 1.0 + ACCURACY;
-            if excess.is_finite() && ((excess - 1.0).abs() < ACCURACY || settled) {
-                return ray.admits(m).then_some(found);
-            }
-            if excess < 1.0 {
-                low = m
-            } else {
-                high = m
-            }
-            if excess < 1.0 && !ray.admits(m) && ray.is_beyond(m) {
-                return None;
-            }
-            if excess > 1.0 && ray.is_weakest(m) {
-                return Some(found);
-            }
-            // As the root of the noncentrality, or further where the test against chance does not follow it.
-            let step = excess.max(1e-12).sqrt().recip().clamp(1.0 / FACTOR, FACTOR);
-            let step = match (low > 0.0, high.is_finite()) {
-                (false, true) => step.min(LEAST_STEP.recip()),
-                (true, false) => step.max(LEAST_STEP),
-                _ => step,
-            };
-            let next = m * step;
-            let inside = next > low && next < high && tried % 3 != 2;
-            m = if inside { next } else { between(low, high, m) };
-            m = ray.not_below_weakest(m);
-        }
-        None
-    }
-}
-
-/// The signature of an effect of next to nothing: with dry friction, however small, the simulation takes other steps.
-pub(crate) fn of_nothing(signatures: &Signatures<'_>, ray: &Ray) -> Option<Signature> {
-    signatures.of(ray.candidate, &ray.values(NOTHING * ray.first_magnitude()))
-}
-
-/// The signature of an effect at a magnitude, less the one of [next to nothing](of_nothing).
-pub(crate) fn signature(
-    signatures: &Signatures<'_>,
-    ray: &Ray,
-    magnitude: f64,
-    nothing: Option<&Signature>,
-) -> Option<Signature> {
-    let s = signatures.of(ray.candidate, &ray.values(magnitude))?;
-    Some(match nothing {
-        Some(nothing) => s.less(nothing),
-        None => s,
-    })
-}
-
-fn between(low: f64, high: f64, m: f64) -> f64 {
-    match (low > 0.0, high.is_finite()) {
-        (true, true) => (low * high).sqrt(),
-        (false, true) => high / FACTOR,
-        (true, false) => low * FACTOR,
-        (false, false) => m * FACTOR,
-    }
-}
+use pam_effects::simulation::ResampledRecord;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The effects that are asked about, with their places among the candidates.
 fn asked(
@@ -257,28 +39,9 @@ fn asked(
     options.effects.iter().map(place).collect()
 }
 
-/// The directions of an effect at values: by its parameters, and by switching it on.
-pub(crate) fn span_of(
-    signatures: &Signatures<'_>,
-    candidate: usize,
-    values: &[f64],
-) -> Vec<Signature> {
-    let mut all = signatures.tangents(candidate, values).unwrap_or_default();
-    all.extend(signatures.of(candidate, values));
-    all
-}
-
-/// A magnitude at which an effect shows plainly: its limit, or its starting value.
-pub(crate) fn reference(limits: &Limits, ray: &Ray) -> f64 {
-    limits
-        .named
-        .or(limits.listed)
-        .or(limits.familywise)
-        .map_or_else(|| ray.first_magnitude(), |l| l.magnitude)
-}
-
-/// Foretells the limits of a diagnosis of recordings, measured or simulated. The noise is learned from them as a diagnosis
-/// does, unless it is given; so are the errors of free runs.
+/// The limits of a diagnosis of recordings, measured or simulated. The noise is learned from them as a diagnosis does, unless it is
+/// given; so are the errors of free runs. Trials ([`DetectOptions::trials`]) diagnose recordings with the effects in them, made of
+/// these; `progress` is called with the number of finished trials and of all.
 ///
 /// ```
 /// use pam_core::{AnyForce, JointModel, SpringDamper};
@@ -299,9 +62,10 @@ pub(crate) fn reference(limits: &Limits, ray: &Ray) -> f64 {
 /// let noise = noise_from_toml(text, "noise.toml", 0.02)?;
 /// let options = DetectOptions {
 ///     effects: vec!["viscous_damping".parse()?, "coulomb_friction".parse()?],
+///     trials: Some(0),
 ///     ..DetectOptions::default()
 /// };
-/// let detection = detect(&model, &recordings, Some(&noise.into()), &options)?;
+/// let detection = detect(&model, &recordings, Some(&noise.into()), &options, &|_, _| {})?;
 /// let friction = detection.of("coulomb_friction").and_then(|l| l.value()).expect("it is seen");
 /// assert!(friction > 0.01 && friction < 10.0); // N
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -314,16 +78,22 @@ pub fn detect(
     recordings: &[Subject],
     view: Option<&SensorView>,
     options: &DetectOptions,
+    progress: TrialProgress<'_>,
 ) -> Result<Detection, ExperimentError> {
-    Ok(detect_along(model, recordings, view, options)?.0)
+    Ok(detect_along(model, recordings, view, options, Some(progress))?.0)
 }
 
-/// As [`detect`], with the ways along which the limits were looked for, in the order of the limits.
+/// Called with the number of finished trials and of all.
+pub(crate) type TrialProgress<'p> = &'p (dyn Fn(usize, usize) + Sync);
+
+/// As [`detect`], with the ways along which the limits were looked for, in the order of the limits. Without `progress` no trials are
+/// made.
 pub(crate) fn detect_along(
     model: &ExtendedModel,
     recordings: &[Subject],
     view: Option<&SensorView>,
     options: &DetectOptions,
+    progress: Option<TrialProgress<'_>>,
 ) -> Result<(Detection, Vec<Ray>), ExperimentError> {
     let trials = PreparedTrials::new(model, recordings, &options.diagnosis.settings)?;
     let noise = view.map(|v| &v.noise);
@@ -338,7 +108,7 @@ pub(crate) fn detect_along(
         ways.extend(own.into_iter().map(|ray| (effect, ray)));
     }
     let directions = signatures.directions();
-    let limits: Vec<Limits> = parallel::map(ways.len(), |k| {
+    let mut limits: Vec<Limits> = parallel::map(ways.len(), |k| {
         let (effect, ray) = &ways[k];
         let demand = Demand {
             signatures: &signatures,
@@ -351,6 +121,7 @@ pub(crate) fn detect_along(
         };
         let nothing = of_nothing(&signatures, ray);
         let limit = |kind| demand.limit(ray, nothing.as_ref(), kind);
+        let foretold = limit(Kind::Named);
         let kept = ray.kept(*effect).into_iter().map(|(name, v)| (name.to_owned(), v)).collect();
         Limits {
             effect: ray.effect.to_owned(),
@@ -360,17 +131,42 @@ pub(crate) fn detect_along(
             parameters: ray.parameters,
             familywise: limit(Kind::Familywise),
             listed: limit(Kind::Listed),
-            named: limit(Kind::Named),
+            named: foretold,
+            foretold,
+            tried: None,
         }
     });
-    let pairs = pairs(&signatures, &ways, &limits, options);
-    let a = signatures.acceptance();
     let span = |s: &Subject| {
         let (from, to) = s.recording.span_s();
         (s.recording.name.clone(), to - from)
     };
+    let spans: Vec<(String, f64)> = recordings.iter().map(span).collect();
+    let count = options.trials_for(spans.iter().map(|s| s.1).sum());
+    if let Some(progress) = progress.filter(|_| count > 0) {
+        let row_s = options.diagnosis.settings.data.points_per_row as f64 * ResampledRecord::STEP_S;
+        let measured = view.map(|v| v.measured(recordings, row_s, options.diagnosis.seed));
+        let synthesis = Synthesis::new(model, measured.as_deref().unwrap_or(recordings))?;
+        let diagnosis = &options.diagnosis;
+        let power = options.power;
+        let trials = Trials { model, synthesis: &synthesis, diagnosis, power, count };
+        let tried = tried(&trials, &ways, &limits, progress);
+        for ((limits, (_, ray)), tried) in limits.iter_mut().zip(&ways).zip(tried) {
+            let Some(tried) = tried else { continue };
+            limits.named = ray.admits(tried.magnitude).then(|| {
+                let of = |m: f64| signatures.of(ray.candidate, &ray.values(m));
+                Limit {
+                    value: ray.value(tried.magnitude),
+                    magnitude: tried.magnitude,
+                    noncentrality: of(tried.magnitude).map_or(f64::NAN, |s| s.square()),
+                }
+            });
+            limits.tried = Some(tried);
+        }
+    }
+    let pairs = pairs(&signatures, &ways, &limits, options);
+    let a = signatures.acceptance();
     let detection = Detection {
-        recordings: recordings.iter().map(span).collect(),
+        recordings: spans,
         noise: signatures.noise().deviations(),
         rows: a.rows,
         power: options.power,
@@ -381,52 +177,21 @@ pub(crate) fn detect_along(
     Ok((detection, ways.into_iter().map(|(_, ray)| ray).collect()))
 }
 
-/// Every effect at its limit beside the span of every other one at its own.
-fn pairs(
-    signatures: &Signatures<'_>,
+/// Tries every effect that is foretold to be seen, in parallel.
+fn tried(
+    trials: &Trials<'_>,
     ways: &[(&'static dyn AnyEffect, Ray)],
     limits: &[Limits],
-    options: &DetectOptions,
-) -> Vec<Pair> {
-    let a = signatures.acceptance();
-    let z = Normal::standard().inverse_cdf(options.power);
-    let spans: Vec<Vec<Signature>> = parallel::map(ways.len(), |k| {
-        let ray = &ways[k].1;
-        span_of(signatures, ray.candidate, &ray.values(reference(&limits[k], ray)))
-    });
-    let mut candidates: Vec<usize> = ways.iter().map(|w| w.1.candidate).collect();
-    candidates.dedup();
-    // The ways of one effect span it together.
-    let whole: Vec<(usize, SignatureSpan)> = parallel::map_each(candidates, |candidate| {
-        let own = ways.iter().zip(&spans).filter(|(w, _)| w.1.candidate == candidate);
-        let all: Vec<Signature> = own.flat_map(|(_, s)| s.clone()).collect();
-        (candidate, SignatureSpan::of(&all))
-    });
-    let of_way = |k: usize| -> Vec<Pair> {
-        let ray = &ways[k].1;
-        let Some(limit) = limits[k].named else { return Vec::new() };
-        let Some(s) = signatures.of(ray.candidate, &ray.values(limit.magnitude)) else {
-            return Vec::new();
-        };
-        let size = s.square();
-        let others = whole.iter().filter(|(candidate, _)| *candidate != ray.candidate);
-        others
-            .map(|(candidate, span)| {
-                let other = options.diagnosis.candidates[*candidate].info();
-                let own = (s.beside(span).square() / size).clamp(0.0, 1.0);
-                let price = a.price(ray.parameters) - a.price(other.parameters.len());
-                let cost = a.rows_per_observation * (2.0 * a.confusable_odds.ln() + price);
-                let needed = (z + (z * z + cost.max(0.0)).sqrt()).powi(2);
-                let told = (1.0 - own < a.confusable_share)
-                    .then(|| (needed / (own * size)).sqrt().max(1.0));
-                Pair {
-                    effect: ray.label(),
-                    other: other.id.to_owned(),
-                    cosine: (1.0 - own).sqrt(),
-                    distinguished_from: told,
-                }
-            })
-            .collect()
-    };
-    parallel::map(ways.len(), of_way).into_iter().flatten().collect()
+    progress: TrialProgress<'_>,
+) -> Vec<Option<TriedLimit>> {
+    let foretold = |l: &Limits| l.foretold.or(l.listed).or(l.familywise);
+    let all = trials.count * limits.iter().filter(|l| foretold(l).is_some()).count();
+    let over = AtomicUsize::new(0);
+    let done = || progress(over.fetch_add(1, Ordering::Relaxed) + 1, all);
+    progress(0, all);
+    parallel::map(ways.len(), |k| {
+        let (effect, ray) = &ways[k];
+        let from = foretold(&limits[k])?;
+        Some(trials.of((*effect, ray), from.magnitude, k, &done))
+    })
 }

@@ -13,21 +13,32 @@
 //! |---|---|
 //! | `familywise` | the quantile of χ² that the largest of all candidates exceeds by chance at the level (Bonferroni): no test of this error rate sees less |
 //! | `listed` | what a diagnosis asks of a set: its price and the odds, and the test against chance over its blocks |
-//! | `named` | also the rule that a cause is minor that removes next to nothing, and what confirms it on a test recording: the whitened error is proven to be smaller, and the error of the free run is |
+//! | `foretold` | also the rule that a cause is minor that removes next to nothing, and what confirms it on a test recording: the whitened error is proven to be smaller, and the error of the free run is |
+//!
+//! The last one is only a forecast: which effect is named depends on rivals and on chance as well. `named` is therefore found by trials,
+//! whole diagnoses of recordings with the effect in them, at magnitudes that begin with the forecast ([`LimitPosterior`]).
 
+mod demand;
 mod limits;
+mod pairs;
+mod posterior;
 mod power;
 mod ray;
 mod report;
 mod result;
+mod trials;
 
 pub use limits::detect;
+pub use posterior::LimitPosterior;
 pub use power::{needed_noncentrality, noncentral_chi_square_sf};
 pub use ray::{GivenValues, Ray, rays};
 pub use report::detection_report;
 pub use result::{Detection, Limit, Limits, Pair};
+pub use trials::{LimitTrial, TriedLimit};
 
-pub(crate) use limits::{Demand, Kind, detect_along, of_nothing, reference, signature, span_of};
+pub(crate) use demand::{Demand, Kind, of_nothing, signature};
+pub(crate) use limits::{TrialProgress, detect_along};
+pub(crate) use pairs::{reference, span_of};
 
 use pam_diagnose::DiagnoseOptions;
 
@@ -42,10 +53,32 @@ pub struct DetectOptions {
     pub power: f64,
     /// Familywise rate of false alarms of the limit that no test falls below.
     pub level: f64,
+    /// Diagnoses by which the limit of each effect is found. Without a number [`TRIALS`], or none where the recordings are longer than
+    /// [`LONGEST_TRIED_S`] together.
+    pub trials: Option<usize>,
+}
+
+/// Diagnoses by which the limit of an effect is found.
+pub const TRIALS: usize = 6;
+/// Total length of recordings up to which limits are found by trials unless a number is given: a diagnosis of them takes seconds, s.
+pub const LONGEST_TRIED_S: f64 = 100.0;
+
+impl DetectOptions {
+    /// Number of trials of each effect in recordings of this total length.
+    #[must_use]
+    pub fn trials_for(&self, length_s: f64) -> usize {
+        self.trials.unwrap_or(if length_s > LONGEST_TRIED_S { 0 } else { TRIALS })
+    }
 }
 
 impl Default for DetectOptions {
     fn default() -> Self {
-        Self { diagnosis: DiagnoseOptions::default(), effects: Vec::new(), power: 0.9, level: 0.05 }
+        Self {
+            diagnosis: DiagnoseOptions::default(),
+            effects: Vec::new(),
+            power: 0.9,
+            level: 0.05,
+            trials: None,
+        }
     }
 }

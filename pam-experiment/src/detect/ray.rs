@@ -199,6 +199,22 @@ impl Ray {
         }
     }
 
+    /// The magnitude at the strong end of the range.
+    fn strongest(&self) -> f64 {
+        match &self.growth {
+            Growth::Falls(_, strong) => strong / self.range[0],
+            Growth::Adds(places) => {
+                let (_, off, share) = places[0];
+                ((self.range[0] - off) / share).max((self.range[1] - off) / share)
+            }
+        }
+    }
+
+    /// The magnitude, or the nearest one inside the range.
+    pub(crate) fn within_range(&self, magnitude: f64) -> f64 {
+        magnitude.min(self.strongest()).max(self.weakest())
+    }
+
     /// Whether a magnitude is at the weak end of the range.
     pub(crate) fn is_weakest(&self, magnitude: f64) -> bool {
         magnitude <= self.weakest() * (1.0 + 1e-9)

@@ -1,21 +1,22 @@
 //! The result of [`detect`](super::detect()); `detect.json`.
 
-use serde::Serialize;
+use super::trials::TriedLimit;
+use serde::{Deserialize, Serialize};
 
 /// A magnitude with what it stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Limit {
     /// The value of the effect's parameter.
     pub value: f64,
     /// The magnitude along the effect's way: its parameter beyond absent, or the reciprocal of a falling one.
-    #[serde(skip)]
+    #[serde(default, skip_serializing)]
     pub magnitude: f64,
     /// The noncentrality there.
     pub noncentrality: f64,
 }
 
 /// The limits of one effect.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     /// Id of the effect.
     pub effect: String,
@@ -31,8 +32,13 @@ pub struct Limits {
     pub familywise: Option<Limit>,
     /// From here on a diagnosis lists the effect, if only as a minor cause.
     pub listed: Option<Limit>,
-    /// From here on a diagnosis names it as a cause.
+    /// From here on a diagnosis names it as a cause: by trials where they were made, else as foretold.
     pub named: Option<Limit>,
+    /// From here on a diagnosis should name it by the noncentrality that its rules require.
+    pub foretold: Option<Limit>,
+    /// Trials at chosen magnitudes; absent where none were made.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tried: Option<TriedLimit>,
 }
 
 impl Limits {
@@ -44,7 +50,7 @@ impl Limits {
 }
 
 /// How well an effect can be told from another one.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Pair {
     /// Label of the effect that is at work.
     pub effect: String,
@@ -55,10 +61,26 @@ pub struct Pair {
     /// The magnitude, in multiples of the limit of a named cause, from which on a diagnosis distinguishes the two; absent if
     /// none does.
     pub distinguished_from: Option<f64>,
+    /// In how many trials at the limit or beyond in which the effect was named the other one was named as well or not distinguished,
+    /// and the number of such trials; absent without any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tried: Option<[usize; 2]>,
+}
+
+impl Pair {
+    /// Whether a diagnosis would not distinguish the two at `multiples` of the limit: as half of the trials or more did not, or as
+    /// foretold where none were made.
+    #[must_use]
+    pub fn is_confused(&self, multiples: f64) -> bool {
+        match self.tried {
+            Some([confused, all]) => 2 * confused >= all,
+            None => self.distinguished_from.is_none_or(|from| from > multiples),
+        }
+    }
 }
 
 /// Detection limits and the matrix of confusions.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Detection {
     /// Names and lengths (s) of the recordings.
     pub recordings: Vec<(String, f64)>,
@@ -86,7 +108,10 @@ impl Detection {
     /// Labels and ids that a diagnosis would not distinguish at `multiples` of the limit.
     #[must_use]
     pub fn confused(&self, multiples: f64) -> Vec<(&str, &str)> {
-        let confused = |p: &&Pair| p.distinguished_from.is_none_or(|from| from > multiples);
-        self.pairs.iter().filter(confused).map(|p| (p.effect.as_str(), p.other.as_str())).collect()
+        self.pairs
+            .iter()
+            .filter(|p| p.is_confused(multiples))
+            .map(|p| (p.effect.as_str(), p.other.as_str()))
+            .collect()
     }
 }

@@ -17,17 +17,19 @@ use rand_distr::StandardNormal;
 pub const LOADER_HZ: f64 = 20.0;
 
 /// What a diagnosis sees of recordings beside the motion.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct SensorView {
     /// The noise of the rows of each channel.
     pub noise: Noise,
     /// Errors of free-run simulations from measured starts and masses; empty if they are not known.
     pub errors: FreeRun,
+    /// The recordings as they would be measured; empty if only the noise is known.
+    pub recordings: Vec<Subject>,
 }
 
 impl From<Noise> for SensorView {
     fn from(noise: Noise) -> Self {
-        Self { noise, errors: Vec::new() }
+        Self { noise, errors: Vec::new(), recordings: Vec::new() }
     }
 }
 
@@ -43,15 +45,44 @@ pub fn sensor_view(
     options: &DiagnoseOptions,
 ) -> Result<SensorView, ExperimentError> {
     let seed = |k: usize| options.seed.wrapping_mul(1000).wrapping_add(k as u64);
-    let noisy: Result<Vec<Subject>, _> = recordings
+    let noisy: Result<Vec<Subject>, ExperimentError> = recordings
         .iter()
         .enumerate()
         .map(|(k, clean)| measured(clean, sensors, LOADER_HZ, seed(k)))
         .collect();
-    let trials = PreparedTrials::new(model, &noisy?, &options.settings)?;
+    let noisy = noisy?;
+    let trials = PreparedTrials::new(model, &noisy, &options.settings)?;
     let seen = Signatures::new(model, &trials, options, None)?;
     let errors = seen.free_run_errors().cloned().unwrap_or_default();
-    Ok(SensorView { noise: seen.noise().common(), errors })
+    Ok(SensorView { noise: seen.noise().common(), errors, recordings: noisy })
+}
+
+impl SensorView {
+    /// The recordings as they would be measured: those of the sensors, or the simulated ones with noise that is drawn for each row
+    /// of a diagnosis, of `row_s`.
+    #[must_use]
+    pub fn measured(&self, simulated: &[Subject], row_s: f64, seed: u64) -> Vec<Subject> {
+        if !self.recordings.is_empty() {
+            return self.recordings.clone();
+        }
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let of = |subject: &Subject| {
+            let mut recording = subject.recording.clone();
+            let (from, to) = recording.span_s();
+            let rows = ((to - from) / row_s) as usize + 1;
+            let noise = self.noise.drawn(rows, || random.sample(StandardNormal));
+            let r = &mut recording;
+            let columns =
+                [&mut r.displacement_mm, &mut r.pressure_flexor_kpa, &mut r.pressure_extensor_kpa];
+            for (column, noise) in columns.into_iter().zip(&noise) {
+                for (value, t) in column.iter_mut().zip(&r.time_s) {
+                    *value += noise[((t - from) / row_s) as usize];
+                }
+            }
+            Subject { recording, ..*subject }
+        };
+        simulated.iter().map(of).collect()
+    }
 }
 
 /// A simulated recording as sensors read it: steps and noise of encoder, pressure and current sensors, and the zero-phase

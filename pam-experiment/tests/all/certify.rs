@@ -3,12 +3,12 @@ use pam_data::Channel;
 use pam_diagnose::DiagnosisSettings;
 use pam_effects::ActiveEffect;
 use pam_effects::effects::by_id;
-use pam_experiment::certify::synthesis::Synthesis;
 use pam_experiment::certify::{
     Certificate, CertifyFolder, CertifyOptions, Progress, Summary, Work, plan, run_cases,
     settings_file,
 };
 use pam_experiment::detect::DetectOptions;
+use pam_experiment::plan::Synthesis;
 use pam_numerics::statistics::{mean, standard_deviation};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;

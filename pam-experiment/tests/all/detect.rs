@@ -27,9 +27,11 @@ fn power_is_that_of_published_tables() {
 #[test]
 fn limits_grow_with_the_noise() {
     let (model, recordings) = (model(), clean(&model(), &protocol(8.0)));
-    let options = DetectOptions { diagnosis: diagnosis(&IDS), ..DetectOptions::default() };
+    let options =
+        DetectOptions { diagnosis: diagnosis(&IDS), trials: Some(0), ..DetectOptions::default() };
     let of = |size: f64| {
-        detect(&model, &recordings, Some(&noise(size).into()), &options).expect("limits")
+        detect(&model, &recordings, Some(&noise(size).into()), &options, &|_, _| {})
+            .expect("limits")
     };
     let (quiet, loud) = (of(1.0), of(3.0));
     for id in ["viscous_damping", "position_offset"] {
@@ -60,11 +62,15 @@ fn a_diagnosis_agrees_with_its_limit() {
     let options = DetectOptions {
         diagnosis: diagnosis(&IDS),
         effects: vec!["coulomb_friction".parse().expect("an effect")],
+        trials: Some(4),
         ..DetectOptions::default()
     };
     let null = noisy(&model, &protocol, None, 1);
-    let detection = detect(&model, &null, None, &options).expect("limits");
+    let detection = detect(&model, &null, None, &options, &|_, _| {}).expect("limits");
     let limit = detection.limits[0].value().expect("friction is seen");
+    let tried = detection.limits[0].tried.as_ref().expect("trials");
+    assert_eq!(tried.trials.len(), 4);
+    assert!(tried.interval[0] < limit && limit < tried.interval[1], "{tried:?}");
     let named = |multiple: f64| {
         let data = noisy(&model, &protocol, Some(("coulomb_friction", multiple * limit)), 2);
         let sets = RecordingSets { data: &data, ..RecordingSets::default() };

@@ -1,6 +1,6 @@
 //! Time of a simulated step with effects, plain and with derivatives.
 //!
-//! `cargo run --release -p pam-effects --example simulation_speed`
+//! `cargo bench -p pam-effects --bench simulation_speed`
 
 use pam_core::{AnyForce, JointModel, Scalar, SpringDamper};
 use pam_data::{Recording, subjects};

@@ -1,7 +1,7 @@
 //! Time of effects as expressions over that of the same effects in Rust: one simulation of 20 s, and its derivatives by the
 //! parameters.
 //!
-//! `cargo run --release -p pam-effects --example expression_speed`
+//! `cargo bench -p pam-effects --bench expression_speed`
 
 use pam_core::{AnyForce, JointModel, Scalar, SpringDamper};
 use pam_data::{Recording, subjects};

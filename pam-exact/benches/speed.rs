@@ -1,7 +1,7 @@
 //! Measures the time of the solution alone and of value and gradient on the training conditions of 70 s, and
 //! how it grows with width and depth of the network and with the noise of the force.
 //!
-//! `cargo run --release -p pam-exact --example speed -- [RECORDINGS [CASE]]`: all cases, or those whose
+//! `cargo bench -p pam-exact --bench speed -- [RECORDINGS [CASE]]`: all cases, or those whose
 //! names begin with CASE.
 //!
 //! CPU time is that of all threads together (Linux); other programs disturb it less than the wall time.
@@ -15,6 +15,11 @@ use pam_core::NamedChoice;
 use pam_exact::{ExactMotion, ExactProblem, ExactSolver};
 use pam_solvers::Interpolation;
 use std::time::Instant;
+
+/// The arguments, without the one that `cargo bench` adds.
+fn arguments() -> impl Iterator<Item = String> {
+    std::env::args().skip(1).filter(|a| a != "--bench")
+}
 
 /// Wall time and CPU time of `run`, s.
 fn clocks(run: impl FnOnce()) -> [f64; 2] {
@@ -41,7 +46,7 @@ fn time(
     interpolation: Interpolation,
     count: usize,
 ) {
-    if !name.starts_with(&std::env::args().nth(2).unwrap_or_default()) {
+    if !name.starts_with(&arguments().nth(1).unwrap_or_default()) {
         return;
     }
     let problems: Vec<ExactProblem<'_>> = common::masses(count)
@@ -74,7 +79,7 @@ fn time(
 }
 
 fn main() {
-    let count = std::env::args().nth(1).and_then(|a| a.parse().ok()).unwrap_or(29);
+    let count = arguments().next().and_then(|a| a.parse().ok()).unwrap_or(29);
     let motion = common::motion(&common::perturbed());
     let (times, force) = common::excitation(0.0, 70_000);
     println!(

@@ -1,7 +1,7 @@
 //! Recordings with an effect, made of baseline recordings.
 
+use super::run::predicted;
 use crate::error::ExperimentError;
-use crate::plan::predicted;
 use pam_data::{Channel, MassOrigin, Recording, SealedReading, Subject};
 use pam_effects::effects::{EffectScalar, Rest};
 use pam_effects::{ActiveEffect, ExtendedModel};

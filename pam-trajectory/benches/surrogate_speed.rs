@@ -3,7 +3,7 @@
 //!
 //! ```sh
 //! pam rig record --out logs
-//! cargo run --release -p pam-trajectory --example surrogate_speed -- pam-cli/models/default.safetensors logs [recordings]
+//! cargo bench -p pam-trajectory --bench surrogate_speed -- pam-cli/models/default.safetensors logs [recordings]
 //! ```
 
 use pam_core::{Activation, AnyForce, JointModel, Mlp, NetworkForce};
@@ -25,7 +25,7 @@ const TOLERANCES: [(f64, f64); 6] =
 const ACTIVATIONS: [&str; 3] = ["gelu", "softplus", "elu"];
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
     let [model, logs, rest @ ..] = &arguments[..] else {
         eprintln!("usage: surrogate_speed MODEL LOGS [RECORDINGS]");
         return;
