@@ -163,132 +163,6 @@ fn ran_in_part(output: &std::process::Output) -> u64 {
 }
 
 #[test]
-fn a_sweep_that_is_killed_goes_on_without_repeating_or_losing_a_cell() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = sweep(folder.path(), "");
-    let [whole, cut] = ["whole", "cut"].map(|n| folder.path().join(n));
-    let begun = Instant::now();
-    finish(&file, &whole, &[]);
-    let time = begun.elapsed();
-    let (mut kills, mut kept) = (0, 0);
-    for part in 1..=40 {
-        // What is over or saved now must still be there at the end.
-        let before: Vec<(String, Vec<String>, usize)> = events(&cut)
-            .into_keys()
-            .map(|cell| (cell.clone(), rows(&cut, &cell), saved_epochs(&cut, &cell)))
-            .collect();
-        let results: BTreeMap<String, Vec<u8>> = before
-            .iter()
-            .filter_map(|(c, ..)| {
-                let path = cut.join("cells").join(c).join("result.json");
-                Some((c.clone(), std::fs::read(path).ok()?))
-            })
-            .collect();
-        let mut child = spawn(&file, &cut, &[]);
-        // Ever later, so that the sweep comes to its end.
-        let patience = time.mul_f64(0.15 + 0.04 * f64::from(part));
-        let ended = ended_within(&mut child, patience);
-        if ended.is_none() {
-            child.kill().unwrap();
-            child.wait().unwrap();
-            kills += 1;
-        }
-        for (cell, old, epochs) in before {
-            let new = rows(&cut, &cell);
-            let same = old.iter().zip(&new).take(1 + epochs);
-            assert!(same.clone().all(|(a, b)| a == b), "{cell}: {epochs} epochs were done again");
-            kept += epochs;
-        }
-        for (cell, old) in results {
-            assert!(read(&cut, &format!("cells/{cell}/result.json")) == old, "{cell} ran again");
-        }
-        if let Some(status) = ended {
-            assert!(status.success());
-            break;
-        }
-    }
-    assert!(kills > 0 && kept > 0, "{kills} kills, {kept} epochs kept");
-    assert!(read(&whole, "results.csv") == read(&cut, "results.csv"), "after {kills} kills");
-    let events = events(&cut);
-    assert_eq!(events.len(), 6);
-    for (cell, list) in &events {
-        let over: Vec<usize> = (0..list.len()).filter(|i| list[*i] == "over").collect();
-        assert_eq!(over, [list.len() - 1], "{cell}: {list:?}");
-    }
-    // Each kill interrupts at most as many cells as run at a time.
-    let jobs = std::thread::available_parallelism().map_or(1, usize::from);
-    assert!(count(&events, "began") <= 6 + jobs * kills, "{events:?}");
-}
-
-#[test]
-fn processes_that_share_a_folder_never_run_the_same_cell() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = sweep(folder.path(), "");
-    let [alone, shared, left, right, merged] =
-        ["alone", "shared", "left", "right", "merged"].map(|n| folder.path().join(n));
-    finish(&file, &alone, &["--jobs", "2"]);
-    let mut children: Vec<Child> = [
-        ["--shard", "1/2", "--steal", "--jobs", "1"].as_slice(),
-        &["--shard", "2/2", "--steal", "--jobs", "1"],
-        &["--jobs", "2"],
-    ]
-    .iter()
-    .map(|more| spawn(&file, &shared, more))
-    .collect();
-    for child in &mut children {
-        child.wait().unwrap();
-    }
-    let events = events(&shared);
-    assert_eq!(events.len(), 6);
-    for (cell, list) in &events {
-        assert_eq!(list, &["began", "over"], "{cell}");
-    }
-    let printed = stdout_of(PAM, &["ablate", "merge", text(&shared), "--json"]);
-    let json: Value = serde_json::from_str(&printed).unwrap();
-    assert_eq!(json["summary"]["done"], 6);
-    assert!(read(&alone, "results.csv") == read(&shared, "results.csv"));
-
-    // Shards that share nothing, merged. Alone, each says that it is not all there is.
-    for (out, shard) in [(&left, "1/2"), (&right, "2/2")] {
-        let status = spawn(&file, out, &["--shard", shard]).wait().unwrap();
-        assert_eq!(status.code(), Some(3));
-    }
-    let both = ["ablate", "merge", text(&left), text(&right), "--out", text(&merged), "--quiet"];
-    assert!(run(PAM, &both).status.success());
-    for name in ["results.csv", "summary.csv", "summary.json"] {
-        assert!(read(&merged, name) == read(&alone, name), "{name}");
-    }
-    // Nothing is left to do there.
-    let printed = stdout_of(PAM, &["ablate", &file, "--out", text(&merged), "--json"]);
-    let json: Value = serde_json::from_str(&printed).unwrap();
-    assert_eq!(json["this_process"]["done"], 0);
-
-    // Numbers that differ for the same cell are not merged silently.
-    let cell = std::fs::read_dir(left.join("cells")).unwrap().next().unwrap().unwrap().path();
-    let result = cell.join("result.json");
-    let mut record: Value = serde_json::from_slice(&std::fs::read(&result).unwrap()).unwrap();
-    record["metrics"]["loss"] = 1.25.into();
-    std::fs::write(&result, record.to_string()).unwrap();
-    let output = run(PAM, &["ablate", "merge", text(&merged), text(&left), "--out", text(&merged)]);
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success() && message.contains("for the same cell"), "{message}");
-}
-
-#[test]
-fn threads_and_jobs_change_no_byte() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = sweep(folder.path(), "");
-    let [one, two] = ["one", "two"].map(|n| folder.path().join(n));
-    finish(&file, &one, &["--threads", "1"]);
-    finish(&file, &two, &["--threads", "2", "--jobs", "1"]);
-    for name in ["results.csv", "summary.csv", "summary.json", "run.json"] {
-        assert!(read(&one, name) == read(&two, name), "{name}");
-    }
-    let report = String::from_utf8(read(&one, "report.html")).unwrap();
-    assert!(report.contains("<svg") && report.contains("Wilcoxon"));
-}
-
-#[test]
 #[cfg(unix)]
 fn a_signal_saves_and_the_same_command_goes_on() {
     let folder = tempfile::tempdir().unwrap();
@@ -472,4 +346,146 @@ fn an_experiment_of_ones_own_is_swept_and_a_panic_ends_one_cell_only() {
     assert_eq!((error(2).as_str(), error(3).as_str()), ("panic: out of range", "no such k"));
     let csv = std::fs::read_to_string(folder.path().join("results.csv")).unwrap();
     assert!(csv.lines().nth(2).unwrap().contains(",1,1,done,2,,"), "{csv}");
+}
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long"]
+    fn threads_and_jobs_change_no_byte() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = sweep(folder.path(), "");
+        let [one, two] = ["one", "two"].map(|n| folder.path().join(n));
+        finish(&file, &one, &["--threads", "1"]);
+        finish(&file, &two, &["--threads", "2", "--jobs", "1"]);
+        for name in ["results.csv", "summary.csv", "summary.json", "run.json"] {
+            assert!(read(&one, name) == read(&two, name), "{name}");
+        }
+        let report = String::from_utf8(read(&one, "report.html")).unwrap();
+        assert!(report.contains("<svg") && report.contains("Wilcoxon"));
+    }
+
+    #[test]
+    #[ignore = "long"]
+    fn processes_that_share_a_folder_never_run_the_same_cell() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = sweep(folder.path(), "");
+        let [alone, shared, left, right, merged] =
+            ["alone", "shared", "left", "right", "merged"].map(|n| folder.path().join(n));
+        finish(&file, &alone, &["--jobs", "2"]);
+        let mut children: Vec<Child> = [
+            ["--shard", "1/2", "--steal", "--jobs", "1"].as_slice(),
+            &["--shard", "2/2", "--steal", "--jobs", "1"],
+            &["--jobs", "2"],
+        ]
+        .iter()
+        .map(|more| spawn(&file, &shared, more))
+        .collect();
+        for child in &mut children {
+            child.wait().unwrap();
+        }
+        let events = events(&shared);
+        assert_eq!(events.len(), 6);
+        for (cell, list) in &events {
+            assert_eq!(list, &["began", "over"], "{cell}");
+        }
+        let printed = stdout_of(PAM, &["ablate", "merge", text(&shared), "--json"]);
+        let json: Value = serde_json::from_str(&printed).unwrap();
+        assert_eq!(json["summary"]["done"], 6);
+        assert!(read(&alone, "results.csv") == read(&shared, "results.csv"));
+
+        // Shards that share nothing, merged. Alone, each says that it is not all there is.
+        for (out, shard) in [(&left, "1/2"), (&right, "2/2")] {
+            let status = spawn(&file, out, &["--shard", shard]).wait().unwrap();
+            assert_eq!(status.code(), Some(3));
+        }
+        let both =
+            ["ablate", "merge", text(&left), text(&right), "--out", text(&merged), "--quiet"];
+        assert!(run(PAM, &both).status.success());
+        for name in ["results.csv", "summary.csv", "summary.json"] {
+            assert!(read(&merged, name) == read(&alone, name), "{name}");
+        }
+        // Nothing is left to do there.
+        let printed = stdout_of(PAM, &["ablate", &file, "--out", text(&merged), "--json"]);
+        let json: Value = serde_json::from_str(&printed).unwrap();
+        assert_eq!(json["this_process"]["done"], 0);
+
+        // Numbers that differ for the same cell are not merged silently.
+        let cell = std::fs::read_dir(left.join("cells")).unwrap().next().unwrap().unwrap().path();
+        let result = cell.join("result.json");
+        let mut record: Value = serde_json::from_slice(&std::fs::read(&result).unwrap()).unwrap();
+        record["metrics"]["loss"] = 1.25.into();
+        std::fs::write(&result, record.to_string()).unwrap();
+        let output =
+            run(PAM, &["ablate", "merge", text(&merged), text(&left), "--out", text(&merged)]);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && message.contains("for the same cell"), "{message}");
+    }
+
+    #[test]
+    #[ignore = "long"]
+    fn a_sweep_that_is_killed_goes_on_without_repeating_or_losing_a_cell() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = sweep(folder.path(), "");
+        let [whole, cut] = ["whole", "cut"].map(|n| folder.path().join(n));
+        let begun = Instant::now();
+        finish(&file, &whole, &[]);
+        let time = begun.elapsed();
+        let (mut kills, mut kept) = (0, 0);
+        for part in 1..=40 {
+            // What is over or saved now must still be there at the end.
+            let before: Vec<(String, Vec<String>, usize)> = events(&cut)
+                .into_keys()
+                .map(|cell| (cell.clone(), rows(&cut, &cell), saved_epochs(&cut, &cell)))
+                .collect();
+            let results: BTreeMap<String, Vec<u8>> = before
+                .iter()
+                .filter_map(|(c, ..)| {
+                    let path = cut.join("cells").join(c).join("result.json");
+                    Some((c.clone(), std::fs::read(path).ok()?))
+                })
+                .collect();
+            let mut child = spawn(&file, &cut, &[]);
+            // Ever later, so that the sweep comes to its end.
+            let patience = time.mul_f64(0.15 + 0.04 * f64::from(part));
+            let ended = ended_within(&mut child, patience);
+            if ended.is_none() {
+                child.kill().unwrap();
+                child.wait().unwrap();
+                kills += 1;
+            }
+            for (cell, old, epochs) in before {
+                let new = rows(&cut, &cell);
+                let same = old.iter().zip(&new).take(1 + epochs);
+                assert!(
+                    same.clone().all(|(a, b)| a == b),
+                    "{cell}: {epochs} epochs were done again"
+                );
+                kept += epochs;
+            }
+            for (cell, old) in results {
+                assert!(
+                    read(&cut, &format!("cells/{cell}/result.json")) == old,
+                    "{cell} ran again"
+                );
+            }
+            if let Some(status) = ended {
+                assert!(status.success());
+                break;
+            }
+        }
+        assert!(kills > 0 && kept > 0, "{kills} kills, {kept} epochs kept");
+        assert!(read(&whole, "results.csv") == read(&cut, "results.csv"), "after {kills} kills");
+        let events = events(&cut);
+        assert_eq!(events.len(), 6);
+        for (cell, list) in &events {
+            let over: Vec<usize> = (0..list.len()).filter(|i| list[*i] == "over").collect();
+            assert_eq!(over, [list.len() - 1], "{cell}: {list:?}");
+        }
+        // Each kill interrupts at most as many cells as run at a time.
+        let jobs = std::thread::available_parallelism().map_or(1, usize::from);
+        assert!(count(&events, "began") <= 6 + jobs * kills, "{events:?}");
+    }
 }

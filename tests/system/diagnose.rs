@@ -69,44 +69,6 @@ fn single_effects_are_named_with_their_magnitudes() {
     }
 }
 
-/// The test set has no say in what is found: other recordings there, even faulty ones, change what is confirmed and nothing
-/// else.
-#[test]
-fn recordings_that_measure_the_gain_have_no_say_in_the_names() {
-    let saved = published_model();
-    let effect = at_strength("backlash", 1.0);
-    let runs = |conditions: &[[f64; 2]], effects: &[Hidden], seed| {
-        plant_runs(
-            &saved,
-            conditions,
-            &Excitation::published(SHARE),
-            effects,
-            &Sensors::default(),
-            seed,
-        )
-    };
-    let data = runs(&CONDITIONS[..2], std::slice::from_ref(&effect), 5);
-    let same = runs(&[[60.0, 60.0]], std::slice::from_ref(&effect), 6);
-    let other = runs(&[[40.0, 20.0]], &[at_strength("leak", 2.0)], 7);
-    let model = ExtendedModel::from_saved(saved.clone()).unwrap();
-    let options = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
-    let judged = |heldout: &[Subject]| {
-        let sets = RecordingSets { data: &data, test: Some(heldout), baseline: None };
-        diagnose(&model, &sets, &options, &|_, _| {}).unwrap()
-    };
-    let (a, b) = (judged(&same), judged(&other));
-    assert_eq!(a.named(), ["backlash"]);
-    let told = |d: &JointDiagnosis| {
-        let json = d.to_json("model");
-        (json["ranking"].clone(), json["null_test"]["largest_share"].clone())
-    };
-    assert_eq!(told(&a), told(&b));
-    // What the other recordings do not confirm is no name.
-    assert_eq!((b.verdict, b.named()), (Verdict::Unconfirmed, vec![]));
-    assert_eq!(b.refused[0].effect, "backlash");
-    assert!(a.error_reduction.overall.ci95[0] > 0.0, "{:?}", a.error_reduction.overall);
-}
-
 #[test]
 fn effects_that_act_together_are_all_named() {
     let ids = ["coulomb_friction", "leak", "backlash"];
@@ -118,34 +80,6 @@ fn effects_that_act_together_are_all_named() {
         assert!(d.causes.iter().any(told), "{id}: {:?}", d.causes);
     }
     assert_eq!(d.verdict, Verdict::Explained, "{:?}", d.reasons);
-}
-
-/// A prediction that is driven by a noisy force answers to the noise, which the joint did not. A creep, an inertia and a delay
-/// that leave the answer to a sine as it is weaken that to everything else: with 5 N of noise they predict better than the truth.
-#[test]
-fn noise_of_the_measured_force_is_no_fault() {
-    let saved = published_model();
-    let force = Noise::white(5.0);
-    let sensors = Sensors { rate_hz: 200.0, encoder_mm: 5e-4, force, ..Sensors::default() };
-    let without_noise = |data: &[Subject]| {
-        let model = ExtendedModel::from_saved(saved.clone()).unwrap();
-        let options = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
-        diagnose(&model, &RecordingSets { data, ..RecordingSets::default() }, &options, &|_, _| {})
-            .unwrap()
-    };
-    let sine = Excitation::Sines(vec![[4.9, 165.0, 30.0]]);
-    let data = plant_runs(&saved, &CONDITIONS, &sine, &[], &sensors, 1);
-    let d = without_noise(&data);
-    assert_eq!((d.verdict, d.named()), (Verdict::NothingFound, vec![]), "{:?}", d.reasons);
-    // All but a few tenths of a hertz about the sine; what is above the grid's frequencies was averaged before.
-    let noise_n = d.model.force_noise_n.expect("the joint shows that it is noise");
-    assert!((4.0..5.1).contains(&noise_n), "{noise_n} N");
-    // A force without noise stays as it is, and so does one to which the joint answers.
-    let sensors = Sensors { force: Noise::white(0.0), ..sensors };
-    let steps = Excitation::steps(150.0, 1.0, 15.0, 3);
-    let data = plant_runs(&saved, &CONDITIONS[..2], &steps, &[], &sensors, 1);
-    let noise_n = without_noise(&data).model.force_noise_n;
-    assert!(noise_n.is_none_or(|n| n < 0.1), "{noise_n:?} N");
 }
 
 #[test]
@@ -202,41 +136,6 @@ fn thin(recording: &mut Recording, every: usize) {
     ];
     for column in columns.into_iter().chain(r.low_passed.force_mn.as_mut()) {
         *column = column.iter().copied().step_by(every).collect();
-    }
-}
-
-#[test]
-fn what_is_not_listed_gets_no_name_but_a_description() {
-    let periodic =
-        Hidden::new("periodic_disturbance", &[("force_n", 12.0), ("frequency_hz", 1.37)]);
-    let d = found(&[periodic], &Sensors::default(), 5);
-    assert_eq!(d.verdict, Verdict::Unexplained);
-    assert!(d.causes.is_empty());
-    let told = &d.residual.description;
-    assert!(told.contains("where the excitation has none"), "{told}");
-    let line = d.residual.channels[0].spectrum.foreign_line(&ResidualSettings::default()).unwrap();
-    assert!((line.frequency_hz - 1.37).abs() < 0.13, "{line:?}");
-
-    let slip = Hidden::new("tendon_slip", &[("time_s", 9.0), ("slip_mm", 0.4)]);
-    let d = found(&[slip], &Sensors::default(), 5);
-    assert_ne!(d.verdict, Verdict::Explained);
-    let profile = &d.residual.channels[0].profiles[0].1;
-    let jump = profile.jump.expect("the jump is seen");
-    assert!((jump.time_s - 9.0).abs() < 0.5, "{jump:?}");
-    assert!((jump.after - jump.before - 0.4).abs() < 0.05, "{jump:?}");
-
-    for effect in [
-        Hidden::new("chamber_crosstalk", &[("rate_per_s", 4e-3)]),
-        Hidden::new("sensor_gain_jump", &[("time_s", 6.0), ("relative", 0.06)]),
-    ] {
-        let id = effect.id.clone();
-        let d = found(&[effect], &Sensors::default(), 5);
-        assert!(
-            matches!(d.verdict, Verdict::Unexplained | Verdict::PartlyExplained),
-            "{id}: {} {:?}",
-            d.verdict,
-            d.named()
-        );
     }
 }
 
@@ -392,4 +291,119 @@ fn wrong_usage_is_told() {
     fails(&["--effects", "coulomb_friction,warp"], "there is no effect `warp`");
     fails(&["--max-effects", "0"], "at least 1");
     fails(&["--healthy", "/nowhere"], "/nowhere");
+}
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    /// A prediction that is driven by a noisy force answers to the noise, which the joint did not. A creep, an inertia and a delay
+    /// that leave the answer to a sine as it is weaken that to everything else: with 5 N of noise they predict better than the truth.
+    #[test]
+    #[ignore = "long"]
+    fn noise_of_the_measured_force_is_no_fault() {
+        let saved = published_model();
+        let force = Noise::white(5.0);
+        let sensors = Sensors { rate_hz: 200.0, encoder_mm: 5e-4, force, ..Sensors::default() };
+        let without_noise = |data: &[Subject]| {
+            let model = ExtendedModel::from_saved(saved.clone()).unwrap();
+            let options = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
+            diagnose(
+                &model,
+                &RecordingSets { data, ..RecordingSets::default() },
+                &options,
+                &|_, _| {},
+            )
+            .unwrap()
+        };
+        let sine = Excitation::Sines(vec![[4.9, 165.0, 30.0]]);
+        let data = plant_runs(&saved, &CONDITIONS, &sine, &[], &sensors, 1);
+        let d = without_noise(&data);
+        assert_eq!((d.verdict, d.named()), (Verdict::NothingFound, vec![]), "{:?}", d.reasons);
+        // All but a few tenths of a hertz about the sine; what is above the grid's frequencies was averaged before.
+        let noise_n = d.model.force_noise_n.expect("the joint shows that it is noise");
+        assert!((4.0..5.1).contains(&noise_n), "{noise_n} N");
+        // A force without noise stays as it is, and so does one to which the joint answers.
+        let sensors = Sensors { force: Noise::white(0.0), ..sensors };
+        let steps = Excitation::steps(150.0, 1.0, 15.0, 3);
+        let data = plant_runs(&saved, &CONDITIONS[..2], &steps, &[], &sensors, 1);
+        let noise_n = without_noise(&data).model.force_noise_n;
+        assert!(noise_n.is_none_or(|n| n < 0.1), "{noise_n:?} N");
+    }
+
+    #[test]
+    #[ignore = "long"]
+    fn what_is_not_listed_gets_no_name_but_a_description() {
+        let periodic =
+            Hidden::new("periodic_disturbance", &[("force_n", 12.0), ("frequency_hz", 1.37)]);
+        let d = found(&[periodic], &Sensors::default(), 5);
+        assert_eq!(d.verdict, Verdict::Unexplained);
+        assert!(d.causes.is_empty());
+        let told = &d.residual.description;
+        assert!(told.contains("where the excitation has none"), "{told}");
+        let line =
+            d.residual.channels[0].spectrum.foreign_line(&ResidualSettings::default()).unwrap();
+        assert!((line.frequency_hz - 1.37).abs() < 0.13, "{line:?}");
+
+        let slip = Hidden::new("tendon_slip", &[("time_s", 9.0), ("slip_mm", 0.4)]);
+        let d = found(&[slip], &Sensors::default(), 5);
+        assert_ne!(d.verdict, Verdict::Explained);
+        let profile = &d.residual.channels[0].profiles[0].1;
+        let jump = profile.jump.expect("the jump is seen");
+        assert!((jump.time_s - 9.0).abs() < 0.5, "{jump:?}");
+        assert!((jump.after - jump.before - 0.4).abs() < 0.05, "{jump:?}");
+
+        for effect in [
+            Hidden::new("chamber_crosstalk", &[("rate_per_s", 4e-3)]),
+            Hidden::new("sensor_gain_jump", &[("time_s", 6.0), ("relative", 0.06)]),
+        ] {
+            let id = effect.id.clone();
+            let d = found(&[effect], &Sensors::default(), 5);
+            assert!(
+                matches!(d.verdict, Verdict::Unexplained | Verdict::PartlyExplained),
+                "{id}: {} {:?}",
+                d.verdict,
+                d.named()
+            );
+        }
+    }
+
+    /// The test set has no say in what is found: other recordings there, even faulty ones, change what is confirmed and nothing
+    /// else.
+    #[test]
+    #[ignore = "long"]
+    fn recordings_that_measure_the_gain_have_no_say_in_the_names() {
+        let saved = published_model();
+        let effect = at_strength("backlash", 1.0);
+        let runs = |conditions: &[[f64; 2]], effects: &[Hidden], seed| {
+            plant_runs(
+                &saved,
+                conditions,
+                &Excitation::published(SHARE),
+                effects,
+                &Sensors::default(),
+                seed,
+            )
+        };
+        let data = runs(&CONDITIONS[..2], std::slice::from_ref(&effect), 5);
+        let same = runs(&[[60.0, 60.0]], std::slice::from_ref(&effect), 6);
+        let other = runs(&[[40.0, 20.0]], &[at_strength("leak", 2.0)], 7);
+        let model = ExtendedModel::from_saved(saved.clone()).unwrap();
+        let options = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
+        let judged = |heldout: &[Subject]| {
+            let sets = RecordingSets { data: &data, test: Some(heldout), baseline: None };
+            diagnose(&model, &sets, &options, &|_, _| {}).unwrap()
+        };
+        let (a, b) = (judged(&same), judged(&other));
+        assert_eq!(a.named(), ["backlash"]);
+        let told = |d: &JointDiagnosis| {
+            let json = d.to_json("model");
+            (json["ranking"].clone(), json["null_test"]["largest_share"].clone())
+        };
+        assert_eq!(told(&a), told(&b));
+        // What the other recordings do not confirm is no name.
+        assert_eq!((b.verdict, b.named()), (Verdict::Unconfirmed, vec![]));
+        assert_eq!(b.refused[0].effect, "backlash");
+        assert!(a.error_reduction.overall.ci95[0] > 0.0, "{:?}", a.error_reduction.overall);
+    }
 }

@@ -269,84 +269,6 @@ fn impossible_settings_and_names_are_refused() {
     assert!(message.contains("100000000") && message.contains("cells"), "{message}");
 }
 
-/// Models of any finite numbers give an answer or an error in time.
-#[test]
-fn models_of_any_finite_numbers_end() {
-    let f = Folder::new();
-    let data = published("data.mat");
-    let out = f.at("out");
-    let saved = load_model(published_weights()).unwrap();
-    let made = |change: &dyn Fn(&mut pam_data::SavedModel)| {
-        let mut saved = saved.clone();
-        change(&mut saved);
-        let path = f.at("model.safetensors");
-        save_model(&path, &saved).unwrap();
-        path
-    };
-    let with = |command: &[&str], model: &Path| {
-        ended(&[command, &["-q", "--model", text(model), "--out", text(&out)]].concat())
-    };
-    for (raw, quantity) in [([-50.0, 1.0, 1.0], "mass"), ([300.0, 8e7, 1e6], "deformation")] {
-        let model = made(&|s| {
-            s.model.raw = pam_core::RawParameters {
-                mass: raw[0],
-                gas_coefficient: raw[1],
-                deformation: raw[2],
-            };
-        });
-        let output = with(&["replan"], &model);
-        let message = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.code() == Some(1) && message.contains(quantity), "{message}");
-    }
-    // A joint of a thousand tons hardly moves: the search for its stiffness ends.
-    let heavy = made(&|s| s.model.raw.mass = 1e6);
-    let code = with(&["identify"], &heavy).status.code();
-    assert!(matches!(code, Some(0 | 1)), "{code:?}");
-    let _ = std::fs::remove_dir_all(&out);
-    // Weights × 10⁶: the equations are a trillion times too stiff for any step.
-    let steep = made(&|s| {
-        let pam_core::AnyForce::Network(network) = &mut s.model.force else { panic!() };
-        use pam_core::ParametricForce;
-        let weights: Vec<f64> = network.parameters().iter().map(|w| 1e6 * w).collect();
-        *network = network.with_parameters(&weights);
-    });
-    // No search for masses along a curve of kinks without end.
-    let motion = ["plan", "--motion", "sine:A=1,f=0.5", "--stiffness", "150"];
-    for command in [&motion[..], &["replan"]] {
-        let output = with(command, &steep);
-        let message = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(
-            output.status.code() == Some(1) && message.contains("reasonable time"),
-            "{message}"
-        );
-    }
-    let evaluate = ["evaluate", "--accept", "--data", text(&data)];
-    assert_eq!(with(&evaluate, &steep).status.code(), Some(3));
-    let tsit5 = [&evaluate[..], &["--method", "tsit5"]].concat();
-    assert_eq!(with(&tsit5, &steep).status.code(), Some(3));
-    // Hundreds of simulations in steps of an eighth of a millisecond are none that anybody waits for.
-    let found = f.at("found");
-    let diagnose = ["diagnose", "--accept", "--data", text(&data), "--out", text(&found)];
-    refused(
-        &[&diagnose[..], &["--model", text(&steep)]].concat(),
-        &["substeps", "data.most_substeps"],
-    );
-    let gradient = ["gradient", "--accept", "--data", text(&data), "--out"];
-    let npz = f.at("g.npz");
-    refused(
-        &[&gradient[..], &[text(&npz), "--model", text(&steep)]].concat(),
-        &["no recording could be predicted"],
-    );
-    // No force at all: the joint runs away, and a gradient means nothing.
-    let free = made(&|s| {
-        let pam_core::AnyForce::Network(network) = &mut s.model.force else { panic!() };
-        use pam_core::ParametricForce;
-        *network = network.with_parameters(&vec![0.0; network.parameter_len()]);
-    });
-    refused(&[&gradient[..], &[text(&npz), "--model", text(&free)]].concat(), &["no volume left"]);
-    assert!(!npz.exists());
-}
-
 /// Seconds that are no seconds, and channels that do not change.
 #[test]
 fn recordings_of_other_units_end() {
@@ -412,4 +334,91 @@ fn a_time_limit_ends_the_program() {
     let output = ended(&["demo", "-q", "--timeout", "0.2", "--out", text(&out)]);
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.code() == Some(1) && message.contains("--timeout 0.2"), "{message}");
+}
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    /// Models of any finite numbers give an answer or an error in time.
+    #[test]
+    #[ignore = "long"]
+    fn models_of_any_finite_numbers_end() {
+        let f = Folder::new();
+        let data = published("data.mat");
+        let out = f.at("out");
+        let saved = load_model(published_weights()).unwrap();
+        let made = |change: &dyn Fn(&mut pam_data::SavedModel)| {
+            let mut saved = saved.clone();
+            change(&mut saved);
+            let path = f.at("model.safetensors");
+            save_model(&path, &saved).unwrap();
+            path
+        };
+        let with = |command: &[&str], model: &Path| {
+            ended(&[command, &["-q", "--model", text(model), "--out", text(&out)]].concat())
+        };
+        for (raw, quantity) in [([-50.0, 1.0, 1.0], "mass"), ([300.0, 8e7, 1e6], "deformation")] {
+            let model = made(&|s| {
+                s.model.raw = pam_core::RawParameters {
+                    mass: raw[0],
+                    gas_coefficient: raw[1],
+                    deformation: raw[2],
+                };
+            });
+            let output = with(&["replan"], &model);
+            let message = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(output.status.code() == Some(1) && message.contains(quantity), "{message}");
+        }
+        // A joint of a thousand tons hardly moves: the search for its stiffness ends.
+        let heavy = made(&|s| s.model.raw.mass = 1e6);
+        let code = with(&["identify"], &heavy).status.code();
+        assert!(matches!(code, Some(0 | 1)), "{code:?}");
+        let _ = std::fs::remove_dir_all(&out);
+        // Weights × 10⁶: the equations are a trillion times too stiff for any step.
+        let steep = made(&|s| {
+            let pam_core::AnyForce::Network(network) = &mut s.model.force else { panic!() };
+            use pam_core::ParametricForce;
+            let weights: Vec<f64> = network.parameters().iter().map(|w| 1e6 * w).collect();
+            *network = network.with_parameters(&weights);
+        });
+        // No search for masses along a curve of kinks without end.
+        let motion = ["plan", "--motion", "sine:A=1,f=0.5", "--stiffness", "150"];
+        for command in [&motion[..], &["replan"]] {
+            let output = with(command, &steep);
+            let message = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(
+                output.status.code() == Some(1) && message.contains("reasonable time"),
+                "{message}"
+            );
+        }
+        let evaluate = ["evaluate", "--accept", "--data", text(&data)];
+        assert_eq!(with(&evaluate, &steep).status.code(), Some(3));
+        let tsit5 = [&evaluate[..], &["--method", "tsit5"]].concat();
+        assert_eq!(with(&tsit5, &steep).status.code(), Some(3));
+        // Hundreds of simulations in steps of an eighth of a millisecond are none that anybody waits for.
+        let found = f.at("found");
+        let diagnose = ["diagnose", "--accept", "--data", text(&data), "--out", text(&found)];
+        refused(
+            &[&diagnose[..], &["--model", text(&steep)]].concat(),
+            &["substeps", "data.most_substeps"],
+        );
+        let gradient = ["gradient", "--accept", "--data", text(&data), "--out"];
+        let npz = f.at("g.npz");
+        refused(
+            &[&gradient[..], &[text(&npz), "--model", text(&steep)]].concat(),
+            &["no recording could be predicted"],
+        );
+        // No force at all: the joint runs away, and a gradient means nothing.
+        let free = made(&|s| {
+            let pam_core::AnyForce::Network(network) = &mut s.model.force else { panic!() };
+            use pam_core::ParametricForce;
+            *network = network.with_parameters(&vec![0.0; network.parameter_len()]);
+        });
+        refused(
+            &[&gradient[..], &[text(&npz), "--model", text(&free)]].concat(),
+            &["no volume left"],
+        );
+        assert!(!npz.exists());
+    }
 }

@@ -174,75 +174,6 @@ fn wrong_units_columns_and_files_are_named() {
     }
 }
 
-/// With one rig file and no script: trained on recordings under the lab's own names, the mass found or withheld, dry
-/// friction named with an interval that holds it, and a plan.
-#[test]
-fn an_elbow_is_trained_diagnosed_and_planned() {
-    let folder = tempfile::tempdir().unwrap();
-    let [trained, found, plan] = ["run", "found", "plan"].map(|n| folder.path().join(n));
-    let rig = elbow("rig.toml");
-    let mut arguments = vec!["train", "--rig-file", text(&rig), "--data"];
-    let data = elbow("");
-    arguments.extend([
-        text(&data),
-        "--train",
-        "train-*",
-        "--heldout",
-        "train-5",
-        "--json",
-        "--quiet",
-    ]);
-    // A third of the steps is enough for this motion.
-    arguments.extend([
-        "--set",
-        "stage.1.matching.steps=2000",
-        "--set",
-        "stage.1.matching.mass_steps=1500",
-    ]);
-    arguments.extend(["--set", "stage.2.epochs=25"]);
-    arguments.extend(["--out", text(&trained)]);
-    let json: Value = serde_json::from_str(&stdout_of(PAM, &arguments)).unwrap();
-    assert_eq!(json["trained_on"].as_array().unwrap().len(), 5);
-    let held_out =
-        json["stages"].as_array().unwrap().last().unwrap()["r2_held_out"][0].as_f64().unwrap();
-    assert!(held_out > 0.95, "{held_out}");
-    // 4e-3 kg m² on a pulley of 25 mm.
-    if let Some(mass) = json["parameters"]["mass_kg"].as_f64() {
-        assert!((mass / 6.4 - 1.0).abs() < 0.1, "{mass}");
-    }
-
-    // The model brings the rig file along.
-    let model = trained.join("model.safetensors");
-    let [first, second] = ["stiff-1.csv", "stiff-2.csv"].map(elbow);
-    let sound: Vec<PathBuf> = (1..=5).map(|k| elbow(&format!("train-{k}.csv"))).collect();
-    let mut arguments =
-        vec!["diagnose", "--no-law", "--model", text(&model), "--json", "--quiet", "--healthy"];
-    arguments.extend(sound.iter().map(|path| text(path)));
-    arguments.extend(["--data", text(&first), text(&second), "--out", text(&found)]);
-    let json: Value = serde_json::from_str(&stdout_of(PAM, &arguments)).unwrap();
-    let causes = json["causes"].as_array().unwrap();
-    assert_eq!(causes[0]["effect"], "coulomb_friction", "{causes:?}");
-    let friction = &causes[0];
-    let interval = &friction["parameters"]["force_n"]["ci95"];
-    let [low, high] = [0, 1].map(|k| interval[k].as_f64().unwrap());
-    assert!(low <= 6.0 && 6.0 <= high, "6 N of dry friction: [{low}, {high}]");
-
-    let arguments = [
-        "plan",
-        "--model",
-        text(&model),
-        "--motion",
-        "sine:A=3,f=0.2",
-        "--stiffness",
-        "25",
-        "--out",
-        text(&plan),
-        "--quiet",
-    ];
-    let _ = stdout_of(PAM, &arguments);
-    assert!(plan.join("table.csv").exists());
-}
-
 /// A converted file brings its rig along: alone, with the rig file written beside it, and with the first rig file it gives
 /// the model start of the original.
 #[test]
@@ -288,4 +219,79 @@ fn converted_recordings_keep_their_rig() {
     let both = run(PAM, &["inspect", text(&other), text(&folder.path().join("run.csv"))]);
     let said = String::from_utf8_lossy(&both.stderr);
     assert!(!both.status.success() && said.contains("--rig-file"), "{said}");
+}
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    /// With one rig file and no script: trained on recordings under the lab's own names, the mass found or withheld, dry
+    /// friction named with an interval that holds it, and a plan.
+    #[test]
+    #[ignore = "long"]
+    fn an_elbow_is_trained_diagnosed_and_planned() {
+        let folder = tempfile::tempdir().unwrap();
+        let [trained, found, plan] = ["run", "found", "plan"].map(|n| folder.path().join(n));
+        let rig = elbow("rig.toml");
+        let mut arguments = vec!["train", "--rig-file", text(&rig), "--data"];
+        let data = elbow("");
+        arguments.extend([
+            text(&data),
+            "--train",
+            "train-*",
+            "--heldout",
+            "train-5",
+            "--json",
+            "--quiet",
+        ]);
+        // A third of the steps is enough for this motion.
+        arguments.extend([
+            "--set",
+            "stage.1.matching.steps=2000",
+            "--set",
+            "stage.1.matching.mass_steps=1500",
+        ]);
+        arguments.extend(["--set", "stage.2.epochs=25"]);
+        arguments.extend(["--out", text(&trained)]);
+        let json: Value = serde_json::from_str(&stdout_of(PAM, &arguments)).unwrap();
+        assert_eq!(json["trained_on"].as_array().unwrap().len(), 5);
+        let held_out =
+            json["stages"].as_array().unwrap().last().unwrap()["r2_held_out"][0].as_f64().unwrap();
+        assert!(held_out > 0.95, "{held_out}");
+        // 4e-3 kg m² on a pulley of 25 mm.
+        if let Some(mass) = json["parameters"]["mass_kg"].as_f64() {
+            assert!((mass / 6.4 - 1.0).abs() < 0.1, "{mass}");
+        }
+
+        // The model brings the rig file along.
+        let model = trained.join("model.safetensors");
+        let [first, second] = ["stiff-1.csv", "stiff-2.csv"].map(elbow);
+        let sound: Vec<PathBuf> = (1..=5).map(|k| elbow(&format!("train-{k}.csv"))).collect();
+        let mut arguments =
+            vec!["diagnose", "--no-law", "--model", text(&model), "--json", "--quiet", "--healthy"];
+        arguments.extend(sound.iter().map(|path| text(path)));
+        arguments.extend(["--data", text(&first), text(&second), "--out", text(&found)]);
+        let json: Value = serde_json::from_str(&stdout_of(PAM, &arguments)).unwrap();
+        let causes = json["causes"].as_array().unwrap();
+        assert_eq!(causes[0]["effect"], "coulomb_friction", "{causes:?}");
+        let friction = &causes[0];
+        let interval = &friction["parameters"]["force_n"]["ci95"];
+        let [low, high] = [0, 1].map(|k| interval[k].as_f64().unwrap());
+        assert!(low <= 6.0 && 6.0 <= high, "6 N of dry friction: [{low}, {high}]");
+
+        let arguments = [
+            "plan",
+            "--model",
+            text(&model),
+            "--motion",
+            "sine:A=3,f=0.2",
+            "--stiffness",
+            "25",
+            "--out",
+            text(&plan),
+            "--quiet",
+        ];
+        let _ = stdout_of(PAM, &arguments);
+        assert!(plan.join("table.csv").exists());
+    }
 }

@@ -95,46 +95,6 @@ fn the_published_weights_predict_the_rig() {
     }
 }
 
-/// Kills a session in the middle, several times if need be, and lets another finish it.
-#[test]
-fn a_killed_session_leaves_whole_logs_and_is_finished_by_another() {
-    let folder = tempfile::tempdir().unwrap();
-    let [whole, cut] = ["whole", "cut"].map(|n| folder.path().join(n));
-    // Long enough to be killed in the middle.
-    let protocol = folder.path().join("protocol.toml");
-    let sine =
-        "[[current]]\nkind = \"sine\"\namplitude_a = 1.5\nfrequency_hz = 1.0\nduration_s = 20.0\n";
-    std::fs::write(&protocol, format!("name = \"killed\"\nconditions = [[45, 45]]\n{sine}"))
-        .unwrap();
-    let arguments = |out: &Path| {
-        let more = ["--protocol", text(&protocol), "--out", text(out)];
-        let all = [&["rig", "record", "--conditions", "symmetric", "--quiet"][..], &more].concat();
-        all.into_iter().map(str::to_owned).collect::<Vec<_>>()
-    };
-    assert!(Command::new(PAM).args(arguments(&whole)).status().unwrap().success());
-    let expected = files(&whole);
-    let logs = || {
-        let there = if cut.exists() { files(&cut) } else { BTreeMap::new() };
-        there.into_iter().filter(|(n, _)| n.starts_with("nn_")).collect::<BTreeMap<_, _>>()
-    };
-    let mut child = Command::new(PAM).args(arguments(&cut)).stderr(Stdio::null()).spawn().unwrap();
-    let begun = Instant::now();
-    while logs().len() < 5 && begun.elapsed() < Duration::from_secs(60) {
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
-    let left = logs();
-    assert!(left.len() >= 5 && left.len() < 30, "{} files", left.len());
-    for (name, bytes) in &left {
-        assert!(bytes == &expected[name], "{name} is not whole");
-    }
-    assert!(Command::new(PAM).args(arguments(&cut)).status().unwrap().success());
-    let there = files(&cut);
-    assert!(there.keys().eq(expected.keys()), "{:?}", there.keys());
-    assert!(there.iter().all(|(name, bytes)| bytes == &expected[name]));
-}
-
 #[test]
 fn a_folder_of_other_settings_is_left_alone() {
     let folder = tempfile::tempdir().unwrap();
@@ -245,4 +205,51 @@ fn what_it_can_do_is_listed() {
     assert!(out.join("nn_2020").exists());
     assert!(text_of(&["rig", "protocol"]).contains("tracking"));
     assert!(text_of(&["rig", "observables"]).contains("stiffness"));
+}
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    /// Kills a session in the middle, several times if need be, and lets another finish it.
+    #[test]
+    #[ignore = "long"]
+    fn a_killed_session_leaves_whole_logs_and_is_finished_by_another() {
+        let folder = tempfile::tempdir().unwrap();
+        let [whole, cut] = ["whole", "cut"].map(|n| folder.path().join(n));
+        // Long enough to be killed in the middle.
+        let protocol = folder.path().join("protocol.toml");
+        let sine = "[[current]]\nkind = \"sine\"\namplitude_a = 1.5\nfrequency_hz = 1.0\nduration_s = 20.0\n";
+        std::fs::write(&protocol, format!("name = \"killed\"\nconditions = [[45, 45]]\n{sine}"))
+            .unwrap();
+        let arguments = |out: &Path| {
+            let more = ["--protocol", text(&protocol), "--out", text(out)];
+            let all =
+                [&["rig", "record", "--conditions", "symmetric", "--quiet"][..], &more].concat();
+            all.into_iter().map(str::to_owned).collect::<Vec<_>>()
+        };
+        assert!(Command::new(PAM).args(arguments(&whole)).status().unwrap().success());
+        let expected = files(&whole);
+        let logs = || {
+            let there = if cut.exists() { files(&cut) } else { BTreeMap::new() };
+            there.into_iter().filter(|(n, _)| n.starts_with("nn_")).collect::<BTreeMap<_, _>>()
+        };
+        let mut child =
+            Command::new(PAM).args(arguments(&cut)).stderr(Stdio::null()).spawn().unwrap();
+        let begun = Instant::now();
+        while logs().len() < 5 && begun.elapsed() < Duration::from_secs(60) {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let left = logs();
+        assert!(left.len() >= 5 && left.len() < 30, "{} files", left.len());
+        for (name, bytes) in &left {
+            assert!(bytes == &expected[name], "{name} is not whole");
+        }
+        assert!(Command::new(PAM).args(arguments(&cut)).status().unwrap().success());
+        let there = files(&cut);
+        assert!(there.keys().eq(expected.keys()), "{:?}", there.keys());
+        assert!(there.iter().all(|(name, bytes)| bytes == &expected[name]));
+    }
 }

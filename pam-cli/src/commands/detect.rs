@@ -88,7 +88,7 @@ pub struct DetectArguments {
     #[arg(long, default_value_t = 0.05, value_name = "P")]
     pub level: f64,
     /// Diagnoses of simulated recordings by which the limit of each effect is found; 0 foretells it without any
-    /// [default: 6, or 0 for recordings of more than 100 s together]
+    /// [default: 8, or 0 for recordings of more than 100 s together]
     #[arg(long, value_name = "N")]
     pub trials: Option<usize>,
     /// The diagnosis that is foretold.
@@ -213,7 +213,7 @@ impl RunCommand for DetectArguments {
 }
 
 /// Said where no trials were made.
-const FORETOLD: &str = "\nThe limits are foretold without diagnoses and may be off by a factor of three; --trials 6 finds them by diagnoses of \
+const FORETOLD: &str = "\nThe limits are foretold without diagnoses and may be off by a factor of three; --trials 8 finds them by diagnoses of \
                         simulated recordings.";
 
 /// The limits, with the nearest other effect of each.

@@ -16,7 +16,7 @@
 //! | `foretold` | also the rule that a cause is minor that removes next to nothing, and what confirms it on a test recording: the whitened error is proven to be smaller, and the error of the free run is |
 //!
 //! The last one is only a forecast: which effect is named depends on rivals and on chance as well. `named` is therefore found by trials,
-//! whole diagnoses of recordings with the effect in them, at magnitudes that begin with the forecast ([`LimitPosterior`]).
+//! whole diagnoses of recordings with the effect in them, at magnitudes that follow from their outcomes ([`LimitPosterior`]).
 
 mod demand;
 mod limits;
@@ -59,7 +59,7 @@ pub struct DetectOptions {
 }
 
 /// Diagnoses by which the limit of an effect is found.
-pub const TRIALS: usize = 6;
+pub const TRIALS: usize = 8;
 /// Total length of recordings up to which limits are found by trials unless a number is given: a diagnosis of them takes seconds, s.
 pub const LONGEST_TRIED_S: f64 = 100.0;
 

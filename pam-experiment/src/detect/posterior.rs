@@ -1,15 +1,15 @@
 //! The limit of an effect from trials at chosen magnitudes.
 //!
 //! The probability that an effect of magnitude `m` is named is modelled as `Φ(a m/L − a + z)` between a share of chance hits and of
-//! lapses, where `L` is the limit and `z` the quantile of its power; the prior of `ln L` is Gaussian about the foretold limit. The
+//! lapses, where `L` is the limit and `z` the quantile of its power; the prior of `ln L` is Gaussian about an expected limit. The
 //! next magnitude is where the posterior expects the effect to be named in rather more than half of the cases: there an outcome
 //! tells most (Watson and Pelli 1983, *QUEST: a Bayesian adaptive psychometric method*).
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Standard deviation of the prior of `ln L` about the foretold limit: a factor of 2.5.
+/// Standard deviation of the prior of `ln L` about the expected limit: a factor of 2.5.
 const PRIOR_DEVIATION: f64 = 0.9;
-/// Steps of `ln L` on each side of the foretold limit,
+/// Steps of `ln L` on each side of the expected limit,
 const STEPS: i32 = 100;
 /// and the length of a step: up to a factor of 20.
 const STEP: f64 = 0.03;
@@ -41,12 +41,12 @@ pub struct LimitPosterior {
 }
 
 impl LimitPosterior {
-    /// Nothing but the foretold magnitude at the limit, and the power that defines it.
+    /// Nothing but an expected magnitude at the limit, and the power that defines it.
     #[must_use]
-    pub fn about(foretold: f64, power: f64) -> Self {
+    pub fn about(expected: f64, power: f64) -> Self {
         let steps = (-STEPS..=STEPS).map(|k| f64::from(k) * STEP);
         let (log_limits, log_density) =
-            steps.map(|s| (foretold.ln() + s, -0.5 * (s / PRIOR_DEVIATION).powi(2))).unzip();
+            steps.map(|s| (expected.ln() + s, -0.5 * (s / PRIOR_DEVIATION).powi(2))).unzip();
         Self { log_limits, log_density, z: Normal::standard().inverse_cdf(power) }
     }
 

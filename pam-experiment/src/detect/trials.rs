@@ -49,16 +49,16 @@ pub(super) struct Trials<'a> {
 }
 
 impl Trials<'_> {
-    /// Tries an effect about its foretold limit; `done` is called after each trial. `place` tells its trials from those of other
+    /// Tries an effect about an expected limit; `done` is called after each trial. `place` tells its trials from those of other
     /// effects.
     pub(super) fn of(
         &self,
         (effect, ray): (&'static dyn AnyEffect, &Ray),
-        foretold: f64,
+        expected: f64,
         place: usize,
         done: &(dyn Fn() + Sync),
     ) -> TriedLimit {
-        let mut posterior = LimitPosterior::about(foretold, self.power);
+        let mut posterior = LimitPosterior::about(expected, self.power);
         let mut trials = Vec::new();
         for k in 0..self.count {
             let magnitude = ray.within_range(posterior.next_magnitude());

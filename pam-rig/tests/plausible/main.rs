@@ -182,62 +182,6 @@ fn every_change_of_the_real_run_is_found() {
     assert!(found.iter().any(|f| f.kind == FindingKind::GaugePressure), "{found:#?}");
 }
 
-#[test]
-fn faults_of_the_joint_are_no_findings() {
-    let strong = [
-        "coulomb_friction:force_n=40",
-        "stribeck_friction:coulomb_n=20,static_n=45,velocity_mm_s=2",
-        "viscous_damping:coefficient_ns_m=4000",
-        "hysteresis:force_n=40,slip_mm=0.5",
-        "creep:stiffness_n_mm=25,time_constant_s=2",
-        "constant_load:force_n=60",
-        "added_inertia:mass_kg=150",
-        "backlash:gap_mm=0.4",
-        "cogging:force_n=25,pitch_mm=0.6",
-        "tendon_slack:displacement_mm=0.7,stiffness_loss=0.5",
-        "stiffness_drift:relative_per_min=0.5",
-        "stiffness_scale:relative=0.25",
-        "stiffness_scale:relative=-0.2",
-        "leak:flexor_rate_per_s=1e-2,extensor_rate_per_s=5e-3",
-        "leak:flexor_rate_per_s=1e-2,extensor_rate_per_s=0",
-        "polytropic_gas:exponent=1.3",
-        "geometry_coefficient:relative=0.2",
-        "geometry_coefficient:relative=-0.15",
-        "force_gain:relative=0.25",
-        "force_gain:relative=-0.25",
-        "force_saturation:force_n=110",
-        "actuation_delay:delay_ms=50",
-        "pressure_sensor_lag:cutoff_hz=0.7",
-        "pressure_delay:delay_ms=60",
-        "pressure_bias:flexor_kpa=30,extensor_kpa=-25",
-        "pressure_bias:flexor_kpa=-20,extensor_kpa=-20",
-        "pressure_gain:flexor_relative=0.15,extensor_relative=-0.12",
-        "position_offset:offset_mm=0.5",
-        "position_gain:relative=0.2",
-        "position_gain:relative=-0.15",
-        "periodic_disturbance",
-        "chamber_crosstalk",
-        "tendon_slip",
-        "sensor_gain_jump",
-        "encoder_freeze",
-        "valve_glitch",
-    ];
-    let mut wrong = Vec::new();
-    for effect in strong {
-        let recordings = rig_recordings(&[effect]);
-        // With the commanded pressures in the names, and without; all runs together, and one alone.
-        let anonymous: Vec<Recording> =
-            recordings.iter().map(|r| Recording { command_psi: None, ..r.clone() }).collect();
-        for set in [&recordings, &anonymous, &vec![anonymous[0].clone()]] {
-            let found = findings(set.clone());
-            if !found.is_empty() {
-                wrong.push((effect, set.len(), found));
-            }
-        }
-    }
-    assert!(wrong.is_empty(), "{wrong:#?}");
-}
-
 /// Raw logs whose pressure columns are in another unit than psi gauge.
 #[test]
 fn units_of_raw_logs_are_found() {
@@ -314,4 +258,66 @@ fn a_single_bad_recording_is_named() {
     let found = findings(set);
     assert_eq!(kinds(&found), [(FindingKind::SwappedMuscles, Severity::Error)]);
     assert_eq!(found[0].recordings, ["run1"]);
+}
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long"]
+    fn faults_of_the_joint_are_no_findings() {
+        let strong = [
+            "coulomb_friction:force_n=40",
+            "stribeck_friction:coulomb_n=20,static_n=45,velocity_mm_s=2",
+            "viscous_damping:coefficient_ns_m=4000",
+            "hysteresis:force_n=40,slip_mm=0.5",
+            "creep:stiffness_n_mm=25,time_constant_s=2",
+            "constant_load:force_n=60",
+            "added_inertia:mass_kg=150",
+            "backlash:gap_mm=0.4",
+            "cogging:force_n=25,pitch_mm=0.6",
+            "tendon_slack:displacement_mm=0.7,stiffness_loss=0.5",
+            "stiffness_drift:relative_per_min=0.5",
+            "stiffness_scale:relative=0.25",
+            "stiffness_scale:relative=-0.2",
+            "leak:flexor_rate_per_s=1e-2,extensor_rate_per_s=5e-3",
+            "leak:flexor_rate_per_s=1e-2,extensor_rate_per_s=0",
+            "polytropic_gas:exponent=1.3",
+            "geometry_coefficient:relative=0.2",
+            "geometry_coefficient:relative=-0.15",
+            "force_gain:relative=0.25",
+            "force_gain:relative=-0.25",
+            "force_saturation:force_n=110",
+            "actuation_delay:delay_ms=50",
+            "pressure_sensor_lag:cutoff_hz=0.7",
+            "pressure_delay:delay_ms=60",
+            "pressure_bias:flexor_kpa=30,extensor_kpa=-25",
+            "pressure_bias:flexor_kpa=-20,extensor_kpa=-20",
+            "pressure_gain:flexor_relative=0.15,extensor_relative=-0.12",
+            "position_offset:offset_mm=0.5",
+            "position_gain:relative=0.2",
+            "position_gain:relative=-0.15",
+            "periodic_disturbance",
+            "chamber_crosstalk",
+            "tendon_slip",
+            "sensor_gain_jump",
+            "encoder_freeze",
+            "valve_glitch",
+        ];
+        let mut wrong = Vec::new();
+        for effect in strong {
+            let recordings = rig_recordings(&[effect]);
+            // With the commanded pressures in the names, and without; all runs together, and one alone.
+            let anonymous: Vec<Recording> =
+                recordings.iter().map(|r| Recording { command_psi: None, ..r.clone() }).collect();
+            for set in [&recordings, &anonymous, &vec![anonymous[0].clone()]] {
+                let found = findings(set.clone());
+                if !found.is_empty() {
+                    wrong.push((effect, set.len(), found));
+                }
+            }
+        }
+        assert!(wrong.is_empty(), "{wrong:#?}");
+    }
 }
