@@ -59,6 +59,7 @@ fn detect_options(effects: &[&str]) -> DetectOptions {
     DetectOptions {
         effects: effects.iter().map(given).collect(),
         diagnosis,
+        trials: Some(0),
         ..DetectOptions::default()
     }
 }

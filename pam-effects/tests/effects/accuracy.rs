@@ -2,7 +2,8 @@
 
 use crate::support::joint::DT;
 use crate::support::published::{exact, run_with, weights};
-use pam_effects::simulation::{Base, Nuisances, Trajectory, Trial, simulate};
+use pam_core::{ForceInput, ForceModel, JointModel, SealedMasses};
+use pam_effects::simulation::{Base, ForceTable, Nuisances, Trajectory, Trial, simulate};
 use pam_solvers::Interpolation;
 use pam_trajectory::SolverSettings;
 
@@ -34,11 +35,58 @@ fn the_simulation_follows_an_exact_solver() {
         let x = worst(&out.channels[0], &r.displacement_mm);
         let v = worst(&out.channels[1], &r.velocity_mm_s);
         let p = worst(&out.channels[2], &r.pressure_flexor_kpa);
-        println!("{psi:?}: {x:.5} mm, {v:.4} mm/s, {p:.4} kPa");
+        let pairs = out.channels[0].iter().enumerate();
+        let pairs: Vec<[f64; 2]> = pairs.map(|(k, a)| [*a, r.displacement_mm[k * every]]).collect();
+        let gain = slope(&pairs);
+        println!("{psi:?}: {x:.5} mm, {v:.4} mm/s, {p:.4} kPa, gain {gain:.6}");
+        // A diagnosis of a minute sees a change of the stiffness of 5e-4.
+        assert!((gain - 1.0).abs() < 2e-4, "{psi:?}: gain {gain}");
         assert!(x < most, "{psi:?}: {x} mm");
         // One slope of the pressure is 15 kPa/mm.
         assert!(v < 0.3 && p < 0.05, "{psi:?}: {v} mm/s, {p} kPa");
     }
+}
+
+/// The slope of the first of two columns along the second.
+fn slope(pairs: &[[f64; 2]]) -> f64 {
+    let n = pairs.len() as f64;
+    let mean = |c: usize| pairs.iter().map(|p| p[c]).sum::<f64>() / n;
+    let (a, b) = (mean(0), mean(1));
+    let products = pairs.iter().map(|p| (p[0] - a) * (p[1] - b)).sum::<f64>();
+    products / pairs.iter().map(|p| (p[1] - b).powi(2)).sum::<f64>()
+}
+
+/// `f = c x² + d ẋ²`.
+struct Parabola;
+
+impl ForceModel<f64> for Parabola {
+    fn restoring_force_mn(&self, input: &ForceInput<f64>, _: &mut [f64]) -> f64 {
+        300.0 * input.displacement_mm.powi(2) + 2.0 * input.velocity_mm_s.powi(2)
+    }
+}
+
+/// Bilinear interpolation between values at the nodes would be above a parabola everywhere: by h²/12 of its second derivatives on the
+/// average. The table is not.
+#[test]
+fn a_table_of_a_parabola_has_no_bias() {
+    let joint = JointModel::datasheet(Parabola);
+    let masses = SealedMasses { flexor_g: 0.08, extensor_g: 0.08 };
+    let table = ForceTable::new(&joint, masses, [-2.0, 2.0], [-20.0, 20.0]);
+    let inner = |share: f64, reach: f64| (2.0 * share - 1.0) * reach;
+    let mut errors = Vec::new();
+    for i in 0..700 {
+        for j in 0..700 {
+            let (a, b) = ((f64::from(i) + 0.5) / 700.0, (f64::from(j) + 0.5) / 700.0);
+            // Whole cells, away from the edges.
+            let (x, v) = (inner(a, 1.8), inner(b, 19.0));
+            let exact = 300.0 * x * x + 2.0 * v * v;
+            errors.push(table.force_mn(x, v, [0.0; 2]) - exact);
+        }
+    }
+    let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+    // h² f''/12 of both directions: 0.5 mN and 0.02 mN.
+    assert!(mean.abs() < 5e-3, "{mean} mN");
+    assert!(errors.iter().all(|e| e.abs() < 1.2));
 }
 
 /// A part of a recording starts from the measured state in the middle of the motion, and follows the exact motion as the whole

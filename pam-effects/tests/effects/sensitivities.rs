@@ -93,8 +93,8 @@ fn compare(trial: &Trial, base: &Base<f64>, effect: &'static dyn AnyEffect, valu
         }
     }
     for (parameter, info) in effect.info().parameters.iter().enumerate() {
-        // A kink of the network that lies within a change spoils that difference: the better one of two.
-        let relative = [1e-6, 1e-7]
+        // A kink of the network that lies within a change spoils that difference: the best one of four.
+        let relative = [1e-5, 1e-6, 1e-7, 1e-8]
             .map(|share| {
                 let change = share * values[parameter].abs();
                 let moved = |sign: f64| {
