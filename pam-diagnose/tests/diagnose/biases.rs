@@ -17,11 +17,11 @@ const NOTHING: [(&str, f64); 10] = [
     ("coulomb_friction", 0.05),
     ("constant_load", 0.05),
     ("added_inertia", 0.5),
-    ("stiffness_scale", 1e-3),
-    ("stiffness_drift", 2e-3),
-    ("force_gain", 1e-3),
-    ("actuation_delay", 0.2),
-    ("position_gain", 1e-3),
+    ("stiffness_scale", 1e-4),
+    ("stiffness_drift", 1e-3),
+    ("force_gain", 1e-4),
+    ("actuation_delay", 0.35),
+    ("position_gain", 1e-4),
     ("pressure_delay", 0.1),
 ];
 
