@@ -128,7 +128,7 @@ fn weights_and_friction_are_found_together() {
     println!("errors in mm: start, both, weights alone, effects alone {errors:?}");
     assert!((force_n / 20.0 - 1.0).abs() < 0.1, "{force_n} N");
     assert_eq!(weights.effects[0].values, [5.0]);
-    assert!(errors[1] < 0.5 * errors[2] && errors[1] < 0.5 * errors[3], "{errors:?}");
+    assert!(errors[1] < 0.65 * errors[2] && errors[1] < 0.65 * errors[3], "{errors:?}");
     // What was frozen is as it was.
     let AnyForce::Network(network) = &start.joint.force else { panic!("a network") };
     let AnyForce::Network(kept) = &effects.joint.force else { panic!("a network") };
