@@ -22,7 +22,8 @@ const MOST_NODES: usize = 1000;
 /// The restoring force over (x, ẋ) at the sealed masses of one recording, bilinear between nodes, with
 /// slopes and curvatures along both masses; beyond the table the last cell goes on straight.
 ///
-/// For `f'' = 2 N/mm²` the interpolation errs by 2.5 mN at a spacing of 0.1 mm, some 20 nm of displacement.
+/// For `f'' = 2 N/mm²` and nodes 0.1 mm apart the interpolation errs by 1.7 mN at most, some 15 nm of displacement, and by nothing on
+/// the average.
 #[derive(Debug, Clone)]
 pub struct ForceTable {
     x_start: f64,
