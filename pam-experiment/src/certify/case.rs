@@ -111,6 +111,13 @@ pub struct Named {
     pub parameters: Vec<(String, f64, [f64; 2])>,
 }
 
+impl Named {
+    /// Whether it is this effect, or confusable with it.
+    fn may_be(&self, effect: &String) -> bool {
+        self.effect == *effect || self.confusable_with.contains(effect)
+    }
+}
+
 /// What the diagnosis of a case says.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
@@ -175,19 +182,18 @@ impl Outcome {
         !self.named.is_empty() && self.log_odds >= log_odds
     }
 
-    /// Whether the hidden effect is named, or a name is said not to be distinguished from it.
+    /// Whether the hidden effect is named or confusable with a named one.
     #[must_use]
     pub fn is_named(&self) -> bool {
         let Some(effect) = &self.case.effect else { return false };
-        self.named.iter().any(|n| n.effect == *effect || n.confusable_with.contains(effect))
+        self.named.iter().any(|n| n.may_be(effect))
     }
 
     /// Whether the hidden effect is the only name, or each name is said not to be distinguished from it.
     #[must_use]
     pub fn is_right(&self) -> bool {
         let Some(effect) = &self.case.effect else { return self.named.is_empty() };
-        let right = |n: &Named| n.effect == *effect || n.confusable_with.contains(effect);
-        !self.named.is_empty() && self.named.iter().all(right)
+        !self.named.is_empty() && self.named.iter().all(|n| n.may_be(effect))
     }
 
     /// Whether the hidden effect is the only name.

@@ -1,8 +1,8 @@
 //! How far to trust a diagnosis on one rig.
 //!
 //! Baseline recordings, in which nothing is wrong, are simulated again with an effect in them, at multiples of its
-//! [detection limit](crate::detect), and get residuals of their own back, resampled in blocks ([`Synthesis`](crate::plan::Synthesis)). The whole
-//! diagnosis runs on each of these sets and on null sets without an effect ([`run_cases`]). Its answers give the confusion
+//! [detection limit](crate::detect), and get residuals of their own back, resampled in blocks
+//! ([`Synthesis`](crate::plan::Synthesis)). The whole diagnosis runs on each of these sets and on null sets without an effect ([`run_cases`]). Its answers give the confusion
 //! matrix, the rate of false alarms and the detection curves with exact limits, the coverage of intervals ([`Summary`]), and
 //! settings under which false alarms hold the level that was asked for, with a [`Certificate`] that later diagnoses quote.
 

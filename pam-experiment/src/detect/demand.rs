@@ -20,6 +20,7 @@ const FACTOR: f64 = 8.0;
 const NOTHING: f64 = 1e-6;
 /// Least one until the limit lies between two of them.
 const LEAST_STEP: f64 = 1.5;
+
 /// What a test asks of a signature.
 pub(crate) struct Demand<'s, 'a> {
     pub(crate) signatures: &'s Signatures<'a>,

@@ -20,7 +20,7 @@ const LAPSES: f64 = 0.03;
 /// Probability at which the next magnitude is aimed.
 const AIM: f64 = 0.7;
 
-/// What is known of a limit after some trials.
+/// The posterior of a detection limit after some trials.
 ///
 /// ```
 /// use pam_experiment::detect::LimitPosterior;

@@ -68,8 +68,8 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// Whether a diagnosis would not distinguish the two at `multiples` of the limit: as half of the trials or more did not, or as
-    /// foretold where none were made.
+    /// Whether a diagnosis confuses the two at `multiples` of the limit: by at least half of the trials, or as predicted where none were
+    /// made.
     #[must_use]
     pub fn is_confused(&self, multiples: f64) -> bool {
         match self.tried {

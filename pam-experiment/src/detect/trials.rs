@@ -1,6 +1,6 @@
 //! Limits by trials: whole diagnoses of recordings with an effect in them, made by simulation.
 //!
-//! What a diagnosis names depends on each of its steps, on rival effects and on chance, which no noncentrality foretells. Each trial
+//! Which cause a diagnosis names depends on all of its tests, on rival effects and on chance, which no noncentrality predicts. Each trial
 //! puts the effect at one magnitude into recordings ([`Synthesis`]) and diagnoses them; the outcomes so far choose the next magnitude
 //! ([`LimitPosterior`]).
 
@@ -21,9 +21,9 @@ pub struct LimitTrial {
     /// The magnitude along the effect's way.
     #[serde(default, skip_serializing)]
     pub magnitude: f64,
-    /// Whether the effect was named, or a name was said not to be distinguished from it.
+    /// Whether the effect was named, or was confusable with a named one.
     pub named: bool,
-    /// Ids of the named causes, and of those that were said not to be distinguished from them.
+    /// Ids of the named causes, and of those confusable with them.
     pub names: Vec<String>,
 }
 
