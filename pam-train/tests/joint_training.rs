@@ -105,38 +105,6 @@ fn trained(file: &Path, subjects: &[Subject], out: &Path, more: &[&str]) -> Exte
     ExtendedModel::from_saved(saved).expect("known effects")
 }
 
-/// A plant with a dry friction of 20 N; a model whose weights are off and which believes in 5 N.
-#[test]
-fn weights_and_friction_are_found_together() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let plant = extended(&[("coulomb_friction", vec![20.0])]);
-    let data = recordings(&plant, &[[30.0, 60.0], [45.0, 45.0], [60.0, 40.0], [20.0, 20.0]]);
-    let held_out = recordings(&plant, &[[40.0, 50.0], [55.0, 35.0]]);
-    let start = perturbed(&extended(&[("coulomb_friction", vec![5.0])]), 0.03);
-    let file = folder.path().join("start.safetensors");
-    safetensors_file::write(&file, &start.to_saved()).expect("written");
-    let long = ["stage.0.epochs=40", "rate=4e-4"];
-    let with = |name: &str, more: &[&str]| {
-        trained(&file, &data, &folder.path().join(name), &[&long, more].concat())
-    };
-    let both = with("both", &[]);
-    let weights = with("weights", &["coordinates.frozen.effects=true"]);
-    let effects = with("effects", &["coordinates.frozen.network=true"]);
-    let force_n = both.effects[0].values[0];
-    let errors = [&start, &both, &weights, &effects].map(|m| error_mm(m, &held_out));
-    println!("friction {force_n} N, effects alone {} N", effects.effects[0].values[0]);
-    println!("errors in mm: start, both, weights alone, effects alone {errors:?}");
-    assert!((force_n / 20.0 - 1.0).abs() < 0.1, "{force_n} N");
-    assert_eq!(weights.effects[0].values, [5.0]);
-    assert!(errors[1] < 0.65 * errors[2] && errors[1] < 0.65 * errors[3], "{errors:?}");
-    // What was frozen is as it was.
-    let AnyForce::Network(network) = &start.joint.force else { panic!("a network") };
-    let AnyForce::Network(kept) = &effects.joint.force else { panic!("a network") };
-    for (a, b) in network.parameters().iter().zip(kept.parameters()) {
-        assert!((a - b).abs() <= 1e-9 * a.abs().max(1e-3), "{a} {b}");
-    }
-}
-
 /// A run that was stopped and goes on ends with the same bits, and its history tells the effects.
 #[test]
 fn a_run_that_goes_on_ends_with_the_same_bits() {
@@ -236,4 +204,42 @@ fn what_cannot_be_trained_is_refused() {
     let recordings = data.iter().map(|s| s.recording.clone()).collect();
     let error = Trainer::extended(curriculum, recordings, None, effects, 1).expect_err("refused");
     assert!(error.to_string().contains("solver.gradient forward"), "{error}");
+}
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    /// A plant with a dry friction of 20 N; a model whose weights are off and which believes in 5 N.
+    #[test]
+    #[ignore = "long"]
+    fn weights_and_friction_are_found_together() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let plant = extended(&[("coulomb_friction", vec![20.0])]);
+        let data = recordings(&plant, &[[30.0, 60.0], [45.0, 45.0], [60.0, 40.0], [20.0, 20.0]]);
+        let held_out = recordings(&plant, &[[40.0, 50.0], [55.0, 35.0]]);
+        let start = perturbed(&extended(&[("coulomb_friction", vec![5.0])]), 0.03);
+        let file = folder.path().join("start.safetensors");
+        safetensors_file::write(&file, &start.to_saved()).expect("written");
+        let long = ["stage.0.epochs=40", "rate=4e-4"];
+        let with = |name: &str, more: &[&str]| {
+            trained(&file, &data, &folder.path().join(name), &[&long, more].concat())
+        };
+        let both = with("both", &[]);
+        let weights = with("weights", &["coordinates.frozen.effects=true"]);
+        let effects = with("effects", &["coordinates.frozen.network=true"]);
+        let force_n = both.effects[0].values[0];
+        let errors = [&start, &both, &weights, &effects].map(|m| error_mm(m, &held_out));
+        println!("friction {force_n} N, effects alone {} N", effects.effects[0].values[0]);
+        println!("errors in mm: start, both, weights alone, effects alone {errors:?}");
+        assert!((force_n / 20.0 - 1.0).abs() < 0.1, "{force_n} N");
+        assert_eq!(weights.effects[0].values, [5.0]);
+        assert!(errors[1] < 0.65 * errors[2] && errors[1] < 0.65 * errors[3], "{errors:?}");
+        // What was frozen is as it was.
+        let AnyForce::Network(network) = &start.joint.force else { panic!("a network") };
+        let AnyForce::Network(kept) = &effects.joint.force else { panic!("a network") };
+        for (a, b) in network.parameters().iter().zip(kept.parameters()) {
+            assert!((a - b).abs() <= 1e-9 * a.abs().max(1e-3), "{a} {b}");
+        }
+    }
 }

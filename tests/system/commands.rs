@@ -25,30 +25,6 @@ fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     out
 }
 
-/// The demonstration needs no file and no command, and the same seed writes the same bytes at any number of threads.
-#[test]
-fn the_default_needs_nothing_and_repeats() {
-    let folder = tempfile::tempdir().unwrap();
-    let output =
-        std::process::Command::new(PAM).current_dir(folder.path()).output().expect("it starts");
-    assert!(output.status.success());
-    let printed = String::from_utf8(output.stdout).unwrap();
-    assert!(printed.contains("Hidden in the logs") && printed.contains("report"), "{printed}");
-    assert!(printed.lines().count() < 25, "one screen");
-    let (default, again) = (folder.path().join("pam-demo"), folder.path().join("again"));
-    let _ = stdout_of(PAM, &["demo", "--out", text(&again), "--seed", "1", "--threads", "1"]);
-    // The recording is named by its file; only the folder's name differs.
-    let without_folder = |out: &Path, name: &str| {
-        contents(out)
-            .into_iter()
-            .map(|(k, v)| (k, String::from_utf8_lossy(&v).replace(name, "OUT")))
-            .collect::<BTreeMap<_, _>>()
-    };
-    let files = without_folder(&default, "pam-demo");
-    assert!(files.contains_key("report.html") && files.contains_key("diagnosis.json"));
-    assert_eq!(files, without_folder(&again, text(&again)));
-}
-
 #[test]
 fn an_evaluation_of_many_recordings_is_the_same_at_any_thread_count() {
     let folder = tempfile::tempdir().unwrap();
@@ -328,4 +304,34 @@ fn an_extended_model_becomes_a_plain_one() {
     let plain = pam_data::load_model(path("plain.safetensors")).unwrap();
     assert!(plain.info.effects.is_empty());
     assert_eq!(Some(plain.model.force), plain_force.shifted(-12_000.0));
+}
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    /// The demonstration needs no file and no command, and the same seed writes the same bytes at any number of threads.
+    #[test]
+    #[ignore = "long"]
+    fn the_default_needs_nothing_and_repeats() {
+        let folder = tempfile::tempdir().unwrap();
+        let output =
+            std::process::Command::new(PAM).current_dir(folder.path()).output().expect("it starts");
+        assert!(output.status.success());
+        let printed = String::from_utf8(output.stdout).unwrap();
+        assert!(printed.contains("Hidden in the logs") && printed.contains("report"), "{printed}");
+        assert!(printed.lines().count() < 25, "one screen");
+        let (default, again) = (folder.path().join("pam-demo"), folder.path().join("again"));
+        let _ = stdout_of(PAM, &["demo", "--out", text(&again), "--seed", "1", "--threads", "1"]);
+        // The recording is named by its file; only the folder's name differs.
+        let without_folder = |out: &Path, name: &str| {
+            contents(out)
+                .into_iter()
+                .map(|(k, v)| (k, String::from_utf8_lossy(&v).replace(name, "OUT")))
+                .collect::<BTreeMap<_, _>>()
+        };
+        let files = without_folder(&default, "pam-demo");
+        assert!(files.contains_key("report.html") && files.contains_key("diagnosis.json"));
+        assert_eq!(files, without_folder(&again, text(&again)));
+    }
 }

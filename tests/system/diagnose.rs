@@ -70,19 +70,6 @@ fn single_effects_are_named_with_their_magnitudes() {
 }
 
 #[test]
-fn effects_that_act_together_are_all_named() {
-    let ids = ["coulomb_friction", "leak", "backlash"];
-    let effects = ids.map(|id| at_strength(id, 1.0));
-    let d = found(&effects, &Sensors::default(), 4);
-    assert_eq!(d.causes.len(), ids.len(), "{:?}", d.named());
-    for id in ids {
-        let told = |c: &Cause| c.effect == id || c.confusable_with.iter().any(|o| o == id);
-        assert!(d.causes.iter().any(told), "{id}: {:?}", d.causes);
-    }
-    assert_eq!(d.verdict, Verdict::Explained, "{:?}", d.reasons);
-}
-
-#[test]
 fn nothing_is_found_where_nothing_is_hidden() {
     let mut p_values = Vec::new();
     for (seed, factor) in [(12, 1.0), (14, 3.0)] {
@@ -220,61 +207,6 @@ fn the_real_run_shows_dry_friction() {
 }
 
 #[test]
-fn an_effect_hidden_by_the_rig_is_found_beside_healthy_recordings() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
-    let protocol = at("short.toml");
-    let sines: String = [(0.5, 4.0), (1.0, 2.0), (2.0, 1.5)]
-        .iter()
-        .flat_map(|(f, t)| [1.0, 1.5].map(|a| format!(
-            "[[current]]\nkind = \"sine\"\namplitude_a = {a}\nfrequency_hz = {f}\nduration_s = {t}\n"
-        )))
-        .collect();
-    std::fs::write(&protocol, format!("name = \"short\"\nconditions = [[45, 45]]\n{sines}"))
-        .unwrap();
-    let record = |out: &Path, conditions: &str, effect: Option<&str>, seed: &str| {
-        let mut arguments = vec![
-            "rig",
-            "record",
-            "--protocol",
-            text(&protocol),
-            "--conditions",
-            conditions,
-            "--seed",
-            seed,
-            "--out",
-            text(out),
-            "--quiet",
-        ];
-        if let Some(effect) = effect {
-            arguments.extend(["--effect", effect]);
-        }
-        let _ = stdout_of(PAM, &arguments);
-    };
-    let (healthy, data, found) = (at("healthy"), at("data"), at("found"));
-    record(&healthy, "45/45,60/30,60/60", None, "21");
-    record(&data, "45/45,30/60,70/60", Some("viscous_damping:coefficient_ns_m=1500"), "22");
-    let arguments = [
-        "diagnose",
-        "--data",
-        text(&data),
-        "--healthy",
-        text(&healthy),
-        "--out",
-        text(&found),
-        "--no-law",
-        "--json",
-    ];
-    let d: Value = serde_json::from_str(&stdout_of(PAM, &arguments)).unwrap();
-    // Only now is the truth opened.
-    let truth = read_json(&data.join("truth.json"));
-    assert!(truth.to_string().contains("viscous_damping"), "{truth}");
-    assert_eq!(d["causes"][0]["effect"], "viscous_damping", "{d}");
-    let value = d["causes"][0]["parameters"]["coefficient_ns_m"]["value"].as_f64().unwrap();
-    assert!((value - 1500.0).abs() < 150.0, "{value}");
-}
-
-#[test]
 fn wrong_usage_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
@@ -405,5 +337,75 @@ mod long {
         assert_eq!((b.verdict, b.named()), (Verdict::Unconfirmed, vec![]));
         assert_eq!(b.refused[0].effect, "backlash");
         assert!(a.error_reduction.overall.ci95[0] > 0.0, "{:?}", a.error_reduction.overall);
+    }
+
+    #[test]
+    #[ignore = "long"]
+    fn effects_that_act_together_are_all_named() {
+        let ids = ["coulomb_friction", "leak", "backlash"];
+        let effects = ids.map(|id| at_strength(id, 1.0));
+        let d = found(&effects, &Sensors::default(), 4);
+        assert_eq!(d.causes.len(), ids.len(), "{:?}", d.named());
+        for id in ids {
+            let told = |c: &Cause| c.effect == id || c.confusable_with.iter().any(|o| o == id);
+            assert!(d.causes.iter().any(told), "{id}: {:?}", d.causes);
+        }
+        assert_eq!(d.verdict, Verdict::Explained, "{:?}", d.reasons);
+    }
+
+    #[test]
+    #[ignore = "long"]
+    fn an_effect_hidden_by_the_rig_is_found_beside_healthy_recordings() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let protocol = at("short.toml");
+        let sines: String = [(0.5, 4.0), (1.0, 2.0), (2.0, 1.5)]
+            .iter()
+            .flat_map(|(f, t)| [1.0, 1.5].map(|a| format!(
+                "[[current]]\nkind = \"sine\"\namplitude_a = {a}\nfrequency_hz = {f}\nduration_s = {t}\n"
+            )))
+            .collect();
+        std::fs::write(&protocol, format!("name = \"short\"\nconditions = [[45, 45]]\n{sines}"))
+            .unwrap();
+        let record = |out: &Path, conditions: &str, effect: Option<&str>, seed: &str| {
+            let mut arguments = vec![
+                "rig",
+                "record",
+                "--protocol",
+                text(&protocol),
+                "--conditions",
+                conditions,
+                "--seed",
+                seed,
+                "--out",
+                text(out),
+                "--quiet",
+            ];
+            if let Some(effect) = effect {
+                arguments.extend(["--effect", effect]);
+            }
+            let _ = stdout_of(PAM, &arguments);
+        };
+        let (healthy, data, found) = (at("healthy"), at("data"), at("found"));
+        record(&healthy, "45/45,60/30,60/60", None, "21");
+        record(&data, "45/45,30/60,70/60", Some("viscous_damping:coefficient_ns_m=1500"), "22");
+        let arguments = [
+            "diagnose",
+            "--data",
+            text(&data),
+            "--healthy",
+            text(&healthy),
+            "--out",
+            text(&found),
+            "--no-law",
+            "--json",
+        ];
+        let d: Value = serde_json::from_str(&stdout_of(PAM, &arguments)).unwrap();
+        // Only now is the truth opened.
+        let truth = read_json(&data.join("truth.json"));
+        assert!(truth.to_string().contains("viscous_damping"), "{truth}");
+        assert_eq!(d["causes"][0]["effect"], "viscous_damping", "{d}");
+        let value = d["causes"][0]["parameters"]["coefficient_ns_m"]["value"].as_f64().unwrap();
+        assert!((value - 1500.0).abs() < 150.0, "{value}");
     }
 }

@@ -31,57 +31,6 @@ fn covered(each: impl Fn(u64) -> Option<Interval> + Sync, count: u64) -> [usize;
     [held.iter().filter(|h| **h).count(), held.len()]
 }
 
-/// Intervals from the scatter of the residuals alone: of 1000, with 45 blocks, as many hold the truth as a binomial
-/// variable of 95 % (all but one in 1000 on either side), where a block holds ten correlation times of the noise or more.
-/// Where it holds two (ρ = 0.9, blocks of L = 40), neighbouring blocks share a part of the noise, `2 a/(L (1 − a²)) = 12 %`
-/// of the variance with `a = 0.9 ρ`; so the intervals have 94 % of their width, which hold the truth in 93.4 %.
-#[test]
-fn clustered_intervals_hold_the_truth_at_their_level() {
-    let settings = DiagnosisSettings::default();
-    for rho in [0.0, 0.6, 0.9] {
-        let fitted = |seed| {
-            let system = runs(rho, seed);
-            let mut problem = system.problem(1.0, &settings);
-            problem.rows_per_observation = (1.0 + rho) / (1.0 - rho);
-            let fit = problem.fit(problem.base().with(0, &[0.1]), 20).ok()?;
-            Some(problem.intervals(&fit).ok()?[0])
-        };
-        let [held, all] = covered(fitted, 1000);
-        println!("AR({rho}): {held} of {all}, {:?}", binomial_range(all, 0.95, 1e-3));
-        let [low, high] = binomial_range(all, if rho < 0.9 { 0.95 } else { 0.934 }, 1e-3);
-        assert!(all == 1000 && (low..=high).contains(&held), "AR({rho}): {held} of {all}");
-    }
-}
-
-/// The intervals of a diagnosis are widened by the spread between parts: they hold the truth in at least 95 % (of 300 no
-/// fewer than a binomial variable falls to once in 1000), and they are not wider than twice what the noise alone makes
-/// of them.
-#[test]
-fn widened_intervals_hold_the_truth_at_least_at_their_level() {
-    let settings = DiagnosisSettings::default();
-    for rho in [0.0, 0.6, 0.9] {
-        let named = |seed| {
-            let system = runs(rho, seed);
-            let d = system.diagnosed(TestSource::Absent, 0.5, None, &settings, seed);
-            let cause = d.causes.iter().find(|c| c.effect == "x0")?;
-            Some(cause.parameters[0].1)
-        };
-        let [held, all] = covered(named, 300);
-        println!("AR({rho}): {held} of {all}, {:?}", binomial_range(all, 0.95, 1e-3));
-        assert!(all > 290, "AR({rho}): named in {all}");
-        assert!(held >= binomial_range(all, 0.95, 1e-3)[0], "AR({rho}): {held} of {all}");
-        let widths: Vec<f64> =
-            (0..20).filter_map(|seed| named(seed).map(|i| i.ci95[1] - i.ci95[0])).collect();
-        let mean = widths.iter().sum::<f64>() / widths.len() as f64;
-        // The variance of the slope by generalised least squares: (1 − ρ²)/Σ (x_k − ρ x_{k−1})², with
-        // E x_k x_{k−1} = 0.9.
-        let factor = (1.0 - rho * rho) / (1.0 + rho * rho - 2.0 * 0.9 * rho);
-        let from_noise = 2.0 * 1.96 * (factor / 1800.0).sqrt();
-        println!("AR({rho}): {mean} wide, {from_noise} from the noise alone");
-        assert!(mean > from_noise && mean < 2.0 * from_noise, "AR({rho}): {mean}, {from_noise}");
-    }
-}
-
 /// The quadrature of independent errors, in the coordinate of the parameter.
 #[test]
 fn widening_adds_in_quadrature() {
@@ -95,4 +44,65 @@ fn widening_adds_in_quadrature() {
     let five = 5.0_f64.exp();
     assert!((wide.ci95[1] / (2.0 * five) - 1.0).abs() < 1e-12, "{wide:?}");
     assert!((wide.ci95[0] / (2.0 / five) - 1.0).abs() < 1e-12, "{wide:?}");
+}
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    /// Intervals from the scatter of the residuals alone: of 1000, with 45 blocks, as many hold the truth as a binomial
+    /// variable of 95 % (all but one in 1000 on either side), where a block holds ten correlation times of the noise or more.
+    /// Where it holds two (ρ = 0.9, blocks of L = 40), neighbouring blocks share a part of the noise, `2 a/(L (1 − a²)) = 12 %`
+    /// of the variance with `a = 0.9 ρ`; so the intervals have 94 % of their width, which hold the truth in 93.4 %.
+    #[test]
+    #[ignore = "long"]
+    fn clustered_intervals_hold_the_truth_at_their_level() {
+        let settings = DiagnosisSettings::default();
+        for rho in [0.0, 0.6, 0.9] {
+            let fitted = |seed| {
+                let system = runs(rho, seed);
+                let mut problem = system.problem(1.0, &settings);
+                problem.rows_per_observation = (1.0 + rho) / (1.0 - rho);
+                let fit = problem.fit(problem.base().with(0, &[0.1]), 20).ok()?;
+                Some(problem.intervals(&fit).ok()?[0])
+            };
+            let [held, all] = covered(fitted, 1000);
+            println!("AR({rho}): {held} of {all}, {:?}", binomial_range(all, 0.95, 1e-3));
+            let [low, high] = binomial_range(all, if rho < 0.9 { 0.95 } else { 0.934 }, 1e-3);
+            assert!(all == 1000 && (low..=high).contains(&held), "AR({rho}): {held} of {all}");
+        }
+    }
+
+    /// The intervals of a diagnosis are widened by the spread between parts: they hold the truth in at least 95 % (of 300 no
+    /// fewer than a binomial variable falls to once in 1000), and they are not wider than twice what the noise alone makes
+    /// of them.
+    #[test]
+    #[ignore = "long"]
+    fn widened_intervals_hold_the_truth_at_least_at_their_level() {
+        let settings = DiagnosisSettings::default();
+        for rho in [0.0, 0.6, 0.9] {
+            let named = |seed| {
+                let system = runs(rho, seed);
+                let d = system.diagnosed(TestSource::Absent, 0.5, None, &settings, seed);
+                let cause = d.causes.iter().find(|c| c.effect == "x0")?;
+                Some(cause.parameters[0].1)
+            };
+            let [held, all] = covered(named, 300);
+            println!("AR({rho}): {held} of {all}, {:?}", binomial_range(all, 0.95, 1e-3));
+            assert!(all > 290, "AR({rho}): named in {all}");
+            assert!(held >= binomial_range(all, 0.95, 1e-3)[0], "AR({rho}): {held} of {all}");
+            let widths: Vec<f64> =
+                (0..20).filter_map(|seed| named(seed).map(|i| i.ci95[1] - i.ci95[0])).collect();
+            let mean = widths.iter().sum::<f64>() / widths.len() as f64;
+            // The variance of the slope by generalised least squares: (1 − ρ²)/Σ (x_k − ρ x_{k−1})², with
+            // E x_k x_{k−1} = 0.9.
+            let factor = (1.0 - rho * rho) / (1.0 + rho * rho - 2.0 * 0.9 * rho);
+            let from_noise = 2.0 * 1.96 * (factor / 1800.0).sqrt();
+            println!("AR({rho}): {mean} wide, {from_noise} from the noise alone");
+            assert!(
+                mean > from_noise && mean < 2.0 * from_noise,
+                "AR({rho}): {mean}, {from_noise}"
+            );
+        }
+    }
 }

@@ -171,34 +171,6 @@ fn a_hidden_term_of_a_field_becomes_a_law() {
     assert!(page.contains(&law.expression) && page.contains("law.toml"));
 }
 
-/// Waves of the displacement are no law of one term: the correction stays, and the field predicts better with it.
-#[test]
-fn where_no_law_is_short_the_correction_stays() {
-    let hidden = |x: f64, v: f64, _u: f64| 0.3 * (4.0 * x).sin() + 0.3 * (5.0 * x).cos() + 0.1 * v;
-    let mut options = FieldOptions::default();
-    options.settings.remainder.terms = 1;
-    options.settings.remainder.rounds = 1;
-    options.settings.remainder.refined = 2;
-    let runs = [(2.4, 0.2), (1.7, 0.25), (1.2, 0.35), (2.2, 0.45)];
-    let found = learned(&hidden, runs, 1, &options);
-    let remainder = found.remainder.as_ref().unwrap();
-    println!("{}", remainder.sentence);
-    for l in &remainder.ranking {
-        println!("{} {} {:.3} {:.1}", l.expression, l.description_length, l.validation, l.log_odds);
-    }
-    assert_eq!(remainder.outcome, RemainderOutcome::Correction);
-    assert!(remainder.law.is_none());
-    let correction = remainder.correction.as_ref().unwrap();
-    let reduction = &correction.error_reduction.overall;
-    println!("{reduction:?}");
-    assert!(correction.confirmed && reduction.ci95[0] > 0.0);
-    let (name, file) = remainder.file().unwrap();
-    assert_eq!(name, "correction.toml");
-    let [without, with] = unseen_rms(&hidden, file);
-    println!("unseen: {without} -> {with}");
-    assert!(with < 0.5 * without, "{without} -> {with}");
-}
-
 /// A right field leaves nothing to learn.
 #[test]
 fn a_right_field_has_no_law() {
@@ -295,4 +267,42 @@ fn terms_are_what_their_expressions_say() {
     }
     let law = Definition::law("law", "", &[term], &variables, &places);
     assert_eq!(law.memory, [remembered("0", true, "clamp(z1 + da / w1_mm, -1, 1)")]);
+}
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    /// Waves of the displacement are no law of one term: the correction stays, and the field predicts better with it.
+    #[test]
+    #[ignore = "long"]
+    fn where_no_law_is_short_the_correction_stays() {
+        let hidden =
+            |x: f64, v: f64, _u: f64| 0.3 * (4.0 * x).sin() + 0.3 * (5.0 * x).cos() + 0.1 * v;
+        let mut options = FieldOptions::default();
+        options.settings.remainder.terms = 1;
+        options.settings.remainder.rounds = 1;
+        options.settings.remainder.refined = 2;
+        let runs = [(2.4, 0.2), (1.7, 0.25), (1.2, 0.35), (2.2, 0.45)];
+        let found = learned(&hidden, runs, 1, &options);
+        let remainder = found.remainder.as_ref().unwrap();
+        println!("{}", remainder.sentence);
+        for l in &remainder.ranking {
+            println!(
+                "{} {} {:.3} {:.1}",
+                l.expression, l.description_length, l.validation, l.log_odds
+            );
+        }
+        assert_eq!(remainder.outcome, RemainderOutcome::Correction);
+        assert!(remainder.law.is_none());
+        let correction = remainder.correction.as_ref().unwrap();
+        let reduction = &correction.error_reduction.overall;
+        println!("{reduction:?}");
+        assert!(correction.confirmed && reduction.ci95[0] > 0.0);
+        let (name, file) = remainder.file().unwrap();
+        assert_eq!(name, "correction.toml");
+        let [without, with] = unseen_rms(&hidden, file);
+        println!("unseen: {without} -> {with}");
+        assert!(with < 0.5 * without, "{without} -> {with}");
+    }
 }

@@ -46,77 +46,6 @@ fn difference(of: impl Fn(f64) -> f64, change: f64) -> f64 {
     fine + (fine - coarse) / 3.0
 }
 
-#[test]
-fn the_gradient_is_that_of_the_loss_for_every_effect() {
-    let subject = subject(0.05);
-    let mut random = ChaCha8Rng::seed_from_u64(3);
-    let mut worst = 0.0_f64;
-    let late = [
-        ("coulomb_friction", ActivityWindow::PASSES, vec![13.0, 1.113, 2.737]),
-        ("leak", ActivityWindow::BEGINS, vec![1.5e-2, 7e-3, 1.317]),
-        ("added_inertia", ActivityWindow::GROWS, vec![35.0, 1.7, 1.21]),
-        ("creep", ActivityWindow::BEGINS, vec![8.0, 0.7, 1.113]),
-        ("pressure_sensor_lag", ActivityWindow::ENDS, vec![5.0, 2.113]),
-    ];
-    let of = |(id, values)| (by_id(id).expect("an id"), values);
-    let always = medium().into_iter().map(of);
-    let late = late.map(|(id, course, values)| (timed(by_id(id).expect("an id"), course), values));
-    for (effect, values) in always.chain(late) {
-        let id = effect.info().id;
-        let extended = |values: Vec<f64>| extended_by(ActiveEffect { effect, values });
-        let model = extended(values.clone());
-        let found = gradient(&model, &subject);
-        let AnyForce::Network(force) = &model.joint.force else { panic!("a network") };
-        let direction: Vec<f64> =
-            force.parameters().iter().map(|w| w * random.random_range(-1.0..1.0)).collect();
-        let value = |model: &ExtendedModel| gradient(model, &subject).value;
-        let mut check = |what: &str, exact: f64, by_difference: f64, size: f64| {
-            let miss = (exact - by_difference).abs() / size;
-            println!("{id} {what}: {exact:e} {by_difference:e} ({miss:.1e})");
-            worst = worst.max(miss);
-            assert!(miss < 1e-6, "{id} {what}: {exact:e}, by difference {by_difference:e}");
-        };
-        let parameters = effect.info().parameters;
-        for (k, info) in parameters.iter().enumerate() {
-            let slope = |share: f64| {
-                let moved = |h: f64| {
-                    let mut moved = values.clone();
-                    moved[k] += h;
-                    value(&extended(moved))
-                };
-                difference(moved, share * values[k].abs())
-            };
-            let size = |slope: f64| slope.abs().max(1e-3 * found.value / values[k].abs());
-            // A kink of a loop within the change spoils the difference: then a smaller change.
-            let coarse = slope(1e-5);
-            let spoiled = (coarse - found.effects[k]).abs() > 1e-6 * size(coarse);
-            let slope = if spoiled { slope(1e-6) } else { coarse };
-            let size = size(slope);
-            check(info.name, found.effects[k], slope, size);
-        }
-        let along: f64 = found.force.iter().zip(&direction).map(|(g, d)| g * d).sum();
-        let slope = difference(|h| value(&with_weights(&model, &direction, h)), 1e-5);
-        check("weights", along, slope, slope.abs().max(1e-2 * found.value));
-        let raw = [found.raw.mass, found.raw.deformation, found.raw.gas_coefficient];
-        for (k, exact) in raw.into_iter().enumerate() {
-            let raw = model.joint.raw;
-            let change = 1e-5 * [raw.mass, raw.deformation, raw.gas_coefficient][k].abs();
-            let slope = difference(
-                |h| {
-                    let mut moved = model.clone();
-                    let raw = &mut moved.joint.raw;
-                    *[&mut raw.mass, &mut raw.deformation, &mut raw.gas_coefficient][k] += h;
-                    value(&moved)
-                },
-                change,
-            );
-            let size = slope.abs().max(1e-3 * found.value / (1e5 * change));
-            check(["m", "nu", "C"][k], exact, slope, size);
-        }
-    }
-    println!("worst: {worst:.1e}");
-}
-
 /// What is trained is what is predicted: the march with the network is that with its table, up to the table's
 /// interpolation.
 #[test]
@@ -160,4 +89,82 @@ fn gradients_repeat_at_any_number_of_threads() {
         pool.install(|| model.value_and_gradient(&subjects, &AnyLoss::default()).expect("runs"))
     };
     assert_eq!(on(1), on(3));
+}
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long"]
+    fn the_gradient_is_that_of_the_loss_for_every_effect() {
+        let subject = subject(0.05);
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let mut worst = 0.0_f64;
+        let late = [
+            ("coulomb_friction", ActivityWindow::PASSES, vec![13.0, 1.113, 2.737]),
+            ("leak", ActivityWindow::BEGINS, vec![1.5e-2, 7e-3, 1.317]),
+            ("added_inertia", ActivityWindow::GROWS, vec![35.0, 1.7, 1.21]),
+            ("creep", ActivityWindow::BEGINS, vec![8.0, 0.7, 1.113]),
+            ("pressure_sensor_lag", ActivityWindow::ENDS, vec![5.0, 2.113]),
+        ];
+        let of = |(id, values)| (by_id(id).expect("an id"), values);
+        let always = medium().into_iter().map(of);
+        let late =
+            late.map(|(id, course, values)| (timed(by_id(id).expect("an id"), course), values));
+        for (effect, values) in always.chain(late) {
+            let id = effect.info().id;
+            let extended = |values: Vec<f64>| extended_by(ActiveEffect { effect, values });
+            let model = extended(values.clone());
+            let found = gradient(&model, &subject);
+            let AnyForce::Network(force) = &model.joint.force else { panic!("a network") };
+            let direction: Vec<f64> =
+                force.parameters().iter().map(|w| w * random.random_range(-1.0..1.0)).collect();
+            let value = |model: &ExtendedModel| gradient(model, &subject).value;
+            let mut check = |what: &str, exact: f64, by_difference: f64, size: f64| {
+                let miss = (exact - by_difference).abs() / size;
+                println!("{id} {what}: {exact:e} {by_difference:e} ({miss:.1e})");
+                worst = worst.max(miss);
+                assert!(miss < 1e-6, "{id} {what}: {exact:e}, by difference {by_difference:e}");
+            };
+            let parameters = effect.info().parameters;
+            for (k, info) in parameters.iter().enumerate() {
+                let slope = |share: f64| {
+                    let moved = |h: f64| {
+                        let mut moved = values.clone();
+                        moved[k] += h;
+                        value(&extended(moved))
+                    };
+                    difference(moved, share * values[k].abs())
+                };
+                let size = |slope: f64| slope.abs().max(1e-3 * found.value / values[k].abs());
+                // A kink of a loop within the change spoils the difference: then a smaller change.
+                let coarse = slope(1e-5);
+                let spoiled = (coarse - found.effects[k]).abs() > 1e-6 * size(coarse);
+                let slope = if spoiled { slope(1e-6) } else { coarse };
+                let size = size(slope);
+                check(info.name, found.effects[k], slope, size);
+            }
+            let along: f64 = found.force.iter().zip(&direction).map(|(g, d)| g * d).sum();
+            let slope = difference(|h| value(&with_weights(&model, &direction, h)), 1e-5);
+            check("weights", along, slope, slope.abs().max(1e-2 * found.value));
+            let raw = [found.raw.mass, found.raw.deformation, found.raw.gas_coefficient];
+            for (k, exact) in raw.into_iter().enumerate() {
+                let raw = model.joint.raw;
+                let change = 1e-5 * [raw.mass, raw.deformation, raw.gas_coefficient][k].abs();
+                let slope = difference(
+                    |h| {
+                        let mut moved = model.clone();
+                        let raw = &mut moved.joint.raw;
+                        *[&mut raw.mass, &mut raw.deformation, &mut raw.gas_coefficient][k] += h;
+                        value(&moved)
+                    },
+                    change,
+                );
+                let size = slope.abs().max(1e-3 * found.value / (1e5 * change));
+                check(["m", "nu", "C"][k], exact, slope, size);
+            }
+        }
+        println!("worst: {worst:.1e}");
+    }
 }

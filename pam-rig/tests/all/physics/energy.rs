@@ -37,33 +37,6 @@ fn ring_down(mut plant: Plant, step_s: f64, seconds: f64) -> RingDown {
     RingDown { rise: rise / kinetic, fall: (start - plant.energy_mj()) / kinetic }
 }
 
-/// A symmetric step of h swings the energy of a lossless oscillator by (ω h)²/4 of the kinetic energy:
-/// 1.3e-6 for the joint's 3.6 Hz and steps of 0.1 ms. Anything that dissipates hides the swing.
-#[test]
-fn a_joint_that_is_left_alone_never_gains_energy() {
-    for psi in PSI {
-        for heat in EXCHANGES {
-            for (friction, losses) in [(true, true), (true, false), (false, true), (false, false)] {
-                let mut p = PlantParameters { heat, ..PlantParameters::default() };
-                if !friction {
-                    p.friction = no_friction();
-                }
-                if !losses {
-                    (p.flexor.losses, p.extensor.losses) = (no_losses(), no_losses());
-                }
-                let lossless =
-                    !friction && !losses && !matches!(heat, HeatExchange::Conduction { .. });
-                let made = ring_down(let_go(&p, psi), 1e-4, 3.0);
-                let allowed = if lossless { 2e-6 } else { 2e-8 };
-                let which = format!("{psi:?}, {heat:?}, friction {friction}, losses {losses}");
-                assert!(made.rise < allowed, "{which}: rises by {:e}", made.rise);
-                let falls = made.fall > if lossless { -2e-6 } else { 0.2 };
-                assert!(falls, "{which}: falls by {:e}", made.fall);
-            }
-        }
-    }
-}
-
 #[test]
 fn the_swing_of_a_lossless_joint_is_of_second_order_and_does_not_drift() {
     for heat in [HeatExchange::Isothermal, HeatExchange::Adiabatic] {
@@ -121,5 +94,40 @@ fn no_cycle_of_a_lossy_joint_gives_energy() {
         surplus += plant.energy_mj() - energy - work;
         assert!(surplus < lowest + 1e-6, "{} mJ from nothing", surplus - lowest);
         lowest = lowest.min(surplus);
+    }
+}
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    /// A symmetric step of h swings the energy of a lossless oscillator by (ω h)²/4 of the kinetic energy:
+    /// 1.3e-6 for the joint's 3.6 Hz and steps of 0.1 ms. Anything that dissipates hides the swing.
+    #[test]
+    #[ignore = "long"]
+    fn a_joint_that_is_left_alone_never_gains_energy() {
+        for psi in PSI {
+            for heat in EXCHANGES {
+                for (friction, losses) in
+                    [(true, true), (true, false), (false, true), (false, false)]
+                {
+                    let mut p = PlantParameters { heat, ..PlantParameters::default() };
+                    if !friction {
+                        p.friction = no_friction();
+                    }
+                    if !losses {
+                        (p.flexor.losses, p.extensor.losses) = (no_losses(), no_losses());
+                    }
+                    let lossless =
+                        !friction && !losses && !matches!(heat, HeatExchange::Conduction { .. });
+                    let made = ring_down(let_go(&p, psi), 1e-4, 3.0);
+                    let allowed = if lossless { 2e-6 } else { 2e-8 };
+                    let which = format!("{psi:?}, {heat:?}, friction {friction}, losses {losses}");
+                    assert!(made.rise < allowed, "{which}: rises by {:e}", made.rise);
+                    let falls = made.fall > if lossless { -2e-6 } else { 0.2 };
+                    assert!(falls, "{which}: falls by {:e}", made.fall);
+                }
+            }
+        }
     }
 }

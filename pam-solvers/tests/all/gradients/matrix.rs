@@ -162,7 +162,13 @@ fn joint_with_leaky_relu() {
     joint("leaky relu joint", &leaky_relu_joint());
 }
 
-#[test]
-fn joint_with_tanh() {
-    joint("tanh joint", &tanh_joint());
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long"]
+    fn joint_with_tanh() {
+        joint("tanh joint", &tanh_joint());
+    }
 }
