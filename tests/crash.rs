@@ -2,7 +2,7 @@
 //!
 //! ```sh
 //! cargo build --release
-//! cargo run --release -p pam-tests --example crash -- --rounds 10 --out results/hardening/crash.json
+//! cargo run --release -p pam-tests --features studies --example crash -- --rounds 10 --out results/hardening/crash.json
 //! ```
 //!
 //! Each command runs once undisturbed. Then, in each round, it is ended by SIGKILL, SIGTERM or SIGINT at a random moment
@@ -329,7 +329,7 @@ fn main() -> ExitCode {
         surroundings(&job, &program, folder.path(), &mut tally);
     }
     let value: Value = json!({
-        "command": format!("cargo run --release -p pam-tests --example crash -- --rounds {} --seed {}", arguments.rounds, arguments.seed),
+        "command": format!("cargo run --release -p pam-tests --features studies --example crash -- --rounds {} --seed {}", arguments.rounds, arguments.seed),
         "tried": tally.tried,
         "wrong": tally.wrong,
         "seconds": begun.elapsed().as_secs(),

@@ -1,9 +1,10 @@
 //! Foretold limits of detection against those of an independent plant.
 //!
 //! ```sh
-//! cargo build --release -p pam-tests --example experiment
+//! cargo build --release -p pam-tests --features studies --example experiment
 //! target/release/examples/experiment limits        # resumable; into results/experiment
 //! target/release/examples/experiment pairs         # resumable
+//! target/release/examples/experiment nulls         # resumable
 //! target/release/examples/experiment show --case creep-x2-0
 //! ```
 
@@ -11,10 +12,12 @@ use clap::Parser;
 use pam_core::units::significant;
 use pam_data::SavedModel;
 use pam_data::atomic::write_atomic;
-use pam_experiment::certify::{Case, Outcome, Plan};
+use pam_experiment::certify::{Case, Outcome, Plan, clopper_pearson};
 use pam_experiment::detect::Detection;
 use pam_tests::experiment::{compared, confusions, foretold, found, published, run};
+use pam_tests::nulls::{self, NullCase, NullOutcome};
 use pam_tests::pairs::{self, PairOutcome};
+use rayon::prelude::*;
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -23,7 +26,7 @@ use std::process::ExitCode;
 #[command(about = "Foretold limits of detection against those of an independent plant")]
 struct Arguments {
     /// What to measure.
-    #[arg(value_parser = ["limits", "pairs", "show"])]
+    #[arg(value_parser = ["limits", "pairs", "nulls", "show"])]
     what: String,
     /// Folder of the results.
     #[arg(long, default_value = "results/experiment")]
@@ -31,6 +34,12 @@ struct Arguments {
     /// Multiples that are run [default: all].
     #[arg(long, value_delimiter = ',')]
     multiples: Vec<f64>,
+    /// Null sets.
+    #[arg(long, default_value_t = 210)]
+    count: usize,
+    /// Diagnose null sets without baseline recordings.
+    #[arg(long)]
+    bare: bool,
     /// Case to be shown.
     #[arg(long)]
     case: Option<String>,
@@ -43,6 +52,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let measured = match arguments.what.as_str() {
         "pairs" => pairs(&arguments),
+        "nulls" => nulls(&arguments),
         "show" => show(&arguments),
         _ => limits(&arguments),
     };
@@ -89,14 +99,14 @@ fn show(arguments: &Arguments) -> Result<(), String> {
 /// Pairs of effects that a design separates and the published excitation does not.
 fn pairs(arguments: &Arguments) -> Result<(), String> {
     let model = pairs::model();
-    let detection = pairs::foretold(&model);
+    let foretold = pairs::foretold(&model);
     let path = arguments.out.join("pairs.json");
     let mut all: Vec<PairOutcome> = std::fs::read_to_string(&path)
         .ok()
         .and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok())
         .and_then(|v| serde_json::from_value(v["pairs"].clone()).ok())
         .unwrap_or_default();
-    let confused = pairs::confused(&detection);
+    let confused = pairs::confused(&foretold.0);
     println!("{} pairs are foretold to be confused", confused.len());
     for pair in confused {
         let shown = all.iter().filter(|o| o.is_shown()).count();
@@ -111,7 +121,7 @@ fn pairs(arguments: &Arguments) -> Result<(), String> {
         if all.iter().any(both) {
             continue;
         }
-        let Some(outcome) = pairs::measured(&model, &detection, pair) else { continue };
+        let Some(outcome) = pairs::measured(&model, &foretold, pair) else { continue };
         println!(
             "{} / {}: {:.2} -> {:.2}, shown: {}, {:?}",
             outcome.effect,
@@ -124,6 +134,60 @@ fn pairs(arguments: &Arguments) -> Result<(), String> {
         all.push(outcome);
         let shown = all.iter().filter(|o| o.is_shown()).count();
         let text = json!({ "tried": all.len(), "shown": shown, "pairs": all });
+        write_atomic(&path, format!("{text:#}\n").as_bytes()).map_err(|e| e.to_string())?;
+    }
+    Ok(())
+}
+
+/// False alarms on null sets of the virtual rig with certified settings.
+fn nulls(arguments: &Arguments) -> Result<(), String> {
+    let path = arguments.out.join("nulls.json");
+    let mut outcomes: Vec<NullOutcome> = std::fs::read_to_string(&path)
+        .ok()
+        .and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok())
+        .and_then(|v| serde_json::from_value(v["outcomes"].clone()).ok())
+        .unwrap_or_default();
+    let cases = nulls::cases(arguments.count, !arguments.bare);
+    let certificates: Vec<_> = nulls::OFF
+        .iter()
+        .map(|off| {
+            let model = nulls::model_off_by(*off);
+            let (settings, summary) = nulls::certified(&model);
+            println!(
+                "weights off by {off}: {:?} false alarms, odds {:.3}",
+                summary.false_alarms,
+                summary.log_odds.exp()
+            );
+            (model, settings, summary)
+        })
+        .collect();
+    let due: Vec<NullCase> =
+        cases.iter().filter(|c| outcomes.iter().all(|o| o.case != **c)).copied().collect();
+    for some in due.chunks(14) {
+        outcomes.par_extend(some.par_iter().map(|case| {
+            let k = nulls::OFF.iter().position(|off| *off == case.off).unwrap_or(0);
+            let (model, settings, _) = &certificates[k];
+            let o = nulls::diagnosed(model, settings, case);
+            println!("{case:?} {} {:?} {:.1} s", o.verdict, o.named, o.wall_s);
+            o
+        }));
+        let shares: Vec<_> = [true, false]
+            .map(|baseline| {
+                let own = || outcomes.iter().filter(move |o| o.case.baseline == baseline);
+                let (all, named) = (own().count(), own().filter(|o| !o.named.is_empty()).count());
+                let limits = clopper_pearson(named as u64, all as u64, 0.95);
+                json!({ "baseline": baseline, "sets": all, "with_a_name": named, "ci95": limits })
+            })
+            .into();
+        let odds: Vec<_> = certificates
+            .iter()
+            .zip(nulls::OFF)
+            .map(|((_, _, s), off)| {
+                let (alarms, sets, ci95) = s.false_alarms;
+                json!({ "off": off, "alarms": alarms, "sets": sets, "ci95": ci95, "odds": s.log_odds.exp() })
+            })
+            .collect();
+        let text = json!({ "false_alarms": shares, "certificates": odds, "outcomes": outcomes });
         write_atomic(&path, format!("{text:#}\n").as_bytes()).map_err(|e| e.to_string())?;
     }
     Ok(())

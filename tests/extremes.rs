@@ -2,7 +2,7 @@
 //!
 //! ```sh
 //! cargo build --release
-//! cargo run --release -p pam-tests --example extremes -- --out results/hardening/extremes.json
+//! cargo run --release -p pam-tests --features studies --example extremes -- --out results/hardening/extremes.json
 //! ```
 //!
 //! The models are the published one with weights, activation, parameters, geometry or damping changed by many orders of
@@ -158,7 +158,7 @@ fn main() -> ExitCode {
         by_command.insert((*name).to_owned(), row);
     }
     let value = json!({
-        "command": "cargo run --release -p pam-tests --example extremes",
+        "command": "cargo run --release -p pam-tests --features studies --example extremes",
         "models": models.len(),
         "runs": runs,
         "by_command": by_command,

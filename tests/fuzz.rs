@@ -1,8 +1,8 @@
 //! Runs mutated inputs through every reader and every settings file, and counts what became of them.
 //!
 //! ```sh
-//! cargo run --release -p pam-tests --example fuzz -- --inputs 1000000 --out results/hardening/fuzz.json
-//! cargo run --release -p pam-tests --example fuzz -- --seconds 20
+//! cargo run --release -p pam-tests --features studies --example fuzz -- --inputs 1000000 --out results/hardening/fuzz.json
+//! cargo run --release -p pam-tests --features studies --example fuzz -- --seconds 20
 //! ```
 //!
 //! Inputs are run in processes of their own with little memory, so that one that aborts or never ends is counted, too. The
@@ -162,7 +162,7 @@ fn parent(arguments: &Arguments) -> ExitCode {
         None => format!("--seconds {}", arguments.seconds),
     };
     let value = json!({
-        "command": format!("cargo run --release -p pam-tests --example fuzz -- {length} --first {}", arguments.first),
+        "command": format!("cargo run --release -p pam-tests --features studies --example fuzz -- {length} --first {}", arguments.first),
         "inputs": sound + totals.unsound.len() as u64,
         "targets": TARGETS.len(),
         "read_and_refused_by_target": totals.by_target,

@@ -1,7 +1,7 @@
 //! Study of the search for laws.
 //!
 //! ```sh
-//! cargo build --release -p pam-tests --example laws --config 'profile.release.package.pam-tests.opt-level=3'
+//! cargo build --release -p pam-tests --features studies --example laws --config 'profile.release.package.pam-tests.opt-level=3'
 //! target/release/examples/laws run            # resumable; into results/laws
 //! target/release/examples/laws run --only cubic
 //! target/release/examples/laws tables         # criteria and tables, into results/laws

@@ -1,7 +1,7 @@
 //! Faults that begin in the middle of a recording, in the later recordings, in the test part, and not at all.
 //!
 //! ```sh
-//! cargo run --release -p pam-tests --example onset -- --out target/onset.json
+//! cargo run --release -p pam-tests --features studies --example onset -- --out target/onset.json
 //! ```
 
 use clap::Parser;

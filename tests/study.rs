@@ -2,7 +2,7 @@
 //!
 //! ```sh
 //! # Tests are compiled with little optimisation; the plant is 2.5 times as fast with all of it.
-//! cargo build --release --workspace --example study --config 'profile.release.package.pam-tests.opt-level=3'
+//! cargo build --release -p pam-tests --features studies --example study --config 'profile.release.package.pam-tests.opt-level=3'
 //! study list                                  # cases with their factors
 //! study run --only nulls --jobs 2             # resumable; into results/diagnosis
 //! study show singles-031 --out case           # one case: outcome, diagnosis.json, report.html

@@ -4,7 +4,7 @@
 //! for a in leaky_relu silu gelu softplus tanh; do
 //!     pam train --data ideal --out act/$a --set model.activation=$a --set score_every=5
 //! done
-//! cargo run --release -p pam-bench --example activations -- act ideal docs
+//! cargo run --release -p pam-bench --features figures --example activations -- act ideal docs
 //! ```
 //!
 //! Each folder of the first argument is a run. The second argument is where the recordings are, the

@@ -3,7 +3,7 @@
 //!
 //! ```sh
 //! results real_run        # or its commands, see results/real_run.json
-//! cargo run --release -p pam-bench --example real_run -- docs/real-run.svg
+//! cargo run --release -p pam-bench --features figures --example real_run -- docs/real-run.svg
 //! ```
 
 use pam_data::{LoadOptions, Recording, read_recordings};

@@ -1,7 +1,7 @@
 //! Exact against finite-difference stiffness: how `docs/experiments.md` comes by its figures.
 //!
 //! ```sh
-//! cargo run --release -p pam-bench --example stiffness -- KINKED SMOOTH docs
+//! cargo run --release -p pam-bench --features figures --example stiffness -- KINKED SMOOTH docs
 //! ```
 //!
 //! KINKED and SMOOTH are model files with networks. Prints the tables, writes the figures.

@@ -6,6 +6,7 @@ pub mod fuzz;
 pub mod laws;
 pub mod loops;
 pub mod magnitudes;
+pub mod nulls;
 pub mod pairs;
 pub mod plant;
 pub mod study;

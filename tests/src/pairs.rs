@@ -2,6 +2,8 @@
 
 use crate::experiment::EFFECTS;
 use pam_data::{LoadOptions, Subject, open_recordings, parse_model};
+use pam_diagnose::joint::{PreparedTrials, Signatures};
+use pam_diagnose::noise::Noise;
 use pam_diagnose::{DiagnoseOptions, RecordingSets, diagnose};
 use pam_effects::ExtendedModel;
 use pam_effects::effects::by_id;
@@ -9,7 +11,6 @@ use pam_experiment::design::{
     Design, DesignLimits, DesignOptions, LiveCause, Objective, design, standard,
 };
 use pam_experiment::detect::{DetectOptions, Detection, GivenValues, Limits, Pair, detect};
-use pam_experiment::plan::{planned_runs, sensor_view};
 use pam_rig::{Protocol, RigParameters, Session};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -38,19 +39,21 @@ pub fn limits() -> DesignLimits {
     DesignLimits { seconds: 20.0, psi: [30, 65], ..DesignLimits::default() }
 }
 
-/// Foretold limits and confusions under the published excitation, with the noise of the rig's sensors.
+/// Foretold limits and confusions under the published excitation, with the noise that baseline recordings of the rig show: that of
+/// its sensors and what the model leaves.
 ///
 /// # Panics
-/// If the model cannot be simulated.
+/// If the rig cannot be recorded.
 #[must_use]
-pub fn foretold(model: &ExtendedModel) -> Detection {
-    let (sensors, options) = (RigParameters::default().sensors, detect_options(&EFFECTS));
-    let runs = planned_runs(&standard(&limits()), &sensors.motor, sensors.clock.rate_hz, SEED);
-    let simulated =
-        |run: &pam_experiment::plan::PlannedRun| run.simulated(model).expect("in range");
-    let recordings: Vec<Subject> = runs.expect("sealed runs").iter().map(simulated).collect();
-    let view = sensor_view(model, &recordings, &sensors, &options.diagnosis).expect("noise");
-    detect(model, &recordings, Some(&view), &options, &|_, _| {}).expect("limits")
+pub fn foretold(model: &ExtendedModel) -> (Detection, Noise) {
+    let options = detect_options(&EFFECTS);
+    let baseline = recorded(model, RigParameters::default(), &standard(&limits()), SEED);
+    let trials = PreparedTrials::new(model, &baseline, &options.diagnosis.settings).expect("long");
+    let learned = Signatures::new(model, &trials, &options.diagnosis, None).expect("noise");
+    let noise = learned.noise().common();
+    let view = noise.clone().into();
+    let detection = detect(model, &baseline, Some(&view), &options, &|_, _| {});
+    (detection.expect("limits"), noise)
 }
 
 fn detect_options(effects: &[&str]) -> DetectOptions {
@@ -151,7 +154,11 @@ impl PairOutcome {
 /// # Panics
 /// If the rig or a diagnosis fails.
 #[must_use]
-pub fn measured(model: &ExtendedModel, detection: &Detection, pair: &Pair) -> Option<PairOutcome> {
+pub fn measured(
+    model: &ExtendedModel,
+    (detection, noise): &(Detection, Noise),
+    pair: &Pair,
+) -> Option<PairOutcome> {
     let own = detection.of(&pair.effect)?;
     let other = detection.limits.iter().find(|l| l.effect == pair.other)?;
     let (own_values, other_values) = (values(own, MULTIPLE)?, values(other, MULTIPLE)?);
@@ -165,6 +172,7 @@ pub fn measured(model: &ExtendedModel, detection: &Detection, pair: &Pair) -> Op
         detect,
         limits: limits(),
         objective: Objective::Separation(vec![live]),
+        noise: Some(noise.clone()),
         evaluations: EVALUATIONS,
         seed: SEED,
         ..DesignOptions::default()
@@ -194,8 +202,10 @@ fn hidden(id: &str, values: &[(String, f64)]) -> String {
 
 /// The diagnosis of recordings of the rig with a hidden effect, beside a baseline of the same protocol.
 fn diagnosed(model: &ExtendedModel, protocol: &Protocol, hidden: &str) -> Said {
-    let baseline = recorded(model, protocol, None, SEED + 1);
-    let data = recorded(model, protocol, Some(hidden), SEED + 2);
+    let mut rig = RigParameters::default();
+    let baseline = recorded(model, rig.clone(), protocol, SEED + 1);
+    rig.effects.push(hidden.parse().expect("an effect of the rig"));
+    let data = recorded(model, rig, protocol, SEED + 2);
     let options = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
     let sets = RecordingSets { data: &data, baseline: Some(&baseline), ..RecordingSets::default() };
     let found = diagnose(model, &sets, &options, &|_, _| {}).expect("a diagnosis");
@@ -203,14 +213,17 @@ fn diagnosed(model: &ExtendedModel, protocol: &Protocol, hidden: &str) -> Said {
     Said { verdict: found.verdict.to_string(), named: named.collect() }
 }
 
-fn recorded(
+/// Recordings of a protocol on a rig, through its raw logs.
+///
+/// # Panics
+/// If the rig fails.
+#[must_use]
+pub fn recorded(
     model: &ExtendedModel,
+    rig: RigParameters,
     protocol: &Protocol,
-    hidden: Option<&str>,
     seed: u64,
 ) -> Vec<Subject> {
-    let mut rig = RigParameters::default();
-    rig.effects.extend(hidden.map(|e| e.parse::<pam_rig::Effect>().expect("an effect of the rig")));
     let session =
         Session { rig, protocol: protocol.clone(), seed, truth: false, note: String::new() };
     let folder = tempfile::tempdir().expect("a folder");

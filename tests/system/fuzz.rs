@@ -1,4 +1,4 @@
-//! Readers and settings files under mutated inputs: a few; `cargo run -p pam-tests --example fuzz` runs more.
+//! Readers and settings files under mutated inputs: a few; `cargo run -p pam-tests --features studies --example fuzz` runs more.
 
 use pam_tests::fuzz::run;
 use pam_tests::fuzz::targets::TARGETS;

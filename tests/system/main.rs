@@ -8,6 +8,7 @@ mod commands;
 mod compare;
 mod control;
 mod diagnose;
+mod experiment;
 mod formats;
 mod fuzz;
 mod gradient;

@@ -138,12 +138,20 @@ impl RunCommand for CertifyArguments {
         let own = |index: usize| self.shard.has(index);
         let stop = stop_flag();
         let diagnosis = &options.detect.diagnosis;
-        let work =
-            Work { model: &model, synthesis: &synthesis, plan: &cases, diagnosis, folder: &folder };
+        let work = Work {
+            model: &model,
+            baseline: &baseline,
+            synthesis: &synthesis,
+            plan: &cases,
+            diagnosis,
+            folder: &folder,
+        };
         let finished = run_cases(&work, &own, jobs, stop, &progress)?;
         bar.finish_and_clear();
         let outcomes = folder.outcomes(&cases)?;
-        let summary = Summary::of(&cases, &outcomes, &options, &made_by());
+        let mut summary = Summary::of(&cases, &outcomes, &options, &made_by());
+        let absolute = |p: &PathBuf| std::path::absolute(p).unwrap_or_else(|_| p.clone());
+        summary.certificate.baseline = self.data.iter().map(absolute).collect();
         write_json(self.out.join("certificate.json"), &json!(summary))?;
         let file = settings_file(&summary, &diagnosis.settings);
         write_atomic(self.out.join("certified.toml"), file.as_bytes())?;

@@ -59,7 +59,8 @@ pub struct DiagnoseArguments {
     /// Test set, which no decision sees [default: a third of the data, or of the only recording]
     #[arg(long, num_args = 1.., value_name = "PATH")]
     pub heldout: Vec<PathBuf>,
-    /// Baseline recordings, on which the model was validated: its error there does not count as a fault
+    /// Baseline recordings, on which the model was validated: its error there does not count as a fault [default: those of the
+    /// certificate in --settings, if there is one]
     #[arg(long, num_args = 1.., value_name = "PATH")]
     pub healthy: Vec<PathBuf>,
     /// Candidates.
@@ -130,16 +131,17 @@ impl RunCommand for DiagnoseArguments {
         };
         let (measurements, data) = self.measurements(&saved, global, console)?;
         let test = read(&self.heldout)?;
-        let baseline = read(&self.healthy)?;
+        let certificate = settings_of(self.settings.as_deref(), &[])?.1;
+        let healthy = self.healthy(certificate.as_ref())?;
+        let baseline = read(healthy)?;
         for set in [Some(&data), test.as_ref(), baseline.as_ref()].into_iter().flatten() {
             check_quality(set, global, console)?;
         }
         let sets =
             RecordingSets { data: &data, test: test.as_deref(), baseline: baseline.as_deref() };
-        let certificate = settings_of(self.settings.as_deref(), &[])?.1;
         let quoted = Quoted {
             measurements: &measurements,
-            certificate,
+            certificate: certificate.clone(),
             then: self.then_design(&options, global)?,
         };
         let (diagnosis, _) = diagnosed_into(&self.out, &saved, &sets, &options, quoted, console)?;
@@ -147,7 +149,7 @@ impl RunCommand for DiagnoseArguments {
             "model": self.model.model,
             "data": self.data,
             "heldout": self.heldout,
-            "healthy": self.healthy,
+            "healthy": healthy,
             "effects": options.candidates.iter().map(|e| e.info().id).collect::<Vec<_>>(),
             "settings": options.settings,
             "allow_implausible": options.allow_implausible,
@@ -166,6 +168,25 @@ impl RunCommand for DiagnoseArguments {
 }
 
 impl DiagnoseArguments {
+    /// The baseline recordings: those that are given, else those of the certificate.
+    fn healthy<'a>(
+        &'a self,
+        certificate: Option<&'a Certificate>,
+    ) -> Result<&'a [PathBuf], CliError> {
+        let certified = certificate.map_or(&[][..], |c| &c.baseline);
+        if !self.healthy.is_empty() {
+            return Ok(&self.healthy);
+        }
+        if let Some(missing) = certified.iter().find(|p| !p.exists()) {
+            return Err(CliError::Usage(format!(
+                "--settings: the certificate was made with the baseline recordings {}, which are not there; give baseline \
+                 recordings of the rig by --healthy",
+                missing.display()
+            )));
+        }
+        Ok(certified)
+    }
+
     /// The measurements with all their recordings: each folder one of its own, if there are several; else all together.
     fn measurements(
         &self,

@@ -136,7 +136,7 @@ pub struct Roles {
 }
 
 impl Roles {
-    /// Assigns roles to experiments; the same seed assigns the same ones.
+    /// Assigns roles to experiments; [`DataSettings::split_seed`] draws them.
     ///
     /// # Errors
     /// [`DiagnoseError::TooLittle`] if there are no experiments, no test experiments where they are given, or one is
@@ -144,7 +144,6 @@ impl Roles {
     pub fn assign(
         all: &[Span],
         source: TestSource,
-        seed: u64,
         settings: &DataSettings,
     ) -> Result<Self, DiagnoseError> {
         let data = match source {
@@ -165,7 +164,7 @@ impl Roles {
         }
         let names = |which: &[usize]| which.iter().map(|&i| all[i].name.clone()).collect();
         let share = settings.kept_share;
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut random = ChaCha8Rng::seed_from_u64(settings.split_seed as u64);
         let mut open: Vec<usize> = (0..data).collect();
         let (test, test_data) = match source {
             TestSource::GivenFrom(first) if first == all.len() => {

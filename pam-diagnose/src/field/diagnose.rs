@@ -119,7 +119,7 @@ where
         let baseline_roles = if of_baseline.is_empty() {
             None
         } else {
-            Some(roles_of(&of_baseline, TestSource::Kept, options, &settings)?)
+            Some(roles_of(&of_baseline, TestSource::Kept, &settings)?)
         };
         let mut on_baseline = FieldSystem::new(problem, of_baseline, candidates, options);
         let (mut baseline, mut baseline_discrepancy) = (None, Vec::new());
@@ -189,12 +189,11 @@ fn duration_s<I>(e: &Experiment<I>) -> f64 {
 fn roles_of<I>(
     experiments: &[&Experiment<I>],
     source: TestSource,
-    options: &FieldOptions,
     settings: &DiagnosisSettings,
 ) -> Result<Roles, DiagnoseError> {
     let span = |e: &&Experiment<I>| Span { name: e.name.clone(), duration_s: duration_s(e) };
     let spans: Vec<Span> = experiments.iter().map(span).collect();
-    Roles::assign(&spans, source, options.seed, &settings.data)
+    Roles::assign(&spans, source, &settings.data)
 }
 
 /// Checks a problem and prepares it.
@@ -235,7 +234,7 @@ where
     } else {
         TestSource::GivenFrom(open.len())
     };
-    let roles = roles_of(&experiments, source, options, &settings)?;
+    let roles = roles_of(&experiments, source, &settings)?;
     let open = roles.open();
     let series = |output: usize| -> Vec<Vec<f64>> {
         let outputs = problem.outputs.len();

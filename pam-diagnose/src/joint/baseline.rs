@@ -51,7 +51,6 @@ impl BaselineDiscrepancy {
         let roles = Roles::assign(
             &spans(&trials.iter().collect::<Vec<_>>()),
             TestSource::Kept,
-            seed,
             &settings.data,
         )?;
         // Effects of the vocabulary only: a candidate of the user's is what is asked about.
@@ -85,10 +84,8 @@ impl BaselineDiscrepancy {
         &self,
         system: &'a JointSystem<'a>,
         settings: &'a DiagnosisSettings,
-        seed: u64,
     ) -> Result<Problem<'a, dyn Candidates + 'a>, DiagnoseError> {
-        let roles =
-            Roles::assign(&spans(&system.trials), TestSource::Absent, seed, &settings.data)?;
+        let roles = Roles::assign(&spans(&system.trials), TestSource::Absent, &settings.data)?;
         let system: &dyn Candidates = system;
         Ok(roles.whole(system, &self.noise, settings))
     }

@@ -156,7 +156,7 @@ pub fn diagnose(
         settings,
     );
     let on_baseline = match &baseline {
-        Some(b) => Some(b.problem(&baseline_system, settings, options.seed)?),
+        Some(b) => Some(b.problem(&baseline_system, settings)?),
         None => None,
     };
     let prepared = Prepared {

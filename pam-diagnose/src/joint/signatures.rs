@@ -243,7 +243,7 @@ impl<'a> Signatures<'a> {
     ) -> Result<Self, DiagnoseError> {
         let all: Vec<&Trial> = trials.0.iter().collect();
         let (spans, data) = (spans(&all), &options.settings.data);
-        let roles = Roles::assign(&spans, TestSource::Absent, options.seed, data)?;
+        let roles = Roles::assign(&spans, TestSource::Absent, data)?;
         Self::with_roles(model, trials, options, noise, &roles)
     }
 

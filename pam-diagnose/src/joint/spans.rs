@@ -19,5 +19,5 @@ pub(super) fn roles(
 ) -> Result<Roles, DiagnoseError> {
     let source =
         if sets.test.is_some() { TestSource::GivenFrom(sets.data.len()) } else { TestSource::Kept };
-    Roles::assign(&spans(trials), source, options.seed, &options.settings.data)
+    Roles::assign(&spans(trials), source, &options.settings.data)
 }

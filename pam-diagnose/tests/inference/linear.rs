@@ -6,6 +6,7 @@ use pam_diagnose::diagnosis::{Diagnosis, Prepared, run};
 use pam_diagnose::fit::{Hypothesis, Problem, Sensitivities};
 use pam_diagnose::noise::{Noise, NoisePrior};
 use pam_diagnose::search::{CandidateInfo, Candidates, Nuisance, OutputInfo, Rows};
+use pam_diagnose::settings::DataSettings;
 use pam_diagnose::{DiagnoseError, DiagnosisSettings};
 use pam_effects::effects::ParameterInfo;
 use rand::rngs::ChaCha8Rng;
@@ -92,7 +93,8 @@ impl Linear {
             duration_s: self.row_s * (self.points(e) - 1) as f64,
         };
         let spans: Vec<Span> = (0..self.experiments.len()).map(span).collect();
-        Roles::assign(&spans, source, seed, &settings.data).expect("long enough")
+        let data = DataSettings { split_seed: seed as usize, ..settings.data };
+        Roles::assign(&spans, source, &data).expect("long enough")
     }
 
     /// Training and validation rows for a search, with a known noise.

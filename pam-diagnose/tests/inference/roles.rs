@@ -168,7 +168,7 @@ fn noise_is_estimated_from_the_data_alone() {
 fn the_shortest_length_counts_samples() {
     let assign = |duration_s: f64| {
         let spans = [Span { name: "run".into(), duration_s }];
-        Roles::assign(&spans, TestSource::Kept, 1, &DiagnosisSettings::default().data)
+        Roles::assign(&spans, TestSource::Kept, &DiagnosisSettings::default().data)
     };
     assert!(assign(2.999).is_ok());
     let message = assign(2.9966).unwrap_err().to_string();

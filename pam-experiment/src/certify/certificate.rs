@@ -2,6 +2,7 @@
 
 use pam_data::document;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// How often the names of trials were right.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -33,6 +34,9 @@ pub struct Certificate {
     pub trust: Vec<Trust>,
     /// Program, version and commit.
     pub made_by: String,
+    /// Baseline recordings that the diagnoses had. A diagnosis with the certified settings needs them, or others of the same rig.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub baseline: Vec<PathBuf>,
 }
 
 impl Certificate {
@@ -65,7 +69,7 @@ impl Certificate {
     /// let trust = Trust { log_odds: 3.0, trials: 240, right: 233, limits: [0.941, 0.988] };
     /// let certificate = Certificate {
     ///     nulls: 200, false_alarms: 4, false_alarm_limits: [0.005, 0.050], level: 0.05,
-    ///     trust: vec![trust], made_by: String::new(),
+    ///     trust: vec![trust], made_by: String::new(), baseline: Vec::new(),
     /// };
     /// assert_eq!(
     ///     certificate.sentence(8.0),

@@ -4,7 +4,7 @@ use super::case::{Case, Outcome, Plan};
 use crate::error::ExperimentError;
 use crate::plan::Synthesis;
 use pam_data::atomic::write_atomic;
-use pam_data::{DataError, document, read_limit};
+use pam_data::{DataError, Subject, document, read_limit};
 use pam_diagnose::{DiagnoseOptions, RecordingSets, diagnose};
 use pam_effects::ExtendedModel;
 use serde::Serialize;
@@ -92,6 +92,8 @@ pub enum Progress<'a> {
 pub struct Work<'a> {
     /// The model.
     pub model: &'a ExtendedModel,
+    /// Baseline recordings that every diagnosis is given.
+    pub baseline: &'a [Subject],
     /// Where recordings with effects come from.
     pub synthesis: &'a Synthesis,
     /// The cases.
@@ -114,7 +116,7 @@ pub fn run_cases(
     stop: &AtomicBool,
     progress: &(dyn Fn(Progress<'_>) + Sync),
 ) -> Result<bool, ExperimentError> {
-    let Work { model, synthesis, plan, diagnosis, folder } = *work;
+    let Work { plan, folder, .. } = *work;
     let mine: Vec<&Case> =
         plan.cases.iter().enumerate().filter(|(k, _)| own(*k)).map(|(_, c)| c).collect();
     let mut due = VecDeque::new();
@@ -132,10 +134,10 @@ pub fn run_cases(
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         while !stop.load(Ordering::Relaxed) {
             let Some(case) = queue.lock().ok().and_then(|mut q| q.pop_front()) else { return };
-            let work = || one(model, synthesis, case, diagnosis);
+            let outcome = || one(work, case);
             let outcome = match &pool {
-                Ok(pool) => pool.install(work),
-                Err(_) => work(),
+                Ok(pool) => pool.install(outcome),
+                Err(_) => outcome(),
             };
             let written = to_json(&outcome)
                 .and_then(|text| Ok(write_atomic(folder.case(case), text.as_bytes())?));
@@ -161,18 +163,14 @@ pub fn run_cases(
     }
 }
 
-fn one(
-    model: &ExtendedModel,
-    synthesis: &Synthesis,
-    case: &Case,
-    options: &DiagnoseOptions,
-) -> Outcome {
+fn one(work: &Work<'_>, case: &Case) -> Outcome {
     let clock = Instant::now();
-    let options = DiagnoseOptions { seed: case.seed, law: false, ladder: None, ..options.clone() };
+    let (seed, shared) = (case.seed, work.diagnosis.clone());
+    let options = DiagnoseOptions { seed, law: false, ladder: None, ..shared };
     let run = || -> Result<Outcome, ExperimentError> {
-        let data = synthesis.set(case.active().as_ref(), case.seed)?;
-        let sets = RecordingSets { data: &data, ..RecordingSets::default() };
-        let found = diagnose(model, &sets, &options, &|_, _| {})?;
+        let data = work.synthesis.set(case.active().as_ref(), seed)?;
+        let sets = RecordingSets { data: &data, test: None, baseline: Some(work.baseline) };
+        let found = diagnose(work.model, &sets, &options, &|_, _| {})?;
         Ok(Outcome::of(case, &found, clock.elapsed().as_secs_f64()))
     };
     let failed = |why: String| Outcome::refused(case, why, clock.elapsed().as_secs_f64());

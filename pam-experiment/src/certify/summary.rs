@@ -123,6 +123,7 @@ impl Summary {
             level: options.level,
             trust: trust(&hidden, log_odds),
             made_by: made_by.to_owned(),
+            baseline: Vec::new(),
         };
         let coverage = coverage(&hidden, log_odds);
         let all = coverage.iter().fold((0, 0), |(t, c), own| (t + own.trials, c + own.covered));

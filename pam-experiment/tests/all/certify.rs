@@ -107,6 +107,7 @@ fn a_certificate_resumes_and_is_quoted() {
         };
         let work = Work {
             model: &model,
+            baseline: &baseline,
             synthesis: &synthesis,
             plan: &cases,
             diagnosis: &options.detect.diagnosis,
