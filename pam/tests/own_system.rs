@@ -96,24 +96,6 @@ fn excitation(amplitude: f64, hz: f64) -> impl Fn(f64) -> f64 {
     move |t| amplitude * ((TAU * hz * t).sin() + 0.5 * (TAU * 2.7 * hz * t + 1.0).sin())
 }
 
-#[test]
-fn dry_friction_is_named_first_and_then_its_asymmetry_whatever_noise_is_assumed() {
-    let record = |amplitude, hz, seed| plant(4, 250, excitation(amplitude, hz), seed);
-    let runs = [record(1.6, 0.5, 1), record(2.4, 0.8, 2), record(1.2, 0.35, 3)];
-    let runs: Vec<_> = runs.iter().zip(["1", "2", "3"]).map(|(r, n)| r.experiment(n)).collect();
-    let unseen = record(2.0, 0.6, 4);
-    let held_out = [unseen.experiment("held out")];
-    for noise_um in [1.0, 2.0, 5.0, 10.0, 20.0] {
-        let found = diagnose_axis(&runs, &held_out, 1e-3 * noise_um).expect("a diagnosis");
-        println!("{noise_um} µm: {} {:?}", found.verdict, found.model.parameters);
-        assert_eq!(found.named(), ["coulomb_friction", "friction_asymmetry"], "{noise_um} µm");
-        let share = force_error(&found.model.parameters, &unseen, &held_out[0]);
-        println!("force error {share:.5}, noise {:.5} mm", found.noise[0]);
-        assert!((found.noise[0] / NOISE_MM - 1.0).abs() < 0.1, "{:?}", found.noise);
-        assert!(share < 0.05, "{noise_um} µm: {share}");
-    }
-}
-
 /// Root mean square error of the friction force on a run, as a share of its root mean square.
 fn force_error(parameters: &[f64], run: &Run, experiment: &Experiment<MeasuredInput>) -> f64 {
     use pam::field::{FieldProblem, Integrator, Outputs, PidController, Tableau};
@@ -173,4 +155,28 @@ fn the_recordings_of_the_template_are_diagnosed() {
         json["score"]
     );
     assert!(found.residual.description.contains("position"), "{}", found.residual.description);
+}
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long"]
+    fn dry_friction_is_named_first_and_then_its_asymmetry_whatever_noise_is_assumed() {
+        let record = |amplitude, hz, seed| plant(4, 250, excitation(amplitude, hz), seed);
+        let runs = [record(1.6, 0.5, 1), record(2.4, 0.8, 2), record(1.2, 0.35, 3)];
+        let runs: Vec<_> = runs.iter().zip(["1", "2", "3"]).map(|(r, n)| r.experiment(n)).collect();
+        let unseen = record(2.0, 0.6, 4);
+        let held_out = [unseen.experiment("held out")];
+        for noise_um in [1.0, 2.0, 5.0, 10.0, 20.0] {
+            let found = diagnose_axis(&runs, &held_out, 1e-3 * noise_um).expect("a diagnosis");
+            println!("{noise_um} µm: {} {:?}", found.verdict, found.model.parameters);
+            assert_eq!(found.named(), ["coulomb_friction", "friction_asymmetry"], "{noise_um} µm");
+            let share = force_error(&found.model.parameters, &unseen, &held_out[0]);
+            println!("force error {share:.5}, noise {:.5} mm", found.noise[0]);
+            assert!((found.noise[0] / NOISE_MM - 1.0).abs() < 0.1, "{:?}", found.noise);
+            assert!(share < 0.05, "{noise_um} µm: {share}");
+        }
+    }
 }

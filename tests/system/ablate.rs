@@ -209,49 +209,6 @@ fn a_cell_that_fails_is_recorded_and_ends_nothing_else() {
     assert_eq!(count(&events(&out), "began"), 12 + 6);
 }
 
-/// The gradient of the steps is the same however it is found, and so is what training makes of it.
-#[test]
-fn exact_gradients_train_alike_by_whatever_method() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("g.toml");
-    let logs = text(&DATA.1);
-    std::fs::write(
-        &file,
-        format!(
-            "[experiment]\nrecordings = [\"{logs}\"]\n[set]\n\"model.hidden\" = [8]\n\"model.activation\" = \
-             \"silu\"\n\"solver.method\" = \"rk4\"\n\"solver.step_ms\" = 10.0\n\"solver.precision\" = \"f64\"\n\
-             \"stage.1.matching\" = {{ steps = 600, batch = 256 }}\n\"stage.2.horizon_s\" = 0.5\n\
-             \"stage.2.epochs\" = 3\n[[axis]]\nkey = \"solver.gradient\"\n\
-             values = [\"adjoint\", \"tape\", \"dual\", \"forward\", \"fd\", \"interpolating\"]\n"
-        ),
-    )
-    .unwrap();
-    let out = folder.path().join("run");
-    finish(text(&file), &out, &[]);
-    let mut reader = csv::Reader::from_path(out.join("results.csv")).unwrap();
-    let header = reader.headers().unwrap().clone();
-    let column = |name: &str| header.iter().position(|h| h == name).unwrap();
-    let (method, loss) = (column("solver.gradient"), column("loss"));
-    let losses: Vec<(String, f64)> = reader
-        .records()
-        .map(|r| r.map(|r| (r[method].to_owned(), r[loss].parse().unwrap())).unwrap())
-        .collect();
-    assert_eq!(losses.len(), 6);
-    let of = |name: &str| losses.iter().find(|(n, _)| n == name).expect("a method").1;
-    for (name, value) in &losses {
-        // The fast path has the pressures in closed form, the others solve for them too.
-        let (to, bound) = match &name[..] {
-            "tape" | "dual" | "forward" => ("tape", 1e-6),
-            "interpolating" => ("tape", 1e-2),
-            _ => ("tape", 1e-3),
-        };
-        let off = (value / of(to) - 1.0).abs();
-        assert!(off < bound, "{name}: {value}, not {}", of(to));
-        // Another method did run: its rounding is another.
-        assert!(name == "adjoint" || *value != of("adjoint"), "{name}");
-    }
-}
-
 #[test]
 fn mistakes_are_told_with_file_and_line() {
     let folder = tempfile::tempdir().unwrap();
@@ -487,5 +444,49 @@ mod long {
         // Each kill interrupts at most as many cells as run at a time.
         let jobs = std::thread::available_parallelism().map_or(1, usize::from);
         assert!(count(&events, "began") <= 6 + jobs * kills, "{events:?}");
+    }
+
+    /// The gradient of the steps is the same however it is found, and so is what training makes of it.
+    #[test]
+    #[ignore = "long"]
+    fn exact_gradients_train_alike_by_whatever_method() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("g.toml");
+        let logs = text(&DATA.1);
+        std::fs::write(
+            &file,
+            format!(
+                "[experiment]\nrecordings = [\"{logs}\"]\n[set]\n\"model.hidden\" = [8]\n\"model.activation\" = \
+                 \"silu\"\n\"solver.method\" = \"rk4\"\n\"solver.step_ms\" = 10.0\n\"solver.precision\" = \"f64\"\n\
+                 \"stage.1.matching\" = {{ steps = 600, batch = 256 }}\n\"stage.2.horizon_s\" = 0.5\n\
+                 \"stage.2.epochs\" = 3\n[[axis]]\nkey = \"solver.gradient\"\n\
+                 values = [\"adjoint\", \"tape\", \"dual\", \"forward\", \"fd\", \"interpolating\"]\n"
+            ),
+        )
+        .unwrap();
+        let out = folder.path().join("run");
+        finish(text(&file), &out, &[]);
+        let mut reader = csv::Reader::from_path(out.join("results.csv")).unwrap();
+        let header = reader.headers().unwrap().clone();
+        let column = |name: &str| header.iter().position(|h| h == name).unwrap();
+        let (method, loss) = (column("solver.gradient"), column("loss"));
+        let losses: Vec<(String, f64)> = reader
+            .records()
+            .map(|r| r.map(|r| (r[method].to_owned(), r[loss].parse().unwrap())).unwrap())
+            .collect();
+        assert_eq!(losses.len(), 6);
+        let of = |name: &str| losses.iter().find(|(n, _)| n == name).expect("a method").1;
+        for (name, value) in &losses {
+            // The fast path has the pressures in closed form, the others solve for them too.
+            let (to, bound) = match &name[..] {
+                "tape" | "dual" | "forward" => ("tape", 1e-6),
+                "interpolating" => ("tape", 1e-2),
+                _ => ("tape", 1e-3),
+            };
+            let off = (value / of(to) - 1.0).abs();
+            assert!(off < bound, "{name}: {value}, not {}", of(to));
+            // Another method did run: its rounding is another.
+            assert!(name == "adjoint" || *value != of("adjoint"), "{name}");
+        }
     }
 }

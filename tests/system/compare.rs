@@ -96,50 +96,6 @@ fn results(out: &Path) -> Vec<(String, Vec<u8>)> {
     all
 }
 
-#[test]
-fn it_repeats_to_the_bit_at_any_number_of_threads_and_when_killed() {
-    let folder = tempfile::tempdir().unwrap();
-    let config = config(folder.path());
-    let [one, two, other] = ["one", "two", "other"].map(|n| folder.path().join(n));
-    let compare = |out: &Path, more: &[&str]| {
-        stdout_of(PAM, &[&["compare", &config, "--out", text(out)], more].concat())
-    };
-    let printed = compare(&one, &["--threads", "1", "--json"]);
-    let json: Value = serde_json::from_str(&printed).unwrap();
-    let models = json["comparison"]["models"].as_array().unwrap();
-    assert_eq!(models.len(), 9);
-
-    // Killed as soon as the first models are kept, then resumed.
-    let mut command = Command::new(PAM);
-    command.args(["compare", &config, "--out", text(&two), "--threads", "2", "--quiet"]);
-    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    while !two.join("models/linear-spring-damper.json").exists() {
-        assert!(child.try_wait().unwrap().is_none(), "it ended before it could be killed");
-        std::thread::sleep(Duration::from_millis(2));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
-    assert!(!two.join("comparison.json").exists(), "it was killed too late");
-    let printed = compare(&two, &["--threads", "2", "--resume"]);
-    assert!(printed.contains("Linear spring–damper: was done"), "{printed}");
-    assert!(!printed.contains("Black-box neural ODE: was done"), "{printed}");
-    assert!(results(&one) == results(&two));
-
-    // What is kept of one seed is not taken over for another one.
-    std::fs::create_dir_all(&other).unwrap();
-    let quick = folder.path().join("quick.toml");
-    let whole = std::fs::read_to_string(&config).unwrap();
-    let end = whole.find("[[model]]\nkind = \"equilibrium_point\"").unwrap();
-    std::fs::write(&quick, &whole[..end]).unwrap();
-    let again = |seed: &str| {
-        let out = ["--out", text(&other), "--seed", seed, "--resume"];
-        stdout_of(PAM, &[&["compare", text(&quick)], &out[..]].concat()).matches("was done").count()
-    };
-    assert_eq!([again("1"), again("1"), again("2")], [0, 3, 0]);
-
-    the_files_say_the_same(&one, models);
-}
-
 /// Table, report and LaTeX hold every model; scores agree with each other.
 fn the_files_say_the_same(out: &Path, models: &[Value]) {
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
@@ -205,5 +161,57 @@ fn mistakes_are_told_with_file_and_line() {
         assert_eq!(output.status.code(), Some(1), "{message}");
         assert!(message.contains(place) && message.contains(part), "{message}");
         assert!(!message.contains("panicked") && !out.exists(), "{message}");
+    }
+}
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long"]
+    fn it_repeats_to_the_bit_at_any_number_of_threads_and_when_killed() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = config(folder.path());
+        let [one, two, other] = ["one", "two", "other"].map(|n| folder.path().join(n));
+        let compare = |out: &Path, more: &[&str]| {
+            stdout_of(PAM, &[&["compare", &config, "--out", text(out)], more].concat())
+        };
+        let printed = compare(&one, &["--threads", "1", "--json"]);
+        let json: Value = serde_json::from_str(&printed).unwrap();
+        let models = json["comparison"]["models"].as_array().unwrap();
+        assert_eq!(models.len(), 9);
+
+        // Killed as soon as the first models are kept, then resumed.
+        let mut command = Command::new(PAM);
+        command.args(["compare", &config, "--out", text(&two), "--threads", "2", "--quiet"]);
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        while !two.join("models/linear-spring-damper.json").exists() {
+            assert!(child.try_wait().unwrap().is_none(), "it ended before it could be killed");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(!two.join("comparison.json").exists(), "it was killed too late");
+        let printed = compare(&two, &["--threads", "2", "--resume"]);
+        assert!(printed.contains("Linear spring–damper: was done"), "{printed}");
+        assert!(!printed.contains("Black-box neural ODE: was done"), "{printed}");
+        assert!(results(&one) == results(&two));
+
+        // What is kept of one seed is not taken over for another one.
+        std::fs::create_dir_all(&other).unwrap();
+        let quick = folder.path().join("quick.toml");
+        let whole = std::fs::read_to_string(&config).unwrap();
+        let end = whole.find("[[model]]\nkind = \"equilibrium_point\"").unwrap();
+        std::fs::write(&quick, &whole[..end]).unwrap();
+        let again = |seed: &str| {
+            let out = ["--out", text(&other), "--seed", seed, "--resume"];
+            stdout_of(PAM, &[&["compare", text(&quick)], &out[..]].concat())
+                .matches("was done")
+                .count()
+        };
+        assert_eq!([again("1"), again("1"), again("2")], [0, 3, 0]);
+
+        the_files_say_the_same(&one, models);
     }
 }

@@ -53,47 +53,6 @@ fn a_plan_is_written_in_every_form() {
 }
 
 #[test]
-fn what_cannot_be_reached_is_told() {
-    let folder = tempfile::tempdir().unwrap();
-    let (model, out) = (published_weights(), folder.path().join("plan"));
-    let base = ["plan", "--model", text(&model), "--out", text(&out)];
-    let with = |more: &[&str]| run(PAM, &[&base, more].concat());
-    let output = with(&["--motion", "hold:x=0", "--stiffness", "190"]);
-    assert_eq!(output.status.code(), Some(3), "the nearest stiffness is no success");
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(told.contains("wanted 190.0") && told.contains("174."), "{told}");
-    let table = std::fs::read_to_string(out.join("table.csv")).unwrap();
-    assert!(table.lines().skip(1).all(|l| l.ends_with(",0,0")), "flagged in every row");
-
-    let output = with(&["--motion", "hold:x=0", "--stiffness", "177", "--mass-bounds", "0.02,0.2"]);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(told.contains("extrapolates"), "{told}");
-
-    let fails = |code: i32, more: &[&str]| error_of(code, &[&base, more].concat());
-    let message = fails(1, &["--motion", "sine:A=4,f=0.2", "--stiffness", "150"]);
-    assert!(
-        message.contains("cannot be reached at t =") && message.contains("N within"),
-        "{message}"
-    );
-    for (motion, stiffness, expected, code) in [
-        ("sine:A=1", "150", "`f` is missing", 2),
-        ("sine:A=nan,f=1", "150", "A is not finite", 2),
-        ("square:A=1,f=1", "150", "known are sine", 2),
-        ("sine:A=1,f=0.1", "-3", "positive", 2),
-        ("nowhere.csv", "150", "nowhere.csv", 1),
-    ] {
-        let message = fails(code, &["--motion", motion, "--stiffness", stiffness]);
-        assert!(message.contains(expected), "{motion}: {message}");
-    }
-    let message = fails(2, &["--motion", "hold:x=0"]);
-    assert!(message.contains("stiffness"), "{message}");
-    let csv = folder.path().join("motion.csv");
-    std::fs::write(&csv, "time_s,displacement_mm\n0,0\n0.1,abc\n0.2,0\n").unwrap();
-    let message = fails(1, &["--motion", text(&csv), "--stiffness", "150"]);
-    assert!(message.contains("motion.csv:3") && message.contains("abc"), "{message}");
-}
-
-#[test]
 fn the_reachable_range_is_the_published_one() {
     let folder = tempfile::tempdir().unwrap();
     let model = published_weights();
@@ -144,49 +103,6 @@ fn tracking_errors_grow_with_frequency() {
     assert!(errors[0] < 0.127, "0.1 Hz: {} mm, published 0.127", errors[0]);
 }
 
-/// Against a load step that neither knows, MPC misses by less than a third of the table's error.
-#[test]
-fn mpc_beats_the_table() {
-    let folder = tempfile::tempdir().unwrap();
-    let found =
-        json_of(&["replan", "--json", "--quiet", "--out", text(&folder.path().join("replan"))]);
-    let of = |stretch: &str| {
-        let rows = found["rmse_mm"].as_array().unwrap();
-        number(&rows.iter().find(|r| r["stretch"] == stretch).unwrap()["ratio"])
-    };
-    assert!(of("from the load on") > 3.0);
-    assert!(number(&found["horizon_ms"]) >= 100.0);
-    assert!(number(&found["decision_us"]["median"]) < 1000.0);
-}
-
-/// The same when the wanted displacement changes and the table does not know it.
-#[test]
-fn mpc_follows_changed_targets() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("replan");
-    let found =
-        json_of(
-            &[
-                &[
-                    "replan",
-                    "--json",
-                    "--quiet",
-                    "--load",
-                    "0",
-                    "--shift",
-                    "0.5",
-                    "--shift-at",
-                    "4",
-                ][..],
-                &["--out", text(&out)],
-            ]
-            .concat(),
-        );
-    let rows = found["rmse_mm"].as_array().unwrap();
-    let after = rows.iter().find(|r| r["stretch"] == "from the changed target on").unwrap();
-    assert!(number(&after["ratio"]) > 3.0, "{rows:?}");
-}
-
 /// Run by `cargo test --release --workspace --tests -- --ignored long::`.
 mod long {
     use super::*;
@@ -214,5 +130,92 @@ mod long {
         assert!(k.iter().zip(levels).all(|(k, l)| (k - l).abs() < 20.0), "{k:?}");
         let ratio = mean(176.0, "peak_mm") / mean(126.0, "peak_mm");
         assert!((ratio - 0.45 / 0.74).abs() < 0.08, "peaks in the ratio {ratio}");
+    }
+
+    #[test]
+    #[ignore = "long"]
+    fn what_cannot_be_reached_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let (model, out) = (published_weights(), folder.path().join("plan"));
+        let base = ["plan", "--model", text(&model), "--out", text(&out)];
+        let with = |more: &[&str]| run(PAM, &[&base, more].concat());
+        let output = with(&["--motion", "hold:x=0", "--stiffness", "190"]);
+        assert_eq!(output.status.code(), Some(3), "the nearest stiffness is no success");
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(told.contains("wanted 190.0") && told.contains("174."), "{told}");
+        let table = std::fs::read_to_string(out.join("table.csv")).unwrap();
+        assert!(table.lines().skip(1).all(|l| l.ends_with(",0,0")), "flagged in every row");
+
+        let output =
+            with(&["--motion", "hold:x=0", "--stiffness", "177", "--mass-bounds", "0.02,0.2"]);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(told.contains("extrapolates"), "{told}");
+
+        let fails = |code: i32, more: &[&str]| error_of(code, &[&base, more].concat());
+        let message = fails(1, &["--motion", "sine:A=4,f=0.2", "--stiffness", "150"]);
+        assert!(
+            message.contains("cannot be reached at t =") && message.contains("N within"),
+            "{message}"
+        );
+        for (motion, stiffness, expected, code) in [
+            ("sine:A=1", "150", "`f` is missing", 2),
+            ("sine:A=nan,f=1", "150", "A is not finite", 2),
+            ("square:A=1,f=1", "150", "known are sine", 2),
+            ("sine:A=1,f=0.1", "-3", "positive", 2),
+            ("nowhere.csv", "150", "nowhere.csv", 1),
+        ] {
+            let message = fails(code, &["--motion", motion, "--stiffness", stiffness]);
+            assert!(message.contains(expected), "{motion}: {message}");
+        }
+        let message = fails(2, &["--motion", "hold:x=0"]);
+        assert!(message.contains("stiffness"), "{message}");
+        let csv = folder.path().join("motion.csv");
+        std::fs::write(&csv, "time_s,displacement_mm\n0,0\n0.1,abc\n0.2,0\n").unwrap();
+        let message = fails(1, &["--motion", text(&csv), "--stiffness", "150"]);
+        assert!(message.contains("motion.csv:3") && message.contains("abc"), "{message}");
+    }
+
+    /// Against a load step that neither knows, MPC misses by less than a third of the table's error.
+    #[test]
+    #[ignore = "long"]
+    fn mpc_beats_the_table() {
+        let folder = tempfile::tempdir().unwrap();
+        let found =
+            json_of(&["replan", "--json", "--quiet", "--out", text(&folder.path().join("replan"))]);
+        let of = |stretch: &str| {
+            let rows = found["rmse_mm"].as_array().unwrap();
+            number(&rows.iter().find(|r| r["stretch"] == stretch).unwrap()["ratio"])
+        };
+        assert!(of("from the load on") > 3.0);
+        assert!(number(&found["horizon_ms"]) >= 100.0);
+        assert!(number(&found["decision_us"]["median"]) < 1000.0);
+    }
+
+    /// The same when the wanted displacement changes and the table does not know it.
+    #[test]
+    #[ignore = "long"]
+    fn mpc_follows_changed_targets() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("replan");
+        let found = json_of(
+            &[
+                &[
+                    "replan",
+                    "--json",
+                    "--quiet",
+                    "--load",
+                    "0",
+                    "--shift",
+                    "0.5",
+                    "--shift-at",
+                    "4",
+                ][..],
+                &["--out", text(&out)],
+            ]
+            .concat(),
+        );
+        let rows = found["rmse_mm"].as_array().unwrap();
+        let after = rows.iter().find(|r| r["stretch"] == "from the changed target on").unwrap();
+        assert!(number(&after["ratio"]) > 3.0, "{rows:?}");
     }
 }

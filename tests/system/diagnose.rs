@@ -39,77 +39,6 @@ fn recovered(d: &JointDiagnosis, id: &str, name: &str, truth: f64) -> bool {
     })
 }
 
-#[test]
-fn single_effects_are_named_with_their_magnitudes() {
-    // A sensor, a memory and a loss of air; friction, damping, play and delay are named in the tests below, and the study has all of them.
-    let ids = ["pressure_bias", "creep", "leak"];
-    for id in ids {
-        let effect = at_strength(id, 1.0);
-        let d = found(std::slice::from_ref(&effect), &Sensors::default(), 3);
-        assert_eq!(
-            d.verdict,
-            Verdict::Explained,
-            "{id}: {:?} {:?} {:?} {:?}",
-            d.reasons,
-            d.null_test,
-            d.bands,
-            d.refused
-        );
-        assert_eq!(d.named(), [id]);
-        for (name, truth) in &effect.values {
-            assert!(recovered(&d, id, name, *truth), "{id}: {name} = {truth}, {:?}", d.causes[0]);
-        }
-        assert!(d.error_reduction.overall.ci95[0] > 0.0, "{id}: {:?}", d.error_reduction.overall);
-        assert!(d.explainable.named > 0.9, "{id}: {}", d.explainable.named);
-        // The base model takes offsets of sensors into the sealed masses: their evidence is in the priors of those.
-        let null = d.null_test.expect("there is a residual");
-        let in_priors = id == "pressure_bias";
-        let beyond = null.p_value < 0.05 && null.named_share > null.share_q95;
-        assert!(in_priors || beyond, "{id}: {null:?}");
-    }
-}
-
-#[test]
-fn nothing_is_found_where_nothing_is_hidden() {
-    let mut p_values = Vec::new();
-    for (seed, factor) in [(12, 1.0), (14, 3.0)] {
-        let d = found(&[], &Sensors::default().louder(factor), seed);
-        assert_eq!(d.verdict, Verdict::NothingFound, "seed {seed}: {:?}", d.reasons);
-        assert!(d.causes.is_empty());
-        assert!(d.model.extended.effects.is_empty(), "the model stays as it is");
-        p_values.extend(d.null_test.map(|t| t.p_value));
-    }
-    assert!(p_values.iter().any(|&p| p > 0.05), "chance would explain as much: {p_values:?}");
-}
-
-/// A command that the motor follows between samples is no fault of the model, however rare the samples are, and
-/// what else is hidden keeps its name and size.
-#[test]
-fn a_smooth_force_is_no_fault() {
-    let saved = published_model();
-    let sensors = Sensors { smooth_force: true, ..Sensors::default() };
-    // One of five samples: 5 ms.
-    let every = 5;
-    let found = |effects: &[Hidden], seed| {
-        let excitation = Excitation::published(SHARE);
-        let mut data = plant_runs(&saved, &CONDITIONS, &excitation, effects, &sensors, seed);
-        data.iter_mut().for_each(|subject| thin(&mut subject.recording, every));
-        diagnosed(&saved, &data, None, seed)
-    };
-    let d = found(&[], 31);
-    assert_eq!(d.verdict, Verdict::NothingFound, "{:?}", d.reasons);
-    let lead = d.model.force_lead_samples;
-    assert!((lead - 0.5).abs() < 0.15, "{lead}");
-    let effect = at_strength("actuation_delay", 1.0);
-    let d = found(std::slice::from_ref(&effect), 32);
-    assert_eq!(d.named(), ["actuation_delay"], "{} {:?} {:?}", d.verdict, d.reasons, d.refused);
-    let truth = effect.values["delay_ms"];
-    let delay = d.causes[0].parameters.iter().find(|(n, _)| *n == "delay_ms").expect("fitted");
-    // A delay of less than a sample cannot be separated from the fitted timing of the force within a sample.
-    let near = (delay.1.value - truth).abs() < 0.75 * every as f64;
-    assert!(delay.1.contains(truth) || near, "{truth}: {:?}", delay.1);
-}
-
 /// Leaves one of so many samples.
 fn thin(recording: &mut Recording, every: usize) {
     let r = recording;
@@ -407,5 +336,87 @@ mod long {
         assert_eq!(d["causes"][0]["effect"], "viscous_damping", "{d}");
         let value = d["causes"][0]["parameters"]["coefficient_ns_m"]["value"].as_f64().unwrap();
         assert!((value - 1500.0).abs() < 150.0, "{value}");
+    }
+
+    #[test]
+    #[ignore = "long"]
+    fn single_effects_are_named_with_their_magnitudes() {
+        // A sensor, a memory and a loss of air; friction, damping, play and delay are named in the tests below, and the study has all of them.
+        let ids = ["pressure_bias", "creep", "leak"];
+        for id in ids {
+            let effect = at_strength(id, 1.0);
+            let d = found(std::slice::from_ref(&effect), &Sensors::default(), 3);
+            assert_eq!(
+                d.verdict,
+                Verdict::Explained,
+                "{id}: {:?} {:?} {:?} {:?}",
+                d.reasons,
+                d.null_test,
+                d.bands,
+                d.refused
+            );
+            assert_eq!(d.named(), [id]);
+            for (name, truth) in &effect.values {
+                assert!(
+                    recovered(&d, id, name, *truth),
+                    "{id}: {name} = {truth}, {:?}",
+                    d.causes[0]
+                );
+            }
+            assert!(
+                d.error_reduction.overall.ci95[0] > 0.0,
+                "{id}: {:?}",
+                d.error_reduction.overall
+            );
+            assert!(d.explainable.named > 0.9, "{id}: {}", d.explainable.named);
+            // The base model takes offsets of sensors into the sealed masses: their evidence is in the priors of those.
+            let null = d.null_test.expect("there is a residual");
+            let in_priors = id == "pressure_bias";
+            let beyond = null.p_value < 0.05 && null.named_share > null.share_q95;
+            assert!(in_priors || beyond, "{id}: {null:?}");
+        }
+    }
+
+    /// A command that the motor follows between samples is no fault of the model, however rare the samples are, and
+    /// what else is hidden keeps its name and size.
+    #[test]
+    #[ignore = "long"]
+    fn a_smooth_force_is_no_fault() {
+        let saved = published_model();
+        let sensors = Sensors { smooth_force: true, ..Sensors::default() };
+        // One of five samples: 5 ms.
+        let every = 5;
+        let found = |effects: &[Hidden], seed| {
+            let excitation = Excitation::published(SHARE);
+            let mut data = plant_runs(&saved, &CONDITIONS, &excitation, effects, &sensors, seed);
+            data.iter_mut().for_each(|subject| thin(&mut subject.recording, every));
+            diagnosed(&saved, &data, None, seed)
+        };
+        let d = found(&[], 31);
+        assert_eq!(d.verdict, Verdict::NothingFound, "{:?}", d.reasons);
+        let lead = d.model.force_lead_samples;
+        assert!((lead - 0.5).abs() < 0.15, "{lead}");
+        let effect = at_strength("actuation_delay", 1.0);
+        let d = found(std::slice::from_ref(&effect), 32);
+        assert_eq!(d.named(), ["actuation_delay"], "{} {:?} {:?}", d.verdict, d.reasons, d.refused);
+        let truth = effect.values["delay_ms"];
+        let delay = d.causes[0].parameters.iter().find(|(n, _)| *n == "delay_ms").expect("fitted");
+        // A delay of less than a sample cannot be separated from the fitted timing of the force within a sample.
+        let near = (delay.1.value - truth).abs() < 0.75 * every as f64;
+        assert!(delay.1.contains(truth) || near, "{truth}: {:?}", delay.1);
+    }
+
+    #[test]
+    #[ignore = "long"]
+    fn nothing_is_found_where_nothing_is_hidden() {
+        let mut p_values = Vec::new();
+        for (seed, factor) in [(12, 1.0), (14, 3.0)] {
+            let d = found(&[], &Sensors::default().louder(factor), seed);
+            assert_eq!(d.verdict, Verdict::NothingFound, "seed {seed}: {:?}", d.reasons);
+            assert!(d.causes.is_empty());
+            assert!(d.model.extended.effects.is_empty(), "the model stays as it is");
+            p_values.extend(d.null_test.map(|t| t.p_value));
+        }
+        assert!(p_values.iter().any(|&p| p > 0.05), "chance would explain as much: {p_values:?}");
     }
 }

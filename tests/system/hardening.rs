@@ -269,63 +269,6 @@ fn impossible_settings_and_names_are_refused() {
     assert!(message.contains("100000000") && message.contains("cells"), "{message}");
 }
 
-/// Seconds that are no seconds, and channels that do not change.
-#[test]
-fn recordings_of_other_units_end() {
-    let f = Folder::new();
-    let scaled = |by: f64| -> String {
-        let row = |line: &str| match line.split_once(',') {
-            Some((t, rest)) if t.parse::<f64>().is_ok() => {
-                format!("{},{rest}", by * t.parse::<f64>().unwrap())
-            }
-            _ => line.to_owned(),
-        };
-        small_csv(2000).lines().map(row).collect::<Vec<_>>().join("\n")
-    };
-    let data = f.file("e9.csv", scaled(1e12));
-    let out = f.at("out");
-    let model = published_weights();
-    let with = |command: &str, code: i32| {
-        message(
-            &[
-                command,
-                "--accept",
-                "--data",
-                text(&data),
-                "--model",
-                text(&model),
-                "--out",
-                text(&out),
-            ],
-            code,
-        )
-    };
-    assert!(with("diagnose", 1).contains("time_s in seconds"));
-    assert!(with("evaluate", 3).contains("could not be predicted"));
-    // Nor are there steps without end where their size is given.
-    let run = f.file("run.csv", small_csv(300));
-    let command = ["evaluate", "--accept", "--method", "rk4", "--step-ms", "1e-9", "--model"];
-    let rest = [text(&model), "--data", text(&run), "--out", text(&out)];
-    assert!(message(&[&command[..], &rest].concat(), 3).contains("could not be predicted"));
-    // Without a force there is nothing to learn, and nothing to fail on.
-    let still: Vec<String> = small_csv(3000)
-        .lines()
-        .map(|line| match line.rsplit_once(',') {
-            Some((rest, force)) if force.parse::<f64>().is_ok() => format!("{rest},0"),
-            _ => line.to_owned(),
-        })
-        .collect();
-    let still = f.file("still.csv", still.join("\n"));
-    let curriculum = f.file("short.toml", CURRICULUM);
-    let trained = f.at("trained");
-    let train = ["train", text(&curriculum), "--accept", "-q", "--data", text(&still), "--out"];
-    let code = ended(&[&train[..], &[text(&trained)]].concat()).status.code();
-    assert!(matches!(code, Some(0 | 1)), "{code:?}");
-    let flat = f.at("flat");
-    let stiffness = ["stiffness", "--model", "spring-damper", "-q", "--out", text(&flat)];
-    let _ = message(&stiffness, 0);
-}
-
 /// The limit on the wall clock ends whatever runs.
 #[test]
 fn a_time_limit_ends_the_program() {
@@ -420,5 +363,63 @@ mod long {
             &["no volume left"],
         );
         assert!(!npz.exists());
+    }
+
+    /// Seconds that are no seconds, and channels that do not change.
+    #[test]
+    #[ignore = "long"]
+    fn recordings_of_other_units_end() {
+        let f = Folder::new();
+        let scaled = |by: f64| -> String {
+            let row = |line: &str| match line.split_once(',') {
+                Some((t, rest)) if t.parse::<f64>().is_ok() => {
+                    format!("{},{rest}", by * t.parse::<f64>().unwrap())
+                }
+                _ => line.to_owned(),
+            };
+            small_csv(2000).lines().map(row).collect::<Vec<_>>().join("\n")
+        };
+        let data = f.file("e9.csv", scaled(1e12));
+        let out = f.at("out");
+        let model = published_weights();
+        let with = |command: &str, code: i32| {
+            message(
+                &[
+                    command,
+                    "--accept",
+                    "--data",
+                    text(&data),
+                    "--model",
+                    text(&model),
+                    "--out",
+                    text(&out),
+                ],
+                code,
+            )
+        };
+        assert!(with("diagnose", 1).contains("time_s in seconds"));
+        assert!(with("evaluate", 3).contains("could not be predicted"));
+        // Nor are there steps without end where their size is given.
+        let run = f.file("run.csv", small_csv(300));
+        let command = ["evaluate", "--accept", "--method", "rk4", "--step-ms", "1e-9", "--model"];
+        let rest = [text(&model), "--data", text(&run), "--out", text(&out)];
+        assert!(message(&[&command[..], &rest].concat(), 3).contains("could not be predicted"));
+        // Without a force there is nothing to learn, and nothing to fail on.
+        let still: Vec<String> = small_csv(3000)
+            .lines()
+            .map(|line| match line.rsplit_once(',') {
+                Some((rest, force)) if force.parse::<f64>().is_ok() => format!("{rest},0"),
+                _ => line.to_owned(),
+            })
+            .collect();
+        let still = f.file("still.csv", still.join("\n"));
+        let curriculum = f.file("short.toml", CURRICULUM);
+        let trained = f.at("trained");
+        let train = ["train", text(&curriculum), "--accept", "-q", "--data", text(&still), "--out"];
+        let code = ended(&[&train[..], &[text(&trained)]].concat()).status.code();
+        assert!(matches!(code, Some(0 | 1)), "{code:?}");
+        let flat = f.at("flat");
+        let stiffness = ["stiffness", "--model", "spring-damper", "-q", "--out", text(&flat)];
+        let _ = message(&stiffness, 0);
     }
 }

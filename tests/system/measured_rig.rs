@@ -105,37 +105,46 @@ fn table(all: &[Measured; 3]) -> String {
     out
 }
 
-/// The measured rig is as rough as the real run; `UPDATE_DOCS=1` writes the table of `docs/rig.md`.
-#[test]
-fn the_measured_rig_is_as_rough_as_the_real_run() {
-    let folder = tempfile::tempdir().unwrap();
-    let real = folder.path().join("real.csv");
-    let _ = stdout_of(PAM, &["convert", text(&published("data.mat")), text(&real)]);
-    let all = [
-        measured(&real, folder.path(), None),
-        rig("measured", folder.path()),
-        rig("default", folder.path()),
-    ];
-    let near = |what: &str, of: &dyn Fn(&Measured) -> f64, tolerance: f64| {
-        let [real, rough, smooth] = all.each_ref().map(of);
-        assert!((rough - real).abs() <= tolerance, "{what}: {rough} against {real}");
-        assert!((smooth - real).abs() > (rough - real).abs(), "{what}: {smooth} of the default");
-    };
-    near("area", &|m| m.slow.area_mj, 0.12 * all[0].slow.area_mj);
-    near("width of the loop", &|m| m.slow.rest_mm[1] - m.slow.rest_mm[0], 0.1);
-    near("middle of the loop", &|m| 0.5 * (m.slow.rest_mm[0] + m.slow.rest_mm[1]), 0.05);
-    near("travel", &|m| m.slow.displacement_mm[1] - m.slow.displacement_mm[0], 0.15);
-    near("R² of the published weights", &|m| m.r2[0], 0.05);
-    near("range of P_f", &|m| m.slow.pressure_range_kpa[0], 2.5);
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/rig.md");
-    let page = std::fs::read_to_string(&path).unwrap();
-    let (start, end) = ("as_rough_as_the_real_run` -->\n", "<!-- end of the comparison -->");
-    let from = page.find(start).unwrap() + start.len();
-    let to = page.find(end).unwrap();
-    let wanted = table(&all);
-    if std::env::var_os("UPDATE_DOCS").is_some() {
-        std::fs::write(&path, format!("{}{wanted}{}", &page[..from], &page[to..])).unwrap();
-    } else {
-        assert_eq!(page[from..to], wanted, "run the test with UPDATE_DOCS=1");
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    /// The measured rig is as rough as the real run; `UPDATE_DOCS=1` writes the table of `docs/rig.md`.
+    #[test]
+    #[ignore = "long"]
+    fn the_measured_rig_is_as_rough_as_the_real_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let real = folder.path().join("real.csv");
+        let _ = stdout_of(PAM, &["convert", text(&published("data.mat")), text(&real)]);
+        let all = [
+            measured(&real, folder.path(), None),
+            rig("measured", folder.path()),
+            rig("default", folder.path()),
+        ];
+        let near = |what: &str, of: &dyn Fn(&Measured) -> f64, tolerance: f64| {
+            let [real, rough, smooth] = all.each_ref().map(of);
+            assert!((rough - real).abs() <= tolerance, "{what}: {rough} against {real}");
+            assert!(
+                (smooth - real).abs() > (rough - real).abs(),
+                "{what}: {smooth} of the default"
+            );
+        };
+        near("area", &|m| m.slow.area_mj, 0.12 * all[0].slow.area_mj);
+        near("width of the loop", &|m| m.slow.rest_mm[1] - m.slow.rest_mm[0], 0.1);
+        near("middle of the loop", &|m| 0.5 * (m.slow.rest_mm[0] + m.slow.rest_mm[1]), 0.05);
+        near("travel", &|m| m.slow.displacement_mm[1] - m.slow.displacement_mm[0], 0.15);
+        near("R² of the published weights", &|m| m.r2[0], 0.05);
+        near("range of P_f", &|m| m.slow.pressure_range_kpa[0], 2.5);
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/rig.md");
+        let page = std::fs::read_to_string(&path).unwrap();
+        let (start, end) = ("as_rough_as_the_real_run` -->\n", "<!-- end of the comparison -->");
+        let from = page.find(start).unwrap() + start.len();
+        let to = page.find(end).unwrap();
+        let wanted = table(&all);
+        if std::env::var_os("UPDATE_DOCS").is_some() {
+            std::fs::write(&path, format!("{}{wanted}{}", &page[..from], &page[to..])).unwrap();
+        } else {
+            assert_eq!(page[from..to], wanted, "run the test with UPDATE_DOCS=1");
+        }
     }
 }

@@ -45,26 +45,6 @@ fn p_values(rho: f64, count: u64) -> Vec<f64> {
         .collect()
 }
 
-/// The test rejects at a level of 5 % in at most 5 % of the cases, for white residuals and for coloured ones (correlated
-/// over 1, 4 and 19 rows; blocks have 40): of 1000 p-values no more are below a level than a binomial variable of that
-/// rate exceeds once in 1000. Nor is it idle: at 20 % it rejects in at least 10 %.
-#[test]
-fn the_level_holds_for_white_and_coloured_residuals() {
-    for rho in [0.0, 0.6, 0.9] {
-        let p = p_values(rho, 1000);
-        let below = |level: f64| p.iter().filter(|p| **p <= level).count();
-        for level in [0.05, 0.1, 0.2] {
-            let most = binomial_range(1000, level, 1e-3)[1];
-            println!("AR({rho}): {} of 1000 at {level}, at most {most}", below(level));
-        }
-        for level in [0.05, 0.1, 0.2] {
-            let most = binomial_range(1000, level, 1e-3)[1];
-            assert!(below(level) <= most, "AR({rho}): {} of 1000 at {level}", below(level));
-        }
-        assert!(below(0.2) >= 100, "AR({rho}): {} of 1000 at 20 %", below(0.2));
-    }
-}
-
 /// A whole diagnosis whose noise is declared ten times too small, so that everything seems to need a name, names one in at
 /// most 5 % of the cases.
 #[test]
@@ -118,4 +98,30 @@ fn a_cause_of_changing_size_is_no_chance() {
     let named: Vec<&str> = d.causes.iter().map(|c| c.effect.as_str()).collect();
     assert_eq!(named, ["x2"], "{:?}", d.null_test);
     assert!(d.null_test.unwrap().p_value < 0.01, "{:?}", d.null_test);
+}
+
+/// Run by `cargo test --release --workspace --tests -- --ignored long::`.
+mod long {
+    use super::*;
+
+    /// The test rejects at a level of 5 % in at most 5 % of the cases, for white residuals and for coloured ones (correlated
+    /// over 1, 4 and 19 rows; blocks have 40): of 1000 p-values no more are below a level than a binomial variable of that
+    /// rate exceeds once in 1000. Nor is it idle: at 20 % it rejects in at least 10 %.
+    #[test]
+    #[ignore = "long"]
+    fn the_level_holds_for_white_and_coloured_residuals() {
+        for rho in [0.0, 0.6, 0.9] {
+            let p = p_values(rho, 1000);
+            let below = |level: f64| p.iter().filter(|p| **p <= level).count();
+            for level in [0.05, 0.1, 0.2] {
+                let most = binomial_range(1000, level, 1e-3)[1];
+                println!("AR({rho}): {} of 1000 at {level}, at most {most}", below(level));
+            }
+            for level in [0.05, 0.1, 0.2] {
+                let most = binomial_range(1000, level, 1e-3)[1];
+                assert!(below(level) <= most, "AR({rho}): {} of 1000 at {level}", below(level));
+            }
+            assert!(below(0.2) >= 100, "AR({rho}): {} of 1000 at 20 %", below(0.2));
+        }
+    }
 }
