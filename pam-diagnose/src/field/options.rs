@@ -38,7 +38,7 @@ pub struct FieldOptions {
     /// Number of experiments, the last ones of the problem, on which the field was validated: their error is its
     /// baseline discrepancy.
     pub baseline: usize,
-    /// Seed of the split, the null test and the bootstrap.
+    /// Seed of the null tests and the bootstrap; `data.split_seed` draws the split.
     pub seed: u64,
     /// Every other number on which the diagnosis depends.
     pub settings: DiagnosisSettings,

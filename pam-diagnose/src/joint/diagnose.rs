@@ -35,7 +35,7 @@ pub struct RecordingSets<'a> {
 pub struct DiagnoseOptions {
     /// Effects that may be named; all that this process knows unless changed.
     pub candidates: Vec<&'static dyn AnyEffect>,
-    /// Seed of the split, the null test and the bootstrap.
+    /// Seed of the null tests and the bootstrap; `data.split_seed` draws the split.
     pub seed: u64,
     /// Every other number on which the diagnosis depends.
     pub settings: DiagnosisSettings,

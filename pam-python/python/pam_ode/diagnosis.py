@@ -268,7 +268,7 @@ def diagnose(
             ``"friction"``, a file of effects, or ids of effects.
         law: Whether to fit the error that remains after the named causes: a smooth correction, or a short formula (a law) if
             one fits as well. Without such an error it takes no time.
-        seed: Seed of the split, the null test and the bootstrap.
+        seed: Seed of the null tests and the bootstrap; the setting `data.split_seed` draws the split.
         masses: How sealed air is found: ``auto``, ``gas-law`` or ``surfaces``.
         surfaces: File of single-muscle surfaces.
         progress: ``True`` for a bar, or a function of (what, share, text).
