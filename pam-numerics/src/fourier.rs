@@ -1,4 +1,4 @@
-//! The discrete Fourier transform: mean power spectra, and filters without phase.
+//! The discrete Fourier transform: power spectra of pieces, and filters without phase.
 
 use std::f64::consts::TAU;
 
@@ -39,11 +39,11 @@ pub fn transform(values: &mut [[f64; 2]]) {
     }
 }
 
-/// Mean power of a series at the frequencies `j / n` per sample, `j` from 0 to `n/2`, with `n` the power of two from `piece` on:
+/// Power of pieces of a series at the frequencies `j / n` per sample, `j` from 0 to `n/2`, with `n` the power of two from `piece` on:
 /// periodograms of pieces that overlap by half, less the mean of the series, with Hann's window (Welch 1967). Empty for a series
 /// shorter than a piece.
 #[must_use]
-pub fn mean_power(series: &[f64], piece: usize) -> Vec<f64> {
+pub fn power_of_pieces(series: &[f64], piece: usize) -> Vec<Vec<f64>> {
     let piece = piece.max(2);
     if series.len() < piece {
         return Vec::new();
@@ -51,17 +51,16 @@ pub fn mean_power(series: &[f64], piece: usize) -> Vec<f64> {
     let n = piece.next_power_of_two();
     let window: Vec<f64> =
         (0..piece).map(|k| 0.5 - 0.5 * (TAU * k as f64 / piece as f64).cos()).collect();
-    let mut power = vec![0.0; n / 2 + 1];
     let mean = series.iter().sum::<f64>() / series.len() as f64;
-    for part in series.windows(piece).step_by(piece / 2) {
+    let power = |part: &[f64]| {
         let mut values = vec![[0.0; 2]; n];
         for ((value, x), w) in values.iter_mut().zip(part).zip(&window) {
             value[0] = w * (x - mean);
         }
         transform(&mut values);
-        power.iter_mut().zip(&values).for_each(|(p, [re, im])| *p += re * re + im * im);
-    }
-    power
+        values[..=n / 2].iter().map(|[re, im]| re * re + im * im).collect()
+    };
+    series.windows(piece).step_by(piece / 2).map(power).collect()
 }
 
 /// A series whose content at each frequency (in cycles per sample) is multiplied by a gain, without a change of phase.

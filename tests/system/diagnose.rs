@@ -184,6 +184,12 @@ mod long {
         // All but a few tenths of a hertz about the sine; what is above the grid's frequencies was averaged before.
         let noise_n = d.model.force_noise_n.expect("the joint shows that it is noise");
         assert!((4.0..5.1).contains(&noise_n), "{noise_n} N");
+        // Frequencies that a chirp has for a short time are not the noise's, nor is the end of a recording.
+        let (from_to_hz, amplitude_n, duration_s) = ([0.2, 6.0], 150.0, 70.0);
+        let chirp = Excitation::Chirp { from_to_hz, amplitude_n, duration_s };
+        let data = plant_runs(&saved, &CONDITIONS[..1], &chirp, &[], &sensors, 2);
+        let d = without_noise(&data);
+        assert_eq!((d.verdict, d.named()), (Verdict::NothingFound, vec![]), "{:?}", d.reasons);
         // A force without noise stays as it is, and so does one to which the joint answers.
         let sensors = Sensors { force: Noise::white(0.0), ..sensors };
         let steps = Excitation::steps(150.0, 1.0, 15.0, 3);

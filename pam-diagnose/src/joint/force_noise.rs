@@ -18,12 +18,15 @@ use pam_data::{Recording, Subject};
 use pam_effects::simulation::Trial;
 use pam_numerics::fourier;
 use pam_numerics::statistics::root_mean_square;
+use std::f64::consts::PI;
 
 /// Bins of the length of a piece up to which a force counts as excitation: what is slower cannot be told from a load and, at the ends
 /// of a recording, from what comes before and after it.
 const SLOW_BINS: f64 = 2.0;
 /// Half the width of a line under Hann's window, in bins of the length of a piece.
 const LINE_BINS: f64 = 2.0;
+/// Probability that any frequency of a noise counts as one that comes and goes.
+const BY_CHANCE: f64 = 0.01;
 /// Largest relative difference of the longest and the mean time between samples of a recording that has a spectrum.
 const REGULAR: f64 = 0.05;
 
@@ -47,7 +50,9 @@ impl Quiet {
         }
         let wanted = (settings.residual.spectrum_piece_s / sample_s) as usize;
         let piece = wanted.min(force.len()).max(2);
-        let power = fourier::mean_power(force, piece);
+        let pieces = fourier::power_of_pieces(force, piece);
+        let bins = pieces.first().map_or(0, Vec::len);
+        let power: Vec<f64> = (0..bins).map(|j| pieces.iter().map(|p| p[j]).sum()).collect();
         let whole: f64 = power.iter().sum();
         if whole <= 0.0 {
             return None;
@@ -63,7 +68,7 @@ impl Quiet {
             if held > settings.noise.quiet_share * whole {
                 break;
             }
-            excited[j] = false;
+            excited[j] = comes_and_goes(pieces.iter().map(|p| p[j]), power[j], bins);
         }
         let bins = |pieces: f64| (pieces / piece_s / bin_hz).ceil() as usize;
         let (slow, reach) = (bins(SLOW_BINS), bins(LINE_BINS));
@@ -76,16 +81,32 @@ impl Quiet {
         quiet.contains(&1.0).then_some(Self { quiet, bin_hz, piece_s })
     }
 
-    /// The quiet part of a series.
+    /// The quiet part of a series. It is none at the ends, where the filter takes what the series does not go on with for a part of
+    /// the excitation.
     fn part(&self, series: &[f64], step_s: f64) -> Vec<f64> {
         let reach = (self.piece_s / step_s) as usize;
-        fourier::filtered(series, reach, |per_sample| {
+        let taper = (self.piece_s / (2.0 * LINE_BINS) / step_s).max(1.0);
+        let mut part = fourier::filtered(series, reach, |per_sample| {
             let at = per_sample / step_s / self.bin_hz;
             let k = (at as usize).min(self.quiet.len() - 1);
             let next = self.quiet[(k + 1).min(self.quiet.len() - 1)];
             self.quiet[k] + (at - k as f64).clamp(0.0, 1.0) * (next - self.quiet[k])
-        })
+        });
+        let last = part.len().saturating_sub(1);
+        for (k, value) in part.iter_mut().enumerate() {
+            let from_end = k.min(last - k) as f64 / taper;
+            *value *= (0.5 * PI * from_end.min(1.0)).sin().powi(2);
+        }
+        part
     }
+}
+
+/// Whether the power at a frequency is that of an excitation which has it for some time only, as a chirp does: the largest of
+/// several exponential numbers over their sum is larger by chance with probability `n (1 − g)^(n − 1)` (Fisher 1929).
+fn comes_and_goes(pieces: impl ExactSizeIterator<Item = f64>, sum: f64, bins: usize) -> bool {
+    let n = pieces.len() as f64;
+    let largest = pieces.fold(0.0, f64::max) / sum.max(f64::MIN_POSITIVE);
+    n * (1.0 - largest).max(0.0).powf(n - 1.0) < BY_CHANCE / bins as f64
 }
 
 /// The force that drives the joint, mN: before its filter.

@@ -79,6 +79,15 @@ impl Spectrum {
         }
     }
 
+    /// The share of the residual's power in the bin of a frequency and its neighbours.
+    #[must_use]
+    pub fn lobe(&self, frequency_hz: f64) -> f64 {
+        let bin_hz = self.frequency_hz.first().copied().unwrap_or(f64::INFINITY);
+        let at = (frequency_hz / bin_hz).round() as usize;
+        let from = at.saturating_sub(2).min(self.residual.len());
+        self.residual[from..(at + 1).min(self.residual.len())].iter().sum()
+    }
+
     /// The strongest lines of the residual, each with its neighbours (a window's main lobe).
     #[must_use]
     pub fn lines(&self, count: usize) -> Vec<Line> {

@@ -189,7 +189,7 @@ impl ChannelResidual {
         }
         if let Some(line) = self.spectrum.foreign_line(settings) {
             text += &format!(
-                " {:.0} % of its power is at {} Hz, where the excitation has none: something else drives it.",
+                " {:.0} % of its power is at {} Hz, where the excitation has none: something else drives it, or it rings by itself.",
                 100.0 * line.share,
                 significant(line.frequency_hz, 3)
             );

@@ -152,7 +152,10 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
         let level = squares.sum::<f64>() / count.max(1) as f64;
         let least = by_chance.max(settings.residual.foreign_line_share);
         let clear = |l: &Line| l.share > by_chance && l.share * level > least;
-        if let Some(line) = spectrum.foreign_line(&settings.residual).filter(clear) {
+        let rings = |l: &Line| rings(problem, hypothesis, c, l.frequency_hz);
+        if let Some(line) = spectrum.foreign_line(&settings.residual).filter(clear)
+            && !rings(&line)
+        {
             let text = format!(
                 "{:.0} % of what is left of the {} is at {} Hz, where the excitation has nothing: something else drives \
                  it",
@@ -164,6 +167,26 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
         }
     }
     found
+}
+
+/// Whether an error of a nuisance of an experiment, such as its start, leaves a line of this frequency in a channel: a lightly damped
+/// system goes on at its natural frequency by itself.
+fn rings<C: Candidates + ?Sized>(
+    problem: &Problem<'_, C>,
+    hypothesis: &Hypothesis,
+    channel: usize,
+    frequency_hz: f64,
+) -> bool {
+    let settings = &problem.settings.residual;
+    (0..problem.len()).any(|i| {
+        let Ok(s) = problem.whitened_sensitivities(hypothesis, i) else { return false };
+        let first = s.columns.len().saturating_sub(hypothesis.locals[i].len());
+        s.columns[first..].iter().any(|column| {
+            let rows = column.get(channel).map_or(&[][..], Vec::as_slice);
+            let spectrum = Spectrum::new(problem.row_s(i), &[rows], &[], settings);
+            spectrum.lobe(frequency_hz) > settings.foreign_line_share
+        })
+    })
 }
 
 /// Spans in which members of a hypothesis come or go in an experiment, s after its first sample.

@@ -37,6 +37,8 @@ pub(crate) struct Linear {
     names: Vec<String>,
     ids: Vec<String>,
     local: Vec<Nuisance>,
+    /// What a unit of the local nuisance adds to every experiment; one where it is empty.
+    along: Vec<f64>,
     outputs: [OutputInfo; 1],
 }
 
@@ -58,6 +60,7 @@ impl Linear {
             rows_per_block: 40,
             asked: Arc::default(),
             local: Vec::new(),
+            along: Vec::new(),
             outputs: [output],
         }
     }
@@ -65,6 +68,15 @@ impl Linear {
     /// The same with an offset of each experiment.
     pub(crate) fn with_offset(self, deviation: f64) -> Self {
         Self { local: vec![Nuisance::of(deviation)], ..self }
+    }
+
+    /// The same with a multiple of a series in each experiment.
+    pub(crate) fn with_local(self, along: Vec<f64>, deviation: f64) -> Self {
+        Self { local: vec![Nuisance::of(deviation)], along, ..self }
+    }
+
+    fn along(&self, k: usize) -> f64 {
+        self.along.get(k).copied().unwrap_or(1.0)
     }
 
     /// All experiments as one problem, with a known noise.
@@ -136,7 +148,8 @@ impl Linear {
 
     fn response(&self, hypothesis: &Hypothesis, local: &[f64], experiment: usize) -> Vec<f64> {
         let e = &self.experiments[experiment];
-        let mut y = vec![local.first().copied().unwrap_or(0.0); e.measured.len()];
+        let local = local.first().copied().unwrap_or(0.0);
+        let mut y: Vec<f64> = (0..e.measured.len()).map(|k| local * self.along(k)).collect();
         for m in &hypothesis.members {
             y.iter_mut().zip(&e.columns[m.candidate]).for_each(|(y, x)| *y += m.values[0] * x);
         }
@@ -295,7 +308,8 @@ impl Candidates for Linear {
         let fitted = hypothesis.members[hypothesis.fixed..].iter();
         let mut columns: Vec<Vec<Vec<f64>>> =
             fitted.map(|m| rows(&e.columns[m.candidate])).collect();
-        columns.extend(self.local.iter().map(|_| rows(&vec![1.0; e.measured.len()])));
+        let along: Vec<f64> = (0..e.measured.len()).map(|k| self.along(k)).collect();
+        columns.extend(self.local.iter().map(|_| rows(&along)));
         Ok(Sensitivities { residuals: rows(&errors), columns })
     }
     fn features(

@@ -2,6 +2,7 @@
 
 use crate::linear::{Experiment, Linear, coloured, white};
 use pam_diagnose::DiagnosisSettings;
+use pam_diagnose::data::TestSource;
 use pam_diagnose::residual::{ChannelResidual, ResidualSummary};
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
@@ -55,6 +56,27 @@ fn a_line_is_found_with_its_frequency_and_power() {
             assert!(found.description.contains("something else drives it"), "{what}");
         }
     }
+}
+
+/// What an error of the start leaves, a lightly damped system ringing at its natural frequency, is driven by nothing; the same line is
+/// a finding where no nuisance of the experiments has it.
+#[test]
+fn a_ring_is_no_foreign_line() {
+    let mut random = ChaCha8Rng::seed_from_u64(8);
+    let mut experiment = || {
+        let measured = plus(&sine(0.3, 3.3), &white(&mut random, 3000));
+        let excitation = (0..3000).map(|k| (TAU * ROW_S * f64::from(k)).sin()).collect();
+        Experiment { measured, excitation, ..Experiment::default() }
+    };
+    let driven = Linear::new(vec![experiment(), experiment(), experiment()]);
+    // The prior does not let it take the line away.
+    let ringing = driven.clone().with_local(sine(1.0, 3.3), 1e-3);
+    let settings = DiagnosisSettings::default();
+    let lines = |system: &Linear| {
+        let found = system.diagnosed(TestSource::Kept, 1.0, None, &settings, 1);
+        found.anomalies.iter().filter(|a| a.kind == "line").count()
+    };
+    assert_eq!((lines(&driven), lines(&ringing)), (1, 0));
 }
 
 /// Two lines are distinguished in order of their power; one at the frequency of the excitation is not foreign.
