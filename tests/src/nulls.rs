@@ -48,7 +48,7 @@ pub fn cases(count: usize, baseline: bool) -> Vec<NullCase> {
     let one = |k: usize| NullCase {
         off: OFF[k % 3],
         rate_hz: RATES_HZ[k % 7],
-        coloured: k % 2 == 0,
+        coloured: k.is_multiple_of(2),
         baseline,
         seed: SEED + 10 * (k as u64 + 1),
     };
