@@ -61,7 +61,8 @@ mod long {
         let d = read_json(&found.join("diagnosis.json"));
         let sentence = d["certificate"]["sentence"].as_str().unwrap();
         assert!(sentence.contains("of 2 null sets"), "{sentence}");
-        assert_eq!(d["baseline"]["recordings"].as_array().unwrap().len(), 2, "{d}");
+        // One of the two trains, the other tests what the baseline is taken to show.
+        assert_eq!(d["baseline"]["recordings"].as_array().unwrap().len(), 1);
         std::fs::rename(&baseline, at("elsewhere")).unwrap();
         let output = diagnose(&at("again"));
         let message = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -25,6 +25,8 @@ use std::f64::consts::PI;
 const SLOW_BINS: f64 = 2.0;
 /// Half the width of a line under Hann's window, in bins of the length of a piece.
 const LINE_BINS: f64 = 2.0;
+/// Where the filter still takes a part of the excitation at an end of a recording, a piece is so many times as long.
+const ENDS: f64 = 16.0;
 /// Probability that any frequency of a noise counts as one that comes and goes.
 const BY_CHANCE: f64 = 0.01;
 /// Largest relative difference of the longest and the mean time between samples of a recording that has a spectrum.
@@ -85,7 +87,7 @@ impl Quiet {
     /// the excitation.
     fn part(&self, series: &[f64], step_s: f64) -> Vec<f64> {
         let reach = (self.piece_s / step_s) as usize;
-        let taper = (self.piece_s / (2.0 * LINE_BINS) / step_s).max(1.0);
+        let taper = (self.piece_s / ENDS / step_s).max(1.0);
         let mut part = fourier::filtered(series, reach, |per_sample| {
             let at = per_sample / step_s / self.bin_hz;
             let k = (at as usize).min(self.quiet.len() - 1);
