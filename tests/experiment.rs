@@ -18,8 +18,9 @@ use pam_tests::experiment::{compared, confusions, foretold, found, published, ru
 use pam_tests::nulls::{self, NullCase, NullOutcome};
 use pam_tests::pairs::{self, PairOutcome};
 use rayon::prelude::*;
+use serde::de::DeserializeOwned;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Parser)]
@@ -96,16 +97,19 @@ fn show(arguments: &Arguments) -> Result<(), String> {
     Ok(())
 }
 
+/// The list under a key of a file of results; empty where there is none.
+fn stored<T: DeserializeOwned>(path: &Path, key: &str) -> Vec<T> {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let mut all = serde_json::from_str::<serde_json::Value>(&text).unwrap_or_default();
+    serde_json::from_value(all[key].take()).unwrap_or_default()
+}
+
 /// Pairs of effects that a design separates and the published excitation does not.
 fn pairs(arguments: &Arguments) -> Result<(), String> {
     let model = pairs::model();
     let foretold = pairs::foretold(&model);
     let path = arguments.out.join("pairs.json");
-    let mut all: Vec<PairOutcome> = std::fs::read_to_string(&path)
-        .ok()
-        .and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok())
-        .and_then(|v| serde_json::from_value(v["pairs"].clone()).ok())
-        .unwrap_or_default();
+    let mut all: Vec<PairOutcome> = stored(&path, "pairs");
     let confused = pairs::confused(&foretold.0);
     println!("{} pairs are foretold to be confused", confused.len());
     for pair in confused {
@@ -142,11 +146,7 @@ fn pairs(arguments: &Arguments) -> Result<(), String> {
 /// False alarms on null sets of the virtual rig with certified settings.
 fn nulls(arguments: &Arguments) -> Result<(), String> {
     let path = arguments.out.join("nulls.json");
-    let mut outcomes: Vec<NullOutcome> = std::fs::read_to_string(&path)
-        .ok()
-        .and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok())
-        .and_then(|v| serde_json::from_value(v["outcomes"].clone()).ok())
-        .unwrap_or_default();
+    let mut outcomes: Vec<NullOutcome> = stored(&path, "outcomes");
     let cases = nulls::cases(arguments.count, !arguments.bare);
     let certificates: Vec<_> = nulls::OFF
         .iter()
@@ -197,11 +197,7 @@ fn limits(arguments: &Arguments) -> Result<(), String> {
     let saved = published();
     let (plan, detection) = remembered(arguments, &saved)?;
     let path = arguments.out.join("limits.json");
-    let mut outcomes: Vec<Outcome> = std::fs::read_to_string(&path)
-        .ok()
-        .and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok())
-        .and_then(|v| serde_json::from_value(v["outcomes"].clone()).ok())
-        .unwrap_or_default();
+    let mut outcomes: Vec<Outcome> = stored(&path, "outcomes");
     let asked =
         |c: &&Case| arguments.multiples.is_empty() || arguments.multiples.contains(&c.multiple);
     let due: Vec<Case> = plan

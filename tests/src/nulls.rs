@@ -1,7 +1,7 @@
 //! False alarms with certified settings: recordings of the virtual rig in which nothing is hidden, diagnosed with models whose
 //! weights are off.
 
-use crate::pairs::{model, recorded};
+use crate::pairs::{limits, model, recorded};
 use pam_core::{AnyForce, ParametricForce};
 use pam_data::Subject;
 use pam_diagnose::{DiagnoseOptions, DiagnosisSettings, RecordingSets, diagnose};
@@ -9,7 +9,7 @@ use pam_effects::ExtendedModel;
 use pam_experiment::certify::{
     CertifyFolder, CertifyOptions, Summary, Work, plan, run_cases, settings_file,
 };
-use pam_experiment::design::{DesignLimits, standard};
+use pam_experiment::design::standard;
 use pam_experiment::plan::Synthesis;
 use pam_rig::RigParameters;
 use rand::rngs::ChaCha8Rng;
@@ -34,7 +34,7 @@ pub struct NullCase {
     pub off: f64,
     /// Samples per second.
     pub rate_hz: f64,
-    /// Whether the pressure sensors have their low-pass, which colours their noise.
+    /// Whether the noise of the pressures is coloured by the low-pass filter of the sensors.
     pub coloured: bool,
     /// Whether baseline recordings are given.
     pub baseline: bool,
@@ -71,9 +71,7 @@ pub fn model_off_by(off: f64) -> ExtendedModel {
 }
 
 fn three_runs(model: &ExtendedModel, rig: RigParameters, seed: u64) -> Vec<Subject> {
-    let protocol =
-        standard(&DesignLimits { seconds: 20.0, psi: [30, 65], ..DesignLimits::default() });
-    recorded(model, rig, &protocol, seed)
+    recorded(model, rig, &standard(&limits()), seed)
 }
 
 /// The certificate of a model by baseline recordings of the rig, with its settings.
@@ -109,7 +107,7 @@ pub fn certified(model: &ExtendedModel) -> (DiagnosisSettings, Summary) {
     (toml::from_str(&settings).expect("settings"), summary)
 }
 
-/// What a diagnosis with certified settings says of a null set.
+/// The outcome of a diagnosis of a null set with certified settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NullOutcome {
     /// The set.

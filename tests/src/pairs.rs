@@ -39,8 +39,8 @@ pub fn limits() -> DesignLimits {
     DesignLimits { seconds: 20.0, psi: [30, 65], ..DesignLimits::default() }
 }
 
-/// Foretold limits and confusions under the published excitation, with the noise that baseline recordings of the rig show: that of
-/// its sensors and what the model leaves.
+/// Foretold limits and confusions under the published excitation, with the noise estimated from the residuals of baseline
+/// recordings of the rig: sensor noise and model error.
 ///
 /// # Panics
 /// If the rig cannot be recorded.

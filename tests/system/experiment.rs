@@ -1,16 +1,12 @@
-//! What surrounds a diagnosis, through the commands: what can be seen, and how far to trust what is said.
+//! `pam certify` and diagnoses with certified settings, through the commands.
 
+use crate::diagnose::read_json;
 use pam_tests::{run, stdout_of, text};
-use serde_json::Value;
 use std::path::Path;
 
 const PAM: &str = env!("CARGO_BIN_EXE_pam-under-test");
 const PROTOCOL: &str = "name = \"short\"\nconditions = [[45, 45], [60, 35]]\n\
                         [[current]]\nkind = \"sine\"\namplitude_a = 0.6\nfrequency_hz = 1.0\nduration_s = 6.0\n";
-
-fn read_json(path: &Path) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
 
 /// Run by `cargo test --release --workspace --tests -- --ignored long::`.
 mod long {
@@ -61,7 +57,7 @@ mod long {
         let d = read_json(&found.join("diagnosis.json"));
         let sentence = d["certificate"]["sentence"].as_str().unwrap();
         assert!(sentence.contains("of 2 null sets"), "{sentence}");
-        // One of the two trains, the other tests what the baseline is taken to show.
+        // Of the two recordings, one trains and the other tests the baseline.
         assert_eq!(d["baseline"]["recordings"].as_array().unwrap().len(), 1);
         std::fs::rename(&baseline, at("elsewhere")).unwrap();
         let output = diagnose(&at("again"));

@@ -25,7 +25,7 @@ use std::f64::consts::PI;
 const SLOW_BINS: f64 = 2.0;
 /// Half the width of a line under Hann's window, in bins of the length of a piece.
 const LINE_BINS: f64 = 2.0;
-/// Where the filter still takes a part of the excitation at an end of a recording, a piece is so many times as long.
+/// Length of a piece over the length of the taper at each end of a recording.
 const ENDS: f64 = 16.0;
 /// Probability that any frequency of a noise counts as one that comes and goes.
 const BY_CHANCE: f64 = 0.01;
@@ -83,8 +83,7 @@ impl Quiet {
         quiet.contains(&1.0).then_some(Self { quiet, bin_hz, piece_s })
     }
 
-    /// The quiet part of a series. It is none at the ends, where the filter takes what the series does not go on with for a part of
-    /// the excitation.
+    /// The part of a series at quiet frequencies, tapered to zero at both ends, where the filter leaks excitation into it.
     fn part(&self, series: &[f64], step_s: f64) -> Vec<f64> {
         let reach = (self.piece_s / step_s) as usize;
         let taper = (self.piece_s / ENDS / step_s).max(1.0);
@@ -103,8 +102,8 @@ impl Quiet {
     }
 }
 
-/// Whether the power at a frequency is that of an excitation which has it for some time only, as a chirp does: the largest of
-/// several exponential numbers over their sum is larger by chance with probability `n (1 − g)^(n − 1)` (Fisher 1929).
+/// Whether the power at a frequency is concentrated in time, as that of a chirp is. Of `n` exponential variables, the largest exceeds
+/// a share `g` of their sum with probability at most `n (1 − g)^(n − 1)` (Fisher 1929).
 fn comes_and_goes(pieces: impl ExactSizeIterator<Item = f64>, sum: f64, bins: usize) -> bool {
     let n = pieces.len() as f64;
     let largest = pieces.fold(0.0, f64::max) / sum.max(f64::MIN_POSITIVE);

@@ -152,9 +152,8 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
         let level = squares.sum::<f64>() / count.max(1) as f64;
         let least = by_chance.max(settings.residual.foreign_line_share);
         let clear = |l: &Line| l.share > by_chance && l.share * level > least;
-        let rings = |l: &Line| rings(problem, hypothesis, c, l.frequency_hz);
         if let Some(line) = spectrum.foreign_line(&settings.residual).filter(clear)
-            && !rings(&line)
+            && !rings(problem, hypothesis, c, line.frequency_hz)
         {
             let text = format!(
                 "{:.0} % of what is left of the {} is at {} Hz, where the excitation has nothing: something else drives \
@@ -169,8 +168,8 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
     found
 }
 
-/// Whether an error of a nuisance of an experiment, such as its start, leaves a line of this frequency in a channel: a lightly damped
-/// system goes on at its natural frequency by itself.
+/// Whether an error in a nuisance of an experiment, such as the initial state, produces a line at this frequency in a channel: a lightly
+/// damped system rings at its natural frequency.
 fn rings<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     hypothesis: &Hypothesis,

@@ -37,7 +37,7 @@ pub(crate) struct Linear {
     names: Vec<String>,
     ids: Vec<String>,
     local: Vec<Nuisance>,
-    /// What a unit of the local nuisance adds to every experiment; one where it is empty.
+    /// Response of every experiment to a unit of the local nuisance; constant if empty.
     along: Vec<f64>,
     outputs: [OutputInfo; 1],
 }

@@ -58,8 +58,8 @@ fn a_line_is_found_with_its_frequency_and_power() {
     }
 }
 
-/// What an error of the start leaves, a lightly damped system ringing at its natural frequency, is driven by nothing; the same line is
-/// a finding where no nuisance of the experiments has it.
+/// An error in the initial state makes a lightly damped system ring at its natural frequency, which is no foreign line; without such a
+/// nuisance the same line is reported.
 #[test]
 fn a_ring_is_no_foreign_line() {
     let mut random = ChaCha8Rng::seed_from_u64(8);
