@@ -47,6 +47,7 @@ const COMMANDS: &[(&str, &str)] = &[
     ("replan", "replan --out OUT"),
     ("identify", "identify --out OUT"),
     ("diagnose", "diagnose --accept --data DATA --out OUT"),
+    ("diagnose without a law", "diagnose --accept --no-law --data DATA --out OUT"),
 ];
 
 /// Longest time on the wall, which a busy machine stretches.

@@ -1,6 +1,12 @@
 //! The discrete Fourier transform: power spectra of pieces, and filters without phase.
 
+use crate::dot::dot;
 use std::f64::consts::TAU;
+
+/// Norm of what conjugate gradients leave of the right-hand side, relative to it.
+const CONVERGED: f64 = 1e-5;
+/// Largest number of steps of conjugate gradients. They end after a few for each edge of the band, by its logarithms (Slepian 1978).
+const MOST_ITERATIONS: usize = 300;
 
 /// The discrete Fourier transform `X_j = Σ_k x_k e^{−2πi jk/n}` of complex values `[re, im]`, in place, by halves (Cooley and
 /// Tukey 1965).
@@ -63,32 +69,61 @@ pub fn power_of_pieces(series: &[f64], piece: usize) -> Vec<Vec<f64>> {
     series.windows(piece).step_by(piece / 2).map(power).collect()
 }
 
-/// A series whose content at each frequency (in cycles per sample) is multiplied by a gain, without a change of phase.
+/// The part of a series that harmonics of a band of frequencies do not explain, up to both ends: the residual of ridge regression.
 ///
-/// The series goes on at both ends as its mirror image about the end, over `reach` samples, in which it fades to its mean.
+/// `band` weighs each frequency (cycles per sample), 0 outside and 1 inside. The regressors are the harmonics of a period that is
+/// `beyond` samples longer than the series at least, so that the series is not taken for periodic; a filter by a single transform
+/// would have to invent what comes before and after, and leaks the band into its surroundings there. With `S` the covariance of
+/// signals of the band and `λ` the `ridge`, the residual is `λ (S + λ I)⁻¹ (y − mean)`, by conjugate gradients with products by the fast
+/// transform: the conditional mean of white noise of variance `λ` beside a stationary signal of that spectrum (Wiener 1949).
 #[must_use]
-pub fn filtered(series: &[f64], reach: usize, gain: impl Fn(f64) -> f64) -> Vec<f64> {
+pub fn outside_band(
+    series: &[f64],
+    beyond: usize,
+    ridge: f64,
+    band: impl Fn(f64) -> f64,
+) -> Vec<f64> {
     let len = series.len();
-    let (Some(&first), Some(&last)) = (series.first(), series.last()) else { return Vec::new() };
-    let reach = reach.clamp(1, len).min(len - 1);
-    let mean = series.iter().sum::<f64>() / len as f64;
-    let n = (len + 2 * reach).next_power_of_two();
+    let n = (len + beyond).next_power_of_two();
+    let weights: Vec<f64> = (0..n).map(|j| band(j.min(n - j) as f64 / n as f64)).collect();
     let mut values = vec![[0.0; 2]; n];
-    for (value, x) in values[reach..].iter_mut().zip(series) {
-        value[0] = x - mean;
+    let mut times_covariance = |vector: &[f64], product: &mut [f64]| {
+        values.fill([0.0; 2]);
+        for (value, &x) in values.iter_mut().zip(vector) {
+            value[0] = x;
+        }
+        transform(&mut values);
+        for (value, w) in values.iter_mut().zip(&weights) {
+            // The inverse transform is that of the conjugate.
+            *value = [w * value[0], -w * value[1]];
+        }
+        transform(&mut values);
+        for ((p, value), x) in product.iter_mut().zip(&values).zip(vector) {
+            *p = value[0] / n as f64 + ridge * x;
+        }
+    };
+    let mean = series.iter().sum::<f64>() / len.max(1) as f64;
+    let mut left: Vec<f64> = series.iter().map(|x| x - mean).collect();
+    let mut solution = vec![0.0; len];
+    let mut direction = left.clone();
+    let mut product = vec![0.0; len];
+    let mut square = dot(&left, &left);
+    let enough = CONVERGED * CONVERGED * square;
+    for _ in 0..MOST_ITERATIONS {
+        if square <= enough {
+            break;
+        }
+        times_covariance(&direction, &mut product);
+        let step = square / dot(&direction, &product);
+        for k in 0..len {
+            solution[k] += step * direction[k];
+            left[k] -= step * product[k];
+        }
+        let next = dot(&left, &left);
+        for (d, l) in direction.iter_mut().zip(&left) {
+            *d = l + next / square * *d;
+        }
+        square = next;
     }
-    for k in 1..=reach {
-        let fade = 0.5 + 0.5 * (0.5 * TAU * k as f64 / (reach + 1) as f64).cos();
-        values[reach - k][0] = fade * (2.0 * first - series[k] - mean);
-        values[reach + len - 1 + k][0] = fade * (2.0 * last - series[len - 1 - k] - mean);
-    }
-    transform(&mut values);
-    for (j, value) in values.iter_mut().enumerate() {
-        let gain = gain(j.min(n - j) as f64 / n as f64);
-        // The inverse transform is that of the conjugate.
-        *value = [gain * value[0], -gain * value[1]];
-    }
-    transform(&mut values);
-    let constant = gain(0.0) * mean;
-    values[reach..reach + len].iter().map(|v| v[0] / n as f64 + constant).collect()
+    solution.iter().map(|x| ridge * x).collect()
 }

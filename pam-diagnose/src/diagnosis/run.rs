@@ -15,7 +15,6 @@ use crate::verdict::{
     Anomaly, Cause, ChannelBand, Names, Naming, Refused, Verdict, VerdictInput, is_stationary,
     ranking, share,
 };
-use pam_numerics::statistics::{root_mean_square, standard_deviation};
 use std::fmt;
 
 /// A system whose experiments have their roles.
@@ -362,13 +361,6 @@ fn repeated(causes: &[Cause]) -> Vec<&str> {
     all
 }
 
-/// Root mean square of the deviations of a measured channel from its mean in each experiment.
-fn variation<C: Candidates + ?Sized>(open: &Problem<'_, C>, output: usize) -> f64 {
-    let deviation = |&e: &usize| standard_deviation(open.system.measured(e, output));
-    let deviations: Vec<f64> = open.experiments.iter().map(deviation).collect();
-    root_mean_square(&deviations)
-}
-
 /// Channels whose noise is too much for noise: a part of their variation that goes with nothing, and that is not
 /// stationary either.
 fn unmodelled<C: Candidates + ?Sized>(
@@ -381,7 +373,7 @@ fn unmodelled<C: Candidates + ?Sized>(
     let channels = fitted_outputs(open.system).enumerate();
     let of_channel = |(k, (c, output)): (usize, (usize, &crate::search::OutputInfo))| {
         let noise = open.noise.deviation(k);
-        let much = noise > settings.unmodelled_share * variation(open, c)
+        let much = noise > settings.unmodelled_share * open.variation(c)
             && noise > settings.unmodelled_ratio * floor[k]
             && !is_stationary(open, best, k);
         let number = |v: f64| pam_core::units::significant(v, 3);
@@ -416,7 +408,7 @@ fn inadequate<C: Candidates + ?Sized>(
     let own = names.base.errors.mean();
     let mut channels = fitted_outputs(open.system).zip(&prepared.baseline_discrepancy).enumerate();
     channels.any(|(c, ((output, _), &discrepancy))| {
-        if discrepancy < settings.inadequate_share * variation(open, output) {
+        if discrepancy < settings.inadequate_share * open.variation(output) {
             return false;
         }
         let noise = open.noise.deviation(c);

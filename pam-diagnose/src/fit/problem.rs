@@ -8,6 +8,7 @@ use crate::noise::{Noise, correlated_rows};
 use crate::search::{Candidates, OutputInfo};
 use crate::settings::DiagnosisSettings;
 use pam_core::parallel;
+use pam_numerics::statistics::{root_mean_square, standard_deviation};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -159,6 +160,13 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
     pub(crate) fn rows_per_short_block(&self, place: usize) -> usize {
         let fewest = self.settings.rejection.fewest_blocks.div_ceil(self.len().max(1)).max(1);
         self.rows_per_block(place).min(self.rows(place) / fewest).max(1)
+    }
+
+    /// Root mean square of the deviations of a measured output from its mean in each experiment.
+    pub(crate) fn variation(&self, output: usize) -> f64 {
+        let deviation = |&e: &usize| standard_deviation(self.system.measured(e, output));
+        let deviations: Vec<f64> = self.experiments.iter().map(deviation).collect();
+        root_mean_square(&deviations)
     }
 
     /// The excitation in the middle of each row, experiment by experiment; empty without one.

@@ -18,15 +18,13 @@ use pam_data::{Recording, Subject};
 use pam_effects::simulation::Trial;
 use pam_numerics::fourier;
 use pam_numerics::statistics::root_mean_square;
-use std::f64::consts::PI;
 
-/// Bins of the length of a piece up to which a force counts as excitation: what is slower cannot be told from a load and, at the ends
-/// of a recording, from what comes before and after it.
-const SLOW_BINS: f64 = 2.0;
 /// Half the width of a line under Hann's window, in bins of the length of a piece.
 const LINE_BINS: f64 = 2.0;
-/// Length of a piece over the length of the taper at each end of a recording.
-const ENDS: f64 = 16.0;
+/// Share of the power of a displacement at the frequencies at which the joint follows a force.
+const NEARLY_ALL: f64 = 0.999;
+/// Power of the noise of a force over that of its excitation, at one frequency: the ridge of the regression that separates them.
+const RIDGE: f64 = 1e-6;
 /// Probability that any frequency of a noise counts as one that comes and goes.
 const BY_CHANCE: f64 = 0.01;
 /// Largest relative difference of the longest and the mean time between samples of a recording that has a spectrum.
@@ -41,7 +39,8 @@ struct Quiet {
 }
 
 impl Quiet {
-    /// The weakest frequencies that together hold at most a share of the power; `None` if there are none.
+    /// The weakest frequencies that together hold at most a share of the power, by what it can move: a mass follows a force in
+    /// proportion to the inverse square of its frequency. `None` if there are none.
     fn of(recording: &Recording, settings: &DiagnosisSettings) -> Option<Self> {
         let force = driving_force(recording);
         let (t0, t1) = recording.span_s();
@@ -54,52 +53,68 @@ impl Quiet {
         let piece = wanted.min(force.len()).max(2);
         let pieces = fourier::power_of_pieces(force, piece);
         let bins = pieces.first().map_or(0, Vec::len);
-        let power: Vec<f64> = (0..bins).map(|j| pieces.iter().map(|p| p[j]).sum()).collect();
-        let whole: f64 = power.iter().sum();
+        if bins < 2 {
+            return None;
+        }
+        let bin_hz = 0.5 / sample_s / (bins - 1) as f64;
+        let piece_s = piece as f64 * sample_s;
+        let moves_below = moves_below(&recording.displacement_mm, piece);
+        let power: Vec<f64> = pieces
+            .iter()
+            .fold(vec![0.0; bins], |sum, p| sum.iter().zip(p).map(|(a, b)| a + b).collect());
+        let moving: Vec<f64> = (0..bins)
+            .map(|j| power[j] * (moves_below as f64 / j.max(1) as f64).min(1.0).powi(4))
+            .collect();
+        let whole: f64 = moving.iter().sum();
         if whole <= 0.0 {
             return None;
         }
-        let bin_hz = 0.5 / sample_s / (power.len() - 1) as f64;
-        let piece_s = piece as f64 * sample_s;
         let mut order: Vec<usize> = (0..power.len()).collect();
-        order.sort_by(|&a, &b| power[a].total_cmp(&power[b]));
+        order.sort_by(|&a, &b| moving[a].total_cmp(&moving[b]));
         let mut excited = vec![true; power.len()];
         let mut held = 0.0;
         for j in order {
-            held += power[j];
+            held += moving[j];
             if held > settings.noise.quiet_share * whole {
                 break;
             }
             excited[j] = comes_and_goes(pieces.iter().map(|p| p[j]), power[j], bins);
         }
-        let bins = |pieces: f64| (pieces / piece_s / bin_hz).ceil() as usize;
-        let (slow, reach) = (bins(SLOW_BINS), bins(LINE_BINS));
+        let reach = (LINE_BINS / piece_s / bin_hz).ceil() as usize;
         let quiet: Vec<f64> = (0..power.len())
             .map(|j| {
                 let near = j.saturating_sub(reach)..(j + reach + 1).min(power.len());
-                if j <= slow || excited[near].contains(&true) { 0.0 } else { 1.0 }
+                if excited[near].contains(&true) { 0.0 } else { 1.0 }
             })
             .collect();
         quiet.contains(&1.0).then_some(Self { quiet, bin_hz, piece_s })
     }
 
-    /// The part of a series at quiet frequencies, tapered to zero at both ends, where the filter leaks excitation into it.
+    /// The part of a series at quiet frequencies.
     fn part(&self, series: &[f64], step_s: f64) -> Vec<f64> {
-        let reach = (self.piece_s / step_s) as usize;
-        let taper = (self.piece_s / ENDS / step_s).max(1.0);
-        let mut part = fourier::filtered(series, reach, |per_sample| {
+        let beyond = (self.piece_s / step_s) as usize;
+        fourier::outside_band(series, beyond, RIDGE, |per_sample| {
             let at = per_sample / step_s / self.bin_hz;
             let k = (at as usize).min(self.quiet.len() - 1);
             let next = self.quiet[(k + 1).min(self.quiet.len() - 1)];
-            self.quiet[k] + (at - k as f64).clamp(0.0, 1.0) * (next - self.quiet[k])
-        });
-        let last = part.len().saturating_sub(1);
-        for (k, value) in part.iter_mut().enumerate() {
-            let from_end = k.min(last - k) as f64 / taper;
-            *value *= (0.5 * PI * from_end.min(1.0)).sin().powi(2);
-        }
-        part
+            let quiet = self.quiet[k] + (at - k as f64).clamp(0.0, 1.0) * (next - self.quiet[k]);
+            1.0 - quiet
+        })
     }
+}
+
+/// The bin below which nearly all power of a displacement is.
+fn moves_below(displacement_mm: &[f64], piece: usize) -> usize {
+    let pieces = fourier::power_of_pieces(displacement_mm, piece);
+    let bins = pieces.first().map_or(0, Vec::len);
+    let power = |j: usize| pieces.iter().map(|p| p[j]).sum::<f64>();
+    let whole: f64 = (0..bins).map(power).sum();
+    let mut held = 0.0;
+    let found = (0..bins).find(|&j| {
+        held += power(j);
+        held >= NEARLY_ALL * whole
+    });
+    found.unwrap_or(0).max(1)
 }
 
 /// Whether the power at a frequency is concentrated in time, as that of a chirp is. Of `n` exponential variables, the largest exceeds

@@ -130,8 +130,8 @@ settings! {
 settings! {
     /// The noise of each channel, from what a flexible model cannot learn.
     "noise" NoiseSettings {
-        /// Part of a channel's variation that joins the first estimate of its noise, which serves until the noise is
-        /// learned.
+        /// Part of a channel's variation that the errors of solver, grid and filters may have: it joins the first estimate of the
+        /// noise, which serves until the noise is learned, and no spectral line is smaller.
         relative: f64 = 4e-3, "–", SHARE, STUDIES;
         /// Standard deviation of the model's own error where no baseline recordings tell it, as a part of a channel's
         /// variation: it moves as the channel does.

@@ -5,7 +5,7 @@ use crate::noise::{Autoregression, autocovariance};
 use crate::residual::{Line, Spectrum, TimeProfile};
 use crate::search::Candidates;
 use pam_core::units::significant;
-use pam_numerics::statistics::{chi_square_quantile, mean, t_quantile};
+use pam_numerics::statistics::{chi_square_quantile, mean, root_mean_square, t_quantile};
 use serde::Serialize;
 
 /// Something in the residual of one channel that no noise does.
@@ -46,7 +46,7 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
     let count: usize = (0..problem.len()).map(|i| problem.rows(i)).sum();
     let tail = (1.0 - settings.verdict.event_probability) / (2 * count.max(1)) as f64;
     let largest = t_quantile(1.0 - tail, settings.verdict.event_freedom);
-    for (c, (_, output)) in fitted_outputs(problem.system).enumerate() {
+    for (c, (place, output)) in fitted_outputs(problem.system).enumerate() {
         let anomaly = |kind, recording: Option<usize>, time_s, frequency_hz, description| Anomaly {
             kind,
             channel: output.key.clone(),
@@ -55,7 +55,7 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
             frequency_hz,
             description,
         };
-        // A slow change of the root mean square that errors of the model have by themselves is none of the recordings.
+        // A drift, a step or a line of the root mean square that errors of the model have by themselves is none of the recordings.
         let own = settings.verdict.inadequate_ratio * problem.noise.discrepancy(c);
         for (i, rows) in rows.iter().enumerate() {
             let Some([plain, white]) = rows else { continue };
@@ -151,7 +151,17 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
         let squares = white.iter().flat_map(|w| w.iter()).map(|v| v * v);
         let level = squares.sum::<f64>() / count.max(1) as f64;
         let least = by_chance.max(settings.residual.foreign_line_share);
-        let clear = |l: &Line| l.share > by_chance && l.share * level > least;
+        let plain: Vec<&[f64]> =
+            rows.iter().flatten().map(|[plain, _]| plain[c].as_slice()).collect();
+        let by_frequency = Spectrum::new(row_s, &plain, &[], &settings.residual);
+        let variance = root_mean_square(&centred(&plain)).powi(2);
+        // The error of an integration step at a kink of the force depends on the phase within the step, which beats with the
+        // excitation: the simulation has lines of its own.
+        let smallest = own.max(settings.noise.relative * problem.variation(place));
+        let clear = |l: &Line| {
+            let size = (by_frequency.lobe(l.frequency_hz) * variance).sqrt();
+            l.share > by_chance && l.share * level > least && size > smallest
+        };
         if let Some(line) = spectrum.foreign_line(&settings.residual).filter(clear)
             && !rings(problem, hypothesis, c, line.frequency_hz)
         {
@@ -166,6 +176,15 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
         }
     }
     found
+}
+
+/// The rows of several series, each less its mean.
+fn centred(series: &[&[f64]]) -> Vec<f64> {
+    let of = |rows: &&[f64]| {
+        let centre = mean(rows);
+        rows.iter().map(move |r| r - centre).collect::<Vec<_>>()
+    };
+    series.iter().flat_map(of).collect()
 }
 
 /// Whether an error in a nuisance of an experiment, such as the initial state, produces a line at this frequency in a channel: a lightly
