@@ -11,6 +11,9 @@ use pam_numerics::statistics::t_quantile_95;
 use pam_vocabulary::ParameterInfo;
 use serde::Serialize;
 
+/// Half a 95 % interval of a normal variable in standard deviations.
+pub(crate) const HALF_WIDTH: f64 = 1.96;
+
 /// A value with its 95 % confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Interval {

@@ -13,8 +13,8 @@ mod normal;
 mod problem;
 mod unseen;
 
-pub(crate) use covariance::Influences;
 pub use covariance::Interval;
+pub(crate) use covariance::{HALF_WIDTH, Influences};
 #[cfg(feature = "joint")]
 pub(crate) use hypothesis::FittedParameter;
 pub(crate) use hypothesis::coordinate;

@@ -13,7 +13,7 @@ use crate::remainder::{Ground, Remainder, RemainderOutcome, named_and_settled, n
 use pam_effects::effects::AnyEffect;
 use pam_effects::expression;
 use pam_effects::model::{ActiveEffect, ExtendedModel};
-use pam_effects::simulation::Trial;
+use pam_effects::simulation::{Trial, needed_substeps};
 
 /// Learns what the named causes of a diagnosis leave of the error: a smooth correction of the forces, of the air or of the
 /// sensors, through the simulation, and a short law in its place if there is one
@@ -76,7 +76,9 @@ pub fn learn_remainder(
         settings,
         seed: options.seed,
     };
-    let pieces = pieces(&space.trials, &space.open, &settings.remainder);
+    // As many integration steps, where the mechanics is so fast that a grid step is divided.
+    let substeps = trials.iter().map(|t| needed_substeps(t, &space.base)).max().unwrap_or(1);
+    let pieces = pieces(&space.trials, &space.open, &settings.remainder, substeps);
     let rest = match pieces {
         None => rest(&Data::whole(&space, &ground), found.verdict, progress)?,
         Some(pieces) => {

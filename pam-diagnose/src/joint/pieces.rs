@@ -20,7 +20,7 @@ const CELLS: usize = 8;
 const STARTS: usize = 4;
 
 /// Pieces of the open parts of recordings that have [`RemainderSettings::most_s`] together, and
-/// [`RemainderSettings::most_of_one_s`] of each recording; `None` if the parts are no longer. Each recording, whose pressures no
+/// [`RemainderSettings::most_of_one_s`] of each recording, both over the number of `substeps`; `None` if the parts are no longer. Each recording, whose pressures no
 /// other one has, keeps its share of the time. Its pieces are chosen one after the other:
 /// the next is the one that adds most to the sum of `ln(1 + n)` over cells of displacement and velocity in which the motion has
 /// `n` points.
@@ -28,7 +28,10 @@ pub(super) fn pieces(
     trials: &[&Trial],
     open: &[OpenPart],
     settings: &RemainderSettings,
+    substeps: usize,
 ) -> Option<Vec<Piece>> {
+    let divided = |s: f64| (s / substeps.max(1) as f64).max(settings.piece_s.min(s));
+    let [most_s, most_of_one_s] = [settings.most_s, settings.most_of_one_s].map(divided);
     let in_part = |part: &OpenPart| trials[part.experiment].record.points_within(part.end_s);
     let points: Vec<usize> = open.iter().map(in_part).collect();
     let length_s = |(part, &points): (&OpenPart, &usize)| {
@@ -36,14 +39,14 @@ pub(super) fn pieces(
     };
     let whole_s: f64 = open.iter().zip(&points).map(length_s).sum();
     let longest_s = open.iter().zip(&points).map(length_s).fold(0.0, f64::max);
-    if whole_s <= settings.most_s && longest_s <= settings.most_of_one_s {
+    if whole_s <= most_s && longest_s <= most_of_one_s {
         return None;
     }
-    let share = (settings.most_s / whole_s).min(1.0);
+    let share = (most_s / whole_s).min(1.0);
     let mut all = Vec::new();
     for (part, &points) in open.iter().zip(&points) {
         let record = &trials[part.experiment].record;
-        let most = settings.most_of_one_s / record.step_s;
+        let most = most_of_one_s / record.step_s;
         let kept = (share * points as f64).min(most) as usize;
         let count = ((kept as f64 * record.step_s / settings.piece_s) as usize).max(1);
         let length = (kept / count).max(2).min(points);

@@ -126,7 +126,8 @@ pub(super) fn diverges() -> DiagnoseError {
 }
 
 /// Fits the error that remains after the named causes and searches for a law. If there is none, and some causes come and go or change
-/// their values, a law may stand for those: it takes their place if it is more probable on the open rows.
+/// their values, a law may stand for those: it takes their place if it is more probable on the open rows. One recording, whose end
+/// is all that confirms either, is not asked twice.
 pub(crate) fn rest(
     data: &Data<'_>,
     verdict: Verdict,
@@ -135,7 +136,9 @@ pub(crate) fn rest(
     let found = rest_beside(data, verdict, done)?;
     let ((_, ground), (_, chosen)) = (data.whole, data.chosen);
     let is_law = found.remainder.outcome == RemainderOutcome::Law;
-    if is_law || verdict == Verdict::Explained || ground.settled.len() == ground.named.len() {
+    let is_settled = ground.settled.len() == ground.named.len();
+    let one_recording = matches!(ground.roles.test_data, Some(TestData::LastPart { .. }));
+    if is_law || verdict == Verdict::Explained || is_settled || one_recording {
         return Ok(found);
     }
     let whole = ground.beside(ground.settled.clone());

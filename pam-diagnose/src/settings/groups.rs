@@ -330,7 +330,7 @@ settings! {
         /// Multiple of its standard error from which a step of the mean of a residual counts.
         step_ratio: f64 = 6.0, "–", FACTOR, STUDIES;
         /// A cause is minor if it removes less than this share of what all named causes remove.
-        minor_share: f64 = 0.005, "–", SHARE, STUDIES;
+        minor_share: f64 = 0.02, "–", SHARE, STUDIES;
         /// All causes are minor if they remove less than this share of the squared residual.
         minor_of_residual: f64 = 0.05, "–", SHARE, STUDIES;
         /// A cause is not minor if without it the mean square of some channel rises by at least this multiple of the variance

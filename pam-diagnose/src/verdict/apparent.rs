@@ -1,13 +1,11 @@
 //! Values that a cause would seem to have where it is absent.
 
-use crate::fit::{Interval, Problem};
+use crate::fit::{HALF_WIDTH, Interval, Problem};
 use crate::search::Candidates;
 use pam_core::parallel;
 use pam_numerics::statistics::t_quantile_95;
 use pam_vocabulary::ParameterInfo;
 
-/// Half a 95 % interval in standard deviations.
-const HALF_WIDTH: f64 = 1.96;
 /// Iterations of the weights of a variance between recordings.
 const ITERATIONS: usize = 20;
 

@@ -32,6 +32,9 @@ pub struct Cause {
     /// uncertain can be as measured without it.
     #[serde(skip)]
     pub minor: bool,
+    /// Whether its parameters may all be at the values at which it is absent.
+    #[serde(skip)]
+    pub(crate) may_be_absent: bool,
     /// Posterior probability that it is at work, over the sets that were fitted.
     pub inclusion: f64,
     /// Candidates that explain nearly as much in its place.

@@ -1,29 +1,43 @@
 //! What the model's own errors add to the intervals of named causes.
 
-use crate::fit::{Fit, Problem};
+use crate::fit::{Fit, HALF_WIDTH, Problem};
 use crate::residual::flexible::FeatureRows;
 use crate::search::Candidates;
 
-/// Half a 95 % interval in standard deviations.
-const HALF_WIDTH: f64 = 1.96;
+/// By how much errors of the model, each by one standard deviation, move the fitted parameters.
+pub(crate) struct ModelErrors {
+    /// For each fitted parameter, in the coordinate in which it is fitted, one value for each error.
+    moved: Vec<Vec<f64>>,
+}
 
-/// Half the 95 % interval that the model's own errors give each fitted parameter, in the coordinate in which it is fitted; zeros
-/// where the fit cannot be simulated.
+impl ModelErrors {
+    /// Half the 95 % interval that they give a parameter.
+    pub(crate) fn half_width(&self, parameter: usize) -> f64 {
+        HALF_WIDTH * self.covariance(parameter, parameter).sqrt()
+    }
+
+    /// The covariance that they give two parameters.
+    pub(crate) fn covariance(&self, i: usize, j: usize) -> f64 {
+        self.moved[i].iter().zip(&self.moved[j]).map(|(a, b)| a * b).sum()
+    }
+}
+
+/// What the model's own errors do to each fitted parameter; nothing where the fit cannot be simulated.
 ///
 /// Errors of a model repeat with the motion, in all recordings alike. So no scatter of residuals between blocks or recordings
 /// shows what they do to a parameter that they look like, and more data make an interval shorter and not right (Brynjarsdóttir and
 /// O'Hagan 2014). The error of each channel is a sum of features of the motion with independent coefficients
 /// of mean zero, scaled so that each of them has the same part of the [discrepancy](crate::noise::Noise::discrepancy) that the
 /// model is known to have; each coefficient moves the parameters by `H⁻¹ Jᵀ W φ`.
-pub(crate) fn discrepancy_half_widths<C: Candidates + ?Sized>(
+pub(crate) fn model_errors<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     fit: &Fit,
-) -> Vec<f64> {
+) -> ModelErrors {
     let parameters = fit.hypothesis.parameters(problem.system).len();
-    widths(problem, fit).unwrap_or_else(|| vec![0.0; parameters])
+    ModelErrors { moved: moved(problem, fit).unwrap_or_else(|| vec![Vec::new(); parameters]) }
 }
 
-fn widths<C: Candidates + ?Sized>(problem: &Problem<'_, C>, fit: &Fit) -> Option<Vec<f64>> {
+fn moved<C: Candidates + ?Sized>(problem: &Problem<'_, C>, fit: &Fit) -> Option<Vec<Vec<f64>>> {
     let rows = FeatureRows::gather(problem, &fit.hypothesis)?;
     let channels = problem.noise.channels();
     let (n, count) = (rows.len().max(1) as f64, rows.features.len());
@@ -46,7 +60,5 @@ fn widths<C: Candidates + ?Sized>(problem: &Problem<'_, C>, fit: &Fit) -> Option
             })
             .collect()
     };
-    let moved = problem.moved_by(fit, channels * count, series).ok()?;
-    let width = |by: &Vec<f64>| HALF_WIDTH * by.iter().map(|m| m * m).sum::<f64>().sqrt();
-    Some(moved.iter().map(width).collect())
+    problem.moved_by(fit, channels * count, series).ok()
 }

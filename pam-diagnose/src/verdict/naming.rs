@@ -2,14 +2,16 @@
 
 use super::apparent::apparent;
 use super::cause::{Alternative, Cause, Refused};
-use super::discrepancy::discrepancy_half_widths;
+use super::discrepancy::{ModelErrors, model_errors};
 use super::outcome::share;
 use crate::error::DiagnoseError;
-use crate::fit::{Fit, Hypothesis, Interval, Member, Problem};
+use crate::fit::{Fit, HALF_WIDTH, Hypothesis, Interval, Member, Problem};
 use crate::onset::{Pattern, TimedSet, Times, moved_in_time, time_interval};
 use crate::rejection::{ParameterStability, StabilityTest, may_be_absent, vague};
 use crate::search::refit::{multi_start, other_shapes};
 use crate::search::{Candidates, Findings, Rows, Scored};
+use pam_numerics::dot;
+use pam_vocabulary::ParameterInfo;
 
 /// Everything from which names follow.
 pub(crate) struct Naming<'n, 'a, C: ?Sized> {
@@ -56,7 +58,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             let best = moved_in_time(problem, multi_start(problem, fit));
             let mut causes = self.causes(&base, &best)?;
             let reason = |(place, c): (usize, &Cause)| {
-                let why = if self.absent(c) {
+                let why = if c.may_be_absent {
                     "its interval holds the value at which it is absent"
                 } else if vague(problem, c) {
                     "the interval of its scale says nothing"
@@ -133,7 +135,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let problem = &self.rows.whole;
         let mut intervals = problem.intervals(best)?.into_iter();
         let influences = problem.influences(best)?;
-        let of_model = discrepancy_half_widths(problem, best);
+        let of_model = model_errors(problem, best);
         let (named, from) = (self.chi_square(best), self.chi_square(base));
         // Only the share of the error is read of these fits.
         let iterations = problem.settings.search.tried_iterations;
@@ -152,8 +154,13 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 let fitted = first..first + own_len;
                 first += len;
                 let stability = ParameterStability::of(problem, &best.hypothesis, place, own);
-                let model = &of_model[fitted.clone()];
-                let mut parameters = self.widened(best, place, (own, model), stability.as_ref());
+                let further = self.further(best, place, stability.as_ref());
+                let errors = (&of_model, fitted.start, further.as_slice());
+                let mut parameters = widened(problem, (best, place), own, errors);
+                let pairs = info.parameters.iter().zip(parameters.iter().map(|p| p.1));
+                let may_be_absent = may_be_absent(pairs, |i, j| {
+                    covariance((own, &influences.values[fitted.clone()]), errors, i, j)
+                });
                 let acts = Times::of(problem.system, &self.experiments(), member, times);
                 if member.schedule.as_ref().is_some_and(|s| s.pattern != Pattern::Each) {
                     let names = member.schedule.iter().flat_map(|s| &s.times).map(|p| p.name);
@@ -179,6 +186,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                     rise_without: less.as_ref().map_or(0.0, |f| largest_rise(best, f)),
                     strain_without: less.map_or(0.0, |f| problem.prior_strain(&f.hypothesis)),
                     minor: false,
+                    may_be_absent,
                     inclusion: inclusion[member.candidate],
                     confusable_with: alternatives.iter().map(|a| id(a.candidate)).collect(),
                     alternatives_by_name: alternatives
@@ -317,51 +325,69 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         }
     }
 
-    /// Whether the widened intervals hold that there is no such cause. The scatter of the residuals alone spoke for
-    /// it, or it would not be in the set; errors of the model that change from part to part, or its apparent value on
-    /// baseline recordings, are as large as it is.
-    fn absent(&self, cause: &Cause) -> bool {
-        let infos = self.rows.whole.system.candidate(cause.member.candidate).parameters;
-        may_be_absent(infos.iter().zip(cause.parameters.iter().map(|p| p.1)))
-    }
-
-    /// The intervals of a cause's parameters with what the scatter of the residuals does not show: `model`, what errors of the
-    /// model that repeat with the motion may add, those that change from part to part, the apparent value on baseline
-    /// recordings, and other shapes of the same cause that fit as well. No end leaves the range of its parameter.
-    fn widened(
+    /// Half the 95 % intervals by what the scatter of the residuals does not show: values of a cause's parameters that change from
+    /// part to part, and their apparent values on baseline recordings.
+    fn further(
         &self,
         best: &Fit,
         place: usize,
-        (own, model): (&[Interval], &[f64]),
         stability: Option<&ParameterStability>,
-    ) -> Vec<(&'static str, Interval)> {
+    ) -> Vec<f64> {
         let problem = &self.rows.whole;
         let member = &best.hypothesis.members[place];
-        let infos = problem.system.candidate(member.candidate).parameters;
-        let diagnosed = problem.len();
+        let count = problem.system.candidate(member.candidate).parameters.len();
         let apparent = self.baseline.map_or_else(
-            || vec![0.0; infos.len()],
-            |baseline| apparent(baseline, member.candidate, member.own(), diagnosed),
+            || vec![0.0; count],
+            |baseline| apparent(baseline, member.candidate, member.own(), problem.len()),
         );
-        let mut intervals: Vec<Interval> = own
-            .iter()
-            .zip(infos)
-            .enumerate()
-            .map(|(k, (interval, info))| {
-                let parts = stability.and_then(|c| c.half_widths.get(k)).copied().unwrap_or(0.0);
-                interval.widened(parts.hypot(apparent[k]).hypot(model[k]), *info)
-            })
-            .collect();
-        for shape in other_shapes(problem, best, place) {
-            for (interval, value) in intervals.iter_mut().zip(shape) {
-                interval.ci95 = [interval.ci95[0].min(value), interval.ci95[1].max(value)];
-            }
-        }
-        for (interval, info) in intervals.iter_mut().zip(infos) {
-            interval.ci95 = interval.ci95.map(|end| end.clamp(info.range[0], info.range[1]));
-        }
-        infos.iter().map(|p| p.name).zip(intervals).collect()
+        let parts = |k: usize| stability.and_then(|c| c.half_widths.get(k)).copied().unwrap_or(0.0);
+        apparent.iter().enumerate().map(|(k, apparent)| parts(k).hypot(*apparent)).collect()
     }
+}
+
+/// What adds to the scatter of the residuals: errors of the model that repeat with the motion, the place of a cause's first parameter
+/// among those that they move, and [half widths](Naming::further) of each of its parameters.
+type Errors<'e> = (&'e ModelErrors, usize, &'e [f64]);
+
+/// The intervals of a cause's parameters with what the scatter of the residuals does not show, and with other shapes of the same
+/// cause that fit as well. No end leaves the range of its parameter.
+fn widened<C: Candidates + ?Sized>(
+    problem: &Problem<'_, C>,
+    (best, place): (&Fit, usize),
+    own: &[Interval],
+    (model, first, further): Errors<'_>,
+) -> Vec<(&'static str, Interval)> {
+    let infos = problem.system.candidate(best.hypothesis.members[place].candidate).parameters;
+    let widen = |(k, (interval, info)): (usize, (&Interval, &ParameterInfo))| {
+        interval.widened(further[k].hypot(model.half_width(first + k)), *info)
+    };
+    let mut intervals: Vec<Interval> = own.iter().zip(infos).enumerate().map(widen).collect();
+    for shape in other_shapes(problem, best, place) {
+        for (interval, value) in intervals.iter_mut().zip(shape) {
+            interval.ci95 = [interval.ci95[0].min(value), interval.ci95[1].max(value)];
+        }
+    }
+    for (interval, info) in intervals.iter_mut().zip(infos) {
+        interval.ci95 = interval.ci95.map(|end| end.clamp(info.range[0], info.range[1]));
+    }
+    infos.iter().map(|p| p.name).zip(intervals).collect()
+}
+
+/// The covariance of two parameters of a cause, of all that its intervals hold. The scatter of the residuals correlates them as the
+/// influences of the blocks are.
+fn covariance(
+    (own, influences): (&[Interval], &[Vec<f64>]),
+    (model, first, further): Errors<'_>,
+    i: usize,
+    j: usize,
+) -> f64 {
+    let deviation = |k: usize| 0.5 * (own[k].ci95[1] - own[k].ci95[0]) / HALF_WIDTH;
+    let product = |i: usize, j: usize| dot(&influences[i], &influences[j]);
+    let size = (product(i, i) * product(j, j)).sqrt().max(f64::MIN_POSITIVE);
+    let alone = if i == j { (further[i] / HALF_WIDTH).powi(2) } else { 0.0 };
+    product(i, j) / size * deviation(i) * deviation(j)
+        + model.covariance(first + i, first + j)
+        + alone
 }
 
 /// The largest rise of a channel's whitened mean square from one fit to another.
