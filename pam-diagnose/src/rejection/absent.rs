@@ -1,6 +1,6 @@
 //! Names whose intervals hold that they are absent.
 
-use crate::fit::{Interval, Problem};
+use crate::fit::{HALF_WIDTH, Interval, Problem};
 use crate::search::Candidates;
 use crate::verdict::Cause;
 use pam_numerics::statistics::chi_square_quantile;
@@ -14,26 +14,33 @@ const REGION: f64 = 0.95;
 /// without such a parameter.
 ///
 /// Each interval holds that value, and so does the region of all of them together: two biases of which only the difference is
-/// known have wide intervals each, and are not both zero. The statistic `dᵀ C⁻¹ d` of the deviations `d` has the χ² distribution
-/// of their number (Wald 1943). `covariance` is by the places of the parameters.
+/// known have wide intervals each, and are not both zero. With the `covariance` `C` of the parameters, by their places, the deviations
+/// `d` are furthest from zero along `w = C⁻¹ d`. The statistic `(wᵀ d)² / (wᵀ C w + σ²)` has the χ² distribution of their number
+/// (Wald 1943); `further` gives half a 95 % interval of `wᵀ d` for other reasons, from which `σ` follows.
 pub(crate) fn may_be_absent<'p>(
     parameters: impl IntoIterator<Item = (&'p ParameterInfo, Interval)>,
     covariance: impl Fn(usize, usize) -> f64,
+    further: impl Fn(&[f64]) -> f64,
 ) -> bool {
-    let all = parameters.into_iter().enumerate();
-    let offs: Vec<(usize, f64, Interval)> =
-        all.filter_map(|(k, (info, i))| Some((k, info.off?, i))).collect();
-    if offs.is_empty() || !offs.iter().all(|(_, off, interval)| interval.contains(*off)) {
+    let all: Vec<(&ParameterInfo, Interval)> = parameters.into_iter().collect();
+    let off = |k: &usize| all[*k].0.off;
+    let offs: Vec<(usize, f64)> = (0..all.len()).filter_map(|k| Some((k, off(&k)?))).collect();
+    if offs.is_empty() || !offs.iter().all(|&(k, off)| all[k].1.contains(off)) {
         return false;
     }
     if offs.len() < 2 {
         return true;
     }
     let entry = |i: usize, j: usize| covariance(offs[i].0, offs[j].0);
-    let deviations: Vec<f64> = offs.iter().map(|(_, off, i)| i.value - off).collect();
-    let solved = ScaledCholesky::new(offs.len(), entry, 0.0).and_then(|f| f.solve(&deviations));
-    let most = chi_square_quantile(REGION, offs.len() as f64);
-    solved.is_none_or(|solved| dot(&deviations, &solved) <= most)
+    let deviations: Vec<f64> = offs.iter().map(|&(k, off)| all[k].1.value - off).collect();
+    let along = ScaledCholesky::new(offs.len(), entry, 0.0).and_then(|f| f.solve(&deviations));
+    let Some(along) = along else { return true };
+    let mut weights = vec![0.0; all.len()];
+    offs.iter().zip(&along).for_each(|(&(k, _), w)| weights[k] = *w);
+    // As C⁻¹ d, both the deviation and its variance.
+    let size = dot(&deviations, &along);
+    let variance = size + (further(&weights) / HALF_WIDTH).powi(2);
+    size * size / variance <= chi_square_quantile(REGION, offs.len() as f64)
 }
 
 /// Whether the interval of a scale of a cause says nothing.

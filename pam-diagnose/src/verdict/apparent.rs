@@ -9,34 +9,64 @@ use pam_vocabulary::ParameterInfo;
 /// Iterations of the weights of a variance between recordings.
 const ITERATIONS: usize = 20;
 
-/// Half the 95 % interval of each value that a candidate would seem to have where it is absent: errors of the model look like it,
-/// in each baseline recording by another value. For the mean of so many recordings as are diagnosed beside so many baseline
-/// recordings; zero for what is no magnitude.
-pub(super) fn apparent<C: Candidates + ?Sized>(
-    baseline: &Problem<'_, C>,
-    candidate: usize,
-    values: &[f64],
+/// The values that a candidate would seem to have where it is absent: errors of the model look like it, in each baseline recording by
+/// another value.
+pub(super) struct Apparent {
+    /// For each baseline recording the deviations of the parameters from the values at which they are off, with standard errors.
+    each: Vec<Vec<[f64; 2]>>,
+    /// Whether a parameter is a magnitude: scales and times are none.
+    magnitudes: Vec<bool>,
+    /// Recordings that are diagnosed.
     diagnosed: usize,
-) -> Vec<f64> {
-    let infos = baseline.system.candidate(candidate).parameters;
-    let iterations = baseline.settings.intervals.baseline_iterations;
-    let each: Vec<Vec<Interval>> = parallel::map(baseline.len(), |i| {
-        let alone = baseline.part(i, baseline.windows[i].clone());
-        let fit = alone.fit(alone.base().with(candidate, values), iterations).ok()?;
-        alone.intervals(&fit).ok()
-    })
-    .into_iter()
-    .flatten()
-    .collect();
-    let of = |(k, info): (usize, &ParameterInfo)| {
-        let (Some(off), false) = (info.off, info.logarithmic) else { return 0.0 };
+}
+
+impl Apparent {
+    /// Fits a candidate alone to each baseline recording; nothing without them.
+    pub(super) fn of<C: Candidates + ?Sized>(
+        baseline: Option<&Problem<'_, C>>,
+        (candidate, values): (usize, &[f64]),
+        diagnosed: &Problem<'_, C>,
+    ) -> Self {
+        let infos = diagnosed.system.candidate(candidate).parameters;
         let error = |i: &Interval| 0.5 * (i.ci95[1] - i.ci95[0]) / HALF_WIDTH;
-        let seen: Vec<[f64; 2]> = each.iter().map(|i| [i[k].value - off, error(&i[k])]).collect();
+        let seen =
+            |(i, info): (&Interval, &ParameterInfo)| [i.value - info.off.unwrap_or(0.0), error(i)];
+        let each = baseline.map_or_else(Vec::new, |baseline| {
+            let iterations = baseline.settings.intervals.baseline_iterations;
+            let all = parallel::map(baseline.len(), |i| {
+                let alone = baseline.part(i, baseline.windows[i].clone());
+                let fit = alone.fit(alone.base().with(candidate, values), iterations).ok()?;
+                let intervals = alone.intervals(&fit).ok()?;
+                Some(intervals.iter().zip(infos).map(seen).collect::<Vec<_>>())
+            });
+            all.into_iter().flatten().collect()
+        });
+        let magnitude = |p: &ParameterInfo| p.off.is_some() && !p.logarithmic;
+        Self { each, magnitudes: infos.iter().map(magnitude).collect(), diagnosed: diagnosed.len() }
+    }
+
+    /// Half the 95 % interval of a parameter for this reason; zero for what is no magnitude.
+    pub(super) fn half_width(&self, parameter: usize) -> f64 {
+        let mut weights = vec![0.0; self.magnitudes.len()];
+        weights[parameter] = 1.0;
+        self.half_width_of(&weights)
+    }
+
+    /// The same of a sum of parameters with these weights: for the mean of so many recordings as are diagnosed beside so many
+    /// baseline recordings.
+    pub(super) fn half_width_of(&self, weights: &[f64]) -> f64 {
+        let along = |recording: &Vec<[f64; 2]>| {
+            let terms = recording.iter().zip(weights).zip(&self.magnitudes).filter(|(_, is)| **is);
+            let [value, square] = terms.fold([0.0, 0.0], |[value, square], (([v, s], w), _)| {
+                [value + w * v, square + (w * s).powi(2)]
+            });
+            [value, square.sqrt()]
+        };
+        let seen: Vec<[f64; 2]> = self.each.iter().map(along).collect();
         between_recordings(&seen).map_or(0.0, |(deviation, count)| {
-            t_quantile_95(count) * deviation * (1.0 / diagnosed as f64 + 1.0 / count).sqrt()
+            t_quantile_95(count) * deviation * (1.0 / self.diagnosed as f64 + 1.0 / count).sqrt()
         })
-    };
-    infos.iter().enumerate().map(of).collect()
+    }
 }
 
 /// The standard deviation about zero of a value that differs between recordings, from one estimate `v_i` with its standard error

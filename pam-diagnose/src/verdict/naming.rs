@@ -1,6 +1,6 @@
 //! From a chosen set to names that stand.
 
-use super::apparent::apparent;
+use super::apparent::Apparent;
 use super::cause::{Alternative, Cause, Refused};
 use super::discrepancy::{ModelErrors, model_errors};
 use super::outcome::share;
@@ -154,13 +154,18 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                 let fitted = first..first + own_len;
                 first += len;
                 let stability = ParameterStability::of(problem, &best.hypothesis, place, own);
-                let further = self.further(best, place, stability.as_ref());
-                let errors = (&of_model, fitted.start, further.as_slice());
-                let mut parameters = widened(problem, (best, place), own, errors);
+                let apparent =
+                    Apparent::of(self.baseline, (member.candidate, member.own()), problem);
+                let parts = stability.as_ref().map_or(&[][..], |s| &s.half_widths);
+                let errors = Errors { model: &of_model, first: fitted.start, parts };
+                let mut parameters = widened(problem, (best, place), own, &errors, &apparent);
                 let pairs = info.parameters.iter().zip(parameters.iter().map(|p| p.1));
-                let may_be_absent = may_be_absent(pairs, |i, j| {
-                    covariance((own, &influences.values[fitted.clone()]), errors, i, j)
-                });
+                let of_rows = (own, &influences.values[fitted.clone()]);
+                let may_be_absent = may_be_absent(
+                    pairs,
+                    |i, j| errors.covariance(of_rows, i, j),
+                    |weights| apparent.half_width_of(weights),
+                );
                 let acts = Times::of(problem.system, &self.experiments(), member, times);
                 if member.schedule.as_ref().is_some_and(|s| s.pattern != Pattern::Each) {
                     let names = member.schedule.iter().flat_map(|s| &s.times).map(|p| p.name);
@@ -324,42 +329,52 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             refused.push(Refused { effect: id.to_owned(), inclusion, reason });
         }
     }
+}
 
-    /// Half the 95 % intervals by what the scatter of the residuals does not show: values of a cause's parameters that change from
-    /// part to part, and their apparent values on baseline recordings.
-    fn further(
-        &self,
-        best: &Fit,
-        place: usize,
-        stability: Option<&ParameterStability>,
-    ) -> Vec<f64> {
-        let problem = &self.rows.whole;
-        let member = &best.hypothesis.members[place];
-        let count = problem.system.candidate(member.candidate).parameters.len();
-        let apparent = self.baseline.map_or_else(
-            || vec![0.0; count],
-            |baseline| apparent(baseline, member.candidate, member.own(), problem.len()),
-        );
-        let parts = |k: usize| stability.and_then(|c| c.half_widths.get(k)).copied().unwrap_or(0.0);
-        apparent.iter().enumerate().map(|(k, apparent)| parts(k).hypot(*apparent)).collect()
+/// What adds to the scatter of the residuals in the parameters of a cause.
+struct Errors<'e> {
+    /// Errors of the model that repeat with the motion.
+    model: &'e ModelErrors,
+    /// The place of the cause's first parameter among those that they move.
+    first: usize,
+    /// Half the 95 % intervals by values that change from part to part; none for too few parts.
+    parts: &'e [f64],
+}
+
+impl Errors<'_> {
+    fn of_parts(&self, parameter: usize) -> f64 {
+        self.parts.get(parameter).copied().unwrap_or(0.0)
+    }
+
+    fn half_width(&self, parameter: usize) -> f64 {
+        self.of_parts(parameter).hypot(self.model.half_width(self.first + parameter))
+    }
+
+    /// The covariance of two parameters, with that by the scatter of the residuals: their own intervals, correlated as the influences
+    /// of the blocks are.
+    fn covariance(&self, (own, influences): (&[Interval], &[Vec<f64>]), i: usize, j: usize) -> f64 {
+        let deviation = |k: usize| 0.5 * (own[k].ci95[1] - own[k].ci95[0]) / HALF_WIDTH;
+        let product = |i: usize, j: usize| dot(&influences[i], &influences[j]);
+        let size = (product(i, i) * product(j, j)).sqrt().max(f64::MIN_POSITIVE);
+        let of_parts = if i == j { (self.of_parts(i) / HALF_WIDTH).powi(2) } else { 0.0 };
+        product(i, j) / size * deviation(i) * deviation(j)
+            + self.model.covariance(self.first + i, self.first + j)
+            + of_parts
     }
 }
 
-/// What adds to the scatter of the residuals: errors of the model that repeat with the motion, the place of a cause's first parameter
-/// among those that they move, and [half widths](Naming::further) of each of its parameters.
-type Errors<'e> = (&'e ModelErrors, usize, &'e [f64]);
-
-/// The intervals of a cause's parameters with what the scatter of the residuals does not show, and with other shapes of the same
-/// cause that fit as well. No end leaves the range of its parameter.
+/// The intervals of a cause's parameters with what the scatter of the residuals does not show, with the apparent values on baseline
+/// recordings, and with other shapes of the same cause that fit as well. No end leaves the range of its parameter.
 fn widened<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     (best, place): (&Fit, usize),
     own: &[Interval],
-    (model, first, further): Errors<'_>,
+    errors: &Errors<'_>,
+    apparent: &Apparent,
 ) -> Vec<(&'static str, Interval)> {
     let infos = problem.system.candidate(best.hypothesis.members[place].candidate).parameters;
     let widen = |(k, (interval, info)): (usize, (&Interval, &ParameterInfo))| {
-        interval.widened(further[k].hypot(model.half_width(first + k)), *info)
+        interval.widened(errors.half_width(k).hypot(apparent.half_width(k)), *info)
     };
     let mut intervals: Vec<Interval> = own.iter().zip(infos).enumerate().map(widen).collect();
     for shape in other_shapes(problem, best, place) {
@@ -371,23 +386,6 @@ fn widened<C: Candidates + ?Sized>(
         interval.ci95 = interval.ci95.map(|end| end.clamp(info.range[0], info.range[1]));
     }
     infos.iter().map(|p| p.name).zip(intervals).collect()
-}
-
-/// The covariance of two parameters of a cause, of all that its intervals hold. The scatter of the residuals correlates them as the
-/// influences of the blocks are.
-fn covariance(
-    (own, influences): (&[Interval], &[Vec<f64>]),
-    (model, first, further): Errors<'_>,
-    i: usize,
-    j: usize,
-) -> f64 {
-    let deviation = |k: usize| 0.5 * (own[k].ci95[1] - own[k].ci95[0]) / HALF_WIDTH;
-    let product = |i: usize, j: usize| dot(&influences[i], &influences[j]);
-    let size = (product(i, i) * product(j, j)).sqrt().max(f64::MIN_POSITIVE);
-    let alone = if i == j { (further[i] / HALF_WIDTH).powi(2) } else { 0.0 };
-    product(i, j) / size * deviation(i) * deviation(j)
-        + model.covariance(first + i, first + j)
-        + alone
 }
 
 /// The largest rise of a channel's whitened mean square from one fit to another.

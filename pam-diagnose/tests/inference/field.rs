@@ -167,6 +167,29 @@ fn terms_of_a_field_are_expressions() {
     assert!(name == "f" && friction.contains(FRICTION), "{friction:?}");
 }
 
+/// Of two terms that are nearly the same, the data know the sum only: each may be absent, and both together may not.
+#[test]
+fn a_cause_is_there_though_each_of_its_parameters_may_be_absent() {
+    let info = |name| ParameterInfo::linear(name, [-10.0, 10.0]);
+    let action = [("v", "-f * tanh(v / 0.05) - g * tanh(v / 0.0505)")];
+    let terms = Terms::new(&["x", "v"], &["u"])
+        .term("dry_friction", &[(info("f"), 0.1), (info("g"), 0.1)], &action)
+        .and_then(|t| t.term("load", &[(info("l"), 0.1)], &[("v", "-l")]))
+        .expect("they can be read");
+    let model = terms.onto(plant(0.0));
+    let runs = [(1.0, 0.2), (1.5, 0.25), (0.8, 0.4), (1.2, 0.3)];
+    let experiments: Vec<_> =
+        (0..4).zip(runs).map(|(k, (a, hz))| record(plant(FRICTION), a, hz, k)).collect();
+    let integrator = integrator();
+    let problem =
+        FieldProblem::new(&model, &experiments, Outputs::of_unknown_noise([0]), &integrator);
+    let found = diagnose_field(&problem, &Candidate::of_terms(&model), &options()).unwrap();
+    assert_eq!(found.named(), ["dry_friction"], "{:?}", found.refused);
+    let [(_, f), (_, g)] = found.causes[0].parameters[..] else { panic!("two parameters") };
+    assert!(f.contains(0.0) && g.contains(0.0), "{f:?} {g:?}");
+    assert!((f.value + g.value - FRICTION).abs() < 0.1 * FRICTION, "{f:?} {g:?}");
+}
+
 /// Dry friction begins at 13.7 s in the second of four runs and is there from then on: it is named with that time, and not as
 /// something that is always there.
 #[test]
