@@ -107,10 +107,6 @@ fn divided(
     (plain(own), plain(gone))
 }
 
-/// Rise of minus two times the log-likelihood per row, summed over the channels, from which a correction is much worse than causes:
-/// the mean square of one channel is larger by a tenth.
-const MUCH_WORSE: f64 = 0.1;
-
 /// Sentence of the report for a correction that predicts worse than the causes it would replace.
 const NO_BETTER: &str = "No smooth correction leaves as little of the validation data as the causes that a law would replace.";
 
@@ -216,7 +212,7 @@ fn reaches_rivals(
     }
     let rivals = Ground { named: ground.rivals.clone(), ..ground.clone() };
     let Some(errors) = validation_errors(space, &rivals)? else { return Ok(true) };
-    Ok(learned.deviance - errors.deviance() < MUCH_WORSE)
+    Ok(learned.deviance - errors.deviance() < ground.settings.remainder.much_worse)
 }
 
 /// Whether some channel of the validation or training rows has more than the first estimate of its noise.

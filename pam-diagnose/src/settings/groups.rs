@@ -476,6 +476,9 @@ settings! {
         notable_rise: f64 = 0.1, "–", POSITIVE, STUDIES;
         /// Share of the squared error that a law removes which a further term must carry.
         term_share: f64 = 0.02, "–", SHARE, STUDIES;
+        /// Rise of minus two times the log-likelihood per row of the validation data, summed over the channels, from which a correction is
+        /// much worse than the causes that a law would replace: the mean square of one channel is larger by a tenth.
+        much_worse: f64 = 0.1, "–", POSITIVE, STUDIES;
         /// A law replaces the correction if it removes at least this share of the squared error that the correction removes.
         law_share: f64 = 0.8, "–", SHARE, STUDIES;
         /// Blocks of data that are left out in turn to see on which variables a correction depends.
