@@ -20,8 +20,8 @@ const CELLS: usize = 8;
 const STARTS: usize = 4;
 
 /// Pieces of the open parts of recordings that have [`RemainderSettings::most_s`] together, and
-/// [`RemainderSettings::most_of_one_s`] of each recording, both over the number of `substeps`; `None` if the parts are no longer. Each recording, whose pressures no
-/// other one has, keeps its share of the time. Its pieces are chosen one after the other:
+/// [`RemainderSettings::most_of_one_s`] of each recording, both over the number of `substeps`; `None` if the parts are no longer.
+/// Each recording, whose pressures no other one has, keeps its share of the time. Its pieces are chosen one after the other:
 /// the next is the one that adds most to the sum of `ln(1 + n)` over cells of displacement and velocity in which the motion has
 /// `n` points.
 pub(super) fn pieces(
