@@ -2,7 +2,7 @@
 
 use crate::data::Roles;
 use crate::error::DiagnoseError;
-use crate::fit::{HALF_WIDTH, Hypothesis, Interval, Member, Problem};
+use crate::fit::{Hypothesis, Interval, Member, Problem};
 use crate::noise::{MotionError, Noise, NoisePrior};
 use crate::search::{Candidates, Rows, search};
 use crate::settings::DiagnosisSettings;
@@ -120,8 +120,7 @@ fn relative_deviation(system: &dyn Candidates, cause: &Cause) -> f64 {
     let infos = system.candidate(cause.member.candidate).parameters;
     let of = |(info, (_, interval)): (&ParameterInfo, &(&str, Interval))| {
         let magnitude = (interval.value - info.off?).abs();
-        let half = 0.5 * (interval.ci95[1] - interval.ci95[0]);
-        Some(half / HALF_WIDTH / magnitude.max(f64::MIN_POSITIVE))
+        Some(interval.deviation() / magnitude.max(f64::MIN_POSITIVE))
     };
     infos.iter().zip(&cause.parameters).filter_map(of).fold(0.0, f64::max)
 }

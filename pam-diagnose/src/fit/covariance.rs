@@ -37,6 +37,11 @@ impl Interval {
         Self { value: self.value, ci95: [end(self.ci95[0], -1.0), end(self.ci95[1], 1.0)] }
     }
 
+    /// The standard deviation of a normal variable with this interval.
+    pub(crate) fn deviation(&self) -> f64 {
+        0.5 * (self.ci95[1] - self.ci95[0]) / HALF_WIDTH
+    }
+
     /// Whether the interval holds a value.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {

@@ -59,9 +59,7 @@ impl Quiet {
         let bin_hz = 0.5 / sample_s / (bins - 1) as f64;
         let piece_s = piece as f64 * sample_s;
         let moves_below = moves_below(&recording.displacement_mm, piece);
-        let power: Vec<f64> = pieces
-            .iter()
-            .fold(vec![0.0; bins], |sum, p| sum.iter().zip(p).map(|(a, b)| a + b).collect());
+        let power = summed(&pieces);
         let moving: Vec<f64> = (0..bins)
             .map(|j| power[j] * (moves_below as f64 / j.max(1) as f64).min(1.0).powi(4))
             .collect();
@@ -105,20 +103,24 @@ impl Quiet {
 
 /// The bin below which nearly all power of a displacement is.
 fn moves_below(displacement_mm: &[f64], piece: usize) -> usize {
-    let pieces = fourier::power_of_pieces(displacement_mm, piece);
-    let bins = pieces.first().map_or(0, Vec::len);
-    let power = |j: usize| pieces.iter().map(|p| p[j]).sum::<f64>();
-    let whole: f64 = (0..bins).map(power).sum();
+    let power = summed(&fourier::power_of_pieces(displacement_mm, piece));
+    let whole: f64 = power.iter().sum();
     let mut held = 0.0;
-    let found = (0..bins).find(|&j| {
-        held += power(j);
+    let found = power.iter().position(|p| {
+        held += p;
         held >= NEARLY_ALL * whole
     });
     found.unwrap_or(0).max(1)
 }
 
-/// Whether the power at a frequency is concentrated in time, as that of a chirp is. Of `n` exponential variables, the largest exceeds
-/// a share `g` of their sum with probability at most `n (1 − g)^(n − 1)` (Fisher 1929).
+/// The power of all pieces together at each frequency.
+fn summed(pieces: &[Vec<f64>]) -> Vec<f64> {
+    let bins = pieces.first().map_or(0, Vec::len);
+    (0..bins).map(|j| pieces.iter().map(|p| p[j]).sum()).collect()
+}
+
+/// Whether the power at a frequency is concentrated in time, as in a chirp. The largest of `n` exponential variables exceeds a
+/// fraction `g` of their sum with probability at most `n (1 − g)^(n − 1)` (Fisher 1929).
 fn comes_and_goes(pieces: impl ExactSizeIterator<Item = f64>, sum: f64, bins: usize) -> bool {
     let n = pieces.len() as f64;
     let largest = pieces.fold(0.0, f64::max) / sum.max(f64::MIN_POSITIVE);

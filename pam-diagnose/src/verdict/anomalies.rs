@@ -151,17 +151,16 @@ pub(crate) fn anomalies<C: Candidates + ?Sized>(
         let squares = white.iter().flat_map(|w| w.iter()).map(|v| v * v);
         let level = squares.sum::<f64>() / count.max(1) as f64;
         let least = by_chance.max(settings.residual.foreign_line_share);
-        let plain: Vec<&[f64]> =
-            rows.iter().flatten().map(|[plain, _]| plain[c].as_slice()).collect();
-        let by_frequency = Spectrum::new(row_s, &plain, &[], &settings.residual);
-        let variance = root_mean_square(&centred(&plain)).powi(2);
+        let size = |l: &Line| {
+            let plain: Vec<&[f64]> =
+                rows.iter().flatten().map(|[plain, _]| plain[c].as_slice()).collect();
+            let lobe = Spectrum::new(row_s, &plain, &[], &settings.residual).lobe(l.frequency_hz);
+            (lobe * root_mean_square(&centred(&plain)).powi(2)).sqrt()
+        };
         // The error of an integration step at a kink of the force depends on the phase within the step, which beats with the
         // excitation: the simulation has lines of its own.
         let smallest = own.max(settings.noise.relative * problem.variation(place));
-        let clear = |l: &Line| {
-            let size = (by_frequency.lobe(l.frequency_hz) * variance).sqrt();
-            l.share > by_chance && l.share * level > least && size > smallest
-        };
+        let clear = |l: &Line| l.share > by_chance && l.share * level > least && size(l) > smallest;
         if let Some(line) = spectrum.foreign_line(&settings.residual).filter(clear)
             && !rings(problem, hypothesis, c, line.frequency_hz)
         {

@@ -1,6 +1,6 @@
 //! Values that a cause would seem to have where it is absent.
 
-use crate::fit::{HALF_WIDTH, Interval, Problem};
+use crate::fit::{Interval, Problem};
 use crate::search::Candidates;
 use pam_core::parallel;
 use pam_numerics::statistics::t_quantile_95;
@@ -14,7 +14,7 @@ const ITERATIONS: usize = 20;
 pub(super) struct Apparent {
     /// For each baseline recording the deviations of the parameters from the values at which they are off, with standard errors.
     each: Vec<Vec<[f64; 2]>>,
-    /// Whether a parameter is a magnitude: scales and times are none.
+    /// Whether each parameter is a magnitude; scales and times are not.
     magnitudes: Vec<bool>,
     /// Recordings that are diagnosed.
     diagnosed: usize,
@@ -28,9 +28,9 @@ impl Apparent {
         diagnosed: &Problem<'_, C>,
     ) -> Self {
         let infos = diagnosed.system.candidate(candidate).parameters;
-        let error = |i: &Interval| 0.5 * (i.ci95[1] - i.ci95[0]) / HALF_WIDTH;
-        let seen =
-            |(i, info): (&Interval, &ParameterInfo)| [i.value - info.off.unwrap_or(0.0), error(i)];
+        let seen = |(i, info): (&Interval, &ParameterInfo)| {
+            [i.value - info.off.unwrap_or(0.0), i.deviation()]
+        };
         let each = baseline.map_or_else(Vec::new, |baseline| {
             let iterations = baseline.settings.intervals.baseline_iterations;
             let all = parallel::map(baseline.len(), |i| {
@@ -45,7 +45,7 @@ impl Apparent {
         Self { each, magnitudes: infos.iter().map(magnitude).collect(), diagnosed: diagnosed.len() }
     }
 
-    /// Half the 95 % interval of a parameter for this reason; zero for what is no magnitude.
+    /// Half-width of the 95 % interval that the apparent values give a parameter; zero for a parameter that is not a magnitude.
     pub(super) fn half_width(&self, parameter: usize) -> f64 {
         let mut weights = vec![0.0; self.magnitudes.len()];
         weights[parameter] = 1.0;

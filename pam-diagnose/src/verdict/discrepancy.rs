@@ -22,7 +22,7 @@ impl ModelErrors {
     }
 }
 
-/// What the model's own errors do to each fitted parameter; nothing where the fit cannot be simulated.
+/// The changes of the fitted parameters by the model's own errors; none if the simulation of the fit fails.
 ///
 /// Errors of a model repeat with the motion, in all recordings alike. So no scatter of residuals between blocks or recordings
 /// shows what they do to a parameter that they look like, and more data make an interval shorter and not right (Brynjarsdóttir and

@@ -353,18 +353,17 @@ impl Errors<'_> {
     /// The covariance of two parameters, with that by the scatter of the residuals: their own intervals, correlated as the influences
     /// of the blocks are.
     fn covariance(&self, (own, influences): (&[Interval], &[Vec<f64>]), i: usize, j: usize) -> f64 {
-        let deviation = |k: usize| 0.5 * (own[k].ci95[1] - own[k].ci95[0]) / HALF_WIDTH;
         let product = |i: usize, j: usize| dot(&influences[i], &influences[j]);
         let size = (product(i, i) * product(j, j)).sqrt().max(f64::MIN_POSITIVE);
         let of_parts = if i == j { (self.of_parts(i) / HALF_WIDTH).powi(2) } else { 0.0 };
-        product(i, j) / size * deviation(i) * deviation(j)
+        product(i, j) / size * own[i].deviation() * own[j].deviation()
             + self.model.covariance(self.first + i, self.first + j)
             + of_parts
     }
 }
 
-/// The intervals of a cause's parameters with what the scatter of the residuals does not show, with the apparent values on baseline
-/// recordings, and with other shapes of the same cause that fit as well. No end leaves the range of its parameter.
+/// The intervals of a cause's parameters, widened by errors that the scatter of the residuals does not show, by the apparent values on
+/// baseline recordings, and by other shapes of the same cause that fit equally well. No limit leaves the range of its parameter.
 fn widened<C: Candidates + ?Sized>(
     problem: &Problem<'_, C>,
     (best, place): (&Fit, usize),

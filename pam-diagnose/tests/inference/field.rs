@@ -139,6 +139,18 @@ fn options() -> FieldOptions {
     }
 }
 
+/// The diagnosis of runs of the plant with friction, by the model without and these terms as candidates.
+fn diagnosed_with(terms: Terms) -> FieldDiagnosis {
+    let model = terms.onto(plant(0.0));
+    let runs = [(1.0, 0.2), (1.5, 0.25), (0.8, 0.4), (1.2, 0.3)];
+    let experiments: Vec<_> =
+        (0..4).zip(runs).map(|(k, (a, hz))| record(plant(FRICTION), a, hz, k)).collect();
+    let integrator = integrator();
+    let problem =
+        FieldProblem::new(&model, &experiments, Outputs::of_unknown_noise([0]), &integrator);
+    diagnose_field(&problem, &Candidate::of_terms(&model), &options()).unwrap()
+}
+
 /// Terms as expressions are candidates like those that are written into the field: the plant is in Rust.
 #[test]
 fn terms_of_a_field_are_expressions() {
@@ -148,15 +160,7 @@ fn terms_of_a_field_are_expressions() {
         .and_then(|t| t.term("cubic_spring", &[(info("q"), 0.1)], &[("v", "-q * x^3")]))
         .and_then(|t| t.term("load", &[(info("l"), 0.1)], &[("v", "-l")]))
         .expect("they can be read");
-    let model = terms.onto(plant(0.0));
-    let candidates = Candidate::of_terms(&model);
-    let runs = [(1.0, 0.2), (1.5, 0.25), (0.8, 0.4), (1.2, 0.3)];
-    let experiments: Vec<_> =
-        (0..4).zip(runs).map(|(k, (a, hz))| record(plant(FRICTION), a, hz, k)).collect();
-    let integrator = integrator();
-    let problem =
-        FieldProblem::new(&model, &experiments, Outputs::of_unknown_noise([0]), &integrator);
-    let found = diagnose_field(&problem, &candidates, &options()).unwrap();
+    let found = diagnosed_with(terms);
     assert_eq!(
         (found.verdict, found.named()),
         (Verdict::Explained, vec!["dry_friction"]),
@@ -176,14 +180,7 @@ fn a_cause_is_there_though_each_of_its_parameters_may_be_absent() {
         .term("dry_friction", &[(info("f"), 0.1), (info("g"), 0.1)], &action)
         .and_then(|t| t.term("load", &[(info("l"), 0.1)], &[("v", "-l")]))
         .expect("they can be read");
-    let model = terms.onto(plant(0.0));
-    let runs = [(1.0, 0.2), (1.5, 0.25), (0.8, 0.4), (1.2, 0.3)];
-    let experiments: Vec<_> =
-        (0..4).zip(runs).map(|(k, (a, hz))| record(plant(FRICTION), a, hz, k)).collect();
-    let integrator = integrator();
-    let problem =
-        FieldProblem::new(&model, &experiments, Outputs::of_unknown_noise([0]), &integrator);
-    let found = diagnose_field(&problem, &Candidate::of_terms(&model), &options()).unwrap();
+    let found = diagnosed_with(terms);
     assert_eq!(found.named(), ["dry_friction"], "{:?}", found.refused);
     let [(_, f), (_, g)] = found.causes[0].parameters[..] else { panic!("two parameters") };
     assert!(f.contains(0.0) && g.contains(0.0), "{f:?} {g:?}");
