@@ -4,7 +4,7 @@ use crate::data::Roles;
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Interval, Member, Problem};
 use crate::noise::{MotionError, Noise, NoisePrior};
-use crate::search::{Candidates, Rows, search};
+use crate::search::{Candidates, Nuisance, Rows, search};
 use crate::settings::DiagnosisSettings;
 use crate::verdict::{Cause, Naming};
 use pam_core::parallel;
@@ -18,6 +18,9 @@ pub(crate) struct Baseline {
     /// Standard deviation of the magnitude of each, relative to it.
     #[cfg_attr(not(feature = "joint"), expect(dead_code, reason = "the joint reads it"))]
     pub(crate) deviations: Vec<f64>,
+    /// By how much the deviations of the experiments' own nuisances have to be wider for these recordings: a model with
+    /// a wrong force needs other sealed masses than the measured ones, in healthy recordings as in others.
+    pub(crate) local_widenings: Vec<f64>,
     /// Root-mean-square errors of the fitted channels that are left then.
     pub(crate) rms: Vec<f64>,
     /// Autocovariances of the part of these errors that goes with the motion: the discrepancy of the model.
@@ -65,6 +68,7 @@ impl Baseline {
         Ok(Self {
             deviations: best.members.iter().map(deviation).collect(),
             members: best.members.clone(),
+            local_widenings: Nuisance::widenings(system.local(), &best.locals),
             rms: left.iter().map(|l| l.rms).collect(),
             discrepancy: left.into_iter().map(|l| l.autocovariance).collect(),
             noise: rows.whole.noise.clone(),

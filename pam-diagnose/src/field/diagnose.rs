@@ -9,7 +9,7 @@ use crate::error::DiagnoseError;
 use crate::noise::{NoisePrior, noise_deviation};
 #[cfg(feature = "report")]
 use crate::report::ReportModel;
-use crate::search::Candidates;
+use crate::search::{Candidates, Nuisance};
 use crate::settings::DiagnosisSettings;
 use crate::verdict::Cause;
 #[cfg(feature = "report")]
@@ -137,6 +137,7 @@ where
                     (system.plain[*index], on_baseline.plain[*index]) = (*value, *value);
                 }
             }
+            Nuisance::widen(&mut system.local, &learned.local_widenings);
             baseline_discrepancy =
                 learned.discrepancy.iter().map(|d| d.first().map_or(0.0, |v| v.sqrt())).collect();
             prior.add(learned.discrepancy.clone());

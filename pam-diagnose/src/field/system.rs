@@ -36,7 +36,7 @@ pub(super) struct FieldSystem<'a, F, I> {
     shared: Vec<Nuisance>,
     /// Initial states that are not known exactly.
     free_states: Vec<usize>,
-    local: Vec<Nuisance>,
+    pub(super) local: Vec<Nuisance>,
     outputs: Vec<OutputInfo>,
     /// Measured outputs of each experiment.
     measured: Vec<Vec<Vec<f64>>>,

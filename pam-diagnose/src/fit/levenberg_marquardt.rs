@@ -41,6 +41,12 @@ impl Fit {
     }
 }
 
+/// `Σ (value / prior standard deviation)²` over nuisances for which a condition holds.
+fn squares(values: &[f64], nuisances: &[Nuisance], of: impl Fn(&Nuisance) -> bool) -> f64 {
+    let all = values.iter().zip(nuisances).filter(|(_, n)| of(n));
+    all.map(|(value, n)| (value / n.deviation).powi(2)).sum()
+}
+
 impl<C: Candidates + ?Sized> Problem<'_, C> {
     /// Minus two times the log-likelihood of data and nuisances, with `n` rows of which `ρ` are one observation:
     /// `n/ρ Σ_c g(MSE_c) + Σ (deviation / prior standard deviation)²`, with the `g` of [`ChannelErrors::deviance`].
@@ -50,16 +56,24 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             + self.prior_cost(hypothesis)
     }
 
-    /// The prior cost of the nuisances over its 99.9 % quantile if the priors are right: above 1 they took what is no
-    /// nuisance.
+    /// The prior cost of the nuisances that have no limits over its 99.9 % quantile if the priors are right: above 1
+    /// they took what is no nuisance. One with limits may be anywhere between them.
     pub(crate) fn prior_strain(&self, hypothesis: &Hypothesis) -> f64 {
         let most = self.most_prior_cost(hypothesis);
-        if most > 0.0 { self.prior_cost(hypothesis) / most } else { 0.0 }
+        let (shared, local) = (self.system.shared(), self.system.local());
+        let locals = hypothesis.locals.iter().map(|l| squares(l, local, Nuisance::is_unlimited));
+        let cost = squares(&hypothesis.shared, shared, Nuisance::is_unlimited)
+            + locals.sum::<f64>()
+            + self.parameter_cost(hypothesis);
+        if most > 0.0 { cost / most } else { 0.0 }
     }
 
-    /// The 99.9 % quantile of the prior cost of the nuisances if their priors are right; 0 if none has a prior.
+    /// The 99.9 % quantile of the prior cost of the nuisances that have no limits if their priors are right; 0 if none
+    /// has a prior.
     pub(crate) fn most_prior_cost(&self, hypothesis: &Hypothesis) -> f64 {
-        let finite = |all: &[Nuisance]| all.iter().filter(|n| n.deviation.is_finite()).count();
+        let finite = |all: &[Nuisance]| {
+            all.iter().filter(|n| n.deviation.is_finite() && n.is_unlimited()).count()
+        };
         let count =
             finite(self.system.shared()) + hypothesis.locals.len() * finite(self.system.local());
         match count {
@@ -70,13 +84,15 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
 
     /// `Σ (deviation / prior standard deviation)²` of the nuisances, and of parameters with a prior.
     pub(crate) fn prior_cost(&self, hypothesis: &Hypothesis) -> f64 {
-        let cost = |values: &[f64], nuisances: &[Nuisance]| -> f64 {
-            values.iter().zip(nuisances).map(|(d, n)| (d / n.deviation).powi(2)).sum()
-        };
-        let locals: f64 = hypothesis.locals.iter().map(|l| cost(l, self.system.local())).sum();
+        let (shared, local) = (self.system.shared(), self.system.local());
+        let locals: f64 = hypothesis.locals.iter().map(|l| squares(l, local, |_| true)).sum();
+        squares(&hypothesis.shared, shared, |_| true) + locals + self.parameter_cost(hypothesis)
+    }
+
+    /// The prior cost of parameters with a prior.
+    fn parameter_cost(&self, hypothesis: &Hypothesis) -> f64 {
         let parameters = hypothesis.parameter_priors(self.system);
-        let parameters: f64 = parameters.iter().map(|[prior, value]| (value / prior).powi(2)).sum();
-        cost(&hypothesis.shared, self.system.shared()) + locals + parameters
+        parameters.iter().map(|[prior, value]| (value / prior).powi(2)).sum()
     }
 
     /// Moves a hypothesis towards its best fit in at most `iterations` steps.

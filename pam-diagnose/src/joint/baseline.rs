@@ -27,6 +27,9 @@ pub struct BaselineDiscrepancy {
     pub share_deviations: Vec<f64>,
     /// Root-mean-square errors that are left then: mm, kPa, kPa.
     pub rms: Vec<f64>,
+    /// By how much the prior standard deviations of start (mm), start (mm/s), flexor and extensor mass, flexor and extensor
+    /// offset have to be wider for the baseline recordings, and are in the data under diagnosis.
+    pub local_widenings: Vec<f64>,
     /// Names of the baseline recordings.
     pub recordings: Vec<String>,
     /// Autocovariances of the errors that go with the motion.
@@ -68,6 +71,7 @@ impl BaselineDiscrepancy {
             shares: vec![1.0; found.deviations.len()],
             share_deviations: found.deviations.iter().map(deviation).collect(),
             rms: found.rms,
+            local_widenings: found.local_widenings,
             recordings: found.recordings,
             discrepancy: found.discrepancy,
             noise: found.noise,

@@ -144,7 +144,7 @@ pub fn diagnose(
         let learned = BaselineDiscrepancy::learn(model, &baseline_trials, options, &done)?;
         prior.add(learned.discrepancy.clone());
         known = model.with(learned.effects.iter().cloned());
-        system.learn(learned.effects.clone(), &learned.share_deviations);
+        system.learn(&learned);
         baseline = Some(learned);
     }
     let baseline_system = JointSystem::new(

@@ -46,11 +46,6 @@ pub fn learn_remainder(
     let listed: Vec<&'static dyn AnyEffect> =
         causes().map(|c| options.candidates[c.member.candidate]).collect();
     let (named, settled) = named_and_settled(&found);
-    let learned = found
-        .model
-        .baseline
-        .as_ref()
-        .map_or_else(Default::default, |b| (b.effects.clone(), b.share_deviations.clone()));
     let base = model.base();
     let system =
         JointSystem::new(all.clone(), &open, base, &model.effects, listed.clone(), settings);
@@ -63,7 +58,8 @@ pub fn learn_remainder(
             *noise = noise.hypot(size);
         }
     }
-    let space = JointTerms::new(all, open, base, &model.effects, learned, listed, settings);
+    let baseline = found.model.baseline.clone();
+    let space = JointTerms::new(all, open, base, &model.effects, baseline, listed, settings);
     let ground = Ground {
         roles: &roles,
         noise: Noise::white(&noise),

@@ -1,5 +1,6 @@
 //! Recordings of the joint as experiments, effects as candidates.
 
+use super::baseline::BaselineDiscrepancy;
 use super::motions::{self, Motions};
 use super::scales::data_scales;
 use super::sensitivities::Experiment;
@@ -137,13 +138,15 @@ impl<'a> JointSystem<'a> {
         }
     }
 
-    /// Makes effects that baseline recordings have shown a part of the model. Of each, the data have a share between
-    /// nothing and the whole: the whole, with the given prior standard deviation. More than the whole is no error of the
-    /// model but a cause.
-    pub(super) fn learn(&mut self, effects: Vec<ActiveEffect>, deviations: &[f64]) {
+    /// Takes over what baseline recordings have shown: their effects become a part of the model, and the priors of
+    /// nuisances as wide as they need them. Of each effect, the data have a share between nothing and the
+    /// whole: the whole, with the prior standard deviation of the baseline. More than the whole is no error of the model but
+    /// a cause.
+    pub(super) fn learn(&mut self, baseline: &BaselineDiscrepancy) {
         let share = |&deviation: &f64| Nuisance { deviation, limits: [-1.0, 0.0] };
-        self.shared.extend(deviations.iter().map(share));
-        self.learned.extend(effects);
+        self.shared.extend(baseline.share_deviations.iter().map(share));
+        self.learned.extend(baseline.effects.iter().cloned());
+        Nuisance::widen(&mut self.local, &baseline.local_widenings);
     }
 
     /// The shares of the effects from the baseline recordings under a hypothesis.

@@ -1,5 +1,6 @@
 //! The joint as a system to which terms can be added.
 
+use super::baseline::BaselineDiscrepancy;
 use super::system::JointSystem;
 use crate::data::OpenPart;
 use crate::error::DiagnoseError;
@@ -22,8 +23,8 @@ pub(super) struct JointTerms<'a> {
     pub(super) base: Base<f64>,
     /// Effects that are part of the model.
     pub(super) fixed: &'a [ActiveEffect],
-    /// Effects that baseline recordings have shown, with the prior standard deviations of their shares.
-    pub(super) learned: (Vec<ActiveEffect>, Vec<f64>),
+    /// What baseline recordings have shown.
+    pub(super) baseline: Option<BaselineDiscrepancy>,
     /// Candidates from a list.
     pub(super) listed: Vec<&'static dyn AnyEffect>,
     pub(super) settings: &'a DiagnosisSettings,
@@ -53,7 +54,7 @@ impl<'a> JointTerms<'a> {
         open: Vec<OpenPart>,
         base: Base<f64>,
         fixed: &'a [ActiveEffect],
-        learned: (Vec<ActiveEffect>, Vec<f64>),
+        baseline: Option<BaselineDiscrepancy>,
         listed: Vec<&'static dyn AnyEffect>,
         settings: &'a DiagnosisSettings,
     ) -> Self {
@@ -62,7 +63,7 @@ impl<'a> JointTerms<'a> {
             open,
             base,
             fixed,
-            learned,
+            baseline,
             listed,
             settings,
             variables: Vec::new(),
@@ -85,7 +86,7 @@ impl<'a> JointTerms<'a> {
             trials: parts,
             base: self.base,
             fixed: self.fixed,
-            learned: self.learned.clone(),
+            baseline: self.baseline.clone(),
             listed: self.listed.clone(),
             settings: self.settings,
             variables: self.variables.clone(),
@@ -103,7 +104,9 @@ impl<'a> JointTerms<'a> {
         let trials = self.trials.clone();
         let mut system =
             JointSystem::new(trials, &self.open, self.base, self.fixed, effects, self.settings);
-        system.learn(self.learned.0.clone(), &self.learned.1);
+        if let Some(baseline) = &self.baseline {
+            system.learn(baseline);
+        }
         system
     }
 }

@@ -168,7 +168,8 @@ impl ChannelResidual {
             n(self.noise)
         );
         if self.ratio() < settings.nothing_ratio {
-            return text + ": there is nothing to explain.";
+            let ratio = significant(settings.nothing_ratio, 2);
+            return text + &format!("; below {ratio} times, its structure is not described.");
         }
         if self.mean.abs() > settings.steady_share * self.rms {
             text += &format!("; most of it is a steady {} {unit}", n(self.mean));

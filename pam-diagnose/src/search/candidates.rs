@@ -49,6 +49,27 @@ impl Nuisance {
     pub fn of(deviation: f64) -> Self {
         Self { deviation, limits: [f64::NEG_INFINITY, f64::INFINITY] }
     }
+
+    /// Whether the nuisance may have any value.
+    pub(crate) fn is_unlimited(&self) -> bool {
+        self.limits == [f64::NEG_INFINITY, f64::INFINITY]
+    }
+
+    /// By how much the deviations of nuisances would have to be wider for the values of experiments: for each nuisance
+    /// the root mean square of `value / deviation`, at least 1.
+    pub(crate) fn widenings(nuisances: &[Self], experiments: &[Vec<f64>]) -> Vec<f64> {
+        let of = |(k, nuisance): (usize, &Self)| {
+            let square = |values: &Vec<f64>| (values[k] / nuisance.deviation).powi(2);
+            let sum: f64 = experiments.iter().map(square).sum();
+            (sum / experiments.len().max(1) as f64).sqrt().max(1.0)
+        };
+        nuisances.iter().enumerate().map(of).collect()
+    }
+
+    /// Makes the deviations of nuisances wider.
+    pub(crate) fn widen(nuisances: &mut [Self], factors: &[f64]) {
+        nuisances.iter_mut().zip(factors).for_each(|(n, factor)| n.deviation *= factor);
+    }
 }
 
 /// A system with possible causes, and the experiments in which one of them may be at work.

@@ -408,7 +408,7 @@ settings! {
         mentioned_factors: usize = 3, "factors", COUNT, USUAL;
         /// Most jumps that are mentioned.
         mentioned_jumps: usize = 2, "jumps", COUNT, USUAL;
-        /// Multiple of the noise below which a channel has nothing to explain.
+        /// Multiple of the noise below which the structure of a residual is not described.
         nothing_ratio: f64 = 2.0, "–", COST, STUDIES;
         /// Share of the variance from which a factor is mentioned.
         mentioned_share: f64 = 0.15, "–", SHARE, STUDIES;
