@@ -85,7 +85,7 @@ pub fn certified(model: &ExtendedModel) -> (DiagnosisSettings, Summary) {
         CertifyOptions { repeats: 0, nulls: CERTIFIED_NULLS, ..CertifyOptions::default() };
     options.detect.diagnosis.law = false;
     let (plan, _) = plan(model, &baseline, &options).expect("a plan");
-    let synthesis = Synthesis::new(model, &baseline).expect("in range");
+    let synthesis = Synthesis::new(model, &baseline, &options.detect.diagnosis).expect("in range");
     let at = tempfile::tempdir().expect("a folder");
     let folder = CertifyFolder::at(at.path());
     let diagnosis = &options.detect.diagnosis;

@@ -121,7 +121,7 @@ impl RunCommand for CertifyArguments {
             "reading": self.reading.to_json(global)?,
         });
         run_record::write(&self.out, "certify", global.seed, &configuration)?;
-        let synthesis = Synthesis::new(&model, &baseline)?;
+        let synthesis = Synthesis::new(&model, &baseline, &options.detect.diagnosis)?;
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let jobs = self.jobs.map_or(global.threads.unwrap_or(threads), usize::from);
         let bar = console.progress(cases.cases.len(), "cases");

@@ -1,6 +1,7 @@
 //! The baseline discrepancy of the joint.
 
-use super::diagnose::DiagnoseOptions;
+use super::diagnose::{DiagnoseOptions, resampled};
+use super::force_noise::with_doubtful_force;
 use super::spans::spans;
 use super::system::JointSystem;
 use crate::data::{Roles, TestSource};
@@ -10,6 +11,7 @@ use crate::fit::{Member, Problem};
 use crate::noise::Noise;
 use crate::search::Candidates;
 use crate::settings::DiagnosisSettings;
+use pam_data::Subject;
 use pam_effects::effects::{ALL, AnyEffect};
 use pam_effects::model::{ActiveEffect, ExtendedModel};
 use pam_effects::simulation::Trial;
@@ -40,11 +42,26 @@ pub struct BaselineDiscrepancy {
 }
 
 impl BaselineDiscrepancy {
-    /// Learns the discrepancy from baseline recordings, with the settings, the seed and the noise of the options.
+    /// Learns the discrepancy from baseline recordings, with the settings, the seed and the noise of the options. Diagnoses
+    /// with the same model and baseline recordings may share it
+    /// ([`DiagnoseOptions::discrepancy`]).
     ///
     /// # Errors
     /// [`DiagnoseError`] if the recordings are too short or the model diverges on them.
     pub fn learn(
+        model: &ExtendedModel,
+        recordings: &[Subject],
+        options: &DiagnoseOptions,
+        done: &(dyn Fn(f64) + Sync),
+    ) -> Result<Self, DiagnoseError> {
+        let subjects: Vec<&Subject> = recordings.iter().collect();
+        let trials = resampled(model, &subjects, &options.settings)?;
+        let trials = with_doubtful_force(trials, &subjects, &options.settings);
+        Self::from_trials(model, &trials, options, done)
+    }
+
+    /// As [`learn`](Self::learn), from recordings that are ready for simulation.
+    pub(super) fn from_trials(
         model: &ExtendedModel,
         trials: &[Trial],
         options: &DiagnoseOptions,

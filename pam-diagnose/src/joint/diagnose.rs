@@ -4,7 +4,7 @@ use super::baseline::BaselineDiscrepancy;
 use super::design::{Separation, separate};
 use super::force_noise::{doubtful_force_n, with_doubtful_force};
 use super::ladder::{EffectLadder, joint_ladder};
-use super::law::learn_remainder;
+use super::law;
 use super::spans::roles;
 use super::system::JointSystem;
 use crate::data::{OpenPart, Roles};
@@ -51,6 +51,9 @@ pub struct DiagnoseOptions {
     /// Whether to [fit the error that remains](super::learn_remainder) after the named causes, unless the model is inadequate.
     /// Without such an error it takes no time.
     pub law: bool,
+    /// What [`BaselineDiscrepancy::learn`] has learned from the baseline recordings, so that several diagnoses with one model
+    /// need not learn it again; learned where absent.
+    pub discrepancy: Option<BaselineDiscrepancy>,
 }
 
 impl Default for DiagnoseOptions {
@@ -64,6 +67,7 @@ impl Default for DiagnoseOptions {
             noise: [None; 3],
             ladder: None,
             law: true,
+            discrepancy: None,
         }
     }
 }
@@ -141,7 +145,10 @@ pub fn diagnose(
     let baseline_trials = with_doubtful_force(baseline_trials, &subjects, settings);
     if sets.baseline.is_some() {
         let done = |s| progress(Stage::Baseline, s);
-        let learned = BaselineDiscrepancy::learn(model, &baseline_trials, options, &done)?;
+        let learned = match &options.discrepancy {
+            Some(learned) => learned.clone(),
+            None => BaselineDiscrepancy::from_trials(model, &baseline_trials, options, &done)?,
+        };
         prior.add(learned.discrepancy.clone());
         known = model.with(learned.effects.iter().cloned());
         system.learn(&learned);
@@ -195,7 +202,7 @@ pub fn diagnose(
     if options.law && found.verdict != Verdict::ModelInadequate {
         let done = |s| progress(Stage::Learning, s);
         done(0.0);
-        found = learn_remainder(model, sets, options, found, &done)?;
+        found = law::from_trials(model, (&trials, &roles), options, found, &done)?;
         done(1.0);
     }
     Ok(found)

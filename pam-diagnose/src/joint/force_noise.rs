@@ -128,12 +128,12 @@ fn comes_and_goes(pieces: impl ExactSizeIterator<Item = f64>, sum: f64, bins: us
 }
 
 /// The force that drives the joint, mN: before its filter.
-fn driving_force(recording: &Recording) -> &[f64] {
+pub(super) fn driving_force(recording: &Recording) -> &[f64] {
     recording.low_passed.force_mn.as_ref().unwrap_or(&recording.force_mn)
 }
 
 /// The recording with only the quiet-frequency part of its measured force; `None` if no frequency is quiet.
-fn quiet_force(subject: &Subject, settings: &DiagnosisSettings) -> Option<Recording> {
+pub(super) fn quiet_force(subject: &Subject, settings: &DiagnosisSettings) -> Option<Recording> {
     let quiet = Quiet::of(&subject.recording, settings)?;
     let mut recording = subject.recording.clone();
     let (t0, t1) = recording.span_s();

@@ -5,6 +5,7 @@ use super::pieces::{Piece, pieces};
 use super::spans::spans;
 use super::system::JointSystem;
 use super::terms::JointTerms;
+use crate::data::Roles;
 use crate::error::DiagnoseError;
 use crate::fit::Hypothesis;
 use crate::law::{Data, NOTHING_LEFT, rest};
@@ -22,7 +23,7 @@ use pam_effects::simulation::{Trial, needed_substeps};
 /// Model, recordings and options are those of the [`diagnose`](super::diagnose) that made the diagnosis. The result has
 /// [`remainder`](crate::Diagnosis::remainder). If a law or a correction is confirmed by the test set, the extended model
 /// holds it, and a verdict of `explained` becomes `partly_explained`, one of `nothing_found` `unexplained`. A diagnosis whose
-/// causes leave nothing but noise comes back at once. [`diagnose`](super::diagnose) does this unless its options say otherwise.
+/// causes leave nothing but noise comes back without a fit. [`diagnose`](super::diagnose) does this unless its options say otherwise.
 ///
 /// # Errors
 /// [`DiagnoseError`] as of the diagnosis.
@@ -30,16 +31,27 @@ pub fn learn_remainder(
     model: &ExtendedModel,
     sets: &RecordingSets<'_>,
     options: &DiagnoseOptions,
+    found: JointDiagnosis,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<JointDiagnosis, DiagnoseError> {
+    options.settings.check()?;
+    let (trials, roles) = prepare(model, sets, options)?;
+    from_trials(model, (&trials, &roles), options, found, progress)
+}
+
+/// As [`learn_remainder`], from recordings that are ready for simulation.
+pub(super) fn from_trials(
+    model: &ExtendedModel,
+    (trials, roles): (&[Trial], &Roles),
+    options: &DiagnoseOptions,
     mut found: JointDiagnosis,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<JointDiagnosis, DiagnoseError> {
     let settings = &options.settings;
-    settings.check()?;
     if nothing_left(&found, &settings.remainder) {
         found.remainder = Some(Remainder::none(RemainderOutcome::NothingLeft, NOTHING_LEFT));
         return Ok(found);
     }
-    let (trials, roles) = prepare(model, sets, options)?;
     let all: Vec<&Trial> = trials.iter().collect();
     let open = roles.open();
     let causes = || found.causes.iter().chain(&found.minor);
@@ -61,7 +73,7 @@ pub fn learn_remainder(
     let baseline = found.model.baseline.clone();
     let space = JointTerms::new(all, open, base, &model.effects, baseline, listed, settings);
     let ground = Ground {
-        roles: &roles,
+        roles,
         noise: Noise::white(&noise),
         prior,
         named,

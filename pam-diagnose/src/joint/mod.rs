@@ -6,6 +6,7 @@
 //! nanoseconds where the network costs hundreds.
 
 mod baseline;
+mod calibrated;
 mod design;
 mod diagnose;
 mod factors;
@@ -25,6 +26,7 @@ mod system;
 mod terms;
 
 pub use baseline::BaselineDiscrepancy;
+pub use calibrated::calibrated_inputs;
 pub use design::{Excitation, Separation, excitations, separate};
 pub use diagnose::{DiagnoseOptions, DiagnosedJoint, JointDiagnosis, RecordingSets, diagnose};
 pub use ladder::{EffectLadder, joint_ladder};

@@ -5,7 +5,7 @@ use crate::error::ExperimentError;
 use crate::plan::Synthesis;
 use pam_data::atomic::write_atomic;
 use pam_data::{DataError, Subject, document, read_limit};
-use pam_diagnose::{DiagnoseOptions, RecordingSets, diagnose};
+use pam_diagnose::{BaselineDiscrepancy, DiagnoseOptions, RecordingSets, diagnose};
 use pam_effects::ExtendedModel;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -128,13 +128,19 @@ pub fn run_cases(
     let cases = folder.0.join("cases");
     std::fs::create_dir_all(&cases).map_err(|e| DataError::io(&cases, e))?;
     progress(Progress::Planned(due.len(), mine.len() - due.len()));
+    let mut options = DiagnoseOptions { law: false, ladder: None, ..work.diagnosis.clone() };
+    if !due.is_empty() && options.discrepancy.is_none() {
+        // Every case has the same baseline.
+        let learned = BaselineDiscrepancy::learn(work.model, work.baseline, &options, &|_| {})?;
+        options.discrepancy = Some(learned);
+    }
     let jobs = jobs.clamp(1, due.len().max(1));
     let (queue, error) = (Mutex::new(due), Mutex::new(None));
     let worker = || {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         while !stop.load(Ordering::Relaxed) {
             let Some(case) = queue.lock().ok().and_then(|mut q| q.pop_front()) else { return };
-            let outcome = || one(work, case);
+            let outcome = || one(work, &options, case);
             let outcome = match &pool {
                 Ok(pool) => pool.install(outcome),
                 Err(_) => outcome(),
@@ -163,12 +169,11 @@ pub fn run_cases(
     }
 }
 
-fn one(work: &Work<'_>, case: &Case) -> Outcome {
+fn one(work: &Work<'_>, options: &DiagnoseOptions, case: &Case) -> Outcome {
     let clock = Instant::now();
-    let (seed, shared) = (case.seed, work.diagnosis.clone());
-    let options = DiagnoseOptions { seed, law: false, ladder: None, ..shared };
+    let options = DiagnoseOptions { seed: case.seed, ..options.clone() };
     let run = || -> Result<Outcome, ExperimentError> {
-        let data = work.synthesis.set(case.active().as_ref(), seed)?;
+        let data = work.synthesis.set(case.active().as_ref(), case.seed)?;
         let sets = RecordingSets { data: &data, test: None, baseline: Some(work.baseline) };
         let found = diagnose(work.model, &sets, &options, &|_, _| {})?;
         Ok(Outcome::of(case, &found, clock.elapsed().as_secs_f64()))

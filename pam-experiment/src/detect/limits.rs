@@ -149,8 +149,9 @@ pub(crate) fn detect_along(
     if let Some(progress) = progress.filter(|_| count > 0) {
         let row_s = options.diagnosis.settings.data.points_per_row as f64 * ResampledRecord::STEP_S;
         let measured = view.map(|v| v.measured(recordings, row_s, options.diagnosis.seed));
-        let synthesis = Synthesis::new(model, measured.as_deref().unwrap_or(recordings))?;
         let diagnosis = &options.diagnosis;
+        let recordings = measured.as_deref().unwrap_or(recordings);
+        let synthesis = Synthesis::new(model, recordings, diagnosis)?;
         let power = options.power;
         let trials = Trials { model, synthesis: &synthesis, diagnosis, power, count };
         let tried = tried(&trials, &ways, &limits, progress);

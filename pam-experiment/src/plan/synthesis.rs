@@ -3,6 +3,8 @@
 use super::run::predicted;
 use crate::error::ExperimentError;
 use pam_data::{Channel, MassOrigin, Recording, SealedReading, Subject};
+use pam_diagnose::DiagnoseOptions;
+use pam_diagnose::joint::calibrated_inputs;
 use pam_effects::effects::{EffectScalar, Rest};
 use pam_effects::{ActiveEffect, ExtendedModel};
 use rand::rngs::ChaCha8Rng;
@@ -25,7 +27,9 @@ const READINGS: usize = 30;
 #[derive(Debug, Clone)]
 struct Baseline {
     subject: Subject,
-    /// `measured − simulated` of x, ẋ, P_f, P_e.
+    /// The recording with the force and the start that the model takes as true.
+    calibrated: Recording,
+    /// `measured − simulated` of x, ẋ, P_f, P_e, simulated along these.
     residuals: [Vec<f64>; 4],
     /// Samples of a block.
     block: usize,
@@ -33,7 +37,9 @@ struct Baseline {
 
 /// Makes recordings with an effect of baseline recordings: the model is simulated with the effect under the same inputs, and
 /// the residuals of the baseline are added, resampled in blocks (Künsch 1989) of several correlation times, all channels
-/// together.
+/// together. The inputs of the simulation are without the errors of their measurement
+/// ([`calibrated_inputs`]); the recordings have the measured ones, so a diagnosis meets noise of the force, its timing and a
+/// noisy first sample as in the baseline, and the residuals hold nothing of them.
 ///
 /// Neighbouring blocks overlap with weights whose squares add up to one, so that neither the variance changes nor a jump
 /// appears at their edges.
@@ -44,25 +50,36 @@ pub struct Synthesis {
 }
 
 impl Synthesis {
-    /// Simulates the baseline recordings and takes their residuals.
+    /// Simulates the baseline recordings and takes their residuals. The settings are those of a diagnosis of them.
     ///
     /// # Errors
     /// [`ExperimentError`] if the model diverges on one.
-    pub fn new(model: &ExtendedModel, baseline: &[Subject]) -> Result<Self, ExperimentError> {
-        let of = |subject: &Subject| {
+    pub fn new(
+        model: &ExtendedModel,
+        baseline: &[Subject],
+        diagnosis: &DiagnoseOptions,
+    ) -> Result<Self, ExperimentError> {
+        let inputs = calibrated_inputs(model, baseline, diagnosis)?;
+        let of = |(subject, inputs): (&Subject, Recording)| {
             let mut subject = subject.clone();
             if subject.origin != MassOrigin::GasLaw {
                 subject.recording.given_masses = Some(subject.masses);
             }
-            let simulated = predicted(model, subject.recording.clone())?;
+            // Masses follow from what was measured.
+            let calibrated = Recording {
+                given_masses: subject.recording.given_masses,
+                sealed: Some(subject.recording.reading_at_rest()),
+                ..inputs
+            };
+            let simulated = predicted(model, calibrated.clone())?;
             let residuals = Channel::ALL.map(|c| {
                 let pairs = subject.recording.channel(c).iter().zip(simulated.recording.channel(c));
                 pairs.map(|(m, s)| m - s).collect::<Vec<f64>>()
             });
             let block = block_samples(&subject.recording, &residuals);
-            Ok(Baseline { subject, residuals, block })
+            Ok(Baseline { subject, calibrated, residuals, block })
         };
-        let baselines: Result<_, ExperimentError> = baseline.iter().map(of).collect();
+        let baselines: Result<_, ExperimentError> = baseline.iter().zip(inputs).map(of).collect();
         Ok(Self { model: model.clone(), baselines: baselines? })
     }
 
@@ -96,10 +113,10 @@ impl Synthesis {
     ) -> Result<Subject, ExperimentError> {
         let with = self.model.with(effect.cloned());
         let command = match effect {
-            Some(effect) => read_with(&baseline.subject.recording, effect),
-            None => baseline.subject.recording.clone(),
+            Some(effect) => read_with(&baseline.calibrated, effect),
+            None => baseline.calibrated.clone(),
         };
-        let mut made = predicted(&with, command.clone())?;
+        let mut made = predicted(&with, command)?;
         let noise = resampled(&baseline.residuals, baseline.block, random);
         let r = &mut made.recording;
         let columns = [
@@ -111,10 +128,15 @@ impl Synthesis {
         for (column, noise) in columns.into_iter().zip(noise) {
             column.iter_mut().zip(noise).for_each(|(v, n)| *v += n);
         }
-        let low_passed = command.low_passed.clone();
-        let preprocessing = command.preprocessing.clone();
-        let recording = Recording { low_passed, preprocessing, ..made.recording.clone() };
+        let measured = &baseline.subject.recording;
         // The masses follow from the reading at rest, which the effect may have changed.
+        let recording = Recording {
+            force_mn: measured.force_mn.clone(),
+            low_passed: measured.low_passed.clone(),
+            preprocessing: measured.preprocessing.clone(),
+            sealed: made.recording.sealed.filter(|_| measured.sealed.is_some()),
+            ..made.recording
+        };
         Ok(Subject::of(recording, &self.model.joint)?)
     }
 }

@@ -1,6 +1,6 @@
-use crate::common::{diagnosis, model, noisy, protocol};
-use pam_data::Channel;
-use pam_diagnose::DiagnosisSettings;
+use crate::common::{clean, diagnosis, model, noisy, protocol};
+use pam_data::{Channel, Subject};
+use pam_diagnose::{DiagnoseOptions, DiagnosisSettings};
 use pam_effects::ActiveEffect;
 use pam_effects::effects::by_id;
 use pam_experiment::certify::{
@@ -8,8 +8,9 @@ use pam_experiment::certify::{
     settings_file,
 };
 use pam_experiment::detect::DetectOptions;
-use pam_experiment::plan::Synthesis;
+use pam_experiment::plan::{Synthesis, measured};
 use pam_numerics::statistics::{mean, standard_deviation};
+use pam_rig::sensors::SensorParameters;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
@@ -18,7 +19,8 @@ use std::sync::atomic::AtomicBool;
 fn residuals_come_back_with_their_size_and_colour() {
     let model = model();
     let baseline = noisy(&model, &protocol(12.0), None, 3);
-    let synthesis = Synthesis::new(&model, &baseline).expect("simulated");
+    let synthesis =
+        Synthesis::new(&model, &baseline, &DiagnoseOptions::default()).expect("simulated");
     let (a, b) = (synthesis.set(None, 1).expect("a set"), synthesis.set(None, 2).expect("a set"));
     // Differences of two sets: the simulation is the same.
     let difference =
@@ -55,12 +57,46 @@ fn synthesis_truth(
     predicted.expect("it moves").to_recording(&subject.recording, subject.masses)
 }
 
+/// Noise of the measured force is in the force alone: the motion, in the mean of several sets, is that under the true force.
+#[test]
+fn noise_of_the_force_moves_nothing() {
+    const SETS: u64 = 8;
+    let model = model();
+    let mut sensors = SensorParameters::default();
+    sensors.current.noise_a = 0.1;
+    let mut sine = protocol(84.0);
+    sine.current.truncate(1);
+    let truth = clean(&model, &sine);
+    let read = |(k, s): (u64, &Subject)| measured(s, &sensors, 20.0, k).expect("long enough");
+    let baseline: Vec<Subject> = (0..).zip(&truth).map(read).collect();
+    let synthesis = Synthesis::new(&model, &baseline, &diagnosis(&[])).expect("simulated");
+    let sets: Vec<Vec<Subject>> =
+        (0..SETS).map(|seed| synthesis.set(None, seed).expect("a set")).collect();
+    for (k, (read, truth)) in baseline.iter().zip(&truth).enumerate() {
+        let mut mean_mm = vec![0.0; truth.recording.len()];
+        for set in &sets {
+            assert_eq!(set[k].recording.force_mn, read.recording.force_mn);
+            let own = &set[k].recording.displacement_mm;
+            mean_mm.iter_mut().zip(own).for_each(|(m, x)| *m += x / SETS as f64);
+        }
+        let error_mm = |x_mm: &[f64]| {
+            let true_mm = &truth.recording.displacement_mm;
+            let errors: Vec<f64> = x_mm.iter().zip(true_mm).map(|(x, y)| x - y).collect();
+            standard_deviation(&errors)
+        };
+        let along_measured_mm = error_mm(&synthesis_truth(&model, read).displacement_mm);
+        let made_mm = error_mm(&mean_mm);
+        assert!(made_mm < 0.7 * along_measured_mm, "{made_mm} {along_measured_mm}");
+    }
+}
+
 /// A biased pressure sensor shows the bias at rest as well, and the masses that follow from the reading are wrong by it.
 #[test]
 fn sensors_show_an_effect_at_rest_too() {
     let model = model();
     let baseline = noisy(&model, &protocol(6.0), None, 4);
-    let synthesis = Synthesis::new(&model, &baseline).expect("simulated");
+    let synthesis =
+        Synthesis::new(&model, &baseline, &DiagnoseOptions::default()).expect("simulated");
     let bias =
         ActiveEffect { effect: by_id("pressure_bias").expect("known"), values: vec![15.0, 0.0] };
     let (with, without) =
@@ -91,7 +127,8 @@ fn a_certificate_resumes_and_is_quoted() {
     };
     let (cases, _) = plan(&model, &baseline, &options).expect("a plan");
     assert_eq!(cases.cases.len(), 4);
-    let synthesis = Synthesis::new(&model, &baseline).expect("simulated");
+    let synthesis =
+        Synthesis::new(&model, &baseline, &DiagnoseOptions::default()).expect("simulated");
     let place = tempfile::tempdir().expect("a folder");
     let folder = CertifyFolder::at(place.path());
     folder.begin(&cases, &"inputs").expect("a new folder");
