@@ -12,8 +12,8 @@ use crate::search::{Candidates, Remembered, Rows, search};
 use crate::settings::DiagnosisSettings;
 use crate::test_set::TestSet;
 use crate::verdict::{
-    Anomaly, Cause, ChannelBand, Names, Naming, Refused, Verdict, VerdictInput, is_stationary,
-    ranking, share,
+    Anomaly, Cause, ChannelBand, Names, Naming, Refused, STRAINED, Verdict, VerdictInput,
+    is_stationary, ranking, share,
 };
 use std::fmt;
 
@@ -221,9 +221,6 @@ pub(crate) fn total<C: Candidates + ?Sized>(open: &Problem<'_, C>, fit: &Fit) ->
         + choice
         + limits
 }
-
-/// Multiple of what chance allows from which the prior cost of nuisances is an error of its own.
-const STRAINED: f64 = 3.0;
 
 /// Findings on the test data.
 struct Judged {

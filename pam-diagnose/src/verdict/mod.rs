@@ -16,7 +16,7 @@ pub use anomalies::Anomaly;
 pub use bands::ChannelBand;
 pub(crate) use cause::ranking;
 pub use cause::{Alternative, Cause, Rank, Refused};
-pub(crate) use naming::{Names, Naming, largest_rise};
+pub(crate) use naming::{Names, Naming, STRAINED, largest_rise};
 pub(crate) use outcome::share;
 pub use outcome::{Verdict, VerdictInput};
 pub(crate) use stationary::is_stationary;

@@ -13,6 +13,9 @@ use crate::search::{Candidates, Findings, Rows, Scored};
 use pam_numerics::dot;
 use pam_vocabulary::ParameterInfo;
 
+/// Multiple of what chance allows from which the prior cost of nuisances is an error of its own.
+pub(crate) const STRAINED: f64 = 3.0;
+
 /// Everything from which names follow.
 pub(crate) struct Naming<'n, 'a, C: ?Sized> {
     /// Training and validation rows.
@@ -125,7 +128,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         for cause in causes {
             let little = all_minor || cause.share_of_error_removed < settings.minor_share;
             // Without a bias of a pressure the sealed masses take its trace: the error stays, but they cannot be so.
-            let needed = cause.strain_without > 1.0 && strain(best) < 1.0;
+            let needed = cause.strain_without > STRAINED && strain(best) < 1.0;
             cause.minor = little && cause.rise_without < settings.minor_rise && !needed;
         }
     }
