@@ -7,7 +7,7 @@ use pam_data::Subject;
 use pam_diagnose::{DiagnoseOptions, DiagnosisSettings, RecordingSets, diagnose};
 use pam_effects::ExtendedModel;
 use pam_experiment::certify::{
-    CertifyFolder, CertifyOptions, Summary, Work, plan, run_cases, settings_file,
+    CertifyFolder, CertifyOptions, Summary, Work, plan, run_cases, settings_file, with_baseline,
 };
 use pam_experiment::design::standard;
 use pam_experiment::plan::Synthesis;
@@ -85,10 +85,11 @@ pub fn certified(model: &ExtendedModel) -> (DiagnosisSettings, Summary) {
         CertifyOptions { repeats: 0, nulls: CERTIFIED_NULLS, ..CertifyOptions::default() };
     options.detect.diagnosis.law = false;
     let (plan, _) = plan(model, &baseline, &options).expect("a plan");
-    let synthesis = Synthesis::new(model, &baseline, &options.detect.diagnosis).expect("in range");
+    let diagnosis =
+        &with_baseline(model, &baseline, &options.detect.diagnosis).expect("a discrepancy");
+    let synthesis = Synthesis::new(model, &baseline, diagnosis).expect("in range");
     let at = tempfile::tempdir().expect("a folder");
     let folder = CertifyFolder::at(at.path());
-    let diagnosis = &options.detect.diagnosis;
     let work = Work {
         model,
         baseline: &baseline,

@@ -16,7 +16,7 @@ use pam_data::fingerprint::fingerprint_of_subjects;
 use pam_effects::ExtendedModel;
 use pam_experiment::certify::{
     CertifyFolder, CertifyOptions, Progress, Summary, Work, certificate_report, plan, run_cases,
-    settings_file,
+    settings_file, with_baseline,
 };
 use pam_experiment::detect::DetectOptions;
 use pam_experiment::plan::Synthesis;
@@ -121,7 +121,9 @@ impl RunCommand for CertifyArguments {
             "reading": self.reading.to_json(global)?,
         });
         run_record::write(&self.out, "certify", global.seed, &configuration)?;
-        let synthesis = Synthesis::new(&model, &baseline, &options.detect.diagnosis)?;
+        console.text("Diagnosing the baseline recordings.");
+        let diagnosis = &with_baseline(&model, &baseline, &options.detect.diagnosis)?;
+        let synthesis = Synthesis::new(&model, &baseline, diagnosis)?;
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let jobs = self.jobs.map_or(global.threads.unwrap_or(threads), usize::from);
         let bar = console.progress(cases.cases.len(), "cases");
@@ -137,7 +139,6 @@ impl RunCommand for CertifyArguments {
         };
         let own = |index: usize| self.shard.has(index);
         let stop = stop_flag();
-        let diagnosis = &options.detect.diagnosis;
         let work = Work {
             model: &model,
             baseline: &baseline,

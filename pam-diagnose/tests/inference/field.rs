@@ -341,6 +341,25 @@ fn initial_states_are_free_where_they_are_uncertain() {
     assert!(known.1 > 1.2 * NOISE, "{known:?}");
 }
 
+/// Initial states that are further off than their deviation says are an error of their own, unless baseline experiments have them
+/// as well.
+#[test]
+fn initial_states_may_be_as_wrong_as_in_the_baseline() {
+    let experiments: Vec<_> = (0..6).map(|k| record(plant(0.0), 1.0, 0.2, k)).collect();
+    let integrator = integrator();
+    let model = plant(0.0);
+    let outputs = Outputs::new([(0, NOISE)]);
+    let problem = FieldProblem::new(&model, &experiments, outputs, &integrator);
+    let with = |baseline: usize| {
+        let initial_state_deviation = Some(vec![0.1 * START_ERROR, 0.0]);
+        let options = FieldOptions { initial_state_deviation, baseline, ..FieldOptions::default() };
+        let found = diagnose_field(&problem, &candidates(), &options).unwrap();
+        (found.verdict, found.anomalies.iter().any(|a| a.kind == "start"))
+    };
+    assert_eq!(with(0), (Verdict::Unexplained, true));
+    assert_eq!(with(3), (Verdict::NothingFound, false));
+}
+
 /// Of a single experiment the last third is the test set. With other measurements there, and a noise that is estimated,
 /// every name and value is the same bit for bit.
 #[test]

@@ -125,6 +125,9 @@ pub struct Outcome {
     pub case: Case,
     /// The verdict, or `refused` with the reason in `error`.
     pub verdict: String,
+    /// What speaks against `explained` or `nothing_found`, in sentences.
+    #[serde(default)]
+    pub reasons: Vec<String>,
     /// Named causes.
     pub named: Vec<Named>,
     /// Causes that are listed as minor.
@@ -154,6 +157,7 @@ impl Outcome {
         Self {
             case: case.clone(),
             verdict: found.verdict.to_string(),
+            reasons: found.reasons.clone(),
             named: named.collect(),
             minor: found.minor.iter().map(|c| c.effect.clone()).collect(),
             log_odds: found.score.log_odds,
@@ -168,6 +172,7 @@ impl Outcome {
         Self {
             case: case.clone(),
             verdict: "refused".into(),
+            reasons: Vec::new(),
             named: Vec::new(),
             minor: Vec::new(),
             log_odds: 0.0,

@@ -16,7 +16,7 @@ mod summary;
 pub use case::{Case, Outcome, Plan, plan};
 pub use certificate::{Certificate, Trust};
 pub use report::certificate_report;
-pub use run::{CertifyFolder, Progress, Work, run_cases};
+pub use run::{CertifyFolder, Progress, Work, run_cases, with_baseline};
 pub use shares::clopper_pearson;
 pub use summary::{Confusion, Coverage, Detected, Summary, settings_file};
 

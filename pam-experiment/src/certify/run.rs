@@ -87,6 +87,19 @@ pub enum Progress<'a> {
     Over(&'a Outcome),
 }
 
+/// The options of the diagnoses of a certificate: with what the baseline recordings show of the model, learned once.
+///
+/// # Errors
+/// [`ExperimentError`] if the recordings are too short or the model diverges on them.
+pub fn with_baseline(
+    model: &ExtendedModel,
+    baseline: &[Subject],
+    diagnosis: &DiagnoseOptions,
+) -> Result<DiagnoseOptions, ExperimentError> {
+    let learned = BaselineDiscrepancy::learn(model, baseline, diagnosis, &|_| {})?;
+    Ok(DiagnoseOptions { discrepancy: Some(learned), ..diagnosis.clone() })
+}
+
 /// What the cases of a certificate are run with.
 #[derive(Debug, Clone, Copy)]
 pub struct Work<'a> {
@@ -98,7 +111,7 @@ pub struct Work<'a> {
     pub synthesis: &'a Synthesis,
     /// The cases.
     pub plan: &'a Plan,
-    /// The diagnosis that is certified.
+    /// The diagnosis that is certified, [with the baseline](with_baseline).
     pub diagnosis: &'a DiagnoseOptions,
     /// Where the outcomes are written.
     pub folder: &'a CertifyFolder,
@@ -128,19 +141,13 @@ pub fn run_cases(
     let cases = folder.0.join("cases");
     std::fs::create_dir_all(&cases).map_err(|e| DataError::io(&cases, e))?;
     progress(Progress::Planned(due.len(), mine.len() - due.len()));
-    let mut options = DiagnoseOptions { law: false, ladder: None, ..work.diagnosis.clone() };
-    if !due.is_empty() && options.discrepancy.is_none() {
-        // Every case has the same baseline.
-        let learned = BaselineDiscrepancy::learn(work.model, work.baseline, &options, &|_| {})?;
-        options.discrepancy = Some(learned);
-    }
     let jobs = jobs.clamp(1, due.len().max(1));
     let (queue, error) = (Mutex::new(due), Mutex::new(None));
     let worker = || {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         while !stop.load(Ordering::Relaxed) {
             let Some(case) = queue.lock().ok().and_then(|mut q| q.pop_front()) else { return };
-            let outcome = || one(work, &options, case);
+            let outcome = || one(work, case);
             let outcome = match &pool {
                 Ok(pool) => pool.install(outcome),
                 Err(_) => outcome(),
@@ -169,9 +176,10 @@ pub fn run_cases(
     }
 }
 
-fn one(work: &Work<'_>, options: &DiagnoseOptions, case: &Case) -> Outcome {
+fn one(work: &Work<'_>, case: &Case) -> Outcome {
     let clock = Instant::now();
-    let options = DiagnoseOptions { seed: case.seed, ..options.clone() };
+    let (seed, shared) = (case.seed, work.diagnosis.clone());
+    let options = DiagnoseOptions { seed, law: false, ladder: None, ..shared };
     let run = || -> Result<Outcome, ExperimentError> {
         let data = work.synthesis.set(case.active().as_ref(), case.seed)?;
         let sets = RecordingSets { data: &data, test: None, baseline: Some(work.baseline) };

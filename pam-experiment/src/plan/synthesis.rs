@@ -9,6 +9,7 @@ use pam_effects::effects::{EffectScalar, Rest};
 use pam_effects::{ActiveEffect, ExtendedModel};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
+use std::f64::consts::FRAC_PI_2;
 
 /// A block of residuals is so many correlation times long,
 const CORRELATION_TIMES: f64 = 6.0;
@@ -17,7 +18,7 @@ const SHORTEST_S: f64 = 0.25;
 /// at most this share of a recording,
 const LONGEST_SHARE: f64 = 0.2;
 /// and overlaps with its neighbours by this share of itself.
-const OVERLAP: f64 = 0.1;
+const OVERLAP: f64 = 0.5;
 /// Autocorrelation below which lags no longer count.
 const UNCORRELATED: f64 = 0.1;
 /// Iterations that find the reading from which an effect's correction gives the true one.
@@ -39,10 +40,11 @@ struct Baseline {
 /// the residuals of the baseline are added, resampled in blocks (Künsch 1989) of several correlation times, all channels
 /// together. The inputs of the simulation are without the errors of their measurement
 /// ([`calibrated_inputs`]); the recordings have the measured ones, so a diagnosis meets noise of the force, its timing and a
-/// noisy first sample as in the baseline, and the residuals hold nothing of them.
+/// noisy first sample as in the baseline, and the residuals hold nothing of them. Effects that the baseline shows
+/// ([`DiagnoseOptions::discrepancy`]) are part of the model: resampled residuals do not go with the motion, these do.
 ///
-/// Neighbouring blocks overlap with weights whose squares add up to one, so that neither the variance changes nor a jump
-/// appears at their edges.
+/// Neighbouring blocks overlap with weights whose squares add up to one, so that the variance stays, and which begin and end
+/// without a bend (the window of Vorbis), so that no event appears at their edges.
 #[derive(Debug, Clone)]
 pub struct Synthesis {
     model: ExtendedModel,
@@ -59,6 +61,8 @@ impl Synthesis {
         baseline: &[Subject],
         diagnosis: &DiagnoseOptions,
     ) -> Result<Self, ExperimentError> {
+        let shown = diagnosis.discrepancy.iter().flat_map(|d| d.effects.iter().cloned());
+        let model = &model.with(shown);
         let inputs = calibrated_inputs(model, baseline, diagnosis)?;
         let of = |(subject, inputs): (&Subject, Recording)| {
             let mut subject = subject.clone();
@@ -218,29 +222,31 @@ fn block_samples(recording: &Recording, residuals: &[Vec<f64>; 4]) -> usize {
     (wanted as usize).clamp(2, longest)
 }
 
-/// Residuals of all channels, resampled in overlapping blocks from anywhere on a circle.
+/// The weight at a part of an overlap, from 0 to 1: `faded(u)² + faded(1 − u)² = 1`, with no slope at either end.
+fn faded(part: f64) -> f64 {
+    (FRAC_PI_2 * (FRAC_PI_2 * part).sin().powi(2)).sin()
+}
+
+/// Residuals of all channels, resampled in overlapping blocks.
 fn resampled(residuals: &[Vec<f64>; 4], block: usize, random: &mut ChaCha8Rng) -> [Vec<f64>; 4] {
     let n = residuals[0].len();
     let overlap = ((OVERLAP * block as f64) as usize).max(1);
     let mut made: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; n]);
     let mut from = 0;
     while from < n {
-        let source = random.random_range(0..n);
+        // Not across the end: what is not periodic would jump there.
+        let source = random.random_range(0..=n.saturating_sub(block + overlap));
         for k in 0..block + overlap {
             let at = from + k;
             if at >= n {
                 break;
             }
-            let rising =
-                if from > 0 && k < overlap { (k as f64 + 0.5) / overlap as f64 } else { 1.0 };
-            let falling = if k >= block {
-                1.0 - (k - block) as f64 / overlap as f64 - 0.5 / overlap as f64
-            } else {
-                1.0
-            };
-            let weight = (rising * falling).sqrt();
+            let part = |k: usize| (k as f64 + 0.5) / overlap as f64;
+            let rising = if from > 0 && k < overlap { faded(part(k)) } else { 1.0 };
+            let falling = if k >= block { faded(1.0 - part(k - block)) } else { 1.0 };
+            let weight = rising * falling;
             for (to, own) in made.iter_mut().zip(residuals) {
-                to[at] += weight * own[(source + k) % n];
+                to[at] += weight * own[source + k];
             }
         }
         from += block;

@@ -46,6 +46,30 @@ fn residuals_come_back_with_their_size_and_colour() {
     assert_eq!(a[0].recording, synthesis.set(None, 1).expect("a set")[0].recording);
 }
 
+/// A residual that drifts comes back without jumps, wherever its blocks come from.
+#[test]
+fn drifting_residuals_do_not_jump() {
+    let model = model();
+    let mut baseline = noisy(&model, &protocol(12.0), None, 7);
+    let drift_mm = 0.5;
+    for subject in &mut baseline {
+        let count = subject.recording.len() as f64;
+        for (k, x) in subject.recording.displacement_mm.iter_mut().enumerate() {
+            *x += drift_mm * k as f64 / count;
+        }
+    }
+    let synthesis = Synthesis::new(&model, &baseline, &diagnosis(&[])).expect("simulated");
+    let truth = synthesis_truth(&model, &baseline[0]);
+    let largest_step_mm = (0..10).map(|seed| {
+        let set = synthesis.set(None, seed).expect("a set");
+        let pairs = set[0].recording.displacement_mm.iter().zip(&truth.displacement_mm);
+        let left: Vec<f64> = pairs.map(|(x, y)| x - y).collect();
+        left.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max)
+    });
+    let largest_step_mm = largest_step_mm.fold(0.0, f64::max);
+    assert!(largest_step_mm < 0.02 * drift_mm, "{largest_step_mm} mm");
+}
+
 fn synthesis_truth(
     model: &pam_effects::ExtendedModel,
     subject: &pam_data::Subject,
