@@ -19,7 +19,7 @@ pub(crate) struct Baseline {
     #[cfg_attr(not(feature = "joint"), expect(dead_code, reason = "the joint reads it"))]
     pub(crate) deviations: Vec<f64>,
     /// By how much the deviations of the experiments' own nuisances have to be wider for these recordings: a model with
-    /// a wrong force needs other sealed masses than the measured ones, in healthy recordings as in others.
+    /// a wrong force needs other sealed masses than the measured ones, with and without a fault.
     pub(crate) local_widenings: Vec<f64>,
     /// Root-mean-square errors of the fitted channels that are left then.
     pub(crate) rms: Vec<f64>,
