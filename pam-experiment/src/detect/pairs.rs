@@ -74,7 +74,7 @@ pub(super) fn pairs(
                     other: other.id.to_owned(),
                     cosine: (1.0 - own).sqrt(),
                     distinguished_from: told,
-                    tried: limits[k].tried.as_ref().map(|t| t.confusions(other.id, AT_LIMIT)),
+                    tried: limits[k].tried.as_ref().and_then(|t| t.confusions(other.id, AT_LIMIT)),
                 }
             })
             .collect()

@@ -95,13 +95,14 @@ impl Trials<'_> {
 
 impl TriedLimit {
     /// How often the other effect was named, or not distinguished from a name, in trials in which the hidden effect was named at
-    /// `multiples` of its limit or more, of how many.
+    /// `multiples` of its limit or more, of how many; `None` if of none.
     #[must_use]
-    pub fn confusions(&self, other: &str, multiples: f64) -> [usize; 2] {
+    pub fn confusions(&self, other: &str, multiples: f64) -> Option<[usize; 2]> {
         let own =
             self.trials.iter().filter(|t| t.named && t.magnitude >= multiples * self.magnitude);
-        own.fold([0, 0], |[confused, all], t| {
+        let counts = own.fold([0, 0], |[confused, all], t| {
             [confused + usize::from(t.names.iter().any(|n| n == other)), all + 1]
-        })
+        });
+        (counts[1] > 0).then_some(counts)
     }
 }

@@ -1,7 +1,7 @@
 use crate::common::{clean, diagnosis, model, noise, noisy, protocol};
 use pam_diagnose::{RecordingSets, diagnose};
 use pam_experiment::detect::{
-    DetectOptions, detect, needed_noncentrality, noncentral_chi_square_sf,
+    DetectOptions, LimitTrial, TriedLimit, detect, needed_noncentrality, noncentral_chi_square_sf,
 };
 use pam_experiment::plan::noise_from_toml;
 
@@ -20,6 +20,23 @@ fn power_is_that_of_published_tables() {
     }
     // 4 degrees of freedom: 11.935 for 80 %.
     assert!((needed_noncentrality(9.487_729, 4.0, 0.8) - 11.935).abs() < 0.01);
+}
+
+/// Trials below the limit, or in which nothing was named, say nothing of confusions.
+#[test]
+fn confusions_are_those_of_trials_at_the_limit() {
+    let trial = |magnitude: f64, names: &[&str]| LimitTrial {
+        value: magnitude,
+        magnitude,
+        named: !names.is_empty(),
+        names: names.iter().map(|n| (*n).to_owned()).collect(),
+    };
+    let of = |trials: Vec<LimitTrial>| {
+        TriedLimit { trials, interval: [0.5, 2.0], magnitude: 1.0 }.confusions("backlash", 1.0)
+    };
+    assert_eq!(of(vec![trial(0.8, &["creep"]), trial(1.2, &[])]), None);
+    let both = trial(1.5, &["creep", "backlash"]);
+    assert_eq!(of(vec![trial(0.8, &["creep"]), trial(1.2, &["creep"]), both]), Some([1, 2]));
 }
 
 /// The limit of a linear effect grows with the noise, and a play is seen from a width on that grows with it; effects
