@@ -57,7 +57,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
     }
 
     /// The prior cost of the nuisances that have no limits over its 99.9 % quantile if the priors are right: above 1
-    /// they took what is no nuisance. One with limits may be anywhere between them.
+    /// they have absorbed an error that is not theirs. A nuisance with limits may be anywhere between them.
     pub(crate) fn prior_strain(&self, hypothesis: &Hypothesis) -> f64 {
         let most = self.most_prior_cost(hypothesis);
         let (shared, local) = (self.system.shared(), self.system.local());

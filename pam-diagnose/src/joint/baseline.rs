@@ -1,7 +1,6 @@
 //! The baseline discrepancy of the joint.
 
-use super::diagnose::{DiagnoseOptions, resampled};
-use super::force_noise::with_doubtful_force;
+use super::diagnose::{DiagnoseOptions, ready_trials};
 use super::spans::spans;
 use super::system::JointSystem;
 use crate::data::{Roles, TestSource};
@@ -55,8 +54,7 @@ impl BaselineDiscrepancy {
         done: &(dyn Fn(f64) + Sync),
     ) -> Result<Self, DiagnoseError> {
         let subjects: Vec<&Subject> = recordings.iter().collect();
-        let trials = resampled(model, &subjects, &options.settings)?;
-        let trials = with_doubtful_force(trials, &subjects, &options.settings);
+        let trials = ready_trials(model, &subjects, &options.settings)?;
         Self::from_trials(model, &trials, options, done)
     }
 

@@ -1,7 +1,7 @@
 //! The inputs of recordings without the errors of their measurement.
 
 use super::diagnose::{DiagnoseOptions, resampled};
-use super::force_noise::{driving_force, quiet_force, with_doubtful_force};
+use super::force_noise::{driving_force, quiet_forces, with_doubtful_force};
 use super::spans::spans;
 use super::system::JointSystem;
 use crate::data::{Roles, TestSource};
@@ -14,8 +14,8 @@ use pam_effects::simulation::Trial;
 
 /// Recordings with the inputs that a model takes as the true ones: the force without its noise and as early as it acts, and the
 /// first displacement and velocity. These are the values that a [`diagnose`](super::diagnose()) of the recordings fits before
-/// it looks for causes; everything else is as measured. So `measured − simulated` along them is what the sensors of the
-/// outputs add, and errors of the model.
+/// it searches for causes; everything else is as measured. The residual `measured − simulated` along them is therefore noise of
+/// the output sensors and model error.
 ///
 /// # Errors
 /// [`DiagnoseError`] if a recording is too short, or the model diverges on it.
@@ -27,7 +27,8 @@ pub fn calibrated_inputs(
     let settings = &options.settings;
     let subjects: Vec<&Subject> = recordings.iter().collect();
     let trials = resampled(model, &subjects, settings)?;
-    let trials = with_doubtful_force(trials, &subjects, settings);
+    let quiet = quiet_forces(&subjects, settings);
+    let trials = with_doubtful_force(trials, &quiet);
     let all: Vec<&Trial> = trials.iter().collect();
     let roles = Roles::assign(&spans(&all), TestSource::Absent, &settings.data)?;
     let open = roles.open();
@@ -39,13 +40,12 @@ pub fn calibrated_inputs(
     let base = rows.whole.base();
     let diverges = || DiagnoseError::TooLittle("the model diverges on the recordings".into());
     let fit = rows.learn_beside(&base).ok_or_else(diverges)?.hypothesis;
-    let nuisances = |local: &[f64]| JointSystem::nuisances::<f64>(&fit, local);
-    let one = |(subject, local): (&Subject, &Vec<f64>)| {
-        let nuisances = nuisances(local);
+    let one = |((subject, quiet), local): ((&Subject, &Option<Recording>), &Vec<f64>)| {
+        let nuisances = JointSystem::nuisances::<f64>(&fit, local);
         let mut recording = subject.recording.clone();
         let mut force_mn = driving_force(&recording).to_vec();
-        if let Some(quiet) = quiet_force(subject, settings) {
-            let noise = driving_force(&quiet).iter().map(|q| nuisances.force_noise_share * q);
+        if let Some(quiet) = quiet {
+            let noise = driving_force(quiet).iter().map(|q| nuisances.force_noise_share * q);
             force_mn.iter_mut().zip(noise).for_each(|(force, noise)| *force -= noise);
         }
         let force_mn = led(&force_mn, nuisances.lead_samples);
@@ -57,11 +57,11 @@ pub fn calibrated_inputs(
         recording.velocity_mm_s[0] += nuisances.start_mm_s;
         recording
     };
-    Ok(recordings.iter().zip(&fit.locals).map(one).collect())
+    Ok(recordings.iter().zip(&quiet).zip(&fit.locals).map(one).collect())
 }
 
 /// A held force that acts earlier by so many samples than the one given: the cubic through the four nearest samples there, less
-/// what the hold added to it ([`FineForce`](pam_effects::simulation::FineForce)).
+/// the correction for the zero-order hold ([`FineForce`](pam_effects::simulation::FineForce)).
 fn led(force: &[f64], lead_samples: f64) -> Vec<f64> {
     if lead_samples == 0.0 {
         return force.to_vec();

@@ -2,7 +2,7 @@
 
 use super::baseline::BaselineDiscrepancy;
 use super::design::{Separation, separate};
-use super::force_noise::{doubtful_force_n, with_doubtful_force};
+use super::force_noise::{doubtful_force_n, quiet_forces, with_doubtful_force};
 use super::ladder::{EffectLadder, joint_ladder};
 use super::law;
 use super::spans::roles;
@@ -141,8 +141,7 @@ pub fn diagnose(
     let mut known = model.clone();
     let subjects: Vec<&Subject> = sets.baseline.unwrap_or_default().iter().collect();
     let every = OpenPart::whole(subjects.len());
-    let baseline_trials = resampled(model, &subjects, settings)?;
-    let baseline_trials = with_doubtful_force(baseline_trials, &subjects, settings);
+    let baseline_trials = ready_trials(model, &subjects, settings)?;
     if sets.baseline.is_some() {
         let done = |s| progress(Stage::Baseline, s);
         let learned = match &options.discrepancy {
@@ -232,9 +231,19 @@ pub(super) fn prepare(
     options: &DiagnoseOptions,
 ) -> Result<(Vec<Trial>, Roles), DiagnoseError> {
     let subjects: Vec<&Subject> = sets.data.iter().chain(sets.test.unwrap_or_default()).collect();
-    let trials = resampled(model, &subjects, &options.settings)?;
+    let trials = ready_trials(model, &subjects, &options.settings)?;
     let roles = roles(&trials.iter().collect::<Vec<_>>(), sets, options)?;
-    Ok((with_doubtful_force(trials, &subjects, &options.settings), roles))
+    Ok((trials, roles))
+}
+
+/// The recordings ready for simulation, with the part of their force that may be noise.
+pub(super) fn ready_trials(
+    model: &ExtendedModel,
+    subjects: &[&Subject],
+    settings: &DiagnosisSettings,
+) -> Result<Vec<Trial>, DiagnoseError> {
+    let trials = resampled(model, subjects, settings)?;
+    Ok(with_doubtful_force(trials, &quiet_forces(subjects, settings)))
 }
 
 /// The recordings with their tables of the base model's force, which has to be of mechanics that can be simulated often.

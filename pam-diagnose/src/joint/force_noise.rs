@@ -133,7 +133,7 @@ pub(super) fn driving_force(recording: &Recording) -> &[f64] {
 }
 
 /// The recording with only the quiet-frequency part of its measured force; `None` if no frequency is quiet.
-pub(super) fn quiet_force(subject: &Subject, settings: &DiagnosisSettings) -> Option<Recording> {
+fn quiet_force(subject: &Subject, settings: &DiagnosisSettings) -> Option<Recording> {
     let quiet = Quiet::of(&subject.recording, settings)?;
     let mut recording = subject.recording.clone();
     let (t0, t1) = recording.span_s();
@@ -146,17 +146,20 @@ pub(super) fn quiet_force(subject: &Subject, settings: &DiagnosisSettings) -> Op
     Some(recording)
 }
 
-/// Trials of subjects that know which part of their force may be noise.
-pub(super) fn with_doubtful_force(
-    trials: Vec<Trial>,
+/// For each recording a copy with the quiet-frequency part of its measured force alone; `None` if no frequency is quiet.
+pub(super) fn quiet_forces(
     subjects: &[&Subject],
     settings: &DiagnosisSettings,
-) -> Vec<Trial> {
-    let quiet = parallel::map(subjects.len(), |i| quiet_force(subjects[i], settings));
+) -> Vec<Option<Recording>> {
+    parallel::map(subjects.len(), |i| quiet_force(subjects[i], settings))
+}
+
+/// Trials that know which part of their force may be noise.
+pub(super) fn with_doubtful_force(trials: Vec<Trial>, quiet: &[Option<Recording>]) -> Vec<Trial> {
     let pairs = trials.into_iter().zip(quiet);
     pairs
         .map(|(trial, quiet)| match quiet {
-            Some(recording) => trial.with_doubtful_force(&recording),
+            Some(recording) => trial.with_doubtful_force(recording),
             None => trial,
         })
         .collect()

@@ -50,7 +50,7 @@ impl Nuisance {
         Self { deviation, limits: [f64::NEG_INFINITY, f64::INFINITY] }
     }
 
-    /// Whether the nuisance may have any value.
+    /// Whether the nuisance has no limits.
     pub(crate) fn is_unlimited(&self) -> bool {
         self.limits == [f64::NEG_INFINITY, f64::INFINITY]
     }

@@ -321,18 +321,23 @@ fn written(found: &FieldDiagnosis) {
     }
 }
 
-/// Without free initial states their error stays in the residual; with them it goes.
-#[test]
-fn initial_states_are_free_where_they_are_uncertain() {
-    let experiments: Vec<_> = (0..3).map(|k| record(plant(0.0), 1.0, 0.2, k)).collect();
+/// The diagnosis of runs in which nothing is missing but the start is wrong, with this deviation of the initial position.
+fn with_wrong_starts(count: u64, deviation: f64, baseline: usize) -> FieldDiagnosis {
+    let experiments: Vec<_> = (0..count).map(|k| record(plant(0.0), 1.0, 0.2, k)).collect();
     let integrator = integrator();
     let model = plant(0.0);
     let outputs = Outputs::new([(0, NOISE)]);
     let problem = FieldProblem::new(&model, &experiments, outputs, &integrator);
+    let initial_state_deviation = Some(vec![deviation, 0.0]);
+    let options = FieldOptions { initial_state_deviation, baseline, ..FieldOptions::default() };
+    diagnose_field(&problem, &candidates(), &options).unwrap()
+}
+
+/// Without free initial states their error stays in the residual; with them it goes.
+#[test]
+fn initial_states_are_free_where_they_are_uncertain() {
     let left = |deviation: f64| {
-        let initial_state_deviation = Some(vec![deviation, 0.0]);
-        let options = FieldOptions { initial_state_deviation, ..FieldOptions::default() };
-        let found = diagnose_field(&problem, &candidates(), &options).unwrap();
+        let found = with_wrong_starts(3, deviation, 0);
         (found.verdict, found.residual.channels[0].rms_left)
     };
     let (free, known) = (left(0.1), left(0.0));
@@ -345,15 +350,8 @@ fn initial_states_are_free_where_they_are_uncertain() {
 /// as well.
 #[test]
 fn initial_states_may_be_as_wrong_as_in_the_baseline() {
-    let experiments: Vec<_> = (0..6).map(|k| record(plant(0.0), 1.0, 0.2, k)).collect();
-    let integrator = integrator();
-    let model = plant(0.0);
-    let outputs = Outputs::new([(0, NOISE)]);
-    let problem = FieldProblem::new(&model, &experiments, outputs, &integrator);
     let with = |baseline: usize| {
-        let initial_state_deviation = Some(vec![0.1 * START_ERROR, 0.0]);
-        let options = FieldOptions { initial_state_deviation, baseline, ..FieldOptions::default() };
-        let found = diagnose_field(&problem, &candidates(), &options).unwrap();
+        let found = with_wrong_starts(6, 0.1 * START_ERROR, baseline);
         (found.verdict, found.anomalies.iter().any(|a| a.kind == "start"))
     };
     assert_eq!(with(0), (Verdict::Unexplained, true));

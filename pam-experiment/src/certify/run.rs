@@ -87,7 +87,7 @@ pub enum Progress<'a> {
     Over(&'a Outcome),
 }
 
-/// The options of the diagnoses of a certificate: with what the baseline recordings show of the model, learned once.
+/// The options for every diagnosis of a certificate: the discrepancy of the model is learned from the baseline recordings once.
 ///
 /// # Errors
 /// [`ExperimentError`] if the recordings are too short or the model diverges on them.

@@ -69,7 +69,7 @@ impl Synthesis {
             if subject.origin != MassOrigin::GasLaw {
                 subject.recording.given_masses = Some(subject.masses);
             }
-            // Masses follow from what was measured.
+            // The sealed masses are computed from the measured reading.
             let calibrated = Recording {
                 given_masses: subject.recording.given_masses,
                 sealed: Some(subject.recording.reading_at_rest()),
@@ -234,7 +234,7 @@ fn resampled(residuals: &[Vec<f64>; 4], block: usize, random: &mut ChaCha8Rng) -
     let mut made: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; n]);
     let mut from = 0;
     while from < n {
-        // Not across the end: what is not periodic would jump there.
+        // A block that wrapped around the end would contain a jump unless the residual is periodic.
         let source = random.random_range(0..=n.saturating_sub(block + overlap));
         for k in 0..block + overlap {
             let at = from + k;
