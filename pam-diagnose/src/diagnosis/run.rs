@@ -251,7 +251,10 @@ impl Judged {
         let removable: f64 = test.bands(open, base).iter().map(learnable).sum();
         let count = bands.len().max(1) as f64;
         let lowest = after.min(1.0);
-        let reduction = test.error_reduction(base, best, prepared.seed).overall;
+        // Nuisances that imitate a cause against their priors do not count as the model without it.
+        let plain = Hypothesis { shared: best.shared.clone(), ..base.clone() };
+        let without = if comparison.is_some_and(|c| c.is_strained()) { &plain } else { base };
+        let reduction = test.error_reduction(without, best, prepared.seed).overall;
         let mut anomalies = test.anomalies(open, best);
         anomalies.extend(unmodelled(prepared, open, best));
         if open.prior_strain(best) > STRAINED {
@@ -274,7 +277,7 @@ impl Judged {
             },
             // Without a test set, names are as good as training and validation data make them.
             confirmed: test.problem().is_empty()
-                || (comparison.is_some_and(|c| c.reduced) && reduction.error_reduction > 0.0),
+                || comparison.is_some_and(|c| c.confirms(&reduction)),
             reduced: test.problem().is_empty() || reduction.ci95[0] > 0.0,
             inadequate: inadequate(prepared, open, names),
             bands,

@@ -33,6 +33,23 @@ pub(crate) struct Comparison {
     /// Student's one-sided test of `Σ r·s` over blocks, whose mean is zero without the cause. The squared error falls by
     /// `2 r·s − s²`, which of a weak cause has half the ratio of mean to scatter.
     pub(crate) reduced: bool,
+    /// Drop of the prior cost of the nuisances from the first to the second: positive where those of the second are nearer to
+    /// their measured values.
+    pub(crate) prior_drop: f64,
+}
+
+impl Comparison {
+    /// Whether nuisances of the first are so far from their measured values that this speaks for the second by itself.
+    pub(crate) fn is_strained(&self) -> bool {
+        self.prior_drop > CLEAR_PRIOR_COST
+    }
+
+    /// Whether the test data confirm the second. What errors of measured starts and masses leave of a simulation may be more than a
+    /// weak cause changes, and of either sign: a reduction that is clearly negative refutes only where the fitted ones are no nearer
+    /// to the measured ones.
+    pub(crate) fn confirms(&self, reduction: &OverallReduction) -> bool {
+        self.reduced && (reduction.ci95[1] > 0.0 || self.prior_drop > 0.0)
+    }
 }
 
 /// The test rows.
@@ -112,6 +129,7 @@ impl<'a, C: Candidates + ?Sized> TestSet<'a, C> {
         Some(Comparison {
             chi_squares: [chi_square(&before), chi_square(&after)],
             reduced: clear || by_blocks || agrees,
+            prior_drop: taken,
         })
     }
 

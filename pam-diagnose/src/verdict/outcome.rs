@@ -50,8 +50,8 @@ impl fmt::Display for Verdict {
 pub struct VerdictInput {
     /// Number of causes that were named on training and validation data.
     pub causes: usize,
-    /// Whether the test data confirm them: their whitened error is proven to be smaller, and the error of the simulation is no
-    /// larger.
+    /// Whether the test data confirm them: their whitened error, with starts and masses fitted, is proven to be smaller, and the
+    /// error with measured starts and masses is not proven to be larger, unless the fitted ones are nearer to these.
     pub confirmed: bool,
     /// Whether the error of the simulation on the test data is proven to be smaller: the interval of the error reduction is
     /// above zero.
@@ -75,7 +75,7 @@ impl Verdict {
     /// | 0 | something is left that is no noise | unexplained |
     /// | 0 | otherwise | nothing found |
     /// | > 0 | the test data do not confirm them | unconfirmed |
-    /// | > 0 | they remove less than `named_share` of the removable error | unexplained |
+    /// | > 0 | they remove less than `named_share` of the removable error, and something is left | unexplained |
     /// | > 0 | something is left that is no noise, a value is doubtful, or no error reduction is proven | partly explained |
     /// | > 0 | otherwise | explained |
     #[must_use]
@@ -86,7 +86,7 @@ impl Verdict {
             0 if e.left => Self::Unexplained,
             0 => Self::NothingFound,
             _ if !e.confirmed => Self::Unconfirmed,
-            _ if e.named_share < settings.named_share => Self::Unexplained,
+            _ if e.named_share < settings.named_share && e.left => Self::Unexplained,
             _ if e.left || e.doubtful || !e.reduced => Self::PartlyExplained,
             _ => Self::Explained,
         }

@@ -24,7 +24,9 @@ fn the_rule_has_one_outcome_for_each_combination() {
         (good, Explained),
         (VerdictInput { causes: 3, ..good }, Explained),
         (VerdictInput { named_share: 0.25, ..good }, Explained), // the bound itself is enough
-        (VerdictInput { named_share: 0.24, ..good }, Unexplained),
+        (VerdictInput { named_share: 0.24, left: true, ..good }, Unexplained),
+        // What is within the noise need not be removed.
+        (VerdictInput { named_share: 0.24, ..good }, Explained),
         (VerdictInput { left: true, ..good }, PartlyExplained),
         (VerdictInput { doubtful: true, ..good }, PartlyExplained),
         (VerdictInput { reduced: false, ..good }, PartlyExplained),

@@ -7,6 +7,7 @@ use pam_diagnose::DiagnoseOptions;
 use pam_diagnose::joint::calibrated_inputs;
 use pam_effects::effects::{EffectScalar, Rest};
 use pam_effects::{ActiveEffect, ExtendedModel};
+use pam_numerics::statistics::mean;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::f64::consts::FRAC_PI_2;
@@ -199,7 +200,7 @@ fn block_samples(recording: &Recording, residuals: &[Vec<f64>; 4]) -> usize {
     let n = recording.len();
     let longest = ((LONGEST_SHARE * n as f64) as usize).max(2);
     let correlated = |channel: &Vec<f64>| {
-        let mean = channel.iter().sum::<f64>() / n as f64;
+        let mean = mean(channel);
         let own: Vec<f64> = channel.iter().map(|v| v - mean).collect();
         let square: f64 = own.iter().map(|v| v * v).sum();
         let mut time = 1.0;
@@ -228,28 +229,29 @@ fn faded(part: f64) -> f64 {
 }
 
 /// Residuals of all channels, resampled in overlapping blocks.
+///
+/// The mean is not resampled: where blocks overlap it would come back as `√2` of itself. Blocks are half to one and a half times as
+/// long as given: equal ones would add a line to the spectrum.
 fn resampled(residuals: &[Vec<f64>; 4], block: usize, random: &mut ChaCha8Rng) -> [Vec<f64>; 4] {
     let n = residuals[0].len();
     let overlap = ((OVERLAP * block as f64) as usize).max(1);
-    let mut made: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; n]);
-    let mut from = 0;
+    let means = residuals.each_ref().map(|r| mean(r));
+    let mut made = means.map(|mean| vec![mean; n]);
+    let (mut from, mut first) = (0, true);
     while from < n {
+        let own = random.random_range(overlap..=(2 * block).saturating_sub(overlap).max(overlap));
         // A block that wrapped around the end would contain a jump unless the residual is periodic.
-        let source = random.random_range(0..=n.saturating_sub(block + overlap));
-        for k in 0..block + overlap {
-            let at = from + k;
-            if at >= n {
-                break;
-            }
+        let source = random.random_range(0..=n.saturating_sub(own + overlap));
+        for k in 0..(own + overlap).min(n - from) {
             let part = |k: usize| (k as f64 + 0.5) / overlap as f64;
-            let rising = if from > 0 && k < overlap { faded(part(k)) } else { 1.0 };
-            let falling = if k >= block { faded(1.0 - part(k - block)) } else { 1.0 };
+            let rising = if !first && k < overlap { faded(part(k)) } else { 1.0 };
+            let falling = if k >= own { faded(1.0 - part(k - own)) } else { 1.0 };
             let weight = rising * falling;
-            for (to, own) in made.iter_mut().zip(residuals) {
-                to[at] += weight * own[source + k];
+            for ((to, residual), mean) in made.iter_mut().zip(residuals).zip(means) {
+                to[from + k] += weight * (residual[source + k] - mean);
             }
         }
-        from += block;
+        (from, first) = (from + own, false);
     }
     made
 }

@@ -70,6 +70,30 @@ fn drifting_residuals_do_not_jump() {
     assert!(largest_step_mm < 0.02 * drift_mm, "{largest_step_mm} mm");
 }
 
+/// An offset of a sensor is the same at all times, also where blocks of residuals overlap.
+#[test]
+fn an_offset_comes_back_as_it_is() {
+    let model = model();
+    let mut baseline = noisy(&model, &protocol(12.0), None, 3);
+    for subject in &mut baseline {
+        let recording = &mut subject.recording;
+        recording.pressure_flexor_kpa.iter_mut().for_each(|p| *p += 3.0);
+        // Not computed from the reading at rest, which has the offset too.
+        recording.given_masses = Some(subject.masses);
+        *subject = Subject::of(recording.clone(), &model.joint).expect("given masses");
+    }
+    let synthesis =
+        Synthesis::new(&model, &baseline, &DiagnoseOptions::default()).expect("simulated");
+    let made = synthesis.set(None, 1).expect("a set");
+    for (made, own) in made.iter().zip(&baseline) {
+        let [made, own] = [made, own].map(|s| &s.recording.pressure_flexor_kpa);
+        let difference: Vec<f64> = made.iter().zip(own).map(|(a, b)| a - b).collect();
+        for (k, stretch) in difference.chunks_exact(difference.len() / 60).enumerate() {
+            assert!(mean(stretch).abs() < 0.3, "{k}: {}", mean(stretch));
+        }
+    }
+}
+
 fn synthesis_truth(
     model: &pam_effects::ExtendedModel,
     subject: &pam_data::Subject,
