@@ -14,8 +14,8 @@ const PRESSURE_BIAS_KPA: [f64; 2] = [-60.0, 60.0];
 /// A quarter; a sensor further off is broken, not out of calibration.
 const PRESSURE_RELATIVE: [f64; 2] = [-0.25, 0.25];
 
-/// Slower than any motion, to above the Nyquist frequency of 250 Hz recordings.
-const CUTOFF_HZ: [f64; 2] = [0.05, 200.0];
+/// Slower than any motion, to a lag of less than a tenth of a millisecond, the sample of the fastest recordings.
+const CUTOFF_HZ: [f64; 2] = [0.05, 2000.0];
 
 const SENSING: EffectInfo = EffectInfo::new("", Group::Sensing, "", &[]);
 

@@ -95,10 +95,13 @@ impl RunCommand for CertifyArguments {
     }
 
     fn run(&self, global: &GlobalOptions, console: &Console) -> Result<ExitCode, CliError> {
-        let options = self.options(global)?;
+        let mut options = self.options(global)?;
         let saved = self.model.load_extended(global.rig_for(&self.data)?.as_ref())?;
         let model = ExtendedModel::from_saved(saved.clone())?;
         let baseline = self.reading.subjects(&self.data, &saved, global, console)?;
+        console.text("Diagnosing the baseline recordings.");
+        let diagnosis = with_baseline(&model, &baseline, &options.detect.diagnosis)?;
+        options.detect.diagnosis = diagnosis.clone();
         console.text("Foretelling the limits of the effects.");
         let (cases, detection) = plan(&model, &baseline, &options)?;
         let folder = CertifyFolder::at(&self.out);
@@ -121,9 +124,7 @@ impl RunCommand for CertifyArguments {
             "reading": self.reading.to_json(global)?,
         });
         run_record::write(&self.out, "certify", global.seed, &configuration)?;
-        console.text("Diagnosing the baseline recordings.");
-        let diagnosis = &with_baseline(&model, &baseline, &options.detect.diagnosis)?;
-        let synthesis = Synthesis::new(&model, &baseline, diagnosis)?;
+        let synthesis = Synthesis::new(&model, &baseline, &diagnosis)?;
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let jobs = self.jobs.map_or(global.threads.unwrap_or(threads), usize::from);
         let bar = console.progress(cases.cases.len(), "cases");
@@ -144,7 +145,7 @@ impl RunCommand for CertifyArguments {
             baseline: &baseline,
             synthesis: &synthesis,
             plan: &cases,
-            diagnosis,
+            diagnosis: &diagnosis,
             folder: &folder,
         };
         let finished = run_cases(&work, &own, jobs, stop, &progress)?;

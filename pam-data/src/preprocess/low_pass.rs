@@ -12,20 +12,35 @@ pub struct LowPass {
     b: f64,
     /// Feedback coefficient a₁.
     a: f64,
+    /// Samples by which the ends are extended.
+    padding: usize,
 }
 
 impl LowPass {
-    /// Samples by which the ends are extended.
+    /// Samples by which the ends of recordings are extended.
     pub const PADDING: usize = 6;
 
     /// A filter with cutoff `cutoff_hz` for data sampled at `rate_hz`; `None` unless
     /// `0 < cutoff < rate/2`.
     #[must_use]
     pub fn new(cutoff_hz: f64, rate_hz: f64) -> Option<Self> {
+        Self::like(cutoff_hz, rate_hz, rate_hz)
+    }
+
+    /// For data sampled at `own_rate_hz`, what is nearest to a filter with cutoff `cutoff_hz` for data sampled at `rate_hz`; `None`
+    /// unless `0 < cutoff < rate/2`.
+    ///
+    /// The response of the latter is `1/(1 + (tan(π f/rate)/tan(π cutoff/rate))²)`, and this one is the same in second order of
+    /// the frequency `f`: at 100 samples per second a cutoff of 20 Hz acts like one of 23 Hz at a high rate. The ends are extended
+    /// by as much time, up to [`PADDING`](Self::PADDING) samples.
+    #[must_use]
+    pub fn like(cutoff_hz: f64, rate_hz: f64, own_rate_hz: f64) -> Option<Self> {
         let valid = cutoff_hz > 0.0 && cutoff_hz < 0.5 * rate_hz && rate_hz.is_finite();
         valid.then(|| {
-            let w = (PI * cutoff_hz / rate_hz).tan();
-            Self { b: w / (1.0 + w), a: (w - 1.0) / (w + 1.0) }
+            let w = (PI * cutoff_hz / rate_hz).tan() * rate_hz / own_rate_hz;
+            let padding = (Self::PADDING as f64 * own_rate_hz / rate_hz).round();
+            let padding = padding.clamp(0.0, Self::PADDING as f64) as usize;
+            Self { b: w / (1.0 + w), a: (w - 1.0) / (w + 1.0), padding }
         })
     }
 
@@ -47,8 +62,8 @@ impl LowPass {
     /// If there are fewer than [`shortest`](LowPass::shortest) samples.
     #[must_use]
     pub fn forward_backward<S: Scalar>(&self, values: &[S]) -> Vec<S> {
-        let (n, pad) = (values.len(), Self::PADDING);
-        assert!(n > pad, "{n} samples are too few to filter");
+        let (n, pad) = (values.len(), self.padding);
+        assert!(n >= Self::shortest(), "{n} samples are too few to filter");
         let (first, last) = (values[0], values[n - 1]);
         let mut extended = Vec::with_capacity(n + 2 * pad);
         extended.extend((1..=pad).rev().map(|i| first.scaled(2.0) - values[i]));
@@ -66,8 +81,8 @@ impl LowPass {
     /// If there are fewer than [`shortest`](Self::shortest) values.
     #[must_use]
     pub fn transposed(&self, by_filtered: &[f64]) -> Vec<f64> {
-        let (n, pad) = (by_filtered.len(), Self::PADDING);
-        assert!(n > pad, "{n} samples are too few to filter");
+        let (n, pad) = (by_filtered.len(), self.padding);
+        assert!(n >= Self::shortest(), "{n} samples are too few to filter");
         let mut by_extended = vec![0.0; n + 2 * pad];
         by_extended[pad..pad + n].copy_from_slice(by_filtered);
         self.run_transposed(by_extended.iter_mut().rev());
@@ -85,7 +100,7 @@ impl LowPass {
 
     /// The transpose of [`run`](Self::run) over the same order of values.
     fn run_transposed<'a>(&self, values: impl DoubleEndedIterator<Item = &'a mut f64>) {
-        let Self { b, a } = *self;
+        let Self { b, a, .. } = *self;
         let mut by_state = 0.0;
         let mut first = None;
         for v in values.rev() {
@@ -101,7 +116,7 @@ impl LowPass {
 
     /// One pass in place, started in the steady state of the first value.
     fn run<'a, S: Scalar + 'a>(&self, values: impl Iterator<Item = &'a mut S>) {
-        let Self { b, a } = *self;
+        let Self { b, a, .. } = *self;
         let mut state = None;
         for v in values {
             let x = *v;

@@ -3,13 +3,14 @@
 use super::diagnose::{DiagnoseOptions, RecordingSets, resampled};
 use super::spans::{roles, spans};
 use super::system::JointSystem;
-use crate::data::{Roles, TestSource};
+use crate::data::{OpenPart, Roles, TestSource};
 use crate::error::DiagnoseError;
 use crate::fit::{Hypothesis, Problem, dot, fitted_outputs};
 use crate::linearised::{Column, all_starts};
 use crate::noise::Noise;
 use crate::search::{Candidates, Nuisance, Rows};
 use crate::settings::DiagnosisSettings;
+use crate::verdict::Apparent;
 use pam_core::parallel;
 use pam_data::Subject;
 use pam_effects::effects::DataScales;
@@ -259,8 +260,13 @@ impl<'a> Signatures<'a> {
         let all: Vec<&Trial> = trials.0.iter().collect();
         let open = roles.open();
         let effects = options.candidates.clone();
-        let system = JointSystem::new(all, &open, model.base(), &model.effects, effects, settings);
-        let (first, prior) = system.first_noise(&open, options.noise);
+        let mut system =
+            JointSystem::new(all, &open, model.base(), &model.effects, effects, settings);
+        let (first, mut prior) = system.first_noise(&open, options.noise);
+        if let Some(baseline) = &options.discrepancy {
+            prior.add(baseline.discrepancy.clone());
+            system.learn(baseline);
+        }
         let first = noise.cloned().unwrap_or_else(|| Noise::white(&first));
         let (split, whole) =
             (roles.split(&system, &first, settings), roles.whole(&system, &first, settings));
@@ -391,6 +397,46 @@ impl<'a> Signatures<'a> {
         let with = self.column(&self.base.with(candidate, values)).ok()?;
         let change = self.plain.iter().zip(with).map(|(a, b)| a - b).collect();
         self.cleared(change, false)
+    }
+
+    /// Half-widths of the 95 % intervals that the parameters of a candidate get from the values that it seems to have in baseline
+    /// recordings, where it is absent. Its fits to these begin at `values`. All are zero without
+    /// [`DiagnoseOptions::discrepancy`].
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the recordings are too short.
+    pub fn apparent_half_widths(
+        &self,
+        model: &ExtendedModel,
+        baseline: &PreparedTrials,
+        candidate: usize,
+        values: &[f64],
+    ) -> Result<Vec<f64>, DiagnoseError> {
+        let parameters = self.system.candidate(candidate).parameters.len();
+        let Some(learned) = &self.options.discrepancy else { return Ok(vec![0.0; parameters]) };
+        let known = model.with(learned.effects.iter().cloned());
+        let system = JointSystem::new(
+            baseline.0.iter().collect(),
+            &OpenPart::whole(baseline.0.len()),
+            model.base(),
+            &known.effects,
+            self.options.candidates.clone(),
+            &self.options.settings,
+        );
+        let absent = learned.problem(&system, &self.options.settings)?;
+        let Problem { settings, experiments, windows, noise, rows_per_observation, unseen, .. } =
+            self.problem();
+        let diagnosed = Problem {
+            system: &self.system as &dyn Candidates,
+            settings,
+            experiments,
+            windows,
+            noise,
+            rows_per_observation,
+            unseen,
+        };
+        let apparent = Apparent::of(Some(&absent), (candidate, values), &diagnosed);
+        Ok((0..parameters).map(|k| apparent.half_width(k)).collect())
     }
 
     /// The derivatives of the signature of a candidate by its parameters, of scales by their logarithm.

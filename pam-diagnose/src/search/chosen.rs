@@ -241,11 +241,13 @@ impl<C: Candidates + ?Sized> Rows<'_, C> {
         (rows.max(2) as f64).ln() + 2.0 * candidates.ln()
     }
 
-    /// The set of the best odds.
+    /// The set of the best odds. A set that fits worse and is better by its price alone must be so with the weight of the rows beside the
+    /// other one as well: what it leaves is correlated over many rows just because it does not fit.
     fn best_of<'s>(&self, sets: &'s [Scored]) -> Option<&'s Scored> {
         let mut best = sets.first()?;
         for other in &sets[1..] {
-            if other.log_odds(best) > 0.0 {
+            let cheaper = other.misfit > best.misfit && best.log_odds(other) > 0.0;
+            if other.log_odds(best) > 0.0 && !cheaper {
                 best = other;
             }
         }

@@ -12,7 +12,7 @@ pub use trace::Trace;
 use crate::error::DiagnoseError;
 use crate::fit::{Fit, Hypothesis, Problem};
 use crate::onset::{LateFault, late_fault, with_own_times};
-use crate::search::Candidates;
+use crate::search::{Candidates, TIE};
 use crate::verdict::anomalies::anomalies;
 use crate::verdict::bands::bands;
 use crate::verdict::{Anomaly, ChannelBand};
@@ -45,10 +45,10 @@ impl Comparison {
     }
 
     /// Whether the test data confirm the second. What errors of measured starts and masses leave of a simulation may be more than a
-    /// weak cause changes, and of either sign: a reduction that is clearly negative refutes only where the fitted ones are no nearer
-    /// to the measured ones.
+    /// weak cause changes, and of either sign: a reduction that is clearly negative refutes only where the fitted ones are less
+    /// likely with the causes than without.
     pub(crate) fn confirms(&self, reduction: &OverallReduction) -> bool {
-        self.reduced && (reduction.ci95[1] > 0.0 || self.prior_drop > 0.0)
+        self.reduced && (reduction.ci95[1] > 0.0 || self.prior_drop > -2.0 * TIE)
     }
 }
 

@@ -11,7 +11,7 @@ const ITERATIONS: usize = 20;
 
 /// The values that a candidate would seem to have where it is absent: errors of the model look like it, in each baseline recording by
 /// another value.
-pub(super) struct Apparent {
+pub(crate) struct Apparent {
     /// For each baseline recording the deviations of the parameters from the values at which they are off, with standard errors.
     each: Vec<Vec<[f64; 2]>>,
     /// Whether each parameter is a magnitude; scales and times are not.
@@ -22,7 +22,7 @@ pub(super) struct Apparent {
 
 impl Apparent {
     /// Fits a candidate alone to each baseline recording; nothing without them.
-    pub(super) fn of<C: Candidates + ?Sized>(
+    pub(crate) fn of<C: Candidates + ?Sized>(
         baseline: Option<&Problem<'_, C>>,
         (candidate, values): (usize, &[f64]),
         diagnosed: &Problem<'_, C>,
@@ -46,7 +46,7 @@ impl Apparent {
     }
 
     /// Half-width of the 95 % interval that the apparent values give a parameter; zero for a parameter that is not a magnitude.
-    pub(super) fn half_width(&self, parameter: usize) -> f64 {
+    pub(crate) fn half_width(&self, parameter: usize) -> f64 {
         let mut weights = vec![0.0; self.magnitudes.len()];
         weights[parameter] = 1.0;
         self.half_width_of(&weights)

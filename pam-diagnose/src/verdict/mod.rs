@@ -13,6 +13,7 @@ mod outcome;
 mod stationary;
 
 pub use anomalies::Anomaly;
+pub(crate) use apparent::Apparent;
 pub use bands::ChannelBand;
 pub(crate) use cause::ranking;
 pub use cause::{Alternative, Cause, Rank, Refused};

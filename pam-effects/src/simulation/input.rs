@@ -6,16 +6,17 @@ use pam_data::Recording;
 /// The recorded force (before its low-pass, if that is known) on a grid of half a step.
 ///
 /// A held force lags the samples by half of the time Δ between them, and is weaker than a smooth one through them by
-/// Δ²/24 of its second derivative. The grid holds the force so: a smooth curve through the samples half a sample late,
-/// with that term. A lead of half a sample takes both away, which leaves the smooth curve.
+/// Δ²/24 of its second derivative. Where samples are closer than the grid, it holds the force so: a smooth curve through the
+/// samples half a sample late, with that term. A lead of half a sample takes the lag away. Values are means over the spacing of the
+/// grid, which keeps noise above its rate from folding back, and what a mean takes from a smooth force is given back: 10 Hz keep
+/// their amplitude to 10⁻⁵.
 ///
-/// Where samples are closer than the grid, values are means over its spacing, which keeps noise above its rate from
-/// folding back, and what a mean takes from a smooth force is given back: 10 Hz keep their amplitude to 10⁻⁵. Between
-/// other samples the smooth curve is the polynomial of degree seven through the eight nearest: 6 Hz at 25 Hz lose 10⁻³ of
-/// their amplitude, where cubics of four samples lose 7·10⁻².
+/// Where samples are further apart, the grid has the steps of the held force themselves, and a lead blends them with the smooth
+/// curve: the polynomial of degree seven through the eight nearest samples. 6 Hz at 25 Hz lose 10⁻³ of their amplitude by it, where
+/// cubics of four samples lose 7·10⁻².
 ///
-/// Where there are many grid points between two samples, a series in Δ is not accurate at the frequencies of the motion.
-/// There the grid has the steps of the held force themselves, and a lead blends them with the smooth curve.
+/// Simpson's rule, by which a step weighs its three values, takes what alternates from one value to the next for a constant force.
+/// Nothing of that is left in the grid, so that a jump of the force has its whole impulse wherever in a step it is.
 #[derive(Debug, Clone)]
 pub struct FineForce {
     /// The held force, mN.
@@ -34,8 +35,6 @@ const POINTS: [f64; 5] = [-0.4, -0.2, 0.0, 0.2, 0.4];
 const ADDED_BY_MEAN: f64 = 0.04;
 /// Change of the smooth force by a hold, in Δ² times its second derivative: the mean of t²/2 over ±Δ/2.
 const ADDED_BY_HOLD: f64 = 1.0 / 24.0;
-/// Grid points between two samples from which the grid has the steps of a held force.
-const POINTS_OF_STEPS: f64 = 8.0 - 1e-6;
 /// Samples on either side of an instant through which the polynomial of the smooth curve goes.
 const SIDE: usize = 4;
 
@@ -52,22 +51,19 @@ impl FineForce {
             // The straight lines between samples add twice what a hold adds, which belongs to the force.
             let added = ADDED_BY_MEAN + ADDED_BY_HOLD * (sample_s / spacing_s).powi(2);
             let bends = second_differences(&means);
-            let values_mn = means.iter().zip(bends).map(|(m, bend)| m - added * bend).collect();
+            let values_mn =
+                even(means.iter().zip(bends).map(|(m, bend)| m - added * bend).collect());
             let by_lead_mn = Vec::new();
             return Self { values_mn, by_lead_mn, blends: false, spacing_s, sample_s };
         }
-        if sample_s >= POINTS_OF_STEPS * spacing_s {
-            let values_mn = held(t, force_mn, t[0], spacing_s, count);
-            let smooth = joined(t, force_mn, t[0], spacing_s, count);
-            let by_lead_mn = smooth.iter().zip(&values_mn).map(|(s, h)| 2.0 * (s - h)).collect();
-            return Self { values_mn, by_lead_mn, blends: true, spacing_s, sample_s };
-        }
-        let smooth = joined(t, force_mn, start_s, spacing_s, count);
-        let bends = interpolated(t, &second_differences(force_mn), start_s, spacing_s, count);
+        let steps = sample_s / (2.0 * spacing_s);
+        let values_mn = held(t, force_mn, t[0], spacing_s, count);
+        // Where samples are at the ends of steps, the means of both sides have the whole impulse.
         let values_mn =
-            smooth.iter().zip(&bends).map(|(f, bend)| f + ADDED_BY_HOLD * bend).collect();
-        let by_lead_mn = bends.iter().map(|bend| -2.0 * ADDED_BY_HOLD * bend).collect();
-        Self { values_mn, by_lead_mn, blends: false, spacing_s, sample_s }
+            if (steps - steps.round()).abs() < 1e-6 { values_mn } else { even(values_mn) };
+        let smooth = joined(t, force_mn, t[0], spacing_s, count);
+        let by_lead_mn = smooth.iter().zip(&values_mn).map(|(s, h)| 2.0 * (s - h)).collect();
+        Self { values_mn, by_lead_mn, blends: true, spacing_s, sample_s }
     }
 
     /// The force at `time_s` after the first sample, mN, by straight lines; outside the record its ends. A lead of half a
@@ -120,6 +116,13 @@ impl FineForce {
     pub fn values_mn(&self) -> &[f64] {
         &self.values_mn
     }
+}
+
+/// A series without what alternates from one value to the next, by `1 + δ⁶/64` with the central difference `δ`: at a phase of `θ` per
+/// value `1 − sin⁶(θ/2)`, which is zero for alternating values, and 6·10⁻⁸ from one at 10 Hz on a grid of 2 ms.
+fn even(values: Vec<f64>) -> Vec<f64> {
+    let sixth = (0..3).fold(values.clone(), |d, _| second_differences(&d));
+    values.iter().zip(sixth).map(|(value, sixth)| value + sixth / 64.0).collect()
 }
 
 /// Second differences of a series; zero at its ends.

@@ -164,10 +164,9 @@ impl ResampledRecord {
             sample_s,
             force: fine_force(r, step_s, steps_per_point, points),
             doubtful_force: None,
-            low_pass: r
-                .low_passed
-                .cutoff_hz
-                .map(|cutoff| cutoff.and_then(|hz| LowPass::new(hz, 1.0 / step_s))),
+            low_pass: r.low_passed.cutoff_hz.map(|cutoff| {
+                cutoff.and_then(|hz| LowPass::like(hz, 1.0 / sample_s, 1.0 / step_s))
+            }),
             ranges: [range_of(&measured[0]), range_of(&measured[1])],
             measured,
             resolution: r.resolution(),

@@ -118,6 +118,36 @@ fn every_rate_is_simulated() {
     }
 }
 
+/// The answer to a step of the force is that of the oscillator, `F/K (1 − e^{−γτ}(cos ωτ + γ/ω sin ωτ))`, wherever between the steps
+/// of the simulation the sample is at which it comes.
+#[test]
+fn a_jump_of_the_force_has_its_impulse() {
+    let model = linear();
+    // From N, N/m and kg to mm.
+    let (decay, force_n, settled_mm) = (0.5 * B / M, 100.0, 1e3 * 100.0 / K);
+    let rate = (K / M - decay * decay).sqrt();
+    for (rate_hz, first) in [(1000.0, 1000), (2000.0, 2000), (700.0, 700), (400.0, 400)] {
+        for sample in first..first + 8 {
+            let mut recording = sampled(rate_hz, 1.0);
+            for (k, force) in recording.force_mn.iter_mut().enumerate() {
+                *force = if k < sample { 0.0 } else { 1e3 * force_n };
+            }
+            let run = run(&model, &subject(&model, recording, MassOrigin::Given), &[]);
+            let answer = |t: f64| {
+                let since = t - sample as f64 / rate_hz;
+                let swing = (rate * since).cos() + decay / rate * (rate * since).sin();
+                settled_mm * (1.0 - (-decay * since).exp() * swing)
+            };
+            // Past the filter of the values about the jump.
+            let after = (1.1 / run.step_s) as usize..run.x.len();
+            let miss = after.map(|k| (run.x[k] - answer(run.time_s(k))).abs());
+            let miss = miss.fold(0.0, f64::max) / settled_mm;
+            println!("{rate_hz} Hz, sample {sample}: {miss:.1e}");
+            assert!(miss < 2e-4, "{rate_hz} Hz, sample {sample}: {miss:e}");
+        }
+    }
+}
+
 /// With a lead of half a sample the force is the smooth one that the samples are of.
 #[test]
 fn a_smooth_force_is_followed_between_sparse_samples() {

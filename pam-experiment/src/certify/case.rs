@@ -38,7 +38,7 @@ pub struct Plan {
 }
 
 /// The cases for baseline recordings: effects at multiples of their limits, of either sign where there are two, and null
-/// sets.
+/// sets. The limits are those of a diagnosis with the options; [`with_baseline`](super::with_baseline) puts the errors of the model into them.
 ///
 /// # Errors
 /// [`ExperimentError`] if the limits cannot be foretold.

@@ -32,6 +32,8 @@ pub(crate) struct Demand<'s, 'a> {
     pub(crate) level: f64,
     /// Errors of free runs, by which the reduction of the error is judged; not judged without any.
     pub(crate) errors: &'s FreeRun,
+    /// Half-widths of the intervals of its parameters that errors of the model on baseline recordings give it; zero without these.
+    pub(crate) apparent: Vec<f64>,
 }
 
 /// Which limit.
@@ -146,6 +148,15 @@ impl Demand<'_, '_> {
         mean(&all).exp()
     }
 
+    /// Whether the effect is larger than what errors of the model look like: they displace the estimate as the half-width of
+    /// [`apparent`](Self::apparent) says, and the interval that they widen must leave out zero with the wanted power. Squared,
+    /// as a noncentrality.
+    fn beyond_apparent(&self, ray: &Ray, magnitude: f64) -> f64 {
+        let needed = 1.0 + self.normal() / Normal::standard().inverse_cdf(0.975);
+        let over = ray.over(&self.apparent, magnitude) / needed;
+        if over.is_nan() { f64::INFINITY } else { over * over }
+    }
+
     /// The magnitude at which the excess is one; the weakest one of the range if it is exceeded there.
     pub(super) fn limit(
         &self,
@@ -160,6 +171,10 @@ impl Demand<'_, '_> {
             let excess = match &s {
                 Some(s) if s.square() > 0.0 => {
                     let own = self.excess(kind, s);
+                    let own = match kind {
+                        Kind::Named => own.min(self.beyond_apparent(ray, m)),
+                        _ => own,
+                    };
                     // The free run is simulated only where it decides.
                     if kind == Kind::Named && own > 0.2 {
                         own.min(self.reduced(ray, m))

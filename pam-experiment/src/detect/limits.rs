@@ -44,7 +44,8 @@ fn asked(
 }
 
 /// The limits of a diagnosis of recordings, measured or simulated. The noise is learned from them as a diagnosis does, unless it is
-/// given; so are the errors of free runs. Trials ([`DetectOptions::trials`]) diagnose recordings with the effects in them, made of
+/// given; so are the errors of free runs. With [`discrepancy`](pam_diagnose::DiagnoseOptions::discrepancy) the limits are those beside
+/// the errors of the model, and the recordings are the baseline recordings from which these were learned. Trials ([`DetectOptions::trials`]) diagnose recordings with the effects in them, made of
 /// these; `progress` is called with the number of finished trials and of all.
 ///
 /// ```
@@ -114,6 +115,8 @@ pub(crate) fn detect_along(
     let directions = signatures.directions();
     let mut limits: Vec<Limits> = parallel::map(ways.len(), |k| {
         let (effect, ray) = &ways[k];
+        let start = ray.values(ray.first_magnitude());
+        let apparent = signatures.apparent_half_widths(model, &trials, ray.candidate, &start)?;
         let demand = Demand {
             signatures: &signatures,
             directions: &directions,
@@ -122,12 +125,13 @@ pub(crate) fn detect_along(
             power: options.power,
             level: options.level,
             errors: &errors,
+            apparent,
         };
         let nothing = of_nothing(&signatures, ray);
         let limit = |kind| demand.limit(ray, nothing.as_ref(), kind);
         let foretold = limit(Kind::Named);
         let kept = ray.kept(*effect).into_iter().map(|(name, v)| (name.to_owned(), v)).collect();
-        Limits {
+        Ok(Limits {
             effect: ray.effect.to_owned(),
             label: ray.label(),
             parameter: ray.parameter.to_owned(),
@@ -138,8 +142,10 @@ pub(crate) fn detect_along(
             named: foretold,
             foretold,
             tried: None,
-        }
-    });
+        })
+    })
+    .into_iter()
+    .collect::<Result<_, ExperimentError>>()?;
     let span = |s: &Subject| {
         let (from, to) = s.recording.span_s();
         (s.recording.name.clone(), to - from)
@@ -153,7 +159,7 @@ pub(crate) fn detect_along(
         let recordings = measured.as_deref().unwrap_or(recordings);
         let synthesis = Synthesis::new(model, recordings, diagnosis)?;
         let power = options.power;
-        let trials = Trials { model, synthesis: &synthesis, diagnosis, power, count };
+        let trials = Trials { model, recordings, synthesis: &synthesis, diagnosis, power, count };
         let tried = tried(&trials, &ways, &limits, progress);
         for ((limits, (_, ray)), tried) in limits.iter_mut().zip(&ways).zip(tried) {
             let Some(tried) = tried else { continue };

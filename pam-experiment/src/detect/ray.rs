@@ -185,6 +185,12 @@ impl Ray {
         self.values(magnitude)[self.place]
     }
 
+    /// How far its parameter is from absent at a magnitude, over a half-width of each fitted parameter; infinite where that is zero.
+    pub(crate) fn over(&self, half_widths: &[f64], magnitude: f64) -> f64 {
+        let half_width = half_widths.get(self.place).copied().unwrap_or_default();
+        (self.value(magnitude) - self.value(0.0)).abs() / half_width
+    }
+
     /// Whether its parameter is inside its physical range at a magnitude.
     #[must_use]
     pub fn admits(&self, magnitude: f64) -> bool {

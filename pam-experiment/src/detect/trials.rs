@@ -8,6 +8,7 @@ use super::posterior::LimitPosterior;
 use super::ray::Ray;
 use crate::error::ExperimentError;
 use crate::plan::Synthesis;
+use pam_data::Subject;
 use pam_diagnose::{DiagnoseOptions, RecordingSets, diagnose};
 use pam_effects::effects::AnyEffect;
 use pam_effects::{ActiveEffect, ExtendedModel};
@@ -42,6 +43,8 @@ pub struct TriedLimit {
 /// What trials are made with.
 pub(super) struct Trials<'a> {
     pub(super) model: &'a ExtendedModel,
+    /// The recordings of which others are made.
+    pub(super) recordings: &'a [Subject],
     pub(super) synthesis: &'a Synthesis,
     pub(super) diagnosis: &'a DiagnoseOptions,
     pub(super) power: f64,
@@ -82,7 +85,8 @@ impl Trials<'_> {
     fn names(&self, effect: &ActiveEffect, seed: u64) -> Result<Vec<String>, ExperimentError> {
         let data = self.synthesis.set(Some(effect), seed)?;
         let options = DiagnoseOptions { seed, law: false, ladder: None, ..self.diagnosis.clone() };
-        let sets = RecordingSets { data: &data, ..RecordingSets::default() };
+        let baseline = self.diagnosis.discrepancy.as_ref().map(|_| self.recordings);
+        let sets = RecordingSets { data: &data, test: None, baseline };
         let found = diagnose(self.model, &sets, &options, &|_, _| {})?;
         let mut names: Vec<String> = Vec::new();
         for cause in &found.causes {

@@ -5,7 +5,7 @@ use pam_effects::ActiveEffect;
 use pam_effects::effects::by_id;
 use pam_experiment::certify::{
     Certificate, CertifyFolder, CertifyOptions, Progress, Summary, Work, plan, run_cases,
-    settings_file,
+    settings_file, with_baseline,
 };
 use pam_experiment::detect::DetectOptions;
 use pam_experiment::plan::{Synthesis, measured};
@@ -92,6 +92,30 @@ fn an_offset_comes_back_as_it_is() {
             assert!(mean(stretch).abs() < 0.3, "{k}: {}", mean(stretch));
         }
     }
+}
+
+/// Where the baseline recordings have loads that the model lacks, of either sign, a load is named only beyond these.
+#[test]
+fn limits_are_beyond_what_baseline_recordings_show() {
+    let model = model();
+    let loads = [-6.0, 5.0, 7.0];
+    let own = loads.map(|load| noisy(&model, &protocol(12.0), Some(("constant_load", load)), 7));
+    let baseline: Vec<Subject> = own.iter().enumerate().map(|(k, all)| all[k].clone()).collect();
+    let limit = |diagnosis: DiagnoseOptions| {
+        let detect = DetectOptions {
+            effects: vec!["constant_load".parse().expect("an effect")],
+            diagnosis,
+            ..DetectOptions::default()
+        };
+        let options = CertifyOptions { detect, nulls: 0, ..CertifyOptions::default() };
+        let (plan, _) = plan(&model, &baseline, &options).expect("a plan");
+        plan.limits[0].2.abs()
+    };
+    let without = diagnosis(&["constant_load"]);
+    let with = with_baseline(&model, &baseline, &without).expect("the baseline is learned");
+    let [without, with] = [without, with].map(limit);
+    // Three recordings tell little of how large they are elsewhere.
+    assert!(with > 2.0 * without && (20.0..200.0).contains(&with), "{without} {with}");
 }
 
 fn synthesis_truth(

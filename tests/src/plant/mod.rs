@@ -165,10 +165,16 @@ impl Plant {
             }
             for step in 0..steps {
                 let middle = t + (step as f64 + 0.5) * dt;
-                let at = middle - acting.actuation_delay_s;
-                // A held command keeps the value of the last sample.
-                let at = if sensors.smooth_force { at } else { (at * rate + 1e-9).floor() / rate };
-                let command = if at < 0.0 { 0.0 } else { run.excitation.force_n(at) };
+                let begin = t + step as f64 * dt - acting.actuation_delay_s;
+                let given = |at: f64| if at < 0.0 { 0.0 } else { run.excitation.force_n(at) };
+                let command = if sensors.smooth_force {
+                    given(begin + 0.5 * dt)
+                } else {
+                    // A held command keeps the value of the last sample; in the middle of a step it may take the next.
+                    let last = (begin * rate + 1e-9).floor();
+                    let before = ((last + 1.0) / rate - begin).clamp(0.0, dt) / dt;
+                    before * given(last / rate) + (1.0 - before) * given((last + 1.0) / rate)
+                };
                 joint.step(1e3 * command, middle, &acting, dt);
                 chain.step(&joint, &acting, dt);
             }

@@ -49,6 +49,28 @@ fn a_straight_line_far_from_the_ends_passes_unchanged() {
     }
 }
 
+/// On a grid of other samples a slow sine is as large behind the filter as behind that of the data, which is
+/// `1/(1 + (tan(π f/rate)/tan(π cutoff/rate))²)` times as large as before it.
+#[test]
+fn a_filter_acts_alike_on_samples_of_another_rate() {
+    use std::f64::consts::PI;
+    let (cutoff_hz, own_rate_hz, hertz) = (20.0, 250.0, 3.0);
+    for rate_hz in [70.0, 100.0, 500.0, 1000.0, 5000.0] {
+        let warped = |f: f64| (PI * f / rate_hz).tan();
+        let expected = 1.0 / (1.0 + (warped(hertz) / warped(cutoff_hz)).powi(2));
+        let x: Vec<f64> =
+            (0..2000).map(|k| (2.0 * PI * hertz * f64::from(k) / own_rate_hz).sin()).collect();
+        let like = LowPass::like(cutoff_hz, rate_hz, own_rate_hz).unwrap();
+        let y = like.forward_backward(&x);
+        let middle = 500..1500;
+        let ratio = middle.clone().map(|k| x[k] * y[k]).sum::<f64>()
+            / middle.map(|k| x[k] * x[k]).sum::<f64>();
+        assert!((ratio - expected).abs() < 3e-4, "{rate_hz} Hz: {ratio} is not {expected}");
+    }
+    assert_eq!(LowPass::like(20.0, 250.0, 250.0), LowPass::new(20.0, 250.0));
+    assert!(LowPass::like(50.0, 100.0, 250.0).is_none());
+}
+
 #[test]
 fn cutoffs_past_nyquist_are_refused() {
     assert!(LowPass::new(500.0, 1000.0).is_none());
