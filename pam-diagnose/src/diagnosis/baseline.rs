@@ -46,9 +46,7 @@ impl Baseline {
         let diverges =
             || DiagnoseError::TooLittle("the model diverges on the baseline recordings".into());
         let noise = Noise::white(noise);
-        let (choosing, whole) =
-            (roles.split(system, &noise, settings), roles.whole(system, &noise, settings));
-        let mut rows = Rows::new(choosing, whole, prior);
+        let mut rows = Rows::of(roles, system, &noise, prior, settings);
         let found = search(&mut rows, most, seed, done).ok_or_else(diverges)?;
         let names =
             Naming { rows: &mut rows, found: &found, baseline: None, timed: None }.names()?;

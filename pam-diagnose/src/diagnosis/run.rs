@@ -82,11 +82,9 @@ fn findings(
     let remembered = Remembered::new(prepared.system);
     let system: &(dyn Candidates + '_) = &remembered;
     let noise = Noise::white(&prepared.noise);
-    let (choosing, whole) =
-        (roles.split(system, &noise, settings), roles.whole(system, &noise, settings));
+    let mut rows = Rows::of(roles, system, &noise, prepared.prior.clone(), settings);
     // The model alone must be able to run at all.
-    whole.errors(&whole.base())?;
-    let mut rows = Rows::new(choosing, whole, prepared.prior.clone());
+    rows.whole.errors(&rows.whole.base())?;
     let searching = |s| progress(Stage::Searching, s);
     let found =
         search(&mut rows, settings.search.max_causes, *seed, &searching).ok_or_else(|| {
@@ -228,6 +226,8 @@ struct Judged {
     anomalies: Vec<Anomaly>,
     explainable: Explainable,
     confirmed: bool,
+    /// Whether they are not confirmed because the error of the simulation grows.
+    grows: bool,
     reduced: bool,
     inadequate: bool,
 }
@@ -278,6 +278,7 @@ impl Judged {
             // Without a test set, names are as good as training and validation data make them.
             confirmed: test.problem().is_empty()
                 || comparison.is_some_and(|c| c.confirms(&reduction)),
+            grows: comparison.is_some_and(|c| c.reduced && !c.confirms(&reduction)),
             reduced: test.problem().is_empty() || reduction.ci95[0] > 0.0,
             inadequate: inadequate(prepared, open, names),
             bands,
@@ -298,10 +299,13 @@ impl Judged {
     ) -> Vec<String> {
         let mut reasons = Vec::new();
         if !causes.is_empty() && !self.confirmed {
-            reasons.push(format!(
-                "the test data do not confirm {}: the error there is not proven to be smaller",
-                causes.iter().map(|c| c.effect.as_str()).collect::<Vec<_>>().join(" and ")
-            ));
+            let names: Vec<&str> = causes.iter().map(|c| c.effect.as_str()).collect();
+            let why = if self.grows {
+                "the error of the simulation grows there, and its starts and masses are less likely"
+            } else {
+                "the error there is not proven to be smaller"
+            };
+            reasons.push(format!("the test data do not confirm {}: {why}", names.join(" and ")));
         }
         if !causes.is_empty() && self.confirmed && !self.reduced {
             reasons.push(

@@ -35,8 +35,7 @@ pub fn calibrated_inputs(
     let system = JointSystem::new(all, &open, model.base(), &model.effects, Vec::new(), settings);
     let (noise, prior) = system.first_noise(&open, options.noise);
     let (noise, system) = (Noise::white(&noise), &system as &dyn Candidates);
-    let choosing = roles.split(system, &noise, settings);
-    let mut rows = Rows::new(choosing, roles.whole(system, &noise, settings), prior);
+    let mut rows = Rows::of(&roles, system, &noise, prior, settings);
     let base = rows.whole.base();
     let diverges = || DiagnoseError::TooLittle("the model diverges on the recordings".into());
     let fit = rows.learn_beside(&base).ok_or_else(diverges)?.hypothesis;

@@ -268,11 +268,9 @@ impl<'a> Signatures<'a> {
             system.learn(baseline);
         }
         let first = noise.cloned().unwrap_or_else(|| Noise::white(&first));
-        let (split, whole) =
-            (roles.split(&system, &first, settings), roles.whole(&system, &first, settings));
-        let mut base = whole.base();
-        whole.errors(&base)?;
-        let mut rows = Rows::new(split, whole, prior);
+        let mut rows = Rows::of(roles, &system, &first, prior, settings);
+        let mut base = rows.whole.base();
+        rows.whole.errors(&base)?;
         if noise.is_none() {
             let fit = rows.learn_beside(&base);
             let failed = || {

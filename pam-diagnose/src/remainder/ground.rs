@@ -97,9 +97,7 @@ impl Ground<'_> {
         system: &'s Dyn<'s>,
         beside: &Hypothesis,
     ) -> Option<Rows<'s, Dyn<'s>>> {
-        let choosing = self.roles.split(system, &self.noise, self.settings);
-        let whole = self.roles.whole(system, &self.noise, self.settings);
-        let mut rows = Rows::new(choosing, whole, self.prior.clone());
+        let mut rows = Rows::of(self.roles, system, &self.noise, self.prior.clone(), self.settings);
         let beside = Hypothesis { locals: rows.whole.base().locals, ..beside.clone() };
         rows.set_noise(&self.noise, &beside)?;
         Some(rows)

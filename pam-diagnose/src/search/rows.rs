@@ -2,9 +2,10 @@
 
 use super::candidates::Candidates;
 use super::scored::{Scored, score};
-use crate::data::Split;
+use crate::data::{Roles, Split};
 use crate::fit::{Fit, Hypothesis, Problem};
 use crate::noise::{Noise, NoisePrior};
+use crate::settings::DiagnosisSettings;
 
 /// Training and validation rows, apart and together.
 #[derive(Debug)]
@@ -21,6 +22,19 @@ impl<'a, C: Candidates + ?Sized> Rows<'a, C> {
     #[must_use]
     pub fn new(choosing: Split<'a, C>, whole: Problem<'a, C>, prior: NoisePrior) -> Self {
         Self { choosing, whole, prior }
+    }
+
+    /// The rows that train and validate by their roles, in units of a first noise.
+    #[must_use]
+    pub fn of(
+        roles: &Roles,
+        system: &'a C,
+        noise: &Noise,
+        prior: NoisePrior,
+        settings: &'a DiagnosisSettings,
+    ) -> Self {
+        let choosing = roles.split(system, noise, settings);
+        Self::new(choosing, roles.whole(system, noise, settings), prior)
     }
 
     /// Takes the noise beside a set as the unit of all errors, and the correlation of what the set leaves as the number of

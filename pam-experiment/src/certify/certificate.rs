@@ -92,7 +92,10 @@ impl Certificate {
                 )
             },
         );
-        let rate = self.false_alarms as f64 / (self.nulls.max(1)) as f64;
+        if self.nulls == 0 {
+            return format!("{names}; no null sets were diagnosed.");
+        }
+        let rate = self.false_alarms as f64 / self.nulls as f64;
         let [low, high] = self.false_alarm_limits.map(|v| 100.0 * v);
         format!(
             "{names}; in {} of {} null sets something was named ({:.1} % [{low:.1}, {high:.1}]).",
