@@ -35,6 +35,8 @@ const POINTS: [f64; 5] = [-0.4, -0.2, 0.0, 0.2, 0.4];
 const ADDED_BY_MEAN: f64 = 0.04;
 /// Change of the smooth force by a hold, in Δ² times its second derivative: the mean of t²/2 over ±Δ/2.
 const ADDED_BY_HOLD: f64 = 1.0 / 24.0;
+/// Share of a step by which a time may miss the end of one.
+const ALIGNED: f64 = 1e-3;
 /// Samples on either side of an instant through which the polynomial of the smooth curve goes.
 const SIDE: usize = 4;
 
@@ -56,11 +58,10 @@ impl FineForce {
             let by_lead_mn = Vec::new();
             return Self { values_mn, by_lead_mn, blends: false, spacing_s, sample_s };
         }
-        let steps = sample_s / (2.0 * spacing_s);
         let values_mn = held(t, force_mn, t[0], spacing_s, count);
         // Where samples are at the ends of steps, the means of both sides have the whole impulse.
         let values_mn =
-            if (steps - steps.round()).abs() < 1e-6 { values_mn } else { even(values_mn) };
+            if at_ends_of_steps(t, 2.0 * spacing_s) { values_mn } else { even(values_mn) };
         let smooth = joined(t, force_mn, t[0], spacing_s, count);
         let by_lead_mn = smooth.iter().zip(&values_mn).map(|(s, h)| 2.0 * (s - h)).collect();
         Self { values_mn, by_lead_mn, blends: true, spacing_s, sample_s }
@@ -116,6 +117,14 @@ impl FineForce {
     pub fn values_mn(&self) -> &[f64] {
         &self.values_mn
     }
+}
+
+/// Whether the times are whole numbers of steps after the first one.
+fn at_ends_of_steps(time_s: &[f64], step_s: f64) -> bool {
+    time_s.iter().all(|t| {
+        let steps = (t - time_s[0]) / step_s;
+        (steps - steps.round()).abs() < ALIGNED
+    })
 }
 
 /// A series without what alternates from one value to the next, by `1 + δ⁶/64` with the central difference `δ`: at a phase of `θ` per

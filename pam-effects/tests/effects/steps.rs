@@ -126,20 +126,28 @@ fn a_jump_of_the_force_has_its_impulse() {
     // From N, N/m and kg to mm.
     let (decay, force_n, settled_mm) = (0.5 * B / M, 100.0, 1e3 * 100.0 / K);
     let rate = (K / M - decay * decay).sqrt();
-    for (rate_hz, first) in [(1000.0, 1000), (2000.0, 2000), (700.0, 700), (400.0, 400)] {
+    for (rate_hz, jitter) in
+        [(1000.0, 0.0), (2000.0, 0.0), (700.0, 0.0), (400.0, 0.0), (100.0, 0.0), (100.0, 0.2)]
+    {
+        let first = rate_hz as usize;
         for sample in first..first + 8 {
             let mut recording = sampled(rate_hz, 1.0);
+            let last = recording.time_s.len() - 1;
+            for (k, t) in recording.time_s.iter_mut().enumerate().take(last).skip(1) {
+                *t += jitter / rate_hz * (1.7 * k as f64).sin();
+            }
+            let jump_s = recording.time_s[sample];
             for (k, force) in recording.force_mn.iter_mut().enumerate() {
                 *force = if k < sample { 0.0 } else { 1e3 * force_n };
             }
             let run = run(&model, &subject(&model, recording, MassOrigin::Given), &[]);
             let answer = |t: f64| {
-                let since = t - sample as f64 / rate_hz;
+                let since = t - jump_s;
                 let swing = (rate * since).cos() + decay / rate * (rate * since).sin();
                 settled_mm * (1.0 - (-decay * since).exp() * swing)
             };
             // Past the filter of the values about the jump.
-            let after = (1.1 / run.step_s) as usize..run.x.len();
+            let after = (1.2 / run.step_s) as usize..run.x.len();
             let miss = after.map(|k| (run.x[k] - answer(run.time_s(k))).abs());
             let miss = miss.fold(0.0, f64::max) / settled_mm;
             println!("{rate_hz} Hz, sample {sample}: {miss:.1e}");
