@@ -1,7 +1,7 @@
 //! Pairs of effects that the published excitation does not distinguish and a designed protocol does, shown on the virtual rig.
 
 use crate::experiment::EFFECTS;
-use pam_data::{LoadOptions, Subject, open_recordings, parse_model};
+use pam_data::{LoadOptions, RawLogOptions, Subject, open_recordings, parse_model};
 use pam_diagnose::joint::{PreparedTrials, Signatures};
 use pam_diagnose::noise::Noise;
 use pam_diagnose::{DiagnoseOptions, RecordingSets, diagnose};
@@ -213,7 +213,8 @@ fn diagnosed(model: &ExtendedModel, protocol: &Protocol, hidden: &str) -> Said {
     Said { verdict: found.verdict.to_string(), named: named.collect() }
 }
 
-/// Recordings of a protocol on a rig, through its raw logs.
+/// Recordings of a protocol on a rig, through its raw logs. The excitation is looked for after two seconds, as at 1 kHz by default, and
+/// logs that are too slow for the low-pass of 20 Hz are not filtered.
 ///
 /// # Panics
 /// If the rig fails.
@@ -224,12 +225,23 @@ pub fn recorded(
     protocol: &Protocol,
     seed: u64,
 ) -> Vec<Subject> {
+    let rate_hz = rig.sensors.clock.rate_hz;
+    let published = RawLogOptions::default();
+    let filtered = 0.5 * rate_hz > published.cutoff_hz;
+    let options = LoadOptions {
+        raw_log: RawLogOptions {
+            search_from_row: (2.0 * rate_hz) as usize,
+            cutoff_hz: if filtered { published.cutoff_hz } else { 0.0 },
+            ..published
+        },
+        ..LoadOptions::default()
+    };
     let session =
         Session { rig, protocol: protocol.clone(), seed, truth: false, note: String::new() };
     let folder = tempfile::tempdir().expect("a folder");
     let entries = session.record_into(folder.path(), true, &|_| {}).expect("the rig records");
     let read = |log: &Path| {
-        let runs = open_recordings(log, &LoadOptions::default()).expect("a log");
+        let runs = open_recordings(log, &options).expect("a log");
         Subject::of(runs.into_iter().next().expect("a run"), &model.joint).expect("masses")
     };
     entries.iter().map(|e| read(&e.log)).collect()
