@@ -13,6 +13,7 @@ mod outcome;
 mod stationary;
 
 pub use anomalies::Anomaly;
+#[cfg(feature = "joint")]
 pub(crate) use apparent::Apparent;
 pub use bands::ChannelBand;
 pub(crate) use cause::ranking;

@@ -53,15 +53,19 @@ impl FineForce {
             // The straight lines between samples add twice what a hold adds, which belongs to the force.
             let added = ADDED_BY_MEAN + ADDED_BY_HOLD * (sample_s / spacing_s).powi(2);
             let bends = second_differences(&means);
-            let values_mn =
-                even(means.iter().zip(bends).map(|(m, bend)| m - added * bend).collect());
+            let values_mn = without_alternation(
+                means.iter().zip(bends).map(|(m, bend)| m - added * bend).collect(),
+            );
             let by_lead_mn = Vec::new();
             return Self { values_mn, by_lead_mn, blends: false, spacing_s, sample_s };
         }
         let values_mn = held(t, force_mn, t[0], spacing_s, count);
         // Where samples are at the ends of steps, the means of both sides have the whole impulse.
-        let values_mn =
-            if at_ends_of_steps(t, 2.0 * spacing_s) { values_mn } else { even(values_mn) };
+        let values_mn = if at_ends_of_steps(t, 2.0 * spacing_s) {
+            values_mn
+        } else {
+            without_alternation(values_mn)
+        };
         let smooth = joined(t, force_mn, t[0], spacing_s, count);
         let by_lead_mn = smooth.iter().zip(&values_mn).map(|(s, h)| 2.0 * (s - h)).collect();
         Self { values_mn, by_lead_mn, blends: true, spacing_s, sample_s }
@@ -129,7 +133,7 @@ fn at_ends_of_steps(time_s: &[f64], step_s: f64) -> bool {
 
 /// A series without what alternates from one value to the next, by `1 + δ⁶/64` with the central difference `δ`: at a phase of `θ` per
 /// value `1 − sin⁶(θ/2)`, which is zero for alternating values, and 6·10⁻⁸ from one at 10 Hz on a grid of 2 ms.
-fn even(values: Vec<f64>) -> Vec<f64> {
+fn without_alternation(values: Vec<f64>) -> Vec<f64> {
     let sixth = (0..3).fold(values.clone(), |d, _| second_differences(&d));
     values.iter().zip(sixth).map(|(value, sixth)| value + sixth / 64.0).collect()
 }
