@@ -24,6 +24,8 @@ use std::sync::OnceLock;
 
 /// Share of its size that a nuisance column must keep beside the columns before it.
 const OWN_SHARE: f64 = 1e-10;
+/// Most iterations of the fits from which apparent values come.
+const APPARENT_ITERATIONS: usize = 2;
 
 /// Recordings made ready for simulation.
 #[derive(Debug)]
@@ -421,7 +423,11 @@ impl<'a> Signatures<'a> {
             self.options.candidates.clone(),
             &self.options.settings,
         );
-        let absent = learned.problem(&system, &self.options.settings)?;
+        // A few steps are enough for the size of a limit.
+        let mut quick = self.options.settings;
+        quick.intervals.baseline_iterations =
+            quick.intervals.baseline_iterations.min(APPARENT_ITERATIONS);
+        let absent = learned.problem(&system, &quick)?;
         let Problem { settings, experiments, windows, noise, rows_per_observation, unseen, .. } =
             self.problem();
         let diagnosed = Problem {
