@@ -84,9 +84,10 @@ pub fn certified(model: &ExtendedModel) -> (DiagnosisSettings, Summary) {
     let mut options =
         CertifyOptions { repeats: 0, nulls: CERTIFIED_NULLS, ..CertifyOptions::default() };
     options.detect.diagnosis.law = false;
+    options.detect.diagnosis =
+        with_baseline(model, &baseline, &options.detect.diagnosis).expect("a discrepancy");
+    let diagnosis = &options.detect.diagnosis;
     let (plan, _) = plan(model, &baseline, &options).expect("a plan");
-    let diagnosis =
-        &with_baseline(model, &baseline, &options.detect.diagnosis).expect("a discrepancy");
     let synthesis = Synthesis::new(model, &baseline, diagnosis).expect("in range");
     let at = tempfile::tempdir().expect("a folder");
     let folder = CertifyFolder::at(at.path());

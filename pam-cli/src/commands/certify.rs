@@ -100,8 +100,7 @@ impl RunCommand for CertifyArguments {
         let model = ExtendedModel::from_saved(saved.clone())?;
         let baseline = self.reading.subjects(&self.data, &saved, global, console)?;
         console.text("Diagnosing the baseline recordings.");
-        let diagnosis = with_baseline(&model, &baseline, &options.detect.diagnosis)?;
-        options.detect.diagnosis = diagnosis.clone();
+        options.detect.diagnosis = with_baseline(&model, &baseline, &options.detect.diagnosis)?;
         console.text("Foretelling the limits of the effects.");
         let (cases, detection) = plan(&model, &baseline, &options)?;
         let folder = CertifyFolder::at(&self.out);
@@ -124,7 +123,7 @@ impl RunCommand for CertifyArguments {
             "reading": self.reading.to_json(global)?,
         });
         run_record::write(&self.out, "certify", global.seed, &configuration)?;
-        let synthesis = Synthesis::new(&model, &baseline, &diagnosis)?;
+        let synthesis = Synthesis::new(&model, &baseline, &options.detect.diagnosis)?;
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let jobs = self.jobs.map_or(global.threads.unwrap_or(threads), usize::from);
         let bar = console.progress(cases.cases.len(), "cases");
@@ -145,7 +144,7 @@ impl RunCommand for CertifyArguments {
             baseline: &baseline,
             synthesis: &synthesis,
             plan: &cases,
-            diagnosis: &diagnosis,
+            diagnosis: &options.detect.diagnosis,
             folder: &folder,
         };
         let finished = run_cases(&work, &own, jobs, stop, &progress)?;
@@ -155,7 +154,7 @@ impl RunCommand for CertifyArguments {
         let absolute = |p: &PathBuf| std::path::absolute(p).unwrap_or_else(|_| p.clone());
         summary.certificate.baseline = self.data.iter().map(absolute).collect();
         write_json(self.out.join("certificate.json"), &json!(summary))?;
-        let file = settings_file(&summary, &diagnosis.settings);
+        let file = settings_file(&summary, &options.detect.diagnosis.settings);
         write_atomic(self.out.join("certified.toml"), file.as_bytes())?;
         let report = certificate_report(&summary, &describe_model(&saved), &made_by());
         write_atomic(self.out.join("report.html"), report.as_bytes())?;

@@ -27,12 +27,12 @@ impl LowPass {
         Self::like(cutoff_hz, rate_hz, rate_hz)
     }
 
-    /// For data sampled at `own_rate_hz`, what is nearest to a filter with cutoff `cutoff_hz` for data sampled at `rate_hz`; `None`
-    /// unless `0 < cutoff < rate/2`.
+    /// The filter for data sampled at `own_rate_hz` that approximates one with cutoff `cutoff_hz` at the sampling rate `rate_hz`;
+    /// `None` unless `0 < cutoff < rate/2`.
     ///
-    /// The response of the latter is `1/(1 + (tan(π f/rate)/tan(π cutoff/rate))²)`, and this one is the same in second order of
-    /// the frequency `f`: at 100 samples per second a cutoff of 20 Hz acts like one of 23 Hz at a high rate. The ends are extended
-    /// by as much time, up to [`PADDING`](Self::PADDING) samples.
+    /// Its response matches `1/(1 + (tan(π f/rate)/tan(π cutoff/rate))²)` to second order in the frequency `f`: because of the frequency
+    /// warping of the bilinear transform, a cutoff of 20 Hz at 100 samples per second corresponds to 23 Hz at a high rate. The ends
+    /// are extended by the same duration, by at most [`PADDING`](Self::PADDING) samples.
     #[must_use]
     pub fn like(cutoff_hz: f64, rate_hz: f64, own_rate_hz: f64) -> Option<Self> {
         let valid = cutoff_hz > 0.0 && cutoff_hz < 0.5 * rate_hz && rate_hz.is_finite();

@@ -255,6 +255,7 @@ impl Judged {
         let plain = Hypothesis { shared: best.shared.clone(), ..base.clone() };
         let without = if comparison.is_some_and(|c| c.is_strained()) { &plain } else { base };
         let reduction = test.error_reduction(without, best, prepared.seed).overall;
+        let confirmed = comparison.is_some_and(|c| c.confirms(&reduction));
         let mut anomalies = test.anomalies(open, best);
         anomalies.extend(unmodelled(prepared, open, best));
         if open.prior_strain(best) > STRAINED {
@@ -276,9 +277,8 @@ impl Judged {
                 named: share(before, after, lowest),
             },
             // Without a test set, names are as good as training and validation data make them.
-            confirmed: test.problem().is_empty()
-                || comparison.is_some_and(|c| c.confirms(&reduction)),
-            grows: comparison.is_some_and(|c| c.reduced && !c.confirms(&reduction)),
+            confirmed: test.problem().is_empty() || confirmed,
+            grows: comparison.is_some_and(|c| c.reduced) && !confirmed,
             reduced: test.problem().is_empty() || reduction.ci95[0] > 0.0,
             inadequate: inadequate(prepared, open, names),
             bands,

@@ -399,8 +399,8 @@ impl<'a> Signatures<'a> {
         self.cleared(change, false)
     }
 
-    /// Half-widths of the 95 % intervals that the parameters of a candidate get from the values that it seems to have in baseline
-    /// recordings, where it is absent. Its fits to these begin at `values`. All are zero without
+    /// For candidates with values at which fits begin: the half-widths of the 95 % intervals that each parameter gets from the values
+    /// that the candidate seems to have in baseline recordings, where it is absent. All are zero without
     /// [`DiagnoseOptions::discrepancy`].
     ///
     /// # Errors
@@ -409,11 +409,12 @@ impl<'a> Signatures<'a> {
         &self,
         model: &ExtendedModel,
         baseline: &PreparedTrials,
-        candidate: usize,
-        values: &[f64],
-    ) -> Result<Vec<f64>, DiagnoseError> {
-        let parameters = self.system.candidate(candidate).parameters.len();
-        let Some(learned) = &self.options.discrepancy else { return Ok(vec![0.0; parameters]) };
+        candidates: &[(usize, Vec<f64>)],
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        let parameters = |candidate: usize| self.system.candidate(candidate).parameters;
+        let Some(learned) = &self.options.discrepancy else {
+            return Ok(candidates.iter().map(|c| vec![0.0; parameters(c.0).len()]).collect());
+        };
         let known = model.with(learned.effects.iter().cloned());
         let system = JointSystem::new(
             baseline.0.iter().collect(),
@@ -428,19 +429,14 @@ impl<'a> Signatures<'a> {
         quick.intervals.baseline_iterations =
             quick.intervals.baseline_iterations.min(APPARENT_ITERATIONS);
         let absent = learned.problem(&system, &quick)?;
-        let Problem { settings, experiments, windows, noise, rows_per_observation, unseen, .. } =
-            self.problem();
-        let diagnosed = Problem {
-            system: &self.system as &dyn Candidates,
-            settings,
-            experiments,
-            windows,
-            noise,
-            rows_per_observation,
-            unseen,
+        let half_widths = |k: usize| {
+            let (candidate, values) = &candidates[k];
+            let infos = parameters(*candidate);
+            let start = (*candidate, values.as_slice());
+            let apparent = Apparent::of(Some(&absent), start, infos, self.experiments.len());
+            (0..infos.len()).map(|place| apparent.half_width(place)).collect()
         };
-        let apparent = Apparent::of(Some(&absent), (candidate, values), &diagnosed);
-        Ok((0..parameters).map(|k| apparent.half_width(k)).collect())
+        Ok(parallel::map(candidates.len(), half_widths))
     }
 
     /// The derivatives of the signature of a candidate by its parameters, of scales by their logarithm.

@@ -50,7 +50,7 @@ impl Nuisance {
         Self { deviation, limits: [f64::NEG_INFINITY, f64::INFINITY] }
     }
 
-    /// Whether the nuisance has no limits.
+    /// True for an unbounded nuisance.
     pub(crate) fn is_unlimited(&self) -> bool {
         self.limits == [f64::NEG_INFINITY, f64::INFINITY]
     }

@@ -44,9 +44,9 @@ impl Comparison {
         self.prior_drop > CLEAR_PRIOR_COST
     }
 
-    /// Whether the test data confirm the second. What errors of measured starts and masses leave of a simulation may be more than a
-    /// weak cause changes, and of either sign: a reduction that is clearly negative refutes only where the fitted ones are less
-    /// likely with the causes than without.
+    /// Whether the test data confirm the second hypothesis. Errors of the measured starts and masses can exceed the effect of a weak cause
+    /// and have either sign, so a significantly negative error reduction counts against it only if the fitted starts and masses are
+    /// also less likely than under the first.
     pub(crate) fn confirms(&self, reduction: &OverallReduction) -> bool {
         self.reduced && (reduction.ci95[1] > 0.0 || self.prior_drop > -2.0 * TIE)
     }

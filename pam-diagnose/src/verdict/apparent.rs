@@ -21,13 +21,13 @@ pub(crate) struct Apparent {
 }
 
 impl Apparent {
-    /// Fits a candidate alone to each baseline recording; nothing without them.
+    /// Fits a candidate with these parameters alone to each baseline recording; nothing without them.
     pub(crate) fn of<C: Candidates + ?Sized>(
         baseline: Option<&Problem<'_, C>>,
         (candidate, values): (usize, &[f64]),
-        diagnosed: &Problem<'_, C>,
+        infos: &[ParameterInfo],
+        diagnosed: usize,
     ) -> Self {
-        let infos = diagnosed.system.candidate(candidate).parameters;
         let seen = |(i, info): (&Interval, &ParameterInfo)| {
             [i.value - info.off.unwrap_or(0.0), i.deviation()]
         };
@@ -42,7 +42,7 @@ impl Apparent {
             all.into_iter().flatten().collect()
         });
         let magnitude = |p: &ParameterInfo| p.off.is_some() && !p.logarithmic;
-        Self { each, magnitudes: infos.iter().map(magnitude).collect(), diagnosed: diagnosed.len() }
+        Self { each, magnitudes: infos.iter().map(magnitude).collect(), diagnosed }
     }
 
     /// Half-width of the 95 % interval that the apparent values give a parameter; zero for a parameter that is not a magnitude.

@@ -50,8 +50,8 @@ impl fmt::Display for Verdict {
 pub struct VerdictInput {
     /// Number of causes that were named on training and validation data.
     pub causes: usize,
-    /// Whether the test data confirm them: their whitened error, with starts and masses fitted, is proven to be smaller, and the
-    /// error with measured starts and masses is not proven to be larger, unless the fitted ones are as likely with them.
+    /// Whether the test data confirm them: with fitted starts and masses, the whitened error is significantly smaller; with measured
+    /// ones, the error is not significantly larger, or the fitted ones are about as likely with the causes as without.
     pub confirmed: bool,
     /// Whether the error of the simulation on the test data is proven to be smaller: the interval of the error reduction is
     /// above zero.

@@ -25,7 +25,7 @@ fn the_rule_has_one_outcome_for_each_combination() {
         (VerdictInput { causes: 3, ..good }, Explained),
         (VerdictInput { named_share: 0.25, ..good }, Explained), // the bound itself is enough
         (VerdictInput { named_share: 0.24, left: true, ..good }, Unexplained),
-        // What is within the noise need not be removed.
+        // An error within the noise need not be removed.
         (VerdictInput { named_share: 0.24, ..good }, Explained),
         (VerdictInput { left: true, ..good }, PartlyExplained),
         (VerdictInput { doubtful: true, ..good }, PartlyExplained),

@@ -8,23 +8,21 @@ use pam_data::Recording;
 /// A held force lags the samples by half of the time Δ between them, and is weaker than a smooth one through them by
 /// Δ²/24 of its second derivative. Where samples are closer than the grid, it holds the force so: a smooth curve through the
 /// samples half a sample late, with that term. A lead of half a sample takes the lag away. Values are means over the spacing of the
-/// grid, which keeps noise above its rate from folding back, and what a mean takes from a smooth force is given back: 10 Hz keep
-/// their amplitude to 10⁻⁵.
+/// grid, which prevents aliasing of noise, and are corrected for the attenuation of a smooth force: at 10 Hz the amplitude is exact to
+/// 10⁻⁵.
 ///
 /// Where samples are further apart, the grid has the steps of the held force themselves, and a lead blends them with the smooth
 /// curve: the polynomial of degree seven through the eight nearest samples. 6 Hz at 25 Hz lose 10⁻³ of their amplitude by it, where
 /// cubics of four samples lose 7·10⁻².
 ///
-/// Simpson's rule, by which a step weighs its three values, takes what alternates from one value to the next for a constant force.
-/// Nothing of that is left in the grid, so that a jump of the force has its whole impulse wherever in a step it is.
+/// A step weighs its three values by Simpson's rule, which aliases a component that alternates from one value to the next to a constant
+/// force. The grid contains no such component, so that the impulse of a jump does not depend on where in a step it occurs.
 #[derive(Debug, Clone)]
 pub struct FineForce {
     /// The held force, mN.
     values_mn: Vec<f64>,
-    /// Change of it by a lead of one sample, beyond the shift, mN; empty where that is negligible.
+    /// Change of it by a lead of one sample, mN; empty where samples are closer than the grid and a lead is a shift.
     by_lead_mn: Vec<f64>,
-    /// Whether a lead adds `by_lead_mn` alone, without a shift.
-    blends: bool,
     spacing_s: f64,
     sample_s: f64,
 }
@@ -57,7 +55,7 @@ impl FineForce {
                 means.iter().zip(bends).map(|(m, bend)| m - added * bend).collect(),
             );
             let by_lead_mn = Vec::new();
-            return Self { values_mn, by_lead_mn, blends: false, spacing_s, sample_s };
+            return Self { values_mn, by_lead_mn, spacing_s, sample_s };
         }
         let values_mn = held(t, force_mn, t[0], spacing_s, count);
         // Where samples are at the ends of steps, the means of both sides have the whole impulse.
@@ -68,7 +66,7 @@ impl FineForce {
         };
         let smooth = joined(t, force_mn, t[0], spacing_s, count);
         let by_lead_mn = smooth.iter().zip(&values_mn).map(|(s, h)| 2.0 * (s - h)).collect();
-        Self { values_mn, by_lead_mn, blends: true, spacing_s, sample_s }
+        Self { values_mn, by_lead_mn, spacing_s, sample_s }
     }
 
     /// The force at `time_s` after the first sample, mN, by straight lines; outside the record its ends. A lead of half a
@@ -76,9 +74,9 @@ impl FineForce {
     #[inline]
     pub fn at<S: Scalar>(&self, time_s: S, lead_samples: f64) -> S {
         // A held force that is late is shifted in either case.
-        let [shift, blend] = match self.blends {
-            true => [lead_samples.min(0.0), lead_samples.max(0.0)],
-            false => [lead_samples; 2],
+        let [shift, blend] = match self.by_lead_mn.is_empty() {
+            true => [lead_samples, 0.0],
+            false => [lead_samples.min(0.0), lead_samples.max(0.0)],
         };
         let shifted = time_s + S::constant(shift * self.sample_s);
         let position = shifted.scaled(1.0 / self.spacing_s);
@@ -110,7 +108,6 @@ impl FineForce {
         Self {
             values_mn: of(&self.values_mn),
             by_lead_mn: of(&self.by_lead_mn),
-            blends: self.blends,
             spacing_s: self.spacing_s,
             sample_s: self.sample_s,
         }
@@ -123,7 +120,7 @@ impl FineForce {
     }
 }
 
-/// Whether the times are whole numbers of steps after the first one.
+/// Whether all times lie on a grid of steps that begins at the first one.
 fn at_ends_of_steps(time_s: &[f64], step_s: f64) -> bool {
     time_s.iter().all(|t| {
         let steps = (t - time_s[0]) / step_s;

@@ -124,7 +124,8 @@ fn every_rate_is_simulated() {
 fn a_jump_of_the_force_has_its_impulse() {
     let model = linear();
     // From N, N/m and kg to mm.
-    let (decay, force_n, settled_mm) = (0.5 * B / M, 100.0, 1e3 * 100.0 / K);
+    let (decay, force_n) = (0.5 * B / M, 100.0);
+    let settled_mm = 1e3 * force_n / K;
     let rate = (K / M - decay * decay).sqrt();
     for (rate_hz, jitter) in
         [(1000.0, 0.0), (2000.0, 0.0), (700.0, 0.0), (400.0, 0.0), (100.0, 0.0), (100.0, 0.2)]

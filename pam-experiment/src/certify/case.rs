@@ -38,7 +38,8 @@ pub struct Plan {
 }
 
 /// The cases for baseline recordings: effects at multiples of their limits, of either sign where there are two, and null
-/// sets. The limits are those of a diagnosis with the options; [`with_baseline`](super::with_baseline) puts the errors of the model into them.
+/// sets. With the options of [`with_baseline`](super::with_baseline), the limits account for the model errors in the
+/// baseline recordings.
 ///
 /// # Errors
 /// [`ExperimentError`] if the limits cannot be foretold.

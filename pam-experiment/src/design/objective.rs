@@ -90,7 +90,7 @@ impl Judge<'_> {
                         power: 0.9,
                         level: 0.05,
                         errors: &none,
-                        apparent: Vec::new(),
+                        apparent: &[],
                     };
                     let nothing = of_nothing(&signatures, ray);
                     let s = signature(&signatures, ray, *magnitude, nothing.as_ref());

@@ -33,7 +33,7 @@ pub(crate) struct Demand<'s, 'a> {
     /// Errors of free runs, by which the reduction of the error is judged; not judged without any.
     pub(crate) errors: &'s FreeRun,
     /// Half-widths of the intervals of its parameters that errors of the model on baseline recordings give it; zero without these.
-    pub(crate) apparent: Vec<f64>,
+    pub(crate) apparent: &'s [f64],
 }
 
 /// Which limit.
@@ -148,12 +148,18 @@ impl Demand<'_, '_> {
         mean(&all).exp()
     }
 
-    /// Whether the effect is larger than what errors of the model look like: they displace the estimate as the half-width of
-    /// [`apparent`](Self::apparent) says, and the interval that they widen must leave out zero with the wanted power. Squared,
-    /// as a noncentrality.
+    /// An excess with what is asked beside the signature: a value that errors of the model do not explain, and a smaller error of
+    /// the free run, which is simulated only where it decides.
+    fn beside_signature(&self, ray: &Ray, magnitude: f64, excess: f64) -> f64 {
+        let excess = excess.min(self.beyond_apparent(ray, magnitude));
+        if excess > 0.2 { excess.min(self.reduced(ray, magnitude)) } else { excess }
+    }
+
+    /// The value of the effect over that at which its interval leaves out zero with the wanted power, squared as a noncentrality.
+    /// [`apparent`](Self::apparent) is both the half-width of that interval and 1.96 standard deviations of the estimate.
     fn beyond_apparent(&self, ray: &Ray, magnitude: f64) -> f64 {
         let needed = 1.0 + self.normal() / Normal::standard().inverse_cdf(0.975);
-        let over = ray.over(&self.apparent, magnitude) / needed;
+        let over = ray.over(self.apparent, magnitude) / needed;
         if over.is_nan() { f64::INFINITY } else { over * over }
     }
 
@@ -171,16 +177,7 @@ impl Demand<'_, '_> {
             let excess = match &s {
                 Some(s) if s.square() > 0.0 => {
                     let own = self.excess(kind, s);
-                    let own = match kind {
-                        Kind::Named => own.min(self.beyond_apparent(ray, m)),
-                        _ => own,
-                    };
-                    // The free run is simulated only where it decides.
-                    if kind == Kind::Named && own > 0.2 {
-                        own.min(self.reduced(ray, m))
-                    } else {
-                        own
-                    }
+                    if kind == Kind::Named { self.beside_signature(ray, m, own) } else { own }
                 }
                 Some(_) => 0.0,
                 // So large that the simulation diverges.

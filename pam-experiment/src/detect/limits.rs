@@ -44,8 +44,8 @@ fn asked(
 }
 
 /// The limits of a diagnosis of recordings, measured or simulated. The noise is learned from them as a diagnosis does, unless it is
-/// given; so are the errors of free runs. With [`discrepancy`](pam_diagnose::DiagnoseOptions::discrepancy) the limits are those beside
-/// the errors of the model, and the recordings are the baseline recordings from which these were learned. Trials ([`DetectOptions::trials`]) diagnose recordings with the effects in them, made of
+/// given; so are the errors of free runs. With [`discrepancy`](pam_diagnose::DiagnoseOptions::discrepancy) the limits account for
+/// model errors, and the recordings are the baseline recordings from which these were learned. Trials ([`DetectOptions::trials`]) diagnose recordings with the effects in them, made of
 /// these; `progress` is called with the number of finished trials and of all.
 ///
 /// ```
@@ -113,10 +113,11 @@ pub(crate) fn detect_along(
         ways.extend(own.into_iter().map(|ray| (effect, ray)));
     }
     let directions = signatures.directions();
+    let start = |(_, ray): &(_, Ray)| (ray.candidate, ray.values(ray.first_magnitude()));
+    let starts: Vec<(usize, Vec<f64>)> = ways.iter().map(start).collect();
+    let apparent = signatures.apparent_half_widths(model, &trials, &starts)?;
     let mut limits: Vec<Limits> = parallel::map(ways.len(), |k| {
         let (effect, ray) = &ways[k];
-        let start = ray.values(ray.first_magnitude());
-        let apparent = signatures.apparent_half_widths(model, &trials, ray.candidate, &start)?;
         let demand = Demand {
             signatures: &signatures,
             directions: &directions,
@@ -125,13 +126,13 @@ pub(crate) fn detect_along(
             power: options.power,
             level: options.level,
             errors: &errors,
-            apparent,
+            apparent: &apparent[k],
         };
         let nothing = of_nothing(&signatures, ray);
         let limit = |kind| demand.limit(ray, nothing.as_ref(), kind);
         let foretold = limit(Kind::Named);
         let kept = ray.kept(*effect).into_iter().map(|(name, v)| (name.to_owned(), v)).collect();
-        Ok(Limits {
+        Limits {
             effect: ray.effect.to_owned(),
             label: ray.label(),
             parameter: ray.parameter.to_owned(),
@@ -142,10 +143,8 @@ pub(crate) fn detect_along(
             named: foretold,
             foretold,
             tried: None,
-        })
-    })
-    .into_iter()
-    .collect::<Result<_, ExperimentError>>()?;
+        }
+    });
     let span = |s: &Subject| {
         let (from, to) = s.recording.span_s();
         (s.recording.name.clone(), to - from)

@@ -237,21 +237,21 @@ fn resampled(residuals: &[Vec<f64>; 4], block: usize, random: &mut ChaCha8Rng) -
     let overlap = ((OVERLAP * block as f64) as usize).max(1);
     let means = residuals.each_ref().map(|r| mean(r));
     let mut made = means.map(|mean| vec![mean; n]);
-    let (mut from, mut first) = (0, true);
+    let mut from = 0;
     while from < n {
-        let own = random.random_range(overlap..=(2 * block).saturating_sub(overlap).max(overlap));
+        let own = random.random_range(overlap..=2 * block - overlap);
         // A block that wrapped around the end would contain a jump unless the residual is periodic.
         let source = random.random_range(0..=n.saturating_sub(own + overlap));
         for k in 0..(own + overlap).min(n - from) {
             let part = |k: usize| (k as f64 + 0.5) / overlap as f64;
-            let rising = if !first && k < overlap { faded(part(k)) } else { 1.0 };
+            let rising = if from > 0 && k < overlap { faded(part(k)) } else { 1.0 };
             let falling = if k >= own { faded(1.0 - part(k - own)) } else { 1.0 };
             let weight = rising * falling;
             for ((to, residual), mean) in made.iter_mut().zip(residuals).zip(means) {
                 to[from + k] += weight * (residual[source + k] - mean);
             }
         }
-        (from, first) = (from + own, false);
+        from += own;
     }
     made
 }

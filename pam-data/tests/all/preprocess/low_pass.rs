@@ -49,8 +49,8 @@ fn a_straight_line_far_from_the_ends_passes_unchanged() {
     }
 }
 
-/// On a grid of other samples a slow sine is as large behind the filter as behind that of the data, which is
-/// `1/(1 + (tan(π f/rate)/tan(π cutoff/rate))²)` times as large as before it.
+/// At another sampling rate, the filter attenuates a slow sine like the filter of the data: to
+/// `1/(1 + (tan(π f/rate)/tan(π cutoff/rate))²)` of its amplitude.
 #[test]
 fn a_filter_acts_alike_on_samples_of_another_rate() {
     use std::f64::consts::PI;
