@@ -9,6 +9,18 @@ pub trait Inputs<S: Scalar> {
     /// An input by its index.
     fn input(&self, index: usize) -> S;
 
+    /// The real part of an input.
+    #[inline(always)]
+    fn real(&self, index: usize) -> f64 {
+        self.input(index).real()
+    }
+
+    /// Adds the derivatives of `slope` times an input to those of a number.
+    #[inline(always)]
+    fn add_along(&self, index: usize, slope: f64, to: &mut S) {
+        to.add_along(&self.input(index), slope);
+    }
+
     /// The value of `network(x, v)`, for scopes that have it: the base model's restoring force (N) at a displacement and a
     /// velocity.
     fn network_n(&self, x: S, v: S) -> S {
@@ -22,6 +34,16 @@ impl<S: Scalar> Inputs<S> for &[S] {
     #[inline]
     fn input(&self, index: usize) -> S {
         self[index]
+    }
+
+    #[inline(always)]
+    fn real(&self, index: usize) -> f64 {
+        self[index].real()
+    }
+
+    #[inline(always)]
+    fn add_along(&self, index: usize, slope: f64, to: &mut S) {
+        to.add_along(&self[index], slope);
     }
 }
 
@@ -79,6 +101,8 @@ pub const MOST_REGISTERS: usize = 64;
 /// Registers of short programs: powers of two, so that no index has to be checked.
 const FEW_REGISTERS: usize = 8;
 const SOME_REGISTERS: usize = 16;
+/// Instructions up to which plain numbers take them one by one.
+const SHORT: usize = 16;
 
 impl Program {
     /// The program of these nodes; `None` if it takes more than [`MOST_REGISTERS`].
@@ -180,7 +204,7 @@ impl Program {
     /// As many outputs as `out` has room for.
     #[inline]
     pub fn values<S: Scalar>(&self, inputs: &impl Inputs<S>, out: &mut [S]) {
-        if S::HAS_SEVERAL_SLOPES
+        if (S::HAS_SEVERAL_SLOPES || (S::NDERIV == 0 && self.code.len() > SHORT))
             && let Some(slopes) = &self.slopes
         {
             return slopes.values(inputs, out);

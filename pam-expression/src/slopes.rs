@@ -12,19 +12,36 @@ use pam_core::Scalar;
 use pam_core::simd::arch;
 use pulp::{Simd, WithSimd};
 
+/// What a step does with its operands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Operation {
+    Constant,
+    Scale,
+    Offset,
+    One(Unary),
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Two(Dyadic),
+    Choice,
+}
+
 /// One number: from those before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Step {
-    Constant(f64),
-    Scale(f64, u16),
-    Offset(f64, u16),
-    One(Unary, u16),
-    Add(u16, u16),
-    Subtract(u16, u16),
-    Multiply(u16, u16),
-    Divide(u16, u16),
-    Two(Dyadic, u16, u16),
-    Choice(u16, u16, u16),
+struct Step {
+    a: u16,
+    b: u16,
+    c: u16,
+    /// A constant, a factor, or what is added.
+    number: f64,
+}
+
+/// Steps of one operation, one after the other: what to do is decided once for all of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Run {
+    operation: Operation,
+    steps: usize,
 }
 
 /// Expressions whose values and slopes are found with plain numbers.
@@ -32,6 +49,7 @@ enum Step {
 pub(crate) struct Slopes {
     /// The inputs; their numbers come first.
     inputs: Vec<u32>,
+    runs: Vec<Run>,
     steps: Vec<Step>,
     outputs: Vec<u16>,
 }
@@ -52,35 +70,56 @@ impl Slopes {
             }
         }
         let is_input = |id: &usize| matches!(graph.nodes[*id], Node::Input(_));
-        let (inputs, rest): (Vec<usize>, Vec<usize>) =
+        let (inputs, mut rest): (Vec<usize>, Vec<usize>) =
             (0..graph.nodes.len()).filter(|id| needed[*id]).partition(is_input);
         if inputs.len() + rest.len() > MOST {
             return None;
         }
+        // Steps that need none of each other stand in a row, sorted by what they do.
+        let mut level = vec![0_usize; graph.nodes.len()];
+        let mut operations: Vec<Operation> = Vec::new();
+        let mut operation_of = vec![0_usize; graph.nodes.len()];
+        for &id in &rest {
+            let operation = operation(graph.nodes[id])?;
+            let known = operations.iter().position(|o| *o == operation);
+            operation_of[id] = known.unwrap_or(operations.len());
+            if known.is_none() {
+                operations.push(operation);
+            }
+            let before = operands(graph.nodes[id]).into_iter().flatten().map(|a| level[a]);
+            level[id] = before.max().map_or(0, |deepest| deepest + 1);
+        }
+        rest.sort_by_key(|&id| (level[id], operation_of[id]));
         let mut place = vec![0_u16; graph.nodes.len()];
         for (k, &id) in inputs.iter().chain(&rest).enumerate() {
             place[id] = k as u16;
         }
-        let step = |&id: &usize| match graph.nodes[id] {
-            Node::Input(_) | Node::Two(Dyadic::Network, ..) => None,
-            Node::Constant(bits) => Some(Step::Constant(f64::from_bits(bits))),
-            Node::One(Unary::Scale(bits), a) => Some(Step::Scale(f64::from_bits(bits), place[a])),
-            Node::One(Unary::Offset(bits), a) => Some(Step::Offset(f64::from_bits(bits), place[a])),
-            Node::One(function, a) => Some(Step::One(function, place[a])),
-            Node::Two(Dyadic::Add, a, b) => Some(Step::Add(place[a], place[b])),
-            Node::Two(Dyadic::Subtract, a, b) => Some(Step::Subtract(place[a], place[b])),
-            Node::Two(Dyadic::Multiply, a, b) => Some(Step::Multiply(place[a], place[b])),
-            Node::Two(Dyadic::Divide, a, b) => Some(Step::Divide(place[a], place[b])),
-            Node::Two(function, a, b) => Some(Step::Two(function, place[a], place[b])),
-            Node::Choice(a, b, c) => Some(Step::Choice(place[a], place[b], place[c])),
+        let step = |&id: &usize| {
+            let node = graph.nodes[id];
+            let [a, b, c] = operands(node).map(|operand| operand.map_or(0, |a| place[a]));
+            let number = match node {
+                Node::Constant(bits) => f64::from_bits(bits),
+                Node::One(Unary::Scale(bits) | Unary::Offset(bits), _) => f64::from_bits(bits),
+                _ => 0.0,
+            };
+            Step { a, b, c, number }
         };
+        let mut runs: Vec<Run> = Vec::new();
+        for &id in &rest {
+            let operation = operations[operation_of[id]];
+            match runs.last_mut() {
+                Some(run) if run.operation == operation => run.steps += 1,
+                _ => runs.push(Run { operation, steps: 1 }),
+            }
+        }
         let input = |&id: &usize| match graph.nodes[id] {
             Node::Input(k) => Some(k as u32),
             _ => None,
         };
         Some(Self {
             inputs: inputs.iter().filter_map(input).collect(),
-            steps: rest.iter().map(step).collect::<Option<_>>()?,
+            runs,
+            steps: rest.iter().map(step).collect(),
             outputs: outputs.iter().map(|&id| place[id]).collect(),
         })
     }
@@ -106,18 +145,21 @@ impl Slopes {
         const { assert!(N.is_power_of_two()) };
         let mut values = [0.0; N];
         for (value, &k) in values.iter_mut().zip(&self.inputs) {
-            *value = inputs.input(k as usize).real();
+            *value = inputs.real(k as usize);
         }
         self.forward(&mut values);
         for (out, &output) in out.iter_mut().zip(&self.outputs) {
             let at = output as usize & (N - 1);
+            *out = S::constant(values[at]);
+            if S::NDERIV == 0 {
+                continue;
+            }
             let mut slopes = [0.0; N];
             slopes[at] = 1.0;
-            self.backward(&values, &mut slopes, at);
-            *out = S::constant(values[at]);
+            self.backward(&values, &mut slopes);
             for (slope, &k) in slopes.iter().zip(&self.inputs) {
                 if *slope != 0.0 {
-                    out.add_along(&inputs.input(k as usize), *slope);
+                    inputs.add_along(k as usize, *slope, out);
                 }
             }
         }
@@ -127,77 +169,109 @@ impl Slopes {
     fn forward<const N: usize>(&self, values: &mut [f64; N]) {
         // Every index is below N as it is; the compiler sees it by the mask.
         let within = |k: u16| k as usize & (N - 1);
-        for (k, step) in (self.inputs.len()..).zip(&self.steps) {
-            let v = |k: u16| values[within(k)];
-            values[k & (N - 1)] = match *step {
-                Step::Constant(value) => value,
-                Step::Scale(factor, a) => v(a) * factor,
-                Step::Offset(value, a) => v(a) + value,
-                Step::One(Unary::Abs, a) => v(a).abs(),
-                Step::One(Unary::Square, a) => v(a) * v(a),
-                Step::One(function, a) => unary(function, &v(a)),
-                Step::Add(a, b) => v(a) + v(b),
-                Step::Subtract(a, b) => v(a) - v(b),
-                Step::Multiply(a, b) => v(a) * v(b),
-                Step::Divide(a, b) => v(a) / v(b),
-                Step::Two(Dyadic::Maximum, a, b) => Scalar::maximum(v(a), v(b)),
-                Step::Two(Dyadic::Minimum, a, b) => Scalar::minimum(v(a), v(b)),
-                Step::Two(function, a, b) => dyadic(function, &v(a), &v(b)),
-                Step::Choice(a, b, c) => v(if v(a) == 0.0 { c } else { b }),
-            };
+        let mut first = 0;
+        for run in &self.runs {
+            let steps = &self.steps[first..first + run.steps];
+            let own = self.inputs.len() + first;
+            first += run.steps;
+            macro_rules! each {
+                (|$step:ident, $v:ident| $value:expr) => {
+                    for (k, $step) in (own..).zip(steps) {
+                        let $v = |k: u16| values[within(k)];
+                        values[k & (N - 1)] = $value;
+                    }
+                };
+            }
+            match run.operation {
+                Operation::Constant => each!(|s, _v| s.number),
+                Operation::Scale => each!(|s, v| v(s.a) * s.number),
+                Operation::Offset => each!(|s, v| v(s.a) + s.number),
+                Operation::One(Unary::Abs) => each!(|s, v| v(s.a).abs()),
+                Operation::One(Unary::Square) => each!(|s, v| v(s.a) * v(s.a)),
+                Operation::One(function) => each!(|s, v| unary(function, &v(s.a))),
+                Operation::Add => each!(|s, v| v(s.a) + v(s.b)),
+                Operation::Subtract => each!(|s, v| v(s.a) - v(s.b)),
+                Operation::Multiply => each!(|s, v| v(s.a) * v(s.b)),
+                Operation::Divide => each!(|s, v| v(s.a) / v(s.b)),
+                Operation::Two(Dyadic::Maximum) => {
+                    each!(|s, v| Scalar::maximum(v(s.a), v(s.b)));
+                }
+                Operation::Two(Dyadic::Minimum) => {
+                    each!(|s, v| Scalar::minimum(v(s.a), v(s.b)));
+                }
+                Operation::Two(function) => each!(|s, v| dyadic(function, &v(s.a), &v(s.b))),
+                Operation::Choice => each!(|s, v| v(if v(s.a) == 0.0 { s.c } else { s.b })),
+            }
         }
     }
 
-    /// The slopes of the number at `last` by all numbers before it.
+    /// The slopes of an output, whose own is 1, by all numbers before it.
     #[inline(always)]
-    fn backward<const N: usize>(&self, values: &[f64; N], slopes: &mut [f64; N], last: usize) {
+    fn backward<const N: usize>(&self, values: &[f64; N], slopes: &mut [f64; N]) {
         let within = |k: u16| k as usize & (N - 1);
-        let first = self.inputs.len();
-        let upto = (last + 1).saturating_sub(first);
-        for (k, step) in self.steps[..upto].iter().enumerate().rev() {
-            let k = (first + k) & (N - 1);
-            let own = slopes[k];
-            if own == 0.0 {
-                continue;
+        let v = |k: u16| values[within(k)];
+        let mut last = self.steps.len();
+        for run in self.runs.iter().rev() {
+            let first = last - run.steps;
+            let steps = &self.steps[first..last];
+            let own = self.inputs.len() + first;
+            last = first;
+            // Where the slope is zero, a function may have none.
+            macro_rules! each {
+                (|$step:ident, $value:ident| $(($operand:ident, $slope:expr)),*) => {
+                    for (k, $step) in steps.iter().enumerate().rev() {
+                        let k = (own + k) & (N - 1);
+                        let (slope, $value) = (slopes[k], values[k]);
+                        if slope != 0.0 {
+                            $(slopes[within($step.$operand)] += slope * $slope;)*
+                        }
+                    }
+                };
             }
-            let v = |k: u16| values[within(k)];
-            let mut add = |k: u16, slope: f64| slopes[within(k)] += own * slope;
-            match *step {
-                Step::Constant(_) => {}
-                Step::Scale(factor, a) => add(a, factor),
-                Step::Offset(_, a) => add(a, 1.0),
-                Step::One(function, a) => add(a, slope(function, v(a), values[k])),
-                Step::Add(a, b) => {
-                    add(a, 1.0);
-                    add(b, 1.0);
+            match run.operation {
+                Operation::Constant
+                | Operation::Two(Dyadic::Less | Dyadic::LessEqual | Dyadic::Equal) => {}
+                Operation::Scale => each!(|s, _y| (a, s.number)),
+                Operation::Offset => each!(|s, _y| (a, 1.0)),
+                Operation::One(function) => each!(|s, y| (a, slope(function, v(s.a), y))),
+                Operation::Add => each!(|s, _y| (a, 1.0), (b, 1.0)),
+                Operation::Subtract => each!(|s, _y| (a, 1.0), (b, -1.0)),
+                Operation::Multiply => each!(|s, _y| (a, v(s.b)), (b, v(s.a))),
+                Operation::Divide => each!(|s, y| (a, v(s.b).recip()), (b, -y * v(s.b).recip())),
+                Operation::Two(Dyadic::Maximum) => {
+                    each!(|s, _y| (a, f64::from(v(s.b) <= v(s.a))), (b, f64::from(v(s.b) > v(s.a))));
                 }
-                Step::Subtract(a, b) => {
-                    add(a, 1.0);
-                    add(b, -1.0);
+                Operation::Two(Dyadic::Minimum) => {
+                    each!(|s, _y| (a, f64::from(v(s.b) >= v(s.a))), (b, f64::from(v(s.b) < v(s.a))));
                 }
-                Step::Multiply(a, b) => {
-                    add(a, v(b));
-                    add(b, v(a));
-                }
-                Step::Divide(a, b) => {
-                    let reciprocal = v(b).recip();
-                    add(a, reciprocal);
-                    add(b, -values[k] * reciprocal);
-                }
-                Step::Two(Dyadic::Maximum, a, b) => add(if v(b) > v(a) { b } else { a }, 1.0),
-                Step::Two(Dyadic::Minimum, a, b) => add(if v(b) < v(a) { b } else { a }, 1.0),
-                Step::Two(Dyadic::Less | Dyadic::LessEqual | Dyadic::Equal, ..) => {}
-                Step::Two(function, a, b) => {
-                    let seeded = |by_a: f64, by_b: f64| {
-                        dyadic(function, &Dual64::new(v(a), by_a), &Dual64::new(v(b), by_b)).eps
+                Operation::Two(function) => {
+                    let seeded = |s: &Step, by_a: f64, by_b: f64| {
+                        dyadic(function, &Dual64::new(v(s.a), by_a), &Dual64::new(v(s.b), by_b)).eps
                     };
-                    let (by_a, by_b) = (seeded(1.0, 0.0), seeded(0.0, 1.0));
-                    add(a, by_a);
-                    add(b, by_b);
+                    each!(|s, _y| (a, seeded(s, 1.0, 0.0)), (b, seeded(s, 0.0, 1.0)));
                 }
-                Step::Choice(a, b, c) => add(if v(a) == 0.0 { c } else { b }, 1.0),
+                Operation::Choice => {
+                    each!(|s, _y| (b, f64::from(v(s.a) != 0.0)), (c, f64::from(v(s.a) == 0.0)));
+                }
             }
         }
+    }
+}
+
+/// What the step of a node does; `None` for a function whose slopes are not known.
+fn operation(node: Node) -> Option<Operation> {
+    match node {
+        Node::Input(_) | Node::Two(Dyadic::Network, ..) => None,
+        Node::Constant(_) => Some(Operation::Constant),
+        Node::One(Unary::Scale(_), _) => Some(Operation::Scale),
+        Node::One(Unary::Offset(_), _) => Some(Operation::Offset),
+        Node::One(function, _) => Some(Operation::One(function)),
+        Node::Two(Dyadic::Add, ..) => Some(Operation::Add),
+        Node::Two(Dyadic::Subtract, ..) => Some(Operation::Subtract),
+        Node::Two(Dyadic::Multiply, ..) => Some(Operation::Multiply),
+        Node::Two(Dyadic::Divide, ..) => Some(Operation::Divide),
+        Node::Two(function, ..) => Some(Operation::Two(function)),
+        Node::Choice(..) => Some(Operation::Choice),
     }
 }
 
@@ -225,6 +299,8 @@ fn slope(function: Unary, a: f64, value: f64) -> f64 {
         Unary::Square => 2.0 * a,
         Unary::Abs => 1.0_f64.copysign(a),
         Unary::Exp => value,
+        Unary::Tanh => 1.0 - value * value,
+        Unary::Reciprocal => -value * value,
         Unary::Sign | Unary::Step | Unary::Floor => 0.0,
         Unary::Scale(bits) => f64::from_bits(bits),
         Unary::Offset(_) => 1.0,

@@ -166,8 +166,7 @@ pub(super) fn ended(
         } else {
             open.fit(open.base(), iterations)?
         };
-        let start = Hypothesis { locals: open.base().locals, ..about.fit.clone() };
-        let corrected = open.fit(start, settings.remainder.iterations)?;
+        let corrected = open.fit(about.fit.clone(), settings.remainder.iterations)?;
         let test = ground.roles.test(system, &ground.noise, settings).opened(&base.hypothesis)?;
         let last = Final { test, plain, base, corrected, seed: ground.seed };
         let fitted = match law.zip(of_law.as_ref()) {

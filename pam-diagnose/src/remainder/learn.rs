@@ -227,10 +227,7 @@ pub(crate) fn learn(
         a.cmp(&b).then(cost_a.total_cmp(&cost_b))
     });
     let Some((family, mut best)) = best.cloned() else { return Ok(None) };
-    for deviation in &settings.deviations[1..] {
-        let found = fitted(space, before, &best.terms, *deviation, Some(&best), iterations)?;
-        best = found.filter(|f| f.validation < best.validation).unwrap_or(best);
-    }
+    best = with_best_deviation(space, before, best)?;
     best = sparse(space, before, best)?;
     done(0.8);
     // What remembers or repeats may be all that there is: then no smooth terms tell where it acts.
@@ -264,6 +261,35 @@ pub(crate) fn learn(
     }
     done(1.0);
     Ok(best.is_learned(ground).then_some(best))
+}
+
+/// A correction with the standard deviation of the prior that suits the validation rows best: from the one that it has, wider and
+/// wider ones as long as that is better, else narrower ones.
+fn with_best_deviation(
+    space: &dyn TermSpace,
+    before: &Before<'_>,
+    mut best: Learned,
+) -> Result<Learned, DiagnoseError> {
+    let settings = &before.ground.settings.remainder;
+    let first = best.deviation;
+    let mut wider: Vec<f64> = settings.deviations.into_iter().filter(|d| *d > first).collect();
+    let mut narrower: Vec<f64> = settings.deviations.into_iter().filter(|d| *d < first).collect();
+    wider.sort_by(f64::total_cmp);
+    narrower.sort_by(|a, b| b.total_cmp(a));
+    for direction in [wider, narrower] {
+        for deviation in direction {
+            let found =
+                fitted(space, before, &best.terms, deviation, Some(&best), settings.iterations)?;
+            match found.filter(|f| f.validation < best.validation) {
+                Some(better) => best = better,
+                None => break,
+            }
+        }
+        if best.deviation != first {
+            break;
+        }
+    }
+    Ok(best)
 }
 
 /// A correction with the few of some further terms that do most about what it leaves of the training rows, to first order; as it

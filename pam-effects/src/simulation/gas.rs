@@ -2,6 +2,7 @@
 
 use super::base::Base;
 use crate::effects::ChamberLaw;
+use pam_autodiff::Chunk;
 use pam_core::units::ATMOSPHERE_KPA;
 use pam_core::{MuscleGeometry, Scalar};
 
@@ -130,12 +131,32 @@ impl<'a, S: Scalar> Chambers<'a, S> {
         if !self.feeds_back() {
             return S::zero();
         }
-        let v = self.base.geometry.volumes(x, self.base.deformation);
+        let (nu, c) = (self.base.deformation, self.base.gas_coefficient);
         let here = self.pressures_per_mass(x);
-        let c = self.base.gas_coefficient;
-        let difference = |i: usize, volume: S| masses_g[i] * (here[i] - volume.recip() * c);
-        difference(0, v.flexor_mm3) * v.flexor_slope_mm2
-            + difference(1, v.extensor_mm3) * v.extensor_slope_mm2
+        // The volumes' slopes by two numbers alone, and the derivatives of all inputs in one pass.
+        let v = self.base.geometry.volumes(
+            Chunk::<2>::variable(x.real(), 0),
+            Chunk::<2>::variable(nu.real(), 1),
+        );
+        let chambers =
+            [(v.flexor_mm3, v.flexor_slope_mm2), (v.extensor_mm3, v.extensor_slope_mm2)];
+        let mut force = Chunk::<2>::constant(0.0);
+        let (mut by_mass, mut by_pressure, mut by_c) = ([0.0; 2], [0.0; 2], 0.0);
+        for (i, (volume, slope)) in chambers.into_iter().enumerate() {
+            let per_volume = ratio(&Chunk::constant(1.0), &volume);
+            let difference =
+                (Chunk::constant(here[i].real()) - per_volume.scaled(c.real())) * slope;
+            force += difference.scaled(masses_g[i].real());
+            by_mass[i] = difference.value;
+            by_pressure[i] = masses_g[i].real() * slope.value;
+            by_c -= by_pressure[i] * per_volume.value;
+        }
+        let [by_x, by_nu] = force.derivatives;
+        S::with_slopes(
+            force.value,
+            [&x, &nu, &c, &masses_g[0], &masses_g[1], &here[0], &here[1]],
+            [by_x, by_nu, by_c, by_mass[0], by_mass[1], by_pressure[0], by_pressure[1]],
+        )
     }
 
     /// Whether air is lost.
