@@ -14,7 +14,7 @@ use pam_data::SavedModel;
 use pam_data::atomic::write_atomic;
 use pam_experiment::certify::{Case, Outcome, Plan, clopper_pearson};
 use pam_experiment::detect::Detection;
-use pam_tests::experiment::{compared, confusions, foretold, found, published, run};
+use pam_tests::experiment::{agreement, compared, confusions, foretold, found, published, run};
 use pam_tests::nulls::{self, NullCase, NullOutcome};
 use pam_tests::pairs::{self, PairOutcome};
 use rayon::prelude::*;
@@ -207,21 +207,27 @@ fn limits(arguments: &Arguments) -> Result<(), String> {
         .filter(|c| outcomes.iter().all(|o| o.case != **c))
         .cloned()
         .collect();
+    let write = |outcomes: &[Outcome]| -> Result<(), String> {
+        let compared = compared(&detection, outcomes);
+        let confused = confusions(&detection, outcomes);
+        let text = json!({
+            "effects": compared.len(),
+            "limits": compared,
+            "within_1.5": compared.iter().filter(|c| (1.0 / 1.5..=1.5).contains(&c.ratio)).count(),
+            "confused_pairs_both_foretold_measured": agreement(&confused),
+            "confusions": confused,
+            "outcomes": outcomes,
+        });
+        write_atomic(&path, format!("{text:#}\n").as_bytes()).map_err(|e| e.to_string())
+    };
     for some in due.chunks(16) {
         outcomes.extend(run(&saved, some, &|o| {
             let names: Vec<&str> = o.named.iter().map(|n| n.effect.as_str()).collect();
             println!("{:<40} {} {:?} {:.1} s", o.case.id, o.verdict, names, o.wall_s);
         }));
-        let compared = compared(&detection, &outcomes);
-        let text = json!({
-            "effects": compared.len(),
-            "limits": compared,
-            "within_1.5": compared.iter().filter(|c| (1.0 / 1.5..=1.5).contains(&c.ratio)).count(),
-            "confusions_both_foretold_measured": confusions(&detection, &outcomes),
-            "outcomes": outcomes,
-        });
-        write_atomic(&path, format!("{text:#}\n").as_bytes()).map_err(|e| e.to_string())?;
+        write(&outcomes)?;
     }
+    write(&outcomes)?;
     let all = compared(&detection, &outcomes);
     for c in &all {
         println!(
@@ -237,7 +243,7 @@ fn limits(arguments: &Arguments) -> Result<(), String> {
     println!(
         "{within} of {} within a factor of 1.5; confusions {:?}",
         all.len(),
-        confusions(&detection, &outcomes)
+        agreement(&confusions(&detection, &outcomes))
     );
     Ok(())
 }

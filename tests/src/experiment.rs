@@ -8,7 +8,7 @@ use pam_diagnose::{DiagnoseError, DiagnoseOptions, JointDiagnosis, RecordingSets
 use pam_effects::ExtendedModel;
 use pam_effects::effects::by_id;
 use pam_experiment::certify::{Case, CertifyOptions, Outcome, Plan, plan};
-use pam_experiment::detect::{DetectOptions, Detection, GivenValues, TRIALS};
+use pam_experiment::detect::{DetectOptions, Detection, GivenValues, Pair, TRIALS};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -188,31 +188,60 @@ fn ratio(trials: &[(f64, bool)]) -> f64 {
     (near.iter().sum::<f64>() / near.len() as f64).exp()
 }
 
-/// Of the pairs that diagnoses with a right name did not distinguish and those that were foretold: in both, only foretold,
-/// only measured.
-#[must_use]
-pub fn confusions(detection: &Detection, outcomes: &[Outcome]) -> [usize; 3] {
-    let mut counts = [0; 3];
-    // Below its limit an effect is not foretold to be found at all.
-    for o in outcomes.iter().filter(|o| o.is_right() && o.case.multiple >= 1.0) {
-        let Some(effect) = o.case.effect.as_deref() else { continue };
-        let names = o
-            .named
-            .iter()
-            .flat_map(|n| n.confusable_with.iter().map(String::as_str).chain([n.effect.as_str()]));
-        let mut measured: Vec<&str> = names.filter(|id| *id != effect).collect();
-        measured.sort_unstable();
-        measured.dedup();
-        let told = |p: &&pam_experiment::detect::Pair| {
-            Some(p.effect.as_str()) == o.case.label.as_deref() && p.is_confused(o.case.multiple)
-        };
-        let foretold: Vec<&str> =
-            detection.pairs.iter().filter(told).map(|p| p.other.as_str()).collect();
-        counts[0] += measured.iter().filter(|m| foretold.contains(m)).count();
-        counts[1] += foretold.iter().filter(|f| !measured.contains(f)).count();
-        counts[2] += measured.iter().filter(|m| !foretold.contains(m)).count();
+/// An effect and another one that diagnoses may take for it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Confusion {
+    /// Label of the hidden effect.
+    pub hidden: String,
+    /// Id of the other one.
+    pub other: String,
+    /// Whether a diagnosis is foretold not to distinguish them.
+    pub foretold: bool,
+    /// Diagnoses with the right name, at the foretold limit or beyond, that name the other one as well or do not distinguish the
+    /// two.
+    pub confused: usize,
+    /// All of these diagnoses.
+    pub trials: usize,
+}
+
+impl Confusion {
+    /// Whether at least half of the diagnoses confuse the two: the rule by which [`Pair`] counts its own trials.
+    #[must_use]
+    pub fn is_measured(&self) -> bool {
+        2 * self.confused >= self.trials
     }
-    counts
+}
+
+/// The pairs that are foretold to be confused at the foretold limit, and those that a diagnosis confused at least once.
+#[must_use]
+pub fn confusions(detection: &Detection, outcomes: &[Outcome]) -> Vec<Confusion> {
+    let of_pair = |pair: &Pair| {
+        // Below its limit an effect is not foretold to be found at all.
+        let own = outcomes.iter().filter(|o| {
+            o.case.label.as_ref() == Some(&pair.effect) && o.is_right() && o.case.multiple >= 1.0
+        });
+        let names_other = |o: &&Outcome| {
+            o.named.iter().any(|n| n.effect == pair.other || n.confusable_with.contains(&pair.other))
+        };
+        Confusion {
+            hidden: pair.effect.clone(),
+            other: pair.other.clone(),
+            foretold: pair.is_confused(1.0),
+            confused: own.clone().filter(names_other).count(),
+            trials: own.count(),
+        }
+    };
+    let all = detection.pairs.iter().map(of_pair);
+    all.filter(|c| c.trials > 0 && (c.foretold || c.confused > 0)).collect()
+}
+
+/// Of these pairs: how many are foretold and measured, only foretold, only measured.
+#[must_use]
+pub fn agreement(confusions: &[Confusion]) -> [usize; 3] {
+    let count = |foretold, measured| {
+        confusions.iter().filter(|c| c.foretold == foretold && c.is_measured() == measured).count()
+    };
+    [count(true, true), count(true, false), count(false, true)]
 }
 
 /// Diagnoses cases in parallel; `done` is called for each.

@@ -336,6 +336,9 @@ settings! {
         /// A cause is not minor if without it the mean square of some channel rises by at least this multiple of the variance
         /// of its noise: the error is then a twentieth above the noise.
         minor_rise: f64 = 0.1, "–", POSITIVE, STUDIES;
+        /// A cause is minor as well if it removes less than this share of what all named causes remove, unless the mean square
+        /// of some channel rises by the variance of its noise without it.
+        negligible_share: f64 = 0.001, "–", SHARE, STUDIES;
         /// The model is inadequate if its own errors on baseline recordings are more than this multiple of the noise, and
         /// the errors in the data less than this multiple of those.
         inadequate_ratio: f64 = 2.0, "–", FACTOR, STUDIES;

@@ -15,6 +15,8 @@ use pam_vocabulary::ParameterInfo;
 
 /// Multiple of what chance allows from which the prior cost of nuisances is an error of its own.
 pub(crate) const STRAINED: f64 = 3.0;
+/// Rise of the mean square of a channel by the variance of its noise.
+const AS_LARGE_AS_NOISE: f64 = 1.0;
 
 /// Everything from which names follow.
 pub(crate) struct Naming<'n, 'a, C: ?Sized> {
@@ -129,7 +131,10 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             let little = all_minor || cause.share_of_error_removed < settings.minor_share;
             // Without a bias of a pressure the sealed masses take its trace: the error stays, but they cannot be so.
             let needed = cause.strain_without > STRAINED && strain(best) < 1.0;
-            cause.minor = little && cause.rise_without < settings.minor_rise && !needed;
+            let negligible = cause.share_of_error_removed < settings.negligible_share
+                && cause.rise_without < AS_LARGE_AS_NOISE;
+            let unseen = little && cause.rise_without < settings.minor_rise;
+            cause.minor = (negligible || unseen) && !needed;
         }
     }
 
