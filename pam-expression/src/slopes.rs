@@ -235,14 +235,23 @@ impl Slopes {
                 Operation::Offset => each!(|s, _y| (a, 1.0)),
                 Operation::One(function) => each!(|s, y| (a, slope(function, v(s.a), y))),
                 Operation::Add => each!(|s, _y| (a, 1.0), (b, 1.0)),
-                Operation::Subtract => each!(|s, _y| (a, 1.0), (b, -1.0)),
+                Operation::Subtract => {
+                    let [one, less] = [1.0, -1.0];
+                    each!(|s, _y| (a, one), (b, less));
+                }
                 Operation::Multiply => each!(|s, _y| (a, v(s.b)), (b, v(s.a))),
                 Operation::Divide => each!(|s, y| (a, v(s.b).recip()), (b, -y * v(s.b).recip())),
                 Operation::Two(Dyadic::Maximum) => {
-                    each!(|s, _y| (a, f64::from(v(s.b) <= v(s.a))), (b, f64::from(v(s.b) > v(s.a))));
+                    each!(
+                        |s, _y| (a, f64::from(v(s.b) <= v(s.a))),
+                        (b, f64::from(v(s.b) > v(s.a)))
+                    );
                 }
                 Operation::Two(Dyadic::Minimum) => {
-                    each!(|s, _y| (a, f64::from(v(s.b) >= v(s.a))), (b, f64::from(v(s.b) < v(s.a))));
+                    each!(
+                        |s, _y| (a, f64::from(v(s.b) >= v(s.a))),
+                        (b, f64::from(v(s.b) < v(s.a)))
+                    );
                 }
                 Operation::Two(function) => {
                     let seeded = |s: &Step, by_a: f64, by_b: f64| {

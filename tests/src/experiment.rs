@@ -221,7 +221,9 @@ pub fn confusions(detection: &Detection, outcomes: &[Outcome]) -> Vec<Confusion>
             o.case.label.as_ref() == Some(&pair.effect) && o.is_right() && o.case.multiple >= 1.0
         });
         let names_other = |o: &&Outcome| {
-            o.named.iter().any(|n| n.effect == pair.other || n.confusable_with.contains(&pair.other))
+            o.named
+                .iter()
+                .any(|n| n.effect == pair.other || n.confusable_with.contains(&pair.other))
         };
         Confusion {
             hidden: pair.effect.clone(),

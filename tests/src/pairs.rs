@@ -90,9 +90,11 @@ fn values(limits: &Limits, multiple: f64) -> Option<Vec<f64>> {
     let value = value.clamp(p.range[0], p.range[1]);
     let of = |name: &str| limits.kept.iter().find(|kept| kept.0 == name).map(|kept| kept.1);
     let parameters = info.parameters.iter().enumerate();
+    let switches = info.switches.iter().map(|switch| of(switch.name).unwrap_or(0.0));
     Some(
         parameters
             .map(|(j, p)| if j == k { value } else { of(p.name).or(p.off).unwrap_or(value) })
+            .chain(switches)
             .collect(),
     )
 }
@@ -180,6 +182,7 @@ pub fn measured(
     let designed: Design = design(model, &options, &|_| {}).expect("a design");
     let separated = designed.separations.first()?;
     let info = by_id(&own.effect)?.info();
+    // The rig has no switches: its chambers push on the joint as they are.
     let names = info.parameters.iter().map(|p| p.name.to_owned());
     let values: Vec<(String, f64)> = names.zip(own_values).collect();
     let said = (separated.standard < 1.0 && separated.designed >= 1.0).then(|| {

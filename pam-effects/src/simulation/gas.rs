@@ -134,12 +134,11 @@ impl<'a, S: Scalar> Chambers<'a, S> {
         let (nu, c) = (self.base.deformation, self.base.gas_coefficient);
         let here = self.pressures_per_mass(x);
         // The volumes' slopes by two numbers alone, and the derivatives of all inputs in one pass.
-        let v = self.base.geometry.volumes(
-            Chunk::<2>::variable(x.real(), 0),
-            Chunk::<2>::variable(nu.real(), 1),
-        );
-        let chambers =
-            [(v.flexor_mm3, v.flexor_slope_mm2), (v.extensor_mm3, v.extensor_slope_mm2)];
+        let v = self
+            .base
+            .geometry
+            .volumes(Chunk::<2>::variable(x.real(), 0), Chunk::<2>::variable(nu.real(), 1));
+        let chambers = [(v.flexor_mm3, v.flexor_slope_mm2), (v.extensor_mm3, v.extensor_slope_mm2)];
         let mut force = Chunk::<2>::constant(0.0);
         let (mut by_mass, mut by_pressure, mut by_c) = ([0.0; 2], [0.0; 2], 0.0);
         for (i, (volume, slope)) in chambers.into_iter().enumerate() {

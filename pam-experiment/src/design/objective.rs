@@ -8,6 +8,7 @@ use pam_diagnose::DiagnoseOptions;
 use pam_diagnose::joint::{PreparedTrials, SignatureSpan, Signatures};
 use pam_diagnose::noise::Noise;
 use pam_effects::ExtendedModel;
+use pam_effects::effects::AnyEffect;
 use pam_numerics::statistics::median;
 use pam_rig::Protocol;
 use pam_rig::sensors::SensorParameters;
@@ -31,6 +32,31 @@ pub struct LiveCause {
     pub cause: (usize, Vec<f64>),
     /// The others.
     pub others: Vec<(usize, Vec<f64>)>,
+}
+
+impl Objective {
+    /// Checks that every live cause is a candidate with all of its values.
+    pub(super) fn check(
+        &self,
+        candidates: &[&'static dyn AnyEffect],
+    ) -> Result<(), ExperimentError> {
+        let Self::Separation(live) = self else { return Ok(()) };
+        let places = live.iter().flat_map(|l| std::iter::once(&l.cause).chain(&l.others));
+        for (place, values) in places {
+            let Some(info) = candidates.get(*place).map(|c| c.info()) else {
+                let count = candidates.len();
+                let message = format!("there are {count} candidates");
+                return Err(ExperimentError::setting(format!("live cause {place}"), message));
+            };
+            if values.len() != info.value_len() {
+                let names: Vec<&str> = info.value_names().collect();
+                let message =
+                    format!("it has the values {}, not {}", names.join(", "), values.len());
+                return Err(ExperimentError::setting(format!("live cause `{}`", info.id), message));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Share of the mean in a median, so that an effect away from the middle counts as well.

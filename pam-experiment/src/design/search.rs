@@ -155,12 +155,14 @@ const PARENTS: usize = 4;
 /// Searches a protocol within the limits.
 ///
 /// # Errors
-/// [`ExperimentError`] if the model cannot be simulated under the published excitation.
+/// [`ExperimentError`] if the model cannot be simulated under the published excitation, or a live cause is no candidate with all
+/// of its values.
 pub fn design(
     model: &ExtendedModel,
     options: &DesignOptions,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Design, ExperimentError> {
+    options.objective.check(&options.detect.diagnosis.candidates)?;
     let standard = standard(&options.limits);
     let recordings = simulated(model, &standard, options)?;
     let diagnosis = &options.detect.diagnosis;

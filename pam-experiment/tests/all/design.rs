@@ -62,3 +62,15 @@ fn a_design_separates_live_causes() {
     assert!(pair.designed >= pair.standard, "{pair:?}");
     assert_eq!(designed.separates(), Some(pair.designed >= 1.0));
 }
+
+/// A live cause without all of its values, or that is no candidate, is an error that says so.
+#[test]
+fn live_causes_have_all_values() {
+    let ids = ["polytropic_gas", "actuation_delay"];
+    for (place, values, what) in [(0, vec![1.1], "polytropic_gas"), (7, vec![1.0], "7")] {
+        let live = LiveCause { cause: (place, values), others: Vec::new() };
+        let options = options(Objective::Separation(vec![live]), &ids);
+        let error = design(&model(), &options, &|_| {}).expect_err("a wrong cause").to_string();
+        assert!(error.contains(what), "{error}");
+    }
+}
