@@ -243,10 +243,6 @@ pub(super) struct About {
     fitted_with: f64,
 }
 
-/// Iterations of the fit of the correction to the open rows, with the noise that was known before and with that beside the
-/// correction: the coefficients were fitted already, to training rows.
-const ABOUT_ITERATIONS: usize = 2;
-
 impl About {
     pub(super) fn of(
         space: &dyn TermSpace,
@@ -257,11 +253,11 @@ impl About {
             let mut rows = ground.rows(system, &learned.hypothesis).ok_or_else(diverges)?;
             let start =
                 Hypothesis { locals: rows.whole.base().locals, ..learned.hypothesis.clone() };
-            let fit = rows.whole.fit(start, ABOUT_ITERATIONS)?;
+            let fit = rows.whole.fit(start, 2)?;
             let noise =
                 Noise::learned(&rows.whole, &fit.hypothesis, &ground.prior).ok_or_else(diverges)?;
             rows.set_noise(&noise, &fit.hypothesis).ok_or_else(diverges)?;
-            let fit = rows.whole.fit(fit.hypothesis, ABOUT_ITERATIONS)?;
+            let fit = rows.whole.fit(fit.hypothesis, ground.settings.remainder.iterations)?;
             Ok(Self {
                 noise,
                 rows_per_observation: rows.whole.correlated_rows(&fit.hypothesis)?,
