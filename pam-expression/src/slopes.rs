@@ -228,6 +228,17 @@ impl Slopes {
                     }
                 };
             }
+            // The operand that was not chosen gets nothing, not even zero times an infinite slope.
+            macro_rules! to_one {
+                (|$step:ident| $operand:expr) => {
+                    for (k, $step) in steps.iter().enumerate().rev() {
+                        let slope = slopes[(own + k) & (N - 1)];
+                        if slope != 0.0 {
+                            slopes[within($operand)] += slope;
+                        }
+                    }
+                };
+            }
             match run.operation {
                 Operation::Constant
                 | Operation::Two(Dyadic::Less | Dyadic::LessEqual | Dyadic::Equal) => {}
@@ -242,16 +253,10 @@ impl Slopes {
                 Operation::Multiply => each!(|s, _y| (a, v(s.b)), (b, v(s.a))),
                 Operation::Divide => each!(|s, y| (a, v(s.b).recip()), (b, -y * v(s.b).recip())),
                 Operation::Two(Dyadic::Maximum) => {
-                    each!(
-                        |s, _y| (a, f64::from(v(s.b) <= v(s.a))),
-                        (b, f64::from(v(s.b) > v(s.a)))
-                    );
+                    to_one!(|s| if v(s.b) > v(s.a) { s.b } else { s.a });
                 }
                 Operation::Two(Dyadic::Minimum) => {
-                    each!(
-                        |s, _y| (a, f64::from(v(s.b) >= v(s.a))),
-                        (b, f64::from(v(s.b) < v(s.a)))
-                    );
+                    to_one!(|s| if v(s.b) < v(s.a) { s.b } else { s.a });
                 }
                 Operation::Two(function) => {
                     let seeded = |s: &Step, by_a: f64, by_b: f64| {
@@ -259,9 +264,7 @@ impl Slopes {
                     };
                     each!(|s, _y| (a, seeded(s, 1.0, 0.0)), (b, seeded(s, 0.0, 1.0)));
                 }
-                Operation::Choice => {
-                    each!(|s, _y| (b, f64::from(v(s.a) != 0.0)), (c, f64::from(v(s.a) == 0.0)));
-                }
+                Operation::Choice => to_one!(|s| if v(s.a) == 0.0 { s.c } else { s.b }),
             }
         }
     }

@@ -198,3 +198,17 @@ fn programs_know_what_they_read() {
     assert!(program.reads(1) && !program.reads(0));
     assert_eq!(program.value(&Only), 4.0);
 }
+
+/// Where a root of zero is chosen, the operand that was not chosen has no slope, although the root's is infinite.
+#[test]
+fn what_is_not_chosen_has_no_slope() {
+    for text in ["sqrt(max(a - 1, 0))", "sqrt(-min(1 - a, 0))", "sqrt(if(a > 1, a - 1, 0))"] {
+        let program = Compiled::new(text, &["a", "b"]).expect(text);
+        let inputs = [Chunk::<2>::variable(0.5, 0), Chunk::<2>::variable(2.0, 1)];
+        let value = program.value(&inputs);
+        assert_eq!((value.value, value.derivatives), (0.0, [0.0; 2]), "{text}");
+        let inputs = [Chunk::<2>::variable(5.0, 0), Chunk::<2>::variable(2.0, 1)];
+        let value = program.value(&inputs);
+        assert_eq!((value.value, value.derivatives), (2.0, [0.25, 0.0]), "{text}");
+    }
+}
