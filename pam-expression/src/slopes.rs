@@ -12,7 +12,7 @@ use pam_core::Scalar;
 use pam_core::simd::arch;
 use pulp::{Simd, WithSimd};
 
-/// What a step does with its operands.
+/// The operation of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Operation {
     Constant,
@@ -33,11 +33,11 @@ struct Step {
     a: u16,
     b: u16,
     c: u16,
-    /// A constant, a factor, or what is added.
+    /// The constant, the scale factor or the offset; zero for other operations.
     number: f64,
 }
 
-/// Steps of one operation, one after the other: what to do is decided once for all of them.
+/// Consecutive steps with the same operation, which is dispatched once for all of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Run {
     operation: Operation,
@@ -75,7 +75,7 @@ impl Slopes {
         if inputs.len() + rest.len() > MOST {
             return None;
         }
-        // Steps that need none of each other stand in a row, sorted by what they do.
+        // Steps that do not depend on each other are grouped by operation.
         let mut level = vec![0_usize; graph.nodes.len()];
         let mut operations: Vec<Operation> = Vec::new();
         let mut operation_of = vec![0_usize; graph.nodes.len()];
@@ -216,7 +216,7 @@ impl Slopes {
             let steps = &self.steps[first..last];
             let own = self.inputs.len() + first;
             last = first;
-            // Where the slope is zero, a function may have none.
+            // A zero slope is skipped: the derivative of the operation may be infinite there.
             macro_rules! each {
                 (|$step:ident, $value:ident| $(($operand:ident, $slope:expr)),*) => {
                     for (k, $step) in steps.iter().enumerate().rev() {
@@ -228,7 +228,7 @@ impl Slopes {
                     }
                 };
             }
-            // The operand that was not chosen gets nothing, not even zero times an infinite slope.
+            // Only the selected operand gets the slope: zero times an infinite slope would be NaN.
             macro_rules! to_one {
                 (|$step:ident| $operand:expr) => {
                     for (k, $step) in steps.iter().enumerate().rev() {
@@ -270,7 +270,7 @@ impl Slopes {
     }
 }
 
-/// What the step of a node does; `None` for a function whose slopes are not known.
+/// The operation of a node; `None` for inputs and functions whose derivative is unknown.
 fn operation(node: Node) -> Option<Operation> {
     match node {
         Node::Input(_) | Node::Two(Dyadic::Network, ..) => None,

@@ -195,7 +195,7 @@ pub struct Confusion {
     pub hidden: String,
     /// Id of the other one.
     pub other: String,
-    /// Whether a diagnosis is foretold not to distinguish them.
+    /// Whether the pair is predicted to be confused.
     pub foretold: bool,
     /// Diagnoses with the right name, at the foretold limit or beyond, that name the other one as well or do not distinguish the
     /// two.
