@@ -227,7 +227,9 @@ fn limits(arguments: &Arguments) -> Result<(), String> {
         }));
         write(&outcomes)?;
     }
-    write(&outcomes)?;
+    if due.is_empty() {
+        write(&outcomes)?;
+    }
     let all = compared(&detection, &outcomes);
     for c in &all {
         println!(

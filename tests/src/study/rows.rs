@@ -72,7 +72,8 @@ fn no_delay(o: &Outcome) -> Result<(), String> {
         let onset_s = c.parameters.get("onset_s");
         c.covers("coulomb_friction") && onset_s.is_some_and(|i| (i[0] - HALF_S).abs() < ONSET_S)
     };
-    let explained = o.verdict != "explained" || o.headline().all(begins);
+    let friction = o.headline().next().is_some() && o.headline().all(begins);
+    let explained = o.verdict != "explained" || friction;
     hold(o, !o.headline().any(|c| c.effect.ends_with("_delay")) && explained)
 }
 
