@@ -158,6 +158,11 @@ impl<'a, S: Scalar> Chambers<'a, S> {
         )
     }
 
+    /// Whether an effect changes the law, and pressures and their derivatives have no bend along the displacement.
+    pub(super) fn is_changed_smoothly(&self) -> bool {
+        self.changed && self.law.contraction_limit_mm.is_none()
+    }
+
     /// Whether air is lost.
     #[must_use]
     pub fn leaks(&self) -> bool {

@@ -6,6 +6,7 @@
 
 use super::base::{Base, BaseForce, SealedForce};
 use super::gas::Chambers;
+use super::gas_table::GasTable;
 use super::input::FineForce;
 use super::measured::Measured;
 use super::nuisances::Nuisances;
@@ -28,6 +29,8 @@ pub(crate) struct JointIntegrator<'a, S, F> {
     /// The hooks that any of them has.
     hooks: Hooks,
     chambers: Chambers<'a, S>,
+    /// Their law as a table, where that is faster.
+    gas: Option<GasTable<S>>,
     inverse_mass: S,
     /// Substeps of a step of the grid.
     substeps: usize,
@@ -114,6 +117,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             parts,
             hooks,
             chambers,
+            gas: None,
             inverse_mass: (base.mass_kg + inertia_kg(parts, start_s)).recip(),
             substeps,
             rough: false,
@@ -148,6 +152,16 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             *noise = led.doubtful_mn.as_deref();
         }
         Self { led_mn: Some(&led.whole_mn), ..self }
+    }
+
+    /// The same with the [gas law as a table](GasTable), if it is changed and stays as it is.
+    pub(super) fn with_gas_table(mut self) -> Self {
+        let stays = !self.changes_in_time && !self.chambers.leaks() && !self.hooks.air_flow;
+        if stays && self.chambers.is_changed_smoothly() {
+            let range = self.record.ranges[0];
+            self.gas = GasTable::new(&self.chambers, self.air_g, range, self.limit_mm());
+        }
+        self
     }
 
     /// Whether there is dry friction at rest at the start.
@@ -249,7 +263,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
 
     /// The air of the chambers.
     fn air(&self) -> SealedAir<'_, 'a, S> {
-        SealedAir { chambers: &self.chambers, air_g: &self.air_g }
+        SealedAir { chambers: &self.chambers, gas: self.gas.as_ref(), air_g: &self.air_g }
     }
 
     /// A step of the grid from the present state on, without substeps.
@@ -292,9 +306,16 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             force += self.forces_mn(&self.point(air, &sealed, step, at, Some(&restoring)));
         }
         if self.chambers.feeds_back() {
-            force += self.chambers.feedback_mn(at.x, self.air_g);
+            force += self.feedback_mn(&at.x);
         }
         force
+    }
+
+    /// Force of the pressures by which the gas law differs from the base model's, mN.
+    #[inline]
+    fn feedback_mn(&self, x: &S) -> S {
+        let tabulated = self.gas.as_ref().and_then(|gas| gas.feedback_mn(x));
+        tabulated.unwrap_or_else(|| self.chambers.feedback_mn(*x, self.air_g))
     }
 
     /// The forces of all effects, mN.
@@ -335,7 +356,7 @@ impl<'a, S: EffectScalar, F: BaseForce<S>> JointIntegrator<'a, S, F> {
             push -= self.friction_limit_mn(air, step, at).scaled(direction);
         }
         if self.chambers.feeds_back() {
-            push += self.chambers.feedback_mn(at.x, self.air_g);
+            push += self.feedback_mn(&at.x);
         }
         air.acceleration([&at.x, &at.v], &push, &self.base.damping_kg_s, &self.inverse_mass)
     }

@@ -12,6 +12,7 @@
 pub(crate) mod base;
 mod friction;
 mod gas;
+mod gas_table;
 mod input;
 pub(crate) mod integrator;
 pub(crate) mod measured;

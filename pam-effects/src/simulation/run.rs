@@ -174,7 +174,7 @@ fn true_channels<S: EffectScalar>(
     // Unless air is lost, its masses stay, and the table at these masses is the force.
     let table = trial.table_at(joint(&trial.table).masses());
     let led = trial.led(nuisances.lead_samples);
-    let mut joint = joint(&*table).driven_by(&led);
+    let mut joint = joint(&*table).driven_by(&led).with_gas_table();
     arch().dispatch(Running { joint: &mut joint, points, channels })
 }
 

@@ -1,6 +1,7 @@
 //! A step of the simulation, and what effects see in it.
 
 use super::gas::Chambers;
+use super::gas_table::GasTable;
 use crate::effects::{Air, EffectScalar, StepStart};
 
 /// A part of a step of the grid.
@@ -48,12 +49,16 @@ pub(super) struct At<S> {
 /// The chambers with their air.
 pub(super) struct SealedAir<'a, 'b, S> {
     pub(super) chambers: &'a Chambers<'b, S>,
+    /// Their law as a table.
+    pub(super) gas: Option<&'a GasTable<S>>,
     pub(super) air_g: &'a [S; 2],
 }
 
 impl<S: EffectScalar> Air<S> for SealedAir<'_, '_, S> {
     fn pressures_kpa(&self, displacement_mm: S) -> [S; 2] {
-        let per_mass = self.chambers.pressures_per_mass(displacement_mm);
+        let tabulated = self.gas.and_then(|gas| gas.pressures_per_mass(&displacement_mm));
+        let per_mass =
+            tabulated.unwrap_or_else(|| self.chambers.pressures_per_mass(displacement_mm));
         [self.air_g[0] * per_mass[0], self.air_g[1] * per_mass[1]]
     }
 
