@@ -44,6 +44,7 @@ mod solver;
 mod surface;
 mod trajectory;
 
+pub use nodes::{PointForces, PointMemory};
 pub use pam_solvers::ForceSignal;
 pub use problem::SurrogateProblem;
 pub use result::{SurrogateGradient, SurrogateStatistics};

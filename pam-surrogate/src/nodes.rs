@@ -10,24 +10,88 @@ pub(crate) trait NodeForce {
     fn values_into(&mut self, points: &[[f64; 2]], values: &mut [f64]);
 }
 
-/// Any force model, point by point.
-pub(crate) struct PointByPoint<'a, F> {
-    pub(crate) force: &'a F,
-    pub(crate) masses: SealedMasses,
-    pub(crate) work: Vec<f64>,
+/// A force at many points with the same air: a network in batches, any other force point by point.
+///
+/// ```
+/// use pam_core::{SealedMasses, SpringDamper};
+/// use pam_surrogate::PointForces;
+///
+/// let spring = SpringDamper::published();
+/// let forces = PointForces::new(&spring);
+/// let masses = SealedMasses::new(0.05, 0.05)?;
+/// let mut values = [0.0; 2];
+/// forces.values_into(masses, &[[-1.0, 0.0], [1.0, 0.0]], &mut values, &mut forces.memory());
+/// assert_eq!(values[0], -values[1]);
+/// # Ok::<(), pam_core::ModelError>(())
+/// ```
+#[derive(Debug)]
+pub struct PointForces<'f, F> {
+    force: &'f F,
+    network: Option<NodeNetwork>,
 }
 
-impl<F: ForceModel<f64>> NodeForce for PointByPoint<'_, F> {
-    fn values_into(&mut self, points: &[[f64; 2]], values: &mut [f64]) {
+/// Memory of [`PointForces`] for one thread.
+#[derive(Debug)]
+pub struct PointMemory {
+    work: Vec<f64>,
+    network: Option<NodeWorkspace>,
+}
+
+impl<'f, F: ForceModel<f64>> PointForces<'f, F> {
+    /// Lays out the force.
+    #[must_use]
+    pub fn new(force: &'f F) -> Self {
+        Self { force, network: force.network().map(NodeNetwork::new) }
+    }
+
+    /// Memory for one thread.
+    #[must_use]
+    pub fn memory(&self) -> PointMemory {
+        let work = if self.network.is_some() { 0 } else { self.force.work_len() };
+        PointMemory {
+            work: vec![0.0; work],
+            network: self.network.as_ref().map(NodeNetwork::workspace),
+        }
+    }
+
+    /// The force (mN) at points (mm, mm/s) with given masses.
+    ///
+    /// # Panics
+    /// If the memory is of another force.
+    pub fn values_into(
+        &self,
+        masses: SealedMasses,
+        points: &[[f64; 2]],
+        values: &mut [f64],
+        memory: &mut PointMemory,
+    ) {
+        if let Some(network) = &self.network {
+            let work = memory.network.as_mut().expect("memory of this network");
+            let masses_g = [masses.flexor_g, masses.extensor_g];
+            return network.sealed(masses_g, work).values_into(points, values);
+        }
         for (value, &[displacement_mm, velocity_mm_s]) in values.iter_mut().zip(points) {
             let input = ForceInput {
                 displacement_mm,
                 velocity_mm_s,
-                mass_flexor_g: self.masses.flexor_g,
-                mass_extensor_g: self.masses.extensor_g,
+                mass_flexor_g: masses.flexor_g,
+                mass_extensor_g: masses.extensor_g,
             };
-            *value = self.force.restoring_force_mn(&input, &mut self.work);
+            *value = self.force.restoring_force_mn(&input, &mut memory.work);
         }
+    }
+}
+
+/// The force at the masses of one trajectory.
+pub(crate) struct SealedPoints<'f, F> {
+    pub(crate) forces: PointForces<'f, F>,
+    pub(crate) masses: SealedMasses,
+    pub(crate) memory: PointMemory,
+}
+
+impl<F: ForceModel<f64>> NodeForce for SealedPoints<'_, F> {
+    fn values_into(&mut self, points: &[[f64; 2]], values: &mut [f64]) {
+        self.forces.values_into(self.masses, points, values, &mut self.memory);
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::adams::Adams;
 use crate::cells::CellScheme;
 use crate::method::Method;
-use crate::nodes::{NodeForce, NodeNetwork, PointByPoint};
+use crate::nodes::{NodeForce, NodeNetwork, PointForces, SealedPoints};
 use crate::problem::SurrogateProblem;
 use crate::result::SurrogateGradient;
 use crate::run::{Run, Scheme, Solved, Workspace};
@@ -132,8 +132,9 @@ impl SurrogateSolver {
         model: &JointModel<f64, F>,
         problem: &SurrogateProblem<'_>,
     ) -> (Vec<f64>, Option<(FailureKind, f64)>) {
-        let work = vec![0.0; model.force.work_len()];
-        let mut force = PointByPoint { force: &model.force, masses: problem.masses, work };
+        let forces = PointForces::new(&model.force);
+        let memory = forces.memory();
+        let mut force = SealedPoints { forces, masses: problem.masses, memory };
         self.trajectory_of(Mechanics::of(model), problem, &mut force)
     }
 

@@ -36,6 +36,9 @@ macro_rules! forces {
             fn relu_layers(&self) -> Option<ReluLayers<'_, S>> {
                 match self { $(Self::$variant(m) => m.relu_layers()),+ }
             }
+            fn network(&self) -> Option<&NetworkForce<S>> {
+                match self { $(Self::$variant(m) => m.network()),+ }
+            }
         }
 
         impl AnyForce<f64> {

@@ -47,6 +47,11 @@ pub trait ForceModel<S: Scalar> {
     fn relu_layers(&self) -> Option<ReluLayers<'_, S>> {
         None
     }
+
+    /// The network, if the force is one with an [`Activation`](crate::Activation): many points are then evaluated at once.
+    fn network(&self) -> Option<&NetworkForce<S>> {
+        None
+    }
 }
 
 /// A network with the activation `max(z, slope · z)` after every layer but the last.
@@ -68,6 +73,9 @@ impl<S: Scalar, F: ForceModel<S> + ?Sized> ForceModel<S> for &F {
     fn relu_layers(&self) -> Option<ReluLayers<'_, S>> {
         (**self).relu_layers()
     }
+    fn network(&self) -> Option<&NetworkForce<S>> {
+        (**self).network()
+    }
 }
 
 impl<S: Scalar, F: ForceModel<S> + ?Sized> ForceModel<S> for Box<F> {
@@ -79,5 +87,8 @@ impl<S: Scalar, F: ForceModel<S> + ?Sized> ForceModel<S> for Box<F> {
     }
     fn relu_layers(&self) -> Option<ReluLayers<'_, S>> {
         (**self).relu_layers()
+    }
+    fn network(&self) -> Option<&NetworkForce<S>> {
+        (**self).network()
     }
 }

@@ -2,6 +2,7 @@ use super::{Dense, ForceInput, ForceModel, ForceParts, Mlp, ReluLayers, StoredFo
 use crate::activation::{Activation, ActivationFunction};
 use crate::error::ModelError;
 use crate::scalar::Scalar;
+use std::any::Any;
 
 /// A learned restoring force: a network with inputs `(m_f, m_e, x, ẋ)`, unscaled, and one output in
 /// mN. The order is that of the published weights.
@@ -62,6 +63,10 @@ impl<S: Scalar, A: ActivationFunction> ForceModel<S> for NetworkForce<S, A> {
         let layers = self.mlp.layers();
         let slope = self.mlp.activation().relu_slope()?;
         (layers.len() > 1).then_some(ReluLayers { layers, slope })
+    }
+
+    fn network(&self) -> Option<&NetworkForce<S>> {
+        (self as &dyn Any).downcast_ref()
     }
 }
 

@@ -32,7 +32,7 @@ use num_traits::{FromPrimitive, ToPrimitive};
     note = "scalars are `f64`, `f32`, the dual numbers of `num_dual` and the numbers of `pam_autodiff`; a function \
             over any of them begins with `fn name<S: Scalar>(…)`"
 )]
-pub trait Scalar: DualNum + Copy {
+pub trait Scalar: DualNum + Copy + 'static {
     /// Whether it is a value with several first derivatives and nothing else, so that the slopes of an expression are cheaper
     /// found once with plain numbers and [added](Self::add_along) than carried through it.
     const HAS_SEVERAL_SLOPES: bool = false;

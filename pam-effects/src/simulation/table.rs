@@ -2,7 +2,8 @@
 
 use super::base::{BaseForce, SealedForce};
 use crate::effects::Restoring;
-use pam_core::{ForceInput, ForceModel, JointModel, Scalar, SealedMasses};
+use pam_core::{ForceModel, JointModel, Scalar, SealedMasses};
+use pam_surrogate::PointForces;
 use rayon::prelude::*;
 
 /// Distance of two nodes in x, mm.
@@ -59,39 +60,38 @@ impl ForceTable {
         let (x_spacing, rows) = axis(x_range, SPACING_MM, 1);
         let (v_spacing, columns) = axis(v_range, SPACING_MM_S, SLOPE_COLUMNS);
         let slope_columns = (columns - 1) / SLOPE_COLUMNS + 1;
-        let force = &model.force;
+        let forces = PointForces::new(&model.force);
         let mut values = vec![0.0; rows * columns];
         let mut slopes = vec![[0.0; 4]; rows * slope_columns];
         let value_rows = values.par_chunks_mut(columns);
         let both = value_rows.zip(slopes.par_chunks_mut(slope_columns)).enumerate();
-        both.for_each(|(i, (row, slope_row))| {
-            let mut work = vec![0.0; force.work_len()];
-            let mut at = |j: usize, flexor: f64, extensor: f64| {
-                let input = ForceInput {
-                    displacement_mm: x_range[0] + x_spacing * i as f64,
-                    velocity_mm_s: v_range[0] + v_spacing * j as f64,
-                    mass_flexor_g: masses.flexor_g * flexor,
-                    mass_extensor_g: masses.extensor_g * extensor,
-                };
-                force.restoring_force_mn(&input, &mut work)
-            };
-            for (j, value) in row.iter_mut().enumerate() {
-                *value = at(j, 1.0, 1.0);
-            }
-            for (k, slope) in slope_row.iter_mut().enumerate() {
-                let j = k * SLOPE_COLUMNS;
-                let centre = row[j];
-                let mut along = |change: [f64; 2], mass: f64| {
-                    let up = at(j, 1.0 + change[0], 1.0 + change[1]);
-                    let down = at(j, 1.0 - change[0], 1.0 - change[1]);
-                    let step = MASS_STEP * mass;
-                    [(up - down) / (2.0 * step), (up - 2.0 * centre + down) / (step * step)]
-                };
-                let flexor = along([MASS_STEP, 0.0], masses.flexor_g);
-                let extensor = along([0.0, MASS_STEP], masses.extensor_g);
-                *slope = [flexor[0], extensor[0], flexor[1], extensor[1]];
-            }
+        let changed = [0, 1].map(|muscle| {
+            [1.0 + MASS_STEP, 1.0 - MASS_STEP].map(|factor| {
+                let SealedMasses { mut flexor_g, mut extensor_g } = masses;
+                *if muscle == 0 { &mut flexor_g } else { &mut extensor_g } *= factor;
+                SealedMasses { flexor_g, extensor_g }
+            })
         });
+        let steps_g = [masses.flexor_g, masses.extensor_g].map(|mass| MASS_STEP * mass);
+        both.for_each_init(
+            || (forces.memory(), [0, 1].map(|_| vec![0.0; slope_columns])),
+            |(memory, [up, down]), (i, (row, slope_row))| {
+                let x = x_range[0] + x_spacing * i as f64;
+                let points: Vec<[f64; 2]> =
+                    (0..columns).map(|j| [x, v_range[0] + v_spacing * j as f64]).collect();
+                forces.values_into(masses, &points, row, memory);
+                let points: Vec<[f64; 2]> = points.into_iter().step_by(SLOPE_COLUMNS).collect();
+                for (muscle, ([more, less], step)) in changed.into_iter().zip(steps_g).enumerate() {
+                    forces.values_into(more, &points, up, memory);
+                    forces.values_into(less, &points, down, memory);
+                    for (k, slope) in slope_row.iter_mut().enumerate() {
+                        let centre = row[k * SLOPE_COLUMNS];
+                        slope[muscle] = (up[k] - down[k]) / (2.0 * step);
+                        slope[2 + muscle] = (up[k] - 2.0 * centre + down[k]) / (step * step);
+                    }
+                }
+            },
+        );
         without_bias(&mut values, columns);
         Self {
             x_start: x_range[0],

@@ -2,7 +2,7 @@
 
 use super::EngineError;
 use crate::windows::Windows;
-use pam_core::{AnyForce, JointModel, NamedChoice, NetworkForce, ParametricForce};
+use pam_core::{JointModel, NamedChoice, NetworkForce, ParametricForce};
 use pam_data::{Recording, Subject};
 use serde::{Deserialize, Serialize};
 
@@ -30,32 +30,10 @@ impl NamedChoice for Precision {
     ];
 }
 
-/// A force model for which an engine can be chosen.
-#[diagnostic::on_unimplemented(
-    message = "no engine can be chosen for the force `{Self}`",
-    note = "implement `EngineForce` for it, or use `GeneralEngine`, which takes every `ParametricForce`"
-)]
-pub trait EngineForce: ParametricForce + Sync {
-    /// The network, if the force is one: engines for networks then apply.
-    fn network(&self) -> Option<&NetworkForce<f64>> {
-        None
-    }
-}
+/// A force model for which an engine can be chosen: every [`ParametricForce`] that threads can share.
+pub trait EngineForce: ParametricForce + Sync {}
 
-impl EngineForce for NetworkForce<f64> {
-    fn network(&self) -> Option<&NetworkForce<f64>> {
-        Some(self)
-    }
-}
-
-impl EngineForce for AnyForce<f64> {
-    fn network(&self) -> Option<&NetworkForce<f64>> {
-        match self {
-            Self::Network(network) => Some(network),
-            _ => None,
-        }
-    }
-}
+impl<F: ParametricForce + Sync> EngineForce for F {}
 
 /// Follows the tasks of an engine that works on one recording after another.
 pub trait Progress: Sync {
