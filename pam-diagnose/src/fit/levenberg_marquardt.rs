@@ -132,11 +132,9 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
     /// # Errors
     /// [`DiagnoseError`] if the sensitivities cannot be simulated.
     pub fn fit_further(&self, mut fit: Fit, iterations: usize) -> Result<Fit, DiagnoseError> {
-        for _ in 0..iterations {
-            if fit.has_converged() {
-                break;
-            }
-            fit.last_drop = self.improve(&mut fit)?;
+        let mut steps = 0;
+        while steps < iterations && !fit.has_converged() {
+            steps += self.improve(&mut fit, iterations - steps)?;
         }
         let parameters = fit.hypothesis.parameters(self.system);
         let limited: Vec<_> = parameters
@@ -153,31 +151,61 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         Ok(fit)
     }
 
-    /// One iteration: the first damping whose step lowers the cost. Returns by how much; zero where no step does, or none
-    /// would by enough to first order.
-    fn improve(&self, fit: &mut Fit) -> Result<f64, DiagnoseError> {
+    /// One iteration: the first damping whose step lowers the cost, and further steps with the same sensitivities as long as
+    /// they foretell the drop (Shamanskii's variant of Newton's method), at most `most` in all. Returns the number of steps; the
+    /// last drop is zero where no step lowers the cost, or none would by enough to first order.
+    fn improve(&self, fit: &mut Fit, most: usize) -> Result<usize, DiagnoseError> {
         let settings = &self.settings.fit;
-        let equations = self.normal_equations(&fit.hypothesis, &fit.errors)?;
+        let (jacobian, residuals) = self.jacobian(&fit.hypothesis)?;
+        let equations = self.equations(&jacobian, &residuals, &fit.hypothesis, &fit.errors);
+        fit.last_drop = 0.0;
+        let mut foretold = None;
         for _ in 0..settings.dampings_per_iteration {
             let step = equations.step(fit.damping, self.system.shared());
-            if step.as_ref().is_some_and(|s| equations.expected_drop(s) < fit.converged_drop) {
-                return Ok(0.0);
+            let expected = step.as_ref().map_or(0.0, |s| equations.expected_drop(s));
+            if step.is_some() && expected < fit.converged_drop {
+                return Ok(1);
             }
-            let moved =
-                step.map(|s| fit.hypothesis.moved(self.system, &s, settings.largest_log_step));
-            let tried = moved.and_then(|h| self.errors(&h).ok().map(|e| (h, e)));
-            if let Some((next, next_errors)) = tried {
-                let next_cost = self.cost(&next, &next_errors);
-                if next_cost < fit.cost {
-                    let drop = fit.cost - next_cost;
-                    (fit.hypothesis, fit.errors, fit.cost) = (next, next_errors, next_cost);
-                    let less = fit.damping * settings.damping_after_success;
-                    fit.damping = less.max(settings.least_damping);
-                    return Ok(drop);
-                }
+            if step.is_some_and(|step| self.moves(fit, &step, 0.0)) {
+                foretold = Some(fit.last_drop / expected);
+                break;
             }
             fit.damping *= settings.damping_after_failure;
         }
-        Ok(0.0)
+        let mut steps = 1;
+        let [low, high] = settings.same_slopes_share;
+        while steps < most
+            && !fit.has_converged()
+            && foretold.is_some_and(|share| (low..high).contains(&share))
+        {
+            let residuals = self.fitted_residuals(&fit.hypothesis)?;
+            let equations = self.equations(&jacobian, &residuals, &fit.hypothesis, &fit.errors);
+            let Some(step) = equations.step(fit.damping, self.system.shared()) else { break };
+            let expected = equations.expected_drop(&step);
+            if expected < fit.converged_drop || !self.moves(fit, &step, low * expected) {
+                break;
+            }
+            foretold = Some(fit.last_drop / expected);
+            // Only slopes of the place itself tell that nothing is left to gain.
+            fit.last_drop = fit.last_drop.max(fit.converged_drop);
+            steps += 1;
+        }
+        Ok(steps)
+    }
+
+    /// Takes a step if it lowers the cost by more than `least`.
+    fn moves(&self, fit: &mut Fit, step: &[f64], least: f64) -> bool {
+        let settings = &self.settings.fit;
+        let next = fit.hypothesis.moved(self.system, step, settings.largest_log_step);
+        let Ok(errors) = self.errors(&next) else { return false };
+        let cost = self.cost(&next, &errors);
+        let lower = cost < fit.cost - least;
+        if lower {
+            fit.last_drop = fit.cost - cost;
+            (fit.hypothesis, fit.errors, fit.cost) = (next, errors, cost);
+            let less = fit.damping * settings.damping_after_success;
+            fit.damping = less.max(settings.least_damping);
+        }
+        lower
     }
 }

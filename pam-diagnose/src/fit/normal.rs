@@ -8,13 +8,21 @@ use crate::search::{Candidates, Nuisance};
 use pam_core::parallel;
 use pam_numerics::{ScaledCholesky, SquareMatrix, dot};
 
-/// Normal equations of one experiment: parameters, shared nuisances, its own nuisances.
+/// Whitened sensitivities of one experiment, by parameters, shared nuisances and its own nuisances.
 struct Part {
-    gram: Vec<f64>,
-    /// `Jᵀ W r` of each block of rows.
-    blocks: Vec<Vec<f64>>,
-    unknowns: usize,
+    /// By unknown and channel.
+    columns: Vec<Vec<Vec<f64>>>,
+    /// `JᵀJ` of each channel.
+    grams: Vec<Vec<f64>>,
 }
+
+/// Whitened sensitivities of all experiments at a hypothesis.
+pub(super) struct Jacobian {
+    parts: Vec<Part>,
+}
+
+/// Whitened residuals by experiment and channel.
+pub(super) type WhitenedResiduals = Vec<Vec<Vec<f64>>>;
 
 /// Normal equations over: parameters, shared nuisances, then the nuisances of each experiment.
 pub(super) struct NormalEquations {
@@ -44,13 +52,36 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         hypothesis: &Hypothesis,
         errors: &ChannelErrors,
     ) -> Result<NormalEquations, DiagnoseError> {
+        let (jacobian, residuals) = self.jacobian(hypothesis)?;
+        Ok(self.equations(&jacobian, &residuals, hypothesis, errors))
+    }
+
+    /// Sensitivities and residuals at a hypothesis.
+    pub(super) fn jacobian(
+        &self,
+        hypothesis: &Hypothesis,
+    ) -> Result<(Jacobian, WhitenedResiduals), DiagnoseError> {
+        let channels = self.noise.channels();
+        let each = parallel::map(self.len(), |i| {
+            let Sensitivities { residuals, columns } =
+                self.whitened_sensitivities(hypothesis, i)?;
+            let grams = (0..channels).map(|c| gram(&columns, c)).collect();
+            Ok((Part { columns, grams }, residuals))
+        });
+        let each: Result<Vec<_>, DiagnoseError> = each.into_iter().collect();
+        let (parts, residuals) = each?.into_iter().unzip();
+        Ok((Jacobian { parts }, residuals))
+    }
+
+    /// Normal equations for residuals and errors of a hypothesis with the sensitivities of one that may be another.
+    pub(super) fn equations(
+        &self,
+        jacobian: &Jacobian,
+        residuals: &WhitenedResiduals,
+        hypothesis: &Hypothesis,
+        errors: &ChannelErrors,
+    ) -> NormalEquations {
         let weights = self.weights(errors);
-        let parts: Result<Vec<Part>, DiagnoseError> = parallel::map(self.len(), |i| {
-            let s = self.whitened_sensitivities(hypothesis, i)?;
-            Ok(part(&s, &weights, self.rows(i), self.rows_per_block(i)))
-        })
-        .into_iter()
-        .collect();
         let (shared, local) = (self.system.shared(), self.system.local());
         let parameters = hypothesis.parameters(self.system).len();
         let common = parameters + shared.len();
@@ -60,17 +91,27 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         };
         let mut gram = SquareMatrix::zeros(unknowns);
         let (mut blocks, mut experiments) = (Vec::new(), Vec::new());
-        for (experiment, part) in parts?.iter().enumerate() {
-            for i in 0..part.unknowns {
-                for j in 0..part.unknowns {
-                    gram[(place(experiment, i), place(experiment, j))] +=
-                        part.gram[i * part.unknowns + j];
+        for (experiment, (part, residuals)) in jacobian.parts.iter().zip(residuals).enumerate() {
+            let own = part.columns.len();
+            for i in 0..own {
+                for j in 0..own {
+                    let channels = weights.iter().zip(&part.grams);
+                    let sum: f64 = channels.map(|(w, gram)| w * gram[i * own + j]).sum();
+                    gram[(place(experiment, i), place(experiment, j))] += sum;
                 }
             }
-            for block in &part.blocks {
+            let (rows, block) = (self.rows(experiment), self.rows_per_block(experiment));
+            for b in 0..rows.div_ceil(block).max(1) {
+                let range = b * block..((b + 1) * block).min(rows);
                 let mut right = vec![0.0; unknowns];
-                for (k, value) in block.iter().enumerate() {
-                    right[place(experiment, k)] = *value;
+                for (k, column) in part.columns.iter().enumerate() {
+                    right[place(experiment, k)] = (0..weights.len())
+                        .filter(|&c| !column[c].is_empty())
+                        .map(|c| {
+                            let r = &residuals[c][range.clone()];
+                            weights[c] * dot(&column[c][range.clone()], r)
+                        })
+                        .sum();
                 }
                 blocks.push(right);
                 experiments.push(experiment);
@@ -86,39 +127,22 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             precisions.extend(local.iter().map(precision));
             deviations.extend(values);
         }
-        Ok(NormalEquations { gram, blocks, experiments, precisions, deviations, parameters })
+        NormalEquations { gram, blocks, experiments, precisions, deviations, parameters }
     }
 }
 
-fn part(s: &Sensitivities, weights: &[f64], rows: usize, block: usize) -> Part {
-    let unknowns = s.columns.len();
+/// `JᵀJ` of one channel.
+fn gram(columns: &[Vec<Vec<f64>>], channel: usize) -> Vec<f64> {
+    let unknowns = columns.len();
     let mut gram = vec![0.0; unknowns * unknowns];
     for i in 0..unknowns {
         for j in 0..=i {
-            let mut sum = 0.0;
-            for (c, weight) in weights.iter().enumerate() {
-                sum += weight * dot(&s.columns[i][c], &s.columns[j][c]);
-            }
-            gram[i * unknowns + j] = sum;
-            gram[j * unknowns + i] = sum;
+            let product = dot(&columns[i][channel], &columns[j][channel]);
+            gram[i * unknowns + j] = product;
+            gram[j * unknowns + i] = product;
         }
     }
-    let blocks = (0..rows.div_ceil(block).max(1))
-        .map(|b| {
-            let range = b * block..((b + 1) * block).min(rows);
-            let right = |column: &Vec<Vec<f64>>| {
-                (0..weights.len())
-                    .filter(|&c| !column[c].is_empty())
-                    .map(|c| {
-                        let r = &s.residuals[c][range.clone()];
-                        weights[c] * dot(&column[c][range.clone()], r)
-                    })
-                    .sum()
-            };
-            s.columns.iter().map(right).collect()
-        })
-        .collect();
-    Part { gram, blocks, unknowns }
+    gram
 }
 
 impl NormalEquations {

@@ -243,6 +243,21 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         })
     }
 
+    /// Residuals of all experiments, whitened by the noise.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if a simulation fails.
+    pub(super) fn fitted_residuals(
+        &self,
+        hypothesis: &Hypothesis,
+    ) -> Result<Vec<Vec<Vec<f64>>>, DiagnoseError> {
+        let of = |i: usize| {
+            let residuals = self.residuals(hypothesis, i)?;
+            Ok(self.noise.whitened(self.experiments[i], &residuals))
+        };
+        parallel::map(self.len(), of).into_iter().collect()
+    }
+
     /// Sums of the squared [whitened residuals](Self::whitened_residuals) of all channels over each
     /// [short block](Self::rows_per_short_block) of an experiment.
     pub(crate) fn squares_by_block(

@@ -167,6 +167,9 @@ settings! {
         damping_after_failure: f64 = 12.0, "–", FACTOR, USUAL;
         /// Least damping.
         least_damping: f64 = 1e-9, "–", COST, USUAL;
+        /// Least and greatest drop of the cost, over the one expected to first order, after which the sensitivities serve a
+        /// further step.
+        same_slopes_share: [f64; 2] = [0.25, 2.0], "–", POSITIVE, TIME;
         /// Dampings that are tried per iteration.
         dampings_per_iteration: usize = 4, "–", COUNT, TIME;
         /// Drop of the cost below which a fit has converged.
