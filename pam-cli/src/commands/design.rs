@@ -59,7 +59,7 @@ pub struct DesignEffort {
     #[arg(long, default_value_t = 5.0, value_name = "MM")]
     pub travel_mm: f64,
     /// Protocols that are simulated
-    #[arg(long, default_value_t = 400, value_name = "N")]
+    #[arg(long, default_value_t = 1200, value_name = "N")]
     pub evaluations: usize,
 }
 

@@ -32,5 +32,5 @@ pub use diagnose::{DiagnoseOptions, DiagnosedJoint, JointDiagnosis, RecordingSet
 pub use ladder::{EffectLadder, joint_ladder};
 pub use law::learn_remainder;
 pub use refit::refit;
-pub use signatures::{Acceptance, FreeRun, PreparedTrials, Signature, SignatureSpan, Signatures};
+pub use signatures::{Acceptance, PreparedTrials, Signature, SignatureSpan, Signatures};
 pub use system::JointSystem;

@@ -5,7 +5,7 @@ use super::spans::{roles, spans};
 use super::system::JointSystem;
 use crate::data::{OpenPart, Roles, TestSource};
 use crate::error::DiagnoseError;
-use crate::fit::{Hypothesis, Problem, dot, fitted_outputs};
+use crate::fit::{Hypothesis, Problem, dot};
 use crate::linearised::{Column, all_starts};
 use crate::noise::Noise;
 use crate::search::{Candidates, Nuisance, Rows};
@@ -16,11 +16,9 @@ use pam_data::Subject;
 use pam_effects::effects::DataScales;
 use pam_effects::model::ExtendedModel;
 use pam_effects::simulation::Trial;
-use pam_numerics::statistics::standard_deviation;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use std::ops::Range;
-use std::sync::OnceLock;
 
 /// Share of its size that a nuisance column must keep beside the columns before it.
 const OWN_SHARE: f64 = 1e-10;
@@ -101,10 +99,6 @@ impl SignatureSpan {
         Self(basis)
     }
 }
-
-/// Residuals of the free-run simulation of every recording, channel by channel, in means over rows: neither whitened nor cleared
-/// of nuisances.
-pub type FreeRun = Vec<Vec<Vec<f64>>>;
 
 /// What a diagnosis of these recordings asks of a cause; see [`DiagnosisSettings`](crate::DiagnosisSettings).
 #[derive(Debug, Clone, PartialEq)]
@@ -212,8 +206,6 @@ pub struct Signatures<'a> {
     nuisances: Vec<Part>,
     limited: Vec<Limited>,
     plain: Vec<f64>,
-    /// The free run of the base model, once it is asked for.
-    free_run: OnceLock<Option<FreeRun>>,
     acceptance: Acceptance,
 }
 
@@ -307,7 +299,6 @@ impl<'a> Signatures<'a> {
             nuisances: Vec::new(),
             limited: Vec::new(),
             plain: Vec::new(),
-            free_run: OnceLock::new(),
             acceptance,
         };
         made.plain = made.column(&made.base)?;
@@ -575,44 +566,6 @@ impl<'a> Signatures<'a> {
             })
         };
         (0..problem.len()).flat_map(of).collect()
-    }
-
-    fn all_of(&self) -> Problem<'_, JointSystem<'a>> {
-        let all = (0..self.system.trials.len()).collect();
-        Problem::new(&self.system, all, self.noise.clone(), &self.options.settings)
-    }
-
-    fn free_run_of(&self, hypothesis: &Hypothesis) -> Option<FreeRun> {
-        let problem = self.all_of();
-        let hypothesis = hypothesis.without_locals(&self.system, problem.len());
-        (0..problem.len()).map(|i| problem.residuals(&hypothesis, i).ok()).collect()
-    }
-
-    /// The residuals of the base model in a free run, from the measured starts and masses: what the reduction of the error of a
-    /// simulation is read from. `None` if a simulation diverges.
-    #[must_use]
-    pub fn free_run_errors(&self) -> Option<&FreeRun> {
-        self.free_run.get_or_init(|| self.free_run_of(&self.base)).as_ref()
-    }
-
-    /// The change of these residuals by a candidate.
-    #[must_use]
-    pub fn free_run_change(&self, candidate: usize, values: &[f64]) -> Option<FreeRun> {
-        let mut change = self.free_run_errors()?.clone();
-        let with = self.free_run_of(&self.base.with(candidate, values))?;
-        let pairs = change.iter_mut().flatten().zip(with.iter().flatten());
-        pairs.for_each(|(a, b)| a.iter_mut().zip(b).for_each(|(a, b)| *a -= b));
-        Some(change)
-    }
-
-    /// Variances of the measured channels in each recording.
-    #[must_use]
-    pub fn variances(&self) -> Vec<Vec<f64>> {
-        let of = |e: usize| {
-            let outputs = fitted_outputs(&self.system);
-            outputs.map(|(c, _)| standard_deviation(self.system.measured(e, c)).powi(2)).collect()
-        };
-        (0..self.system.trials.len()).map(of).collect()
     }
 
     /// The square of a signature in each of the blocks in which a test set would be read, recording after recording.

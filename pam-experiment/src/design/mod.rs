@@ -2,7 +2,7 @@
 //!
 //! A protocol is a set of sealed pressures and a sequence of segments of current: sines, sums of sines, chirps, triangles,
 //! steps, holds and rests. [`design`] searches them within [limits](DesignLimits) by an evolution with a fixed seed
-//! (mutations of the best so far, several at a time; Beyer and Schwefel 2002), since the objective has no derivative
+//! (mutations of the best of several lineages; Beyer and Schwefel 2002), since the objective has no derivative
 //! by the kinds and the number of segments. Each proposal is simulated with the model; its worth follows from the
 //! [signatures](pam_diagnose::joint::Signatures) of the effects under it, as in [`detect`](crate::detect).
 

@@ -106,16 +106,15 @@ impl Judge<'_> {
                 all.map(|d| d.max(LEAST).ln()).fold(f64::INFINITY, f64::min)
             }
             objective => {
-                let none = Vec::new();
+                let directions = signatures.directions();
                 let gain = |(ray, magnitude): &(Ray, f64)| {
                     let demand = Demand {
                         signatures: &signatures,
-                        directions: &[],
+                        directions: &directions,
                         seed: self.seed,
                         parameters: ray.parameters,
                         power: 0.9,
                         level: 0.05,
-                        errors: &none,
                         apparent: &[],
                     };
                     let nothing = of_nothing(&signatures, ray);

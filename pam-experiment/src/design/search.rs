@@ -45,7 +45,7 @@ impl Default for DesignOptions {
             objective: Objective::MedianLimit,
             sensors: SensorParameters::default(),
             noise: None,
-            evaluations: 400,
+            evaluations: 1200,
             seed: 1,
         }
     }
@@ -149,8 +149,11 @@ const WORTH: f64 = 1.05;
 const GENERATION: usize = 8;
 /// Share of the evaluations that are drawn at random.
 const RANDOM_SHARE: f64 = 0.2;
-/// Best proposals that are mutated.
-const PARENTS: usize = 4;
+/// Best proposals of a lineage that are mutated.
+const PARENTS: usize = 2;
+/// Shares of the evaluations from which so many lineages go on, each from one of the best random proposals: they end in optima of
+/// their own, and the better half goes on (successive halving; Jamieson and Talwalkar 2016).
+const LINEAGES: [(f64, usize); 3] = [(RANDOM_SHARE, 4), (0.5, 2), (0.75, 1)];
 
 /// Searches a protocol within the limits.
 ///
@@ -245,29 +248,47 @@ fn search(
 ) -> Proposal {
     let limits = &options.limits;
     let mut random = ChaCha8Rng::seed_from_u64(options.seed ^ 0x0de5_1691);
-    let first = Proposal::of(standard);
-    let mut best = vec![(judge.worth(standard), first)];
     let all = options.evaluations.max(GENERATION);
-    let mut made = 0;
-    while made < all {
-        let at_random = (made as f64) < RANDOM_SHARE * all as f64;
-        let generation: Vec<Proposal> = (0..GENERATION.min(all - made))
-            .map(|k| {
-                if at_random {
-                    return Proposal::random(limits, &mut random);
-                }
-                best[k % best.len()].1.mutated(limits, &mut random)
-            })
-            .collect();
-        made += generation.len();
+    let judged = |proposals: Vec<Proposal>| -> Vec<(f64, Proposal)> {
         let worths =
-            parallel::map(generation.len(), |k| judge.worth(&generation[k].protocol("design")));
-        best.extend(worths.into_iter().zip(generation));
-        best.sort_by(|a, b| b.0.total_cmp(&a.0));
-        best.truncate(PARENTS);
+            parallel::map(proposals.len(), |k| judge.worth(&proposals[k].protocol("design")));
+        worths.into_iter().zip(proposals).collect()
+    };
+    let best_first = |of: &mut Vec<(f64, Proposal)>| of.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut made = 0;
+    let mut drawn = vec![(judge.worth(standard), Proposal::of(standard))];
+    while (made as f64) < RANDOM_SHARE * all as f64 {
+        let count = GENERATION.min(all - made);
+        drawn.extend(judged((0..count).map(|_| Proposal::random(limits, &mut random)).collect()));
+        made += count;
         progress(made as f64 / all as f64);
     }
-    best.swap_remove(0).1
+    best_first(&mut drawn);
+    let mut lineages: Vec<Vec<(f64, Proposal)>> = drawn.into_iter().map(|one| vec![one]).collect();
+    while made < all {
+        let share = made as f64 / all as f64;
+        let kept = LINEAGES.iter().rev().find(|(from, _)| share >= *from).map_or(1, |l| l.1);
+        lineages.sort_by(|a, b| b[0].0.total_cmp(&a[0].0));
+        lineages.truncate(kept);
+        let count = GENERATION.min(all - made);
+        let mutated = |k: usize| {
+            let own = &lineages[k % lineages.len()];
+            own[(k / lineages.len()) % own.len()].1.mutated(limits, &mut random)
+        };
+        let generation = judged((0..count).map(mutated).collect());
+        let among = lineages.len();
+        for (k, one) in generation.into_iter().enumerate() {
+            lineages[k % among].push(one);
+        }
+        for own in &mut lineages {
+            best_first(own);
+            own.truncate(PARENTS);
+        }
+        made += count;
+        progress(made as f64 / all as f64);
+    }
+    let best = lineages.into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0));
+    best.map_or_else(|| Proposal::of(standard), |(_, proposal)| proposal)
 }
 
 fn gains(before: &Detection, after: &Detection) -> Vec<Gain> {

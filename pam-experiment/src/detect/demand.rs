@@ -3,8 +3,7 @@
 use super::power::needed_noncentrality;
 use super::ray::Ray;
 use super::result::Limit;
-use pam_diagnose::joint::{FreeRun, Signature, Signatures};
-use pam_numerics::dot;
+use pam_diagnose::joint::{Signature, Signatures};
 use pam_numerics::statistics::{
     chi_square_quantile, mean, standard_deviation, t_quantile, t_quantile_95,
 };
@@ -30,8 +29,6 @@ pub(crate) struct Demand<'s, 'a> {
     pub(crate) parameters: usize,
     pub(crate) power: f64,
     pub(crate) level: f64,
-    /// Errors of free runs, by which the reduction of the error is judged; not judged without any.
-    pub(crate) errors: &'s FreeRun,
     /// Half-widths of the intervals of its parameters that errors of the model on baseline recordings give it; zero without these.
     pub(crate) apparent: &'s [f64],
 }
@@ -124,37 +121,6 @@ impl Demand<'_, '_> {
         blocks.iter().map(ratio).sum::<f64>() / blocks.len().max(1) as f64
     }
 
-    /// Whether the error of the free run becomes smaller: the square of the change over its product with the error of other
-    /// recordings, of whose sign nothing is known. Squared, the geometric mean of the recordings.
-    fn reduced(&self, ray: &Ray, magnitude: f64) -> f64 {
-        if self.errors.is_empty() {
-            return f64::INFINITY;
-        }
-        let change = self.signatures.free_run_change(ray.candidate, &ray.values(magnitude));
-        let Some(change) = change else { return f64::INFINITY };
-        let variances = self.signatures.variances();
-        let product = |a: &[Vec<f64>], b: &[Vec<f64>], v: &[f64]| -> f64 {
-            let channels = a.iter().zip(b).zip(v);
-            channels.map(|((a, b), v)| dot(a, &b[..a.len().min(b.len())]) / v.max(1e-300)).sum()
-        };
-        let ratio = |(own, v): (&Vec<Vec<f64>>, &Vec<f64>)| {
-            let square = product(own, own, v);
-            let same = self.errors.iter().filter(|e| e[0].len() == own[0].len());
-            let crossed: Vec<f64> = same.map(|e| product(own, e, v).powi(2)).collect();
-            let cross = mean(&crossed).sqrt();
-            2.0 * (square / (2.0 * self.normal() * cross).max(1e-300)).max(1e-300).ln()
-        };
-        let all: Vec<f64> = change.iter().zip(&variances).map(ratio).collect();
-        mean(&all).exp()
-    }
-
-    /// An excess with what is asked beside the signature: a value that errors of the model do not explain, and a smaller error of
-    /// the free run, which is simulated only where it decides.
-    fn beside_signature(&self, ray: &Ray, magnitude: f64, excess: f64) -> f64 {
-        let excess = excess.min(self.beyond_apparent(ray, magnitude));
-        if excess > 0.2 { excess.min(self.reduced(ray, magnitude)) } else { excess }
-    }
-
     /// The value of the effect over that at which its interval leaves out zero with the wanted power, squared as a noncentrality.
     /// [`apparent`](Self::apparent) is both the half-width of that interval and 1.96 standard deviations of the estimate.
     fn beyond_apparent(&self, ray: &Ray, magnitude: f64) -> f64 {
@@ -177,7 +143,7 @@ impl Demand<'_, '_> {
             let excess = match &s {
                 Some(s) if s.square() > 0.0 => {
                     let own = self.excess(kind, s);
-                    if kind == Kind::Named { self.beside_signature(ray, m, own) } else { own }
+                    if kind == Kind::Named { own.min(self.beyond_apparent(ray, m)) } else { own }
                 }
                 Some(_) => 0.0,
                 // So large that the simulation diverges.

@@ -44,7 +44,7 @@ fn asked(
 }
 
 /// The limits of a diagnosis of recordings, measured or simulated. The noise is learned from them as a diagnosis does, unless it is
-/// given; so are the errors of free runs. With [`discrepancy`](pam_diagnose::DiagnoseOptions::discrepancy) the limits account for
+/// given. With [`discrepancy`](pam_diagnose::DiagnoseOptions::discrepancy) the limits account for
 /// model errors, and the recordings are the baseline recordings from which these were learned. Trials ([`DetectOptions::trials`]) diagnose recordings with the effects in them, made of
 /// these; `progress` is called with the number of finished trials and of all.
 ///
@@ -103,10 +103,6 @@ pub(crate) fn detect_along(
     let trials = PreparedTrials::new(model, recordings, &options.diagnosis.settings)?;
     let noise = view.map(|v| &v.noise);
     let signatures = Signatures::new(model, &trials, &options.diagnosis, noise)?;
-    let errors = match view {
-        Some(view) => view.errors.clone(),
-        None => signatures.free_run_errors().cloned().unwrap_or_default(),
-    };
     let mut ways: Vec<(&'static dyn AnyEffect, Ray)> = Vec::new();
     for (candidate, effect, given) in asked(options)? {
         let own = rays(&signatures, candidate, effect, &given.values)?;
@@ -125,7 +121,6 @@ pub(crate) fn detect_along(
             parameters: ray.parameters,
             power: options.power,
             level: options.level,
-            errors: &errors,
             apparent: &apparent[k],
         };
         let nothing = of_nothing(&signatures, ray);

@@ -5,7 +5,7 @@ use pam_core::units::{ATMOSPHERE_KPA, KPA_PER_PSI, MN_PER_N, PULLEY_RADIUS_MM};
 use pam_data::Subject;
 use pam_data::preprocess::{Cutoffs, derivative_of, filtered};
 use pam_diagnose::DiagnoseOptions;
-use pam_diagnose::joint::{FreeRun, PreparedTrials, Signatures};
+use pam_diagnose::joint::{PreparedTrials, Signatures};
 use pam_diagnose::noise::Noise;
 use pam_effects::ExtendedModel;
 use pam_rig::sensors::{PressureParameters, PressureSensor, SensorParameters};
@@ -21,15 +21,13 @@ pub const LOADER_HZ: f64 = 20.0;
 pub struct SensorView {
     /// The noise of the rows of each channel.
     pub noise: Noise,
-    /// Errors of free-run simulations from measured starts and masses; empty if they are not known.
-    pub errors: FreeRun,
     /// The recordings as they would be measured; empty if only the noise is known.
     pub recordings: Vec<Subject>,
 }
 
 impl From<Noise> for SensorView {
     fn from(noise: Noise) -> Self {
-        Self { noise, errors: Vec::new(), recordings: Vec::new() }
+        Self { noise, recordings: Vec::new() }
     }
 }
 
@@ -53,8 +51,7 @@ pub fn sensor_view(
     let noisy = noisy?;
     let trials = PreparedTrials::new(model, &noisy, &options.settings)?;
     let seen = Signatures::new(model, &trials, options, None)?;
-    let errors = seen.free_run_errors().cloned().unwrap_or_default();
-    Ok(SensorView { noise: seen.noise().common(), errors, recordings: noisy })
+    Ok(SensorView { noise: seen.noise().common(), recordings: noisy })
 }
 
 impl SensorView {
