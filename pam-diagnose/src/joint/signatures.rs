@@ -10,6 +10,7 @@ use crate::linearised::{Column, all_starts};
 use crate::noise::Noise;
 use crate::search::{Candidates, Nuisance, Rows};
 use crate::settings::DiagnosisSettings;
+use crate::test_set::CLEAR_PRIOR_COST;
 use crate::verdict::Apparent;
 use pam_core::parallel;
 use pam_data::Subject;
@@ -122,6 +123,8 @@ pub struct Acceptance {
     /// or unless the nuisances, which imitate it in its place, then lie further from their priors than this sum of squares of
     /// deviations over prior standard deviations.
     pub most_prior_square: f64,
+    /// Drop of the cost of the nuisances on the test data that confirms a cause by itself.
+    pub clear_prior_cost: f64,
     /// Probability by chance below which the direction of the test residual confirms a cause.
     pub score_p_value: f64,
     /// Odds below which another candidate is confusable with a cause.
@@ -284,6 +287,7 @@ impl<'a> Signatures<'a> {
             minor_of_residual: verdict.minor_of_residual,
             minor_rise: verdict.minor_rise,
             most_prior_square: rows.whole.most_prior_cost(&base),
+            clear_prior_cost: CLEAR_PRIOR_COST,
             score_p_value: verdict.score_p_value,
             confusable_odds: verdict.confusable_odds,
             confusable_share: verdict.confusable_share,
@@ -488,14 +492,15 @@ impl<'a> Signatures<'a> {
         squares
     }
 
-    /// The square of a signature in the rows of the priors: the cost of the nuisances that imitate the effect.
+    /// The square of a signature in the rows of the priors: the cost of the nuisances that imitate the effect. First that of the
+    /// nuisances of each recording, then that of those which all share.
     #[must_use]
-    pub fn prior_square(&self, signature: &Signature) -> f64 {
+    pub fn prior_squares(&self, signature: &Signature) -> Vec<f64> {
         let (problem, channels) = (self.problem(), self.acceptance.channels);
         let firsts = self.firsts(&problem);
         let own = |i: usize| &signature.0[firsts[i] + problem.rows(i) * channels..firsts[i + 1]];
         let shared = &signature.0[firsts[problem.len()]..];
-        (0..problem.len()).map(own).chain([shared]).map(|rows| dot(rows, rows)).sum()
+        (0..problem.len()).map(own).chain([shared]).map(|rows| dot(rows, rows)).collect()
     }
 
     /// Unit vectors along all directions that the test against chance looks in: by every parameter of every candidate, and by

@@ -19,7 +19,7 @@ use crate::verdict::{Anomaly, ChannelBand};
 use pam_numerics::statistics::{mean, mean_half_width_95, positive_mean_p_value};
 
 /// Drop of the prior cost of nuisances that is clear by itself: χ² of one degree of freedom exceeds it once in 600 cases.
-const CLEAR_PRIOR_COST: f64 = 10.0;
+pub(crate) const CLEAR_PRIOR_COST: f64 = 10.0;
 
 /// Two hypotheses on the test rows.
 #[derive(Debug, Clone, Copy)]

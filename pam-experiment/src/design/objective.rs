@@ -106,11 +106,11 @@ impl Judge<'_> {
                 all.map(|d| d.max(LEAST).ln()).fold(f64::INFINITY, f64::min)
             }
             objective => {
-                let directions = signatures.directions();
                 let gain = |(ray, magnitude): &(Ray, f64)| {
                     let demand = Demand {
                         signatures: &signatures,
-                        directions: &directions,
+                        // They take as long as everything else and seldom decide.
+                        directions: &[],
                         seed: self.seed,
                         parameters: ray.parameters,
                         power: 0.9,

@@ -84,20 +84,23 @@ impl Demand<'_, '_> {
         let rise = self.exceeding(a.minor_rise * rows);
         let largest = channels.into_iter().fold(0.0, f64::max);
         // Nuisances that imitate the effect are far from their priors.
-        let strain = self.signatures.prior_square(s) / self.exceeding(a.most_prior_square);
+        let priors = self.signatures.prior_squares(s);
+        let strain = priors.iter().sum::<f64>() / self.exceeding(a.most_prior_square);
         let not_minor = (size / of_residual).max(largest / rise).max(strain);
-        listed.min(not_minor).min(self.proven(s))
+        listed.min(not_minor).min(self.proven(s, &priors))
     }
 
     /// Expected test statistic of the confirmation over its critical value, squared; the mean over recordings. The statistic is the
     /// largest of three Student's t over blocks: of the gains, of the relative gains, and of the score (the product of residual
     /// and change of the prediction), which scatters half as much and is tested at a stricter level.
-    fn proven(&self, s: &Signature) -> f64 {
+    /// Instead, the nuisances of a recording may be so much nearer to their `priors` with the effect that this confirms it.
+    fn proven(&self, s: &Signature, priors: &[f64]) -> f64 {
         let blocks = self.signatures.test_block_squares(s);
         let a = self.signatures.acceptance();
         let rows = a.rows as f64 / blocks.iter().map(Vec::len).sum::<usize>().max(1) as f64;
         let noise = 2.0 * rows * a.channels as f64;
-        let ratio = |own: &Vec<f64>| {
+        let clear = self.exceeding(a.clear_prior_cost);
+        let ratio = |(own, prior): (&Vec<f64>, &f64)| {
             let n = own.len() as f64;
             if n < 2.0 {
                 return 1.0;
@@ -116,9 +119,9 @@ impl Demand<'_, '_> {
             // The score confirms only where the error falls as well.
             let of_score = (student(own, own) / needed(t_quantile(1.0 - a.score_p_value, n - 1.0)))
                 .min(own.iter().sum::<f64>().sqrt() / (2.0 * self.normal()));
-            of_gains.max(of_score).powi(2)
+            of_gains.max(of_score).powi(2).max(prior / clear)
         };
-        blocks.iter().map(ratio).sum::<f64>() / blocks.len().max(1) as f64
+        blocks.iter().zip(priors).map(ratio).sum::<f64>() / blocks.len().max(1) as f64
     }
 
     /// The value of the effect over that at which its interval leaves out zero with the wanted power, squared as a noncentrality.
