@@ -195,3 +195,53 @@ fn write_input(points: &[[f64; 2]], stride: usize, input: &mut [f64]) {
         to[..2].copy_from_slice(point);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pam_core::Mlp;
+    use pam_core::force::Dense;
+
+    /// A network of these widths with weights that have no pattern.
+    fn network(activation: &str, widths: &[usize]) -> NetworkForce<f64> {
+        let layer = |(k, w): (usize, &[usize])| {
+            let number = |i: usize| ((i * 37 + k * 11) % 101) as f64 / 50.5 - 1.0;
+            let weights: Vec<f64> = (0..w[0] * w[1]).map(number).collect();
+            Dense::from_rows(&weights, (0..w[1]).map(number).collect()).expect("a layer")
+        };
+        let layers = widths.windows(2).enumerate().map(layer).collect();
+        let activation = Activation::from_name(activation).expect("a known one");
+        NetworkForce::new(Mlp::new(layers, activation).expect("fits")).expect("a force")
+    }
+
+    #[test]
+    fn batches_are_the_network_point_by_point() {
+        let masses = SealedMasses::new(0.05, 0.07).expect("positive");
+        let points: Vec<[f64; 2]> =
+            (0..300).map(|k| [0.01 * f64::from(k) - 1.0, 40.0 - 0.3 * f64::from(k)]).collect();
+        for (activation, widths) in
+            [("silu", &[4, 24, 17, 1][..]), ("tanh", &[4, 9, 1]), ("leaky_relu", &[4, 1])]
+        {
+            let network = network(activation, widths);
+            let forces = PointForces::new(&network);
+            assert!(forces.network.is_some(), "{activation}");
+            let mut values = vec![0.0; points.len()];
+            forces.values_into(masses, &points, &mut values, &mut forces.memory());
+            let mut work = vec![0.0; network.work_len()];
+            for ([x, v], value) in points.iter().zip(&values) {
+                let input = ForceInput {
+                    displacement_mm: *x,
+                    velocity_mm_s: *v,
+                    mass_flexor_g: masses.flexor_g,
+                    mass_extensor_g: masses.extensor_g,
+                };
+                let expected = network.restoring_force_mn(&input, &mut work);
+                let scale = expected.abs().max(1.0);
+                assert!(
+                    (value - expected).abs() < 1e-12 * scale,
+                    "{activation}: {value} {expected}"
+                );
+            }
+        }
+    }
+}

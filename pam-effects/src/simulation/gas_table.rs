@@ -119,3 +119,49 @@ fn cubic<S: Scalar>([before, start, end, after]: [S; 4]) -> [S; COEFFICIENTS] {
         S::combination(all, [-1.0 / 6.0, 0.5, -0.5, 1.0 / 6.0]),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::ChamberLaw;
+    use crate::simulation::Base;
+    use pam_autodiff::Chunk;
+    use pam_core::MuscleGeometry;
+
+    /// Directions: the exponent and the displacement.
+    type Number = Chunk<2>;
+
+    #[test]
+    fn a_table_is_the_law_with_its_derivatives() {
+        let constant = Number::constant;
+        let base = Base {
+            mass_kg: constant(2.0),
+            deformation: constant(1.7),
+            gas_coefficient: constant(8.4e4),
+            damping_kg_s: constant(0.0),
+            geometry: MuscleGeometry::default(),
+        };
+        let exponent = Number::variable(1.2, 0);
+        let law = ChamberLaw { exponent, feeds_back: true, ..ChamberLaw::plain() };
+        let chambers = Chambers::new(&base, law, true, constant(0.3));
+        let air_g = [0.05, 0.06].map(constant);
+        let limit_mm = base.geometry.displacement_limit_mm(1.7);
+        let table = GasTable::new(&chambers, air_g, [-2.0, 4.0], limit_mm).expect("a smooth law");
+        for k in 0..600 {
+            let x = Number::variable(-2.0 + 0.01 * f64::from(k), 1);
+            let [flexor, extensor] = table.pressures_per_mass(&x).expect("inside");
+            let found = [flexor, extensor, table.feedback_mn(&x).expect("inside")];
+            let pairs = found.into_iter().zip(functions(&chambers, air_g, x));
+            for ((found, exact), scale) in pairs.zip([5.0, 5.0, 1.0]) {
+                assert!((found.value - exact.value).abs() < 1e-9 * scale, "{k}");
+                for (a, b) in found.derivatives.iter().zip(exact.derivatives) {
+                    assert!((a - b).abs() < 1e-6 * scale, "{k}: {a} {b}");
+                }
+            }
+        }
+        assert!(
+            table.feedback_mn(&constant(20.0)).is_none(),
+            "outside, the law itself is computed"
+        );
+    }
+}
