@@ -6,7 +6,7 @@
 //! cargo bench -p pam-trajectory --bench surrogate_speed -- pam-cli/models/default.safetensors logs [recordings]
 //! ```
 
-use pam_core::{Activation, AnyForce, JointModel, Mlp, NetworkForce};
+use pam_core::{Activation, AnyForce, ForceModel, JointModel, Mlp, NetworkForce};
 use pam_data::{LoadOptions, MassOrigin, Subject, collect_paths, load_model, open_recordings};
 use pam_solvers::{Interpolation, Tableau};
 use pam_surrogate::SurrogateSettings;

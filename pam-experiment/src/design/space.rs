@@ -23,10 +23,11 @@ pub struct DesignLimits {
 }
 
 impl Default for DesignLimits {
-    /// The range of the published recordings.
+    /// The whole current of the amplifier, and the range of pressures and displacements of the published recordings, in which models
+    /// are accurate.
     fn default() -> Self {
         Self {
-            current_a: 1.5,
+            current_a: Protocol::LARGEST_A,
             psi: [10, 80],
             hz: [0.05, 5.0],
             travel_mm: 5.0,
