@@ -132,9 +132,11 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
     /// # Errors
     /// [`DiagnoseError`] if the sensitivities cannot be simulated.
     pub fn fit_further(&self, mut fit: Fit, iterations: usize) -> Result<Fit, DiagnoseError> {
-        let mut steps = 0;
-        while steps < iterations && !fit.has_converged() {
-            steps += self.improve(&mut fit, iterations - steps)?;
+        for _ in 0..iterations {
+            if fit.has_converged() {
+                break;
+            }
+            self.improve(&mut fit)?;
         }
         let parameters = fit.hypothesis.parameters(self.system);
         let limited: Vec<_> = parameters
@@ -152,9 +154,9 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
     }
 
     /// One iteration: the first damping whose step lowers the cost, and further steps with the same sensitivities as long as
-    /// they foretell the drop (Shamanskii's variant of Newton's method), at most `most` in all. Returns the number of steps; the
-    /// last drop is zero where no step lowers the cost, or none would by enough to first order.
-    fn improve(&self, fit: &mut Fit, most: usize) -> Result<usize, DiagnoseError> {
+    /// they foretell the drop (Shamanskii's variant of Newton's method). The last drop is zero where no step lowers the cost, or
+    /// none would by enough to first order.
+    fn improve(&self, fit: &mut Fit) -> Result<(), DiagnoseError> {
         let settings = &self.settings.fit;
         let (jacobian, residuals) = self.jacobian(&fit.hypothesis)?;
         let equations = self.equations(&jacobian, &residuals, &fit.hypothesis, &fit.errors);
@@ -164,7 +166,7 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             let step = equations.step(fit.damping, self.system.shared());
             let expected = step.as_ref().map_or(0.0, |s| equations.expected_drop(s));
             if step.is_some() && expected < fit.converged_drop {
-                return Ok(1);
+                return Ok(());
             }
             if step.is_some_and(|step| self.moves(fit, &step, 0.0)) {
                 foretold = Some(fit.last_drop / expected);
@@ -172,12 +174,11 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             }
             fit.damping *= settings.damping_after_failure;
         }
-        let mut steps = 1;
         let [low, high] = settings.same_slopes_share;
-        while steps < most
-            && !fit.has_converged()
-            && foretold.is_some_and(|share| (low..high).contains(&share))
-        {
+        for _ in 0..self.same_slopes_steps {
+            if fit.has_converged() || !foretold.is_some_and(|share| (low..high).contains(&share)) {
+                break;
+            }
             let residuals = self.fitted_residuals(&fit.hypothesis)?;
             let equations = self.equations(&jacobian, &residuals, &fit.hypothesis, &fit.errors);
             let Some(step) = equations.step(fit.damping, self.system.shared()) else { break };
@@ -188,9 +189,8 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
             foretold = Some(fit.last_drop / expected);
             // Only slopes of the place itself tell that nothing is left to gain.
             fit.last_drop = fit.last_drop.max(fit.converged_drop);
-            steps += 1;
         }
-        Ok(steps)
+        Ok(())
     }
 
     /// Takes a step if it lowers the cost by more than `least`.

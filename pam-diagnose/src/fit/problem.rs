@@ -38,6 +38,8 @@ pub struct Problem<'a, C: ?Sized> {
     /// Whitened rows that count as one independent observation: more than one where the residual of a model that is not
     /// right is correlated.
     pub rows_per_observation: f64,
+    /// Most further steps of an iteration of a fit with the same sensitivities.
+    pub(crate) same_slopes_steps: usize,
     /// What the nuisances of experiments that were not fitted would take, experiment by experiment.
     pub(crate) unseen: Option<Arc<Vec<Arc<UnseenNuisances>>>>,
 }
@@ -82,6 +84,7 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
             windows,
             noise,
             rows_per_observation: 1.0,
+            same_slopes_steps: 0,
             unseen: None,
         }
     }

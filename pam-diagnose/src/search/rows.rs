@@ -75,6 +75,14 @@ impl<'a, C: Candidates + ?Sized> Rows<'a, C> {
         }
     }
 
+    /// Lets fits take so many further steps of an iteration with the same sensitivities.
+    pub(crate) fn set_same_slopes_steps(&mut self, steps: usize) {
+        let Split { train, validation, .. } = &mut self.choosing;
+        for problem in [&mut self.whole, train, validation] {
+            problem.same_slopes_steps = steps;
+        }
+    }
+
     /// A set of starting values fitted to the training rows and scored; `None` if it cannot be simulated, or if a fitted
     /// value is not what the candidate's name says.
     #[must_use]

@@ -456,6 +456,8 @@ settings! {
         /// Standard deviations of the prior of the coefficients of a smooth correction, relative to the size of what acts where
         /// it acts; the validation data choose.
         deviations: [f64; 4] = [0.03, 0.1, 0.3, 0.01], "–", POSITIVE, STUDIES;
+        /// Most further steps of a fit of corrections and laws, which are nearly linear, with the same sensitivities.
+        same_slopes_steps: usize = 3, "steps", [0.0, 20.0], TIME;
         /// Iterations of the fit of a correction.
         iterations: usize = 4, "iterations", COUNT, TIME;
         /// Share of the squared error of the validation data that a correction must remove.
