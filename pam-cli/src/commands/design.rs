@@ -43,8 +43,8 @@ pub struct DesignEffort {
     /// Recordings of the design, each with sealed pressures of its own
     #[arg(long, default_value_t = 3, value_name = "N")]
     pub recordings: usize,
-    /// Largest current of the design, at most that of the amplifier
-    #[arg(long, default_value_t = Protocol::LARGEST_A, value_name = "A")]
+    /// Largest current of the design
+    #[arg(long, default_value_t = 1.5, value_name = "A")]
     pub current_a: f64,
     /// Least and greatest sealed pressure of the design, psi gauge: where the model is accurate
     #[arg(

@@ -169,11 +169,11 @@ pub fn design(
     let standard = standard(&options.limits);
     let recordings = simulated(model, &standard, options)?;
     let diagnosis = &options.detect.diagnosis;
-    let view = match &options.noise {
-        Some(noise) => SensorView::from(noise.clone()),
-        None => sensor_view(model, &recordings, &options.sensors, diagnosis)?,
+    let view_of = |recordings: &[Subject]| match &options.noise {
+        Some(noise) => Ok(SensorView::from(noise.clone())),
+        None => sensor_view(model, recordings, &options.sensors, diagnosis),
     };
-    let noise = view.noise.clone();
+    let view = view_of(&recordings)?;
     let compared = compared(options);
     let (before, rays) = detect_along(model, &recordings, Some(&view), &compared, None)?;
     // Proposals are compared by the effects at their limits under the standard.
@@ -186,7 +186,7 @@ pub fn design(
         model,
         options: diagnosis,
         sensors: &options.sensors,
-        noise: &noise,
+        noise: &view.noise,
         objective: &options.objective,
         ways,
         travel_mm: options.limits.travel_mm,
@@ -195,13 +195,15 @@ pub fn design(
     let best = search(&judge, &standard, options, progress);
     let protocol = best.protocol("design");
     let after_recordings = simulated(model, &protocol, options)?;
-    let (after, _) = detect_along(model, &after_recordings, Some(&view), &compared, None)?;
+    // Fast motion shows more of the sensors' errors than the standard does.
+    let after_view = view_of(&after_recordings)?;
+    let (after, _) = detect_along(model, &after_recordings, Some(&after_view), &compared, None)?;
     let gains = gains(&before, &after);
     let factors: Vec<f64> = gains.iter().filter_map(|g| g.factor).collect();
     let separations = match &options.objective {
         Objective::Separation(live) => {
-            let sides = [&recordings, &after_recordings];
-            separated(model, sides, &noise, options, live)?
+            let sides = [(&recordings, &view.noise), (&after_recordings, &after_view.noise)];
+            separated(model, sides, options, live)?
         }
         _ => Vec::new(),
     };
@@ -309,14 +311,13 @@ fn gains(before: &Detection, after: &Detection) -> Vec<Gain> {
 /// The separations of live causes under the standard and the design.
 fn separated(
     model: &ExtendedModel,
-    sides: [&Vec<Subject>; 2],
-    noise: &Noise,
+    sides: [(&Vec<Subject>, &Noise); 2],
     options: &DesignOptions,
     live: &[LiveCause],
 ) -> Result<Vec<Separated>, ExperimentError> {
     let diagnosis = &options.detect.diagnosis;
     let id = |candidate: usize| diagnosis.candidates[candidate].info().id.to_owned();
-    let mut sides = sides.into_iter().map(|side| {
+    let mut sides = sides.into_iter().map(|(side, noise)| {
         let trials = PreparedTrials::new(model, side, &diagnosis.settings)?;
         let signatures = Signatures::of_all(model, &trials, diagnosis, Some(noise))?;
         Ok(live.iter().flat_map(|cause| separations(&signatures, cause)).collect())

@@ -23,11 +23,10 @@ pub struct DesignLimits {
 }
 
 impl Default for DesignLimits {
-    /// The whole current of the amplifier, and the range of pressures and displacements of the published recordings, in which models
-    /// are accurate.
+    /// The range of the published recordings.
     fn default() -> Self {
         Self {
-            current_a: Protocol::LARGEST_A,
+            current_a: 1.5,
             psi: [10, 80],
             hz: [0.05, 5.0],
             travel_mm: 5.0,
