@@ -169,11 +169,10 @@ pub fn design(
     let standard = standard(&options.limits);
     let recordings = simulated(model, &standard, options)?;
     let diagnosis = &options.detect.diagnosis;
-    let view_of = |recordings: &[Subject]| match &options.noise {
-        Some(noise) => Ok(SensorView::from(noise.clone())),
-        None => sensor_view(model, recordings, &options.sensors, diagnosis),
+    let view = match &options.noise {
+        Some(noise) => SensorView::from(noise.clone()),
+        None => sensor_view(model, &recordings, &options.sensors, diagnosis)?,
     };
-    let view = view_of(&recordings)?;
     let compared = compared(options);
     let (before, rays) = detect_along(model, &recordings, Some(&view), &compared, None)?;
     // Proposals are compared by the effects at their limits under the standard.
@@ -195,15 +194,13 @@ pub fn design(
     let best = search(&judge, &standard, options, progress);
     let protocol = best.protocol("design");
     let after_recordings = simulated(model, &protocol, options)?;
-    // Fast motion shows more of the sensors' errors than the standard does.
-    let after_view = view_of(&after_recordings)?;
-    let (after, _) = detect_along(model, &after_recordings, Some(&after_view), &compared, None)?;
+    let (after, _) = detect_along(model, &after_recordings, Some(&view), &compared, None)?;
     let gains = gains(&before, &after);
     let factors: Vec<f64> = gains.iter().filter_map(|g| g.factor).collect();
     let separations = match &options.objective {
         Objective::Separation(live) => {
-            let sides = [(&recordings, &view.noise), (&after_recordings, &after_view.noise)];
-            separated(model, sides, options, live)?
+            let sides = [&recordings, &after_recordings];
+            separated(model, sides, &view.noise, options, live)?
         }
         _ => Vec::new(),
     };
@@ -311,13 +308,14 @@ fn gains(before: &Detection, after: &Detection) -> Vec<Gain> {
 /// The separations of live causes under the standard and the design.
 fn separated(
     model: &ExtendedModel,
-    sides: [(&Vec<Subject>, &Noise); 2],
+    sides: [&Vec<Subject>; 2],
+    noise: &Noise,
     options: &DesignOptions,
     live: &[LiveCause],
 ) -> Result<Vec<Separated>, ExperimentError> {
     let diagnosis = &options.detect.diagnosis;
     let id = |candidate: usize| diagnosis.candidates[candidate].info().id.to_owned();
-    let mut sides = sides.into_iter().map(|(side, noise)| {
+    let mut sides = sides.into_iter().map(|side| {
         let trials = PreparedTrials::new(model, side, &diagnosis.settings)?;
         let signatures = Signatures::of_all(model, &trials, diagnosis, Some(noise))?;
         Ok(live.iter().flat_map(|cause| separations(&signatures, cause)).collect())
