@@ -195,7 +195,7 @@ pub struct Confusion {
     pub hidden: String,
     /// Id of the other one.
     pub other: String,
-    /// Whether the pair is predicted to be confused.
+    /// Whether `detect` predicts that a diagnosis cannot distinguish the two.
     pub foretold: bool,
     /// Diagnoses with the right name, at the foretold limit or beyond, that name the other one as well or do not distinguish the
     /// two.

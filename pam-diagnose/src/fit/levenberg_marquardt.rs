@@ -5,6 +5,7 @@ use super::likelihood::ChannelErrors;
 use super::problem::Problem;
 use crate::error::DiagnoseError;
 use crate::search::{Candidates, Nuisance};
+use pam_core::parallel;
 
 /// A hypothesis at its best fit.
 #[derive(Debug, Clone)]
@@ -153,15 +154,16 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
         Ok(fit)
     }
 
-    /// One iteration: the first damping whose step lowers the cost, and further steps with the same sensitivities as long as
-    /// they foretell the drop (Shamanskii's variant of Newton's method). The last drop is zero where no step lowers the cost, or
-    /// none would by enough to first order.
+    /// One iteration: a step with the first damping that lowers the cost, then further steps with the same Jacobian while it
+    /// predicts the drop of the cost (Shamanskii's method). The last drop is zero if no step lowers the cost, or if the linear
+    /// model predicts too small a drop.
     fn improve(&self, fit: &mut Fit) -> Result<(), DiagnoseError> {
         let settings = &self.settings.fit;
         let (jacobian, residuals) = self.jacobian(&fit.hypothesis)?;
         let equations = self.equations(&jacobian, &residuals, &fit.hypothesis, &fit.errors);
         fit.last_drop = 0.0;
-        let mut foretold = None;
+        // Drop of the cost over the predicted one.
+        let mut share = f64::NAN;
         for _ in 0..settings.dampings_per_iteration {
             let step = equations.step(fit.damping, self.system.shared());
             let expected = step.as_ref().map_or(0.0, |s| equations.expected_drop(s));
@@ -169,25 +171,26 @@ impl<C: Candidates + ?Sized> Problem<'_, C> {
                 return Ok(());
             }
             if step.is_some_and(|step| self.moves(fit, &step, 0.0)) {
-                foretold = Some(fit.last_drop / expected);
+                share = fit.last_drop / expected;
                 break;
             }
             fit.damping *= settings.damping_after_failure;
         }
-        let [low, high] = settings.same_slopes_share;
-        for _ in 0..self.same_slopes_steps {
-            if fit.has_converged() || !foretold.is_some_and(|share| (low..high).contains(&share)) {
+        let [low, high] = settings.jacobian_reuse_share;
+        for _ in 0..self.jacobian_reuses {
+            if fit.has_converged() || !(low..high).contains(&share) {
                 break;
             }
-            let residuals = self.fitted_residuals(&fit.hypothesis)?;
+            let of = |i| self.whitened_as_fitted(&fit.hypothesis, i);
+            let residuals = parallel::map(self.len(), of).into_iter().collect::<Result<_, _>>()?;
             let equations = self.equations(&jacobian, &residuals, &fit.hypothesis, &fit.errors);
             let Some(step) = equations.step(fit.damping, self.system.shared()) else { break };
             let expected = equations.expected_drop(&step);
             if expected < fit.converged_drop || !self.moves(fit, &step, low * expected) {
                 break;
             }
-            foretold = Some(fit.last_drop / expected);
-            // Only slopes of the place itself tell that nothing is left to gain.
+            share = fit.last_drop / expected;
+            // Convergence is only declared with a Jacobian at the present values.
             fit.last_drop = fit.last_drop.max(fit.converged_drop);
         }
         Ok(())

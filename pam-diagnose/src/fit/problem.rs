@@ -38,8 +38,8 @@ pub struct Problem<'a, C: ?Sized> {
     /// Whitened rows that count as one independent observation: more than one where the residual of a model that is not
     /// right is correlated.
     pub rows_per_observation: f64,
-    /// Most further steps of an iteration of a fit with the same sensitivities.
-    pub(crate) same_slopes_steps: usize,
+    /// Most further steps of an iteration with the same Jacobian.
+    pub(crate) jacobian_reuses: usize,
     /// What the nuisances of experiments that were not fitted would take, experiment by experiment.
     pub(crate) unseen: Option<Arc<Vec<Arc<UnseenNuisances>>>>,
 }
@@ -84,7 +84,7 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
             windows,
             noise,
             rows_per_observation: 1.0,
-            same_slopes_steps: 0,
+            jacobian_reuses: 0,
             unseen: None,
         }
     }
@@ -238,27 +238,21 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         hypothesis: &Hypothesis,
         place: usize,
     ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
-        let residuals = self.residuals(hypothesis, place)?;
-        let white = self.noise.whitened(self.experiments[place], &residuals);
+        let white = self.whitened_as_fitted(hypothesis, place)?;
         Ok(match &self.unseen {
             Some(nuisances) => nuisances[place].cleared(white),
             None => white,
         })
     }
 
-    /// Residuals of all experiments, whitened by the noise.
-    ///
-    /// # Errors
-    /// [`DiagnoseError`] if a simulation fails.
-    pub(super) fn fitted_residuals(
+    /// Residuals of an experiment, whitened by the noise; nothing is taken off for nuisances that were not fitted.
+    pub(super) fn whitened_as_fitted(
         &self,
         hypothesis: &Hypothesis,
-    ) -> Result<Vec<Vec<Vec<f64>>>, DiagnoseError> {
-        let of = |i: usize| {
-            let residuals = self.residuals(hypothesis, i)?;
-            Ok(self.noise.whitened(self.experiments[i], &residuals))
-        };
-        parallel::map(self.len(), of).into_iter().collect()
+        place: usize,
+    ) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        let residuals = self.residuals(hypothesis, place)?;
+        Ok(self.noise.whitened(self.experiments[place], &residuals))
     }
 
     /// Sums of the squared [whitened residuals](Self::whitened_residuals) of all channels over each
@@ -330,9 +324,7 @@ impl<'a, C: Candidates + ?Sized> Problem<'a, C> {
         place: usize,
     ) -> Result<f64, DiagnoseError> {
         let Some(nuisances) = &self.unseen else { return Ok(0.0) };
-        let residuals = self.residuals(hypothesis, place)?;
-        let white = self.noise.whitened(self.experiments[place], &residuals);
-        Ok(nuisances[place].prior_cost(&white))
+        Ok(nuisances[place].prior_cost(&self.whitened_as_fitted(hypothesis, place)?))
     }
 
     /// The same experiments as ones whose nuisances are not fitted: what those of `base` would take counts as no error.

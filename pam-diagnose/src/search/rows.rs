@@ -75,11 +75,11 @@ impl<'a, C: Candidates + ?Sized> Rows<'a, C> {
         }
     }
 
-    /// Lets fits take so many further steps of an iteration with the same sensitivities.
-    pub(crate) fn set_same_slopes_steps(&mut self, steps: usize) {
+    /// Lets an iteration of a fit take so many further steps with the same Jacobian.
+    pub(crate) fn set_jacobian_reuses(&mut self, steps: usize) {
         let Split { train, validation, .. } = &mut self.choosing;
         for problem in [&mut self.whole, train, validation] {
-            problem.same_slopes_steps = steps;
+            problem.jacobian_reuses = steps;
         }
     }
 

@@ -167,9 +167,8 @@ settings! {
         damping_after_failure: f64 = 12.0, "–", FACTOR, USUAL;
         /// Least damping.
         least_damping: f64 = 1e-9, "–", COST, USUAL;
-        /// Least and greatest drop of the cost, over the one expected to first order, after which the sensitivities serve a
-        /// further step.
-        same_slopes_share: [f64; 2] = [0.25, 2.0], "–", POSITIVE, TIME;
+        /// Least and greatest ratio of the drop of the cost to the predicted drop at which a further step reuses the Jacobian.
+        jacobian_reuse_share: [f64; 2] = [0.25, 2.0], "–", POSITIVE, TIME;
         /// Dampings that are tried per iteration.
         dampings_per_iteration: usize = 4, "–", COUNT, TIME;
         /// Drop of the cost below which a fit has converged.
@@ -456,8 +455,8 @@ settings! {
         /// Standard deviations of the prior of the coefficients of a smooth correction, relative to the size of what acts where
         /// it acts; the validation data choose.
         deviations: [f64; 4] = [0.03, 0.1, 0.3, 0.01], "–", POSITIVE, STUDIES;
-        /// Most further steps of a fit of corrections and laws, which are nearly linear, with the same sensitivities.
-        same_slopes_steps: usize = 3, "steps", [0.0, 20.0], TIME;
+        /// Most further steps with the same Jacobian in an iteration of a fit of corrections and laws, which are nearly linear.
+        jacobian_reuses: usize = 3, "steps", [0.0, 20.0], TIME;
         /// Iterations of the fit of a correction.
         iterations: usize = 4, "iterations", COUNT, TIME;
         /// Share of the squared error of the validation data that a correction must remove.
