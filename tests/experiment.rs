@@ -119,8 +119,9 @@ fn pairs(arguments: &Arguments) -> Result<(), String> {
         }
         let both = |o: &PairOutcome| {
             let ids = [o.effect.as_str(), o.other.as_str()];
-            pair.effect.starts_with(ids[0]) && pair.other == ids[1]
-                || pair.effect.starts_with(ids[1]) && pair.other == ids[0]
+            let same = pair.effect.starts_with(ids[0]) && pair.other == ids[1];
+            let reverse = pair.effect.starts_with(ids[1]) && pair.other == ids[0];
+            same || (reverse && o.is_shown())
         };
         if all.iter().any(both) {
             continue;

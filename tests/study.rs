@@ -5,7 +5,7 @@
 //! cargo build --release -p pam-tests --features studies --example study --config 'profile.release.package.pam-tests.opt-level=3'
 //! study list                                  # cases with their factors
 //! study run --only nulls --jobs 2             # resumable; into results/diagnosis
-//! study show singles-031 --out case           # one case: outcome, diagnosis.json, report.html
+//! study show singles-031 --out case           # one case: outcome, diagnosis, report, model and recordings
 //! study tables                                # criteria with exact binomial limits
 //! study run --design 20261 --every 8 --out new # cases that nobody has seen
 //! ```
@@ -13,6 +13,9 @@
 use clap::{Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use pam_data::atomic::write_atomic;
+use pam_data::formats::list::write_recording;
+use pam_data::models::save_model;
+use pam_tests::study::data::data;
 use pam_tests::study::{Case, Outcome, design, outcome, rows, store, tables};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
@@ -61,7 +64,7 @@ enum Action {
     Show {
         /// Its id.
         case: String,
-        /// Folder for outcome.json, diagnosis.json and report.html.
+        /// Folder for outcome.json, diagnosis.json, report.html, the model, the recordings and the baseline.
         #[arg(long)]
         out: Option<PathBuf>,
         /// Folder of outcomes into which it is stored.
@@ -201,6 +204,23 @@ fn show(seed: u64, id: &str, out: Option<&Path>, store: Option<&Path>) -> Result
         if let Some((json, report)) = diagnosis {
             write("diagnosis.json", &pretty(&json))?;
             write("report.html", &report)?;
+        }
+        write_data(folder, &case)?;
+    }
+    Ok(())
+}
+
+/// The model and the recordings of a case, as `pam diagnose` reads them.
+fn write_data(folder: &Path, case: &Case) -> Result<(), String> {
+    let made = data(case);
+    save_model(&folder.join("model.safetensors"), &made.model).map_err(|e| e.to_string())?;
+    let sets = [("data", Some(&made.subjects)), ("baseline", made.baseline.as_ref())];
+    for (name, subjects) in sets.into_iter().filter_map(|(name, s)| Some((name, s?))) {
+        let folder = folder.join(name);
+        std::fs::create_dir_all(&folder).map_err(|e| e.to_string())?;
+        for (k, subject) in subjects.iter().enumerate() {
+            let file = folder.join(format!("{k:02}.npz"));
+            write_recording(&file, &subject.recording).map_err(|e| e.to_string())?;
         }
     }
     Ok(())

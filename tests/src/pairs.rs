@@ -2,8 +2,7 @@
 
 use crate::experiment::EFFECTS;
 use pam_data::{LoadOptions, RawLogOptions, Subject, open_recordings, parse_model};
-use pam_diagnose::joint::{PreparedTrials, Signatures};
-use pam_diagnose::noise::Noise;
+use pam_diagnose::joint::BaselineDiscrepancy;
 use pam_diagnose::{DiagnoseOptions, RecordingSets, diagnose};
 use pam_effects::ExtendedModel;
 use pam_effects::effects::by_id;
@@ -16,9 +15,9 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Multiple of the detection limit at which effects are hidden.
-pub const MULTIPLE: f64 = 3.0;
+pub const MULTIPLE: f64 = 4.0;
 /// Protocols that a design tries.
-const EVALUATIONS: usize = 120;
+const EVALUATIONS: usize = 200;
 /// Seed of the rig and of the designs.
 const SEED: u64 = 8_100;
 
@@ -33,35 +32,41 @@ pub fn model() -> ExtendedModel {
     ExtendedModel::from_saved(saved).expect("known effects")
 }
 
-/// Limits of the designs: 20 s at three pairs of pressures where the model is accurate.
+/// Limits of the designs: 20 s at three pairs of pressures where the model is accurate, with motions as large and as fast as those of the
+/// published excitation, on which it was trained, and without rest.
 #[must_use]
 pub fn limits() -> DesignLimits {
-    DesignLimits { seconds: 20.0, psi: [30, 65], ..DesignLimits::default() }
+    DesignLimits {
+        seconds: 20.0,
+        psi: [30, 65],
+        travel_mm: 4.0,
+        speed_mm_s: 35.0,
+        hold_s: 1.0,
+        ..DesignLimits::default()
+    }
 }
 
-/// Foretold limits and confusions under the published excitation, with the noise estimated from the residuals of baseline
-/// recordings of the rig: sensor noise and model error.
+/// Foretold limits and confusions under the published excitation, with the noise and the errors of the model that baseline recordings
+/// of the rig show, and a diagnosis that knows these.
 ///
 /// # Panics
 /// If the rig cannot be recorded.
 #[must_use]
-pub fn foretold(model: &ExtendedModel) -> (Detection, Noise) {
-    let options = detect_options(&EFFECTS);
+pub fn foretold(model: &ExtendedModel) -> (Detection, DiagnoseOptions) {
     let baseline = recorded(model, RigParameters::default(), &standard(&limits()), SEED);
-    let trials = PreparedTrials::new(model, &baseline, &options.diagnosis.settings).expect("long");
-    let learned = Signatures::new(model, &trials, &options.diagnosis, None).expect("noise");
-    let noise = learned.noise().common();
-    let view = noise.clone().into();
-    let detection = detect(model, &baseline, Some(&view), &options, &|_, _| {});
-    (detection.expect("limits"), noise)
+    let plain = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
+    let learned = BaselineDiscrepancy::learn(model, &baseline, &plain, &|_| {});
+    let diagnosis = DiagnoseOptions { discrepancy: Some(learned.expect("a baseline")), ..plain };
+    let options = detect_options(&EFFECTS, &diagnosis);
+    let detection = detect(model, &baseline, None, &options, &|_, _| {});
+    (detection.expect("limits"), diagnosis)
 }
 
-fn detect_options(effects: &[&str]) -> DetectOptions {
+fn detect_options(effects: &[&str], diagnosis: &DiagnoseOptions) -> DetectOptions {
     let given = |e: &&str| e.parse::<GivenValues>().expect("an effect with values");
-    let diagnosis = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
     DetectOptions {
         effects: effects.iter().map(given).collect(),
-        diagnosis,
+        diagnosis: diagnosis.clone(),
         trials: Some(0),
         ..DetectOptions::default()
     }
@@ -135,12 +140,13 @@ pub struct PairOutcome {
     pub other: String,
     /// Distance over the one that is needed, under the published excitation and under the design, as foretold.
     pub foretold: [f64; 2],
-    /// What diagnoses of the rig say under both; absent where the design is not expected to separate the pair.
+    /// What diagnoses of the rig say after two measurements: of the published excitation twice, and of it and the design; absent where
+    /// the design is not expected to separate the pair.
     pub said: Option<[Said; 2]>,
 }
 
 impl PairOutcome {
-    /// Whether the diagnoses confuse the pair under the published excitation and separate it under the design.
+    /// Whether the diagnoses confuse the pair after the published excitation alone, and separate it after the design.
     #[must_use]
     pub fn is_shown(&self) -> bool {
         self.said.as_ref().is_some_and(|[standard, designed]| {
@@ -158,13 +164,13 @@ impl PairOutcome {
 #[must_use]
 pub fn measured(
     model: &ExtendedModel,
-    (detection, noise): &(Detection, Noise),
+    (detection, diagnosis): &(Detection, DiagnoseOptions),
     pair: &Pair,
 ) -> Option<PairOutcome> {
     let own = detection.of(&pair.effect)?;
     let other = detection.limits.iter().find(|l| l.effect == pair.other)?;
     let (own_values, other_values) = (values(own, MULTIPLE)?, values(other, MULTIPLE)?);
-    let detect = detect_options(&[]);
+    let detect = detect_options(&[], diagnosis);
     let place = |id: &str| detect.diagnosis.candidates.iter().position(|e| e.info().id == id);
     let live = LiveCause {
         cause: (place(&own.effect)?, own_values.clone()),
@@ -174,7 +180,6 @@ pub fn measured(
         detect,
         limits: limits(),
         objective: Objective::Separation(vec![live]),
-        noise: Some(noise.clone()),
         evaluations: EVALUATIONS,
         seed: SEED,
         ..DesignOptions::default()
@@ -185,9 +190,11 @@ pub fn measured(
     // The rig has no switches: its chambers push on the joint as they are.
     let names = info.parameters.iter().map(|p| p.name.to_owned());
     let values: Vec<(String, f64)> = names.zip(own_values).collect();
-    let said = (separated.standard < 1.0 && separated.designed >= 1.0).then(|| {
+    let said = (separated.designed >= 1.0).then(|| {
         let hidden = hidden(&own.effect, &values);
-        [&designed.standard, &designed.protocol].map(|p| diagnosed(model, p, &hidden))
+        let again = Protocol { suffix: Some("again".into()), ..designed.standard.clone() };
+        [&again, &designed.protocol]
+            .map(|second| diagnosed(model, [&designed.standard, second], &hidden))
     });
     Some(PairOutcome {
         effect: own.effect.clone(),
@@ -203,12 +210,17 @@ fn hidden(id: &str, values: &[(String, f64)]) -> String {
     format!("{id}:{}", values.join(","))
 }
 
-/// The diagnosis of recordings of the rig with a hidden effect, beside a baseline of the same protocol.
-fn diagnosed(model: &ExtendedModel, protocol: &Protocol, hidden: &str) -> Said {
-    let mut rig = RigParameters::default();
-    let baseline = recorded(model, rig.clone(), protocol, SEED + 1);
-    rig.effects.push(hidden.parse().expect("an effect of the rig"));
-    let data = recorded(model, rig, protocol, SEED + 2);
+/// The diagnosis of recordings of the rig with a hidden effect under two protocols, beside a baseline of the same protocols.
+fn diagnosed(model: &ExtendedModel, protocols: [&Protocol; 2], hidden: &str) -> Said {
+    let rig = RigParameters::default();
+    let all = |rig: &RigParameters, seed: u64| -> Vec<Subject> {
+        let of = |(k, p): (u64, &Protocol)| recorded(model, rig.clone(), p, seed + k);
+        (0..).step_by(10).zip(protocols).flat_map(of).collect()
+    };
+    let baseline = all(&rig, SEED + 1);
+    let mut faulty = rig;
+    faulty.effects.push(hidden.parse().expect("an effect of the rig"));
+    let data = all(&faulty, SEED + 2);
     let options = DiagnoseOptions { law: false, ..DiagnoseOptions::default() };
     let sets = RecordingSets { data: &data, baseline: Some(&baseline), ..RecordingSets::default() };
     let found = diagnose(model, &sets, &options, &|_, _| {}).expect("a diagnosis");

@@ -58,6 +58,12 @@ pub struct DesignEffort {
     /// Largest displacement of the joint under the design
     #[arg(long, default_value_t = 5.0, value_name = "MM")]
     pub travel_mm: f64,
+    /// Largest speed of the joint under the design: a learned force is known where it was trained [default: none]
+    #[arg(long, default_value_t = f64::INFINITY, hide_default_value = true, value_name = "MM_S")]
+    pub speed_mm_s: f64,
+    /// Longest time with one current: rest shows friction and creep that a model of the moving joint lacks [default: none]
+    #[arg(long, default_value_t = f64::INFINITY, hide_default_value = true, value_name = "S")]
+    pub hold_s: f64,
     /// Protocols that are simulated
     #[arg(long, default_value_t = 1200, value_name = "N")]
     pub evaluations: usize,
@@ -80,6 +86,8 @@ impl DesignEffort {
         within("--recordings", self.recordings as f64, 1.0, 64.0)?;
         within("--current-a", self.current_a, 1e-3, Protocol::LARGEST_A)?;
         within("--travel-mm", self.travel_mm, 1e-3, 50.0)?;
+        within("--hold-s", self.hold_s, 0.1, f64::INFINITY)?;
+        within("--speed-mm-s", self.speed_mm_s, 1e-3, f64::INFINITY)?;
         let psi = match self.psi[..] {
             [low, high] if low < high && high <= Protocol::LARGEST_PSI => [low, high],
             _ => {
@@ -93,6 +101,8 @@ impl DesignEffort {
                 current_a: self.current_a,
                 psi,
                 travel_mm: self.travel_mm,
+                speed_mm_s: self.speed_mm_s,
+                hold_s: self.hold_s,
                 recordings: self.recordings,
                 seconds: self.seconds,
                 ..DesignLimits::default()
@@ -173,6 +183,8 @@ impl RunCommand for DesignArguments {
             "current_a": self.effort.current_a,
             "psi": self.effort.psi,
             "travel_mm": self.effort.travel_mm,
+            "speed_mm_s": self.effort.speed_mm_s,
+            "hold_s": self.effort.hold_s,
             "evaluations": self.effort.evaluations,
             "settings": options.detect.diagnosis.settings,
         });

@@ -2,7 +2,7 @@
 
 use super::data::Data;
 use super::design::Design;
-use super::find::{About, Renewed, Rest, diverges};
+use super::find::{About, Renewed, Rest, UNCONFIRMED, diverges};
 use super::picture::Along;
 use super::refine::{Tried, dry_variant, preferred};
 use super::result::{Law, RankedLaw, Replaced};
@@ -274,9 +274,7 @@ pub(super) fn ended(
             found.added = held;
             found.renewed = Some(last.renewed(open, &last.corrected));
         } else {
-            found.remainder.sentence =
-                "The test set does not confirm the smooth correction that the validation data allow."
-                    .to_owned();
+            found.remainder.sentence = UNCONFIRMED.to_owned();
         }
         found.remainder.correction = Some(correction);
         Ok(found)

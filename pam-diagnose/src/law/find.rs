@@ -110,6 +110,10 @@ fn divided(
 /// Sentence of the report for a correction that predicts worse than the causes it would replace.
 const NO_BETTER: &str = "No smooth correction leaves as little of the validation data as the causes that a law would replace.";
 
+/// Sentence of the report for a correction that the test set refuses.
+pub(super) const UNCONFIRMED: &str =
+    "The test set does not confirm the smooth correction that the validation data allow.";
+
 /// What is said where nothing is left.
 pub(crate) const NOTHING_LEFT: &str =
     "The training and validation data hold nothing beside the named causes that could be learned.";
@@ -170,9 +174,13 @@ fn rest_beside(
         return Ok(none(RemainderOutcome::NotLearned, NO_BETTER));
     }
     done(0.4);
-    // The rest of the same recording is asked whether it confirms the correction before a law is searched for in its place.
     let (whole, of_whole) = data.whole;
     let in_whole = learned.in_whole(data);
+    // The rest of the same recording is asked whether it confirms the correction, as it was learned and as it is with all rows,
+    // before a law is searched for in its place.
+    if one_recording && !confirmed_as_learned(whole, of_whole, &in_whole)? {
+        return Ok(none(RemainderOutcome::NotLearned, UNCONFIRMED));
+    }
     let about_whole = About::of(whole, of_whole, &in_whole)?;
     let of_whole = Ground { noise: about_whole.noise.clone(), ..of_whole.clone() };
     if one_recording {
@@ -213,6 +221,30 @@ fn reaches_rivals(
     let rivals = Ground { named: ground.rivals.clone(), ..ground.clone() };
     let Some(errors) = validation_errors(space, &rivals)? else { return Ok(true) };
     Ok(learned.deviance - errors.deviance() < ground.settings.remainder.much_worse)
+}
+
+/// Whether the test set proves that the correction, with the coefficients that were learned, lowers the error that the named
+/// causes leave.
+fn confirmed_as_learned(
+    space: &dyn TermSpace,
+    ground: &Ground<'_>,
+    learned: &Learned,
+) -> Result<bool, DiagnoseError> {
+    space.with(&learned.definitions(space), |system| {
+        let rows = ground.rows(system, &learned.hypothesis).ok_or_else(diverges)?;
+        let open = &rows.whole;
+        let held = |members: &[Member]| {
+            let (members, fixed) = (members.to_vec(), members.len());
+            open.fit(
+                Hypothesis { members, fixed, ..open.base() },
+                ground.settings.search.first_iterations,
+            )
+        };
+        let base = held(&ground.named)?.hypothesis;
+        let corrected = held(&learned.hypothesis.members)?.hypothesis;
+        let test = ground.roles.test(system, &ground.noise, ground.settings).opened(&base)?;
+        Ok(test.is_reduced(&base, &corrected))
+    })
 }
 
 /// Whether some channel of the validation or training rows has more than the first estimate of its noise.

@@ -72,9 +72,22 @@ impl Noise {
     /// Standard deviation of the noise of a channel, with what it shares with other channels, in the channel's unit.
     #[must_use]
     pub fn deviation(&self, channel: usize) -> f64 {
-        let shared = self.shared[channel].iter().enumerate();
-        let variance: f64 = shared.map(|(d, share)| (share * self.deviation(d)).powi(2)).sum();
-        self.channels[channel].deviation().hypot(variance.sqrt())
+        // Channels share noise with each other, but nothing of what each has of its own.
+        let own = self.channels.iter().map(Autoregression::deviation);
+        let parts = self.loadings(channel).into_iter().zip(own);
+        parts.map(|(loading, own)| (loading * own).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// The multiples of the own noise of a channel and of those before it that the noise of the channel contains.
+    fn loadings(&self, channel: usize) -> Vec<f64> {
+        let mut all = vec![0.0; channel];
+        for (d, share) in self.shared[channel].iter().enumerate() {
+            for (sum, loading) in all.iter_mut().zip(self.loadings(d)) {
+                *sum += share * loading;
+            }
+        }
+        all.push(1.0);
+        all
     }
 
     /// Standard deviation of the errors that the model itself is known to make in a channel, a part of the noise.

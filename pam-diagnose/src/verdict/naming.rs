@@ -51,6 +51,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         let mut set = self.timed.map_or(chosen, |t| &t.set).clone();
         let mut refused = Vec::new();
         let mut alone = self.alone(&set);
+        let mut barred = Vec::new();
         loop {
             let fit = self.rows.learn_beside(&set).ok_or_else(diverges)?;
             let problem = &self.rows.whole;
@@ -81,6 +82,7 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
             if let Some((place, reason)) = least {
                 let Cause { effect, inclusion, .. } = causes.swap_remove(place);
                 refused.push(Refused { effect, inclusion, reason });
+                barred.push(best.hypothesis.members[place].candidate);
                 set = best.hypothesis.without(place);
                 if let ([last], Some(better)) = (best.hypothesis.members.as_slice(), alone.take())
                     && !better.contains(last.candidate)
@@ -88,6 +90,8 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
                     let id = problem.system.candidate(better.members[0].candidate).id;
                     refused.retain(|r: &Refused| r.effect != id);
                     set = better;
+                } else if set.members.is_empty() {
+                    set = self.rival(&barred).unwrap_or(set);
                 }
                 continue;
             }
@@ -110,6 +114,23 @@ impl<C: Candidates + ?Sized> Naming<'_, '_, C> {
         }
         let mut singles = self.found.singles.iter().map(Scored::hypothesis);
         singles.find(|h| h.members.iter().all(|m| set.contains(m.candidate))).cloned()
+    }
+
+    /// The best set without refused candidates that is no larger than the chosen one, if the odds could not tell them apart.
+    fn rival(&self, barred: &[usize]) -> Option<Hypothesis> {
+        if self.timed.is_some() {
+            return None;
+        }
+        let chosen = &self.found.best;
+        let limit = self.rows.whole.settings.verdict.confusable_odds.ln();
+        let may = |s: &&Scored| {
+            (1..=chosen.members()).contains(&s.members())
+                && barred.iter().all(|&c| !s.hypothesis().contains(c))
+                && chosen.log_odds(s) < limit
+        };
+        let all = self.found.others.iter().filter(may);
+        all.max_by(|a, b| a.log_odds(chosen).total_cmp(&b.log_odds(chosen)))
+            .map(|s| s.hypothesis().clone())
     }
 
     /// Normalised χ² with the prior cost of the nuisances, which may have taken a part of the error.

@@ -2,10 +2,10 @@
 
 use crate::detect::{Demand, Kind, Ray, of_nothing, signature, span_of};
 use crate::error::ExperimentError;
-use crate::plan::planned_runs;
+use crate::plan::{SensorView, planned_runs, sensor_view};
 use pam_data::Subject;
 use pam_diagnose::DiagnoseOptions;
-use pam_diagnose::joint::{PreparedTrials, SignatureSpan, Signatures};
+use pam_diagnose::joint::{PreparedTrials, Signature, SignatureSpan, Signatures};
 use pam_diagnose::noise::Noise;
 use pam_effects::ExtendedModel;
 use pam_effects::effects::AnyEffect;
@@ -69,11 +69,13 @@ pub(super) struct Judge<'a> {
     pub(super) model: &'a ExtendedModel,
     pub(super) options: &'a DiagnoseOptions,
     pub(super) sensors: &'a SensorParameters,
-    pub(super) noise: &'a Noise,
+    /// The noise of every protocol; what the sensors show under each if absent.
+    pub(super) noise: Option<&'a Noise>,
     pub(super) objective: &'a Objective,
     /// Effects with the magnitudes at which they are compared.
     pub(super) ways: Vec<(Ray, f64)>,
-    pub(super) travel_mm: f64,
+    /// Largest displacement (mm) and speed (mm/s).
+    pub(super) largest: [f64; 2],
     pub(super) seed: u64,
 }
 
@@ -84,8 +86,11 @@ impl Judge<'_> {
         let runs = planned_runs(protocol, &self.sensors.motor, rate_hz, self.seed).ok()?;
         let subject = |run: &crate::plan::PlannedRun| {
             let subject = run.simulated(self.model).ok()?;
-            let inside = |x: &f64| x.abs() <= self.travel_mm;
-            subject.recording.displacement_mm.iter().all(inside).then_some(subject)
+            let within = |values: &[f64], most: f64| values.iter().all(|v| v.abs() <= most);
+            let r = &subject.recording;
+            let [x, v] = self.largest;
+            let inside = within(&r.displacement_mm, x) && within(&r.velocity_mm_s, v);
+            inside.then_some(subject)
         };
         runs.iter().map(subject).collect()
     }
@@ -97,12 +102,23 @@ impl Judge<'_> {
             .unwrap_or(f64::NEG_INFINITY)
     }
 
+    /// What a diagnosis would see of simulated recordings beside the motion.
+    pub(super) fn view(&self, recordings: &[Subject]) -> Result<SensorView, ExperimentError> {
+        match self.noise {
+            Some(noise) => Ok(noise.clone().into()),
+            None => sensor_view(self.model, recordings, self.sensors, self.options),
+        }
+    }
+
     fn of_recordings(&self, recordings: &[Subject]) -> Result<f64, ExperimentError> {
+        let noise = self.view(recordings)?.noise;
         let trials = PreparedTrials::new(self.model, recordings, &self.options.settings)?;
-        let signatures = Signatures::of_all(self.model, &trials, self.options, Some(self.noise))?;
+        let signatures = Signatures::of_all(self.model, &trials, self.options, Some(&noise))?;
         Ok(match self.objective {
             Objective::Separation(live) => {
-                let all = live.iter().flat_map(|cause| separations(&signatures, cause));
+                let all = live
+                    .iter()
+                    .flat_map(|cause| separations(&signatures, &self.options.candidates, cause));
                 all.map(|d| d.max(LEAST).ln()).fold(f64::INFINITY, f64::min)
             }
             objective => {
@@ -134,13 +150,48 @@ impl Judge<'_> {
     }
 }
 
+/// Factors by which the parameters of a cause are tried to imitate another one.
+const FACTORS: [f64; 6] = [0.125, 0.25, 0.5, 2.0, 4.0, 8.0];
+
+/// The values of an effect, near the given ones, at which it imitates a signature best: one parameter after the other is scaled, or
+/// its distance from the value at which the effect is absent.
+fn imitating(
+    signatures: &Signatures<'_>,
+    s: &Signature,
+    (candidate, effect): (usize, &dyn AnyEffect),
+    values: &[f64],
+) -> Vec<f64> {
+    let left = |values: &[f64]| {
+        let own = signatures.of(candidate, values)?;
+        Some(s.beside(&SignatureSpan::of(&[own])).square())
+    };
+    let mut best = values.to_vec();
+    let Some(mut least) = left(&best) else { return best };
+    for (k, p) in effect.info().parameters.iter().enumerate() {
+        let off = p.off.filter(|_| !p.logarithmic).unwrap_or(0.0);
+        let start = best.clone();
+        for factor in FACTORS {
+            let mut tried = start.clone();
+            tried[k] = (off + factor * (start[k] - off)).clamp(p.range[0], p.range[1]);
+            if let Some(own) = left(&tried).filter(|own| *own < least) {
+                (least, best) = (own, tried);
+            }
+        }
+    }
+    best
+}
+
 /// Power with which live causes are to be distinguished.
 const POWER: f64 = 0.9;
 
 /// How far a cause is from the span of each of the others, over what a diagnosis needs to distinguish them with 90 % power:
 /// the lesser of the distance (the root of the drop that is left when the other is fitted in its place) over the one at which
 /// the odds are enough, and of the root of the share that the other cannot remove over the least one.
-pub(super) fn separations(signatures: &Signatures<'_>, live: &LiveCause) -> Vec<f64> {
+pub(super) fn separations(
+    signatures: &Signatures<'_>,
+    candidates: &[&'static dyn AnyEffect],
+    live: &LiveCause,
+) -> Vec<f64> {
     let (candidate, values) = &live.cause;
     let Some(s) = signatures.of(*candidate, values) else { return vec![0.0; live.others.len()] };
     let a = signatures.acceptance();
@@ -148,7 +199,8 @@ pub(super) fn separations(signatures: &Signatures<'_>, live: &LiveCause) -> Vec<
     let needed = z + (z * z + 2.0 * a.rows_per_observation * a.confusable_odds.ln()).sqrt();
     let size = s.square().max(f64::MIN_POSITIVE);
     let ratio = |(other, values): &(usize, Vec<f64>)| {
-        let span = SignatureSpan::of(&span_of(signatures, *other, values));
+        let values = imitating(signatures, &s, (*other, candidates[*other]), values);
+        let span = SignatureSpan::of(&span_of(signatures, *other, &values));
         let left = s.beside(&span).square();
         (left.sqrt() / needed).min((left / size / (1.0 - a.confusable_share)).sqrt())
     };

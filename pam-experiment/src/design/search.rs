@@ -4,7 +4,7 @@ use super::objective::{Judge, LiveCause, Objective, separations};
 use super::space::{DesignLimits, Proposal, standard};
 use crate::detect::{DetectOptions, Detection, GivenValues, Limits, Ray, detect_along, reference};
 use crate::error::ExperimentError;
-use crate::plan::{SensorView, planned_runs, sensor_view};
+use crate::plan::planned_runs;
 use pam_core::parallel;
 use pam_data::Subject;
 use pam_diagnose::joint::{PreparedTrials, Signatures};
@@ -29,7 +29,7 @@ pub struct DesignOptions {
     pub objective: Objective,
     /// Motor and sensors of the rig.
     pub sensors: SensorParameters,
-    /// Noise of the channels; that of the sensors if absent.
+    /// Noise of the channels under every protocol; what the sensors show under each if absent.
     pub noise: Option<Noise>,
     /// Protocols that are simulated.
     pub evaluations: usize,
@@ -158,8 +158,8 @@ const LINEAGES: [(f64, usize); 3] = [(RANDOM_SHARE, 4), (0.5, 2), (0.75, 1)];
 /// Searches a protocol within the limits.
 ///
 /// # Errors
-/// [`ExperimentError`] if the model cannot be simulated under the published excitation, or a live cause is no candidate with all
-/// of its values.
+/// [`ExperimentError`] if the model cannot be simulated under the published excitation, a live cause is no candidate with all
+/// of its values, or no protocol that is tried stays within the limits.
 pub fn design(
     model: &ExtendedModel,
     options: &DesignOptions,
@@ -168,11 +168,17 @@ pub fn design(
     options.objective.check(&options.detect.diagnosis.candidates)?;
     let standard = standard(&options.limits);
     let recordings = simulated(model, &standard, options)?;
-    let diagnosis = &options.detect.diagnosis;
-    let view = match &options.noise {
-        Some(noise) => SensorView::from(noise.clone()),
-        None => sensor_view(model, &recordings, &options.sensors, diagnosis)?,
+    let mut judge = Judge {
+        model,
+        options: &options.detect.diagnosis,
+        sensors: &options.sensors,
+        noise: options.noise.as_ref(),
+        objective: &options.objective,
+        ways: Vec::new(),
+        largest: [options.limits.travel_mm, options.limits.speed_mm_s],
+        seed: options.seed,
     };
+    let view = judge.view(&recordings)?;
     let compared = compared(options);
     let (before, rays) = detect_along(model, &recordings, Some(&view), &compared, None)?;
     // Proposals are compared by the effects at their limits under the standard.
@@ -180,27 +186,22 @@ pub fn design(
         let magnitude = reference(limits, &ray);
         (ray, magnitude)
     };
-    let ways = rays.into_iter().zip(&before.limits).map(at_limit).collect();
-    let judge = Judge {
-        model,
-        options: diagnosis,
-        sensors: &options.sensors,
-        noise: &view.noise,
-        objective: &options.objective,
-        ways,
-        travel_mm: options.limits.travel_mm,
-        seed: options.seed,
-    };
-    let best = search(&judge, &standard, options, progress);
+    judge.ways = rays.into_iter().zip(&before.limits).map(at_limit).collect();
+    let best = search(&judge, &standard, options, progress).ok_or_else(|| {
+        let tried = options.evaluations;
+        let message = format!("none of the {tried} protocols that were tried stays within them");
+        ExperimentError::setting("limits", message)
+    })?;
     let protocol = best.protocol("design");
     let after_recordings = simulated(model, &protocol, options)?;
-    let (after, _) = detect_along(model, &after_recordings, Some(&view), &compared, None)?;
+    let after_view = judge.view(&after_recordings)?;
+    let (after, _) = detect_along(model, &after_recordings, Some(&after_view), &compared, None)?;
     let gains = gains(&before, &after);
     let factors: Vec<f64> = gains.iter().filter_map(|g| g.factor).collect();
     let separations = match &options.objective {
         Objective::Separation(live) => {
-            let sides = [&recordings, &after_recordings];
-            separated(model, sides, &view.noise, options, live)?
+            let sides = [(&recordings, &view.noise), (&after_recordings, &after_view.noise)];
+            separated(model, sides, options, live)?
         }
         _ => Vec::new(),
     };
@@ -244,13 +245,16 @@ fn search(
     standard: &Protocol,
     options: &DesignOptions,
     progress: &(dyn Fn(f64) + Sync),
-) -> Proposal {
+) -> Option<Proposal> {
     let limits = &options.limits;
     let mut random = ChaCha8Rng::seed_from_u64(options.seed ^ 0x0de5_1691);
     let all = options.evaluations.max(GENERATION);
     let judged = |proposals: Vec<Proposal>| -> Vec<(f64, Proposal)> {
-        let worths =
-            parallel::map(proposals.len(), |k| judge.worth(&proposals[k].protocol("design")));
+        let worth = |k: usize| match &proposals[k] {
+            p if p.longest_hold_s() > limits.hold_s => f64::NEG_INFINITY,
+            p => judge.worth(&p.protocol("design")),
+        };
+        let worths = parallel::map(proposals.len(), worth);
         worths.into_iter().zip(proposals).collect()
     };
     let best_first = |of: &mut Vec<(f64, Proposal)>| of.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -287,7 +291,7 @@ fn search(
         progress(made as f64 / all as f64);
     }
     let best = lineages.into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0));
-    best.map_or_else(|| Proposal::of(standard), |(_, proposal)| proposal)
+    best.filter(|(worth, _)| *worth > f64::NEG_INFINITY).map(|(_, proposal)| proposal)
 }
 
 fn gains(before: &Detection, after: &Detection) -> Vec<Gain> {
@@ -305,20 +309,19 @@ fn gains(before: &Detection, after: &Detection) -> Vec<Gain> {
     before.limits.iter().map(of).collect()
 }
 
-/// The separations of live causes under the standard and the design.
+/// The separations of live causes under the standard and the design, each with its noise.
 fn separated(
     model: &ExtendedModel,
-    sides: [&Vec<Subject>; 2],
-    noise: &Noise,
+    sides: [(&Vec<Subject>, &Noise); 2],
     options: &DesignOptions,
     live: &[LiveCause],
 ) -> Result<Vec<Separated>, ExperimentError> {
     let diagnosis = &options.detect.diagnosis;
     let id = |candidate: usize| diagnosis.candidates[candidate].info().id.to_owned();
-    let mut sides = sides.into_iter().map(|side| {
+    let mut sides = sides.into_iter().map(|(side, noise)| {
         let trials = PreparedTrials::new(model, side, &diagnosis.settings)?;
         let signatures = Signatures::of_all(model, &trials, diagnosis, Some(noise))?;
-        Ok(live.iter().flat_map(|cause| separations(&signatures, cause)).collect())
+        Ok(live.iter().flat_map(|c| separations(&signatures, &diagnosis.candidates, c)).collect())
     });
     let mut side =
         || -> Result<Vec<f64>, ExperimentError> { sides.next().unwrap_or(Ok(Vec::new())) };

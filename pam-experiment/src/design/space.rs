@@ -16,6 +16,10 @@ pub struct DesignLimits {
     pub hz: [f64; 2],
     /// Largest displacement of the joint in the simulation, mm.
     pub travel_mm: f64,
+    /// Largest speed of the joint in the simulation, mm/s.
+    pub speed_mm_s: f64,
+    /// Longest time with one current, s.
+    pub hold_s: f64,
     /// Number of recordings.
     pub recordings: usize,
     /// Length of each recording, s.
@@ -30,6 +34,8 @@ impl Default for DesignLimits {
             psi: [10, 80],
             hz: [0.05, 5.0],
             travel_mm: 5.0,
+            speed_mm_s: f64::INFINITY,
+            hold_s: f64::INFINITY,
             recordings: 3,
             seconds: 20.0,
         }
@@ -153,6 +159,18 @@ impl Proposal {
             })
             .collect();
         self
+    }
+
+    /// The longest time with one current, s.
+    pub(super) fn longest_hold_s(&self) -> f64 {
+        let of = |s: &CurrentSegment| match s {
+            CurrentSegment::Rest { duration_s } | CurrentSegment::Constant { duration_s, .. } => {
+                *duration_s
+            }
+            CurrentSegment::Pulses { period_s, .. } => 0.5 * period_s,
+            _ => 0.0,
+        };
+        self.segments.iter().map(of).fold(0.0, f64::max)
     }
 
     pub(super) fn protocol(&self, name: &str) -> Protocol {

@@ -3,6 +3,7 @@ use pam_experiment::design::{
     DesignLimits, DesignOptions, LiveCause, Objective, commands_csv, design,
 };
 use pam_experiment::detect::DetectOptions;
+use pam_experiment::plan::planned_runs;
 use pam_rig::Protocol;
 use pam_rig::sensors::{MotorParameters, SensorParameters};
 
@@ -48,6 +49,27 @@ fn a_design_keeps_its_limits_and_repeats() {
         let largest =
             currents.map(|c| c.parse::<f64>().expect("a number").abs()).fold(0.0, f64::max);
         assert!(largest <= 1.2 + 2e-3, "{largest} A");
+    }
+}
+
+/// A design that is to stay where a model was trained moves no faster than allowed and holds no current for longer.
+#[test]
+fn a_design_keeps_within_the_motion_of_its_model() {
+    let mut options = options(Objective::MedianLimit, &["viscous_damping", "stiffness_scale"]);
+    let (speed_mm_s, hold_s) = (12.0, 0.4);
+    options.limits = DesignLimits { speed_mm_s, hold_s, ..options.limits };
+    let designed = design(&model(), &options, &|_| {}).expect("a design");
+    let runs = planned_runs(&designed.protocol, &options.sensors.motor, 250.0, options.seed);
+    for run in runs.expect("runs") {
+        let simulated = run.simulated(&model()).expect("a simulation").recording;
+        let fastest = simulated.velocity_mm_s.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        assert!(fastest <= speed_mm_s, "{fastest} mm/s");
+        let (mut held, mut longest) = (0, 0);
+        for pair in run.force_mn.windows(2) {
+            held = if pair[0] == pair[1] { held + 1 } else { 0 };
+            longest = longest.max(held);
+        }
+        assert!(f64::from(longest) / 250.0 <= hold_s + 0.01, "{longest} samples");
     }
 }
 

@@ -3,7 +3,12 @@ use pam_diagnose::{RecordingSets, diagnose};
 use pam_experiment::detect::{
     DetectOptions, LimitTrial, TriedLimit, detect, needed_noncentrality, noncentral_chi_square_sf,
 };
-use pam_experiment::plan::noise_from_toml;
+use pam_experiment::plan::{noise_from_toml, sensor_view};
+use pam_numerics::statistics::root_mean_square;
+use pam_rig::sensors::SensorParameters;
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
 
 const IDS: [&str; 5] =
     ["coulomb_friction", "viscous_damping", "constant_load", "position_offset", "backlash"];
@@ -37,6 +42,21 @@ fn confusions_are_those_of_trials_at_the_limit() {
     assert_eq!(of(vec![trial(0.8, &["creep"]), trial(1.2, &[])]), None);
     let both = trial(1.5, &["creep", "backlash"]);
     assert_eq!(of(vec![trial(0.8, &["creep"]), trial(1.2, &["creep"]), both]), Some([1, 2]));
+}
+
+/// The noise of the measured force moves all channels together, so that what one shares with the others is correlated: the
+/// standard deviation that is reported is still that of rows that are drawn from the noise.
+#[test]
+fn deviations_are_those_of_drawn_noise() {
+    let (model, sensors) = (model(), SensorParameters::default());
+    let recordings = clean(&model, &protocol(8.0));
+    let view = sensor_view(&model, &recordings, &sensors, &diagnosis(&IDS)).expect("a noise");
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let drawn = view.noise.drawn(200_000, || random.sample(StandardNormal));
+    for (channel, rows) in drawn.iter().enumerate() {
+        let ratio = root_mean_square(rows) / view.noise.deviation(channel);
+        assert!((ratio - 1.0).abs() < 0.05, "channel {channel}: {ratio}");
+    }
 }
 
 /// The limit of a linear effect grows with the noise, and a play is seen from a width on that grows with it; effects
